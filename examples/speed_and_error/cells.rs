@@ -1,6 +1,6 @@
 //! Cells and tables of the document.
 
-use librate::modes::Rung;
+use librate::modes::PrecisionLevel;
 
 use super::run::{Measured, PATHS, PathInfo, Report, Verdict};
 
@@ -79,13 +79,13 @@ pub(crate) fn time_cell(report: &Report, measured: &Measured, path: &PathInfo) -
     }
 }
 
-pub(crate) fn rung_name(rung: Rung) -> &'static str {
-    match rung {
-        Rung::Doubles => "doubles",
-        Rung::Refined => "double-double refinement",
-        Rung::DoubleDouble => "full double-double",
-        Rung::Factors => "Jacobi on the factor",
-        Rung::Precise => "arbitrary precision",
+pub(crate) fn level_name(level: PrecisionLevel) -> &'static str {
+    match level {
+        PrecisionLevel::Doubles => "doubles",
+        PrecisionLevel::Refined => "double-double refinement",
+        PrecisionLevel::DoubleDouble => "full double-double",
+        PrecisionLevel::Factors => "Jacobi on the factor",
+        PrecisionLevel::Precise => "arbitrary precision",
         _ => "another",
     }
 }

@@ -4,10 +4,10 @@ use std::error::Error;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use librate::modes::Rung;
+use librate::modes::PrecisionLevel;
 
 use super::case::{FAMILIES, MANY_DIGITS};
-use super::cells::{error, error_cell, header, present, ratio, rung_name, table, time_cell, verdict};
+use super::cells::{error, error_cell, header, level_name, present, ratio, table, time_cell, verdict};
 use super::judge::median;
 use super::machine::{locked, machine, said};
 use super::plots;
@@ -129,9 +129,9 @@ fn jacobi_cost(report: &Report) -> String {
 fn choice(report: &Report) -> String {
     let mut out = String::from(
         "## What the default picks where, and why\n\n\
-         librate has one path, a ladder, and stops on the first rung whose proved bounds cover the digits that are \
+         librate has one path, and stops at the first precision level whose proved bounds cover the digits that are \
          asked for (ten unless told otherwise). Nobody chooses a method, and the problem is not classified beforehand: \
-         each rung costs more than the one before, and is only tried where that one could not prove enough.\n\n\
+         each costs more than the one before, and is only tried where that one could not prove enough.\n\n\
          1. **Doubles.** Eigenvectors from nalgebra (small problems) or faer (large ones). Quotients xᵀKx / xᵀMx and residuals of these \
          vectors, as they are, in double-double. The bound is quadratic in the residuals, so vectors in doubles are \
          good for eigenvalues of more. Where: whatever M and K determine well.\n\
@@ -143,36 +143,42 @@ fn choice(report: &Report) -> String {
          K is known as a sum of squares, one an element: one-sided Jacobi rotations of the factor, and energies in place \
          of entries. Where: entries of K in double-double do not hold the soft springs to the digits that are asked for.\n\
          5. **Arbitrary precision.** M, K and the equilibrium from the exact expressions once more, with as many bits as the \
-         missing digits take, for the modes that miss them. Where: more digits than double-double has, or whatever is beyond all the rungs below.\n\n",
+         missing digits take, for the modes that miss them. Where: more digits than double-double has, or whatever is beyond all the others.\n\n",
     );
     let _ = writeln!(
         out,
         "Plain Jacobi rotations in doubles, without a ladder, are right on most of what other solvers in doubles get wrong. But they \
          prove nothing, are no help where K is no sum of squares (gravity, tension) or M is nearly singular, and cost more \
-         the larger the problem{}.\n\nThe highest rung that was needed, on how many of the {} problems of this document:\n",
+         the larger the problem{}.\n\nThe highest precision level that was needed, on how many of the {} problems of this document:\n",
         jacobi_cost(report),
         report.measured.len()
     );
-    let rungs = [Rung::Doubles, Rung::Refined, Rung::DoubleDouble, Rung::Factors, Rung::Precise];
-    let answered = |label: &str, rung: Rung| {
+    let levels = [
+        PrecisionLevel::Doubles,
+        PrecisionLevel::Refined,
+        PrecisionLevel::DoubleDouble,
+        PrecisionLevel::Factors,
+        PrecisionLevel::Precise,
+    ];
+    let answered = |label: &str, level: PrecisionLevel| {
         let all = report.measured.iter().filter_map(|m| m.of(label)?.certified.as_ref());
-        all.filter(|certified| certified.rung == rung).count().to_string()
+        all.filter(|certified| certified.level == level).count().to_string()
     };
-    let row = |rung: Rung| {
-        let mut cells = vec![rung_name(rung).to_owned()];
-        cells.extend(librate_paths().map(|(label, _)| answered(label, rung)));
+    let row = |level: PrecisionLevel| {
+        let mut cells = vec![level_name(level).to_owned()];
+        cells.extend(librate_paths().map(|(label, _)| answered(label, level)));
         cells
     };
-    let mut titles = vec!["rung".to_owned()];
+    let mut titles = vec!["precision level".to_owned()];
     titles.extend(librate_paths().map(|(_, digits)| format!("{digits} digits")));
-    table(&mut out, &titles, &rungs.map(row));
+    table(&mut out, &titles, &levels.map(row));
     out.push_str("\nAnd on each of them:\n\n");
     titles[0] = "problem".to_owned();
     let row = |measured: &Measured| {
         let mut cells = vec![measured.name.replace('_', " ")];
         cells.extend(librate_paths().map(|(label, _)| {
             let certified = measured.of(label).and_then(|o| o.certified.as_ref());
-            certified.map_or(String::new(), |certified| rung_name(certified.rung).to_owned())
+            certified.map_or(String::new(), |certified| level_name(certified.level).to_owned())
         }));
         cells
     };

@@ -8,7 +8,7 @@ use faer::{Mat, Par, Side};
 use librate::number::Number;
 use librate::oscillation::normal_modes;
 use librate::precision::Ball;
-use librate::{modes::Kind, modes::Options, modes::Rung};
+use librate::{modes::Kind, modes::Options, modes::PrecisionLevel};
 use librate_core::{modes::Precise, modes::solve_from};
 use nalgebra::{DMatrix, SymmetricEigen};
 
@@ -143,7 +143,7 @@ pub(crate) struct Answer {
     pub(crate) seconds: f64,
     /// ω², rising.
     pub(crate) values: Vec<Enclosure>,
-    pub(crate) rung: Rung,
+    pub(crate) level: PrecisionLevel,
 }
 
 /// All modes with their shapes, to so many digits.
@@ -162,7 +162,7 @@ pub(crate) fn with_librate(case: &Case, digits: usize, patience: f64) -> Result<
                         Some(enclosure(mode.kind, square, mode.precise.as_deref()))
                     })
                     .collect(),
-                rung: normal.rung,
+                level: normal.level,
             })
         }
         Origin::Matrices(exact) => {
@@ -172,7 +172,7 @@ pub(crate) fn with_librate(case: &Case, digits: usize, patience: f64) -> Result<
             Ok(Answer {
                 seconds,
                 values: modes.map(|mode| enclosure(mode.kind, &mode.omega_squared, mode.precise.as_deref())).collect(),
-                rung: spectrum.rung,
+                level: spectrum.level,
             })
         }
     }

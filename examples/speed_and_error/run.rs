@@ -3,7 +3,7 @@
 use std::error::Error;
 use std::path::Path;
 
-use librate::modes::Rung;
+use librate::modes::PrecisionLevel;
 use librate::number::Number;
 
 use super::case::{Case, FAMILIES, HARD, MANY_DIGITS};
@@ -92,7 +92,7 @@ pub(crate) struct Outcome {
 
 /// What librate says of itself, and whether it holds.
 pub(crate) struct Certified {
-    pub(crate) rung: Rung,
+    pub(crate) level: PrecisionLevel,
     /// The largest bound of the relative error of a frequency; infinite where a sign is open.
     pub(crate) bound: f64,
     /// Bound by true error, the median over the frequencies.
@@ -327,7 +327,7 @@ fn certified(case: &Case, answer: Answer, digits: usize) -> Outcome {
     Outcome {
         seconds: answer.seconds,
         certified: Some(Certified {
-            rung: answer.rung,
+            level: answer.level,
             bound,
             slack: median(slack),
             holds,

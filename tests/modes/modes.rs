@@ -5,7 +5,7 @@
 use crate::modes_support;
 
 use dashu_ratio::RBig;
-use librate::{modes::Kind, modes::Options, modes::Rung, modes::Stability};
+use librate::{modes::Kind, modes::Options, modes::PrecisionLevel, modes::Stability};
 use librate::{precision::Ball, precision::Rounding, precision::decimal};
 use librate_core::{modes::ModesError, modes::Problem, modes::solve};
 use modes_support::*;
@@ -145,7 +145,7 @@ fn corrected_shapes_keep_their_bounds() {
     let mut free = problem(&m, &k);
     free.zero_vectors = vec![vec![Ball::ONE; n]];
     let spectrum = solve(&free, &options).unwrap();
-    assert_eq!(spectrum.rung, Rung::Refined);
+    assert_eq!(spectrum.level, PrecisionLevel::Refined);
     let length = (Ball::exact(2.0) / Ball::exact(n as f64)).sqrt();
     for (number, mode) in spectrum.modes.iter().enumerate().skip(1) {
         let exact = |j: usize| {
@@ -167,7 +167,7 @@ fn corrected_shapes_keep_their_bounds() {
     let k = diagonal(&(0..n).map(|i| RBig::from(n - i)).collect::<Vec<_>>());
     let pendulum = problem(&m, &k);
     let found = solve(&pendulum, &options).unwrap();
-    assert_eq!(found.rung, Rung::Refined);
+    assert_eq!(found.level, PrecisionLevel::Refined);
     let better = solve(&pendulum, &Options::default().digits(22)).unwrap();
     for (mode, other) in found.modes.iter().zip(&better.modes) {
         let bound = mode.vector_error_bound;

@@ -6,7 +6,7 @@
 use std::ops::Range;
 
 use faer::linalg::matmul::matmul;
-use faer::{Accum, MatMut, MatRef, Par};
+use faer::{Accum, Mat, MatMut, MatRef, Par};
 
 use crate::precision::{DoubleDouble, fast_two_sum, two_sum};
 
@@ -54,6 +54,19 @@ impl Matrix {
     /// The high parts of a column.
     pub(super) fn column_hi(&self, column: usize) -> &[f64] {
         &self.hi[column * self.stride..column * self.stride + self.rows]
+    }
+
+    /// The high parts.
+    pub(super) fn doubles(&self) -> Mat<f64> {
+        self.hi().0.to_owned()
+    }
+
+    pub(super) fn from_doubles(doubles: MatRef<'_, f64>) -> Self {
+        let mut result = Self::zeros(doubles.nrows(), doubles.ncols());
+        for (j, column) in doubles.col_iter().enumerate() {
+            result.column_mut(j).0.iter_mut().zip(column.iter()).for_each(|(to, x)| *to = *x);
+        }
+        result
     }
 
     /// The high parts, to be multiplied.
@@ -169,6 +182,11 @@ impl Plain {
         result
     }
 
+    /// Copies the lower triangle into the upper one.
+    pub(super) fn mirror(&mut self) {
+        mirror(&mut self.data, self.columns, self.stride);
+    }
+
     /// To be multiplied.
     pub(super) fn view(&self) -> View<'_> {
         View::new(&self.data, self.rows, self.columns, self.stride)
@@ -246,6 +264,10 @@ impl<'a> View<'a> {
             return Self(MatRef::from_column_major_slice(&[], rows, columns));
         }
         Self(MatRef::from_column_major_slice_with_stride(data, rows, columns, stride))
+    }
+
+    pub(super) fn matrix(self) -> MatRef<'a, f64> {
+        self.0
     }
 
     pub(super) fn transposed(self) -> Self {

@@ -8,11 +8,13 @@
 //! pivoted QR decomposition before it Drmac, Veselic, "New fast and accurate Jacobi SVD algorithm",
 //! ibid. 29 (2008)).
 
-use faer::{Mat, Side};
+use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
+use faer::{Mat, Par};
 
 use super::dense::{Columns, Matrix, Plain};
 use super::pencil::{Bounded, Enclosed, Scaled};
 use super::product::{Part, TERM, bound_product, measured_product, product_bound, product_sparse};
+use super::start::cholesky;
 use super::{ModesError, Which};
 use crate::precision::{Ball, up};
 
@@ -66,7 +68,7 @@ impl Factored {
         let rest = if factors.rest.is_empty() {
             None
         } else if factors.rest.len() == n * n {
-            Some(Enclosed::new(n, &factors.rest, &scaled.shift, scaled.power))
+            Some(Enclosed::symmetric(n, &factors.rest, &scaled.shift, scaled.power))
         } else {
             return Err(ModesError::Shape { matrix: Which::Stiffness, expected: n * n, found: factors.rest.len() });
         };
@@ -105,8 +107,8 @@ impl Factored {
                 *far = up(size + off);
             }
         }
-        let mut radius = bound_product(&near, &far.transposed(), Part::All);
-        let other = bound_product(&sizes, &off.transposed(), Part::All);
+        let mut radius = bound_product(&near, &far.transposed());
+        let other = bound_product(&sizes, &off.transposed());
         let mut signed = elongation.clone();
         for (element, negative) in self.negative.iter().enumerate() {
             if *negative {
@@ -138,9 +140,7 @@ impl Factored {
         }
         let n = scaled.n;
         let elements = self.negative.len();
-        let mass = Mat::from_fn(n, n, |i, j| scaled.mass.mid.get(i, j).hi);
-        let lower = mass.llt(Side::Lower).ok()?;
-        let lower = lower.L();
+        let lower = cholesky(&scaled.mass.mid.doubles(), 0.0)?;
         // Rows by falling size, which keeps what is soft apart from what is stiff (Cox, Higham,
         // "Stability of Householder QR factorization for weighted least squares problems", 1998).
         let mut order: Vec<usize> = (0..elements).collect();
@@ -156,7 +156,7 @@ impl Factored {
                 weighted[(self.columns.places[at], to)] += self.columns.hi[at];
             }
         }
-        faer::linalg::triangular_solve::solve_lower_triangular_in_place(lower, weighted.as_mut(), faer::Par::Seq);
+        solve_lower_triangular_in_place(lower.as_ref(), weighted.as_mut(), Par::Seq);
         let qr = weighted.transpose().to_owned().col_piv_qr();
         let r = qr.thin_R();
         let (forward, _) = qr.P().arrays();
@@ -179,18 +179,8 @@ impl Factored {
                 vectors[(forward[i], to)] = value / length;
             }
         }
-        faer::linalg::triangular_solve::solve_upper_triangular_in_place(
-            lower.transpose(),
-            vectors.as_mut(),
-            faer::Par::Seq,
-        );
-        let mut x = Matrix::zeros(n, count);
-        for column in 0..count {
-            for (row, to) in x.column_mut(column).0.iter_mut().enumerate() {
-                *to = vectors[(row, column)];
-            }
-        }
-        Some(x)
+        solve_upper_triangular_in_place(lower.transpose(), vectors.as_mut(), Par::Seq);
+        Some(Matrix::from_doubles(vectors.as_ref()))
     }
 }
 

@@ -77,11 +77,7 @@ impl<'a> Operator<'a> {
     pub(super) fn new(matrix: &'a Enclosed) -> Self {
         let n = matrix.mid.rows;
         // The weight of what is not exactly zero is not either.
-        let nonzero = |column: usize| {
-            let weights = matrix.weight.column(column).iter();
-            let entries = weights.enumerate().filter(|(_, w)| **w != 0.0);
-            entries.map(|(row, _)| row)
-        };
+        let nonzero = |column: usize| (0..n).filter(move |row| matrix.weight(*row, column) != 0.0);
         let most = (SPARSE * (n * n) as f64) as usize + 2 * n;
         let mut places = Vec::new();
         let mut starts = vec![0];
@@ -94,16 +90,16 @@ impl<'a> Operator<'a> {
         }
         if places.len() > most {
             // Sums of up to n² squares in doubles, whose roundings the factor covers, and low parts.
-            let norm = |a: &dyn Fn(usize) -> &'a [f64]| -> f64 {
-                let squares = |column| a(column).iter().map(|x| x * x).sum::<f64>();
-                ((0..n).map(squares).sum::<f64>() * (1.0 + 1e-6) + 1e-300).sqrt()
+            let norm = |data: &[f64]| -> f64 {
+                let squares = |column: &[f64]| column.iter().map(|x| x * x).sum::<f64>();
+                (data.chunks(matrix.mid.stride).map(squares).sum::<f64>() * (1.0 + 1e-6) + 1e-300).sqrt()
             };
             return Self {
                 matrix,
                 columns: None,
                 weights: Vec::new(),
-                norm: norm(&|column| matrix.weight.column(column)),
-                size: norm(&|column| matrix.mid.column_hi(column)),
+                norm: norm(&matrix.weights().data),
+                size: norm(&matrix.mid.hi),
             };
         }
         let most = starts.windows(2).map(|range| range[1] - range[0]).max();
@@ -115,7 +111,7 @@ impl<'a> Operator<'a> {
                 let entry = matrix.mid.get(row, column);
                 columns.hi.push(entry.hi);
                 columns.lo.push(entry.lo);
-                weights.push(up(matrix.weight.get(row, column) + unit * entry.hi.abs()));
+                weights.push(up(matrix.weight(row, column) + unit * entry.hi.abs()));
             }
         }
         (columns.starts, columns.places) = (starts, places);

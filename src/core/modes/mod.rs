@@ -2,7 +2,7 @@
 //!
 //! The stage takes two symmetric matrices whose entries are enclosures of exact numbers, and
 //! returns every eigenvalue of K x = ω² M x in an interval that holds it for all matrices in the
-//! enclosures. The ladder (`climb`): eigenvectors in doubles (`start`), both forms in their basis computed
+//! enclosures (`levels`): eigenvectors in doubles (`start`), both forms in their basis computed
 //! with error bounds, in products of doubles where the problem is large (`quick`), else in
 //! double-double (`pencil`), enclosures of all eigenvalues (`certify`); where
 //! they do not cover the wanted digits, or eigenvalues are not separated, better eigenvectors
@@ -13,11 +13,11 @@
 //! comes from a vector that the caller has proved to lie in the kernel of K.
 
 mod certify;
-mod climb;
 mod dense;
 pub mod exponents;
 mod factored;
 mod image;
+mod levels;
 mod pencil;
 mod precise;
 mod product;
@@ -30,27 +30,30 @@ mod start;
 
 use thiserror::Error;
 
-use crate::precision::{Ball, Big, Rounding, decimal};
-use climb::{Certificate, Gram, Solution, climb, covered, covers, first};
+use crate::precision::{Ball, Big, Enclosure, Function, Rounding};
+
 use dense::Matrix;
 pub use factored::Factors;
+use levels::{Certificate, Gram, Solution, covered, first, refined};
 use pencil::{Scaled, ZeroSpace};
-pub use precise::{Precise, PreciseProblem};
 use spectrum::spectrum;
 
-/// K x = ω² M x.
+/// K x = ω² M x, with entries that enclose those of the exact matrices.
 #[derive(Clone, Debug)]
-pub struct Problem {
+pub struct Problem<T = Ball> {
     /// The number of coordinates, n.
     pub dimension: usize,
     /// The mass matrix, n by n, column by column; symmetric (the lower triangle is read).
-    pub mass: Vec<Ball>,
+    pub mass: Vec<T>,
     /// The stiffness matrix, likewise.
-    pub stiffness: Vec<Ball>,
+    pub stiffness: Vec<T>,
     /// Linearly independent vectors proved to lie in the kernel of the exact stiffness matrix, each
-    /// ball enclosing the exact component. Every one gives a mode with frequency 0, exactly.
-    pub zero_vectors: Vec<Vec<Ball>>,
+    /// number enclosing the exact component. Every one gives a mode with frequency 0, exactly.
+    pub zero_vectors: Vec<Vec<T>>,
 }
+
+/// The same with any number of bits.
+pub type PreciseProblem = Problem<Big>;
 
 /// What is asked for: all modes with their shapes to ten digits, unless told otherwise.
 ///
@@ -84,10 +87,16 @@ impl Options {
         Self { power: self.power + power, ..self.clone() }
     }
 
-    /// Whether the bound of a positive number of about this size decides its rounding to all digits as it is printed.
-    fn decide(&self, size: f64, number: impl FnOnce() -> Ball) -> bool {
+    /// Whether a number, or the root of its absolute value, has all digits as they are printed, correctly rounded, with three to
+    /// spare for what is derived.
+    fn covers<S: Enclosure>(&self, x: &S, root: bool) -> bool {
+        let missing = x.spread().log2() - x.size().log2() + (self.digits as f64 + 3.0) * std::f64::consts::LOG2_10;
+        if missing > 0.0 || !(x.is_positive() || x.is_negative()) {
+            return false;
+        }
         // In doubles, if they can tell: 10^12 has a spacing of 1e-4.
         if self.digits <= 12 {
+            let size = if root { x.middle().abs().sqrt() } else { x.middle().abs() };
             let printed = Ball::exact(size).scale_far(self.power).mid_f64();
             let place = 10f64.powi(self.digits as i32 - 1 - printed.log10().floor() as i32);
             let fraction = (printed * place).fract();
@@ -95,17 +104,12 @@ impl Options {
                 return true;
             }
         }
-        let number = number();
-        if self.power == 0 {
-            decimal(&number, self.digits).rounding == Rounding::Correct
-        } else {
-            self.decide_precisely(&Big::from_ball(&number, BITS_OF_BALLS))
-        }
+        if root { self.decides(&x.apply(Function::Abs).sqrt()) } else { self.decides(x) }
     }
 
-    /// The same for more digits than a ball has.
-    fn decide_precisely(&self, number: &Big) -> bool {
-        number.scale(self.power).decimal(self.digits).rounding == Rounding::Correct
+    /// Whether the bound of a number decides its rounding to all digits.
+    fn decides<S: Enclosure>(&self, number: &S) -> bool {
+        number.unrounded(BITS_OF_BALLS).scale(self.power).decimal(self.digits).rounding == Rounding::Correct
     }
 
     /// Frequencies only: shapes cost as much again.
@@ -141,14 +145,14 @@ pub struct Spectrum {
     pub modes: Vec<Mode>,
     /// What all modes together, asked for or not, say about stability.
     pub stability: Stability,
-    /// The highest rung that any of the numbers comes from.
-    pub rung: Rung,
+    /// The highest precision level that any of the numbers comes from.
+    pub level: PrecisionLevel,
 }
 
-/// The rungs of the precision ladder, from the cheapest to the most expensive.
+/// The arithmetic that numbers come from, from the cheapest to the most expensive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[non_exhaustive]
-pub enum Rung {
+pub enum PrecisionLevel {
     /// Eigenvectors of doubles as they are; only quotients and residuals are more precise.
     Doubles,
     /// Eigenvectors of doubles, refined in double-double.
@@ -183,6 +187,24 @@ pub struct Mode {
     pub vector_error_bound: f64,
     /// Modes with the same number are not separated by the bounds: equal, or nearly so.
     pub cluster: u32,
+}
+
+/// The numbers of a mode at a precision beyond that of a [`Ball`].
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Precise {
+    /// omega² - growth², which is ω² of a mode that oscillates or grows.
+    pub omega_squared: Big,
+    /// The frequency; 0 for an unstable mode.
+    pub omega: Big,
+    /// The rate of growth; 0 for a mode that oscillates.
+    pub growth: Big,
+}
+
+impl Precise {
+    fn complex(omega: Big, growth: Big) -> Self {
+        Self { omega_squared: &(&omega * &omega) - &(&growth * &growth), omega, growth }
+    }
 }
 
 /// The kind of a mode.
@@ -351,12 +373,16 @@ pub fn solve_from(problem: &Problem, source: &dyn Source, options: &Options) -> 
     let scaled = Scaled::new(problem)?;
     let n = scaled.n;
     if n == 0 {
-        return Ok(Spectrum { modes: Vec::new(), stability: Stability::Stable, rung: Rung::Doubles });
+        return Ok(Spectrum { modes: Vec::new(), stability: Stability::Stable, level: PrecisionLevel::Doubles });
     }
     if problem.zero_vectors.len() > n {
         return Err(ModesError::ZeroVector { index: n });
     }
-    let zero = match ZeroSpace::new(&scaled, &problem.zero_vectors) {
+    let vectors = problem.zero_vectors.iter().map(|vector| {
+        let parts = vector.iter().zip(&scaled.shift).filter(|_| vector.len() == n);
+        parts.map(|(x, s)| x.scale(-s)).collect()
+    });
+    let zero = match ZeroSpace::new(&scaled.mass, &scaled.stiffness, vectors.collect()) {
         Ok(zero) => zero,
         Err(index) => {
             // A bad mass matrix shows here too; it is the better message.
@@ -366,7 +392,7 @@ pub fn solve_from(problem: &Problem, source: &dyn Source, options: &Options) -> 
         }
     };
     let options = &options.smaller(i64::from(scaled.power / 2));
-    let below = |options: &Options| climb(&scaled, &zero, source, options);
+    let below = |options: &Options| refined(&scaled, &zero, source, options);
     let solution = precise::further(&scaled, &zero, &below, source, options)?;
     Ok(spectrum(&scaled, &zero, &solution, options))
 }

@@ -1,18 +1,20 @@
 //! The problem in scaled coordinates, and the pencil (XᵀKX, XᵀMX) with proved error bounds.
 
+use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
+use faer::{Mat, Par};
+
 use super::certify::Couplings;
-use super::dense::{Matrix, Plain, mirror};
+use super::dense::{Matrix, Plain};
 use super::factored::Factored;
 use super::product::{Part, TERM, bound_product, measured_product, product, product_bound};
+use super::start::{NOISE, cholesky};
 use super::{ModesError, Problem, Which};
-use crate::precision::{Ball, DoubleDouble, U2, exponent_of, two_prod, up};
+use crate::precision::{Ball, DoubleDouble, Enclosure, U2, exponent_of, sum_of_products, two_prod, up};
 
-/// A symmetric matrix of balls: midpoints, and weights for the error of products with it.
+/// A square matrix of balls.
 pub(super) struct Enclosed {
     pub(super) mid: Matrix,
-    /// radius + c u² |mid|, entry by entry, with c u² = [`TERM`]: what a measured product with the matrix is off
-    /// by, per unit of the other factor, beside its noise.
-    pub(super) weight: Plain,
+    pub(super) radius: Plain,
     diagonal: bool,
 }
 
@@ -46,8 +48,8 @@ impl Scaled {
         let power = if power == i32::MIN { 0 } else { power & !1 };
         Ok(Self {
             n,
-            mass: Enclosed::new(n, &problem.mass, &shift, 0),
-            stiffness: Enclosed::new(n, &problem.stiffness, &shift, power),
+            mass: Enclosed::symmetric(n, &problem.mass, &shift, 0),
+            stiffness: Enclosed::symmetric(n, &problem.stiffness, &shift, power),
             shift,
             power,
         })
@@ -71,89 +73,114 @@ pub(super) fn check(n: usize, matrix: Which, entries: &[Ball]) -> Result<(), Mod
     }
 }
 
+/// 0 where the entry is exactly 0.
+fn weight(radius: f64, hi: f64) -> f64 {
+    if radius == 0.0 && hi == 0.0 { 0.0 } else { up(radius + TERM * hi.abs()) }
+}
+
 impl Enclosed {
-    /// From the lower triangle of `entries`.
-    pub(super) fn new(n: usize, entries: &[Ball], shift: &[i32], power: i32) -> Self {
-        let mut mid = Matrix::zeros(n, n);
-        let mut weight = Plain::zeros(n, n);
+    pub(super) fn new(n: usize, entry: impl Fn(usize, usize) -> Ball) -> Self {
+        let (mut mid, mut radius) = (Matrix::zeros(n, n), Plain::zeros(n, n));
         let mut diagonal = true;
         for column in 0..n {
-            let (hi, lo) = mid.column_mut(column);
-            let weights = weight.column_mut(column);
-            let shift_here = shift[column] - power;
-            for row in column..n {
-                let entry = entries[column * n + row];
-                if entry.is_zero() {
-                    continue;
+            for row in 0..n {
+                let entry = entry(row, column);
+                if !entry.is_zero() {
+                    mid.set(row, column, entry.mid);
+                    radius.set(row, column, entry.radius);
+                    diagonal &= row == column;
                 }
-                let shift = shift[row] + shift_here;
-                let entry = if shift == 0 { entry } else { entry.scale(shift) };
-                (hi[row], lo[row]) = (entry.mid.hi, entry.mid.lo);
-                weights[row] = up(entry.radius + TERM * entry.mid.hi.abs());
-                diagonal &= row == column;
             }
         }
-        if !diagonal {
-            for part in [&mut mid.hi, &mut mid.lo, &mut weight.data] {
-                mirror(part, n, mid.stride);
-            }
-        }
-        Self { mid, weight, diagonal }
+        Self { mid, radius, diagonal }
     }
 
-    /// The matrix times x, with its noise; see [`measured_product`].
-    ///
-    /// A product of two double-doubles is off by 5 u² of itself, less than [`TERM`]: no noise.
-    fn times(&self, x: &Matrix) -> (Matrix, Plain) {
-        if !self.diagonal {
-            return measured_product(&self.mid, x, Part::All);
+    /// From the lower triangle of `entries`, column by column; entry (r, c) is multiplied by 2^(shift_r + shift_c - power).
+    pub(super) fn symmetric(n: usize, entries: &[Ball], shift: &[i32], power: i32) -> Self {
+        Self::new(n, |row, column| {
+            let entry = entries[row.min(column) * n + row.max(column)];
+            let by = shift[row] + shift[column] - power;
+            if by == 0 || entry.is_zero() { entry } else { entry.scale(by) }
+        })
+    }
+
+    pub(super) fn ball(&self, row: usize, column: usize) -> Ball {
+        Ball { mid: self.mid.get(row, column), radius: self.radius.get(row, column) }
+    }
+
+    /// radius + c u² |mid| with c u² = [`TERM`]: what a measured product with the entry is off by, per unit of the other
+    /// factor, beside its noise.
+    pub(super) fn weight(&self, row: usize, column: usize) -> f64 {
+        weight(self.radius.get(row, column), self.mid.get(row, column).hi)
+    }
+
+    /// [`Enclosed::weight`] of all entries.
+    pub(super) fn weights(&self) -> Plain {
+        let mut weights = self.radius.clone();
+        for (own, hi) in weights.data.iter_mut().zip(&self.mid.hi) {
+            *own = weight(*own, *hi);
         }
-        let mut y = Matrix::zeros(x.rows, x.columns);
+        weights
+    }
+
+    /// The matrix times x, and a bound of the error of every entry.
+    pub(super) fn times(&self, x: &Matrix) -> Bounded {
+        let sizes = x.magnitudes();
+        if !self.diagonal {
+            let (mid, noise) = measured_product(&self.mid, x, Part::All);
+            let mut radius = bound_product(&self.weights(), &sizes);
+            for (e, noise) in radius.data.iter_mut().zip(&noise.data) {
+                *e = up(*e + noise);
+            }
+            return Bounded { mid, radius };
+        }
+        // A product of two double-doubles is off by 5 u² of itself, less than [`TERM`]: no noise.
+        let (mut mid, mut radius) = (Matrix::zeros(x.rows, x.columns), sizes);
         for column in 0..x.columns {
             for row in 0..x.rows {
-                y.set(row, column, self.mid.get(row, row) * x.get(row, column));
+                mid.set(row, column, self.mid.get(row, row) * x.get(row, column));
+                radius.set(row, column, up(self.weight(row, row) * radius.get(row, column)));
             }
         }
-        (y, Plain::zeros(x.rows, x.columns))
+        Bounded { mid, radius }
     }
 
-    /// The weights times magnitudes.
-    fn weigh(&self, sizes: &Plain) -> Plain {
-        if !self.diagonal {
-            return bound_product(&self.weight, sizes, Part::All);
-        }
-        let mut y = Plain::zeros(sizes.rows, sizes.columns);
-        for column in 0..sizes.columns {
-            for row in 0..sizes.rows {
-                y.set(row, column, up(self.weight.get(row, row) * sizes.get(row, column)));
-            }
-        }
-        y
-    }
-
-    /// XᵀAX.
+    /// XᵀAX for a symmetric A.
     ///
     /// With w = radius + c u² |A| (c u² = [`TERM`]), the computed image Y of A X is off by at most
     /// w |X| + its noise E, and XᵀY by at most |X|ᵀ (w |X| + E + c u² |Y|) + its own noise.
     pub(super) fn congruent(&self, x: &Matrix, xt: &Matrix) -> Bounded {
-        let sizes = x.magnitudes();
-        let (image, noise) = self.times(x);
-        let mut error = self.weigh(&sizes);
-        for column in 0..x.columns {
-            let bounds = error.column_mut(column).iter_mut();
-            let more = image.column_hi(column).iter().zip(noise.column(column));
-            for (e, (y, noise)) in bounds.zip(more) {
-                *e = up(*e + noise + TERM * y.abs());
-            }
+        let Bounded { mid: image, radius: mut error } = self.times(x);
+        for (e, y) in error.data.iter_mut().zip(&image.hi) {
+            *e = up(*e + TERM * y.abs());
         }
         let (mid, noise) = measured_product(xt, &image, Part::Lower);
-        let mut radius = bound_product(&sizes.transposed(), &error, Part::Lower);
-        for column in 0..radius.columns {
-            for (r, noise) in radius.column_mut(column).iter_mut().zip(noise.column(column)) {
-                *r = up(*r + noise);
-            }
+        let mut radius = bound_product(&xt.magnitudes(), &error);
+        radius.mirror();
+        for (r, noise) in radius.data.iter_mut().zip(&noise.data) {
+            *r = up(*r + noise);
         }
         Bounded { mid, radius }
+    }
+
+    /// Whether the symmetric matrix is shown to be positive definite: with P near the inverse of its Cholesky factor in
+    /// doubles, P A Pᵀ is diagonally dominant with a positive diagonal (Gershgorin), and A is definite where
+    /// P A Pᵀ is and P is not singular, which follows.
+    pub(super) fn is_positive_definite(&self) -> bool {
+        let n = self.mid.rows;
+        let Some(l) = cholesky(&self.mid.doubles(), NOISE * n as f64) else {
+            return false;
+        };
+        let mut p = Mat::<f64>::identity(n, n);
+        solve_lower_triangular_in_place(l.as_ref(), p.as_mut(), Par::Seq);
+        let (rows, columns) = (Matrix::from_doubles(p.as_ref()), Matrix::from_doubles(p.transpose()));
+        let Bounded { mid, radius } = self.congruent(&columns, &rows);
+        (0..n).all(|i| {
+            let size = |j: usize| if i == j { 0.0 } else { mid.get(i, j).hi.abs() * (1.0 + 1e-15) };
+            let rest: f64 = (0..n).map(|j| size(j) + radius.get(i, j)).sum();
+            // Sums of nonnegative doubles.
+            rest * (1.0 + 8.0 * (n as f64 + 2.0) * f64::EPSILON) < mid.get(i, i).hi * (1.0 - 1e-15)
+        })
     }
 
     /// Whether nothing is left of the matrix but uncertainty.
@@ -162,36 +189,24 @@ impl Enclosed {
         (0..n).all(|column| self.mid.column_hi(column).iter().all(|x| x.abs() < 1e-25))
     }
 
-    /// The matrix times a vector of balls, as balls.
-    pub(super) fn apply(&self, x: &[Ball]) -> Vec<Ball> {
-        let sizes: Vec<f64> = x.iter().map(Ball::abs_upper).collect();
-        (0..self.mid.rows)
-            .map(|row| {
-                let mut sum = Ball::ZERO;
-                let mut error = 0.0;
-                // The matrix is symmetric: a row is the column that lies in one piece.
-                let entries = self.mid.column_hi(row).iter();
-                let entries = entries.zip(self.weight.column(row)).enumerate();
-                for (column, (hi, weight)) in entries.filter(|(_, (_, weight))| **weight != 0.0) {
-                    if *hi != 0.0 && !x[column].is_zero() {
-                        sum = sum + Ball::from(self.mid.get(column, row)) * x[column];
-                    }
-                    // The weight holds the radius and a little more.
-                    error += weight * sizes[column];
-                }
-                if error == 0.0 { sum } else { sum.with_added_radius(error * 1.000_001) }
-            })
-            .collect()
+    /// The transpose times a vector of balls, as balls.
+    pub(super) fn transpose_times(&self, x: &[Ball]) -> Vec<Ball> {
+        let product = |row: usize| {
+            // What is not 0 in the column, which lies in one piece.
+            let terms = self.mid.column_hi(row).iter().zip(self.radius.column(row)).zip(x).enumerate();
+            let terms = terms.filter(|(_, ((hi, radius), x))| (**hi != 0.0 || **radius != 0.0) && !x.is_zero());
+            terms.fold(Ball::ZERO, |sum, (at, (_, x))| sum + self.ball(at, row) * *x)
+        };
+        (0..self.mid.rows).map(product).collect()
     }
 
-    /// xᵀ A x.
+    /// xᵀ A x for a symmetric A.
     pub(super) fn form(&self, x: &[Ball]) -> Ball {
-        let image = self.apply(x);
-        x.iter().zip(&image).fold(Ball::ZERO, |sum, (x, y)| sum + *x * *y)
+        sum_of_products(x, &self.transpose_times(x), ())
     }
 }
 
-/// A symmetric matrix with an error bound for every entry.
+/// A matrix with an error bound for every entry.
 #[derive(Clone)]
 pub(super) struct Bounded {
     pub(super) mid: Matrix,
@@ -212,6 +227,60 @@ pub(super) struct Pencil {
     pub(super) overlap: Matrix,
     /// A bound, for each column of X, of the M-length of its part along the zero vectors.
     pub(super) leak: Vec<f64>,
+}
+
+/// Vectors that are orthonormal in a positive definite form, nearly.
+pub(super) struct Orthonormal<S> {
+    pub(super) vectors: Vec<Vec<S>>,
+    pub(super) images: Vec<Vec<S>>,
+    /// A bound of ‖ZᵀMZ - 1‖, at most 1/2, in the row sum norm.
+    pub(super) defect: f64,
+}
+
+impl<S: Enclosure> Orthonormal<S> {
+    /// A basis of what the vectors span, `image` being the product with M; `Err` with an index if they are not shown to be
+    /// independent.
+    pub(super) fn new(
+        vectors: Vec<Vec<S>>,
+        image: &dyn Fn(&[S]) -> Vec<S>,
+        precision: S::Precision,
+    ) -> Result<Self, usize> {
+        let dot = |x: &[S], y: &[S]| sum_of_products(x, y, precision);
+        let one = S::exact(1.0, precision);
+        let mut found = Self { vectors: Vec::new(), images: Vec::new(), defect: 0.0 };
+        for (index, mut v) in vectors.into_iter().enumerate() {
+            // Gram-Schmidt twice, with coefficients that are exact numbers: the result is a
+            // combination of the given vectors, whatever the coefficients.
+            for _ in 0..2 {
+                for (b, image) in found.vectors.iter().zip(&found.images) {
+                    let c = dot(&v, image).center();
+                    for (x, b) in v.iter_mut().zip(b) {
+                        *x = x.sub(&c.mul(b));
+                    }
+                }
+                let length = dot(&v, &image(&v));
+                if !length.is_positive() {
+                    return Err(index);
+                }
+                let factor = one.div(&length.sqrt()).center();
+                v.iter_mut().for_each(|x| *x = x.mul(&factor));
+            }
+            found.images.push(image(&v));
+            found.vectors.push(v);
+        }
+        for (i, b) in found.vectors.iter().enumerate() {
+            let entry = |(j, image): (usize, &Vec<S>)| {
+                let g = dot(b, image);
+                Enclosure::abs_upper(&if i == j { g.sub(&one) } else { g })
+            };
+            let sum: f64 = found.images.iter().enumerate().map(entry).sum();
+            found.defect = found.defect.max(sum * (1.0 + 1e-9));
+            if sum.is_nan() || found.defect > 0.5 {
+                return Err(found.vectors.len() - 1);
+            }
+        }
+        Ok(found)
+    }
 }
 
 /// The zero vectors, M-orthonormal as nearly as double-double allows.
@@ -247,51 +316,17 @@ impl ZeroSpace {
 
     /// From linearly independent vectors of the kernel of K; `Err` with an index if a vector is
     /// certainly not in it or they are not independent.
-    pub(super) fn new(problem: &Scaled, vectors: &[Vec<Ball>]) -> Result<Self, usize> {
-        let (n, z) = (problem.n, vectors.len());
-        let mut basis: Vec<Vec<Ball>> = Vec::with_capacity(z);
-        let mut images: Vec<Vec<Ball>> = Vec::with_capacity(z);
-        for (index, vector) in vectors.iter().enumerate() {
-            if vector.len() != n || vector.iter().any(|x| !x.is_finite()) {
-                return Err(index);
-            }
-            let mut v: Vec<Ball> = vector.iter().zip(&problem.shift).map(|(x, s)| x.scale(-s)).collect();
-            if problem.stiffness.apply(&v).iter().any(|x| !x.contains_zero()) {
-                return Err(index);
-            }
-            // Gram-Schmidt twice, with coefficients that are exact numbers: the result is a
-            // combination of the given vectors, whatever the coefficients.
-            for _ in 0..2 {
-                for (b, image) in basis.iter().zip(&images) {
-                    let c = v.iter().zip(image).fold(Ball::ZERO, |s, (x, y)| s + *x * *y);
-                    let c = Ball::from(c.mid);
-                    for (x, b) in v.iter_mut().zip(b) {
-                        *x = *x - c * *b;
-                    }
-                }
-                let length = problem.mass.form(&v);
-                if !length.is_positive() {
-                    return Err(index);
-                }
-                let factor = Ball::from((Ball::ONE / length.sqrt()).mid);
-                v.iter_mut().for_each(|x| *x = *x * factor);
-            }
-            images.push(problem.mass.apply(&v));
-            basis.push(v);
+    pub(super) fn new(mass: &Enclosed, stiffness_t: &Enclosed, vectors: Vec<Vec<Ball>>) -> Result<Self, usize> {
+        let (n, z) = (mass.mid.rows, vectors.len());
+        let outside = |v: &Vec<Ball>| {
+            let known = v.len() == n && v.iter().all(|x| x.is_finite());
+            !known || stiffness_t.transpose_times(v).iter().any(|x| !x.contains_zero())
+        };
+        if let Some(index) = vectors.iter().position(outside) {
+            return Err(index);
         }
-        let mut defect: f64 = 0.0;
-        for (i, b) in basis.iter().enumerate() {
-            let mut sum = 0.0;
-            for (j, image) in images.iter().enumerate() {
-                let g = b.iter().zip(image).fold(Ball::ZERO, |s, (x, y)| s + *x * *y);
-                let g = if i == j { g - Ball::ONE } else { g };
-                sum += g.abs_upper();
-            }
-            defect = defect.max(sum * (1.0 + 1e-9));
-        }
-        if z > 0 && (defect.is_nan() || defect > 0.5) {
-            return Err(z - 1);
-        }
+        let Orthonormal { vectors: basis, images, defect } =
+            Orthonormal::new(vectors, &|v| mass.transpose_times(v), ())?;
         let mut mid = Matrix::zeros(n, z);
         let mut image = Matrix::zeros(z, n);
         let mut image_radius = Plain::zeros(z, n);
@@ -327,7 +362,7 @@ pub(super) fn pencil(problem: &Scaled, factored: Option<&Factored>, zero: &ZeroS
     let mut overlap = Matrix::zeros(z, m);
     if z > 0 {
         overlap = product(&zero.image, x, Part::All);
-        let error = bound_product(&zero.image_radius, &x.magnitudes(), Part::All);
+        let error = bound_product(&zero.image_radius, &x.magnitudes());
         for (column, leak) in leak.iter_mut().enumerate() {
             let square: f64 = (0..z)
                 .map(|p| {

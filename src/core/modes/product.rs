@@ -1,10 +1,8 @@
 //! Products of matrices in double-double with a proved error bound.
 
-use super::dense::{Columns, Matrix, Plain, multiply};
+use super::dense::{Columns, Matrix, Plain, mirror, multiply};
 use crate::precision::{DoubleDouble, two_sum};
 
-/// From so many terms on, products of doubles are left to faer.
-const LARGE: usize = 32;
 /// Terms summed before the result is carried over into a double-double total: with more, bounds are
 /// larger; with fewer, products slower.
 const BLOCK: usize = 4;
@@ -43,7 +41,6 @@ kernel!(run_measured, measured_loops, (a: &Matrix, b: &Matrix, c: &mut Matrix, n
 kernel!(run_sparse, sparse_loops, (a: &Matrix, b: &Columns, c: &mut Matrix));
 kernel!(run_rows, row_loops, (a: &Matrix, b: &Matrix, result: &mut Vec<DoubleDouble>));
 kernel!(run_residuals, residual_loops, (y: &Matrix, z: &Matrix, quotient: &[DoubleDouble], r: &mut Plain));
-kernel!(run_bound, bound_loops, (a: &Plain, b: &Plain, c: &mut Plain, part: Part));
 
 /// Which part of a product is computed.
 #[derive(Clone, Copy, PartialEq)]
@@ -90,11 +87,7 @@ pub(super) fn measured_product(a: &Matrix, b: &Matrix, part: Part) -> (Matrix, P
     let mut noise = Plain::zeros(a.rows, b.columns);
     run_measured(a, b, &mut c, &mut noise, part);
     if part == Part::Lower {
-        for column in 0..c.columns {
-            for row in 0..column {
-                noise.set(row, column, noise.get(column, row));
-            }
-        }
+        noise.mirror();
     }
     (mirrored(c, part), noise)
 }
@@ -108,10 +101,8 @@ pub(super) fn product(a: &Matrix, b: &Matrix, part: Part) -> Matrix {
 
 fn mirrored(mut c: Matrix, part: Part) -> Matrix {
     if part == Part::Lower {
-        for column in 0..c.columns {
-            for row in 0..column {
-                c.set(row, column, c.get(column, row));
-            }
+        for data in [&mut c.hi, &mut c.lo] {
+            mirror(data, c.columns, c.stride);
         }
     }
     c
@@ -311,56 +302,11 @@ fn residual_loops<const FUSED: bool>(y: &Matrix, z: &Matrix, quotient: &[DoubleD
 ///
 /// A sum of m products in doubles is off by less than a factor 1 + 2 m u and m 2^-1074 for
 /// underflow.
-pub(super) fn bound_product(a: &Plain, b: &Plain, part: Part) -> Plain {
-    let mut c = if a.columns < LARGE {
-        let mut c = Plain::zeros(a.rows, b.columns);
-        run_bound(a, b, &mut c, part);
-        c
-    } else {
-        multiply(a.view(), b.view())
-    };
+pub(super) fn bound_product(a: &Plain, b: &Plain) -> Plain {
+    let mut c = multiply(a.view(), b.view());
     let factor = 1.0 + 4.0 * (a.columns as f64 + 2.0) * f64::EPSILON;
     for column in 0..c.columns {
-        let from = if part == Part::Lower { column } else { 0 };
-        for row in from..c.rows {
-            let bound = c.get(row, column) * factor + 1e-300;
-            c.set(row, column, bound);
-            if part == Part::Lower {
-                c.set(column, row, bound);
-            }
-        }
+        c.column_mut(column).iter_mut().for_each(|x| *x = *x * factor + 1e-300);
     }
     c
-}
-
-#[inline(always)]
-fn bound_loops<const FUSED: bool>(a: &Plain, b: &Plain, c: &mut Plain, part: Part) {
-    for column in 0..b.columns {
-        let from = column * b.stride;
-        let factors = &b.data[from..from + a.columns];
-        let to = column * c.stride;
-        let mut row = if part == Part::Lower { column & !3 } else { 0 };
-        while row + 16 <= a.stride {
-            bound_tile::<FUSED, 16>(a, row, factors, &mut c.data[to + row..]);
-            row += 16;
-        }
-        while row < a.stride {
-            bound_tile::<FUSED, 4>(a, row, factors, &mut c.data[to + row..]);
-            row += 4;
-        }
-    }
-}
-
-#[inline(always)]
-fn bound_tile<const FUSED: bool, const N: usize>(a: &Plain, row: usize, factors: &[f64], c: &mut [f64]) {
-    let mut sum = [0.0; N];
-    let mut start = row;
-    for &factor in factors {
-        let column = &a.data[start..start + N];
-        for l in 0..N {
-            sum[l] = if FUSED { column[l].mul_add(factor, sum[l]) } else { sum[l] + column[l] * factor };
-        }
-        start += a.stride;
-    }
-    c[..N].copy_from_slice(&sum);
 }

@@ -86,7 +86,7 @@ impl<'a> Quick<'a> {
         }
     }
 
-    /// Looks at columns X, given as Xᵀ.
+    /// Measures columns X, given as Xᵀ.
     pub(super) fn round(&self, xt: Matrix, slices: usize) -> Round {
         let lengths = lengths_of_rows(&xt);
         let y = self.stiffness.image(&xt, &lengths, slices);
@@ -96,7 +96,7 @@ impl<'a> Quick<'a> {
         self.measured(xt, lengths, (y, s), (z, norm))
     }
 
-    /// Looks at columns X + D, given as their transpose rounded to double-doubles and Dᵀ, after a look at X.
+    /// Measures columns X + D, given as their transpose rounded to double-doubles and Dᵀ, after X.
     pub(super) fn round_after(&self, before: Round, xt: Matrix, change: &Plain) -> Round {
         let moved = Moved::new(xt, change);
         let y = self.stiffness.image_after(before.stiffness_image, &moved);

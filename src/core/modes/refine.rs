@@ -181,8 +181,13 @@ impl Step {
         let rotations = clusters
             .into_iter()
             .map(|cluster| {
-                let rotation = block_eigenvectors(mixed, &cluster);
-                (cluster, rotation)
+                let block = block(
+                    cluster.len(),
+                    |p| quotient[cluster[p]].hi,
+                    |p, q| (quotient[cluster[p]] - quotient[cluster[q]]).hi,
+                    |p, q| mixed.coupling(cluster[p], cluster[q]),
+                );
+                (cluster, jacobi(block))
             })
             .collect();
         Self { correction: w, rotations }
@@ -214,37 +219,34 @@ pub(super) fn groups(leader: &mut [usize]) -> Vec<Vec<usize>> {
     members
 }
 
-/// Eigenvectors of the block of S - (G - 1) Λ, symmetrised, that belongs to a cluster.
-fn block_eigenvectors(mixed: &impl Mixed, cluster: &[usize]) -> Plain {
-    let c = cluster.len();
-    let half = DoubleDouble::exact(0.5);
-    let quotient: Vec<DoubleDouble> = cluster.iter().map(|&i| mixed.quotient(i)).collect();
-    let (mut low, mut high) = (quotient[0], quotient[0]);
-    for &mu in &quotient {
-        if mu < low {
-            low = mu;
-        }
-        if mu > high {
-            high = mu;
-        }
-    }
+/// The block of S - (G - 1) Λ, symmetrised, that belongs to a cluster of so many columns: from their quotients, the differences
+/// of these, and s_ij - μ_j g_ij.
+pub(super) fn block(
+    count: usize,
+    quotient: impl Fn(usize) -> f64,
+    difference: impl Fn(usize, usize) -> f64,
+    coupling: impl Fn(usize, usize) -> f64,
+) -> Plain {
+    let low = (1..count).fold(0, |low, p| if difference(p, low) < 0.0 { p } else { low });
+    let high = (1..count).fold(0, |high, p| if difference(p, high) > 0.0 { p } else { high });
     // A narrow cluster is measured from its centre, so that small splittings keep their digits; a
     // wide one from zero, so that small eigenvalues keep theirs.
-    let centre =
-        if (high - low).hi < 1e-3 * high.hi.abs().max(low.hi.abs()) { (low + high) * half } else { DoubleDouble::ZERO };
-    let mut block = Plain::zeros(c, c);
-    for (q, &j) in cluster.iter().enumerate() {
-        for (p, &i) in cluster.iter().enumerate() {
-            let value = if i == j {
-                (quotient[p] - centre).hi
-            } else {
+    let narrow = difference(high, low) < 1e-3 * quotient(high).abs().max(quotient(low).abs());
+    let mut block = Plain::zeros(count, count);
+    for q in 0..count {
+        for p in 0..count {
+            let value = if p != q {
                 // With the mean of both quotients in place of either.
-                0.5 * (mixed.coupling(i, j) + mixed.coupling(j, i))
+                0.5 * (coupling(p, q) + coupling(q, p))
+            } else if narrow {
+                0.5 * (difference(p, low) + difference(p, high))
+            } else {
+                quotient(p)
             };
             block.set(p, q, value);
         }
     }
-    jacobi(block)
+    block
 }
 
 /// Eigenvectors of a symmetric matrix by cyclic Jacobi rotations (Golub, Van Loan, 8.5). An entry

@@ -7,7 +7,7 @@ use super::image::lengths_of_rows;
 use super::pencil::{Scaled, ZeroSpace};
 use super::product::{Part, add_product, bound_product, kernel, product, product_bound};
 use super::{Certificate, Solution};
-use crate::precision::{Ball, DoubleDouble, U2, fast_two_sum, power_of_two, up};
+use crate::precision::{Ball, DoubleDouble, U2, clear_column, fast_two_sum, power_of_two, sum_of_products, up};
 
 /// A component this near the largest one decides the sign of a vector.
 const NEARLY_LARGEST: f64 = 1.0 - 1e-6;
@@ -101,7 +101,7 @@ impl Errors {
         for (to, column) in columns.iter().enumerate() {
             reach.column_mut(to).copy_from_slice(column);
         }
-        let components = if columns.is_empty() { reach } else { bound_product(&x.magnitudes(), &reach, Part::All) };
+        let components = if columns.is_empty() { reach } else { bound_product(&x.magnitudes(), &reach) };
         let mut along_rows = vec![0.0; x.rows];
         for p in 0..zero.mid.columns {
             for (sum, z) in along_rows.iter_mut().zip(zero.mid.column_hi(p)) {
@@ -338,13 +338,12 @@ fn finish(mut vector: Vec<f64>, error_bound: f64) -> Shape {
 fn echelon(basis: &Matrix, gram: &Matrix) -> Matrix {
     let c = basis.columns;
     let pivots = pivot_rows(basis);
-    let mut block = Matrix::zeros(c, c);
-    for (p, &row) in pivots.iter().enumerate() {
-        for q in 0..c {
-            block.set(p, q, basis.get(row, q));
-        }
-    }
-    let inverse = invert(block);
+    let unit = |is: bool| if is { DoubleDouble::ONE } else { DoubleDouble::ZERO };
+    let row = |(p, &row): (usize, &usize)| {
+        let own = (0..c).map(|q| basis.get(row, q));
+        own.chain((0..c).map(|q| unit(p == q))).collect()
+    };
+    let inverse = invert(pivots.iter().enumerate().map(row).collect());
     let mut transform = inverse.clone();
     if by_cholesky(&mut transform, gram) > WELL_CONDITIONED {
         return transform;
@@ -364,17 +363,9 @@ fn one_by_one(transform: &mut Matrix, gram: &Matrix) {
     let c = transform.columns;
     let mut columns: Vec<Vec<DoubleDouble>> = Vec::with_capacity(c);
     let mut images: Vec<Vec<DoubleDouble>> = Vec::with_capacity(c);
-    let dot = |x: &[DoubleDouble], y: &[DoubleDouble]| {
-        let terms = x.iter().zip(y).map(|(x, y)| *x * *y);
-        terms.fold(DoubleDouble::ZERO, |sum, term| sum + term)
-    };
-    let image = |x: &[DoubleDouble]| -> Vec<DoubleDouble> {
-        let row = |i: usize| {
-            let terms = x.iter().enumerate().map(|(j, x)| gram.get(i, j) * *x);
-            terms.fold(DoubleDouble::ZERO, |sum, term| sum + term)
-        };
-        (0..c).map(row).collect()
-    };
+    let dot = |x: &[DoubleDouble], y: &[DoubleDouble]| sum_of_products(x, y, ());
+    let rows: Vec<Vec<DoubleDouble>> = (0..c).map(|i| (0..c).map(|j| gram.get(i, j)).collect()).collect();
+    let image = |x: &[DoubleDouble]| -> Vec<DoubleDouble> { rows.iter().map(|row| dot(row, x)).collect() };
     for k in 0..c {
         let mut own: Vec<DoubleDouble> = (0..c).map(|row| transform.get(row, k)).collect();
         for _ in 0..2 {
@@ -467,39 +458,18 @@ fn pivot_rows(basis: &Matrix) -> Vec<usize> {
     pivots
 }
 
-/// The inverse by Gauss-Jordan elimination with row pivoting.
-fn invert(mut a: Matrix) -> Matrix {
-    let n = a.rows;
-    let mut inverse = Matrix::zeros(n, n);
-    for i in 0..n {
-        inverse.set(i, i, DoubleDouble::ONE);
-    }
+/// The inverse by Gauss-Jordan elimination with row pivoting, from the rows with those of the unit matrix behind them.
+fn invert(mut rows: Vec<Vec<DoubleDouble>>) -> Matrix {
+    let n = rows.len();
     for k in 0..n {
-        let best = (k..n).max_by(|&p, &q| a.get(p, k).hi.abs().total_cmp(&a.get(q, k).hi.abs())).unwrap_or(k);
-        for column in 0..n {
-            for matrix in [&mut a, &mut inverse] {
-                let (x, y) = (matrix.get(k, column), matrix.get(best, column));
-                matrix.set(k, column, y);
-                matrix.set(best, column, x);
-            }
-        }
-        let pivot = a.get(k, k);
-        for column in 0..n {
-            for matrix in [&mut a, &mut inverse] {
-                matrix.set(k, column, matrix.get(k, column) / pivot);
-            }
-        }
-        for row in 0..n {
-            let factor = a.get(row, k);
-            if row == k || factor.hi == 0.0 {
-                continue;
-            }
-            for column in 0..n {
-                for matrix in [&mut a, &mut inverse] {
-                    let value = matrix.get(row, column) - factor * matrix.get(k, column);
-                    matrix.set(row, column, value);
-                }
-            }
+        let best = (k..n).max_by(|&p, &q| rows[p][k].hi.abs().total_cmp(&rows[q][k].hi.abs())).unwrap_or(k);
+        rows.swap(k, best);
+        clear_column(&mut rows, k, k, ());
+    }
+    let mut inverse = Matrix::zeros(n, n);
+    for (i, row) in rows.iter().enumerate() {
+        for (j, entry) in row[n..].iter().enumerate() {
+            inverse.set(i, j, *entry);
         }
     }
     inverse

@@ -1,10 +1,9 @@
 //! Certified columns as modes in printing order.
 
-use super::climb::Solution;
+use super::levels::Solution;
 use super::pencil::{Scaled, ZeroSpace};
-use super::precise::Precise;
-use super::{Kind, Mode, Options, Rung, Spectrum, Stability, shape};
-use crate::precision::{Ball, Big};
+use super::{Kind, Mode, Options, Precise, PrecisionLevel, Spectrum, Stability, shape};
+use crate::precision::{Ball, Big, Scalar};
 
 /// The modes in printing order.
 pub(super) fn spectrum(scaled: &Scaled, zero: &ZeroSpace, solution: &Solution, options: &Options) -> Spectrum {
@@ -74,8 +73,8 @@ pub(super) fn spectrum(scaled: &Scaled, zero: &ZeroSpace, solution: &Solution, o
     }
     modes.truncate(wanted);
     let precise = modes.iter().any(|mode| mode.precise.is_some());
-    let rung = if precise { Rung::Precise } else { solution.rung };
-    Spectrum { modes, stability, rung }
+    let level = if precise { PrecisionLevel::Precise } else { solution.level };
+    Spectrum { modes, stability, level }
 }
 
 /// A mode with ω² as a ball times an even power of two.
@@ -86,22 +85,30 @@ fn mode(
     shape: Option<shape::Shape>,
     cluster: u32,
 ) -> Mode {
-    let both = match kind {
-        Kind::Oscillation => (omega_squared.sqrt(), Ball::ZERO),
-        Kind::Zero => (Ball::ZERO, Ball::ZERO),
-        Kind::Unstable => (Ball::ZERO, (-omega_squared).sqrt()),
-        Kind::Damped | Kind::Overdamped | Kind::Undecided => (omega_squared.sqrt(), (-omega_squared).sqrt()),
-    };
-    let (omega, growth) = (both.0.scale(power / 2), both.1.scale(power / 2));
+    let (omega, growth) = roots(kind, &omega_squared, Ball::ZERO);
+    let (omega, growth) = (omega.scale(power / 2), growth.scale(power / 2));
     let (vector, vector_error_bound) = shape.map_or((Vec::new(), 0.0), |shape| (shape.vector, shape.error_bound));
     Mode {
         kind,
         omega_squared: omega_squared.scale(power),
         omega,
         growth,
-        precise: precise.map(|x| Box::new(Precise::new(x, kind))),
+        precise: precise.map(|omega_squared| {
+            let (omega, growth) = roots(kind, &omega_squared, Big::zero(omega_squared.bits()));
+            Box::new(Precise { omega_squared, omega, growth })
+        }),
         vector,
         vector_error_bound,
         cluster,
+    }
+}
+
+/// Frequency and growth of a mode with this ω².
+fn roots<S: Scalar>(kind: Kind, omega_squared: &S, zero: S) -> (S, S) {
+    match kind {
+        Kind::Oscillation => (omega_squared.sqrt(), zero),
+        Kind::Zero => (zero.clone(), zero),
+        Kind::Unstable => (zero, omega_squared.neg().sqrt()),
+        Kind::Damped | Kind::Overdamped | Kind::Undecided => (omega_squared.sqrt(), omega_squared.neg().sqrt()),
     }
 }

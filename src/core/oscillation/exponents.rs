@@ -8,25 +8,18 @@ use crate::modes::exponents::Structure as Form;
 use crate::modes::exponents::{
     Exponent, IntegerQuadratic, PreciseQuadratic, QuadraticProblem, QuadraticSource, Units, exponents,
 };
-use crate::modes::{Kind, ModesError, Options, Precise, Stability};
+use crate::modes::{Kind, ModesError, Options, Stability};
 use crate::precision::Ball;
 
 /// The model as a source of matrices.
 pub(super) struct Source<'a> {
     pub(super) linearized: &'a Linearized,
-    pub(super) zero_modes: &'a [ZeroMode],
 }
 
 impl QuadraticSource for Source<'_> {
     fn precisely(&self, bits: usize) -> Option<PreciseQuadratic> {
         let precise = self.linearized.precisely(bits)?;
-        let zero_modes = self.linearized.precise_zero_modes(&precise, self.zero_modes)?;
-        Some(PreciseQuadratic {
-            mass: precise.mass,
-            velocity: precise.velocity?,
-            stiffness: precise.stiffness,
-            zero_vectors: zero_modes.into_iter().map(|mode| mode.vector).collect(),
-        })
+        Some(PreciseQuadratic { mass: precise.mass, velocity: precise.velocity?, stiffness: precise.stiffness })
     }
 
     fn integers(&self) -> Option<IntegerQuadratic> {
@@ -73,7 +66,7 @@ pub(super) fn normal_modes(linearized: &Linearized, options: &Options) -> Result
         if let Some(found) = apart {
             break found;
         }
-        let source = Source { linearized, zero_modes: &zero_modes };
+        let source = Source { linearized };
         match exponents(&problem, &source, options) {
             // What was found modulo a prime does not hold in true numbers: it is no zero mode.
             Err(ModesError::ZeroVector { index }) if index < zero_modes.len() => {
@@ -103,7 +96,7 @@ pub(super) fn normal_modes(linearized: &Linearized, options: &Options) -> Result
         secular: found.secular,
         zero_motions,
         modes,
-        rung: found.rung,
+        level: found.level,
         gyroscopically_stabilised: stabilised,
     })
 }
@@ -115,10 +108,7 @@ fn mode(linearized: &Linearized, entry: Exponent) -> NormalMode {
         omega_squared: entry.omega_squared,
         omega: entry.omega,
         growth: entry.growth,
-        precise: entry.precise.map(|precise| {
-            let square = &(&precise.omega * &precise.omega) - &(&precise.growth * &precise.growth);
-            Box::new(Precise { omega_squared: square, omega: precise.omega, growth: precise.growth })
-        }),
+        precise: entry.precise,
         vector: real,
         imaginary,
         vector_error_bound: bound,

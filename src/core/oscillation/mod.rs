@@ -16,7 +16,7 @@ pub use warning::{Warning, warnings};
 use crate::linearize::{LinearizeError, Linearized, Structure, Units, ZeroMode};
 use crate::modes::exponents::Limit;
 use crate::modes::{
-    self, Factors, Kind, ModesError, Options, Precise, PreciseProblem, Problem, Rung, Source, Stability,
+    self, Factors, Kind, ModesError, Options, Precise, PreciseProblem, PrecisionLevel, Problem, Source, Stability,
 };
 use crate::precision::Ball;
 use crate::span::Span;
@@ -34,8 +34,8 @@ pub struct NormalModes {
     pub secular: Option<bool>,
     /// Unstable modes by falling growth, then zero modes, then by rising frequency.
     pub modes: Vec<NormalMode>,
-    /// The highest rung of the precision ladder that any of the numbers comes from.
-    pub rung: Rung,
+    /// The highest precision level that any of the numbers comes from.
+    pub level: PrecisionLevel,
     /// What the zero modes are together, each in words: "translation", "rotation about z", …; their vectors, real and
     /// imaginary parts of complex ones, are some basis of these motions.
     pub zero_motions: Vec<String>,
@@ -206,7 +206,7 @@ fn modes_of(linearized: &Linearized, options: &Options) -> Result<NormalModes, L
         secular: Some(false),
         zero_motions: zero_motions(zero_modes),
         modes,
-        rung: spectrum.rung,
+        level: spectrum.level,
         gyroscopically_stabilised: false,
     })
 }

@@ -43,7 +43,6 @@ impl QuadraticSource for Part<'_> {
             mass: block(&whole.mass, n, self.own),
             velocity: block(&whole.velocity, n, self.own),
             stiffness: block(&whole.stiffness, n, self.own),
-            zero_vectors: whole.zero_vectors.iter().map(|vector| piece(vector, self.own)).collect(),
         })
     }
 
@@ -110,7 +109,7 @@ pub(super) fn solve(
         if own.is_empty() {
             return Some(joined(Vec::new(), &every));
         }
-        let whole = Source { linearized, zero_modes };
+        let whole = Source { linearized };
         // What is wrong with a part is told of the whole.
         let mut found = exponents(&own_problem, &Part { whole, own }, &every).ok()?;
         embed(&mut found, own, n);

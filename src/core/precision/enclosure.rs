@@ -8,6 +8,8 @@ pub trait Enclosure: Scalar {
     fn exact(value: f64, precision: Self::Precision) -> Self;
     /// The midpoint, exactly.
     fn center(&self) -> Self;
+    /// The midpoint, rounded to the precision and taken to be exactly that.
+    fn rounded(&self, precision: Self::Precision) -> Self;
     /// A double near the midpoint.
     fn middle(&self) -> f64;
     /// An upper bound of the distance between [`Enclosure::middle`] and the number.
@@ -63,6 +65,10 @@ impl Enclosure for Ball {
 
     fn center(&self) -> Self {
         if self.is_finite() { Ball::new(self.mid, 0.0) } else { *self }
+    }
+
+    fn rounded(&self, (): ()) -> Self {
+        Enclosure::center(self)
     }
 
     fn middle(&self) -> f64 {
@@ -173,6 +179,10 @@ impl Enclosure for Big {
 
     fn center(&self) -> Self {
         if self.is_finite() { Big::center(self) } else { self.clone() }
+    }
+
+    fn rounded(&self, bits: usize) -> Self {
+        Enclosure::center(&Enclosure::center(self).with_bits(bits))
     }
 
     fn middle(&self) -> f64 {

@@ -145,7 +145,8 @@ impl<T: Entry> Matrix<T> {
     }
 }
 
-fn sum_of_products<T: Entry>(x: &[T], y: &[T], precision: T::Precision) -> T {
+/// Σ x_i y_i, without terms that are exactly 0.
+pub fn sum_of_products<T: Entry>(x: &[T], y: &[T], precision: T::Precision) -> T {
     let products = x.iter().zip(y);
     let products = products.filter(|(x, y)| !(x.is_zero() || y.is_zero()));
     products.fold(T::whole(0, precision), |sum, (x, y)| sum.add(&x.mul(y)))

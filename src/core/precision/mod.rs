@@ -38,7 +38,7 @@ pub use dual::Dual;
 pub use enclosure::Enclosure;
 pub use lane::{LANES, Lane};
 pub use magnitude::Magnitude;
-pub use matrix::{Entry, Matrix, clear_column};
+pub use matrix::{Entry, Matrix, clear_column, sum_of_products};
 pub use root::Root;
 pub use scalar::{Function, Scalar};
 pub use system::System;

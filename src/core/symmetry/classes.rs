@@ -8,10 +8,7 @@
 
 use std::collections::BTreeSet;
 
-use faer::diag::DiagMut;
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_scratch};
-use faer::{MatMut, Par};
+use faer::{MatRef, Side};
 use nalgebra::DMatrix;
 
 use super::{GroupKind, PointGroup, SignedPermutation, Symmetry};
@@ -226,7 +223,7 @@ fn of_other(symmetry: &Symmetry) -> Option<Told> {
         matrices.push(inner);
     }
     // A sum over a class and its inverses is symmetric.
-    let (eigenvalues, eigenvectors) = decomposed(all)?;
+    let (eigenvalues, eigenvectors) = decomposed(&all)?;
     let mut values: Vec<(f64, Vec<i64>)> = Vec::new();
     for (value, vector) in eigenvalues.iter().zip(eigenvectors.column_iter()) {
         if values.iter().any(|(known, _)| (known - value).abs() < 1e-7) {
@@ -260,30 +257,10 @@ fn of_other(symmetry: &Symmetry) -> Option<Told> {
     Some((terms, names))
 }
 
-/// From this dimension on faer decomposes faster than nalgebra.
-const LARGE: usize = 14;
-
 /// Eigenvalues and eigenvectors of a symmetric matrix.
-fn decomposed(matrix: DMatrix<f64>) -> Option<(Vec<f64>, DMatrix<f64>)> {
+fn decomposed(matrix: &DMatrix<f64>) -> Option<(Vec<f64>, DMatrix<f64>)> {
     let n = matrix.nrows();
-    if n < LARGE {
-        let eigen = nalgebra::SymmetricEigen::try_new(matrix, f64::EPSILON, 1000)?;
-        return Some((eigen.eigenvalues.as_slice().to_vec(), eigen.eigenvectors));
-    }
-    let entries = faer::MatRef::from_column_major_slice(matrix.as_slice(), n, n);
-    let mut values = vec![0.0; n];
-    let mut vectors = vec![0.0; n * n];
-    let yes = ComputeEigenvectors::Yes;
-    let scratch = self_adjoint_evd_scratch::<f64>(n, yes, Par::Seq, Default::default());
-    let mut memory = MemBuffer::try_new(scratch).ok()?;
-    self_adjoint_evd(
-        entries,
-        DiagMut::from_slice_mut(&mut values),
-        Some(MatMut::from_column_major_slice_mut(&mut vectors, n, n)),
-        Par::Seq,
-        MemStack::new(&mut memory),
-        Default::default(),
-    )
-    .ok()?;
-    Some((values, DMatrix::from_vec(n, n, vectors)))
+    let eigen = MatRef::from_column_major_slice(matrix.as_slice(), n, n).self_adjoint_eigen(Side::Lower).ok()?;
+    let values = (0..n).map(|k| eigen.S()[k]).collect();
+    Some((values, DMatrix::from_fn(n, n, |i, j| eigen.U()[(i, j)])))
 }

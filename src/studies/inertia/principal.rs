@@ -167,7 +167,7 @@ impl Exact<'_> {
                 written.rounding == Rounding::Correct || mode.kind == Kind::Undecided
             };
             let all = spectrum.modes.iter().all(rounded);
-            let better = |before: &Spectrum| before.rung <= spectrum.rung;
+            let better = |before: &Spectrum| before.level <= spectrum.level;
             if last.as_ref().is_none_or(better) {
                 last = Some(spectrum);
             }

@@ -4,7 +4,7 @@
 use faer::c64;
 
 use super::complex::Wide;
-use crate::precision::{Big, Magnitude};
+use crate::precision::{Big, Magnitude, clear_column};
 
 /// A component smaller than 2 to this times the largest is no pivot of an echelon basis.
 const NO_PIVOT: i64 = -10;
@@ -89,23 +89,14 @@ impl Metric<'_> {
             let (row, top) = *rows.iter().find(|(_, most)| !most.is_zero() && *most >= largest.scale(NO_PIVOT))?;
             let best = rest.iter().position(|x| size(x, row) == top)?;
             columns.swap(p, p + best);
-            let pivot = columns[p].get(row)?.clone();
+            let pivot = columns[p].get(row)?;
             if pivot.contains_zero() {
                 return None;
             }
-            let own: Vec<Wide> = columns[p].iter().map(|x| x.div(&pivot)).collect();
-            for (at, other) in columns.iter_mut().enumerate() {
-                if at == p {
-                    other.clone_from(&own);
-                } else {
-                    let factor = other[row].clone();
-                    subtract(other, &own, &factor);
-                }
-                // Exactly so.
-                let bits = other[row].re.bits();
-                other[row] = Wide::zero(bits);
-            }
-            columns[p][row].re = Big::one(own[row].re.bits());
+            let bits = pivot.re.bits();
+            clear_column(&mut columns, p, row, bits);
+            // Exactly so.
+            columns[p][row] = Wide::real(1.0, bits);
             pivots.push(row);
         }
         let mut ordered: Vec<(usize, Vec<Wide>)> = pivots.into_iter().zip(columns).collect();
@@ -124,7 +115,7 @@ fn dot(x: &[Wide], y: &[Wide]) -> Wide {
 }
 
 /// x - factor·y
-pub(super) fn subtract(x: &mut [Wide], y: &[Wide], factor: &Wide) {
+fn subtract(x: &mut [Wide], y: &[Wide], factor: &Wide) {
     if factor.is_zero() {
         return;
     }

@@ -17,10 +17,10 @@
 use dashu_int::IBig;
 
 use super::IntegerQuadratic;
-use super::basis::{Metric, subtract};
+use super::basis::Metric;
 use super::complex::Wide;
 use super::polynomial::{Polynomial, rank};
-use crate::precision::{Big, Magnitude};
+use crate::precision::{Big, Magnitude, clear_column};
 
 /// Products of words that an exact rank may cost, about: a second.
 const MOST_WORK: f64 = 1e9;
@@ -278,7 +278,7 @@ impl Pencil<'_> {
     }
 }
 
-/// Rows after elimination with complete pivoting, as far as pivots exclude 0.
+/// Rows after the elimination of Gauss and Jordan with complete pivoting, as far as pivots exclude 0.
 struct Echelon {
     rank: usize,
     /// The order of the columns: those of the pivots first.
@@ -308,14 +308,8 @@ impl Echelon {
                 row.swap(rank, j);
             }
             order.swap(rank, j);
-            let (above, below) = rows.split_at_mut(rank + 1);
-            let pivot = &above[rank];
-            for row in below {
-                if !row[rank].is_zero() {
-                    let factor = row[rank].div(&pivot[rank]);
-                    subtract(&mut row[rank + 1..], &pivot[rank + 1..], &factor);
-                }
-            }
+            let bits = rows[rank][rank].re.bits();
+            clear_column(&mut rows, rank, rank, bits);
             rank += 1;
         }
         Self { rank, order, rows }
@@ -328,21 +322,12 @@ impl Echelon {
             return Vec::new();
         };
         let vector = |free: usize| {
-            let mut inner = vec![Wide::zero(bits); width];
-            inner[free].re = Big::one(bits);
-            for i in (0..self.rank).rev() {
-                let mut sum = self.rows[i][free].clone();
-                let known = self.rows[i].iter().zip(&inner).take(self.rank);
-                for (a, x) in known.skip(i + 1) {
-                    sum = sum.add(&a.mul(x));
-                }
-                inner[i] = Wide::zero(bits).sub(&sum.div(&self.rows[i][i]));
+            let mut vector = vec![Wide::zero(bits); width];
+            vector[self.order[free]].re = Big::one(bits);
+            for (at, row) in self.order.iter().zip(&self.rows).take(self.rank) {
+                vector[*at] = Wide::zero(bits).sub(&row[free]);
             }
-            let mut outer = vec![Wide::zero(bits); width];
-            for (at, x) in self.order.iter().zip(inner) {
-                outer[*at] = x;
-            }
-            outer
+            vector
         };
         (self.rank..width).map(vector).collect()
     }

@@ -85,82 +85,57 @@ fn exceeds(a: f64, b: f64) -> bool {
 const NEAR: f64 = 1.0 - 1e-11;
 const FAR: f64 = 1.0 + 1e-11;
 
-/// Discs for all columns, those in `together` (of the exponent 0) as one group from the start. `twin` tells
+/// Discs for all columns, those in `together` (of the exponent 0) as one group from the start. `conjugate_of` tells
 /// which column is the exact conjugate of another one.
-pub(super) fn certify(couplings: &Couplings, together: usize, twin: &[Option<usize>]) -> Certificate {
+pub(super) fn certify(couplings: &Couplings, together: usize, conjugate_of: &[Option<usize>]) -> Certificate {
     let m = couplings.size;
-    let mut sets: Vec<Option<Vec<usize>>> = Vec::new();
-    if together > 0 {
-        sets.push(Some((0..together).collect()));
-    }
-    sets.extend((together..m).map(|j| Some(vec![j])));
+    let first = (together > 0).then(|| (0..together).collect());
+    let mut sets: Vec<Vec<usize>> = first.into_iter().chain((together..m).map(|j| vec![j])).collect();
     let mut of = vec![0; m];
     for (at, set) in sets.iter().enumerate() {
-        for &j in set.iter().flatten() {
-            of[j] = at;
-        }
+        set.iter().for_each(|&j| of[j] = at);
     }
     let mut done: Vec<Option<Group>> = vec![None; sets.len()];
-    let mut todo: Vec<usize> = (0..sets.len()).rev().collect();
-    let join =
-        |a: usize, b: usize, sets: &mut Vec<Option<Vec<usize>>>, of: &mut Vec<usize>, done: &mut Vec<Option<Group>>| {
-            let moved = sets[b].take().unwrap_or_default();
-            for &j in &moved {
-                of[j] = a;
-            }
-            if let Some(set) = &mut sets[a] {
-                set.extend(moved);
-                set.sort_unstable();
-            }
-            done[a] = None;
-            done[b] = None;
-        };
     loop {
-        while let Some(at) = todo.pop() {
-            let Some(members) = sets[at].clone() else {
-                continue;
-            };
-            if done[at].is_some() {
-                continue;
-            }
+        let open = (0..sets.len()).find(|&at| !sets[at].is_empty() && done[at].is_none());
+        let (a, b) = if let Some(at) = open {
             // The conjugate of a column that is done.
-            if let [j] = members[..]
-                && let Some(i) = twin[j]
-                && let Some(group) = &done[of[i]]
-                && group.members.len() == 1
-            {
-                done[at] = Some(mirrored(group, j, twin));
-                continue;
-            }
-            match enclose(couplings, members) {
-                Ok(group) => done[at] = Some(group),
-                Err(culprit) => {
-                    let other = of[culprit];
-                    join(at, other, &mut sets, &mut of, &mut done);
-                    todo.push(at);
+            let conjugate = match sets[at][..] {
+                [j] => conjugate_of[j]
+                    .and_then(|i| done[of[i]].as_ref())
+                    .filter(|group| group.members.len() == 1)
+                    .map(|g| (g, j)),
+                _ => None,
+            };
+            let group = match conjugate {
+                Some((group, j)) => Ok(mirrored(group, j, conjugate_of)),
+                None => enclose(couplings, sets[at].clone()),
+            };
+            match group {
+                Ok(group) => {
+                    done[at] = Some(group);
+                    continue;
                 }
+                Err(culprit) => (at, of[culprit]),
             }
-        }
-        // Regions of different groups must not meet, lest an exponent be counted twice.
-        let mut disc = vec![0.0; m];
-        for group in done.iter().flatten() {
-            for (&c, &r) in group.members.iter().zip(&group.discs) {
-                disc[c] = r;
+        } else {
+            // Regions of different groups must not meet, lest an exponent be counted twice.
+            let mut disc = vec![0.0; m];
+            for group in done.iter().flatten() {
+                group.members.iter().zip(&group.discs).for_each(|(&c, &r)| disc[c] = r);
             }
-        }
-        let met = (0..m).find_map(|j| {
-            (0..j)
-                .find(|&i| of[i] != of[j] && !exceeds(couplings.distance.get(i, j) * NEAR, up(disc[i] + disc[j])))
-                .map(|i| (i, j))
-        });
-        match met {
-            Some((i, j)) => {
-                let (a, b) = (of[i], of[j]);
-                join(a, b, &mut sets, &mut of, &mut done);
-                todo.push(a);
+            let apart = |i: usize, j: usize| exceeds(couplings.distance.get(i, j) * NEAR, up(disc[i] + disc[j]));
+            let met = |j: usize| (0..j).find(|&i| of[i] != of[j] && !apart(i, j)).map(|i| (of[i], of[j]));
+            match (0..m).find_map(met) {
+                Some(pair) => pair,
+                None => break,
             }
-            None => break,
-        }
+        };
+        let moved = std::mem::take(&mut sets[b]);
+        moved.iter().for_each(|&j| of[j] = a);
+        sets[a].extend(moved);
+        sets[a].sort_unstable();
+        (done[a], done[b]) = (None, None);
     }
     let mut number = vec![0; sets.len()];
     let mut groups = Vec::new();
@@ -174,11 +149,11 @@ pub(super) fn certify(couplings: &Couplings, together: usize, twin: &[Option<usi
     Certificate { groups, of }
 }
 
-fn mirrored(group: &Group, column: usize, twin: &[Option<usize>]) -> Group {
+fn mirrored(group: &Group, column: usize, conjugate_of: &[Option<usize>]) -> Group {
     let m = group.reach.len();
     // Who is whose conjugate, either way.
     let mut partner: Vec<usize> = (0..m).collect();
-    for (j, i) in twin.iter().enumerate() {
+    for (j, i) in conjugate_of.iter().enumerate() {
         if let Some(i) = *i {
             partner[j] = i;
             partner[i] = j;

@@ -2,12 +2,13 @@
 
 use faer::c64;
 
-use super::super::dense::{Matrix, Plain};
+use super::super::dense::Matrix;
+use super::super::pencil::{Bounded, Enclosed};
 use super::certify::Certificate;
-use super::complex::{Complex, Exact, part, rounded};
-use super::couplings::{Approximate, Couplings, Link, Sheet};
+use super::complex::{Complex, part, rounded};
+use super::couplings::{Approximate, Couplings, Link, Residuals};
 use super::resolve::{Turn, members};
-use super::scale::{self, Scaled};
+use super::scale::Scaled;
 use super::spectrum::Value;
 use crate::precision::{self, Ball, Enclosure, Magnitude, up};
 
@@ -22,7 +23,7 @@ pub(super) struct Column<S> {
     pub(super) y: Vec<precision::Complex<S>>,
 }
 
-impl<S: Exact> Column<S> {
+impl<S: Enclosure> Column<S> {
     pub(super) fn conjugate(&self) -> Self {
         Self { mu: self.mu.conjugate(), x: conjugate(&self.x), y: conjugate(&self.y) }
     }
@@ -50,7 +51,7 @@ impl<S: Exact> Column<S> {
     }
 }
 
-pub(super) fn conjugate<S: Exact>(vector: &[precision::Complex<S>]) -> Vec<precision::Complex<S>> {
+pub(super) fn conjugate<S: Enclosure>(vector: &[precision::Complex<S>]) -> Vec<precision::Complex<S>> {
     vector.iter().map(precision::Complex::conjugate).collect()
 }
 
@@ -59,7 +60,7 @@ pub(super) fn conjugate<S: Exact>(vector: &[precision::Complex<S>]) -> Vec<preci
 pub(super) struct Columns {
     pub(super) all: Vec<Column<Ball>>,
     /// The column that this one is the exact conjugate of.
-    pub(super) twin: Vec<Option<usize>>,
+    pub(super) conjugate_of: Vec<Option<usize>>,
     pub(super) zeros: usize,
     pub(super) chains: usize,
     pub(super) links: Vec<Link>,
@@ -86,7 +87,7 @@ impl Columns {
 
     /// Whether a column is neither the conjugate of another nor has one.
     pub(super) fn is_single(&self, j: usize) -> bool {
-        self.twin[j].is_none() && !self.twin.contains(&Some(j))
+        self.conjugate_of[j].is_none() && !self.conjugate_of.contains(&Some(j))
     }
 
     /// The exponent with this radius.
@@ -97,11 +98,11 @@ impl Columns {
 
     /// Puts the turned columns in the place of the members.
     pub(super) fn put(&mut self, turn: &Turn, new: Vec<Column<Ball>>) {
-        let paired = turn.twin.iter().any(Option::is_some);
+        let paired = turn.conjugate_of.iter().any(Option::is_some);
         for (a, column) in new.into_iter().enumerate() {
             let j = turn.members[a];
-            if paired || self.twin[j].is_some() || column.is_real() {
-                self.twin[j] = turn.twin[a].map(|b| turn.members[b]);
+            if paired || self.conjugate_of[j].is_some() || column.is_real() {
+                self.conjugate_of[j] = turn.conjugate_of[a].map(|b| turn.members[b]);
             }
             self.all[j] = column;
         }
@@ -110,7 +111,7 @@ impl Columns {
     /// Conjugates as what they are.
     pub(super) fn mirror(&mut self) {
         for j in 0..self.count() {
-            if let Some(i) = self.twin[j] {
+            if let Some(i) = self.conjugate_of[j] {
                 self.all[j] = self.all[i].conjugate();
             }
         }
@@ -129,15 +130,15 @@ impl Columns {
             if group.members.len() < 2 || !group.members.iter().any(|j| lacking.contains(j)) {
                 continue;
             }
-            let Some(members) = members(&group.members, &self.twin, self.together()) else {
+            let Some(members) = members(&group.members, &self.conjugate_of, self.together()) else {
                 continue;
             };
             if members.len() < 2 || members.iter().any(|&j| turned[j]) {
                 continue;
             }
             let paired = |j: usize| {
-                let of = |k: usize| self.twin[k] == Some(j) && members.contains(&k);
-                self.twin[j].is_some_and(|i| members.contains(&i)) || (0..self.count()).any(of)
+                let of = |k: usize| self.conjugate_of[k] == Some(j) && members.contains(&k);
+                self.conjugate_of[j].is_some_and(|i| members.contains(&i)) || (0..self.count()).any(of)
             };
             let real = members.iter().any(|&j| paired(j) || self.is_single(j));
             if turn(members.clone(), real) {
@@ -149,20 +150,20 @@ impl Columns {
 }
 
 /// The mean of the exponents of a group; real where the group is closed under conjugation.
-pub(super) fn center<S: Exact>(
-    exponents: &[precision::Complex<S>],
+pub(super) fn center<S: Enclosure>(
+    columns: &[Column<S>],
     real: bool,
     precision: S::Precision,
 ) -> precision::Complex<S> {
     let zero = precision::Complex::zero(precision);
-    let sum = exponents.iter().fold(zero, |sum, mu| sum.add(mu));
-    let by = S::exact(1.0, precision).div(&S::exact(exponents.len() as f64, precision));
+    let sum = columns.iter().fold(zero, |sum, column| sum.add(&column.mu));
+    let by = S::exact(1.0, precision).div(&S::exact(columns.len() as f64, precision));
     rounded(&sum.times(&by), real, precision)
 }
 
 /// The columns that a turn makes of the members of a group, with exponents as finely as `center`, vectors with `precision`; `None`
 /// where they leave the range of numbers. The lengths of x and y balance as before.
-pub(super) fn turned<S: Exact>(
+pub(super) fn turned<S: Enclosure>(
     old: &[Column<S>],
     turn: &Turn,
     center: &precision::Complex<S>,
@@ -190,7 +191,7 @@ pub(super) fn turned<S: Exact>(
         if !(by.is_finite() && by > 0.0) {
             return None;
         }
-        let single = turn.twin[a].is_none() && !turn.twin.contains(&Some(a));
+        let single = turn.conjugate_of[a].is_none() && !turn.conjugate_of.contains(&Some(a));
         let real = single && turn.steps[a].im == 0.0 && Enclosure::is_zero(&center.im);
         let scaled = |v: Vec<precision::Complex<S>>, by: f64| {
             let by = S::exact(by, precision);
@@ -204,32 +205,19 @@ pub(super) fn turned<S: Exact>(
     columns.collect()
 }
 
-/// A matrix times complex columns, with a bound of the error of each entry.
-struct Image {
-    value: Matrix,
-    error: Plain,
+/// A matrix times complex columns; `inexact`: by how much the vectors themselves may be off, for the first of them.
+fn image(matrix: &Enclosed, x: &Matrix, inexact: &[Vec<f64>]) -> Bounded {
+    let mut image = matrix.times(x);
+    for (j, radii) in inexact.iter().enumerate().filter(|(_, radii)| radii.iter().any(|r| *r != 0.0)) {
+        for (i, more) in matrix.magnitude_times(radii).into_iter().enumerate() {
+            image.radius.set(i, 2 * j, up(image.radius.get(i, 2 * j) + more));
+        }
+    }
+    image
 }
 
-impl Image {
-    /// `inexact`: by how much the vectors themselves may be off, for the first of them.
-    fn new(matrix: &scale::Enclosure, x: &Matrix, inexact: &[Vec<f64>]) -> Self {
-        let (value, mut error) = matrix.times(x);
-        for (j, radii) in inexact.iter().enumerate() {
-            if radii.iter().all(|r| *r == 0.0) {
-                continue;
-            }
-            let more = matrix.magnitude_times(radii);
-            for (i, more) in more.into_iter().enumerate() {
-                error.set(i, 2 * j, up(error.get(i, 2 * j) + more));
-            }
-        }
-        Self { value, error }
-    }
-
-    fn column(&self, j: usize) -> Vec<Complex> {
-        let part = |i: usize, j: usize| Ball::new(self.value.get(i, j), self.error.get(i, j));
-        (0..self.value.rows).map(|i| Complex::new(part(i, 2 * j), part(i, 2 * j + 1))).collect()
-    }
+fn column(image: &Bounded, j: usize) -> Vec<Complex> {
+    (0..image.mid.rows).map(|i| Complex::new(image.ball(i, 2 * j), image.ball(i, 2 * j + 1))).collect()
 }
 
 fn stacked<'a>(n: usize, columns: impl Iterator<Item = &'a Vec<Complex>>) -> Matrix {
@@ -245,51 +233,51 @@ fn stacked<'a>(n: usize, columns: impl Iterator<Item = &'a Vec<Complex>>) -> Mat
 }
 
 /// A number in doubles.
-pub(super) fn approximate<S: Exact>(z: &precision::Complex<S>) -> Approximate {
+pub(super) fn approximate<S: Enclosure>(z: &precision::Complex<S>) -> Approximate {
     let error = z.re.middle_error() + z.im.middle_error();
     Approximate { value: z.to_c64(), error: if error == 0.0 { 0.0 } else { up(error) } }
 }
 
-fn approximates<S: Exact>(vector: &[precision::Complex<S>]) -> Vec<Approximate> {
+fn approximates<S: Enclosure>(vector: &[precision::Complex<S>]) -> Vec<Approximate> {
     vector.iter().map(approximate).collect()
 }
 
 /// What each column contributes, with exponents replaced by two-sided quotients.
-pub(super) fn measure(scaled: &Scaled, columns: &mut Columns) -> Vec<Sheet> {
+pub(super) fn measure(scaled: &Scaled, columns: &mut Columns) -> Vec<Residuals> {
     let n = scaled.n;
-    let own: Vec<usize> = (0..columns.count()).filter(|&j| columns.twin[j].is_none()).collect();
+    let own: Vec<usize> = (0..columns.count()).filter(|&j| columns.conjugate_of[j].is_none()).collect();
     let radii: Vec<Vec<f64>> =
         columns.all[..columns.zeros].iter().map(|column| column.x.iter().map(|x| x.re.radius).collect()).collect();
     let x = stacked(n, own.iter().map(|&j| &columns.all[j].x));
     let y = stacked(n, own.iter().map(|&j| &columns.all[j].y));
-    let right = [&scaled.mass, &scaled.velocity, &scaled.stiffness].map(|a| Image::new(a, &x, &radii));
-    let left = [&scaled.mass, &scaled.velocity_t, &scaled.stiffness_t].map(|a| Image::new(a, &y, &[]));
-    let mut sheets: Vec<Option<Sheet>> = vec![None; columns.count()];
+    let right = [&scaled.mass, &scaled.velocity, &scaled.stiffness].map(|a| image(a, &x, &radii));
+    let left = [&scaled.mass, &scaled.velocity_t, &scaled.stiffness_t].map(|a| image(a, &y, &[]));
+    let mut measured: Vec<Option<Residuals>> = vec![None; columns.count()];
     for (at, &j) in own.iter().enumerate() {
-        sheets[j] = Some(if j < columns.together() {
-            zero_sheet(columns, j, &right, &left)
+        measured[j] = Some(if j < columns.together() {
+            zero_residuals(columns, j, &right, &left)
         } else {
-            let of = |images: &[Image; 3]| images.each_ref().map(|image| image.column(at));
-            sheet(&mut columns.all[j], &of(&right), &of(&left), ())
+            let of = |images: &[Bounded; 3]| images.each_ref().map(|image| column(image, at));
+            residuals(&mut columns.all[j], &of(&right), &of(&left), ())
         });
     }
     for j in 0..columns.count() {
-        if let Some(i) = columns.twin[j] {
+        if let Some(i) = columns.conjugate_of[j] {
             columns.all[j].mu = columns.mu(i).conjugate();
-            sheets[j] = sheets[i].as_ref().map(Sheet::conjugate);
+            measured[j] = measured[i].as_ref().map(Residuals::conjugate);
         }
     }
-    sheets.into_iter().flatten().collect()
+    measured.into_iter().flatten().collect()
 }
 
 /// What a column contributes that is none of the exponent 0, its exponent replaced by the two-sided quotient. `of_x` are M x, D x
 /// and S x, `of_y` those of the transposes and y.
-pub(super) fn sheet<S: Exact>(
+pub(super) fn residuals<S: Enclosure>(
     column: &mut Column<S>,
     of_x: &[Vec<precision::Complex<S>>; 3],
     of_y: &[Vec<precision::Complex<S>>; 3],
     precision: S::Precision,
-) -> Sheet {
+) -> Residuals {
     type Vector<S> = Vec<precision::Complex<S>>;
     let real = column.is_real();
     let quadratic = |mu: &precision::Complex<S>, parts: &[Vector<S>; 3]| -> Vector<S> {
@@ -319,7 +307,7 @@ pub(super) fn sheet<S: Exact>(
     }
     let rest: Vector<S> = of_x[1].iter().zip(&of_x[0]).map(|(v, u)| v.add(&mu.mul(u))).collect();
     let turned: Vector<S> = column.y.iter().map(|y| mu.mul(y)).collect();
-    let sheet = Sheet {
+    let residuals = Residuals {
         x: approximates(&column.x),
         y: approximates(&column.y),
         left: approximates(&quadratic(&mu, of_y)),
@@ -330,12 +318,12 @@ pub(super) fn sheet<S: Exact>(
         residual: approximates(&residual),
     };
     column.mu = mu;
-    sheet
+    residuals
 }
 
 /// A column of the exponent 0; these are all their own, and the first. With x̃ = (XT)_j, a combination of vectors of the kernel,
 /// the residual is D x̃ + S x_j, and exactly 0 for a vector of the kernel; from the left Dᵀ ỹ + Sᵀ y_j with ỹ = (TYᵀ)_j.
-fn zero_sheet(columns: &Columns, j: usize, right: &[Image; 3], left: &[Image; 3]) -> Sheet {
+fn zero_residuals(columns: &Columns, j: usize, right: &[Bounded; 3], left: &[Bounded; 3]) -> Residuals {
     let Column { x, y, .. } = &columns.all[j];
     let none = vec![Complex::zero(()); x.len()];
     let sum = |a: Vec<Complex>, b: &[Complex]| -> Vec<Complex> { a.iter().zip(b).map(|(a, b)| a.add(b)).collect() };
@@ -353,18 +341,18 @@ fn zero_sheet(columns: &Columns, j: usize, right: &[Image; 3], left: &[Image; 3]
     let residual = if j < columns.zeros {
         none.clone()
     } else {
-        sum(linked(true, &|from| right[1].column(from)), &right[2].column(j))
+        sum(linked(true, &|from| column(&right[1], from)), &column(&right[2], j))
     };
     let turned = linked(false, &|from| columns.all[from].y.clone());
-    let from_left = sum(linked(false, &|from| left[1].column(from)), &left[2].column(j));
-    let rest = sum(right[1].column(j), &linked(true, &|from| right[0].column(from)));
+    let from_left = sum(linked(false, &|from| column(&left[1], from)), &column(&left[2], j));
+    let rest = sum(column(&right[1], j), &linked(true, &|from| column(&right[0], from)));
     // Moduli of y may be large where exponents near 0 are hardly separated: the plain sum does.
     let sizes = y.iter().zip(&residual).map(|(y, r)| y.upper_bound() * r.upper_bound());
-    Sheet {
+    Residuals {
         x: approximates(x),
         y: approximates(y),
         left: approximates(&from_left),
-        image: approximates(&right[0].column(j)),
+        image: approximates(&column(&right[0], j)),
         rest: approximates(&rest),
         turned: approximates(&turned),
         defect: sizes.fold(Magnitude::ZERO, |sum, size| sum + size).to_f64(),
@@ -377,7 +365,7 @@ fn zero_sheet(columns: &Columns, j: usize, right: &[Image; 3], left: &[Image; 3]
 pub(super) fn steps<'a>(
     couplings: &Couplings,
     columns: &Columns,
-    sheets: &'a [Sheet],
+    measured: &'a [Residuals],
     j: usize,
     difference: impl Fn(usize) -> c64,
     skip: impl Fn(usize) -> bool,
@@ -411,7 +399,7 @@ pub(super) fn steps<'a>(
         }
         total
     };
-    let x = sum(&right, &|i| &sheets[i].x);
-    let y = sum(&left, &|i| &sheets[i].y);
+    let x = sum(&right, &|i| &measured[i].x);
+    let y = sum(&left, &|i| &measured[i].y);
     (x, y)
 }

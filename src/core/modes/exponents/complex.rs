@@ -10,26 +10,8 @@ pub(super) type Complex = precision::Complex<Ball>;
 /// A complex number of any precision.
 pub(super) type Wide = precision::Complex<Big>;
 
-/// Enclosures whose midpoints can be taken as numbers.
-pub(super) trait Exact: Enclosure {
-    /// The midpoint, rounded to the precision and taken to be exactly that.
-    fn rounded(&self, precision: Self::Precision) -> Self;
-}
-
-impl Exact for Ball {
-    fn rounded(&self, (): ()) -> Self {
-        self.center()
-    }
-}
-
-impl Exact for Big {
-    fn rounded(&self, bits: usize) -> Self {
-        self.center().with_bits(bits).center()
-    }
-}
-
 /// Both parts rounded, and the imaginary one left out where the number is known to be real.
-pub(super) fn rounded<S: Exact>(
+pub(super) fn rounded<S: Enclosure>(
     z: &precision::Complex<S>,
     real: bool,
     precision: S::Precision,

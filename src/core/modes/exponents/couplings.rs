@@ -22,7 +22,7 @@
 use faer::c64;
 
 use super::super::dense::{Plain, gamma, multiply};
-use super::super::product::{Part, bound_product};
+use super::super::product::bound_product;
 use crate::precision::up;
 
 /// A complex number in doubles and a bound of its error.
@@ -40,7 +40,7 @@ impl Approximate {
 
 /// What a column contributes.
 #[derive(Clone, Debug)]
-pub(super) struct Sheet {
+pub(super) struct Residuals {
     pub(super) x: Vec<Approximate>,
     pub(super) y: Vec<Approximate>,
     /// The residual R_j and the one from the left, E_j.
@@ -55,7 +55,7 @@ pub(super) struct Sheet {
     pub(super) defect: f64,
 }
 
-impl Sheet {
+impl Residuals {
     pub(super) fn conjugate(&self) -> Self {
         let conjugate = |x: &[Approximate]| x.iter().map(|x| x.conjugate()).collect();
         Self {
@@ -128,12 +128,12 @@ struct Bundle {
 }
 
 impl Bundle {
-    fn new<'a>(n: usize, sheets: &'a [Sheet], part: impl Fn(&'a Sheet) -> &'a [Approximate]) -> Self {
-        let m = sheets.len();
+    fn new<'a>(n: usize, measured: &'a [Residuals], part: impl Fn(&'a Residuals) -> &'a [Approximate]) -> Self {
+        let m = measured.len();
         let mut parts = Plain::zeros(n, 2 * m);
         let (mut moduli, mut errors) = (Plain::zeros(n, m), Plain::zeros(n, m));
-        for (j, sheet) in sheets.iter().enumerate() {
-            for (i, x) in part(sheet).iter().enumerate() {
+        for (j, own) in measured.iter().enumerate() {
+            for (i, x) in part(own).iter().enumerate() {
                 parts.set(i, 2 * j, x.value.re);
                 parts.set(i, 2 * j + 1, x.value.im);
                 // hypot is off by less than a unit of the last place.
@@ -158,10 +158,10 @@ fn inner(a: &Bundle, b: &Bundle) -> (Products, Plain) {
     for (e, size) in weights.data.iter_mut().zip(&b.moduli.data) {
         *e = up(*e + rounding * size);
     }
-    let mut bound = bound_product(&a.moduli.transposed(), &weights, Part::All);
+    let mut bound = bound_product(&a.moduli.transposed(), &weights);
     let exact = a.errors.data.iter().all(|e| *e == 0.0);
     if !exact {
-        let more = bound_product(&a.errors.transposed(), &b.moduli, Part::All);
+        let more = bound_product(&a.errors.transposed(), &b.moduli);
         for (x, y) in bound.data.iter_mut().zip(&more.data) {
             *x = up(*x + y);
         }
@@ -178,19 +178,19 @@ impl Couplings {
     /// from doubles: columns that are nearly parallel have long left vectors.
     pub(super) fn new(
         n: usize,
-        sheets: &[Sheet],
+        measured: &[Residuals],
         links: &[Link],
         known: &[(usize, usize, Approximate)],
         distance: impl Fn(usize, usize) -> f64,
     ) -> Option<Self> {
-        let m = sheets.len();
-        let x = Bundle::new(n, sheets, |sheet| &sheet.x);
-        let y = Bundle::new(n, sheets, |sheet| &sheet.y);
-        let (residuals, residuals_error) = inner(&y, &Bundle::new(n, sheets, |sheet| &sheet.residual));
-        let (lefts, lefts_error) = inner(&Bundle::new(n, sheets, |sheet| &sheet.left), &x);
-        let turned = Bundle::new(n, sheets, |sheet| &sheet.turned);
-        let (first, first_error) = inner(&turned, &Bundle::new(n, sheets, |sheet| &sheet.image));
-        let (second, second_error) = inner(&y, &Bundle::new(n, sheets, |sheet| &sheet.rest));
+        let m = measured.len();
+        let x = Bundle::new(n, measured, |own| &own.x);
+        let y = Bundle::new(n, measured, |own| &own.y);
+        let (residuals, residuals_error) = inner(&y, &Bundle::new(n, measured, |own| &own.residual));
+        let (lefts, lefts_error) = inner(&Bundle::new(n, measured, |own| &own.left), &x);
+        let turned = Bundle::new(n, measured, |own| &own.turned);
+        let (first, first_error) = inner(&turned, &Bundle::new(n, measured, |own| &own.image));
+        let (second, second_error) = inner(&y, &Bundle::new(n, measured, |own| &own.rest));
         let mut unit = first.0;
         for (a, b) in unit.data.iter_mut().zip(&second.0.data) {
             *a += b;
@@ -206,14 +206,14 @@ impl Couplings {
         let square = || Plain::zeros(m, m);
         let (mut right, mut left_t, mut q, mut q_t) = (square(), square(), square(), square());
         let (mut defect, mut least) = (Vec::with_capacity(m), Vec::with_capacity(m));
-        for (j, sheet) in sheets.iter().enumerate() {
+        for (j, own) in measured.iter().enumerate() {
             for i in 0..m {
                 let (a, b) = (first_error.get(i, j), second_error.get(i, j));
                 let entry = unit.get(i, j);
                 // The sum of the two is rounded by at most 2 u of its parts, which γ covers twice.
                 let error = up(2.0 * (a + b));
                 if i == j {
-                    defect.push(sheet.defect);
+                    defect.push(own.defect);
                     least.push((modulus(entry) * (1.0 - 1e-15) - error).max(0.0));
                     continue;
                 }

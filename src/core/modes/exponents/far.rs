@@ -59,9 +59,9 @@ pub(super) fn far_start(scaled: &Scaled) -> Option<Columns> {
         }
         let conjugate = (!column.is_real()).then(|| column.conjugate());
         columns.all.push(column);
-        columns.twin.push(None);
+        columns.conjugate_of.push(None);
         if let Some(conjugate) = conjugate {
-            columns.twin.push(Some(columns.count() - 1));
+            columns.conjugate_of.push(Some(columns.count() - 1));
             columns.all.push(conjugate);
         }
     }

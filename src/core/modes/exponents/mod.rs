@@ -4,7 +4,7 @@
 //! D = G + C and S = K + N: gyroscopic and damping forces, stiffness and what friction adds to it. Without
 //! dissipation D is skew and S symmetric, and growth is exactly 0 where the exponents are on the imaginary axis.
 //!
-//! The ladder is that of [`super`]: vectors and left vectors in doubles (`start`), residuals in
+//! The precision levels are those of [`super`]: vectors and left vectors in doubles (`start`), residuals in
 //! double-double (`columns`), couplings of the first-order pencil in their basis as magnitudes (`couplings`), discs
 //! with a scaling per exponent that makes them quadratic in the residuals (`certify`); where they do not cover the
 //! wanted digits of growth and frequency, better vectors; then the same with as many bits as it takes (`wide`).
@@ -13,7 +13,7 @@
 //! the matrices are rational and small (`exact`), and else said to be open.
 //!
 //! It never sees a name or an expression, never takes something small for zero, and never pairs exponents by
-//! their looks: real and imaginary ones are those whose discs hold one exponent and meet no other disc
+//! their values: real and imaginary ones are those whose discs hold one exponent and meet no other disc
 //! on the other side of the axis.
 
 mod basis;
@@ -22,7 +22,6 @@ mod certify;
 mod columns;
 mod complex;
 mod couplings;
-mod definite;
 mod exact;
 mod far;
 mod polynomial;
@@ -42,7 +41,7 @@ pub(crate) use exact::LARGEST as MOST_EXACT;
 use dashu_int::IBig;
 use faer::c64;
 
-use super::{Kind, ModesError, Options, Rung, Stability};
+use super::{Kind, ModesError, Options, Precise, PrecisionLevel, Stability};
 use crate::precision::{Ball, Big, Root};
 
 /// M q̈ + D q̇ + S q = 0.
@@ -78,7 +77,7 @@ pub enum Structure {
     Damped,
 }
 
-/// The matrices of a [`QuadraticProblem`] at a higher precision, in the same order.
+/// The matrices of a [`QuadraticProblem`] at a higher precision.
 #[derive(Clone, Debug)]
 pub struct PreciseQuadratic {
     /// M.
@@ -87,8 +86,6 @@ pub struct PreciseQuadratic {
     pub velocity: Vec<Big>,
     /// S.
     pub stiffness: Vec<Big>,
-    /// The vectors of the kernel of S.
-    pub zero_vectors: Vec<Vec<Big>>,
 }
 
 /// M, D and S in [`Units`], all three times one positive number, exactly, column by column; where [`Units::roots`] are given,
@@ -150,8 +147,8 @@ pub struct Exponents {
     /// Whether some motion grows in powers of t beyond a uniform drift: a Jordan block of an imaginary exponent, at 0
     /// one larger than 2. `None` where that is not decided.
     pub secular: Option<bool>,
-    /// The highest rung that any of the numbers comes from.
-    pub rung: Rung,
+    /// The highest precision level that any of the numbers comes from.
+    pub level: PrecisionLevel,
 }
 
 /// An exponent growth + i omega.
@@ -167,7 +164,7 @@ pub struct Exponent {
     /// -exponent², where growth or omega is proved to be 0.
     pub omega_squared: Option<Ball>,
     /// Growth and omega to more digits, where balls do not hold as many as were asked for.
-    pub precise: Option<Box<PreciseExponent>>,
+    pub precise: Option<Box<Precise>>,
     /// The vector x with xᴴMx = 1 whose first component within 1e-6 of the largest is real and positive; empty if
     /// not asked for.
     pub vector: Vec<c64>,
@@ -179,16 +176,6 @@ pub struct Exponent {
     /// Why digits are missing or a sign is open, if so; or that the exponent has fewer vectors than its
     /// multiplicity.
     pub limit: Option<Limit>,
-}
-
-/// Growth and omega at a precision beyond that of a [`Ball`].
-#[derive(Clone, Debug)]
-#[non_exhaustive]
-pub struct PreciseExponent {
-    /// The real part.
-    pub growth: Big,
-    /// The imaginary part.
-    pub omega: Big,
 }
 
 /// Why an exponent is known less well than was asked for.
@@ -230,7 +217,7 @@ pub(crate) fn critical(mass: &Ball, damping: &Ball, precise: Option<[Big; 2]>) -
     let x = Ball::ONE / mass.sqrt();
     let precise = precise.map(|[mass, damping]| {
         let growth = -&(&damping / &(&mass + &mass));
-        Box::new(PreciseExponent { omega: Big::zero(growth.bits()), growth })
+        Box::new(Precise::complex(Big::zero(growth.bits()), growth))
     });
     let entry = Exponent {
         kind,
@@ -248,7 +235,7 @@ pub(crate) fn critical(mass: &Ball, damping: &Ball, precise: Option<[Big; 2]>) -
         Kind::Overdamped => Stability::Stable,
         _ => Stability::Undecided,
     };
-    Exponents { entries: vec![entry.clone(), entry], stability, secular: Some(false), rung: Rung::Refined }
+    Exponents { entries: vec![entry.clone(), entry], stability, secular: Some(false), level: PrecisionLevel::Refined }
 }
 
 /// The exponents of parts that nothing couples as those of the whole, in its order; their vectors have the

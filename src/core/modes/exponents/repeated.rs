@@ -10,7 +10,7 @@ use super::exact::{ExactRoot, ExactSpectrum};
 use super::scale::Scaled;
 use super::solve::Solution;
 use super::spectrum::{Facts, finish, kind, omega_squared};
-use super::{Exponent, Exponents, IntegerQuadratic, Kind, Limit, Options, PreciseExponent, Rung};
+use super::{Exponent, Exponents, IntegerQuadratic, Kind, Limit, Options, Precise, PrecisionLevel};
 use crate::precision::{Ball, Big, Magnitude, up};
 
 /// Bits of combinations of vectors that come in balls or doubles.
@@ -89,7 +89,7 @@ pub(super) fn exact_spectrum(
             }
         }
     }
-    finish(entries, Rung::Precise, options, &|_| false)
+    finish(entries, PrecisionLevel::Precise, options, &|_| false)
 }
 
 fn entry(root: &ExactRoot, cluster: u32) -> Exponent {
@@ -99,7 +99,7 @@ fn entry(root: &ExactRoot, cluster: u32) -> Exponent {
         growth,
         omega,
         omega_squared: omega_squared(&growth, &omega),
-        precise: Some(Box::new(PreciseExponent { growth: root.growth.clone(), omega: root.omega.clone() })),
+        precise: Some(Box::new(Precise::complex(root.omega.clone(), root.growth.clone()))),
         vector: Vec::new(),
         vector_error_bound: 0.0,
         cluster,

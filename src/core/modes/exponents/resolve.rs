@@ -16,24 +16,24 @@ pub(super) struct Turn {
     pub(super) left: Mat<c64>,
     pub(super) steps: Vec<c64>,
     /// Of each new column: which new column it is the conjugate of.
-    pub(super) twin: Vec<Option<usize>>,
+    pub(super) conjugate_of: Vec<Option<usize>>,
 }
 
 const ZERO: c64 = c64::new(0.0, 0.0);
 
 /// The members closed under conjugation where some are conjugates of others; `None` where all are conjugates
 /// of columns outside, which will do.
-pub(super) fn members(group: &[usize], twin: &[Option<usize>], skip: usize) -> Option<Vec<usize>> {
+pub(super) fn members(group: &[usize], conjugate_of: &[Option<usize>], skip: usize) -> Option<Vec<usize>> {
     let group: Vec<usize> = group.iter().copied().filter(|&j| j >= skip).collect();
-    let conjugates = group.iter().filter(|&&j| twin[j].is_some()).count();
-    if group.is_empty() || conjugates == group.len() && !closed(&group, twin) {
+    let conjugates = group.iter().filter(|&&j| conjugate_of[j].is_some()).count();
+    if group.is_empty() || conjugates == group.len() && !closed(&group, conjugate_of) {
         return None;
     }
-    if conjugates == 0 && !closed(&group, twin) {
+    if conjugates == 0 && !closed(&group, conjugate_of) {
         return Some(group);
     }
     let mut all = group.clone();
-    for (j, i) in twin.iter().enumerate() {
+    for (j, i) in conjugate_of.iter().enumerate() {
         if let Some(i) = *i {
             if group.contains(&j) {
                 all.push(i);
@@ -49,26 +49,23 @@ pub(super) fn members(group: &[usize], twin: &[Option<usize>], skip: usize) -> O
 }
 
 /// Whether some member's conjugate is a member, or is itself.
-fn closed(group: &[usize], twin: &[Option<usize>]) -> bool {
+fn closed(group: &[usize], conjugate_of: &[Option<usize>]) -> bool {
     group.iter().any(|&j| {
-        let own = twin[j].is_none() && !twin.contains(&Some(j));
-        own || twin[j].is_some_and(|i| group.contains(&i))
+        let own = conjugate_of[j].is_none() && !conjugate_of.contains(&Some(j));
+        own || conjugate_of[j].is_some_and(|i| group.contains(&i))
     })
 }
 
-/// The turn of a block; `shift(j)` is μ_j - σ, and σ is real where the members are closed under conjugation.
+/// The turn of a block; `shift(b)` is μ - σ of its b-th member, and σ is real where the members are closed under conjugation.
 pub(super) fn turn(
     couplings: &Couplings,
     members: Vec<usize>,
-    twin: &[Option<usize>],
+    conjugate_of: &[Option<usize>],
     shift: impl Fn(usize) -> c64,
 ) -> Option<Turn> {
     let k = members.len();
     let q = Mat::from_fn(k, k, |a, b| couplings.unit.get(members[a], members[b]));
-    let h = Mat::from_fn(k, k, |a, b| {
-        let (i, j) = (members[a], members[b]);
-        shift(j) * q[(a, b)] - couplings.residuals.get(i, j)
-    });
+    let h = Mat::from_fn(k, k, |a, b| shift(b) * q[(a, b)] - couplings.residuals.get(members[a], members[b]));
     let inverse = q.partial_piv_lu().inverse();
     let block = &inverse * &h;
     let finite =
@@ -77,7 +74,7 @@ pub(super) fn turn(
         return None;
     }
     let place = |j: usize| members.iter().position(|&i| i == j);
-    let mut conjugate: Vec<Option<usize>> = members.iter().map(|&j| twin[j].and_then(place)).collect();
+    let mut conjugate: Vec<Option<usize>> = members.iter().map(|&j| conjugate_of[j].and_then(place)).collect();
     for a in 0..k {
         if let Some(b) = conjugate[a]
             && conjugate[b].is_none()
@@ -85,24 +82,25 @@ pub(super) fn turn(
             conjugate[b] = Some(a);
         }
     }
-    let self_conjugate =
-        (0..k).all(|a| conjugate[a].is_some() || twin[members[a]].is_none() && !twin.contains(&Some(members[a])));
-    let Eigen { vectors, steps, twin } = if self_conjugate {
+    let self_conjugate = (0..k).all(|a| {
+        conjugate[a].is_some() || conjugate_of[members[a]].is_none() && !conjugate_of.contains(&Some(members[a]))
+    });
+    let Eigen { vectors, steps, conjugate_of } = if self_conjugate {
         real_eigen(&block, &conjugate)?
     } else {
         let eigen = block.eigen().ok()?;
         let vectors = Mat::from_fn(k, k, |a, b| eigen.U()[(a, b)]);
-        Eigen { vectors, steps: (0..k).map(|e| eigen.S()[e]).collect(), twin: vec![None; k] }
+        Eigen { vectors, steps: (0..k).map(|e| eigen.S()[e]).collect(), conjugate_of: vec![None; k] }
     };
     let left = vectors.partial_piv_lu().inverse() * &inverse;
-    (finite(&left) && finite(&vectors)).then_some(Turn { members, right: vectors, left, steps, twin })
+    (finite(&left) && finite(&vectors)).then_some(Turn { members, right: vectors, left, steps, conjugate_of })
 }
 
 /// Eigenvectors and eigenvalues of a block, and which is whose conjugate.
 struct Eigen {
     vectors: Mat<c64>,
     steps: Vec<c64>,
-    twin: Vec<Option<usize>>,
+    conjugate_of: Vec<Option<usize>>,
 }
 
 /// Those of a block whose columns are closed under conjugation: real or in conjugate pairs.
@@ -135,7 +133,7 @@ fn real_eigen(block: &Mat<c64>, conjugate: &[Option<usize>]) -> Option<Eigen> {
     let eigen = real.eigen().ok()?;
     let mut vectors = Mat::<c64>::zeros(k, k);
     let mut steps = Vec::with_capacity(k);
-    let mut twin = Vec::with_capacity(k);
+    let mut conjugate_of = Vec::with_capacity(k);
     for e in 0..k {
         let value = eigen.S()[e];
         if value.im < 0.0 {
@@ -160,11 +158,11 @@ fn real_eigen(block: &Mat<c64>, conjugate: &[Option<usize>]) -> Option<Eigen> {
             }
         }
         steps.push(value);
-        twin.push(None);
+        conjugate_of.push(None);
         if value.im > 0.0 {
             steps.push(c64::new(value.re, -value.im));
-            twin.push(Some(steps.len() - 2));
+            conjugate_of.push(Some(steps.len() - 2));
         }
     }
-    (steps.len() == k).then_some(Eigen { vectors, steps, twin })
+    (steps.len() == k).then_some(Eigen { vectors, steps, conjugate_of })
 }

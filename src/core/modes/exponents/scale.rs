@@ -1,21 +1,9 @@
 //! The matrices in units in which M has diagonal entries in [1, 4) and no exponent is much above 1.
 
-use faer::Mat;
-
-use super::super::dense::{Matrix, Plain};
-use super::super::pencil::{check, halves};
-use super::super::product::{Part, TERM, bound_product, measured_product};
+use super::super::pencil::{Enclosed, check, halves};
 use super::super::{ModesError, Which};
 use super::{QuadraticProblem, Structure};
 use crate::precision::{Ball, exponent_of, up};
-
-/// A matrix of enclosures.
-pub(super) struct Enclosure {
-    pub(super) mid: Matrix,
-    radius: Plain,
-    /// Radius + [`TERM`] |mid|.
-    weight: Plain,
-}
 
 /// M, D and S in coordinates q = 2^shift q' and an exponent λ = 2^power λ'.
 pub(super) struct Scaled {
@@ -23,38 +11,17 @@ pub(super) struct Scaled {
     pub(super) structure: Structure,
     pub(super) shift: Vec<i32>,
     pub(super) power: i32,
-    pub(super) mass: Enclosure,
-    pub(super) velocity: Enclosure,
-    pub(super) stiffness: Enclosure,
+    pub(super) mass: Enclosed,
+    pub(super) velocity: Enclosed,
+    pub(super) stiffness: Enclosed,
     /// The transposes, for left vectors.
-    pub(super) velocity_t: Enclosure,
-    pub(super) stiffness_t: Enclosure,
+    pub(super) velocity_t: Enclosed,
+    pub(super) stiffness_t: Enclosed,
     /// Linearly independent vectors of the kernel of S, scaled.
     pub(super) zero: Vec<Vec<Ball>>,
 }
 
-impl Enclosure {
-    fn new(n: usize, entry: impl Fn(usize, usize) -> Ball) -> Self {
-        let mut mid = Matrix::zeros(n, n);
-        let (mut radius, mut weight) = (Plain::zeros(n, n), Plain::zeros(n, n));
-        for column in 0..n {
-            for row in 0..n {
-                let entry = entry(row, column);
-                if !entry.is_zero() {
-                    mid.set(row, column, entry.mid);
-                    radius.set(row, column, entry.radius);
-                    let bound = up(entry.radius + TERM * entry.mid.hi.abs());
-                    weight.set(row, column, bound);
-                }
-            }
-        }
-        Self { mid, radius, weight }
-    }
-
-    pub(super) fn ball(&self, row: usize, column: usize) -> Ball {
-        Ball { mid: self.mid.get(row, column), radius: self.radius.get(row, column) }
-    }
-
+impl Enclosed {
     /// Whether the exact matrix is symmetric, as far as exact entries tell.
     pub(super) fn is_symmetric(&self) -> bool {
         let n = self.mid.rows;
@@ -63,21 +30,6 @@ impl Enclosure {
                 self.radius.get(i, j) == 0.0 && self.radius.get(j, i) == 0.0 && self.mid.get(i, j) == self.mid.get(j, i)
             })
         })
-    }
-
-    /// The matrix times x, and a bound of the error of every entry.
-    pub(super) fn times(&self, x: &Matrix) -> (Matrix, Plain) {
-        let (y, noise) = measured_product(&self.mid, x, Part::All);
-        let mut error = bound_product(&self.weight, &x.magnitudes(), Part::All);
-        for (e, noise) in error.data.iter_mut().zip(&noise.data) {
-            *e = up(*e + noise);
-        }
-        (y, error)
-    }
-
-    /// The midpoints as doubles.
-    pub(super) fn doubles(&self) -> Mat<f64> {
-        Mat::from_fn(self.mid.rows, self.mid.columns, |i, j| self.mid.get(i, j).hi)
     }
 
     /// A bound of how far xᵀAy may be from the form of the midpoints, for |x| and |y| at most `x`.
@@ -92,11 +44,8 @@ impl Enclosure {
     pub(super) fn magnitude_times(&self, x: &[f64]) -> Vec<f64> {
         (0..self.mid.rows)
             .map(|row| {
-                let sum: f64 = x
-                    .iter()
-                    .enumerate()
-                    .map(|(k, x)| (self.mid.get(row, k).hi.abs() + self.weight.get(row, k)) * x)
-                    .sum();
+                let sum: f64 =
+                    x.iter().enumerate().map(|(k, x)| (self.mid.get(row, k).hi.abs() + self.weight(row, k)) * x).sum();
                 up(sum * (1.0 + x.len() as f64 * f64::EPSILON))
             })
             .collect()
@@ -133,7 +82,7 @@ impl Scaled {
             power = 0;
         }
         let matrix = |entries: &[Ball], times: i32, transposed: bool| {
-            Enclosure::new(n, |row, column| {
+            Enclosed::new(n, |row, column| {
                 let at = if transposed { row * n + column } else { column * n + row };
                 entries[at].scale(shift[row] + shift[column] - times * power)
             })

@@ -30,17 +30,17 @@ impl<'a> Shapes<'a> {
         if !self.wanted {
             return (Vec::new(), 0.0);
         }
-        let Solution { columns, sheets, certificate, .. } = self.solution;
+        let Solution { columns, measured, certificate, .. } = self.solution;
         let columns = &columns.base;
         let n = self.scaled.n;
-        let x: Vec<c64> = sheets[j].x.iter().map(|x| x.value).collect();
+        let x: Vec<c64> = measured[j].x.iter().map(|x| x.value).collect();
         let group = &certificate.groups[certificate.of[j]];
         let mut off: Vec<f64> =
-            sheets[j].x.iter().map(|x| x.error + f64::EPSILON * x.value.re.hypot(x.value.im)).collect();
+            measured[j].x.iter().map(|x| x.error + f64::EPSILON * x.value.re.hypot(x.value.im)).collect();
         if j >= columns.zeros {
             for (i, &reach) in group.reach.iter().enumerate() {
                 if reach > 0.0 {
-                    for (off, x) in off.iter_mut().zip(&sheets[i].x) {
+                    for (off, x) in off.iter_mut().zip(&measured[i].x) {
                         *off += (x.value.re.hypot(x.value.im) + x.error) * reach;
                     }
                 }

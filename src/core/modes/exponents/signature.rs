@@ -13,18 +13,18 @@
 
 use faer::{Mat, Side, c64};
 
+use super::super::start::cholesky;
 use super::certify::Group;
 use super::columns::Columns;
-use super::couplings::{Approximate, Sheet};
-use super::start::cholesky_pivots;
+use super::couplings::{Approximate, Residuals};
 use crate::precision::Enclosure;
 
-/// Groups up to this size are looked at.
+/// Groups up to this size are examined.
 const LARGEST: usize = 40;
 
 /// Whether the form is definite on all eigenvectors of the group; `sign` is -1 without dissipation, 1 with symmetric
 /// D and S.
-pub(super) fn is_definite(columns: &Columns, sheets: &[Sheet], group: &Group, sign: f64) -> bool {
+pub(super) fn is_definite(columns: &Columns, measured: &[Residuals], group: &Group, sign: f64) -> bool {
     let k = group.members.len();
     if k > LARGEST || group.members.iter().any(|&j| j < columns.together()) {
         return false;
@@ -45,8 +45,8 @@ pub(super) fn is_definite(columns: &Columns, sheets: &[Sheet], group: &Group, si
         let low = exponent.re.middle_error() + exponent.im.middle_error();
         for (b, &j) in group.members.iter().enumerate() {
             let (mut sum, mut sizes, mut off) = (c64::new(0.0, 0.0), 0.0, 0.0);
-            let parts = sheets[j].rest.iter().zip(&sheets[j].image);
-            for (x, (v, u)) in sheets[i].x.iter().zip(parts) {
+            let parts = measured[j].rest.iter().zip(&measured[j].image);
+            for (x, (v, u)) in measured[i].x.iter().zip(parts) {
                 let conjugate = c64::new(x.value.re, -x.value.im);
                 sum += conjugate * (v.value + by * u.value);
                 sizes += modulus(x) * (modulus(v) + mu(i) * modulus(u));
@@ -55,7 +55,7 @@ pub(super) fn is_definite(columns: &Columns, sheets: &[Sheet], group: &Group, si
             }
             form[(a, b)] = if sign < 0.0 { c64::new(sum.im, -sum.re) } else { sum };
             // Four products and sums of n terms, each within γ of all sizes.
-            let rounding = (4.0 * sheets[i].x.len() as f64 + 32.0) * f64::EPSILON;
+            let rounding = (4.0 * measured[i].x.len() as f64 + 32.0) * f64::EPSILON;
             error[(a, b)] = (off + rounding * sizes) * slack;
         }
     }
@@ -65,15 +65,15 @@ pub(super) fn is_definite(columns: &Columns, sheets: &[Sheet], group: &Group, si
         if reach == 0.0 {
             continue;
         }
-        let (x, rest, image) = (norm(&sheets[i].x), norm(&sheets[i].rest), norm(&sheets[i].image));
+        let (x, rest, image) = (norm(&measured[i].x), norm(&measured[i].rest), norm(&measured[i].image));
         let linked: f64 = columns
             .links
             .iter()
             .filter(|link| link.to == i)
-            .map(|link| link.value.abs() * norm(&sheets[link.from].x))
+            .map(|link| link.value.abs() * norm(&measured[link.from].x))
             .sum();
         for &c in &group.members {
-            cross += norm(&sheets[c].x) * (rest + mu(c) * image) * reach;
+            cross += norm(&measured[c].x) * (rest + mu(c) * image) * reach;
         }
         first += reach * x;
         second += reach * rest;
@@ -113,5 +113,5 @@ fn least_eigenvalue(form: &Mat<c64>, side: f64) -> Option<f64> {
     let guard = 8.0 * (2.0 * k as f64 + 8.0) * f64::EPSILON * size;
     let bound = 0.5 * least;
     let shifted = Mat::from_fn(2 * k, 2 * k, |a, b| real[(a, b)] - if a == b { bound + guard } else { 0.0 });
-    cholesky_pivots(&shifted, 0.0).map(|_| bound)
+    cholesky(&shifted, 0.0).map(|_| bound)
 }

@@ -1,37 +1,37 @@
-//! The ladder for one problem.
+//! The precision levels for one problem.
 
+use super::super::pencil::ZeroSpace;
+use super::super::start::{NOISE, cholesky};
 use super::basis::Metric;
 use super::blocks::Pencil;
 use super::certify::{Certificate, Disc, certify};
-use super::columns::{Column, Columns, center, measure, steps, turned};
-use super::complex::Complex;
-use super::couplings::{Couplings, Sheet};
-use super::definite::is_positive_definite;
+use super::columns::{Columns, measure, steps};
+use super::couplings::{Couplings, Residuals};
 use super::exact::{self, exact};
 use super::far::far_start;
 use super::repeated::exact_spectrum;
-use super::resolve::turn;
 use super::scale::Scaled;
 use super::spectrum::{Facts, Status, mark_rough, spectrum, status};
-use super::start::{cholesky, start};
-use super::wide::climb;
-use super::wide_columns::WideColumns;
+use super::start::start;
+use super::wide::beyond;
+use super::wide_columns::{WideColumn, WideColumns};
 use super::{
-    Exponents, IntegerQuadratic, ModesError, Options, QuadraticProblem, QuadraticSource, Rung, Stability, Structure,
+    Exponents, IntegerQuadratic, ModesError, Options, PrecisionLevel, QuadraticProblem, QuadraticSource, Stability,
+    Structure,
 };
-use crate::precision::{Ball, Big};
+use crate::precision::{Ball, Big, sum_of_products};
 
 /// Rounds in double-double, the first one included.
 const ROUNDS: usize = 12;
 
-/// What a rung has come to.
+/// Columns with what is proved about them.
 pub(super) struct Solution {
     pub(super) columns: WideColumns,
-    pub(super) sheets: Vec<Sheet>,
+    pub(super) measured: Vec<Residuals>,
     pub(super) certificate: Certificate,
     pub(super) facts: Facts,
     pub(super) statuses: Vec<Status>,
-    pub(super) rung: Rung,
+    pub(super) level: PrecisionLevel,
 }
 
 pub(super) fn solve(
@@ -45,7 +45,7 @@ pub(super) fn solve(
             entries: Vec::new(),
             stability: Stability::Stable,
             secular: Some(false),
-            rung: Rung::Doubles,
+            level: PrecisionLevel::Doubles,
         });
     }
     let inner = &options.smaller(i64::from(scaled.power));
@@ -77,7 +77,7 @@ pub(super) fn solve(
             return Ok(found);
         }
         if lacking {
-            solution = climb(&scaled, problem, source, solution, inner);
+            solution = beyond(&scaled, problem, source, solution, inner).ok_or(ModesError::NoConvergence)?;
         }
     }
     Ok(spectrum(&scaled, &solution, options))
@@ -112,102 +112,142 @@ fn undecided(solution: &Solution) -> bool {
     })
 }
 
-/// The rungs up to double-double.
+/// The precision levels up to double-double.
 pub(super) fn in_double_double(scaled: &Scaled, options: &Options) -> Result<Solution, ModesError> {
-    let l = cholesky(&scaled.mass.doubles()).ok_or(ModesError::MassNotDecided)?;
-    if !is_positive_definite(&scaled.mass) {
+    let l = cholesky(&scaled.mass.mid.doubles(), NOISE * scaled.n as f64).ok_or(ModesError::MassNotDecided)?;
+    if !scaled.mass.is_positive_definite() {
         return Err(ModesError::MassNotDecided);
     }
-    if let Some(index) = bad_zero_vector(scaled) {
-        return Err(ModesError::ZeroVector { index });
-    }
+    ZeroSpace::new(&scaled.mass, &scaled.stiffness_t, scaled.zero.clone())
+        .map_err(|index| ModesError::ZeroVector { index })?;
     let facts = Facts::new(scaled);
     let begun = start(scaled, &l).or_else(|| far_start(scaled));
-    let mut columns = begun.ok_or(ModesError::NoConvergence)?;
-    let mut best: Option<(f64, Solution)> = None;
+    let base = begun.ok_or(ModesError::NoConvergence)?;
+    let mut columns = WideColumns { wide: vec![None; base.count()], base, bits: 0 };
+    let mut rounds = Rounds { scaled, facts: &facts, options, best: None };
     let mut stalled = 0;
     for round in 0..ROUNDS {
-        let sheets = measure(scaled, &mut columns);
-        let distance = |i: usize, j: usize| columns.distance(i, j);
-        let Some(couplings) = Couplings::new(scaled.n, &sheets, &columns.links, &[], distance) else {
+        let measured = measure(scaled, &mut columns.base);
+        let level = if round == 0 { PrecisionLevel::Doubles } else { PrecisionLevel::Refined };
+        let Some(Round { gained, lacking, better, .. }) = rounds.round(columns, measured, level) else {
             break;
         };
-        let certificate = certify(&couplings, columns.together(), &columns.twin);
-        let value = |j: usize, radius: f64| columns.value(j, radius);
-        let mut statuses = status(&facts, &columns, &sheets, &value, &certificate, options);
-        if options.vectors {
-            mark_rough(&mut statuses, &columns, &sheets, &certificate);
-        }
-        let score = score(&statuses);
-        let lacking: Vec<usize> = (0..columns.count()).filter(|&j| statuses[j].lacking || statuses[j].rough).collect();
-        let gained = best.as_ref().is_none_or(|(before, _)| score < before - 4.0);
         stalled = if gained { 0 } else { stalled + 1 };
-        let next = (!lacking.is_empty() && stalled < 2 && round + 1 < ROUNDS)
-            .then(|| better(&couplings, &columns, &sheets, &certificate, &lacking));
-        let done = next.is_none();
-        if best.as_ref().is_none_or(|(before, _)| score <= *before) {
-            let rung = if round == 0 { Rung::Doubles } else { Rung::Refined };
-            let kept = std::mem::replace(&mut columns, next.unwrap_or_default());
-            let solution = Solution {
-                columns: WideColumns { wide: vec![None; kept.count()], base: kept, bits: 0 },
-                sheets,
-                certificate,
-                facts: facts.clone(),
-                statuses,
-                rung,
-            };
-            best = Some((score, solution));
-        } else if let Some(next) = next {
-            columns = next;
-        }
-        if done {
+        if lacking.is_empty() || stalled >= 2 {
             break;
         }
+        columns = better;
     }
-    best.map(|(_, solution)| solution).ok_or(ModesError::NoConvergence)
+    rounds.best.map(|(_, solution)| solution).ok_or(ModesError::NoConvergence)
 }
 
-/// The bits of all radii together, relative to what they have to cover; digits before vectors.
-fn score(statuses: &[Status]) -> f64 {
-    let weight = |status: &Status| if status.lacking { 1e4 } else { 0.0 };
-    statuses.iter().map(|status| status.score + weight(status)).sum()
+/// The best columns so far, with their score, and what they are judged by.
+pub(super) struct Rounds<'a> {
+    pub(super) scaled: &'a Scaled,
+    pub(super) facts: &'a Facts,
+    pub(super) options: &'a Options,
+    pub(super) best: Option<(f64, Solution)>,
+}
+
+/// What a round has come to.
+pub(super) struct Round {
+    /// Whether the score has improved by some bits.
+    pub(super) gained: bool,
+    /// Columns that lack digits, and those that have to be improved with them.
+    pub(super) lacking: Vec<usize>,
+    pub(super) groups: Vec<usize>,
+    /// Better columns in the place of those that lack digits.
+    pub(super) better: WideColumns,
+}
+
+impl Rounds<'_> {
+    /// Certifies columns and keeps them if they are the best so far; `None` where numbers leave the range of doubles.
+    pub(super) fn round(
+        &mut self,
+        columns: WideColumns,
+        measured: Vec<Residuals>,
+        level: PrecisionLevel,
+    ) -> Option<Round> {
+        let Self { scaled, facts, options, .. } = *self;
+        let distance = |i: usize, j: usize| {
+            let d = columns.difference(i, j);
+            d.re.hypot(d.im)
+        };
+        let base = &columns.base;
+        let known = self.best.as_ref().map(|(_, best)| columns.units(&best.certificate)).unwrap_or_default();
+        let couplings = Couplings::new(scaled.n, &measured, &base.links, &known, distance)?;
+        let certificate = certify(&couplings, base.together(), &base.conjugate_of);
+        let value = |j: usize, radius: f64| columns.value(j, radius);
+        let mut statuses = status(facts, base, &measured, &value, &certificate, options);
+        if options.vectors && columns.bits == 0 {
+            mark_rough(&mut statuses, base, &measured, &certificate);
+        }
+        // The bits of all radii together, relative to what they have to cover; digits before vectors.
+        let weight = |status: &Status| if status.lacking { 1e4 } else { 0.0 };
+        let score: f64 = statuses.iter().map(|status| status.score + weight(status)).sum();
+        let before = self.best.as_ref().map_or(f64::INFINITY, |(score, _)| *score);
+        let lacking: Vec<usize> = (0..base.count()).filter(|&j| statuses[j].lacking || statuses[j].rough).collect();
+        let groups = closed(&certificate, base, &lacking);
+        let better = match lacking[..] {
+            [] => WideColumns { base: Columns::default(), wide: Vec::new(), bits: 0 },
+            _ => better(&couplings, &columns, &measured, &certificate, &lacking),
+        };
+        if score <= before {
+            let facts = facts.clone();
+            self.best = Some((score, Solution { columns, measured, certificate, facts, statuses, level }));
+        }
+        Some(Round { gained: score < before - 4.0, lacking, groups, better })
+    }
+}
+
+/// The given columns, all of their groups, and those that they are conjugates of.
+pub(super) fn closed(certificate: &Certificate, columns: &Columns, which: &[usize]) -> Vec<usize> {
+    let mut all: Vec<usize> = which
+        .iter()
+        .flat_map(|&j| certificate.groups[certificate.of[j]].members.iter().copied())
+        .flat_map(|j| [j, columns.conjugate_of[j].unwrap_or(j)])
+        .collect();
+    all.sort_unstable();
+    all.dedup();
+    all
 }
 
 /// Better columns in the place of those that lack digits.
 fn better(
     couplings: &Couplings,
-    columns: &Columns,
-    sheets: &[Sheet],
+    columns: &WideColumns,
+    measured: &[Residuals],
     certificate: &Certificate,
     lacking: &[usize],
-) -> Columns {
+) -> WideColumns {
+    let base = &columns.base;
     let mut next = columns.clone();
-    let turned = columns.turn_groups(certificate, lacking, &mut |members, real| {
-        let old: Vec<Column<Ball>> = members.iter().map(|&j| columns.all[j].clone()).collect();
-        let exponents: Vec<Complex> = old.iter().map(|column| column.mu).collect();
-        let center = center(&exponents, real, ());
-        let shift = |j: usize| columns.mu(j).sub(&center).to_c64();
-        let turn = turn(couplings, members, &columns.twin, shift);
-        if let Some(turn) = &turn
-            && let Some(new) = turned(&old, turn, &center, ((), ()))
+    let turned =
+        base.turn_groups(certificate, lacking, &mut |members, real| columns.turn(couplings, members, real, &mut next));
+    for (j, turned) in turned.iter().enumerate().skip(base.together()) {
+        // In double-double all of the others: the part of a fast column along a slow pair is the difference of two large
+        // ones, so that the pair has to be biorthonormal to more digits than it needs for itself.
+        if *turned
+            || base.conjugate_of[j].is_some()
+            || columns.bits > 0 && !(columns.wide[j].is_some() && lacking.contains(&j))
         {
-            next.put(turn, new);
+            continue;
         }
-        turn.is_some()
-    });
-    // All of the others: the part of a fast column along a slow pair is the difference of two large ones, so that the
-    // pair has to be biorthonormal to more digits than it needs for itself.
-    for (j, turned) in turned.iter().enumerate().skip(columns.together()) {
-        if columns.twin[j].is_none() && !turned {
-            let difference = |i: usize| columns.mu(j).sub(columns.mu(i)).to_c64();
-            let same = |i: usize| certificate.of[i] == certificate.of[j];
-            let steps = steps(couplings, columns, sheets, j, difference, same);
-            if let Some(improved) = columns.all[j].improved(steps, couplings.unit.get(j, j), ()) {
-                next.all[j] = improved;
+        let difference = |i: usize| columns.difference(j, i);
+        let same = |i: usize| certificate.of[i] == certificate.of[j];
+        let steps = steps(couplings, base, measured, j, difference, same);
+        let unit = couplings.unit.get(j, j);
+        if let Some(column) = &columns.wide[j] {
+            if let Some(improved) = column.own.improved(steps, unit, columns.bits) {
+                next.wide[j] = Some(WideColumn::new(improved));
             }
+        } else if let Some(improved) = base.all[j].improved(steps, unit, ()) {
+            next.base.all[j] = improved;
         }
     }
-    next.mirror();
+    if columns.bits == 0 {
+        next.base.mirror();
+    }
     next
 }
 
@@ -218,7 +258,7 @@ impl Facts {
         Self {
             gyroscopic,
             paired: gyroscopic || scaled.structure == Structure::Circulatory,
-            definite: gyroscopic && scaled.zero.is_empty() && is_positive_definite(&scaled.stiffness),
+            definite: gyroscopic && scaled.zero.is_empty() && scaled.stiffness.is_positive_definite(),
             symmetric: match scaled.structure {
                 Structure::Gyroscopic | Structure::Circulatory => false,
                 Structure::Symmetric => true,
@@ -232,37 +272,6 @@ impl Facts {
     }
 }
 
-/// The first zero vector that is certainly not in the kernel of S, is not shown to be independent of those before
-/// it, or has the wrong length.
-fn bad_zero_vector(scaled: &Scaled) -> Option<usize> {
-    let n = scaled.n;
-    let mut basis: Vec<(usize, Vec<Ball>)> = Vec::new();
-    for (index, vector) in scaled.zero.iter().enumerate() {
-        if vector.len() != n || vector.iter().any(|x| !x.is_finite()) {
-            return Some(index);
-        }
-        let outside = (0..n).any(|i| {
-            let image = (0..n).fold(Ball::ZERO, |sum, k| sum + scaled.stiffness.ball(i, k) * vector[k]);
-            !image.contains_zero()
-        });
-        // Elimination by those before; what is left has a component that is not 0.
-        let mut rest = vector.clone();
-        for (at, row) in &basis {
-            let factor = rest[*at] / row[*at];
-            for (x, y) in rest.iter_mut().zip(row) {
-                *x = *x - factor * *y;
-            }
-            rest[*at] = Ball::ZERO;
-        }
-        let pivot = (0..n).max_by(|&a, &b| rest[a].abs_lower().total_cmp(&rest[b].abs_lower()));
-        match pivot {
-            Some(at) if !outside && !rest[at].contains_zero() => basis.push((at, rest)),
-            _ => return Some(index),
-        }
-    }
-    None
-}
-
 /// A lower bound of the algebraic multiplicity of the exponent 0, z vectors Z of the kernel given, and those of them that
 /// are seen to be heads.
 ///
@@ -272,17 +281,12 @@ fn bad_zero_vector(scaled: &Scaled) -> Option<usize> {
 /// being symmetric and of even order.
 fn least_zeros(scaled: &Scaled) -> (usize, Vec<usize>) {
     let z = scaled.zero.len();
-    let n = scaled.n;
     let is_head = |v: &Vec<Ball>| {
-        let image = |i: usize| (0..n).fold(Ball::ZERO, |sum, k| sum + scaled.velocity.ball(i, k) * v[k]);
-        let image: Vec<Ball> = (0..n).map(image).collect();
+        let image = scaled.velocity_t.transpose_times(v);
         if matches!(scaled.structure, Structure::Circulatory | Structure::Damped) {
             return image.iter().all(Ball::is_zero);
         }
-        scaled.zero.iter().all(|other| {
-            let parts = other.iter().zip(&image);
-            parts.fold(Ball::ZERO, |sum, (a, b)| sum + *a * *b).is_zero()
-        })
+        scaled.zero.iter().all(|other| sum_of_products(other, &image, ()).is_zero())
     };
     let heads: Vec<usize> = (0..z).filter(|at| is_head(&scaled.zero[*at])).collect();
     if scaled.structure != Structure::Gyroscopic {

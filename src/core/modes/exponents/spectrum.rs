@@ -4,17 +4,16 @@ use std::cell::OnceCell;
 
 use faer::c64;
 
-use super::super::BITS_OF_BALLS;
 use super::certify::{Certificate, Disc, Group};
 use super::columns::Columns;
 use super::complex::Complex;
-use super::couplings::Sheet;
+use super::couplings::Residuals;
 use super::repeated::{cluster_shapes, zero, zero_shapes};
 use super::scale::Scaled;
 use super::shape::Shapes;
 use super::signature::is_definite;
 use super::solve::Solution;
-use super::{Exponent, Exponents, Kind, Limit, Options, PreciseExponent, Rung, Stability};
+use super::{Exponent, Exponents, Kind, Limit, Options, Precise, PrecisionLevel, Stability};
 use crate::precision::{Ball, Big, up};
 
 /// What is proved about the problem as a whole.
@@ -75,7 +74,7 @@ pub(super) fn zeros_proved(facts: &Facts, columns: &Columns, certificate: &Certi
 pub(super) fn status(
     facts: &Facts,
     columns: &Columns,
-    sheets: &[Sheet],
+    measured: &[Residuals],
     value: &dyn Fn(usize, f64) -> Value,
     certificate: &Certificate,
     options: &Options,
@@ -88,7 +87,7 @@ pub(super) fn status(
         let at = certificate.of[j];
         let group = &certificate.groups[at];
         let sign = if facts.gyroscopic { -1.0 } else { 1.0 };
-        *definite[at].get_or_init(|| is_definite(columns, sheets, group, sign))
+        *definite[at].get_or_init(|| is_definite(columns, measured, group, sign))
     };
     let discs: Vec<Disc> = (0..m).map(|j| certificate.disc(j)).collect();
     (0..m)
@@ -134,8 +133,8 @@ pub(super) fn status(
                 let missing = (radius / need).log2();
                 let bits = if missing.is_nan() { 2000.0 } else { missing.clamp(0.0, 2000.0) };
                 let covered = match wide {
-                    Some(wide) => covers_wide(wide, options),
-                    None => covers(value, options),
+                    Some(wide) => options.covers(wide, false),
+                    None => options.covers(value, false),
                 };
                 (covered, bits)
             };
@@ -154,7 +153,7 @@ const ROUGH: f64 = 1e-11;
 const PARALLEL: f64 = 1e-8;
 
 /// Whether two vectors are the same but for a factor, nearly.
-fn is_parallel(a: &Sheet, b: &Sheet) -> bool {
+fn is_parallel(a: &Residuals, b: &Residuals) -> bool {
     let (mut product, mut sizes) = (c64::new(0.0, 0.0), [0.0; 2]);
     for (x, y) in a.x.iter().zip(&b.x) {
         let (x, y) = (x.value, y.value);
@@ -167,11 +166,16 @@ fn is_parallel(a: &Sheet, b: &Sheet) -> bool {
 }
 
 /// Marks columns whose vectors are [`Status::rough`], and those that may have a vector less than there are exponents.
-pub(super) fn mark_rough(statuses: &mut [Status], columns: &Columns, sheets: &[Sheet], certificate: &Certificate) {
-    let largest: Vec<f64> = sheets
+pub(super) fn mark_rough(
+    statuses: &mut [Status],
+    columns: &Columns,
+    measured: &[Residuals],
+    certificate: &Certificate,
+) {
+    let largest: Vec<f64> = measured
         .iter()
-        .map(|sheet| {
-            let sizes = sheet.x.iter().map(|x| x.value.re.hypot(x.value.im));
+        .map(|residuals| {
+            let sizes = residuals.x.iter().map(|x| x.value.re.hypot(x.value.im));
             sizes.fold(0.0, f64::max)
         })
         .collect();
@@ -181,7 +185,7 @@ pub(super) fn mark_rough(statuses: &mut [Status], columns: &Columns, sheets: &[S
         let own: Vec<usize> = own.copied().collect();
         for (at, &j) in own.iter().enumerate() {
             for &i in &own[..at] {
-                if is_parallel(&sheets[i], &sheets[j]) {
+                if is_parallel(&measured[i], &measured[j]) {
                     statuses[i].lacking = true;
                     statuses[j].lacking = true;
                 }
@@ -199,27 +203,6 @@ pub(super) fn mark_rough(statuses: &mut [Status], columns: &Columns, sheets: &[S
     }
 }
 
-/// Whether the number has all digits, correctly rounded.
-pub(super) fn covers(x: &Ball, options: &Options) -> bool {
-    if x.contains_zero() {
-        return false;
-    }
-    let size = x.mid.hi.abs();
-    if x.radius / size > 10f64.powi(-(options.digits.min(300) as i32) - 3) {
-        return false;
-    }
-    options.decide(size, || x.abs())
-}
-
-/// The same for more digits than a ball has.
-fn covers_wide(x: &Big, options: &Options) -> bool {
-    if x.contains_zero() {
-        return false;
-    }
-    let missing = x.radius().log2() - x.abs_upper().log2();
-    missing < -3.33 * (options.digits as f64 + 3.0) && options.decide_precisely(x)
-}
-
 /// The entries in printing order.
 pub(super) fn spectrum(scaled: &Scaled, solution: &Solution, options: &Options) -> Exponents {
     let mut entries = Vec::new();
@@ -229,10 +212,10 @@ pub(super) fn spectrum(scaled: &Scaled, solution: &Solution, options: &Options) 
     // Of the real exponents without dissipation the growing half stands for the pairs.
     let mut real: Vec<usize> = Vec::new();
     for j in columns.together()..columns.count() {
-        if columns.twin[j].is_some() {
+        if columns.conjugate_of[j].is_some() {
             continue;
         }
-        let paired = columns.twin.contains(&Some(j));
+        let paired = columns.conjugate_of.contains(&Some(j));
         let status = &solution.statuses[j];
         // A pair of columns beside the real axis may stand for two real exponents.
         let copies = if paired && status.omega_zero { 2 } else { 1 };
@@ -275,7 +258,7 @@ pub(super) fn spectrum(scaled: &Scaled, solution: &Solution, options: &Options) 
         }
     }
     // On the axis several exponents are known to be there because their form is definite, and then each has its vector.
-    finish(entries, solution.rung, options, &|entry| entry.growth.is_zero())
+    finish(entries, solution.level, options, &|entry| entry.growth.is_zero())
 }
 
 /// Puts an orthonormal basis in the place of the shapes of a group of exponents that the bounds do not separate, if they
@@ -293,8 +276,8 @@ fn orthonormal(scaled: &Scaled, solution: &Solution, shapes: &Shapes<'_>, group:
     }
     let mut spanning = Vec::with_capacity(group.members.len());
     for &j in &group.members {
-        let conjugate = columns.twin[j].is_some();
-        let paired = columns.twin.iter().position(|twin| *twin == Some(j));
+        let conjugate = columns.conjugate_of[j].is_some();
+        let paired = columns.conjugate_of.iter().position(|conjugate_of| *conjugate_of == Some(j));
         let paired = conjugate || paired.is_some_and(|other| group.members.contains(&other));
         if paired && !solution.statuses[j].omega_zero {
             return;
@@ -343,17 +326,15 @@ fn entry(scaled: &Scaled, solution: &Solution, j: usize, shapes: &Shapes<'_>, op
             if zero { Big::zero(x.bits()) } else { x.scale(scaled.power.into()) }
         };
         let omega = part(status.omega_zero, &omega);
-        Box::new(PreciseExponent {
-            growth: part(status.growth_zero, &growth),
-            omega: if omega.is_negative() { -&omega } else { omega },
-        })
+        let omega = if omega.is_negative() { -&omega } else { omega };
+        Box::new(Precise::complex(omega, part(status.growth_zero, &growth)))
     });
     // More than the digits was aimed at; what has these lacks nothing.
     let decided = |x: &Ball, precise: Option<&Big>| match precise {
         Some(x) if x.contains_zero() => x.is_zero(),
-        Some(x) => options.decide_precisely(x),
+        Some(x) => options.decides(x),
         None if x.contains_zero() => x.is_zero(),
-        None => options.decide_precisely(&Big::from_ball(x, BITS_OF_BALLS)),
+        None => options.decides(x),
     };
     let both = || {
         decided(&growth, precise.as_ref().map(|own| &own.growth))
@@ -433,7 +414,7 @@ fn sort(entries: &mut [Exponent]) {
 /// The exponents of parts that nothing couples, as those of the whole.
 pub(super) fn joined(parts: Vec<Exponents>, options: &Options) -> Exponents {
     let mut entries: Vec<Exponent> = Vec::new();
-    let (mut stability, mut rung) = (Stability::Stable, Rung::Doubles);
+    let (mut stability, mut level) = (Stability::Stable, PrecisionLevel::Doubles);
     let mut secular = Some(false);
     // What one part says of the whole, the graver the later.
     let gravity = |stability: Stability| match stability {
@@ -446,7 +427,7 @@ pub(super) fn joined(parts: Vec<Exponents>, options: &Options) -> Exponents {
         if gravity(part.stability) > gravity(stability) {
             stability = part.stability;
         }
-        rung = rung.max(part.rung);
+        level = level.max(part.level);
         secular = match (secular, part.secular) {
             (Some(true), _) | (_, Some(true)) => Some(true),
             (None, _) | (_, None) => None,
@@ -463,12 +444,12 @@ pub(super) fn joined(parts: Vec<Exponents>, options: &Options) -> Exponents {
                     && (other.growth - entry.growth).contains_zero()
                     && (other.kind == Kind::Zero) == (entry.kind == Kind::Zero)
             };
-            let twin = entries[..known].iter().find(near).map(|other| other.cluster);
+            let conjugate_of = entries[..known].iter().find(near).map(|other| other.cluster);
             let own = entry.cluster;
             entries.push(entry);
-            if let Some(twin) = twin {
+            if let Some(conjugate_of) = conjugate_of {
                 let same = entries.iter_mut().filter(|other| other.cluster == own);
-                same.for_each(|other| other.cluster = twin);
+                same.for_each(|other| other.cluster = conjugate_of);
             }
         }
     }
@@ -477,7 +458,7 @@ pub(super) fn joined(parts: Vec<Exponents>, options: &Options) -> Exponents {
     if let Some(wanted) = options.lowest {
         entries.truncate(wanted);
     }
-    Exponents { entries, stability, secular, rung }
+    Exponents { entries, stability, secular, level }
 }
 
 /// Clusters counted in the order of their first members.
@@ -497,7 +478,7 @@ fn number(entries: &mut [Exponent]) {
 /// are known to have their own vectors.
 pub(super) fn finish(
     mut entries: Vec<Exponent>,
-    rung: Rung,
+    level: PrecisionLevel,
     options: &Options,
     semisimple: &dyn Fn(&Exponent) -> bool,
 ) -> Exponents {
@@ -526,5 +507,5 @@ pub(super) fn finish(
     if let Some(wanted) = options.lowest {
         entries.truncate(wanted);
     }
-    Exponents { entries, stability, secular: if grows { Some(true) } else { (!may_grow).then_some(false) }, rung }
+    Exponents { entries, stability, secular: if grows { Some(true) } else { (!may_grow).then_some(false) }, level }
 }

@@ -10,8 +10,11 @@
 
 use faer::linalg::solvers::DenseSolveCore;
 use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
-use faer::{Mat, Par, c64};
+use faer::{Mat, Par, Scale, c64};
+use nalgebra::DMatrix;
+use nalgebra::linalg::balancing::balance_parlett_reinsch;
 
+use super::super::start::{NOISE, cholesky};
 use super::columns::{Column, Columns};
 use super::complex::{Complex, part};
 use super::couplings::Link;
@@ -22,47 +25,8 @@ use crate::precision::Ball;
 /// the columns at both ends are smaller by far, whatever the length.
 const LINK: f64 = 1.0 / (1u64 << 30) as f64;
 
-/// The lower Cholesky factor in doubles; `None` if a pivot is not clearly positive.
-pub(super) fn cholesky(a: &Mat<f64>) -> Option<Mat<f64>> {
-    cholesky_pivots(a, 4.0 * a.nrows() as f64 * f64::EPSILON)
-}
-
-/// The same with pivots above so much of the diagonal entry.
-pub(super) fn cholesky_pivots(a: &Mat<f64>, noise: f64) -> Option<Mat<f64>> {
-    let n = a.nrows();
-    let mut l = Mat::<f64>::zeros(n, n);
-    for j in 0..n {
-        let mut pivot = a[(j, j)];
-        for k in 0..j {
-            pivot -= l[(j, k)] * l[(j, k)];
-        }
-        if pivot.is_nan() || pivot <= noise * a[(j, j)].abs() {
-            return None;
-        }
-        let root = pivot.sqrt();
-        l[(j, j)] = root;
-        for i in j + 1..n {
-            l[(i, j)] = a[(i, j)];
-        }
-        for k in 0..j {
-            let factor = l[(j, k)];
-            if factor != 0.0 {
-                for i in j + 1..n {
-                    let product = l[(i, k)] * factor;
-                    l[(i, j)] -= product;
-                }
-            }
-        }
-        for i in j + 1..n {
-            l[(i, j)] /= root;
-        }
-    }
-    Some(l)
-}
-
 /// L⁻¹ A L⁻ᵀ
-fn reduced(l: &Mat<f64>, a: Mat<f64>) -> Mat<f64> {
-    let mut a = a;
+fn reduced(l: &Mat<f64>, mut a: Mat<f64>) -> Mat<f64> {
     solve_lower_triangular_in_place(l.as_ref(), a.as_mut(), Par::Seq);
     solve_lower_triangular_in_place(l.as_ref(), a.as_mut().transpose_mut(), Par::Seq);
     a
@@ -93,16 +57,7 @@ fn kernel(scaled: &Scaled, l: &Mat<f64>, d: &Mat<f64>, s: &Mat<f64>) -> Option<K
     };
     let image = d * &basis;
     let small = left.transpose() * &image;
-    let largest = |a: &Mat<f64>| {
-        let mut most = 0.0_f64;
-        for j in 0..a.ncols() {
-            for i in 0..a.nrows() {
-                most = most.max(a[(i, j)].abs());
-            }
-        }
-        most
-    };
-    let size = largest(d) * largest(&left) * largest(&basis) * n as f64;
+    let size = d.norm_max() * left.norm_max() * basis.norm_max() * n as f64;
     let inner = small.svd().ok()?;
     let rank = (0..z).filter(|&k| inner.S()[k].abs() > 1e-10 * size).count();
     let chains = z - rank;
@@ -122,84 +77,39 @@ fn kernel(scaled: &Scaled, l: &Mat<f64>, d: &Mat<f64>, s: &Mat<f64>) -> Option<K
     Some(Kernel { basis, chain, heads })
 }
 
-/// Makes rows and columns of like size by powers of two (Parlett, Reinsch, Numer. Math. 13 (1969) 293).
+/// Makes rows and columns of like size by powers of two.
 fn balanced(a: &mut Mat<f64>) -> Vec<f64> {
     let n = a.nrows();
-    let mut scale = vec![1.0; n];
-    for _ in 0..30 {
-        let mut changed = false;
-        for i in 0..n {
-            let (mut row, mut column) = (0.0, 0.0);
-            for j in (0..n).filter(|&j| j != i) {
-                row += a[(i, j)].abs();
-                column += a[(j, i)].abs();
-            }
-            if row == 0.0 || column == 0.0 {
-                continue;
-            }
-            let exponent = (0.5 * (row / column).log2()).round().clamp(-60.0, 60.0);
-            let factor = exponent.exp2();
-            if column * factor + row / factor < 0.95 * (row + column) {
-                changed = true;
-                scale[i] *= factor;
-                for j in 0..n {
-                    a[(i, j)] /= factor;
-                }
-                for j in 0..n {
-                    a[(j, i)] *= factor;
-                }
-            }
-        }
-        if !changed {
-            break;
-        }
-    }
-    scale
+    let mut matrix = DMatrix::from_fn(n, n, |i, j| a[(i, j)]);
+    let scale = balance_parlett_reinsch(&mut matrix);
+    *a = Mat::from_fn(n, n, |i, j| matrix[(i, j)]);
+    scale.as_slice().to_vec()
 }
 
 /// First approximations; `None` where doubles do not do.
 pub(super) fn start(scaled: &Scaled, l: &Mat<f64>) -> Option<Columns> {
     let n = scaled.n;
     let z = scaled.zero.len();
-    let d = reduced(l, scaled.velocity.doubles());
-    let s = reduced(l, scaled.stiffness.doubles());
+    let d = reduced(l, scaled.velocity.mid.doubles());
+    let s = reduced(l, scaled.stiffness.mid.doubles());
     let symmetric = Mat::from_fn(n, n, |i, j| 0.5 * (s[(i, j)] + s[(j, i)]));
-    let factor = if z == 0 { cholesky(&symmetric) } else { None };
-    let mut largest = 0.0_f64;
-    for j in 0..n {
-        for i in 0..n {
-            largest = largest.max(s[(i, j)].abs());
-        }
-    }
+    let factor = if z == 0 { cholesky(&symmetric, NOISE * n as f64) } else { None };
+    let largest = s.norm_max();
     let gamma = if largest > 0.0 { largest.sqrt() } else { 1.0 };
-    let mut a = Mat::<f64>::zeros(2 * n, 2 * n);
     let definite = factor.is_some();
-    if let Some(f2) = &factor {
-        let mut f1 = s.clone();
-        solve_lower_triangular_in_place(f2.as_ref(), f1.as_mut(), Par::Seq);
-        for j in 0..n {
-            for i in 0..n {
-                a[(i, n + j)] = f1[(i, j)];
-                if i >= j {
-                    a[(n + i, j)] = -f2[(i, j)];
-                }
-            }
+    let (f1, f2) = match factor {
+        Some(f2) => {
+            let mut f1 = s.clone();
+            solve_lower_triangular_in_place(f2.as_ref(), f1.as_mut(), Par::Seq);
+            (f1, f2)
         }
-    } else {
-        for j in 0..n {
-            a[(j, n + j)] = gamma;
-            for i in 0..n {
-                a[(n + i, j)] = -s[(i, j)] / gamma;
-            }
-        }
-    }
-    for j in 0..n {
-        for i in 0..n {
-            a[(n + i, n + j)] = -d[(i, j)];
-        }
-    }
-    let finite = (0..2 * n).all(|j| (0..2 * n).all(|i| a[(i, j)].is_finite()));
-    if !finite {
+        None => (Mat::from_fn(n, n, |i, j| if i == j { gamma } else { 0.0 }), &s * Scale(1.0 / gamma)),
+    };
+    let mut a = Mat::<f64>::zeros(2 * n, 2 * n);
+    a.submatrix_mut(0, n, n, n).copy_from(&f1);
+    a.submatrix_mut(n, 0, n, n).copy_from(-&f2);
+    a.submatrix_mut(n, n, n, n).copy_from(-&d);
+    if !a.is_all_finite() {
         return None;
     }
     // Columns of the exponent 0: (γ x, 0) and (γ z₁, Z a).
@@ -208,18 +118,9 @@ pub(super) fn start(scaled: &Scaled, l: &Mat<f64>) -> Option<Columns> {
     let split = z + chains;
     let mut fixed = Mat::<f64>::zeros(2 * n, split);
     if let Some(kernel) = &kernel {
-        for j in 0..z {
-            for i in 0..n {
-                fixed[(i, j)] = gamma * kernel.basis[(i, j)];
-            }
-        }
-        let heads = &kernel.basis * &kernel.heads;
-        for j in 0..chains {
-            for i in 0..n {
-                fixed[(i, z + j)] = gamma * kernel.chain[(i, j)];
-                fixed[(n + i, z + j)] = heads[(i, j)];
-            }
-        }
+        fixed.submatrix_mut(0, 0, n, z).copy_from(&kernel.basis * Scale(gamma));
+        fixed.submatrix_mut(0, z, n, chains).copy_from(&kernel.chain * Scale(gamma));
+        fixed.submatrix_mut(n, z, n, chains).copy_from(&kernel.basis * &kernel.heads);
     }
     let gamma = if definite { None } else { Some(gamma) };
     for attempt in 0..2 {
@@ -231,14 +132,8 @@ pub(super) fn start(scaled: &Scaled, l: &Mat<f64>) -> Option<Columns> {
             continue;
         };
         // All columns of first order, and their inverse.
-        let v =
-            Mat::from_fn(
-                2 * n,
-                2 * n,
-                |i, j| {
-                    if j < split { c64::new(fixed[(i, j)], 0.0) } else { vectors[(i, j - split)] }
-                },
-            );
+        let entry = |i, j| if j < split { c64::new(fixed[(i, j)], 0.0) } else { vectors[(i, j - split)] };
+        let v = Mat::from_fn(2 * n, 2 * n, entry);
         let w = v.partial_piv_lu().inverse();
         let clear = (split..2 * n).all(|j| {
             // Columns have length 1, so that a row is as long as its exponent is ill-conditioned.
@@ -289,7 +184,7 @@ fn rest(a: &Mat<f64>, fixed: &Mat<f64>, balance: bool) -> Option<(Vec<c64>, Mat<
     } else {
         (None, a.clone())
     };
-    let mut block = Mat::from_fn(left, left, |i, j| inner[(split + i, split + j)]);
+    let mut block = inner.submatrix(split, split, left, left).to_owned();
     let scale = if balance { balanced(&mut block) } else { vec![1.0; left] };
     if left == 0 {
         return Some((Vec::new(), Mat::zeros(m, 0)));
@@ -308,11 +203,7 @@ fn rest(a: &Mat<f64>, fixed: &Mat<f64>, balance: bool) -> Option<(Vec<c64>, Mat<
     }
     if split > 0 {
         // Within the split-off space nothing is left of A but its nilpotent part.
-        for j in 0..split {
-            for i in split..m {
-                inner[(i, j)] = 0.0;
-            }
-        }
+        inner.submatrix_mut(split, 0, left, split).fill(0.0);
     }
     for (k, &value) in values.iter().enumerate() {
         if value.im < 0.0 {
@@ -404,11 +295,11 @@ fn assemble(
         (0..n).map(|i| Complex::from_c64(part(number(i), real), ())).collect()
     };
     let mut all: Vec<Column<Ball>> = Vec::with_capacity(2 * n);
-    let mut twin = vec![None; 2 * n];
+    let mut conjugate_of = vec![None; 2 * n];
     for j in 0..2 * n {
         if mu[j].im < 0.0 {
             all.push(all[j - 1].conjugate());
-            twin[j] = Some(j - 1);
+            conjugate_of[j] = Some(j - 1);
             continue;
         }
         let (x, y) = if j < z {
@@ -441,6 +332,6 @@ fn assemble(
             }
         }
     }
-    let columns = Columns { all, twin, zeros: z, chains: split - z, links };
+    let columns = Columns { all, conjugate_of, zeros: z, chains: split - z, links };
     columns.all.iter().all(Column::is_finite).then_some(columns)
 }

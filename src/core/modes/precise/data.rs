@@ -1,11 +1,14 @@
 //! M, K and the zero vectors as whole numbers over one power of two.
 
 use dashu_int::IBig;
-use dashu_int::ops::SquareRoot;
 
-use super::PreciseProblem;
-use super::fixed::{Sum, Symmetric, dot, double, length, shifted, unit};
-use crate::precision::{DoubleDouble, up};
+use super::fixed::{Sum, Symmetric, dot, double, unit};
+use crate::modes::PreciseProblem;
+use crate::modes::pencil::Orthonormal;
+use crate::precision::{Big, DoubleDouble, up};
+
+/// Bits of vectors beyond the last one that is kept.
+const GUARD: usize = 64;
 
 /// The problem over 2^scale, in the scaled coordinates of [`crate::modes::pencil::Scaled`].
 pub(super) struct Data {
@@ -28,7 +31,7 @@ impl Data {
         }
         let mass = Symmetric::new(&problem.mass, shift, 0, scale)?;
         let stiffness = Symmetric::new(&problem.stiffness, shift, power, scale)?;
-        let zero = ZeroSpace::new(problem, &mass, shift, scale)?;
+        let zero = ZeroSpace::new(problem, shift, scale)?;
         Some(Self { n, scale, mass, stiffness, zero })
     }
 
@@ -59,87 +62,34 @@ fn length_1(x: &[IBig], scale: i64) -> f64 {
 }
 
 impl ZeroSpace {
-    /// The errors of a vector are all below one number e of units. A combination v - c b with an exact
-    /// number c over 2^scale, rounded, is off by e_v + |c| e_b + 1; the image M v, rounded, by
-    /// (‖M‖ e + ‖E‖ (|v| + e)) + 1 with row sum norms and radii E of M.
-    fn new(problem: &PreciseProblem, mass: &Symmetric, shift: &[i32], scale: i64) -> Option<Self> {
+    /// `None` where the vectors are not shown to be independent.
+    fn new(problem: &PreciseProblem, shift: &[i32], scale: i64) -> Option<Self> {
         let n = problem.dimension;
-        let mut sum = Sum::default();
-        let mut zero = Self { vectors: Vec::new(), images: Vec::new(), image_error: Vec::new(), defect: 0.0 };
-        let mut errors: Vec<f64> = Vec::new();
-        // Norms in units of 1, not of 2^-scale.
-        let one = |x: f64| crate::precision::DoubleDouble::exact(x).scale(-(scale as i32)).hi;
-        let radius = mass.radius.as_ref().map_or(0.0, |radius| {
-            let row = |row| (0..n).map(|column| radius.get(row, column)).sum::<f64>();
-            (0..n).map(row).fold(0.0, f64::max) * (1.0 + 1e-9)
-        });
-        let image = |v: &[IBig], error: f64, sum: &mut Sum| {
-            let exact = mass.times(v, sum);
-            let image: Vec<IBig> = exact.iter().map(|x| shifted(x, -scale)).collect();
-            let largest = v.iter().fold(0.0_f64, |most, x| most.max(double(x, -scale).abs()));
-            let error = mass.norm * (1.0 + 1e-9) * error + radius * (largest + one(error)) + 1.0;
-            (image, up(error * (1.0 + 1e-9)))
+        let bits = usize::try_from(scale).ok()? + GUARD;
+        let image = |v: &[Big]| -> Vec<Big> {
+            let term = |sum: Big, i: usize, j: usize| {
+                let entry = &problem.mass[i.min(j) * n + i.max(j)];
+                if entry.is_zero() || v[j].is_zero() {
+                    return sum;
+                }
+                &sum + &(&entry.scale(i64::from(shift[i]) + i64::from(shift[j])) * &v[j])
+            };
+            (0..n).map(|i| (0..n).fold(Big::zero(bits), |sum, j| term(sum, i, j))).collect()
         };
-        for vector in &problem.zero_vectors {
-            let mut v = Vec::with_capacity(n);
-            let mut error: f64 = 0.0;
-            for (x, &s) in vector.iter().zip(shift) {
-                let (value, off) = unit(x, -i64::from(s), scale)?;
-                v.push(value);
-                error = error.max(off);
-            }
-            // First to a length of about 1, that the errors below are relative to it.
-            let top = v.iter().map(length).max().unwrap_or(0) as i64;
-            if top == 0 {
-                return None;
-            }
-            for round in 0..3 {
-                if round > 0 {
-                    for (b, (image, b_error)) in zero.vectors.iter().zip(zero.images.iter().zip(&errors)) {
-                        let c = shifted(&dot(&v, image, &mut sum), -scale);
-                        for (x, b) in v.iter_mut().zip(b) {
-                            *x -= shifted(&(&c * b), -scale);
-                        }
-                        error = up(error + double(&c, -scale).abs() * 1.000_001 * b_error + 1.0);
-                    }
-                }
-                let (y, _) = image(&v, error, &mut sum);
-                let square = dot(&v, &y, &mut sum);
-                if square <= IBig::ZERO {
-                    return None;
-                }
-                let (_, square) = square.into_parts();
-                let norm = IBig::from(square.sqrt());
-                if norm == IBig::ZERO {
-                    return None;
-                }
-                let factor = (IBig::ONE << (2 * scale) as usize) / norm;
-                for x in &mut v {
-                    *x = shifted(&(&factor * &*x), -scale);
-                }
-                error = up(double(&factor, -scale) * 1.000_001 * error + 1.0);
-            }
-            let (y, y_error) = image(&v, error, &mut sum);
-            zero.vectors.push(v);
+        let scaled = |z: &Vec<Big>| -> Vec<Big> {
+            z.iter().zip(shift).map(|(x, s)| x.scale(-i64::from(*s)).with_bits(bits)).collect()
+        };
+        let given = problem.zero_vectors.iter().map(scaled).collect();
+        let Orthonormal { vectors, images, defect } = Orthonormal::new(given, &image, bits).ok()?;
+        let whole = |v: &Vec<Big>| -> Option<Vec<(IBig, f64)>> { v.iter().map(|x| unit(x, 0, scale)).collect() };
+        let mut zero = Self { vectors: Vec::new(), images: Vec::new(), image_error: Vec::new(), defect };
+        for (v, y) in vectors.iter().zip(&images) {
+            zero.vectors.push(whole(v)?.into_iter().map(|(x, _)| x).collect());
+            let (y, errors): (_, Vec<f64>) = whole(y)?.into_iter().unzip();
             zero.images.push(y);
-            zero.image_error.push(y_error);
-            errors.push(error);
+            zero.image_error.push(errors.into_iter().fold(0.0, f64::max));
         }
-        for (i, (b, error)) in zero.vectors.iter().zip(&errors).enumerate() {
-            let mut row = 0.0;
-            for (j, (y, y_error)) in zero.images.iter().zip(&zero.image_error).enumerate() {
-                let mut g = dot(b, y, &mut sum);
-                if i == j {
-                    g -= IBig::ONE << (2 * scale) as usize;
-                }
-                let off = length_1(b, scale) * one(*y_error)
-                    + length_1(y, scale) * one(*error)
-                    + n as f64 * one(*error) * one(*y_error);
-                row += double(&g, -2 * scale).abs() + off;
-            }
-            zero.defect = zero.defect.max(up(row * (1.0 + 1e-9)));
-        }
-        (zero.defect <= 0.5).then_some(zero)
+        Some(zero)
     }
 
     /// ZᵀMx over 2^(scale + x_scale), and a bound of the M-length of x along the zero vectors: with

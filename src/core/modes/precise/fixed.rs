@@ -75,7 +75,7 @@ pub(super) fn from_double_double(x: DoubleDouble, scale: i64) -> IBig {
     whole(x.hi, scale) + whole(x.lo, scale)
 }
 
-/// acc += |a| |b|; `acc` has room for the sum.
+/// acc += |a| |b|; `acc` is long enough for the sum.
 fn multiply_add(acc: &mut [Word], a: &[Word], b: &[Word]) {
     let zeros = |x: &[Word]| x.iter().take_while(|w| **w == 0).count();
     let (za, zb) = (zeros(a), zeros(b));
@@ -110,7 +110,7 @@ pub(super) struct Sum {
 }
 
 impl Sum {
-    /// Room for products of numbers of so many words, however many there are.
+    /// Space for products of numbers of so many words, however many there are.
     fn clear(&mut self, words: usize) {
         for part in [&mut self.plus, &mut self.minus] {
             part.clear();

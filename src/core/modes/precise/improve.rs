@@ -10,9 +10,9 @@ use dashu_int::IBig;
 use super::data::Data;
 use super::fixed::{double, double_double, from_double_double, shifted};
 use super::measure::{Columns, Measured};
-use crate::modes::dense::{Matrix, Plain};
+use crate::modes::dense::Matrix;
 use crate::modes::product::{Part, product};
-use crate::modes::refine::{NEAR, SMALL, TINY, groups, jacobi, join, root};
+use crate::modes::refine::{NEAR, SMALL, TINY, block, groups, jacobi, join, root};
 use crate::modes::start::symmetric_eigenvectors;
 use crate::precision::{DoubleDouble, exponent_of};
 
@@ -150,38 +150,19 @@ pub(super) fn improve(data: &Data, columns: &Columns, measured: &Measured, scale
 fn rotation(pairs: &Pairs<'_>, cluster: &[usize], places: &[usize]) -> Option<Matrix> {
     let Measured { quotient, h, .. } = pairs.measured;
     let c = cluster.len();
-    let low = cluster.iter().map(|&i| &quotient[i]).min()?;
-    let high = cluster.iter().map(|&i| &quotient[i]).max()?;
     let value = |x: &IBig| double(x, -pairs.scale);
-    // A narrow cluster is measured from its centre, a wide one from zero.
-    let narrow = value(&(high - low)) < 1e-3 * value(high).abs().max(value(low).abs());
-    let centre = if narrow { shifted(&(low + high), -1) } else { IBig::ZERO };
-    let mut block = Plain::zeros(c, c);
-    for (q, (&j, &at)) in cluster.iter().zip(places).enumerate() {
-        for (p, (&i, &other)) in cluster.iter().zip(places).enumerate() {
-            let entry = if i == j {
-                value(&(&quotient[i] - &centre))
-            } else {
-                // (s_ij - μ_j g_ij + s_ij - μ_i g_ij) / 2
-                0.5 * (h.get(i, at).hi + h.get(j, other).hi)
-            };
-            block.set(p, q, entry);
-        }
-    }
-    let vectors = if c < LARGE {
-        jacobi(block)
+    let block = block(
+        c,
+        |p| value(&quotient[cluster[p]]),
+        |p, q| value(&(&quotient[cluster[p]] - &quotient[cluster[q]])),
+        |p, q| h.get(cluster[p], places[q]).hi,
+    );
+    let v = if c < LARGE {
+        jacobi(block).widened()
     } else {
-        let mut flat = Vec::with_capacity(c * c);
-        (0..c).for_each(|q| flat.extend_from_slice(block.column(q)));
-        let flat = symmetric_eigenvectors(c, &mut flat)?;
-        let mut vectors = Plain::zeros(c, c);
-        for (q, column) in flat.chunks_exact(c).enumerate() {
-            vectors.column_mut(q).copy_from_slice(column);
-        }
-        vectors
+        Matrix::from_doubles(symmetric_eigenvectors(block.view().matrix())?.as_ref())
     };
     // V <- V (3 - VᵀV) / 2: orthogonal up to the square of what it was (Newton and Schulz).
-    let v = vectors.widened();
     let mut defect = product(&v.transposed(), &v, Part::Lower);
     for q in 0..c {
         for p in 0..c {

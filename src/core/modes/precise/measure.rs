@@ -206,9 +206,9 @@ impl<'a> Setting<'a> {
         let (xt, sizes_t) = (self.x.transposed(), self.sizes.transposed());
         let mut products = Products {
             h: product(&xt, &residual, Part::All),
-            noise: bound_product(&sizes_t, &residual.magnitudes(), Part::All),
+            noise: bound_product(&sizes_t, &residual.magnitudes()),
             g: product(&xt, &mass_times, Part::All),
-            noise_g: bound_product(&sizes_t, &mass_times.magnitudes(), Part::All),
+            noise_g: bound_product(&sizes_t, &mass_times.magnitudes()),
         };
         let unit = product_bound(n) + 2.25 * LOST;
         for (at, &place) in place.iter().enumerate() {
@@ -274,7 +274,7 @@ impl<'a> Setting<'a> {
         }
         let of = |radius: &Option<Plain>| {
             let radius = radius.as_ref()?;
-            Some(bound_product(radius, &own, Part::All))
+            Some(bound_product(radius, &own))
         };
         let stiffness = of(&self.data.stiffness.radius);
         let mass = of(&self.data.mass.radius);
@@ -288,7 +288,7 @@ impl<'a> Setting<'a> {
             }
         }
         let sizes_t = self.sizes.transposed();
-        Off { h: bound_product(&sizes_t, &h, Part::All), g: bound_product(&sizes_t, &g, Part::All) }
+        Off { h: bound_product(&sizes_t, &h), g: bound_product(&sizes_t, &g) }
     }
 
     /// Bounds of all couplings, and x_jᵀMx_j of own columns.

@@ -1,9 +1,9 @@
-//! The last rung of the ladder: as many bits as it takes.
+//! The last precision level: as many bits as it takes.
 //!
 //! The certificate makes an eigenvalue's radius quadratic in the couplings of its column, so that D
 //! digits need columns of D / 2 digits, couplings in doubles, and only the quotients themselves at
 //! full precision, for the columns exactly as they stand. Columns come from double-double, or from a
-//! Cholesky factor of M at full precision where double-double has none (`start`); they are measured
+//! Cholesky factor of M at full precision where double-double has none; they are measured
 //! (`measure`), certified, and improved (`improve`) until every wanted digit is covered. Only columns
 //! that need it take part; all others stay in double-double.
 
@@ -12,58 +12,21 @@ mod fixed;
 mod improve;
 mod measure;
 mod plan;
-mod start;
 
 use dashu_int::IBig;
+use faer::Mat;
 
 use super::certify::{Cluster, Couplings, Enclosures, certify};
 use super::dense::{Matrix, Plain};
 use super::pencil::{Bounded, Scaled, ZeroSpace, couplings, pencil};
 use super::quick::Bounds;
-use super::{Certificate, Gram, Kind, ModesError, Options, Rung, Solution, Source, covered, covers};
+use super::start::careful_eigenvectors;
+use super::{Certificate, Gram, ModesError, Options, PrecisionLevel, Solution, Source, covered};
 use crate::precision::{Big, Magnitude};
 use data::Data;
 use fixed::{LOST, length};
 use measure::{Background, Columns, Measured, measure};
 use plan::{Goal, Plan};
-
-/// M, K and the zero vectors of a [`super::Problem`] at a higher precision.
-#[derive(Clone, Debug)]
-pub struct PreciseProblem {
-    /// The number of coordinates, n.
-    pub dimension: usize,
-    /// The mass matrix, n by n, column by column; symmetric (the lower triangle is read).
-    pub mass: Vec<Big>,
-    /// The stiffness matrix, likewise.
-    pub stiffness: Vec<Big>,
-    /// The vectors of the kernel of K, in the same order.
-    pub zero_vectors: Vec<Vec<Big>>,
-}
-
-/// The numbers of a mode at a precision beyond that of a [`crate::precision::Ball`].
-#[derive(Clone, Debug)]
-#[non_exhaustive]
-pub struct Precise {
-    /// ω².
-    pub omega_squared: Big,
-    /// The frequency; 0 for an unstable mode.
-    pub omega: Big,
-    /// The rate of growth of an unstable mode; 0 for any other.
-    pub growth: Big,
-}
-
-impl Precise {
-    pub(super) fn new(omega_squared: Big, kind: Kind) -> Self {
-        let zero = Big::zero(omega_squared.bits());
-        let (omega, growth) = match kind {
-            Kind::Oscillation => (omega_squared.sqrt(), zero),
-            Kind::Zero => (zero.clone(), zero),
-            Kind::Unstable => (zero, (-&omega_squared).sqrt()),
-            Kind::Damped | Kind::Overdamped | Kind::Undecided => (omega_squared.sqrt(), (-&omega_squared).sqrt()),
-        };
-        Self { omega_squared, omega, growth }
-    }
-}
 
 /// Eigenvalues that are equal to so many digits count as equal: most of those that are near are.
 const CLOSE_DIGITS: usize = 120;
@@ -74,7 +37,7 @@ const MANY: usize = 32;
 /// Fewer modes than this part of all are better taken on from what doubles give.
 const FEW: usize = 8;
 
-/// The outcome of the rungs below, or a better one where digits are missing or there is none.
+/// The outcome of the precision levels below, or a better one where digits are missing or there is none.
 fn covering(
     scaled: &Scaled,
     zero: &ZeroSpace,
@@ -86,16 +49,16 @@ fn covering(
     if few
         && options.digits >= MANY
         && let Ok(solution) = below(&options.clone().digits(15))
-        && let Some(better) = climb(scaled, zero, Some(&solution), source, options)
+        && let Some(better) = with_more_bits(scaled, zero, Some(&solution), source, options)
         && verdict(&better, options, &Goal::new(options.digits)).satisfied
     {
         return Ok(better);
     }
     match below(options) {
         Ok(solution) if covered(&solution.certificate, options) => Ok(solution),
-        Ok(solution) => Ok(climb(scaled, zero, Some(&solution), source, options).unwrap_or(solution)),
+        Ok(solution) => Ok(with_more_bits(scaled, zero, Some(&solution), source, options).unwrap_or(solution)),
         Err(error) if is_final(&error) => Err(error),
-        Err(error) => climb(scaled, zero, None, source, options).ok_or(error),
+        Err(error) => with_more_bits(scaled, zero, None, source, options).ok_or(error),
     }
 }
 
@@ -115,7 +78,7 @@ pub(super) fn further(
         return Ok(solution);
     }
     let finer = options.clone().digits(options.digits.max(CLOSE_DIGITS));
-    let apart = climb(scaled, zero, Some(&solution), source, &finer);
+    let apart = with_more_bits(scaled, zero, Some(&solution), source, &finer);
     Ok(apart.filter(|apart| apart.certificate.clusters.len() > clusters.len()).unwrap_or(solution))
 }
 
@@ -145,7 +108,7 @@ const WIDENED: usize = 2;
 const HEADROOM: i64 = 32;
 
 /// A better solution than the one in double-double, if there is one.
-fn climb(
+fn with_more_bits(
     scaled: &Scaled,
     zero: &ZeroSpace,
     solved: Option<&Solution>,
@@ -274,12 +237,29 @@ fn begin(matrices: &mut Matrices<'_>) -> Option<Columns> {
         if (data.n as f64).powi(3) * words * words > MOST_START {
             return None;
         }
-        if let Some(columns) = start::start(data) {
+        if let Some(columns) = start(data) {
             return Some(columns);
         }
         bits *= 2;
     }
     None
+}
+
+/// Eigenvectors in doubles beyond that factor; `None` if M has none at this precision. A pivot has to keep half of the bits:
+/// what is below that is not told from 0.
+fn start(data: &Data) -> Option<Columns> {
+    let (p, bits) = (data.scale, usize::try_from(data.scale).ok()?);
+    let number = |x: &IBig| Big::from_parts(x.clone(), -p, bits);
+    let (mass, stiffness) = (data.mass.lower(), data.stiffness.lower());
+    let mass = |i: usize, j: usize| number(&mass[i.max(j)][i.min(j)]);
+    let stiffness = |i: usize, j: usize| number(&stiffness[i.max(j)][i.min(j)]);
+    let zero = &data.zero.vectors;
+    let zero = Mat::from_fn(data.n, zero.len(), |i, j| fixed::double(&zero[j][i], -p));
+    let found = careful_eigenvectors(&mass, &stiffness, &zero, (-0.5 * p as f64).exp2(), bits).ok()?;
+    let entry = |x: &Big| Some(fixed::unit(x, 0, p)?.0);
+    let x: Option<Vec<Vec<IBig>>> = found.iter().map(|column| column.iter().map(entry).collect()).collect();
+    let x = x?;
+    Some(Columns { scale: p, own: (0..x.len()).collect(), x })
 }
 
 fn work(data: &Data, columns: &Columns) -> f64 {
@@ -345,7 +325,7 @@ impl Background {
 fn lacking(certificate: &Certificate, options: &Options) -> Vec<usize> {
     let Certificate { order, eigenvalues, clusters } = certificate;
     let wanted = options.lowest.unwrap_or(usize::MAX);
-    let lacks = |position: usize| !covers(&eigenvalues[position], options);
+    let lacks = |position: usize| !options.covers(&eigenvalues[position], true);
     let mut own: Vec<usize> = clusters
         .iter()
         .filter(|cluster| (cluster.start..cluster.end.min(wanted)).any(lacks))
@@ -393,10 +373,10 @@ fn verdict(solution: &Solution, options: &Options, goal: &Goal) -> Verdict {
     for (ball, precise) in values.zip(&solution.precise).take(wanted) {
         let (size, radius, covered) = match precise {
             Some(value) => {
-                let covered = covers_precisely(value, options);
+                let covered = options.covers(value, true);
                 (value.abs_upper().to_f64(), value.radius().log2(), covered)
             }
-            None => (ball.abs_upper(), ball.radius.log2(), covers(ball, options)),
+            None => (ball.abs_upper(), ball.radius.log2(), options.covers(ball, true)),
         };
         // Beyond what is aimed at nothing is gained.
         let target = goal.target(size).log2();
@@ -412,20 +392,7 @@ fn verdict(solution: &Solution, options: &Options, goal: &Goal) -> Verdict {
     result
 }
 
-/// Whether √|x| has so many digits, correctly rounded.
-fn covers_precisely(x: &Big, options: &Options) -> bool {
-    if x.contains_zero() {
-        return false;
-    }
-    let relative = (x.radius() / x.abs_lower()).log2();
-    let wanted = (options.digits as f64 + 3.0) * std::f64::consts::LOG2_10;
-    if relative > -wanted {
-        return false;
-    }
-    options.decide_precisely(&x.abs().sqrt())
-}
-
-/// The outcome in the form that the double-double rung has, the precise values beside it.
+/// The outcome in the form that double-double has, the precise values beside it.
 fn assemble(
     data: &Data,
     columns: &Columns,
@@ -492,7 +459,7 @@ fn assemble(
         leak: measured.leak.clone(),
         certificate: Certificate { order, eigenvalues, clusters },
         precise,
-        rung: solved.map_or(Rung::Precise, |solved| solved.rung),
+        level: solved.map_or(PrecisionLevel::Precise, |solved| solved.level),
         correction: None,
     }
 }

@@ -1,6 +1,6 @@
-//! The ladder: from doubles upwards until every digit that is wanted is covered.
+//! Refinement, from doubles upwards until every digit that is wanted is covered.
 //!
-//! The same loop on every rung: look at columns, enclose all eigenvalues, refine the columns. Large
+//! The same loop at every precision level: measure the columns, enclose all eigenvalues, refine the columns. Large
 //! problems start with products of doubles (`quick`), small ones with double-double; where entries
 //! have lost what is wanted the energies are asked for (`factored`).
 
@@ -9,8 +9,8 @@ use super::dense::Matrix;
 use super::factored::Factored;
 use super::pencil::{self, Pencil, Scaled, ZeroSpace, couplings, pencil};
 use super::quick::{Bounds, Quick, Round};
-use super::start::{self, Failure};
-use super::{ModesError, Options, Rung, Source, refine, shape};
+use super::start::{Factor, Failure, careful_eigenvectors};
+use super::{ModesError, Options, PrecisionLevel, Source, refine, shape};
 use crate::precision::{Ball, Big, DoubleDouble, up};
 
 /// Most rounds of refinement; each squares the error, so that more do not help.
@@ -48,9 +48,15 @@ pub(super) struct Solution {
     /// Eigenvalues beyond double-double, by position; may end early.
     pub(super) precise: Vec<Option<Big>>,
     /// Where the columns come from.
-    pub(super) rung: Rung,
+    pub(super) level: PrecisionLevel,
     /// Where the columns are corrected ones: what belongs to those before.
     pub(super) correction: Option<Correction>,
+}
+
+impl Solution {
+    fn new(x: Matrix, gram: Gram, leak: Vec<f64>, certificate: Certificate, level: PrecisionLevel) -> Self {
+        Self { x, gram, leak, certificate, precise: Vec::new(), level, correction: None }
+    }
 }
 
 /// Columns before their correction.
@@ -61,7 +67,7 @@ pub(super) struct Correction {
     pub(super) norms: Vec<f64>,
 }
 
-/// XᵀMX, in the form in which a rung leaves it.
+/// XᵀMX, in the form in which a precision level leaves it.
 pub(super) enum Gram {
     Entries(pencil::Bounded),
     Factors(Box<Round>),
@@ -124,21 +130,35 @@ impl Certificate {
 
 /// The first approximation, in doubles if they will do.
 pub(super) fn first(scaled: &Scaled, zero: &Matrix) -> Result<(Matrix, bool), ModesError> {
-    match start::in_doubles(&scaled.mass.mid, &scaled.stiffness.mid, zero) {
-        Ok(x) => Ok((x, false)),
-        Err(Failure::NoConvergence) => Err(ModesError::NoConvergence),
-        Err(Failure::NotPositiveDefinite(_)) => Ok((careful(scaled, zero)?, true)),
+    match Factor::new(&scaled.mass.mid) {
+        Some(factor) => {
+            let x = factor.eigenvectors(&scaled.stiffness.mid, zero);
+            Ok((x.ok_or(ModesError::NoConvergence)?, false))
+        }
+        None => Ok((careful(scaled, zero)?, true)),
     }
 }
 
+/// Relative size below which a pivot in double-double cannot be told from rounding error, per unit of dimension.
+const NOISE: f64 = 64.0 * f64::EPSILON * f64::EPSILON;
+
+/// The first approximation with Cholesky factor and reduction in double-double.
 pub(super) fn careful(scaled: &Scaled, zero: &Matrix) -> Result<Matrix, ModesError> {
-    match start::in_double_doubles(&scaled.mass.mid, &scaled.stiffness.mid, zero) {
-        Ok(x) => Ok(x),
-        Err(Failure::NoConvergence) => Err(ModesError::NoConvergence),
-        Err(Failure::NotPositiveDefinite(direction)) => {
-            let balls: Vec<Ball> = direction.into_iter().map(Ball::from).collect();
-            Err(not_positive_definite(scaled, &balls))
+    let n = scaled.n;
+    let mass = |i: usize, j: usize| Ball::from(scaled.mass.mid.get(i, j));
+    let stiffness = |i: usize, j: usize| Ball::from(scaled.stiffness.mid.get(i, j));
+    match careful_eigenvectors(&mass, &stiffness, &zero.doubles(), NOISE * n as f64, ()) {
+        Ok(columns) => {
+            let mut x = Matrix::zeros(n, columns.len());
+            for (j, column) in columns.iter().enumerate() {
+                for (i, value) in column.iter().enumerate() {
+                    x.set(i, j, value.mid);
+                }
+            }
+            Ok(x)
         }
+        Err(Failure::NoConvergence) => Err(ModesError::NoConvergence),
+        Err(Failure::NotPositiveDefinite(direction)) => Err(not_positive_definite(scaled, &direction)),
     }
 }
 
@@ -158,23 +178,23 @@ pub(super) fn not_positive_definite(scaled: &Scaled, direction: &[Ball]) -> Mode
 }
 
 /// From doubles upwards until every digit that is wanted is covered, or nothing improves any more.
-pub(super) fn climb(
+pub(super) fn refined(
     scaled: &Scaled,
     zero: &ZeroSpace,
     source: &dyn Source,
     options: &Options,
 ) -> Result<Solution, ModesError> {
-    let mut climb = Climb { scaled, zero, options, best: None };
+    let mut rounds = Rounds { scaled, zero, options, best: None };
     let (mut x, careful) = first(scaled, &zero.mid)?;
 
-    let mut rung = if careful { Rung::DoubleDouble } else { Rung::Doubles };
+    let mut level = if careful { PrecisionLevel::DoubleDouble } else { PrecisionLevel::Doubles };
     if scaled.n >= QUICK && !careful {
         match quick(scaled, zero, options, &x) {
-            Tried::Satisfied(solution) => return Ok(*solution),
-            Tried::Improved(better) => (x, rung) = (better, Rung::Refined),
+            Ok(solution) => return Ok(solution),
+            Err(better) => (x, level) = (better, PrecisionLevel::Refined),
         }
     }
-    let failed = match climb.rounds(None, x, rung) {
+    let failed = match rounds.run(None, x, level) {
         Ok(true) => None,
         Ok(false) => Some(ModesError::NoConvergence),
         Err(error) => Some(error),
@@ -186,25 +206,25 @@ pub(super) fn climb(
         let factored = Factored::new(scaled, &factors)?;
         // Columns that are good enough for some digits may be so for all, and only the entries not.
         let some = options.clone().digits(options.digits.min(SOME_DIGITS));
-        let good = climb.best.as_ref().map(|(_, solution)| solution);
+        let good = rounds.best.as_ref().map(|(_, solution)| solution);
         let good = good.filter(|solution| covered(&solution.certificate, &some));
         if let Some(x) = good.map(|solution| solution.x.clone())
-            && let Ok(true) = climb.rounds(Some(&factored), x, Rung::Factors)
-            && let Some((_, solution)) = climb.best
+            && let Ok(true) = rounds.run(Some(&factored), x, PrecisionLevel::Factors)
+            && let Some((_, solution)) = rounds.best
         {
             return Ok(solution);
         }
         let columns = scaled.n - zero.mid.columns;
         let start = factored.singular_vectors(scaled, columns);
-        let x = match (start, &climb.best) {
+        let x = match (start, &rounds.best) {
             (Some(x), _) => x,
             (None, Some((_, solution))) => solution.x.clone(),
             (None, None) => self::careful(scaled, &zero.mid)?,
         };
         // What has been found so far still stands if this finds nothing.
-        let _ = climb.rounds(Some(&factored), x, Rung::Factors);
+        let _ = rounds.run(Some(&factored), x, PrecisionLevel::Factors);
     }
-    match (climb.best, failed) {
+    match (rounds.best, failed) {
         (Some((_, solution)), _) => Ok(solution),
         (None, Some(error)) => Err(error),
         (None, None) => Err(ModesError::NoConvergence),
@@ -212,16 +232,21 @@ pub(super) fn climb(
 }
 
 /// The best columns so far, with their score.
-struct Climb<'a> {
+struct Rounds<'a> {
     scaled: &'a Scaled,
     zero: &'a ZeroSpace,
     options: &'a Options,
     best: Option<(f64, Solution)>,
 }
 
-impl Climb<'_> {
+impl Rounds<'_> {
     /// Refines from x on, in double-double; whether everything that is wanted is covered.
-    fn rounds(&mut self, factored: Option<&Factored>, mut x: Matrix, mut rung: Rung) -> Result<bool, ModesError> {
+    fn run(
+        &mut self,
+        factored: Option<&Factored>,
+        mut x: Matrix,
+        mut level: PrecisionLevel,
+    ) -> Result<bool, ModesError> {
         let (scaled, zero, options) = (self.scaled, self.zero, self.options);
         let (mut before, mut idle) = (f64::INFINITY, 0);
         for round in 0..=ROUNDS {
@@ -235,10 +260,10 @@ impl Climb<'_> {
                 if round == ROUNDS {
                     return Err(unproved(scaled, &pencil, &x));
                 }
-                if rung >= Rung::DoubleDouble {
+                if level >= PrecisionLevel::DoubleDouble {
                     x = refine::refine(&pencil, zero, &x);
                 } else {
-                    rung = Rung::DoubleDouble;
+                    level = PrecisionLevel::DoubleDouble;
                     x = careful(scaled, &zero.mid)?;
                 }
                 continue;
@@ -252,19 +277,11 @@ impl Climb<'_> {
             let stuck = idle > usize::from(factored.is_some());
             before = before.min(score);
             if satisfied || self.best.as_ref().is_none_or(|(best, _)| score <= *best) {
-                let solution = Solution {
-                    x,
-                    gram: Gram::Entries(pencil.g),
-                    leak: pencil.leak,
-                    certificate,
-                    precise: Vec::new(),
-                    rung,
-                    correction: None,
-                };
+                let solution = Solution::new(x, Gram::Entries(pencil.g), pencil.leak, certificate, level);
                 self.best = Some((score, solution));
             }
             match next {
-                Some(next) if !stuck => (x, rung) = (next, rung.max(Rung::Refined)),
+                Some(next) if !stuck => (x, level) = (next, level.max(PrecisionLevel::Refined)),
                 _ => return Ok(satisfied),
             }
         }
@@ -272,50 +289,37 @@ impl Climb<'_> {
     }
 }
 
-/// What the rung in doubles comes to.
-enum Tried {
-    Satisfied(Box<Solution>),
-    /// Not everything that is wanted is covered; better columns than before.
-    Improved(Matrix),
-}
-
-/// The rung in doubles: as long as refinement gains something.
-fn quick(scaled: &Scaled, zero: &ZeroSpace, options: &Options, x: &Matrix) -> Tried {
+/// The level of doubles: as long as refinement gains something. Where not everything that is wanted is covered, columns that
+/// are better than before.
+fn quick(scaled: &Scaled, zero: &ZeroSpace, options: &Options, x: &Matrix) -> Result<Solution, Matrix> {
     let quick = Quick::new(scaled, zero);
     let mut round = quick.round(x.transposed(), slices(scaled.n));
     let mut before = f64::INFINITY;
     for number in 0..=ROUNDS {
-        let rung = if number == 0 { Rung::Doubles } else { Rung::Refined };
         if !round.is_finite() {
-            return Tried::Improved(round.columns().transposed());
+            break;
         }
         let first = number == 0 && options.vectors;
         let few = number == 0 && options.digits <= 12;
         // What doubles come to may be known to be too little for the shapes before it is certified.
         if !(first && round.is_mixed(2.0 * shapes(options))) {
             let Some(certificate) = certified(&round, options, number) else {
-                return Tried::Improved(round.columns().transposed());
+                break;
             };
             if satisfied(&certificate, options, number) {
-                return Tried::Satisfied(Box::new(Solution {
-                    x: round.columns().transposed(),
-                    leak: round.leak().to_vec(),
-                    gram: Gram::Factors(Box::new(round)),
-                    certificate,
-                    precise: Vec::new(),
-                    rung,
-                    correction: None,
-                }));
+                let level = if number == 0 { PrecisionLevel::Doubles } else { PrecisionLevel::Refined };
+                let (x, leak) = (round.columns().transposed(), round.leak().to_vec());
+                return Ok(Solution::new(x, Gram::Factors(Box::new(round)), leak, certificate, level));
             }
             let score = score(&certificate, options);
             if number == ROUNDS || score > before - 4.0 {
-                return Tried::Improved(round.columns().transposed());
+                break;
             }
             before = score;
         }
         if first && few {
             round = match corrected(round, options) {
-                Ok(solution) => return Tried::Satisfied(solution),
+                Ok(solution) => return Ok(solution),
                 Err(round) => *round,
             };
         }
@@ -327,7 +331,7 @@ fn quick(scaled: &Scaled, zero: &ZeroSpace, options: &Options, x: &Matrix) -> Tr
             _ => quick.round(xt, ALL_SLICES),
         };
     }
-    Tried::Improved(round.columns().transposed())
+    Err(round.columns().transposed())
 }
 
 /// The certificate of a round. After a step of refinement lengths mostly bound the couplings well enough.
@@ -348,7 +352,7 @@ const MOST_MIXED: f64 = 1e-6;
 
 /// The columns, each corrected by the others to first order, where that is all that is missing: eigenvalues are covered, and
 /// single. The couplings say how far corrected columns are from eigenvectors, so that they need no images of their own.
-fn corrected(round: Round, options: &Options) -> Result<Box<Solution>, Box<Round>> {
+fn corrected(round: Round, options: &Options) -> Result<Solution, Box<Round>> {
     let attempt = || {
         let couplings = round.couplings(Bounds::Products, MOST_MIXED)?;
         let enclosures = certify_with(&couplings, Some(&round.known()))?;
@@ -382,15 +386,10 @@ fn corrected(round: Round, options: &Options) -> Result<Box<Solution>, Box<Round
     let Some((certificate, norms, leak)) = attempt() else {
         return Err(Box::new(round));
     };
-    Ok(Box::new(Solution {
-        x: round.corrected().transposed(),
-        leak,
-        certificate,
-        precise: Vec::new(),
-        rung: Rung::Refined,
-        correction: Some(Correction { basis: round.columns().transposed(), norms }),
-        gram: Gram::Factors(Box::new(round)),
-    }))
+    let correction = Some(Correction { basis: round.columns().transposed(), norms });
+    let x = round.corrected().transposed();
+    let solution = Solution::new(x, Gram::Factors(Box::new(round)), leak, certificate, PrecisionLevel::Refined);
+    Ok(Solution { correction, ..solution })
 }
 
 /// M is positive definite as far as its midpoints go, but the bounds do not show it: the direction
@@ -426,17 +425,5 @@ pub(super) fn satisfied(certificate: &Certificate, options: &Options, round: usi
 
 /// Whether the enclosures cover the wanted digits.
 pub(super) fn covered(certificate: &Certificate, options: &Options) -> bool {
-    certificate.eigenvalues.iter().take(options.lowest.unwrap_or(usize::MAX)).all(|x| covers(x, options))
-}
-
-/// Whether √|x| has all digits, correctly rounded, with two to spare for what is derived.
-pub(super) fn covers(x: &Ball, options: &Options) -> bool {
-    if x.contains_zero() {
-        return false;
-    }
-    let relative = x.radius / x.mid.hi.abs();
-    if relative > 10f64.powi(-(options.digits.min(300) as i32) - 3) {
-        return false;
-    }
-    options.decide(x.mid.hi.abs().sqrt(), || x.abs().sqrt())
+    certificate.eigenvalues.iter().take(options.lowest.unwrap_or(usize::MAX)).all(|x| options.covers(x, true))
 }
