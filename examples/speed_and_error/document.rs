@@ -132,7 +132,7 @@ fn choice(report: &Report) -> String {
          librate has one path, and stops at the first precision level whose proved bounds cover the digits that are \
          asked for (ten unless told otherwise). Nobody chooses a method, and the problem is not classified beforehand: \
          each costs more than the one before, and is only tried where that one could not prove enough.\n\n\
-         1. **Doubles.** Eigenvectors from nalgebra (small problems) or faer (large ones). Quotients xᵀKx / xᵀMx and residuals of these \
+         1. **Doubles.** Eigenvectors from faer. Quotients xᵀKx / xᵀMx and residuals of these \
          vectors, as they are, in double-double. The bound is quadratic in the residuals, so vectors in doubles are \
          good for eigenvalues of more. Where: whatever M and K determine well.\n\
          2. **Double-double refinement.** The same vectors, made better by products in double-double; each round squares their error. \

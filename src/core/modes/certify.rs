@@ -160,14 +160,9 @@ fn slack(terms: usize) -> f64 {
     4.0 * (terms as f64 + 16.0) * f64::EPSILON
 }
 
-/// Encloses all eigenvalues. `None` if G is not shown to be within 1/2 of the unit matrix: then
-/// neither is M shown to be positive definite.
-pub(super) fn certify(couplings: &Couplings) -> Option<Enclosures> {
-    certify_with(couplings, None)
-}
-
-/// The same with [`Cluster::beyond`].
-pub(super) fn certify_with(couplings: &Couplings, known: Option<&Known>) -> Option<Enclosures> {
+/// Encloses all eigenvalues, with [`Cluster::beyond`] where signed couplings are known. `None` if G is not shown to be
+/// within 1/2 of the unit matrix: then neither is M shown to be positive definite.
+pub(super) fn certify(couplings: &Couplings, known: Option<&Known>) -> Option<Enclosures> {
     let m = couplings.order.len();
     let in_order = couplings.order.iter().enumerate().all(|(at, to)| at == *to);
     let rows = Rows::new(couplings, known, in_order)?;

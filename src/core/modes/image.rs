@@ -76,13 +76,11 @@ impl Image {
 impl<'a> Operator<'a> {
     pub(super) fn new(matrix: &'a Enclosed) -> Self {
         let n = matrix.mid.rows;
-        // The weight of what is not exactly zero is not either.
-        let nonzero = |column: usize| (0..n).filter(move |row| matrix.weight(*row, column) != 0.0);
         let most = (SPARSE * (n * n) as f64) as usize + 2 * n;
         let mut places = Vec::new();
         let mut starts = vec![0];
         for column in 0..n {
-            places.extend(nonzero(column));
+            places.extend(matrix.nonzero(column));
             starts.push(places.len());
             if places.len() > most {
                 break;

@@ -4,7 +4,7 @@
 //! problems start with products of doubles (`quick`), small ones with double-double; where entries
 //! have lost what is wanted the energies are asked for (`factored`).
 
-use super::certify::{Cluster, Couplings, Enclosures, certify, certify_with};
+use super::certify::{Cluster, Couplings, Enclosures, certify};
 use super::dense::Matrix;
 use super::factored::Factored;
 use super::pencil::{self, Pencil, Scaled, ZeroSpace, couplings, pencil};
@@ -78,8 +78,8 @@ impl Gram {
         match self {
             Self::Entries(g) => g.ball(k, k),
             Self::Factors(round) => {
-                let leak = round.leak()[k];
-                round.norm(k).with_added_radius(leak * leak)
+                let leak = round.leak[k];
+                round.norm[k].with_added_radius(leak * leak)
             }
         }
     }
@@ -113,7 +113,7 @@ pub(super) struct Certificate {
 
 impl Certificate {
     pub(super) fn new(quotients: &[DoubleDouble], couplings: Couplings) -> Option<Self> {
-        let enclosures = certify(&couplings)?;
+        let enclosures = certify(&couplings, None)?;
         Some(Self::of(quotients, couplings, enclosures))
     }
 
@@ -308,7 +308,7 @@ fn quick(scaled: &Scaled, zero: &ZeroSpace, options: &Options, x: &Matrix) -> Re
             };
             if satisfied(&certificate, options, number) {
                 let level = if number == 0 { PrecisionLevel::Doubles } else { PrecisionLevel::Refined };
-                let (x, leak) = (round.columns().transposed(), round.leak().to_vec());
+                let (x, leak) = (round.xt.transposed(), round.leak.clone());
                 return Ok(Solution::new(x, Gram::Factors(Box::new(round)), leak, certificate, level));
             }
             let score = score(&certificate, options);
@@ -323,7 +323,7 @@ fn quick(scaled: &Scaled, zero: &ZeroSpace, options: &Options, x: &Matrix) -> Re
                 Err(round) => *round,
             };
         }
-        let step = refine::Step::new(&round, round.columns().rows);
+        let step = refine::Step::new(&round, round.xt.rows);
         let (xt, change) = refine::refine_rows(&quick, &round, &step);
         round = match change {
             Some(change) if few => quick.round_after(round, xt, &change),
@@ -331,14 +331,14 @@ fn quick(scaled: &Scaled, zero: &ZeroSpace, options: &Options, x: &Matrix) -> Re
             _ => quick.round(xt, ALL_SLICES),
         };
     }
-    Err(round.columns().transposed())
+    Err(round.xt.transposed())
 }
 
 /// The certificate of a round. After a step of refinement lengths mostly bound the couplings well enough.
 fn certified(round: &Round, options: &Options, number: usize) -> Option<Certificate> {
     let from = |bounds: Bounds| {
         let couplings = round.couplings(bounds, f64::INFINITY)?;
-        Certificate::new(round.quotients(), couplings)
+        Certificate::new(&round.quotient, couplings)
     };
     (number > 0)
         .then(|| from(Bounds::Lengths))
@@ -355,9 +355,9 @@ const MOST_MIXED: f64 = 1e-6;
 fn corrected(round: Round, options: &Options) -> Result<Solution, Box<Round>> {
     let attempt = || {
         let couplings = round.couplings(Bounds::Products, MOST_MIXED)?;
-        let enclosures = certify_with(&couplings, Some(&round.known()))?;
+        let enclosures = certify(&couplings, Some(&round.known()))?;
         let mut norms = vec![0.0; couplings.size.len()];
-        let mut leak = round.leak().to_vec();
+        let mut leak = round.leak.clone();
         let mut clusters = Vec::with_capacity(enclosures.clusters.len());
         for cluster in enclosures.clusters {
             if cluster.len() > 1 {
@@ -369,7 +369,7 @@ fn corrected(round: Round, options: &Options) -> Result<Solution, Box<Round>> {
             let mut change = 0.0;
             let mut along = leak[k];
             let columns = cluster.reach.iter().zip(&cluster.beyond);
-            for ((tau, beyond), (g, leak)) in columns.zip(couplings.g.column(k).iter().zip(round.leak())) {
+            for ((tau, beyond), (g, leak)) in columns.zip(couplings.g.column(k).iter().zip(&round.leak)) {
                 let w = tau + beyond;
                 change += 2.0 * w * g + 2.5 * w * w;
                 along += leak * w;
@@ -380,13 +380,13 @@ fn corrected(round: Round, options: &Options) -> Result<Solution, Box<Round>> {
             clusters.push(Cluster::new(cluster.start..cluster.end, cluster.beyond));
         }
         let enclosures = Enclosures { radii: enclosures.radii, clusters };
-        let certificate = Certificate::of(round.quotients(), couplings, enclosures);
+        let certificate = Certificate::of(&round.quotient, couplings, enclosures);
         satisfied(&certificate, options, 0).then_some((certificate, norms, leak))
     };
     let Some((certificate, norms, leak)) = attempt() else {
         return Err(Box::new(round));
     };
-    let correction = Some(Correction { basis: round.columns().transposed(), norms });
+    let correction = Some(Correction { basis: round.xt.transposed(), norms });
     let x = round.corrected().transposed();
     let solution = Solution::new(x, Gram::Factors(Box::new(round)), leak, certificate, PrecisionLevel::Refined);
     Ok(Solution { correction, ..solution })

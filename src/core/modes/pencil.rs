@@ -4,7 +4,7 @@ use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Mat, Par};
 
 use super::certify::Couplings;
-use super::dense::{Matrix, Plain};
+use super::dense::{Matrix, Plain, mirror};
 use super::factored::Factored;
 use super::product::{Part, TERM, bound_product, measured_product, product, product_bound};
 use super::start::{NOISE, cholesky};
@@ -83,11 +83,11 @@ impl Enclosed {
         let (mut mid, mut radius) = (Matrix::zeros(n, n), Plain::zeros(n, n));
         let mut diagonal = true;
         for column in 0..n {
+            let ((hi, lo), radii) = (mid.column_mut(column), radius.column_mut(column));
             for row in 0..n {
                 let entry = entry(row, column);
                 if !entry.is_zero() {
-                    mid.set(row, column, entry.mid);
-                    radius.set(row, column, entry.radius);
+                    (hi[row], lo[row], radii[row]) = (entry.mid.hi, entry.mid.lo, entry.radius);
                     diagonal &= row == column;
                 }
             }
@@ -97,11 +97,27 @@ impl Enclosed {
 
     /// From the lower triangle of `entries`, column by column; entry (r, c) is multiplied by 2^(shift_r + shift_c - power).
     pub(super) fn symmetric(n: usize, entries: &[Ball], shift: &[i32], power: i32) -> Self {
-        Self::new(n, |row, column| {
-            let entry = entries[row.min(column) * n + row.max(column)];
+        let mut lower = Self::new(n, |row, column| {
+            let entry = entries[column * n + row];
+            if row < column || entry.is_zero() {
+                return Ball::ZERO;
+            }
             let by = shift[row] + shift[column] - power;
-            if by == 0 || entry.is_zero() { entry } else { entry.scale(by) }
-        })
+            if by == 0 { entry } else { entry.scale(by) }
+        });
+        if !lower.diagonal {
+            let stride = lower.mid.stride;
+            for part in [&mut lower.mid.hi, &mut lower.mid.lo, &mut lower.radius.data] {
+                mirror(part, n, stride);
+            }
+        }
+        lower
+    }
+
+    /// The rows of a column whose entries are not exactly 0.
+    pub(super) fn nonzero(&self, column: usize) -> impl Iterator<Item = usize> {
+        let entries = self.mid.column_hi(column).iter().zip(self.radius.column(column)).enumerate();
+        entries.filter(|(_, (hi, radius))| **hi != 0.0 || **radius != 0.0).map(|(row, _)| row)
     }
 
     pub(super) fn ball(&self, row: usize, column: usize) -> Ball {
@@ -192,10 +208,8 @@ impl Enclosed {
     /// The transpose times a vector of balls, as balls.
     pub(super) fn transpose_times(&self, x: &[Ball]) -> Vec<Ball> {
         let product = |row: usize| {
-            // What is not 0 in the column, which lies in one piece.
-            let terms = self.mid.column_hi(row).iter().zip(self.radius.column(row)).zip(x).enumerate();
-            let terms = terms.filter(|(_, ((hi, radius), x))| (**hi != 0.0 || **radius != 0.0) && !x.is_zero());
-            terms.fold(Ball::ZERO, |sum, (at, (_, x))| sum + self.ball(at, row) * *x)
+            let terms = self.nonzero(row).filter(|at| !x[*at].is_zero());
+            terms.fold(Ball::ZERO, |sum, at| sum + self.ball(at, row) * x[at])
         };
         (0..self.mid.rows).map(product).collect()
     }
@@ -292,7 +306,7 @@ pub(super) struct ZeroSpace {
     image: Matrix,
     image_radius: Plain,
     /// A bound of ‖ZᵀMZ - 1‖ below 1, in the row sum norm.
-    defect: f64,
+    pub(super) defect: f64,
 }
 
 impl ZeroSpace {
@@ -307,11 +321,6 @@ impl ZeroSpace {
             })
             .collect();
         (&self.image, errors)
-    }
-
-    /// A bound of ‖ZᵀMZ - 1‖ below 1.
-    pub(super) fn defect(&self) -> f64 {
-        self.defect
     }
 
     /// From linearly independent vectors of the kernel of K; `Err` with an index if a vector is

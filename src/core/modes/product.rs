@@ -36,8 +36,7 @@ macro_rules! kernel {
 
 pub(super) use kernel;
 
-kernel!(run_product, product_loops, (a: &Matrix, b: &Matrix, c: &mut Matrix, part: Part));
-kernel!(run_measured, measured_loops, (a: &Matrix, b: &Matrix, c: &mut Matrix, noise: &mut Plain, part: Part));
+kernel!(run_product, product_loops, (a: &Matrix, b: &Matrix, c: &mut Matrix, noise: &mut [f64], part: Part));
 kernel!(run_sparse, sparse_loops, (a: &Matrix, b: &Columns, c: &mut Matrix));
 kernel!(run_rows, row_loops, (a: &Matrix, b: &Matrix, result: &mut Vec<DoubleDouble>));
 kernel!(run_residuals, residual_loops, (y: &Matrix, z: &Matrix, quotient: &[DoubleDouble], r: &mut Plain));
@@ -85,7 +84,7 @@ pub(super) const TERM: f64 = 8.5 / (1u128 << 106) as f64;
 pub(super) fn measured_product(a: &Matrix, b: &Matrix, part: Part) -> (Matrix, Plain) {
     let mut c = Matrix::zeros(a.rows, b.columns);
     let mut noise = Plain::zeros(a.rows, b.columns);
-    run_measured(a, b, &mut c, &mut noise, part);
+    run_product(a, b, &mut c, &mut noise.data, part);
     if part == Part::Lower {
         noise.mirror();
     }
@@ -95,7 +94,7 @@ pub(super) fn measured_product(a: &Matrix, b: &Matrix, part: Part) -> (Matrix, P
 /// The matrix product a b; see [`product_bound`].
 pub(super) fn product(a: &Matrix, b: &Matrix, part: Part) -> Matrix {
     let mut c = Matrix::zeros(a.rows, b.columns);
-    run_product(a, b, &mut c, part);
+    run_product(a, b, &mut c, &mut [], part);
     mirrored(c, part)
 }
 
@@ -109,13 +108,12 @@ fn mirrored(mut c: Matrix, part: Part) -> Matrix {
 }
 
 #[inline(always)]
-fn product_loops<const FUSED: bool>(a: &Matrix, b: &Matrix, c: &mut Matrix, part: Part) {
-    loops::<FUSED, false>(a, b, c, &mut [], part);
-}
-
-#[inline(always)]
-fn measured_loops<const FUSED: bool>(a: &Matrix, b: &Matrix, c: &mut Matrix, noise: &mut Plain, part: Part) {
-    loops::<FUSED, true>(a, b, c, &mut noise.data, part);
+fn product_loops<const FUSED: bool>(a: &Matrix, b: &Matrix, c: &mut Matrix, noise: &mut [f64], part: Part) {
+    if noise.is_empty() {
+        loops::<FUSED, false>(a, b, c, noise, part);
+    } else {
+        loops::<FUSED, true>(a, b, c, noise, part);
+    }
 }
 
 #[inline(always)]

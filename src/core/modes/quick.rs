@@ -38,15 +38,15 @@ pub(super) struct Quick<'a> {
 /// Columns with all that is known of them.
 pub(super) struct Round {
     /// Xᵀ, (K X)ᵀ and (M X)ᵀ.
-    xt: Matrix,
+    pub(super) xt: Matrix,
     stiffness_image: Image,
     mass_image: Image,
     lengths: Vec<f64>,
-    quotient: Vec<DoubleDouble>,
+    pub(super) quotient: Vec<DoubleDouble>,
     /// Bounds of |s_jj - μ_j g_jj|.
     defect: Vec<f64>,
     /// x_jᵀMx_j
-    norm: Vec<Ball>,
+    pub(super) norm: Vec<Ball>,
     /// Near r_j, in rows, and bounds of the lengths of these.
     residual: Plain,
     residual_lengths: Vec<f64>,
@@ -58,8 +58,8 @@ pub(super) struct Round {
     g_error: Vec<f64>,
     asked: Cell<usize>,
     /// What the columns still have of the zero vectors: XᵀMZ, and bounds of the lengths of those parts.
-    overlap: Matrix,
-    leak: Vec<f64>,
+    pub(super) overlap: Matrix,
+    pub(super) leak: Vec<f64>,
 }
 
 /// Where the bounds of couplings come from.
@@ -173,7 +173,7 @@ impl<'a> Quick<'a> {
                         r * r
                     })
                     .sum();
-                up((square / (1.0 - self.zero.defect())).sqrt() * (1.0 + 1e-9) + 1e-150)
+                up((square / (1.0 - self.zero.defect)).sqrt() * (1.0 + 1e-9) + 1e-150)
             })
             .collect();
         (overlap, leak)
@@ -191,27 +191,6 @@ fn dot<'a>(a: impl Iterator<Item = &'a f64>, b: impl Iterator<Item = &'a f64>) -
 }
 
 impl Round {
-    pub(super) fn columns(&self) -> &Matrix {
-        &self.xt
-    }
-
-    pub(super) fn overlap(&self) -> &Matrix {
-        &self.overlap
-    }
-
-    pub(super) fn leak(&self) -> &[f64] {
-        &self.leak
-    }
-
-    pub(super) fn quotients(&self) -> &[DoubleDouble] {
-        &self.quotient
-    }
-
-    /// x_jᵀMx_j with a bound.
-    pub(super) fn norm(&self, j: usize) -> Ball {
-        self.norm[j]
-    }
-
     /// x_iᵀMx_j for some columns, without bounds.
     pub(super) fn gram(&self, columns: &[usize]) -> Matrix {
         let x = self.xt.gather_rows(columns);

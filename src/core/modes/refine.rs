@@ -105,9 +105,9 @@ pub(super) fn refine(pencil: &Pencil, zero: &ZeroSpace, x: &Matrix) -> Matrix {
 /// is as small beside it as it is beside X. It comes along unless columns were rotated, which is no small
 /// change.
 pub(super) fn refine_rows(quick: &Quick<'_>, round: &Round, step: &Step) -> (Matrix, Option<Plain>) {
-    let mut new = round.columns().clone();
+    let mut new = round.xt.clone();
     let mut change = multiply(step.correction.view().transposed(), new.hi());
-    if let Some(along) = quick.zero_part(round.overlap()) {
+    if let Some(along) = quick.zero_part(&round.overlap) {
         for (x, part) in change.data.iter_mut().zip(&along.hi) {
             *x -= part;
         }

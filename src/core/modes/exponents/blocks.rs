@@ -175,9 +175,11 @@ impl Pencil<'_> {
         Some(Blocks { sizes, heads })
     }
 
-    /// The vector of the kernel at an exponent where it has one dimension.
-    pub(super) fn null_vector(&self, lambda: &Wide) -> Option<Vec<Wide>> {
-        let echelon = Echelon::new(self.chains(lambda, 1, 0));
+    /// The vector of the kernel of the transpose at an exponent, where that has one dimension.
+    pub(super) fn left_null_vector(&self, lambda: &Wide) -> Option<Vec<Wide>> {
+        let rows = self.chains(lambda, 1, 0);
+        let column = |j: usize| rows.iter().map(|row| row[j].clone()).collect();
+        let echelon = Echelon::new((0..self.n).map(column).collect());
         let simple = echelon.rank + 1 == self.n;
         echelon.kernel().into_iter().next().filter(|_| simple)
     }

@@ -374,9 +374,9 @@ pub(super) fn steps<'a>(
     let zero = c64::new(0.0, 0.0);
     let (mut right, mut left) = (vec![zero; columns.count()], vec![zero; columns.count()]);
     for i in (0..columns.count()).filter(|&i| i != j && !skip(i)) {
-        let by = couplings.unit.get(i, i) * difference(i);
-        right[i] = couplings.residuals.get(i, j) / by;
-        left[i] = couplings.lefts.get(j, i) / by;
+        let by = couplings.unit[(i, i)] * difference(i);
+        right[i] = couplings.residuals[(i, j)] / by;
+        left[i] = couplings.lefts[(j, i)] / by;
     }
     for link in &columns.links {
         let by = difference(link.to);

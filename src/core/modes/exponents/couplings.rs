@@ -19,7 +19,7 @@
 //! exact matrices. Only residuals have to be computed with care; products with them are bounded in
 //! doubles.
 
-use faer::c64;
+use faer::{Mat, c64};
 
 use super::super::dense::{Plain, gamma, multiply};
 use super::super::product::bound_product;
@@ -96,27 +96,9 @@ pub(super) struct Couplings {
     /// |μ_i - μ_j|, within a factor 1 ± 1e-12.
     pub(super) distance: Plain,
     /// y_iᵀR_j, E_iᵀx_j and Q_ij, without bounds.
-    pub(super) residuals: Products,
-    pub(super) lefts: Products,
-    pub(super) unit: Products,
-}
-
-/// Complex numbers as products of real and imaginary parts: see [`Products::get`].
-pub(super) struct Products(Plain);
-
-impl Products {
-    fn put(&mut self, i: usize, j: usize, value: c64) {
-        let (i, j) = (2 * i, 2 * j);
-        self.0.set(i, j, value.re);
-        self.0.set(i + 1, j + 1, 0.0);
-        self.0.set(i, j + 1, value.im);
-        self.0.set(i + 1, j, 0.0);
-    }
-
-    pub(super) fn get(&self, i: usize, j: usize) -> c64 {
-        let p = |a: usize, b: usize| self.0.get(2 * i + a, 2 * j + b);
-        c64::new(p(0, 0) - p(1, 1), p(0, 1) + p(1, 0))
-    }
+    pub(super) residuals: Mat<c64>,
+    pub(super) lefts: Mat<c64>,
+    pub(super) unit: Mat<c64>,
 }
 
 /// Columns of complex numbers, real and imaginary parts beside each other, and their moduli and errors.
@@ -151,7 +133,7 @@ impl Bundle {
 /// [`gamma`]), and (|a'| + |a''|)(|b'| + |b''|) <= 2 |a||b|: with the two sums the modulus is off by at most
 /// 2 γ_{n+2} Σ|a||b|. The data are off by da and db: |a db| + |da b| + |da db| more, which the moduli, errors
 /// included, cover as |a| db + da |b|.
-fn inner(a: &Bundle, b: &Bundle) -> (Products, Plain) {
+fn inner(a: &Bundle, b: &Bundle) -> (Mat<c64>, Plain) {
     let products = multiply(a.parts.view().transposed(), b.parts.view());
     let rounding = 2.0 * gamma(a.parts.rows + 2);
     let mut weights = b.errors.clone();
@@ -166,7 +148,12 @@ fn inner(a: &Bundle, b: &Bundle) -> (Products, Plain) {
             *x = up(*x + y);
         }
     }
-    (Products(products), bound)
+    let part = |i: usize, j: usize| products.get(i, j);
+    let entry = |i: usize, j: usize| {
+        let (i, j) = (2 * i, 2 * j);
+        c64::new(part(i, j) - part(i + 1, j + 1), part(i, j + 1) + part(i + 1, j))
+    };
+    (Mat::from_fn(a.moduli.columns, b.moduli.columns, entry), bound)
 }
 
 fn modulus(x: c64) -> f64 {
@@ -189,27 +176,21 @@ impl Couplings {
         let (residuals, residuals_error) = inner(&y, &Bundle::new(n, measured, |own| &own.residual));
         let (lefts, lefts_error) = inner(&Bundle::new(n, measured, |own| &own.left), &x);
         let turned = Bundle::new(n, measured, |own| &own.turned);
-        let (first, first_error) = inner(&turned, &Bundle::new(n, measured, |own| &own.image));
-        let (second, second_error) = inner(&y, &Bundle::new(n, measured, |own| &own.rest));
-        let mut unit = first.0;
-        for (a, b) in unit.data.iter_mut().zip(&second.0.data) {
-            *a += b;
-        }
-        let mut unit = Products(unit);
-        let (mut first_error, mut second_error) = (first_error, second_error);
+        let (first, mut first_error) = inner(&turned, &Bundle::new(n, measured, |own| &own.image));
+        let (second, mut second_error) = inner(&y, &Bundle::new(n, measured, |own| &own.rest));
+        let mut unit = first + second;
         for &(i, j, entry) in known {
-            unit.put(i, j, entry.value);
+            unit[(i, j)] = entry.value;
             first_error.set(i, j, entry.error);
             second_error.set(i, j, 0.0);
         }
-        let unit = unit;
         let square = || Plain::zeros(m, m);
         let (mut right, mut left_t, mut q, mut q_t) = (square(), square(), square(), square());
         let (mut defect, mut least) = (Vec::with_capacity(m), Vec::with_capacity(m));
         for (j, own) in measured.iter().enumerate() {
             for i in 0..m {
                 let (a, b) = (first_error.get(i, j), second_error.get(i, j));
-                let entry = unit.get(i, j);
+                let entry = unit[(i, j)];
                 // The sum of the two is rounded by at most 2 u of its parts, which γ covers twice.
                 let error = up(2.0 * (a + b));
                 if i == j {
@@ -220,14 +201,14 @@ impl Couplings {
                 let size = up(modulus(entry) + error);
                 q.set(i, j, size);
                 q_t.set(j, i, size);
-                right.set(i, j, up(modulus(residuals.get(i, j)) + residuals_error.get(i, j)));
-                left_t.set(j, i, up(modulus(lefts.get(i, j)) + lefts_error.get(i, j)));
+                right.set(i, j, up(modulus(residuals[(i, j)]) + residuals_error.get(i, j)));
+                left_t.set(j, i, up(modulus(lefts[(i, j)]) + lefts_error.get(i, j)));
             }
         }
         // What links add: Σ_k Q_ik T_kj from the right, Σ_k T_ik Q_kj from the left.
         let sizes = |i: usize, j: usize| {
             if i == j {
-                up(modulus(unit.get(i, i)) + 2.0 * (first_error.get(i, i) + second_error.get(i, i)))
+                up(modulus(unit[(i, i)]) + 2.0 * (first_error.get(i, i) + second_error.get(i, i)))
             } else {
                 q.get(i, j)
             }

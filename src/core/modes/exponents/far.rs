@@ -32,17 +32,15 @@ pub(super) fn far_start(scaled: &Scaled) -> Option<Columns> {
     };
     let metric = Metric { n, mass: &mass, shift: &vec![0; n] };
     let found = exact(&matrices, n, &Options::default().digits(DIGITS), false, Some(&metric))?;
-    let right = Pencil { matrices: &matrices, n };
-    let turned = transposed(&matrices, n);
-    let left = Pencil { matrices: &turned, n };
+    let pencil = Pencil { matrices: &matrices, n };
     let mut columns = Columns::default();
     for root in found.roots.into_iter().chain(found.zero) {
         let blocks = root.blocks.filter(|_| root.multiplicity == 1)?;
         let x = blocks.heads.into_iter().next()?;
         let lambda = Wide { re: root.growth, im: root.omega };
-        let y = left.null_vector(&lambda)?;
+        let y = pencil.left_null_vector(&lambda)?;
         // yᵀ(2λM + D)x = 1, and |x|² = 1 / |λ| as in `start`.
-        let slope = right.slope(&lambda, &x);
+        let slope = pencil.slope(&lambda, &x);
         let bits = lambda.re.bits();
         let zero = || Wide::zero(bits);
         let product = y.iter().zip(&slope).fold(zero(), |sum, (y, s)| sum.add(&y.mul(s)));
@@ -94,17 +92,4 @@ fn whole(scaled: &Scaled) -> Option<IntegerQuadratic> {
         stiffness: whole(&all[2])?,
         units: Units::default(),
     })
-}
-
-fn transposed(matrices: &IntegerQuadratic, n: usize) -> IntegerQuadratic {
-    let turned = |matrix: &[IBig]| -> Vec<IBig> {
-        let places = (0..n).flat_map(|j| (0..n).map(move |i| i * n + j));
-        places.filter_map(|at| matrix.get(at).cloned()).collect()
-    };
-    IntegerQuadratic {
-        mass: turned(&matrices.mass),
-        velocity: turned(&matrices.velocity),
-        stiffness: turned(&matrices.stiffness),
-        units: Units::default(),
-    }
 }

@@ -37,6 +37,8 @@ mod wide;
 mod wide_columns;
 
 pub(crate) use exact::LARGEST as MOST_EXACT;
+pub use solve::exponents;
+pub(crate) use spectrum::joined;
 
 use dashu_int::IBig;
 use faer::c64;
@@ -197,19 +199,6 @@ pub enum Limit {
     Open,
 }
 
-/// All exponents of a problem whose source can be asked for more where the enclosures do not do.
-///
-/// # Errors
-///
-/// See [`ModesError`]; M must be positive definite, provably so.
-pub fn exponents(
-    problem: &QuadraticProblem,
-    source: &dyn QuadraticSource,
-    options: &Options,
-) -> Result<Exponents, ModesError> {
-    solve::solve(problem, source, options)
-}
-
 /// The exponents of m q̈ + c q̇ + k q = 0 with c² = 4 m k, proved, and c not 0: -c/2m twice, with one vector.
 pub(crate) fn critical(mass: &Ball, damping: &Ball, precise: Option<[Big; 2]>) -> Exponents {
     let growth = -(*damping / mass.scale(1));
@@ -236,10 +225,4 @@ pub(crate) fn critical(mass: &Ball, damping: &Ball, precise: Option<[Big; 2]>) -
         _ => Stability::Undecided,
     };
     Exponents { entries: vec![entry.clone(), entry], stability, secular: Some(false), level: PrecisionLevel::Refined }
-}
-
-/// The exponents of parts that nothing couples as those of the whole, in its order; their vectors have the
-/// length of the whole already.
-pub(crate) fn joined(parts: Vec<Exponents>, options: &Options) -> Exponents {
-    spectrum::joined(parts, options)
 }

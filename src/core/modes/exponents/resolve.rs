@@ -64,8 +64,8 @@ pub(super) fn turn(
     shift: impl Fn(usize) -> c64,
 ) -> Option<Turn> {
     let k = members.len();
-    let q = Mat::from_fn(k, k, |a, b| couplings.unit.get(members[a], members[b]));
-    let h = Mat::from_fn(k, k, |a, b| shift(b) * q[(a, b)] - couplings.residuals.get(members[a], members[b]));
+    let q = Mat::from_fn(k, k, |a, b| couplings.unit[(members[a], members[b])]);
+    let h = Mat::from_fn(k, k, |a, b| shift(b) * q[(a, b)] - couplings.residuals[(members[a], members[b])]);
     let inverse = q.partial_piv_lu().inverse();
     let block = &inverse * &h;
     let finite =

@@ -34,7 +34,12 @@ pub(super) struct Solution {
     pub(super) level: PrecisionLevel,
 }
 
-pub(super) fn solve(
+/// All exponents of a problem whose source can be asked for more where the enclosures do not do.
+///
+/// # Errors
+///
+/// See [`ModesError`]; M must be positive definite, provably so.
+pub fn exponents(
     problem: &QuadraticProblem,
     source: &dyn QuadraticSource,
     options: &Options,
@@ -62,7 +67,7 @@ pub(super) fn solve(
             }
             // Chains longer than those that are split off: without what is known of them, everything near 0 stays open.
             let open = QuadraticProblem { zero_vectors: Vec::new(), ..problem.clone() };
-            return solve(&open, &(), options);
+            return exponents(&open, &(), options);
         }
         found => found?,
     };
@@ -236,7 +241,7 @@ fn better(
         let difference = |i: usize| columns.difference(j, i);
         let same = |i: usize| certificate.of[i] == certificate.of[j];
         let steps = steps(couplings, base, measured, j, difference, same);
-        let unit = couplings.unit.get(j, j);
+        let unit = couplings.unit[(j, j)];
         if let Some(column) = &columns.wide[j] {
             if let Some(improved) = column.own.improved(steps, unit, columns.bits) {
                 next.wide[j] = Some(WideColumn::new(improved));

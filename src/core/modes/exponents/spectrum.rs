@@ -411,8 +411,9 @@ fn sort(entries: &mut [Exponent]) {
     });
 }
 
-/// The exponents of parts that nothing couples, as those of the whole.
-pub(super) fn joined(parts: Vec<Exponents>, options: &Options) -> Exponents {
+/// The exponents of parts that nothing couples as those of the whole, in its order; their vectors have the
+/// length of the whole already.
+pub(crate) fn joined(parts: Vec<Exponents>, options: &Options) -> Exponents {
     let mut entries: Vec<Exponent> = Vec::new();
     let (mut stability, mut level) = (Stability::Stable, PrecisionLevel::Doubles);
     let mut secular = Some(false);

@@ -226,15 +226,10 @@ fn rest(a: &Mat<f64>, fixed: &Mat<f64>, balance: bool) -> Option<(Vec<c64>, Mat<
             }
         }
         let whole: Vec<c64> = match &q {
-            Some(q) => (0..m)
-                .map(|i| {
-                    let mut sum = c64::new(0.0, 0.0);
-                    for (j, b) in b.iter().chain(&inside).enumerate() {
-                        sum += *b * q[(i, j)];
-                    }
-                    sum
-                })
-                .collect(),
+            Some(q) => {
+                let terms = |i: usize| b.iter().chain(&inside).enumerate().map(move |(j, b)| *b * q[(i, j)]);
+                (0..m).map(|i| terms(i).fold(c64::new(0.0, 0.0), |sum, term| sum + term)).collect()
+            }
             None => inside,
         };
         let square: f64 = whole.iter().map(|x| x.re * x.re + x.im * x.im).sum();

@@ -2,10 +2,10 @@
 
 use dashu_int::IBig;
 
-use super::fixed::{Sum, Symmetric, dot, double, unit};
+use super::fixed::{Sum, Symmetric, dot, double, scaled, unit};
 use crate::modes::PreciseProblem;
 use crate::modes::pencil::Orthonormal;
-use crate::precision::{Big, DoubleDouble, up};
+use crate::precision::{Big, up};
 
 /// Bits of vectors beyond the last one that is kept.
 const GUARD: usize = 64;
@@ -51,11 +51,6 @@ pub(super) struct ZeroSpace {
     defect: f64,
 }
 
-/// x 2^-scale.
-fn of_units(x: f64, scale: i64) -> f64 {
-    DoubleDouble::exact(x).scale(-(scale as i32)).hi
-}
-
 /// A bound of Σ |x_i| 2^-scale.
 fn length_1(x: &[IBig], scale: i64) -> f64 {
     up(x.iter().map(|x| double(x, -scale).abs()).sum::<f64>() * (1.0 + 1e-12))
@@ -76,10 +71,10 @@ impl ZeroSpace {
             };
             (0..n).map(|i| (0..n).fold(Big::zero(bits), |sum, j| term(sum, i, j))).collect()
         };
-        let scaled = |z: &Vec<Big>| -> Vec<Big> {
+        let given = |z: &Vec<Big>| -> Vec<Big> {
             z.iter().zip(shift).map(|(x, s)| x.scale(-i64::from(*s)).with_bits(bits)).collect()
         };
-        let given = problem.zero_vectors.iter().map(scaled).collect();
+        let given = problem.zero_vectors.iter().map(given).collect();
         let Orthonormal { vectors, images, defect } = Orthonormal::new(given, &image, bits).ok()?;
         let whole = |v: &Vec<Big>| -> Option<Vec<(IBig, f64)>> { v.iter().map(|x| unit(x, 0, scale)).collect() };
         let mut zero = Self { vectors: Vec::new(), images: Vec::new(), image_error: Vec::new(), defect };
@@ -106,7 +101,7 @@ impl ZeroSpace {
             .zip(&self.image_error)
             .map(|(image, error)| {
                 let exact = dot(image, x, sum);
-                let part = double(&exact, -(scale + x_scale)).abs() + size * of_units(*error, scale);
+                let part = double(&exact, -(scale + x_scale)).abs() + size * scaled(*error, -scale);
                 square += part * part;
                 exact
             })

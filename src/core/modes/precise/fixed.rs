@@ -54,6 +54,11 @@ pub(super) fn double_double(x: &IBig, exponent: i64) -> DoubleDouble {
     if sign == Sign::Negative { -value } else { value }
 }
 
+/// x 2^exponent for a double.
+pub(super) fn scaled(x: f64, exponent: i64) -> f64 {
+    DoubleDouble::exact(x).scale(exponent.clamp(-4000, 4000) as i32).hi
+}
+
 /// The nearest double or one beside it.
 pub(super) fn double(x: &IBig, exponent: i64) -> f64 {
     double_double(x, exponent).hi

@@ -42,18 +42,16 @@ impl Pair {
 
 struct Pairs<'a> {
     measured: &'a Measured,
-    /// The place of a column among the own ones.
-    own: Vec<Option<usize>>,
     scale: i64,
 }
 
 impl Pairs<'_> {
     /// Of any column i and an own column j.
     fn pair(&self, i: usize, j: usize, at: usize) -> Pair {
-        let Measured { quotient, couplings, h, noise, .. } = self.measured;
+        let Measured { own, quotient, couplings, h, noise, .. } = self.measured;
         let mut coupling = h.get(i, at).hi.abs();
         let mut uncertain = noise.get(i, at);
-        if let Some(other) = self.own[i] {
+        if let Some(other) = own[i] {
             coupling = coupling.max(h.get(j, other).hi.abs());
             uncertain = uncertain.max(noise.get(j, other));
         }
@@ -70,22 +68,19 @@ impl Pairs<'_> {
 /// not separated from these.
 pub(super) fn improve(data: &Data, columns: &Columns, measured: &Measured, scale: i64) -> Result<Columns, Vec<usize>> {
     let m = measured.quotient.len();
-    let mut own = vec![None; m];
-    for (at, &column) in columns.own.iter().enumerate() {
-        own[column] = Some(at);
-    }
-    let pairs = Pairs { measured, own, scale: data.quotient_scale() };
+    let own = &measured.own;
+    let pairs = Pairs { measured, scale: data.quotient_scale() };
     let mut leader: Vec<usize> = (0..m).collect();
     let mut more = Vec::new();
     for (at, &j) in columns.own.iter().enumerate() {
-        for i in 0..m {
-            if i == j || pairs.own[i].is_some() && i > j {
+        for (i, other) in own.iter().enumerate() {
+            if i == j || other.is_some() && i > j {
                 continue;
             }
             let pair = pairs.pair(i, j, at);
             if !pair.is_separated() && pair.coupling > pair.noise {
                 join(&mut leader, i, j);
-                if pairs.own[i].is_none() {
+                if other.is_none() {
                     more.push(i);
                 }
             }
@@ -138,7 +133,7 @@ pub(super) fn improve(data: &Data, columns: &Columns, measured: &Measured, scale
         better.push(column);
     }
     for cluster in groups(&mut leader) {
-        let places: Vec<usize> = cluster.iter().filter_map(|&i| pairs.own[i]).collect();
+        let places: Vec<usize> = cluster.iter().filter_map(|&i| own[i]).collect();
         if let Some(rotation) = rotation(&pairs, &cluster, &places) {
             rotate(&mut better, &places, &rotation);
         }

@@ -10,7 +10,7 @@
 use dashu_int::IBig;
 
 use super::data::Data;
-use super::fixed::{LOST, Sum, dot, double, double_double, from_double_double, length, shifted};
+use super::fixed::{LOST, Sum, dot, double, double_double, from_double_double, length, scaled, shifted};
 use crate::modes::certify::Couplings;
 use crate::modes::dense::{Matrix, Plain};
 use crate::modes::pencil::Bounded;
@@ -38,6 +38,8 @@ pub(super) struct Background {
 
 /// See the head of the file. "Own" columns are those at full precision, m is the number of all.
 pub(super) struct Measured {
+    /// For each column its place among the own ones.
+    pub(super) own: Vec<Option<usize>>,
     /// Of all columns, over 2^[`Data::quotient_scale`].
     pub(super) quotient: Vec<IBig>,
     pub(super) couplings: Couplings,
@@ -54,10 +56,6 @@ pub(super) struct Measured {
     pub(super) leak: Vec<f64>,
     /// x_jᵀMx_j of own columns and how far it may be off.
     pub(super) norm: Vec<(DoubleDouble, f64)>,
-}
-
-fn scaled(x: f64, exponent: i64) -> f64 {
-    DoubleDouble::exact(x).scale(exponent.clamp(-4000, 4000) as i32).hi
 }
 
 /// What a coupling does to an eigenvalue at most, roughly: h² / gap, and h at most.
@@ -144,7 +142,8 @@ pub(super) fn measure(
     for (at, (&j, (norm, _))) in columns.own.iter().zip(&norm).enumerate() {
         g.set(j, at, *norm - DoubleDouble::ONE);
     }
-    Some(Measured { quotient: setting.quotient, couplings, x: setting.x, h, noise, g, overlap, leak, norm })
+    let Setting { own, quotient, x, .. } = setting;
+    Some(Measured { own, quotient, couplings, x, h, noise, g, overlap, leak, norm })
 }
 
 impl<'a> Setting<'a> {

@@ -155,7 +155,7 @@ fn with_more_bits(
         };
         goal.largest = largest(&measured.couplings);
         let mut more = Vec::new();
-        if let Some(enclosures) = certify(&measured.couplings) {
+        if let Some(enclosures) = certify(&measured.couplings, None) {
             let background = background.as_ref();
             let solution = assemble(data, &columns, &measured, enclosures, solved, background);
             let verdict = verdict(&solution, options, &goal);
@@ -296,14 +296,14 @@ impl Background {
             // Midpoints beside the diagonal are used without bounds, and nearly 0.
             let (mut mid, mut radius) = (Matrix::zeros(m, m), Plain::zeros(m, m));
             for k in 0..m {
-                mid.set(k, k, round.norm(k).mid);
-                radius.set(k, k, round.norm(k).radius);
+                mid.set(k, k, round.norm[k].mid);
+                radius.set(k, k, round.norm[k].radius);
             }
             return Some(Self {
                 x,
-                quotients: round.quotients().to_vec(),
+                quotients: round.quotient.clone(),
                 couplings,
-                leak: round.leak().to_vec(),
+                leak: round.leak.clone(),
                 g: Bounded { mid, radius },
             });
         }
@@ -403,10 +403,7 @@ fn assemble(
 ) -> Solution {
     let m = measured.quotient.len();
     let order = measured.couplings.order.clone();
-    let mut own = vec![None; m];
-    for (at, &column) in columns.own.iter().enumerate() {
-        own[column] = Some(at);
-    }
+    let own = &measured.own;
     let mut precise = Vec::with_capacity(m);
     let mut eigenvalues = Vec::with_capacity(m);
     for (position, (&i, &radius)) in order.iter().zip(&enclosures.radii).enumerate() {
