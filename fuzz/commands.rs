@@ -157,11 +157,7 @@ fn command(number: usize, text: &str, flags: &mut Flags, budget: &Budget) -> Res
             Ok(report::floquet_json(&model, &found, digits))
         }
         7 => {
-            period::check(&model)?;
-            let oscillator = match linearize::linearize(model.clone()) {
-                Ok(linearized) => Oscillator::new(&linearized)?,
-                Err(error) => Oscillator::about_corner(&model).ok_or(error)?,
-            };
+            let oscillator = Oscillator::of_model(&model)?;
             let request = Request::Amplitude(Constant::parse(flags.one(&["1", "1/100", "pi", "50"]))?);
             let options = period::Options::default().digits(flags.digits());
             let found = oscillator.period(&request, &options)?;

@@ -2,7 +2,7 @@
 
 use librate::diagnostic::Diagnostic;
 use librate::model::Range;
-use librate::{Error, linearize, report};
+use librate::report;
 use librate::{model::Constant, model::ModelError};
 use librate::{period, period::Options, period::Oscillator, period::Place, period::Request};
 
@@ -52,14 +52,7 @@ pub(super) fn text(args: &args::Period) -> Result<Answer, Failure> {
     let wish = wish(args)?;
     let options = Options::default().digits(args.digits);
     let Loaded { mut source, model, mut warnings } = load_values(&args.model, Size::Dense)?;
-    let prepared = || -> Result<Oscillator, Error> {
-        period::check(&model)?;
-        match linearize::linearize(model.clone()) {
-            Ok(linearized) => Ok(Oscillator::new(&linearized)?),
-            Err(error) => Oscillator::about_corner(&model).ok_or(error.into()),
-        }
-    };
-    let oscillator = match prepared() {
+    let oscillator = match Oscillator::of_model(&model) {
         Ok(oscillator) => oscillator,
         Err(error) => return Err(failed(source, warnings, error)),
     };

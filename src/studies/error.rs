@@ -99,7 +99,10 @@ impl From<MotionError> for Error {
 
 impl From<PeriodError> for Error {
     fn from(error: PeriodError) -> Self {
-        Self::Period(error)
+        match error {
+            PeriodError::Linearize(error) => Self::Linearize(error),
+            error => Self::Period(error),
+        }
     }
 }
 

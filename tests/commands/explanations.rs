@@ -28,7 +28,7 @@ use librate::{
 use librate::{modes::Kind, modes::Options};
 use librate::{motion::Enclosed, motion::Start, motion::System, motion::Times};
 use librate::{oscillation, oscillation::normal_modes};
-use librate::{period, period::Oscillator, period::Request};
+use librate::{period::Oscillator, period::Request};
 use librate::{syntax, syntax::format};
 
 /// Mistakes of files too large for a page, of binary files and of the command line, and those that no text is known to
@@ -254,13 +254,9 @@ fn told(block: &Block<'_>, files: &BTreeMap<&str, &str>) -> Vec<&'static str> {
         return told;
     }
     if let Some(request) = asked_period(block) {
-        let found = period::check(&checked).map_err(Error::from).and_then(|()| {
-            let oscillator = Oscillator::new(&linearize(checked)?)?;
-            Ok(oscillator.period(&request, &Default::default())?)
-        });
-        if let Err(error) = found {
-            told.extend(error.diagnostics().into_iter().map(code));
-        }
+        let found =
+            Oscillator::of_model(&checked).and_then(|oscillator| oscillator.period(&request, &Default::default()));
+        told.extend(found.err().map(|error| error.code()));
         return told;
     }
     let linearized = match linearize(checked) {

@@ -77,11 +77,10 @@ pub(super) fn adapted(mirrors: &[SignedPermutation], coordinates: &[usize]) -> V
                 orbit.extend(images);
             }
             seen.extend(orbit);
-            let common = vector.values().fold(0, |a, b| gcd(a, b.abs()));
             vector.retain(|_, value| *value != 0);
             if !vector.is_empty() {
-                let entries = vector.into_iter();
-                basis.push(entries.map(|(i, value)| (i, value / common)).collect());
+                // Of one size: each coordinate is reached by as many products of mirrors.
+                basis.push(vector.into_iter().map(|(i, value)| (i, value.signum())).collect());
             }
         }
         if !basis.is_empty() {
@@ -89,14 +88,6 @@ pub(super) fn adapted(mirrors: &[SignedPermutation], coordinates: &[usize]) -> V
         }
     }
     classes
-}
-
-fn gcd(a: i64, b: i64) -> i64 {
-    let (mut a, mut b) = (a, b);
-    while b != 0 {
-        (a, b) = (b, a % b);
-    }
-    a
 }
 
 /// The frequencies of a ring with one or two coordinates a cell, for each wave number.

@@ -13,7 +13,7 @@ use super::cubic::Solved;
 use super::frequencies::{Case, Frequency};
 use super::pair::Pair;
 use super::simplify::{Simplifier, rebuild};
-use crate::expr::{ExprId, Node, Pool, Symbol, Tape, ZeroVerdict};
+use crate::expr::{ExprId, Node, Pool, Symbol, Tape, ZeroVerdict, mix};
 use crate::linearize::{self, LinearizeError, Linearized, Units, evaluate_closed};
 use crate::model::Model;
 use crate::modes::{self, Options, Problem};
@@ -614,10 +614,7 @@ fn references(linearized: &Linearized) -> Option<Vec<Reference>> {
 
 /// A positive rational number without a relation to the others: (2 a + 1)/(2 b), between 1/2 and 2.
 fn drawn(number: usize) -> Number {
-    let mut x = (number as u64).wrapping_add(0x9e37_79b9_7f4a_7c15);
-    x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    let part = i64::try_from(x >> 45).unwrap_or(0);
+    let part = i64::try_from(mix(number as u64) >> 45).unwrap_or(0);
     // part is below 2^19, so that this is between 1/2 and 2.
     Number::ratio((1 << 18) + part, 1 << 19).unwrap_or(Number::ONE)
 }

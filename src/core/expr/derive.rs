@@ -140,11 +140,7 @@ impl Pool {
         let [(term, _)] = terms.as_slice() else {
             return false;
         };
-        let Node::Product(factors) = self.node(*term) else {
-            return false;
-        };
-        let negative = |(base, power): &(ExprId, Number)| *base == divisor && power.is_negative();
-        factors.iter().any(negative)
+        self.factors(*term).iter().any(|(base, power)| *base == divisor && power.is_negative())
     }
 
     /// The derivative of an expression along seeds that stay the same from call to call, so that

@@ -60,6 +60,7 @@ pub use derive::Derivatives;
 pub use modular::{
     PRIME, add_mod, inverse_mod, mul_mod, neg_mod, nullspace_mod, pow_mod, rational_reconstruct, sqrt_mod, sub_mod,
 };
+pub(crate) use point::mix;
 pub use point::{Certainty, ModularPoint};
 pub use print::{function_from_name, function_name};
 pub use series::Series;

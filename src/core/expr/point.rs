@@ -17,7 +17,7 @@ use super::traverse::Reachable;
 use super::{
     ExprId, Function, Node, PI, PRIME, Pool, Symbol, add_mod, inverse_mod, mul_mod, neg_mod, pow_mod, sqrt_mod, sub_mod,
 };
-use crate::number::Number;
+use crate::number::{Number, gcd64};
 
 /// How far the values at a point are those of the expressions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -96,7 +96,8 @@ pub(super) fn random(seed: u64, tag: Tag, a: u64, b: u64) -> u64 {
     1 + state % (PRIME - 1)
 }
 
-fn mix(state: u64) -> u64 {
+/// The finalizer of SplitMix64 (Steele, Lea and Flood, 2014): every bit depends on every bit.
+pub(crate) fn mix(state: u64) -> u64 {
     let mut z = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
@@ -196,11 +197,7 @@ impl Plan {
 }
 
 fn lcm(a: u64, b: u64) -> Option<u64> {
-    let (mut x, mut y) = (a, b);
-    while y != 0 {
-        (x, y) = (y, x % y);
-    }
-    (a / x.max(1)).checked_mul(b).filter(|lcm| *lcm <= MAX_DENOMINATOR)
+    (a / gcd64(a, b).max(1)).checked_mul(b).filter(|lcm| *lcm <= MAX_DENOMINATOR)
 }
 
 /// Which exponential a function is made of.

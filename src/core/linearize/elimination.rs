@@ -146,6 +146,16 @@ impl Elimination {
     }
 }
 
+/// The least number that makes whole numbers of these.
+pub(super) fn common_denominator<'a>(numbers: impl Iterator<Item = &'a Number>) -> IBig {
+    let common = numbers.fold(UBig::ONE, |common, own| {
+        let denominator = own.denominator();
+        let shared = (&common).gcd(&denominator);
+        common * (denominator / shared)
+    });
+    IBig::from(common)
+}
+
 /// A sparse symmetric matrix of fractions by rows; places in ascending order, with entries that are not 0.
 pub(super) type Rows = Vec<Vec<(u32, Number)>>;
 
@@ -167,12 +177,7 @@ pub(super) fn kernel(matrix: &Rows, known: usize) -> Option<Vec<Vec<Number>>> {
     let mut elimination = Elimination::default();
     for old in &order {
         let row = &matrix[*old as usize];
-        let denominators = row.iter().map(|(_, entry)| entry.denominator());
-        let common = denominators.fold(UBig::ONE, |common, denominator| {
-            let shared = (&common).gcd(&denominator);
-            common * (denominator / shared)
-        });
-        let common = IBig::from(common);
+        let common = common_denominator(row.iter().map(|(_, entry)| entry));
         let mut own = Vec::with_capacity(row.len());
         for (j, entry) in row {
             let entry = entry.numerator() * (&common / IBig::from(entry.denominator()));

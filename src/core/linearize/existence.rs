@@ -331,8 +331,7 @@ impl<S: Enclosure> Setting<'_, S> {
             if !holds {
                 continue;
             }
-            let ratio = |x: &[f64]| largest(x.iter().zip(&reach).map(|(x, r)| above(x / r, 2)));
-            let contraction = ratio(&image);
+            let contraction = ratio_of(&image, &reach);
             let shrinks = contraction < 1.0;
             if !shrinks || !self.span(&wide, directions, &over, &reach, contraction, symmetries) {
                 continue;

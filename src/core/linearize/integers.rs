@@ -3,9 +3,9 @@
 //! With q_i = u_i q'_i and λ = ρ λ' the matrices are ρ² u_i u_j M_ij, ρ u_i u_j D_ij and u_i u_j S_ij. The first entry that couples a
 //! coordinate to one before it says its unit, and an entry of D, or one of S beside that of M, says ρ.
 
-use dashu_int::ops::Gcd;
-use dashu_int::{IBig, UBig};
+use dashu_int::IBig;
 
+use super::elimination::common_denominator;
 use super::radicals::{Exact, Field, Surd};
 use crate::number::Number;
 use crate::precision::{Root, Scalar};
@@ -138,16 +138,10 @@ fn whole(matrices: &[Vec<Exact>; 3], rate: &Root, units: &[Root]) -> Option<Inte
             }
         }
     }
-    let mut common = UBig::ONE;
-    for entry in numbers.iter().flatten() {
-        if entry.is_oversized() {
-            return None;
-        }
-        let denominator = entry.denominator();
-        let shared = (&common).gcd(&denominator);
-        common *= denominator / shared;
+    if numbers.iter().flatten().any(Number::is_oversized) {
+        return None;
     }
-    let common = IBig::from(common);
+    let common = common_denominator(numbers.iter().flatten());
     let whole = |entry: &Number| entry.numerator() * (&common / IBig::from(entry.denominator()));
     let mut matrices = numbers.iter().map(|own| own.iter().map(whole).collect());
     Some(Integers {

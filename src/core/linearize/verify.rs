@@ -2,6 +2,7 @@
 
 use super::assemble::{Assembly, Part, Values, head};
 use super::symmetry::Symmetry;
+use crate::expr::mix;
 use crate::model::Model;
 use crate::precision::{Ball, Big, Magnitude, Scalar};
 
@@ -54,12 +55,8 @@ pub(crate) fn hold_in_true_numbers(
 fn beside(at: &[Ball], point: u64, halvings: i32) -> Vec<Big> {
     let mut state = point;
     let moved = |x: &Ball| {
-        // Steele and others, OOPSLA 2014: splitmix64.
+        let unit = (mix(state) >> 11) as f64 / (1_u64 << 52) as f64 - 1.0;
         state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = state;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        let unit = ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 52) as f64 - 1.0;
         let size = x.mid_f64().abs().max(1.0) * 2f64.powi(-halvings);
         &Big::from_ball(x, BITS_TO_CHECK).center() + &Big::from_f64(unit * size, BITS_TO_CHECK)
     };

@@ -97,12 +97,7 @@ impl Elaborator<'_> {
         let rank = own.grid.rank;
         if at.len() < rank {
             let Some((from, to)) = own.grid.bounds(at) else {
-                self.errors.push(ModelError::IndexOutOfRange {
-                    member: member_name(&own.name, at.len(), &key(at)),
-                    available: own.grid.describe(&own.name),
-                    span,
-                    declared: Some(own.span),
-                });
+                self.errors.push(own.out_of_range(at, span));
                 return false;
             };
             let count = usize::try_from(to - from + 1).unwrap_or(0);
@@ -128,12 +123,7 @@ impl Elaborator<'_> {
             });
         }
         let Some(number) = own.grid.find(&key(at)) else {
-            self.errors.push(ModelError::IndexOutOfRange {
-                member: member_name(&own.name, rank, &key(at)),
-                available: own.grid.describe(&own.name),
-                span,
-                declared: Some(own.span),
-            });
+            self.errors.push(own.out_of_range(&at[..rank], span));
             return false;
         };
         let Some(symbolic) = self.one_scalar(value, &format!("{what} of a coordinate"), value_span) else {

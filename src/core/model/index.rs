@@ -118,12 +118,7 @@ impl World {
             });
         }
         let Some(number) = family.grid.find(&at) else {
-            return Err(ModelError::IndexOutOfRange {
-                member: member_name(&family.name, rank, &at),
-                available: family.grid.describe(&family.name),
-                span,
-                declared: Some(family.span),
-            });
+            return Err(family.out_of_range(indices, span));
         };
         // A member of the family that is being worked out, or of one that could not be.
         let Some(parameter) = self.parameters.get(number) else {

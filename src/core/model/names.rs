@@ -183,6 +183,16 @@ pub(super) struct Family {
 }
 
 impl Family {
+    /// That there is no member at these indices.
+    pub(super) fn out_of_range(&self, at: &[i64], span: Span) -> ModelError {
+        ModelError::IndexOutOfRange {
+            member: member_name(&self.name, at.len().min(3), &key(at)),
+            available: self.grid.describe(&self.name),
+            span,
+            declared: Some(self.span),
+        }
+    }
+
     /// Adds members, numbered from `base` on, or all by `base` where they are of one piece.
     pub(super) fn add(&mut self, members: &Members, base: usize, is_piece: bool) -> Result<(), ModelError> {
         let (rank, span) = (self.grid.rank, members.span);

@@ -15,12 +15,7 @@ impl World {
         let Some(family) = self.family(entity) else {
             return Stop::WriteOut;
         };
-        Stop::from(ModelError::IndexOutOfRange {
-            member: member_name(&family.name, at.len().min(3), &key(at)),
-            available: family.grid.describe(&family.name),
-            span,
-            declared: Some(family.span),
-        })
+        Stop::from(family.out_of_range(at, span))
     }
 
     fn too_many(&self, entity: Entity, span: Span) -> Stop {

@@ -7,6 +7,8 @@
 //! they are. So the orbits multiply to the order of the group, and no two searches find the same
 //! (Sims, 1970; B. D. McKay, Congressus Numerantium 30 (1981) 45).
 
+use crate::expr::mix;
+
 /// A graph with labelled edges; equal labels are equal numbers.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Graph {
@@ -43,14 +45,6 @@ impl Effort {
         self.0 = self.0.checked_sub(steps)?;
         Some(())
     }
-}
-
-/// The finalizer of SplitMix64 (Steele, Lea and Flood, 2014): every bit depends on every bit.
-fn mix(x: u64) -> u64 {
-    let x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    x ^ (x >> 31)
 }
 
 fn sorted(colours: &[u64]) -> Vec<u64> {

@@ -1,5 +1,7 @@
 //! U and M of a model of one coordinate, as expressions with all parameters put in, and what symmetry they have.
 
+use std::collections::{HashMap, HashSet};
+
 use super::{PeriodError, panel};
 use crate::mechanics::Mechanics;
 use librate_core::expr::{ExprId, Function, Node, Pool, Substitution, Symbol, Tape, ZeroVerdict};
@@ -145,30 +147,28 @@ impl Energies {
     pub(super) fn advance(&mut self) -> Option<ExprId> {
         let q = self.coordinate;
         let roots = [self.potential, self.mass];
-        let mut inside: std::collections::HashMap<ExprId, ()> = std::collections::HashMap::new();
-        let mut arguments = Vec::new();
-        for id in self.pool.reachable(&roots) {
-            if let Node::Function(Function::Sin | Function::Cos | Function::Tan, x) = self.pool.node(id) {
-                arguments.push((id, *x));
-            }
-        }
+        let mut inside: HashSet<ExprId> = HashSet::new();
         let mut rates = Vec::new();
-        for (function, argument) in arguments {
+        for function in self.pool.reachable(&roots) {
+            let Node::Function(Function::Sin | Function::Cos | Function::Tan, argument) = *self.pool.node(function)
+            else {
+                continue;
+            };
             if !self.pool.depends_on(argument, &|symbol| symbol == q) {
                 continue;
             }
             let rate = self.pool.diff(argument, q);
             if self.pool.is_constant(rate) {
-                inside.insert(function, ());
+                inside.insert(function);
                 rates.push(rate);
             }
         }
         let first = *rates.first()?;
         // Everything that depends on the coordinate does so through these functions.
-        let mut varies: std::collections::HashMap<ExprId, bool> = std::collections::HashMap::new();
+        let mut varies: HashMap<ExprId, bool> = HashMap::new();
         for id in self.pool.reachable(&roots) {
             let mut own = self.pool.as_symbol(id) == Some(q);
-            if !inside.contains_key(&id) {
+            if !inside.contains(&id) {
                 let pool = &self.pool;
                 pool.node(id).for_each_child(|child| {
                     own |= varies.get(&child).copied().unwrap_or(false);
@@ -179,18 +179,13 @@ impl Energies {
         if roots.iter().any(|root| varies.get(root).copied().unwrap_or(false)) {
             return None;
         }
-        // All rates are whole multiples of the first one divided by the common denominator, and by no larger part.
-        let mut numerators = 0_u64;
-        let mut denominators = 1_u64;
+        // The largest part of the first rate that all are whole multiples of.
+        let mut part = Number::ZERO;
         for rate in rates {
             let ratio = self.pool.div(rate, first);
-            let (n, d) = self.pool.as_number(ratio)?.small_parts()?;
-            let n = n.unsigned_abs().checked_mul(denominators)?;
-            let common = denominators.checked_mul(d)?;
-            numerators = gcd(numerators.checked_mul(d)?, n);
-            denominators = common;
+            part = part.gcd(self.pool.as_number(ratio)?);
         }
-        let size = Number::ratio(i64::try_from(denominators).ok()?, i64::try_from(numerators).ok()?)?;
+        let size = part.recip()?;
         let pool = &mut self.pool;
         let pi = pool.pi();
         let turn = pool.div(pi, first);
@@ -212,12 +207,4 @@ impl Energies {
         }
         Some(advance)
     }
-}
-
-fn gcd(a: u64, b: u64) -> u64 {
-    let (mut a, mut b) = (a, b);
-    while b != 0 {
-        (a, b) = (b, a % b);
-    }
-    a
 }

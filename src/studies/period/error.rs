@@ -2,6 +2,7 @@
 
 use librate_core::budget::Exceeded;
 use librate_core::diagnostic::{at, nowhere};
+use librate_core::linearize::LinearizeError;
 use librate_core::mistakes;
 use librate_core::model::Feature;
 use librate_core::span::Span;
@@ -210,6 +211,9 @@ Error PeriodError {
     /// The work or the memory is beyond the budget.
     #[error(transparent)]
     Budget(#[from] Exceeded),
+    /// What an earlier stage says.
+    #[error(transparent)]
+    Linearize(LinearizeError),
 }
 }
 

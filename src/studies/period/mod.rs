@@ -8,7 +8,6 @@
 //! its period the time in which the coordinate advances by that of U and M.
 //!
 //! ```
-//! use librate::linearize::linearize;
 //! use librate::model::{self, Constant};
 //! use librate::period::{Options, Oscillator, Request};
 //! use librate::syntax;
@@ -16,7 +15,7 @@
 //! let text = "coord phi  T = 1/2*phi'^2  V = 1 - cos(phi)";
 //! let file = syntax::parse(text)?;
 //! let model = model::elaborate(&file, &Default::default(), &Default::default())?;
-//! let oscillator = Oscillator::new(&linearize(model)?)?;
+//! let oscillator = Oscillator::of_model(&model)?;
 //! let request = Request::Amplitude(Constant::parse("pi/2")?);
 //! let found = oscillator.period(&request, &Options::default())?;
 //! // 4 K(sin(pi/4)) = gamma(1/4)²/sqrt(pi)
@@ -47,7 +46,7 @@ use energies::{Energies, Kink, Kinked};
 use panel::Field;
 
 use librate_core::expr::{ExprId, Pool, Tape};
-use librate_core::linearize::{Linearized, evaluate_closed, power_of_two, short};
+use librate_core::linearize::{Linearized, evaluate_closed, linearize, power_of_two, short};
 use librate_core::model::{Constant, Model};
 use librate_core::number::Number;
 use librate_core::precision::{Ball, Big, Enclosure, Magnitude, Rounding, Scalar, decimal, one_digit_up_text};
@@ -187,7 +186,22 @@ pub fn check(model: &Model) -> Result<(), PeriodError> {
 }
 
 impl Oscillator {
-    /// Takes the energies of a model of one coordinate.
+    /// Takes the energies of a model of one coordinate, about its equilibrium or a corner of the potential.
+    ///
+    /// Where absolute values in V have their corner, as in `V = abs(x)`, nothing can be linearized, but there are motions
+    /// about it. The corner is the given equilibrium, or the one next to the guess.
+    ///
+    /// # Errors
+    /// As [`check`], where T is not quadratic in the velocity, and where there is neither an equilibrium nor a corner.
+    pub fn of_model(model: &Model) -> Result<Self, PeriodError> {
+        check(model)?;
+        match linearize(model.clone()) {
+            Ok(linearized) => Self::new(&linearized),
+            Err(error) => Self::about_corner(model).ok_or(PeriodError::Linearize(error)),
+        }
+    }
+
+    /// Takes the energies of a model of one coordinate that is linearized already.
     ///
     /// # Errors
     /// As [`check`], and where T is not quadratic in the velocity.
@@ -197,12 +211,7 @@ impl Oscillator {
         Self::about(Center::Linearized(linearized.clone()), energies)
     }
 
-    /// Takes the energies of a model of one coordinate that rests where absolute values in V have their corner, as in
-    /// `V = abs(x)`: nothing can be linearized there, but there are motions about it. The corner is the given equilibrium, or
-    /// the one next to the guess; `None` where there is no such minimum.
-    #[must_use]
-    pub fn about_corner(model: &Model) -> Option<Self> {
-        check(model).ok()?;
+    fn about_corner(model: &Model) -> Option<Self> {
         let mut energies = Energies::new(model).ok()?;
         let corner = Corner::find(model, &mut energies)?;
         Self::about(Center::Corner(corner), energies).ok()
