@@ -145,17 +145,6 @@ fn planted(which: usize, entries: &[i64], order: &[usize], signs: &[bool]) -> (M
     (mass, stiffness, generators, count)
 }
 
-fn as_public(g: &Element) -> impl Fn(&[f64]) -> Vec<f64> {
-    let g = g.clone();
-    move |x: &[f64]| {
-        let mut out = vec![0.0; x.len()];
-        for (i, value) in x.iter().enumerate() {
-            out[g[i].0] = g[i].1 as f64 * value;
-        }
-        out
-    }
-}
-
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(40))]
 
@@ -226,14 +215,11 @@ proptest! {
                     prop_assert!((own - sign * other).abs() < 1e-12);
                 }
             }
-            if let GroupKind::Ring { length, .. } = found.kind
-                && which == 3
-            {
-                // The planted turn plus its inverse is 2 cos(2 pi j/N) on the wave number j.
-                let turn = as_public(&planted[0]);
-                let (once, mut back) = (turn(x), turn(x));
+            if let GroupKind::Ring { turn, length } = found.kept(&mut |g| pattern.is_kept_by(g)).unwrap().kind {
+                // The turn plus its inverse is 2 cos(2 pi j/N) on the wave number j.
+                let (once, mut back) = (turn.apply(x), turn.apply(x));
                 for _ in 0..length - 2 {
-                    back = turn(&back);
+                    back = turn.apply(&back);
                 }
                 let j: f64 = label.unwrap().strip_prefix("wave number ").unwrap().parse().unwrap();
                 let factor = 2.0 * (std::f64::consts::TAU * j / length as f64).cos();

@@ -372,9 +372,8 @@ impl Pool {
         if let Node::Function(Function::Exp, x) = self.node(e) { Some(*x) } else { None }
     }
 
-    /// Cancels x against |x|, so that what is continuous where x is 0 has a value there: x³/|x| = x|x|, x²/|x|^(1/2) = |x|^(3/2).
-    ///
-    /// x^m |x|^b with m and b of opposite signs and m + b > 0; what is left of x is its sign, or all but one power of |x|.
+    /// Puts x^m |x|^b, m an integer, as x^p |x|^(m + b - p) with p = 0 or 1, its sign: so there is one form of it, and what is
+    /// continuous where x is 0 has a value there: x³/|x| = x|x|, x²/|x|^(1/2) = |x|^(3/2).
     fn settle_moduli(&mut self, settled: &mut Vec<(ExprId, Number)>) {
         for at in 0..settled.len() {
             let Node::Function(Function::Abs, x) = self.node(settled[at].0) else {
@@ -383,24 +382,12 @@ impl Pool {
             // Sums are factors with the sign of their first term.
             let x = *x;
             let x = if self.leads_negative(x) { self.neg(x) } else { x };
-            let Some(other) = settled.iter().position(|(base, _)| *base == x) else {
+            let Some(other) = settled.iter().position(|(base, exponent)| *base == x && exponent.is_integer()) else {
                 continue;
             };
-            let (own, modulus) = (&settled[other].1, &settled[at].1);
-            let sum = own.add(modulus);
-            let cancels = own.is_integer() && own.is_negative() != modulus.is_negative();
-            if !cancels || sum.is_negative() || sum.is_zero() {
-                continue;
-            }
-            let left = if modulus.is_integer() {
-                sum.sub(&Number::ONE)
-            } else if own.is_even() {
-                Number::ZERO
-            } else {
-                Number::ONE
-            };
-            settled[at].1 = sum.sub(&left);
-            settled[other].1 = left;
+            let sign = if settled[other].1.is_even() { Number::ZERO } else { Number::ONE };
+            settled[at].1 = settled[at].1.add(&settled[other].1).sub(&sign);
+            settled[other].1 = sign;
         }
         settled.retain(|(_, exponent)| !exponent.is_zero());
     }
