@@ -272,10 +272,10 @@ impl<S: Enclosure> Tangent<S> {
         for (bound, slopes) in self.bound.iter().zip(&self.slopes) {
             let (mut sum, mut off) = (0.0, 0.0);
             for (slope, y) in slopes.iter().zip(motion) {
-                let middle = slope.middle();
+                let middle = slope.mid_f64();
                 let rounding = (m + 1.0) * f64::EPSILON * middle.abs();
                 sum += middle * y;
-                off += slope.abs_upper() * error + (slope.middle_error() + rounding) * y.abs();
+                off += slope.abs_upper() * error + (slope.mid_f64_error() + rounding) * y.abs();
             }
             vector[*bound] = sum;
             // The factor covers the rounding of the bound itself.

@@ -128,7 +128,7 @@ fn product(a: &DMatrix<f64>, x: &[f64], error: &[f64]) -> (Vec<f64>, Vec<f64>) {
 
 /// Midpoints in doubles, and how far they are off.
 fn split<S: Enclosure>(values: impl Iterator<Item = S>) -> (Vec<f64>, Vec<f64>) {
-    values.map(|x| (x.middle(), x.middle_error())).unzip()
+    values.map(|x| (x.mid_f64(), x.mid_f64_error())).unzip()
 }
 
 fn largest(values: impl Iterator<Item = f64>) -> f64 {
@@ -247,7 +247,7 @@ impl<S: Enclosure> Setting<'_, S> {
     fn widened(&self, at: &[S], size: &[f64]) -> Vec<S> {
         let mut wide = at.to_vec();
         for (i, size) in self.free.iter().zip(size) {
-            wide[*i] = wide[*i].widened(*size);
+            wide[*i] = wide[*i].with_added_radius(*size);
         }
         wide
     }
@@ -287,8 +287,8 @@ impl<S: Enclosure> Setting<'_, S> {
                 let twice = 2.01 * gamma(m);
                 DMatrix::from_fn(m, m, |i, j| {
                     let entry = &over[i + m * j];
-                    let off = (entry.middle() - middle[(i, j)]).abs() * (1.0 + f64::EPSILON);
-                    above(twice * middle[(i, j)].abs() + off + entry.middle_error(), 4)
+                    let off = (entry.mid_f64() - middle[(i, j)]).abs() * (1.0 + f64::EPSILON);
+                    above(twice * middle[(i, j)].abs() + off + entry.mid_f64_error(), 4)
                 })
             }
             Products::Enclosed => DMatrix::from_fn(m, m, |i, j| {
@@ -307,10 +307,10 @@ impl<S: Enclosure> Setting<'_, S> {
         let (force, off) = split(self.free.iter().map(|i| gradient[*i].clone()));
         let (_, start) = product(directions, &force, &off);
         let matrix = self.stiffness(at);
-        let middle = DMatrix::from_fn(m, m, |i, j| matrix[i + m * j].middle());
+        let middle = DMatrix::from_fn(m, m, |i, j| matrix[i + m * j].mid_f64());
         let middle_defect = self.defect(&axes, &matrix, &middle);
         let worst = largest(start.iter().copied());
-        let scale = match largest(self.free.iter().map(|i| at[*i].middle().abs())) {
+        let scale = match largest(self.free.iter().map(|i| at[*i].mid_f64().abs())) {
             0.0 => 1.0,
             scale => scale,
         };
@@ -435,7 +435,7 @@ impl<S: Enclosure> Setting<'_, S> {
             // In doubles a few leading digits are lost to the common part each time.
             for _ in 0..3 {
                 for (other, unit) in &basis {
-                    let overlap: f64 = own.iter().zip(unit).map(|(x, y)| x.middle() * y).sum();
+                    let overlap: f64 = own.iter().zip(unit).map(|(x, y)| x.mid_f64() * y).sum();
                     if overlap != 0.0 && overlap.is_finite() {
                         let overlap = S::exact(overlap, precision);
                         for (x, y) in own.iter_mut().zip(other) {
@@ -444,14 +444,14 @@ impl<S: Enclosure> Setting<'_, S> {
                     }
                 }
             }
-            let norm = own.iter().map(|x| x.middle().powi(2)).sum::<f64>().sqrt();
+            let norm = own.iter().map(|x| x.mid_f64().powi(2)).sum::<f64>().sqrt();
             if norm > 0.0 && norm.is_normal() {
                 let scale = S::exact(norm.recip(), precision);
                 for x in &mut own {
                     *x = x.mul(&scale);
                 }
             }
-            let unit = own.iter().map(S::middle).collect();
+            let unit = own.iter().map(S::mid_f64).collect();
             basis.push((own, unit));
         }
         basis.into_iter().map(|(own, _)| own).collect()

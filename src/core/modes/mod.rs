@@ -90,13 +90,14 @@ impl Options {
     /// Whether a number, or the root of its absolute value, has all digits as they are printed, correctly rounded, with three to
     /// spare for what is derived.
     fn covers<S: Enclosure>(&self, x: &S, root: bool) -> bool {
-        let missing = x.spread().log2() - x.size().log2() + (self.digits as f64 + 3.0) * std::f64::consts::LOG2_10;
+        let missing = x.radius_magnitude().log2() - x.abs_upper_magnitude().log2()
+            + (self.digits as f64 + 3.0) * std::f64::consts::LOG2_10;
         if missing > 0.0 || !(x.is_positive() || x.is_negative()) {
             return false;
         }
         // In doubles, if they can tell: 10^12 has a spacing of 1e-4.
         if self.digits <= 12 {
-            let size = if root { x.middle().abs().sqrt() } else { x.middle().abs() };
+            let size = if root { x.mid_f64().abs().sqrt() } else { x.mid_f64().abs() };
             let printed = Ball::exact(size).scale_far(self.power).mid_f64();
             let place = 10f64.powi(self.digits as i32 - 1 - printed.log10().floor() as i32);
             let fraction = (printed * place).fract();

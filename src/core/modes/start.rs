@@ -116,8 +116,8 @@ pub(super) fn careful_eigenvectors<S: Enclosure>(
     };
     let half = reduced(stiffness);
     let whole = reduced(&|i, j| half[i][j].clone());
-    let a = Mat::from_fn(n, n, |i, j| whole[j][i].middle());
-    let lower = Mat::from_fn(n, n, |i, j| if i >= j { l[j][i].middle() } else { 0.0 });
+    let a = Mat::from_fn(n, n, |i, j| whole[j][i].mid_f64());
+    let lower = Mat::from_fn(n, n, |i, j| if i >= j { l[j][i].mid_f64() } else { 0.0 });
     let u = deflated_eigenvectors(a, &(lower.transpose() * zero)).ok_or(Failure::NoConvergence)?;
     let column = |j: usize| {
         let mut column: Vec<S> = (0..n).map(|i| S::exact(u[(i, j)], precision)).collect();
@@ -136,8 +136,8 @@ fn factor<S: Enclosure>(
 ) -> Result<Vec<Vec<S>>, Vec<S>> {
     let mut l: Vec<Vec<S>> = (0..n).map(|j| (0..n).map(|i| mass(i, j)).collect()).collect();
     for k in 0..n {
-        let pivot = l[k][k].middle();
-        if pivot <= noise * mass(k, k).middle().abs() || !pivot.is_finite() {
+        let pivot = l[k][k].mid_f64();
+        if pivot <= noise * mass(k, k).mid_f64().abs() || !pivot.is_finite() {
             let mut v = vec![S::exact(0.0, precision); n];
             v[k] = S::exact(1.0, precision);
             backward(&l, &mut v, k);

@@ -99,27 +99,27 @@ impl<S: Enclosure> Complex<S> {
     /// The midpoint in doubles, off by at most 2^-51 of its modulus (each part is within a unit of its last
     /// place), and 2^-1070.
     pub fn to_c64(&self) -> c64 {
-        c64::new(self.re.middle(), self.im.middle())
+        c64::new(self.re.mid_f64(), self.im.mid_f64())
     }
 
     /// Times 2^exponent.
     pub fn scale(&self, exponent: i64) -> Self {
-        Self::new(self.re.doubled(exponent), self.im.doubled(exponent))
+        Self::new(self.re.times_power_of_two(exponent), self.im.times_power_of_two(exponent))
     }
 
     /// An upper bound of the modulus.
     pub fn upper_bound(&self) -> Magnitude {
-        hypot(self.re.size(), self.im.size())
+        hypot(self.re.abs_upper_magnitude(), self.im.abs_upper_magnitude())
     }
 
     /// An upper bound of the distance from the midpoint.
     pub fn radius(&self) -> Magnitude {
-        hypot(self.re.spread(), self.im.spread())
+        hypot(self.re.radius_magnitude(), self.im.radius_magnitude())
     }
 
     /// With radii of the parts larger by so much.
     pub fn with_added_radius(&self, radius: Magnitude) -> Self {
-        Self::new(self.re.with_spread(radius), self.im.with_spread(radius))
+        Self::new(self.re.with_added_magnitude(radius), self.im.with_added_magnitude(radius))
     }
 
     /// The midpoint, exactly.

@@ -11,9 +11,9 @@ pub trait Enclosure: Scalar {
     /// The midpoint, rounded to the precision and taken to be exactly that.
     fn rounded(&self, precision: Self::Precision) -> Self;
     /// A double near the midpoint.
-    fn middle(&self) -> f64;
-    /// An upper bound of the distance between [`Enclosure::middle`] and the number.
-    fn middle_error(&self) -> f64;
+    fn mid_f64(&self) -> f64;
+    /// An upper bound of the distance between [`Enclosure::mid_f64`] and the number.
+    fn mid_f64_error(&self) -> f64;
     /// An upper bound of the distance from the midpoint; infinite where the number is none.
     fn radius(&self) -> f64;
     /// An upper bound of the absolute value; infinite where the number is none.
@@ -21,19 +21,19 @@ pub trait Enclosure: Scalar {
     /// About the absolute value, 0 where the number may be 0.
     fn certain_size(&self) -> f64;
     /// With a radius larger by so much, which is not negative.
-    fn widened(&self, by: f64) -> Self;
+    fn with_added_radius(&self, by: f64) -> Self;
     /// An upper bound of the absolute value, with an exponent of its own.
-    fn size(&self) -> Magnitude;
+    fn abs_upper_magnitude(&self) -> Magnitude;
     /// A lower bound of the absolute value, with an exponent of its own; 0 where the number may be 0.
-    fn least(&self) -> Magnitude;
+    fn abs_lower_magnitude(&self) -> Magnitude;
     /// An upper bound of the distance from the midpoint, with an exponent of its own.
-    fn spread(&self) -> Magnitude;
+    fn radius_magnitude(&self) -> Magnitude;
     /// With a radius larger by so much.
-    fn with_spread(&self, by: Magnitude) -> Self;
+    fn with_added_magnitude(&self, by: Magnitude) -> Self;
     /// A number not below a size.
-    fn from_size(size: Magnitude, precision: Self::Precision) -> Self;
+    fn from_magnitude(size: Magnitude, precision: Self::Precision) -> Self;
     /// Times 2^exponent.
-    fn doubled(&self, exponent: i64) -> Self;
+    fn times_power_of_two(&self, exponent: i64) -> Self;
     /// Whether the number is certainly positive.
     fn is_positive(&self) -> bool;
     /// Whether the number is certainly negative.
@@ -71,11 +71,11 @@ impl Enclosure for Ball {
         Enclosure::center(self)
     }
 
-    fn middle(&self) -> f64 {
+    fn mid_f64(&self) -> f64 {
         self.mid_f64()
     }
 
-    fn middle_error(&self) -> f64 {
+    fn mid_f64_error(&self) -> f64 {
         self.mid_f64_error()
     }
 
@@ -91,31 +91,31 @@ impl Enclosure for Ball {
         Ball::abs_upper(self)
     }
 
-    fn widened(&self, by: f64) -> Self {
+    fn with_added_radius(&self, by: f64) -> Self {
         self.with_added_radius(by)
     }
 
-    fn size(&self) -> Magnitude {
+    fn abs_upper_magnitude(&self) -> Magnitude {
         Magnitude::from_f64(Enclosure::abs_upper(self))
     }
 
-    fn least(&self) -> Magnitude {
+    fn abs_lower_magnitude(&self) -> Magnitude {
         Magnitude::from_f64(self.abs_lower())
     }
 
-    fn spread(&self) -> Magnitude {
+    fn radius_magnitude(&self) -> Magnitude {
         Magnitude::from_f64(Enclosure::radius(self))
     }
 
-    fn with_spread(&self, by: Magnitude) -> Self {
+    fn with_added_magnitude(&self, by: Magnitude) -> Self {
         self.with_added_radius(by.to_f64())
     }
 
-    fn from_size(size: Magnitude, (): ()) -> Self {
+    fn from_magnitude(size: Magnitude, (): ()) -> Self {
         Ball::exact(size.to_f64())
     }
 
-    fn doubled(&self, exponent: i64) -> Self {
+    fn times_power_of_two(&self, exponent: i64) -> Self {
         // In steps that leave neither the range of doubles nor that of their exponents.
         let mut value = *self;
         let mut left = exponent.clamp(-4000, 4000);
@@ -185,11 +185,11 @@ impl Enclosure for Big {
         Enclosure::center(&Enclosure::center(self).with_bits(bits))
     }
 
-    fn middle(&self) -> f64 {
+    fn mid_f64(&self) -> f64 {
         self.mid_f64()
     }
 
-    fn middle_error(&self) -> f64 {
+    fn mid_f64_error(&self) -> f64 {
         // A double has 53 bits, and no number here has fewer: the difference is rounded outward.
         let rest = self - &Self::from_f64(self.mid_f64(), self.bits());
         Big::abs_upper(&rest).to_f64()
@@ -207,7 +207,7 @@ impl Enclosure for Big {
         Big::abs_upper(self).to_f64()
     }
 
-    fn widened(&self, by: f64) -> Self {
+    fn with_added_radius(&self, by: f64) -> Self {
         if by >= 0.0 && by.is_finite() {
             self.clone().with_added_radius(Magnitude::from_f64(by))
         } else {
@@ -215,28 +215,28 @@ impl Enclosure for Big {
         }
     }
 
-    fn size(&self) -> Magnitude {
+    fn abs_upper_magnitude(&self) -> Magnitude {
         Big::abs_upper(self)
     }
 
-    fn least(&self) -> Magnitude {
+    fn abs_lower_magnitude(&self) -> Magnitude {
         self.abs_lower()
     }
 
-    fn spread(&self) -> Magnitude {
+    fn radius_magnitude(&self) -> Magnitude {
         Big::radius(self)
     }
 
-    fn with_spread(&self, by: Magnitude) -> Self {
+    fn with_added_magnitude(&self, by: Magnitude) -> Self {
         self.clone().with_added_radius(by)
     }
 
-    fn from_size(size: Magnitude, bits: usize) -> Self {
+    fn from_magnitude(size: Magnitude, bits: usize) -> Self {
         // All 53 bits of a size fit.
         Big::from_magnitude(size, bits.max(64))
     }
 
-    fn doubled(&self, exponent: i64) -> Self {
+    fn times_power_of_two(&self, exponent: i64) -> Self {
         self.scale(exponent)
     }
 

@@ -21,10 +21,10 @@ impl<S: Enclosure> Basis<S> {
     /// In doubles.
     pub(super) fn quick(matrix: &[S], n: usize, precision: S::Precision) -> Option<Self> {
         // Beyond the range of doubles there are no vectors in doubles.
-        if !matrix.iter().all(|x| x.middle().is_finite()) {
+        if !matrix.iter().all(|x| x.mid_f64().is_finite()) {
             return None;
         }
-        let middle = Mat::from_fn(n, n, |i, j| matrix[n * i + j].middle());
+        let middle = Mat::from_fn(n, n, |i, j| matrix[n * i + j].mid_f64());
         let eigen = middle.eigen().ok()?;
         let (values, vectors) = (eigen.S(), eigen.U());
         let inverse = nalgebra::DMatrix::from_fn(n, n, |i, j| vectors[(i, j)]).try_inverse()?;
@@ -217,7 +217,7 @@ impl<S: Enclosure> Schur<S> {
                 }
                 let mut gap = value.sub(self.entry(i, i)).center();
                 if gap.upper_bound() < least {
-                    gap.re = S::from_size(least, self.precision);
+                    gap.re = S::from_magnitude(least, self.precision);
                 }
                 own[i] = sum.mul(&gap.inverse()).center();
             }

@@ -20,20 +20,20 @@ impl<S: Enclosure> Disc<S> {
     /// Whether another disc is certainly apart from this one.
     pub(super) fn is_apart(&self, other: &Self, precision: S::Precision) -> bool {
         let square = self.center.sub(&other.center).square_of_modulus();
-        let reach = S::from_size(self.radius + other.radius, precision);
+        let reach = S::from_magnitude(self.radius + other.radius, precision);
         square.sub(&reach.mul(&reach)).is_positive()
     }
 
     /// The image by z -> 1/z̄: of |z - c| <= r with r < |c| the disc about c/(|c|² - r²) of radius r/(|c|² - r²).
     pub(super) fn mirrored(&self, precision: S::Precision) -> Option<Self> {
-        let radius = S::from_size(self.radius, precision);
+        let radius = S::from_magnitude(self.radius, precision);
         let rest = self.center.square_of_modulus().sub(&radius.mul(&radius));
         if !rest.is_positive() {
             return None;
         }
         let inverse = S::exact(1.0, precision).div(&rest);
         let center = self.center.times(&inverse);
-        let radius = self.radius * inverse.size() + center.radius();
+        let radius = self.radius * inverse.abs_upper_magnitude() + center.radius();
         Some(Self { center: center.center(), radius, single: self.single })
     }
 

@@ -67,10 +67,10 @@ impl<S: Enclosure> Chain<S> {
         let mut exponent = first.exponent.saturating_add(second.exponent);
         // A state that is followed itself would have left the range of doubles as well.
         if first.drift.is_empty() {
-            let sizes = slopes.entries().iter().map(Enclosure::size);
+            let sizes = slopes.entries().iter().map(Enclosure::abs_upper_magnitude);
             let (_, size) = sizes.fold(Magnitude::ZERO, Magnitude::max).parts();
             if size > FAR {
-                slopes = slopes.map(|x| x.doubled(-size));
+                slopes = slopes.map(|x| x.times_power_of_two(-size));
                 exponent = exponent.saturating_add(size);
             }
         }
@@ -123,7 +123,7 @@ pub(super) fn trip<S: Enclosure>(
     let mut walk = Enclosing::<S>::new(equations, order, precision);
     let zero = S::exact(0.0, precision);
     let mut middle = start.to_vec();
-    let initial: Vec<S> = reach.iter().map(|r| zero.widened(*r)).collect();
+    let initial: Vec<S> = reach.iter().map(|r| zero.with_added_radius(*r)).collect();
     let mut chain = Chain::new(precision);
     let mut time = zero.clone();
     for steps in 1..=most_steps {
@@ -131,7 +131,7 @@ pub(super) fn trip<S: Enclosure>(
         let state: Vec<S> = middle.iter().zip(&spread).map(|(m, d)| m.add(d)).collect();
         let left = period.sub(&time);
         let Some(step) = walk.step(&time, &state, &left) else {
-            return Err(Stop::Singular { time: time.middle() });
+            return Err(Stop::Singular { time: time.mid_f64() });
         };
         // From the midpoint m to the center of the state, and from its image to the next midpoint.
         let shift: Vec<S> = middle.iter().zip(&state).map(|(m, x)| m.sub(&x.center())).collect();
@@ -149,7 +149,7 @@ pub(super) fn trip<S: Enclosure>(
             let drift = chain.image(&vec![zero.clone(); start.len()]);
             let image: Vec<S> = middle.iter().zip(&drift).map(|(m, d)| m.add(d)).collect();
             let whole = chain.whole().filter(|whole| whole.slopes.entries().iter().chain(&image).all(S::is_finite));
-            let singular = Stop::Singular { time: period.middle() };
+            let singular = Stop::Singular { time: period.mid_f64() };
             return whole.ok_or(singular).map(|whole| Trip {
                 image,
                 monodromy: whole.slopes,
@@ -161,7 +161,7 @@ pub(super) fn trip<S: Enclosure>(
         if steps == LOOK {
             #[allow(clippy::cast_precision_loss)] // far below 2^53
             let (made, most) = (steps as f64, most_steps as f64);
-            if made * (period.middle() / time.middle()) > HOPELESS * most {
+            if made * (period.mid_f64() / time.mid_f64()) > HOPELESS * most {
                 break;
             }
         }

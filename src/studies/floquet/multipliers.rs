@@ -73,7 +73,7 @@ impl Multiplier {
 
     /// One of which nothing is known but a bound of its modulus.
     pub(super) fn anywhere<S: Enclosure>(reach: Magnitude, precision: S::Precision) -> Self {
-        let part = S::exact(0.0, precision).with_spread(reach);
+        let part = S::exact(0.0, precision).with_added_magnitude(reach);
         Self::new(part.clone(), part, Place::Undecided, false)
     }
 
@@ -90,7 +90,7 @@ impl Multiplier {
     /// About log2 of the modulus; no bound.
     pub(super) fn log_size(&self) -> f64 {
         match &self.precise {
-            Some(precise) => precise[2].size().log2(),
+            Some(precise) => precise[2].abs_upper_magnitude().log2(),
             None => self.modulus.mid_f64().log2(),
         }
     }
@@ -152,8 +152,8 @@ impl Multiplier {
         let digits = i32::try_from(digits).unwrap_or(i32::MAX).saturating_add(1);
         let share = Magnitude::from_f64(0.1).powi(digits.unsigned_abs());
         let parts = match &self.precise {
-            Some(precise) => [&precise[0], &precise[1]].map(|x| (x.size(), x.spread())),
-            None => [&self.re, &self.im].map(|x| (x.size(), x.spread())),
+            Some(precise) => [&precise[0], &precise[1]].map(|x| (x.abs_upper_magnitude(), x.radius_magnitude())),
+            None => [&self.re, &self.im].map(|x| (x.abs_upper_magnitude(), x.radius_magnitude())),
         };
         if self.place == Place::Undecided {
             return parts.map(|(_, spread)| (spread, share));
@@ -213,9 +213,9 @@ pub(super) fn of_two<S: Enclosure>(matrix: &[S], symplectic: bool, precision: S:
         return vec![real(larger, places[0]), real(smaller, places[1])];
     }
     // A double one, or two beside each other: |z - h| = sqrt |h² - d|.
-    let reach = above.size().sqrt();
-    let im = S::exact(0.0, precision).with_spread(reach);
-    let own = Multiplier::new(trace.with_spread(reach), im, Place::Undecided, false);
+    let reach = above.abs_upper_magnitude().sqrt();
+    let im = S::exact(0.0, precision).with_added_magnitude(reach);
+    let own = Multiplier::new(trace.with_added_magnitude(reach), im, Place::Undecided, false);
     let place =
         if symplectic && own.re.abs() == Ball::ONE && own.im.is_zero() { Place::On } else { side(&own.modulus, ()) };
     let own = Multiplier { place, ..own };
@@ -250,8 +250,8 @@ pub(super) fn of_many<S: Enclosure>(
         };
         let real = disc.single && is_own(&disc.conjugate());
         let part = |disc: &Disc<S>, real: bool| {
-            let re = disc.center.re.with_spread(disc.radius);
-            let im = if real { S::exact(0.0, precision) } else { disc.center.im.with_spread(disc.radius) };
+            let re = disc.center.re.with_added_magnitude(disc.radius);
+            let im = if real { S::exact(0.0, precision) } else { disc.center.im.with_added_magnitude(disc.radius) };
             (re, im)
         };
         if let Some((image, real)) = partner {
@@ -265,7 +265,7 @@ pub(super) fn of_many<S: Enclosure>(
         } else {
             // By the disc, not by its square.
             let modulus = disc.center.square_of_modulus().sqrt();
-            side(&modulus.with_spread(disc.radius), precision)
+            side(&modulus.with_added_magnitude(disc.radius), precision)
         };
         Multiplier::new(re, im, place, disc.single)
     });
@@ -324,7 +324,7 @@ fn partners<S: Enclosure>(covers: &Covers<S>, precision: S::Precision) -> Vec<Op
         .filter_map(|cover| {
             let disc = &cover.disc;
             let modulus = disc.center.square_of_modulus().sqrt();
-            let modulus = modulus.sub(&S::from_size(disc.radius, precision));
+            let modulus = modulus.sub(&S::from_magnitude(disc.radius, precision));
             if side(&modulus, precision) != Place::Outside {
                 return None;
             }

@@ -325,13 +325,13 @@ impl<S: Enclosure> Correction<S> {
             // Row i of 1 - C (DP - 1), times the box.
             let mut spread = Magnitude::ZERO;
             for (j, (product, reach)) in row.iter().zip(reach).enumerate() {
-                let size = if i == j { one.sub(product).size() } else { product.size() };
+                let size = if i == j { one.sub(product).abs_upper_magnitude() } else { product.abs_upper_magnitude() };
                 spread = spread + size * Magnitude::from_f64(*reach);
             }
-            if step[i].size() + spread >= Magnitude::from_f64(reach[i]) {
+            if step[i].abs_upper_magnitude() + spread >= Magnitude::from_f64(reach[i]) {
                 return None;
             }
-            start.push(center[i].sub(&step[i]).with_spread(spread));
+            start.push(center[i].sub(&step[i]).with_added_magnitude(spread));
         }
         start.iter().all(S::is_finite).then_some(start)
     }

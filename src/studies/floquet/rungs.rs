@@ -134,7 +134,7 @@ impl Task<'_> {
     fn found<S: Enclosure>(&self, start: Vec<S>, there: &Trip<S>, precision: S::Precision) -> Found {
         let n = self.equations.dimension();
         let symplectic = !self.driven.damped;
-        let sizes = there.monodromy.entries().iter().map(Enclosure::size);
+        let sizes = there.monodromy.entries().iter().map(Enclosure::abs_upper_magnitude);
         let size = sizes.fold(Magnitude::ZERO, Magnitude::max);
         let wide = || -> Vec<Big> {
             let entries = there.monodromy.entries().iter();
@@ -334,7 +334,7 @@ fn undecided(multipliers: &[Multiplier]) -> usize {
 
 /// Discs for multipliers of which nothing is known: all lie within the largest row sum of the matrix.
 fn unknown<S: Enclosure>(monodromy: &[S], n: usize, precision: S::Precision) -> Vec<Multiplier> {
-    let row = |row: &[S]| row.iter().fold(Magnitude::ZERO, |sum, x| sum + x.size());
+    let row = |row: &[S]| row.iter().fold(Magnitude::ZERO, |sum, x| sum + x.abs_upper_magnitude());
     let rows = monodromy.chunks_exact(n).map(row);
     let reach = rows.fold(Magnitude::ZERO, Magnitude::max);
     (0..n).map(|_| Multiplier::anywhere::<S>(reach, precision)).collect()

@@ -94,7 +94,7 @@ fn reach<S: Enclosure>(
         for j in members {
             let difference = covers.plain[*i].center.sub(&covers.plain[*j].center);
             let half = difference.upper_bound().scale(-1);
-            let square = S::from_size(half, precision);
+            let square = S::from_magnitude(half, precision);
             let rest = difference.square_of_modulus().sub(&square.mul(&square));
             if !rest.is_positive() {
                 return None;

@@ -5,7 +5,7 @@ use librate_core::precision::{Ball, DoubleDouble, Enclosure, up};
 /// x + [0, length] for an upper bound of the length.
 pub(super) fn onwards<S: Enclosure>(x: &S, length: f64, precision: S::Precision) -> S {
     let half = (0.5 * length).next_up();
-    x.add(&S::exact(half, precision)).widened(half)
+    x.add(&S::exact(half, precision)).with_added_radius(half)
 }
 
 /// An upper bound of e^x - 1 for x >= 0.

@@ -176,7 +176,7 @@ impl<S: Enclosure> Enclosing<S> {
         let mut slopes = self.unit();
         for (at, entry) in slopes.iter_mut().enumerate() {
             if reached[at] {
-                *entry = entry.widened(up(bound * weights[at / n] / weights[at % n]));
+                *entry = entry.with_added_radius(up(bound * weights[at / n] / weights[at % n]));
             }
         }
         let mut expansion = std::mem::replace(&mut self.tube, Expansion::empty());
@@ -213,7 +213,7 @@ impl<S: Enclosure> Enclosing<S> {
         let mut reach: Vec<f64> =
             here[..n].iter().zip(weights).map(|(f, w)| length * (1.5 * f.abs_upper()).max(0.5 * fastest * w)).collect();
         for _ in 0..BOXES {
-            let tube: Vec<S> = state.iter().zip(&reach).map(|(x, r)| x.widened(*r)).collect();
+            let tube: Vec<S> = state.iter().zip(&reach).map(|(x, r)| x.with_added_radius(*r)).collect();
             let inputs: Vec<S> = std::iter::once(time).chain(&tube).cloned().collect();
             let values = self.values.evaluate(&inputs, &mut self.scratch);
             if values.iter().any(|x| !x.is_finite()) {
@@ -336,7 +336,7 @@ impl<S: Enclosure> Enclosing<S> {
     /// Scales of the components, powers of two, in which the entries of J are of like size on both sides of the
     /// diagonal (E. E. Osborne, J. ACM 7 (1960) 338).
     fn weights(&self, jacobian: &[S]) -> Vec<f64> {
-        let sizes: Vec<f64> = jacobian.iter().map(|x| x.middle().abs()).collect();
+        let sizes: Vec<f64> = jacobian.iter().map(|x| x.mid_f64().abs()).collect();
         weights(self.dimension, &sizes)
     }
 }

@@ -111,7 +111,7 @@ impl<S: Enclosure> Following<S> {
     pub fn state(&self) -> Vec<S> {
         let spread = self.set.spread();
         let parts = self.center.iter().zip(&spread);
-        parts.map(|(x, r)| x.widened(*r)).collect()
+        parts.map(|(x, r)| x.with_added_radius(*r)).collect()
     }
 
     /// How large the set is beside where it is, both on the scales of the components; 0 where all of it is next to nothing.
@@ -122,7 +122,7 @@ impl<S: Enclosure> Following<S> {
             let scaled = sizes.zip(weights).map(|(x, w)| x / w);
             scaled.fold(0.0, f64::max)
         };
-        let place = most(&mut self.center.iter().map(|x| x.middle().abs()));
+        let place = most(&mut self.center.iter().map(|x| x.mid_f64().abs()));
         let spread = self.set.spread();
         let size = most(&mut spread.iter().copied());
         if spread.iter().all(|own| *own <= NEXT_TO * self.nothing) {
@@ -349,7 +349,7 @@ impl<S: Enclosure> Following<S> {
         let spread = self.set.image(&slopes);
         let values = sums(&stretch.path, &place);
         let parts = values.iter().zip(&spread);
-        let state: Vec<S> = parts.map(|(x, r)| x.widened(*r)).collect();
+        let state: Vec<S> = parts.map(|(x, r)| x.with_added_radius(*r)).collect();
         state.iter().all(S::is_finite).then_some(state)
     }
 

@@ -5,8 +5,7 @@ use super::error::MotionError;
 use super::step::{Real, Stepper, Trouble};
 use super::{Start, System, Times, moment};
 use crate::flow::count;
-use librate_core::precision::Enclosure;
-use librate_core::precision::{Ball, Big, Scalar, power_of_two};
+use librate_core::precision::{Ball, Big, Enclosure, Scalar, power_of_two};
 
 /// Bits of the numbers that a place is looked at with: these have no range to leave.
 const BITS: usize = 128;
@@ -86,7 +85,7 @@ impl System {
     fn nearby<S: Real>(&self, stepper: &Stepper<'_, S>, t: &S, (q, v): (&[S], &[S]), time: f64) -> Nearby {
         let around = |x: &S, rate: f64| {
             let reach = if time > 0.0 { rate.abs() * time } else { 0.0 };
-            Big::from_ball(&x.to_ball(), BITS).widened(reach)
+            Enclosure::with_added_radius(&Big::from_ball(&x.to_ball(), BITS), reach)
         };
         let mut inputs = vec![around(t, 1.0)];
         inputs.extend(q.iter().zip(v).map(|(x, rate)| around(x, rate.middle())));

@@ -28,7 +28,7 @@ impl<S: Enclosure> Height<S> {
 
     /// How far it is above another potential.
     pub(super) fn words(&self, bottom: &S, oscillator: &Oscillator) -> String {
-        let height = oscillator.height(self.at().sub(bottom).middle());
+        let height = oscillator.height(self.at().sub(bottom).mid_f64());
         match self {
             Self::Top(_) => height,
             Self::AtLeast(_) => format!("more than {height}"),
@@ -49,7 +49,7 @@ impl<S: Enclosure> Field<S> {
                 return None;
             };
             let step = slope.center().div(&half.center().add(&half.center()));
-            let length = step.middle().abs();
+            let length = step.mid_f64().abs();
             if !step.is_finite() {
                 return None;
             }
@@ -62,7 +62,7 @@ impl<S: Enclosure> Field<S> {
             }
             before = length;
             at = at.sub(&step).center();
-            if at.sub(near).middle().abs() > reach {
+            if at.sub(near).mid_f64().abs() > reach {
                 return None;
             }
         }
@@ -86,7 +86,7 @@ impl<S: Enclosure> Field<S> {
             }
         }
         let (at, height) = best?;
-        let reach = way.middle().abs() / f64::from(PLACES) * 2.0;
+        let reach = way.mid_f64().abs() / f64::from(PLACES) * 2.0;
         match self.summit(&at, reach) {
             Some((summit, top)) if !height.sub(&top).is_positive() => Some((summit, Height::Top(top))),
             Some(_) | None => Some((at, Height::AtLeast(height))),

@@ -32,7 +32,7 @@ impl<S: Enclosure> Path<'_, S> {
         if !(slope.is_positive() && bend.is_positive()) {
             return None;
         }
-        let guess = slope.div(bend).middle();
+        let guess = slope.div(bend).mid_f64();
         if !(guess > 0.0 && guess < FARTHEST) {
             return None;
         }
@@ -56,7 +56,7 @@ impl<S: Enclosure> Path<'_, S> {
         let mut length = f64::INFINITY;
         for _ in 0..MOST_STEPS {
             let step = value(&at).center().div(&bends.center());
-            let now = step.middle().abs();
+            let now = step.mid_f64().abs();
             if now.is_nan() || now >= length {
                 break;
             }
@@ -69,7 +69,8 @@ impl<S: Enclosure> Path<'_, S> {
             return None;
         }
         // What is known too roughly helps nobody.
-        let sharp = found.spread() <= Magnitude::power_of_two(-i64::from(self.bits)) * found.least();
+        let sharp =
+            found.radius_magnitude() <= Magnitude::power_of_two(-i64::from(self.bits)) * found.abs_lower_magnitude();
         sharp.then(|| found.mul(&self.field.number(guess)))
     }
 }

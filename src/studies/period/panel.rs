@@ -109,7 +109,7 @@ impl<S: Enclosure> Field<S> {
             } else if own.is_negative() {
                 S::exact(-1.0, self.precision)
             } else {
-                self.zero.with_spread(Magnitude::ONE)
+                self.zero.with_added_magnitude(Magnitude::ONE)
             };
         }
     }
@@ -150,7 +150,7 @@ impl<S: Enclosure> Field<S> {
                 return Err(undecided(place));
             }
         }
-        let way = |place: &S| place.sub(&start).middle().abs();
+        let way = |place: &S| place.sub(&start).mid_f64().abs();
         between.sort_by(|a, b| way(a).total_cmp(&way(b)));
         let mut pieces: Vec<(S, S)> = vec![(start, span)];
         for place in between {
@@ -180,7 +180,7 @@ impl<S: Enclosure> Field<S> {
         for kink in &self.kinks {
             let way = kink.place.sub(at);
             if way.is_positive() || way.is_negative() {
-                if way.middle() * side > 0.0 && way.middle().abs() < least.middle().abs() {
+                if way.mid_f64() * side > 0.0 && way.mid_f64().abs() < least.mid_f64().abs() {
                     least = way;
                 }
             } else if !way.is_exact_zero() && !kink.place.center().sub(&at.center()).is_exact_zero() {
@@ -316,7 +316,7 @@ struct Known<S> {
 /// f_j(X) = Σ_(k=j..n-1) C(k,j) f_k X^(k-j) + C(n,j) f_n(Y) X^(n-j) with Y between 0 and X: Taylor's formula for f^(j)/j!.
 /// The sums of binomials are those of Horner's shift by 1 of Σ |f_k| s^k, less each own coefficient.
 fn spreads<S: Enclosure>(middle: &[S], top: Magnitude) -> Vec<Magnitude> {
-    let mut sizes: Vec<Magnitude> = middle.iter().map(Enclosure::size).collect();
+    let mut sizes: Vec<Magnitude> = middle.iter().map(Enclosure::abs_upper_magnitude).collect();
     sizes.push(top);
     let last = middle.len();
     let mut spread = vec![Magnitude::ZERO; sizes.len()];
@@ -335,9 +335,9 @@ fn spreads<S: Enclosure>(middle: &[S], top: Magnitude) -> Vec<Magnitude> {
 
 /// The coefficients at any place of the panel: those of the middle with their spreads, then the top one.
 pub(super) fn over_panel<S: Enclosure>(middle: &[S], top: &S) -> Vec<S> {
-    let spreads = spreads(middle, top.size());
+    let spreads = spreads(middle, top.abs_upper_magnitude());
     let own = middle.iter().zip(spreads);
-    own.map(|(value, spread)| value.with_spread(spread)).chain(std::iter::once(top.clone())).collect()
+    own.map(|(value, spread)| value.with_added_magnitude(spread)).chain(std::iter::once(top.clone())).collect()
 }
 
 impl<S: Enclosure> Path<'_, S> {
@@ -441,7 +441,7 @@ impl<S: Enclosure> Path<'_, S> {
         let at = self.position(middle);
         let (mut excess, mass) = self.field.excess(self.energy, &at, &step, order);
         let wanted = Magnitude::power_of_two(-i64::from(self.bits));
-        let doubtful = |value: &S| value.spread() > wanted * value.least();
+        let doubtful = |value: &S| value.radius_magnitude() > wanted * value.abs_lower_magnitude();
         let mut enclosed = None;
         // Carried from the panel before, all between has to be enclosed.
         let near = known.map_or(from, |known| known.middle.min(from));
@@ -450,7 +450,7 @@ impl<S: Enclosure> Path<'_, S> {
             && let Ok(over) = self.beside(near, to, &step, weight.zeros())
         {
             let better = self.carried(middle, half, known, &over.0[order]);
-            if better.spread() < excess[0].spread() || !excess[0].is_finite() {
+            if better.radius_magnitude() < excess[0].radius_magnitude() || !excess[0].is_finite() {
                 excess[0] = better;
             }
             enclosed = Some(over);
@@ -474,12 +474,12 @@ impl<S: Enclosure> Path<'_, S> {
             return Err(Refusal::Rough.into());
         };
         // A rest is hardly smaller than the last terms: no need to enclose what is refused anyway.
-        let last = g.iter().rev().take(2).map(Enclosure::size);
+        let last = g.iter().rev().take(2).map(Enclosure::abs_upper_magnitude);
         let last = last.fold(Magnitude::ZERO, Magnitude::max);
-        if last > wanted.scale(2) * first.size() {
+        if last > wanted.scale(2) * first.abs_upper_magnitude() {
             return Err(Refused {
                 refusal: Refusal::Rough,
-                bits: Some(bits_between(last, wanted * first.size()) + BITS_OF_A_REST * order as f64),
+                bits: Some(bits_between(last, wanted * first.abs_upper_magnitude()) + BITS_OF_A_REST * order as f64),
             });
         }
         let weights = self.weights(weight, from, to);
@@ -491,7 +491,7 @@ impl<S: Enclosure> Path<'_, S> {
             return Err(Refusal::Precision.into());
         }
         // |∫ g_n(Y) s^n w dx| <= max |g_n| J_0.
-        let whole = weights.first().map_or(Magnitude::INFINITE, Enclosure::size);
+        let whole = weights.first().map_or(Magnitude::INFINITE, Enclosure::abs_upper_magnitude);
         let enclosed = match enclosed {
             Some(over) => Ok(over),
             None => self.beside(weight.reach(from), to, &step, weight.zeros()),
@@ -507,7 +507,7 @@ impl<S: Enclosure> Path<'_, S> {
             }
             Err(_) => Magnitude::INFINITE,
         };
-        let enough = |rest: Magnitude| rest <= wanted * time.least();
+        let enough = |rest: Magnitude| rest <= wanted * time.abs_lower_magnitude();
         if !enough(rest) && matches!(weight, Weight::Root) && from > 0.0 {
             // All the way from the turning point may be too far for an enclosure.
             let over = self.beside(from, to, &step, 0)?;
@@ -517,12 +517,12 @@ impl<S: Enclosure> Path<'_, S> {
             let top = top.unwrap_or_else(|| self.field.zero.clone());
             rest = self.top(&h, &top, &mass, &over.1[order]) * whole;
         }
-        let bits = bits_between(rest, wanted * time.least());
+        let bits = bits_between(rest, wanted * time.abs_lower_magnitude());
         if !enough(rest) {
             return Err(Refused { refusal: Refusal::Rough, bits: bits.is_finite().then_some(bits) });
         }
         let known = Known { middle, half, coefficients: excess };
-        Ok(Taken { time: time.with_spread(rest), known, bits: -bits })
+        Ok(Taken { time: time.with_added_magnitude(rest), known, bits: -bits })
     }
 
     /// A bound of the n-th coefficient of g over the panel, from the first coefficients of h and M in its middle and
@@ -531,7 +531,7 @@ impl<S: Enclosure> Path<'_, S> {
         let h = over_panel(h, top_h);
         let mass = over_panel(mass, top_mass);
         match self.field.integrand(&h, &mass).pop() {
-            Some(top) if top.is_finite() => top.size(),
+            Some(top) if top.is_finite() => top.abs_upper_magnitude(),
             Some(_) | None => Magnitude::INFINITE,
         }
     }
@@ -569,9 +569,9 @@ impl<S: Enclosure> Path<'_, S> {
         for value in known.coefficients.iter().rev() {
             sum = sum.mul(&x).add(value);
         }
-        let steps = way.div(&self.field.number(half)).size();
+        let steps = way.div(&self.field.number(half)).abs_upper_magnitude();
         let power = u32::try_from(self.order).unwrap_or(u32::MAX);
-        sum.with_spread(top.size() * steps.powi(power))
+        sum.with_added_magnitude(top.abs_upper_magnitude() * steps.powi(power))
     }
 
     /// J_k = ∫ s^k w(x) dx over the panel.

@@ -42,9 +42,9 @@ impl<S: Enclosure> Field<S> {
     pub(super) fn pass(&mut self, energy: &S, start: &S, span: &S, order: usize, bits: u32) -> Option<Pass<S>> {
         let near = self.lowest_inside(energy, start, span)?;
         let (place, square) = self.zeros(energy, near, span, order)?;
-        let x = place.sub(start).div(span).middle();
+        let x = place.sub(start).div(span).mid_f64();
         let room = x.min(1.0 - x);
-        let size = square.middle();
+        let size = square.mid_f64();
         if !(size > 0.0 && size < NEAR && room > 2.0 * size.sqrt()) {
             return None;
         }
@@ -64,7 +64,7 @@ impl<S: Enclosure> Field<S> {
         for place in 0..=PLACES {
             let share = self.number(f64::from(place) / f64::from(PLACES));
             let at = start.add(&span.mul(&share)).center();
-            let excess = self.excess_at(energy, &at).middle();
+            let excess = self.excess_at(energy, &at).mid_f64();
             places.push((at, excess));
         }
         let inside = places.windows(3).filter_map(|three| match three {
@@ -79,7 +79,7 @@ impl<S: Enclosure> Field<S> {
     /// p and c with D(p ± i sqrt(c) span) = 0, about: the odd part of the expansion about p vanishes at x² = -c, and so does
     /// the even one.
     fn zeros(&mut self, energy: &S, near: S, span: &S, order: usize) -> Option<(S, S)> {
-        let reach = span.middle().abs() / f64::from(PLACES) * 2.0;
+        let reach = span.mid_f64().abs() / f64::from(PLACES) * 2.0;
         let (mut place, _) = self.summit(&near, reach)?;
         let mut square = self.number(0.0);
         let mut before = f64::INFINITY;
@@ -93,7 +93,7 @@ impl<S: Enclosure> Field<S> {
             let mut last = f64::INFINITY;
             for _ in 0..MOST_STEPS {
                 let step = part(&terms, 0, &square)?.div(&bend).center();
-                let length = step.middle().abs();
+                let length = step.mid_f64().abs();
                 if length >= last {
                     break;
                 }
@@ -101,7 +101,7 @@ impl<S: Enclosure> Field<S> {
                 square = square.add(&step).center();
             }
             let step = part(&terms, 1, &square)?.div(&bend.add(&bend));
-            let length = step.middle().abs();
+            let length = step.mid_f64().abs();
             if length >= before {
                 break;
             }
@@ -125,7 +125,7 @@ impl<S: Enclosure> Field<S> {
         let width = self.number(half);
         let step = span.mul(&width);
         let (excess, mass) = self.excess(energy, place, &step, count);
-        let all = place.with_spread(step.size());
+        let all = place.with_added_magnitude(step.abs_upper_magnitude());
         let (over, masses) = self.excess(energy, &all, &step, count + 1);
         let c = square.div(&width.mul(&width));
         // From the top down: D_k = h_(k-2) + c h_k.
@@ -138,13 +138,13 @@ impl<S: Enclosure> Field<S> {
         let r1 = excess.get(1)?.sub(&c.mul(h.get(1)?));
         let root = c.sqrt();
         let two = self.number(2.0);
-        let left = r0.div(&c).size() + r1.div(&root.mul(&two)).size();
-        let left = left + over.get(count)?.size();
+        let left = r0.div(&c).abs_upper_magnitude() + r1.div(&root.mul(&two)).abs_upper_magnitude();
+        let left = left + over.get(count)?.abs_upper_magnitude();
 
         let zero = self.number(0.0);
         let h_over = over_panel(&h, &zero);
         let mass_over = over_panel(mass.get(..order)?, masses.get(order)?);
-        let least = h_over.first().filter(|least| least.is_positive())?.least();
+        let least = h_over.first().filter(|least| least.is_positive())?.abs_lower_magnitude();
         let g = self.integrand(&h, mass.get(..order)?);
         let top = self.integrand(&h_over, &mass_over).pop()?;
         if g.len() < order || !top.is_finite() || !mass_over.first()?.is_positive() {
@@ -156,7 +156,7 @@ impl<S: Enclosure> Field<S> {
         let ends = c.add(&one).sqrt();
         let first = inverse.add(&inverse.mul(&inverse).add(&one).sqrt());
         let first = first.apply(Function::Ln).mul(&two);
-        let whole = first.size();
+        let whole = first.abs_upper_magnitude();
         let (mut moment, mut sum) = (first, zero);
         for (k, value) in g.iter().enumerate().step_by(2) {
             if k > 0 {
@@ -170,14 +170,14 @@ impl<S: Enclosure> Field<S> {
         if !share.is_finite() || share > Magnitude::power_of_two(-1) {
             return None;
         }
-        let rest = top.size() * whole;
-        let time = sum.with_spread(rest);
-        let rest = rest + share * time.size();
+        let rest = top.abs_upper_magnitude() * whole;
+        let time = sum.with_added_magnitude(rest);
+        let rest = rest + share * time.abs_upper_magnitude();
         let wanted = Magnitude::power_of_two(-i64::from(bits));
-        if rest > wanted * sum.least() {
+        if rest > wanted * sum.abs_lower_magnitude() {
             return None;
         }
-        let time = sum.with_spread(rest).mul(&step);
+        let time = sum.with_added_magnitude(rest).mul(&step);
         Some(if time.is_negative() { time.neg() } else { time })
     }
 }

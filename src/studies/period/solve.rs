@@ -150,7 +150,7 @@ fn asked(request: &Request) -> (&'static str, &str) {
 
 /// Refuses energies that doubles do not hold.
 fn check_range<S: Enclosure>(request: &Request, found: &Found<S>) -> Result<(), PeriodError> {
-    let (least, most) = (found.energy.least(), found.energy.size());
+    let (least, most) = (found.energy.abs_lower_magnitude(), found.energy.abs_upper_magnitude());
     let too_small = !least.is_zero() && most < Magnitude::from_f64(LEAST_SIZE);
     if !(too_small || most > Magnitude::from_f64(MOST_SIZE)) {
         return Ok(());
@@ -233,7 +233,7 @@ fn judge<S: Enclosure>(
         Verdict::Fence(fence) => Ok(Some(fence)),
         Verdict::Unknown if rough => Err(PeriodError::NotSmooth {
             coordinate: oscillator.coordinate().name.clone(),
-            place: oscillator.place(at.middle()),
+            place: oscillator.place(at.mid_f64()),
         }),
         Verdict::Unknown => Ok(None),
     }
@@ -258,7 +258,7 @@ fn look(oscillator: &Oscillator, request: &Request, place: &Ball, at: &Big, roug
     let centre = task.centre.clone();
     let (_, own) = task.field.expand(&centre, &one, 1);
     if let (Some(there), Some(here)) = (mass.first(), own.first())
-        && there.size() < here.size() * Magnitude::from_f64(VANISHING)
+        && there.abs_upper_magnitude() < here.abs_upper_magnitude() * Magnitude::from_f64(VANISHING)
     {
         // As at the cusps of a cycloid: no time is spent on the top, and no expansion passes it.
         return Verdict::Final(PeriodError::NotSmooth {
@@ -267,14 +267,14 @@ fn look(oscillator: &Oscillator, request: &Request, place: &Ball, at: &Big, roug
         });
     }
     let excess = task.energy.sub(&height);
-    let depth = height.sub(&task.field.potential(&task.centre)).size();
+    let depth = height.sub(&task.field.potential(&task.centre)).abs_upper_magnitude();
     let small = depth * Magnitude::from_f64(AT_BARRIER);
     let undecided = !(excess.is_positive() || excess.is_negative());
-    if undecided || rough && excess.size() <= small {
+    if undecided || rough && excess.abs_upper_magnitude() <= small {
         return Verdict::Final(PeriodError::AtBarrier {
             coordinate: oscillator.coordinate().name.clone(),
             barrier: oscillator.place(summit.mid_f64()),
-            margin: oscillator.margin(excess.size()),
+            margin: oscillator.margin(excess.abs_upper_magnitude()),
             height: oscillator.height(height.mid_f64()),
         });
     }

@@ -137,7 +137,7 @@ impl<'a, S: Enclosure> Task<'a, S> {
             let lower = self.centre.sub(distance);
             return Ok((right.add(&right), Course::Libration([lower, upper])));
         }
-        let step = -distance.middle() / 8.0;
+        let step = -distance.mid_f64() / 8.0;
         let (left, lower) = match self.side(step, None)? {
             Some(side) => side,
             None => return Err(Stop::Final(self.open(false, None))),
@@ -147,7 +147,7 @@ impl<'a, S: Enclosure> Task<'a, S> {
 
     fn by_energy(&mut self, excess: &S) -> Result<(S, Course<S>), Stop<S>> {
         let step = self.step(excess);
-        let reach = self.advance.as_ref().map(|advance| advance.middle().abs());
+        let reach = self.advance.as_ref().map(|advance| advance.mid_f64().abs());
         if self.advance.is_some() {
             // Where steps meet no turning point within a turn, there is none, or the integral will tell.
             let mut advance = self.advance.clone().unwrap_or_else(|| self.centre.clone());
@@ -211,7 +211,7 @@ impl<'a, S: Enclosure> Task<'a, S> {
         };
         // A barrier that is known is nearer than what steps over it have met.
         if let Some(fence) = self.fence_on(step) {
-            let nearer = bracket.1.sub(&fence).middle() * step > 0.0;
+            let nearer = bracket.1.sub(&fence).mid_f64() * step > 0.0;
             if nearer {
                 bracket = (centre.clone(), fence);
             }
@@ -234,7 +234,7 @@ impl<'a, S: Enclosure> Task<'a, S> {
     /// The known barrier, where it lies on the side that a step goes to.
     fn fence_on(&self, step: f64) -> Option<S> {
         let fence = self.fence.clone()?;
-        let way = fence.sub(&self.centre).middle();
+        let way = fence.sub(&self.centre).mid_f64();
         (way * step > 0.0).then_some(fence)
     }
 
@@ -291,7 +291,7 @@ impl<'a, S: Enclosure> Task<'a, S> {
         let (potential, _) = self.field.expand(&centre, &one, 3);
         if let Some(half) = potential.get(2).filter(|half| half.is_positive()) {
             // E - U = u2 A²
-            let amplitude = excess.div(half).sqrt().middle();
+            let amplitude = excess.div(half).sqrt().mid_f64();
             if amplitude.is_finite() && amplitude > 0.0 {
                 return amplitude / 8.0;
             }
@@ -314,14 +314,14 @@ impl<'a, S: Enclosure> Task<'a, S> {
                 let coordinate = self.oscillator.coordinate();
                 Stop::Final(PeriodError::NegativeMass {
                     coordinate: coordinate.name.clone(),
-                    place: self.oscillator.place(obstacle.at.middle()),
+                    place: self.oscillator.place(obstacle.at.mid_f64()),
                     span: coordinate.span,
                 })
             }
             Refusal::Rough => Stop::Rough(obstacle.at),
             Refusal::Long => Stop::Final(PeriodError::TooLong {
                 coordinate: self.name(),
-                place: self.oscillator.place(obstacle.at.middle()),
+                place: self.oscillator.place(obstacle.at.mid_f64()),
             }),
             Refusal::Precision | Refusal::Forbidden => Stop::Precision(obstacle.at),
         }
@@ -337,8 +337,8 @@ impl<'a, S: Enclosure> Task<'a, S> {
     pub(super) fn below_equilibrium(&mut self) -> PeriodError {
         let centre = self.centre.clone();
         PeriodError::BelowEquilibrium {
-            energy: self.oscillator.height(self.energy.middle()),
-            potential: self.oscillator.height(self.field.potential(&centre).middle()),
+            energy: self.oscillator.height(self.energy.mid_f64()),
+            potential: self.oscillator.height(self.field.potential(&centre).mid_f64()),
             maximum: self.is_maximum(),
         }
     }
@@ -354,7 +354,7 @@ impl<'a, S: Enclosure> Task<'a, S> {
             Some(error) => error,
             // Nothing rises above the place where it starts.
             None if self.energy.sub(&self.field.potential(&centre)).is_exact_zero() => self.open(false, None),
-            None => PeriodError::Undecided { coordinate: self.name(), place: self.oscillator.place(centre.middle()) },
+            None => PeriodError::Undecided { coordinate: self.name(), place: self.oscillator.place(centre.mid_f64()) },
         }
     }
 
@@ -366,8 +366,8 @@ impl<'a, S: Enclosure> Task<'a, S> {
         if !height.at().sub(&self.energy).is_positive() {
             return None;
         }
-        let way = summit.sub(&centre).middle().abs();
-        if way <= AT_CENTRE * distance.middle().abs() {
+        let way = summit.sub(&centre).mid_f64().abs();
+        if way <= AT_CENTRE * distance.mid_f64().abs() {
             return Some(self.maximum());
         }
         Some(self.beyond_barrier(&summit, &height))
@@ -375,19 +375,19 @@ impl<'a, S: Enclosure> Task<'a, S> {
 
     /// The error of an equilibrium that is a maximum.
     fn maximum(&self) -> PeriodError {
-        PeriodError::Maximum { coordinate: self.name(), equilibrium: self.oscillator.place(self.centre.middle()) }
+        PeriodError::Maximum { coordinate: self.name(), equilibrium: self.oscillator.place(self.centre.mid_f64()) }
     }
 
     pub(super) fn beyond_barrier(&mut self, summit: &S, height: &Height<S>) -> PeriodError {
         let centre = self.centre.clone();
         let bottom = self.field.potential(&centre);
-        let amplitude = self.turning.as_ref().map_or(f64::NAN, |(_, distance)| distance.middle());
+        let amplitude = self.turning.as_ref().map_or(f64::NAN, |(_, distance)| distance.mid_f64());
         PeriodError::BeyondBarrier {
             amplitude: self.oscillator.place(amplitude),
             coordinate: self.name(),
-            barrier: self.oscillator.place(summit.middle()),
+            barrier: self.oscillator.place(summit.mid_f64()),
             height: height.words(&bottom, self.oscillator),
-            energy: self.oscillator.height(self.energy.sub(&bottom).middle()),
+            energy: self.oscillator.height(self.energy.sub(&bottom).mid_f64()),
         }
     }
 }

@@ -37,7 +37,7 @@ impl<S: Enclosure> Field<S> {
         let from = from.center();
         // The last two places and E - U there.
         let mut before = (from.clone(), f64::INFINITY);
-        let mut inside = (from.clone(), self.excess_at(energy, &from).middle());
+        let mut inside = (from.clone(), self.excess_at(energy, &from).mid_f64());
         let mut offset = 0.0_f64;
         let mut step = step;
         for count in 0..MOST_STEPS {
@@ -57,17 +57,17 @@ impl<S: Enclosure> Field<S> {
             if !excess.is_finite() || !self.excess_at(energy, &between).is_finite() {
                 step *= 0.5;
                 if step.abs() <= 1e-20 * offset.abs() || step.abs() < 1e-200 {
-                    return Outward::End(inside.0.middle());
+                    return Outward::End(inside.0.mid_f64());
                 }
                 continue;
             }
             if excess.is_negative() {
                 return Outward::Bracket(inside.0, at);
             }
-            let now = excess.middle();
+            let now = excess.mid_f64();
             if now > inside.1 && inside.1 < before.1 {
                 // A top of U between the last places: it may be a barrier.
-                let reach = at.sub(&before.0).middle().abs();
+                let reach = at.sub(&before.0).mid_f64().abs();
                 if let Some((summit, height)) = self.summit(&inside.0, reach) {
                     let least = energy.sub(&height);
                     if least.is_negative() {
@@ -107,8 +107,8 @@ impl<S: Enclosure> Field<S> {
             }
             let newton = at.sub(&excess.center().div(&slope.center())).center();
             let between = newton.is_finite() && newton.sub(&inside).mul(&newton.sub(&outside)).is_negative();
-            let now = outside.sub(&inside).middle().abs();
-            let moved = newton.sub(&at).middle().abs();
+            let now = outside.sub(&inside).mid_f64().abs();
+            let moved = newton.sub(&at).mid_f64().abs();
             // Newton from one side leaves the other end where it is: every third step halves unless it has converged.
             let stalls = step % 3 == 2 && now > 0.5 * width && moved > 1e-6 * now;
             if step % 3 == 2 {
@@ -127,18 +127,18 @@ impl<S: Enclosure> Field<S> {
     /// in X, and it is in N(X) (R. E. Moore, Methods and Applications of Interval Analysis (1979), chapter 5).
     fn proved(&mut self, energy: &S, at: &S) -> Option<S> {
         let (excess, slope) = self.excess_and_slope(energy, at);
-        let mut radius = excess.div(&slope).size().scale(2);
+        let mut radius = excess.div(&slope).abs_upper_magnitude().scale(2);
         for _ in 0..8 {
-            let around = at.with_spread(radius);
+            let around = at.with_added_magnitude(radius);
             let slopes = self.excess_and_slope(energy, &around).1;
             let step = excess.div(&slopes);
             if !step.is_finite() {
                 return None;
             }
-            if step.size() <= radius {
+            if step.abs_upper_magnitude() <= radius {
                 return Some(at.sub(&step));
             }
-            radius = step.size().scale(1);
+            radius = step.abs_upper_magnitude().scale(1);
         }
         None
     }

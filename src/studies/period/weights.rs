@@ -29,14 +29,14 @@ impl<S: Enclosure> Weight<S> {
         match self {
             Self::One => from,
             Self::Root => 0.0,
-            Self::Pair(beyond) => -beyond.size().to_f64(),
+            Self::Pair(beyond) => -beyond.abs_upper_magnitude().to_f64(),
         }
     }
 
     /// The weight for the panels after the first one, which ends at `to`: far from both zeros it takes none.
     pub(super) fn onwards(self, to: f64) -> Self {
         match self {
-            Self::Pair(beyond) if beyond.middle() < to => Self::One,
+            Self::Pair(beyond) if beyond.mid_f64() < to => Self::One,
             Self::Pair(_) => Self::Root,
             Self::One | Self::Root => self,
         }
@@ -104,8 +104,8 @@ fn of_root<S: Enclosure>(from: f64, to: f64, count: usize, bits: u32, number: &i
     }
     // kappa >= 3: downwards, errors shrink by more than half a step each time, and what the far end is taken for
     // does not matter: |J_k| <= J_0 = 2 (sqrt(to) - sqrt(from)).
-    let more = (f64::from(bits) + 32.0) / kappa.middle().max(2.0).log2();
-    let mut above = number(0.0).with_spread(difference.size().scale(1));
+    let more = (f64::from(bits) + 32.0) / kappa.mid_f64().max(2.0).log2();
+    let mut above = number(0.0).with_added_magnitude(difference.abs_upper_magnitude().scale(1));
     for k in (1..count + more as usize).rev() {
         let rest = ends(k).sub(&half_odd(k).mul(&above));
         above = rest.div(&number(k as f64).mul(&kappa));

@@ -234,7 +234,7 @@ fn stacked<'a>(n: usize, columns: impl Iterator<Item = &'a Vec<Complex>>) -> Mat
 
 /// A number in doubles.
 pub(super) fn approximate<S: Enclosure>(z: &precision::Complex<S>) -> Approximate {
-    let error = z.re.middle_error() + z.im.middle_error();
+    let error = z.re.mid_f64_error() + z.im.mid_f64_error();
     Approximate { value: z.to_c64(), error: if error == 0.0 { 0.0 } else { up(error) } }
 }
 

@@ -17,7 +17,6 @@ use super::super::start::cholesky;
 use super::certify::Group;
 use super::columns::Columns;
 use super::couplings::{Approximate, Residuals};
-use crate::precision::Enclosure;
 
 /// Groups up to this size are examined.
 const LARGEST: usize = 40;
@@ -42,7 +41,7 @@ pub(super) fn is_definite(columns: &Columns, measured: &[Residuals], group: &Gro
     for (a, &i) in group.members.iter().enumerate() {
         let exponent = columns.mu(i).conjugate();
         let by = exponent.to_c64() * sign;
-        let low = exponent.re.middle_error() + exponent.im.middle_error();
+        let low = exponent.re.mid_f64_error() + exponent.im.mid_f64_error();
         for (b, &j) in group.members.iter().enumerate() {
             let (mut sum, mut sizes, mut off) = (c64::new(0.0, 0.0), 0.0, 0.0);
             let parts = measured[j].rest.iter().zip(&measured[j].image);
