@@ -155,7 +155,7 @@ fn explain_text(args: &args::Explain) -> Result<Answer, Failure> {
                 return Err(Failure::Other {
                     message: format!("there is no code `{code}`"),
                     help: Some(
-                        "codes stand behind `error` and `warning`, like E0201; `librate explain` lists them".to_owned(),
+                        "codes follow `error` and `warning`, like E0201; `librate explain` lists them".to_owned(),
                     ),
                     status: USAGE,
                 });
@@ -334,7 +334,7 @@ fn no_parameter(name: &str, known: &[&str], otherwise: &str) -> Failure {
 /// `k=0` of `--limit`.
 fn limit(text: &str, known: &[&str]) -> Result<(String, Number), Failure> {
     let help = "a parameter and a number are needed: `--limit k=0`";
-    let wrong = || wrong_request(format!("`{text}` is no limit"), help);
+    let wrong = || wrong_request(format!("`{text}` is not a limit"), help);
     let (name, value) = text.split_once('=').ok_or_else(wrong)?;
     let (name, value) = (name.trim(), value.trim());
     if !known.contains(&name) {
@@ -355,7 +355,7 @@ fn expansion(name: &str, power: &str, known: &[&str]) -> Result<(String, u32), F
     }
     match power.parse() {
         Ok(power) => Ok((name.to_owned(), power)),
-        Err(_) => Err(wrong_request(format!("`{power}` is no power"), help)),
+        Err(_) => Err(wrong_request(format!("`{power}` is not a power"), help)),
     }
 }
 

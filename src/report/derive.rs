@@ -33,7 +33,7 @@ pub fn derive_text(derivation: &Derivation, style: &Style) -> String {
     };
     let names = derivation.names.coordinates.iter().map(String::as_str);
     let notation = (!style.ascii).then(|| Notation::new(names));
-    let style = &Sheet { style: *style, notation };
+    let style = &Layout { style: *style, notation };
     let names = &derivation.names.coordinates;
     let mut out = style.paint(Tone::Heading, &headline(derivation.model.as_deref(), names.len()));
     out.push('\n');
@@ -125,13 +125,13 @@ pub(super) fn assumed_of(roots: &[Root]) -> Vec<(ExprId, bool)> {
 }
 
 /// How the page is laid out and what its names stand for.
-pub(super) struct Sheet {
+pub(super) struct Layout {
     style: Style,
     /// None where the language's own notation is wanted.
     notation: Option<Notation>,
 }
 
-impl Deref for Sheet {
+impl Deref for Layout {
     type Target = Style;
 
     fn deref(&self) -> &Style {
@@ -139,7 +139,7 @@ impl Deref for Sheet {
     }
 }
 
-impl Sheet {
+impl Layout {
     /// A formula of the model language, in the lines that it takes; what is none, or is too wide, stays as it
     /// is.
     pub(super) fn lines(&self, text: &str) -> Vec<String> {
@@ -195,13 +195,13 @@ impl Sheet {
 }
 
 /// A heading and indented formulas.
-fn section(title: &str, texts: &[String], style: &Sheet) -> String {
+fn section(title: &str, texts: &[String], style: &Layout) -> String {
     let formulas: Vec<Vec<String>> = texts.iter().map(|text| style.lines(text)).collect();
     set_apart(title, &formulas, style)
 }
 
 /// A heading and indented formulas, each in lines; those of several lines are set apart.
-pub(super) fn set_apart(title: &str, formulas: &[Vec<String>], style: &Sheet) -> String {
+pub(super) fn set_apart(title: &str, formulas: &[Vec<String>], style: &Layout) -> String {
     let mut out = format!("\n{}\n", style.paint(Tone::Heading, title));
     let tall = formulas.iter().any(|lines| lines.len() > 1);
     for (at, lines) in formulas.iter().enumerate() {
@@ -216,7 +216,7 @@ pub(super) fn set_apart(title: &str, formulas: &[Vec<String>], style: &Sheet) ->
     out
 }
 
-fn energy_text(derivation: &Derivation, energy: &Energy, style: &Sheet) -> String {
+fn energy_text(derivation: &Derivation, energy: &Energy, style: &Layout) -> String {
     let names = &derivation.names;
     let mut out = String::new();
     if names.coordinates.len() <= MOST_FOR_ENERGIES {
@@ -280,7 +280,7 @@ pub(super) fn conserved_because(quantity: &Conserved, names: &Names) -> String {
     }
 }
 
-fn linear_text(derivation: &Derivation, linear: &Linear, style: &Sheet) -> String {
+fn linear_text(derivation: &Derivation, linear: &Linear, style: &Layout) -> String {
     let mut out = equilibrium_text(derivation, linear, style);
     let rates = rate_texts(derivation);
     if !rates.is_empty() {
@@ -309,7 +309,7 @@ fn linear_text(derivation: &Derivation, linear: &Linear, style: &Sheet) -> Strin
 }
 
 /// Energies to second order, matrices, linearized equations and frequencies. `suffix` stands behind the letters of the matrices.
-fn matrices_text(derivation: &Derivation, linear: &Linear, potential: &str, suffix: &str, style: &Sheet) -> String {
+fn matrices_text(derivation: &Derivation, linear: &Linear, potential: &str, suffix: &str, style: &Layout) -> String {
     let mut out = String::new();
     if !linear.signs.is_empty() {
         let signs = signs(derivation, &linear.signs);
@@ -333,7 +333,7 @@ fn matrices_text(derivation: &Derivation, linear: &Linear, potential: &str, suff
     out
 }
 
-fn second_order_text(derivation: &Derivation, part: &SecondOrder, potential: &str, style: &Sheet) -> String {
+fn second_order_text(derivation: &Derivation, part: &SecondOrder, potential: &str, style: &Layout) -> String {
     let names = &derivation.names;
     let mut out = String::new();
     if names.displacements != names.coordinates {
@@ -368,7 +368,7 @@ pub(super) fn quadratic_forms(derivation: &Derivation, part: &SecondOrder, poten
     ]
 }
 
-fn equilibrium_text(derivation: &Derivation, linear: &Linear, style: &Sheet) -> String {
+fn equilibrium_text(derivation: &Derivation, linear: &Linear, style: &Layout) -> String {
     let pool = &derivation.pool;
     let zero = |at: &ExprId| pool.as_number(*at).is_some_and(Number::is_zero);
     let multipliers = linear.tangent.as_ref();
@@ -414,7 +414,7 @@ pub(super) fn rate_texts(derivation: &Derivation) -> Vec<String> {
 }
 
 /// A list of formulas behind a title; where some take more than one line, each in lines of its own.
-fn formulas(title: &str, items: &[String], style: &Sheet) -> String {
+fn formulas(title: &str, items: &[String], style: &Layout) -> String {
     let tall = |text: &String| {
         let formula = style.formula(text);
         formula.is_some_and(|formula| formula.block().height() > 1)
@@ -438,7 +438,7 @@ pub(super) fn symmetry_of(letter: &str) -> (&'static str, bool) {
     }
 }
 
-fn matrix_text(title: &str, letter: &str, rows: &[Vec<ExprId>], derivation: &Derivation, style: &Sheet) -> String {
+fn matrix_text(title: &str, letter: &str, rows: &[Vec<ExprId>], derivation: &Derivation, style: &Layout) -> String {
     let pool = &derivation.pool;
     let zero = |at: ExprId| pool.as_number(at).is_some_and(Number::is_zero);
     let heading = style.paint(Tone::Heading, &format!("{title} {letter}"));

@@ -1,7 +1,7 @@
 //! Symmetry and closed forms to read.
 
 use super::Tone;
-use super::derive::{Sheet, set_apart};
+use super::derive::{Layout, set_apart};
 use librate_core::derive::{
     Abbreviation, Approximation, Block, Case, Derivation, Exchange, Frequencies, Frequency, Linear, NormalCoordinates,
     NormalWaves, Solved,
@@ -17,7 +17,7 @@ pub(super) const MOST_LISTED: usize = 24;
 pub(super) const MOST_IN_BLOCK: usize = 4;
 
 /// The sets of equal parameters: `l[1] = l[3], k12 = k23`.
-fn ties(sets: &[Vec<String>], style: &Sheet) -> String {
+fn ties(sets: &[Vec<String>], style: &Layout) -> String {
     let sets: Vec<String> = sets.iter().map(|set| style.inline(&set.join(" = "))).collect();
     sets.join(", ")
 }
@@ -116,11 +116,11 @@ pub(super) fn motion(block: &Block, names: &[String]) -> String {
     shortened(parts)
 }
 
-fn heading(text: &str, style: &Sheet) -> String {
+fn heading(text: &str, style: &Layout) -> String {
     format!("\n{}\n", style.paint(Tone::Heading, text))
 }
 
-fn symmetry_text(found: &Exchange, names: &[String], style: &Sheet) -> String {
+fn symmetry_text(found: &Exchange, names: &[String], style: &Layout) -> String {
     let kind = kind(&found.kind);
     let mut out = heading(
         &if found.ties.is_empty() {
@@ -136,7 +136,7 @@ fn symmetry_text(found: &Exchange, names: &[String], style: &Sheet) -> String {
     out
 }
 
-fn block_text(derivation: &Derivation, block: &Block, names: &[String], style: &Sheet) -> String {
+fn block_text(derivation: &Derivation, block: &Block, names: &[String], style: &Layout) -> String {
     let mut out = format!("  {}: {}\n", block.class, motion(block, names));
     if block.mass.len() > MOST_IN_BLOCK {
         return out;
@@ -166,7 +166,7 @@ pub(super) fn remarks(frequency: &Frequency) -> Vec<String> {
     times.into_iter().chain(frequency.symmetry.clone()).collect()
 }
 
-fn frequency_text(derivation: &Derivation, frequency: &Frequency, style: &Sheet) -> String {
+fn frequency_text(derivation: &Derivation, frequency: &Frequency, style: &Layout) -> String {
     let value = derivation.pool.display(frequency.omega_squared);
     let remarks = remarks(frequency);
     let remark = if remarks.is_empty() { String::new() } else { format!("  ({})", remarks.join(", ")) };
@@ -194,7 +194,7 @@ pub(super) fn signs(derivation: &Derivation, signs: &[(ExprId, bool)]) -> Vec<St
 }
 
 /// `, for k -> 0` and `, to order 2 in k`.
-fn approximations(frequencies: &Frequencies, style: &Sheet) -> String {
+fn approximations(frequencies: &Frequencies, style: &Layout) -> String {
     let texts = frequencies.approximations.iter().map(|done| match done {
         Approximation::Limit { name, value } => {
             format!(", for {} -> {value}", style.inline(name))
@@ -206,7 +206,7 @@ fn approximations(frequencies: &Frequencies, style: &Sheet) -> String {
     texts.collect()
 }
 
-fn case_text(derivation: &Derivation, frequencies: &Frequencies, case: &Case, style: &Sheet) -> String {
+fn case_text(derivation: &Derivation, frequencies: &Frequencies, case: &Case, style: &Layout) -> String {
     let names = &style.names(&derivation.names.displacements);
     let mut out = String::new();
     if let Some(found) = &case.symmetry {
@@ -323,7 +323,7 @@ fn normal_text(
     frequencies: &Frequencies,
     case: &Case,
     lines: &[(String, String)],
-    style: &Sheet,
+    style: &Layout,
 ) -> String {
     let mut assumed: Vec<String> = Vec::new();
     if !case.ties.is_empty() {
@@ -505,7 +505,7 @@ fn abbreviation_lines(
 }
 
 /// Symmetry, blocks and closed forms; what holds in general first, then with parameters that are equal.
-pub(super) fn frequencies_text(derivation: &Derivation, linear: &Linear, style: &Sheet) -> String {
+pub(super) fn frequencies_text(derivation: &Derivation, linear: &Linear, style: &Layout) -> String {
     let Some(frequencies) = &linear.frequencies else {
         return String::new();
     };

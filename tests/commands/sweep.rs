@@ -66,8 +66,8 @@ fn what_is_no_range_is_refused() {
         ("k=1..2:0", "1 to 1000000"),
         ("k=1..2:1e9", "whole number"),
         ("k=1..2:3000000", "1 to 1000000"),
-        ("k=1..x:3", "`x` is no constant"),
-        ("k=1/0..2:3", "no constant"),
+        ("k=1..x:3", "`x` is not a constant"),
+        ("k=1/0..2:3", "not a constant"),
         ("k=1) + (2..3:4", ""),
         ("=1..2:3", ""),
     ] {

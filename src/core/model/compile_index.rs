@@ -25,9 +25,9 @@ impl Compiler<'_> {
     fn expect(&mut self, at: ExprRef, condition: bool) {
         if self.is_condition(at) != condition {
             let what = if condition {
-                "a number stands where a condition is expected"
+                "a condition is expected here, not a number"
             } else {
-                "a condition stands where a number is expected"
+                "a number is expected here, not a condition"
             };
             self.fail(ModelError::ConditionOrValue { what, span: self.file.expr(at).span });
         }

@@ -47,7 +47,7 @@ impl Range {
             Settings::new().add(&format!("{} = {end}", range.name))?;
             match constant(end) {
                 Some(value) if value.is_finite() => {}
-                _ => return Err(bad(&format!("`{end}` is no constant"))),
+                _ => return Err(bad(&format!("`{end}` is not a constant"))),
             }
         }
         Ok(range)

@@ -23,7 +23,7 @@ pub struct Tensor {
     pub span: Span,
     /// The entries by row, in the symbols of parameters; of one that is not constant in other symbols, too.
     pub entries: [[ExprId; 3]; 3],
-    /// The coordinate, velocity or time that it depends on, if it is no constant.
+    /// The coordinate, velocity or time that it depends on, if it is not a constant.
     pub varies_with: Option<String>,
     /// The SI unit of its entries, where the file has units and they tell.
     pub unit: Option<String>,

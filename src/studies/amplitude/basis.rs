@@ -96,9 +96,9 @@ impl Basis {
         for group in self.groups.iter().filter(|group| group.slack > 0.0) {
             // |((G⁻¹ - 1) z)_k| <= ‖G⁻¹ - 1‖ max |z|
             let most = group.members.iter().map(|k| all[*k].abs_upper());
-            let doubt = up(group.slack * most.fold(0.0, f64::max));
+            let error = up(group.slack * most.fold(0.0, f64::max));
             for k in &group.members {
-                all[*k] = all[*k].with_added_radius(doubt);
+                all[*k] = all[*k].with_added_radius(error);
             }
         }
         all
@@ -123,7 +123,7 @@ impl Basis {
                 continue;
             }
             let inverse = Ball::ONE / distance;
-            let doubt = if group.members.len() > 1 {
+            let error = if group.members.len() > 1 {
                 let sum = group.members.iter().map(|k| components[*k].abs_upper());
                 let sum = sum.fold(0.0, |sum, part| up(sum + part));
                 up(inverse.radius * sum * (1.0 + group.slack))
@@ -131,7 +131,7 @@ impl Basis {
                 0.0
             };
             for k in &group.members {
-                all[*k] = (inverse * components[*k]).with_added_radius(doubt);
+                all[*k] = (inverse * components[*k]).with_added_radius(error);
             }
         }
         Response::Displaced(all)

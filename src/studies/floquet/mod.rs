@@ -12,12 +12,12 @@
 mod basis;
 mod discs;
 mod error;
+mod levels;
 mod monodromy;
 pub(crate) mod motion;
 mod multipliers;
 mod orbit;
 mod resonance;
-mod rungs;
 mod signature;
 pub(crate) mod trial;
 
@@ -29,13 +29,13 @@ pub use trial::TRIALS;
 use std::cmp::Ordering;
 
 use crate::flow::{Equations, Plain};
+use levels::Task;
 use librate_core::expr::{ExprId, ZeroVerdict};
 use librate_core::linearize::{LinearizeError, constant};
 use librate_core::model::Model;
 use librate_core::precision::{Ball, Function, Magnitude, Scalar};
 use monodromy::short;
 use motion::Driven;
-use rungs::Task;
 
 /// Beyond so many times its own way a motion is far from its guess.
 const FAR: f64 = 2.0;

@@ -3,8 +3,8 @@
 use crate::flow::{Enclosing, Equations};
 use librate_core::precision::{Enclosure, Magnitude, Matrix};
 
-/// Where a trip over a period leads.
-pub(super) struct Trip<S> {
+/// The map over a period, which takes a state to that a period later.
+pub(super) struct PeriodMap<S> {
     /// The state after the period, from the midpoint of the initial one.
     pub(super) image: Vec<S>,
     /// Its derivative by the initial state, for every initial state in the box, but for a factor ...
@@ -15,13 +15,13 @@ pub(super) struct Trip<S> {
     pub(super) steps: usize,
 }
 
-/// Why a trip ended before the period was over.
+/// Why the integration ended before the period was over.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Stop {
     /// No step leads on, or what it leads to has no bounds.
     Singular { time: f64 },
     /// More steps than these, which are all that are made.
-    TooLong { steps: usize },
+    TooManySteps { steps: usize },
 }
 
 /// Steps after which it is looked how many there will be.
@@ -105,20 +105,20 @@ impl<S: Enclosure> Chain<S> {
 /// A product of matrices larger than 2 to this is scaled; products of two such are still balls.
 pub(super) const FAR: i64 = 400;
 
-/// A trip over a period in at most so many steps, from all points within `reach` of `start`.
+/// The map over a period in at most so many steps, from all points within `reach` of `start`.
 ///
 /// The state at each step is m + d for a midpoint m and a displacement d, whose set is the image of the initial box by a
 /// [`Chain`]: parallelepipeds, so that the turning of that box costs nothing, and a box for what is rounded at each step (R. J.
 /// Lohner, in Computational Ordinary Differential Equations (1992), 425). With T over the whole state the image of x is that of the
 /// midpoint c plus T (x - c).
-pub(super) fn trip<S: Enclosure>(
+pub(super) fn period_map<S: Enclosure>(
     equations: &Equations,
     period: &S,
     start: &[S],
     reach: &[f64],
     (order, most_steps): (usize, usize),
     precision: S::Precision,
-) -> Result<Trip<S>, Stop> {
+) -> Result<PeriodMap<S>, Stop> {
     let n = equations.dimension();
     let mut walk = Enclosing::<S>::new(equations, order, precision);
     let zero = S::exact(0.0, precision);
@@ -150,7 +150,7 @@ pub(super) fn trip<S: Enclosure>(
             let image: Vec<S> = middle.iter().zip(&drift).map(|(m, d)| m.add(d)).collect();
             let whole = chain.whole().filter(|whole| whole.slopes.entries().iter().chain(&image).all(S::is_finite));
             let singular = Stop::Singular { time: period.mid_f64() };
-            return whole.ok_or(singular).map(|whole| Trip {
+            return whole.ok_or(singular).map(|whole| PeriodMap {
                 image,
                 monodromy: whole.slopes,
                 exponent: whole.exponent,
@@ -166,7 +166,7 @@ pub(super) fn trip<S: Enclosure>(
             }
         }
     }
-    Err(Stop::TooLong { steps: most_steps })
+    Err(Stop::TooManySteps { steps: most_steps })
 }
 
 /// A number in a message.

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 
 use super::basis::inverse;
-use super::monodromy::{Stop, Trip, trip};
+use super::monodromy::{PeriodMap, Stop, period_map};
 use crate::flow::{Equations, Plain, count};
 use librate_core::precision::{Ball, Complex, Enclosure, Magnitude, Matrix};
 
@@ -15,7 +15,7 @@ const PIECES: usize = 8;
 const MOST_UNKNOWNS: usize = 400;
 /// Steps in time that are made in doubles: some ten seconds.
 pub(super) const SEARCH: usize = 2_000_000;
-/// A trip that takes so many times the steps of the first one has gone astray.
+/// An integration over a period that takes so many times the steps of the first one has gone astray.
 const ASTRAY: usize = 20;
 /// Newton steps from doubles on: each about doubles the digits.
 const CORRECTIONS: usize = 7;
@@ -26,7 +26,7 @@ const BOXES: [f64; 4] = [2e4, 2e7, 2e11, 2e15];
 pub(super) struct Orbit<S> {
     /// The state at t = 0.
     pub(super) start: Vec<S>,
-    pub(super) trip: Trip<S>,
+    pub(super) period_map: PeriodMap<S>,
 }
 
 /// A motion that is periodic as far as doubles tell.
@@ -44,12 +44,12 @@ pub(super) enum Lost {
     /// In words.
     Search(&'static str),
     /// What is found can't be followed over a period.
-    Way(Stop),
+    Stopped(Stop),
 }
 
 impl From<Stop> for Lost {
     fn from(stop: Stop) -> Self {
-        Self::Way(stop)
+        Self::Stopped(stop)
     }
 }
 
@@ -71,7 +71,7 @@ pub(super) fn search(
     let mut begins: Vec<Place> = Vec::with_capacity(2);
     begins.extend(shooting.place(resting, limit));
     if shooting.steps > most_steps {
-        return Err(Lost::Way(Stop::TooLong { steps: most_steps }));
+        return Err(Lost::Stopped(Stop::TooManySteps { steps: most_steps }));
     }
     let first = shooting.steps;
     let followed = shooting.followed(start, limit);
@@ -247,7 +247,7 @@ pub(super) fn orbit<S: Enclosure>(
     let mut asked: Vec<f64> = vec![0.0; n];
     let mut newton = None;
     for _ in 0..CORRECTIONS {
-        let there = trip(equations, period, &center, &vec![0.0; n], steps, precision)?;
+        let there = period_map(equations, period, &center, &vec![0.0; n], steps, precision)?;
         let own = Correction::new(&there.monodromy, precision);
         let own = own.ok_or(Lost::Search("periodic motions are not isolated here"))?;
         let step = own.step(&there.image, &center);
@@ -272,9 +272,9 @@ pub(super) fn orbit<S: Enclosure>(
             .zip(&asked)
             .map(|(s, a)| size * s.max(1e-3 * largest) + 4.0 * a.min(size * largest))
             .collect();
-        let there = trip(equations, period, &center, &reach, steps, precision)?;
+        let there = period_map(equations, period, &center, &reach, steps, precision)?;
         if let Some(start) = newton.inside(&there, &center, &reach) {
-            return Ok(Orbit { start, trip: there });
+            return Ok(Orbit { start, period_map: there });
         }
     }
     Err(Lost::Search("a motion was found, but not proved to be periodic"))
@@ -316,7 +316,7 @@ impl<S: Enclosure> Correction<S> {
     }
 
     /// K, if it lies inside X.
-    fn inside(&self, there: &Trip<S>, center: &[S], reach: &[f64]) -> Option<Vec<S>> {
+    fn inside(&self, there: &PeriodMap<S>, center: &[S], reach: &[f64]) -> Option<Vec<S>> {
         let one = S::exact(1.0, self.precision);
         let step = self.step(&there.image, center);
         let product = self.inverse.mul(&slopes(&there.monodromy, self.precision), self.precision);

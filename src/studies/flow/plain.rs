@@ -17,7 +17,7 @@ const MOST_STEPS: usize = 1_000_000;
 /// The terms that the length of a step is taken from: gaps in a series are mostly shorter.
 const LAST: std::ops::Range<usize> = ORDER / 2..ORDER;
 /// Times on a trip at which the right side is looked at, at least; what is shorter than their distance may be missed.
-const LOOKS: f64 = 64.0;
+const SAMPLES: f64 = 64.0;
 /// How far a series may be off its function, beside the size of J.
 const OFF: f64 = 1e-11;
 /// A step this short, beside the whole trip, passes whatever is there.
@@ -328,11 +328,11 @@ impl<N: Doubles> Plain<N> {
     fn fits(&mut self, length: f64, whole: f64, t: N, pace: &N) -> bool {
         let n = self.dimension;
         let states = self.state.len();
-        let looks = (LOOKS * length / whole).ceil().max(2.0);
-        let mut look = 1.0;
-        while look <= looks {
-            let after = pace.mul(&N::each(|_| length * (look / looks)));
-            look += 1.0;
+        let samples = (SAMPLES * length / whole).ceil().max(2.0);
+        let mut sample = 1.0;
+        while sample <= samples {
+            let after = pace.mul(&N::each(|_| length * (sample / samples)));
+            sample += 1.0;
             self.inputs.clear();
             self.inputs.push(t.add(&after));
             let state = self.state.iter().map(|row| horner(row, &after));

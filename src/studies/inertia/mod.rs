@@ -182,7 +182,7 @@ pub fn of_model(model: &Model, digits: usize) -> Result<Vec<NamedTensor>, Vec<In
 
 /// Why a matrix has no principal moments.
 enum Refused {
-    /// It is no constant tensor.
+    /// It is not a constant tensor.
     NoTensor(String),
     Error(InertiaError),
 }

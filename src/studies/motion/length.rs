@@ -110,8 +110,8 @@ impl<S: Real> Stepper<'_, S> {
         let mut before = f64::INFINITY;
         let mut vain = 0;
         for _ in 0..HALVINGS {
-            let looks = (own / spacing).ceil().max(LEAST);
-            let Some(left) = self.left(t, own, looks) else {
+            let samples = (own / spacing).ceil().max(LEAST);
+            let Some(left) = self.left(t, own, samples) else {
                 return own;
             };
             vain = if left > 0.5 * before { vain + 1 } else { 0 };
@@ -126,46 +126,46 @@ impl<S: Real> Stepper<'_, S> {
     }
 
     /// The largest part of the equations of motion that is left over somewhere in a step, if it is more than may be.
-    fn left(&mut self, t: &S, length: f64, looks: f64) -> Option<f64> {
-        let mut room = std::mem::take(&mut self.room);
+    fn left(&mut self, t: &S, length: f64, samples: f64) -> Option<f64> {
+        let mut buffers = std::mem::take(&mut self.buffers);
         let mut worst = None;
-        let mut look = 1.0;
-        while look <= looks && worst.is_none() {
-            worst = self.left_at(&mut room, t, length * (look / looks));
-            look += 1.0;
+        let mut sample = 1.0;
+        while sample <= samples && worst.is_none() {
+            worst = self.left_at(&mut buffers, t, length * (sample / samples));
+            sample += 1.0;
         }
-        self.room = room;
+        self.buffers = buffers;
         worst
     }
 
     /// The same at one place.
-    fn left_at(&mut self, room: &mut Room<S>, t: &S, after: f64) -> Option<f64> {
+    fn left_at(&mut self, buffers: &mut Buffers<S>, t: &S, after: f64) -> Option<f64> {
         let equations = self.equations;
         let n = equations.coordinates;
         let may = MOVED * count(self.order).powi(2) * S::ROUNDING.max(self.tolerance);
         let time = S::exact(after);
         let place = time.div(&S::exact(self.unit));
         let order = self.order;
-        room.inputs.clear();
-        room.inputs.push(t.add(&time));
+        buffers.inputs.clear();
+        buffers.inputs.push(t.add(&time));
         let state = self.positions.iter().chain(&self.velocities);
-        room.inputs.extend(state.map(|row| horner(row, &place)));
-        room.inputs.extend(self.signs.iter().map(|sign| S::exact(*sign)));
+        buffers.inputs.extend(state.map(|row| horner(row, &place)));
+        buffers.inputs.extend(self.signs.iter().map(|sign| S::exact(*sign)));
         // Accelerations and multipliers have a term less.
         let forces = self.accelerations.iter().chain(&self.multipliers);
-        room.forces.clear();
-        room.forces.extend(forces.map(|row| horner(&row[..order], &place)));
-        room.out.resize(self.values.outputs(), S::exact(0.0));
-        self.values.evaluate_into(&room.inputs, &mut self.scratch, &mut room.out);
-        let (mass, rest) = room.out.split_at(equations.mass.len());
+        buffers.forces.clear();
+        buffers.forces.extend(forces.map(|row| horner(&row[..order], &place)));
+        buffers.out.resize(self.values.outputs(), S::exact(0.0));
+        self.values.evaluate_into(&buffers.inputs, &mut self.scratch, &mut buffers.out);
+        let (mass, rest) = buffers.out.split_at(equations.mass.len());
         let (load, rest) = rest.split_at(n);
-        room.sums.clear();
-        room.sums.extend_from_slice(load);
-        room.sizes.clear();
-        room.sizes.extend(load.iter().map(|x| x.middle().abs()));
-        room.inertia.clear();
-        room.inertia.resize(n, 0.0);
-        let (sums, sizes, forces) = (&mut room.sums, &mut room.sizes, &room.forces);
+        buffers.sums.clear();
+        buffers.sums.extend_from_slice(load);
+        buffers.sizes.clear();
+        buffers.sizes.extend(load.iter().map(|x| x.middle().abs()));
+        buffers.inertia.clear();
+        buffers.inertia.resize(n, 0.0);
+        let (sums, sizes, forces) = (&mut buffers.sums, &mut buffers.sizes, &buffers.forces);
         let mut put = |row: usize, part: S| {
             sums[row] = sums[row].add(&part);
             sizes[row] += part.middle().abs();
@@ -173,10 +173,10 @@ impl<S: Real> Stepper<'_, S> {
         for ((i, j), entry) in equations.mass.iter().zip(mass) {
             let size = entry.middle().abs();
             put(*i, entry.mul(&forces[*j]));
-            room.inertia[*i] = room.inertia[*i].max(size);
+            buffers.inertia[*i] = buffers.inertia[*i].max(size);
             if i != j {
                 put(*j, entry.mul(&forces[*i]));
-                room.inertia[*j] = room.inertia[*j].max(size);
+                buffers.inertia[*j] = buffers.inertia[*j].max(size);
             }
         }
         for ((row, i), entry) in equations.gradients.iter().zip(rest) {
@@ -185,21 +185,21 @@ impl<S: Real> Stepper<'_, S> {
         // A coordinate at rest has nothing but what is rounded of others.
         let way = (0..n).fold(0.0_f64, |most, i| {
             let own = self.positions[i][0].middle().abs();
-            let own = own.max(room.inputs[1 + i].middle().abs());
-            let own = own.max(room.inputs[1 + n + i].middle().abs() * after);
-            most.max(own * room.inertia[i].sqrt())
+            let own = own.max(buffers.inputs[1 + i].middle().abs());
+            let own = own.max(buffers.inputs[1 + n + i].middle().abs() * after);
+            most.max(own * buffers.inertia[i].sqrt())
         });
         let mut worst: Option<f64> = None;
         for i in 0..n {
-            let left = room.sums[i].middle().abs();
+            let left = buffers.sums[i].middle().abs();
             if !left.is_finite() {
                 return Some(f64::INFINITY);
             }
             let moved = left * after * after;
-            let root = room.inertia[i].sqrt();
+            let root = buffers.inertia[i].sqrt();
             let counts = moved > (may * way).max(NOTHING * root) * root;
-            if counts && left > LEFT * S::ROUNDING * room.sizes[i] {
-                worst = Some(worst.unwrap_or(0.0).max(left / room.sizes[i]));
+            if counts && left > LEFT * S::ROUNDING * buffers.sizes[i] {
+                worst = Some(worst.unwrap_or(0.0).max(left / buffers.sizes[i]));
             }
         }
         worst
@@ -227,8 +227,8 @@ pub(super) fn allowed(order: usize, tolerance: f64) -> Vec<f64> {
     (0..=order).map(|k| uneven(k) * even(k)).collect()
 }
 
-/// Memory to look at a place with.
-pub(super) struct Room<S> {
+/// Buffers for what is calculated at a place.
+pub(super) struct Buffers<S> {
     inputs: Vec<S>,
     forces: Vec<S>,
     out: Vec<S>,
@@ -237,7 +237,7 @@ pub(super) struct Room<S> {
     inertia: Vec<f64>,
 }
 
-impl<S> Default for Room<S> {
+impl<S> Default for Buffers<S> {
     fn default() -> Self {
         Self {
             inputs: Vec::new(),

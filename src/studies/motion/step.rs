@@ -6,7 +6,7 @@
 //! coefficients of molecules and planets alike are of moderate size.
 
 use super::equations::Equations;
-use super::length::{Room, allowed};
+use super::length::{Buffers, allowed};
 use super::matrix::Factored;
 use crate::flow::{count, nearest_power_of_two};
 use librate_core::expr::{Prepared, Series};
@@ -72,7 +72,7 @@ pub(super) struct Stepper<'a, S: Real> {
     pub(super) order: usize,
     pub(super) tolerance: f64,
     pub(super) allowed: Vec<f64>,
-    pub(super) room: Room<S>,
+    pub(super) buffers: Buffers<S>,
     series: Series<S>,
     pub(super) values: Prepared<S>,
     surface: Prepared<S>,
@@ -124,7 +124,7 @@ impl<'a, S: Real> Stepper<'a, S> {
             order,
             tolerance,
             allowed: allowed(order, tolerance),
-            room: Room::default(),
+            buffers: Buffers::default(),
             series: values.series(),
             values,
             surface: equations.surface.prepare::<S>(()),

@@ -43,7 +43,7 @@ impl<'a> Inference<'a> {
                     if let Some(Quantity::Of(own)) = self.names.get(name) {
                         // One with a unit in a range is told by what becomes of the range.
                         let own = own.clone();
-                        self.sheet.solver.equate(&own, &Combination::default(), expr.span);
+                        self.equations.solver.equate(&own, &Combination::default(), expr.span);
                     }
                 }
                 ExprKind::Field { .. } => {}
@@ -123,7 +123,7 @@ impl<'a> Inference<'a> {
                     };
                     part = match literal.and_then(|at| usize::try_from(at - 1).ok()) {
                         Some(at) => part.element(at).unwrap_or(Quantity::Any),
-                        None => self.sheet.uniform(part, "the elements of a list", span),
+                        None => self.equations.uniform(part, "the elements of a list", span),
                     };
                 }
                 part
@@ -136,7 +136,7 @@ impl<'a> Inference<'a> {
             ExprKind::Sum(terms) => {
                 let terms: Vec<(Quantity, Span)> =
                     terms.iter().map(|term| (self.take(term.value()), file.expr(term.value()).span)).collect();
-                self.sheet.alike(&terms, &Context::Sum)
+                self.equations.alike(&terms, &Context::Sum)
             }
             ExprKind::Call { function, arguments } => {
                 let arguments: Vec<(Quantity, Span)> =
@@ -175,7 +175,7 @@ impl<'a> Inference<'a> {
         let Some(table) = table else {
             return Quantity::Any;
         };
-        let solver = &mut self.sheet.solver;
+        let solver = &mut self.equations.solver;
         let own = self.columns.entry((table, field)).or_insert_with(|| solver.unknown(&format!("{table}.{field}")));
         Quantity::Of(own.clone())
     }
@@ -184,13 +184,13 @@ impl<'a> Inference<'a> {
         let below = self.take(under);
         let above = self.take(exponent);
         let span = self.file.expr(exponent).span;
-        self.sheet.number(&above, "an exponent", span);
+        self.equations.number(&above, "an exponent", span);
         if let Some(exponent) = self.literal(exponent) {
             return below.power(&exponent);
         }
         // A power with an exponent that may vary is a number if its base is one.
         match below {
-            Quantity::Of(own) => match self.sheet.known(&own) {
+            Quantity::Of(own) => match self.equations.known(&own) {
                 Some(dimension) if dimension.is_number() => Quantity::number(),
                 _ => Quantity::Any,
             },
@@ -233,7 +233,7 @@ impl<'a> Inference<'a> {
         for factor in factors {
             let (divided, value) = (factor.inverted(), factor.value());
             let own = self.take(value);
-            product = self.sheet.product(product, own, divided, span);
+            product = self.equations.product(product, own, divided, span);
         }
         product
     }
@@ -247,52 +247,52 @@ impl<'a> Inference<'a> {
             | "rot_y" | "rot_z" => {
                 let what = format!("the argument of `{function}`");
                 for (own, span) in &arguments {
-                    self.sheet.number(own, &what, *span);
+                    self.equations.number(own, &what, *span);
                 }
                 Quantity::number()
             }
             "atan2" => {
                 let what = "the arguments of `atan2`";
-                self.sheet.alike(&arguments, &Context::Arguments(what));
+                self.equations.alike(&arguments, &Context::Arguments(what));
                 Quantity::number()
             }
             "sqrt" => argument(0).power(&half),
             "abs" | "floor" | "transpose" => argument(0),
             "norm" => {
                 let (value, span) = (argument(0), arguments.first().map_or(span, |own| own.1));
-                self.sheet.uniform(value, "the components of a vector", span)
+                self.equations.uniform(value, "the components of a vector", span)
             }
-            "dot" => self.sheet.dot(&argument(0), &argument(1), span),
+            "dot" => self.equations.dot(&argument(0), &argument(1), span),
             "cross" => {
                 let what = "the components of a vector";
-                let u = self.sheet.uniform(argument(0), what, span);
-                let v = self.sheet.uniform(argument(1), what, span);
-                self.sheet.product(u, v, false, span)
+                let u = self.equations.uniform(argument(0), what, span);
+                let v = self.equations.uniform(argument(1), what, span);
+                self.equations.product(u, v, false, span)
             }
-            "mod" => self.sheet.alike(&arguments, &Context::Arguments("the arguments of `mod`")),
+            "mod" => self.equations.alike(&arguments, &Context::Arguments("the arguments of `mod`")),
             "angular_velocity" => argument(0).rate(),
             "inertia_sphere" | "inertia_shell" | "inertia_rod" | "inertia_cylinder" | "inertia_box" => {
                 let what = format!("the lengths of `{function}`");
                 let lengths = arguments.get(1..).unwrap_or_default();
-                let length = self.sheet.alike(lengths, &Context::Arguments(&what));
+                let length = self.equations.alike(lengths, &Context::Arguments(&what));
                 let square = length.power(&two);
-                self.sheet.product(argument(0), square, false, span)
+                self.equations.product(argument(0), square, false, span)
             }
             "inertia_point" => {
                 let what = "the components of a vector";
-                let place = self.sheet.uniform(argument(1), what, span);
-                self.sheet.product(argument(0), place.power(&two), false, span)
+                let place = self.equations.uniform(argument(1), what, span);
+                self.equations.product(argument(0), place.power(&two), false, span)
             }
             "steiner" => {
                 let what = "the components of a vector";
-                let shift = self.sheet.uniform(argument(2), what, span);
-                let moved = self.sheet.product(argument(1), shift.power(&two), false, span);
-                self.sheet.alike(&[(argument(0), span), (moved, span)], &Context::Sum)
+                let shift = self.equations.uniform(argument(2), what, span);
+                let moved = self.equations.product(argument(1), shift.power(&two), false, span);
+                self.equations.alike(&[(argument(0), span), (moved, span)], &Context::Sum)
             }
             "about" => {
-                let axis = self.sheet.uniform(argument(1), "the components of a vector", span);
+                let axis = self.equations.uniform(argument(1), "the components of a vector", span);
                 let axis_span = arguments.get(1).map_or(span, |own| own.1);
-                self.sheet.number(&axis, "the axis of `about`", axis_span);
+                self.equations.number(&axis, "the axis of `about`", axis_span);
                 argument(0)
             }
             "rows" => Quantity::number(),

@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::operations::{Context, Quantity, Sheet, base, energy, power};
+use super::operations::{Context, Equations, Quantity, base, energy, power};
 use super::solve::Combination;
 use super::{Dimension, DimensionError};
 use crate::model::units;
@@ -45,7 +45,7 @@ pub(in crate::model) fn infer(file: &File) -> Dimensions {
     }
     let mut inference = Inference {
         file,
-        sheet: Sheet::default(),
+        equations: Equations::default(),
         names: HashMap::new(),
         tables: HashSet::new(),
         columns: HashMap::new(),
@@ -84,7 +84,7 @@ pub(super) struct Scope<'a> {
 
 pub(super) struct Inference<'a> {
     pub(super) file: &'a File,
-    pub(super) sheet: Sheet,
+    pub(super) equations: Equations,
     pub(super) names: HashMap<&'a str, Quantity>,
     pub(super) tables: HashSet<&'a str>,
     pub(super) columns: HashMap<(&'a str, &'a str), Combination>,
@@ -118,7 +118,7 @@ impl<'a> Inference<'a> {
             StatementKind::Constraint { indices, left, right } => {
                 let scope = self.binders(indices.as_deref(), 0);
                 let sides = [*left, *right].map(|side| (self.evaluate(side, scope), self.file.expr(side).span));
-                self.sheet.alike(&sides, &Context::Arguments("the sides of a constraint"));
+                self.equations.alike(&sides, &Context::Arguments("the sides of a constraint"));
             }
             StatementKind::Guess { binding, rate } => {
                 self.given(binding, "guess", *rate);
@@ -171,11 +171,11 @@ impl<'a> Inference<'a> {
                 (1..=count)
                     .map(|at| {
                         let member = format!("{}[{at}]", name.text);
-                        Quantity::Of(self.sheet.solver.unknown(&member))
+                        Quantity::Of(self.equations.solver.unknown(&member))
                     })
                     .collect(),
             ),
-            _ => Quantity::Of(self.sheet.solver.unknown(&name.text)),
+            _ => Quantity::Of(self.equations.solver.unknown(&name.text)),
         }
     }
 
@@ -234,7 +234,7 @@ impl<'a> Inference<'a> {
         // A member of a family may use lower ones: the family has its dimension first.
         let quantity = match binding.unit {
             Some(unit) => self.unit(unit),
-            None => Quantity::Of(self.sheet.solver.unknown(&binding.name.text)),
+            None => Quantity::Of(self.equations.solver.unknown(&binding.name.text)),
         };
         let quantity = self.declare(&binding.name.text, quantity);
         if names {
@@ -294,11 +294,12 @@ impl<'a> Inference<'a> {
         for (quantity, value) in wanted {
             match (quantity, value) {
                 (Quantity::Of(own), Quantity::Of(value)) => {
-                    if !self.sheet.solver.equate(&own, &value, span)
-                        && let (Some(declared), Some(found)) = (self.sheet.known(&own), self.sheet.known(&value))
+                    if !self.equations.solver.equate(&own, &value, span)
+                        && let (Some(declared), Some(found)) =
+                            (self.equations.known(&own), self.equations.known(&value))
                     {
-                        let inferred = self.sheet.inferred([&value, &own]);
-                        self.sheet.errors.push(DimensionError::WrongSide {
+                        let inferred = self.equations.inferred([&value, &own]);
+                        self.equations.errors.push(DimensionError::WrongSide {
                             name: name.text.to_string(),
                             declared,
                             declared_span,
@@ -312,7 +313,7 @@ impl<'a> Inference<'a> {
                 }
                 (Quantity::Any, _) | (_, Quantity::Any) => {}
                 (quantity, value) => {
-                    let value = self.sheet.uniform(value, "the elements of a list", span);
+                    let value = self.equations.uniform(value, "the elements of a list", span);
                     self.same_at(name, declared_span, &quantity, side, value, span);
                 }
             }
@@ -341,12 +342,19 @@ impl<'a> Inference<'a> {
             }
             let span = self.file.expr(at).span;
             let value = self.evaluate(at, scope);
-            if let Quantity::Of(own) = self.sheet.uniform(value, "the terms", span)
-                && !self.sheet.solver.equate(&own, wanted, span)
-                && let (Some(found), Some(wanted)) = (self.sheet.known(&own), self.sheet.known(wanted))
+            if let Quantity::Of(own) = self.equations.uniform(value, "the terms", span)
+                && !self.equations.solver.equate(&own, wanted, span)
+                && let (Some(found), Some(wanted)) = (self.equations.known(&own), self.equations.known(wanted))
             {
-                let inferred = self.sheet.inferred([&own, &own]);
-                self.sheet.errors.push(DimensionError::WrongEnergy { what, found, wanted, span, statement, inferred });
+                let inferred = self.equations.inferred([&own, &own]);
+                self.equations.errors.push(DimensionError::WrongEnergy {
+                    what,
+                    found,
+                    wanted,
+                    span,
+                    statement,
+                    inferred,
+                });
             }
         }
     }
@@ -370,11 +378,11 @@ impl<'a> Inference<'a> {
                 };
                 let known = match quantity {
                     Quantity::Any => vec![None],
-                    Quantity::Of(own) => vec![self.sheet.known(&own)],
+                    Quantity::Of(own) => vec![self.equations.known(&own)],
                     Quantity::List(parts) => parts
                         .iter()
                         .map(|part| match part {
-                            Quantity::Of(own) => self.sheet.known(own),
+                            Quantity::Of(own) => self.equations.known(own),
                             Quantity::Any | Quantity::List(_) => None,
                         })
                         .collect(),
@@ -385,7 +393,7 @@ impl<'a> Inference<'a> {
                 }
             }
         }
-        result.errors = std::mem::take(&mut self.sheet.errors);
+        result.errors = std::mem::take(&mut self.equations.errors);
         result
     }
 
@@ -398,7 +406,7 @@ impl<'a> Inference<'a> {
                 Quantity::Any => {}
                 Quantity::List(parts) => todo.extend(parts),
                 Quantity::Of(own) => {
-                    let own = self.sheet.known(own)?;
+                    let own = self.equations.known(own)?;
                     if found.get_or_insert_with(|| own.clone()) != &own {
                         return None;
                     }

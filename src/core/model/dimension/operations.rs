@@ -65,14 +65,14 @@ pub(super) enum Context<'a> {
     Arguments(&'a str),
 }
 
-/// The work sheet: the equations and the mistakes so far.
+/// The equations and the mistakes so far.
 #[derive(Debug, Default)]
-pub(super) struct Sheet {
+pub(super) struct Equations {
     pub(super) solver: Solver,
     pub(super) errors: Vec<DimensionError>,
 }
 
-impl Sheet {
+impl Equations {
     /// The dimension as far as it is to be told; unknown ones count as numbers.
     pub(super) fn known(&self, own: &Combination) -> Option<Dimension> {
         self.solver.resolve(own)?.dimension()

@@ -1,7 +1,7 @@
 //! Multipliers in double-double, and with more bits where that does not decide.
 
 use super::error::FloquetError;
-use super::monodromy::{FAR, Stop, Trip, short, trip};
+use super::monodromy::{FAR, PeriodMap, Stop, period_map, short};
 use super::motion::Driven;
 use super::multipliers::{self, Multiplier, Place, is_lacking, missing_bits};
 use super::orbit::{Guess, Lost, SEARCH, orbit, search};
@@ -12,14 +12,14 @@ use librate_core::precision::{Ball, Big, Magnitude};
 
 /// The order of the steps in double-double: about the best for 32 digits.
 const ORDER: usize = 34;
-/// Bits of the first rung beyond double-double, where digits do not ask for more; the second one has twice as many.
+/// Bits of the first precision level beyond double-double, where digits do not ask for more; the second one has twice as many.
 const FIRST_BITS: usize = 192;
-/// Rungs beyond double-double. What the first one leaves open, most often, no bits decide: 1 twice with one vector, as a
+/// Precision levels beyond double-double. What the first one leaves open, most often, no bits decide: 1 twice with one vector, as a
 /// coordinate that is free has it. So the second one has to be cheap.
-const RUNGS: usize = 2;
+const LEVELS: usize = 2;
 /// Bits for eigenvalues of what leaves the range of doubles.
 const RANGE_BITS: usize = 128;
-/// Products of balls on a trip: some ten seconds.
+/// Products of balls in an integration over a period: some ten seconds.
 const WORK: f64 = 1e9;
 /// What a product of numbers of 128 bits takes beside one of balls, about.
 const WIDE: f64 = 5.0;
@@ -56,12 +56,12 @@ impl Task<'_> {
     /// About what rests at all times.
     pub(super) fn about_rest(&self) -> Result<Found, FloquetError> {
         let steps = (ORDER, self.most_steps());
-        let there = trip::<Ball>(self.equations, self.period, &[], &[], steps, ());
+        let there = period_map::<Ball>(self.equations, self.period, &[], &[], steps, ());
         let there = there.map_err(|stop| self.stopped(&stop))?;
         let found = self.found(Vec::new(), &there, ());
         let wide = |bits: usize, steps: (usize, usize), _: &Found| {
             let period = self.precise_period(bits)?;
-            let there = trip::<Big>(self.equations, &period, &[], &[], steps, bits).ok()?;
+            let there = period_map::<Big>(self.equations, &period, &[], &[], steps, bits).ok()?;
             Some(self.found(Vec::new(), &there, bits))
         };
         Ok(self.climb(found, 1, wide))
@@ -76,17 +76,17 @@ impl Task<'_> {
         let wide = |bits: usize, steps: (usize, usize), nearer: Option<&[Ball]>| {
             let period = self.precise_period(bits)?;
             let own = orbit::<Big>(self.equations, &period, &guess, nearer, steps, bits).ok()?;
-            Some(self.found(own.start, &own.trip, bits))
+            Some(self.found(own.start, &own.period_map, bits))
         };
         let found = match self.in_balls(&guess, steps) {
             Ok(found) => found,
             Err(lost) => {
                 let failed = self.lost(&lost);
-                if matches!(lost, Lost::Way(Stop::TooLong { .. })) {
+                if matches!(lost, Lost::Stopped(Stop::TooManySteps { .. })) {
                     return Err(failed);
                 }
                 // A motion that magnifies what is rounded more than double-double has digits.
-                let bits = (0..RUNGS).map(|rung| FIRST_BITS << rung);
+                let bits = (0..LEVELS).map(|level| FIRST_BITS << level);
                 let own = bits.map(|bits| wide(bits, self.wide_steps(bits), None));
                 let own = own.flatten().next();
                 own.ok_or(failed)?
@@ -98,14 +98,14 @@ impl Task<'_> {
 
     fn in_balls(&self, guess: &Guess, steps: (usize, usize)) -> Result<Found, Lost> {
         let own = orbit::<Ball>(self.equations, self.period, guess, None, steps, ())?;
-        Ok(self.found(own.start, &own.trip, ()))
+        Ok(self.found(own.start, &own.period_map, ()))
     }
 
-    /// With more bits, as long as something is not decided and a rung is not too much work.
+    /// With more bits, as long as something is not decided and a level is not too much work.
     fn climb(
         &self,
         mut found: Found,
-        trips: usize,
+        passes: usize,
         wide: impl Fn(usize, (usize, usize), &Found) -> Option<Found>,
     ) -> Found {
         let mut bits = FIRST_BITS;
@@ -113,9 +113,9 @@ impl Task<'_> {
             let missing = missing_bits(&found.multipliers, self.digits);
             bits = bits.max((128 + missing).next_multiple_of(64));
         }
-        for rung in 0..RUNGS {
+        for level in 0..LEVELS {
             let steps = self.wide_steps(bits);
-            let most = (steps.1 >> (4 * rung)) / trips;
+            let most = (steps.1 >> (4 * level)) / passes;
             if !is_lacking(&found.multipliers, self.digits) || found.steps > most {
                 break;
             }
@@ -131,7 +131,7 @@ impl Task<'_> {
         found
     }
 
-    fn found<S: Enclosure>(&self, start: Vec<S>, there: &Trip<S>, precision: S::Precision) -> Found {
+    fn found<S: Enclosure>(&self, start: Vec<S>, there: &PeriodMap<S>, precision: S::Precision) -> Found {
         let n = self.equations.dimension();
         let symplectic = !self.driven.damped;
         let sizes = there.monodromy.entries().iter().map(Enclosure::abs_upper_magnitude);
@@ -224,7 +224,7 @@ impl Task<'_> {
         let energy = self.driven.driven_at;
         match stop {
             Stop::Singular { time } => FloquetError::Singular { time: short(*time), span: energy },
-            Stop::TooLong { steps } => FloquetError::TooLong {
+            Stop::TooManySteps { steps } => FloquetError::TooLong {
                 period: short(self.period.mid_f64()),
                 steps: *steps,
                 span: self.driven.period.1,
@@ -238,7 +238,7 @@ impl Task<'_> {
             Lost::Search(reason) => {
                 FloquetError::NoPeriodicMotion { reason: (*reason).to_owned(), span: self.driven.driven_at }
             }
-            Lost::Way(stop) => self.stopped(stop),
+            Lost::Stopped(stop) => self.stopped(stop),
         }
     }
 }
