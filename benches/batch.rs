@@ -4,9 +4,9 @@
 //! `cargo bench --bench batch --no-default-features --features engine`
 
 use divan::Bencher;
+use librate::batch::{Bounds, Options, Solutions, Study};
+use librate::model::{Settings, TableTexts, elaborate};
 use librate::syntax::parse;
-use librate::{batch::Bounds, batch::Options, batch::Solutions, batch::Study};
-use librate::{model::Settings, model::TableTexts, model::elaborate};
 
 fn main() {
     divan::main();

@@ -4,8 +4,8 @@
 
 use divan::Bencher;
 use librate::modes::Options;
-use librate::{precision::Ball, precision::Big};
-use librate_core::{modes::PreciseProblem, modes::Problem, modes::Source, modes::solve, modes::solve_from};
+use librate::precision::{Ball, Big};
+use librate_core::modes::{PreciseProblem, Problem, Source, solve, solve_from};
 
 fn main() {
     divan::main();

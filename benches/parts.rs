@@ -11,12 +11,12 @@
 use std::fmt::{self, Display, Formatter};
 
 use divan::{AllocProfiler, Bencher};
+use librate::linearize::{Linearized, linearize};
+use librate::model::{Model, Settings, TableTexts, elaborate};
 use librate::modes::Options;
 use librate::oscillation::normal_modes;
 use librate::sensitivity::sensitivities;
 use librate::syntax::parse;
-use librate::{linearize::Linearized, linearize::linearize};
-use librate::{model::Model, model::Settings, model::TableTexts, model::elaborate};
 
 #[global_allocator]
 static ALLOCATIONS: AllocProfiler = AllocProfiler::system();

@@ -6,12 +6,12 @@
 use std::fmt::{self, Display, Formatter};
 
 use divan::Bencher;
+use librate::linearize::{Linearized, linearize};
+use librate::model::{Model, Settings, TableTexts, elaborate};
 use librate::modes::Options;
 use librate::oscillation::normal_modes;
 use librate::precision::Ball;
-use librate::{linearize::Linearized, linearize::linearize};
-use librate::{model::Model, model::Settings, model::TableTexts, model::elaborate};
-use librate::{syntax::File, syntax::parse};
+use librate::syntax::{File, parse};
 
 fn main() {
     divan::main();

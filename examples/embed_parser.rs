@@ -9,7 +9,7 @@
 use std::process::ExitCode;
 
 use librate::diagnostic::Diagnostic;
-use librate::{syntax, syntax::Statement, syntax::StatementKind, syntax::print_statement};
+use librate::syntax::{self, Statement, StatementKind, print_statement};
 
 fn main() -> ExitCode {
     let Some(path) = std::env::args().nth(1) else {

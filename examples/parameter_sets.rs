@@ -18,9 +18,9 @@ use std::io::Write as _;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
+use librate::batch::{Options, Solutions, Study};
+use librate::model::{Settings, TableTexts, elaborate};
 use librate::syntax::parse;
-use librate::{batch::Options, batch::Solutions, batch::Study};
-use librate::{model::Settings, model::TableTexts, model::elaborate};
 use rustix::time::{ClockId, clock_gettime};
 
 const PENDULUMS: &str = "

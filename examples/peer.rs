@@ -21,12 +21,12 @@ use std::fmt::Write as _;
 use std::io::Write as _;
 use std::time::{Duration, Instant};
 
+use librate::linearize::{Linearized, linearize};
+use librate::model::{Settings, TableTexts, elaborate};
 use librate::modes::Options;
 use librate::oscillation::normal_modes;
 use librate::precision::decimal;
 use librate::syntax::parse;
-use librate::{linearize::Linearized, linearize::linearize};
-use librate::{model::Settings, model::TableTexts, model::elaborate};
 use rustix::time::{ClockId, clock_gettime};
 
 /// Digits of the printed frequencies; fewer where the bound decides fewer.

@@ -5,9 +5,9 @@
 //! ```
 #![allow(clippy::print_stdout, reason = "an example shows what it finds")]
 
+use librate::model::{self, Settings, TableTexts};
 use librate::precision::decimal;
-use librate::{Error, linearize, model, modes, oscillation, syntax};
-use librate::{model::Settings, model::TableTexts};
+use librate::{Error, linearize, modes, oscillation, syntax};
 
 /// Two carts between walls, the springs from a table; the library reads no files, so the table is
 /// handed over as text.

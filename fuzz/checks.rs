@@ -5,12 +5,12 @@
 mod syntax_common;
 
 use librate::diagnostic::Diagnostic;
-use librate::model::{Settings, TableTexts};
+use librate::model::{self, Settings, TableTexts};
 use librate::modes::Options;
 use librate::precision::Ball;
 use librate::span::Span;
 use librate::syntax::{self, File};
-use librate::{Error, linearize, model, oscillation};
+use librate::{Error, linearize, oscillation};
 use syntax_common::strip_spans;
 
 /// The longest text that [`trip`] takes, in bytes.

@@ -11,13 +11,11 @@ use std::time::{Duration, Instant};
 use librate::budget::{Budget, Limit};
 use librate::derive::{self, Parts};
 use librate::diagnostic::Diagnostic;
-use librate::model::Range;
-use librate::model::{self, Constant, Model, Settings, TableTexts};
+use librate::model::{self, Constant, Model, Range, Settings, TableTexts};
 use librate::motion::{Enclosed, Start, System, Times};
 use librate::period::{self, Oscillator, Request};
 use librate::report::{self, Style};
-use librate::sweep;
-use librate::{Error, amplitude, floquet, inertia, linearize, modes, oscillation, sensitivity, syntax};
+use librate::{Error, amplitude, floquet, inertia, linearize, modes, oscillation, sensitivity, sweep, syntax};
 
 /// The longest text, in bytes: what is small to the command line.
 const MOST_BYTES: usize = 8192;

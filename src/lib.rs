@@ -88,10 +88,9 @@
 //!
 //! # What may change
 //!
-//! Enums of errors and results and structs of results are open (`#[non_exhaustive]`): they grow with minor
-//! versions. The kinds of the syntax tree are closed, so that a tool that walks it learns of a new form
-//! from its compiler; a new form is a new major version. Codes, JSON fields and the language itself only
-//! grow.
+//! Enums of errors and structs of results are open (`#[non_exhaustive]`): they grow with minor versions. The kinds of the
+//! syntax tree, of expressions and of results are closed, so that a tool that walks them learns of a new one from its
+//! compiler; a new one is a new major version. Codes, JSON fields and the language itself only grow.
 //!
 //! The modules stand in reading order: a stage uses only what stands above it. What they hold is chosen from the crates
 //! `librate-core` and `librate-studies`, in which more is public, for librate alone, and may change at any time.

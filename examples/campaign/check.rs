@@ -4,11 +4,11 @@ use std::time::Duration;
 
 use dashu_ratio::RBig;
 use librate::linearize::linearize;
+use librate::model::{Settings, TableTexts, elaborate};
+use librate::modes::{Kind, Options, Stability};
+use librate::oscillation::{NormalMode, NormalModes, normal_modes};
+use librate::precision::{Ball, Rounding, decimal};
 use librate::syntax::parse;
-use librate::{model::Settings, model::TableTexts, model::elaborate};
-use librate::{modes::Kind, modes::Options, modes::Stability};
-use librate::{oscillation::NormalMode, oscillation::NormalModes, oscillation::normal_modes};
-use librate::{precision::Ball, precision::Rounding, precision::decimal};
 use rustix::time::{ClockId, clock_gettime};
 
 use crate::digits::{absolute, digits, read, round};

@@ -1,9 +1,9 @@
 //! What is claimed of the exponents of a small model, held against the roots of its polynomial.
 
 use dashu_ratio::RBig;
-use librate::{modes::Kind, modes::Stability};
-use librate::{oscillation::NormalMode, oscillation::NormalModes};
-use librate::{precision::Rounding, precision::decimal};
+use librate::modes::{Kind, Stability};
+use librate::oscillation::{NormalMode, NormalModes};
+use librate::precision::{Rounding, decimal};
 
 use crate::check::{Asked, Outcome, Wrong, centre, within};
 use crate::digits::{absolute, digits, read, round};

@@ -4,12 +4,12 @@ use std::error::Error;
 use std::path::Path;
 
 use dashu_ratio::RBig;
+use librate::linearize::{Linearized, linearize};
+use librate::model::{Settings, TableTexts, elaborate};
 use librate::number::Number;
-use librate::{linearize::Linearized, linearize::linearize};
-use librate::{model::Settings, model::TableTexts, model::elaborate};
-use librate::{precision::Ball, precision::Big};
-use librate::{syntax::StatementKind, syntax::parse};
-use librate_core::{modes::Factors, modes::PreciseProblem, modes::Problem, modes::Source};
+use librate::precision::{Ball, Big};
+use librate::syntax::{StatementKind, parse};
+use librate_core::modes::{Factors, PreciseProblem, Problem, Source};
 use serde_json::Value;
 
 use super::judge;

@@ -5,11 +5,11 @@ use std::hint::black_box;
 
 use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
 use faer::{Mat, Par, Side};
+use librate::modes::{Kind, Options, PrecisionLevel};
 use librate::number::Number;
 use librate::oscillation::normal_modes;
 use librate::precision::Ball;
-use librate::{modes::Kind, modes::Options, modes::PrecisionLevel};
-use librate_core::{modes::Precise, modes::solve_from};
+use librate_core::modes::{Precise, solve_from};
 use nalgebra::{DMatrix, SymmetricEigen};
 
 use super::case::{Case, Origin};

@@ -4,11 +4,11 @@ use std::error::Error;
 use std::path::Path;
 
 use librate::linearize::linearize;
+use librate::model::{self, Constant, Model};
+use librate::motion::{Start, System, Times, Trajectory};
 use librate::number::Number;
+use librate::precision::{Ball, Big};
 use librate::syntax;
-use librate::{model, model::Constant, model::Model};
-use librate::{motion::Start, motion::System, motion::Times, motion::Trajectory};
-use librate::{precision::Ball, precision::Big};
 use serde_json::{Value, json};
 
 use super::clock::fastest;

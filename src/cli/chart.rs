@@ -3,10 +3,9 @@
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use librate::model::ModelError;
-use librate::model::Range;
+use librate::chart::{Border, Chart, Place};
+use librate::model::{ModelError, Range};
 use librate::{Error, report};
-use librate::{chart::Border, chart::Chart, chart::Place};
 
 use super::args;
 use super::output::write_file;

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use annotate_snippets::{
     Annotation, AnnotationKind, Element, Group, Level, Origin, Renderer, Snippet, normalize_untrusted_str,
 };
-use librate::{diagnostic::Diagnostic, diagnostic::Label, diagnostic::Severity};
+use librate::diagnostic::{Diagnostic, Label, Severity};
 
 use super::input::Source;
 

@@ -4,8 +4,7 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::time::Duration;
 
-use librate::Error;
-use librate::syntax;
+use librate::{Error, syntax};
 use similar::TextDiff;
 
 use super::args::{Fmt, MessageFormat};

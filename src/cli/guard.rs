@@ -9,8 +9,8 @@ use std::sync::{Arc, OnceLock};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use librate::budget::{BYTES, Budget, Limit};
 use librate::diagnostic::Diagnostic;
-use librate::{budget::BYTES, budget::Budget, budget::Limit};
 
 use super::args::MessageFormat;
 use super::input::Source;

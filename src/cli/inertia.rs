@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
+use librate::diagnostic::{Diagnostic, Label};
+use librate::inertia::{self, Amount, InertiaError, Mesh};
 use librate::span::Span;
-use librate::{diagnostic::Diagnostic, diagnostic::Label};
-use librate::{inertia, inertia::Amount, inertia::InertiaError, inertia::Mesh};
 use librate::{model, report};
 
 use super::args::Inertia;

@@ -9,7 +9,7 @@ use std::path::{Component, Path, PathBuf};
 
 use librate::diagnostic::Diagnostic;
 use librate::model::TableTexts;
-use librate::{syntax, syntax::StatementKind, syntax::SyntaxError};
+use librate::syntax::{self, StatementKind, SyntaxError};
 
 use super::args::ModelArgs;
 use super::output::visible;

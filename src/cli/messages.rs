@@ -1,7 +1,7 @@
 //! Diagnostics for programs: one JSON object a line.
 
+use librate::diagnostic::{Diagnostic, Label, Severity};
 use librate::span::Span;
-use librate::{diagnostic::Diagnostic, diagnostic::Label, diagnostic::Severity};
 use serde_json::{Value, json};
 
 use super::input::Source;

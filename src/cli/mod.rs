@@ -20,14 +20,13 @@ use std::process::ExitCode;
 
 use anstream::{AutoStream, ColorChoice};
 use clap::Parser;
+use librate::derive::{self, Parts};
 use librate::diagnostic::Diagnostic;
-use librate::model::Range;
+use librate::model::{self, Model, Range, Settings, TableTexts};
 use librate::number::Number;
-use librate::sweep::Place;
-use librate::{Error, explain, floquet, linearize, modes, oscillation, sensitivity, sweep, syntax};
-use librate::{derive, derive::Parts};
-use librate::{model, model::Model, model::Settings, model::TableTexts};
-use librate::{report, report::Style};
+use librate::report::{self, Style};
+use librate::sweep::{self, Place};
+use librate::{Error, explain, floquet, linearize, modes, oscillation, sensitivity, syntax};
 
 use args::{Cli, Command, MessageFormat, ModelArgs};
 use guard::Guard;

@@ -3,14 +3,12 @@
 use std::io::{self, Write};
 
 use anstream::AutoStream;
+use librate::linearize::{self, LinearizeError, Linearized};
+use librate::model::{Constant, Model, ModelError};
+use librate::motion::{self, Enclosed, MotionError, Start, System, Times, Trajectory};
 use librate::precision::Ball;
-use librate::{Error, modes, oscillation, report};
-use librate::{linearize, linearize::LinearizeError, linearize::Linearized};
-use librate::{model::Constant, model::Model, model::ModelError};
-use librate::{
-    motion, motion::Enclosed, motion::MotionError, motion::Start, motion::System, motion::Times, motion::Trajectory,
-};
-use librate::{report::MotionCsv, report::MotionJson};
+use librate::report::{self, MotionCsv, MotionJson};
+use librate::{Error, modes, oscillation};
 
 use super::args::{self, MessageFormat};
 use super::output::{self, write_file};

@@ -1,10 +1,9 @@
 //! `librate period`.
 
 use librate::diagnostic::Diagnostic;
-use librate::model::Range;
+use librate::model::{Constant, ModelError, Range};
+use librate::period::{self, Options, Oscillator, Place, Request};
 use librate::report;
-use librate::{model::Constant, model::ModelError};
-use librate::{period, period::Options, period::Oscillator, period::Place, period::Request};
 
 use super::args;
 use super::input::Source;

@@ -16,8 +16,7 @@ use crate::floquet::{self, FloquetError, trial};
 use crate::flow::{Doubles, Equations, Plain};
 use librate_core::expr::{Prepared, Tape};
 use librate_core::linearize;
-use librate_core::model::Range;
-use librate_core::model::{self, Model, ModelError, Settings, TableTexts};
+use librate_core::model::{self, Model, ModelError, Range, Settings, TableTexts};
 use librate_core::precision::{LANES, Lane};
 use librate_core::syntax::File;
 

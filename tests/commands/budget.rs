@@ -4,13 +4,12 @@
 use crate::cli_support;
 
 use cli_support::*;
-use librate::Error;
+use librate::budget::{Budget, Limit};
+use librate::derive::{Parts, derive};
 use librate::diagnostic::Diagnostic;
 use librate::linearize::linearize;
-use librate::syntax;
-use librate::{budget::Budget, budget::Limit};
-use librate::{derive::Parts, derive::derive};
-use librate::{model::Constant, model::Model, model::Settings, model::TableTexts, model::elaborate};
+use librate::model::{Constant, Model, Settings, TableTexts, elaborate};
+use librate::{Error, syntax};
 
 /// Enough for every model that is meant, and little to fill.
 const BYTES: u64 = 20_000_000;

@@ -2,8 +2,8 @@
 #![cfg(feature = "engine")]
 
 use librate::diagnostic::Diagnostic;
+use librate::model::{Settings, TableTexts, elaborate};
 use librate::syntax::parse;
-use librate::{model::Settings, model::TableTexts, model::elaborate};
 
 /// What is said about something of a unit that should be of another.
 fn said(found: &str, wanted: &str) -> (String, String) {

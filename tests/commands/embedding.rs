@@ -67,7 +67,8 @@ fn threads_do_not_disturb_each_other() {
 /// with mistakes that have a place in it.
 #[test]
 fn every_beginning_of_a_file_is_answered() {
-    use librate::{diagnostic::Diagnostic, syntax};
+    use librate::diagnostic::Diagnostic;
+    use librate::syntax;
     let text = std::fs::read_to_string("models/three_pendulums.lag").unwrap();
     for end in (0..text.len()).filter(|end| text.is_char_boundary(*end)) {
         if let Err(errors) = syntax::parse(&text[..end]) {
@@ -86,7 +87,7 @@ fn every_beginning_of_a_file_is_answered() {
 #[cfg(feature = "engine")]
 #[test]
 fn a_later_table_takes_the_place_of_an_earlier_one() {
-    use librate::{model::ModelError, model::Settings, model::TableTexts, model::elaborate};
+    use librate::model::{ModelError, Settings, TableTexts, elaborate};
     let file = librate::syntax::parse(
         "table rods = \"t.csv\"  coord x[1..rows(rods)]  T = 1/2*dot(x', x')  V = 1/2*dot(x, x)",
     )
@@ -106,8 +107,8 @@ fn a_later_table_takes_the_place_of_an_earlier_one() {
 #[cfg(feature = "engine")]
 #[test]
 fn coordinates_are_counted_before_the_energies_are_worked_out() {
-    use librate::{linearize::LinearizeError, linearize::check_size};
-    use librate::{model::Settings, model::TableTexts, model::coordinate_count, model::elaborate};
+    use librate::linearize::{LinearizeError, check_size};
+    use librate::model::{Settings, TableTexts, coordinate_count, elaborate};
     use librate_core::linearize::MOST_COORDINATES;
     let tables = TableTexts::new().with("t.csv", "k\n1\n2\n");
     let mut seven = Settings::new();

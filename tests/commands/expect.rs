@@ -5,8 +5,8 @@ use crate::common;
 
 use common::{load, model};
 use librate::assert_derives;
-use librate::{derive::Derivation, derive::Parts, derive::derive};
-use librate::{expect::Expected, expect::Mismatch};
+use librate::derive::{Derivation, Parts, derive};
+use librate::expect::{Expected, Mismatch};
 
 fn derived(name: &str) -> Derivation {
     let path = format!("models/{name}.lag");

@@ -14,22 +14,19 @@ use std::fmt::Write;
 use std::path::Path;
 
 use librate::Error;
+use librate::amplitude::{self, amplitude};
+use librate::batch::{Study, StudyError};
 use librate::diagnostic::Diagnostic;
-use librate::{amplitude, amplitude::amplitude};
-use librate::{batch::Study, batch::StudyError};
-use librate::{explain::codes, explain::explain};
-use librate::{floquet, floquet::floquet};
-use librate::{inertia, inertia::Amount, inertia::Mesh};
-use librate::{linearize, linearize::linearize};
-use librate::{
-    model, model::Constant, model::Model, model::Settings, model::TableTexts, model::elaborate,
-    model::elaborate_tensors,
-};
-use librate::{modes::Kind, modes::Options};
-use librate::{motion::Enclosed, motion::Start, motion::System, motion::Times};
-use librate::{oscillation, oscillation::normal_modes};
-use librate::{period::Oscillator, period::Request};
-use librate::{syntax, syntax::format};
+use librate::explain::{codes, explain};
+use librate::floquet::{self, floquet};
+use librate::inertia::{self, Amount, Mesh};
+use librate::linearize::{self, linearize};
+use librate::model::{self, Constant, Model, Settings, TableTexts, elaborate, elaborate_tensors};
+use librate::modes::{Kind, Options};
+use librate::motion::{Enclosed, Start, System, Times};
+use librate::oscillation::{self, normal_modes};
+use librate::period::{Oscillator, Request};
+use librate::syntax::{self, format};
 
 /// Mistakes of files too large for a page, of binary files and of the command line, and those that no text is known to
 /// make.

@@ -5,9 +5,9 @@ use crate::cli_support;
 
 use cli_support::*;
 use librate::linearize::linearize;
+use librate::model::{Settings, TableTexts, elaborate};
 use librate::modes::Options;
-use librate::{model::Settings, model::TableTexts, model::elaborate};
-use librate::{oscillation::NormalMode, oscillation::normal_modes};
+use librate::oscillation::{NormalMode, normal_modes};
 
 #[test]
 fn blocks_of_the_guide_run() {

@@ -7,13 +7,10 @@ use crate::cli_support;
 use boon::{Compiler, Schemas};
 use cli_support::{printed, run, with_input};
 use librate::expr::ZeroVerdict;
+use librate::inertia::{self, Amount, Body, Impossible, InertiaError, Mesh, NamedTensor};
+use librate::model::{Settings, TableTexts, elaborate_tensors};
 use librate::number::Number;
 use librate::precision::Big;
-use librate::{
-    inertia, inertia::Amount, inertia::Body, inertia::Impossible, inertia::InertiaError, inertia::Mesh,
-    inertia::NamedTensor,
-};
-use librate::{model::Settings, model::TableTexts, model::elaborate_tensors};
 use serde_json::Value;
 
 const BITS: usize = 400;

@@ -1,7 +1,7 @@
 //! Meshes and points that are moved, turned, damaged or made of garbage.
 #![cfg(feature = "engine")]
 
-use librate::{inertia::Amount, inertia::Body, inertia::InertiaError, inertia::Mesh, inertia::of_points};
+use librate::inertia::{Amount, Body, InertiaError, Mesh, of_points};
 use proptest::prelude::*;
 
 type Triangle = [[f32; 3]; 3];

@@ -8,13 +8,13 @@ use crate::common;
 use std::path::Path;
 
 use common::load;
+use librate::derive::{Parts, derive};
 use librate::diagnostic::Diagnostic;
+use librate::floquet::{self, floquet};
 use librate::linearize::linearize;
 use librate::modes::Options;
 use librate::oscillation::normal_modes;
-use librate::{derive::Parts, derive::derive};
-use librate::{floquet, floquet::floquet};
-use librate::{report::Style, report::derive_text, report::floquet_text, report::modes_json, report::modes_text};
+use librate::report::{Style, derive_text, floquet_text, modes_json, modes_text};
 
 /// Shapes and matrices of more coordinates than this are not worth a snapshot.
 const MOST_WRITTEN_OUT: usize = 12;

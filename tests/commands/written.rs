@@ -3,12 +3,12 @@
 
 use crate::common;
 
+use librate::linearize::{Linearized, linearize};
+use librate::modes::{Kind, Options};
 use librate::number::Number;
-use librate::{linearize::Linearized, linearize::linearize};
-use librate::{modes::Kind, modes::Options};
-use librate::{oscillation::NormalModes, oscillation::normal_modes};
-use librate::{precision::Ball, precision::Big};
-use librate::{report::Style, report::modes_json, report::modes_text};
+use librate::oscillation::{NormalModes, normal_modes};
+use librate::precision::{Ball, Big};
+use librate::report::{Style, modes_json, modes_text};
 
 fn oscillators(names: &[&str], options: &Options) -> (Linearized, NormalModes) {
     let squares = |dot: &str| {

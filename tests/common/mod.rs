@@ -4,8 +4,8 @@
 
 use std::path::{Path, PathBuf};
 
-use librate::{model::Model, model::Settings, model::TableTexts, model::elaborate};
-use librate::{syntax::StatementKind, syntax::parse};
+use librate::model::{Model, Settings, TableTexts, elaborate};
+use librate::syntax::{StatementKind, parse};
 
 /// The textbook models.
 pub(crate) fn model_files() -> Vec<PathBuf> {

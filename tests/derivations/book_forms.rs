@@ -12,8 +12,8 @@
 use crate::common;
 
 use common::load;
+use librate::derive::{Parts, derive};
 use librate::expect::Expected;
-use librate::{derive::Parts, derive::derive};
 
 /// A printed form may have a tenth more tokens than the book's.
 const MOST: f64 = 1.1;

@@ -7,12 +7,12 @@ use crate::common;
 use std::path::Path;
 
 use common::{model_files, model_in};
+use librate::derive::{Case, Parts, derive};
 use librate::expr::Tape;
 use librate::model::Model;
 use librate::number::Number;
-use librate::{derive::Case, derive::Parts, derive::derive};
-use librate::{precision::Ball, precision::Scalar};
-use librate::{report::Style, report::derive_json, report::derive_text};
+use librate::precision::{Ball, Scalar};
+use librate::report::{Style, derive_json, derive_text};
 use serde_json::Value;
 
 fn frequencies(model: &Model) -> Value {

@@ -1,9 +1,9 @@
 //! The chapter on testing derivations (docs/snapshot-testing.md): its code, and that the chapter shows this code.
 #![cfg(feature = "engine")]
 
+use librate::derive::{Derivation, Parts, derive};
 use librate::expr::ExprId;
 use librate::{assert_derives, model, syntax};
-use librate::{derive::Derivation, derive::Parts, derive::derive};
 
 fn derivation() -> Derivation {
     let text = std::fs::read_to_string("models/pendulum_on_spring_cart.lag").unwrap();

@@ -7,13 +7,13 @@ use crate::derive_support;
 
 use common::{load, model, model_files};
 use derive_support::{BruteForce, decimal, left_sides, values};
+use librate::derive::{Conserved, Motion, Parts, Relation, derive};
 use librate::expect::are_equal;
 use librate::expr::Tape;
 use librate::linearize::LinearizeError;
 use librate::model::Model;
 use librate::precision::Scalar;
-use librate::{derive::Conserved, derive::Motion, derive::Parts, derive::Relation, derive::derive};
-use librate::{report::Style, report::derive_json, report::derive_text};
+use librate::report::{Style, derive_json, derive_text};
 use serde_json::Value;
 
 /// Models of more coordinates have no references.

@@ -6,14 +6,14 @@ use crate::common;
 
 use common::{load, model, model_files};
 use librate::assert_derives;
+use librate::derive::{Derivation, Linear, Parts, Tangent, derive};
+use librate::expr::{ExprId, Pool, Tape};
+use librate::linearize::{LinearizeError, linearize};
 use librate::model::Model;
 use librate::modes::Options;
 use librate::oscillation::normal_modes;
 use librate::precision::Ball;
-use librate::{derive::Derivation, derive::Linear, derive::Parts, derive::Tangent, derive::derive};
-use librate::{expr::ExprId, expr::Pool, expr::Tape};
-use librate::{linearize::LinearizeError, linearize::linearize};
-use librate::{report::Style, report::derive_latex, report::derive_text};
+use librate::report::{Style, derive_latex, derive_text};
 use librate_core::expr::Substitution;
 use nalgebra::DMatrix;
 

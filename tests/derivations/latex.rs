@@ -15,10 +15,10 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use common::{load, model_files};
+use librate::derive::{Derivation, Parts, derive};
 use librate::report::derive_latex;
+use librate::syntax::{StatementKind, parse};
 use librate::typeset::Notation;
-use librate::{derive::Derivation, derive::Parts, derive::derive};
-use librate::{syntax::StatementKind, syntax::parse};
 use pulldown_latex::{Parser, Storage};
 
 /// Pages of larger models say nothing new.

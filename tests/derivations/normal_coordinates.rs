@@ -7,14 +7,14 @@ use crate::common;
 use std::path::Path;
 
 use common::{load, model, model_files, model_in};
+use librate::derive::{Case, Motion, NormalCoordinates, Parts, derive};
+use librate::expr::{ExprId, Pool, Symbol, Tape};
 use librate::linearize::linearize;
 use librate::model::Model;
 use librate::modes::Options;
 use librate::oscillation::normal_modes;
-use librate::{derive::Case, derive::Motion, derive::NormalCoordinates, derive::Parts, derive::derive};
-use librate::{expr::ExprId, expr::Pool, expr::Symbol, expr::Tape};
-use librate::{precision::Ball, precision::Scalar};
-use librate::{report::Style, report::derive_json, report::derive_latex, report::derive_text};
+use librate::precision::{Ball, Scalar};
+use librate::report::{Style, derive_json, derive_latex, derive_text};
 use librate_core::expr::Substitution;
 use serde_json::Value;
 

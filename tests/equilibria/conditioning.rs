@@ -5,11 +5,11 @@
 use crate::common;
 
 use common::{load, model};
+use librate::linearize::{LinearizeError, linearize};
+use librate::model::{Model, Settings, TableTexts, elaborate};
 use librate::modes::Options;
+use librate::oscillation::{Warning, normal_modes, warnings};
 use librate::syntax::parse;
-use librate::{linearize::LinearizeError, linearize::linearize};
-use librate::{model::Model, model::Settings, model::TableTexts, model::elaborate};
-use librate::{oscillation::Warning, oscillation::normal_modes, oscillation::warnings};
 
 fn ill_conditioned(model: Model) -> Option<Warning> {
     // Some models are there for their mistake.

@@ -4,12 +4,11 @@
 use crate::common;
 
 use common::model;
-use librate::modes::Limit;
+use librate::linearize::{Linearized, linearize};
+use librate::modes::{Kind, Limit, Options, Stability};
 use librate::number::Number;
-use librate::{linearize::Linearized, linearize::linearize};
-use librate::{modes::Kind, modes::Options, modes::Stability};
-use librate::{oscillation::NormalMode, oscillation::NormalModes, oscillation::normal_modes, oscillation::warnings};
-use librate::{precision::Big, precision::Rounding};
+use librate::oscillation::{NormalMode, NormalModes, normal_modes, warnings};
+use librate::precision::{Big, Rounding};
 
 fn solve(text: &str, options: &Options) -> (Linearized, NormalModes) {
     let linearized = linearize(model(text)).unwrap();

@@ -1,10 +1,10 @@
 //! Which equilibrium is found.
 #![cfg(feature = "engine")]
 
+use librate::linearize::{LinearizeError, Linearized, linearize};
+use librate::model::{Settings, TableTexts, elaborate};
 use librate::oscillation::normal_modes;
 use librate::syntax::parse;
-use librate::{linearize::LinearizeError, linearize::Linearized, linearize::linearize};
-use librate::{model::Settings, model::TableTexts, model::elaborate};
 
 fn at(text: &str) -> Result<Linearized, LinearizeError> {
     let file = parse(text).unwrap();

@@ -1,13 +1,13 @@
 //! Searched equilibria are proved to be there, and known to as many digits as wanted.
 #![cfg(feature = "engine")]
 
+use librate::linearize::{Linearized, Origin, linearize};
+use librate::model::{Settings, TableTexts, elaborate};
+use librate::modes::{Kind, Options};
 use librate::number::Number;
 use librate::oscillation::normal_modes;
+use librate::precision::{Ball, Big, Magnitude};
 use librate::syntax::parse;
-use librate::{linearize::Linearized, linearize::Origin, linearize::linearize};
-use librate::{model::Settings, model::TableTexts, model::elaborate};
-use librate::{modes::Kind, modes::Options};
-use librate::{precision::Ball, precision::Big, precision::Magnitude};
 use proptest::prelude::*;
 
 fn at(text: &str) -> Linearized {

@@ -3,9 +3,9 @@
 
 use crate::common;
 
+use librate::linearize::{Linearized, linearize};
 use librate::number::Number;
 use librate::precision::Big;
-use librate::{linearize::Linearized, linearize::linearize};
 use librate_core::linearize::Integers;
 
 const BITS: usize = 200;

@@ -2,13 +2,13 @@
 //! are what their labels say.
 #![cfg(feature = "engine")]
 
+use librate::derive::{Parts, derive};
 use librate::linearize::linearize;
+use librate::model::{Model, Settings, TableTexts, elaborate};
 use librate::modes::Options;
 use librate::oscillation::normal_modes;
+use librate::symmetry::{GroupKind, Pattern, SignedPermutation, Symmetry};
 use librate::syntax::parse;
-use librate::{derive::Parts, derive::derive};
-use librate::{model::Model, model::Settings, model::TableTexts, model::elaborate};
-use librate::{symmetry::GroupKind, symmetry::Pattern, symmetry::SignedPermutation, symmetry::Symmetry};
 use proptest::prelude::*;
 
 type Matrix = Vec<Vec<i64>>;

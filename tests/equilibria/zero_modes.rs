@@ -3,13 +3,13 @@
 
 use std::collections::BTreeMap;
 
+use librate::linearize::{Linearized, linearize};
+use librate::model::{Settings, TableTexts, elaborate};
+use librate::modes::{Kind, Options, Stability};
 use librate::number::Number;
 use librate::oscillation::normal_modes;
+use librate::precision::{Big, Magnitude};
 use librate::syntax::parse;
-use librate::{linearize::Linearized, linearize::linearize};
-use librate::{model::Settings, model::TableTexts, model::elaborate};
-use librate::{modes::Kind, modes::Options, modes::Stability};
-use librate::{precision::Big, precision::Magnitude};
 
 fn motions(text: &str) -> Vec<String> {
     let file = parse(text).unwrap();

@@ -5,7 +5,7 @@ use crate::exact;
 
 use dashu_ratio::RBig;
 use librate::number::Number;
-use librate::{precision::Ball, precision::Scalar};
+use librate::precision::{Ball, Scalar};
 use librate_core::precision::DoubleDouble;
 use proptest::prelude::*;
 

@@ -7,7 +7,7 @@ use dashu_int::IBig;
 use dashu_ratio::RBig;
 use exact::{absolute, magnitude};
 use librate::number::Number;
-use librate::{precision::Ball, precision::Big, precision::Magnitude, precision::Rounding, precision::Scalar};
+use librate::precision::{Ball, Big, Magnitude, Rounding, Scalar};
 use librate_core::precision::DoubleDouble;
 use proptest::prelude::*;
 

@@ -4,10 +4,8 @@
 use crate::exact;
 
 use dashu_ratio::RBig;
-use librate::{precision::Ball, precision::Scalar};
-use librate_core::{
-    precision::DoubleDouble, precision::LANES, precision::Lane, precision::two_prod, precision::two_sum,
-};
+use librate::precision::{Ball, Scalar};
+use librate_core::precision::{DoubleDouble, LANES, Lane, two_prod, two_sum};
 use proptest::prelude::*;
 
 /// One product after the other.

@@ -1,10 +1,8 @@
 //! Decimal digits of numbers with bounds.
 #![cfg(feature = "engine")]
 
-use librate::{precision::Ball, precision::Big, precision::Rounding, precision::decimal};
-use librate_core::{
-    precision::DoubleDouble, precision::decimal_to_place, precision::one_digit_up, precision::one_digit_up_text,
-};
+use librate::precision::{Ball, Big, Rounding, decimal};
+use librate_core::precision::{DoubleDouble, decimal_to_place, one_digit_up, one_digit_up_text};
 use proptest::prelude::*;
 
 fn ball(hi: f64, lo: f64, radius: f64) -> Ball {

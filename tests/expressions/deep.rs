@@ -5,9 +5,9 @@
 use crate::expr_support;
 
 use expr_support::{Plain, value};
+use librate::expr::{ExprId, Function, Pool, Tape};
 use librate::number::Number;
-use librate::{expr::ExprId, expr::Function, expr::Pool, expr::Tape};
-use librate_core::{expr::Seeds, expr::Substitution};
+use librate_core::expr::{Seeds, Substitution};
 
 const DEPTH: usize = 100_000;
 

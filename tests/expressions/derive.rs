@@ -4,9 +4,9 @@
 use crate::expr_support;
 
 use expr_support::read;
+use librate::expr::{Pool, ZeroVerdict};
 use librate::number::Number;
-use librate::{expr::Pool, expr::ZeroVerdict};
-use librate_core::{expr::Seeds, expr::Substitution};
+use librate_core::expr::{Seeds, Substitution};
 
 fn pool() -> Pool {
     let mut pool = Pool::default();

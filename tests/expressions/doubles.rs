@@ -5,7 +5,7 @@ use crate::exact;
 
 use dashu_ratio::RBig;
 use exact::absolute;
-use librate_core::{precision::DoubleDouble, precision::two_prod};
+use librate_core::precision::{DoubleDouble, two_prod};
 use proptest::prelude::*;
 
 fn within(got: DoubleDouble, exact: &RBig, ulps: f64) -> bool {

@@ -1,8 +1,8 @@
 //! Derivatives by dual numbers.
 #![cfg(feature = "engine")]
 
-use librate::{precision::Ball, precision::Scalar};
-use librate_core::{precision::Dual, precision::Function};
+use librate::precision::{Ball, Scalar};
+use librate_core::precision::{Dual, Function};
 
 /// Derivatives against differences of 1e-8 beside 0.7.
 #[test]

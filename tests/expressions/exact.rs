@@ -3,7 +3,7 @@
 
 use dashu_int::{IBig, UBig};
 use dashu_ratio::RBig;
-use librate::{precision::Magnitude, precision::Scalar};
+use librate::precision::{Magnitude, Scalar};
 use librate_core::expr::function_from_name;
 use librate_core::precision::DoubleDouble;
 

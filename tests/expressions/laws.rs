@@ -8,9 +8,9 @@ use crate::expr_support;
 
 use expr_support::approx::{Approx, Dual};
 use expr_support::{FUNCTIONS, read};
+use librate::expr::{ExprId, Pool, Symbol, Tape, ZeroVerdict};
 use librate::number::Number;
 use librate::precision::Scalar;
-use librate::{expr::ExprId, expr::Pool, expr::Symbol, expr::Tape, expr::ZeroVerdict};
 use librate_core::expr::Substitution;
 use proptest::prelude::*;
 

@@ -3,9 +3,8 @@
 
 use librate::expr::Pool;
 use librate::number::Number;
-use librate_core::{
-    expr::PRIME, expr::add_mod, expr::inverse_mod, expr::mul_mod, expr::neg_mod, expr::nullspace_mod, expr::pow_mod,
-    expr::rational_reconstruct, expr::sqrt_mod, expr::sub_mod,
+use librate_core::expr::{
+    PRIME, add_mod, inverse_mod, mul_mod, neg_mod, nullspace_mod, pow_mod, rational_reconstruct, sqrt_mod, sub_mod,
 };
 use proptest::prelude::*;
 

@@ -1,10 +1,10 @@
 //! Taylor coefficients of compiled expressions against closed forms and against derivatives of the expressions.
 #![cfg(feature = "engine")]
 
+use librate::expr::{ExprId, Function, Pool, Symbol, Tape};
 use librate::number::Number;
-use librate::{expr::ExprId, expr::Function, expr::Pool, expr::Symbol, expr::Tape};
-use librate::{precision::Ball, precision::Big, precision::Scalar};
-use librate_core::{precision::DoubleDouble, precision::LANES, precision::Lane};
+use librate::precision::{Ball, Big, Scalar};
+use librate_core::precision::{DoubleDouble, LANES, Lane};
 use proptest::prelude::*;
 
 /// The first coefficients of an expression along a curve with the given coefficients.

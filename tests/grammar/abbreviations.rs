@@ -5,10 +5,10 @@
 use crate::common;
 
 use common::{load, model, model_files};
+use librate::derive::{Definition, Derivation, MotionSum, Parts, derive};
 use librate::expect::are_equal;
-use librate::{derive::Definition, derive::Derivation, derive::MotionSum, derive::Parts, derive::derive};
-use librate::{expr::ExprId, expr::Pool};
-use librate::{report::Style, report::derive_json, report::derive_text};
+use librate::expr::{ExprId, Pool};
+use librate::report::{Style, derive_json, derive_text};
 use librate_core::expr::Substitution;
 
 /// All expressions of a page in a fixed order.

@@ -4,7 +4,7 @@
 #[path = "../../fuzz/checks.rs"]
 mod checks;
 
-use librate::{syntax::FUNCTIONS, syntax::STATEMENT_WORDS};
+use librate::syntax::{FUNCTIONS, STATEMENT_WORDS};
 
 /// Runs a check on all texts that are kept because they go ways of their own, and on all files that
 /// once broke it.

@@ -8,7 +8,7 @@ use std::fmt::Write;
 use std::time::{Duration, Instant};
 
 use format_laws::laws;
-use librate::{syntax::format, syntax::parse};
+use librate::syntax::{format, parse};
 
 /// Line ends and marks that can't be seen are shown.
 #[test]

@@ -5,7 +5,7 @@ use crate::format_laws;
 use crate::syntax_trees;
 
 use format_laws::laws;
-use librate::{syntax::format, syntax::parse, syntax::print_statement};
+use librate::syntax::{format, parse, print_statement};
 use proptest::prelude::*;
 use proptest::sample::select;
 use syntax_trees::{Planter, bounds};

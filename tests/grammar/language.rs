@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 
 use language_support::{Case, Fault, run};
 use librate::number::Number;
-use librate::{precision::Ball, precision::Scalar};
+use librate::precision::{Ball, Scalar};
 
 fn files() -> Vec<PathBuf> {
     let mut files: Vec<PathBuf> = std::fs::read_dir("tests/language")

@@ -1,8 +1,8 @@
 //! What is said about mistakes: one file a family of mistakes, its report next to it.
 
+use librate::diagnostic::{Diagnostic, Severity};
 use librate::span::Span;
 use librate::syntax::parse;
-use librate::{diagnostic::Diagnostic, diagnostic::Severity};
 use std::fmt::Write;
 
 /// The report without drawing: a line a place, the line of the source above the first.

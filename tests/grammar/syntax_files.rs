@@ -1,6 +1,6 @@
 //! Every model file parses, and prints to what parses to the same tree.
 
-use librate::{syntax::parse, syntax::print_file};
+use librate::syntax::{parse, print_file};
 
 #[test]
 fn files_parse_to_their_trees() {

@@ -4,9 +4,9 @@
 use crate::batch_support;
 
 use batch_support::{check_vectors, model, random};
+use librate::batch::{Outcome, Study};
 use librate::precision::Ball;
-use librate::{batch::Outcome, batch::Study};
-use librate_core::{modes, modes::Problem};
+use librate_core::modes::{self, Problem};
 use proptest::prelude::*;
 
 /// A model whose matrices are its parameters.

@@ -2,14 +2,11 @@
 #![cfg(feature = "engine")]
 
 use dashu_int::IBig;
-use librate::modes::Limit;
+use librate::modes::{Kind, Limit, Options, Stability};
 use librate::precision::Ball;
-use librate::{modes::Kind, modes::Options, modes::Stability};
 use librate_core::modes::ModesError;
-use librate_core::{
-    modes::exponents::Exponents, modes::exponents::IntegerQuadratic, modes::exponents::QuadraticProblem,
-    modes::exponents::QuadraticSource, modes::exponents::Structure, modes::exponents::Units,
-    modes::exponents::exponents,
+use librate_core::modes::exponents::{
+    Exponents, IntegerQuadratic, QuadraticProblem, QuadraticSource, Structure, Units, exponents,
 };
 
 fn balls(rows: &[&[f64]]) -> Vec<Ball> {

@@ -3,12 +3,10 @@
 #![cfg(feature = "engine")]
 
 use dashu_int::IBig;
+use librate::modes::{Kind, Options};
 use librate::precision::Ball;
-use librate::{modes::Kind, modes::Options};
-use librate_core::{
-    modes::exponents::Exponents, modes::exponents::IntegerQuadratic, modes::exponents::QuadraticProblem,
-    modes::exponents::QuadraticSource, modes::exponents::Structure, modes::exponents::Units,
-    modes::exponents::exponents,
+use librate_core::modes::exponents::{
+    Exponents, IntegerQuadratic, QuadraticProblem, QuadraticSource, Structure, Units, exponents,
 };
 use proptest::prelude::*;
 

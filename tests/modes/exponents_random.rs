@@ -2,13 +2,10 @@
 //! (tests/reference/exponents/generate.py, which draws the same matrices).
 #![cfg(feature = "engine")]
 
+use librate::modes::{Kind, Options};
 use librate::number::Number;
-use librate::{modes::Kind, modes::Options};
-use librate::{precision::Ball, precision::Big, precision::Rounding, precision::decimal};
-use librate_core::{
-    modes::exponents::Exponent, modes::exponents::QuadraticProblem, modes::exponents::Structure,
-    modes::exponents::exponents,
-};
+use librate::precision::{Ball, Big, Rounding, decimal};
+use librate_core::modes::exponents::{Exponent, QuadraticProblem, Structure, exponents};
 
 struct Draw(u64);
 

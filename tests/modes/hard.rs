@@ -16,9 +16,9 @@ use librate::linearize::linearize;
 use librate::modes::Options;
 use librate::number::Number;
 use librate::oscillation::normal_modes;
+use librate::precision::{Ball, Scalar};
 use librate::report::modes_json;
 use librate::syntax::format;
-use librate::{precision::Ball, precision::Scalar};
 use serde_json::Value;
 
 /// Too slow for every run: dense matrices of this size take minutes. Run with `--ignored`.

@@ -10,8 +10,8 @@ use common::{load, model_files};
 use librate::linearize::linearize;
 use librate::modes::Options;
 use librate::number::Number;
-use librate::{oscillation::NormalModes, oscillation::normal_modes};
-use librate::{precision::Ball, precision::Scalar};
+use librate::oscillation::{NormalModes, normal_modes};
+use librate::precision::{Ball, Scalar};
 use serde_json::Value;
 
 fn reference(path: &Path) -> Value {

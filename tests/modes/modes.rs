@@ -5,9 +5,9 @@
 use crate::modes_support;
 
 use dashu_ratio::RBig;
-use librate::{modes::Kind, modes::Options, modes::PrecisionLevel, modes::Stability};
-use librate::{precision::Ball, precision::Rounding, precision::decimal};
-use librate_core::{modes::ModesError, modes::Problem, modes::solve};
+use librate::modes::{Kind, Options, PrecisionLevel, Stability};
+use librate::precision::{Ball, Rounding, decimal};
+use librate_core::modes::{ModesError, Problem, solve};
 use modes_support::*;
 
 fn reference(name: &str) -> Vec<RBig> {

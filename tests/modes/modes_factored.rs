@@ -6,9 +6,9 @@
 use crate::modes_support;
 
 use dashu_ratio::RBig;
+use librate::modes::{Kind, Options, Stability};
 use librate::precision::Ball;
-use librate::{modes::Kind, modes::Options, modes::Stability};
-use librate_core::{modes::Factors, modes::Source, modes::Spectrum, modes::solve, modes::solve_from};
+use librate_core::modes::{Factors, Source, Spectrum, solve, solve_from};
 use modes_support::{Exact, ball, chain, check_enclosures, diagonal, integers, power_of_ten, problem};
 use proptest::prelude::*;
 

@@ -6,11 +6,9 @@
 use crate::modes_support;
 
 use dashu_ratio::RBig;
-use librate::{modes::Kind, modes::Options, modes::Stability};
-use librate::{precision::Big, precision::Magnitude, precision::Rounding};
-use librate_core::{
-    modes::ModesError, modes::PreciseProblem, modes::Source, modes::Spectrum, modes::solve, modes::solve_from,
-};
+use librate::modes::{Kind, Options, Stability};
+use librate::precision::{Big, Magnitude, Rounding};
+use librate_core::modes::{ModesError, PreciseProblem, Source, Spectrum, solve, solve_from};
 use modes_support::precise::*;
 use modes_support::*;
 use proptest::prelude::*;

@@ -8,9 +8,9 @@ use crate::modes_support;
 use std::ops::Range;
 
 use dashu_ratio::RBig;
+use librate::modes::{Kind, Options, Stability};
 use librate::precision::Ball;
-use librate::{modes::Kind, modes::Options, modes::Stability};
-use librate_core::{modes::ModesError, modes::Problem, modes::solve};
+use librate_core::modes::{ModesError, Problem, solve};
 use modes_support::*;
 use proptest::prelude::*;
 

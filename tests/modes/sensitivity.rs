@@ -6,12 +6,12 @@ use crate::common;
 use std::path::Path;
 
 use common::model_in;
+use librate::linearize::{Linearized, linearize};
 use librate::modes::Options;
-use librate::{linearize::Linearized, linearize::linearize};
-use librate::{oscillation::NormalModes, oscillation::normal_modes};
-use librate::{precision::Ball, precision::Big};
-use librate::{report::Style, report::modes_text};
-use librate::{sensitivity::Sensitivities, sensitivity::put_uncertainties, sensitivity::sensitivities};
+use librate::oscillation::{NormalModes, normal_modes};
+use librate::precision::{Ball, Big};
+use librate::report::{Style, modes_text};
+use librate::sensitivity::{Sensitivities, put_uncertainties, sensitivities};
 
 fn solve(text: &str, settings: &[&str], digits: usize) -> (Linearized, NormalModes) {
     let linearized = linearize(model_in(text, Path::new("models"), settings)).unwrap();

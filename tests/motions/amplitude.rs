@@ -5,20 +5,17 @@
 use crate::cli_support;
 
 use cli_support::*;
+use librate::amplitude::{self, AmplitudeError, Amplitudes, ModeAmplitude, Obstacle, amplitude};
+use librate::linearize::{Linearized, linearize};
+use librate::model::{Constant, elaborate};
 use librate::modes::Options;
+use librate::motion::{Start, System, Times};
 use librate::number::Number;
+use librate::oscillation::{NormalModes, normal_modes};
+use librate::period::{self, Oscillator, Request};
+use librate::precision::{Ball, Scalar};
+use librate::report::{Style, amplitude_text};
 use librate::syntax;
-use librate::{
-    amplitude, amplitude::AmplitudeError, amplitude::Amplitudes, amplitude::ModeAmplitude, amplitude::Obstacle,
-    amplitude::amplitude,
-};
-use librate::{linearize::Linearized, linearize::linearize};
-use librate::{model::Constant, model::elaborate};
-use librate::{motion::Start, motion::System, motion::Times};
-use librate::{oscillation::NormalModes, oscillation::normal_modes};
-use librate::{period, period::Oscillator, period::Request};
-use librate::{precision::Ball, precision::Scalar};
-use librate::{report::Style, report::amplitude_text};
 use serde_json::Value;
 
 fn whole(text: &str) -> (Linearized, NormalModes, Amplitudes) {

@@ -4,11 +4,10 @@
 
 use std::f64::consts::PI;
 
+use librate::chart::{Chart, Place};
 use librate::floquet::floquet;
-use librate::model::Range;
+use librate::model::{Range, Settings, TableTexts, elaborate};
 use librate::syntax;
-use librate::{chart::Chart, chart::Place};
-use librate::{model::Settings, model::TableTexts, model::elaborate};
 
 /// All places, row by row, with the values of both parameters.
 fn places(text: &str, ranges: [&str; 2]) -> Vec<([f64; 2], Place)> {

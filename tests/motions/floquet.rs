@@ -6,15 +6,14 @@ use crate::common;
 
 use common::{load, model_files};
 use librate::chart::Chart;
-use librate::model::Range;
+use librate::expr::{Pool, Symbol};
+use librate::floquet::{Floquet, FloquetError, Options, Place, floquet};
+use librate::model::{Model, Range, Settings, TableTexts, elaborate};
 use librate::number::Number;
+use librate::precision::{Ball, Big, Scalar};
 use librate::syntax;
-use librate::{expr::Pool, expr::Symbol};
-use librate::{floquet::Floquet, floquet::FloquetError, floquet::Options, floquet::Place, floquet::floquet};
-use librate::{model::Model, model::Settings, model::TableTexts, model::elaborate};
-use librate::{precision::Ball, precision::Big, precision::Scalar};
 use librate_core::precision::Enclosure;
-use librate_studies::{flow::Enclosing, flow::Equations, flow::Plain};
+use librate_studies::flow::{Enclosing, Equations, Plain};
 use proptest::prelude::*;
 use serde_json::Value;
 

@@ -4,14 +4,12 @@
 
 use std::f64::consts::PI;
 
-use librate::Error;
 use librate::chart::Chart;
-use librate::model::Range;
-use librate::syntax;
-use librate::{floquet::Floquet, floquet::FloquetError, floquet::Options, floquet::Place, floquet::floquet};
-use librate::{model::Model, model::Settings, model::TableTexts, model::elaborate};
-use librate::{precision::Ball, precision::Big};
-use librate::{report::Style, report::floquet_text};
+use librate::floquet::{Floquet, FloquetError, Options, Place, floquet};
+use librate::model::{Model, Range, Settings, TableTexts, elaborate};
+use librate::precision::{Ball, Big};
+use librate::report::{Style, floquet_text};
+use librate::{Error, syntax};
 use serde_json::Value;
 
 fn model(text: &str) -> Model {

@@ -4,11 +4,11 @@
 //! `LIBRATE_DRIVEN=FILE` takes other models, made by the same script.
 #![cfg(feature = "engine")]
 
+use librate::floquet::{Floquet, Multiplier, Options, Place, floquet};
+use librate::model::{Settings, TableTexts, elaborate};
 use librate::number::Number;
+use librate::precision::{Ball, Big};
 use librate::syntax;
-use librate::{floquet::Floquet, floquet::Multiplier, floquet::Options, floquet::Place, floquet::floquet};
-use librate::{model::Settings, model::TableTexts, model::elaborate};
-use librate::{precision::Ball, precision::Big};
 use serde_json::Value;
 
 /// Bits that hold the digits of the references.

@@ -1,10 +1,10 @@
 //! What is known of where a solution starts is followed along with it.
 #![cfg(feature = "engine")]
 
+use librate::expr::{ExprId, Pool};
 use librate::precision::Ball;
-use librate::{expr::ExprId, expr::Pool};
 use librate_core::precision::DoubleDouble;
-use librate_studies::{flow::Equations, flow::Following};
+use librate_studies::flow::{Equations, Following};
 
 /// The state at a time of a solution of x' = f(x), from a box.
 fn followed(rates: fn(&mut Pool, &[ExprId]) -> Vec<ExprId>, start: &[(f64, f64)], until: f64) -> Vec<Ball> {

@@ -9,10 +9,10 @@ use common::{load, model, model_files};
 use librate::linearize::linearize;
 use librate::model::Constant;
 use librate::modes::Options;
+use librate::motion::{MotionError, Start, System, Times, superposition};
 use librate::oscillation::normal_modes;
 use librate::precision::Scalar;
-use librate::{motion::MotionError, motion::Start, motion::System, motion::Times, motion::superposition};
-use librate::{report::motion_csv, report::motion_svg};
+use librate::report::{motion_csv, motion_svg};
 use motion_support::{check, motion, reference, share, signed, start, times};
 
 #[test]

@@ -9,10 +9,10 @@ use common::model;
 use librate::linearize::linearize;
 use librate::model::Constant;
 use librate::modes::Options;
+use librate::motion::{MotionError, Start, System};
 use librate::oscillation::normal_modes;
 use librate::precision::Scalar;
 use librate::report::motion_csv;
-use librate::{motion::MotionError, motion::Start, motion::System};
 use motion_support::{check, motion, proved, reference, signed, start, times};
 
 /// Every cell of the table that is not empty, as text and number, by row.

@@ -9,10 +9,10 @@ use common::{load, model, model_files};
 use librate::linearize::linearize;
 use librate::model::Model;
 use librate::modes::Options;
+use librate::motion::{Enclosed, MotionError, Start, System, Trajectory};
 use librate::oscillation::normal_modes;
 use librate::precision::Scalar;
-use librate::{motion::Enclosed, motion::MotionError, motion::Start, motion::System, motion::Trajectory};
-use librate::{report::motion_csv, report::motion_json};
+use librate::report::{motion_csv, motion_json};
 use motion_support::{check, motion, proved, share, times};
 use proptest::prelude::*;
 

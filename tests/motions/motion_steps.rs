@@ -2,10 +2,10 @@
 //! are closed forms; where they have digits, these come from quadratures and elliptic functions with 40 digits.
 #![cfg(feature = "engine")]
 
+use librate::model::{Constant, Settings, TableTexts, elaborate};
+use librate::motion::{Start, System, Times};
 use librate::precision::Ball;
 use librate::syntax;
-use librate::{model::Constant, model::Settings, model::TableTexts, model::elaborate};
-use librate::{motion::Start, motion::System, motion::Times};
 
 /// The coordinates at the last of `samples` times.
 fn end(text: &str, start: &str, until: &str, samples: usize) -> Vec<Ball> {

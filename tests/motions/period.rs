@@ -5,12 +5,12 @@ use crate::cli_support;
 
 use cli_support::*;
 use librate::linearize::linearize;
+use librate::model::{Constant, elaborate};
 use librate::number::Number;
+use librate::period::{Motion, Options, Oscillator, Period, Request};
+use librate::precision::{Ball, Big, Scalar};
+use librate::report::{Style, period_text};
 use librate::syntax;
-use librate::{model::Constant, model::elaborate};
-use librate::{period::Motion, period::Options, period::Oscillator, period::Period, period::Request};
-use librate::{precision::Ball, precision::Big, precision::Scalar};
-use librate::{report::Style, report::period_text};
 use proptest::prelude::*;
 use serde_json::Value;
 

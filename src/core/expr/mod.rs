@@ -82,18 +82,16 @@ impl ExprId {
     pub fn index(self) -> usize {
         self.0 as usize
     }
-}
 
-/// A variable of a [`Pool`].
-#[derive(Copy, Clone, Eq, PartialEq, Hash, Ord, PartialOrd, Debug)]
-pub struct Symbol(u32);
-
-impl ExprId {
     /// Whether the expression is the number 0.
     pub(crate) fn is_zero(self) -> bool {
         self == ZERO
     }
 }
+
+/// A variable of a [`Pool`].
+#[derive(Copy, Clone, Eq, PartialEq, Hash, Ord, PartialOrd, Debug)]
+pub struct Symbol(u32);
 
 impl Symbol {
     /// How many symbols of the pool were created before this one.

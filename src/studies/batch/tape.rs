@@ -6,8 +6,7 @@
 //! what the operation itself rounds off, at most u|result| with u = 2^-53, is added.
 
 use super::compile::{Operation, Program};
-use librate_core::precision::{Ball, DoubleDouble, Function, Scalar};
-use librate_core::precision::{LANES, Lane};
+use librate_core::precision::{Ball, DoubleDouble, Function, LANES, Lane, Scalar};
 
 /// u, the largest relative error of one rounding to nearest.
 pub(super) const U: f64 = f64::EPSILON / 2.0;

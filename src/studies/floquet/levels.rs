@@ -7,8 +7,7 @@ use super::multipliers::{self, Multiplier, Place, is_lacking, missing_bits};
 use super::orbit::{Guess, Lost, SEARCH, orbit, search};
 use crate::flow::{Equations, Plain};
 use librate_core::expr::{ExprId, Tape};
-use librate_core::precision::Enclosure;
-use librate_core::precision::{Ball, Big, Magnitude};
+use librate_core::precision::{Ball, Big, Enclosure, Magnitude};
 
 /// The order of the steps in double-double: about the best for 32 digits.
 const ORDER: usize = 34;

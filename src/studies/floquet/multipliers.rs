@@ -10,8 +10,7 @@
 use super::basis::Basis;
 use super::discs::{Covers, Disc, connected};
 use super::signature::is_definite;
-use librate_core::precision::Enclosure;
-use librate_core::precision::{Ball, Big, Function, Magnitude, Scalar, up};
+use librate_core::precision::{Ball, Big, Enclosure, Function, Magnitude, Scalar, up};
 
 /// Bits for logarithms and hulls of what leaves the range of balls.
 const BITS: usize = 160;

@@ -16,7 +16,7 @@ const TOLERANCE: f64 = 1e-17;
 const MOST_STEPS: usize = 1_000_000;
 /// The terms that the length of a step is taken from: gaps in a series are mostly shorter.
 const LAST: std::ops::Range<usize> = ORDER / 2..ORDER;
-/// Times on a trip at which the right side is looked at, at least; what is shorter than their distance may be missed.
+/// Times in a motion at which the right side is evaluated, at least; what is shorter than their distance may be missed.
 const SAMPLES: f64 = 64.0;
 /// How far a series may be off its function, beside the size of J.
 const OFF: f64 = 1e-11;

@@ -33,8 +33,7 @@ use librate_core::budget::Budget;
 use librate_core::expr::Tape;
 use librate_core::linearize::LinearizeError;
 use librate_core::model::{Constant, Model};
-use librate_core::precision::Enclosure;
-use librate_core::precision::{Ball, DoubleDouble, Scalar};
+use librate_core::precision::{Ball, DoubleDouble, Enclosure, Scalar};
 
 /// Order and tolerance of steps in double-double.
 const FINE: (usize, f64) = (36, 1e-33);

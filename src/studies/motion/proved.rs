@@ -13,8 +13,7 @@ use crate::flow::{Equations, Following, count};
 use librate_core::budget::Budget;
 use librate_core::linearize::LinearizeError;
 use librate_core::model::Model;
-use librate_core::precision::Enclosure;
-use librate_core::precision::{Ball, Big};
+use librate_core::precision::{Ball, Big, Enclosure};
 
 /// Order of steps in double-double.
 const ORDER: usize = 36;

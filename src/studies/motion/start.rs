@@ -7,8 +7,7 @@ use librate_core::expr::{ExprId, Pool, Tape};
 use librate_core::linearize::{self, Linearized, Origin, evaluate_closed};
 use librate_core::model::{Constant, Model, ModelError};
 use librate_core::oscillation::NormalModes;
-use librate_core::precision::Enclosure;
-use librate_core::precision::{Ball, Scalar, up};
+use librate_core::precision::{Ball, Enclosure, Scalar, up};
 
 /// Coordinates and velocities at t = 0, in SI.
 #[derive(Clone, Debug)]

@@ -1,8 +1,7 @@
 //! The period over a range of amplitudes or energies.
 
 use super::{Options, Oscillator, Period, PeriodError, Request};
-use librate_core::model::Range;
-use librate_core::model::{Constant, ModelError};
+use librate_core::model::{Constant, ModelError, Range};
 
 /// The motion at one place of a range.
 #[derive(Clone, Debug)]

@@ -1,8 +1,7 @@
 //! The zero of E - U on the other side of a barrier that a motion turns close to.
 
 use super::panel::Path;
-use librate_core::precision::Enclosure;
-use librate_core::precision::Magnitude;
+use librate_core::precision::{Enclosure, Magnitude};
 
 /// Zeros further away than this part of the path are left: panels feel them little.
 const FARTHEST: f64 = 0.25;

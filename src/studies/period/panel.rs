@@ -10,8 +10,7 @@
 
 use super::weights::Weight;
 use librate_core::expr::{Prepared, Series, Tape};
-use librate_core::precision::Enclosure;
-use librate_core::precision::{Magnitude, Scalar, exponent_of, power_of_two};
+use librate_core::precision::{Enclosure, Magnitude, Scalar, exponent_of, power_of_two};
 
 /// So many panels are tried at most, in one integral.
 const MOST_PANELS: usize = 4000;

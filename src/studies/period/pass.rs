@@ -12,8 +12,7 @@
 //! expanded, and the moments of w are known.
 
 use super::panel::{Field, over_panel};
-use librate_core::precision::Enclosure;
-use librate_core::precision::{Function, Magnitude};
+use librate_core::precision::{Enclosure, Function, Magnitude};
 
 /// Places along a path at which a top is looked for.
 const PLACES: u32 = 16;

@@ -7,8 +7,7 @@ use super::small::small;
 use super::task::{Course, Found, Stop, Task};
 use super::{Motion, Options, Oscillator, Period, PeriodError, Request, decides};
 use librate_core::linearize::short;
-use librate_core::precision::Enclosure;
-use librate_core::precision::{Ball, Big, Magnitude, Rounding, Scalar};
+use librate_core::precision::{Ball, Big, Enclosure, Magnitude, Rounding, Scalar};
 
 /// The rest that is asked for at least: the period is then known better than doubles tell.
 const LEAST_BITS: u32 = 62;

@@ -4,8 +4,7 @@ use super::barrier::Height;
 use super::panel::{Field, Obstacle, Path, Refusal, order_for};
 use super::turning::Outward;
 use super::{Oscillator, PeriodError, Request};
-use librate_core::precision::Big;
-use librate_core::precision::Enclosure;
+use librate_core::precision::{Big, Enclosure};
 
 /// A barrier this near to the equilibrium, beside the amplitude, is the equilibrium.
 const AT_CENTRE: f64 = 1e-6;

@@ -1,7 +1,6 @@
 //! What is taken out of 1/sqrt(E - U) before it is expanded, and the moments of that.
 
-use librate_core::precision::Enclosure;
-use librate_core::precision::Function;
+use librate_core::precision::{Enclosure, Function};
 
 /// w(x), with E - U = h(x)/w(x)².
 #[derive(Clone, Debug)]

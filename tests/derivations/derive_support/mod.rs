@@ -3,13 +3,13 @@
 
 #![allow(dead_code, reason = "each test file uses a part of it")]
 
+use librate::derive::{Derivation, Motion, MotionSum};
+use librate::expr::{ExprId, Pool, Symbol, Tape};
 use librate::model::Model;
 use librate::number::Number;
-use librate::{derive::Derivation, derive::Motion, derive::MotionSum};
-use librate::{expr::ExprId, expr::Pool, expr::Symbol, expr::Tape};
-use librate::{precision::Big, precision::Scalar};
-use librate_core::{expr::Seeds, expr::Substitution};
-use librate_core::{model::SymbolKind, model::TermFamily};
+use librate::precision::{Big, Scalar};
+use librate_core::expr::{Seeds, Substitution};
+use librate_core::model::{SymbolKind, TermFamily};
 
 fn written_out(model: &Model, pool: &mut Pool, families: &[TermFamily]) -> ExprId {
     let mut terms = Vec::new();

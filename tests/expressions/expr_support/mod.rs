@@ -5,9 +5,9 @@
 
 pub mod approx;
 
+use librate::expr::{ExprId, Function, Pool, Symbol, Tape};
 use librate::number::Number;
 use librate::precision::Scalar;
-use librate::{expr::ExprId, expr::Function, expr::Pool, expr::Symbol, expr::Tape};
 
 /// Reads an expression of the model language (names, numbers, operators, functions).
 pub fn read(pool: &mut Pool, text: &str) -> ExprId {

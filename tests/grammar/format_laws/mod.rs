@@ -1,6 +1,6 @@
 //! What must hold of the layout of any model file.
 
-use librate::{syntax::File, syntax::format, syntax::parse};
+use librate::syntax::{File, format, parse};
 
 use crate::syntax_common::strip_spans;
 

@@ -5,12 +5,12 @@
 use std::path::Path;
 
 use librate::diagnostic::Diagnostic;
+use librate::linearize::{Linearized, linearize};
+use librate::model::{Settings, TableTexts, elaborate};
 use librate::modes::Options;
+use librate::oscillation::{NormalModes, normal_modes};
 use librate::precision::Ball;
-use librate::{linearize::Linearized, linearize::linearize};
-use librate::{model::Settings, model::TableTexts, model::elaborate};
-use librate::{oscillation::NormalModes, oscillation::normal_modes};
-use librate::{syntax::StatementKind, syntax::parse};
+use librate::syntax::{StatementKind, parse};
 
 /// What a header says.
 #[derive(Default)]

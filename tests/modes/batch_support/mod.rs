@@ -3,8 +3,8 @@
 #![allow(dead_code, reason = "each test file uses its share")]
 
 use librate::batch::Solution;
+use librate::model::{Model, Settings, TableTexts, elaborate};
 use librate::syntax::parse;
-use librate::{model::Model, model::Settings, model::TableTexts, model::elaborate};
 
 pub(crate) fn model(text: &str) -> Model {
     let file = parse(text).unwrap_or_else(|errors| panic!("{errors:?}"));

@@ -8,8 +8,8 @@ use dashu_int::IBig;
 use dashu_ratio::RBig;
 use librate::modes::Options;
 use librate::precision::Ball;
+use librate_core::modes::{Problem, Spectrum, solve};
 use librate_core::precision::DoubleDouble;
-use librate_core::{modes::Problem, modes::Spectrum, modes::solve};
 
 /// A dense symmetric matrix of exact numbers.
 pub type Exact = Vec<Vec<RBig>>;

@@ -4,9 +4,9 @@ use std::cell::RefCell;
 
 use dashu_int::IBig;
 use dashu_ratio::RBig;
-use librate::{modes::Kind, modes::Options};
-use librate::{precision::Big, precision::Magnitude, precision::Rounding};
-use librate_core::{modes::Mode, modes::PreciseProblem, modes::Source, modes::Spectrum, modes::solve_from};
+use librate::modes::{Kind, Options};
+use librate::precision::{Big, Magnitude, Rounding};
+use librate_core::modes::{Mode, PreciseProblem, Source, Spectrum, solve_from};
 
 use super::{Exact, ball, count_below, parse, problem};
 

@@ -8,14 +8,12 @@
     reason = "tests stop at the first surprise, and no test uses all of this"
 )]
 
+use librate::linearize::{Linearized, linearize};
+use librate::model::{Constant, Model};
+use librate::motion::{Enclosed, MotionError, Start, System, Times, Trajectory};
 use librate::number::Number;
+use librate::precision::{Big, Scalar};
 use librate::report::motion_csv;
-use librate::{linearize::Linearized, linearize::linearize};
-use librate::{model::Constant, model::Model};
-use librate::{
-    motion::Enclosed, motion::MotionError, motion::Start, motion::System, motion::Times, motion::Trajectory,
-};
-use librate::{precision::Big, precision::Scalar};
 
 pub(crate) const BITS: usize = 200;
 
