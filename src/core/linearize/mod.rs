@@ -76,7 +76,7 @@ pub(crate) use symmetry::{Rotation, candidate_rotations, rotation_name, translat
 pub(crate) use zero::NO_FORCE;
 pub use zero::ZeroMode;
 
-use assemble::{Assembly, Values};
+use assemble::{Assembly, Part, Values};
 use constrained::Tangent;
 use derived::leaving_out_dependent;
 use unbalanced::Unbalanced;
@@ -87,7 +87,7 @@ use velocity::Matrix;
 use std::cell::Cell;
 
 use crate::model::Model;
-use crate::precision::{Ball, Big, clear_column};
+use crate::precision::{Ball, Big, SparseMatrix, clear_column};
 
 /// The largest dense problem: its matrices and vectors take about 2 GB.
 pub const MOST_COORDINATES: usize = 4000;
@@ -502,6 +502,21 @@ impl Linearized {
     pub fn stiffness(&self) -> Vec<Ball> {
         let at = &self.equilibrium.values;
         self.symmetric(self.assembly.stiffness(at, &self.values))
+    }
+
+    /// M and K as sparse matrices, in SI: K symmetric, as [`Linearized::stiffness`]. `None` under constraints.
+    #[must_use]
+    pub fn sparse(&self) -> Option<(SparseMatrix, SparseMatrix)> {
+        if self.is_constrained() {
+            return None;
+        }
+        let at = &self.equilibrium.values;
+        let added = |part| {
+            let mut shares = Vec::new();
+            self.assembly.entries(part, at, &self.values, |i, j, share| shares.push((i, j, *share)));
+            SparseMatrix::from_shares(self.dimension(), &shares)
+        };
+        Some((added(Part::Inertia), added(Part::Stiffness)))
     }
 
     fn symmetric(&self, matrix: Vec<Ball>) -> Vec<Ball> {

@@ -24,6 +24,7 @@ mod magnitude;
 mod matrix;
 mod root;
 mod scalar;
+mod sparse;
 mod sums;
 mod system;
 
@@ -41,4 +42,5 @@ pub use magnitude::Magnitude;
 pub use matrix::{Entry, Matrix, clear_column, sum_of_products};
 pub use root::Root;
 pub use scalar::{Function, Scalar};
+pub use sparse::SparseMatrix;
 pub use system::System;

@@ -1,0 +1,85 @@
+//! Symmetric matrices of which most entries are 0.
+
+use super::{Ball, Scalar};
+
+/// A symmetric matrix: the entries of its lower triangle that are not exactly 0, column by column.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SparseMatrix<S = Ball> {
+    /// Where each column begins in `rows` and `values`; one more than there are columns.
+    starts: Vec<usize>,
+    rows: Vec<u32>,
+    values: Vec<S>,
+}
+
+impl<S: Scalar> SparseMatrix<S> {
+    /// The sum of shares: row, column, value, the row not above the column. Several for one entry are added in their order.
+    #[must_use]
+    pub fn from_shares(dimension: usize, shares: &[(u32, u32, S)]) -> Self {
+        // By column, in the order of the shares.
+        let mut ends = vec![0_usize; dimension + 1];
+        for (_, column, _) in shares {
+            ends[*column as usize + 1] += 1;
+        }
+        for j in 0..dimension {
+            ends[j + 1] += ends[j];
+        }
+        let mut order = vec![0_u32; shares.len()];
+        let mut next = ends.clone();
+        for (number, (_, column, _)) in (0_u32..).zip(shares) {
+            order[next[*column as usize]] = number;
+            next[*column as usize] += 1;
+        }
+        let mut matrix = Self { starts: Vec::with_capacity(dimension + 1), rows: Vec::new(), values: Vec::new() };
+        matrix.starts.push(0);
+        for j in 0..dimension {
+            let own = &mut order[ends[j]..ends[j + 1]];
+            own.sort_by_key(|number| shares[*number as usize].0);
+            for group in own.chunk_by(|a, b| shares[*a as usize].0 == shares[*b as usize].0) {
+                let mut parts = group.iter().map(|number| &shares[*number as usize]);
+                let Some((row, _, first)) = parts.next() else { continue };
+                let sum = parts.fold(first.clone(), |sum, (_, _, part)| sum.add(part));
+                if !sum.is_exact_zero() {
+                    matrix.rows.push(*row);
+                    matrix.values.push(sum);
+                }
+            }
+            matrix.starts.push(matrix.rows.len());
+        }
+        matrix
+    }
+}
+
+impl<S> SparseMatrix<S> {
+    /// The number of rows.
+    #[must_use]
+    pub fn dimension(&self) -> usize {
+        self.starts.len().saturating_sub(1)
+    }
+
+    /// The number of entries in the lower triangle.
+    #[must_use]
+    pub fn stored(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// The rows of a column, ascending, and the entries there, from the diagonal down.
+    #[must_use]
+    pub fn column(&self, j: usize) -> (&[u32], &[S]) {
+        let range = self.starts[j]..self.starts[j + 1];
+        (&self.rows[range.clone()], &self.values[range])
+    }
+
+    /// All entries of the lower triangle: row, column, value, column by column.
+    pub fn entries(&self) -> impl Iterator<Item = (usize, usize, &S)> {
+        (0..self.dimension()).flat_map(|j| {
+            let (rows, values) = self.column(j);
+            rows.iter().zip(values).map(move |(i, value)| (*i as usize, j, value))
+        })
+    }
+
+    /// How far the entries are from the diagonal at most.
+    #[must_use]
+    pub fn bandwidth(&self) -> usize {
+        self.entries().map(|(i, j, _)| i - j).max().unwrap_or(0)
+    }
+}
