@@ -150,6 +150,24 @@ Examples:
     librate inertia molecule.csv --digits 15
     librate inertia part.stl --density 2700 --json";
 
+const EXPORT: &str = "\
+The matrices of M q'' + (G + C) q' + (K + N) q = 0 about the equilibrium, for other programs: mass and
+stiffness M and K, and what there is of the gyroscopic, damping and circulatory matrices G, C and N.
+Entries are doubles, in SI, those that are 0 left out. Rows are the coordinates in the order of the
+model; under constraints those that the others follow.
+
+--matrix-market writes M.mtx, K.mtx and so on: a triangle of what is symmetric, numbers as the
+shortest decimals that read back to the same doubles. --npz writes one archive for NumPy, in which
+`M_data`, `M_indices`, `M_indptr` and `M_shape` are M as scipy.sparse.csr_array((data, indices,
+indptr), shape) takes it, K and the others likewise. --petsc writes M, K and so on in PETSc's binary
+format.";
+
+const EXPORT_EXAMPLE: &str = "\
+Examples:
+    librate export chain.lag --set N=1000 --matrix-market -o chain
+    librate export rotor.lag --npz -o rotor.npz
+    librate export chain.lag --petsc -o chain";
+
 const EXPLAIN: &str = "\
 More about a kind of error or warning: what is wrong, why it matters, a model with it and one
 without. Without a code, the list of all codes.";
@@ -233,6 +251,7 @@ impl Command {
             Self::Floquet(args) => Some(&mut args.model),
             Self::Motion(args) => Some(&mut args.model),
             Self::Inertia(args) => Some(&mut args.model),
+            Self::Export(args) => Some(&mut args.model),
             Self::Check(args) => Some(&mut args.model),
             Self::Derive(args) => Some(&mut args.model),
             Self::Explain(_) | Self::Fmt(_) => None,
@@ -276,6 +295,9 @@ pub(crate) enum Command {
     /// Principal moments and axes of inertia: of a model's tensors, of points, of a mesh
     #[command(long_about = flowing(INERTIA), after_help = flowing(INERTIA_EXAMPLE))]
     Inertia(Inertia),
+    /// The matrices as files of other programs: Matrix Market, NumPy, PETSc
+    #[command(long_about = flowing(EXPORT), after_help = flowing(EXPORT_EXAMPLE))]
+    Export(Export),
     /// Check a model file without computing anything
     #[command(long_about = flowing(CHECK))]
     Check(Check),
@@ -477,6 +499,25 @@ pub(crate) struct Motion {
     /// JSON instead of CSV, with the error of each value
     #[arg(long, conflicts_with = "linear")]
     pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+#[group(id = "files", args = ["matrix_market", "npz", "petsc"], required = true, multiple = false)]
+pub(crate) struct Export {
+    #[command(flatten)]
+    pub(crate) model: ModelArgs,
+    /// M.mtx, K.mtx and what there is of G, C and N in a folder, as text
+    #[arg(long)]
+    pub(crate) matrix_market: bool,
+    /// All in one archive of NumPy
+    #[arg(long)]
+    pub(crate) npz: bool,
+    /// M, K and what there is of G, C and N in a folder, in PETSc's binary format
+    #[arg(long)]
+    pub(crate) petsc: bool,
+    /// The folder, which is made where there is none, or the file for --npz
+    #[arg(short, long, value_name = "PATH")]
+    pub(crate) output: PathBuf,
 }
 
 #[derive(Debug, Args)]

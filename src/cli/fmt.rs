@@ -1,5 +1,6 @@
 //! `librate fmt`: rewrites model files in canonical layout, or shows what would change.
 
+use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::Duration;
@@ -50,7 +51,7 @@ fn one(file: &Path, check: bool) -> Result<bool, Failure> {
     if input::is_stream(file) {
         write_data(&formatted)?;
     } else if !same {
-        output::replace(file, &formatted, Some(&source.text)).map_err(|error| {
+        output::replace(file, &|mut out| out.write_all(formatted.as_bytes()), Some(&source.text)).map_err(|error| {
             let reason = output::in_words(&error);
             fault(format!("can't write the model file `{}`: {reason}", source.name))
         })?;

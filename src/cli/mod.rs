@@ -4,6 +4,7 @@ mod amplitude;
 mod args;
 mod chart;
 mod draw;
+mod export;
 mod fmt;
 mod guard;
 mod inertia;
@@ -97,6 +98,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Floquet(floquet) => floquet_text(floquet),
         Command::Motion(motion) => motion::text(motion, format),
         Command::Inertia(inertia) => inertia::text(inertia),
+        Command::Export(export) => export::text(export),
         Command::Check(check) => check_text(check),
         Command::Derive(derive) => derive_text(derive),
         Command::Explain(explain) => explain_text(explain),

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::fmt::Display;
 use std::fs::{self, File, Metadata};
-use std::io::{self, BufWriter, ErrorKind, IsTerminal, Write};
+use std::io::{self, BufWriter, ErrorKind, IsTerminal, Seek, Write};
 use std::path::Path;
 
 use anstream::{AutoStream, ColorChoice};
@@ -151,16 +151,30 @@ pub(super) fn write_messages(text: &str) {
     let _ = stream.lock().write_all(visible(text, color).as_bytes());
 }
 
+/// What writes a file; it may be called more than once.
+pub(super) type Content<'a> = &'a dyn Fn(&File) -> io::Result<()>;
+
 /// Writes a picture or a table into a file, but over nothing that was read or written by the same command.
 pub(super) fn write_file(file: &Path, text: &str, source: &mut Source) -> Result<(), Failure> {
+    write_content(file, &|mut out| out.write_all(text.as_bytes()), source)
+}
+
+/// The same for what is written piece by piece.
+pub(super) fn write_content(file: &Path, content: Content<'_>, source: &mut Source) -> Result<(), Failure> {
     let name = file.display();
     let mut taken = source.taken.iter().map(|path| path.as_path());
     if taken.any(|own| same_file(own, file)) || same_file(Path::new("/dev/stdout"), file) {
         return Err(fault(format!("can't write `{name}`: this command reads that file, or has written it already")));
     }
-    replace(file, text, None).map_err(|error| fault(format!("can't write `{name}`: {}", in_words(&error))))?;
+    replace(file, content, None).map_err(|error| fault(format!("can't write `{name}`: {}", in_words(&error))))?;
     source.taken.push(file.to_owned());
     Ok(())
+}
+
+/// Makes a folder and those above it, where they are not there.
+pub(super) fn make_folder(folder: &Path) -> Result<(), Failure> {
+    let made = fs::create_dir_all(folder);
+    made.map_err(|error| fault(format!("can't make the folder `{}`: {}", folder.display(), in_words(&error))))
 }
 
 /// What kept a file from being written.
@@ -187,20 +201,20 @@ fn same_file(one: &Path, other: &Path) -> bool {
     first.is_file() && second.is_file() && same
 }
 
-/// Puts a text into a file, whole or not at all: it is written to a new file, which then takes the place of the old one
+/// Puts something into a file, whole or not at all: it is written to a new file, which then takes the place of the old one
 /// with its permissions. A symbolic link stays one. What has several names or another's owner is written where it is.
 ///
 /// `before` is what the file is taken to hold; if somebody has changed it meanwhile, nothing is written.
-pub(super) fn replace(file: &Path, text: &str, before: Option<&str>) -> io::Result<()> {
+pub(super) fn replace(file: &Path, content: Content<'_>, before: Option<&str>) -> io::Result<()> {
     let target = match file.canonicalize() {
         Ok(target) => target,
         // What a shell has opened, or a link to what is not there yet.
-        Err(_) if file.is_symlink() => return fs::write(file, text),
+        Err(_) if file.is_symlink() => return content(&File::create(file)?),
         Err(_) => file.to_owned(),
     };
     let old = match fs::metadata(&target) {
         Ok(old) if old.permissions().readonly() => return Err(ErrorKind::PermissionDenied.into()),
-        Ok(old) if !old.is_file() => return fs::write(&target, text),
+        Ok(old) if !old.is_file() => return content(&File::create(&target)?),
         Ok(old) => Some(old),
         Err(error) if error.kind() == ErrorKind::NotFound => None,
         Err(error) => return Err(error),
@@ -210,15 +224,15 @@ pub(super) fn replace(file: &Path, text: &str, before: Option<&str>) -> io::Resu
         Some(_) | None => Path::new("."),
     };
     let Some(old) = old else {
-        let fresh = fresh(folder, text, None, true)?;
+        let fresh = fresh(folder, content, None, true)?;
         return Ok(fresh.persist(&target).map(drop)?);
     };
     // That the file may be written is for the file to say, not for its folder.
     let own = File::options().write(true).open(&target)?;
-    let (fresh, stays) = match fresh(folder, text, Some(&old), true) {
+    let (fresh, stays) = match fresh(folder, content, Some(&old), true) {
         Ok(fresh) => (fresh, names(&old) > 1),
         // A file of somebody else's can't be made anew.
-        Err(error) if error.kind() == ErrorKind::PermissionDenied => (fresh(folder, text, Some(&old), false)?, true),
+        Err(error) if error.kind() == ErrorKind::PermissionDenied => (fresh(folder, content, Some(&old), false)?, true),
         Err(error) => return Err(error),
     };
     if let Some(before) = before
@@ -230,27 +244,28 @@ pub(super) fn replace(file: &Path, text: &str, before: Option<&str>) -> io::Resu
     if !stays {
         return Ok(fresh.persist(&target).map(drop)?);
     }
-    write_in_place(own, text).or_else(|error| {
+    write_in_place(own, content).or_else(|error| {
         let (_, path) = fresh.keep()?;
         let path = path.display();
         Err(io::Error::other(format!("{error}; all of it is in `{path}`")))
     })
 }
 
-fn write_in_place(mut file: File, text: &str) -> io::Result<()> {
-    file.write_all(text.as_bytes())?;
-    file.set_len(text.len() as u64)?;
+fn write_in_place(mut file: File, content: Content<'_>) -> io::Result<()> {
+    content(&file)?;
+    let end = file.stream_position()?;
+    file.set_len(end)?;
     file.sync_all()
 }
 
 /// How files begin that are about to take another's place; short, whatever the name of that is.
 const PREFIX: &str = ".librate-";
 
-/// A file with the text, beside the one that it is to replace, with its permissions and, if asked for, its owner. It has a
+/// A file with the content, beside the one that it is to replace, with its permissions and, if asked for, its owner. It has a
 /// name only from the moment on in which it is whole, so that an interruption leaves nothing behind.
-fn fresh(folder: &Path, text: &str, old: Option<&Metadata>, owner: bool) -> io::Result<NamedTempFile> {
-    let fill = |mut file: &File| -> io::Result<()> {
-        file.write_all(text.as_bytes())?;
+fn fresh(folder: &Path, content: Content<'_>, old: Option<&Metadata>, owner: bool) -> io::Result<NamedTempFile> {
+    let fill = |file: &File| -> io::Result<()> {
+        content(file)?;
         if let Some(old) = old {
             if owner {
                 keep_owner(file, old)?;

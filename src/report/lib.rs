@@ -1,8 +1,8 @@
 //! Results in writing: text for a person, JSON for a program.
 //!
 //! Every number that has a bound is printed with the digits its bound decides and no others
-//! ([`librate_core::precision::decimal`]). Nothing is computed here, and nothing is written anywhere: the
-//! functions return text.
+//! ([`librate_core::precision::decimal`]). Nothing is computed here, and no file is opened: the functions return text, or
+//! write to what they are handed.
 
 mod amplitude;
 mod chart;
@@ -13,8 +13,10 @@ mod frequencies;
 mod inertia;
 mod json;
 mod latex;
+mod matrices;
 mod modes;
 mod motion;
+mod npz;
 mod period;
 mod period_picture;
 mod picture;
@@ -29,8 +31,10 @@ pub use floquet::{floquet_json, floquet_text};
 pub use inertia::{body_json, body_text, tensors_json, tensors_text};
 pub use json::{derive_json, modes_json};
 pub use latex::derive_latex;
+pub use matrices::{Matrix, Mirror, OutOfRange, matrices, write_npz};
 pub use modes::modes_text;
 pub use motion::{MotionCsv, MotionJson, motion_csv, motion_json, motion_remark, motion_svg, start_remark};
+pub use npz::{Vectors, read_vectors};
 pub use period::{period_csv, period_curve_json, period_json, period_text};
 pub use period_picture::period_svg;
 pub use sensitivity::{sensitivity_json, sensitivity_text};

@@ -285,10 +285,11 @@ fn help_teaches() {
         "period",
         "motion",
         "inertia",
+        "export",
     ] {
         assert!(text.contains(command));
     }
-    for command in ["modes", "check", "derive", "sweep", "sensitivity", "amplitude", "floquet", "inertia"] {
+    for command in ["modes", "check", "derive", "sweep", "sensitivity", "amplitude", "floquet", "inertia", "export"] {
         assert!(printed(&[command, "--help"]).contains("--set <NAME=VALUE>"));
     }
 }

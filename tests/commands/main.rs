@@ -16,6 +16,7 @@ mod dimensions;
 mod embedding;
 mod expect;
 mod explanations;
+mod export;
 mod guide;
 mod inertia;
 mod inertia_meshes;

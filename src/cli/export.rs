@@ -1,0 +1,92 @@
+//! `librate export`: the matrices of a model as files of other programs.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use librate::linearize::{self, Linearized};
+use librate::report::{self, Matrix};
+
+use super::output::{make_folder, write_content};
+use super::progress::Progress;
+use super::{Answer, Failure, Loaded, Size, args, failed, fault, load_values};
+
+/// All matrices there are.
+const NAMES: [&str; 5] = ["M", "K", "G", "C", "N"];
+
+/// Writes the files; the answer lists them.
+pub(super) fn text(args: &args::Export) -> Result<Answer, Failure> {
+    let Loaded { mut source, model, warnings } = load_values(&args.model, Size::Any)?;
+    let progress = Progress::start("computing the matrices");
+    let linearized = match linearize::linearize(model) {
+        Ok(linearized) => linearized,
+        Err(error) => return Err(failed(source, warnings, error)),
+    };
+    let matrices = match report::matrices(&linearized) {
+        Ok(matrices) => matrices,
+        Err(error) => {
+            return Err(match linearized.not_finite() {
+                Some(undefined) => failed(source, warnings, undefined),
+                None => fault(error.to_string()),
+            });
+        }
+    };
+    let path = &args.output;
+    if args.npz {
+        write_content(path, &|out| report::write_npz(&matrices, out), &mut source)?;
+    } else {
+        make_folder(path)?;
+        let files: Vec<PathBuf> = NAMES.iter().map(|name| file(args, name)).collect();
+        let own = |name: &str| matrices.iter().find(|matrix| matrix.name() == name);
+        for (name, file) in NAMES.iter().zip(&files).filter(|(name, _)| own(name).is_none()) {
+            if file.exists() {
+                let file = file.display();
+                return Err(fault(format!(
+                    "`{file}` is of another model: this one has no {name}; remove that file first"
+                )));
+            }
+        }
+        let comments = comments(&linearized);
+        for (name, file) in NAMES.iter().zip(&files) {
+            let Some(matrix) = own(name) else { continue };
+            if args.petsc {
+                write_content(file, &|out| matrix.write_petsc(out), &mut source)?;
+            } else {
+                write_content(file, &|out| matrix.write_matrix_market(&comments, out), &mut source)?;
+            }
+        }
+    }
+    drop(progress);
+    Ok(Answer::new(list(args, &matrices), Some((source, warnings))))
+}
+
+/// The file of a matrix in the folder.
+fn file(args: &args::Export, name: &str) -> PathBuf {
+    let name = if args.petsc { name.to_owned() } else { format!("{name}.mtx") };
+    args.output.join(name)
+}
+
+/// What a reader of a Matrix Market file would else have to guess.
+fn comments(linearized: &Linearized) -> Vec<String> {
+    let model = linearized.model();
+    let of = model.name.as_ref().map_or_else(String::new, |name| format!(" of {name}"));
+    let mut comments = vec![format!("M q'' + (G + C) q' + (K + N) q = 0{of}, in SI where the model has units")];
+    if linearized.is_constrained() {
+        comments.push("rows and columns are the coordinates that the others follow under the constraints:".to_owned());
+        let free = linearized.free_coordinates().into_iter().enumerate();
+        comments.extend(free.map(|(row, own)| format!("{} {}", row + 1, model.coordinates[own].name)));
+    }
+    comments
+}
+
+/// What was written, a line a matrix.
+fn list(args: &args::Export, matrices: &[Matrix]) -> String {
+    let mut out = String::new();
+    for matrix in matrices {
+        let (n, stored, name) = (matrix.dimension(), matrix.stored(), matrix.name());
+        let file = if args.npz { args.output.clone() } else { file(args, name) };
+        let file = Path::display(&file);
+        let entries = if stored == 1 { "entry" } else { "entries" };
+        let _ = writeln!(out, "{file}: {name}, {n} x {n}, {}, {stored} {entries}", matrix.mirror().as_str());
+    }
+    out
+}
