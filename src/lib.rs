@@ -157,9 +157,9 @@ pub mod expr {
 #[cfg(feature = "engine")]
 pub mod model {
     pub use librate_core::model::{
-        Constant, Constraint, Coordinate, CoordinateFamily, Dimension, DimensionError, Feature, Model, ModelError,
-        Parameter, Range, Settings, TableTexts, Tensor, Warning, coordinate_count, elaborate, elaborate_tensors,
-        warnings,
+        Constant, Constraint, Coordinate, CoordinateFamily, Coordinates, Dimension, DimensionError, Feature, Model,
+        ModelError, Parameter, Range, Settings, TableTexts, Tensor, Warning, coordinate_count, elaborate,
+        elaborate_tensors, warnings,
     };
 }
 

@@ -73,7 +73,7 @@ fn comments(linearized: &Linearized) -> Vec<String> {
     if linearized.is_constrained() {
         comments.push("rows and columns are the coordinates that the others follow under the constraints:".to_owned());
         let free = linearized.free_coordinates().into_iter().enumerate();
-        comments.extend(free.map(|(row, own)| format!("{} {}", row + 1, model.coordinates[own].name)));
+        comments.extend(free.map(|(row, own)| format!("{} {}", row + 1, model.coordinates.at(own).name())));
     }
     comments
 }

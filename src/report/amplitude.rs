@@ -76,10 +76,10 @@ pub fn amplitude_text(
     let rows = found.len();
     let name = |own: &ModeAmplitude| match own.change {
         Some(_) => {
-            let coordinate = &model.coordinates[own.coordinate];
+            let coordinate = model.coordinates.at(own.coordinate);
             match shown_unit(coordinate).filter(|_| model.has_units) {
-                Some(unit) => format!("{} ({unit})", coordinate.name),
-                None => coordinate.name.clone(),
+                Some(unit) => format!("{} ({unit})", coordinate.name()),
+                None => coordinate.name(),
             }
         }
         None => String::new(),
@@ -129,7 +129,7 @@ fn plain(value: f64) -> String {
 #[must_use]
 pub fn amplitude_json(linearized: &Linearized, modes: &NormalModes, amplitudes: &Amplitudes, digits: usize) -> String {
     let model = linearized.model();
-    let names = model.coordinates.iter().map(|own| string(&own.name));
+    let names = model.coordinates.names().map(|own| string(&own));
     let mut out = format!(
         "{{\"model\": {},\n \"coordinates\": {},\n \"modes\": [",
         model.name.as_deref().map_or_else(null, string),
@@ -145,7 +145,7 @@ pub fn amplitude_json(linearized: &Linearized, modes: &NormalModes, amplitudes: 
             written.digits.as_deref().map_or_else(null, string),
             number(one_digit_up(mode.omega.mid_f64_error())),
             number(written.bound),
-            string(&model.coordinates[found.coordinate].name),
+            string(&model.coordinates.at(found.coordinate).name()),
         );
         match &found.change {
             Some(change) => {

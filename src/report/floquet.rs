@@ -34,7 +34,7 @@ fn place_words(place: Place) -> &'static str {
 /// `floquet.schema.json` describes.
 #[must_use]
 pub fn floquet_json(model: &Model, floquet: &Floquet, digits: usize) -> String {
-    let names = model.coordinates.iter().map(|own| string(&own.name));
+    let names = model.coordinates.names().map(|own| string(&own));
     let middles = |values: &[Ball]| array(values.iter().map(|value| number(value.mid_f64())));
     let state = floquet.place.iter().chain(&floquet.velocities);
     let state_error = state.map(Ball::mid_f64_error).fold(0.0, f64::max);
@@ -154,7 +154,7 @@ fn place_text(model: &Model, floquet: &Floquet, digits: usize) -> String {
     };
     let names = |suffix: &str| {
         let names = model.coordinates.iter();
-        names.map(|own| format!("{}{suffix}", own.name)).collect()
+        names.map(|own| format!("{}{suffix}", own.name())).collect()
     };
     if floquet.rests {
         let place = named(names(""), &floquet.place).join(", ");
@@ -166,7 +166,7 @@ fn place_text(model: &Model, floquet: &Floquet, digits: usize) -> String {
     for own in &floquet.away {
         let name = model.coordinates.get(own.coordinate);
         let prime = if own.velocity { "'" } else { "" };
-        let name = name.map_or(String::new(), |own| format!("{}{prime}", own.name));
+        let name = name.map_or(String::new(), |own| format!("{}{prime}", own.name()));
         let (low, high) = own.range;
         let _ = writeln!(
             text,

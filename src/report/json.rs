@@ -44,7 +44,7 @@ pub(super) fn modes_with(
     more: &dyn Fn(usize) -> String,
 ) -> String {
     let model = linearized.model();
-    let names = model.coordinates.iter().map(|coordinate| string(&coordinate.name));
+    let names = model.coordinates.names().map(|name| string(&name));
     let equilibrium = linearized.equilibrium();
     let values = equilibrium.values.iter().map(|value| number(value.mid_f64()));
     let bounds = equilibrium.values.iter().map(|value| number(one_digit_up(value.mid_f64_error())));
@@ -64,7 +64,7 @@ pub(super) fn modes_with(
         write_mode(&mut out, mode, options, &more(at));
     }
     out.push(']');
-    if model.rates.iter().any(Option::is_some) {
+    if model.rates.any() {
         let rates = linearized.rates().into_iter();
         let rates = rates.map(|rate| number(rate.mid_f64()));
         let _ = write!(out, ",\n \"rates\": {}", array(rates));
@@ -77,7 +77,7 @@ pub(super) fn modes_with(
         let _ = write!(out, ",\n \"zero_motions\": {}", array(motions.into_iter().map(string)));
     }
     if model.has_units {
-        let units = model.coordinates.iter().map(|coordinate| coordinate.unit.as_deref().map_or_else(null, string));
+        let units = model.coordinates.iter().map(|coordinate| coordinate.unit.map_or_else(null, string));
         let _ = write!(
             out,
             ",\n \"units\": {{\"coordinates\": {}, \"omega\": \"rad/s\", \"growth\": \"1/s\"}}",

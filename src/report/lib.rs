@@ -226,8 +226,8 @@ impl Exponent {
 }
 
 /// The unit of a coordinate, in SI; none where there is nothing to say.
-fn shown_unit(coordinate: &Coordinate) -> Option<&str> {
-    coordinate.unit.as_deref().filter(|unit| *unit != "1")
+fn shown_unit(coordinate: Coordinate<'_>) -> Option<&str> {
+    coordinate.unit.filter(|unit| *unit != "1")
 }
 
 /// `three_pendulums: 3 coordinates`

@@ -3,7 +3,7 @@
 use super::table::{Column, GAP, draw};
 use super::{Exponent, Style, Tone, Written, counted, headline, limit_words, listed, shown_unit, zero_motions};
 use librate_core::linearize::{Linearized, Origin};
-use librate_core::model::Coordinate;
+use librate_core::model::{Coordinate, Coordinates};
 use librate_core::modes::exponents::Limit;
 use librate_core::modes::{Kind, Options, Stability};
 use librate_core::oscillation::{NormalMode, NormalModes};
@@ -131,7 +131,7 @@ fn equilibrium_text(linearized: &Linearized, options: &Options, style: &Style) -
                 Some(unit) if common.is_none() => format!(" {unit}"),
                 Some(_) | None => String::new(),
             };
-            format!("{} = {written}{unit}{remark}", coordinate.name)
+            format!("{} = {written}{unit}{remark}", coordinate.name())
         })
         .collect();
     let count = equilibrium.values.len();
@@ -145,10 +145,12 @@ fn equilibrium_text(linearized: &Linearized, options: &Options, style: &Style) -
 /// The rates of a steady motion.
 fn rates_text(linearized: &Linearized, options: &Options, style: &Style) -> String {
     let model = linearized.model();
-    let turning = model.coordinates.iter().zip(&model.rates).zip(linearized.rates());
+    let turning = model.coordinates.iter().zip(model.rates.iter()).zip(linearized.rates());
     let items: Vec<String> = turning
         .filter(|((_, given), _)| given.is_some())
-        .map(|((coordinate, _), rate)| format!("{}' = {}", coordinate.name, Written::new(&rate, options.digits).text()))
+        .map(|((coordinate, _), rate)| {
+            format!("{}' = {}", coordinate.name(), Written::new(&rate, options.digits).text())
+        })
         .collect();
     if items.is_empty() { String::new() } else { listed("steady motion", &items, style.width) }
 }
@@ -169,27 +171,26 @@ fn known(value: &Ball, largest: f64, digits: usize) -> String {
 }
 
 /// The unit that all coordinates share.
-fn common_unit(coordinates: &[Coordinate]) -> Option<&str> {
-    let (first, rest) = coordinates.split_first()?;
-    let unit = shown_unit(first)?;
-    rest.iter().all(|other| shown_unit(other) == Some(unit)).then_some(unit)
+fn common_unit(coordinates: &Coordinates) -> Option<&str> {
+    let unit = shown_unit(coordinates.first()?)?;
+    coordinates.iter().all(|other| shown_unit(other) == Some(unit)).then_some(unit)
 }
 
 /// A coordinate at the head of its column.
 struct Heading<'a> {
-    name: &'a str,
+    name: String,
     unit: Option<&'a str>,
 }
 
 impl<'a> Heading<'a> {
-    fn new(coordinate: &'a Coordinate, with_unit: bool) -> Self {
-        Self { name: &coordinate.name, unit: shown_unit(coordinate).filter(|_| with_unit) }
+    fn new(coordinate: Coordinate<'a>, with_unit: bool) -> Self {
+        Self { name: coordinate.name(), unit: shown_unit(coordinate).filter(|_| with_unit) }
     }
 
     fn with_unit(&self) -> String {
         match self.unit {
             Some(unit) => format!("{} ({unit})", self.name),
-            None => self.name.to_owned(),
+            None => self.name.clone(),
         }
     }
 }
@@ -426,7 +427,7 @@ fn largest(mode: &NormalMode, names: &[Heading<'_>], power: i32, room: usize) ->
     let mut used = 0;
     let count = texts.len();
     for (rank, (_, at, text)) in texts.into_iter().enumerate() {
-        let name = names.get(at).map_or("", |heading| heading.name);
+        let name = names.get(at).map_or("", |heading| &heading.name);
         let separator = if rank == 0 { "" } else { ", " };
         let item = format!("{separator}{name} {text}");
         let size = item.chars().count();

@@ -85,7 +85,7 @@ fn plain(error: csv::Error) -> io::Error {
 
 /// The names of the columns: coordinates, then velocities.
 fn columns(model: &Model) -> impl Iterator<Item = String> {
-    let names = || model.coordinates.iter().map(|own| own.name.clone());
+    let names = || model.coordinates.names();
     names().chain(names().map(|name| format!("{name}'")))
 }
 
@@ -137,7 +137,7 @@ impl<S: Read + Write + Seek> MotionJson<S> {
     /// Begins with a motion, which may be known at other times, and a file to keep columns in.
     #[must_use]
     pub fn new(kept: S, model: &Model, known: &Trajectory, digits: usize) -> Self {
-        let names = model.coordinates.iter().map(|own| string(&own.name));
+        let names = model.coordinates.names().map(|own| string(&own));
         let mut around = vec![format!(
             "{{\"model\": {},\n \"coordinates\": {},\n \"proved\": {},\n \"steps\": {},\n \"energy_drift\": {},\n \"times\": [",
             model.name.as_deref().map_or_else(null, string),
@@ -243,7 +243,7 @@ const MOST_MOVED: usize = 6;
 pub fn start_remark(model: &Model, start: &Start) -> Option<String> {
     let mut moved: Vec<String> = Vec::new();
     for own in start.moved.iter().take(MOST_MOVED) {
-        let name = &model.coordinates.get(own.coordinate)?.name;
+        let name = &model.coordinates.get(own.coordinate)?.name();
         let prime = if own.velocity { "'" } else { "" };
         moved.push(format!("{name}{prime} by {:.1e}", own.by));
     }
@@ -329,7 +329,7 @@ fn draw(
         chart.draw_series(LineSeries::new(inside, colour.mix(0.45).stroke_width(1)))?;
         chart
             .draw_series(LineSeries::new(solid[at].iter().copied(), colour.stroke_width(2)))?
-            .label(model.coordinates[at].name.clone())
+            .label(model.coordinates.at(at).name())
             .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2)));
     }
     chart

@@ -23,7 +23,7 @@ fn amplitude(found: &Period) -> Option<Ball> {
 #[must_use]
 pub fn period_text(oscillator: &Oscillator, found: &Period, options: &Options, style: &Style) -> String {
     let model = oscillator.model();
-    let name = oscillator.coordinate_name();
+    let name = &oscillator.coordinate_name();
     let digits = options.digits;
     let short = digits.min(10);
     let period = Written::finest(&found.period, found.precise.as_ref(), digits);
@@ -122,7 +122,7 @@ fn write_period(out: &mut String, oscillator: &Oscillator, found: &Period, optio
         out,
         "\"model\": {},\n \"coordinate\": {},\n \"motion\": \"{motion}\",\n \"period\": {},\n \"period_digits\": {},\n \"error_bound\": {},\n \"digits_error_bound\": {},\n \"small_amplitude_period\": {}",
         model.name.as_deref().map_or_else(null, string),
-        string(oscillator.coordinate_name()),
+        string(&oscillator.coordinate_name()),
         value(&found.period),
         digits(&period),
         number(one_digit_up(found.period.mid_f64_error())),

@@ -67,7 +67,7 @@ impl<'a> Mechanics<'a> {
     }
 
     fn numbered(&mut self, e: ExprId, wanted: impl Fn(SymbolKind) -> Option<usize>) -> Vec<(usize, ExprId)> {
-        let number = |symbol: Symbol| self.model.symbols.get(&symbol).copied().and_then(&wanted);
+        let number = |symbol: Symbol| self.model.symbols.get(symbol).and_then(&wanted);
         let slopes = self.pool.slopes(e, |symbol| number(symbol).is_some());
         slopes.into_iter().filter_map(|(symbol, slope)| Some((number(symbol)?, slope))).collect()
     }

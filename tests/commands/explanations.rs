@@ -271,7 +271,7 @@ fn told(block: &Block<'_>, files: &BTreeMap<&str, &str>) -> Vec<&'static str> {
                 !told.is_empty()
                     || normal.modes.iter().all(|mode| {
                         // What turns steadily is free to.
-                        let turns = linearized.model().rates.iter().any(Option::is_some);
+                        let turns = linearized.model().rates.any();
                         mode.omega.mid_f64() > 0.0 || turns && mode.kind == Kind::Zero
                     }),
                 "{}",

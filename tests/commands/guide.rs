@@ -21,7 +21,7 @@ fn blocks_of_the_guide_run() {
         let normal = normal_modes(&linearized, &Options::default()).unwrap();
         assert_eq!(normal.modes.len(), linearized.dimension());
         // What turns steadily is free to.
-        let turns = linearized.model().rates.iter().any(Option::is_some);
+        let turns = linearized.model().rates.any();
         let moves = |mode: &NormalMode| mode.omega.mid_f64() > 0.0 || turns && mode.kind == librate::modes::Kind::Zero;
         assert!(normal.modes.iter().all(moves), "{block}");
     }

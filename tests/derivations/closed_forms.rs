@@ -326,7 +326,7 @@ fn what_a_page_abbreviates_is_what_programs_read() {
                 let linearized = librate::linearize::linearize(model.clone()).unwrap();
                 let at = linearized.equilibrium().values.iter();
                 for (coordinate, value) in model.coordinates.iter().zip(at) {
-                    known.push((coordinate.name.clone(), value.mid_f64()));
+                    known.push((coordinate.name(), value.mid_f64()));
                 }
                 let evaluate = |known: &[(String, f64)], e| {
                     let pool = &derivation.pool;
@@ -335,7 +335,7 @@ fn what_a_page_abbreviates_is_what_programs_read() {
                         .iter()
                         .map(|symbol| {
                             let name = pool.symbol_name(*symbol);
-                            known.iter().find(|(own, _)| own == name).unwrap().1
+                            known.iter().find(|(own, _)| *own == name).unwrap().1
                         })
                         .collect();
                     let tape = Tape::compile(pool, &[e], &symbols).unwrap();

@@ -411,7 +411,7 @@ fn wave_columns(model: &Model, case: &Case, pool: &Pool) -> Vec<Vec<f64>> {
                         .iter()
                         .map(|symbol| {
                             let name = pool.symbol_name(*symbol);
-                            match own.iter().find(|(letter, _)| letter == name) {
+                            match own.iter().find(|(letter, _)| *letter == name) {
                                 Some((_, value)) => *value as f64,
                                 None => parameter(model, *symbol),
                             }

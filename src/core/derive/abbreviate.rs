@@ -409,7 +409,7 @@ impl Letters {
 
     fn component(&self, pool: &Pool, e: ExprId) -> Option<Component> {
         let name = pool.symbol_name(pool.as_symbol(e)?);
-        if !self.names.coordinates.iter().any(|own| own == name) {
+        if !self.names.coordinates.iter().any(|own| *own == name) {
             return None;
         }
         let (family, indices) = name.strip_suffix(']')?.split_once('[')?;

@@ -230,7 +230,7 @@ pub(super) fn frequencies(
     let mut would_be = None;
     let all = Ties::of_a_kind(model, pool, &used, false);
     // Equal parameters may move an equilibrium that depends on them.
-    let at_zero = model.guesses.iter().chain(&model.equilibria).all(Option::is_none);
+    let at_zero = !model.guesses.any() && !model.equilibria.any();
     if at_zero && !all.is_empty() && all != ties {
         let map = all.substitution(model, pool);
         let equal = pair.substituted(pool, short, &map);

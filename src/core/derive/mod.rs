@@ -348,8 +348,8 @@ fn derivation(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
         rates: model
             .coordinates
             .iter()
-            .zip(&model.rates)
-            .filter_map(|(coordinate, rate)| Some((coordinate.name.clone(), rate.as_ref()?.symbolic)))
+            .zip(model.rates.iter())
+            .filter_map(|(coordinate, rate)| Some((coordinate.name(), rate?.symbolic)))
             .collect(),
         linear,
         equations: None,
@@ -405,9 +405,9 @@ fn symbols(model: &Model, pool: &mut Pool) -> BTreeMap<String, ExprId> {
         symbols.insert(parameter.name.clone(), parameter.symbolic);
     }
     for coordinate in &model.coordinates {
-        symbols.insert(coordinate.name.clone(), pool.symbol_expr(coordinate.symbol));
+        symbols.insert(coordinate.name(), pool.symbol_expr(coordinate.symbol));
         let velocity = pool.symbol_expr(coordinate.velocity);
-        symbols.insert(format!("{}'", coordinate.name), velocity);
+        symbols.insert(format!("{}'", coordinate.name()), velocity);
     }
     if let Some(time) = Variables::new(model).time {
         symbols.insert("t".to_owned(), pool.symbol_expr(time));
@@ -417,7 +417,7 @@ fn symbols(model: &Model, pool: &mut Pool) -> BTreeMap<String, ExprId> {
 
 /// Displacements are named as the coordinates where they are the same.
 fn names(model: &Model, linear: &Result<Linear, LinearizeError>) -> Names {
-    let coordinates: Vec<String> = model.coordinates.iter().map(|c| c.name.clone()).collect();
+    let coordinates: Vec<String> = model.coordinates.names().collect();
     let at_zero = linear.as_ref().is_ok_and(|linear| {
         let mut all = linear.equilibrium.iter();
         all.all(|at| at.is_zero())

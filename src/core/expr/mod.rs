@@ -50,7 +50,11 @@ mod tape;
 mod traverse;
 mod zero;
 
+use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap};
+use std::fmt::Debug;
+use std::panic::{RefUnwindSafe, UnwindSafe};
+use std::sync::Arc;
 
 use crate::budget::{Budget, Held};
 use crate::number::Number;
@@ -99,6 +103,17 @@ impl Symbol {
     pub fn index(self) -> usize {
         self.0 as usize
     }
+
+    /// The symbol that was created so many after this one.
+    pub(crate) fn after(self, count: usize) -> Symbol {
+        Symbol(u32::try_from(self.index() + count).unwrap_or(u32::MAX))
+    }
+}
+
+/// The names of symbols that are created together.
+pub(crate) trait SymbolNames: Debug + Send + Sync + UnwindSafe + RefUnwindSafe {
+    /// The name of the symbol in a place among them, from 0.
+    fn name(&self, place: usize) -> String;
 }
 
 /// What the seeds of a derivation are given in: the derivative of each symbol.
@@ -162,6 +177,15 @@ struct SymbolEntry {
     expression: ExprId,
 }
 
+/// Symbols that were created together, in a row: neither their names nor their expressions are made before they are
+/// asked for.
+#[derive(Clone, Debug)]
+struct SymbolRow {
+    first: usize,
+    count: usize,
+    names: Arc<dyn SymbolNames>,
+}
+
 /// An arena of expressions; see the [module](self).
 ///
 /// Clones are independent: an id made before the clone means the same expression in both.
@@ -170,7 +194,9 @@ pub struct Pool {
     nodes: Vec<Node>,
     flags: Vec<Flags>,
     table: IdTable,
+    /// Those that are in no row.
     symbols: Vec<SymbolEntry>,
+    rows: Vec<SymbolRow>,
     names: HashMap<Box<str>, Symbol>,
     /// Angles with exact sines and tangents, filled when first needed.
     known_angles: Vec<angle::KnownAngle>,
@@ -212,6 +238,7 @@ impl Pool {
             flags: Vec::new(),
             table: IdTable::default(),
             symbols: Vec::new(),
+            rows: Vec::new(),
             names: HashMap::new(),
             known_angles: Vec::new(),
             workspaces: product::Workspaces::default(),
@@ -277,25 +304,63 @@ impl Pool {
 
     /// A new symbol, different from all others, which is displayed as `name`.
     pub fn fresh_symbol(&mut self, name: &str) -> Symbol {
-        // As many symbols as expressions at most, so that the index fits as theirs does.
-        let symbol = Symbol(u32::try_from(self.symbols.len()).unwrap_or(u32::MAX));
+        let symbol = self.next_symbol();
         let expression = self.intern(Node::Symbol(symbol));
         self.held.grow(size_of::<SymbolEntry>() + name.len());
         self.symbols.push(SymbolEntry { name: name.into(), expression });
         symbol
     }
 
+    /// New symbols in a row: the first, which the others follow ([`Symbol::after`]).
+    ///
+    /// The expressions of a few are made at once, so that expressions are in the order of their symbols, whichever is
+    /// used first; many take no memory each.
+    pub(crate) fn fresh_symbols(&mut self, count: usize, names: Arc<dyn SymbolNames>) -> Symbol {
+        const FEW: usize = 10_000;
+        let first = self.next_symbol();
+        if count <= FEW {
+            for place in 0..count {
+                self.fresh_symbol(&names.name(place));
+            }
+        } else {
+            self.rows.push(SymbolRow { first: first.index(), count, names });
+        }
+        first
+    }
+
+    fn next_symbol(&self) -> Symbol {
+        let in_rows: usize = self.rows.iter().map(|row| row.count).sum();
+        Symbol(0).after(self.symbols.len() + in_rows)
+    }
+
+    /// The entry of a symbol, or the row that has it.
+    fn symbol_entry(&self, symbol: Symbol) -> Result<&SymbolEntry, Option<&SymbolRow>> {
+        let mut place = symbol.index();
+        for row in &self.rows {
+            match symbol.index().checked_sub(row.first) {
+                None => break,
+                Some(within) if within < row.count => return Err(Some(row)),
+                Some(_) => place -= row.count,
+            }
+        }
+        self.symbols.get(place).ok_or(None)
+    }
+
     /// What the symbol is displayed as; empty for a symbol of another pool.
     #[must_use]
-    pub fn symbol_name(&self, symbol: Symbol) -> &str {
-        self.symbols.get(symbol.index()).map_or("", |entry| &entry.name)
+    pub fn symbol_name(&self, symbol: Symbol) -> Cow<'_, str> {
+        match self.symbol_entry(symbol) {
+            Ok(entry) => Cow::Borrowed(&entry.name),
+            Err(Some(row)) => Cow::Owned(row.names.name(symbol.index() - row.first)),
+            Err(None) => Cow::Borrowed(""),
+        }
     }
 
     /// The expression that consists of the symbol.
     pub fn symbol_expr(&mut self, symbol: Symbol) -> ExprId {
-        match self.symbols.get(symbol.index()) {
-            Some(entry) => entry.expression,
-            None => self.intern(Node::Symbol(symbol)),
+        match self.symbol_entry(symbol) {
+            Ok(entry) => entry.expression,
+            Err(_) => self.intern(Node::Symbol(symbol)),
         }
     }
 

@@ -127,7 +127,7 @@ impl Pool {
                 in_parentheses(!bare, out, |out| out.push(Piece::Owned(number_text(value))));
             }
             Node::Pi => out.push(Piece::Text("pi")),
-            Node::Symbol(symbol) => out.push(Piece::Owned(self.symbol_name(*symbol).to_owned())),
+            Node::Symbol(symbol) => out.push(Piece::Owned(self.symbol_name(*symbol).into_owned())),
             Node::Sum { .. } => out.push(Piece::Sum { id, negated: false, place }),
             Node::Product(factors) => in_parentheses(place != Place::Open, out, |out| {
                 out.push(Piece::Term { coefficient: Number::ONE, factors: factors.to_vec(), negated: None });

@@ -69,8 +69,8 @@ impl Search<'_> {
         let mut span = None;
         for i in &self.free {
             if let Some(text) = constant_force(self.model, *i, -gradient[*i].mid_f64()) {
-                span = span.or(Some(self.model.coordinates[*i].span));
-                forces.push((format!("`{}`", self.model.coordinates[*i].name), text));
+                span = span.or(Some(self.model.coordinates.at(*i).span));
+                forces.push((format!("`{}`", self.model.coordinates.at(*i).name()), text));
             }
         }
         if forces.is_empty() {
@@ -88,11 +88,11 @@ impl Search<'_> {
                 let words: Vec<(String, f64)> = motion
                     .iter()
                     .map(|(i, factor)| {
-                        let name = self.model.coordinates[*i].name.clone();
+                        let name = self.model.coordinates.at(*i).name();
                         (name, Ball::from_number(factor, ()).mid_f64())
                     })
                     .collect();
-                span = span.or(Some(self.model.coordinates[*first].span));
+                span = span.or(Some(self.model.coordinates.at(*first).span));
                 forces.push((combination_words(&words), short(total.mid_f64())));
             }
         }
@@ -137,7 +137,7 @@ impl Search<'_> {
             ended,
             // The potential has the term -lambda c.
             holds: self.gradient(at)[number].contains_zero(),
-            span: self.model.coordinates[number].span,
+            span: self.model.coordinates.at(number).span,
         })
     }
 
@@ -156,14 +156,14 @@ impl Search<'_> {
         if worst >= self.visible {
             return LinearizeError::ConstraintsContradict {
                 difference: None,
-                span: self.model.coordinates[worst].span,
+                span: self.model.coordinates.at(worst).span,
             };
         }
         LinearizeError::EquilibriumNotFound {
-            coordinate: self.model.coordinates[worst].name.clone(),
+            coordinate: self.model.coordinates.at(worst).name(),
             force: short(-gradient[worst].mid_f64()),
             point: self.describe(&at[..self.visible]),
-            span: self.model.coordinates[worst].span,
+            span: self.model.coordinates.at(worst).span,
         }
     }
 }

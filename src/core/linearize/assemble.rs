@@ -255,8 +255,8 @@ pub(crate) fn parameters_of(model: &Model, roots: &[ExprId]) -> Vec<usize> {
         .pool
         .symbols_of(roots)
         .iter()
-        .filter_map(|symbol| match model.symbols.get(symbol) {
-            Some(SymbolKind::Parameter(number)) => Some(*number),
+        .filter_map(|symbol| match model.symbols.get(*symbol) {
+            Some(SymbolKind::Parameter(number)) => Some(number),
             Some(_) | None => None,
         })
         .collect();

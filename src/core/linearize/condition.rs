@@ -107,7 +107,7 @@ impl Linearized {
             let inertia = family.inertia.iter().flat_map(|element| element.entries());
             inertia.chain(family.terms.constants.iter().copied())
         }));
-        let given = model.equilibria.iter().flatten().map(|given| given.symbolic);
+        let given = model.equilibria.given().map(|given| given.symbolic);
         roots.extend(given);
         let parameters = parameters_of(model, &roots);
         let size = shape.len() * shape.len() + self.assembly.families.len();
@@ -145,8 +145,8 @@ impl Linearized {
         for (i, value) in self.equilibrium.values.iter().enumerate() {
             let origin = self.equilibrium.origins[i];
             let stated = match origin {
-                Origin::Found if self.equilibrium.at_guess => &model.guesses[i],
-                Origin::Given | Origin::Found | Origin::Zero => &model.equilibria[i],
+                Origin::Found if self.equilibrium.at_guess => model.guesses.get(i),
+                Origin::Given | Origin::Found | Origin::Zero => model.equilibria.get(i),
             };
             at.push(match (origin, stated) {
                 (Origin::Given | Origin::Found, Some(given)) => {

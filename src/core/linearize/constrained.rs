@@ -11,7 +11,7 @@ use super::assemble::known_values;
 
 use super::elimination::Elimination;
 use crate::expr::{ExprId, Symbol, Tape};
-use crate::model::{Constraint, Coordinate, Local, Model, SymbolKind, TermFamily};
+use crate::model::{Constraint, Local, Model, SymbolKind, TermFamily};
 use crate::precision::{Ball, Big, Enclosure, Scalar, clear_column};
 
 /// A model whose multipliers are coordinates behind its own.
@@ -29,8 +29,7 @@ pub struct Tied {
 impl Tied {
     /// What the multipliers are called.
     pub(crate) fn names(&self) -> Vec<String> {
-        let multipliers = self.model.coordinates.iter().skip(self.visible);
-        multipliers.map(|own| own.name.clone()).collect()
+        self.model.coordinates.names().skip(self.visible).collect()
     }
 
     /// What the constraints with a multiplier set to zero.
@@ -66,10 +65,9 @@ pub(crate) fn with_multipliers(model: &Model, left_out: &[usize]) -> Tied {
         let mut coordinates = Vec::new();
         let mut locals = Vec::new();
         for used in model.pool.symbols_of(&[constraint.expression]) {
-            if let Some(SymbolKind::Coordinate(place)) = model.symbols.get(&used) {
-                coordinates.push(u32::try_from(*place).unwrap_or(u32::MAX));
-                let Coordinate { velocity, .. } = model.coordinates[*place];
-                locals.push(Local::new(used, velocity));
+            if let Some(SymbolKind::Coordinate(place)) = model.symbols.get(used) {
+                coordinates.push(u32::try_from(place).unwrap_or(u32::MAX));
+                locals.push(Local::new(used, model.coordinates.at(place).velocity));
             }
         }
         coordinates.push(u32::try_from(at).unwrap_or(u32::MAX));
@@ -91,7 +89,7 @@ fn independent(model: &mut Model) -> (Vec<usize>, Vec<usize>) {
     let mut gradients: Vec<Vec<(Symbol, ExprId)>> = Vec::with_capacity(count);
     for body in &bodies {
         let symbols = &model.symbols;
-        let slopes = model.pool.slopes(*body, |symbol| matches!(symbols.get(&symbol), Some(SymbolKind::Coordinate(_))));
+        let slopes = model.pool.slopes(*body, |symbol| matches!(symbols.get(symbol), Some(SymbolKind::Coordinate(_))));
         gradients.push(slopes);
     }
     let all: Vec<ExprId> = gradients.iter().flatten().map(|(_, slope)| *slope).collect();
@@ -298,8 +296,8 @@ pub(crate) fn difference(model: &Model, number: usize, at: &[Ball]) -> Option<Ba
     let symbols = pool.symbols_of(&[expression]);
     let values: Option<Vec<Ball>> = symbols
         .iter()
-        .map(|symbol| match model.symbols.get(symbol) {
-            Some(SymbolKind::Coordinate(place)) => at.get(*place).copied(),
+        .map(|symbol| match model.symbols.get(*symbol) {
+            Some(SymbolKind::Coordinate(place)) => at.get(place).copied(),
             Some(_) | None => None,
         })
         .collect();

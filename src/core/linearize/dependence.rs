@@ -41,7 +41,7 @@ pub(super) fn bits(model: &Model) -> Option<usize> {
     let mut roots: Vec<ExprId> = model.constraints.iter().map(|own| own.expression).collect();
     let used = model.pool.symbols_of(&roots);
     roots.extend(used.iter().filter_map(|symbol| known.get(symbol).copied()));
-    let given = model.equilibria.iter().chain(&model.guesses).flatten();
+    let given = model.equilibria.given().chain(model.guesses.given());
     roots.extend(given.filter_map(|given| given.value));
     let mut largest = 0;
     for id in model.pool.reachable(&roots) {
@@ -57,8 +57,8 @@ impl Surface {
         let mut pool = model.pool.clone();
         let expressions: Vec<ExprId> =
             numbers.iter().map(|number| Some(model.constraints.get(*number)?.expression)).collect::<Option<_>>()?;
-        let place = |symbol: Symbol| match model.symbols.get(&symbol) {
-            Some(SymbolKind::Coordinate(place)) => Some(*place),
+        let place = |symbol: Symbol| match model.symbols.get(symbol) {
+            Some(SymbolKind::Coordinate(place)) => Some(place),
             Some(_) | None => None,
         };
         let mut roots = expressions.clone();
@@ -72,9 +72,9 @@ impl Surface {
         let symbols = pool.symbols_of(&roots);
         let inputs = symbols
             .iter()
-            .map(|symbol| match model.symbols.get(symbol)? {
-                SymbolKind::Coordinate(place) => Some(Input::Coordinate(*place)),
-                SymbolKind::Parameter(number) => Some(Input::Parameter(model.parameters.get(*number)?.value?)),
+            .map(|symbol| match model.symbols.get(*symbol)? {
+                SymbolKind::Coordinate(place) => Some(Input::Coordinate(place)),
+                SymbolKind::Parameter(number) => Some(Input::Parameter(model.parameters.get(number)?.value?)),
                 _ => None,
             })
             .collect::<Option<_>>()?;

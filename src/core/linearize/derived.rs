@@ -133,7 +133,7 @@ fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
     velocity::check_smooth(&model)?;
     steady::put_rates_in(&mut model)?;
     let (mut assembly, linear) = assemble::assemble(&mut model);
-    let guessed = model.guesses.iter().any(Option::is_some);
+    let guessed = model.guesses.any();
     let mut pool = std::mem::take(&mut model.pool);
     let mut point = symbolic::equilibrium_expressions(&model, &mut pool, None);
     let determined = multipliers::put_in(&model, &assembly, &mut pool, &mut point, &expressions);
@@ -158,7 +158,7 @@ fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
         if equilibrium.multipliers_given && !equilibrium.at_guess && determined.is_some() {
             point.extend(multipliers);
         } else {
-            let symbols = model.coordinates[visible..].iter();
+            let symbols = model.coordinates.iter().skip(visible);
             point.extend(symbols.map(|own| pool.symbol_expr(own.symbol)));
         }
         model.pool = pool;

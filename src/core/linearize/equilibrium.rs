@@ -79,7 +79,7 @@ impl Equilibrium {
             Origin::Found if self.at_guess => &model.guesses,
             Origin::Found | Origin::Zero => return None,
         };
-        stated.get(coordinate).copied().flatten()?.value
+        stated.get(coordinate)?.value
     }
 
     /// What belongs to the first coordinates: those before multipliers.
@@ -128,7 +128,7 @@ pub(crate) fn find(
     visible: usize,
 ) -> Result<Equilibrium, LinearizeError> {
     let count = model.coordinates.len();
-    let closed = |given: &Option<crate::model::Given>| -> Result<Option<Ball>, LinearizeError> {
+    let closed = |given: Option<crate::model::Given>| -> Result<Option<Ball>, LinearizeError> {
         let Some(given) = given else { return Ok(None) };
         let Some(value) = given.value else {
             let number = super::assemble::parameters_of(model, &[given.symbolic])
@@ -137,7 +137,7 @@ pub(crate) fn find(
             return Err(super::missing_value(model, number.unwrap_or(0)));
         };
         match super::assemble::evaluate_closed::<Ball>(&model.pool, value, ()) {
-            Some(number) if !number.is_finite() => Err(given_not_finite(model, given)),
+            Some(number) if !number.is_finite() => Err(given_not_finite(model, &given)),
             number => Ok(number),
         }
     };
@@ -145,20 +145,20 @@ pub(crate) fn find(
     let mut origins = vec![Origin::Zero; count];
     let mut free = Vec::new();
     for i in 0..count {
-        if let Some(value) = closed(&model.equilibria[i])? {
+        if let Some(value) = closed(model.equilibria.get(i))? {
             point[i] = value;
             origins[i] = Origin::Given;
         } else {
             free.push(i);
         }
     }
-    let guessed = model.guesses.iter().any(Option::is_some);
+    let guessed = model.guesses.any();
     let mut search = Search { model, assembly, values, free, visible };
     if visible < count {
         return search.constrained(point, origins, &closed);
     }
     for i in &search.free {
-        if let Some(value) = closed(&model.guesses[*i])? {
+        if let Some(value) = closed(model.guesses.get(*i))? {
             point[*i] = value;
         }
         if guessed {
@@ -220,14 +220,14 @@ impl Search<'_> {
             force = closer;
         }
         for (i, component) in force.iter().enumerate() {
-            let place = match (&self.model.equilibria[i], self.free.contains(&i)) {
+            let place = match (self.model.equilibria.get(i), self.free.contains(&i)) {
                 (Some(given), false) => given.span,
-                (None, false) => self.model.coordinates[i].span,
+                (None, false) => self.model.coordinates.at(i).span,
                 (_, true) => continue,
             };
             if !component.contains_zero() {
                 return Err(LinearizeError::NotAnEquilibrium {
-                    coordinate: self.model.coordinates[i].name.clone(),
+                    coordinate: self.model.coordinates.at(i).name(),
                     force: force_text(self.model, i, -component.mid_f64()),
                     span: place,
                 });
@@ -243,7 +243,7 @@ impl Search<'_> {
         let gradient = |at: &[Big]| self.assembly.gradient(at, &values);
         let mut point = Vec::with_capacity(at.len());
         for (i, value) in at.iter().enumerate() {
-            point.push(match self.model.equilibria[i].and_then(|given| given.value) {
+            point.push(match self.model.equilibria.get(i).and_then(|given| given.value) {
                 Some(given) => evaluate_closed(&self.model.pool, given, bits)?,
                 None if value.is_exact() || proof.is_some() => Big::from_ball(value, bits),
                 None => return None,

@@ -166,7 +166,7 @@ pub(super) fn beside(model: &Model, assembly: &Assembly, at: &[Ball], free: &[us
     let reach = NEAR * sizes.fold(0.0, f64::max);
     let mut place = Vec::with_capacity(at.len());
     for (i, value) in at.iter().enumerate() {
-        let given = model.equilibria[i].and_then(|given| given.value);
+        let given = model.equilibria.get(i).and_then(|given| given.value);
         place.push(match given.filter(|_| !free.contains(&i)) {
             Some(given) => super::assemble::evaluate_closed::<Exact>(&model.pool, given, ())?,
             None => recognised(&Ball::from(value.mid).with_added_radius(reach))?,

@@ -71,7 +71,7 @@ impl Search<'_> {
 
     /// A point in numbers of so many bits: what is given exactly, of the rest the middle.
     fn in_bits(&self, at: &[Ball], bits: usize) -> Option<Vec<Big>> {
-        let number = |(given, value): (&Option<Given>, &Ball)| match given.and_then(|given| given.value) {
+        let number = |(given, value): (Option<Given>, &Ball)| match given.and_then(|given| given.value) {
             Some(given) => evaluate_closed(&self.model.pool, given, bits),
             None => Some(Big::from_ball(value, bits).center()),
         };

@@ -90,7 +90,7 @@ impl Invariance {
         let mut places = vec![self.model.pool.zero(); values.len()];
         for (i, origin) in origins.iter().enumerate() {
             if *origin == Origin::Given {
-                places[i] = self.model.equilibria[i].and_then(|given| given.value)?;
+                places[i] = self.model.equilibria.get(i).and_then(|given| given.value)?;
             }
         }
         let mut axes: Vec<Vec<usize>> = spaces(&self.model).into_iter().flatten().collect();
@@ -175,7 +175,7 @@ impl Invariance {
         for (own, image) in all.iter().zip(images) {
             let (mut displacement, mut velocity) = (Vec::new(), Vec::new());
             for (j, factor) in image {
-                let (q, v) = (all[*j].symbol, all[*j].velocity);
+                let (q, v) = (all.at(*j).symbol, all.at(*j).velocity);
                 let (q, v) = (pool.symbol_expr(q), pool.symbol_expr(v));
                 displacement.push(pool.mul(*factor, q));
                 velocity.push(pool.mul(*factor, v));

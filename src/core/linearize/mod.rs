@@ -211,7 +211,7 @@ fn linearize_in(
     }
     let visible = model.coordinates.len();
     check_size(visible)?;
-    let turning = model.rates.iter().any(Option::is_some);
+    let turning = model.rates.any();
     let bound = !model.constraints.is_empty();
     let mut asked = (turning || bound).then(|| model.clone());
     velocity::check_smooth(&model)?;
@@ -360,7 +360,7 @@ fn check_plain(model: &Model) -> Result<(), LinearizeError> {
     if let Some(span) = model.time_dependent {
         return Err(LinearizeError::TimeDependent { span });
     }
-    let rate = model.rates.iter().flatten().map(|given| given.span).next();
+    let rate = model.rates.given().map(|given| given.span).next();
     let constraint = model.constraints.first().map(|own| own.span);
     let features =
         [(Feature::Dissipation, model.dissipation), (Feature::Constraint, constraint), (Feature::SteadyMotion, rate)];
@@ -397,9 +397,9 @@ impl Linearized {
     }
 
     /// The multipliers of constraints by their names, at the equilibrium.
-    pub(crate) fn multipliers(&self) -> impl Iterator<Item = (&str, Ball)> {
+    pub(crate) fn multipliers(&self) -> impl Iterator<Item = (String, Ball)> {
         let visible = self.model().coordinates.len();
-        let names = self.model.coordinates.iter().map(|own| own.name.as_str());
+        let names = self.model.coordinates.names();
         let values = self.equilibrium.values.iter().enumerate();
         let length = |at| self.units.as_ref().map_or(0, |units| units.length(at));
         names.zip(values.map(move |(at, value)| value.scale_far(length(at)))).skip(visible)
@@ -566,7 +566,7 @@ impl Linearized {
     #[must_use]
     pub fn rates(&self) -> Vec<Ball> {
         let model = self.model();
-        let rate = |given: &Option<crate::model::Given>| {
+        let rate = |given: Option<crate::model::Given>| {
             let value = given.and_then(|given| given.value)?;
             assemble::evaluate_closed::<Ball>(&model.pool, value, ())
         };

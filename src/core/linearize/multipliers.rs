@@ -74,8 +74,7 @@ fn differs_from_zero(model: &Model, pool: &Pool, e: ExprId) -> bool {
 
 /// The gradients of some expressions at a point, one row each.
 pub(super) fn gradients(model: &Model, pool: &mut Pool, point: &[ExprId], expressions: &[ExprId]) -> Vec<Vec<ExprId>> {
-    let coordinates: Vec<Symbol> =
-        model.coordinates[..point.len()].iter().map(|coordinate| coordinate.symbol).collect();
+    let coordinates: Vec<Symbol> = model.coordinates.iter().take(point.len()).map(|own| own.symbol).collect();
     let map = coordinates.iter().copied().zip(point.iter().copied()).collect();
     let mut rows = Vec::with_capacity(expressions.len());
     for expression in expressions {

@@ -10,12 +10,12 @@ const MOST_NAMED: usize = 4;
 pub(super) fn constant(model: &Model, vector: &[Number]) -> String {
     let moved: Vec<usize> = (0..vector.len()).filter(|i| !vector[*i].is_zero()).collect();
     if let [only] = moved.as_slice() {
-        return format!("{} is free", model.coordinates[*only].name);
+        return format!("{} is free", model.coordinates.at(*only).name());
     }
     if !moved.iter().all(|i| vector[*i].is_one()) {
         return ratio(model, vector, &moved).unwrap_or_else(|| "combined translation".to_owned());
     }
-    let angle = |i: &usize| model.coordinates[*i].unit.as_deref() == Some("rad");
+    let angle = |i: &usize| model.coordinates.at(*i).unit == Some("rad");
     let word = if moved.iter().all(angle) { "common rotation" } else { "translation" };
     let families: Vec<&CoordinateFamily> = families(model, &moved).collect();
     let axis = common_axis(&families, &moved);
@@ -74,7 +74,7 @@ fn ratio(model: &Model, vector: &[Number], moved: &[usize]) -> Option<String> {
     if moved.len() > MOST_NAMED {
         return None;
     }
-    let names: Vec<&str> = moved.iter().map(|i| model.coordinates[*i].name.as_str()).collect();
+    let names: Vec<String> = moved.iter().map(|i| model.coordinates.at(*i).name()).collect();
     let numbers: Vec<String> = moved.iter().map(|i| vector[*i].to_string()).collect();
     let text = format!("{} = {}", names.join(" : "), numbers.join(" : "));
     (text.chars().count() <= 60).then_some(text)
@@ -90,10 +90,10 @@ fn parts(model: &Model, moved: &[usize], vectors: bool) -> String {
         let own = moved.iter().filter(|i| inside.contains(i));
         // r[1,2] is a component of r[1].
         let member = |i: &usize| {
-            let name = &model.coordinates[*i].name;
+            let name = model.coordinates.at(*i).name();
             match name.rfind(',') {
                 Some(comma) if vectors => format!("{}]", &name[..comma]),
-                Some(_) | None => name.clone(),
+                Some(_) | None => name,
             }
         };
         let mut own: Vec<String> = own.map(member).collect();

@@ -51,8 +51,8 @@ pub fn parametric(mut model: Model, varying: &[usize]) -> Result<Parametric, Lin
     assemble::put_exponents_in(&mut model);
     let (assembly, linear) = assemble::assemble(&mut model);
     let count = model.coordinates.len();
-    let free: Vec<bool> = model.equilibria.iter().map(Option::is_none).collect();
-    let guessed = free.contains(&true) && model.guesses.iter().any(Option::is_some);
+    let free: Vec<bool> = model.equilibria.iter().map(|given| given.is_none()).collect();
+    let guessed = free.contains(&true) && model.guesses.any();
 
     let mut pool = std::mem::take(&mut model.pool);
     let point = symbolic::equilibrium_expressions(&model, &mut pool, None);
@@ -101,8 +101,7 @@ pub fn parametric(mut model: Model, varying: &[usize]) -> Result<Parametric, Lin
         })
     };
     let zero = model.pool.zero();
-    let start: Vec<ExprId> =
-        model.guesses.iter().map(|guess| guess.as_ref().map_or(zero, |guess| guess.symbolic)).collect();
+    let start: Vec<ExprId> = model.guesses.iter().map(|guess| guess.map_or(zero, |guess| guess.symbolic)).collect();
 
     let mut all = matrices.equilibrium;
     all.extend(&start);

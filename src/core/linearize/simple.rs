@@ -64,7 +64,7 @@ impl Search<'_> {
         let mut point = equilibrium_expressions(model, pool, None);
         if guessed {
             for (i, guess) in model.guesses.iter().enumerate() {
-                if let Some(guess) = guess.filter(|_| model.equilibria[i].is_none()) {
+                if let Some(guess) = guess.filter(|_| model.equilibria.get(i).is_none()) {
                     point[i] = guess.symbolic;
                 }
             }

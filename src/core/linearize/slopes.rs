@@ -108,7 +108,7 @@ impl Linearized {
         let mut slope = vec![Ball::ZERO; self.model.coordinates.len()];
         let mut free = Vec::new();
         for (i, slot) in slope.iter_mut().enumerate() {
-            match (self.equilibrium.origins[i], self.model.equilibria[i]) {
+            match (self.equilibrium.origins[i], self.model.equilibria.get(i)) {
                 (Origin::Given, Some(given)) => {
                     *slot = self.given_slope(given.symbolic, parameter)?;
                 }

@@ -16,11 +16,11 @@ use crate::span::Span;
 /// # Errors
 /// [`LinearizeError::NotCyclic`] for a coordinate that an energy depends on.
 pub(crate) fn put_rates_in(model: &mut Model) -> Result<(), LinearizeError> {
-    if model.rates.iter().all(Option::is_none) {
+    if !model.rates.any() {
         return Ok(());
     }
     for coordinate in 0..model.coordinates.len() {
-        if let Some(rate) = model.rates[coordinate] {
+        if let Some(rate) = model.rates.get(coordinate) {
             check_cyclic(model, coordinate, rate.span)?;
         }
     }
@@ -36,7 +36,7 @@ pub(crate) fn put_rates_in(model: &mut Model) -> Result<(), LinearizeError> {
     model.potential = potential;
     model.friction = friction;
     for coordinate in 0..model.coordinates.len() {
-        if let Some(rate) = model.rates[coordinate] {
+        if let Some(rate) = model.rates.get(coordinate) {
             check_kept(model, coordinate, rate.span)?;
         }
     }
@@ -68,16 +68,14 @@ fn check_kept(model: &mut Model, coordinate: usize, rate: Span) -> Result<(), Li
     let fixed = pool
         .symbols_of(&[force])
         .iter()
-        .all(|symbol| !matches!(model.symbols.get(symbol), Some(SymbolKind::Coordinate(_))));
+        .all(|symbol| !matches!(model.symbols.get(*symbol), Some(SymbolKind::Coordinate(_))));
     let acts = fixed && pool.is_zero(force) == ZeroVerdict::NonZero;
     let words = acts.then(|| pool.display(force));
     model.pool = pool;
     match words {
-        Some(force) => Err(LinearizeError::RateNotKept {
-            coordinate: model.coordinates[coordinate].name.clone(),
-            force,
-            span: rate,
-        }),
+        Some(force) => {
+            Err(LinearizeError::RateNotKept { coordinate: model.coordinates.at(coordinate).name(), force, span: rate })
+        }
         None => Ok(()),
     }
 }
@@ -123,7 +121,7 @@ fn put_in(model: &mut Model, family: &mut TermFamily, rates: &[Option<ExprId>]) 
 /// Whether neither L, nor the dissipation, nor a constraint depends on a coordinate.
 fn check_cyclic(model: &mut Model, coordinate: usize, rate: Span) -> Result<(), LinearizeError> {
     let mut pool = std::mem::take(&mut model.pool);
-    let symbol = model.coordinates[coordinate].symbol;
+    let symbol = model.coordinates.at(coordinate).symbol;
     let kinetic = model.kinetic.iter().map(|family| (0, false, family));
     let potential = model.potential.iter().map(|family| (0, true, family));
     let friction = model.friction.iter().map(|family| (1, false, family));
@@ -166,7 +164,7 @@ fn check_cyclic(model: &mut Model, coordinate: usize, rate: Span) -> Result<(), 
         return Ok(());
     }
     Err(LinearizeError::NotCyclic {
-        coordinate: model.coordinates[coordinate].name.clone(),
+        coordinate: model.coordinates.at(coordinate).name(),
         span: rate,
         energy: place.unwrap_or(rate),
     })

@@ -76,7 +76,7 @@ pub fn instance(
 ) -> Substitution {
     let mut map = Substitution::default();
     for (local, number) in terms.locals.iter().zip(terms.coordinates_of(at)) {
-        let coordinate = &model.coordinates[*number as usize];
+        let coordinate = model.coordinates.at(*number as usize);
         let q = match equilibrium {
             Some(values) => values[*number as usize],
             None => pool.symbol_expr(coordinate.symbol),
@@ -131,7 +131,7 @@ fn force(model: &Model, pool: &mut Pool, coordinate: usize) -> Option<ExprId> {
     if total > MOST_FOR_MESSAGES {
         return None;
     }
-    let symbol = model.coordinates[coordinate].symbol;
+    let symbol = model.coordinates.at(coordinate).symbol;
     let zero = pool.zero();
     let at_rest: Substitution = model.coordinates.iter().map(|own| (own.velocity, zero)).collect();
     let mut parts = Vec::new();
@@ -169,7 +169,7 @@ pub(crate) fn constant_force(model: &Model, coordinate: usize, value: f64) -> Op
     let constant = pool
         .symbols_of(&[force])
         .iter()
-        .all(|symbol| matches!(model.symbols.get(symbol), Some(SymbolKind::Parameter(_)) | None));
+        .all(|symbol| matches!(model.symbols.get(*symbol), Some(SymbolKind::Parameter(_)) | None));
     (constant && value != 0.0).then(|| force_text(model, coordinate, value))
 }
 
@@ -203,7 +203,7 @@ pub(crate) fn equilibrium_expressions(
 ) -> Vec<ExprId> {
     let mut result = Vec::new();
     for (i, coordinate) in model.coordinates.iter().enumerate() {
-        let given = model.equilibria[i].as_ref().map(|given| given.symbolic);
+        let given = model.equilibria.get(i).map(|given| given.symbolic);
         let found = equilibrium.is_some_and(|found| found.origins[i] == Origin::Found);
         result.push(match given {
             Some(given) => given,
@@ -238,15 +238,15 @@ pub(crate) fn forces_vanish(
 
 /// The first force at a point that is given in full which is not 0 whatever the parameters are.
 pub(crate) fn doubtful_force(model: &Model, assembly: &Assembly, point: &[ExprId]) -> Option<LinearizeError> {
-    let given = model.equilibria.iter().flatten().next()?.span;
-    if !model.equilibria.iter().all(Option::is_some) {
+    let given = model.equilibria.given().next()?.span;
+    if model.equilibria.iter().any(|given| given.is_none()) {
         return None;
     }
     let (mut pool, forces) = forces(model, assembly, point, &Substitution::default())?;
     let (number, force) = forces.into_iter().find(|(_, force)| pool.is_zero(*force) != ZeroVerdict::Zero)?;
     let force = pool.neg(force);
     Some(LinearizeError::ForceOfParameters {
-        coordinate: model.coordinates.get(number as usize)?.name.clone(),
+        coordinate: model.coordinates.get(number as usize)?.name(),
         force: pool.display(force),
         span: given,
     })
@@ -352,7 +352,7 @@ pub(super) fn matrices_at(model: &Model, mut pool: Pool, assembly: &Assembly, po
         gyroscopic,
         damping,
         circulatory,
-        coordinates: model.coordinates.iter().map(|coordinate| coordinate.name.clone()).collect(),
+        coordinates: model.coordinates.names().collect(),
         equilibrium: point.to_vec(),
         constraints: None,
         mass,

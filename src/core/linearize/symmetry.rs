@@ -303,9 +303,9 @@ fn plain_spaces(model: &Model) -> impl Iterator<Item = Vec<Vec<usize>>> {
 /// The spaces that coordinates may be those of: vectors, plain families as axes, and single coordinates that are
 /// named by their axis and a number, as `x1`, `y1`, `x2`, `y2`. By axis, those of all bodies.
 pub(super) fn spaces(model: &Model) -> Vec<Vec<Vec<usize>>> {
-    let mut named: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
-    for (i, coordinate) in model.coordinates.iter().enumerate() {
-        let axis = coordinate.name.trim_end_matches(|c: char| c.is_numeric() || c == '_');
+    let mut named: BTreeMap<String, Vec<usize>> = BTreeMap::new();
+    for (i, mut axis) in model.coordinates.names().enumerate() {
+        axis.truncate(axis.trim_end_matches(|c: char| c.is_numeric() || c == '_').len());
         named.entry(axis).or_default().push(i);
     }
     let named: Vec<Vec<usize>> = named.into_values().collect();
@@ -321,7 +321,7 @@ pub(crate) fn candidate_rotations(model: &Model) -> Vec<Rotation> {
     let mut spaces = vectors(model);
     // More than a few axes are no space that turns.
     let named = |axes: &[Vec<usize>]| {
-        let first = |axis: &Vec<usize>| axis.first().map(|i| model.coordinates[*i].name.clone());
+        let first = |axis: &Vec<usize>| axis.first().map(|i| model.coordinates.at(*i).name());
         axes.iter()
             .zip(0..)
             .all(|(axis, number)| first(axis).is_some_and(|name| name.starts_with(naming::axis_name(number).as_str())))

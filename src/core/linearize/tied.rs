@@ -59,11 +59,11 @@ impl Search<'_> {
         &mut self,
         mut point: Vec<Ball>,
         mut origins: Vec<Origin>,
-        closed: &impl Fn(&Option<Given>) -> Result<Option<Ball>, LinearizeError>,
+        closed: &impl Fn(Option<Given>) -> Result<Option<Ball>, LinearizeError>,
     ) -> Result<Equilibrium, LinearizeError> {
         let visible = self.visible;
         let all_given = origins[..visible].iter().all(|origin| *origin == Origin::Given);
-        let guessed = self.model.guesses.iter().any(Option::is_some);
+        let guessed = self.model.guesses.any();
         if all_given || !guessed {
             match self.settled(&mut point, &origins)? {
                 None => {
@@ -95,9 +95,9 @@ impl Search<'_> {
         for i in 0..visible {
             if origins[i] == Origin::Given && !(point[i] - given[i]).contains_zero() {
                 return Err(LinearizeError::NotAnEquilibrium {
-                    coordinate: self.model.coordinates[i].name.clone(),
+                    coordinate: self.model.coordinates.at(i).name(),
                     force: short(-start[i].mid_f64()),
-                    span: self.model.equilibria[i].map_or(self.model.coordinates[i].span, |given| given.span),
+                    span: self.model.equilibria.get(i).map_or(self.model.coordinates.at(i).span, |given| given.span),
                 });
             }
         }
@@ -111,14 +111,14 @@ impl Search<'_> {
         &self,
         given: &[Ball],
         origins: &[Origin],
-        closed: &impl Fn(&Option<Given>) -> Result<Option<Ball>, LinearizeError>,
+        closed: &impl Fn(Option<Given>) -> Result<Option<Ball>, LinearizeError>,
     ) -> Result<Option<Equilibrium>, LinearizeError> {
         let visible = self.visible;
         let (mut values, mut origins) = (given.to_vec(), origins.to_vec());
         for i in 0..visible {
             if origins[i] != Origin::Given {
                 origins[i] = Origin::Found;
-                values[i] = closed(&self.model.guesses[i])?.unwrap_or(Ball::ZERO);
+                values[i] = closed(self.model.guesses.get(i))?.unwrap_or(Ball::ZERO);
             }
         }
         let force = self.gradient(&values);
@@ -139,7 +139,7 @@ impl Search<'_> {
         let rows = gradients(&self.assembly.stiffness(point, self.values), visible, point.len());
         let singular = LinearizeError::ConstraintsSingular {
             point: self.describe(&point[..visible]),
-            span: self.model.coordinates[visible].span,
+            span: self.model.coordinates.at(visible).span,
         };
         let bits = dependence::bits(self.model).unwrap_or(BITS_TO_VERIFY);
         let in_bits = || self.coordinates_in_bits(point, origins, bits);
@@ -169,9 +169,9 @@ impl Search<'_> {
             if force.contains_zero() {
                 continue;
             }
-            let coordinate = &self.model.coordinates[i];
+            let coordinate = self.model.coordinates.at(i);
             if i >= visible {
-                let given = self.model.equilibria.iter().flatten().next();
+                let given = self.model.equilibria.given().next();
                 return Ok(Some(LinearizeError::ConstraintBroken {
                     difference: short(-rough[i].mid_f64()),
                     span: coordinate.span,
@@ -184,9 +184,9 @@ impl Search<'_> {
                 short(-rough[i].mid_f64())
             };
             return Ok(Some(LinearizeError::NotAnEquilibrium {
-                coordinate: coordinate.name.clone(),
+                coordinate: coordinate.name(),
                 force: text,
-                span: self.model.equilibria[i].map_or(coordinate.span, |given| given.span),
+                span: self.model.equilibria.get(i).map_or(coordinate.span, |given| given.span),
             }));
         }
         Ok(None)
@@ -197,7 +197,7 @@ impl Search<'_> {
         let values = self.assembly.values::<Big>(self.model, bits).ok()?;
         let mut at = Vec::with_capacity(point.len());
         for (i, value) in point.iter().enumerate() {
-            let given = self.model.equilibria[i].and_then(|given| given.value);
+            let given = self.model.equilibria.get(i).and_then(|given| given.value);
             at.push(match (origins[i], given) {
                 (Origin::Given, Some(given)) => evaluate_closed(&self.model.pool, given, bits)?,
                 _ => Big::from_ball(value, bits),

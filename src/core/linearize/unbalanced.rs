@@ -10,7 +10,7 @@ use super::equilibrium::{self, Equilibrium};
 use super::error::LinearizeError;
 use super::precise;
 use crate::expr::{ExprId, Pool, Symbol};
-use crate::model::{Coordinate, Given, Local, Model, TermFamily};
+use crate::model::{Given, Local, Model, TermFamily};
 use crate::precision::{Ball, Big};
 
 /// Forces as a potential in twice as many coordinates, and the equilibrium there.
@@ -28,14 +28,13 @@ pub(crate) fn find(
     values: &Values<Ball>,
     visible: usize,
 ) -> Result<(Equilibrium, Option<Unbalanced>), LinearizeError> {
-    let searched =
-        model.guesses.iter().any(Option::is_some) || model.equilibria.iter().take(visible).any(Option::is_none);
+    let searched = model.guesses.any() || model.equilibria.iter().take(visible).any(|given| given.is_none());
     if !(searched && assembly.acts_at_rest()) {
         return Ok((equilibrium::find(model, assembly, values, visible)?, None));
     }
     let zero = vec![Ball::ZERO; model.coordinates.len()];
     let force = assembly.gradient(&zero, values);
-    let rests = force.iter().all(Ball::is_zero) && model.guesses.iter().chain(&model.equilibria).all(Option::is_none);
+    let rests = force.iter().all(Ball::is_zero) && !model.guesses.any() && !model.equilibria.any();
     if rests {
         return Ok((equilibrium::find(model, assembly, values, visible)?, None));
     }
@@ -52,7 +51,7 @@ pub(crate) fn find(
             && !force[i].contains_zero()
         {
             return Err(LinearizeError::NotAnEquilibrium {
-                coordinate: model.coordinates[i].name.clone(),
+                coordinate: model.coordinates.at(i).name(),
                 force: equilibrium::short(-force[i].mid_f64()),
                 span: given.span,
             });
@@ -84,10 +83,12 @@ fn doubled(model: &Model, assembly: &Assembly) -> Model {
     let count = own.coordinates.len();
     let zero = own.pool.zero();
     for i in 0..count {
-        let Coordinate { name, span, .. } = own.coordinates[i].clone();
+        let coordinate = own.coordinates.at(i);
+        let (name, span) = (coordinate.name(), coordinate.span);
         own.add_coordinate(&format!("the multiplier of the force on {name}"), name, span);
         // A force on what is held need not vanish here.
-        own.equilibria[count + i] = own.equilibria[i].map(|given| Given { symbolic: zero, value: Some(zero), ..given });
+        let held = own.equilibria.get(i).map(|given| Given { symbolic: zero, value: Some(zero), ..given });
+        own.equilibria.set(count + i, held);
     }
     let mut pool = std::mem::take(&mut own.pool);
     let mut potential = Vec::new();

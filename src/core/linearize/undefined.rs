@@ -161,7 +161,7 @@ fn listed(model: &Model, values: impl Iterator<Item = String>) -> String {
             parts.push("…".to_owned());
             break;
         }
-        parts.push(format!("{} = {value}", coordinate.name));
+        parts.push(format!("{} = {value}", coordinate.name()));
     }
     parts.join(", ")
 }
@@ -247,10 +247,10 @@ impl Scene<'_> {
                 Some(name) => self.pool.as_symbol(*name)?,
                 None => symbol,
             };
-            let Some(SymbolKind::Parameter(number)) = self.model.symbols.get(&symbol) else {
+            let Some(SymbolKind::Parameter(number)) = self.model.symbols.get(symbol) else {
                 return None;
             };
-            let parameter = self.model.parameters.get(*number)?;
+            let parameter = self.model.parameters.get(number)?;
             if self.pool.as_symbol(parameter.symbolic) == Some(symbol) {
                 return Some(format!("{through}the value of `{}` is not a number", parameter.name));
             }
@@ -283,9 +283,9 @@ impl Scene<'_> {
         if let Some(number) = self.numbers.get(&symbol) {
             return Some(number.clone());
         }
-        match self.model.symbols.get(&symbol)? {
+        match self.model.symbols.get(symbol)? {
             SymbolKind::Parameter(number) => {
-                evaluate_closed(&self.model.pool, self.model.parameters.get(*number)?.value?, BITS)
+                evaluate_closed(&self.model.pool, self.model.parameters.get(number)?.value?, BITS)
             }
             _ => None,
         }
@@ -366,7 +366,7 @@ impl Scene<'_> {
         let e = self.named(e);
         let symbols = self.pool.symbols_of(&[e]);
         symbols.iter().any(|symbol| {
-            let kind = self.model.symbols.get(symbol);
+            let kind = self.model.symbols.get(*symbol);
             matches!(kind, Some(SymbolKind::Coordinate(_)))
         })
     }

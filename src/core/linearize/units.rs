@@ -10,7 +10,7 @@ use super::constrained::{choose_bound, gradients};
 use super::tied::put_multipliers_in;
 use super::velocity::Matrix;
 use crate::expr::{ExprId, Pool, Substitution, Symbol};
-use crate::model::{Given, Model, TermFamily};
+use crate::model::{Model, TermFamily};
 use crate::number::Number;
 use crate::precision::{Ball, Big, DoubleDouble, Magnitude, Scalar, up};
 
@@ -108,9 +108,9 @@ fn is_far(model: &Model, assembly: &Assembly, values: &Values<Ball>, start: &[Bi
 
 /// Where the search would start.
 pub(super) fn start<S: Scalar>(model: &Model, precision: S::Precision) -> Option<Vec<S>> {
-    let given = model.equilibria.iter().zip(&model.guesses);
+    let given = model.equilibria.iter().zip(model.guesses.iter());
     given
-        .map(|(stated, guess)| match stated.or(*guess) {
+        .map(|(stated, guess)| match stated.or(guess) {
             Some(given) => evaluate_closed(&model.pool, given.value?, precision),
             None => Some(S::from_number(&Number::ZERO, precision)),
         })
@@ -212,13 +212,10 @@ impl Units {
             constraint.expression = pool.substitute_one(constraint.expression, &map);
         }
         for stated in [&mut model.guesses, &mut model.equilibria] {
-            for (given, length) in stated.iter_mut().zip(&self.lengths) {
-                let by = power_of_two(-length);
-                *given = given.map(|given| Given {
-                    symbolic: pool.scale(given.symbolic, &by),
-                    value: given.value.map(|value| pool.scale(value, &by)),
-                    ..given
-                });
+            for (coordinate, given) in stated.given_mut() {
+                let by = power_of_two(-self.length(coordinate));
+                given.symbolic = pool.scale(given.symbolic, &by);
+                given.value = given.value.map(|value| pool.scale(value, &by));
             }
         }
         model.pool = pool;

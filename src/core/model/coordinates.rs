@@ -1,13 +1,273 @@
-//! `coord` statements.
+//! Coordinates: `coord` statements, and what is kept of the families that they declare. Of a member there is no entry:
+//! its name, its symbols and its unit follow from its number.
 
+use std::collections::HashMap;
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::dimension::Dimensions;
 use super::elaborate::Elaborator;
 use super::members::Members;
-use super::names::{Coordinate, Entity, Family, Grid, SymbolKind, member_name};
+use super::names::{Block, Entity, Family, Grid, Key, SymbolKind, member_name};
 use super::units;
+use crate::expr::{ExprId, Symbol, SymbolNames};
+use crate::span::Span;
 use crate::syntax::Declaration;
 
-/// What a coordinate takes: two symbols, their names, its unit.
-const BYTES_EACH: usize = 400;
+/// What a coordinate takes before anything is computed of it: its numbers in the terms of the energies, its place, its
+/// entries of M and K.
+const BYTES_EACH: usize = 64;
+
+/// A generalised coordinate.
+#[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
+pub struct Coordinate<'a> {
+    /// Where it is declared.
+    pub span: Span,
+    /// The coordinate's symbol.
+    pub symbol: Symbol,
+    /// Its velocity's symbol, named `x'`.
+    pub velocity: Symbol,
+    /// Its SI unit as the language writes it, `m`, `rad`, `kg^(1/2)*m`: where the file has units
+    /// and they tell.
+    pub unit: Option<&'a str>,
+    /// What numbers in the unit that it is declared with are multiplied by to be in SI, an expression without
+    /// symbols; `None` where they are in SI already.
+    pub factor: Option<ExprId>,
+    names: &'a Names,
+    place: usize,
+}
+
+impl Coordinate<'_> {
+    /// `theta`, `phi[1]`, `r[1,3]`.
+    #[must_use]
+    pub fn name(&self) -> String {
+        self.names.member(self.place)
+    }
+}
+
+/// The generalised coordinates of a model in the order of declaration, the last index fastest.
+///
+/// Families are kept whole; a [`Coordinate`] is put together when it is asked for.
+#[derive(Clone, Debug, Default)]
+pub struct Coordinates {
+    rows: Vec<Row>,
+    count: usize,
+}
+
+/// Coordinates declared together.
+#[derive(Clone, Debug)]
+struct Row {
+    /// The number of the first.
+    first: usize,
+    names: Arc<Names>,
+    span: Span,
+    /// The symbols of the first and of its velocity; those of the next are two symbols further.
+    symbols: [Symbol; 2],
+    /// One for all, or one for each.
+    units: Vec<Option<String>>,
+    factor: Option<ExprId>,
+}
+
+/// The names of the members of a family, in the order of their numbers.
+#[derive(Debug)]
+struct Names {
+    name: String,
+    rank: usize,
+    places: Places,
+}
+
+#[derive(Debug)]
+enum Places {
+    Box(Block),
+    Listed(Vec<Key>),
+}
+
+impl Names {
+    fn member(&self, place: usize) -> String {
+        let at = match &self.places {
+            Places::Box(block) => block.key(place),
+            Places::Listed(keys) => keys.get(place).copied().unwrap_or_default(),
+        };
+        member_name(&self.name, self.rank, &at)
+    }
+}
+
+/// Coordinates and velocities in turn.
+impl SymbolNames for Names {
+    fn name(&self, place: usize) -> String {
+        let prime = if place.is_multiple_of(2) { "" } else { "'" };
+        format!("{}{prime}", self.member(place / 2))
+    }
+}
+
+impl Row {
+    fn coordinate(&self, place: usize) -> Coordinate<'_> {
+        let [symbol, velocity] = self.symbols.map(|symbol| symbol.after(2 * place));
+        let unit = if let [only] = self.units.as_slice() { Some(only) } else { self.units.get(place) };
+        Coordinate {
+            span: self.span,
+            symbol,
+            velocity,
+            unit: unit.and_then(Option::as_deref),
+            factor: self.factor,
+            names: &self.names,
+            place,
+        }
+    }
+}
+
+impl Coordinates {
+    /// How many there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.count
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    /// The coordinate of a number below [`Coordinates::len`]; beyond it what comes last is counted on.
+    ///
+    /// # Panics
+    /// Where there are no coordinates.
+    #[must_use]
+    pub fn at(&self, number: usize) -> Coordinate<'_> {
+        let row = self.rows.partition_point(|row| row.first <= number).saturating_sub(1);
+        let row = &self.rows[row];
+        row.coordinate(number - row.first)
+    }
+
+    /// The coordinate of a number, if there is one.
+    #[must_use]
+    pub fn get(&self, number: usize) -> Option<Coordinate<'_>> {
+        (number < self.count).then(|| self.at(number))
+    }
+
+    /// The first coordinate, if there is one.
+    #[must_use]
+    pub fn first(&self) -> Option<Coordinate<'_>> {
+        self.get(0)
+    }
+
+    /// All of them, in order.
+    #[must_use]
+    pub fn iter(&self) -> Iter<'_> {
+        Iter { all: self, left: 0..self.count }
+    }
+
+    /// The names of all of them, in order.
+    pub fn names(&self) -> impl ExactSizeIterator<Item = String> + Clone + '_ {
+        self.iter().map(|own| own.name())
+    }
+
+    /// The names that they are declared under, without indices.
+    pub(super) fn stems(&self) -> impl Iterator<Item = &str> {
+        self.rows.iter().map(|row| row.names.name.as_str())
+    }
+
+    /// Adds a coordinate by itself.
+    pub(super) fn push(&mut self, name: String, span: Span, symbols: [Symbol; 2]) {
+        let names = Names { name, rank: 0, places: Places::Listed(Vec::new()) };
+        self.extend(names, 1, span, symbols, None);
+    }
+
+    fn extend(
+        &mut self,
+        names: impl Into<Arc<Names>>,
+        count: usize,
+        span: Span,
+        symbols: [Symbol; 2],
+        factor: Option<ExprId>,
+    ) {
+        if count > 0 {
+            let row = Row { first: self.count, names: names.into(), span, symbols, units: Vec::new(), factor };
+            self.rows.push(row);
+            self.count += count;
+        }
+    }
+
+    /// Takes over the units that are known of the dimensions.
+    pub(super) fn set_units(&mut self, dimensions: &Dimensions) {
+        let ends: Vec<usize> = self.rows.iter().skip(1).map(|row| row.first).chain([self.count]).collect();
+        for (row, end) in self.rows.iter_mut().zip(ends) {
+            row.units = dimensions.units(&row.names.name, end - row.first);
+        }
+    }
+}
+
+/// The coordinates of a model, one after another.
+#[derive(Clone, Debug)]
+pub struct Iter<'a> {
+    all: &'a Coordinates,
+    left: Range<usize>,
+}
+
+impl<'a> Iterator for Iter<'a> {
+    type Item = Coordinate<'a>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        self.left.next().map(|number| self.all.at(number))
+    }
+
+    fn size_hint(&self) -> (usize, Option<usize>) {
+        self.left.size_hint()
+    }
+
+    fn nth(&mut self, count: usize) -> Option<Self::Item> {
+        self.left.nth(count).map(|number| self.all.at(number))
+    }
+}
+
+impl ExactSizeIterator for Iter<'_> {}
+
+impl<'a> IntoIterator for &'a Coordinates {
+    type Item = Coordinate<'a>;
+    type IntoIter = Iter<'a>;
+
+    fn into_iter(self) -> Iter<'a> {
+        self.iter()
+    }
+}
+
+/// What the symbols of a model's pool stand for.
+#[derive(Clone, Debug, Default)]
+pub struct Symbols {
+    each: HashMap<Symbol, SymbolKind>,
+    /// Coordinates and velocities in turn: the first symbol, how many coordinates, the number of the first.
+    rows: Vec<(Symbol, usize, usize)>,
+}
+
+impl Symbols {
+    /// What a symbol stands for; `None` for one that the model does not have.
+    #[must_use]
+    pub fn get(&self, symbol: Symbol) -> Option<SymbolKind> {
+        let row = self.rows.partition_point(|(first, _, _)| *first <= symbol).checked_sub(1);
+        if let Some((first, count, number)) = row.and_then(|row| self.rows.get(row)) {
+            let place = symbol.index() - first.index();
+            if place < 2 * count {
+                let number = number + place / 2;
+                let is_velocity = !place.is_multiple_of(2);
+                return Some(if is_velocity { SymbolKind::Velocity(number) } else { SymbolKind::Coordinate(number) });
+            }
+        }
+        self.each.get(&symbol).copied()
+    }
+
+    /// The symbol of the time, where the model speaks of it.
+    #[must_use]
+    pub fn time(&self) -> Option<Symbol> {
+        let mut each = self.each.iter();
+        each.find_map(|(symbol, kind)| (*kind == SymbolKind::Time).then_some(*symbol))
+    }
+
+    pub(super) fn insert(&mut self, symbol: Symbol, kind: SymbolKind) {
+        self.each.insert(symbol, kind);
+    }
+}
 
 /// The boxes of a family of coordinates.
 pub(super) fn coordinate_families(family: &Family) -> Vec<super::CoordinateFamily> {
@@ -35,35 +295,21 @@ impl Elaborator<'_> {
         }
         let mut own = Family { name: name.text.to_string(), span: name.span, grid: Grid::default() };
         let base = self.world.coordinates.len();
-        let mut keys = Vec::new();
         let count = members.as_ref().map_or(0, Members::count);
         let what = format!("`{}`", name.text);
         self.world.pool.budget().at(what, Some(name.span));
         let room = self.world.pool.budget().room(count, BYTES_EACH);
-        let members = members.filter(|_| room.is_ok());
-        if let Some(members) = members {
+        if let Some(members) = members.filter(|_| room.is_ok()) {
             own.grid.rank = members.rank;
-            keys = members.keys();
             let added = own.add(&members, base, false);
             self.note(added);
+            let places = members.block.map_or(Places::Listed(members.keys), Places::Box);
+            let names = Arc::new(Names { name: own.name.clone(), rank: members.rank, places });
+            let symbol = self.world.pool.fresh_symbols(2 * count, Arc::<Names>::clone(&names));
+            self.world.kinds.rows.push((symbol, count, base));
+            self.world.coordinates.extend(names, count, name.span, [symbol, symbol.after(1)], factor);
         } else {
             own.grid.rank = declaration.indices.as_ref().map_or(0, |i| i.entries.len().min(3));
-        }
-        for at in keys {
-            let number = self.world.coordinates.len();
-            let member = member_name(&name.text, own.grid.rank, &at);
-            let symbol = self.world.pool.fresh_symbol(&member);
-            let velocity = self.world.pool.fresh_symbol(&format!("{member}'"));
-            self.world.kinds.insert(symbol, SymbolKind::Coordinate(number));
-            self.world.kinds.insert(velocity, SymbolKind::Velocity(number));
-            self.world.coordinates.push(Coordinate {
-                name: member,
-                span: name.span,
-                symbol,
-                velocity,
-                unit: None,
-                factor,
-            });
         }
         self.world.coordinate_families.push(own);
         self.world.coordinate_units.push(factor);

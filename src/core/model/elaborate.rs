@@ -10,7 +10,7 @@ use super::survey::{declared_names, structural_names, tables_of_coordinates};
 use super::table::{Table, TableTexts};
 use super::terms::{TermFamily, families};
 use super::values::{Value, sum};
-use super::{Constraint, Given, Model, ModelError, Purpose, dimension};
+use super::{Constraint, Given, Givens, Model, ModelError, Purpose, dimension};
 use crate::expr::{ExprId, Pool};
 use crate::span::Span;
 use crate::syntax::{Binding, ExprKind, ExprRef, File, Indices, Name, StatementKind};
@@ -233,7 +233,7 @@ impl<'a> Elaborator<'a> {
         for family in &families {
             let accelerated = self.world.pool.symbols_of(&[family.body]).iter().any(|symbol| {
                 matches!(
-                    self.world.kinds.get(symbol),
+                    self.world.kinds.get(*symbol),
                     Some(SymbolKind::Acceleration(_) | SymbolKind::AccelerationSlot(_))
                 )
             });
@@ -317,22 +317,18 @@ impl<'a> Elaborator<'a> {
     fn moving_symbol(&self, e: ExprId) -> Option<String> {
         let symbols = self.world.pool.symbols_of(&[e]);
         symbols.into_iter().find_map(|symbol| {
-            let (number, primes) = match self.world.kinds.get(&symbol)? {
-                SymbolKind::Velocity(number) => (*number, "'"),
-                SymbolKind::Acceleration(number) => (*number, "''"),
+            let (number, primes) = match self.world.kinds.get(symbol)? {
+                SymbolKind::Velocity(number) => (number, "'"),
+                SymbolKind::Acceleration(number) => (number, "''"),
                 _ => return None,
             };
-            Some(format!("{}{primes}", self.world.coordinates[number].name))
+            Some(format!("{}{primes}", self.world.coordinates.at(number).name()))
         })
     }
 
     fn finish(mut self, purpose: Purpose) -> Result<Model, Vec<ModelError>> {
         let count = self.world.coordinates.len();
-        let [mut guesses, mut guessed_velocities, mut equilibria, mut rates] =
-            [const { Vec::new() }; 4].map(|mut all| {
-                all.resize(count, None);
-                all
-            });
+        let [mut guesses, mut guessed_velocities, mut equilibria, mut rates] = [(); 4].map(|()| Givens::none(count));
         let mut constraints = Vec::new();
         for statement in &self.file.statements {
             self.begin(&statement.kind, statement.span);
@@ -376,12 +372,7 @@ impl<'a> Elaborator<'a> {
         if !self.errors.is_empty() {
             return Err(tidy(self.errors));
         }
-        for family in &self.world.coordinate_families {
-            let members = family.grid.numbers().enumerate();
-            for (member, number) in members {
-                self.world.coordinates[number].unit = dimensions.unit(&family.name, member);
-            }
-        }
+        self.world.coordinates.set_units(&dimensions);
         let time_dependent = self.time_dependence(&[&kinetic, &potential, &lagrangian, &friction], &constraints);
         let tensors = self.tensors(purpose == Purpose::Tensors, &dimensions);
         let unnamed_tensors = self.unnamed_tensors();

@@ -1,18 +1,89 @@
 //! `guess` and `equilibrium` statements: a value for each coordinate that they name.
 
+use super::ModelError;
 use super::elaborate::Elaborator;
 use super::members::reads_names;
 use super::names::{Entity, Key, key, member_name};
 use super::values::Value;
-use super::{Given, ModelError};
 use crate::diagnostic::nearest;
 use crate::expr::ExprId;
 use crate::span::Span;
 use crate::syntax::Binding;
 
+/// An expression without symbols for a coordinate, from `guess` or `equilibrium`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Given {
+    /// In the model's parameters, as derivations show it.
+    pub symbolic: ExprId,
+    /// The value: without symbols. `None` where a parameter has no value.
+    pub value: Option<ExprId>,
+    /// Where it stands.
+    pub span: Span,
+}
+
+/// For each coordinate what is given for it, if anything is. Takes no memory where nothing is given at all.
+#[derive(Clone, Debug, Default)]
+pub struct Givens {
+    /// Empty, or one for each.
+    all: Vec<Option<Given>>,
+    count: usize,
+}
+
+impl Givens {
+    /// Nothing, for so many coordinates.
+    pub(super) fn none(count: usize) -> Self {
+        Self { all: Vec::new(), count }
+    }
+
+    /// Nothing for one more coordinate.
+    pub(super) fn add(&mut self) {
+        self.count += 1;
+        if !self.all.is_empty() {
+            self.all.push(None);
+        }
+    }
+
+    /// What is given for a coordinate.
+    #[must_use]
+    pub fn get(&self, coordinate: usize) -> Option<Given> {
+        self.all.get(coordinate).copied().flatten()
+    }
+
+    /// Whether anything is given.
+    #[must_use]
+    pub fn any(&self) -> bool {
+        self.all.iter().any(Option::is_some)
+    }
+
+    /// One coordinate after the other.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = Option<Given>> + Clone + '_ {
+        (0..self.count).map(|coordinate| self.get(coordinate))
+    }
+
+    /// All that is given.
+    pub fn given(&self) -> impl Iterator<Item = Given> + '_ {
+        self.all.iter().flatten().copied()
+    }
+
+    /// All that is given, with the numbers of the coordinates.
+    pub fn given_mut(&mut self) -> impl Iterator<Item = (usize, &mut Given)> {
+        self.all.iter_mut().enumerate().filter_map(|(coordinate, given)| Some((coordinate, given.as_mut()?)))
+    }
+
+    /// Gives something for a coordinate.
+    pub fn set(&mut self, coordinate: usize, given: Option<Given>) {
+        if given.is_some() {
+            self.all.resize(self.count, None);
+        }
+        if let Some(own) = self.all.get_mut(coordinate) {
+            *own = given;
+        }
+    }
+}
+
 impl Elaborator<'_> {
     /// `guess`, `equilibrium` and rates: one list of values per coordinate.
-    pub(super) fn given(&mut self, binding: &Binding, what: &'static str, into: &mut [Option<Given>]) {
+    pub(super) fn given(&mut self, binding: &Binding, what: &'static str, into: &mut Givens) {
         let name = &binding.name;
         let Some(root) = binding.value else { return };
         let Some(&(entity, _)) = self.world.names.get(name.text.as_str()) else {
@@ -91,7 +162,7 @@ impl Elaborator<'_> {
         what: &'static str,
         span: Span,
         value_span: Span,
-        into: &mut [Option<Given>],
+        into: &mut Givens,
     ) -> bool {
         let own = &self.world.coordinate_families[family];
         let rank = own.grid.rank;
@@ -131,7 +202,7 @@ impl Elaborator<'_> {
         };
         if let Some(on) = self.varying_symbol(symbolic) {
             self.errors.push(ModelError::NotConstant {
-                what: format!("{what} of `{}`", self.world.coordinates[number].name),
+                what: format!("{what} of `{}`", self.world.coordinates.at(number).name()),
                 on,
                 span: value_span,
             });
@@ -140,16 +211,16 @@ impl Elaborator<'_> {
         let Some(symbolic) = self.scaled(symbolic, factor) else {
             return false;
         };
-        if let Some(first) = &into[number] {
+        if let Some(first) = into.get(number) {
             self.errors.push(ModelError::GivenTwice {
-                name: format!("{what} of {}", self.world.coordinates[number].name),
+                name: format!("{what} of {}", self.world.coordinates.at(number).name()),
                 span,
                 first: first.span,
             });
             return false;
         }
         let value = self.closed(symbolic);
-        into[number] = Some(Given { symbolic, value, span: span.to(value_span) });
+        into.set(number, Some(Given { symbolic, value, span: span.to(value_span) }));
         true
     }
 }

@@ -34,13 +34,13 @@ mod units;
 mod values;
 mod warning;
 
-use std::collections::HashMap;
-
 pub use constant::Constant;
+pub use coordinates::{Coordinate, Coordinates, Symbols};
 pub use dimension::{Dimension, DimensionError, Inferred};
 pub use error::ModelError;
 pub use feature::Feature;
-pub use names::{Coordinate, Parameter, SymbolKind};
+pub use given::{Given, Givens};
+pub use names::{Parameter, SymbolKind};
 pub use range::Range;
 pub use settings::Settings;
 pub use table::TableTexts;
@@ -49,20 +49,9 @@ pub use tensors::Tensor;
 pub use terms::{Local, TermFamily};
 pub use warning::{Warning, warnings};
 
-use crate::expr::{ExprId, Pool, Symbol};
+use crate::expr::{ExprId, Pool};
 use crate::span::Span;
 use crate::syntax::File;
-
-/// An expression without symbols for a coordinate, from `guess` or `equilibrium`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Given {
-    /// In the model's parameters, as derivations show it.
-    pub symbolic: ExprId,
-    /// The value: without symbols. `None` where a parameter has no value.
-    pub value: Option<ExprId>,
-    /// Where it stands.
-    pub span: Span,
-}
 
 /// A holonomic constraint: what it sets to zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -109,13 +98,13 @@ pub struct Model {
     /// Where all expressions of the model live.
     pub pool: Pool,
     /// The generalised coordinates in the order of declaration, the last index fastest.
-    pub coordinates: Vec<Coordinate>,
+    pub coordinates: Coordinates,
     /// The names that the coordinates are declared under.
     pub families: Vec<CoordinateFamily>,
     /// The parameters in the order of declaration.
     pub parameters: Vec<Parameter>,
     /// What the symbols of the pool stand for.
-    pub symbols: HashMap<Symbol, SymbolKind>,
+    pub symbols: Symbols,
     /// The kinetic energy, or the whole `lagrangian`.
     pub kinetic: Vec<TermFamily>,
     /// The potential energy; empty beside a `lagrangian`.
@@ -123,13 +112,13 @@ pub struct Model {
     /// Whether `kinetic` holds a `lagrangian`.
     pub lagrangian: bool,
     /// Per coordinate: where the search for an equilibrium or a periodic motion starts.
-    pub guesses: Vec<Option<Given>>,
+    pub guesses: Givens,
     /// Per coordinate: its velocity at t = 0 where the search for a periodic motion starts.
-    pub guessed_velocities: Vec<Option<Given>>,
+    pub guessed_velocities: Givens,
     /// Per coordinate: the equilibrium as given.
-    pub equilibria: Vec<Option<Given>>,
+    pub equilibria: Givens,
     /// Per coordinate: the rate of a steady motion.
-    pub rates: Vec<Option<Given>>,
+    pub rates: Givens,
     /// The dissipation function, if there is one.
     pub dissipation: Option<Span>,
     /// The terms of the dissipation function.

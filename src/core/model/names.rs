@@ -3,6 +3,7 @@
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::sync::Arc;
 
+use super::coordinates::{Coordinates, Symbols};
 use super::error::counted_indices;
 use super::members::Members;
 use super::program::{IndexProgram, Program};
@@ -58,6 +59,17 @@ impl Block {
 
     fn offset(&self, at: &Key) -> usize {
         (0..3).fold(0, |sum, axis| sum * self.extent(axis) + usize::try_from(at[axis] - self.lower[axis]).unwrap_or(0))
+    }
+
+    /// The indices of a member of the box, counted from 0.
+    pub(super) fn key(&self, offset: usize) -> Key {
+        let (mut key, mut left) = (self.lower, offset);
+        for axis in (0..3).rev() {
+            let extent = self.extent(axis).max(1);
+            key[axis] += i64::try_from(left % extent).unwrap_or(0);
+            left /= extent;
+        }
+        key
     }
 
     /// All indices of the box, the last fastest.
@@ -279,26 +291,6 @@ pub struct Parameter {
     pub uncertainty: Option<ExprId>,
 }
 
-/// A generalised coordinate.
-#[derive(Clone, Debug)]
-#[non_exhaustive]
-pub struct Coordinate {
-    /// `theta`, `phi[1]`, `r[1,3]`.
-    pub name: String,
-    /// Where it is declared.
-    pub span: Span,
-    /// The coordinate's symbol.
-    pub symbol: Symbol,
-    /// Its velocity's symbol, named `x'`.
-    pub velocity: Symbol,
-    /// Its SI unit as the language writes it, `m`, `rad`, `kg^(1/2)*m`: where the file has units
-    /// and they tell.
-    pub unit: Option<String>,
-    /// What numbers in the unit that it is declared with are multiplied by to be in SI, an expression without
-    /// symbols; `None` where they are in SI already.
-    pub factor: Option<ExprId>,
-}
-
 /// What a symbol of the pool means to the model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -328,13 +320,13 @@ pub enum SymbolKind {
 pub(super) struct World {
     pub(super) pool: Pool,
     pub(super) names: HashMap<String, (Entity, Span)>,
-    pub(super) kinds: HashMap<Symbol, SymbolKind>,
+    pub(super) kinds: Symbols,
     pub(super) parameter_families: Vec<Family>,
     pub(super) parameters: Vec<Parameter>,
     pub(super) coordinate_families: Vec<Family>,
     /// The factor of the unit that a family is declared in.
     pub(super) coordinate_units: Vec<Option<ExprId>>,
-    pub(super) coordinates: Vec<Coordinate>,
+    pub(super) coordinates: Coordinates,
     pub(super) accelerations: HashMap<usize, Symbol>,
     pub(super) lets: Vec<LetFamily>,
     pub(super) tables: Vec<Table>,
@@ -395,7 +387,7 @@ impl World {
         if let Some(symbol) = self.accelerations.get(&coordinate) {
             return *symbol;
         }
-        let name = format!("{}''", self.coordinates[coordinate].name);
+        let name = format!("{}''", self.coordinates.at(coordinate).name());
         let symbol = self.pool.fresh_symbol(&name);
         self.kinds.insert(symbol, SymbolKind::Acceleration(coordinate));
         self.accelerations.insert(coordinate, symbol);
@@ -405,8 +397,8 @@ impl World {
     /// The time derivative of a symbol: a velocity, an acceleration, 1 for the time, `None` for
     /// constants.
     pub(super) fn rate(&mut self, symbol: Symbol) -> Option<ExprId> {
-        let rate = match *self.kinds.get(&symbol)? {
-            SymbolKind::Coordinate(i) => self.coordinates[i].velocity,
+        let rate = match self.kinds.get(symbol)? {
+            SymbolKind::Coordinate(i) => self.coordinates.at(i).velocity,
             SymbolKind::Velocity(i) => {
                 self.accelerated = true;
                 self.acceleration(i)
@@ -440,8 +432,7 @@ impl Model {
     /// The symbol of the time, where the model speaks of it.
     #[must_use]
     pub fn time(&self) -> Option<Symbol> {
-        let mut symbols = self.symbols.iter();
-        symbols.find_map(|(symbol, kind)| (*kind == SymbolKind::Time).then_some(*symbol))
+        self.symbols.time()
     }
 
     /// Adds a coordinate that the file does not have, by the name of its symbol and the one that is shown.
@@ -450,9 +441,9 @@ impl Model {
         let at = self.coordinates.len();
         self.symbols.insert(symbol, SymbolKind::Coordinate(at));
         self.symbols.insert(velocity, SymbolKind::Velocity(at));
-        self.coordinates.push(Coordinate { name, span, symbol, velocity, unit: None, factor: None });
+        self.coordinates.push(name, span, [symbol, velocity]);
         for given in [&mut self.guesses, &mut self.guessed_velocities, &mut self.equilibria, &mut self.rates] {
-            given.push(None);
+            given.add();
         }
         Local::new(symbol, velocity)
     }
@@ -461,7 +452,7 @@ impl Model {
     #[must_use]
     pub fn unused_name(&self, names: &[&str]) -> String {
         let parameters = self.parameters.iter().map(|p| p.name.as_str());
-        let coordinates = self.coordinates.iter().map(|c| c.name.as_str());
+        let coordinates = self.coordinates.stems();
         let taken: BTreeSet<&str> =
             parameters.chain(coordinates).map(|name| name.split('[').next().unwrap_or(name)).collect();
         let free = names.iter().find(|name| !taken.contains(**name));

@@ -315,8 +315,8 @@ impl Elaborator<'_> {
         let symbols = self.world.pool.symbols_of(&[e]);
         let varying = symbols
             .into_iter()
-            .find(|symbol| !matches!(self.world.kinds.get(symbol), Some(SymbolKind::Parameter(_)) | None))?;
-        Some(self.world.pool.symbol_name(varying).to_owned())
+            .find(|symbol| !matches!(self.world.kinds.get(*symbol), Some(SymbolKind::Parameter(_)) | None))?;
+        Some(self.world.pool.symbol_name(varying).into_owned())
     }
 
     /// The expression with all parameters replaced by their values.
@@ -327,9 +327,9 @@ impl Elaborator<'_> {
         }
         let mut values = Substitution::default();
         for symbol in symbols {
-            match self.world.kinds.get(&symbol) {
+            match self.world.kinds.get(symbol) {
                 Some(SymbolKind::Parameter(number)) => {
-                    values.insert(symbol, self.world.parameters[*number].value?);
+                    values.insert(symbol, self.world.parameters[number].value?);
                 }
                 Some(_) | None => return None,
             }

@@ -33,7 +33,7 @@ impl World {
             return None;
         }
         let symbols = self.pool.symbols(root);
-        let mut kinds = symbols.iter().filter_map(|symbol| self.kinds.get(symbol).copied());
+        let mut kinds = symbols.iter().filter_map(|symbol| self.kinds.get(*symbol));
         let kind = kinds.find(|kind| matches!(kind, SymbolKind::Acceleration(_) | SymbolKind::AccelerationSlot(_)))?;
         let beyond = self.pool.fresh_symbol("x'''");
         self.kinds.insert(beyond, kind);

@@ -87,7 +87,7 @@ impl World {
                         let slot = instance.slot(Leaf::Coordinate(number));
                         self.coordinate_slot(slot)[0]
                     }
-                    None => self.coordinates[number].symbol,
+                    None => self.coordinates.at(number).symbol,
                 };
                 Ok(Value::Scalar(self.pool.symbol_expr(symbol)))
             }

@@ -392,16 +392,16 @@ impl Finisher {
         let mut slots_seen = std::collections::BTreeSet::new();
         let mut shared_seen = std::collections::BTreeSet::new();
         for symbol in world.pool.symbols_of(&[body]) {
-            match world.kinds.get(&symbol) {
+            match world.kinds.get(symbol) {
                 Some(SymbolKind::CoordinateSlot(k) | SymbolKind::VelocitySlot(k) | SymbolKind::AccelerationSlot(k)) => {
-                    slots_seen.insert(*k);
+                    slots_seen.insert(k);
                 }
                 Some(SymbolKind::Coordinate(i) | SymbolKind::Velocity(i) | SymbolKind::Acceleration(i)) => {
-                    shared_seen.insert(*i);
+                    shared_seen.insert(i);
                 }
                 Some(SymbolKind::ValueSlot(k)) => {
                     family.values.push(symbol);
-                    value_sources.push(*k);
+                    value_sources.push(k);
                 }
                 Some(SymbolKind::Parameter(_) | SymbolKind::Time) | None => {}
             }
@@ -412,7 +412,7 @@ impl Finisher {
             local_sources.push(Source::Leaf(k));
         }
         for i in shared_seen {
-            let own = &world.coordinates[i];
+            let own = world.coordinates.at(i);
             family.locals.push(Local { coordinate: own.symbol, velocity: own.velocity });
             local_sources.push(Source::Shared(i));
         }

@@ -216,10 +216,10 @@ fn period_without_time(model: &Model) -> Option<Warning> {
 
 /// The first guess of a velocity where no periodic motion is searched for.
 fn useless_velocity(model: &Model) -> Option<Warning> {
-    let guess = model.guessed_velocities.iter().flatten().next()?;
+    let guess = model.guessed_velocities.given().next()?;
     let reason = if model.time_dependent.is_none() {
         "nothing depends on the time"
-    } else if model.equilibria.iter().any(Option::is_some) {
+    } else if model.equilibria.any() {
         "an equilibrium is given"
     } else {
         return None;
@@ -238,7 +238,7 @@ fn free_coordinates(model: &Model) -> Vec<Warning> {
         // A constraint is a force as well.
         return Vec::new();
     }
-    for (bound, rate) in bound.iter_mut().zip(&model.rates) {
+    for (bound, rate) in bound.iter_mut().zip(model.rates.iter()) {
         *bound |= rate.is_some();
     }
     let mut found = Vec::new();
@@ -248,13 +248,13 @@ fn free_coordinates(model: &Model) -> Vec<Warning> {
         if free.len() == family.len() && !free.is_empty() {
             found.push(Warning::NoRestoringForce {
                 name: family.name.clone(),
-                span: model.coordinates[family.first].span,
+                span: model.coordinates.at(family.first).span,
             });
             continue;
         }
         found.extend(free.into_iter().map(|at| Warning::NoRestoringForce {
-            name: model.coordinates[at].name.clone(),
-            span: model.coordinates[at].span,
+            name: model.coordinates.at(at).name(),
+            span: model.coordinates.at(at).span,
         }));
     }
     found
@@ -264,8 +264,8 @@ fn free_coordinates(model: &Model) -> Vec<Warning> {
 fn bind(model: &Model, family: &TermFamily, bound: &mut [bool]) {
     let symbols = model.pool.symbols_of(&[family.body]);
     for symbol in &symbols {
-        if let Some(SymbolKind::Coordinate(number)) = model.symbols.get(symbol) {
-            bound[*number] = true;
+        if let Some(SymbolKind::Coordinate(number)) = model.symbols.get(*symbol) {
+            bound[number] = true;
         }
     }
     let width = family.locals.len();

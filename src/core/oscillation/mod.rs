@@ -339,7 +339,7 @@ fn named(linearized: &Linearized, error: &ModesError) -> LinearizeError {
                 .iter()
                 .zip(direction)
                 .filter(|(_, amplitude)| amplitude.abs() > 1e-6)
-                .map(|(coordinate, amplitude)| (coordinate.name.clone(), *amplitude))
+                .map(|(coordinate, amplitude)| (coordinate.name(), *amplitude))
                 .collect();
             let span = coordinates
                 .iter()

@@ -143,7 +143,7 @@ fn feeds_round_loops(linearized: &Linearized, span: Span) -> Option<Warning> {
         if size(&b) > size(&a) * (1.0 + 1e-6) { b } else { a }
     })?;
     let coordinates = &linearized.model().coordinates;
-    let name = |i: usize| Some(coordinates.get(axis(i)?)?.name.clone());
+    let name = |i: usize| Some(coordinates.get(axis(i)?)?.name());
     Some(Warning::FeedsEnergy { span, coordinate: name(i)?, other: Some(name(j)?) })
 }
 
@@ -154,7 +154,7 @@ fn feeds_moving(linearized: &Linearized, span: Span) -> Option<Warning> {
     let (whole, _) = linearized.embed(&direction, 0.0);
     let sizes = whole.iter().map(|x| x.abs()).enumerate();
     let (most, _) = sizes.reduce(|a, b| if b.1 > a.1 * (1.0 + 1e-6) { b } else { a })?;
-    Some(Warning::FeedsEnergy { span, coordinate: linearized.model().coordinates.get(most)?.name.clone(), other: None })
+    Some(Warning::FeedsEnergy { span, coordinate: linearized.model().coordinates.get(most)?.name(), other: None })
 }
 
 /// Terms that are so many times as large as ω² nearly cancel.
@@ -217,7 +217,7 @@ fn not_proved(linearized: &Linearized) -> Vec<Warning> {
     let mut searched = coordinates.iter().zip(&equilibrium.origins);
     searched
         .find(|(_, origin)| **origin == Origin::Found)
-        .map(|(coordinate, _)| Warning::NotProved { span: coordinate.span, coordinate: coordinate.name.clone() })
+        .map(|(coordinate, _)| Warning::NotProved { span: coordinate.span, coordinate: coordinate.name() })
         .into_iter()
         .collect()
 }
@@ -236,7 +236,7 @@ fn runs_away(linearized: &Linearized, modes: &NormalModes) -> Vec<Warning> {
     let Some(coordinate) = coordinates.get(largest.map_or(0, |(at, _)| at)) else {
         return Vec::new();
     };
-    let (span, name) = (coordinate.span, coordinate.name.clone());
+    let (span, name) = (coordinate.span, coordinate.name());
     vec![if unstable == linearized.dimension() {
         Warning::Maximum { span, coordinate: name }
     } else {

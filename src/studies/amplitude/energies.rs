@@ -53,8 +53,8 @@ impl Energies {
         let compile = |pool: &Pool, roots: &[ExprId], inputs: &[Symbol]| {
             Tape::compile(pool, roots, inputs).map_err(|missing| {
                 // All that is no input is a parameter.
-                let number = match model.symbols.get(&missing.symbol) {
-                    Some(SymbolKind::Parameter(at)) => *at,
+                let number = match model.symbols.get(missing.symbol) {
+                    Some(SymbolKind::Parameter(at)) => at,
                     _ => usize::MAX,
                 };
                 AmplitudeError::Linearize(missing_value(model, number))
@@ -62,7 +62,7 @@ impl Energies {
         };
         let forces = pool.gradient(parts.potential, &coordinates);
         let potential = compile(&pool, &forces, &coordinates)?;
-        let moves = |symbol| matches!(model.symbols.get(&symbol), Some(SymbolKind::Coordinate(_)));
+        let moves = |symbol| matches!(model.symbols.get(symbol), Some(SymbolKind::Coordinate(_)));
         let kinetic = if pool.depends_on(parts.kinetic, &moves) {
             let mut roots = pool.gradient(parts.kinetic, &coordinates);
             roots.extend(pool.gradient(parts.kinetic, &velocities));
@@ -148,11 +148,11 @@ impl Parts {
 /// Whether b(q)·q' has a curl somewhere, or may have one: where it has none it is the derivative of a function of q by the time
 /// and moves nothing.
 fn acts(model: &Model, pool: &mut Pool, linear: ExprId) -> bool {
-    let number = |symbol: Symbol| match model.symbols.get(&symbol) {
-        Some(SymbolKind::Coordinate(at) | SymbolKind::Velocity(at)) => *at,
+    let number = |symbol: Symbol| match model.symbols.get(symbol) {
+        Some(SymbolKind::Coordinate(at) | SymbolKind::Velocity(at)) => at,
         _ => usize::MAX,
     };
-    let kind = |symbol: Symbol| model.symbols.get(&symbol);
+    let kind = |symbol: Symbol| model.symbols.get(symbol);
     let factors = pool.slopes(linear, |s| matches!(kind(s), Some(SymbolKind::Velocity(_))));
     let mut slopes: HashMap<(usize, usize), ExprId> = HashMap::new();
     for (velocity, factor) in factors {

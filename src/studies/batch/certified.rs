@@ -37,7 +37,7 @@ impl Study {
             }
         }
         for given in [&mut model.guesses, &mut model.guessed_velocities, &mut model.equilibria, &mut model.rates] {
-            for given in given.iter_mut().flatten() {
+            for (_, given) in given.given_mut() {
                 given.value = closed(&mut model.pool, given.symbolic, &values);
             }
         }
@@ -61,8 +61,8 @@ impl Study {
                 let found = Number::from_f64_exact(solutions.equilibria()[*at]);
                 if let Some(found) = found {
                     let value = model.pool.number(found);
-                    model.guesses[*at] =
-                        Some(Given { symbolic: value, value: Some(value), span: span.unwrap_or_default() });
+                    let given = Given { symbolic: value, value: Some(value), span: span.unwrap_or_default() };
+                    model.guesses.set(*at, Some(given));
                 }
             }
         }

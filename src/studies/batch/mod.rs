@@ -291,8 +291,8 @@ fn independent(model: &Model, number: usize) -> Result<(), StudyError> {
         .pool
         .symbols_of(&[parameter.symbolic])
         .iter()
-        .filter_map(|symbol| match model.symbols.get(symbol) {
-            Some(SymbolKind::Parameter(other)) => Some(model.parameters[*other].name.clone()),
+        .filter_map(|symbol| match model.symbols.get(*symbol) {
+            Some(SymbolKind::Parameter(other)) => Some(model.parameters[other].name.clone()),
             Some(_) | None => None,
         })
         .collect();
@@ -305,7 +305,7 @@ fn independent(model: &Model, number: usize) -> Result<(), StudyError> {
 /// A symbol that is neither a parameter nor a coordinate is not known to happen; it is said as if
 /// its value were missing.
 fn unbound(model: &Model, symbol: Symbol) -> StudyError {
-    let name = model.pool.symbol_name(symbol).to_owned();
+    let name = model.pool.symbol_name(symbol).into_owned();
     let span = model.kinetic.first().map(|family| family.span).unwrap_or_default();
     StudyError::Linearize { error: LinearizeError::MissingValue { name, span } }
 }

@@ -201,7 +201,7 @@ fn over_a_period(model: &Model, options: &Options) -> Result<Floquet, FloquetErr
 /// The coordinates and velocities that stay far away from where they were guessed to be.
 fn away(model: &Model, guesses: &[f64], range: &[(f64, f64)]) -> Vec<Away> {
     let n = model.coordinates.len();
-    let given = model.guesses.iter().chain(&model.guessed_velocities);
+    let given = model.guesses.iter().chain(model.guessed_velocities.iter());
     let all = given.zip(guesses).zip(range).enumerate();
     all.filter(|(_, ((given, _), _))| given.is_some())
         .map(|(at, ((_, guess), range))| Away { coordinate: at % n, velocity: at >= n, guess: *guess, range: *range })
@@ -260,9 +260,9 @@ fn period(driven: &Driven) -> Result<Ball, FloquetError> {
 
 /// Where motions are looked at, coordinates before velocities: as given, as guessed, else 0. With an equilibrium they rest.
 pub(crate) fn begin(model: &Model, driven: &mut Driven) -> Vec<ExprId> {
-    let resting = model.equilibria.iter().any(Option::is_some);
-    let places = model.equilibria.iter().zip(&model.guesses);
-    let places = places.map(|(equilibrium, guess)| equilibrium.or(*guess));
+    let resting = model.equilibria.any();
+    let places = model.equilibria.iter().zip(model.guesses.iter());
+    let places = places.map(|(equilibrium, guess)| equilibrium.or(guess));
     let velocities = model.guessed_velocities.iter();
     let velocities = velocities.map(|guess| guess.filter(|_| !resting));
     places
@@ -284,10 +284,10 @@ pub(crate) fn rests(model: &Model, driven: &mut Driven, begin: &[ExprId]) -> Res
             continue;
         }
         // Any given coordinate makes the point one that is asked for.
-        let given = model.equilibria[at].or(model.equilibria.iter().flatten().next().copied());
+        let given = model.equilibria.get(at).or(model.equilibria.given().next());
         if let (Some(given), Some(true)) = (given, moved) {
             return Err(FloquetError::EquilibriumMoves {
-                coordinate: model.coordinates[at].name.clone(),
+                coordinate: model.coordinates.at(at).name(),
                 force: driven.force_text(at, point).unwrap_or_else(|| "that is not 0".to_owned()),
                 span: given.span,
                 energy,

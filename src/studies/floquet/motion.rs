@@ -94,10 +94,10 @@ impl Driven {
         roots.extend(self.mass.iter().flatten());
         roots.push(self.period.0);
         for symbol in self.pool.symbols_of(&roots) {
-            if let Some(SymbolKind::Parameter(number)) = model.symbols.get(&symbol)
-                && !open.contains(number)
+            if let Some(SymbolKind::Parameter(number)) = model.symbols.get(symbol)
+                && !open.contains(&number)
             {
-                let missing = missing_value(model, *number);
+                let missing = missing_value(model, number);
                 return Err(FloquetError::Linearize(missing));
             }
         }
@@ -219,7 +219,7 @@ fn check(model: &Model) -> Result<Span, FloquetError> {
         let span = model.period.map(|given| given.span);
         return Err(FloquetError::NoTime { span });
     };
-    let rate = model.rates.iter().flatten().map(|given| given.span).next();
+    let rate = model.rates.given().map(|given| given.span).next();
     let constraint = model.constraints.first().map(|own| own.span);
     for (span, what) in [(constraint, "constraints"), (rate, "a steady motion")] {
         if let Some(span) = span {
@@ -274,7 +274,7 @@ fn suggested_period(model: &Model) -> Option<String> {
         let constant = pool
             .symbols_of(&[own])
             .iter()
-            .all(|symbol| matches!(model.symbols.get(symbol), Some(SymbolKind::Parameter(_))));
+            .all(|symbol| matches!(model.symbols.get(*symbol), Some(SymbolKind::Parameter(_))));
         if !constant || rate.is_some_and(|other| other != own) {
             return None;
         }

@@ -254,8 +254,8 @@ fn of_tensor(
 }
 
 fn parameter(model: &Model, symbol: Symbol) -> Option<&model::Parameter> {
-    match model.symbols.get(&symbol)? {
-        SymbolKind::Parameter(number) => model.parameters.get(*number),
+    match model.symbols.get(symbol)? {
+        SymbolKind::Parameter(number) => model.parameters.get(number),
         _ => None,
     }
 }

@@ -96,7 +96,7 @@ impl<'a> Written<'a> {
             bends.push(mechanics.rate(rate, &own));
         }
         let Mechanics { mut pool, coordinates, velocities, time, lagrangian, .. } = mechanics;
-        let kind = |symbol: Symbol| model.symbols.get(&symbol).copied();
+        let kind = |symbol: Symbol| model.symbols.get(symbol);
         let constant = [&inertia, &slopes].iter().all(|values| {
             let mut values = values.iter();
             values.all(|e| !pool.depends_on(*e, &|symbol| symbol == time || kind(symbol).is_some_and(moves)))
@@ -136,8 +136,8 @@ impl<'a> Written<'a> {
 
     /// For what is no input: all such symbols are parameters.
     fn missing(&self, missing: UnboundSymbol) -> MotionError {
-        let number = match self.model.symbols.get(&missing.symbol) {
-            Some(SymbolKind::Parameter(number)) => *number,
+        let number = match self.model.symbols.get(missing.symbol) {
+            Some(SymbolKind::Parameter(number)) => number,
             _ => usize::MAX,
         };
         MotionError::Linearize(missing_value(self.model, number))

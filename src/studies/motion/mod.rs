@@ -187,7 +187,7 @@ impl System {
     /// # Errors
     /// Parameters without a value, and models of too many terms.
     pub fn new(model: &Model) -> Result<Self, MotionError> {
-        let names = model.coordinates.iter().map(|own| own.name.clone());
+        let names = model.coordinates.names();
         let budget = model.pool.budget();
         budget.at("the equations of motion", None);
         let equations = Equations::new(model);

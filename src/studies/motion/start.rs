@@ -228,7 +228,7 @@ impl Start {
             let rates = linearized.rates();
             let place = |at: usize| match equilibrium.origins.get(at) {
                 Some(Origin::Given) => {
-                    let given = model.equilibria.get(at).copied().flatten();
+                    let given = model.equilibria.get(at);
                     let value = given.and_then(|given| given.value);
                     value.map_or(Known::Open, |value| Known::constant(&model.pool, value))
                 }
@@ -244,8 +244,8 @@ impl Start {
                 known: (0..n).map(place).chain(moving).collect(),
             };
         }
-        let given = model.equilibria.iter().zip(&model.guesses);
-        let given = given.map(|(equilibrium, guess)| equilibrium.or(*guess).and_then(|given| given.value));
+        let given = model.equilibria.iter().zip(model.guesses.iter());
+        let given = given.map(|(equilibrium, guess)| equilibrium.or(guess).and_then(|given| given.value));
         let given: Vec<Option<ExprId>> = given.collect();
         let positions = given.iter().map(|value| {
             let value = value.and_then(|value| linearize::constant(&model.pool, value));
@@ -322,12 +322,11 @@ fn read(entry: &str, model: &Model) -> Result<Given, MotionError> {
     }
     // Indices as names of coordinates have them.
     let wanted = plain.replace(' ', "");
-    let mut names = model.coordinates.iter();
-    let at = names.position(|own| own.name.replace(' ', "") == wanted);
+    let at = model.coordinates.names().position(|own| own.replace(' ', "") == wanted);
     let Some(at) = at else {
-        let known: Vec<&str> = model.coordinates.iter().map(|own| own.name.as_str()).collect();
+        let known: Vec<String> = model.coordinates.names().collect();
         return Err(MotionError::NotACoordinate {
-            nearest: nearest(plain, known).map(str::to_owned),
+            nearest: nearest(plain, known.iter().map(String::as_str)).map(str::to_owned),
             name: name.clone(),
         });
     };

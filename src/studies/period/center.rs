@@ -4,7 +4,7 @@ use super::energies::{Energies, Kink};
 use super::panel::Field;
 use librate_core::expr::{ExprId, Pool, ZeroVerdict};
 use librate_core::linearize::{Linearized, Origin, Units, evaluate_closed};
-use librate_core::model::{Given, Model};
+use librate_core::model::{Givens, Model};
 use librate_core::precision::{Ball, Big, Enclosure};
 
 /// Slopes on the two sides of a corner are computed with so many bits.
@@ -84,10 +84,7 @@ impl Center {
         match self {
             Self::Linearized(own) => match own.equilibrium().origins.first()? {
                 Origin::Zero => Some(pool.zero()),
-                Origin::Given => {
-                    let given = own.measured_model().equilibria.first().copied()?;
-                    given?.value
-                }
+                Origin::Given => own.measured_model().equilibria.get(0)?.value,
                 Origin::Found => None,
             },
             Self::Corner(own) => Some(own.place),
@@ -102,7 +99,7 @@ impl Corner {
         let own = energies.kinked(None);
         let kinks = own.kinks;
         let tape = own.tape?;
-        let value = |from: &[Option<Given>]| from.first().copied().flatten()?.value;
+        let value = |from: &Givens| from.get(0)?.value;
         let (given, start) = (value(&model.equilibria), value(&model.guesses));
         let pool = &mut energies.pool;
         let from = given.or(start).unwrap_or_else(|| pool.zero());

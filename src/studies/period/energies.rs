@@ -76,16 +76,16 @@ impl Energies {
         let mass = pool.diff(once, velocity);
         let third = pool.diff(mass, velocity);
         if pool.is_zero(third) != ZeroVerdict::Zero {
-            return Err(PeriodError::NotQuadratic { coordinate: own.name.clone(), span: own.span });
+            return Err(PeriodError::NotQuadratic { coordinate: own.name(), span: own.span });
         }
         let zero = pool.zero();
         let rest: Substitution = [(velocity, zero)].into_iter().collect();
         let parts = pool.substitute(&[mass, lagrangian], &rest);
         let [mass, lagrangian] = parts.as_slice() else {
-            return Err(PeriodError::NotQuadratic { coordinate: own.name.clone(), span: own.span });
+            return Err(PeriodError::NotQuadratic { coordinate: own.name(), span: own.span });
         };
         if pool.is_zero(*mass) == ZeroVerdict::Zero {
-            return Err(PeriodError::NoInertia { coordinate: own.name.clone(), span: own.span });
+            return Err(PeriodError::NoInertia { coordinate: own.name(), span: own.span });
         }
         let potential = pool.neg(*lagrangian);
         Ok(Self { mass: *mass, potential, coordinate: own.symbol, pool })

@@ -220,9 +220,9 @@ impl Oscillator {
     fn about(center: Center, mut energies: Energies) -> Result<Self, PeriodError> {
         let place = center.exactly(&energies.pool);
         let Kinked { tape, kinks } = energies.kinked(place);
-        let own = &center.model().coordinates[0];
+        let own = center.model().coordinates.at(0);
         // All parameters have values, or there would be no equilibrium.
-        let tape = tape.ok_or_else(|| PeriodError::NotQuadratic { coordinate: own.name.clone(), span: own.span })?;
+        let tape = tape.ok_or_else(|| PeriodError::NotQuadratic { coordinate: own.name(), span: own.span })?;
         let even = place.is_some_and(|place| energies.is_even_about(place));
         let advance = energies.advance();
         Ok(Self { center, shape: shape()?, even, advance, kinks, pool: energies.pool, energies: tape })
@@ -236,12 +236,12 @@ impl Oscillator {
 
     /// The name of the coordinate.
     #[must_use]
-    pub fn coordinate_name(&self) -> &str {
-        &self.coordinate().name
+    pub fn coordinate_name(&self) -> String {
+        self.coordinate().name()
     }
 
-    fn coordinate(&self) -> &librate_core::model::Coordinate {
-        &self.model().coordinates[0]
+    fn coordinate(&self) -> librate_core::model::Coordinate<'_> {
+        self.model().coordinates.at(0)
     }
 
     /// The period of a motion.

@@ -120,7 +120,7 @@ pub(super) fn period(oscillator: &Oscillator, request: &Request, options: &Optio
                 fence = fence.or(found);
                 if attempts > 12 || precision > MOST_BITS {
                     return Err(PeriodError::Undecided {
-                        coordinate: oscillator.coordinate().name.clone(),
+                        coordinate: oscillator.coordinate().name(),
                         place: oscillator.place(at.mid_f64()),
                     });
                 }
@@ -231,7 +231,7 @@ fn judge<S: Enclosure>(
         Verdict::Final(error) => Err(error),
         Verdict::Fence(fence) => Ok(Some(fence)),
         Verdict::Unknown if rough => Err(PeriodError::NotSmooth {
-            coordinate: oscillator.coordinate().name.clone(),
+            coordinate: oscillator.coordinate().name(),
             place: oscillator.place(at.mid_f64()),
         }),
         Verdict::Unknown => Ok(None),
@@ -261,7 +261,7 @@ fn look(oscillator: &Oscillator, request: &Request, place: &Ball, at: &Big, roug
     {
         // As at the cusps of a cycloid: no time is spent on the top, and no expansion passes it.
         return Verdict::Final(PeriodError::NotSmooth {
-            coordinate: oscillator.coordinate().name.clone(),
+            coordinate: oscillator.coordinate().name(),
             place: oscillator.place(summit.mid_f64()),
         });
     }
@@ -271,7 +271,7 @@ fn look(oscillator: &Oscillator, request: &Request, place: &Ball, at: &Big, roug
     let undecided = !(excess.is_positive() || excess.is_negative());
     if undecided || rough && excess.abs_upper_magnitude() <= small {
         return Verdict::Final(PeriodError::AtBarrier {
-            coordinate: oscillator.coordinate().name.clone(),
+            coordinate: oscillator.coordinate().name(),
             barrier: oscillator.place(summit.mid_f64()),
             margin: oscillator.margin(excess.abs_upper_magnitude()),
             height: oscillator.height(height.mid_f64()),

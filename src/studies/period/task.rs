@@ -83,7 +83,7 @@ impl<'a, S: Enclosure> Task<'a, S> {
     }
 
     fn name(&self) -> String {
-        self.oscillator.coordinate().name.clone()
+        self.oscillator.coordinate().name()
     }
 
     pub(super) fn run(&mut self, request: &Request) -> Result<Found<S>, Stop<S>> {
@@ -312,7 +312,7 @@ impl<'a, S: Enclosure> Task<'a, S> {
             Refusal::NegativeMass => {
                 let coordinate = self.oscillator.coordinate();
                 Stop::Final(PeriodError::NegativeMass {
-                    coordinate: coordinate.name.clone(),
+                    coordinate: coordinate.name(),
                     place: self.oscillator.place(obstacle.at.mid_f64()),
                     span: coordinate.span,
                 })

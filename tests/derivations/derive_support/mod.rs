@@ -9,7 +9,7 @@ use librate::model::Model;
 use librate::number::Number;
 use librate::precision::{Big, Scalar};
 use librate_core::expr::{Seeds, Substitution};
-use librate_core::model::{SymbolKind, TermFamily};
+use librate_core::model::TermFamily;
 
 fn written_out(model: &Model, pool: &mut Pool, families: &[TermFamily]) -> ExprId {
     let mut terms = Vec::new();
@@ -17,7 +17,7 @@ fn written_out(model: &Model, pool: &mut Pool, families: &[TermFamily]) -> ExprI
         for at in 0..family.count {
             let mut map = Substitution::default();
             for (local, number) in family.locals.iter().zip(family.coordinates_of(at)) {
-                let coordinate = &model.coordinates[*number as usize];
+                let coordinate = &model.coordinates.at(*number as usize);
                 let q = pool.symbol_expr(coordinate.symbol);
                 let v = pool.symbol_expr(coordinate.velocity);
                 map.insert(local.coordinate, q);
@@ -60,7 +60,7 @@ impl BruteForce {
             coordinates,
             velocities,
             accelerations,
-            time: model.symbols.iter().find_map(|(symbol, kind)| (*kind == SymbolKind::Time).then_some(*symbol)),
+            time: model.symbols.time(),
         }
     }
 
@@ -171,7 +171,7 @@ pub(crate) fn values(model: &Model, texts: &[String], point: &[Vec<String>; 3], 
         }
     }
     let new = |name: &str, primes: usize| {
-        let coordinate = model.coordinates.iter().position(|c| c.name == name);
+        let coordinate = model.coordinates.names().position(|own| own == name);
         let parameter = model.parameters.iter().position(|p| p.name == name);
         match (coordinate, parameter) {
             (Some(k), _) => Some(format!("q_{primes}_{k}")),

@@ -36,6 +36,13 @@ impl Dimensions {
         let own = if let [only] = members.as_slice() { only } else { members.get(member)? };
         own.as_ref().map(Dimension::unit)
     }
+
+    /// The units of so many members: one for all where they share it.
+    pub(in crate::model) fn units(&self, name: &str, count: usize) -> Vec<Option<String>> {
+        let own = self.known.get(name).map_or(1, Vec::len);
+        let different = if own > 1 && !self.angles.contains(name) { count } else { 1 };
+        (0..different).map(|member| self.unit(name, member)).collect()
+    }
 }
 
 /// Solves for the dimensions of all names, in a file with units; without, nothing is known.
