@@ -17,6 +17,7 @@ mod language;
 mod language_nasty;
 #[cfg(feature = "engine")]
 mod language_support;
+mod stretches;
 mod syntax;
 #[path = "../syntax_common/mod.rs"]
 mod syntax_common;

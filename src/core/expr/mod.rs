@@ -264,6 +264,11 @@ impl Pool {
         self.held.budget()
     }
 
+    /// Counts memory that is held beside the expressions as long as they are.
+    pub(crate) fn hold(&mut self, bytes: usize) {
+        self.held.grow(bytes);
+    }
+
     /// Whether nothing new is made any more.
     pub(crate) fn is_spent(&self) -> bool {
         self.budget().is_spent()

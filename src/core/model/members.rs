@@ -13,17 +13,6 @@ use crate::syntax::{IndexKind, Indices, Name, UnitRef};
 /// More members than this in one family are refused.
 const MOST_MEMBERS: usize = 20_000_000;
 
-impl IndexProgram {
-    /// Whether it depends on index variables.
-    pub(super) fn varies(&self) -> bool {
-        match &self.form {
-            IndexForm::Constant(_) => false,
-            IndexForm::Shifted { .. } | IndexForm::RowField { .. } => true,
-            IndexForm::General(ops) => ops.iter().any(|(op, _)| matches!(op, IndexOp::Variable(_))),
-        }
-    }
-}
-
 /// The indices of a binding, compiled: where the members are.
 pub(super) struct Members {
     pub(super) rank: usize,

@@ -15,6 +15,7 @@ mod feature;
 mod functions;
 mod given;
 mod index;
+mod instance;
 mod lets;
 mod members;
 mod mistakes;

@@ -45,7 +45,7 @@ pub(super) struct Block {
 }
 
 impl Block {
-    fn contains(&self, at: &Key) -> bool {
+    pub(super) fn contains(&self, at: &Key) -> bool {
         (0..3).all(|axis| (self.lower[axis]..=self.upper[axis]).contains(&at[axis]))
     }
 

@@ -4,9 +4,10 @@
 use std::sync::Arc;
 
 use super::ModelError;
+use super::instance::{Along, Instance, Leaf};
 use super::names::{Entity, Key, LetPiece, Progress, World, key, member_name};
 use super::program::Program;
-use super::run::{DEEPEST_LET, Instance, Leaf, Stop};
+use super::run::{DEEPEST_LET, Stop};
 use super::values::Value;
 use crate::span::Span;
 
@@ -64,7 +65,7 @@ impl World {
                 match instance {
                     // A parameter without indices is the same for all instances.
                     Some(instance) if rank > 0 => {
-                        let slot = instance.slot(Leaf::Parameter(number));
+                        let slot = instance.slot(Leaf::Parameter(number), 0);
                         let symbol = self.value_slot(slot);
                         Ok(Value::Scalar(self.pool.symbol_expr(symbol)))
                     }
@@ -84,7 +85,7 @@ impl World {
                 };
                 let symbol = match instance {
                     Some(instance) => {
-                        let slot = instance.slot(Leaf::Coordinate(number));
+                        let slot = instance.slot(Leaf::Coordinate(number), 0);
                         self.coordinate_slot(slot)[0]
                     }
                     None => self.coordinates.at(number).symbol,
@@ -102,7 +103,7 @@ impl World {
     pub(super) fn read_light(
         &mut self,
         entity: Entity,
-        at: &[i64],
+        at: &[Along],
         span: Span,
         instance: &mut Instance,
     ) -> Result<(), Stop> {
@@ -110,49 +111,57 @@ impl World {
             return Err(Stop::from(ModelError::FollowOn {}));
         }
         let rank = self.family(entity).map_or(0, |family| family.grid.rank);
+        let values = at.iter().take(rank).map(|index| index.value);
+        let mut own = Key::default();
+        own.iter_mut().zip(values).for_each(|(own, value)| *own = value);
+        if let Some(family) = self.family(entity) {
+            instance.limit(family.grid.steady(&at[..at.len().min(rank)]));
+        }
         if at.len() < rank {
-            let bounds = self.family(entity).and_then(|family| family.grid.bounds(at));
+            let bounds = self.family(entity).and_then(|family| family.grid.bounds(&own[..at.len()]));
             let Some((from, to)) = bounds else {
-                return Err(self.out_of_range(entity, at, span));
+                return Err(self.out_of_range(entity, &own[..at.len()], span));
             };
             instance.note(to - from);
-            let mut deeper = [0; 3];
+            let mut deeper = [Along::default(); 3];
             deeper[..at.len()].copy_from_slice(at);
             for index in from..=to {
-                deeper[at.len()] = index;
+                deeper[at.len()].value = index;
                 self.read_light(entity, &deeper[..=at.len()], span, instance)?;
             }
             return Ok(());
         }
-        let (own, rest) = at.split_at(rank);
-        let own = key(own);
+        let (indices, rest) = at.split_at(rank);
         match entity {
             Entity::Parameter(_) | Entity::Coordinate(_) if !rest.is_empty() => Err(self.too_many(entity, span)),
             Entity::Parameter(family) => {
-                let Some(number) = self.parameter_families[family].grid.find(&own) else {
+                let grid = &self.parameter_families[family].grid;
+                let Some(number) = grid.find(&own) else {
                     return Err(self.out_of_range(entity, &own[..rank], span));
                 };
                 if rank > 0 {
-                    instance.slot(Leaf::Parameter(number));
+                    instance.slot(Leaf::Parameter(number), grid.growth(indices));
                 }
                 Ok(())
             }
             Entity::Coordinate(family) => {
-                let Some(number) = self.coordinate_families[family].grid.find(&own) else {
+                let grid = &self.coordinate_families[family].grid;
+                let Some(number) = grid.find(&own) else {
                     return Err(self.out_of_range(entity, &own[..rank], span));
                 };
-                instance.slot(Leaf::Coordinate(number));
+                instance.slot(Leaf::Coordinate(number), grid.growth(indices));
                 Ok(())
             }
             Entity::Let(family) => {
                 if rank > 0 {
-                    let (program, piece) = self.let_piece(family, &own, span)?;
-                    instance.note(piece);
                     let mut slots = own[..rank].to_vec();
-                    self.run_light(&program, &mut slots, instance)?;
+                    let mut steps: Vec<i64> = indices.iter().map(|index| index.step).collect();
+                    let (program, piece) = self.let_piece(family, &own, &steps, span, instance)?;
+                    instance.note(piece);
+                    self.run_light(&program, &mut slots, &mut steps, instance)?;
                 }
                 for index in rest {
-                    instance.note(*index);
+                    instance.note_index(*index);
                 }
                 Ok(())
             }
@@ -161,7 +170,14 @@ impl World {
     }
 
     /// The piece of a `let` family that gives a member, to be run with slots.
-    fn let_piece(&self, family: usize, at: &Key, span: Span) -> Result<(Arc<Program>, i64), Stop> {
+    fn let_piece(
+        &self,
+        family: usize,
+        at: &Key,
+        steps: &[i64],
+        span: Span,
+        instance: &mut Instance,
+    ) -> Result<(Arc<Program>, i64), Stop> {
         let own = &self.lets[family];
         if own.recursive || own.depth > DEEPEST_LET {
             return Err(Stop::WriteOut);
@@ -169,6 +185,9 @@ impl World {
         let (number, piece) = self.piece_of(family, at, span)?;
         if piece.list {
             return Err(Stop::WriteOut);
+        }
+        if piece.filter.as_ref().is_some_and(|filter| filter.moves(steps)) {
+            instance.limit(0);
         }
         Ok((Arc::clone(&piece.program), i64::try_from(number).unwrap_or(i64::MAX)))
     }
@@ -197,7 +216,7 @@ impl World {
         if let Some(instance) = instance
             && rank > 0
         {
-            let (program, piece) = self.let_piece(family, &at, span)?;
+            let (program, piece) = self.let_piece(family, &at, &[], span, instance)?;
             instance.note(piece);
             let mut slots = at[..rank].to_vec();
             return self.run(&program, &mut slots, Some(instance));

@@ -9,6 +9,7 @@
 use super::ModelError;
 use super::functions::Builtin;
 use super::index::Quantity;
+use super::instance::{Along, Instance, Leaf};
 use super::names::World;
 use super::program::{Binder, BinderKind, IndexProgram, Op, Program, SumProgram};
 use super::read::component;
@@ -28,52 +29,6 @@ pub(super) const DEEPEST_LET: usize = 64;
 
 /// `let` families whose members read more members than this, directly and through others, too.
 pub(super) const COSTLIEST_LET: u64 = 4096;
-
-/// What a slot of a term is filled with.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub(super) enum Leaf {
-    Coordinate(usize),
-    Parameter(usize),
-    Field { table: usize, row: i64, column: usize },
-    Number(Number),
-}
-
-/// The slots of one instance of a term, and the way that led to them.
-#[derive(Debug, Default)]
-pub(super) struct Instance {
-    pub(super) signature: Vec<u32>,
-    pub(super) leaves: Vec<Leaf>,
-    in_exponent: usize,
-}
-
-impl Instance {
-    pub(super) fn clear(&mut self) {
-        self.signature.clear();
-        self.leaves.clear();
-        self.in_exponent = 0;
-    }
-
-    /// The slot of a leaf; a leaf met before keeps its slot.
-    pub(super) fn slot(&mut self, leaf: Leaf) -> usize {
-        // Terms have few slots; the search is short.
-        let slot = match self.leaves.iter().position(|own| *own == leaf) {
-            Some(slot) => slot,
-            None => {
-                self.leaves.push(leaf);
-                self.leaves.len() - 1
-            }
-        };
-        self.signature.push(u32::try_from(slot).unwrap_or(u32::MAX));
-        slot
-    }
-
-    /// Notes a number that decides the form of the term.
-    pub(super) fn note(&mut self, number: i64) {
-        let bits = number.cast_unsigned();
-        self.signature.push((bits >> 32) as u32);
-        self.signature.push((bits & 0xffff_ffff) as u32);
-    }
-}
 
 /// Why a run stopped.
 #[derive(Debug)]
@@ -135,7 +90,7 @@ impl World {
                 let number = self.field(*table, row, *column, span)?.clone();
                 let e = match instance.as_deref_mut() {
                     Some(instance) if instance.in_exponent == 0 => {
-                        let slot = instance.slot(Leaf::Field { table: *table, row, column: *column });
+                        let slot = instance.slot(Leaf::Field { table: *table, row, column: *column }, 0);
                         let symbol = self.value_slot(slot);
                         self.pool.symbol_expr(symbol)
                     }
@@ -218,37 +173,44 @@ impl World {
         })
     }
 
-    /// Finds out what an instance fills the slots with, and its signature.
+    /// Finds out what an instance fills the slots with, and its signature, and for how many further ones it does so alike
+    /// where the index variables grow by `steps`.
     pub(super) fn run_light(
         &mut self,
         program: &Program,
         slots: &mut Vec<i64>,
+        steps: &mut Vec<i64>,
         instance: &mut Instance,
     ) -> Result<(), Stop> {
         for (op, span) in &program.ops {
             match op {
                 Op::Number(number) => {
-                    let number = self.exact(number, slots)?;
-                    note_number(number, instance);
+                    let value = self.exact(number, slots)?;
+                    let step = self.growth(number, slots, steps);
+                    let step = instance.step(step);
+                    instance.note_number(value, step);
                 }
                 Op::Field { table, row, column } => {
-                    let row = self.integer(row, slots)?;
-                    let number = self.field(*table, row, *column, *span)?;
+                    let row = self.along(row, slots, steps, instance)?;
+                    let number = self.field(*table, row.value, *column, *span)?;
                     if instance.in_exponent == 0 {
-                        instance.slot(Leaf::Field { table: *table, row, column: *column });
+                        instance.limit(self.tables[*table].steady(row, *column));
+                        let leaf = Leaf::Field { table: *table, row: row.value, column: *column };
+                        instance.slot(leaf, row.step);
                     } else {
-                        note_number(number.clone(), instance);
+                        instance.note_number(number.clone(), row.step);
                     }
                 }
                 Op::Read { entity, indices } => {
-                    let mut at = [0; 3];
                     if indices.len() <= 3 {
-                        for (slot, index) in at.iter_mut().zip(indices) {
-                            *slot = self.integer(index, slots)?;
+                        let mut at = [Along::default(); 3];
+                        for (own, index) in at.iter_mut().zip(indices) {
+                            *own = self.along(index, slots, steps, instance)?;
                         }
                         self.read_light(*entity, &at[..indices.len()], *span, instance)?;
                     } else {
-                        let at = self.integers(indices, slots)?;
+                        let at = indices.iter().map(|index| self.along(index, slots, steps, instance));
+                        let at = at.collect::<Result<Vec<Along>, _>>()?;
                         self.read_light(*entity, &at, *span, instance)?;
                     }
                 }
@@ -256,25 +218,11 @@ impl World {
                 Op::EndExponent => instance.in_exponent -= 1,
                 Op::Component(indices) => {
                     for index in indices {
-                        let at = self.integer(index, slots)?;
-                        instance.note(at);
+                        let index = self.along(index, slots, steps, instance)?;
+                        instance.note_index(index);
                     }
                 }
-                Op::SumOver(sum) => {
-                    let mut count = 0_i64;
-                    let outer = slots.len();
-                    let filters = filters(sum);
-                    self.instances(&sum.binders, &filters, slots, *span, |world, slots| {
-                        count += 1;
-                        world.run_light(&sum.body, slots, instance)?;
-                        if instance.leaves.len() > MOST_SLOTS {
-                            return Err(Stop::WriteOut);
-                        }
-                        Ok(())
-                    })?;
-                    slots.truncate(outer);
-                    instance.note(count);
-                }
+                Op::SumOver(sum) => self.sum_light(sum, slots, steps, *span, instance)?,
                 Op::Broken => return Err(Stop::from(ModelError::FollowOn {})),
                 Op::Literal(_)
                 | Op::Time
@@ -288,6 +236,60 @@ impl World {
             }
         }
         Ok(())
+    }
+
+    fn sum_light(
+        &mut self,
+        sum: &SumProgram,
+        slots: &mut Vec<i64>,
+        steps: &mut Vec<i64>,
+        span: Span,
+        instance: &mut Instance,
+    ) -> Result<(), Stop> {
+        let (mut count, outer) = (0_i64, slots.len());
+        let filters = filters(sum);
+        self.push_growth(&sum.binders, &filters, steps, instance);
+        self.instances(&sum.binders, &filters, slots, span, |world, slots| {
+            count += 1;
+            world.run_light(&sum.body, slots, steps, instance)?;
+            if instance.leaves.len() > MOST_SLOTS {
+                return Err(Stop::WriteOut);
+            }
+            Ok(())
+        })?;
+        slots.truncate(outer);
+        steps.truncate(outer);
+        instance.note(count);
+        Ok(())
+    }
+
+    /// Adds the steps of the indices of a sum within a term.
+    pub(super) fn push_growth(
+        &self,
+        binders: &[Binder],
+        filters: &[(usize, &IndexProgram)],
+        steps: &mut Vec<i64>,
+        instance: &mut Instance,
+    ) {
+        for binder in binders {
+            let growth = self.binder_growth(binder, steps);
+            steps.push(instance.step(growth));
+        }
+        if filters.iter().any(|(_, filter)| filter.moves(steps)) {
+            instance.limit(0);
+        }
+    }
+
+    /// An index, and how it grows.
+    fn along(
+        &self,
+        index: &IndexProgram,
+        slots: &[i64],
+        steps: &[i64],
+        instance: &mut Instance,
+    ) -> Result<Along, ModelError> {
+        let value = self.integer(index, slots)?;
+        Ok(Along { value, step: instance.step(self.growth(index, slots, steps)) })
     }
 
     fn integers(&self, indices: &[IndexProgram], slots: &[i64]) -> Result<Vec<i64>, ModelError> {
@@ -306,12 +308,12 @@ impl World {
     fn number_value(&mut self, number: Number, instance: Option<&mut Instance>) -> ExprId {
         match instance {
             Some(instance) if instance.in_exponent == 0 => {
-                let slot = instance.slot(Leaf::Number(number));
+                let slot = instance.slot(Leaf::Number(number), 0);
                 let symbol = self.value_slot(slot);
                 self.pool.symbol_expr(symbol)
             }
             Some(instance) => {
-                note_number(number.clone(), instance);
+                instance.note_number(number.clone(), 0);
                 self.pool.number(number)
             }
             None => self.pool.number(number),
@@ -327,7 +329,22 @@ impl World {
         span: Span,
         mut body: impl FnMut(&mut Self, &mut Vec<i64>) -> Result<(), E>,
     ) -> Result<(), E> {
+        self.stretches(binders, filters, slots, span, |world, slots, _| body(world, slots).map(|()| 0))
+    }
+
+    /// As [`World::instances`] for a `body` that may deal with several values of the last index at once: given how many there
+    /// are at most after the current one, it says how many of these it has dealt with.
+    pub(super) fn stretches<E: From<ModelError>>(
+        &mut self,
+        binders: &[Binder],
+        filters: &[(usize, &IndexProgram)],
+        slots: &mut Vec<i64>,
+        span: Span,
+        mut body: impl FnMut(&mut Self, &mut Vec<i64>, u64) -> Result<u64, E>,
+    ) -> Result<(), E> {
         let base = slots.len();
+        let last_slot = base + binders.len().saturating_sub(1);
+        let filtered = filters.iter().any(|(_, filter)| filter.depends(|slot| slot == last_slot));
         self.check_count(binders, slots, span)?;
         let mut levels: Vec<(i64, i64)> = Vec::with_capacity(binders.len());
         // Sums within sums count together.
@@ -368,21 +385,34 @@ impl World {
                 }
             }
             if descend && depth == binders.len() {
-                body(self, slots)?;
+                let before = self.steps;
+                let most = if filtered { 0 } else { (last - value).unsigned_abs() };
+                let further = body(self, slots, most)?;
                 slots.truncate(base + depth);
                 descend = false;
+                if let Some((next, _)) = levels.last_mut() {
+                    *next += i64::try_from(further).unwrap_or(i64::MAX);
+                }
+                // Those dealt with at once count as much as the first.
+                self.steps += further.saturating_mul(self.steps - before + 1);
+                if self.steps > MOST_INSTANCES {
+                    return Err(E::from(too_many_terms(span)));
+                }
             }
         }
     }
 
     /// Refuses a sum with too many terms before the first is worked out: the ranges of all indices
     /// but the last are walked through, those of the last added up.
-    fn check_count(&self, binders: &[Binder], slots: &mut Vec<i64>, span: Span) -> Result<(), ModelError> {
+    pub(super) fn check_count(&self, binders: &[Binder], slots: &mut Vec<i64>, span: Span) -> Result<(), ModelError> {
         let [first, .., last] = binders else {
             // A single range is checked where it is read.
             return Ok(());
         };
         let base = slots.len();
+        if let Some(count) = self.fixed_count(binders) {
+            return if count > MOST_INSTANCES { Err(too_many_terms(span)) } else { Ok(()) };
+        }
         let outer = binders.len() - 1;
         let (mut count, mut steps) = (0_u64, 0_u64);
         let mut levels = vec![self.binder_range(first, slots)?];
@@ -410,6 +440,18 @@ impl World {
         }
         slots.truncate(base);
         Ok(())
+    }
+
+    /// How many values indices take whose ranges depend on no index.
+    pub(super) fn fixed_count(&self, binders: &[Binder]) -> Option<u64> {
+        binders.iter().try_fold(1_u64, |count, binder| {
+            let fixed = match &binder.kind {
+                BinderKind::Range { from, to } => !from.varies() && !to.varies(),
+                BinderKind::Rows(_) => true,
+            };
+            let (from, to) = if fixed { self.binder_range(binder, &[]).ok()? } else { return None };
+            Some(count.saturating_mul(u64::try_from(to - from + 1).unwrap_or(0)))
+        })
     }
 
     pub(super) fn binder_range(&self, binder: &Binder, slots: &[i64]) -> Result<(i64, i64), ModelError> {
@@ -515,16 +557,4 @@ fn too_many_terms(span: Span) -> ModelError {
 pub(super) fn filters(sum: &SumProgram) -> Vec<(usize, &IndexProgram)> {
     let after = sum.binders.len();
     sum.filter.iter().map(|filter| (after, filter)).collect()
-}
-
-fn note_number(number: Number, instance: &mut Instance) {
-    if instance.in_exponent == 0 {
-        instance.slot(Leaf::Number(number));
-    } else if let Some(integer) = number.to_i64() {
-        instance.note(integer);
-    } else {
-        for byte in number.to_string().bytes() {
-            instance.signature.push(u32::from(byte));
-        }
-    }
 }

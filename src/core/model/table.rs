@@ -1,5 +1,6 @@
 //! Tables: CSV text with a header, read into exact numbers.
 
+use super::instance::{Along, same_side};
 use crate::model::ModelError;
 use crate::number::Number;
 use crate::span::Span;
@@ -67,6 +68,8 @@ pub struct Table {
     pub(crate) path: String,
     /// Row by row.
     cells: Vec<Cell>,
+    /// Of each column, whether there are texts in it.
+    texts: Vec<bool>,
     /// The lines of the rows, from 1.
     lines: Vec<u64>,
 }
@@ -103,6 +106,18 @@ impl Table {
         self.cells.get(row * self.columns.len() + column)
     }
 
+    /// For how many steps a field stays a number.
+    pub(super) fn steady(&self, row: Along, column: usize) -> u64 {
+        if row.step == 0 {
+            return u64::MAX;
+        }
+        if self.texts.get(column) != Some(&false) {
+            return 0;
+        }
+        let rows = i64::try_from(self.rows()).unwrap_or(i64::MAX);
+        same_side(&[row], &[1], &[rows])
+    }
+
     /// Stands for a table that could not be read.
     pub(crate) fn unread(name: &str, span: Span) -> Self {
         Self {
@@ -111,6 +126,7 @@ impl Table {
             span,
             columns: Vec::new(),
             cells: Vec::new(),
+            texts: Vec::new(),
             lines: Vec::new(),
         }
     }
@@ -152,21 +168,21 @@ impl Table {
             }
         }
         let mut cells = Vec::new();
+        let mut texts = vec![false; columns.len()];
         let mut lines = Vec::new();
         for record in reader.records() {
             let record = match record {
                 Ok(record) => record,
                 Err(error) => return Err(describe(&error)),
             };
-            for field in record.iter().take(columns.len()) {
-                cells.push(match parse_field(field) {
-                    Some(number) => Cell::Number(number),
-                    None => Cell::Text(excerpt(field)),
-                });
+            for (field, is_text) in record.iter().zip(&mut texts) {
+                let number = parse_field(field);
+                *is_text |= number.is_none();
+                cells.push(number.map_or_else(|| Cell::Text(excerpt(field)), Cell::Number));
             }
             lines.push(record.position().map_or(0, csv::Position::line));
         }
-        Ok(Self { name: name.to_owned(), span, columns, path: path.to_owned(), cells, lines })
+        Ok(Self { name: name.to_owned(), span, columns, path: path.to_owned(), cells, texts, lines })
     }
 }
 

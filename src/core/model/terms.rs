@@ -9,12 +9,14 @@ use std::collections::HashMap;
 
 use super::ModelError;
 use super::compile::{Compiler, Scope};
+use super::instance::{Instance, Leaf};
 use super::names::{Entity, SymbolKind, World};
 use super::program::{Binder, IndexProgram, Op, Program};
-use super::run::{Instance, Leaf, Stop};
+use super::run::Stop;
 use super::table::Cell;
 use super::values::Value;
 use crate::expr::{ExprId, Pool, Substitution, Symbol};
+use crate::number::Number;
 use crate::span::Span;
 use crate::syntax::{ExprKind, ExprRef, File};
 
@@ -178,7 +180,7 @@ pub(super) fn families(compiler: &mut Compiler<'_>, root: ExprRef) -> Result<Vec
     if !written_out.is_empty() {
         let body = compiler.world.pool.sum(&written_out);
         let mut only = Finisher::new(compiler.world, body, span);
-        only.push(compiler.world, &[]);
+        only.push(compiler.world, &[], &[], 0);
         result.push(only.family);
     }
     Ok(result)
@@ -320,6 +322,9 @@ fn stopped(
     }
 }
 
+/// The last indices of a sum are dealt with together, where they take no more values than this.
+const SHORT_INDICES: u64 = 16;
+
 /// Runs a part for all its instances; where one has mistakes, all of these are told.
 fn instantiate(
     world: &mut World,
@@ -337,37 +342,114 @@ fn instantiate(
         written_out.push(scalar(&value, program.span)?);
         return Ok(());
     }
-    let mut forms: HashMap<Vec<u32>, usize> = HashMap::new();
-    let mut finishers: Vec<Finisher> = Vec::new();
-    let mut instance = Instance::default();
-    let filters: Vec<(usize, &IndexProgram)> = part.filters.iter().map(|(after, filter)| (*after, filter)).collect();
-    let mut slots = Vec::new();
-    world.instances::<ModelError>(&part.binders, &filters, &mut slots, program.span, |world, slots| {
-        instance.clear();
-        if let Err(stop) = world.run_light(program, slots, &mut instance) {
+    // Stretches run along the last index that is not short.
+    let is_short = |from: &usize| world.fixed_count(&part.binders[*from..]).is_some_and(|count| count <= SHORT_INDICES);
+    let along = (1..part.binders.len()).find(is_short).unwrap_or(part.binders.len());
+    let (outer, inner) = part.binders.split_at(along);
+    let filters = part.filters.iter().map(|(after, filter)| (*after, filter));
+    let (outer_filters, inner_filters): (Vec<_>, Vec<_>) = filters.partition(|(after, _)| *after <= along);
+    let inner_filters: Vec<(usize, &IndexProgram)> =
+        inner_filters.into_iter().map(|(after, filter)| (after - along, filter)).collect();
+    if !inner.is_empty() {
+        world.check_count(&part.binders, &mut Vec::new(), program.span)?;
+    }
+    let mut forms = Forms::default();
+    let (mut slots, mut steps) = (Vec::new(), Vec::new());
+    world.stretches::<ModelError>(outer, &outer_filters, &mut slots, program.span, |world, slots, most| {
+        steps.clear();
+        steps.resize(slots.len(), 0);
+        steps.last_mut().into_iter().for_each(|last| *last = 1);
+        forms.begin(most);
+        if inner.is_empty() {
+            forms.add(world, program, slots, &mut steps, written_out, mistakes)?;
+        } else {
+            world.push_growth(inner, &inner_filters, &mut steps, &mut forms.current);
+            let span = program.span;
+            world.instances(inner, &inner_filters, slots, span, |world, slots| {
+                forms.add(world, program, slots, &mut steps, written_out, mistakes)
+            })?;
+        }
+        Ok(forms.push(world))
+    })?;
+    result.extend(forms.finishers.into_iter().map(|finisher| finisher.family));
+    Ok(())
+}
+
+/// The forms of a part, and the instances that are being dealt with.
+#[derive(Default)]
+struct Forms {
+    /// By signature, the number of the finisher.
+    numbers: HashMap<Vec<u32>, usize>,
+    finishers: Vec<Finisher>,
+    current: Instance,
+    /// Of one value of the outer indices, with their forms.
+    instances: Vec<(usize, Vec<Leaf>, Vec<i64>)>,
+    /// How many of them are in use.
+    used: usize,
+}
+
+impl Forms {
+    /// Begins a stretch with so many further instances at most.
+    fn begin(&mut self, most: u64) {
+        self.used = 0;
+        self.current.clear(most);
+    }
+
+    /// Adds an instance, with all that are like it.
+    fn add(
+        &mut self,
+        world: &mut World,
+        program: &Program,
+        slots: &mut Vec<i64>,
+        steps: &mut Vec<i64>,
+        written_out: &mut Vec<ExprId>,
+        mistakes: &mut Vec<ModelError>,
+    ) -> Result<(), ModelError> {
+        self.current.clear(self.current.reach);
+        if let Err(stop) = world.run_light(program, slots, steps, &mut self.current) {
+            self.current.limit(0);
             return stopped(world, program, slots, stop, written_out, mistakes);
         }
-        let form = if let Some(form) = forms.get(&instance.signature) {
+        let form = if let Some(form) = self.numbers.get(&self.current.signature) {
             *form
         } else {
-            let signature = instance.signature.clone();
-            instance.clear();
-            let value = match world.run(program, slots, Some(&mut instance)) {
+            let mut full = Instance::default();
+            let value = match world.run(program, slots, Some(&mut full)) {
                 Ok(value) => value,
-                Err(stop) => return stopped(world, program, slots, stop, written_out, mistakes),
+                Err(stop) => {
+                    self.current.limit(0);
+                    return stopped(world, program, slots, stop, written_out, mistakes);
+                }
             };
             let body = scalar(&value, program.span)?;
-            finishers.push(Finisher::new(world, body, program.span));
-            forms.insert(signature, finishers.len() - 1);
-            finishers.len() - 1
+            self.finishers.push(Finisher::new(world, body, program.span));
+            self.numbers.insert(self.current.signature.clone(), self.finishers.len() - 1);
+            self.finishers.len() - 1
         };
-        if let Some(finisher) = finishers.get_mut(form) {
-            finisher.push(world, &instance.leaves);
+        if self.instances.len() == self.used {
+            self.instances.push(Default::default());
         }
+        if let Some((own, leaves, steps)) = self.instances.get_mut(self.used) {
+            *own = form;
+            std::mem::swap(leaves, &mut self.current.leaves);
+            std::mem::swap(steps, &mut self.current.steps);
+        }
+        self.used += 1;
         Ok(())
-    })?;
-    result.extend(finishers.into_iter().map(|finisher| finisher.family));
-    Ok(())
+    }
+
+    /// Hands over what was added, for as many instances as it holds; how many further ones these are.
+    fn push(&mut self, world: &mut World) -> u64 {
+        let reach = self.current.reach;
+        for further in 0..=i64::try_from(reach).unwrap_or(0) {
+            for (form, leaves, steps) in self.instances.iter().take(self.used) {
+                if let Some(finisher) = self.finishers.get_mut(*form) {
+                    finisher.push(world, leaves, steps, further);
+                }
+            }
+        }
+        reach
+    }
 }
 
 /// A family while its instances come in: which leaf goes where.
@@ -419,12 +501,14 @@ impl Finisher {
         Self { family, local_sources, value_sources }
     }
 
-    fn push(&mut self, world: &mut World, leaves: &[Leaf]) {
+    /// Adds the instance that comes so many steps after the one with these leaves.
+    fn push(&mut self, world: &mut World, leaves: &[Leaf], steps: &[i64], further: i64) {
+        let moved = |number: usize, k: usize| number.wrapping_add_signed((steps[k] * further) as isize);
         for source in &self.local_sources {
             let number = match source {
                 Source::Shared(number) => *number,
                 Source::Leaf(k) => match leaves.get(*k) {
-                    Some(Leaf::Coordinate(number)) => *number,
+                    Some(Leaf::Coordinate(number)) => moved(*number, *k),
                     Some(Leaf::Parameter(_) | Leaf::Field { .. } | Leaf::Number(_)) | None => 0,
                 },
             };
@@ -432,20 +516,26 @@ impl Finisher {
         }
         for k in &self.value_sources {
             let constant = match leaves.get(*k) {
-                Some(Leaf::Parameter(number)) => match world.parameters.get(*number) {
+                Some(Leaf::Parameter(number)) => match world.parameters.get(moved(*number, *k)) {
                     Some(parameter) => parameter.symbolic,
                     None => world.pool.zero(),
                 },
                 // A text was refused when the term was read.
-                Some(Leaf::Field { table, row, column }) => match world.tables[*table].field(*row, *column) {
-                    Some(Cell::Number(number)) => world.pool.number(number.clone()),
-                    Some(Cell::Text(_)) | None => world.pool.zero(),
-                },
-                Some(Leaf::Number(number)) => world.pool.number(number.clone()),
+                Some(Leaf::Field { table, row, column }) => {
+                    match world.tables[*table].field(row + steps[*k] * further, *column) {
+                        Some(Cell::Number(number)) => world.pool.number(number.clone()),
+                        Some(Cell::Text(_)) | None => world.pool.zero(),
+                    }
+                }
+                Some(Leaf::Number(number)) => {
+                    let number = number.add(&Number::from(steps[*k] * further));
+                    world.pool.number(number)
+                }
                 Some(Leaf::Coordinate(_)) | None => world.pool.zero(),
             };
             self.family.constants.push(constant);
         }
         self.family.count += 1;
+        world.pool.hold(size_of::<u32>() * (self.local_sources.len() + self.value_sources.len()));
     }
 }
