@@ -252,10 +252,10 @@ pub mod amplitude {
     pub use librate_studies::amplitude::{AmplitudeError, Amplitudes, ModeAmplitude, Obstacle, amplitude, check};
 }
 
-/// The modes over ranges of parameters. In full: [`librate_studies::sweep`].
+/// The modes over a range of a parameter. In full: [`librate_studies::sweep`].
 #[cfg(feature = "engine")]
 pub mod sweep {
-    pub use librate_studies::sweep::{Place, sweep};
+    pub use librate_studies::sweep::{Enclosed, Place, Sweep, Worker};
 }
 
 /// Charts of stability over two parameters. In full: [`librate_studies::chart`].

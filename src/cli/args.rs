@@ -1,5 +1,6 @@
 //! What can be typed.
 
+use std::ops::Range;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -79,13 +80,18 @@ Examples:
 const SWEEP: &str = "\
 Frequencies over a range of a parameter, as CSV: a line for each value, with the parameter, omega1, omega2, …
 and, where some growth isn't 0, growth1, … At each value the equilibrium is determined anew, as in
-`modes`. Where there are no modes, cells are empty, and the reason is reported on standard error.";
+`modes`. Where there are no modes, cells are empty, and the reason is reported on standard error.
+
+Values are computed on all cores, and lines are written as they are made. --resume keeps them in a file
+and goes on with one that was interrupted; --part computes the i-th of n parts, whose outputs one after the other are the
+whole table. The time of --budget is that for a single value.";
 
 const SWEEP_EXAMPLE: &str = "\
 Examples:
     librate sweep three_pendulums.lag --over k12=0..8:17
     librate sweep bead_on_hoop.lag --over 'W=sqrt(50)..10:51' --digits 15
-    librate sweep three_pendulums.lag --over 'm[2]=1..4:4' --json";
+    librate sweep three_pendulums.lag --over 'm[2]=1..4:4' --json
+    librate sweep chain.lag --over k=1..2:100000 --part 3/20 --resume part3.csv";
 
 const PERIOD: &str = "\
 The exact period of a model with one coordinate at finite amplitude, from energy conservation; the mass may depend
@@ -359,6 +365,18 @@ pub(crate) struct Sweep {
     /// Significant digits of the frequencies, up to 250
     #[arg(long, value_name = "D", default_value = "10", value_parser = digits)]
     pub(crate) digits: usize,
+    /// Columns for growth, even where it is 0
+    #[arg(long, conflicts_with = "json")]
+    pub(crate) growth: bool,
+    /// The i-th of n parts of the values, for job arrays: `2/10`; part 1 has the header
+    #[arg(long, value_name = "I/N", value_parser = part, conflicts_with = "json")]
+    pub(crate) part: Option<Part>,
+    /// Write the table into a file, or go on with one that was interrupted
+    #[arg(long, value_name = "FILE", conflicts_with = "json")]
+    pub(crate) resume: Option<PathBuf>,
+    /// Threads; by default as many as there are cores
+    #[arg(long, value_name = "COUNT", value_parser = positive)]
+    pub(crate) threads: Option<usize>,
     /// With --json: without mode shapes
     #[arg(long, requires = "json")]
     pub(crate) no_vectors: bool,
@@ -576,6 +594,9 @@ pub(crate) struct Fmt {
 /// More digits than this are not certified, and their bounds would leave the range of doubles.
 const MOST_DIGITS: usize = 250;
 
+/// More parts than a range has values are no use.
+const MOST_PARTS: u32 = 1_000_000;
+
 /// As many digits as a double-double holds.
 const DOUBLE_DOUBLE_DIGITS: usize = 30;
 
@@ -585,6 +606,45 @@ fn positive(text: &str) -> Result<usize, String> {
     match number.and_then(|number| usize::try_from(number).ok()) {
         Some(0) | None => Err("a whole number, 1 or more, is needed".to_owned()),
         Some(count) => Ok(count),
+    }
+}
+
+/// One of several parts that follow each other.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Part {
+    /// From 1.
+    number: usize,
+    parts: usize,
+}
+
+impl Default for Part {
+    /// All of it.
+    fn default() -> Self {
+        Self { number: 1, parts: 1 }
+    }
+}
+
+impl Part {
+    pub(crate) fn is_first(self) -> bool {
+        self.number == 1
+    }
+
+    /// Of so many.
+    pub(crate) fn of(self, count: usize) -> Range<usize> {
+        // Neither is above a million.
+        count * (self.number - 1) / self.parts..count * self.number / self.parts
+    }
+}
+
+fn part(text: &str) -> Result<Part, String> {
+    let wrong = || "a part is its number and how many there are: `1/10` to `10/10`".to_owned();
+    let (number, parts) = text.split_once('/').ok_or_else(wrong)?;
+    let [number, parts] = [number, parts].map(|text| text.trim().parse::<u32>().ok());
+    match (number, parts) {
+        (Some(number), Some(parts)) if (1..=parts).contains(&number) && parts <= MOST_PARTS => {
+            Ok(Part { number: number as usize, parts: parts as usize })
+        }
+        _ => Err(wrong()),
     }
 }
 

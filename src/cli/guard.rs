@@ -67,12 +67,14 @@ pub(crate) struct Guard {
     limits: Limits,
     format: MessageFormat,
     done: Arc<AtomicBool>,
+    /// The time begins anew.
+    again: Arc<AtomicBool>,
     budget: Arc<OnceLock<Budget>>,
 }
 
 impl Guard {
     pub(crate) fn new(limits: Limits, format: MessageFormat) -> Self {
-        Self { limits, format, done: Arc::default(), budget: Arc::default() }
+        Self { limits, format, done: Arc::default(), again: Arc::default(), budget: Arc::default() }
     }
 
     /// From now on nothing is ended any more: the answer, where all of it could be worked out within the budget.
@@ -94,6 +96,12 @@ impl Guard {
         })
     }
 
+    /// Of work in many parts, that one is done: the next has all of the time for itself. Not so once the budget is spent.
+    pub(crate) fn go_on(&self) -> bool {
+        self.again.store(true, Ordering::Relaxed);
+        self.budget.get().is_none_or(|budget| !budget.is_spent())
+    }
+
     /// The budget for a model and so many bytes of tables, whose time begins now.
     pub(crate) fn begin(&self, source: &Source, tables: usize) -> Budget {
         let input = (source.text.len() + tables) as u64;
@@ -110,6 +118,7 @@ impl Guard {
             seconds,
             bytes,
             start: Instant::now(),
+            worked: 0.0,
         };
         // One command reads one model.
         let _ = self.budget.set(budget.clone());
@@ -127,14 +136,20 @@ struct Watch {
     seconds: u64,
     bytes: u64,
     start: Instant,
+    /// Processor time by then, in seconds.
+    worked: f64,
 }
 
 impl Watch {
-    fn run(self) {
+    fn run(mut self) {
         loop {
             thread::sleep(INTERVAL);
             if self.guard.done.load(Ordering::Relaxed) {
                 return;
+            }
+            if self.guard.again.swap(false, Ordering::Relaxed) {
+                self.start = Instant::now();
+                self.worked = processor_time().unwrap_or(0.0);
             }
             // What asks its budget is stopped at nine tenths, everything else at the end.
             let used = [
@@ -158,7 +173,7 @@ impl Watch {
     /// many threads nor a slow reader shorten a budget.
     fn time(&self) -> f64 {
         let passed = self.start.elapsed().as_secs_f64();
-        processor_time().map_or(passed, |worked| worked.min(passed))
+        processor_time().map_or(passed, |worked| (worked - self.worked).min(passed))
     }
 }
 

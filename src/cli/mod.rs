@@ -14,6 +14,8 @@ mod motion;
 mod output;
 mod period;
 mod progress;
+mod sweep;
+mod threads;
 
 use std::ffi::OsString;
 use std::io::{self, IsTerminal, Write};
@@ -23,10 +25,9 @@ use anstream::{AutoStream, ColorChoice};
 use clap::Parser;
 use librate::derive::{self, Parts};
 use librate::diagnostic::Diagnostic;
-use librate::model::{self, Model, Range, Settings, TableTexts};
+use librate::model::{self, Model, Settings, TableTexts};
 use librate::number::Number;
 use librate::report::{self, Style};
-use librate::sweep::{self, Place};
 use librate::{Error, explain, floquet, linearize, modes, oscillation, sensitivity, syntax};
 
 use args::{Cli, Command, MessageFormat, ModelArgs};
@@ -91,7 +92,7 @@ pub(crate) fn run() -> ExitCode {
     }
     let answer = match &cli.command {
         Command::Modes(modes) => modes_text(modes),
-        Command::Sweep(sweep) => sweep_text(sweep),
+        Command::Sweep(sweep) => sweep::text(sweep),
         Command::Period(period) => period::text(period),
         Command::Amplitude(amplitude) => amplitude::text(amplitude),
         Command::Sensitivity(sensitivity) => sensitivity_text(sensitivity),
@@ -447,53 +448,6 @@ fn left_out(model: &Model) -> Option<Diagnostic> {
         Diagnostic::warning(message, span, "treated as exact")
             .with_help("digits and bounds refer to the values; `modes` and `sensitivity` propagate uncertainties"),
     )
-}
-
-fn sweep_text(args: &args::Sweep) -> Result<Answer, Failure> {
-    let range = Range::parse(&args.over).map_err(|error| {
-        let help = "write `--over NAME=a..b:count`, for example `--over k=0..8:17`";
-        wrong_request(error.to_string(), help)
-    })?;
-    let Parsed { source, file, tables, settings } = parsed(&args.model, input::read_model(&args.model.file)?)?;
-    let mut options = modes::Options::default().digits(args.digits);
-    options.lowest = args.lowest;
-    options.vectors = args.json && !args.no_vectors;
-    let progress = Progress::start("computing the modes over the range");
-    let places = sweep::sweep(&file, &tables, &settings, &range, &options).map(|mut place| {
-        if args.json
-            && let Ok((linearized, modes)) = &mut place.result
-            && let Err(error) = sensitivity::put_uncertainties(linearized, modes, &options)
-        {
-            place.result = Err(error.into());
-        }
-        place
-    });
-    let places: Vec<Place> = places.collect();
-    drop(progress);
-    let errors = places.iter().filter_map(|place| Some((place.value, place.result.as_ref().err()?)));
-    let errors: Vec<(f64, &Error)> = errors.collect();
-    if let Some((_, error)) = errors.first().filter(|_| errors.len() == places.len()) {
-        return Err(Failure::Model(source, error.diagnostics()));
-    }
-    // The same mistake at many values is told once, with the first of them.
-    let mut remarks: Vec<Diagnostic> = Vec::new();
-    for (value, error) in errors {
-        for mut diagnostic in error.diagnostics() {
-            if remarks.iter().all(|other| other.code != diagnostic.code) {
-                diagnostic.message = format!("at {} = {value}: {}", range.name(), diagnostic.message);
-                remarks.push(diagnostic);
-            }
-        }
-    }
-    let mut models = places.iter().filter_map(|place| place.result.as_ref().ok());
-    let first = models.next().filter(|_| !args.json);
-    remarks.extend(first.and_then(|(own, _)| left_out(own.model())));
-    let text = if args.json {
-        report::sweep_json(&range, &places, &options)
-    } else {
-        report::sweep_csv(&range, &places, &options)
-    };
-    Ok(Answer::new(text, Some((source, remarks))))
 }
 
 fn style() -> Style {

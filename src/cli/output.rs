@@ -3,14 +3,14 @@
 use std::borrow::Cow;
 use std::fmt::Display;
 use std::fs::{self, File, Metadata};
-use std::io::{self, BufWriter, ErrorKind, IsTerminal, Seek, Write};
+use std::io::{self, BufWriter, ErrorKind, IsTerminal, Seek, SeekFrom, Write};
 use std::path::Path;
 
 use anstream::{AutoStream, ColorChoice};
 use tempfile::{Builder, NamedTempFile};
 
 use super::input::{self, Source};
-use super::{Failure, Rest, fault};
+use super::{Failure, fault};
 
 /// The text as a terminal may have it: what is not seen, and could hide, turn round or overwrite what is, stands as its
 /// number. Ends of lines and tabs stay, and where there is colour our own escape sequences for it.
@@ -126,7 +126,10 @@ fn write_bytes(bytes: &[u8]) -> Result<(), Failure> {
 }
 
 /// Writes what is worked out meanwhile, numbers and names of a model.
-pub(super) fn write_rest(rest: Rest) -> Result<(), Failure> {
+pub(super) fn write_rest(rest: impl FnOnce(&mut dyn Write) -> Result<(), Failure>) -> Result<(), Failure> {
+    if at_start::closed() {
+        return Err(not_written(&"standard output is closed"));
+    }
     let mut out = BufWriter::new(io::stdout().lock());
     rest(&mut out)?;
     out.flush().map_err(failed)
@@ -161,14 +164,35 @@ pub(super) fn write_file(file: &Path, text: &str, source: &mut Source) -> Result
 
 /// The same for what is written piece by piece.
 pub(super) fn write_content(file: &Path, content: Content<'_>, source: &mut Source) -> Result<(), Failure> {
-    let name = file.display();
+    claim(file, source)?;
+    replace(file, content, None).map_err(|error| unwritten(file, &error))
+}
+
+/// Opens a file to go on behind its first bytes; the rest of it is dropped.
+pub(super) fn append(file: &Path, bytes: u64, source: &mut Source) -> Result<File, Failure> {
+    claim(file, source)?;
+    let open = || -> io::Result<File> {
+        let mut file = File::options().write(true).create(true).truncate(false).open(file)?;
+        file.set_len(bytes)?;
+        file.seek(SeekFrom::End(0))?;
+        Ok(file)
+    };
+    open().map_err(|error| unwritten(file, &error))
+}
+
+/// Takes a file to write, if nothing was read from it or written there by the same command.
+fn claim(file: &Path, source: &mut Source) -> Result<(), Failure> {
     let mut taken = source.taken.iter().map(|path| path.as_path());
     if taken.any(|own| same_file(own, file)) || same_file(Path::new("/dev/stdout"), file) {
+        let name = file.display();
         return Err(fault(format!("can't write `{name}`: this command reads that file, or has written it already")));
     }
-    replace(file, content, None).map_err(|error| fault(format!("can't write `{name}`: {}", in_words(&error))))?;
     source.taken.push(file.to_owned());
     Ok(())
+}
+
+fn unwritten(file: &Path, error: &io::Error) -> Failure {
+    fault(format!("can't write `{}`: {}", file.display(), in_words(error)))
 }
 
 /// Makes a folder and those above it, where they are not there.

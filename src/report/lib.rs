@@ -38,7 +38,7 @@ pub use npz::{Vectors, read_vectors};
 pub use period::{period_csv, period_curve_json, period_json, period_text};
 pub use period_picture::period_svg;
 pub use sensitivity::{sensitivity_json, sensitivity_text};
-pub use sweep::{sweep_csv, sweep_json};
+pub use sweep::{SweepColumns, SweepCsv, SweepKept, SweepRow, sweep_json};
 
 use anstyle::{AnsiColor, Effects};
 

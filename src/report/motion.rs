@@ -76,7 +76,7 @@ impl<W: Write> MotionCsv<W> {
 }
 
 /// What the writer below said.
-fn plain(error: csv::Error) -> io::Error {
+pub(super) fn plain(error: csv::Error) -> io::Error {
     match error.into_kind() {
         csv::ErrorKind::Io(error) => error,
         other => io::Error::other(format!("{other:?}")),

@@ -1,81 +1,205 @@
 //! Modes over a range of a parameter, as CSV and JSON.
 
+use std::io::{self, Write};
+
 use super::json::{number, string};
+use super::motion::plain;
 use super::{Written, modes_json};
-use librate_core::model::Range;
 use librate_core::modes::Options;
-use librate_core::oscillation::NormalMode;
-use librate_studies::sweep::Place;
+use librate_core::oscillation::NormalModes;
+use librate_core::precision::quick_decimal;
+use librate_studies::sweep::{Enclosed, Place};
 
-/// A table with one line a place: the parameter, `omega1`, `omega2`, …, and `growth1`, … where the growth
-/// of some mode at some place is not 0.
-///
-/// Numbers have `options.digits` correctly rounded digits, or those that are certain. Cells are empty where a place has
-/// fewer modes than others, or none.
-#[must_use]
-pub fn sweep_csv(range: &Range, places: &[Place], options: &Options) -> String {
-    let modes = |place: &'_ Place| -> Vec<NormalMode> {
-        match &place.result {
-            Ok((_, modes)) => modes.modes.clone(),
-            Err(_) => Vec::new(),
-        }
-    };
-    let rows: Vec<Vec<NormalMode>> = places.iter().map(modes).collect();
-    let most = rows.iter().map(Vec::len).max().unwrap_or(0);
-    let grows = rows.iter().flatten().any(|mode| !mode.growth.is_zero());
-    let mut header = vec![range.name().to_owned()];
-    header.extend((1..=most).map(|at| format!("omega{at}")));
-    if grows {
-        header.extend((1..=most).map(|at| format!("growth{at}")));
+/// A line of a table: the parameter, and frequency and growth of each mode in writing.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SweepRow {
+    value: f64,
+    modes: Vec<[String; 2]>,
+}
+
+impl SweepRow {
+    /// The line of a value without modes.
+    #[must_use]
+    pub fn empty(value: f64) -> Self {
+        Self { value, modes: Vec::new() }
     }
-    // Writing to memory does not fail.
-    let mut table = csv::Writer::from_writer(Vec::new());
-    let _ = table.write_record(&header);
-    for (place, row) in places.iter().zip(&rows) {
-        let mut cells = vec![number(place.value)];
-        let omega = row.iter().map(|mode| {
-            let precise = mode.precise.as_deref().map(|precise| &precise.omega);
-            cell(Written::finest(&mode.omega, precise, options.digits))
+
+    /// Numbers have so many correctly rounded digits, or those that are certain.
+    #[must_use]
+    pub fn new(value: f64, modes: &NormalModes, digits: usize) -> Self {
+        let cells = modes.modes.iter().map(|mode| {
+            let precise = mode.precise.as_deref();
+            let omega = Written::finest(&mode.omega, precise.map(|precise| &precise.omega), digits);
+            let growth = Written::finest(&mode.growth, precise.map(|precise| &precise.growth), digits);
+            [omega, growth].map(|written| written.digits.unwrap_or_default())
         });
-        cells.extend(padded(omega, most));
-        if grows {
-            let growth = row.iter().map(|mode| {
-                let precise = mode.precise.as_deref().map(|precise| &precise.growth);
-                cell(Written::finest(&mode.growth, precise, options.digits))
-            });
-            cells.extend(padded(growth, most));
-        }
-        let _ = table.write_record(&cells);
+        Self { value, modes: cells.collect() }
     }
-    let bytes = table.into_inner().unwrap_or_default();
-    String::from_utf8(bytes).unwrap_or_default()
+
+    /// The same line from enclosures, where these decide all digits.
+    #[must_use]
+    pub fn enclosed(value: f64, modes: &[Enclosed], digits: usize) -> Option<Self> {
+        let cells =
+            modes.iter().map(|mode| Some([quick_decimal(&mode.omega, digits)?, quick_decimal(&mode.growth, digits)?]));
+        Some(Self { value, modes: cells.collect::<Option<_>>()? })
+    }
 }
 
-fn cell(written: Written) -> String {
-    written.digits.unwrap_or_default()
+/// The columns of a table: the parameter, `omega1`, `omega2`, …, and maybe `growth1`, …
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SweepColumns {
+    name: String,
+    modes: usize,
+    growth: bool,
 }
 
-fn padded(cells: impl Iterator<Item = String>, width: usize) -> impl Iterator<Item = String> {
-    cells.chain(std::iter::repeat_with(String::new)).take(width)
+impl SweepColumns {
+    /// Those that lines need: as many modes as the longest, and growth where some isn't 0, or asked for.
+    #[must_use]
+    pub fn of<'a>(name: &str, rows: impl Iterator<Item = &'a SweepRow>, growth: bool) -> Self {
+        let mut columns = Self { name: name.to_owned(), modes: 0, growth };
+        for row in rows {
+            columns.modes = columns.modes.max(row.modes.len());
+            columns.growth |= row.modes.iter().any(|[_, growth]| growth != "0");
+        }
+        columns
+    }
+
+    /// Those of a header; `None` where it is none of this parameter's.
+    fn of_header(name: &str, header: &csv::StringRecord) -> Option<Self> {
+        let count = header.len() - 1;
+        let fitting = [(count, false), (count / 2, true)];
+        let fitting = fitting.map(|(modes, growth)| Self { name: name.to_owned(), modes, growth });
+        fitting.into_iter().find(|columns| header == columns.header())
+    }
+
+    /// The cells of the first line.
+    fn header(&self) -> Vec<String> {
+        let mut header = vec![self.name.clone()];
+        let kinds = ["omega", "growth"].into_iter().take(1 + usize::from(self.growth));
+        header.extend(kinds.flat_map(|kind| (1..=self.modes).map(move |at| format!("{kind}{at}"))));
+        header
+    }
+
+    /// How many cells a line has.
+    #[must_use]
+    pub fn width(&self) -> usize {
+        1 + self.modes * (1 + usize::from(self.growth))
+    }
+
+    /// Whether all of a line has a place in them.
+    #[must_use]
+    pub fn hold(&self, row: &SweepRow) -> bool {
+        row.modes.len() <= self.modes && (self.growth || row.modes.iter().all(|[_, growth]| growth == "0"))
+    }
+
+    /// The cells of a line; empty ones where it has fewer modes than others, or none.
+    #[must_use]
+    pub fn cells(&self, row: &SweepRow) -> Vec<String> {
+        let mut cells = vec![number(row.value)];
+        for kind in 0..=usize::from(self.growth) {
+            let own = row.modes.iter().map(|mode| mode[kind].clone());
+            cells.extend(own.chain(std::iter::repeat_with(String::new)).take(self.modes));
+        }
+        cells
+    }
 }
 
-/// An array with one object a place: the parameter under its name, then all that
-/// [`modes_json`] has; `error` in its place where there are no modes.
-#[must_use]
-pub fn sweep_json(range: &Range, places: &[Place], options: &Options) -> String {
-    let objects: Vec<String> = places
-        .iter()
-        .map(|place| {
-            let value = format!("{{{}: {}", string(range.name()), number(place.value));
-            match &place.result {
-                Ok((linearized, modes)) => {
-                    let own = modes_json(linearized, modes, options);
-                    let own = own.trim_start_matches('{').trim_end();
-                    format!("{value}, {own}")
-                }
-                Err(error) => format!("{value}, \"error\": {}}}", string(&error.to_string())),
+/// A table with one line a place, written line by line.
+#[derive(Debug)]
+pub struct SweepCsv<W: Write> {
+    table: csv::Writer<W>,
+    columns: SweepColumns,
+}
+
+impl<W: Write> SweepCsv<W> {
+    /// Begins or goes on with a table of these columns.
+    #[must_use]
+    pub fn new(out: W, columns: SweepColumns) -> Self {
+        Self { table: csv::Writer::from_writer(out), columns }
+    }
+
+    /// Writes the header.
+    ///
+    /// # Errors
+    /// Those of the writer, here and below.
+    pub fn header(&mut self) -> io::Result<()> {
+        self.table.write_record(self.columns.header()).map_err(plain)
+    }
+
+    /// Writes a line.
+    #[allow(clippy::missing_errors_doc)] // those of the writer
+    pub fn row(&mut self, row: &SweepRow) -> io::Result<()> {
+        self.table.write_record(self.columns.cells(row)).map_err(plain)
+    }
+
+    /// Hands on all lines.
+    #[allow(clippy::missing_errors_doc)] // those of the writer
+    pub fn flush(&mut self) -> io::Result<()> {
+        self.table.flush()
+    }
+}
+
+/// What there is of a table that was cut: its whole lines.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SweepKept {
+    /// The columns; `None` without a header.
+    pub columns: Option<SweepColumns>,
+    /// The number of lines below the header.
+    pub rows: usize,
+    /// The last of them.
+    pub last: Option<Vec<String>>,
+    /// The length of all whole lines.
+    pub bytes: u64,
+}
+
+impl SweepKept {
+    /// Reads a table of a parameter, with a header or without, whose lines have these values.
+    ///
+    /// # Errors
+    /// In words, what does not fit.
+    pub fn read(bytes: &[u8], name: &str, header: bool, value: impl Fn(usize) -> Option<f64>) -> Result<Self, String> {
+        let end = bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |last| last + 1);
+        let mut kept = Self { bytes: end as u64, ..Self::default() };
+        let mut width = None;
+        let mut lines = csv::ReaderBuilder::new().has_headers(false).flexible(true).from_reader(&bytes[..end]);
+        for (at, line) in lines.records().enumerate() {
+            let place = at + 1;
+            let line = line.map_err(|error| format!("line {place} can't be read ({error})"))?;
+            if header && at == 0 {
+                let columns = SweepColumns::of_header(name, &line);
+                let columns = columns.ok_or_else(|| format!("line 1 is not the header of a sweep over {name}"))?;
+                width = Some(columns.width());
+                kept.columns = Some(columns);
+                continue;
             }
-        })
-        .collect();
-    format!("[{}]\n", objects.join(",\n"))
+            let value = value(kept.rows).ok_or_else(|| format!("line {place} is beyond the last value"))?;
+            let value = number(value);
+            if line.get(0) != Some(value.as_str()) {
+                return Err(format!("line {place} does not begin with {value}, the value of {name} there"));
+            }
+            if *width.get_or_insert(line.len()) != line.len() {
+                return Err(format!("line {place} has {} cells, others have more or fewer", line.len()));
+            }
+            kept.rows += 1;
+            kept.last = Some(line.iter().map(str::to_owned).collect());
+        }
+        if kept.columns.is_none() && kept.last.is_none() {
+            kept.bytes = 0;
+        }
+        Ok(kept)
+    }
+}
+
+/// A place as an object: the parameter under its name, then all that [`modes_json`] has; `error` in its place where there are no modes.
+#[must_use]
+pub fn sweep_json(name: &str, place: &Place, options: &Options) -> String {
+    let value = format!("{{{}: {}", string(name), number(place.value));
+    match &place.result {
+        Ok((linearized, modes)) => {
+            let own = modes_json(linearized, modes, options);
+            format!("{value}, {}", own.trim_start_matches('{').trim_end())
+        }
+        Err(error) => format!("{value}, \"error\": {}}}", string(&error.to_string())),
+    }
 }

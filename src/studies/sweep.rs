@@ -1,15 +1,25 @@
-//! The same model over a range of one parameter: a [`Range`].
+//! The same model over a range of one parameter: a [`Sweep`].
 //!
-//! Each place of the range makes the whole trip, with the value put in exactly as `--set` would: certified
-//! frequencies, an equilibrium of its own, and as many modes as there are then. For thousands of sets
-//! in doubles there is `batch::Study`.
+//! Each place of the range has the modes that the value would have with `--set`: certified frequencies, an equilibrium of its own, and as
+//! many modes as there are then. A small model about an equilibrium at which no force acts, whatever the value, is derived once, and
+//! most places are then solved in doubles with bounds ([`batch`](crate::batch)): what these do not decide is computed in full.
+//!
+//! It starts no thread: places are independent of each other, a [`Sweep`] is `Sync`, and a [`Worker`] belongs to one thread.
 
+use crate::batch::{self, Outcome, Solutions, Study};
 use crate::error::Error;
 use librate_core::linearize::{self, Linearized};
-use librate_core::model::{self, Range, Settings, TableTexts};
-use librate_core::modes::Options;
+use librate_core::model::{self, Constant, Model, Range, Settings, TableTexts};
+use librate_core::modes::{Kind, Options};
+use librate_core::number::Number;
 use librate_core::oscillation::{self, NormalModes};
+use librate_core::precision::{Ball, Scalar};
 use librate_core::syntax::File;
+
+/// Deriving once does not pay for fewer places, ...
+const FEW: usize = 16;
+/// ... nor for larger models.
+const MOST_COORDINATES: usize = 40;
 
 /// The model at one place of a range.
 #[derive(Clone, Debug)]
@@ -21,24 +31,170 @@ pub struct Place {
     pub result: Result<(Linearized, NormalModes), Error>,
 }
 
-/// The modes at each place of a range, one after the other as they are asked for.
-pub fn sweep<'a>(
-    file: &'a File,
-    tables: &'a TableTexts,
-    settings: &'a Settings,
-    range: &'a Range,
-    options: &'a Options,
-) -> impl ExactSizeIterator<Item = Place> + 'a {
-    (0..range.len()).map(move |place| {
+/// A model over a range of one parameter.
+#[derive(Clone, Debug)]
+pub struct Sweep {
+    file: File,
+    tables: TableTexts,
+    settings: Settings,
+    range: Range,
+    options: Options,
+    /// The ends of the range, where they are rational.
+    ends: Option<[Number; 2]>,
+    derived: Option<Derived>,
+}
+
+/// The model as a function of the parameter.
+#[derive(Clone, Debug)]
+struct Derived {
+    study: Study,
+    /// The ends of the range in SI.
+    from: Ball,
+    to: Ball,
+}
+
+impl Sweep {
+    /// The modes that `options` ask for, at each place of a range.
+    #[must_use]
+    pub fn new(file: File, tables: TableTexts, settings: Settings, range: Range, options: Options) -> Self {
+        let rational = |place: usize| {
+            let end = Constant::parse(&range.expression(place)).ok()?;
+            end.pool().as_number(end.value()).cloned()
+        };
+        let last = range.len() - 1;
+        let ends = rational(0).and_then(|from| Some([from, rational(last)?]));
+        let mut sweep = Self { file, tables, settings, range, options, ends, derived: None };
+        if sweep.range.len() >= FEW {
+            sweep.derived = sweep.derive();
+        }
+        sweep
+    }
+
+    /// The range.
+    #[must_use]
+    pub fn range(&self) -> &Range {
+        &self.range
+    }
+
+    /// What is asked of the modes.
+    #[must_use]
+    pub fn options(&self) -> &Options {
+        &self.options
+    }
+
+    /// The model that most places are solved by, where it is derived once.
+    #[must_use]
+    pub fn derived(&self) -> Option<&Model> {
+        self.derived.as_ref().map(|derived| derived.study.model())
+    }
+
+    /// The parameter's value at a place, in the unit that it is declared with; rounded to a double, and no number beyond the end.
+    #[must_use]
+    pub fn value(&self, place: usize) -> f64 {
+        let count = self.range.len();
+        let value = match &self.ends {
+            Some([from, to]) if place < count => {
+                let share = Number::ratio(place as i64, count.saturating_sub(1).max(1) as i64);
+                share.map(|share| Ball::from_number(&from.add(&to.sub(from).mul(&share)), ()).mid_f64())
+            }
+            _ => self.range.value(place),
+        };
+        value.unwrap_or(f64::NAN)
+    }
+
+    fn model(&self, place: usize) -> Result<Model, Error> {
+        let mut settings = self.settings.clone();
+        settings.add(&format!("{} = {}", self.range.name(), self.range.expression(place)))?;
+        linearize::check_size(model::coordinate_count(&self.file, &self.tables, &settings))?;
+        Ok(model::elaborate(&self.file, &self.tables, &settings)?)
+    }
+
+    /// The modes at a place, all of them certified.
+    #[must_use]
+    pub fn place(&self, place: usize) -> Place {
         let solve = || -> Result<(Linearized, NormalModes), Error> {
-            let mut settings = settings.clone();
-            settings.add(&format!("{} = {}", range.name(), range.expression(place)))?;
-            linearize::check_size(model::coordinate_count(file, tables, &settings))?;
-            let model = model::elaborate(file, tables, &settings)?;
-            let linearized = linearize::linearize(model)?;
-            let modes = oscillation::normal_modes(&linearized, options)?;
+            let linearized = linearize::linearize(self.model(place)?)?;
+            let modes = oscillation::normal_modes(&linearized, &self.options)?;
             Ok((linearized, modes))
         };
-        Place { value: range.value(place).unwrap_or(f64::NAN), result: solve() }
-    })
+        Place { value: self.value(place), result: solve() }
+    }
+
+    /// The model with its parameter open; `None` where it is better solved place by place.
+    fn derive(&self) -> Option<Derived> {
+        let first = self.model(0).ok()?;
+        let last = self.model(self.range.len() - 1).ok()?;
+        if first.coordinates.len() > MOST_COORDINATES {
+            return None;
+        }
+        let end = |model: &Model| {
+            let parameter = model.parameters.iter().find(|own| own.name == self.range.name())?;
+            linearize::constant(&model.pool, parameter.value?)
+        };
+        let (from, to) = (end(&first)?, end(&last)?);
+        let options = batch::Options::default().without_vectors().without_matrices();
+        let study = Study::with_options(first, &[self.range.name()], options).ok()?;
+        study.is_at_rest().then_some(Derived { study, from, to })
+    }
+
+    /// For one thread.
+    #[must_use]
+    pub fn worker(&self) -> Worker<'_> {
+        Worker { sweep: self, solutions: Solutions::new() }
+    }
+}
+
+/// The work space of one thread.
+#[derive(Clone, Debug)]
+pub struct Worker<'a> {
+    sweep: &'a Sweep,
+    solutions: Solutions,
+}
+
+/// Enclosures of the frequency and the growth of a mode.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Enclosed {
+    /// Frequency in rad/s.
+    pub omega: Ball,
+    /// Growth in 1/s.
+    pub growth: Ball,
+}
+
+impl Worker<'_> {
+    /// Enclosures of the exponents at some places, in the order of the modes; nothing for a place where doubles do
+    /// not decide which mode is what.
+    pub fn enclosed(&mut self, places: &[usize]) -> Vec<Option<Vec<Enclosed>>> {
+        let Some(Derived { study, from, to }) = &self.sweep.derived else {
+            return vec![None; places.len()];
+        };
+        let last = self.sweep.range.len().saturating_sub(1).max(1) as i64;
+        let way = *to - *from;
+        let value = |place: usize| match Number::ratio(place as i64, last) {
+            Some(share) => *from + way * Ball::from_number(&share, ()),
+            None => Ball::NOT_FINITE,
+        };
+        let values: Vec<Ball> = places.iter().map(|place| value(*place)).collect();
+        let [centres, errors]: [Vec<f64>; 2] =
+            [values.iter().map(Ball::mid_f64).collect(), values.iter().map(Ball::mid_f64_error).collect()];
+        if study.solve_near(&centres, &errors, &mut self.solutions).is_err() {
+            return vec![None; places.len()];
+        }
+        let lowest = self.sweep.options.lowest.unwrap_or(usize::MAX);
+        let decided = |set: batch::Solution<'_>| -> Option<Vec<Enclosed>> {
+            if set.outcome != Outcome::Solved {
+                return None;
+            }
+            let modes = set.modes().zip(set.omega_squared.iter().zip(set.omega_squared_bounds));
+            let modes = modes.take(lowest).map(|(mode, (square, bound))| {
+                let root = Ball::new((*square).abs().into(), *bound).sqrt();
+                match mode.kind {
+                    Kind::Oscillation => Some(Enclosed { omega: root, growth: Ball::ZERO }),
+                    Kind::Unstable => Some(Enclosed { omega: Ball::ZERO, growth: root }),
+                    _ => None,
+                }
+            });
+            modes.collect()
+        };
+        self.solutions.iter().map(decided).collect()
+    }
 }

@@ -3,8 +3,16 @@
 
 use crate::cli_support;
 
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+
 use cli_support::*;
-use librate::model::Range;
+use librate::linearize::constant;
+use librate::model::{Range, Settings, TableTexts, elaborate};
+use librate::modes::Options;
+use librate::report::SweepRow;
+use librate::sweep::Sweep;
 use serde_json::Value;
 
 #[test]
@@ -85,4 +93,182 @@ fn what_is_no_range_is_refused() {
     assert_eq!(range.value(0), Some(2.0_f64.sqrt()));
     assert_eq!(range.value(2), Some(std::f64::consts::PI));
     assert_eq!(range.value(3), None);
+}
+
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("sweep").join(name);
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+/// What doubles with bounds decide is what certified modes have, for a parameter of each model.
+#[test]
+fn quick_lines_are_certified_ones() {
+    let (mut quick, mut models) = (0, 0);
+    for path in fs::read_dir("models").unwrap() {
+        let path = path.unwrap().path();
+        if path.extension().is_none_or(|end| end != "lag") {
+            continue;
+        }
+        let text = fs::read_to_string(&path).unwrap();
+        let file = librate::syntax::parse(&text).unwrap();
+        let Ok(model) = elaborate(&file, &TableTexts::new(), &Settings::new()) else { continue };
+        for name in ["k", "m", "g", "l[1]", "k12", "W"] {
+            let Some(parameter) = model.parameters.iter().find(|own| own.name == name && own.value.is_some()) else {
+                continue;
+            };
+            let value = constant(&model.pool, parameter.value.unwrap()).unwrap().mid_f64();
+            // Numbers that are no doubles, past both sides of where some models lose their stability.
+            let range = Range::parse(&format!("{name}={value}/3..{value}*16/3:31")).unwrap();
+            let options = Options::default();
+            let sweep = Sweep::new(file.clone(), TableTexts::new(), Settings::new(), range, options);
+            let Some(_) = sweep.derived().filter(|model| model.coordinates.len() <= 8) else { continue };
+            models += 1;
+            let places = [0, 1, 4, 13, 30];
+            for (place, enclosed) in places.iter().zip(sweep.worker().enclosed(&places)) {
+                assert_eq!(Some(sweep.value(*place)), sweep.range().value(*place));
+                let Some(row) = enclosed.and_then(|modes| SweepRow::enclosed(sweep.value(*place), &modes, 10)) else {
+                    continue;
+                };
+                let certified = sweep.place(*place);
+                let certified = SweepRow::new(certified.value, &certified.result.unwrap().1, 10);
+                assert_eq!(row, certified, "{} {name} {place}", path.display());
+                quick += 1;
+            }
+        }
+    }
+    assert!(models > 20 && quick > 4 * models, "{quick} of {models}");
+}
+
+#[test]
+fn any_number_of_threads_writes_the_same_bytes() {
+    for over in ["g=1..20:40", "N=2..17:16"] {
+        let model = if over.starts_with('g') { PENDULUMS } else { "models/chain_walls.lag" };
+        for more in [&[][..], &["--json"]] {
+            let of = |threads| {
+                let over = ["sweep", model, "--over", over, "--threads", threads];
+                let run = run(&[&over, more].concat());
+                assert_eq!(run.status, 0, "{}", run.err);
+                (run.out, run.err)
+            };
+            let one = of("1");
+            assert_eq!(one, of("3"));
+            assert_eq!(one, of("64"));
+        }
+    }
+}
+
+#[test]
+fn parts_make_the_whole() {
+    let whole = printed(&["sweep", PENDULUMS, "--over", "k12=0..8:17"]);
+    for count in [1, 2, 5, 17, 20] {
+        let parts = (1..=count).map(|part| {
+            let part = format!("{part}/{count}");
+            printed(&["sweep", PENDULUMS, "--over", "k12=0..8:17", "--part", &part])
+        });
+        assert_eq!(parts.collect::<String>(), whole, "{count}");
+    }
+    for wrong in ["0/3", "4/3", "1", "1/0", "a/b", "1/2/3", "-1/2", "1/9999999"] {
+        let run = run(&["sweep", PENDULUMS, "--over", "k12=0..8:17", "--part", wrong]);
+        assert_eq!((run.status, run.out.as_str()), (2, ""), "{wrong}");
+    }
+    let json = run(&["sweep", PENDULUMS, "--over", "k12=0..8:17", "--json", "--part", "1/2"]);
+    assert_eq!(json.status, 2);
+}
+
+#[test]
+fn columns_of_long_tables_come_from_a_few_values() {
+    // Unstable between 3.2 and 3.4, which none of nine values is.
+    let text = "param W = 1  coord x  T = x'^2/2  V = ((W - 33/10)^2 - 1/100)*x^2/2";
+    let over = ["sweep", "-", "--over", "W=0..10:101", "--digits", "3"];
+    let whole = with_input(&over, text);
+    assert!(whole.out.starts_with("W,omega1,growth1\n") && whole.err.is_empty(), "{}", whole.err);
+    assert!(whole.out.contains("\n3.3,0,0.100\n"), "{}", whole.out);
+    let part = with_input(&[&over[..], &["--part", "1/1"]].concat(), text);
+    assert!(part.out.starts_with("W,omega1\n") && part.out.contains("\n3.3,\n3.4,0\n"), "{}", part.out);
+    assert_eq!(part.status, 0);
+    let told = "at W = 3.3: there are modes or growth that the table has no columns for";
+    assert!(part.err.contains(told) && part.err.matches("at W").count() == 1, "{}", part.err);
+    let all = with_input(&[&over[..], &["--part", "1/1", "--growth"]].concat(), text);
+    assert_eq!((all.out, all.err), (whole.out, whole.err));
+    let no_modes = with_input(&["sweep", "-", "--over", "W=1..10:5000"], "param W = 1  coord x  T = x'^2  V = W*x");
+    assert_eq!((no_modes.status, no_modes.out.as_str()), (1, ""));
+}
+
+#[test]
+fn a_table_that_was_cut_is_continued() {
+    let folder = folder("resumed");
+    let file = folder.join("out.csv");
+    let path = file.to_str().unwrap();
+    let over = ["sweep", PENDULUMS, "--over", "m[2]=1..4:12"];
+    let whole = printed(&over);
+    let resume = [&over[..], &["--resume", path]].concat();
+    let header = whole.find('\n').unwrap() + 1;
+    let second = header + whole[header..].find('\n').unwrap() + 1;
+    for cut in
+        [0, 1, 7, header - 1, header, header + 2, second - 1, second, second + 1, 200, whole.len() - 1, whole.len()]
+    {
+        fs::write(&file, &whole[..cut]).unwrap();
+        assert_eq!(printed(&resume), "");
+        assert_eq!(fs::read_to_string(&file).unwrap(), whole, "{cut}");
+    }
+    fs::remove_file(&file).unwrap();
+    printed(&resume);
+    assert_eq!(fs::read_to_string(&file).unwrap(), whole);
+    // A part without a header, and one that is empty.
+    for (part, shown) in [("2/3", 4), ("1/100", 1)] {
+        let own = printed(&[&over[..], &["--part", part]].concat());
+        assert_eq!(own.lines().count(), shown);
+        fs::write(&file, &own[..own.len() / 2]).unwrap();
+        printed(&[&resume[..], &["--part", part]].concat());
+        assert_eq!(fs::read_to_string(&file).unwrap(), own, "{part}");
+    }
+}
+
+#[test]
+fn what_is_another_table_is_not_continued() {
+    let folder = folder("refused");
+    let file = folder.join("out.csv");
+    let path = file.to_str().unwrap();
+    let over = ["sweep", PENDULUMS, "--over", "k12=0..8:17"];
+    let whole = printed(&over);
+    let refused = |text: &str, more: &[&str], reason: &str| {
+        fs::write(&file, text).unwrap();
+        let run = run(&[&over[..], &["--resume", path], more].concat());
+        assert_eq!((run.status, run.out.as_str()), (1, ""), "{reason}");
+        assert!(run.err.contains("can't go on with") && run.err.contains(reason), "{}", run.err);
+        assert_eq!(fs::read_to_string(&file).unwrap(), text);
+    };
+    refused(&whole.replacen("k12", "k23", 1), &[], "line 1 is not the header of a sweep over k12");
+    refused("k12,omega1,omega3\n", &[], "line 1 is not the header");
+    refused(&whole[whole.find('\n').unwrap() + 1..], &[], "line 1 is not the header");
+    refused(&whole, &["--part", "2/2"], "line 1 does not begin with 4.0, the value of k12 there");
+    refused(&whole, &["--part", "1/2"], "line 10 is beyond the last value");
+    refused(&format!("{whole}8.0,1,2,3\n"), &[], "line 19 is beyond the last value");
+    refused(&whole.replacen("\n0.5,", "\n0.5,1,", 1), &[], "line 3 has 5 cells");
+    refused(&whole.replacen("\n0.5,", "\n0.25,", 1), &[], "line 3 does not begin with 0.5");
+    for other in [&["--set", "g=10"][..], &["--digits", "9"]] {
+        refused(&whole, other, "what it has for k12 = 8 is not what this model and these options give");
+    }
+}
+
+#[test]
+fn lines_are_written_as_they_are_made() {
+    // All of them would take minutes.
+    let mut child = command(&["sweep", "models/double_pendulum.lag", "--over", "g=1..2:1000000"]).spawn().unwrap();
+    let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+    assert_eq!(lines.next().unwrap().unwrap(), "g,omega1,omega2");
+    assert!(lines.take(100).all(|line| line.unwrap().split(',').count() == 3));
+    child.kill().unwrap();
+    child.wait().unwrap();
+}
+
+#[test]
+fn the_budget_is_that_of_a_value() {
+    let over = ["sweep", "models/chain_walls.lag", "--set", "N=41", "--over", "k=1..2:60", "--threads", "1"];
+    let start = std::time::Instant::now();
+    let long = run(&[&over[..], &["--budget", "1s"]].concat());
+    assert_eq!((long.status, long.err.as_str()), (0, ""), "{:?}", start.elapsed());
+    assert_eq!(long.out.lines().count(), 61);
 }

@@ -2,7 +2,7 @@
 #![cfg(feature = "engine")]
 
 use librate::precision::{Ball, Big, Rounding, decimal};
-use librate_core::precision::{DoubleDouble, decimal_to_place, one_digit_up, one_digit_up_text};
+use librate_core::precision::{DoubleDouble, decimal_to_place, one_digit_up, one_digit_up_text, quick_decimal};
 use proptest::prelude::*;
 
 fn ball(hi: f64, lo: f64, radius: f64) -> Ball {
@@ -46,6 +46,38 @@ fn only_decided_digits_are_printed() {
     assert_eq!(decimal(&Ball::NOT_FINITE, 10).error_bound, f64::INFINITY);
 }
 
+/// The digits that doubles tell, if they do.
+fn is_quick(value: &Ball, digits: usize) -> bool {
+    let quick = quick_decimal(value, digits);
+    let own = decimal(value, digits);
+    assert!(
+        quick.is_none() || own.rounding == Rounding::Correct && quick.as_ref() == Some(&own.text),
+        "{own:?} {quick:?}"
+    );
+    quick.is_some()
+}
+
+#[test]
+fn quick_digits_are_the_same() {
+    for value in [0.0, 1.5, -0.00012, 1.234_567_89e-12, 123_456.0, 9.9999, 0.000_001, 2.5e20, 1e-280, 1e280] {
+        for digits in [1, 2, 3, 5, 10, 17, 40] {
+            assert!(is_quick(&Ball::from(value), digits), "{value} {digits}");
+        }
+    }
+    is_quick(&Ball::from(5e-324), 3);
+    is_quick(&Ball::from(1e300), 3);
+    // Ties, exactly.
+    for quarters in 1..1000 {
+        for digits in 1..6 {
+            assert!(is_quick(&Ball::from(f64::from(quarters) / 4.0), digits));
+        }
+    }
+    assert!(is_quick(&ball(3.132_091_952_673_165, 1e-17, 1e-14), 10));
+    for undecided in [ball(1.5, 0.0, 1e-30), ball(0.0, 0.0, 1e-30), ball(1.0, 0.0, 0.1), Ball::NOT_FINITE] {
+        assert!(!is_quick(&undecided, 1));
+    }
+}
+
 #[test]
 fn numbers_end_at_a_place() {
     let to = |x: f64, place| decimal_to_place(&Ball::from(x), place, 10).text;
@@ -87,6 +119,18 @@ fn bounds_round_up_to_one_digit() {
 }
 
 proptest! {
+    #[test]
+    fn quick_digits_are_the_same_at_random(
+        mantissa in -1_000_000_000_i64..1_000_000_000,
+        scale in -20..20_i32,
+        lo in -1e-17..1e-17_f64,
+        radius in -30..-8_i32,
+        digits in 1_usize..20,
+    ) {
+        let x = mantissa as f64 * 10_f64.powi(scale);
+        is_quick(&ball(x, lo * x, x.abs() * 10_f64.powi(radius)), digits);
+    }
+
     /// The standard library prints doubles correctly rounded: an outside witness.
     #[test]
     fn agrees_with_the_standard_library(m in -1.0..1.0f64, e in -300..290i32, digits in 1..30usize) {

@@ -74,6 +74,24 @@ pub fn decimal(value: &Ball, digits: usize) -> Decimal {
     written(value, Wanted::digits(digits.min(MOST_DIGITS)))
 }
 
+/// The digits of [`decimal`], where they are correct and doubles on both sides of the ball tell; many times as fast.
+///
+/// Rounding to a number of digits preserves order, so that what rounds to the same at both ends does so in between.
+pub fn quick_decimal(value: &Ball, digits: usize) -> Option<String> {
+    if value.is_zero() {
+        return Some("0".to_owned());
+    }
+    let ends = if value.is_negative() { [-value.upper(), -value.lower()] } else { [value.lower(), value.upper()] };
+    if !(ends[0] > 0.0 && ends[1] < f64::INFINITY) {
+        return None;
+    }
+    let count = digits.clamp(1, MOST_DIGITS);
+    let [below, above] = ends.map(|end| format!("{end:.*e}", count - 1));
+    let (rounded, exponent) = below.split_once('e').filter(|_| below == above)?;
+    let digits: String = rounded.chars().filter(char::is_ascii_digit).collect();
+    Some(layout(&digits, exponent.parse().ok()?, value.is_negative()))
+}
+
 /// The number in `value` rounded to a multiple of 10^place by the rules of [`decimal`], with at most `digits`
 /// significant digits and at least one.
 pub fn decimal_to_place(value: &Ball, place: i32, digits: usize) -> Decimal {
@@ -186,7 +204,8 @@ fn between(Ends { low, high, exponent }: Ends, wanted: Wanted) -> Decimal {
     };
     let printed = rounded.value();
     let error = distance(&printed, &fraction(least, exponent)).max(distance(&printed, &fraction(most, exponent)));
-    Decimal { digits: rounded.count, error_bound: one_digit(error), text: rounded.layout(negative), rounding }
+    let text = layout(&rounded.digits.to_string(), rounded.exponent, negative);
+    Decimal { digits: rounded.count, error_bound: one_digit(error), text, rounding }
 }
 
 /// The digits common to both ends, as many as `wanted` if possible; `None` where not even one is.
@@ -269,23 +288,22 @@ impl Rounded {
             Fraction { numerator: UBig::ONE, denominator: power }
         }
     }
+}
 
-    fn layout(&self, negative: bool) -> String {
-        let sign = if negative { "-" } else { "" };
-        let digits = self.digits.to_string();
-        let exponent = self.exponent;
-        if (0..=15).contains(&exponent) && exponent < self.count as i32 {
-            let (whole, rest) = digits.split_at((exponent + 1) as usize);
-            let point = if rest.is_empty() { "" } else { "." };
-            format!("{sign}{whole}{point}{rest}")
-        } else if (-5..0).contains(&exponent) {
-            let zeros = "0".repeat((-exponent - 1) as usize);
-            format!("{sign}0.{zeros}{digits}")
-        } else {
-            let (whole, rest) = digits.split_at(1);
-            let point = if rest.is_empty() { "" } else { "." };
-            format!("{sign}{whole}{point}{rest}e{exponent}")
-        }
+/// Digits, the first of which belongs to this power of ten.
+fn layout(digits: &str, exponent: i32, negative: bool) -> String {
+    let sign = if negative { "-" } else { "" };
+    if (0..=15).contains(&exponent) && exponent < digits.len() as i32 {
+        let (whole, rest) = digits.split_at((exponent + 1) as usize);
+        let point = if rest.is_empty() { "" } else { "." };
+        format!("{sign}{whole}{point}{rest}")
+    } else if (-5..0).contains(&exponent) {
+        let zeros = "0".repeat((-exponent - 1) as usize);
+        format!("{sign}0.{zeros}{digits}")
+    } else {
+        let (whole, rest) = digits.split_at(1);
+        let point = if rest.is_empty() { "" } else { "." };
+        format!("{sign}{whole}{point}{rest}e{exponent}")
     }
 }
 

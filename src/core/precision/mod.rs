@@ -32,7 +32,7 @@ pub use ball::Ball;
 pub use ball::{U2, up};
 pub use big::Big;
 pub use complex::{Complex, hypot};
-pub use decimal::{Decimal, Rounding, decimal, decimal_to_place, one_digit_up, one_digit_up_text};
+pub use decimal::{Decimal, Rounding, decimal, decimal_to_place, one_digit_up, one_digit_up_text, quick_decimal};
 pub use double::{DoubleDouble, fast_two_sum, two_prod, two_sum};
 pub use double::{exponent_of, power_of_two, product_error};
 pub use dual::Dual;

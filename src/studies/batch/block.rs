@@ -126,13 +126,13 @@ impl Workspace {
         self.arch.dispatch(Solve(solver));
     }
 
-    /// Solves `sets` (at most [`LANES`] of them, one after the other) and writes the results from
-    /// set `first` on.
+    /// Solves sets (at most [`LANES`] of them, one after the other), whose values are off by so much where that is
+    /// there, and writes the results from set `first` on.
     pub(super) fn block(
         &mut self,
         compiled: &Compiled,
         options: &Options,
-        sets: &[f64],
+        (sets, errors): (&[f64], &[f64]),
         first: usize,
         into: &mut Solutions,
     ) {
@@ -144,6 +144,7 @@ impl Workspace {
             let at = lane.min(count - 1) * width;
             for (k, value) in sets[at..at + width].iter().enumerate() {
                 self.registers.value[base + k].0[lane] = *value;
+                self.registers.error[base + k].0[lane] = errors.get(at + k).copied().unwrap_or(0.0);
             }
         }
         let mut given = Lane::ONE;

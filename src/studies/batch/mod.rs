@@ -199,6 +199,12 @@ impl Study {
         self.varying.len()
     }
 
+    /// Whether equilibria are given points, or 0, at which no force acts whatever the values are: proved, and never searched for.
+    #[must_use]
+    pub fn is_at_rest(&self) -> bool {
+        self.compiled.search.is_none() && self.compiled.gradient.is_empty()
+    }
+
     /// The number of coordinates.
     #[must_use]
     pub fn dimension(&self) -> usize {
@@ -234,6 +240,15 @@ impl Study {
     /// # Errors
     /// As [`Study::solve`].
     pub fn solve_into(&self, sets: &[f64], into: &mut Solutions) -> Result<(), StudyError> {
+        self.solve_near(sets, &[], into)
+    }
+
+    /// As [`Study::solve_into`], for values that are off by up to `errors`, one a value: with [`Bounds::Rigorous`] the bounds hold for all
+    /// sets of exact values as near as that. What `errors` has no number for is exact.
+    ///
+    /// # Errors
+    /// As [`Study::solve`].
+    pub fn solve_near(&self, sets: &[f64], errors: &[f64], into: &mut Solutions) -> Result<(), StudyError> {
         let width = self.width();
         if !sets.len().is_multiple_of(width) {
             return Err(StudyError::Length { found: sets.len(), width });
@@ -242,7 +257,9 @@ impl Study {
         into.prepare(self.dimension(), sets.len() / width, parts);
         let mut workspace = Workspace::new(&self.compiled);
         for (block, sets) in sets.chunks(LANES * width).enumerate() {
-            workspace.block(&self.compiled, &self.options, sets, block * LANES, into);
+            let first = block * LANES;
+            let errors = errors.get(first * width..).unwrap_or_default();
+            workspace.block(&self.compiled, &self.options, (sets, errors), first, into);
         }
         Ok(())
     }
