@@ -222,6 +222,13 @@ pub mod batch {
     pub use librate_studies::batch::{BatchMode, Bounds, Options, Outcome, Solution, Solutions, Study, StudyError};
 }
 
+/// A model as functions for other languages. In full: [`librate_studies::code`].
+#[cfg(feature = "engine")]
+pub mod code {
+    pub use librate_studies::code::{Code, Search, code};
+    pub use librate_studies::program::{Operation, Program};
+}
+
 /// Derivations compared with what they should be, for tests. In full: [`librate_studies::expect`].
 #[cfg(feature = "engine")]
 pub mod expect {

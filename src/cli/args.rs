@@ -1,13 +1,14 @@
 //! What can be typed.
 
-use std::ops::Range;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use librate::number::Number;
 
+use super::export::CodeLanguage;
 use super::guard::{self, Guard, Limits};
+use super::sweep::{Part, part};
 
 /// Paragraphs without the line breaks that they have here: they are broken as the terminal is wide. What is indented and
 /// what stands behind a colon keeps its lines.
@@ -166,13 +167,19 @@ model; under constraints those that the others follow.
 shortest decimals that read back to the same doubles. --npz writes one archive for NumPy, in which
 `M_data`, `M_indices`, `M_indptr` and `M_shape` are M as scipy.sparse.csr_array((data, indices,
 indptr), shape) takes it, K and the others likewise. --petsc writes M, K and so on in PETSc's binary
-format.";
+format.
+
+--code writes functions of doubles: librate_defaults(p), the parameters; librate_equilibrium(p, q);
+librate_mass(p, M) and librate_stiffness(p, K) there, row by row; and librate_acceleration(t, q, v, p,
+a), of the full equations of motion. In Python they are PARAMETERS, equilibrium(p), mass(p),
+stiffness(p) and acceleration(t, q, v, p), with p a dict or a list.";
 
 const EXPORT_EXAMPLE: &str = "\
 Examples:
     librate export chain.lag --set N=1000 --matrix-market -o chain
     librate export rotor.lag --npz -o rotor.npz
-    librate export chain.lag --petsc -o chain";
+    librate export chain.lag --petsc -o chain
+    librate export double_pendulum.lag --code c -o double_pendulum.c";
 
 const EXPLAIN: &str = "\
 More about a kind of error or warning: what is wrong, why it matters, a model with it and one
@@ -301,7 +308,7 @@ pub(crate) enum Command {
     /// Principal moments and axes of inertia: of a model's tensors, of points, of a mesh
     #[command(long_about = flowing(INERTIA), after_help = flowing(INERTIA_EXAMPLE))]
     Inertia(Inertia),
-    /// The matrices as files of other programs: Matrix Market, NumPy, PETSc
+    /// The matrices as files of other programs, the equations as source code
     #[command(long_about = flowing(EXPORT), after_help = flowing(EXPORT_EXAMPLE))]
     Export(Export),
     /// Check a model file without computing anything
@@ -520,7 +527,7 @@ pub(crate) struct Motion {
 }
 
 #[derive(Debug, Args)]
-#[group(id = "files", args = ["matrix_market", "npz", "petsc"], required = true, multiple = false)]
+#[group(id = "files", args = ["matrix_market", "npz", "petsc", "code"], required = true, multiple = false)]
 pub(crate) struct Export {
     #[command(flatten)]
     pub(crate) model: ModelArgs,
@@ -533,9 +540,12 @@ pub(crate) struct Export {
     /// M, K and what there is of G, C and N in a folder, in PETSc's binary format
     #[arg(long)]
     pub(crate) petsc: bool,
-    /// The folder, which is made where there is none, or the file for --npz
-    #[arg(short, long, value_name = "PATH")]
-    pub(crate) output: PathBuf,
+    /// Functions for M, K and the accelerations, as source code
+    #[arg(long, value_enum, value_name = "LANGUAGE")]
+    pub(crate) code: Option<CodeLanguage>,
+    /// The folder, which is made where there is none, or the file for --npz and --code; code goes to standard output without it
+    #[arg(short, long, value_name = "PATH", required_unless_present = "code")]
+    pub(crate) output: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
@@ -594,9 +604,6 @@ pub(crate) struct Fmt {
 /// More digits than this are not certified, and their bounds would leave the range of doubles.
 const MOST_DIGITS: usize = 250;
 
-/// More parts than a range has values are no use.
-const MOST_PARTS: u32 = 1_000_000;
-
 /// As many digits as a double-double holds.
 const DOUBLE_DOUBLE_DIGITS: usize = 30;
 
@@ -606,45 +613,6 @@ fn positive(text: &str) -> Result<usize, String> {
     match number.and_then(|number| usize::try_from(number).ok()) {
         Some(0) | None => Err("a whole number, 1 or more, is needed".to_owned()),
         Some(count) => Ok(count),
-    }
-}
-
-/// One of several parts that follow each other.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Part {
-    /// From 1.
-    number: usize,
-    parts: usize,
-}
-
-impl Default for Part {
-    /// All of it.
-    fn default() -> Self {
-        Self { number: 1, parts: 1 }
-    }
-}
-
-impl Part {
-    pub(crate) fn is_first(self) -> bool {
-        self.number == 1
-    }
-
-    /// Of so many.
-    pub(crate) fn of(self, count: usize) -> Range<usize> {
-        // Neither is above a million.
-        count * (self.number - 1) / self.parts..count * self.number / self.parts
-    }
-}
-
-fn part(text: &str) -> Result<Part, String> {
-    let wrong = || "a part is its number and how many there are: `1/10` to `10/10`".to_owned();
-    let (number, parts) = text.split_once('/').ok_or_else(wrong)?;
-    let [number, parts] = [number, parts].map(|text| text.trim().parse::<u32>().ok());
-    match (number, parts) {
-        (Some(number), Some(parts)) if (1..=parts).contains(&number) && parts <= MOST_PARTS => {
-            Ok(Part { number: number as usize, parts: parts as usize })
-        }
-        _ => Err(wrong()),
     }
 }
 

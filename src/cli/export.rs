@@ -3,18 +3,26 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
+use clap::ValueEnum;
+use librate::code;
 use librate::linearize::{self, Linearized};
-use librate::report::{self, Matrix};
+use librate::report::{self, Language, Matrix};
 
-use super::output::{make_folder, write_content};
+use super::output::{make_folder, write_content, write_file};
 use super::progress::Progress;
-use super::{Answer, Failure, Loaded, Size, args, failed, fault, load_values};
+use super::{Answer, Failure, Loaded, Size, args, failed, fault, load, load_values};
 
 /// All matrices there are.
 const NAMES: [&str; 5] = ["M", "K", "G", "C", "N"];
 
 /// Writes the files; the answer lists them.
 pub(super) fn text(args: &args::Export) -> Result<Answer, Failure> {
+    let output = match (args.code, &args.output) {
+        (Some(language), output) => return code(args, language.into(), output.as_deref()),
+        (None, Some(output)) => output,
+        // Not without --code.
+        (None, None) => return Err(fault("`-o PATH` is missing".to_owned())),
+    };
     let Loaded { mut source, model, warnings } = load_values(&args.model, Size::Any)?;
     let progress = Progress::start("computing the matrices");
     let linearized = match linearize::linearize(model) {
@@ -30,12 +38,11 @@ pub(super) fn text(args: &args::Export) -> Result<Answer, Failure> {
             });
         }
     };
-    let path = &args.output;
     if args.npz {
-        write_content(path, &|out| report::write_npz(&matrices, out), &mut source)?;
+        write_content(output, &|out| report::write_npz(&matrices, out), &mut source)?;
     } else {
-        make_folder(path)?;
-        let files: Vec<PathBuf> = NAMES.iter().map(|name| file(args, name)).collect();
+        make_folder(output)?;
+        let files: Vec<PathBuf> = NAMES.iter().map(|name| file(args, output, name)).collect();
         let own = |name: &str| matrices.iter().find(|matrix| matrix.name() == name);
         for (name, file) in NAMES.iter().zip(&files).filter(|(name, _)| own(name).is_none()) {
             if file.exists() {
@@ -56,13 +63,30 @@ pub(super) fn text(args: &args::Export) -> Result<Answer, Failure> {
         }
     }
     drop(progress);
-    Ok(Answer::new(list(args, &matrices), Some((source, warnings))))
+    Ok(Answer::new(list(args, output, &matrices), Some((source, warnings))))
+}
+
+/// Writes the model as source code.
+fn code(args: &args::Export, language: Language, output: Option<&Path>) -> Result<Answer, Failure> {
+    let Loaded { mut source, model, warnings } = load(&args.model, Size::Any)?;
+    let progress = Progress::start("compiling the model");
+    let compiled = code::code(&model);
+    drop(progress);
+    let mut text = match compiled {
+        Ok(compiled) => report::code_text(&compiled, language),
+        Err(error) => return Err(failed(source, warnings, error)),
+    };
+    if let Some(file) = output {
+        write_file(file, &text, &mut source)?;
+        text.clear();
+    }
+    Ok(Answer::new(text, Some((source, warnings))))
 }
 
 /// The file of a matrix in the folder.
-fn file(args: &args::Export, name: &str) -> PathBuf {
+fn file(args: &args::Export, output: &Path, name: &str) -> PathBuf {
     let name = if args.petsc { name.to_owned() } else { format!("{name}.mtx") };
-    args.output.join(name)
+    output.join(name)
 }
 
 /// What a reader of a Matrix Market file would else have to guess.
@@ -79,14 +103,35 @@ fn comments(linearized: &Linearized) -> Vec<String> {
 }
 
 /// What was written, a line a matrix.
-fn list(args: &args::Export, matrices: &[Matrix]) -> String {
+fn list(args: &args::Export, output: &Path, matrices: &[Matrix]) -> String {
     let mut out = String::new();
     for matrix in matrices {
         let (n, stored, name) = (matrix.dimension(), matrix.stored(), matrix.name());
-        let file = if args.npz { args.output.clone() } else { file(args, name) };
+        let file = if args.npz { output.to_owned() } else { file(args, output, name) };
         let file = Path::display(&file);
         let entries = if stored == 1 { "entry" } else { "entries" };
         let _ = writeln!(out, "{file}: {name}, {n} x {n}, {}, {stored} {entries}", matrix.mirror().as_str());
     }
     out
+}
+
+/// The language of source code.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum CodeLanguage {
+    /// C, and C++
+    C,
+    /// Rust
+    Rust,
+    /// Python 3, without any package
+    Python,
+}
+
+impl From<CodeLanguage> for Language {
+    fn from(language: CodeLanguage) -> Self {
+        match language {
+            CodeLanguage::C => Self::C,
+            CodeLanguage::Rust => Self::Rust,
+            CodeLanguage::Python => Self::Python,
+        }
+    }
 }

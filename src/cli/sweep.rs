@@ -23,6 +23,9 @@ const SAMPLES: usize = 9;
 /// So many values are solved together where the model is derived once.
 const BLOCK: usize = 64;
 
+/// More parts than a range has values are no use.
+const MOST_PARTS: u32 = 1_000_000;
+
 const WHAT: &str = "computing the modes over the range";
 
 pub(super) fn text(args: &args::Sweep) -> Result<Answer, Failure> {
@@ -302,5 +305,45 @@ impl Run<'_> {
         }
         self.uncertain = self.uncertain.take().or(line.uncertain);
         table.row(&row).map_err(output::failed)
+    }
+}
+
+/// One of several parts that follow each other.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Part {
+    /// From 1.
+    number: usize,
+    parts: usize,
+}
+
+impl Default for Part {
+    /// All of it.
+    fn default() -> Self {
+        Self { number: 1, parts: 1 }
+    }
+}
+
+impl Part {
+    pub(crate) fn is_first(self) -> bool {
+        self.number == 1
+    }
+
+    /// Of so many.
+    pub(crate) fn of(self, count: usize) -> Places<usize> {
+        // Neither is above a million.
+        count * (self.number - 1) / self.parts..count * self.number / self.parts
+    }
+}
+
+/// Reads `--part`.
+pub(super) fn part(text: &str) -> Result<Part, String> {
+    let wrong = || "a part is its number and how many there are: `1/10` to `10/10`".to_owned();
+    let (number, parts) = text.split_once('/').ok_or_else(wrong)?;
+    let [number, parts] = [number, parts].map(|text| text.trim().parse::<u32>().ok());
+    match (number, parts) {
+        (Some(number), Some(parts)) if (1..=parts).contains(&number) && parts <= MOST_PARTS => {
+            Ok(Part { number: number as usize, parts: parts as usize })
+        }
+        _ => Err(wrong()),
     }
 }

@@ -6,6 +6,7 @@
 
 mod amplitude;
 mod chart;
+mod code;
 mod constraints;
 mod derive;
 mod floquet;
@@ -26,6 +27,7 @@ mod table;
 
 pub use amplitude::{amplitude_json, amplitude_text};
 pub use chart::{borders_csv, chart_csv, chart_svg};
+pub use code::{Language, code_text};
 pub use derive::derive_text;
 pub use floquet::{floquet_json, floquet_text};
 pub use inertia::{body_json, body_text, tensors_json, tensors_text};

@@ -7,6 +7,10 @@ pub mod flow;
 
 mod mechanics;
 
+pub mod program;
+
+pub mod code;
+
 pub mod sensitivity;
 
 pub mod inertia;

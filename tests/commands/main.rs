@@ -9,6 +9,7 @@ mod cli_messages;
 #[cfg(feature = "cli")]
 #[path = "../cli_support/mod.rs"]
 mod cli_support;
+mod code;
 #[cfg(feature = "engine")]
 #[path = "../common/mod.rs"]
 mod common;

@@ -3,12 +3,12 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use super::bound::{Bounder, Entry};
-use super::compile::Program;
 use super::search::Search;
 use super::solutions::{Outcome, Solutions};
 use super::solve::Solver;
 use super::tape::{Registers, run};
 use super::{Bounds, Options};
+use crate::program::Program;
 use librate_core::precision::{LANES, Lane};
 
 /// What a study compiles: one program for the equilibrium, M, K and the forces.

@@ -83,7 +83,6 @@
 mod block;
 mod bound;
 mod certified;
-mod compile;
 mod error;
 mod search;
 mod solutions;
@@ -93,9 +92,9 @@ mod tape;
 pub use error::StudyError;
 pub use solutions::{BatchMode, Outcome, Solution, Solutions};
 
+use crate::program::Program;
 use block::{Compiled, Start, Workspace};
 use bound::Entry;
-use compile::Program;
 use librate_core::precision::LANES;
 
 use librate_core::diagnostic::nearest;

@@ -5,7 +5,7 @@
 //! Algorithms, 2nd ed., §3.3): what the operands are off by is carried through the operation, and
 //! what the operation itself rounds off, at most u|result| with u = 2^-53, is added.
 
-use super::compile::{Operation, Program};
+use crate::program::{Operation, Program};
 use librate_core::precision::{Ball, DoubleDouble, Function, LANES, Lane, Scalar};
 
 /// u, the largest relative error of one rounding to nearest.

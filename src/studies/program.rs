@@ -1,4 +1,4 @@
-//! From expressions to a program of operations on lanes.
+//! From expressions to a list of operations on numbers, for any arithmetic.
 //!
 //! Equal operations are made once; what all terms of a sum have in common is taken out of it,
 //! and sums are added from their last term, so that sums which end alike (the masses hanging below
@@ -12,16 +12,31 @@ use librate_core::precision::{Ball, Function, Scalar};
 
 /// One operation on registers; its result goes to the next register.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) enum Operation {
+pub enum Operation {
+    /// a + b
     Add(u32, u32),
+    /// a - b
     Subtract(u32, u32),
+    /// a b
     Multiply(u32, u32),
+    /// a / b
     Divide(u32, u32),
+    /// -a
     Negate(u32),
+    /// The square root.
     Root(u32),
+    /// A base to an exponent.
     Power(u32, u32),
-    Angle { y: u32, x: u32 },
+    /// The angle of the point (x, y) in (-pi, pi].
+    Angle {
+        /// The ordinate.
+        y: u32,
+        /// The abscissa.
+        x: u32,
+    },
+    /// A function of one argument.
     Apply(Function, u32),
+    /// No number.
     Undefined,
 }
 
@@ -53,22 +68,29 @@ impl Operation {
 
 /// Operations on registers: first the constants, then the inputs, then one result an operation.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Program {
+pub struct Program {
     /// Constants, each with a bound of what the double is off by.
-    pub(super) constants: Vec<(f64, f64)>,
-    pub(super) inputs: usize,
-    pub(super) operations: Vec<Operation>,
+    pub constants: Vec<(f64, f64)>,
+    /// How many inputs there are.
+    pub inputs: usize,
+    /// One for each register behind the inputs.
+    pub operations: Vec<Operation>,
     /// The registers of the roots.
-    pub(super) outputs: Vec<u32>,
+    pub outputs: Vec<u32>,
 }
 
 impl Program {
-    pub(super) fn registers(&self) -> usize {
+    /// How many registers there are.
+    #[must_use]
+    pub fn registers(&self) -> usize {
         self.constants.len() + self.inputs + self.operations.len()
     }
 
     /// Compiles the roots as functions of the inputs.
-    pub(super) fn compile(pool: &Pool, roots: &[ExprId], inputs: &[Symbol]) -> Result<Self, UnboundSymbol> {
+    ///
+    /// # Errors
+    /// A symbol that is no input.
+    pub fn compile(pool: &Pool, roots: &[ExprId], inputs: &[Symbol]) -> Result<Self, UnboundSymbol> {
         let mut compiler = Compiler {
             pool,
             inputs,

@@ -1,0 +1,439 @@
+//! A model as source code in C, Rust or Python.
+
+use std::fmt::Write;
+
+use super::json::string;
+use librate_core::expr::{Function, function_name};
+use librate_studies::code::{Code, Search};
+use librate_studies::program::{Operation, Program};
+
+/// A programming language.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Language {
+    /// C of 1999, and C++.
+    C,
+    /// Rust.
+    Rust,
+    /// Python 3.
+    Python,
+}
+
+/// What the accelerations are computed with.
+const SOLVE_C: &str = "
+/* Solves m x = b by elimination; x is in b then. */
+static void librate_solve(int n, double *m, double *b) {
+    int i, j, k;
+    for (k = 0; k < n; k++) {
+        int best = k;
+        double swap;
+        for (i = k + 1; i < n; i++) if (fabs(m[n*i + k]) > fabs(m[n*best + k])) best = i;
+        for (j = 0; j < n; j++) { swap = m[n*k + j]; m[n*k + j] = m[n*best + j]; m[n*best + j] = swap; }
+        swap = b[k]; b[k] = b[best]; b[best] = swap;
+        for (i = k + 1; i < n; i++) {
+            double factor = m[n*i + k]/m[n*k + k];
+            for (j = k; j < n; j++) m[n*i + j] -= factor*m[n*k + j];
+            b[i] -= factor*b[k];
+        }
+    }
+    for (k = n - 1; k >= 0; k--) {
+        for (j = k + 1; j < n; j++) b[k] -= m[n*k + j]*b[j];
+        b[k] /= m[n*k + k];
+    }
+}
+";
+
+const SOLVE_RUST: &str = "
+/// Solves m x = b by elimination; x is in b then.
+fn librate_solve(n: usize, m: &mut [f64], b: &mut [f64]) {
+    for k in 0..n {
+        let mut best = k;
+        for i in k + 1..n {
+            if m[n*i + k].abs() > m[n*best + k].abs() {
+                best = i;
+            }
+        }
+        for j in 0..n {
+            m.swap(n*k + j, n*best + j);
+        }
+        b.swap(k, best);
+        for i in k + 1..n {
+            let factor = m[n*i + k]/m[n*k + k];
+            for j in k..n {
+                m[n*i + j] -= factor*m[n*k + j];
+            }
+            b[i] -= factor*b[k];
+        }
+    }
+    for k in (0..n).rev() {
+        for j in k + 1..n {
+            b[k] -= m[n*k + j]*b[j];
+        }
+        b[k] /= m[n*k + k];
+    }
+}
+";
+
+const SOLVE_PYTHON: &str = "
+
+def _values(p):
+    return [p[name] for name in PARAMETERS] if isinstance(p, dict) else p
+
+
+def _solve(m, b):
+    n = len(b)
+    for k in range(n):
+        best = max(range(k, n), key=lambda i: abs(m[i][k]))
+        m[k], m[best], b[k], b[best] = m[best], m[k], b[best], b[k]
+        for i in range(k + 1, n):
+            factor = m[i][k]/m[k][k]
+            for j in range(k, n):
+                m[i][j] -= factor*m[k][j]
+            b[i] -= factor*b[k]
+    for k in reversed(range(n)):
+        b[k] = (b[k] - sum(m[k][j]*b[j] for j in range(k + 1, n)))/m[k][k]
+    return b
+";
+
+/// Newton's method: COUNT coordinates, WHICH ones, where they START, and the BODY of forces and slopes.
+const SEARCH_C: &str = "    static const double start[COUNT] = {START};
+    static const int which[COUNT] = {WHICH};
+    double f[COUNT], h[COUNT*COUNT];
+    int i, k, last = 0;
+    for (i = 0; i < COUNT; i++) q[which[i]] = start[i];
+    for (k = 0; k < 100; k++) {
+        double step = 0.0, scale = 0.0;
+        BODY
+        librate_solve(COUNT, h, f);
+        for (i = 0; i < COUNT; i++) {
+            q[which[i]] -= f[i];
+            step = fmax(step, fabs(f[i]));
+            scale = fmax(scale, fabs(q[which[i]]));
+        }
+        if (last) break;
+        last = step <= 1e-9*scale;
+    }
+    if (!last) for (i = 0; i < COUNT; i++) q[which[i]] = NAN;
+";
+
+const SEARCH_RUST: &str = "    let which: [usize; COUNT] = [WHICH];
+    for (at, value) in which.into_iter().zip([START]) {
+        q[at] = value;
+    }
+    let mut last = false;
+    for _ in 0..100 {
+        let mut f = [0.0_f64; COUNT];
+        let mut h = [0.0_f64; COUNT*COUNT];
+        BODY
+        librate_solve(COUNT, &mut h, &mut f);
+        let (mut step, mut scale) = (0.0_f64, 0.0_f64);
+        for (at, by) in which.into_iter().zip(f) {
+            q[at] -= by;
+            step = step.max(by.abs());
+            scale = scale.max(q[at].abs());
+        }
+        if last {
+            break;
+        }
+        last = step <= 1e-9*scale;
+    }
+    if !last {
+        for at in which {
+            q[at] = f64::NAN;
+        }
+    }
+";
+
+const SEARCH_PYTHON: &str = "    which = [WHICH]
+    for at, value in zip(which, [START]):
+        q[at] = value
+    last = False
+    for _ in range(100):
+        BODY
+        for at, by in zip(which, f):
+            q[at] -= by
+        if last:
+            break
+        last = max(map(abs, f)) <= 1e-9*max(abs(q[at]) for at in which)
+    if not last:
+        for at in which:
+            q[at] = math.nan
+";
+
+impl Language {
+    fn applied(self, function: Function) -> String {
+        let name = match (function, self) {
+            (Function::Ln, Self::C | Self::Python) => "log",
+            (Function::Abs, Self::C | Self::Python) => "fabs",
+            (other, _) => function_name(other),
+        };
+        self.called(name)
+    }
+
+    /// A function of the standard library.
+    fn called(self, name: &str) -> String {
+        match self {
+            Self::C => name.to_owned(),
+            Self::Rust => format!("f64::{name}"),
+            Self::Python => format!("math.{name}"),
+        }
+    }
+
+    fn number(self, value: f64) -> String {
+        let word = |c, rust, python| match self {
+            Self::C => c,
+            Self::Rust => rust,
+            Self::Python => python,
+        };
+        if value.is_nan() {
+            word("NAN", "f64::NAN", "math.nan").to_owned()
+        } else if value.is_infinite() {
+            let sign = if value < 0.0 { "-" } else { "" };
+            format!("({sign}{})", word("INFINITY", "f64::INFINITY", "math.inf"))
+        } else if value < 0.0 {
+            format!("({value:?})")
+        } else {
+            format!("{:?}", value + 0.0)
+        }
+    }
+
+    /// A line that names a value.
+    fn named(self, name: &str, value: &str) -> String {
+        match self {
+            Self::C => format!("    const double {name} = {value};\n"),
+            Self::Rust => format!("    let {name} = {value};\n"),
+            Self::Python => format!("    {name} = {value}\n"),
+        }
+    }
+
+    /// A line that puts a value somewhere.
+    fn put(self, place: &str, value: &str) -> String {
+        let end = if self == Self::Python { "" } else { ";" };
+        format!("    {place} = {value}{end}\n")
+    }
+}
+
+/// What a program computes, in lines, and the names of its results.
+fn lines(language: Language, program: &Program, inputs: &[String]) -> (String, Vec<String>) {
+    let first = program.constants.len();
+    let operand = |at: u32| -> String {
+        let at = at as usize;
+        if at < first {
+            language.number(program.constants[at].0)
+        } else if at < first + program.inputs {
+            inputs[at - first].clone()
+        } else {
+            format!("r{}", at - first - program.inputs)
+        }
+    };
+    let mut out = String::new();
+    for (at, operation) in program.operations.iter().enumerate() {
+        let value = match *operation {
+            Operation::Add(a, b) => format!("{} + {}", operand(a), operand(b)),
+            Operation::Subtract(a, b) => format!("{} - {}", operand(a), operand(b)),
+            Operation::Multiply(a, b) => format!("{}*{}", operand(a), operand(b)),
+            Operation::Divide(a, b) => format!("{}/{}", operand(a), operand(b)),
+            Operation::Negate(a) => format!("-{}", operand(a)),
+            Operation::Root(a) => format!("{}({})", language.called("sqrt"), operand(a)),
+            Operation::Power(a, b) => {
+                let name = if language == Language::Rust { "powf" } else { "pow" };
+                format!("{}({}, {})", language.called(name), operand(a), operand(b))
+            }
+            Operation::Angle { y, x } => format!("{}({}, {})", language.called("atan2"), operand(y), operand(x)),
+            Operation::Apply(function, a) => format!("{}({})", language.applied(function), operand(a)),
+            Operation::Undefined => language.number(f64::NAN),
+        };
+        out.push_str(&language.named(&format!("r{at}"), &value));
+    }
+    (out, program.outputs.iter().map(|output| operand(*output)).collect())
+}
+
+/// Source code with functions of doubles in SI: default parameters, the equilibrium, M and K there, row by row, and the accelerations.
+///
+/// In C and Rust `LIBRATE_N`, `librate_defaults(p)`, `librate_equilibrium(p, q)`, `librate_mass(p, M)`, `librate_stiffness(p, K)` and
+/// `librate_acceleration(t, q, v, p, a)`; in Python `PARAMETERS`, `equilibrium(p)`, `mass(p)`, `stiffness(p)` and `acceleration(t, q, v, p)`.
+#[must_use]
+pub fn code_text(code: &Code, language: Language) -> String {
+    let writer = Writer { code, language };
+    let mut out = writer.head();
+    out.push_str(&writer.equilibrium());
+    out.push_str(&writer.matrix("mass", "M", &code.mass));
+    out.push_str(&writer.matrix("stiffness", "K", &code.stiffness));
+    out.push_str(&writer.acceleration());
+    out
+}
+
+struct Writer<'a> {
+    code: &'a Code,
+    language: Language,
+}
+
+impl Writer<'_> {
+    fn n(&self) -> usize {
+        self.code.coordinates.len()
+    }
+
+    /// `p[0]`, `p[1]`, …
+    fn indexed(name: &str, count: usize) -> impl Iterator<Item = String> {
+        (0..count).map(move |at| format!("{name}[{at}]"))
+    }
+
+    /// The parameters, then the coordinates that are searched for.
+    fn still(&self) -> Vec<String> {
+        let free = self.code.search.iter().flat_map(|search| &search.free);
+        Self::indexed("p", self.code.parameters.len()).chain(free.map(|at| format!("q[{at}]"))).collect()
+    }
+
+    /// What the file is, its sizes, the default parameters, and how equations are solved.
+    fn head(&self) -> String {
+        let (n, parameters) = (self.n(), &self.code.parameters);
+        let mut about = vec![format!(
+            "{}: M q'' + h(q, q', t) = 0, written by librate. All numbers are in SI.",
+            self.code.model.as_deref().unwrap_or("model")
+        )];
+        about.extend(parameters.iter().enumerate().map(|(at, (name, _))| format!("p[{at}] is {name}")));
+        about.extend(self.code.coordinates.iter().enumerate().map(|(at, name)| format!("q[{at}] is {name}")));
+        let comment = |mark: &str| about.iter().map(|line| format!("{mark} {line}\n")).collect::<String>();
+        let default = |value: &Option<f64>| self.language.number(value.unwrap_or(f64::NAN));
+        let defaults = parameters.iter().enumerate();
+        let defaults = defaults.map(|(at, (_, value))| self.language.put(&format!("p[{at}]"), &default(value)));
+        let defaults: String = defaults.collect();
+        let count = parameters.len();
+        match self.language {
+            Language::C => format!(
+                "/*\n{}*/\n#include <math.h>\n\n#define LIBRATE_N {n}\n#define LIBRATE_PARAMETERS {count}\n\n\
+                 void librate_defaults(double *p) {{\n    (void)p;\n{defaults}}}\n{SOLVE_C}",
+                comment("")
+            ),
+            Language::Rust => format!(
+                "{}\npub const LIBRATE_N: usize = {n};\npub const LIBRATE_PARAMETERS: usize = {count};\n\n\
+                 pub fn librate_defaults(p: &mut [f64]) {{\n    let _ = &p;\n{defaults}}}\n{SOLVE_RUST}",
+                comment("//")
+            ),
+            Language::Python => {
+                let defaults =
+                    parameters.iter().map(|(name, value)| format!("    {}: {},\n", string(name), default(value)));
+                let names = self.code.coordinates.iter().map(|name| string(name));
+                format!(
+                    "{}import math\n\nN = {n}\nPARAMETERS = {{\n{}}}\nCOORDINATES = [{}]\n{SOLVE_PYTHON}",
+                    comment("#"),
+                    defaults.collect::<String>(),
+                    names.collect::<Vec<_>>().join(", ")
+                )
+            }
+        }
+    }
+
+    /// A function of the parameters, whose lines may use the equilibrium.
+    fn function(&self, name: &str, result: &str, lines: &str) -> String {
+        let searched = self.code.search.is_some() && name != "equilibrium";
+        match self.language {
+            Language::C => {
+                let search = if searched { "    double q[LIBRATE_N];\n    librate_equilibrium(p, q);\n" } else { "" };
+                format!(
+                    "\nvoid librate_{name}(const double *p, double *{result}) {{\n    (void)p;\n{search}{lines}}}\n"
+                )
+            }
+            Language::Rust => {
+                let search = "    let mut q = [0.0_f64; LIBRATE_N];\n    librate_equilibrium(p, &mut q);\n";
+                let search = if searched { search } else { "" };
+                let result = result.to_lowercase();
+                format!(
+                    "\npub fn librate_{name}(p: &[f64], {result}: &mut [f64]) {{\n    let _ = p;\n{search}{lines}}}\n"
+                )
+            }
+            Language::Python => {
+                let search = if searched { "    q = equilibrium(p)\n" } else { "" };
+                format!("\n\ndef {name}(p):\n    p = _values(p)\n{search}{lines}")
+            }
+        }
+    }
+
+    fn matrix(&self, name: &str, letter: &str, program: &Program) -> String {
+        let (mut text, results) = lines(self.language, program, &self.still());
+        let n = self.n();
+        if self.language == Language::Python {
+            let rows = results.chunks(n.max(1)).map(|row| format!("        [{}],\n", row.join(", ")));
+            let _ = write!(text, "    return [\n{}    ]\n", rows.collect::<String>());
+        } else {
+            let letter = if self.language == Language::Rust { letter.to_lowercase() } else { letter.to_owned() };
+            let puts = results.iter().enumerate();
+            text.extend(puts.map(|(at, value)| self.language.put(&format!("{letter}[{at}]"), value)));
+        }
+        self.function(name, letter, &text)
+    }
+
+    fn equilibrium(&self) -> String {
+        let language = self.language;
+        let mut text = String::new();
+        if language == Language::Python {
+            let _ = writeln!(text, "    q = [0.0]*N");
+        }
+        if let Some(search) = &self.code.search {
+            text.push_str(&self.search(search));
+        }
+        let (own, results) = lines(language, &self.code.equilibrium, &self.still());
+        text.push_str(&own);
+        let given = results.iter().enumerate().filter(|(at, value)| **value != format!("q[{at}]"));
+        text.extend(given.map(|(at, value)| language.put(&format!("q[{at}]"), value)));
+        if language == Language::Python {
+            text.push_str("    return q\n");
+        }
+        self.function("equilibrium", "q", &text)
+    }
+
+    /// Newton's method for the coordinates that are not given; these are no numbers where it does not converge.
+    fn search(&self, search: &Search) -> String {
+        let language = self.language;
+        let count = search.free.len();
+        let (own, results) = lines(language, &search.step, &self.still());
+        let (forces, slopes) = results.split_at(count);
+        let listed = |items: Vec<String>| items.join(", ");
+        let which = listed(search.free.iter().map(usize::to_string).collect());
+        let start = listed(search.start.iter().map(|value| language.number(*value)).collect());
+        let mut body = own;
+        if language == Language::Python {
+            let rows: Vec<String> = slopes.chunks(count).map(|row| format!("[{}]", row.join(", "))).collect();
+            let _ = writeln!(body, "    f = _solve([{}], [{}])", rows.join(", "), forces.join(", "));
+        } else {
+            body.extend(forces.iter().enumerate().map(|(at, value)| language.put(&format!("f[{at}]"), value)));
+            body.extend(slopes.iter().enumerate().map(|(at, value)| language.put(&format!("h[{at}]"), value)));
+        }
+        let body: String = body.lines().map(|line| format!("    {line}\n")).collect();
+        let template = match language {
+            Language::C => SEARCH_C,
+            Language::Rust => SEARCH_RUST,
+            Language::Python => SEARCH_PYTHON,
+        };
+        let text = template.replace("COUNT", &count.to_string()).replace("WHICH", &which);
+        text.replace("START", &start).replace("        BODY\n", &body)
+    }
+
+    fn acceleration(&self) -> String {
+        let (language, n) = (self.language, self.n());
+        let inputs = ["q", "v"].into_iter().flat_map(|name| Self::indexed(name, n));
+        let inputs: Vec<String> =
+            ["t".to_owned()].into_iter().chain(inputs).chain(Self::indexed("p", self.code.parameters.len())).collect();
+        let (mut text, results) = lines(language, &self.code.motion, &inputs);
+        let (mass, loads) = results.split_at(n * n);
+        if language == Language::Python {
+            let rows = mass.chunks(n.max(1)).map(|row| format!("        [{}],\n", row.join(", ")));
+            let loads: Vec<String> = loads.iter().map(|load| format!("-{load}")).collect();
+            let _ = writeln!(text, "    return _solve([\n{}    ], [{}])", rows.collect::<String>(), loads.join(", "));
+            return format!("\n\ndef acceleration(t, q, v, p):\n    p = _values(p)\n{text}");
+        }
+        text.extend(mass.iter().enumerate().map(|(at, value)| language.put(&format!("m[{at}]"), value)));
+        text.extend(loads.iter().enumerate().map(|(at, load)| language.put(&format!("a[{at}]"), &format!("-{load}"))));
+        if language == Language::C {
+            return format!(
+                "\nvoid librate_acceleration(double t, const double *q, const double *v, const double *p, double *a) {{\n    \
+                 double m[LIBRATE_N*LIBRATE_N];\n    (void)t; (void)q; (void)v; (void)p;\n{text}    \
+                 librate_solve(LIBRATE_N, m, a);\n}}\n"
+            );
+        }
+        format!(
+            "\npub fn librate_acceleration(t: f64, q: &[f64], v: &[f64], p: &[f64], a: &mut [f64]) {{\n    \
+             let mut m = [0.0_f64; LIBRATE_N*LIBRATE_N];\n    let _ = (t, q, v, p);\n{text}    \
+             librate_solve(LIBRATE_N, &mut m, a);\n}}\n"
+        )
+    }
+}

@@ -1,0 +1,159 @@
+//! A model as functions of doubles, for code in other languages: M and K at the equilibrium and the accelerations of a motion, each a
+//! list of operations ([`Program`]).
+//!
+//! M and h of M q'' + h = 0 are those of [`crate::mechanics`], with the parameters open. What stands in an exponent has its value, as
+//! x^n is not defined at 0 for every n. Where the equilibrium has to be searched for, a step of Newton's method is a list of operations
+//! as well. Nothing is evaluated here but the defaults and the point where that search begins.
+
+use crate::mechanics::Mechanics;
+use crate::program::Program;
+use librate_core::expr::{ExprId, Node, Pool, Substitution, Symbol};
+use librate_core::linearize::{self, Feature, LinearizeError, signed_terms};
+use librate_core::model::Model;
+
+/// Code for more coordinates would be too long.
+const MOST_COORDINATES: usize = 200;
+
+/// A model for other languages.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Code {
+    /// The model's name.
+    pub model: Option<String>,
+    /// The names of the coordinates.
+    pub coordinates: Vec<String>,
+    /// Parameters that stand for themselves, with their values in SI.
+    pub parameters: Vec<(String, Option<f64>)>,
+    /// The equilibrium, of the parameters and the coordinates that are searched for.
+    pub equilibrium: Program,
+    /// How these are found.
+    pub search: Option<Search>,
+    /// M there, row by row, of the same.
+    pub mass: Program,
+    /// K there, row by row, of the same.
+    pub stiffness: Program,
+    /// M row by row, then h, of the time, the coordinates, the velocities and the parameters: M q'' + h = 0.
+    pub motion: Program,
+}
+
+/// A search for an equilibrium.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Search {
+    /// The coordinates that are searched for, by number.
+    pub free: Vec<usize>,
+    /// Where they are for the default parameters.
+    pub start: Vec<f64>,
+    /// Forces on these, then their derivatives by them, row by row; of the parameters and these coordinates.
+    pub step: Program,
+}
+
+/// Parameters in exponents, by their values.
+fn exponents(model: &Model) -> Substitution {
+    let families = signed_terms(model).map(|(_, family)| family).chain(&model.friction);
+    let bodies: Vec<ExprId> = families.map(|family| family.body).collect();
+    let powers = model.pool.reachable(&bodies).into_iter().filter_map(|id| match model.pool.node(id) {
+        Node::Power { exponent, .. } => Some(*exponent),
+        _ => None,
+    });
+    let powers: Vec<ExprId> = powers.collect();
+    let inside = model.pool.symbols_of(&powers);
+    let own = model.parameters.iter().filter(|own| inside.contains(&own.symbol));
+    own.filter_map(|own| Some((own.symbol, own.value?))).collect()
+}
+
+/// Compiles a model.
+///
+/// # Errors
+/// As [`linearize::derive`]; constraints, and more than 200 coordinates.
+pub fn code(model: &Model) -> Result<Code, LinearizeError> {
+    if let Some(constraint) = model.constraints.first() {
+        return Err(LinearizeError::Unsupported { feature: Feature::Constraint, span: constraint.span });
+    }
+    let n = model.coordinates.len();
+    if n > MOST_COORDINATES {
+        return Err(LinearizeError::TooLarge { coordinates: n, most: MOST_COORDINATES });
+    }
+    let matrices = linearize::derive(model.clone())?;
+    let fixed = exponents(model);
+    let open: Vec<usize> = (0..model.parameters.len())
+        .filter(|at| {
+            let own = &model.parameters[*at];
+            model.pool.as_symbol(own.symbolic) == Some(own.symbol) && !fixed.contains_key(&own.symbol)
+        })
+        .collect();
+    let mut mechanics = Mechanics::new(model, matrices.pool.clone(), &fixed);
+    let equations = mechanics.equations();
+    let forces = mechanics.pool.gradient(mechanics.lagrangian, &mechanics.coordinates);
+    let Mechanics { mut pool, coordinates, velocities, time, .. } = mechanics;
+    let zero = pool.zero();
+    let mut mass = vec![zero; n * n];
+    for (i, equation) in equations.iter().enumerate() {
+        for (j, entry) in &equation.mass {
+            mass[n * i + j] = *entry;
+        }
+    }
+    let loads: Vec<ExprId> = equations.iter().map(|equation| equation.load).collect();
+    let mut stiffness = Vec::with_capacity(n * n);
+    for force in forces {
+        let row = pool.gradient(force, &coordinates);
+        stiffness.extend(row.into_iter().map(|slope| pool.neg(slope)));
+    }
+
+    // Where coordinates are given, and at what rates they move.
+    let point = pool.substitute(&matrices.equilibrium, &fixed);
+    let is_free = |at: &usize| pool.as_symbol(point[*at]) == Some(coordinates[*at]);
+    let free: Vec<usize> = (0..n).filter(is_free).collect();
+    let mut there = Substitution::default();
+    for at in 0..n {
+        there.insert(coordinates[at], point[at]);
+        let rate = model.rates.get(at).map_or(zero, |rate| rate.symbolic);
+        there.insert(velocities[at], rate);
+    }
+    let parameters: Vec<Symbol> = open.iter().map(|at| model.parameters[*at].symbol).collect();
+    let searched = free.iter().map(|at| coordinates[*at]);
+    let still: Vec<Symbol> = parameters.iter().copied().chain(searched).collect();
+    let compiled = |pool: &Pool, roots: &[ExprId], inputs: &[Symbol]| {
+        Program::compile(pool, roots, inputs).map_err(|unbound| missing(model, unbound.symbol))
+    };
+
+    let search = if free.is_empty() {
+        None
+    } else {
+        let names: Vec<Symbol> = free.iter().map(|at| coordinates[*at]).collect();
+        let mut roots: Vec<ExprId> = free.iter().map(|at| loads[*at]).collect();
+        roots = pool.substitute(&roots, &there);
+        for row in 0..free.len() {
+            let slopes = pool.gradient(roots[row], &names);
+            roots.extend(slopes);
+        }
+        let found = linearize::linearize(model.clone())?;
+        let values = &found.equilibrium().values;
+        let start = free.iter().map(|at| values[*at].mid_f64()).collect();
+        Some(Search { start, step: compiled(&pool, &roots, &still)?, free })
+    };
+    let [mass_there, stiffness_there] = [&mass, &stiffness].map(|entries| pool.substitute(entries, &there));
+    let moving: Vec<Symbol> =
+        [time].into_iter().chain(coordinates).chain(velocities).chain(parameters.iter().copied()).collect();
+    let value = |at: &usize| {
+        let own = &model.parameters[*at];
+        let value = own.value.and_then(|value| linearize::constant(&model.pool, value));
+        (own.name.clone(), value.map(|value| value.mid_f64()))
+    };
+    Ok(Code {
+        model: model.name.clone(),
+        coordinates: matrices.coordinates,
+        parameters: open.iter().map(value).collect(),
+        equilibrium: compiled(&pool, &point, &still)?,
+        search,
+        mass: compiled(&pool, &mass_there, &still)?,
+        stiffness: compiled(&pool, &stiffness_there, &still)?,
+        motion: compiled(&pool, &[mass, loads].concat(), &moving)?,
+    })
+}
+
+/// That a symbol has no value.
+fn missing(model: &Model, symbol: Symbol) -> LinearizeError {
+    let parameter = model.parameters.iter().position(|own| own.symbol == symbol);
+    linearize::missing_value(model, parameter.unwrap_or(usize::MAX))
+}

@@ -1,0 +1,282 @@
+//! Source code of models, compiled and run: against the matrices of the library, and its own accelerations against these.
+#![cfg(feature = "cli")]
+
+use crate::cli_support;
+
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use cli_support::*;
+use librate::linearize::{Linearized, linearize};
+use librate::model::{Settings, TableTexts, elaborate};
+use librate::precision::Ball;
+
+const MODELS: [&str; 10] = [
+    "three_pendulums",
+    "double_pendulum",
+    "elastic_pendulum",
+    "bead_on_hoop_fast",
+    "penning_trap",
+    "damped_pair",
+    "whirling_shaft_above",
+    "conical_pendulum",
+    "fput_chain",
+    "co2",
+];
+
+/// Reads parameters, and how many states follow; prints the equilibrium, M, K, and the accelerations.
+const MAIN_C: &str = "
+#include <stdio.h>
+#include \"model.c\"
+static void get(double *x, int n) { int i; for (i = 0; i < n; i++) if (scanf(\"%lf\", &x[i]) != 1) x[i] = NAN; }
+static void put(const double *x, int n) { int i; for (i = 0; i < n; i++) printf(\"%.17g\\n\", x[i]); }
+int main(void) {
+    double p[LIBRATE_PARAMETERS + 1], q[LIBRATE_N], v[LIBRATE_N], a[LIBRATE_N], m[LIBRATE_N*LIBRATE_N], count;
+    librate_defaults(p); put(p, LIBRATE_PARAMETERS);
+    get(p, LIBRATE_PARAMETERS); get(&count, 1);
+    librate_equilibrium(p, q); put(q, LIBRATE_N);
+    librate_mass(p, m); put(m, LIBRATE_N*LIBRATE_N);
+    librate_stiffness(p, m); put(m, LIBRATE_N*LIBRATE_N);
+    for (; count > 0; count--) {
+        get(q, LIBRATE_N); get(v, LIBRATE_N);
+        librate_acceleration(0.0, q, v, p, a); put(a, LIBRATE_N);
+    }
+    return 0;
+}
+";
+
+const MAIN_RUST: &str = "
+#[allow(dead_code)]
+mod model;
+use model::*;
+fn main() {
+    let text = std::io::read_to_string(std::io::stdin()).unwrap();
+    let mut words = text.split_whitespace().map(|word| word.parse::<f64>().unwrap());
+    let mut get = |n: usize| -> Vec<f64> { words.by_ref().take(n).collect() };
+    let put = |x: &[f64]| x.iter().for_each(|x| println!(\"{x:?}\"));
+    let mut p = [0.0; LIBRATE_PARAMETERS];
+    librate_defaults(&mut p);
+    put(&p);
+    let p = get(LIBRATE_PARAMETERS);
+    let count = get(1)[0] as usize;
+    let mut q = [0.0; LIBRATE_N];
+    let mut m = [0.0; LIBRATE_N * LIBRATE_N];
+    librate_equilibrium(&p, &mut q);
+    put(&q);
+    librate_mass(&p, &mut m);
+    put(&m);
+    librate_stiffness(&p, &mut m);
+    put(&m);
+    for _ in 0..count {
+        let (q, v) = (get(LIBRATE_N), get(LIBRATE_N));
+        let mut a = [0.0; LIBRATE_N];
+        librate_acceleration(0.0, &q, &v, &p, &mut a);
+        put(&a);
+    }
+}
+";
+
+const MAIN_PYTHON: &str = "
+import sys
+from model import N, PARAMETERS, acceleration, equilibrium, mass, stiffness
+words = iter(map(float, sys.stdin.read().split()))
+get = lambda n: [next(words) for _ in range(n)]
+put = lambda x: [print(repr(float(own))) for own in x]
+put(PARAMETERS.values())
+p = dict(zip(PARAMETERS, get(len(PARAMETERS))))
+count = int(get(1)[0])
+put(equilibrium(p))
+put(sum(mass(p), []))
+put(sum(stiffness(list(p.values())), []))
+for _ in range(count):
+    q, v = get(N), get(N)
+    put(acceleration(0.0, q, v, p))
+";
+
+/// The code of a model in a folder, and how it is run; `None` where that is not installed.
+fn built(model: &Path, language: &str) -> Option<Command> {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("code").join(model.file_stem().unwrap()).join(language);
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    let (end, main) = match language {
+        "c" => ("c", MAIN_C),
+        "rust" => ("rs", MAIN_RUST),
+        _ => ("py", MAIN_PYTHON),
+    };
+    let file = folder.join(format!("model.{end}"));
+    assert_eq!(printed(&["export", model.to_str()?, "--code", language, "-o", file.to_str()?]), "");
+    fs::write(folder.join(format!("main.{end}")), main).unwrap();
+    let mut build = match language {
+        "c" => Command::new("cc"),
+        "rust" => Command::new("rustc"),
+        _ => {
+            let mut run = Command::new("python3");
+            run.current_dir(&folder).arg("main.py");
+            return run_succeeds(Command::new("python3").arg("--version")).then_some(run);
+        }
+    };
+    if !run_succeeds(Command::new(build.get_program()).arg("--version")) {
+        return None;
+    }
+    build.current_dir(&folder);
+    match language {
+        "c" => build.args(["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "main.c", "-o", "main", "-lm"]),
+        _ => build.args(["--edition=2021", "-Dwarnings", "main.rs", "-o", "main"]),
+    };
+    let done = build.output().unwrap();
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    Some(Command::new(folder.join("main")))
+}
+
+fn run_succeeds(command: &mut Command) -> bool {
+    command.output().is_ok_and(|run| run.status.success())
+}
+
+fn numbers(mut command: Command, input: &[f64]) -> Vec<f64> {
+    let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let text: String = input.iter().map(|x| format!("{x:?}\n")).collect();
+    child.stdin.take().unwrap().write_all(text.as_bytes()).unwrap();
+    let done = child.wait_with_output().unwrap();
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    String::from_utf8(done.stdout).unwrap().split_whitespace().map(|word| word.parse().unwrap()).collect()
+}
+
+fn linearized(path: &Path, settings: &Settings) -> Linearized {
+    let file = librate::syntax::parse(&fs::read_to_string(path).unwrap()).unwrap();
+    linearize(elaborate(&file, &TableTexts::new(), settings).unwrap()).unwrap()
+}
+
+fn assert_near(found: &[f64], expected: &[f64], tolerance: f64, what: &str) {
+    assert_eq!(found.len(), expected.len(), "{what}");
+    let scale = expected.iter().fold(1e-300_f64, |most, x| most.max(x.abs()));
+    for (found, expected) in found.iter().zip(expected) {
+        assert!((found - expected).abs() <= tolerance * scale, "{what}: {found} instead of {expected}");
+    }
+}
+
+#[allow(clippy::print_stderr, reason = "says what is skipped")]
+fn check(path: &Path, language: &str) {
+    let Some(command) = built(path, language) else {
+        eprintln!("skipped: nothing that runs {language} is installed");
+        return;
+    };
+    let what = format!("{} in {language}", path.display());
+    // Other parameters than the defaults, where these have a name in the file.
+    let probe = fs::read_to_string(path).unwrap();
+    let file = librate::syntax::parse(&probe).unwrap();
+    let model = elaborate(&file, &TableTexts::new(), &Settings::new()).unwrap();
+    let code = librate::code::code(&model).unwrap();
+    let mut settings = Settings::new();
+    let mut p = Vec::new();
+    for (at, (name, value)) in code.parameters.iter().enumerate() {
+        let scale = if model.has_units { 1.0 } else { 1.0 + 0.01 * (at % 3) as f64 };
+        p.push(value.unwrap() * scale);
+        if scale != 1.0 {
+            settings.add(&format!("{name} = {:?}", p[at])).unwrap();
+        }
+    }
+    let own = linearized(path, &settings);
+    let n = own.coordinates();
+    let doubles = |entries: Vec<Ball>| -> Vec<f64> { entries.iter().map(Ball::mid_f64).collect() };
+    let transposed = |m: Vec<f64>| -> Vec<f64> { (0..n * n).map(|at| m[at / n + n * (at % n)]).collect() };
+    let q: Vec<f64> = doubles(own.equilibrium().values.clone());
+    let v = doubles(own.rates());
+    let (mass, stiffness) = (transposed(doubles(own.mass())), transposed(doubles(own.stiffness())));
+    let (velocity, force) = own.velocity_and_stiffness();
+    // The equilibrium, then a step to either side of each coordinate and each velocity.
+    let largest = |x: &[f64]| x.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    let length = Some(largest(&q)).filter(|most| *most > 0.0).unwrap_or(1.0);
+    let rate = (largest(&stiffness) / largest(&mass)).sqrt().max(1.0);
+    let step = |at: usize| 1e-5 * length * if at < n { 1.0 } else { rate };
+    let mut states = vec![(q.clone(), v.clone())];
+    for at in 0..2 * n {
+        for side in [step(at), -step(at)] {
+            let (mut q, mut v) = (q.clone(), v.clone());
+            *if at < n { &mut q[at] } else { &mut v[at - n] } += side;
+            states.push((q, v));
+        }
+    }
+    let mut input = p.clone();
+    input.push(states.len() as f64);
+    input.extend(states.iter().flat_map(|(q, v)| q.iter().chain(v)));
+    let out = numbers(command, &input);
+    let (defaults, out) = out.split_at(p.len());
+    let values: Vec<f64> = code.parameters.iter().map(|(_, value)| value.unwrap()).collect();
+    assert_eq!(defaults, values, "{what}");
+    let (found, out) = out.split_at(n);
+    assert_near(found, &q, 1e-12, &format!("{what}, equilibrium"));
+    let (found, out) = out.split_at(n * n);
+    assert_near(found, &mass, 1e-12, &format!("{what}, M"));
+    let (found, out) = out.split_at(n * n);
+    assert_near(found, &stiffness, 1e-11, &format!("{what}, K"));
+    let accelerations: Vec<&[f64]> = out.chunks(n).collect();
+    assert_eq!(accelerations.len(), states.len());
+    assert!(largest(accelerations[0]) <= 1e-11 * length * rate.powi(2), "{what} {:?}", accelerations[0]);
+    // M da/dq = -(K + N), M da/dq' = -(G + C).
+    for at in 0..2 * n {
+        let [up, down] = [1, 2].map(|side| accelerations[2 * at + side]);
+        let slope: Vec<f64> = up.iter().zip(down).map(|(up, down)| (up - down) / (2.0 * step(at))).collect();
+        let image: Vec<f64> = (0..n).map(|i| (0..n).map(|j| mass[n * i + j] * slope[j]).sum()).collect();
+        let all = doubles(if at < n { force.clone() } else { velocity.clone() });
+        let column: Vec<f64> = (0..n).map(|i| -all[i + n * (at % n)]).collect();
+        let scale = largest(&all).max(1e-3 * largest(&mass) * rate * if at < n { rate } else { 1.0 });
+        for (image, column) in image.iter().zip(&column) {
+            assert!((image - column).abs() < 1e-6 * scale, "{what}, column {at}: {image} instead of {column}");
+        }
+    }
+}
+
+#[test]
+fn code_computes_what_the_library_does() {
+    for model in MODELS {
+        let path = PathBuf::from(format!("models/{model}.lag"));
+        for language in ["c", "rust", "python"] {
+            check(&path, language);
+        }
+    }
+}
+
+/// Every function of the language, a power with a parameter, a point that is searched for from a guess.
+#[test]
+fn code_has_every_function() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("code");
+    fs::create_dir_all(&folder).unwrap();
+    let path = folder.join("every.lag");
+    let text = "param a = 3/10  param n = 3  param big = 2*a
+        coord x, y
+        T = 1/2*(2 + sin(x)*cos(y) + tan(a)^2)*x'^2 + 1/2*exp(a*y)*y'^2 + 1/10*x'*y'
+        V = 1/2*x^2*(2 + atan(y)) + cosh(x - 1) + sinh(a)*y + y^2 + 1/10*asin(a)*x + acos(a)*y^2 + tanh(y)*a + ln(2 + y)
+          + abs(3 + x)*a + sqrt(2 + x*y) + 1/100*(y + 2)^n + big*atan2(y, 2 + x) + 1/(4 + x)^2
+        guess x = 1/10
+        guess y = -1/10";
+    fs::write(&path, text).unwrap();
+    for language in ["c", "rust", "python"] {
+        check(&path, language);
+    }
+}
+
+#[test]
+fn what_has_no_code_is_refused() {
+    for (model, code) in [
+        ("models/pendulum_in_x_and_y.lag", "E0308"),
+        ("models/mathieu.lag", "E0309"),
+        ("models/heavy_roller_on_incline.lag", "E03"),
+    ] {
+        let run = run(&["export", model, "--code", "c"]);
+        assert_eq!((run.status, run.out.as_str()), (1, ""), "{model}");
+        assert!(run.err.contains(code), "{}", run.err);
+    }
+    let large = run(&["export", "models/chain_walls.lag", "--set", "N=201", "--code", "python"]);
+    assert!(large.status == 1 && large.err.contains("201 coordinates"), "{}", large.err);
+    assert_eq!(run(&["export", PENDULUMS, "--code", "fortran"]).status, 2);
+    assert_eq!(run(&["export", PENDULUMS, "--code", "c", "--npz"]).status, 2);
+    // To standard output without a file, and a parameter without a value is no number.
+    let open = with_input(&["export", "-", "--code", "python"], "param k  coord x  T = x'^2/2  V = k*x^2/2");
+    assert!(
+        open.status == 0 && open.out.contains("\"k\": math.nan") && open.out.contains("def mass(p):"),
+        "{}",
+        open.err
+    );
+}
