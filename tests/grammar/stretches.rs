@@ -101,3 +101,67 @@ fn many_coordinates_have_their_names() {
     let time = model.pool.fresh_symbol("later");
     assert_eq!((model.pool.symbol_name(time).as_ref(), model.symbols.get(time)), ("later", None));
 }
+
+/// Filters over pairs are sieved: what is left is what visiting all pairs leaves, which a part that nothing is said about in
+/// advance makes be done.
+#[test]
+fn sieved_pairs_are_all_pairs() {
+    let mut state = 17_u64;
+    let mut random = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) % 1000
+    };
+    let mut table = "x,y,z,kind\n".to_owned();
+    for _ in 0..150 {
+        table.push_str(&format!("{}e-2,{}e-2,{}e-3,{}\n", random(), random(), random(), random() % 3));
+    }
+    let tables = TableTexts::new().with("points.csv", table);
+    let filters = [
+        "a < b and (a.x - b.x)^2 + (a.y - b.y)^2 + (a.z - b.z)^2 <= 1.5^2",
+        "a != b and norm([a.x - b.x, a.y - b.y]) < c[1]",
+        "a < b and sqrt((a.x - b.x)^2 + (a.y - b.y)^2) < 1 and (a.kind == 1 or b.kind == 1 or not a.kind == b.kind)",
+        "b == a + 1 or abs(r[a,1] - r[b,1]) <= c[2]*r[b,2]",
+        "a > b and 1/(2 + (a.x - b.x)^2) > 0.45",
+        "a < b and (a.x - b.x)^3 > 700 or (0.1 + a.x*b.x)^(-1) > 4",
+        "a.x - b.x == 0 and a != b",
+        "abs(a - b) == 7 and a.kind == b.kind",
+        "mod(b, 5) == 2 and floor(b.x) > a.y and a <= 9",
+        "a.x > b.x + 9.5 or b.z*0 > 1",
+        "a.x > b.x - 100",
+        "a.kind == 0 and b < a - 100",
+    ];
+    let ranges = ["a in points, b in points", "a in 1..150, b in a..150", "a in points, b in 3..120, l in 1..2"];
+    for filter in filters {
+        for range in ranges {
+            let text = |filter: &str| {
+                let filter = if range.starts_with("a in 1") {
+                    filter.replace("a.", "points[a].").replace("b.", "points[b].")
+                } else {
+                    filter.replace("b.", if range.contains("..") { "points[b]." } else { "b." })
+                };
+                format!(
+                    "table points = \"points.csv\"\nparam c[1..2] = [0.9, 1/3]  param r[a in points, j in 1..2] = a.x*j/2 + 0*a.y\n\
+                     coord x[1..150]\nT = sum(i in 1..150, x[i]'^2)\nV = sum({range} where {filter}, (x[a] - x[b])^2)"
+                )
+            };
+            let read = |text: String| {
+                let file = parse(&text).unwrap_or_else(|errors| panic!("{text}\n{}", errors[0]));
+                elaborate(&file, &tables, &Settings::new())
+            };
+            let sieved = read(text(filter)).unwrap_or_else(|errors| panic!("{filter}\n{errors:?}"));
+            let all = read(text(&format!("mod(a + b, 1) == 0 and ({filter})"))).unwrap();
+            let described = |model: &Model| -> Vec<String> {
+                model.potential.iter().map(|family| described(model, family)).collect()
+            };
+            assert_eq!(described(&sieved), described(&all), "{range}: {filter}");
+        }
+    }
+    // A divisor that is 0 somewhere is an error in both.
+    for filter in ["1/(a.kind - b.kind) > 2", "a != b and 1/(a.kind - b.kind) > 2", "sqrt(a.x - b.x) < 1"] {
+        let text = format!(
+            "table points = \"points.csv\"\ncoord x[1..150]\nT = sum(i in 1..150, x[i]'^2)\nV = sum(a in points, b in points where {filter}, x[a]*x[b])"
+        );
+        let errors = elaborate(&parse(&text).unwrap(), &tables, &Settings::new()).unwrap_err();
+        assert!(errors[0].to_string().contains("is not defined"), "{}", errors[0]);
+    }
+}

@@ -1,5 +1,7 @@
 //! Running index programs: exact numbers for indices, ranges and filters.
 
+use std::cmp::Ordering;
+
 use super::ModelError;
 use super::functions::Builtin;
 use super::names::{Entity, World, key, member_name};
@@ -21,7 +23,7 @@ pub(super) enum Quantity {
 }
 
 impl Quantity {
-    fn ball(&self) -> Ball {
+    pub(super) fn ball(&self) -> Ball {
         match self {
             Self::Exact(number) => Ball::from_number(number, ()),
             Self::Enclosed(ball) => *ball,
@@ -329,26 +331,30 @@ fn total(terms: &[Quantity], subtracted: &[bool]) -> Quantity {
 }
 
 fn compare(a: &Quantity, b: &Quantity, comparison: Comparison) -> Option<bool> {
-    use std::cmp::Ordering::{Equal, Greater, Less};
     let order = match (a, b) {
         (Quantity::Exact(a), Quantity::Exact(b)) => a.cmp(b),
         (a, b) => {
             let difference = a.ball().sub(&b.ball());
             if difference.is_positive() {
-                Greater
+                Ordering::Greater
             } else if difference.is_negative() {
-                Less
+                Ordering::Less
             } else {
                 return None;
             }
         }
     };
-    Some(match comparison {
-        Comparison::Equal => order == Equal,
-        Comparison::NotEqual => order != Equal,
-        Comparison::Less => order == Less,
-        Comparison::LessEqual => order != Greater,
-        Comparison::Greater => order == Greater,
-        Comparison::GreaterEqual => order != Less,
-    })
+    Some(is_so(order, comparison))
+}
+
+/// What a comparison says of two numbers in this order.
+pub(super) fn is_so(order: Ordering, comparison: Comparison) -> bool {
+    match comparison {
+        Comparison::Equal => order.is_eq(),
+        Comparison::NotEqual => order.is_ne(),
+        Comparison::Less => order.is_lt(),
+        Comparison::LessEqual => order.is_le(),
+        Comparison::Greater => order.is_gt(),
+        Comparison::GreaterEqual => order.is_ge(),
+    }
 }

@@ -202,6 +202,11 @@ impl IndexProgram {
         }
     }
 
+    /// How many of so many index variables it takes to know it, one at least.
+    pub(super) fn known_after(&self, most: usize) -> usize {
+        (1..most).find(|after| !self.depends(|slot| slot >= *after)).unwrap_or(most)
+    }
+
     /// Whether it depends on index variables.
     pub(super) fn varies(&self) -> bool {
         self.depends(|_| true)
@@ -254,22 +259,7 @@ fn is_linear(ops: &[(IndexOp, crate::span::Span)], steps: &[i64]) -> bool {
     // For each number on the stack whether it moves.
     let mut stack: Vec<bool> = Vec::new();
     for (op, _) in ops {
-        let count = match op {
-            IndexOp::Number(_) | IndexOp::Broken | IndexOp::Pi | IndexOp::Variable(_) => 0,
-            IndexOp::Negate
-            | IndexOp::Field { .. }
-            | IndexOp::Floor
-            | IndexOp::Sqrt
-            | IndexOp::Apply(_)
-            | IndexOp::Not => 1,
-            IndexOp::Power | IndexOp::Mod | IndexOp::Compare(_) => 2,
-            IndexOp::Parameter { indices: count, .. }
-            | IndexOp::Norm(count)
-            | IndexOp::And(count)
-            | IndexOp::Or(count) => *count,
-            IndexOp::Product(signs) | IndexOp::Sum(signs) => signs.len(),
-        };
-        let operands = stack.split_off(stack.len().saturating_sub(count));
+        let operands = stack.split_off(stack.len().saturating_sub(op.operands()));
         let moving = operands.iter().filter(|moves| **moves).count();
         let linear = match op {
             IndexOp::Negate | IndexOp::Sum(_) => true,

@@ -131,3 +131,16 @@ pub(super) enum IndexOp {
     And(usize),
     Or(usize),
 }
+
+impl IndexOp {
+    /// How many numbers it takes from the stack.
+    pub(super) fn operands(&self) -> usize {
+        match self {
+            Self::Number(_) | Self::Broken | Self::Pi | Self::Variable(_) => 0,
+            Self::Negate | Self::Field { .. } | Self::Floor | Self::Sqrt | Self::Apply(_) | Self::Not => 1,
+            Self::Power | Self::Mod | Self::Compare(_) => 2,
+            Self::Parameter { indices: count, .. } | Self::Norm(count) | Self::And(count) | Self::Or(count) => *count,
+            Self::Product(signs) | Self::Sum(signs) => signs.len(),
+        }
+    }
+}

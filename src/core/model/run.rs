@@ -13,13 +13,14 @@ use super::instance::{Along, Instance, Leaf};
 use super::names::World;
 use super::program::{Binder, BinderKind, IndexProgram, Op, Program, SumProgram};
 use super::read::component;
+use super::sieve::Left;
 use super::values::{self, Value};
 use crate::expr::{ExprId, Node};
 use crate::number::Number;
 use crate::span::Span;
 
 /// More terms than this in one sum are refused.
-const MOST_INSTANCES: u64 = 20_000_000;
+pub(super) const MOST_INSTANCES: u64 = 20_000_000;
 
 /// A term with more slots than this couples too much to be worth keeping as a family.
 const MOST_SLOTS: usize = 64;
@@ -345,7 +346,12 @@ impl World {
         let base = slots.len();
         let last_slot = base + binders.len().saturating_sub(1);
         let filtered = filters.iter().any(|(_, filter)| filter.depends(|slot| slot == last_slot));
-        self.check_count(binders, slots, span)?;
+        let sieve = if base == 0 { self.sieve(binders, filters, span)? } else { None };
+        if sieve.is_none() {
+            self.check_count(binders, slots, span)?;
+        }
+        // What a sieve has left of the last index.
+        let mut listed: Option<std::vec::IntoIter<Left>> = None;
         let mut levels: Vec<(i64, i64)> = Vec::with_capacity(binders.len());
         // Sums within sums count together.
         if base == 0 {
@@ -356,13 +362,24 @@ impl World {
             if descend && levels.len() < binders.len() {
                 let range = self.binder_range(&binders[levels.len()], slots)?;
                 levels.push(range);
+                if levels.len() == binders.len() {
+                    listed = sieve.as_ref().and_then(|sieve| sieve.left(self, slots, range)).map(Vec::into_iter);
+                }
             }
             let Some((next, last)) = levels.last_mut() else {
                 return Ok(());
             };
-            let (value, last) = (*next, *last);
+            let (mut value, last) = (*next, *last);
             *next += 1;
             let depth = levels.len();
+            let mut certain = None;
+            if depth == binders.len()
+                && let Some(listed) = &mut listed
+            {
+                let (left, is_certain) = listed.next().unwrap_or((last + 1, false));
+                value = left;
+                certain = sieve.as_ref().filter(|_| is_certain).map(|sieve| sieve.filter);
+            }
             slots.truncate(base + depth - 1);
             if value > last {
                 levels.pop();
@@ -379,8 +396,8 @@ impl World {
             }
             slots.push(value);
             descend = true;
-            for (after, filter) in filters {
-                if *after == depth && !self.holds(filter, slots)? {
+            for (number, (after, filter)) in filters.iter().enumerate() {
+                if *after == depth && certain != Some(number) && !self.holds(filter, slots)? {
                     descend = false;
                 }
             }
@@ -404,7 +421,7 @@ impl World {
 
     /// Refuses a sum with too many terms before the first is worked out: the ranges of all indices
     /// but the last are walked through, those of the last added up.
-    pub(super) fn check_count(&self, binders: &[Binder], slots: &mut Vec<i64>, span: Span) -> Result<(), ModelError> {
+    fn check_count(&self, binders: &[Binder], slots: &mut Vec<i64>, span: Span) -> Result<(), ModelError> {
         let [first, .., last] = binders else {
             // A single range is checked where it is read.
             return Ok(());
@@ -550,7 +567,7 @@ pub(super) fn operand_count(op: &Op) -> usize {
     }
 }
 
-fn too_many_terms(span: Span) -> ModelError {
+pub(super) fn too_many_terms(span: Span) -> ModelError {
     ModelError::TooLarge { count: format!("more than {MOST_INSTANCES} terms"), span }
 }
 

@@ -232,8 +232,8 @@ fn take_apart(compiler: &mut Compiler<'_>, mut part: Part, parts: &mut Vec<Part>
         ExprKind::SumOver { indices, body } => {
             let (binders, filter) = compiler.binders(indices, &mut part.scope);
             part.binders.extend(binders);
-            let after = part.binders.len();
-            part.filters.extend(filter.map(|filter| (after, filter)));
+            let most = part.binders.len();
+            part.filters.extend(filter.map(|filter| (filter.known_after(most), filter)));
             part.at = *body;
             parts.push(part);
             None
@@ -350,9 +350,6 @@ fn instantiate(
     let (outer_filters, inner_filters): (Vec<_>, Vec<_>) = filters.partition(|(after, _)| *after <= along);
     let inner_filters: Vec<(usize, &IndexProgram)> =
         inner_filters.into_iter().map(|(after, filter)| (after - along, filter)).collect();
-    if !inner.is_empty() {
-        world.check_count(&part.binders, &mut Vec::new(), program.span)?;
-    }
     let mut forms = Forms::default();
     let (mut slots, mut steps) = (Vec::new(), Vec::new());
     world.stretches::<ModelError>(outer, &outer_filters, &mut slots, program.span, |world, slots, most| {

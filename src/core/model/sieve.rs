@@ -1,0 +1,335 @@
+//! Filters over pairs of rows, as `where a < b and (a.x - b.x)^2 + (a.y - b.y)^2 <= c^2`, without a visit to every pair.
+//!
+//! What a filter reads of the last index alone are a few numbers for each of its values: points, which a tree of
+//! nested boxes holds (a k-d tree). With the other indices fixed, the filter is evaluated for whole boxes, in enclosures:
+//! where it is false of a box it is false of all values in it. So any filter that compares is sieved, not only distances,
+//! and what is left is exactly what visiting all pairs would leave. A box in which some value might have no value (a
+//! divisor that may be 0) is opened down to its values, and these are left to the exact evaluation.
+
+use super::ModelError;
+use super::index::{Quantity, is_so};
+use super::interval::Interval;
+use super::names::World;
+use super::program::{Binder, BinderKind, IndexForm, IndexOp, IndexProgram};
+use super::run::MOST_INSTANCES;
+use crate::precision::Function;
+use crate::span::Span;
+
+/// Shorter indices are visited one by one.
+const LEAST_VALUES: usize = 32;
+
+/// Longer ones, too: points and boxes would take as much memory as the terms.
+const MOST_VALUES: usize = 1 << 20;
+
+/// A box with so few values is not divided.
+const MOST_IN_LEAF: usize = 4;
+
+/// How many values of the first index are tried to foresee the number of terms.
+const SAMPLES: u64 = 64;
+
+/// What a filter is made of: the parts that depend on the last index alone, those that do not depend on it, and
+/// operations on both.
+#[derive(Clone, Debug)]
+enum Step {
+    Inner(usize),
+    Outer(usize),
+    Apply(IndexOp),
+}
+
+/// A part of a filter while it is taken apart.
+struct Piece {
+    /// Where its operations stand.
+    from: usize,
+    to: usize,
+    outer: bool,
+    inner: bool,
+    steps: Vec<Step>,
+}
+
+/// The values of the last index of a sum, for one of its filters.
+#[derive(Debug)]
+pub(super) struct Sieve {
+    /// Which of the filters.
+    pub(super) filter: usize,
+    steps: Vec<Step>,
+    outer: Vec<IndexProgram>,
+    /// The first value of the index.
+    first: i64,
+    /// For each value what the filter reads of it, and the value itself: `width` numbers.
+    points: Vec<Interval>,
+    width: usize,
+    /// The values, from 0, in the order of the tree.
+    order: Vec<u32>,
+    /// For each node of the tree what holds its points, `width` intervals. The children of node k are 2k and 2k + 1.
+    boxes: Vec<Interval>,
+}
+
+/// A value that a sieve leaves, and whether the filter is certain to hold of it.
+pub(super) type Left = (i64, bool);
+
+impl World {
+    /// The sieve of the last index, where there is a filter for one; `None` where all values are to be visited.
+    pub(super) fn sieve(
+        &self,
+        binders: &[Binder],
+        filters: &[(usize, &IndexProgram)],
+        span: Span,
+    ) -> Result<Option<Sieve>, ModelError> {
+        let [first, last] = binders else { return Ok(None) };
+        let pair = filters
+            .iter()
+            .position(|(after, filter)| *after == 2 && [0, 1].iter().all(|slot| filter.depends(|own| own == *slot)));
+        let (Some(filter), Some(outer)) = (pair, self.fixed_count(std::slice::from_ref(first))) else {
+            return Ok(None);
+        };
+        let (start, _) = self.binder_range(first, &[])?;
+        let outer_values = start..start.saturating_add_unsigned(outer);
+        let range = match &last.kind {
+            BinderKind::Range { from, to } if from.varies() || to.varies() => {
+                let mut hull: Option<(i64, i64)> = None;
+                for value in outer_values.clone() {
+                    let Ok((from, to)) = self.binder_range(last, &[value]) else { return Ok(None) };
+                    if from <= to {
+                        hull = Some(hull.map_or((from, to), |own| (own.0.min(from), own.1.max(to))));
+                    }
+                }
+                hull
+            }
+            BinderKind::Range { .. } | BinderKind::Rows(_) => Some(self.binder_range(last, &[])?),
+        };
+        let Some(range) = range else { return Ok(None) };
+        let Some(sieve) = Sieve::new(self, filter, filters[filter].1, range) else { return Ok(None) };
+        let all = outer.saturating_mul(sieve.order.len() as u64);
+        if all > MOST_INSTANCES {
+            let step = (outer / SAMPLES).max(1);
+            let tried = (0..outer).step_by(usize::try_from(step).unwrap_or(usize::MAX));
+            let (mut count, mut found) = (0_u64, 0_u64);
+            for value in tried {
+                let slots = [start.saturating_add_unsigned(value)];
+                let range = self.binder_range(last, &slots)?;
+                count += 1;
+                found += sieve.left(self, &slots, range).map_or(sieve.order.len(), |left| left.len()) as u64;
+            }
+            if found.saturating_mul(outer) / count.max(1) > MOST_INSTANCES {
+                return Err(super::run::too_many_terms(span));
+            }
+        }
+        Ok(Some(sieve))
+    }
+}
+
+impl Sieve {
+    fn new(world: &World, number: usize, filter: &IndexProgram, range: (i64, i64)) -> Option<Self> {
+        let IndexForm::General(ops) = &filter.form else { return None };
+        let count =
+            usize::try_from(range.1 - range.0 + 1).ok().filter(|count| (LEAST_VALUES..=MOST_VALUES).contains(count))?;
+        let program = |piece: &Piece| IndexProgram {
+            form: IndexForm::General(ops.get(piece.from..piece.to).unwrap_or_default().to_vec()),
+            span: filter.span,
+        };
+        let (mut inner, mut outer) = (Vec::new(), Vec::new());
+        let mut pieces: Vec<Piece> = Vec::new();
+        for (at, (op, _)) in ops.iter().enumerate() {
+            let operands = pieces.split_off(pieces.len().checked_sub(op.operands())?);
+            let slot = if let IndexOp::Variable(slot) = op { Some(*slot) } else { None };
+            let mut piece = Piece {
+                from: operands.first().map_or(at, |first| first.from),
+                to: at + 1,
+                outer: slot == Some(0) || operands.iter().any(|own| own.outer),
+                inner: slot == Some(1) || operands.iter().any(|own| own.inner),
+                steps: Vec::new(),
+            };
+            if piece.outer && piece.inner {
+                for own in operands {
+                    match (own.outer, own.inner) {
+                        (true, true) => piece.steps.extend(own.steps),
+                        (false, true) => {
+                            piece.steps.push(Step::Inner(inner.len()));
+                            inner.push(program(&own));
+                        }
+                        (_, false) => {
+                            piece.steps.push(Step::Outer(outer.len()));
+                            outer.push(program(&own));
+                        }
+                    }
+                }
+                piece.steps.push(Step::Apply(op.clone()));
+            }
+            pieces.push(piece);
+        }
+        let whole = pieces.pop().filter(|whole| whole.outer && whole.inner)?;
+        let width = inner.len() + 1;
+        let mut points = Vec::with_capacity(width * count);
+        for value in range.0..=range.1 {
+            for program in &inner {
+                points.push(enclosed(world, program, &[0, value])?);
+            }
+            points.push(Interval::at(value as f64));
+        }
+        let order = (0..u32::try_from(count).ok()?).collect();
+        let mut own =
+            Self { filter: number, steps: whole.steps, outer, first: range.0, points, width, order, boxes: Vec::new() };
+        // The index itself divides only where there is nothing else: boxes are to be small in space.
+        let plain = |program: &IndexProgram| matches!(&program.form, IndexForm::General(ops) if matches!(ops.as_slice(), [(IndexOp::Variable(_), _)]));
+        let mut axes: Vec<usize> = (0..inner.len()).filter(|k| !plain(&inner[*k])).collect();
+        if axes.is_empty() {
+            axes.push(inner.len());
+        }
+        own.divide(&axes);
+        Some(own)
+    }
+
+    fn point(&self, value: u32) -> &[Interval] {
+        let from = value as usize * self.width;
+        self.points.get(from..from + self.width).unwrap_or(&[])
+    }
+
+    /// Orders the values so that every node of the tree holds neighbours, and finds the boxes.
+    fn divide(&mut self, axes: &[usize]) {
+        let mut whole: Option<Vec<f64>> = None;
+        let mut todo = vec![(1, 0, self.order.len())];
+        while let Some((node, from, to)) = todo.pop() {
+            let mut ends = vec![Interval { low: f64::INFINITY, high: f64::NEG_INFINITY }; self.width];
+            for value in &self.order[from..to] {
+                for (Interval { low, high }, own) in ends.iter_mut().zip(self.point(*value)) {
+                    *low = low.min(own.low);
+                    *high = high.max(own.high);
+                }
+            }
+            let spread = |axis: usize| ends[axis].high - ends[axis].low;
+            let scale = whole.get_or_insert_with(|| (0..self.width).map(spread).collect());
+            let relative = |axis: usize| if scale[axis] > 0.0 { spread(axis) / scale[axis] } else { 0.0 };
+            let widest = axes.iter().copied().max_by(|a, b| relative(*a).total_cmp(&relative(*b)));
+            let place = node * self.width;
+            self.boxes.resize(self.boxes.len().max(place + self.width), Interval::ZERO);
+            self.boxes[place..place + self.width].copy_from_slice(&ends);
+            if to - from <= MOST_IN_LEAF {
+                continue;
+            }
+            let middle = from.midpoint(to);
+            let (points, width) = (&self.points, self.width);
+            let key = |value: &u32| points[*value as usize * width + widest.unwrap_or(0)].low;
+            self.order[from..to].select_nth_unstable_by(middle - from, |a, b| key(a).total_cmp(&key(b)).then(a.cmp(b)));
+            todo.extend([(2 * node, from, middle), (2 * node + 1, middle, to)]);
+        }
+    }
+
+    /// The values in a range of which the filter may hold, ascending; `None` where only the exact evaluation tells.
+    pub(super) fn left(&self, world: &World, slots: &[i64], range: (i64, i64)) -> Option<Vec<Left>> {
+        let outer: Vec<Interval> =
+            self.outer.iter().map(|program| enclosed(world, program, slots)).collect::<Option<_>>()?;
+        let mut left = Vec::new();
+        let mut stack = Vec::new();
+        let mut todo = vec![(1, 0, self.order.len())];
+        while let Some((node, from, to)) = todo.pop() {
+            let all = self.boxes.get(node * self.width..(node + 1) * self.width)?;
+            let is_out = all.last().is_none_or(|own| own.high < range.0 as f64 || own.low > range.1 as f64);
+            let verdict = if is_out { Some(false) } else { self.verdict(all, &outer, &mut stack) };
+            if verdict == Some(false) {
+                continue;
+            }
+            if verdict.is_none() && to - from > MOST_IN_LEAF {
+                let middle = from.midpoint(to);
+                todo.extend([(2 * node, from, middle), (2 * node + 1, middle, to)]);
+                continue;
+            }
+            for value in self.order.get(from..to)? {
+                let verdict = verdict.or_else(|| self.verdict(self.point(*value), &outer, &mut stack));
+                let value = self.first + i64::from(*value);
+                if verdict != Some(false) && (range.0..=range.1).contains(&value) {
+                    left.push((value, verdict == Some(true)));
+                }
+            }
+        }
+        left.sort_unstable();
+        Some(left)
+    }
+
+    /// Whether the filter holds everywhere in a box, or nowhere.
+    fn verdict(&self, inner: &[Interval], outer: &[Interval], stack: &mut Vec<Interval>) -> Option<bool> {
+        stack.clear();
+        for step in &self.steps {
+            let number = match step {
+                Step::Inner(k) => *inner.get(*k)?,
+                Step::Outer(k) => *outer.get(*k)?,
+                Step::Apply(op) => {
+                    let at = stack.len().checked_sub(op.operands())?;
+                    let result = apply(op, stack.get(at..)?)?;
+                    stack.truncate(at);
+                    result
+                }
+            };
+            stack.push(number);
+        }
+        stack.pop().and_then(told)
+    }
+}
+
+/// Conditions are numbers here: 1 where they hold, 0 where they do not, and [0, 1] where that is open.
+fn condition(truth: Option<bool>) -> Interval {
+    match truth {
+        Some(true) => Interval::ONE,
+        Some(false) => Interval::ZERO,
+        None => Interval { low: 0.0, high: 1.0 },
+    }
+}
+
+fn told(condition: Interval) -> Option<bool> {
+    if condition.high <= 0.0 { Some(false) } else { (condition.low > 0.0).then_some(true) }
+}
+
+/// An enclosure of what a part of a filter comes to; `None` where that is an error.
+fn enclosed(world: &World, program: &IndexProgram, slots: &[i64]) -> Option<Interval> {
+    let found = match world.quantity(program, slots).ok()? {
+        Quantity::Truth(truth) => condition(Some(truth)),
+        number => Interval::from_ball(&number.ball()),
+    };
+    found.is_finite().then_some(found)
+}
+
+/// An operation on all members of its operands; `None` where one of them may have no value.
+fn apply(op: &IndexOp, operands: &[Interval]) -> Option<Interval> {
+    let sum = |terms: &mut dyn Iterator<Item = Interval>| terms.reduce(Interval::add).unwrap_or(Interval::ZERO);
+    let all_are = |truth: bool| operands.iter().all(|own| told(*own) == Some(truth));
+    let one_is = |truth: bool| operands.iter().any(|own| told(*own) == Some(truth));
+    let result = match (op, operands) {
+        (IndexOp::Negate, [a]) => a.neg(),
+        (IndexOp::Sum(subtracted), _) => {
+            sum(&mut operands.iter().zip(subtracted).map(|(term, minus)| if *minus { term.neg() } else { *term }))
+        }
+        (IndexOp::Product(divided), _) => {
+            operands.iter().zip(divided).try_fold(Interval::ONE, |product, (factor, under)| {
+                Some(product.mul(if *under { factor.inverse()? } else { *factor }))
+            })?
+        }
+        (IndexOp::Power, [base, exponent]) => {
+            let whole = exponent.low == exponent.high && exponent.low.fract() == 0.0 && exponent.low.abs() < 1e4;
+            if whole { base.powi(exponent.low as i32)? } else { return None }
+        }
+        (IndexOp::Sqrt, [a]) => a.sqrt()?,
+        (IndexOp::Norm(_), _) => sum(&mut operands.iter().map(|part| part.square())).sqrt()?,
+        (IndexOp::Apply(Function::Abs), [a]) => a.abs(),
+        (IndexOp::Compare(comparison), [a, b]) => condition(a.order(*b).map(|order| is_so(order, *comparison))),
+        (IndexOp::Not, [a]) => condition(told(*a).map(|holds| !holds)),
+        (IndexOp::And(_), _) => condition(if one_is(false) { Some(false) } else { all_are(true).then_some(true) }),
+        (IndexOp::Or(_), _) => condition(if one_is(true) { Some(true) } else { all_are(false).then_some(false) }),
+        (
+            IndexOp::Negate
+            | IndexOp::Power
+            | IndexOp::Sqrt
+            | IndexOp::Apply(_)
+            | IndexOp::Compare(_)
+            | IndexOp::Not
+            | IndexOp::Number(_)
+            | IndexOp::Broken
+            | IndexOp::Pi
+            | IndexOp::Variable(_)
+            | IndexOp::Parameter { .. }
+            | IndexOp::Field { .. }
+            | IndexOp::Mod
+            | IndexOp::Floor,
+            _,
+        ) => return None,
+    };
+    result.is_finite().then_some(result)
+}
