@@ -39,6 +39,9 @@ impl Number {
         {
             return None;
         }
+        if let Some(number) = short_decimal(whole, fraction, exponent) {
+            return Some(if negative { number.neg() } else { number });
+        }
         let digits = format!("{whole}{fraction}");
         let magnitude = UBig::from_str_radix(&digits, 10).ok()?;
         let sign = if negative { Sign::Negative } else { Sign::Positive };
@@ -169,6 +172,18 @@ fn place_point(digits: &str, exponent: i64) -> String {
     let split = (exponent as usize + 1).min(digits.len());
     let (whole, fraction) = digits.split_at(split);
     if fraction.is_empty() { whole.to_string() } else { format!("{whole}.{fraction}") }
+}
+
+/// A number of few digits; `None` for any other.
+fn short_decimal(whole: &str, fraction: &str, exponent: i64) -> Option<Number> {
+    const MOST: usize = 18;
+    if whole.len() + fraction.len() > MOST {
+        return None;
+    }
+    let digits = whole.bytes().chain(fraction.bytes()).fold(0, |sum, digit| 10 * sum + i64::from(digit - b'0'));
+    let shift = exponent - fraction.len() as i64;
+    let power = 10_i64.checked_pow(u32::try_from(shift.abs()).ok()?)?;
+    if shift < 0 { Number::ratio(digits, power) } else { digits.checked_mul(power).map(Number::from) }
 }
 
 fn parse_exponent(text: &str) -> Option<i64> {
