@@ -175,7 +175,7 @@ pub mod linearize {
 /// What is wanted of the modes, and what they are called. In full: [`librate_core::modes`].
 #[cfg(feature = "engine")]
 pub mod modes {
-    pub use librate_core::modes::{Kind, Options, PrecisionLevel, Stability, Which, exponents::Limit};
+    pub use librate_core::modes::{Kind, Method, Options, PrecisionLevel, Stability, Which, exponents::Limit};
 }
 
 /// Symmetries of the energies, and the classes of the modes. In full: [`librate_core::symmetry`].

@@ -348,6 +348,15 @@ pub(crate) struct Modes {
     /// Only the K lowest modes, in the order printed
     #[arg(long, value_name = "K", value_parser = positive)]
     pub(crate) lowest: Option<usize>,
+    /// Only the modes nearest to this frequency in rad/s, as many as --count says, in the usual order
+    #[arg(long, value_name = "OMEGA", value_parser = frequency, requires = "count", conflicts_with = "lowest")]
+    pub(crate) near: Option<f64>,
+    /// Bounds for vectors that something else computed: an array `vectors` of NumPy's, one column a mode
+    #[arg(long, value_name = "FILE.npz", conflicts_with_all = ["lowest", "near"])]
+    pub(crate) certify: Option<PathBuf>,
+    /// With --near: how many modes
+    #[arg(long, value_name = "K", value_parser = positive, requires = "near")]
+    pub(crate) count: Option<usize>,
     /// Significant digits of the frequencies, up to 250
     #[arg(long, value_name = "D", default_value = "10", value_parser = digits)]
     pub(crate) digits: usize,
@@ -614,6 +623,11 @@ fn positive(text: &str) -> Result<usize, String> {
         Some(0) | None => Err("a whole number, 1 or more, is needed".to_owned()),
         Some(count) => Ok(count),
     }
+}
+
+fn frequency(text: &str) -> Result<f64, String> {
+    let number = Number::parse(text).map(|number| number.to_f64());
+    number.filter(|omega| (0.0..1e150).contains(omega)).ok_or("a frequency in rad/s, 0 or more, is needed".to_owned())
 }
 
 fn digits(text: &str) -> Result<usize, String> {

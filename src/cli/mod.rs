@@ -19,7 +19,9 @@ mod threads;
 
 use std::ffi::OsString;
 use std::io::{self, IsTerminal, Write};
+use std::path::Path;
 use std::process::ExitCode;
+use std::sync::Arc;
 
 use anstream::{AutoStream, ColorChoice};
 use clap::Parser;
@@ -184,9 +186,12 @@ fn readable(page: &str) -> String {
 }
 
 fn modes_text(args: &args::Modes) -> Result<Answer, Failure> {
-    let Loaded { source, model, mut warnings } = load(&args.model, Size::Dense)?;
+    let few = args.lowest.is_some() || args.near.is_some() || args.certify.is_some();
+    let Loaded { source, model, mut warnings } = load(&args.model, if few { Size::Any } else { Size::Dense })?;
     let mut options = modes::Options::default().digits(args.digits);
     options.lowest = args.lowest;
+    options.near = args.near.zip(args.count);
+    options.given = args.certify.as_ref().map(|file| vectors_to_certify(file, &model)).transpose()?;
     options.vectors = !args.no_vectors;
     let progress = Progress::start("computing the modes");
     let computed = solved(model, &options);
@@ -206,6 +211,18 @@ fn modes_text(args: &args::Modes) -> Result<Answer, Failure> {
         report::modes_text(&linearized, &modes, &options, &style())
     };
     Ok(Answer::new(text, Some((source, warnings))))
+}
+
+/// The vectors of an archive, one component a coordinate.
+fn vectors_to_certify(file: &Path, model: &Model) -> Result<Arc<[f64]>, Failure> {
+    let help = "write them with `numpy.savez(\"vectors.npz\", vectors=x)`, one row a coordinate and one column a mode";
+    let refused = |message: String| wrong_request(format!("`{}`: {message}", file.display()), help);
+    let found = report::read_vectors(&input::read_bytes(file)?).map_err(refused)?;
+    let (rows, coordinates) = (found.dimension, model.coordinates.len());
+    if rows != coordinates {
+        return Err(refused(format!("the vectors have {rows} components, the model {coordinates} coordinates")));
+    }
+    Ok(found.components.into())
 }
 
 /// A model about its equilibrium, and its modes.

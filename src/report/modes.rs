@@ -19,6 +19,8 @@ const ROUGH_DIGITS: usize = 2;
 const VAGUE_SHARE: f64 = 5e-4;
 /// A list of the equilibrium's coordinates ends here.
 const MOST_LISTED: usize = 12;
+/// Of more components than these that print alike, the largest are shown.
+const MOST_COMPARED: usize = 200;
 /// A list of groups of equal modes ends here.
 const MOST_GROUPS: usize = 5;
 /// Beyond this share of a frequency an uncertainty is not small: the second order is felt.
@@ -50,10 +52,16 @@ pub fn modes_text(linearized: &Linearized, modes: &NormalModes, options: &Option
         Some(false) | None => "",
     };
     out.push_str(&format!("stability: {}{secular}\n\n", style.paint(tone, word)));
-    match modes.modes.len() {
-        some if some >= count => {}
-        1 => out.push_str(&format!("the lowest of {count} modes\n")),
-        some => out.push_str(&format!("the {some} lowest of {count} modes\n")),
+    // A count of all eigenvalues up to there is part of the bounds.
+    let proved = if modes.method.is_some() { ", counted: none is missing" } else { "" };
+    match (modes.modes.len(), options.near) {
+        (some, _) if some >= count => {}
+        (1, None) => out.push_str(&format!("the lowest of {count} modes{proved}\n")),
+        (some, None) => out.push_str(&format!("the {some} lowest of {count} modes{proved}\n")),
+        (1, Some((omega, _))) => out.push_str(&format!("the mode nearest to {omega} rad/s of {count}{proved}\n")),
+        (some, Some((omega, _))) => {
+            out.push_str(&format!("the {some} modes nearest to {omega} rad/s of {count}{proved}\n"))
+        }
     }
     let rows: Vec<Row> = modes.modes.iter().map(|mode| Row::new(mode, options, model.has_units)).collect();
     let common = common_unit(&model.coordinates);
@@ -410,6 +418,10 @@ fn largest(mode: &NormalMode, names: &[Heading<'_>], power: i32, room: usize) ->
         order.select_nth_unstable_by(MOST_COMPONENTS, |a, b| b.0.total_cmp(&a.0));
         let last = order[MOST_COMPONENTS].0;
         order.retain(|(size, _)| *size >= 0.9 * last);
+    }
+    if order.len() > MOST_COMPARED {
+        order.select_nth_unstable_by(MOST_COMPONENTS, |a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        order.truncate(MOST_COMPONENTS);
     }
     let mut texts: Vec<(f64, usize, String)> = order
         .into_iter()

@@ -1,7 +1,7 @@
 //! A model as functions of doubles, for code in other languages: M and K at the equilibrium and the accelerations of a motion, each a
 //! list of operations ([`Program`]).
 //!
-//! M and h of M q'' + h = 0 are those of [`crate::mechanics`], with the parameters open. What stands in an exponent has its value, as
+//! M and h of M q'' + h = 0 are those of `mechanics`, with the parameters open. What stands in an exponent has its value, as
 //! x^n is not defined at 0 for every n. Where the equilibrium has to be searched for, a step of Newton's method is a list of operations
 //! as well. Nothing is evaluated here but the defaults and the point where that search begins.
 

@@ -2,7 +2,7 @@
 //!
 //! Each place of the range has the modes that the value would have with `--set`: certified frequencies, an equilibrium of its own, and as
 //! many modes as there are then. A small model about an equilibrium at which no force acts, whatever the value, is derived once, and
-//! most places are then solved in doubles with bounds ([`batch`](crate::batch)): what these do not decide is computed in full.
+//! most places are then solved in doubles with bounds ([`crate::batch`]): what these do not decide is computed in full.
 //!
 //! It starts no thread: places are independent of each other, a [`Sweep`] is `Sync`, and a [`Worker`] belongs to one thread.
 

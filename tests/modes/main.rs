@@ -20,3 +20,4 @@ mod modes_properties;
 #[cfg(feature = "engine")]
 mod modes_support;
 mod sensitivity;
+mod sparse;

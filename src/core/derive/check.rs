@@ -84,6 +84,7 @@ impl<'a> Checker<'a> {
     fn linearized(&self) -> Option<&Linearized> {
         let made = self.linearized.get_or_init(|| {
             let wanted = self.complete && !self.model.coordinates.is_empty();
+            let wanted = wanted && linearize::check_size(self.model.coordinates.len()).is_ok();
             wanted.then(|| linearize::linearize(self.model.clone()).ok()).flatten()
         });
         made.as_ref()

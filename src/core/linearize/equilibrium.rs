@@ -173,6 +173,7 @@ pub(crate) fn find(
         search.verify_given(&start.values, None)?;
         return Ok(start);
     }
+    super::check_size(count)?;
     let mut point = std::mem::take(&mut start.values);
     for i in &search.free {
         start.origins[*i] = Origin::Found;
@@ -214,13 +215,15 @@ impl Search<'_> {
         if !force.iter().all(Ball::is_finite) {
             return Err(self.not_finite(at, "the force"));
         }
-        let held = |i: &usize| !self.free.contains(i);
+        let mut free = vec![false; at.len()];
+        self.free.iter().for_each(|i| free[*i] = true);
+        let held = |i: &usize| !free[*i];
         let open = (0..at.len()).filter(held).any(|i| !force[i].is_zero() && force[i].contains_zero());
         if open && let Some(closer) = self.closer_force(at, proof) {
             force = closer;
         }
         for (i, component) in force.iter().enumerate() {
-            let place = match (self.model.equilibria.get(i), self.free.contains(&i)) {
+            let place = match (self.model.equilibria.get(i), free[i]) {
                 (Some(given), false) => given.span,
                 (None, false) => self.model.coordinates.at(i).span,
                 (_, true) => continue,

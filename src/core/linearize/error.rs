@@ -241,7 +241,9 @@ Error LinearizeError {
         /// How many are possible.
         most: usize,
     } => nowhere()
-        .with_help("use fewer coordinates, or one cell of a periodic body"),
+        .with_help(
+            "ask for some of the modes, for example `--lowest 10`; with constraints, friction, rotation or a search for the equilibrium use fewer coordinates",
+        ),
 } else {
     /// The work or the memory is beyond the budget.
     #[error(transparent)]

@@ -98,7 +98,7 @@ pub fn constant(pool: &crate::expr::Pool, value: crate::expr::ExprId) -> Option<
     assemble::evaluate_closed::<Ball>(pool, value, ())
 }
 
-/// Refuses more coordinates than [`linearize`] takes, for callers that know their number before
+/// Refuses more coordinates than dense matrices can have, for callers that know their number before
 /// there is a model: see [`coordinate_count`](crate::model::coordinate_count).
 ///
 /// # Errors
@@ -158,8 +158,8 @@ pub enum Structure {
 /// Finds the equilibrium of a model and linearizes it there.
 ///
 /// # Errors
-/// Where the model needs something that is not supported, a parameter has no value, there is no
-/// equilibrium, the energies are not defined there, a steady motion is none, or constraints
+/// Where the model needs something that is not supported, a parameter has no value, there are more than [`MOST_COORDINATES`]
+/// and constraints, velocities in the forces or a search for the equilibrium need dense matrices, there is no equilibrium, the energies are not defined there, a steady motion is none, or constraints
 /// contradict each other or depend on each other just there.
 pub fn linearize(model: Model) -> Result<Linearized, LinearizeError> {
     let budget = model.pool.budget().clone();
@@ -210,9 +210,11 @@ fn linearize_in(
         return Err(LinearizeError::TimeDependent { span });
     }
     let visible = model.coordinates.len();
-    check_size(visible)?;
     let turning = model.rates.any();
     let bound = !model.constraints.is_empty();
+    if turning || bound || model.dissipation.is_some() {
+        check_size(visible)?;
+    }
     let mut asked = (turning || bound).then(|| model.clone());
     velocity::check_smooth(&model)?;
     if turning {
@@ -227,6 +229,9 @@ fn linearize_in(
     }
     assemble::put_exponents_in(&mut model);
     let (mut assembly, mut linear) = assemble::assemble(&mut model);
+    if !assembly.velocity.is_empty() {
+        check_size(visible)?;
+    }
     let mut values = assembly.values::<Ball>(&model, ())?;
     let chosen = units::choose(&model, &assembly, &values, visible);
     is_far.set(chosen.is_some());
@@ -622,8 +627,13 @@ impl Linearized {
     /// Motions that are proved to cost no energy: independent vectors of the kernel of K.
     #[must_use]
     pub fn zero_modes(&self) -> Vec<ZeroMode> {
+        self.zero_modes_with(true)
+    }
+
+    /// Those that symmetries explain, or all.
+    pub(crate) fn zero_modes_with(&self, others: bool) -> Vec<ZeroMode> {
         let at = &self.equilibrium;
-        let modes = zero::zero_modes(&self.model, &self.assembly, at, &self.values);
+        let modes = zero::zero_modes(&self.model, &self.assembly, at, &self.values, others);
         match &self.constrained {
             Some(own) => modes.into_iter().map(|mode| mode.mapped(|vector| own.tangent.restrict(vector))).collect(),
             None => modes,

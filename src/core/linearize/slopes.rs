@@ -184,7 +184,7 @@ impl Linearized {
             return system.solve(&right);
         }
         let at = &self.equilibrium;
-        let zeros = zero_modes(&self.model, &self.assembly, at, &self.values);
+        let zeros = zero_modes(&self.model, &self.assembly, at, &self.values, true);
         // Motions of what is held are none.
         let held = |i: &usize| !free.contains(i);
         let stays = |mode: &ZeroMode| (0..order).filter(held).all(|i| mode.vector[i].is_zero());

@@ -54,12 +54,13 @@ enum Ground {
     },
 }
 
-/// The proved zero modes at an equilibrium: linearly independent.
+/// The proved zero modes at an equilibrium: linearly independent; of symmetries alone where no others are wanted.
 pub(crate) fn zero_modes(
     model: &Model,
     assembly: &Assembly,
     equilibrium: &Equilibrium,
     values: &Values<Ball>,
+    others: bool,
 ) -> Vec<ZeroMode> {
     let at = &equilibrium.values;
     let mut sieve = Sieve::default();
@@ -75,6 +76,9 @@ pub(crate) fn zero_modes(
         let meaning = symmetry.meaning().to_owned();
         let vector = symmetry.vector(at, ());
         count = add(vector, &meaning, Ground::Symmetry(symmetry));
+    }
+    if !others {
+        return kept;
     }
     for vector in exact::kernel(model, assembly, equilibrium, count).unwrap_or_default() {
         let balls = vector.iter().map(|x| x.in_numbers(())).collect();

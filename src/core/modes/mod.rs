@@ -25,8 +25,11 @@ mod quick;
 mod refine;
 mod shape;
 mod slices;
+mod sparse;
 mod spectrum;
 mod start;
+
+use std::sync::Arc;
 
 use thiserror::Error;
 
@@ -36,6 +39,7 @@ use dense::Matrix;
 pub use factored::Factors;
 use levels::{Certificate, Gram, Solution, covered, first, refined};
 use pencil::{Scaled, ZeroSpace};
+pub use sparse::{Method, SparseProblem, Wanted, solve_sparse};
 use spectrum::spectrum;
 
 /// K x = ω² M x, with entries that enclose those of the exact matrices.
@@ -69,6 +73,11 @@ pub struct Options {
     pub vectors: bool,
     /// How many modes are wanted, counted in the order of [`Spectrum::modes`]; `None`: all.
     pub lowest: Option<usize>,
+    /// Only modes next to a frequency: this one in rad/s, and how many; in the usual order.
+    pub near: Option<(f64, usize)>,
+    /// Vectors to be given bounds, n entries each, one after the other: the modes that they approximate are not looked for, only proved.
+    /// For T and V alone, without constraints.
+    pub given: Option<Arc<[f64]>>,
     /// How many correctly rounded significant digits the frequencies shall have.
     pub digits: usize,
     /// What is printed is 2^power times what is found: which roundings are close depends on it.
@@ -77,7 +86,7 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { vectors: true, lowest: None, digits: 10, power: 0 }
+        Self { vectors: true, lowest: None, near: None, given: None, digits: 10, power: 0 }
     }
 }
 
@@ -89,7 +98,7 @@ impl Options {
 
     /// Whether a number, or the root of its absolute value, has all digits as they are printed, correctly rounded, with three to
     /// spare for what is derived.
-    fn covers<S: Enclosure>(&self, x: &S, root: bool) -> bool {
+    pub(crate) fn covers<S: Enclosure>(&self, x: &S, root: bool) -> bool {
         let missing = x.radius_magnitude().log2() - x.abs_upper_magnitude().log2()
             + (self.digits as f64 + 3.0) * std::f64::consts::LOG2_10;
         if missing > 0.0 || !(x.is_positive() || x.is_negative()) {
@@ -124,6 +133,13 @@ impl Options {
     #[must_use]
     pub fn lowest(mut self, count: usize) -> Self {
         self.lowest = Some(count);
+        self
+    }
+
+    /// Only the so many modes whose frequencies are nearest to this one, in rad/s.
+    #[must_use]
+    pub fn near(mut self, omega: f64, count: usize) -> Self {
+        self.near = Some((omega, count));
         self
     }
 

@@ -97,6 +97,7 @@ pub(super) fn normal_modes(linearized: &Linearized, options: &Options) -> Result
         zero_motions,
         modes,
         level: found.level,
+        method: None,
         gyroscopically_stabilised: stabilised,
     })
 }

@@ -6,6 +6,7 @@
 
 mod exponents;
 mod parts;
+mod sparse;
 mod symmetry;
 mod units;
 mod warning;
@@ -13,10 +14,11 @@ mod warning;
 pub use units::in_units;
 pub use warning::{Warning, warnings};
 
-use crate::linearize::{LinearizeError, Linearized, Structure, Units, ZeroMode};
+use crate::linearize::{LinearizeError, Linearized, Structure, Units, ZeroMode, check_size};
 use crate::modes::exponents::Limit;
 use crate::modes::{
-    self, Factors, Kind, ModesError, Options, Precise, PreciseProblem, PrecisionLevel, Problem, Source, Stability,
+    self, Factors, Kind, Method, ModesError, Options, Precise, PreciseProblem, PrecisionLevel, Problem, Source,
+    Spectrum, Stability,
 };
 use crate::precision::Ball;
 use crate::span::Span;
@@ -39,6 +41,8 @@ pub struct NormalModes {
     /// What the zero modes are together, each in words: "translation", "rotation about z", …; their vectors, real and
     /// imaginary parts of complex ones, are some basis of these motions.
     pub zero_motions: Vec<String>,
+    /// How some modes of a large model were found; `None` where all matrices were dense.
+    pub method: Option<Method>,
     /// The potential has no minimum here, and gyroscopic forces keep the motion stable all the same.
     pub gyroscopically_stabilised: bool,
 }
@@ -126,10 +130,25 @@ pub fn normal_modes(linearized: &Linearized, options: &Options) -> Result<Normal
 }
 
 fn modes_of(linearized: &Linearized, options: &Options) -> Result<NormalModes, LinearizeError> {
+    if options.given.is_none()
+        && let Some((omega, count)) = options.near
+    {
+        if let Some(modes) = sparse::some_modes(linearized, options)? {
+            return Ok(modes);
+        }
+        let every = Options { near: None, lowest: None, ..options.clone() };
+        let mut all = modes_of(linearized, &every)?;
+        nearest(&mut all.modes, omega, count);
+        return Ok(all);
+    }
+    if let Some(modes) = sparse::some_modes(linearized, options)? {
+        return Ok(modes);
+    }
     if linearized.structure() != Structure::Conservative {
         return exponents::normal_modes(linearized, options);
     }
     let dimension = linearized.dimension();
+    check_size(dimension)?;
     let mass = linearized.mass();
     let stiffness = linearized.stiffness();
     if !mass.iter().chain(&stiffness).all(Ball::is_finite)
@@ -169,6 +188,17 @@ fn modes_of(linearized: &Linearized, options: &Options) -> Result<NormalModes, L
             spectrum = solve(&mut problem, &mut zero_modes)?;
         }
     }
+    Ok(with_names(linearized, spectrum, labels, zero_motions(zero_modes), options))
+}
+
+/// The modes of a spectrum with their classes.
+fn with_names(
+    linearized: &Linearized,
+    spectrum: Spectrum,
+    labels: Option<symmetry::Labels>,
+    zero_motions: Vec<String>,
+    options: &Options,
+) -> NormalModes {
     let vectors = spectrum.modes.iter();
     let vectors: Vec<(&[f64], f64)> = vectors.map(|mode| (mode.vector.as_slice(), mode.vector_error_bound)).collect();
     let classes = labels.map_or_else(Vec::new, |mut labels| labels.of(&vectors));
@@ -200,15 +230,27 @@ fn modes_of(linearized: &Linearized, options: &Options) -> Result<NormalModes, L
             }
         })
         .collect();
-    Ok(NormalModes {
+    NormalModes {
         stability: spectrum.stability,
         // K and M are symmetric: a zero mode drifts, and every other motion has its own vector.
         secular: Some(false),
-        zero_motions: zero_motions(zero_modes),
+        zero_motions,
         modes,
         level: spectrum.level,
+        method: None,
         gyroscopically_stabilised: false,
-    })
+    }
+}
+
+/// Keeps so many modes whose frequencies are nearest to one.
+fn nearest(modes: &mut Vec<NormalMode>, omega: f64, count: usize) {
+    let distance = |mode: &NormalMode| (mode.omega.mid_f64() - omega).abs();
+    let mut order: Vec<usize> = (0..modes.len()).collect();
+    order.sort_by(|a, b| distance(&modes[*a]).total_cmp(&distance(&modes[*b])));
+    let mut kept = vec![false; modes.len()];
+    order.into_iter().take(count).for_each(|at| kept[at] = true);
+    let mut kept = kept.into_iter();
+    modes.retain(|_| kept.next() == Some(true));
 }
 
 /// The shape in all coordinates, where constraints tie some to others: the first component within 1e-6 of

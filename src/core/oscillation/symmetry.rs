@@ -11,7 +11,7 @@ use crate::precision::{Ball, Big, Scalar};
 use crate::symmetry::{Classes, Pattern, Symmetry};
 
 /// Larger models are not searched.
-const MOST_COORDINATES: usize = 1500;
+pub(super) const MOST_COORDINATES: usize = 1500;
 /// Numbers that agree to so many bits are equal.
 const BITS: usize = 1024;
 

@@ -1,0 +1,375 @@
+//! Sparse symmetric matrices by whole rows, and what is computed with eight vectors at once.
+
+use pulp::{Arch, Simd, WithSimd};
+
+use crate::precision::{Ball, DoubleDouble, LANES, Lane, SparseMatrix, product_error};
+
+/// u, the rounding of a double.
+pub(super) const U: f64 = 0.5 * f64::EPSILON;
+/// Sums of products are taken in pieces of so many rows, which are then added in double-double.
+const PIECE: usize = 1024;
+
+/// A symmetric matrix by rows: centres of the entries as two doubles.
+pub(super) struct Rows {
+    pub(super) starts: Vec<usize>,
+    pub(super) columns: Vec<u32>,
+    pub(super) high: Vec<f64>,
+    /// Empty where all entries are doubles.
+    pub(super) low: Vec<f64>,
+    /// Radii of the entries; empty where all are exact.
+    radii: Vec<f64>,
+    /// The most entries of a row.
+    pub(super) widest: usize,
+}
+
+impl Rows {
+    pub(super) fn new(matrix: &SparseMatrix) -> Self {
+        let n = matrix.dimension();
+        let mut starts = vec![0_usize; n + 1];
+        let (mut doubles, mut exact) = (true, true);
+        for (i, j, value) in matrix.entries() {
+            starts[i + 1] += 1;
+            if i != j {
+                starts[j + 1] += 1;
+            }
+            doubles &= value.mid.lo == 0.0;
+            exact &= value.radius == 0.0;
+        }
+        for i in 0..n {
+            starts[i + 1] += starts[i];
+        }
+        let total = starts[n];
+        let (mut columns, mut high) = (vec![0_u32; total], vec![0.0; total]);
+        let mut low = vec![0.0; if doubles { 0 } else { total }];
+        let mut radii = vec![0.0; if exact { 0 } else { total }];
+        let mut next = starts.clone();
+        // Column by column, so that every row has its entries in rising order: those left of the diagonal come first.
+        for (i, j, value) in matrix.entries() {
+            let mut put = |row: usize, column: usize| {
+                let at = next[row];
+                next[row] += 1;
+                columns[at] = column as u32;
+                high[at] = value.mid.hi;
+                if let Some(low) = low.get_mut(at) {
+                    *low = value.mid.lo;
+                }
+                if let Some(radius) = radii.get_mut(at) {
+                    *radius = value.radius;
+                }
+            };
+            put(i, j);
+            if i != j {
+                put(j, i);
+            }
+        }
+        let widest = (0..n).map(|i| starts[i + 1] - starts[i]).max().unwrap_or(0);
+        Self { starts, columns, high, low, radii, widest }
+    }
+
+    pub(super) fn dimension(&self) -> usize {
+        self.starts.len() - 1
+    }
+
+    pub(super) fn row(&self, i: usize) -> std::ops::Range<usize> {
+        self.starts[i]..self.starts[i + 1]
+    }
+
+    /// The entry in a row and column, 0 where none is stored.
+    pub(super) fn entry(&self, i: usize, j: usize) -> DoubleDouble {
+        let row = self.row(i);
+        let own = self.columns[row.clone()].binary_search(&(j as u32));
+        own.map_or(DoubleDouble::ZERO, |at| self.value(row.start + at))
+    }
+
+    pub(super) fn value(&self, at: usize) -> DoubleDouble {
+        DoubleDouble { hi: self.high[at], lo: self.low.get(at).copied().unwrap_or(0.0) }
+    }
+
+    pub(super) fn radius(&self, at: usize) -> f64 {
+        self.radii.get(at).copied().unwrap_or(0.0)
+    }
+
+    /// A bound of |D^(-1/2) A D^(-1/2)| in length, for A the magnitudes of all entries, and for A their radii.
+    pub(super) fn norms(&self, roots: &[f64]) -> (f64, f64) {
+        let (mut most, mut radius) = (0.0_f64, 0.0_f64);
+        for i in 0..self.dimension() {
+            let (mut sum, mut errors) = (0.0, 0.0);
+            for at in self.row(i) {
+                let weight = roots[i] * roots[self.columns[at] as usize];
+                sum += self.high[at].abs() * weight;
+                errors += self.radius(at) * weight;
+            }
+            let slack = 1.0 + (self.widest + 16) as f64 * 2.0 * U;
+            most = most.max(sum * slack);
+            radius = radius.max(errors * slack);
+        }
+        (most, radius)
+    }
+
+    /// y = A x in doubles.
+    pub(super) fn times(&self, x: &[f64], y: &mut [f64]) {
+        for (i, y) in y.iter_mut().enumerate() {
+            let mut sum = 0.0;
+            for at in self.row(i) {
+                sum += self.high[at] * x[self.columns[at] as usize];
+            }
+            *y = sum;
+        }
+    }
+}
+
+impl Rows {
+    /// y = A x, enclosed.
+    pub(super) fn times_balls(&self, x: &[Ball]) -> Vec<Ball> {
+        let row = |i: usize| {
+            let parts = self.row(i).map(|at| Ball::new(self.value(at), self.radius(at)) * x[self.columns[at] as usize]);
+            parts.fold(Ball::ZERO, |sum, part| sum + part)
+        };
+        (0..self.dimension()).map(row).collect()
+    }
+}
+
+/// Eight vectors side by side, one lane a vector, one element a coordinate.
+pub(super) type Panel = Vec<Lane>;
+
+/// Eight double-doubles.
+#[derive(Clone, Copy)]
+pub(super) struct Pair {
+    pub(super) high: Lane,
+    pub(super) low: Lane,
+}
+
+impl Pair {
+    pub(super) const ZERO: Self = Self { high: Lane::ZERO, low: Lane::ZERO };
+
+    /// self + x y, for x a number in two parts.
+    #[inline(always)]
+    fn add_product<const FUSED: bool>(&mut self, (high, low): (f64, f64), y: Lane) {
+        let (product, error) = lane_product::<FUSED>(Lane::splat(high), y);
+        let (sum, rest) = lane_sum(self.high, product);
+        self.high = sum;
+        self.low += rest + (error + Lane::splat(low) * y);
+    }
+
+    /// self + x y.
+    #[inline(always)]
+    fn add_products<const FUSED: bool>(&mut self, x: Lane, y: &Self) {
+        let (product, error) = lane_product::<FUSED>(x, y.high);
+        let (sum, rest) = lane_sum(self.high, product);
+        self.high = sum;
+        self.low += rest + (error + x * y.low);
+    }
+
+    /// Its parts as they should be: the lower one less than a rounding of the higher one.
+    #[inline(always)]
+    fn settled(&self) -> Self {
+        let (high, low) = lane_sum(self.high, self.low);
+        Self { high, low }
+    }
+}
+
+/// See [`two_sum`](crate::precision::two_sum).
+#[inline(always)]
+pub(super) fn lane_sum(a: Lane, b: Lane) -> (Lane, Lane) {
+    let s = a + b;
+    let t = s - a;
+    (s, (a - (s - t)) + (b - t))
+}
+
+/// See [`two_prod`](crate::precision::two_prod).
+#[inline(always)]
+pub(super) fn lane_product<const FUSED: bool>(a: Lane, b: Lane) -> (Lane, Lane) {
+    let p = a * b;
+    let mut error = p;
+    for l in 0..LANES {
+        error.0[l] = if FUSED { a.0[l].mul_add(b.0[l], -p.0[l]) } else { product_error(a.0[l], b.0[l], p.0[l]) };
+    }
+    (p, error)
+}
+
+/// Whether products may be fused: where there are vectors in what is chosen at run time, they are.
+pub(super) const fn fused<S: Simd>() -> bool {
+    size_of::<S::f64s>() > size_of::<f64>() || cfg!(any(target_feature = "fma", target_arch = "aarch64"))
+}
+
+/// K x - θ M x of eight vectors, summed in double-double and rounded to doubles.
+///
+/// With m entries in the widest row of K and of M: the products of higher parts are taken apart exactly, as are the additions of
+/// their roundings; what is added to the lower parts is at most u (m + 2) times the sum P of magnitudes and is rounded at most
+/// 2 m + 8 times, so that a component is off by ((m + 3)² + 16) u² P (|K| and |θ| |M| together), and by u of itself.
+pub(super) struct Residuals<'a> {
+    pub(super) stiffness: &'a Rows,
+    pub(super) mass: &'a Rows,
+    pub(super) x: &'a [Lane],
+    pub(super) theta: Lane,
+    pub(super) out: &'a mut [Lane],
+}
+
+impl WithSimd for Residuals<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        if fused::<S>() { self.run::<true>() } else { self.run::<false>() }
+    }
+}
+
+/// A row of A times eight vectors, in double-double.
+#[inline(always)]
+fn row_times<const FUSED: bool>(rows: &Rows, i: usize, x: &[Lane]) -> Pair {
+    let mut sum = Pair::ZERO;
+    for at in rows.row(i) {
+        let low = rows.low.get(at).copied().unwrap_or(0.0);
+        sum.add_product::<FUSED>((rows.high[at], low), x[rows.columns[at] as usize]);
+    }
+    sum
+}
+
+impl Residuals<'_> {
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) {
+        let Self { stiffness, mass, x, theta, out } = self;
+        for (i, out) in out.iter_mut().enumerate() {
+            let mut sum = row_times::<FUSED>(stiffness, i, x);
+            let inertia = row_times::<FUSED>(mass, i, x).settled();
+            sum.add_products::<FUSED>(-theta, &inertia);
+            *out = sum.high + sum.low;
+        }
+    }
+}
+
+/// ‖K z - σ M z - r‖ of eight vectors, squared, with weights; see [`Residuals`] and [`squares`].
+pub(super) struct Leftovers<'a> {
+    pub(super) stiffness: &'a Rows,
+    pub(super) mass: &'a Rows,
+    pub(super) z: &'a [Lane],
+    pub(super) shift: f64,
+    pub(super) r: &'a [Lane],
+    pub(super) roots: &'a [f64],
+}
+
+impl WithSimd for Leftovers<'_> {
+    type Output = Lane;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Lane {
+        if fused::<S>() { self.run::<true>() } else { self.run::<false>() }
+    }
+}
+
+impl Leftovers<'_> {
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) -> Lane {
+        let Self { stiffness, mass, z, shift, r, roots } = self;
+        let theta = Lane::splat(-shift);
+        let (mut total, mut sum) = (Lane::ZERO, Lane::ZERO);
+        for (i, r) in r.iter().enumerate() {
+            let mut own = row_times::<FUSED>(stiffness, i, z);
+            if shift != 0.0 {
+                own.add_products::<FUSED>(theta, &row_times::<FUSED>(mass, i, z).settled());
+            }
+            let left = ((own.high - *r) + own.low) * Lane::splat(roots[i]);
+            sum += left * left;
+            if i % PIECE == PIECE - 1 {
+                total += sum;
+                sum = Lane::ZERO;
+            }
+        }
+        rounded_up(total + sum, r.len())
+    }
+}
+
+/// Products of eight vectors with eight others, each with its own: Σ x_i y_i. Off by at most [`products_error`] times the lengths.
+pub(super) fn products(x: &[Lane], y: &[Lane]) -> Lane {
+    let mut total = Lane::ZERO;
+    for (x, y) in x.chunks(PIECE).zip(y.chunks(PIECE)) {
+        let own = x.iter().zip(y).fold(Lane::ZERO, |sum, (x, y)| sum + *x * *y);
+        total += own;
+    }
+    total
+}
+
+/// See [`products`].
+pub(super) fn products_error(n: usize) -> f64 {
+    2.0 * (PIECE + n / PIECE + 8) as f64 * U
+}
+
+/// A sum of squares in pieces that is not below the exact one.
+#[inline(always)]
+fn rounded_up(sum: Lane, n: usize) -> Lane {
+    let roundings = (PIECE + n / PIECE + 16) as f64;
+    sum * Lane::splat(1.0 + 2.0 * roundings * U)
+}
+
+/// Products of eight vectors with eight others: `[a][b]`.
+pub(super) type Products = [[DoubleDouble; LANES]; LANES];
+
+const NO_PRODUCTS: Products = [[DoubleDouble::ZERO; LANES]; LANES];
+
+/// x_a · A y_b in double-double, x_a · y_b where A is none: a sum of n products, added in pieces. What it is off by is at
+/// most u² ((m + 3)² + (PIECE + 3)² + n / PIECE + 32) times the sum of all magnitudes.
+pub(super) struct InnerProducts<'a> {
+    pub(super) x: &'a [Lane],
+    pub(super) matrix: Option<&'a Rows>,
+    pub(super) y: &'a [Lane],
+}
+
+/// See [`InnerProducts`], in units of u² of the sum of magnitudes.
+pub(super) fn inner_product_error(n: usize, widest: usize) -> f64 {
+    let square = |x: usize| (x as f64 + 3.0) * (x as f64 + 3.0);
+    square(widest) + square(PIECE) + (n / PIECE) as f64 + 32.0
+}
+
+impl WithSimd for InnerProducts<'_> {
+    type Output = Products;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Products {
+        if fused::<S>() { self.run::<true>() } else { self.run::<false>() }
+    }
+}
+
+impl InnerProducts<'_> {
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) -> Products {
+        let mut total = NO_PRODUCTS;
+        let n = self.x.len();
+        for start in (0..n).step_by(PIECE) {
+            let mut sums = [Pair::ZERO; LANES];
+            for i in start..n.min(start + PIECE) {
+                let y = match self.matrix {
+                    Some(rows) => row_times::<FUSED>(rows, i, self.y).settled(),
+                    None => Pair { high: self.y[i], low: Lane::ZERO },
+                };
+                for (a, sum) in sums.iter_mut().enumerate() {
+                    sum.add_products::<FUSED>(Lane::splat(self.x[i].0[a]), &y);
+                }
+            }
+            for (total, sum) in total.iter_mut().zip(&sums) {
+                for (b, total) in total.iter_mut().enumerate() {
+                    *total = *total + DoubleDouble::new(sum.high.0[b], sum.low.0[b]);
+                }
+            }
+        }
+        total
+    }
+}
+
+/// Runs a kernel with the vector instructions of the machine.
+pub(super) fn dispatch<K: WithSimd>(kernel: K) -> K::Output {
+    Arch::new().dispatch(kernel)
+}
+
+/// Lengths of eight vectors, squared, with weights: Σ (w_i x_i)², each not below the exact value.
+pub(super) fn squares(x: &[Lane], weights: &[f64]) -> Lane {
+    let mut total = Lane::ZERO;
+    for (x, weights) in x.chunks(PIECE).zip(weights.chunks(PIECE)) {
+        let mut sum = Lane::ZERO;
+        for (x, weight) in x.iter().zip(weights) {
+            let own = *x * Lane::splat(*weight);
+            sum += own * own;
+        }
+        total += sum;
+    }
+    rounded_up(total, x.len())
+}

@@ -1,0 +1,329 @@
+//! Some modes of large sparse problems: against closed forms, and against the dense path for random ones.
+
+#![cfg(feature = "engine")]
+
+use std::path::Path;
+
+use librate::linearize::linearize;
+use librate::model::{Settings, TableTexts, elaborate};
+use librate::modes::{Kind, Options, Stability};
+use librate::oscillation::{NormalModes, normal_modes};
+use librate::precision::Ball;
+use librate::syntax::parse;
+use librate_core::modes::{Method, Problem, SparseProblem, Wanted, solve, solve_sparse};
+use librate_core::precision::SparseMatrix;
+use proptest::prelude::*;
+use proptest::strategy::ValueTree;
+
+use crate::common::{model, model_in};
+
+const CHAIN: &str = "
+coord x[1..N]
+let u[0] = 0
+let u[i in 1..N] = x[i]
+let u[N+1] = 0
+T = sum(i in 1..N, 1/2*x[i]'^2)
+V = sum(i in 0..N, 1/2*(u[i+1] - u[i])^2)
+";
+
+const FREE_CHAIN: &str = "
+coord x[1..N]
+T = sum(i in 1..N, 1/2*x[i]'^2)
+V = sum(i in 1..N-1, 1/2*(x[i+1] - x[i])^2)
+";
+
+/// A membrane of N by N masses in a frame.
+const MEMBRANE: &str = "
+coord z[1..N, 1..N]
+T = sum(i in 1..N, j in 1..N, 1/2*z[i,j]'^2)
+V = sum(i in 1..N-1, j in 1..N, 1/2*(z[i+1,j] - z[i,j])^2) + sum(i in 1..N, j in 1..N-1, 1/2*(z[i,j+1] - z[i,j])^2)
+  + sum(j in 1..N, 1/2*z[1,j]^2 + 1/2*z[N,j]^2) + sum(i in 1..N, 1/2*z[i,1]^2 + 1/2*z[i,N]^2)
+";
+
+fn modes(text: &str, n: usize, options: &Options) -> NormalModes {
+    let linearized = linearize(model(&format!("param N = {n}\n{text}"))).unwrap();
+    normal_modes(&linearized, options).unwrap()
+}
+
+/// 2 sin(πj / 2(n + 1)), rounded.
+fn of_chain(j: usize, n: usize) -> f64 {
+    2.0 * (std::f64::consts::PI * j as f64 / (2.0 * (n as f64 + 1.0))).sin()
+}
+
+/// That an enclosure holds a number that is known to a few roundings, and is narrow.
+fn holds(omega: &Ball, exact: f64, radius: f64) {
+    let (mid, off) = (omega.mid_f64(), omega.radius + 4.0 * f64::EPSILON * exact);
+    assert!((mid - exact).abs() <= off, "{mid} is not {exact}");
+    assert!(omega.radius <= radius * exact, "{exact} to {}", omega.radius);
+}
+
+#[test]
+fn long_chains_have_their_closed_frequencies() {
+    for (n, lowest) in [(301, 4), (5000, 10), (20000, 5)] {
+        let found = modes(CHAIN, n, &Options::default().lowest(lowest));
+        assert_eq!(found.method, Some(Method::Tridiagonal));
+        assert_eq!(found.stability, Stability::Stable);
+        assert_eq!(found.modes.len(), lowest);
+        for (j, mode) in found.modes.iter().enumerate() {
+            holds(&mode.omega, of_chain(j + 1, n), 1e-15);
+            // x_i = √(2 / (n + 1)) sin(πij / (n + 1)), the largest component positive.
+            let sine = |i: usize| (std::f64::consts::PI * (i * (j + 1)) as f64 / (n as f64 + 1.0)).sin();
+            let sign = mode.vector[n / 7].signum() * sine(n / 7 + 1).signum();
+            for i in (0..n).step_by(37) {
+                let exact = sign * (2.0 / (n as f64 + 1.0)).sqrt() * sine(i + 1);
+                let off = (mode.vector[i] - exact).abs();
+                assert!(off <= mode.vector_error_bound + 1e-15, "{off} > {}", mode.vector_error_bound);
+            }
+            assert!(mode.vector_error_bound < 1e-9 * (2.0 / n as f64).sqrt());
+        }
+    }
+}
+
+#[test]
+fn a_free_chain_drifts() {
+    let n = 3000;
+    let found = modes(FREE_CHAIN, n, &Options::default().lowest(5));
+    assert_eq!(found.stability, Stability::Neutral);
+    assert_eq!(found.zero_motions, ["translation of x"]);
+    assert_eq!(found.modes[0].kind, Kind::Zero);
+    assert!(found.modes[0].omega.is_zero());
+    for (j, mode) in found.modes.iter().enumerate().skip(1) {
+        holds(&mode.omega, 2.0 * (std::f64::consts::PI * j as f64 / (2.0 * n as f64)).sin(), 1e-15);
+    }
+}
+
+/// All frequencies of a membrane, ascending.
+fn of_membrane(n: usize) -> Vec<f64> {
+    let square = |j: usize| of_chain(j, n).powi(2);
+    let mut all: Vec<f64> = (1..=n).flat_map(|i| (1..=n).map(move |j| (square(i) + square(j)).sqrt())).collect();
+    all.sort_by(f64::total_cmp);
+    all
+}
+
+#[test]
+fn a_membrane_has_all_its_equal_frequencies() {
+    let n = 40;
+    let found = modes(MEMBRANE, n, &Options::default().lowest(30).without_vectors());
+    assert_eq!(found.method, Some(Method::Lanczos));
+    assert_eq!(found.modes.len(), 30);
+    let exact = of_membrane(n);
+    for (mode, exact) in found.modes.iter().zip(&exact) {
+        holds(&mode.omega, *exact, 1e-14);
+    }
+    let clusters: std::collections::BTreeSet<u32> = found.modes.iter().map(|mode| mode.cluster).collect();
+    let mut distinct = exact[..30].to_vec();
+    distinct.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
+    assert_eq!(clusters.len(), distinct.len());
+}
+
+#[test]
+fn modes_near_a_frequency_are_the_nearest() {
+    let (n, omega, count) = (30, 1.7, 8);
+    let found = modes(MEMBRANE, n, &Options::default().near(omega, count).without_vectors());
+    assert!(found.method.is_some());
+    let mut exact = of_membrane(n);
+    exact.sort_by(|a, b| (a - omega).abs().total_cmp(&(b - omega).abs()));
+    let mut nearest = exact[..count].to_vec();
+    nearest.sort_by(f64::total_cmp);
+    for (mode, exact) in found.modes.iter().zip(&nearest) {
+        holds(&mode.omega, *exact, 1e-13);
+    }
+    // The same of a small model, whose matrices are dense.
+    let small = modes(CHAIN, 12, &Options::default().near(1.0, 3));
+    assert!(small.method.is_none());
+    let exact: Vec<f64> = (3..=5).map(|j| of_chain(j, 12)).collect();
+    for (mode, exact) in small.modes.iter().zip(&exact) {
+        holds(&mode.omega, *exact, 1e-11);
+    }
+    // A window that reaches 0 has the lowest.
+    let low = modes(CHAIN, 500, &Options::default().near(0.001, 3));
+    for (j, mode) in low.modes.iter().enumerate() {
+        holds(&mode.omega, of_chain(j + 1, 500), 1e-13);
+    }
+}
+
+#[test]
+fn vectors_of_others_get_bounds() {
+    let n = 20;
+    let exact = of_membrane(n);
+    let lowest = modes(MEMBRANE, n, &Options::default().lowest(6));
+    let given = |from: usize, to: usize| {
+        let mut options = Options::default();
+        // Some digits alone, in other lengths.
+        let rough = lowest.modes[from..to].iter().flat_map(|mode| mode.vector.iter().map(|x| (x * 3e9).round() / 1e9));
+        options.given = Some(rough.collect());
+        options
+    };
+    for (from, to) in [(0, 6), (0, 1), (1, 3), (3, 6)] {
+        let found = modes(MEMBRANE, n, &given(from, to));
+        assert_eq!((found.method, found.modes.len()), (Some(Method::Given), to - from));
+        for (mode, exact) in found.modes.iter().zip(&exact[from..]) {
+            holds(&mode.omega, *exact, 1e-13);
+        }
+    }
+    // The second and third are one frequency: one of them alone is no whole part of the spectrum.
+    let linearized = linearize(model(&format!("param N = {n}\n{MEMBRANE}"))).unwrap();
+    assert!(normal_modes(&linearized, &given(0, 2)).is_err());
+    assert!(normal_modes(&linearized, &given(2, 4)).is_err());
+}
+
+#[test]
+fn models_of_the_folder_for_large_ones_are_solved() {
+    for (file, size) in [("chain", "N = 700"), ("membrane", "N = 20"), ("net", "N = 14")] {
+        let text = std::fs::read_to_string(format!("models/large/{file}.lag")).unwrap();
+        let linearized = linearize(model_in(&text, Path::new("models/large"), &[size])).unwrap();
+        let found = normal_modes(&linearized, &Options::default().lowest(3)).unwrap();
+        assert_eq!(found.stability, Stability::Stable);
+        assert!(found.method.is_some());
+    }
+}
+
+/// Points in a cube as a table, one a unit of volume.
+fn points(count: usize) -> String {
+    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
+    let mut next = || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (count as f64).cbrt() * (state >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    let rows = (0..count).map(|_| format!("{:.4},{:.4},{:.4}\n", next(), next(), next()));
+    std::iter::once("x,y,z\n".to_owned()).chain(rows).collect()
+}
+
+#[test]
+fn a_free_network_has_the_modes_of_the_dense_one() {
+    let text = std::fs::read_to_string("models/large/network.lag").unwrap();
+    let tables = TableTexts::new().with("points.csv".to_owned(), points(300));
+    let model = elaborate(&parse(&text).unwrap(), &tables, &Settings::new()).unwrap();
+    let linearized = linearize(model).unwrap();
+    let few = normal_modes(&linearized, &Options::default().lowest(12).without_vectors()).unwrap();
+    let all = normal_modes(&linearized, &Options::default().without_vectors()).unwrap();
+    assert!(few.method.is_some() && all.method.is_none());
+    let zeros = |modes: &NormalModes| modes.modes.iter().filter(|mode| mode.kind == Kind::Zero).count();
+    assert!(zeros(&few) >= 6 && zeros(&few) == zeros(&all).min(12));
+    assert_eq!((few.stability, &few.zero_motions), (Stability::Neutral, &all.zero_motions));
+    for (mode, same) in few.modes.iter().zip(&all.modes) {
+        assert!((mode.omega - same.omega).contains_zero());
+        assert!(mode.omega.radius <= 1e-12 * mode.omega.mid_f64());
+    }
+}
+
+/// Sparse matrices and the same ones dense.
+#[derive(Debug)]
+struct Case {
+    n: usize,
+    mass: Vec<(u32, u32, Ball)>,
+    stiffness: Vec<(u32, u32, Ball)>,
+}
+
+impl Case {
+    fn dense(&self, shares: &[(u32, u32, Ball)]) -> Vec<Ball> {
+        let mut all = vec![Ball::ZERO; self.n * self.n];
+        for (i, j, value) in shares {
+            for at in [*i as usize + self.n * *j as usize, *j as usize + self.n * *i as usize] {
+                all[at] = all[at] + *value;
+                if i == j {
+                    break;
+                }
+            }
+        }
+        all
+    }
+
+    /// What both ways find of some modes; none where the sparse one gives up.
+    fn compare(&self, wanted: Wanted) -> bool {
+        let sparse = |shares: &[_]| SparseMatrix::from_shares(self.n, shares);
+        let problem = SparseProblem { mass: sparse(&self.mass), stiffness: sparse(&self.stiffness) };
+        let Some((found, _)) = solve_sparse(&problem, wanted, &mut Vec::new, &Options::default()).unwrap() else {
+            return false;
+        };
+        let dense = Problem {
+            dimension: self.n,
+            mass: self.dense(&self.mass),
+            stiffness: self.dense(&self.stiffness),
+            zero_vectors: Vec::new(),
+        };
+        let all = solve(&dense, &Options::default()).unwrap();
+        let first = match wanted {
+            Wanted::Lowest(_) | Wanted::Given(_) => 0,
+            Wanted::Near(..) => {
+                let lowest = found.modes[0].omega_squared;
+                let place = all.modes.iter().position(|mode| !(mode.omega_squared - lowest).contains_zero());
+                let mut at = all.modes.iter().position(|mode| (mode.omega_squared - lowest).contains_zero()).unwrap();
+                // The last of equal ones that leaves room for those found.
+                while at + found.modes.len() < all.modes.len()
+                    && (all.modes[at + 1].omega_squared - lowest).contains_zero()
+                    && found.modes.get(1).is_some_and(|next| !(next.omega_squared - lowest).contains_zero())
+                {
+                    at += 1;
+                }
+                assert!(place.is_some() || self.n == found.modes.len());
+                at
+            }
+        };
+        for (mode, exact) in found.modes.iter().zip(&all.modes[first..]) {
+            let (a, b) = (mode.omega_squared, exact.omega_squared);
+            assert!((a - b).contains_zero(), "{a:?} is not {b:?}");
+            let scale = all.modes.last().unwrap().omega_squared.abs_upper();
+            assert!(a.radius <= 1e-13 * scale, "{a:?}");
+        }
+        true
+    }
+}
+
+/// Springs between some pairs, springs to the ground, some of them negative, equal ones among them.
+fn case() -> impl Strategy<Value = Case> {
+    (10..40_usize, 1..4_usize, any::<bool>()).prop_flat_map(|(n, reach, coupled)| {
+        let spring = prop_oneof![4 => 1..6i32, 1 => Just(1)].prop_map(f64::from);
+        let pairs = proptest::collection::vec((0..n, 1..=reach, spring), n..3 * n);
+        let ground = proptest::collection::vec(prop_oneof![6 => 1..4i32, 1 => -2..1i32], n);
+        let masses = proptest::collection::vec(1..5i32, n);
+        (pairs, ground, masses).prop_map(move |(pairs, ground, masses)| {
+            let place = |i: usize| i as u32;
+            let mut stiffness = Vec::new();
+            for (i, step, k) in pairs {
+                let j = (i + step) % n;
+                for at in [i, j] {
+                    stiffness.push((place(at), place(at), Ball::exact(k)));
+                }
+                stiffness.push((place(i.max(j)), place(i.min(j)), Ball::exact(-k)));
+            }
+            let diagonal = |values: Vec<i32>, scale: f64| -> Vec<(u32, u32, Ball)> {
+                (0..).zip(values).map(|(i, value)| (i, i, Ball::exact(scale * f64::from(value)))).collect()
+            };
+            stiffness.extend(diagonal(ground, 0.25));
+            let mut mass = diagonal(masses, 1.0);
+            if coupled {
+                mass.extend((1..place(n)).map(|i| (i, i - 1, Ball::exact(0.25))));
+            }
+            Case { n, mass, stiffness }
+        })
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 150, ..ProptestConfig::default() })]
+
+    #[test]
+    fn random_sparse_problems_agree_with_dense_ones(case in case(), count in 1..6_usize) {
+        case.compare(Wanted::Lowest(count));
+    }
+
+    #[test]
+    fn modes_near_a_frequency_agree_with_dense_ones(case in case(), count in 1..5_usize, omega in 0.5..3.0) {
+        case.compare(Wanted::Near(omega, count));
+    }
+}
+
+#[test]
+fn random_sparse_problems_are_solved() {
+    // That few are given up: the property above says nothing of those.
+    let mut runner = proptest::test_runner::TestRunner::deterministic();
+    let mut solved = 0;
+    for _ in 0..40 {
+        let case = case().new_tree(&mut runner).unwrap().current();
+        solved += usize::from(case.compare(Wanted::Lowest(3)));
+    }
+    assert!(solved >= 38, "{solved} of 40");
+}
