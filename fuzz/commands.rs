@@ -14,8 +14,9 @@ use librate::diagnostic::Diagnostic;
 use librate::model::{self, Constant, Model, Range, Settings, TableTexts};
 use librate::motion::{Enclosed, Start, System, Times};
 use librate::period::{self, Oscillator, Request};
-use librate::report::{self, Style};
-use librate::{Error, amplitude, floquet, inertia, linearize, modes, oscillation, sensitivity, sweep, syntax};
+use librate::report::{self, Style, SweepColumns, SweepRow};
+use librate::sweep::Sweep;
+use librate::{Error, amplitude, floquet, inertia, linearize, modes, oscillation, sensitivity, syntax};
 
 /// The longest text, in bytes: what is small to the command line.
 const MOST_BYTES: usize = 8192;
@@ -130,8 +131,20 @@ fn command(number: usize, text: &str, flags: &mut Flags, budget: &Budget) -> Res
             return Ok("no range".to_owned());
         };
         let options = modes::Options::default();
-        let places: Vec<_> = sweep::sweep(&file, &tables, &settings, &range, &options).collect();
-        return Ok(report::sweep_csv(&range, &places, &options));
+        let digits = options.digits;
+        let (name, count) = (range.name().to_owned(), range.len());
+        let sweep = Sweep::new(file, tables, settings, range, options);
+        let row = |place: usize| {
+            let place = sweep.place(place);
+            match &place.result {
+                Ok((_, modes)) => SweepRow::new(place.value, modes, digits),
+                Err(_) => SweepRow::empty(place.value),
+            }
+        };
+        let rows: Vec<SweepRow> = (0..count).map(row).collect();
+        let columns = SweepColumns::of(&name, rows.iter(), false);
+        let lines: Vec<String> = rows.iter().map(|row| columns.cells(row).join(",")).collect();
+        return Ok(lines.join("\n"));
     }
     if number > 4 {
         linearize::check_size(model::coordinate_count(&file, &tables, &settings))?;

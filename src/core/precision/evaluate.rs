@@ -202,6 +202,12 @@ impl Scalar for Ball {
     }
 
     #[inline]
+    fn is_same(&self, other: &Self) -> bool {
+        let bits = |own: &Self| [own.mid.hi, own.mid.lo, own.radius].map(f64::to_bits);
+        bits(self) == bits(other)
+    }
+
+    #[inline]
     fn pi((): ()) -> Self {
         Ball::PI
     }

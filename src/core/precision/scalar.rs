@@ -77,6 +77,10 @@ pub trait Scalar: Clone {
     }
     /// Whether the value is a number at all.
     fn is_finite(&self) -> bool;
+    /// Whether two values are the same bit by bit, for types that are quickly compared; false says nothing.
+    fn is_same(&self, _other: &Self) -> bool {
+        false
+    }
     /// The same in numbers whose exponents have no end, for an enclosure that has one of its own range.
     fn to_wide(&self, _bits: usize) -> Option<Big> {
         None

@@ -93,6 +93,13 @@ pub fn solve_sparse(
     }
 }
 
+/// Vectors that may be all of a window; with what they are proved by at the lower end of the spectrum.
+struct Candidates<'a> {
+    columns: Columns,
+    window: Window,
+    positive: Option<Rc<Factor<'a>>>,
+}
+
 struct Search<'a> {
     pencil: &'a Pencil,
     zeros: Zeros,
@@ -111,23 +118,25 @@ impl<'a> Search<'a> {
         let count = count.min(n);
         // Zero modes come before those that oscillate, so that fewer of these are needed; but some mode has to be.
         let elastic = count.saturating_sub(self.zero_count()).max(1).min(n - self.zero_count());
-        if self.pencil.is_tridiagonal()
-            && let Some(found) = self.tridiagonal(elastic)
-        {
-            let (columns, window, factor) = found;
-            if let Some(proof) = prove(self.pencil, &columns, &self.zeros, window, factor.as_deref(), self.options)? {
-                return Ok(Some((self.spectrum(&columns, proof, count), Method::Tridiagonal)));
-            }
+        let tridiagonal = self.pencil.is_tridiagonal().then(|| self.tridiagonal(elastic)).flatten();
+        if let Some(spectrum) = self.proved(tridiagonal, count)? {
+            return Ok(Some((spectrum, Method::Tridiagonal)));
         }
-        let Some((columns, window, factor)) = self.by_lanczos(elastic) else {
+        let spectrum = self.proved(self.by_lanczos(elastic), count)?;
+        Ok(spectrum.map(|spectrum| (spectrum, Method::Lanczos)))
+    }
+
+    /// The first modes of candidates, if these are proved.
+    fn proved(&self, found: Option<Candidates<'_>>, count: usize) -> Result<Option<Spectrum>, ModesError> {
+        let Some(Candidates { columns, window, positive }) = found else {
             return Ok(None);
         };
-        let proof = prove(self.pencil, &columns, &self.zeros, window, Some(&factor), self.options)?;
-        Ok(proof.map(|proof| (self.spectrum(&columns, proof, count), Method::Lanczos)))
+        let proof = prove(self.pencil, &columns, &self.zeros, window, positive.as_deref(), self.options)?;
+        Ok(proof.map(|proof| self.spectrum(&columns, proof, count)))
     }
 
     /// The lowest eigenvalues but the zeros, of tridiagonal matrices: one more than wanted, and further until the next is apart.
-    fn tridiagonal(&self, elastic: usize) -> Option<(Columns, Window, Option<Rc<Factor<'a>>>)> {
+    fn tridiagonal(&self, elastic: usize) -> Option<Candidates<'a>> {
         let n = self.pencil.dimension();
         let zeros = self.zero_count();
         let bands = Bands::new(self.pencil)?;
@@ -155,7 +164,7 @@ impl<'a> Search<'a> {
             }
             None => Window { low: None, high: None },
         };
-        Some((columns, window, self.positive()))
+        Some(Candidates { columns, window, positive: self.positive() })
     }
 
     /// A number below which there are so many eigenvalues and no more, from a shift.
@@ -183,7 +192,7 @@ impl<'a> Search<'a> {
     }
 
     /// The lowest eigenvalues but the zeros, by Lanczos steps.
-    fn by_lanczos(&self, elastic: usize) -> Option<(Columns, Window, Rc<Factor<'a>>)> {
+    fn by_lanczos(&self, elastic: usize) -> Option<Candidates<'a>> {
         let n = self.pencil.dimension();
         let zeros = self.zero_count();
         let free = n - zeros;
@@ -210,7 +219,8 @@ impl<'a> Search<'a> {
             order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
             if values.len() == free {
                 let window = Window { low: None, high: None };
-                return Some((self.columns(&known[base..], &values, &order), window, factor));
+                let columns = self.columns(&known[base..], &values, &order);
+                return Some(Candidates { columns, window, positive: Some(factor) });
             }
             // The first place behind those wanted where the next one is apart.
             let value = |k: usize| order.get(k).map(|at| values[*at]);
@@ -228,7 +238,8 @@ impl<'a> Search<'a> {
             if missing == 0 {
                 order.truncate(k);
                 let window = Window { low: None, high: Some(below(counted.shift, counted.error)) };
-                return Some((self.columns(&known[base..], &values, &order), window, factor));
+                let columns = self.columns(&known[base..], &values, &order);
+                return Some(Candidates { columns, window, positive: Some(factor) });
             }
             more = (missing + 1).min(free - values.len());
         }

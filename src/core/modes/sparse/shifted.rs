@@ -56,6 +56,16 @@ pub(super) struct Factor<'a> {
     pub(super) error: f64,
 }
 
+/// A decomposition with what its error is bounded by.
+struct Decomposed {
+    values: Values,
+    negative: usize,
+    /// A bound of D^(-1/2) |L| |D| |Lᵀ| D^(-1/2) in length.
+    size: f64,
+    /// The most entries in a row of L.
+    widest: usize,
+}
+
 enum Values {
     /// Pivots, and the entries of L below them.
     Tridiagonal(Vec<f64>, Vec<f64>),
@@ -98,7 +108,7 @@ impl Pencil {
 
     /// L D Lᵀ; `None` where a pivot is 0 or none.
     pub(super) fn factor(&self, shift: f64) -> Option<Factor<'_>> {
-        let (values, negative, size, widest) = match &self.structure {
+        let Decomposed { values, negative, size, widest } = match &self.structure {
             Structure::Tridiagonal => self.tridiagonal(shift)?,
             Structure::General(general) => general.factor(self, shift)?,
         };
@@ -117,8 +127,7 @@ impl Pencil {
         error.is_finite().then_some(Factor { pencil: self, shift, values, negative, weakest, error })
     }
 
-    /// Pivots and L, the number of negative pivots, a bound of D^(-1/2) |L| |D| |Lᵀ| D^(-1/2) in length, entries in a row of L.
-    fn tridiagonal(&self, shift: f64) -> Option<(Values, usize, f64, usize)> {
+    fn tridiagonal(&self, shift: f64) -> Option<Decomposed> {
         let n = self.dimension();
         let (mut pivots, mut below) = (Vec::with_capacity(n), Vec::with_capacity(n));
         let (mut pivot, mut negative) = (1.0, 0);
@@ -144,7 +153,8 @@ impl Pencil {
         }
         let last = self.roots.last().copied().unwrap_or(0.0);
         size = size.max(last * (f64::abs(pivot) * last + left));
-        Some((Values::Tridiagonal(pivots, below), negative, size * (1.0 + 32.0 * U), 2))
+        let values = Values::Tridiagonal(pivots, below);
+        Some(Decomposed { values, negative, size: size * (1.0 + 32.0 * U), widest: 2 })
     }
 }
 
@@ -214,7 +224,7 @@ impl General {
         Some(Self { symbolic, starts, rows, widest })
     }
 
-    fn factor(&self, pencil: &Pencil, shift: f64) -> Option<(Values, usize, f64, usize)> {
+    fn factor(&self, pencil: &Pencil, shift: f64) -> Option<Decomposed> {
         let n = pencil.dimension();
         let mut entries = Vec::with_capacity(self.rows.len());
         for j in 0..n {
@@ -259,7 +269,8 @@ impl General {
         });
         let size = products.iter().zip(&roots).map(|(sum, root)| sum * root).fold(0.0, f64::max);
         let slack = 1.0 + (2 * self.widest + n / 1000 + 64) as f64 * 4.0 * U;
-        fine.then_some((Values::General(values), negative, size * slack, self.widest))
+        let values = Values::General(values);
+        fine.then_some(Decomposed { values, negative, size: size * slack, widest: self.widest })
     }
 
     fn weakest(&self, pencil: &Pencil, values: &[f64]) -> f64 {
