@@ -5,7 +5,7 @@ use super::{Exponent, Style, Tone, Written, counted, headline, limit_words, list
 use librate_core::linearize::{Linearized, Origin};
 use librate_core::model::{Coordinate, Coordinates};
 use librate_core::modes::exponents::Limit;
-use librate_core::modes::{Kind, Options, Stability};
+use librate_core::modes::{Kind, Method, Options, Stability};
 use librate_core::oscillation::{NormalMode, NormalModes};
 use librate_core::precision::{Ball, Big, one_digit_up_text};
 
@@ -55,12 +55,15 @@ pub fn modes_text(linearized: &Linearized, modes: &NormalModes, options: &Option
     // A count of all eigenvalues up to there is part of the bounds.
     let proved = if modes.method.is_some() { ", counted: none is missing" } else { "" };
     match (modes.modes.len(), options.near) {
+        (some, _) if modes.method == Some(Method::Given) => {
+            out.push_str(&format!("{some} of {count} modes, from given vectors, none between them missing\n"));
+        }
         (some, _) if some >= count => {}
         (1, None) => out.push_str(&format!("the lowest of {count} modes{proved}\n")),
         (some, None) => out.push_str(&format!("the {some} lowest of {count} modes{proved}\n")),
         (1, Some((omega, _))) => out.push_str(&format!("the mode nearest to {omega} rad/s of {count}{proved}\n")),
         (some, Some((omega, _))) => {
-            out.push_str(&format!("the {some} modes nearest to {omega} rad/s of {count}{proved}\n"))
+            out.push_str(&format!("the {some} modes nearest to {omega} rad/s of {count}{proved}\n"));
         }
     }
     let rows: Vec<Row> = modes.modes.iter().map(|mode| Row::new(mode, options, model.has_units)).collect();

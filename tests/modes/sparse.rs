@@ -9,6 +9,7 @@ use librate::model::{Settings, TableTexts, elaborate};
 use librate::modes::{Kind, Options, Stability};
 use librate::oscillation::{NormalModes, normal_modes};
 use librate::precision::Ball;
+use librate::report::{Style, modes_text};
 use librate::syntax::parse;
 use librate_core::modes::{Method, Problem, SparseProblem, Wanted, solve, solve_sparse};
 use librate_core::precision::SparseMatrix;
@@ -163,6 +164,10 @@ fn vectors_of_others_get_bounds() {
     }
     // The second and third are one frequency: one of them alone is no whole part of the spectrum.
     let linearized = linearize(model(&format!("param N = {n}\n{MEMBRANE}"))).unwrap();
+    let options = given(3, 6);
+    let found = normal_modes(&linearized, &options).unwrap();
+    let text = modes_text(&linearized, &found, &options, &Style::default());
+    assert!(text.contains("3 of 400 modes, from given vectors, none between them missing"), "{text}");
     assert!(normal_modes(&linearized, &given(0, 2)).is_err());
     assert!(normal_modes(&linearized, &given(2, 4)).is_err());
 }
