@@ -418,7 +418,7 @@ fn losses(report: &Report) -> String {
         );
     }
     out.push_str(
-        "- Sparse problems are solved as dense ones: LAPACK's tridiagonal solver and ARPACK make use of the zeros, librate does not.\n",
+        "- All modes come from dense matrices: LAPACK's tridiagonal solver and ARPACK make use of the zeros, librate only where a few modes of a large model are wanted, which is not measured here.\n",
     );
     out
 }
