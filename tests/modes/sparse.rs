@@ -136,6 +136,11 @@ fn modes_near_a_frequency_are_the_nearest() {
     for (mode, exact) in small.modes.iter().zip(&exact) {
         holds(&mode.omega, *exact, 1e-11);
     }
+    // Far from usual numbers modes are computed in other units, and asked for in rad/s.
+    let far = "param k = 1e-200\ncoord x, y, z\nT = 1/2*(x'^2 + y'^2 + z'^2)\nV = k*(1/2*x^2 + 2*y^2 + 9/2*z^2)";
+    let found = normal_modes(&linearize(model(far)).unwrap(), &Options::default().near(2e-100, 1)).unwrap();
+    assert_eq!(found.modes.len(), 1);
+    holds(&found.modes[0].omega, 2e-100, 1e-9);
     // A window that reaches 0 has the lowest.
     let low = modes(CHAIN, 500, &Options::default().near(0.001, 3));
     for (j, mode) in low.modes.iter().enumerate() {

@@ -39,6 +39,7 @@ use dense::Matrix;
 pub use factored::Factors;
 use levels::{Certificate, Gram, Solution, covered, first, refined};
 use pencil::{Scaled, ZeroSpace};
+pub(crate) use sparse::keep_nearest;
 pub use sparse::{Method, SparseProblem, Wanted, solve_sparse};
 use spectrum::spectrum;
 

@@ -126,24 +126,18 @@ pub fn normal_modes(linearized: &Linearized, options: &Options) -> Result<Normal
     if let Some(own) = linearized.units() {
         modes.modes.iter_mut().for_each(|mode| units::in_si(own, mode));
     }
+    if let (None, Some((omega, count))) = (&options.given, options.near) {
+        modes::keep_nearest(&mut modes.modes, count, |mode| (mode.omega.mid_f64() - omega).abs());
+    }
     Ok(modes)
 }
 
 fn modes_of(linearized: &Linearized, options: &Options) -> Result<NormalModes, LinearizeError> {
-    if options.given.is_none()
-        && let Some((omega, count)) = options.near
-    {
-        if let Some(modes) = sparse::some_modes(linearized, options)? {
-            return Ok(modes);
-        }
-        let every = Options { near: None, lowest: None, ..options.clone() };
-        let mut all = modes_of(linearized, &every)?;
-        nearest(&mut all.modes, omega, count);
-        return Ok(all);
-    }
     if let Some(modes) = sparse::some_modes(linearized, options)? {
         return Ok(modes);
     }
+    // The nearest ones are among all.
+    let options = &Options { lowest: options.lowest.filter(|_| options.near.is_none()), ..options.clone() };
     if linearized.structure() != Structure::Conservative {
         return exponents::normal_modes(linearized, options);
     }
@@ -240,17 +234,6 @@ fn with_names(
         method: None,
         gyroscopically_stabilised: false,
     }
-}
-
-/// Keeps so many modes whose frequencies are nearest to one.
-fn nearest(modes: &mut Vec<NormalMode>, omega: f64, count: usize) {
-    let distance = |mode: &NormalMode| (mode.omega.mid_f64() - omega).abs();
-    let mut order: Vec<usize> = (0..modes.len()).collect();
-    order.sort_by(|a, b| distance(&modes[*a]).total_cmp(&distance(&modes[*b])));
-    let mut kept = vec![false; modes.len()];
-    order.into_iter().take(count).for_each(|at| kept[at] = true);
-    let mut kept = kept.into_iter();
-    modes.retain(|_| kept.next() == Some(true));
 }
 
 /// The shape in all coordinates, where constraints tie some to others: the first component within 1e-6 of

@@ -6,6 +6,8 @@
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
+use pulp::{Arch, Simd, WithSimd};
+
 /// How many numbers are worked on at once.
 pub const LANES: usize = 8;
 
@@ -148,4 +150,34 @@ impl SubAssign for Lane {
     fn sub_assign(&mut self, other: Self) {
         *self = *self - other;
     }
+}
+
+/// A loop over numbers that takes products apart: the same bits with fused multiplications and without.
+pub trait Kernel: Sized {
+    /// What comes of it.
+    type Output;
+
+    /// Runs it. Implementations are always inlined, so that the loop has the instructions of its caller.
+    fn run<const FUSED: bool>(self) -> Self::Output;
+}
+
+struct Dispatched<K>(K);
+
+impl<K: Kernel> WithSimd for Dispatched<K> {
+    type Output = K::Output;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> K::Output {
+        // Where there are vectors in what is chosen at run time, there are fused products.
+        if size_of::<S::f64s>() > size_of::<f64>() {
+            self.0.run::<true>()
+        } else {
+            self.0.run::<{ cfg!(any(target_feature = "fma", target_arch = "aarch64")) }>()
+        }
+    }
+}
+
+/// Runs a kernel with the vector instructions that the machine has.
+pub fn dispatch<K: Kernel>(kernel: K) -> K::Output {
+    Arch::new().dispatch(Dispatched(kernel))
 }

@@ -37,7 +37,7 @@ pub use double::{DoubleDouble, fast_two_sum, two_prod, two_sum};
 pub use double::{exponent_of, power_of_two, product_error};
 pub use dual::Dual;
 pub use enclosure::Enclosure;
-pub use lane::{LANES, Lane};
+pub use lane::{Kernel, LANES, Lane, dispatch};
 pub use magnitude::Magnitude;
 pub use matrix::{Entry, Matrix, clear_column, sum_of_products};
 pub use root::Root;

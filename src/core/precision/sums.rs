@@ -1,10 +1,8 @@
 //! Sums of products of mirrored rows, with the vector instructions that the machine has.
 
-use pulp::{Arch, Simd, WithSimd};
-
 use super::ball::{Ball, U2};
 use super::double::{DoubleDouble, power_of_two, product_error, two_sum};
-use super::lane::{LANES, Lane};
+use super::lane::{Kernel, LANES, Lane, dispatch};
 
 /// Rows shorter than this are not worth several sums.
 const SHORT: usize = 4;
@@ -19,7 +17,7 @@ pub(super) fn convolution(left: &[DoubleDouble], right: &[DoubleDouble]) -> Opti
         let products = left.iter().zip(right.iter().rev());
         return products.map(|(x, y)| *x * *y).reduce(|sum, x| sum + x);
     }
-    Some(Arch::new().dispatch(Doubled { left, right }))
+    Some(dispatch(Doubled { left, right }))
 }
 
 struct Doubled<'a> {
@@ -27,23 +25,11 @@ struct Doubled<'a> {
     right: &'a [DoubleDouble],
 }
 
-impl WithSimd for Doubled<'_> {
+impl Kernel for Doubled<'_> {
     type Output = DoubleDouble;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> DoubleDouble {
-        // Where there are vectors in what is chosen at run time, there are fused products.
-        if size_of::<S::f64s>() > size_of::<f64>() {
-            self.sum::<true>()
-        } else {
-            self.sum::<{ cfg!(any(target_feature = "fma", target_arch = "aarch64")) }>()
-        }
-    }
-}
-
-impl Doubled<'_> {
-    #[inline(always)]
-    fn sum<const FUSED: bool>(self) -> DoubleDouble {
+    fn run<const FUSED: bool>(self) -> DoubleDouble {
         let (blocks, left) = self.left.as_chunks::<4>();
         let (right, mirrored) = self.right.as_rchunks::<4>();
         let (mut high, mut low) = ([0.0; 4], [0.0; 4]);
@@ -89,7 +75,7 @@ fn add_product<const FUSED: bool>(x: DoubleDouble, y: DoubleDouble, high: &mut f
 /// in all. Every bound is a sum of at most 4 n + 16 nonnegative roundings, each of them worth a factor 1 + u, and of 3 n that lose at most
 /// 2^-1074 to underflow.
 pub(super) fn convolution_of_balls(left: &[Ball], right: &[Ball]) -> Option<Ball> {
-    Arch::new().dispatch(Enclosed { left, right })
+    dispatch(Enclosed { left, right })
 }
 
 /// Rows of balls shorter than this are multiplied one by one.
@@ -98,19 +84,6 @@ pub(super) const SHORT_FOR_BALLS: usize = SHORT;
 struct Enclosed<'a> {
     left: &'a [Ball],
     right: &'a [Ball],
-}
-
-impl WithSimd for Enclosed<'_> {
-    type Output = Option<Ball>;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Option<Ball> {
-        if size_of::<S::f64s>() > size_of::<f64>() {
-            self.sum::<true>()
-        } else {
-            self.sum::<{ cfg!(any(target_feature = "fma", target_arch = "aarch64")) }>()
-        }
-    }
 }
 
 /// One of the sums side by side; the letters are those of [`convolution_of_balls`].
@@ -147,9 +120,11 @@ impl Sums {
 const LEAST: f64 = power_of_two(-480);
 const MOST: f64 = power_of_two(480);
 
-impl Enclosed<'_> {
+impl Kernel for Enclosed<'_> {
+    type Output = Option<Ball>;
+
     #[inline(always)]
-    fn sum<const FUSED: bool>(self) -> Option<Ball> {
+    fn run<const FUSED: bool>(self) -> Option<Ball> {
         let (blocks, left) = self.left.as_chunks::<4>();
         let (right, mirrored) = self.right.as_rchunks::<4>();
         let zero = [0.0; 4];
@@ -186,7 +161,7 @@ pub(super) fn convolution_of_lanes(left: &[Lane], right: &[Lane]) -> Option<Lane
     if left.is_empty() {
         return None;
     }
-    Some(Arch::new().dispatch(SideBySide { left, right }))
+    Some(dispatch(SideBySide { left, right }))
 }
 
 struct SideBySide<'a> {
@@ -194,11 +169,11 @@ struct SideBySide<'a> {
     right: &'a [Lane],
 }
 
-impl WithSimd for SideBySide<'_> {
+impl Kernel for SideBySide<'_> {
     type Output = Lane;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Lane {
+    fn run<const FUSED: bool>(self) -> Lane {
         let mut sum = Lane::ZERO;
         for (x, y) in self.left.iter().zip(self.right.iter().rev()) {
             for i in 0..LANES {

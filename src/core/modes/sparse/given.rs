@@ -3,6 +3,7 @@
 use faer::linalg::solvers::SelfAdjointEigen;
 use faer::{Mat, Side};
 
+use super::lanczos::dot;
 use super::shifted::Pencil;
 
 /// Vectors that span the same space, with xᵀMx = 1 and diagonal XᵀKX as doubles see it, and these quotients ascending;
@@ -46,8 +47,4 @@ pub(super) fn ritz(pencil: &Pencil, vectors: &[f64]) -> Option<(Vec<f64>, Vec<f6
         }
     }
     Some((turned, (0..k).map(|j| eigen.S()[j]).collect()))
-}
-
-fn dot(x: &[f64], y: &[f64]) -> f64 {
-    x.iter().zip(y).map(|(x, y)| x * y).sum()
 }

@@ -29,27 +29,21 @@ pub(super) struct Found {
     pub(super) next: f64,
 }
 
-/// What vectors are kept apart from.
-pub(super) struct Known<'a> {
-    /// Vectors with xᵀMx = 1, orthogonal to each other, one after the other.
-    pub(super) vectors: &'a [f64],
-}
-
 fn columns(vectors: &[f64], n: usize) -> MatRef<'_, f64> {
     MatRef::from_column_major_slice(vectors, n, vectors.len() / n.max(1))
 }
 
 /// The eigenvectors whose eigenvalues are next to the shift of a factor: those above it (`above`), by rising value, or on both sides, by distance.
-/// `None` where they are not found.
+/// `None` where they are not found. Vectors that are `known`, with xᵀMx = 1 and orthogonal to each other, are kept out.
 pub(super) fn lanczos(
     pencil: &Pencil,
     factor: &Factor<'_>,
-    known: &Known<'_>,
+    known: &[f64],
     wanted: usize,
     above: bool,
 ) -> Option<Found> {
     let n = pencil.dimension();
-    let free = n - known.vectors.len() / n.max(1);
+    let free = n - known.len() / n.max(1);
     let wanted = wanted.min(free);
     let most = (2 * wanted + ROOM).min(free);
     let mut state =
@@ -106,7 +100,7 @@ struct Ritz {
 struct State<'a> {
     pencil: &'a Pencil,
     factor: &'a Factor<'a>,
-    known: &'a Known<'a>,
+    known: &'a [f64],
     /// n entries a vector.
     basis: Vec<f64>,
     /// VᵀM OP V, as far as the operator was applied.
@@ -153,8 +147,8 @@ impl State<'_> {
         let mut total = Mat::zeros(self.basis.len() / n, images.len() / n);
         for _ in 0..2 {
             let inertia = of_mass(images);
-            if !self.known.vectors.is_empty() {
-                project(self.known.vectors, &inertia, images, n);
+            if !self.known.is_empty() {
+                project(self.known, &inertia, images, n);
             }
             total += project(&self.basis, &inertia, images, n);
         }
@@ -255,7 +249,7 @@ impl State<'_> {
     }
 }
 
-fn dot(x: &[f64], y: &[f64]) -> f64 {
+pub(super) fn dot(x: &[f64], y: &[f64]) -> f64 {
     let (blocks, rest) = x.as_chunks::<8>();
     let (others, left) = y.as_chunks::<8>();
     let mut sums = [0.0; 8];

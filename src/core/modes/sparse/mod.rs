@@ -16,7 +16,7 @@ mod twisted;
 
 use std::rc::Rc;
 
-use lanczos::{Known, lanczos};
+use lanczos::lanczos;
 use proof::{Columns, Proof, Window, Zeros, prove};
 use rows::Panel;
 use shifted::{Factor, Pencil};
@@ -132,7 +132,11 @@ impl<'a> Search<'a> {
             return Ok(None);
         };
         let proof = prove(self.pencil, &columns, &self.zeros, window, positive.as_deref(), self.options)?;
-        Ok(proof.map(|proof| self.spectrum(&columns, proof, count)))
+        Ok(proof.map(|proof| {
+            let mut spectrum = self.spectrum(&columns, &self.zeros, proof);
+            spectrum.modes.truncate(count);
+            spectrum
+        }))
     }
 
     /// The lowest eigenvalues but the zeros, of tridiagonal matrices: one more than wanted, and further until the next is apart.
@@ -202,7 +206,7 @@ impl<'a> Search<'a> {
         let mut values: Vec<f64> = Vec::new();
         let mut more = (elastic + 2).min(free);
         for _ in 0..SEARCHES {
-            let found = lanczos(self.pencil, &factor, &Known { vectors: &known }, more, true)?;
+            let found = lanczos(self.pencil, &factor, &known, more, true)?;
             // A shift that is far from what is wanted beside it makes all of them alike.
             if let (Some(first), Some(last)) = (found.values.first(), found.values.last())
                 && values.is_empty()
@@ -281,24 +285,20 @@ impl<'a> Search<'a> {
         // As far as the next eigenvalues may be away: the farther, the sharper.
         for apart in [0.1, 1e-2, 1e-3, 1e-4, 1e-6] {
             let shift = |value: f64, side: f64| self.pencil.factor(value + side * apart * value.abs());
-            let (Some(high), Some(low)) = (shift(last, 1.0), shift(first, -1.0)) else { continue };
-            let at_the_end =
-                low.negative == 0 && low.shift <= 0.0 || low.negative == self.zero_count() && low.shift > 0.0;
-            let below_window = if at_the_end { self.zero_count() } else { low.negative };
-            if high.negative != below_window + values.len() {
+            let Some(high) = shift(last, 1.0) else { continue };
+            // Where there are no more but zeros below, nothing has to be counted there.
+            let lowest = high.negative == self.zero_count() + values.len();
+            let low = if lowest { None } else { shift(first, -1.0) };
+            if !lowest && low.as_ref().map(|low| low.negative + values.len()) != Some(high.negative) {
                 continue;
             }
-            let window = Window {
-                low: (!at_the_end).then(|| low.shift + up(low.error)),
-                high: Some(below(high.shift, high.error)),
-            };
+            let low = low.map(|low| low.shift + up(low.error));
+            let window = Window { low, high: Some(below(high.shift, high.error)) };
             let none = Zeros::none();
-            let zeros = if at_the_end { &self.zeros } else { &none };
-            let positive = self.positive().filter(|_| at_the_end);
+            let zeros = if lowest { &self.zeros } else { &none };
+            let positive = self.positive().filter(|_| lowest);
             if let Some(proof) = prove(self.pencil, &columns, zeros, window, positive.as_deref(), self.options)? {
-                let search = Search { pencil: self.pencil, zeros: zeros.clone(), base: None, options: self.options };
-                let all = zeros.vectors.len() + columns.count();
-                return Ok(Some((search.spectrum(&columns, proof, all), Method::Given)));
+                return Ok(Some((self.spectrum(&columns, zeros, proof), Method::Given)));
             }
         }
         Ok(None)
@@ -315,15 +315,14 @@ impl<'a> Search<'a> {
             let Some(high) = window.high else { return Ok(None) };
             let Some(factor) = self.pencil.factor(high) else { return Ok(None) };
             let Some((mut spectrum, method)) = self.lowest(factor.negative)? else { return Ok(None) };
-            nearest(&mut spectrum, omega, count);
+            keep_nearest(&mut spectrum.modes, count, |mode| (mode.omega.mid_f64() - omega).abs());
             return Ok(Some((spectrum, method)));
         };
-        let no_zeros = Search { pencil: self.pencil, zeros: Zeros::none(), base: None, options: self.options };
-        let proof = prove(self.pencil, &columns, &no_zeros.zeros, window, None, self.options)?;
+        let zeros = Zeros::none();
+        let proof = prove(self.pencil, &columns, &zeros, window, None, self.options)?;
         Ok(proof.map(|proof| {
-            let all = columns.count();
-            let mut spectrum = no_zeros.spectrum(&columns, proof, all);
-            nearest(&mut spectrum, omega, count);
+            let mut spectrum = self.spectrum(&columns, &zeros, proof);
+            keep_nearest(&mut spectrum.modes, count, |mode| (mode.omega.mid_f64() - omega).abs());
             (spectrum, Method::Lanczos)
         }))
     }
@@ -339,7 +338,7 @@ impl<'a> Search<'a> {
         let mut values: Vec<f64> = Vec::new();
         let mut more = (count + 2).min(n);
         for _ in 0..SEARCHES {
-            let found = lanczos(self.pencil, &factor, &Known { vectors: &known }, more, false)?;
+            let found = lanczos(self.pencil, &factor, &known, more, false)?;
             known.extend_from_slice(&found.vectors);
             values.extend_from_slice(&found.values);
             let distance = |value: f64| (value.max(0.0).sqrt() - omega).abs();
@@ -377,29 +376,27 @@ impl<'a> Search<'a> {
     }
 
     /// The modes of the small problem in all coordinates.
-    fn spectrum(&self, columns: &Columns, proof: Proof, count: usize) -> Spectrum {
+    fn spectrum(&self, columns: &Columns, zeros: &Zeros, proof: Proof) -> Spectrum {
         let Proof { mut spectrum, outside } = proof;
         if self.options.vectors {
-            let widest = columns.widest(&self.zeros);
+            let widest = columns.widest(zeros);
             for (mode, outside) in spectrum.modes.iter_mut().zip(&outside) {
-                self.expand(columns, mode, *outside, widest);
+                self.expand((columns, zeros), mode, *outside, widest);
             }
         }
-        spectrum.modes.truncate(count);
         spectrum
     }
 
     /// The shape of a mode from its coefficients.
-    fn expand(&self, columns: &Columns, mode: &mut Mode, outside: f64, widest: f64) {
+    fn expand(&self, (columns, zeros): (&Columns, &Zeros), mode: &mut Mode, outside: f64, widest: f64) {
         let n = self.pencil.dimension();
-        let zeros = self.zero_count();
         let mut vector = vec![0.0; n];
-        for (coefficient, zero) in mode.vector.iter().zip(&self.zeros.vectors) {
+        for (coefficient, zero) in mode.vector.iter().zip(&zeros.vectors) {
             vector.iter_mut().zip(zero).for_each(|(x, z)| *x += coefficient * z.mid_f64());
         }
         for (number, panel) in columns.panels.iter().enumerate() {
             let mut own = [0.0; LANES];
-            let part = mode.vector.iter().skip(zeros + number * LANES);
+            let part = mode.vector.iter().skip(zeros.vectors.len() + number * LANES);
             own.iter_mut().zip(part).for_each(|(own, coefficient)| *own = *coefficient);
             for (x, lane) in vector.iter_mut().zip(panel) {
                 *x += lane.0.iter().zip(&own).map(|(x, c)| x * c).sum::<f64>();
@@ -437,15 +434,12 @@ fn below(shift: f64, error: f64) -> f64 {
     (shift - error).next_down().next_down()
 }
 
-/// Keeps so many modes whose frequencies are nearest to one.
-fn nearest(spectrum: &mut Spectrum, omega: f64, count: usize) {
-    let distance = |mode: &Mode| (mode.omega.mid_f64() - omega).abs();
-    while spectrum.modes.len() > count {
-        let (first, last) = (spectrum.modes.first().map(distance), spectrum.modes.last().map(distance));
-        if first > last {
-            spectrum.modes.remove(0);
-        } else {
-            spectrum.modes.pop();
-        }
-    }
+/// Keeps so many modes that are nearest by some distance, in their order.
+pub(crate) fn keep_nearest<M>(modes: &mut Vec<M>, count: usize, distance: impl Fn(&M) -> f64) {
+    let mut order: Vec<usize> = (0..modes.len()).collect();
+    order.sort_by(|a, b| distance(&modes[*a]).total_cmp(&distance(&modes[*b])));
+    let mut kept = vec![false; modes.len()];
+    order.into_iter().take(count).for_each(|at| kept[at] = true);
+    let mut kept = kept.into_iter();
+    modes.retain(|_| kept.next() == Some(true));
 }

@@ -19,10 +19,10 @@
 
 use super::super::{ModesError, Options, Problem, Spectrum, solve};
 use super::rows::{
-    InnerProducts, Leftovers, Panel, Residuals, U, dispatch, inner_product_error, products, products_error, squares,
+    InnerProducts, Leftovers, Panel, Residuals, U, inner_product_error, products, products_error, squares,
 };
 use super::shifted::{Factor, Pencil};
-use crate::precision::{Ball, DoubleDouble, LANES, Lane, U2, up};
+use crate::precision::{Ball, DoubleDouble, LANES, Lane, U2, dispatch, up};
 
 /// Added to every length, for what underflows.
 const TINY: f64 = 1e-280;
@@ -35,7 +35,6 @@ pub(super) struct Columns {
 }
 
 /// Vectors of the kernel of K.
-#[derive(Clone)]
 pub(super) struct Zeros {
     /// Enclosures of their components.
     pub(super) vectors: Vec<Vec<Ball>>,

@@ -1,8 +1,6 @@
 //! Sparse symmetric matrices by whole rows, and what is computed with eight vectors at once.
 
-use pulp::{Arch, Simd, WithSimd};
-
-use crate::precision::{Ball, DoubleDouble, LANES, Lane, SparseMatrix, product_error};
+use crate::precision::{Ball, DoubleDouble, Kernel, LANES, Lane, SparseMatrix, product_error};
 
 /// u, the rounding of a double.
 pub(super) const U: f64 = 0.5 * f64::EPSILON;
@@ -187,11 +185,6 @@ pub(super) fn lane_product<const FUSED: bool>(a: Lane, b: Lane) -> (Lane, Lane) 
     (p, error)
 }
 
-/// Whether products may be fused: where there are vectors in what is chosen at run time, they are.
-pub(super) const fn fused<S: Simd>() -> bool {
-    size_of::<S::f64s>() > size_of::<f64>() || cfg!(any(target_feature = "fma", target_arch = "aarch64"))
-}
-
 /// K x - θ M x of eight vectors, summed in double-double and rounded to doubles.
 ///
 /// With m entries in the widest row of K and of M: the products of higher parts are taken apart exactly, as are the additions of
@@ -205,15 +198,6 @@ pub(super) struct Residuals<'a> {
     pub(super) out: &'a mut [Lane],
 }
 
-impl WithSimd for Residuals<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        if fused::<S>() { self.run::<true>() } else { self.run::<false>() }
-    }
-}
-
 /// A row of A times eight vectors, in double-double.
 #[inline(always)]
 fn row_times<const FUSED: bool>(rows: &Rows, i: usize, x: &[Lane]) -> Pair {
@@ -225,7 +209,9 @@ fn row_times<const FUSED: bool>(rows: &Rows, i: usize, x: &[Lane]) -> Pair {
     sum
 }
 
-impl Residuals<'_> {
+impl Kernel for Residuals<'_> {
+    type Output = ();
+
     #[inline(always)]
     fn run<const FUSED: bool>(self) {
         let Self { stiffness, mass, x, theta, out } = self;
@@ -248,16 +234,9 @@ pub(super) struct Leftovers<'a> {
     pub(super) roots: &'a [f64],
 }
 
-impl WithSimd for Leftovers<'_> {
+impl Kernel for Leftovers<'_> {
     type Output = Lane;
 
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Lane {
-        if fused::<S>() { self.run::<true>() } else { self.run::<false>() }
-    }
-}
-
-impl Leftovers<'_> {
     #[inline(always)]
     fn run<const FUSED: bool>(self) -> Lane {
         let Self { stiffness, mass, z, shift, r, roots } = self;
@@ -320,16 +299,9 @@ pub(super) fn inner_product_error(n: usize, widest: usize) -> f64 {
     square(widest) + square(PIECE) + (n / PIECE) as f64 + 32.0
 }
 
-impl WithSimd for InnerProducts<'_> {
+impl Kernel for InnerProducts<'_> {
     type Output = Products;
 
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Products {
-        if fused::<S>() { self.run::<true>() } else { self.run::<false>() }
-    }
-}
-
-impl InnerProducts<'_> {
     #[inline(always)]
     fn run<const FUSED: bool>(self) -> Products {
         let mut total = NO_PRODUCTS;
@@ -353,11 +325,6 @@ impl InnerProducts<'_> {
         }
         total
     }
-}
-
-/// Runs a kernel with the vector instructions of the machine.
-pub(super) fn dispatch<K: WithSimd>(kernel: K) -> K::Output {
-    Arch::new().dispatch(kernel)
 }
 
 /// Lengths of eight vectors, squared, with weights: Σ (w_i x_i)², each not below the exact value.

@@ -60,6 +60,8 @@ pub(super) struct Factor<'a> {
 struct Decomposed {
     values: Values,
     negative: usize,
+    /// The least pivot in units of the weights.
+    weakest: f64,
     /// A bound of D^(-1/2) |L| |D| |Lᵀ| D^(-1/2) in length.
     size: f64,
     /// The most entries in a row of L.
@@ -108,7 +110,7 @@ impl Pencil {
 
     /// L D Lᵀ; `None` where a pivot is 0 or none.
     pub(super) fn factor(&self, shift: f64) -> Option<Factor<'_>> {
-        let Decomposed { values, negative, size, widest } = match &self.structure {
+        let Decomposed { values, negative, weakest, size, widest } = match &self.structure {
             Structure::Tridiagonal => self.tridiagonal(shift)?,
             Structure::General(general) => general.factor(self, shift)?,
         };
@@ -119,18 +121,13 @@ impl Pencil {
         let (own, other) = (self.stiffness_norms, self.mass_norms);
         let entries = 4.0 * U * (own.0 + shift.abs() * other.0) + own.1 + shift.abs() * other.1;
         let error = up(steps / (1.0 - steps) * size + entries);
-        let weakest = match (&values, &self.structure) {
-            (Values::General(values), Structure::General(general)) => general.weakest(self, values),
-            (Values::Tridiagonal(pivots, _), _) => weakest(self, pivots.iter().copied().enumerate()),
-            (Values::General(_), Structure::Tridiagonal) => 0.0,
-        };
-        error.is_finite().then_some(Factor { pencil: self, shift, values, negative, weakest, error })
+        error.is_finite().then_some(Factor { pencil: self, shift, values, negative, weakest: weakest / own.0, error })
     }
 
     fn tridiagonal(&self, shift: f64) -> Option<Decomposed> {
         let n = self.dimension();
         let (mut pivots, mut below) = (Vec::with_capacity(n), Vec::with_capacity(n));
-        let (mut pivot, mut negative) = (1.0, 0);
+        let (mut pivot, mut negative, mut weakest) = (1.0, 0, f64::INFINITY);
         let (mut size, mut before, mut left) = (0.0_f64, 0.0, 0.0);
         for i in 0..n {
             let (diagonal, side) = self.bands(i, shift);
@@ -148,20 +145,15 @@ impl Pencil {
                 return None;
             }
             negative += usize::from(pivot < 0.0);
+            weakest = weakest.min(f64::abs(pivot) * root * root);
             pivots.push(pivot);
             below.push(ratio);
         }
         let last = self.roots.last().copied().unwrap_or(0.0);
         size = size.max(last * (f64::abs(pivot) * last + left));
         let values = Values::Tridiagonal(pivots, below);
-        Some(Decomposed { values, negative, size: size * (1.0 + 32.0 * U), widest: 2 })
+        Some(Decomposed { values, negative, weakest, size: size * (1.0 + 32.0 * U), widest: 2 })
     }
-}
-
-/// The least pivot in units of the weights, beside the norm of K.
-fn weakest(pencil: &Pencil, pivots: impl Iterator<Item = (usize, f64)>) -> f64 {
-    let sizes = pivots.map(|(i, pivot)| pivot.abs() * pencil.roots[i] * pencil.roots[i]);
-    sizes.fold(f64::INFINITY, f64::min) / pencil.stiffness_norms.0
 }
 
 /// d with M - diag(d) not negative: what is left of the diagonal beside the other entries of its row (Gershgorin).
@@ -253,13 +245,14 @@ impl General {
             None => (0..n).collect(),
         };
         let roots: Vec<f64> = order.iter().map(|i| pencil.roots[*i]).collect();
-        let mut negative = 0;
+        let (mut negative, mut weakest) = (0, f64::INFINITY);
         let mut sums = roots.clone();
         let mut fine = true;
         // |Lᵀ| roots, times |D|.
         self.each_column(&values, |j, pivot, below| {
             fine &= pivot != 0.0 && pivot.is_finite();
             negative += usize::from(pivot < 0.0);
+            weakest = weakest.min(pivot.abs() * roots[j] * roots[j]);
             let column = below.iter().map(|(i, entry)| entry.abs() * roots[*i]);
             sums[j] = pivot.abs() * (roots[j] + column.sum::<f64>());
         });
@@ -270,14 +263,7 @@ impl General {
         let size = products.iter().zip(&roots).map(|(sum, root)| sum * root).fold(0.0, f64::max);
         let slack = 1.0 + (2 * self.widest + n / 1000 + 64) as f64 * 4.0 * U;
         let values = Values::General(values);
-        fine.then_some(Decomposed { values, negative, size: size * slack, widest: self.widest })
-    }
-
-    fn weakest(&self, pencil: &Pencil, values: &[f64]) -> f64 {
-        let mut pivots = Vec::with_capacity(pencil.dimension());
-        let order = self.symbolic.perm().map(|order| order.arrays().0);
-        self.each_column(values, |j, pivot, _| pivots.push((order.map_or(j, |order| order[j]), pivot)));
-        weakest(pencil, pivots.into_iter())
+        fine.then_some(Decomposed { values, negative, weakest, size: size * slack, widest: self.widest })
     }
 
     /// The columns of L from left to right: their number, the pivot, rows and entries below it.

@@ -5,11 +5,9 @@
 //! (I. Dhillon, B. Parlett, "Orthogonal eigenvectors and relative gaps", SIAM J. Matrix Anal. Appl. 25 (2004) 858). With pivots of
 //! 31 digits the vectors are right to rounding also where eigenvalues are 1e-16 of the largest. Nothing is proved here.
 
-use pulp::{Simd, WithSimd};
-
-use super::rows::{Panel, Rows, dispatch, fused, lane_product, lane_sum, squares};
+use super::rows::{Panel, Rows, lane_product, lane_sum, squares};
 use super::shifted::Pencil;
-use crate::precision::{DoubleDouble, LANES, Lane, fast_two_sum, two_sum};
+use crate::precision::{DoubleDouble, Kernel, LANES, Lane, dispatch, fast_two_sum, two_sum};
 
 /// Eigenvalues are found to this part of their size before vectors are.
 const START: f64 = 1e-4;
@@ -206,11 +204,11 @@ struct Counts<'a> {
     shifts: Lane,
 }
 
-impl WithSimd for Counts<'_> {
+impl Kernel for Counts<'_> {
     type Output = [usize; LANES];
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> [usize; LANES] {
+    fn run<const FUSED: bool>(self) -> [usize; LANES] {
         let Self { bands, shifts } = self;
         let (mut pivot, mut counts) = (Lane::ONE, Lane::ZERO);
         for i in 0..bands.pencil.dimension() {
@@ -279,16 +277,9 @@ struct Twisted<'a> {
     z: &'a mut [Lane],
 }
 
-impl WithSimd for Twisted<'_> {
+impl Kernel for Twisted<'_> {
     type Output = Lane;
 
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Lane {
-        if fused::<S>() { self.run::<true>() } else { self.run::<false>() }
-    }
-}
-
-impl Twisted<'_> {
     #[inline(always)]
     fn run<const FUSED: bool>(self) -> Lane {
         let Self { bands, theta, down, z } = self;
