@@ -69,6 +69,27 @@ fn all_entries(linearized: &Linearized) {
     }
 }
 
+/// M_ij = l_i l_j cos(θ_i - θ_j) Σ m_k over k >= i, j: prefix sums share their gradients, which more than a few do in evaluation, too.
+#[test]
+fn inertia_of_a_long_pendulum_is_the_closed_form() {
+    let text = "model long  param N = 24  param l[i in 1..N] = 1 + i/7  param m[i in 1..N] = 1/i  coord q[1..N]
+        equilibrium q[i in 1..N] = i/5
+        let x[0] = 0  let x[i in 1..N] = x[i-1] + l[i]*sin(q[i])
+        let y[0] = 0  let y[i in 1..N] = y[i-1] - l[i]*cos(q[i])
+        T = sum(i in 1..N, 1/2*m[i]*(x[i]'^2 + y[i]'^2))
+        V = sum(i in 1..N, 1/2*(q[i] - i/5)^2)";
+    let linearized = at(&text.replace("  ", "\n"));
+    all_entries(&linearized);
+    let (mass, n) = (linearized.mass(), 24);
+    let ratio = |a: usize, b: usize| Ball::exact(a as f64) / Ball::exact(b as f64);
+    for (i, j) in (1..=n).flat_map(|i| (1..=n).map(move |j| (i, j))) {
+        let load = (i.max(j)..=n).fold(Ball::ZERO, |sum, k| sum + ratio(1, k));
+        let want = ratio(7 + i, 7) * ratio(7 + j, 7) * (ratio(i, 5) - ratio(j, 5)).cos() * load;
+        let own = mass[i - 1 + n * (j - 1)];
+        assert!((own - want).contains_zero() && own.radius < 1e-28 * own.mid_f64().abs(), "{i} {j} {own:?} {want:?}");
+    }
+}
+
 #[test]
 fn references_are_held_by_what_is_found() {
     let mut searched = Vec::new();

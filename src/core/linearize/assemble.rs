@@ -9,6 +9,7 @@ use super::elements::{Element, Splitter, elements};
 use super::error::LinearizeError;
 use super::facts::Variable;
 use super::missing_value;
+use super::nested::{Nest, nests};
 use super::velocity::{Origin, VelocityFamily};
 pub use crate::expr::evaluate_closed;
 use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, Tape};
@@ -33,6 +34,9 @@ pub struct ElementFamily {
     pub(super) effective: ExprId,
     /// Logarithms of coordinates in it: ln(u) has no value where u < 0, where its derivatives have one.
     pub(super) logarithms: Vec<ExprId>,
+    /// Both in nests.
+    inertia_nests: Vec<Nest>,
+    potential_nests: Vec<Nest>,
     parameters: Vec<usize>,
     constants: Vec<u32>,
     inertia_tape: Tape,
@@ -296,6 +300,8 @@ fn compile(
         inertia_tape: tape(&inertia_roots)?,
         force_tape: tape(&force_roots)?,
         stiffness_tape: tape(&stiffness_roots)?,
+        inertia_nests: nests(&inertia),
+        potential_nests: nests(&potential),
         inertia,
         potential,
         terms,
@@ -532,40 +538,20 @@ impl Assembly {
         }
         self.run(part, at, values, |family, instance, numbers| {
             let coordinates = family.terms.coordinates_of(instance);
-            let elements = if part == Part::Inertia { &family.inertia } else { &family.potential };
+            let (elements, nests) = match part {
+                Part::Inertia => (&family.inertia, &family.inertia_nests),
+                Part::Force | Part::Stiffness => (&family.potential, &family.potential_nests),
+            };
             // Into the lower triangle; `both` where the value stands for (i, j) and (j, i).
-            let mut add = |i: u32, j: u32, value: &S, both: bool| {
+            let mut add = |a: usize, b: usize, value: &S, both: bool| {
+                let (i, j) = (coordinates[a], coordinates[b]);
                 share(i.max(j), i.min(j), value);
                 if both && i == j {
                     share(i, j, value);
                 }
             };
-            let mut rest = numbers;
-            for element in elements {
-                let (outer, slopes) = head(&mut rest, 2, element.slope.len());
-                let (curvature, _) = head(&mut rest, element.curvature.len(), 0);
-                let (first, second) = (&outer[0], &outer[1]);
-                if !second.is_exact_zero() {
-                    for (k, (a, _)) in element.slope.iter().enumerate() {
-                        if slopes[k].is_exact_zero() {
-                            continue;
-                        }
-                        let row = second.mul(&slopes[k]);
-                        for (l, (b, _)) in element.slope.iter().enumerate().skip(k) {
-                            if slopes[l].is_exact_zero() {
-                                continue;
-                            }
-                            let value = row.mul(&slopes[l]);
-                            add(coordinates[*a], coordinates[*b], &value, k != l);
-                        }
-                    }
-                }
-                if !first.is_exact_zero() {
-                    for ((a, b, _), bend) in element.curvature.iter().zip(curvature) {
-                        let value = first.mul(bend);
-                        add(coordinates[*a], coordinates[*b], &value, a != b);
-                    }
-                }
+            for nest in nests {
+                nest.shares(elements, numbers, &mut add);
             }
         });
     }

@@ -29,6 +29,7 @@ mod invariance;
 mod mechanism;
 mod multipliers;
 mod naming;
+mod nested;
 mod newton;
 mod parametric;
 mod precise;

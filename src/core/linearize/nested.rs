@@ -1,0 +1,125 @@
+//! Elements whose gradients contain each other: the prefix sums of a chain of links.
+//!
+//! Where ∇s_1 ⊂ ∇s_2 ⊂ … share their entries, as the same expressions, each is the sum of what those up to it add: ∇s_e = Σ_{f<=e} δ_f, and
+//!
+//! ```text
+//!   Σ_e k_e ∇s_e∇s_eᵀ = Σ_{f,g} δ_f δ_gᵀ Σ_{e>=max(f,g)} k_e
+//! ```
+//!
+//! so that n elements of up to n entries take n² products instead of n³, of which none cancels more than before.
+
+use super::elements::Element;
+use crate::precision::Scalar;
+
+/// Shorter gradients stand alone: their products are few.
+const LEAST: usize = 16;
+
+/// An element of a nest.
+#[derive(Clone, Debug)]
+struct Member {
+    element: usize,
+    /// Where its numbers start: those of w·phi', w·phi'', ∇s, ∇∇s.
+    start: usize,
+    /// The entries of ∇s that those before it don't have, by their place in it.
+    added: Vec<usize>,
+}
+
+impl Member {
+    /// The entries that it adds: places and numbers.
+    fn added<'a, S>(&'a self, elements: &'a [Element], numbers: &'a [S]) -> impl Iterator<Item = (usize, &'a S)> {
+        let slope = &elements[self.element].slope;
+        let numbers = &numbers[self.start + 2..];
+        self.added.iter().map(|k| (slope[*k].0, &numbers[*k]))
+    }
+}
+
+/// Elements each of whose gradients has all entries of those before it.
+#[derive(Clone, Debug)]
+pub(super) struct Nest {
+    members: Vec<Member>,
+}
+
+impl Nest {
+    /// What its elements add to a second derivative, from the numbers of all: two places, a share, and whether it stands for both
+    /// (a, b) and (b, a).
+    pub(super) fn shares<S: Scalar>(
+        &self,
+        elements: &[Element],
+        numbers: &[S],
+        mut share: impl FnMut(usize, usize, &S, bool),
+    ) {
+        let added = |member| Member::added(member, elements, numbers);
+        let mut sum: Option<S> = None;
+        for (at, last) in self.members.iter().enumerate().rev() {
+            let own = &numbers[last.start + 1];
+            let weight = sum.take().map_or_else(|| own.clone(), |sum| sum.add(own));
+            if !weight.is_exact_zero() {
+                for (k, (a, slope)) in added(last).enumerate() {
+                    if slope.is_exact_zero() {
+                        continue;
+                    }
+                    let row = weight.mul(slope);
+                    let among = added(last).enumerate().skip(k).map(|(l, own)| (own, k != l));
+                    let before = self.members[..at].iter().flat_map(added).map(|own| (own, true));
+                    for ((b, other), both) in among.chain(before) {
+                        if !other.is_exact_zero() {
+                            share(a, b, &row.mul(other), both);
+                        }
+                    }
+                }
+            }
+            sum = Some(weight);
+        }
+        for member in &self.members {
+            let element = &elements[member.element];
+            let first = &numbers[member.start];
+            if !first.is_exact_zero() {
+                let bends = &numbers[member.start + 2 + element.slope.len()..];
+                for ((a, b, _), bend) in element.curvature.iter().zip(bends) {
+                    share(*a, *b, &first.mul(bend), a != b);
+                }
+            }
+        }
+    }
+}
+
+/// Puts elements into nests, in the order of the first of each.
+pub(super) fn nests(elements: &[Element]) -> Vec<Nest> {
+    let sizes = elements.iter().map(|element| 2 + element.slope.len() + element.curvature.len());
+    let starts: Vec<usize> = sizes.scan(0, |start, size| Some(std::mem::replace(start, *start + size))).collect();
+    let member = |element: usize, added: Vec<usize>| Member { element, start: starts[element], added };
+    let alone = |element: usize| Nest { members: vec![member(element, (0..elements[element].slope.len()).collect())] };
+    let (mut long, short): (Vec<usize>, Vec<usize>) =
+        (0..elements.len()).partition(|number| elements[*number].slope.len() >= LEAST);
+    let mut nests: Vec<Nest> = short.into_iter().map(alone).collect();
+    long.sort_by_key(|number| elements[*number].slope.len());
+    let mut grown: Vec<Nest> = Vec::new();
+    for number in long {
+        let fitting = grown.iter_mut().rev().find_map(|nest| {
+            let last = nest.members.last()?.element;
+            Some((added(&elements[last], &elements[number])?, nest))
+        });
+        match fitting {
+            Some((added, nest)) => nest.members.push(member(number, added)),
+            None => grown.push(alone(number)),
+        }
+    }
+    nests.extend(grown);
+    nests.sort_by_key(|nest| nest.members.iter().map(|member| member.element).min());
+    nests
+}
+
+/// Where the entries of ∇s stand that another element doesn't have; `None` unless it shares all of its own.
+fn added(before: &Element, element: &Element) -> Option<Vec<usize>> {
+    // Both are sorted by their places.
+    let mut own = before.slope.iter().peekable();
+    let mut added = Vec::new();
+    for (at, entry) in element.slope.iter().enumerate() {
+        match own.peek() {
+            Some(next) if *next == entry => _ = own.next(),
+            Some((place, _)) if *place <= entry.0 => return None,
+            Some(_) | None => added.push(at),
+        }
+    }
+    own.peek().is_none().then_some(added)
+}
