@@ -130,7 +130,7 @@ pub mod typeset {
 /// A limit on memory and work that all stages share. In full: [`librate_core::budget`].
 #[cfg(feature = "engine")]
 pub mod budget {
-    pub use librate_core::budget::{BYTES, Budget, Exceeded, Limit};
+    pub use librate_core::budget::{BYTES, Budget, Exceeded, Limit, Need};
 }
 
 /// Exact rational numbers. In full: [`librate_core::number`].

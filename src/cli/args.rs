@@ -253,6 +253,11 @@ pub(crate) struct Cli {
 }
 
 impl Command {
+    /// Whether the command says on the way what it does.
+    pub(crate) fn tells(&self) -> bool {
+        matches!(self, Self::Modes(Modes { verbose: true, .. }))
+    }
+
     /// What the command reads a model by.
     pub(crate) fn model(&mut self) -> Option<&mut ModelArgs> {
         match self {
@@ -280,6 +285,16 @@ pub(crate) enum MessageFormat {
     Text,
     /// One JSON object per line, for programs
     Json,
+}
+
+impl MessageFormat {
+    /// A line that is neither an error nor a warning.
+    pub(crate) fn note(self, text: &str) -> String {
+        match self {
+            Self::Text => format!("{text}\n"),
+            Self::Json => super::messages::note(text),
+        }
+    }
 }
 
 #[derive(Debug, Subcommand)]
@@ -363,6 +378,12 @@ pub(crate) struct Modes {
     /// Frequencies only, without mode shapes
     #[arg(long)]
     pub(crate) no_vectors: bool,
+    /// Threads, where some modes of a large model are wanted; by default as many as there are cores
+    #[arg(long, value_name = "COUNT", value_parser = positive)]
+    pub(crate) threads: Option<usize>,
+    /// Say on standard error which solver is chosen, and why
+    #[arg(long)]
+    pub(crate) verbose: bool,
     /// JSON instead of text
     #[arg(long)]
     pub(crate) json: bool,

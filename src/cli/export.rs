@@ -24,7 +24,7 @@ pub(super) fn text(args: &args::Export) -> Result<Answer, Failure> {
         (None, None) => return Err(fault("`-o PATH` is missing".to_owned())),
     };
     let Loaded { mut source, model, warnings } = load_values(&args.model, Size::Any)?;
-    let progress = Progress::start("computing the matrices");
+    let progress = Progress::stages("computing the matrices", &args.model.guard);
     let linearized = match linearize::linearize(model) {
         Ok(linearized) => linearized,
         Err(error) => return Err(failed(source, warnings, error)),

@@ -14,7 +14,7 @@ use librate::diagnostic::Diagnostic;
 
 use super::args::MessageFormat;
 use super::input::Source;
-use super::{Answer, FAULT, Failure, complain};
+use super::{Answer, FAULT, Failure, complain, output};
 
 /// For a model of up to [`SHORT`] bytes; one ten times as long has ten times as much time.
 const SECONDS: u64 = 10;
@@ -70,11 +70,18 @@ pub(crate) struct Guard {
     /// The time begins anew.
     again: Arc<AtomicBool>,
     budget: Arc<OnceLock<Budget>>,
+    /// Which solver is chosen, and why, is written to standard error.
+    pub(super) tells: bool,
 }
 
 impl Guard {
-    pub(crate) fn new(limits: Limits, format: MessageFormat) -> Self {
-        Self { limits, format, done: Arc::default(), again: Arc::default(), budget: Arc::default() }
+    pub(crate) fn new(limits: Limits, format: MessageFormat, tells: bool) -> Self {
+        Self { limits, format, done: Arc::default(), again: Arc::default(), budget: Arc::default(), tells }
+    }
+
+    /// What is being worked on, in words.
+    pub(super) fn stage(&self) -> Option<String> {
+        self.budget.get().map(Budget::task)
     }
 
     /// From now on nothing is ended any more: the answer, where all of it could be worked out within the budget.
@@ -120,6 +127,10 @@ impl Guard {
             start: Instant::now(),
             worked: 0.0,
         };
+        if self.tells {
+            let format = self.format;
+            budget.listen(move |line| output::write_messages(&format.note(line)));
+        }
         // One command reads one model.
         let _ = self.budget.set(budget.clone());
         // Without a thread what is counted stays within the budget all the same.

@@ -49,7 +49,7 @@ impl<'a> Lines<'a> {
 }
 
 fn object(
-    severity: Severity,
+    severity: &str,
     code: Option<&str>,
     message: &str,
     help: Option<&str>,
@@ -58,7 +58,7 @@ fn object(
 ) -> String {
     let (primary, secondary) = places;
     let value = json!({
-        "severity": severity.as_str(),
+        "severity": severity,
         "code": code,
         "message": message,
         "file": file,
@@ -76,12 +76,24 @@ pub(crate) fn diagnostics(source: &Source, all: &[Diagnostic]) -> String {
         .map(|one| {
             let primary = one.primary.as_ref().map_or(Value::Null, |label| lines.label(label));
             let secondary = one.secondary.iter().map(|label| lines.label(label)).collect();
-            object(one.severity, one.code, &one.message, one.help.as_deref(), Some(&source.name), (primary, secondary))
+            object(
+                one.severity.as_str(),
+                one.code,
+                &one.message,
+                one.help.as_deref(),
+                Some(&source.name),
+                (primary, secondary),
+            )
         })
         .collect()
 }
 
 /// A message that is not about a place in a model.
 pub(crate) fn message(text: &str, help: Option<&str>) -> String {
-    object(Severity::Error, None, text, help, None, (Value::Null, Vec::new()))
+    object(Severity::Error.as_str(), None, text, help, None, (Value::Null, Vec::new()))
+}
+
+/// A line that tells how something is computed.
+pub(crate) fn note(text: &str) -> String {
+    object("note", None, text, None, None, (Value::Null, Vec::new()))
 }

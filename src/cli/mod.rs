@@ -88,7 +88,7 @@ pub(crate) fn run() -> ExitCode {
         Err(error) => return usage(&error),
     };
     let format = cli.message_format;
-    let guard = Guard::new(cli.budget.unwrap_or_default(), format);
+    let guard = Guard::new(cli.budget.unwrap_or_default(), format, cli.command.tells());
     if let Some(model) = cli.command.model() {
         model.guard = guard.clone();
     }
@@ -193,7 +193,8 @@ fn modes_text(args: &args::Modes) -> Result<Answer, Failure> {
     options.near = args.near.zip(args.count);
     options.given = args.certify.as_ref().map(|file| vectors_to_certify(file, &model)).transpose()?;
     options.vectors = !args.no_vectors;
-    let progress = Progress::start("computing the modes");
+    options.threads = args.threads.unwrap_or_else(threads::cores);
+    let progress = Progress::stages("computing the modes", &args.model.guard);
     let computed = solved(model, &options);
     drop(progress);
     let (linearized, mut modes) = match computed {
@@ -438,7 +439,10 @@ fn load(args: &ModelArgs, size: Size) -> Result<Loaded, Failure> {
         told.extend(impossible.iter().map(Diagnostic::from));
         Ok((model, told))
     };
-    match checked() {
+    let progress = Progress::stages("reading the model", &args.guard);
+    let checked = checked();
+    drop(progress);
+    match checked {
         Ok((model, warnings)) => Ok(Loaded { source, model, warnings }),
         Err(error) => Err(failed(source, Vec::new(), error)),
     }

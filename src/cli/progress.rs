@@ -7,8 +7,12 @@ use std::time::Duration;
 
 use indicatif::ProgressBar;
 
+use super::guard::Guard;
+
 /// Work shorter than this shows nothing.
 const PATIENCE: Duration = Duration::from_millis(500);
+/// How often the line is drawn.
+const TICK: Duration = Duration::from_millis(100);
 
 /// Shows that work goes on until it is dropped.
 pub(super) struct Progress {
@@ -18,6 +22,15 @@ pub(super) struct Progress {
 impl Progress {
     /// Begins to wait; in a pipe nothing is ever shown.
     pub(super) fn start(what: &'static str) -> Self {
+        Self::of(what, None)
+    }
+
+    /// The same with the stage that a command is at, unless it tells of its stages itself.
+    pub(super) fn stages(what: &'static str, guard: &Guard) -> Self {
+        if guard.tells { Self { waiter: None } } else { Self::of(what, Some(guard.clone())) }
+    }
+
+    fn of(what: &'static str, guard: Option<Guard>) -> Self {
         if !io::stderr().is_terminal() {
             return Self { waiter: None };
         }
@@ -25,9 +38,13 @@ impl Progress {
         let spawned = std::thread::Builder::new().spawn(move || {
             if wait.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
                 let bar = ProgressBar::new_spinner().with_message(what);
-                bar.enable_steady_tick(Duration::from_millis(100));
+                bar.enable_steady_tick(TICK);
                 // Ends when the sender is dropped.
-                let _ = wait.recv();
+                while wait.recv_timeout(TICK) == Err(RecvTimeoutError::Timeout) {
+                    if let Some(stage) = guard.as_ref().and_then(Guard::stage) {
+                        bar.set_message(format!("{what}: {stage}"));
+                    }
+                }
                 bar.finish_and_clear();
             }
         });

@@ -83,6 +83,11 @@ impl<T> Drop for Alive<'_, T> {
     }
 }
 
+/// As many threads as there are cores.
+pub(super) fn cores() -> usize {
+    thread::available_parallelism().map_or(1, usize::from)
+}
+
 /// Results by number, each made by one of the threads and handed on in order, until that fails. Each thread makes its worker itself.
 pub(super) fn in_order<T: Send, W: FnMut(usize) -> T>(
     threads: Option<usize>,
@@ -91,8 +96,7 @@ pub(super) fn in_order<T: Send, W: FnMut(usize) -> T>(
     worker: impl Fn() -> W + Sync,
     mut each: impl FnMut(T) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
-    let cores = thread::available_parallelism().map_or(1, usize::from);
-    let threads = threads.unwrap_or(cores).min(count);
+    let threads = threads.unwrap_or_else(cores).min(count);
     let counter = Counter::start(what, count);
     let queue = Queue { next: 0, done: BTreeMap::new(), wanted: 0, stop: false };
     let shared = Shared { queue: Mutex::new(queue), changed: Condvar::new() };

@@ -75,6 +75,26 @@ fn options_stand_before_and_behind_the_file() {
 }
 
 #[test]
+fn verbose_tells_the_solver_on_standard_error() {
+    let arguments = ["modes", "models/large/chain.lag", "--set", "N=400", "--lowest", "3"];
+    let silent = printed(&arguments);
+    let with = |more: &[&str]| run(&[&arguments, more].concat());
+    let told = with(&["--verbose"]);
+    assert_eq!((told.status, &told.out), (0, &silent));
+    let lines: Vec<&str> = told.err.lines().collect();
+    assert!(lines[1].starts_with("structure: 400 coordinates; M diagonal, 400 entries; K tridiagonal"), "{lines:?}");
+    assert!(lines[2].starts_with("solver: Sturm counts"), "{lines:?}");
+    let json = with(&["--verbose", "--message-format", "json"]);
+    assert_eq!(json.err.lines().count(), lines.len());
+    for (line, text) in json.err.lines().zip(&lines) {
+        let value: serde_json::Value = serde_json::from_str(line).unwrap();
+        assert_eq!((&value["severity"], &value["message"]), (&"note".into(), &(*text).into()));
+    }
+    assert_eq!(with(&["--threads", "3"]).out, silent);
+    assert_eq!(with(&["--threads", "0"]).status, 2);
+}
+
+#[test]
 fn the_lowest_modes_only() {
     let text = printed(&["modes", PENDULUMS, "--lowest", "2"]);
     assert!(text.contains("3.132091953") && text.contains("3.189043744"));

@@ -100,6 +100,11 @@ fn messages_about_all_mistakes() {
             checked += 1;
         }
     }
+    let notes = run(&["modes", "models/three_pendulums.lag", "--verbose", "--message-format", "json"]);
+    for line in notes.err.lines() {
+        schema.check("notes", &serde_json::from_str(line).unwrap());
+        checked += 1;
+    }
     assert!(checked > 100);
 }
 

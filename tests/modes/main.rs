@@ -21,3 +21,4 @@ mod modes_properties;
 mod modes_support;
 mod sensitivity;
 mod sparse;
+mod sparse_memory;

@@ -4,6 +4,7 @@
 
 use std::path::Path;
 
+use librate::budget::Budget;
 use librate::linearize::linearize;
 use librate::model::{Settings, TableTexts, elaborate};
 use librate::modes::{Kind, Options, Stability};
@@ -245,7 +246,9 @@ impl Case {
     fn compare(&self, wanted: Wanted) -> bool {
         let sparse = |shares: &[_]| SparseMatrix::from_shares(self.n, shares);
         let problem = SparseProblem { mass: sparse(&self.mass), stiffness: sparse(&self.stiffness) };
-        let Some((found, _)) = solve_sparse(&problem, wanted, &mut Vec::new, &Options::default()).unwrap() else {
+        let Some((found, _)) =
+            solve_sparse(&problem, wanted, &mut Vec::new, &Options::default(), &Budget::default()).unwrap()
+        else {
             return false;
         };
         let dense = Problem {

@@ -22,8 +22,9 @@
 mod codes;
 
 use std::fmt;
+use std::panic::{RefUnwindSafe, UnwindSafe};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use crate::diagnostic::Diagnostic;
 use crate::span::Span;
@@ -73,7 +74,7 @@ impl fmt::Display for Limit {
 
 /// A budget is used up: by what, and which limit it had.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the budget of {limit} is used up by {what}")]
+#[error("the budget of {limit} is {}{what}", how_words(.need))]
 #[non_exhaustive]
 pub struct Exceeded {
     /// What grew, or was at work.
@@ -82,6 +83,28 @@ pub struct Exceeded {
     pub span: Option<Span>,
     /// What it was too much for.
     pub limit: Limit,
+    /// What it would have taken, where that was worked out before.
+    pub need: Option<Need>,
+}
+
+/// Memory that was asked for and not taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Need {
+    /// So many bytes.
+    pub bytes: u64,
+    /// So many would do, with what is held already.
+    pub total: u64,
+    /// What takes less.
+    pub instead: &'static str,
+}
+
+fn how_words(need: &Option<Need>) -> String {
+    need.map_or("used up by ".to_owned(), |need| {
+        // Two digits, rounded up.
+        let unit = 10_u64.pow(need.bytes.max(1).ilog10().saturating_sub(1));
+        format!("less than the {} for ", Limit::Memory(need.bytes.div_ceil(unit).saturating_mul(unit)))
+    })
 }
 
 impl From<&Exceeded> for Diagnostic {
@@ -98,15 +121,31 @@ impl From<&Exceeded> for Diagnostic {
             }
         };
         let raised = raised.replacen("--budget", "--budget ", usize::from(!raised.contains(' ')));
-        diagnostic.with_code(error.code()).with_help(format!("`--budget` raises it: `{raised}`"))
+        let help = match error.need {
+            Some(need) => {
+                let enough = need.total.div_ceil(1_000_000_000);
+                format!("{}; `--budget` raises it: `--budget {enough}GB`", need.instead)
+            }
+            None => format!("`--budget` raises it: `{raised}`"),
+        };
+        diagnostic.with_code(error.code()).with_help(help)
     }
 }
 
 /// What is being worked on, for messages.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Task {
     what: String,
     span: Option<Span>,
+}
+
+/// Hears which ways are taken.
+struct Listener(Box<dyn Fn(&str) + Send + Sync + UnwindSafe + RefUnwindSafe>);
+
+impl fmt::Debug for Listener {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Listener")
+    }
 }
 
 #[derive(Debug)]
@@ -117,6 +156,7 @@ struct Shared {
     spent: AtomicBool,
     /// What is at work, and by what the budget was used up.
     state: Mutex<(Task, Option<Exceeded>)>,
+    listener: OnceLock<Listener>,
 }
 
 /// A limit on work and memory; clones share it.
@@ -140,7 +180,26 @@ impl Budget {
             written: AtomicU64::new(0),
             spent: AtomicBool::new(false),
             state: Mutex::new((task, None)),
+            listener: OnceLock::new(),
         }))
+    }
+
+    /// From now on a listener hears which solver is chosen and why, a line at a time; there is one listener, the first.
+    pub fn listen(&self, listener: impl Fn(&str) + Send + Sync + UnwindSafe + RefUnwindSafe + 'static) {
+        let _ = self.0.listener.set(Listener(Box::new(listener)));
+    }
+
+    /// Tells the listener, if there is one.
+    pub fn tell(&self, words: impl FnOnce() -> String) {
+        if let Some(Listener(listener)) = self.0.listener.get() {
+            listener(&words());
+        }
+    }
+
+    /// What is being worked on, in words.
+    #[must_use]
+    pub fn task(&self) -> String {
+        self.state().0.what.clone()
     }
 
     fn state(&self) -> MutexGuard<'_, (Task, Option<Exceeded>)> {
@@ -176,11 +235,14 @@ impl Budget {
 
     /// Ends all work under this budget, from any thread; says what was at work.
     pub fn stop(&self, limit: Limit) -> Exceeded {
-        let mut state = self.state();
-        let (task, exceeded) = &mut *state;
-        let exceeded = exceeded.get_or_insert_with(|| Exceeded { what: task.what.clone(), span: task.span, limit });
+        let Task { what, span } = self.state().0.clone();
+        self.stop_by(Exceeded { what, span, limit, need: None })
+    }
+
+    fn stop_by(&self, new: Exceeded) -> Exceeded {
+        let exceeded = self.state().1.get_or_insert(new).clone();
         self.0.spent.store(true, Ordering::Relaxed);
-        exceeded.clone()
+        exceeded
     }
 
     /// Asks for memory before it is taken.
@@ -192,6 +254,20 @@ impl Budget {
         let more = (count as u64).saturating_mul(bytes_each as u64);
         if held.saturating_add(more) > self.0.bytes {
             return Err(self.stop(Limit::Memory(self.0.bytes)));
+        }
+        self.check()
+    }
+
+    /// Asks for all the memory of something before any of it is taken; `instead` says what takes less.
+    ///
+    /// # Errors
+    /// [`Exceeded`] with the figure where it is more than is left.
+    pub fn room_for(&self, what: impl Into<String>, bytes: u64, instead: &'static str) -> Result<(), Exceeded> {
+        let total = self.0.held.load(Ordering::Relaxed).saturating_add(bytes);
+        if total > self.0.bytes {
+            let need = Some(Need { bytes, total: total.saturating_add(total / 4), instead });
+            let (what, limit) = (what.into(), Limit::Memory(self.0.bytes));
+            return Err(self.stop_by(Exceeded { what, span: None, limit, need }));
         }
         self.check()
     }

@@ -384,6 +384,19 @@ impl Assembly {
         Ok(values)
     }
 
+    /// How many shares [`Assembly::entries`] gives for both matrices, at most.
+    pub(super) fn shares(&self) -> u64 {
+        let shares = self.families.iter().map(|family| {
+            let of = |element: &Element| {
+                let slopes = element.slope.len() as u64;
+                slopes * (slopes + 1) / 2 + element.curvature.len() as u64
+            };
+            let each: u64 = family.inertia.iter().chain(&family.potential).map(of).sum();
+            each.saturating_mul(family.terms.count as u64)
+        });
+        shares.fold(0, u64::saturating_add)
+    }
+
     /// Runs one kind of tape for all instances: `scatter` gets the family, the number of the
     /// instance, and the numbers in the order of the elements.
     pub(super) fn run<'a, S: Scalar>(

@@ -93,6 +93,11 @@ use crate::precision::{Ball, Big, SparseMatrix, clear_column};
 /// The largest dense problem: its matrices and vectors take about 2 GB.
 pub const MOST_COORDINATES: usize = 4000;
 
+/// For what is added to an entry of a sparse matrix, with its place in an order.
+const BYTES_A_SHARE: u64 = 36;
+/// What makes many of them, and what does not.
+const FULL: &str = "the square of a sum over many coordinates has an entry for every two of them, one of differences of neighbours few";
+
 /// The number that an expression without symbols comes to; `None` where it has symbols.
 #[must_use]
 pub fn constant(pool: &crate::expr::Pool, value: crate::expr::ExprId) -> Option<Ball> {
@@ -167,6 +172,9 @@ pub fn linearize(model: Model) -> Result<Linearized, LinearizeError> {
     budget.at("the equilibrium and the matrices there", None);
     let linearized = leaving_out_dependent(&model, |left_out| linearize_without(&model, left_out));
     budget.check()?;
+    if let Ok(own) = &linearized {
+        budget.tell(|| own.in_words());
+    }
     linearized
 }
 
@@ -232,6 +240,12 @@ fn linearize_in(
     let (mut assembly, mut linear) = assemble::assemble(&mut model);
     if !assembly.velocity.is_empty() {
         check_size(visible)?;
+    }
+    if visible > MOST_COORDINATES {
+        // Before they are worked out: shares of entries, what they are sorted by, and their sums.
+        let shares = assembly.shares();
+        let bytes = shares.saturating_mul(BYTES_A_SHARE);
+        model.pool.budget().room_for(format!("{shares} shares of the entries of M and K"), bytes, FULL)?;
     }
     let mut values = assembly.values::<Ball>(&model, ())?;
     let chosen = units::choose(&model, &assembly, &values, visible);
@@ -508,6 +522,24 @@ impl Linearized {
     pub fn stiffness(&self) -> Vec<Ball> {
         let at = &self.equilibrium.values;
         self.symmetric(self.assembly.stiffness(at, &self.values))
+    }
+
+    /// How many shares of entries are added up in [`Linearized::sparse`], at most.
+    pub(crate) fn shares(&self) -> u64 {
+        self.assembly.shares()
+    }
+
+    /// Terms and equilibrium in words.
+    fn in_words(&self) -> String {
+        let families = &self.assembly.families;
+        let count: usize = families.iter().map(|family| family.terms.count).sum();
+        let equilibrium = &self.equilibrium;
+        let how = match (equilibrium.steps, equilibrium.proved) {
+            (0, true) => "not searched for".to_owned(),
+            (steps, true) => format!("found in {steps} steps and proved"),
+            (steps, false) => format!("found in {steps} steps, not proved"),
+        };
+        format!("energies: {count} terms of {} forms; equilibrium: {how}", families.len())
     }
 
     /// M and K as sparse matrices, in SI: K symmetric, as [`Linearized::stiffness`]. `None` under constraints.

@@ -81,13 +81,15 @@ pub struct Options {
     pub given: Option<Arc<[f64]>>,
     /// How many correctly rounded significant digits the frequencies shall have.
     pub digits: usize,
+    /// So many threads may be used, where some modes of a sparse model are wanted; the bits do not depend on it.
+    pub threads: usize,
     /// What is printed is 2^power times what is found: which roundings are close depends on it.
     pub(crate) power: i64,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { vectors: true, lowest: None, near: None, given: None, digits: 10, power: 0 }
+        Self { vectors: true, lowest: None, near: None, given: None, digits: 10, threads: 1, power: 0 }
     }
 }
 
@@ -150,6 +152,13 @@ impl Options {
         self.digits = count;
         self
     }
+
+    /// On up to so many threads.
+    #[must_use]
+    pub fn threads(mut self, count: usize) -> Self {
+        self.threads = count;
+        self
+    }
 }
 
 /// A ball has no more bits than these, but for zeros between its two parts.
@@ -182,6 +191,20 @@ pub enum PrecisionLevel {
     Factors,
     /// As many bits as it takes; only the modes that need it have [`Mode::precise`].
     Precise,
+}
+
+impl PrecisionLevel {
+    /// In words: `doubles`, `double-double refinement`, …
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Doubles => "doubles",
+            Self::Refined => "double-double refinement",
+            Self::DoubleDouble => "full double-double",
+            Self::Factors => "Jacobi on the factor",
+            Self::Precise => "arbitrary precision",
+        }
+    }
 }
 
 /// One normal mode.

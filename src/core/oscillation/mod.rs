@@ -123,6 +123,7 @@ pub fn normal_modes(linearized: &Linearized, options: &Options) -> Result<Normal
     let modes = modes_of(linearized, &options.smaller(rate));
     budget.check()?;
     let mut modes = modes?;
+    budget.tell(|| format!("precision: {}", modes.level.as_str()));
     if let Some(own) = linearized.units() {
         modes.modes.iter_mut().for_each(|mode| units::in_si(own, mode));
     }

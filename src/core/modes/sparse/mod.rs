@@ -15,14 +15,16 @@ mod shifted;
 mod twisted;
 
 use std::rc::Rc;
+use std::thread;
 
-use lanczos::lanczos;
+use lanczos::{Found, lanczos};
 use proof::{Columns, Proof, Window, Zeros, prove};
 use rows::Panel;
 use shifted::{Factor, Pencil};
 use twisted::Bands;
 
 use super::{Mode, ModesError, Options, Spectrum};
+use crate::budget::{Budget, Exceeded};
 use crate::precision::{Ball, LANES, Lane, SparseMatrix, up};
 
 /// K x = ω² M x with sparse matrices.
@@ -64,7 +66,8 @@ const SINGULAR: f64 = 1e-10;
 /// How often more vectors are looked for.
 const SEARCHES: usize = 12;
 
-/// Some modes of a sparse problem. `None` where they are not found or not proved, or M is not positive definite by its diagonal.
+/// Some modes of a sparse problem. `None` where they are not found or not proved, M is not positive definite by its diagonal, or
+/// the budget is spent, which memory is asked of before it is taken.
 /// `zero_vectors` gives independent vectors proved to lie in the kernel of K, as in [`super::Problem`]; they are asked for
 /// only where K may be singular.
 ///
@@ -75,22 +78,94 @@ pub fn solve_sparse(
     wanted: Wanted<'_>,
     zero_vectors: &mut dyn FnMut() -> Vec<Vec<Ball>>,
     options: &Options,
+    budget: &Budget,
 ) -> Result<Option<(Spectrum, Method)>, ModesError> {
+    budget.at("the order of elimination", None);
     let Some(pencil) = Pencil::new(&problem.stiffness, &problem.mass) else {
+        budget.tell(|| "M is not positive definite by its diagonal".to_owned());
         return Ok(None);
     };
-    let base = pencil.factor(0.0).filter(|own| own.weakest > SINGULAR);
+    if room(&pencil, wanted, options, budget).is_err() {
+        return Ok(None);
+    }
+    budget.tell(|| solver(&pencil, wanted));
+    let base = told(0.0, factor(&pencil, 0.0, budget), budget).filter(|own| own.weakest > SINGULAR);
     let vectors = if base.is_some() { Vec::new() } else { zero_vectors() };
     let Some(zeros) = Zeros::new(&pencil, &vectors) else {
         return Ok(None);
     };
     let base = base.filter(|own| own.negative == 0).map(Rc::new);
-    let search = Search { pencil: &pencil, zeros, base, options };
+    let search = Search { pencil: &pencil, zeros, base, options, budget };
     match wanted {
         Wanted::Lowest(count) => search.lowest(count),
         Wanted::Near(omega, count) => search.near(omega, count),
         Wanted::Given(vectors) => search.given(vectors),
     }
+}
+
+/// That there is memory for what a search holds at a time, before any of it is taken: factors, and a basis with what it is cut down to, or
+/// panels of eight vectors.
+fn room(pencil: &Pencil, wanted: Wanted<'_>, options: &Options, budget: &Budget) -> Result<(), Exceeded> {
+    let (n, fill) = (pencil.dimension(), pencil.fill());
+    let (count, factors) = match wanted {
+        Wanted::Lowest(count) => (count, 2),
+        Wanted::Near(_, count) => (count, 4),
+        Wanted::Given(vectors) => (vectors.len() / n.max(1), 3),
+    };
+    let count = count.min(n);
+    let vectors = match (pencil.is_tridiagonal(), options.vectors) {
+        (true, true) => 2 * count + 32,
+        (true, false) => count + 32,
+        (false, _) => 3 * count + 84,
+    };
+    let bytes = |count: usize, each: usize| (count as u64).saturating_mul(8 * each as u64);
+    let (of_factors, of_vectors) = (bytes(factors, fill), bytes(vectors, n));
+    let total = of_factors.saturating_add(of_vectors);
+    if of_factors > of_vectors {
+        let what = format!("{factors} triangular factors of K - s M with {fill} entries each, and {vectors} vectors");
+        let instead =
+            "how many entries there are depends on what is coupled with what, not on how many modes are wanted";
+        budget.room_for(what, total, instead)
+    } else {
+        let what = format!("{vectors} vectors of {n} components, and {factors} triangular factors of K - s M");
+        budget.room_for(what, total, "fewer modes take less")
+    }
+}
+
+/// What is done, and why, in words.
+fn solver(pencil: &Pencil, wanted: Wanted<'_>) -> String {
+    let factors = if pencil.is_tridiagonal() {
+        "tridiagonal L D L^T".to_owned()
+    } else {
+        format!("sparse L D L^T in an order of minimum degree, {} entries", pencil.fill())
+    };
+    match wanted {
+        Wanted::Lowest(_) if pencil.is_tridiagonal() => {
+            "solver: Sturm counts and twisted factorizations, since M and K are tridiagonal".to_owned()
+        }
+        Wanted::Lowest(_) | Wanted::Near(..) => format!("solver: block Lanczos steps, {factors}"),
+        Wanted::Given(_) => format!("solver: bounds for given vectors, {factors}"),
+    }
+}
+
+/// K - σ M as L D Lᵀ, unless the budget is spent.
+fn factor<'a>(pencil: &'a Pencil, shift: f64, budget: &Budget) -> Option<Factor<'a>> {
+    budget.at("a factorization of K - s M", None);
+    if budget.is_spent() { None } else { pencil.factor(shift) }
+}
+
+/// Tells what a factorization counts.
+fn told<'a>(shift: f64, factor: Option<Factor<'a>>, budget: &Budget) -> Option<Factor<'a>> {
+    budget.tell(|| match &factor {
+        Some(own) => format!("inertia at omega^2 = {} +- {:.1e}: {} below", short(shift), own.error, own.negative),
+        None => format!("inertia at omega^2 = {}: none, a pivot is 0", short(shift)),
+    });
+    factor
+}
+
+/// A number for people, with what tells neighbours apart.
+fn short(x: f64) -> String {
+    if x == 0.0 { "0".to_owned() } else { format!("{x:.6e}") }
 }
 
 /// Vectors that may be all of a window; with what they are proved by at the lower end of the spectrum.
@@ -106,9 +181,40 @@ struct Search<'a> {
     /// K itself, where it is positive definite.
     base: Option<Rc<Factor<'a>>>,
     options: &'a Options,
+    budget: &'a Budget,
 }
 
 impl<'a> Search<'a> {
+    fn factor(&self, shift: f64) -> Option<Factor<'a>> {
+        told(shift, factor(self.pencil, shift, self.budget), self.budget)
+    }
+
+    /// Two of them, at a time where there are two threads.
+    fn factors(&self, shifts: [f64; 2]) -> [Option<Factor<'a>>; 2] {
+        let (pencil, budget, [one, other]) = (self.pencil, self.budget, shifts);
+        let found = if self.options.threads < 2 {
+            [factor(pencil, one, budget), factor(pencil, other, budget)]
+        } else {
+            thread::scope(|scope| {
+                let other = scope.spawn(move || factor(pencil, other, budget));
+                [factor(pencil, one, budget), other.join().ok().flatten()]
+            })
+        };
+        let [first, second] = found;
+        [told(one, first, budget), told(other, second, budget)]
+    }
+
+    /// Vectors next to the shift of a factor.
+    fn lanczos(&self, factor: &Factor<'_>, known: &[f64], wanted: usize, above: bool) -> Option<Found> {
+        self.budget.at("the search for the modes", None);
+        let found = lanczos(self.pencil, factor, known, wanted, above).filter(|_| !self.budget.is_spent());
+        self.budget.tell(|| match &found {
+            Some(found) => format!("Lanczos steps about {}: {} vectors", short(factor.shift), found.values.len()),
+            None => format!("Lanczos steps about {}: no convergence", short(factor.shift)),
+        });
+        found
+    }
+
     fn zero_count(&self) -> usize {
         self.zeros.vectors.len()
     }
@@ -119,6 +225,10 @@ impl<'a> Search<'a> {
         // Zero modes come before those that oscillate, so that fewer of these are needed; but some mode has to be.
         let elastic = count.saturating_sub(self.zero_count()).max(1).min(n - self.zero_count());
         let tridiagonal = self.pencil.is_tridiagonal().then(|| self.tridiagonal(elastic)).flatten();
+        if self.pencil.is_tridiagonal() && tridiagonal.is_none() {
+            self.budget
+                .tell(|| "solver: block Lanczos steps, since the matrices split or counts do not agree".to_owned());
+        }
         if let Some(spectrum) = self.proved(tridiagonal, count)? {
             return Ok(Some((spectrum, Method::Tridiagonal)));
         }
@@ -126,12 +236,30 @@ impl<'a> Search<'a> {
         Ok(spectrum.map(|spectrum| (spectrum, Method::Lanczos)))
     }
 
+    fn prove(
+        &self,
+        columns: &Columns,
+        zeros: &Zeros,
+        window: Window,
+        positive: Option<&Factor<'_>>,
+    ) -> Result<Option<Proof>, ModesError> {
+        self.budget.at("the proof of the modes", None);
+        let proof = prove(self.pencil, columns, zeros, window, positive, self.options)?;
+        self.budget.tell(|| {
+            let end = |end: Option<f64>| end.map_or("the end".to_owned(), short);
+            let (low, high) = (end(window.low), end(window.high));
+            let how = if proof.is_some() { "proved" } else { "not proved" };
+            format!("{} modes from {low} to {high}: {how}", columns.count() + zeros.vectors.len())
+        });
+        Ok(proof)
+    }
+
     /// The first modes of candidates, if these are proved.
     fn proved(&self, found: Option<Candidates<'_>>, count: usize) -> Result<Option<Spectrum>, ModesError> {
         let Some(Candidates { columns, window, positive }) = found else {
             return Ok(None);
         };
-        let proof = prove(self.pencil, &columns, &self.zeros, window, positive.as_deref(), self.options)?;
+        let proof = self.prove(&columns, &self.zeros, window, positive.as_deref())?;
         Ok(proof.map(|proof| {
             let mut spectrum = self.spectrum(&columns, &self.zeros, proof);
             spectrum.modes.truncate(count);
@@ -143,6 +271,7 @@ impl<'a> Search<'a> {
     fn tridiagonal(&self, elastic: usize) -> Option<Candidates<'a>> {
         let n = self.pencil.dimension();
         let zeros = self.zero_count();
+        self.budget.at("the search for the modes", None);
         let bands = Bands::new(self.pencil)?;
         if zeros > 0 && bands.count(-1e-12 * self.pencil.stiffness_norms.0) > 0 {
             return None;
@@ -173,7 +302,7 @@ impl<'a> Search<'a> {
 
     /// A number below which there are so many eigenvalues and no more, from a shift.
     fn counted(&self, shift: f64, count: usize) -> Option<f64> {
-        let factor = self.pencil.factor(shift)?;
+        let factor = self.factor(shift)?;
         (factor.negative == count).then(|| below(factor.shift, factor.error))
     }
 
@@ -185,7 +314,7 @@ impl<'a> Search<'a> {
         let scale = self.pencil.stiffness_norms.0.max(f64::MIN_POSITIVE);
         let mut distance = scale * 1e-9;
         while distance <= 4.0 * scale {
-            if let Some(factor) = self.pencil.factor(-distance)
+            if let Some(factor) = self.factor(-distance)
                 && factor.negative == 0
             {
                 return Some(Rc::new(factor));
@@ -206,12 +335,12 @@ impl<'a> Search<'a> {
         let mut values: Vec<f64> = Vec::new();
         let mut more = (elastic + 2).min(free);
         for _ in 0..SEARCHES {
-            let found = lanczos(self.pencil, &factor, &known, more, true)?;
+            let found = self.lanczos(&factor, &known, more, true)?;
             // A shift that is far from what is wanted beside it makes all of them alike.
             if let (Some(first), Some(last)) = (found.values.first(), found.values.last())
                 && values.is_empty()
                 && *first - factor.shift > 100.0 * (*last).abs().max(*first)
-                && let Some(nearer) = self.pencil.factor(-first.abs())
+                && let Some(nearer) = self.factor(-first.abs())
                 && nearer.negative == 0
             {
                 factor = Rc::new(nearer);
@@ -237,7 +366,7 @@ impl<'a> Search<'a> {
                 more = (elastic / 2).max(4).min(free - values.len());
                 continue;
             };
-            let counted = self.pencil.factor(shift)?;
+            let counted = self.factor(shift)?;
             let missing = counted.negative.checked_sub(zeros + k)?;
             if missing == 0 {
                 order.truncate(k);
@@ -284,7 +413,7 @@ impl<'a> Search<'a> {
         let columns = self.columns(&vectors, &values, &order);
         // As far as the next eigenvalues may be away: the farther, the sharper.
         for apart in [0.1, 1e-2, 1e-3, 1e-4, 1e-6] {
-            let shift = |value: f64, side: f64| self.pencil.factor(value + side * apart * value.abs());
+            let shift = |value: f64, side: f64| self.factor(value + side * apart * value.abs());
             let Some(high) = shift(last, 1.0) else { continue };
             // Where there are no more but zeros below, nothing has to be counted there.
             let lowest = high.negative == self.zero_count() + values.len();
@@ -297,7 +426,7 @@ impl<'a> Search<'a> {
             let none = Zeros::none();
             let zeros = if lowest { &self.zeros } else { &none };
             let positive = self.positive().filter(|_| lowest);
-            if let Some(proof) = prove(self.pencil, &columns, zeros, window, positive.as_deref(), self.options)? {
+            if let Some(proof) = self.prove(&columns, zeros, window, positive.as_deref())? {
                 return Ok(Some((self.spectrum(&columns, zeros, proof), Method::Given)));
             }
         }
@@ -313,13 +442,13 @@ impl<'a> Search<'a> {
         let Some(columns) = columns else {
             // The window reaches 0: all below its upper end.
             let Some(high) = window.high else { return Ok(None) };
-            let Some(factor) = self.pencil.factor(high) else { return Ok(None) };
+            let Some(factor) = self.factor(high) else { return Ok(None) };
             let Some((mut spectrum, method)) = self.lowest(factor.negative)? else { return Ok(None) };
             keep_nearest(&mut spectrum.modes, count, |mode| (mode.omega.mid_f64() - omega).abs());
             return Ok(Some((spectrum, method)));
         };
         let zeros = Zeros::none();
-        let proof = prove(self.pencil, &columns, &zeros, window, None, self.options)?;
+        let proof = self.prove(&columns, &zeros, window, None)?;
         Ok(proof.map(|proof| {
             let mut spectrum = self.spectrum(&columns, &zeros, proof);
             keep_nearest(&mut spectrum.modes, count, |mode| (mode.omega.mid_f64() - omega).abs());
@@ -333,12 +462,12 @@ impl<'a> Search<'a> {
         let shift = omega * omega;
         let scale = self.pencil.stiffness_norms.0;
         // A shift on an eigenvalue has no factor.
-        let factor = (0..8).find_map(|k| self.pencil.factor(shift + f64::from(k) * 1e-9 * shift.max(1e-6 * scale)))?;
+        let factor = (0..8).find_map(|k| self.factor(shift + f64::from(k) * 1e-9 * shift.max(1e-6 * scale)))?;
         let mut known: Vec<f64> = Vec::new();
         let mut values: Vec<f64> = Vec::new();
         let mut more = (count + 2).min(n);
         for _ in 0..SEARCHES {
-            let found = lanczos(self.pencil, &factor, &known, more, false)?;
+            let found = self.lanczos(&factor, &known, more, false)?;
             known.extend_from_slice(&found.vectors);
             values.extend_from_slice(&found.values);
             let distance = |value: f64| (value.max(0.0).sqrt() - omega).abs();
@@ -361,7 +490,8 @@ impl<'a> Search<'a> {
                 return Some((None, Window { low: None, high: Some(high) }));
             }
             let low = (omega - reach) * (omega - reach);
-            let (above, under) = (self.pencil.factor(high)?, self.pencil.factor(low)?);
+            let [above, under] = self.factors([high, low]);
+            let (above, under) = (above?, under?);
             let counted = above.negative.checked_sub(under.negative)?;
             let missing = counted.checked_sub(k)?;
             if missing == 0 {

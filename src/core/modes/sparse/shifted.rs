@@ -102,6 +102,14 @@ impl Pencil {
         matches!(self.structure, Structure::Tridiagonal)
     }
 
+    /// How many entries L and D have.
+    pub(super) fn fill(&self) -> usize {
+        match &self.structure {
+            Structure::Tridiagonal => 2 * self.dimension(),
+            Structure::General(general) => general.symbolic.len_val(),
+        }
+    }
+
     /// The entries of K - σ M on the diagonal and below it, where these are tridiagonal.
     pub(super) fn bands(&self, i: usize, shift: f64) -> (f64, f64) {
         let at = |j: usize| self.stiffness.entry(i, j).hi - shift * self.mass.entry(i, j).hi;
