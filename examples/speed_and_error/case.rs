@@ -6,7 +6,6 @@ use std::path::Path;
 use dashu_ratio::RBig;
 use librate::linearize::{Linearized, linearize};
 use librate::model::{Settings, TableTexts, elaborate};
-use librate::number::Number;
 use librate::precision::{Ball, Big};
 use librate::syntax::{StatementKind, parse};
 use librate_core::modes::{Factors, PreciseProblem, Problem, Source};
@@ -63,9 +62,7 @@ pub(crate) struct Case {
     /// K = Σ k a aᵀ where it is such a sum.
     pub(crate) squares: Option<Vec<Square>>,
     /// True ω², rising.
-    pub(crate) truth: Vec<Number>,
-    /// How many digits of them are true.
-    pub(crate) digits: usize,
+    pub(crate) known: Known,
     pub(crate) origin: Origin,
 }
 
@@ -129,7 +126,7 @@ impl Case {
     }
 
     pub(crate) fn zeros(&self) -> usize {
-        self.truth.iter().filter(|x| x.is_zero()).count()
+        self.known.values.iter().filter(|x| x.is_zero()).count()
     }
 
     /// A model of `models/hard` under the root of the repository.
@@ -137,19 +134,18 @@ impl Case {
         let linearized = load(&root.join(format!("models/hard/{name}.lag")))?;
         let n = linearized.dimension();
         let reference = root.join(format!("tests/reference/hard/{name}.json"));
-        let published = published(&std::fs::read_to_string(reference)?)?;
-        let (mut truth, mut digits) = (published.values, published.digits);
+        let mut known = published(&std::fs::read_to_string(reference)?)?;
         let mut texts = None;
         if n <= MANY_DIGITS
             && let Some(precise) = linearized.precisely(BITS)
         {
             if let Some(longer) = computed(&rationals(&precise.mass, n), &rationals(&precise.stiffness, n)) {
                 // Beyond 40 digits they are those of a solver of its own, held against the reference.
-                let off = judge::judge(&longer.values, &truth, longer.digits);
+                let off = judge::judge(&longer.values, &known.values, longer.digits);
                 if off.error > 1e-39 || off.zero.unwrap_or(0.0) > 0.0 {
                     return Err(format!("two references for {name} differ by {:e}", off.error).into());
                 }
-                (truth, digits) = (longer.values, longer.digits);
+                known = longer;
             }
             let text = |a: &[Big]| a.iter().map(|x| x.decimal(DIGITS).text).collect();
             texts = Some([text(&precise.mass), text(&precise.stiffness)]);
@@ -170,8 +166,7 @@ impl Case {
             stiffness: doubles(linearized.stiffness()),
             texts,
             squares,
-            truth,
-            digits,
+            known,
             origin: Origin::Model(Box::new(linearized)),
         })
     }
@@ -201,8 +196,7 @@ impl Case {
             mass,
             stiffness,
             squares: Some(squares.clone()),
-            truth: known.values,
-            digits: known.digits,
+            known,
             origin: Origin::Matrices(Box::new(Exact { problem, squares })),
         }
     }

@@ -1,7 +1,5 @@
 //! Cells and tables of the document.
 
-use librate::modes::PrecisionLevel;
-
 use super::run::{Measured, PATHS, PathInfo, Report, Verdict};
 
 /// A number with one digit, as errors are told.
@@ -76,16 +74,5 @@ pub(crate) fn time_cell(report: &Report, measured: &Measured, path: &PathInfo) -
         Verdict::Failed(_) => "gives up".to_owned(),
         Verdict::Absent => String::new(),
         Verdict::TooLong => "too long".to_owned(),
-    }
-}
-
-pub(crate) fn level_name(level: PrecisionLevel) -> &'static str {
-    match level {
-        PrecisionLevel::Doubles => "doubles",
-        PrecisionLevel::Refined => "double-double refinement",
-        PrecisionLevel::DoubleDouble => "full double-double",
-        PrecisionLevel::Factors => "Jacobi on the factor",
-        PrecisionLevel::Precise => "arbitrary precision",
-        _ => "another",
     }
 }

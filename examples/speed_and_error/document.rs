@@ -7,27 +7,59 @@ use std::path::Path;
 use librate::modes::PrecisionLevel;
 
 use super::case::{FAMILIES, MANY_DIGITS};
-use super::cells::{error, error_cell, header, level_name, present, ratio, table, time_cell, verdict};
+use super::cells::{error, error_cell, header, present, ratio, table, time_cell, verdict};
+use super::growth;
 use super::judge::median;
+use super::large::LargeReport;
 use super::machine::{locked, machine, said};
 use super::plots;
-use super::run::{DEFAULT, FAER, Group, Measured, PATHS, PathInfo, Plan, Report, Verdict, librate_paths};
-/// Writes the document into a folder, and its pictures into one beside it.
+use super::run::{CHOLMOD, DEFAULT, FAER, Group, Measured, PATHS, PathInfo, Plan, Report, Verdict, librate_paths};
+
+/// Writes the document into a folder, and its pictures into one beside it. What was not measured stays as it is there.
 ///
 /// # Errors
 /// Where a file can't be written.
-pub(crate) fn write(report: &Report, plan: &Plan, out: &Path) -> Result<(), Box<dyn Error>> {
+pub(crate) fn write(
+    dense: Option<&Report>,
+    sparse: Option<&LargeReport>,
+    plan: &Plan,
+    out: &Path,
+) -> Result<(), Box<dyn Error>> {
     let folder = out.join("speed-and-error");
     std::fs::create_dir_all(&folder)?;
-    std::fs::write(folder.join("hard.svg"), plots::hard(report)?)?;
-    std::fs::write(folder.join("problems.svg"), plots::problems(report)?)?;
-    std::fs::write(folder.join("sizes.svg"), plots::sizes(report)?)?;
-    std::fs::write(folder.join("digits.svg"), plots::digits(report)?)?;
-    std::fs::write(out.join("speed-and-error.md"), text(report, plan))?;
+    let file = out.join("speed-and-error.md");
+    let before = std::fs::read_to_string(&file).unwrap_or_default();
+    let chapter = match sparse {
+        Some(own) => {
+            std::fs::write(folder.join("large.svg"), plots::sizes(&own.report, &growth::families())?)?;
+            growth::text(own, plan)
+        }
+        None => before[growth::place(&before)].to_owned(),
+    };
+    let text = match dense {
+        Some(report) => {
+            std::fs::write(folder.join("hard.svg"), plots::hard(report)?)?;
+            std::fs::write(folder.join("problems.svg"), plots::problems(report)?)?;
+            std::fs::write(folder.join("sizes.svg"), plots::sizes(report, &families())?)?;
+            std::fs::write(folder.join("digits.svg"), plots::digits(report)?)?;
+            text(report, chapter, plan)
+        }
+        None => {
+            let mut text = before;
+            text.replace_range(growth::place(&text), &chapter);
+            text
+        }
+    };
+    std::fs::write(file, text)?;
     Ok(())
 }
 
-fn text(report: &Report, plan: &Plan) -> String {
+/// Slugs and titles of the families.
+fn families() -> Vec<(&'static str, &'static str)> {
+    FAMILIES.iter().map(|family| (family.slug, family.title)).collect()
+}
+
+fn text(report: &Report, chapter: String, plan: &Plan) -> String {
     [
         introduction(report),
         summary(report),
@@ -36,7 +68,7 @@ fn text(report: &Report, plan: &Plan) -> String {
         zeros(report),
         sizes(report),
         many_digits(report),
-        bounds(report),
+        chapter + &bounds(report),
         losses(report),
         method(report, plan),
     ]
@@ -108,10 +140,15 @@ fn summary(report: &Report) -> String {
         ["path", "applies", "gives up", "wrong sign", "error, median", "error, worst", "bound, worst", "time, median"];
     table(&mut out, &titles.map(str::to_owned), &rows);
     out.push('\n');
-    for path in &PATHS {
+    described(&mut out, |path| path.label != CHOLMOD);
+    out
+}
+
+/// What paths are.
+pub(crate) fn described(out: &mut String, which: impl Fn(&PathInfo) -> bool) {
+    for path in PATHS.iter().filter(|path| which(path)) {
         let _ = writeln!(out, "- **{}**: {}", path.label, path.what);
     }
-    out
 }
 
 /// What the rotations cost at the largest size that they were given.
@@ -165,7 +202,7 @@ fn choice(report: &Report) -> String {
         all.filter(|certified| certified.level == level).count().to_string()
     };
     let row = |level: PrecisionLevel| {
-        let mut cells = vec![level_name(level).to_owned()];
+        let mut cells = vec![level.as_str().to_owned()];
         cells.extend(librate_paths().map(|(label, _)| answered(label, level)));
         cells
     };
@@ -178,7 +215,7 @@ fn choice(report: &Report) -> String {
         let mut cells = vec![measured.name.replace('_', " ")];
         cells.extend(librate_paths().map(|(label, _)| {
             let certified = measured.of(label).and_then(|o| o.certified.as_ref());
-            certified.map_or(String::new(), |certified| level_name(certified.level).to_owned())
+            certified.map_or(String::new(), |certified| certified.level.as_str().to_owned())
         }));
         cells
     };
@@ -275,21 +312,8 @@ fn sizes(report: &Report) -> String {
          spring of its own, and a chain whose mass matrix is Hilbert's, with a condition number that grows thirtyfold with each n. All paths are given the matrices, librate also the zero vector of the chain.\n\n\
          ![Time and error against n](speed-and-error/sizes.svg)\n\n",
     );
-    for family in &FAMILIES {
-        let paths = present(report.family(family.slug), |_| true);
-        let sizes: Vec<String> = report.family(family.slug).map(|m| m.n.to_string()).collect();
-        let mut titles = vec![family.title.to_owned()];
-        titles.extend(sizes.iter().map(|n| format!("n = {n}")));
-        let row = |path: &&PathInfo| {
-            let mut cells = vec![path.label.to_owned()];
-            cells.extend(report.family(family.slug).map(|m| {
-                let (time, error) = (time_cell(report, m, path), error_cell(m, path));
-                if matches!(verdict(m, path), Verdict::Done(_)) { format!("{time} × ({error})") } else { time }
-            }));
-            cells
-        };
-        table(&mut out, &titles, &paths.iter().map(row).collect::<Vec<_>>());
-        out.push('\n');
+    for (slug, title) in families() {
+        against_n(&mut out, report, slug, title);
     }
     let _ = writeln!(
         out,
@@ -298,6 +322,23 @@ fn sizes(report: &Report) -> String {
         report.unit, report.unit
     );
     out
+}
+
+/// Time and error of all paths on a family, one column a size.
+pub(crate) fn against_n(out: &mut String, report: &Report, slug: &str, title: &str) {
+    let paths = present(report.family(slug), |_| true);
+    let mut titles = vec![title.to_owned()];
+    titles.extend(report.family(slug).map(|m| format!("n = {}", m.n)));
+    let row = |path: &&PathInfo| {
+        let mut cells = vec![path.label.to_owned()];
+        cells.extend(report.family(slug).map(|m| {
+            let (time, error) = (time_cell(report, m, path), error_cell(m, path));
+            if matches!(verdict(m, path), Verdict::Done(_)) { format!("{time} × ({error})") } else { time }
+        }));
+        cells
+    };
+    table(out, &titles, &paths.iter().map(row).collect::<Vec<_>>());
+    out.push('\n');
 }
 
 /// librate beside the tools for many digits.
@@ -418,7 +459,8 @@ fn losses(report: &Report) -> String {
         );
     }
     out.push_str(
-        "- All modes come from dense matrices: LAPACK's tridiagonal solver and ARPACK make use of the zeros, librate only where a few modes of a large model are wanted, which is not measured here.\n",
+        "- All modes come from dense matrices: LAPACK's tridiagonal solver and ARPACK make use of the zeros, librate only where a few modes of a \
+         large model are wanted ([above](#large-models)).\n",
     );
     out
 }

@@ -1,8 +1,9 @@
 """The peers that Python has, timed one call at a time for the example beside this file.
 
 Reads JSON lines and answers with JSON lines. First it tells the versions of what is installed. {"case": ...} sets
-M and K (lists of doubles, column by column, and strings of 300 digits) and is not answered; {"run": peer, "patience":
-seconds} is answered with CPU seconds of the fastest of several calls and the eigenvalues, or with what went wrong.
+M and K (lists of doubles, column by column, and strings of 300 digits) and is not answered, nor is {"large": ...}, which
+names an archive with sparse ones; {"run": peer, "patience": seconds} is answered with CPU seconds of the fastest of
+several calls and the eigenvalues, or with what went wrong.
 """
 import importlib
 import json
@@ -25,6 +26,7 @@ def find(name):
 
 
 np, scipy, mp, flint = (find(name) for name in ("numpy", "scipy", "mpmath", "flint"))
+cholmod = find("sksparse.cholmod")
 if scipy:
     import scipy.linalg as sl
     import scipy.sparse as sp
@@ -40,6 +42,25 @@ class Case:
             self.stiffness = np.array(data["stiffness"]).reshape(n, n)
         rows = lambda a: [a[i * n : (i + 1) * n] for i in range(n)]
         self.mass_text, self.stiffness_text = (rows(data[key]) for key in ("mass_text", "stiffness_text"))
+        self.count, self.range = 10, {}
+        # Where K is singular the shift has to be beside zero: a millionth of a typical square.
+        if np:
+            typical = np.mean(self.stiffness.diagonal() / self.mass.diagonal())
+            self.shift = -1e-6 * typical if self.singular else 0.0
+
+
+class Large:
+    """The lowest modes of sparse matrices."""
+
+    def __init__(self, data):
+        with np.load(data["file"]) as file:
+            matrix = lambda name: sp.csr_matrix(
+                tuple(file[f"{name}_{part}"] for part in ("data", "indices", "indptr")), shape=file[f"{name}_shape"]
+            )
+            self.mass, self.stiffness = matrix("M"), matrix("K")
+        self.count = data["count"]
+        self.range = {"select": "i", "select_range": (0, self.count - 1)}
+        self.shift = -1e-3 if data["singular"] else 0.0
 
 
 # Each peer prepares its own kind of matrix outside of the time, and returns the call.
@@ -66,7 +87,7 @@ def tridiagonal(case):
 
     def call():
         s = 1 / np.sqrt(m)
-        values, vectors = sl.eigh_tridiagonal(d * s * s, e * s[1:] * s[:-1])
+        values, vectors = sl.eigh_tridiagonal(d * s * s, e * s[1:] * s[:-1], **case.range)
         return values, vectors * s[:, None]
 
     return call
@@ -74,10 +95,19 @@ def tridiagonal(case):
 
 def arpack(case):
     K, M = sp.csc_matrix(case.stiffness), sp.csc_matrix(case.mass)
-    # Where K is singular the shift has to be beside zero: a millionth of a typical square.
-    typical = np.mean(case.stiffness.diagonal() / case.mass.diagonal())
-    shift = -1e-6 * typical if case.singular else 0.0
-    return lambda: ssl.eigsh(K, k=10, M=M, sigma=shift)
+    return lambda: ssl.eigsh(K, k=case.count, M=M, sigma=case.shift)
+
+
+def arpack_cholmod(case):
+    K, M = sp.csc_matrix(case.stiffness), sp.csc_matrix(case.mass)
+
+    def call():
+        # Positive definite, as the shift is not above the lowest.
+        factor = cholmod.cholesky((K - case.shift * M).tocsc())
+        inverse = ssl.LinearOperator(K.shape, matvec=factor.solve_A, dtype=float)
+        return ssl.eigsh(K, k=case.count, M=M, sigma=case.shift, OPinv=inverse)
+
+    return call
 
 
 def mpmath_eigsy(digits):
@@ -111,6 +141,7 @@ PEERS = {
     "scipy eigh": scipy_eigh,
     "LAPACK tridiagonal": tridiagonal,
     "ARPACK": arpack,
+    "ARPACK with CHOLMOD": arpack_cholmod,
     "mpmath, 30 digits": mpmath_eigsy(30),
     "mpmath, 50 digits": mpmath_eigsy(50),
     "mpmath, 100 digits": mpmath_eigsy(100),
@@ -172,6 +203,7 @@ def version(module):
 def main():
     names = {"numpy": np, "scipy": scipy, "mpmath": mp, "python-flint": flint}
     versions = {name: version(module) for name, module in names.items()}
+    versions["scikit-sparse"] = version(find("sksparse")) if cholmod else None
     versions["python"] = ".".join(map(str, sys.version_info[:3]))
     print(json.dumps(versions), flush=True)
     case = None
@@ -179,6 +211,9 @@ def main():
         request = json.loads(line)
         if "case" in request:
             case = Case(request["case"])
+            continue
+        if "large" in request:
+            case = Large(request["large"])
             continue
         try:
             answer = run(case, request["run"], request["patience"])

@@ -1,5 +1,7 @@
 //! The peers in Python: numpy, scipy with LAPACK and ARPACK, mpmath, python-flint.
 
+use std::path::Path;
+
 use librate::number::Number;
 use serde_json::{Value, json};
 
@@ -18,6 +20,11 @@ impl Peers {
             "mass_text": mass_text,
             "stiffness_text": stiffness_text,
         }}))
+    }
+
+    /// M and K in a file for NumPy, of which so many of the lowest modes are wanted.
+    pub(crate) fn set_large(&mut self, file: &Path, count: usize, singular: bool) -> Result<(), String> {
+        self.ask(&json!({"large": {"file": file, "count": count, "singular": singular}}))
     }
 
     /// CPU seconds and rising eigenvalues.

@@ -3,11 +3,10 @@
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use super::case::FAMILIES;
 use super::frame::{Area, FAINT, FONT, Frame, INK, Result, note, power, svg};
 use super::judge::median;
 use super::paths::ASKED;
-use super::run::{DEFAULT, Group, Measured, PATHS, PathInfo, Report, Verdict};
+use super::run::{CHOLMOD, DEFAULT, Group, Measured, PATHS, PathInfo, Report, Verdict};
 
 fn color(path: &PathInfo) -> RGBColor {
     match (path.group, path.label) {
@@ -16,6 +15,7 @@ fn color(path: &PathInfo) -> RGBColor {
         (Group::Peer, "numpy") => RGBColor(188, 160, 34),
         (Group::Peer, "LAPACK tridiagonal") => RGBColor(140, 86, 75),
         (Group::Peer, "ARPACK") => RGBColor(227, 119, 194),
+        (Group::Peer, CHOLMOD) => RGBColor(31, 119, 180),
         (Group::Peer, _) => RGBColor(255, 127, 14),
         (Group::Jacobi, _) => RGBColor(44, 150, 60),
         (Group::Librate(digits), _) => match digits {
@@ -200,8 +200,8 @@ pub(crate) fn problems(report: &Report) -> Result<String> {
     })
 }
 
-/// Time and error against the number of coordinates, one row a family.
-pub(crate) fn sizes(report: &Report) -> Result<String> {
+/// Time and error against the number of coordinates, one row a family: its slug and title.
+pub(crate) fn sizes(report: &Report, families: &[(&str, &str)]) -> Result<String> {
     let reference = format!("CPU time, {} = 1", report.unit);
     let shown: Vec<&PathInfo> = PATHS
         .iter()
@@ -210,22 +210,25 @@ pub(crate) fn sizes(report: &Report) -> Result<String> {
             all.any(|m| m.of(path.label).is_some())
         })
         .collect();
-    let count = FAMILIES.len() as u32;
+    let count = families.len() as u32;
     svg((1120, 330 * count), |area| {
         let (left, right) = area.split_horizontally(920);
-        for (cell, family) in left.split_evenly((FAMILIES.len(), 1)).iter().zip(&FAMILIES) {
-            let largest = report.family(family.slug).map(|m| m.n).max().unwrap_or(3);
-            let x = (0.4, (largest as f64).log10() + 0.1);
+        for (cell, (slug, title)) in left.split_evenly((families.len(), 1)).iter().zip(families) {
+            let sizes = || report.family(slug).map(|m| (m.n as f64).log10());
+            let (Some(least), Some(most)) = (sizes().reduce(f64::min), sizes().reduce(f64::max)) else {
+                continue;
+            };
+            let x = (least - 0.1, most + 0.1);
             // No two marks on top of each other.
             let mut marks: Vec<f64> = Vec::new();
-            for mark in family.sizes.iter().map(|n| (*n as f64).log10()) {
+            for mark in sizes() {
                 if marks.last().is_none_or(|last| mark > last + 0.07) {
                     marks.push(mark);
                 }
             }
             let halves = cell.split_evenly((1, 2));
             let time = Frame {
-                caption: family.title,
+                caption: title,
                 x,
                 y: (-1.5, 4.2),
                 x_title: "coordinates n",
@@ -247,7 +250,7 @@ pub(crate) fn sizes(report: &Report) -> Result<String> {
                 let mut chart = frame.draw(half)?;
                 for path in &shown {
                     let points: Vec<(f64, f64)> = report
-                        .family(family.slug)
+                        .family(slug)
                         .filter_map(|m| {
                             let outcome = m.of(path.label)?;
                             let y = if is_time {

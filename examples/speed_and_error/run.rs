@@ -8,8 +8,10 @@ use librate::number::Number;
 
 use super::case::{Case, FAMILIES, HARD, MANY_DIGITS};
 use super::judge::{Judged, judge, median};
+use super::large::LARGE;
 use super::paths::{ASKED, Answer, Doubles, with_faer, with_jacobi, with_librate, with_nalgebra};
 use super::peers::Peers;
+use super::truth::Known;
 
 /// What kind of tool a path is.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -41,20 +43,27 @@ const fn path(label: &'static str, group: Group, package: &'static str, what: &'
 
 pub(crate) const SCIPY: &str = "scipy eigh";
 pub(crate) const FAER: &str = "faer";
+pub(crate) const CHOLMOD: &str = "ARPACK with CHOLMOD";
 pub(crate) const DEFAULT: &str = "librate, 10 digits";
 
-pub(crate) const PATHS: [PathInfo; 17] = [
+pub(crate) const PATHS: [PathInfo; 18] = [
     path("nalgebra", Group::Doubles, "", "Cholesky factor of M, then `SymmetricEigen`"),
     path(FAER, Group::Doubles, "", "Cholesky factor of M, then `self_adjoint_eigen`"),
     path("numpy", Group::Peer, "numpy", "Cholesky factor of M, then `numpy.linalg.eigh`"),
     path(SCIPY, Group::Peer, "scipy", "`scipy.linalg.eigh(K, M)`: LAPACK's dsygvd"),
-    path("LAPACK tridiagonal", Group::Peer, "scipy", "`scipy.linalg.eigh_tridiagonal` (stemr), chains only"),
+    path(
+        "LAPACK tridiagonal",
+        Group::Peer,
+        "scipy",
+        "`scipy.linalg.eigh_tridiagonal` (stemr; for some modes stebz and stein), chains only",
+    ),
     path(
         "ARPACK",
         Group::Peer,
         "scipy",
-        "`scipy.sparse.linalg.eigsh`, shift-invert: the ten lowest of sparse problems",
+        "`scipy.sparse.linalg.eigsh`, shift-invert with SuperLU: the lowest of sparse problems, ten where no number is given",
     ),
+    path(CHOLMOD, Group::Peer, "scikit-sparse", "the same with CHOLMOD's Cholesky factor, of large models only"),
     path(
         "Jacobi on the factor",
         Group::Jacobi,
@@ -136,6 +145,10 @@ pub(crate) struct Report {
 }
 
 impl Report {
+    pub(crate) fn new(measured: Vec<Measured>, unit: &'static str, peers: &Result<Peers, String>) -> Self {
+        Self { measured, unit, peers: peers.as_ref().map(|p| p.versions.clone()).map_err(Clone::clone) }
+    }
+
     pub(crate) fn hard(&self) -> impl Iterator<Item = &Measured> + Clone {
         self.measured.iter().filter(|m| m.family.is_none())
     }
@@ -168,21 +181,33 @@ impl Report {
 /// What is to be done.
 pub(crate) struct Plan {
     pub(crate) hard: &'static [&'static str],
-    /// The largest size of a family.
+    /// The largest size of a family; 0: none.
     pub(crate) largest: usize,
+    /// The largest of the large models; 0: none.
+    pub(crate) largest_sparse: usize,
     /// Seconds that a call is repeated for.
     pub(crate) patience: f64,
     /// A call that takes longer than so many seconds is not made.
     pub(crate) longest: f64,
+    /// The same for the large models.
+    pub(crate) longest_sparse: f64,
 }
 
 impl Plan {
-    pub(crate) const FULL: Self = Self { hard: HARD, largest: usize::MAX, patience: 0.15, longest: 20.0 };
+    pub(crate) const FULL: Self = Self {
+        hard: HARD,
+        largest: usize::MAX,
+        largest_sparse: usize::MAX,
+        patience: 0.15,
+        longest: 20.0,
+        longest_sparse: 120.0,
+    };
 
     /// How many problems that are.
     pub(crate) fn len(&self) -> usize {
         let sizes = FAMILIES.iter().flat_map(|family| family.sizes);
-        self.hard.len() + sizes.filter(|n| **n <= self.largest).count()
+        let large = LARGE.iter().map(|family| family.sizes(self.largest_sparse).count());
+        self.hard.len() + sizes.filter(|n| **n <= self.largest).count() + large.sum::<usize>()
     }
 
     /// Runs everything; `tell` hears about each problem before it begins.
@@ -192,31 +217,27 @@ impl Plan {
     pub(crate) fn run(
         &self,
         root: &Path,
-        mut peers: Result<Peers, String>,
+        peers: &mut Result<Peers, String>,
         mut tell: impl FnMut(&str),
     ) -> Result<Report, Box<dyn Error>> {
         let mut measured = Vec::new();
         for name in self.hard {
             tell(name);
             let case = Case::hard(root, name)?;
-            measured.push(self.measure(&case, None, None, &mut peers));
+            measured.push(self.measure(&case, None, None, peers));
         }
         for family in &FAMILIES {
             let mut before: Option<Measured> = None;
             for &n in family.sizes.iter().filter(|n| **n <= self.largest) {
                 tell(&format!("{}, n = {n}", family.slug));
                 let case = (family.make)(n).ok_or("the true values can't be had")?;
-                let now = self.measure(&case, Some(family.slug), before.as_ref(), &mut peers);
+                let now = self.measure(&case, Some(family.slug), before.as_ref(), peers);
                 measured.extend(before.replace(now));
             }
             measured.extend(before);
         }
         let has = |package| peers.as_ref().is_ok_and(|peers| peers.has(package));
-        Ok(Report {
-            measured,
-            unit: if has("scipy") { SCIPY } else { FAER },
-            peers: peers.as_ref().map(|p| p.versions.clone()).map_err(Clone::clone),
-        })
+        Ok(Report::new(measured, if has("scipy") { SCIPY } else { FAER }, peers))
     }
 
     fn measure(
@@ -248,33 +269,35 @@ impl Plan {
 
     fn verdict(&self, case: &Case, path: &PathInfo, peers: &mut Result<Peers, String>) -> Verdict {
         // True values have to be known better than what is held against them.
-        let known = |digits: usize| digits + 5 <= case.digits;
+        let known = |digits: usize| digits + 5 <= case.known.digits;
         match path.group {
             Group::Doubles if path.label == FAER => plain(case, with_faer(case, self.patience)),
             Group::Doubles => plain(case, with_nalgebra(case, self.patience)),
             Group::Jacobi => with_jacobi(case, self.patience).map_or(Verdict::Absent, |result| plain(case, result)),
             Group::Librate(digits) if known(digits) => match with_librate(case, digits, self.patience) {
-                Ok(answer) => Verdict::Done(certified(case, answer, digits)),
+                Ok(answer) => Verdict::Done(certified(&case.known, answer, digits)),
                 Err(error) => Verdict::Failed(error),
             },
             Group::Mpmath(digits) | Group::Flint(digits)
                 if known(digits) && case.n <= MANY_DIGITS && case.texts.is_some() =>
             {
-                self.peer(case, path, peers)
+                self.peer(&case.known, path, peers)
             }
             Group::Librate(_) | Group::Mpmath(_) | Group::Flint(_) => Verdict::Absent,
             Group::Peer => {
                 let fits = match path.label {
                     "LAPACK tridiagonal" => case.is_chain() && case.n > 1,
                     "ARPACK" => case.is_sparse() && case.n > 20,
+                    CHOLMOD => false,
                     _ => true,
                 };
-                if fits { self.peer(case, path, peers) } else { Verdict::Absent }
+                if fits { self.peer(&case.known, path, peers) } else { Verdict::Absent }
             }
         }
     }
 
-    fn peer(&self, case: &Case, path: &PathInfo, peers: &mut Result<Peers, String>) -> Verdict {
+    /// What a peer makes of the problem that was set last.
+    pub(crate) fn peer(&self, known: &Known, path: &PathInfo, peers: &mut Result<Peers, String>) -> Verdict {
         let Ok(peers) = peers else {
             return Verdict::Absent;
         };
@@ -283,7 +306,7 @@ impl Plan {
         }
         match peers.run(path.label, self.patience) {
             Ok((seconds, values)) => {
-                Verdict::Done(Outcome { seconds, judged: judge(&values, &case.truth, case.digits), certified: None })
+                Verdict::Done(Outcome { seconds, judged: judge(&values, &known.values, known.digits), certified: None })
             }
             Err(error) => Verdict::Failed(error),
         }
@@ -296,7 +319,7 @@ fn plain(case: &Case, result: Doubles) -> Verdict {
             let values: Option<Vec<Number>> = values.into_iter().map(Number::from_f64_exact).collect();
             Verdict::Done(Outcome {
                 seconds,
-                judged: judge(&values.unwrap_or_default(), &case.truth, case.digits),
+                judged: judge(&values.unwrap_or_default(), &case.known.values, case.known.digits),
                 certified: None,
             })
         }
@@ -304,14 +327,15 @@ fn plain(case: &Case, result: Doubles) -> Verdict {
     }
 }
 
-fn certified(case: &Case, answer: Answer, digits: usize) -> Outcome {
+/// What librate says, held against the truth.
+pub(crate) fn certified(known: &Known, answer: Answer, digits: usize) -> Outcome {
     let mids: Vec<Number> = answer.values.iter().map(|x| x.mid.clone()).collect();
-    let judged = judge(&mids, &case.truth, case.digits);
-    let pairs = || answer.values.iter().zip(&case.truth);
-    let holds = answer.values.len() == case.truth.len()
+    let judged = judge(&mids, &known.values, known.digits);
+    let pairs = || answer.values.iter().zip(&known.values);
+    let holds = answer.values.len() == known.values.len()
         && pairs().all(|(value, truth)| {
             let open = value.bound().is_none() && !value.radius.is_zero();
-            value.holds(truth, case.digits) && (open || value.mid.is_zero() == truth.is_zero())
+            value.holds(truth, known.digits) && (open || value.mid.is_zero() == truth.is_zero())
         });
     let bounds: Vec<f64> = pairs()
         .filter(|(_, truth)| !truth.is_zero())

@@ -25,16 +25,26 @@ fn decimal_digits(bits: usize) -> usize {
     (bits as f64 * std::f64::consts::LOG10_2) as usize
 }
 
-/// A chain of n unit masses on n - 1 unit springs, both ends free: ω² = 4 sin²(jπ/2n), j = 0..n-1.
-pub(crate) fn free_chain(n: usize) -> Known {
+/// 4 sin²(jπ/2n) for some j.
+fn squares(n: usize, all: impl Iterator<Item = usize>) -> Known {
     let bits = 448;
     let step = pi(bits) / integer(2 * n as i64, bits);
     let value = |j: usize| {
         let (sin, _) = sin_cos(&(&step * integer(j as i64, bits)), bits);
         number(&(integer(4, bits) * &sin * &sin))
     };
-    // The series lose a few bits, and the square as many again.
-    Known { values: (0..n).map(value).collect(), digits: decimal_digits(bits - 32) }
+    // The series lose a few bits, and the square as many again; small angles theirs.
+    Known { values: all.map(value).collect(), digits: decimal_digits(bits - 32 - n.ilog2() as usize) }
+}
+
+/// A chain of n unit masses on n - 1 unit springs, both ends free: ω² = 4 sin²(jπ/2n), j = 0..n-1.
+pub(crate) fn free_chain(n: usize) -> Known {
+    squares(n, 0..n)
+}
+
+/// The lowest of a chain of n unit masses between two walls: ω² = 4 sin²(jπ/2(n + 1)), j = 1, 2, ...
+pub(crate) fn sines(n: usize, most: usize) -> Known {
+    squares(n + 1, 1..n.min(most) + 1)
 }
 
 /// The zeros of the Laguerre polynomial L_n, rising (Daniel Bernoulli, 1733: the hanging chain), each

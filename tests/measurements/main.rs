@@ -25,6 +25,8 @@ mod kinds;
 mod machine;
 #[path = "../../examples/campaign/pencil.rs"]
 mod pencil;
+#[path = "../../examples/points.rs"]
+mod points;
 #[path = "../../examples/speed_and_error/process.rs"]
 mod process;
 #[path = "../../examples/campaign/real.rs"]

@@ -8,8 +8,12 @@ mod case;
 mod cells;
 #[path = "../../examples/speed_and_error/document.rs"]
 mod document;
+#[path = "../../examples/speed_and_error/growth.rs"]
+mod growth;
 #[path = "../../examples/speed_and_error/judge.rs"]
 mod judge;
+#[path = "../../examples/speed_and_error/large.rs"]
+mod large;
 #[path = "../../examples/speed_and_error/paths.rs"]
 mod paths;
 #[path = "../../examples/speed_and_error/peers.rs"]
@@ -23,20 +27,23 @@ mod truth;
 
 use std::path::Path;
 
-use crate::{clock, frame, machine, process, real, reference};
+use crate::{clock, frame, machine, points, process, real, reference};
 
 use case::FAMILIES;
 use judge::judge;
+use large::LARGE;
 use librate::number::Number;
-use run::{FAER, PATHS, Plan, librate_paths};
+use run::{DEFAULT, FAER, PATHS, Plan, librate_paths};
 
 const HARD: [&str; 2] = ["springs_0_16_8", "weak_bond"];
 
 #[test]
 fn bounds_hold_and_cover_the_digits() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let plan = Plan { hard: &HARD, largest: 3, patience: 0.0, longest: 10.0 };
-    let report = plan.run(root, Err("left out".to_owned()), |_| {}).unwrap();
+    let plan =
+        Plan { hard: &HARD, largest: 3, largest_sparse: 1000, patience: 0.0, longest: 10.0, longest_sparse: 10.0 };
+    let mut peers = Err("left out".to_owned());
+    let report = plan.run(root, &mut peers, |_| {}).unwrap();
     assert_eq!(report.measured.len(), HARD.len() + FAMILIES.len());
     assert_eq!(report.violations(), Vec::<String>::new());
     for measured in &report.measured {
@@ -58,9 +65,29 @@ fn bounds_hold_and_cover_the_digits() {
         assert_eq!(textbook > 1e-9, hard, "{}: {textbook:e}", measured.name);
     }
 
+    // The large models at their smallest.
+    let ask = |arguments| Ok(large::one(root, arguments).map_err(|error| error.to_string()));
+    let sparse = large::run(&plan, &mut peers, &ask, |_| {}).unwrap();
+    assert_eq!((sparse.report.measured.len(), sparse.growth.len()), (LARGE.len(), LARGE.len()));
+    assert_eq!(sparse.report.violations(), Vec::<String>::new());
+    for measured in &sparse.report.measured {
+        let outcome = measured.of(DEFAULT).unwrap();
+        let certified = outcome.certified.as_ref().unwrap();
+        assert!(certified.covered && outcome.judged.error <= certified.bound, "{}", measured.name);
+        assert_eq!(measured.zeros, if measured.family == Some("network") { 6 } else { 0 });
+    }
+
     let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join("speed_and_error");
-    document::write(&report, &plan, &out).unwrap();
+    let _ = std::fs::remove_dir_all(&out);
+    document::write(Some(&report), Some(&sparse), &plan, &out).unwrap();
     complete(&out);
+    // Either part can be written anew without the other.
+    let file = out.join("speed-and-error.md");
+    let whole = std::fs::read_to_string(&file).unwrap();
+    for (dense, sparse) in [(Some(&report), None), (None, Some(&sparse)), (None, None)] {
+        document::write(dense, sparse, &plan, &out).unwrap();
+        assert_eq!(std::fs::read_to_string(&file).unwrap(), whole);
+    }
     let text = std::fs::read_to_string(out.join("speed-and-error.md")).unwrap();
     assert!(text.contains("Without the peers in Python (left out)"));
 }
@@ -86,8 +113,8 @@ fn complete(folder: &Path) {
     for path in &PATHS {
         assert!(text.contains(&format!("**{}**", path.label)), "{}", path.label);
     }
-    for family in &FAMILIES {
-        assert!(text.contains(family.title), "{}", family.title);
+    for title in FAMILIES.iter().map(|family| family.title).chain(LARGE.iter().map(|family| family.title)) {
+        assert!(text.contains(title), "{title}");
     }
     let links: Vec<&str> = text
         .split("](")
@@ -96,7 +123,7 @@ fn complete(folder: &Path) {
         .map(|(link, _)| link)
         .filter(|link| link.ends_with(".svg"))
         .collect();
-    assert_eq!(links.len(), 4);
+    assert_eq!(links.len(), 5);
     for link in links {
         let picture = std::fs::read_to_string(folder.join(link)).unwrap();
         assert!(picture.starts_with("<svg") && picture.trim_end().ends_with("</svg>"));
