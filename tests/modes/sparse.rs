@@ -94,6 +94,65 @@ fn a_free_chain_drifts() {
     }
 }
 
+#[test]
+fn all_modes_of_chains_have_their_closed_frequencies() {
+    for n in [301, 900] {
+        let found = modes(CHAIN, n, &Options::default());
+        assert_eq!((found.method, found.modes.len()), (Some(Method::Tridiagonal), n));
+        assert_eq!(found.stability, Stability::Stable);
+        for (j, mode) in found.modes.iter().enumerate() {
+            holds(&mode.omega, of_chain(j + 1, n), 1e-20);
+            assert!(mode.vector_error_bound < 1e-16);
+            let sine = |i: usize| (std::f64::consts::PI * (i * (j + 1)) as f64 / (n as f64 + 1.0)).sin();
+            let sign = mode.vector[n / 7].signum() * sine(n / 7 + 1).signum();
+            for i in (0..n).step_by(7) {
+                let exact = sign * (2.0 / (n as f64 + 1.0)).sqrt() * sine(i + 1);
+                assert!((mode.vector[i] - exact).abs() < 1e-12, "{j} {i}");
+            }
+        }
+        let free = modes(FREE_CHAIN, n, &Options::default().lowest(n / 2));
+        assert_eq!((free.method, free.modes.len()), (Some(Method::Tridiagonal), n / 2));
+        assert_eq!((free.stability, free.modes[0].kind), (Stability::Neutral, Kind::Zero));
+        assert_eq!(free.zero_motions, ["translation of x"]);
+        assert!(free.modes[0].vector.iter().all(|x| (x - 1.0 / (n as f64).sqrt()).abs() < 1e-15));
+        for (j, mode) in free.modes.iter().enumerate().skip(1) {
+            holds(&mode.omega, 2.0 * (std::f64::consts::PI * j as f64 / (2.0 * n as f64)).sin(), 1e-20);
+        }
+    }
+}
+
+/// Masses and springs from a row of numbers without order; the coordinates are numbered by `place`.
+fn uneven_chain(n: usize, place: impl Fn(usize) -> usize) -> String {
+    let number = |i: usize| (i * i * 31 + 7 * i) % 17 + 9;
+    let sum = |terms: Vec<String>| terms.join(" + ");
+    let inertia = (0..n).map(|i| format!("{}/7*x[{}]'^2", number(i), place(i))).collect();
+    let bond = |i: usize| format!("1/{}*(x[{}] - x[{}])^2", number(n + i), place(i), place(i + 1));
+    // An upright pendulum at one end: one mode grows.
+    let bonds = (0..n - 1).map(bond).collect();
+    format!("coord x[1..N]\nT = {}\nV = {} - x[{}]^2", sum(inertia), sum(bonds), place(0))
+}
+
+#[test]
+fn all_modes_of_an_uneven_chain_are_those_of_dense_matrices() {
+    let n = 302;
+    let shuffled = |i: usize| (i * 7) % n + 1;
+    let own = modes(&uneven_chain(n, |i| i + 1), n, &Options::default());
+    let dense = modes(&uneven_chain(n, shuffled), n, &Options::default());
+    assert_eq!((own.method, dense.method), (Some(Method::Tridiagonal), None));
+    assert_eq!((own.stability, dense.stability), (Stability::Unstable, Stability::Unstable));
+    for (a, b) in own.modes.iter().zip(&dense.modes) {
+        assert_eq!((a.kind, a.cluster), (b.kind, b.cluster));
+        let (x, y) = if a.kind == Kind::Unstable { (&a.growth, &b.growth) } else { (&a.omega, &b.omega) };
+        assert!((*x - *y).contains_zero() && x.radius <= 1e-13 * x.mid_f64(), "{x:?} {y:?}");
+        let top = (0..n).max_by(|i, j| a.vector[*i].abs().total_cmp(&a.vector[*j].abs())).unwrap();
+        let sign = a.vector[top].signum() * b.vector[shuffled(top) - 1].signum();
+        let bound = a.vector_error_bound + b.vector_error_bound;
+        for (i, x) in a.vector.iter().enumerate() {
+            assert!((x - sign * b.vector[shuffled(i) - 1]).abs() <= bound);
+        }
+    }
+}
+
 /// All frequencies of a membrane, ascending.
 fn of_membrane(n: usize) -> Vec<f64> {
     let square = |j: usize| of_chain(j, n).powi(2);

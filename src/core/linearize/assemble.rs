@@ -214,7 +214,7 @@ fn split(
     let mut coefficients: Vec<Vec<ExprId>> = vec![Vec::new(); velocities.len()];
     for element in elements(pool, splitter, share, &velocities, Variable::Velocity) {
         let element = element.at_rest(pool, &mut splitter.facts, &at_rest);
-        for (place, slope) in &element.slope {
+        for (place, slope) in element.slope.iter().filter(|_| !element.first.is_zero()) {
             let coefficient = pool.mul(element.first, *slope);
             coefficients[*place].push(coefficient);
         }
@@ -387,12 +387,9 @@ impl Assembly {
     /// How many shares [`Assembly::entries`] gives for both matrices, at most.
     pub(super) fn shares(&self) -> u64 {
         let shares = self.families.iter().map(|family| {
-            let of = |element: &Element| {
-                let slopes = element.slope.len() as u64;
-                slopes * (slopes + 1) / 2 + element.curvature.len() as u64
-            };
-            let each: u64 = family.inertia.iter().chain(&family.potential).map(of).sum();
-            each.saturating_mul(family.terms.count as u64)
+            let inertia = family.inertia_nests.iter().map(|nest| nest.count(&family.inertia));
+            let potential = family.potential_nests.iter().map(|nest| nest.count(&family.potential));
+            inertia.chain(potential).sum::<u64>().saturating_mul(family.terms.count as u64)
         });
         shares.fold(0, u64::saturating_add)
     }

@@ -170,7 +170,11 @@ pub enum Structure {
 pub fn linearize(model: Model) -> Result<Linearized, LinearizeError> {
     let budget = model.pool.budget().clone();
     budget.at("the equilibrium and the matrices there", None);
-    let linearized = leaving_out_dependent(&model, |left_out| linearize_without(&model, left_out));
+    let linearized = if model.constraints.is_empty() {
+        linearize_without(model, &[])
+    } else {
+        leaving_out_dependent(&model, |left_out| linearize_without(model.clone(), left_out))
+    };
     budget.check()?;
     if let Ok(own) = &linearized {
         budget.tell(|| own.in_words());
@@ -179,15 +183,12 @@ pub fn linearize(model: Model) -> Result<Linearized, LinearizeError> {
 }
 
 /// Linearizes a model without some of its constraints, which follow from the others.
-fn linearize_without(model: &Model, left_out: &[usize]) -> Result<Linearized, LinearizeError> {
-    let is_far = Cell::new(false);
-    let found = linearize_in(model.clone(), left_out, true, &is_far);
+fn linearize_without(model: Model, left_out: &[usize]) -> Result<Linearized, LinearizeError> {
+    let far = Cell::new(None);
+    let found = linearize_in(model, left_out, true, &far);
     let Err(error) = found else { return found };
-    if !is_far.get() {
-        return Err(error);
-    }
-    let again = || linearize_in(model.clone(), left_out, false, &is_far).map(|_| ());
-    Err(in_own_numbers(error, again))
+    let Some(model) = far.take() else { return Err(error) };
+    Err(in_own_numbers(error, || linearize_in(model, left_out, false, &far).map(|_| ())))
 }
 
 /// An error that was found in other units: in the numbers of the file, where these tell the same, and wherever it has numbers
@@ -208,12 +209,13 @@ fn in_own_numbers(error: LinearizeError, again: impl FnOnce() -> Result<(), Line
     told.filter(|own| measured || std::mem::discriminant(own) == kind).unwrap_or(error)
 }
 
-/// The same in units of its own where the numbers of the model are far from usual ones, or with `units` false in those of the file.
+/// The same in units of its own where the numbers of the model are far from usual ones, or with `units` false in those of the file; `far` gets
+/// the model as it was where they are.
 fn linearize_in(
     mut model: Model,
     left_out: &[usize],
     units: bool,
-    is_far: &Cell<bool>,
+    far: &Cell<Option<Model>>,
 ) -> Result<Linearized, LinearizeError> {
     if let Some(span) = model.time_dependent {
         return Err(LinearizeError::TimeDependent { span });
@@ -249,8 +251,8 @@ fn linearize_in(
     }
     let mut values = assembly.values::<Ball>(&model, ())?;
     let chosen = units::choose(&model, &assembly, &values, visible);
-    is_far.set(chosen.is_some());
     if let Some(own) = &chosen {
+        far.set(Some(asked.as_ref().unwrap_or(&model).clone()));
         if units {
             asked.get_or_insert_with(|| model.clone());
             own.put_in(&mut model);

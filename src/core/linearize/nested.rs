@@ -40,6 +40,17 @@ pub(super) struct Nest {
 }
 
 impl Nest {
+    /// How many shares there are at most.
+    pub(super) fn count(&self, elements: &[Element]) -> u64 {
+        let (mut before, mut count) = (0, 0);
+        for Member { element, added, .. } in &self.members {
+            let added = added.len() as u64;
+            count += added * (added + 1) / 2 + added * before + elements[*element].curvature.len() as u64;
+            before += added;
+        }
+        count
+    }
+
     /// What its elements add to a second derivative, from the numbers of all: two places, a share, and whether it stands for both
     /// (a, b) and (b, a).
     pub(super) fn shares<S: Scalar>(

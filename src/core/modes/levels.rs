@@ -34,7 +34,7 @@ const SOME_DIGITS: usize = 10;
 
 /// How accurate shapes have to be, in length: they have as many digits as frequencies, but doubles hold no more than
 /// these.
-fn shapes(options: &Options) -> f64 {
+pub(super) fn shapes(options: &Options) -> f64 {
     10f64.powi(-(options.digits.min(12) as i32))
 }
 

@@ -40,7 +40,7 @@ pub use factored::Factors;
 use levels::{Certificate, Gram, Solution, covered, first, refined};
 use pencil::{Scaled, ZeroSpace};
 pub(crate) use sparse::keep_nearest;
-pub use sparse::{Method, SparseProblem, Wanted, solve_sparse};
+pub use sparse::{Method, SparseProblem, Wanted, solve_sparse, solve_tridiagonal};
 use spectrum::spectrum;
 
 /// K x = ω² M x, with entries that enclose those of the exact matrices.

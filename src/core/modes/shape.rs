@@ -314,7 +314,7 @@ fn push(vector: &mut Vec<f64>, bound: &mut f64, value: DoubleDouble, error: f64,
 }
 
 /// The sign: the first component within 1e-6 of the largest is positive.
-fn finish(mut vector: Vec<f64>, error_bound: f64) -> Shape {
+pub(super) fn finish(mut vector: Vec<f64>, error_bound: f64) -> Shape {
     let mut largest = [0.0_f64; 4];
     let (lanes, rest) = vector.as_chunks::<4>();
     for x in lanes {

@@ -14,15 +14,7 @@ pub(super) fn spectrum(scaled: &Scaled, zero: &ZeroSpace, solution: &Solution, o
     let wanted = options.lowest.unwrap_or(total).min(total);
     let unstable = certificate.eigenvalues.iter().take_while(|x| x.is_negative()).count();
     let undecided = certificate.eigenvalues.iter().filter(|x| x.contains_zero()).count();
-    let stability = if unstable > 0 {
-        Stability::Unstable
-    } else if undecided > 0 {
-        Stability::Undecided
-    } else if zeros > 0 {
-        Stability::Neutral
-    } else {
-        Stability::Stable
-    };
+    let stability = stability(unstable, undecided, zeros);
     let mut modes = Vec::with_capacity(wanted);
     let mut zero_shapes = if options.vectors { shape::zero_shapes(scaled, zero) } else { Vec::new() }.into_iter();
     let errors = options.vectors.then(|| shape::Errors::new(scaled, leak, certificate, basis, zero));
@@ -77,8 +69,21 @@ pub(super) fn spectrum(scaled: &Scaled, zero: &ZeroSpace, solution: &Solution, o
     Spectrum { modes, stability, level }
 }
 
+/// What so many modes of a kind say together.
+pub(super) fn stability(unstable: usize, undecided: usize, zeros: usize) -> Stability {
+    if unstable > 0 {
+        Stability::Unstable
+    } else if undecided > 0 {
+        Stability::Undecided
+    } else if zeros > 0 {
+        Stability::Neutral
+    } else {
+        Stability::Stable
+    }
+}
+
 /// A mode with ω² as a ball times an even power of two.
-fn mode(
+pub(super) fn mode(
     (omega_squared, power): (Ball, i32),
     precise: Option<Big>,
     kind: Kind,

@@ -20,7 +20,7 @@ use crate::modes::{
     self, Factors, Kind, Method, ModesError, Options, Precise, PreciseProblem, PrecisionLevel, Problem, Source,
     Spectrum, Stability,
 };
-use crate::precision::Ball;
+use crate::precision::{Ball, SparseMatrix};
 use crate::span::Span;
 
 /// Shapes that nobody asked for are made for at most so many coordinates.
@@ -158,8 +158,9 @@ fn modes_of(linearized: &Linearized, options: &Options) -> Result<NormalModes, L
     let mut problem = Problem { dimension, mass, stiffness, zero_vectors: vectors(&zero_modes) };
     // The classes are read off the shapes, which are made for them where that is cheap.
     let wanted = options.vectors || dimension <= MOST_SHAPES_FOR_CLASSES;
-    let labels = (wanted && !linearized.is_constrained())
-        .then(|| symmetry::labels(linearized, &problem.mass, &problem.stiffness))
+    let sparse = |matrix: &[Ball]| SparseMatrix::from_dense(dimension, matrix);
+    let labels = (wanted && !linearized.is_constrained() && dimension <= symmetry::MOST_COORDINATES)
+        .then(|| symmetry::labels(linearized, &sparse(&problem.mass), &sparse(&problem.stiffness)))
         .flatten();
     let inner = Options { vectors: options.vectors || labels.is_some(), ..options.clone() };
     let solve = |problem: &mut Problem, zero_modes: &mut Vec<ZeroMode>| loop {

@@ -1,8 +1,8 @@
-//! Some modes of a large model, from sparse matrices.
+//! Some modes of a large model, from sparse matrices, and all of tridiagonal ones.
 
 use super::{MOST_SHAPES_FOR_CLASSES, NormalModes, named, symmetry, with_names, zero_motions};
-use crate::linearize::{LinearizeError, Linearized, MOST_COORDINATES, Structure};
-use crate::modes::{Kind, Method, Options, SparseProblem, Spectrum, Wanted, solve_sparse};
+use crate::linearize::{LinearizeError, Linearized, MOST_COORDINATES, Structure, ZeroMode};
+use crate::modes::{Kind, Method, Options, SparseProblem, Spectrum, Wanted, solve_sparse, solve_tridiagonal};
 use crate::precision::{Ball, SparseMatrix};
 
 /// Up to so many coordinates dense matrices are as fast.
@@ -11,7 +11,8 @@ const DENSE: usize = 300;
 const FEW: usize = 8;
 /// As one entry in so many is.
 const SPARSE: usize = 8;
-/// The modes that are asked for, where these are few of a large sparse model; `None` where dense matrices are to be used.
+
+/// The modes that are asked for, where these are few of a large sparse model or all of a tridiagonal one; `None` where dense matrices are to be used.
 ///
 /// # Errors
 /// Where there are too many coordinates for these, too, or an entry is not finite.
@@ -29,10 +30,15 @@ pub(super) fn some_modes(linearized: &Linearized, options: &Options) -> Result<O
             reason: "vectors can be given bounds where there are T and V alone, without constraints".to_owned(),
         });
     }
+    let all = |why: &str| match all_modes(linearized, options)? {
+        Some(modes) => Ok(Some(modes)),
+        None => dense(why),
+    };
     let (wanted, count) = match (&options.given, options.near, options.lowest) {
         (Some(vectors), ..) => (Wanted::Given(vectors), vectors.len() / n.max(1)),
         (None, Some((omega, count)), _) => (Wanted::Near(omega, count), count),
         (None, None, Some(count)) => (Wanted::Lowest(count), count),
+        (None, None, None) if is_plain => return all("all modes are wanted"),
         (None, None, None) => return dense("all modes are wanted"),
     };
     let must = given || n > MOST_COORDINATES;
@@ -41,7 +47,7 @@ pub(super) fn some_modes(linearized: &Linearized, options: &Options) -> Result<O
     } else if !given && n <= DENSE {
         return dense("they are as fast for so few");
     } else if !must && count.saturating_mul(FEW) > n {
-        return dense("more than an eighth of the modes are wanted");
+        return all("more than an eighth of the modes are wanted");
     }
     budget.at("the matrices", None);
     if !must && linearized.shares() > (n * n) as u64 {
@@ -61,13 +67,7 @@ pub(super) fn some_modes(linearized: &Linearized, options: &Options) -> Result<O
     {
         return Err(error);
     }
-    let inner = Options {
-        lowest: None,
-        near: None,
-        given: None,
-        vectors: options.vectors || n <= MOST_SHAPES_FOR_CLASSES,
-        ..options.clone()
-    };
+    let inner = Options { lowest: None, near: None, given: None, vectors: has_shapes(n, options), ..options.clone() };
     let problem = SparseProblem { mass, stiffness };
     let solved = |others: bool| -> Result<_, LinearizeError> {
         let mut zero_modes = Vec::new();
@@ -99,12 +99,59 @@ pub(super) fn some_modes(linearized: &Linearized, options: &Options) -> Result<O
     if !must && !spectrum.modes.iter().all(|mode| is_done(&mode.omega_squared)) {
         return dense("bounds in double-double do not cover the digits");
     }
-    let labels = (inner.vectors && n <= symmetry::MOST_COORDINATES)
-        .then(|| symmetry::labels(linearized, &linearized.mass(), &linearized.stiffness()))
+    Ok(Some(in_words(linearized, &problem, (spectrum, method), zero_modes, options)))
+}
+
+/// A spectrum with names and classes.
+fn in_words(
+    linearized: &Linearized,
+    problem: &SparseProblem,
+    (spectrum, method): (Spectrum, Method),
+    zero_modes: Vec<ZeroMode>,
+    options: &Options,
+) -> NormalModes {
+    let n = linearized.dimension();
+    let labels = (has_shapes(n, options) && n <= symmetry::MOST_COORDINATES)
+        .then(|| symmetry::labels(linearized, &problem.mass, &problem.stiffness))
         .flatten();
     let mut modes = with_names(linearized, spectrum, labels, zero_motions(zero_modes), options);
     modes.method = Some(method);
-    Ok(Some(modes))
+    modes
+}
+
+/// Whether shapes are made, at least for the classes.
+fn has_shapes(n: usize, options: &Options) -> bool {
+    options.vectors || n <= MOST_SHAPES_FOR_CLASSES
+}
+
+/// All modes, but for what [`Options::lowest`] leaves out, where M is diagonal and K tridiagonal and bounds tell them apart; `None` elsewhere.
+///
+/// # Errors
+/// Where the vectors need more memory than there is.
+fn all_modes(linearized: &Linearized, options: &Options) -> Result<Option<NormalModes>, LinearizeError> {
+    let n = linearized.dimension();
+    let budget = linearized.model().pool.budget();
+    let is_narrow = (DENSE + 1..=MOST_COORDINATES).contains(&n) && linearized.shares() <= (8 * n) as u64;
+    let Some((mass, stiffness)) = is_narrow.then(|| linearized.sparse()).flatten() else {
+        return Ok(None);
+    };
+    budget.room(n, 8 * n)?;
+    budget.tell(|| structure(&mass, &stiffness));
+    let problem = SparseProblem { mass, stiffness };
+    let inner = Options { vectors: has_shapes(n, options), ..options.clone() };
+    let mut zero_modes = Vec::new();
+    let mut zero_vectors = || -> Vec<Vec<Ball>> {
+        zero_modes = linearized.zero_modes();
+        zero_modes.iter().map(|mode| mode.vector.clone()).collect()
+    };
+    let Some(mut spectrum) = solve_tridiagonal(&problem, &mut zero_vectors, &inner) else {
+        return Ok(None);
+    };
+    budget.tell(|| {
+        "solver: twisted factorizations for all eigenvalues, since M is diagonal and K tridiagonal".to_owned()
+    });
+    spectrum.modes.truncate(options.lowest.filter(|_| options.near.is_none()).unwrap_or(n));
+    Ok(Some(in_words(linearized, &problem, (spectrum, Method::Tridiagonal), zero_modes, options)))
 }
 
 /// What the matrices look like, in words.

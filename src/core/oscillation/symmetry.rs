@@ -7,7 +7,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use crate::linearize::{Entries, Invariance, Linearized};
-use crate::precision::{Ball, Big, Scalar};
+use crate::precision::{Ball, Big, Scalar, SparseMatrix};
 use crate::symmetry::{Classes, Pattern, Symmetry};
 
 /// Larger models are not searched.
@@ -48,12 +48,12 @@ impl Labels {
 }
 
 /// The symmetry of a model's energies, if it has one.
-pub(super) fn labels(linearized: &Linearized, mass: &[Ball], stiffness: &[Ball]) -> Option<Labels> {
+pub(super) fn labels(linearized: &Linearized, mass: &SparseMatrix, stiffness: &SparseMatrix) -> Option<Labels> {
     let n = linearized.dimension();
     if !(2..=MOST_COORDINATES).contains(&n) {
         return None;
     }
-    let mut pattern = of_enclosures(n, mass, stiffness)?;
+    let mut pattern = of_enclosures(mass, stiffness)?;
     if !Symmetry::may_have_classes(&pattern) {
         return None;
     }
@@ -83,10 +83,14 @@ impl Numbering {
     }
 }
 
-fn of_enclosures(n: usize, mass: &[Ball], stiffness: &[Ball]) -> Option<Pattern> {
+fn of_enclosures(mass: &SparseMatrix, stiffness: &SparseMatrix) -> Option<Pattern> {
+    let n = mass.dimension();
+    let diagonal = |matrix: &SparseMatrix, i: usize| {
+        let (rows, values) = matrix.column(i);
+        values.first().filter(|_| rows[0] as usize == i).map_or(0.0, Ball::mid_f64)
+    };
     let diagonal_differs = || {
-        let mut pairs: Vec<(f64, f64)> =
-            (0..n).map(|i| (mass[i + n * i].mid_f64(), stiffness[i + n * i].mid_f64())).collect();
+        let mut pairs: Vec<(f64, f64)> = (0..n).map(|i| (diagonal(mass, i), diagonal(stiffness, i))).collect();
         pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
         // Equal numbers may differ by their rounding.
         let near = |a: f64, b: f64| (a - b).abs() <= 1e-6 * (a.abs() + b.abs());
@@ -97,19 +101,35 @@ fn of_enclosures(n: usize, mass: &[Ball], stiffness: &[Ball]) -> Option<Pattern>
     if diagonal_differs() {
         return None;
     }
-    let mass = value_classes(mass)?;
-    let stiffness = value_classes(stiffness)?;
+    // Every entry with its mirror image: row, column and the class of the mass, or of the stiffness.
+    let mut entries: Vec<(usize, usize, Class, Class)> = Vec::new();
+    for (matrix, is_mass) in [(mass, true), (stiffness, false)] {
+        let values: Vec<Ball> = matrix.entries().map(|(_, _, value)| *value).collect();
+        for ((i, j, _), class) in matrix.entries().zip(value_classes(&values)?) {
+            let (m, k) = if is_mass { (class, 0) } else { (0, class) };
+            entries.push((i, j, m, k));
+            if i != j {
+                entries.push((j, i, m, k));
+            }
+        }
+    }
+    entries.sort_unstable_by_key(|(i, j, ..)| (*i, *j));
+    let same = |a: &(usize, usize, Class, Class), b: &(usize, usize, Class, Class)| (a.0, a.1) == (b.0, b.1);
+    let sums = entries.chunk_by(same).filter_map(|own| {
+        let (i, j, ..) = own.first()?;
+        Some((*i, *j, own.iter().map(|own| own.2).sum::<Class>(), own.iter().map(|own| own.3).sum::<Class>()))
+    });
+    let sums: Vec<(usize, usize, Class, Class)> = sums.collect();
     let mut labels = Numbering::default();
     let mut pattern = Pattern::new(n);
+    let mut rows = sums.chunk_by(|a, b| a.0 == b.0).peekable();
     for i in 0..n {
-        let diagonal = labels.of(mass[i + n * i], stiffness[i + n * i]);
+        let row = rows.next_if(|row| row[0].0 == i).unwrap_or_default();
+        let (m, k) = row.iter().find(|own| own.1 == i).map_or((0, 0), |own| (own.2, own.3));
         // The mass is positive, so is its label.
-        pattern.set_diagonal(i, diagonal.unsigned_abs(), stiffness[i + n * i] != 0);
-        for j in (0..n).filter(|j| *j != i) {
-            let (m, k) = (mass[i + n * j], stiffness[i + n * j]);
-            if (m, k) != (0, 0) {
-                pattern.push(i, j, labels.of(m, k), k != 0);
-            }
+        pattern.set_diagonal(i, labels.of(m, k).unsigned_abs(), k != 0);
+        for (_, j, m, k) in row.iter().filter(|own| own.1 != i && (own.2, own.3) != (0, 0)) {
+            pattern.push(i, *j, labels.of(*m, *k), *k != 0);
         }
     }
     Some(pattern)

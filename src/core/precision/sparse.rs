@@ -12,6 +12,21 @@ pub struct SparseMatrix<S = Ball> {
 }
 
 impl<S: Scalar> SparseMatrix<S> {
+    /// From all entries column by column, of which the lower triangle is read.
+    #[must_use]
+    pub fn from_dense(dimension: usize, entries: &[S]) -> Self {
+        let mut matrix = Self { starts: vec![0], rows: Vec::new(), values: Vec::new() };
+        for j in 0..dimension {
+            let column = (0_u32..).zip(&entries[j * dimension..(j + 1) * dimension]).skip(j);
+            for (row, value) in column.filter(|(_, value)| !value.is_exact_zero()) {
+                matrix.rows.push(row);
+                matrix.values.push(value.clone());
+            }
+            matrix.starts.push(matrix.rows.len());
+        }
+        matrix
+    }
+
     /// The sum of shares: row, column, value, the row not above the column. Several for one entry are added in their order.
     #[must_use]
     pub fn from_shares(dimension: usize, shares: &[(u32, u32, S)]) -> Self {

@@ -13,6 +13,7 @@ mod proof;
 mod rows;
 mod shifted;
 mod twisted;
+mod whole;
 
 use std::rc::Rc;
 use std::thread;
@@ -22,6 +23,7 @@ use proof::{Columns, Proof, Window, Zeros, prove};
 use rows::Panel;
 use shifted::{Factor, Pencil};
 use twisted::Bands;
+pub use whole::solve_tridiagonal;
 
 use super::{Mode, ModesError, Options, Spectrum};
 use crate::budget::{Budget, Exceeded};

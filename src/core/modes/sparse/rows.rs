@@ -160,7 +160,7 @@ impl Pair {
 
     /// Its parts as they should be: the lower one less than a rounding of the higher one.
     #[inline(always)]
-    fn settled(&self) -> Self {
+    pub(super) fn settled(&self) -> Self {
         let (high, low) = lane_sum(self.high, self.low);
         Self { high, low }
     }
