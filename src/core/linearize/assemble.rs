@@ -9,7 +9,7 @@ use super::elements::{Element, Splitter, elements};
 use super::error::LinearizeError;
 use super::facts::Variable;
 use super::missing_value;
-use super::nested::{Nest, nests};
+use super::nested::{Nest, compact, nests};
 use super::velocity::{Origin, VelocityFamily};
 pub use crate::expr::evaluate_closed;
 use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, Tape};
@@ -289,7 +289,8 @@ fn compile(
         stiffness_roots.extend(element.entries());
     }
     force_roots.extend(&logarithms);
-    let inertia_roots: Vec<ExprId> = inertia.iter().flat_map(Element::entries).collect();
+    let mut inertia_nests = nests(&inertia);
+    let inertia_roots = compact(&mut inertia_nests, &inertia);
     let all: Vec<ExprId> = stiffness_roots.iter().chain(&inertia_roots).chain(&logarithms).copied().collect();
     let parameters = parameters_of(model, &all);
     let inputs = inputs(model, &terms, &parameters);
@@ -300,7 +301,7 @@ fn compile(
         inertia_tape: tape(&inertia_roots)?,
         force_tape: tape(&force_roots)?,
         stiffness_tape: tape(&stiffness_roots)?,
-        inertia_nests: nests(&inertia),
+        inertia_nests,
         potential_nests: nests(&potential),
         inertia,
         potential,

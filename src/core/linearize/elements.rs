@@ -158,22 +158,33 @@ fn element(
     s: ExprId,
     variables: &Variables,
 ) -> Element {
+    // The number of a weight and that of a derivative are multiplied first: long sums are copied for each.
+    let weighed = |pool: &mut Pool, e: ExprId, factor: &Number| match pool.as_number(weight) {
+        Some(own) => {
+            let both = own.mul(factor);
+            pool.scale(e, &both)
+        }
+        None => {
+            let e = pool.scale(e, factor);
+            pool.mul(weight, e)
+        }
+    };
     let (first, second) = match outer {
-        Outer::Identity => (pool.one(), pool.zero()),
+        Outer::Identity => (weight, pool.zero()),
         Outer::Power(exponent) => {
             let one = Number::from(1);
             let once = exponent.sub(&one);
             let twice = once.sub(&one);
             let slope = pool.powr(s, &once);
             let bend = pool.powr(s, &twice);
-            (pool.scale(slope, exponent), pool.scale(bend, &exponent.mul(&once)))
+            (weighed(pool, slope, exponent), weighed(pool, bend, &exponent.mul(&once)))
         }
         Outer::PowerOfModulus(exponent) => {
             let once = exponent.sub(&Number::ONE);
             let modulus = pool.abs(s);
             let power = pool.powr(modulus, &once.sub(&Number::ONE));
             let slope = pool.mul(power, s);
-            (pool.scale(slope, exponent), pool.scale(power, &exponent.mul(&once)))
+            (weighed(pool, slope, exponent), weighed(pool, power, &exponent.mul(&once)))
         }
         Outer::Function(function) => {
             let z = pool.symbol("z of phi(z)");
@@ -184,11 +195,9 @@ fn element(
             let mut at_s = Substitution::default();
             at_s.insert(z, s);
             let both = pool.substitute(&[slope, bend], &at_s);
-            (both[0], both[1])
+            (pool.mul(weight, both[0]), pool.mul(weight, both[1]))
         }
     };
-    let first = pool.mul(weight, first);
-    let second = pool.mul(weight, second);
     let slope = splitter.slopes(pool, s, variables);
     let mut curvature = Vec::new();
     for (i, entry) in &slope {

@@ -9,6 +9,7 @@
 //! so that n elements of up to n entries take n² products instead of n³, of which none cancels more than before.
 
 use super::elements::Element;
+use crate::expr::ExprId;
 use crate::precision::Scalar;
 
 /// Shorter gradients stand alone: their products are few.
@@ -18,18 +19,19 @@ const LEAST: usize = 16;
 #[derive(Clone, Debug)]
 struct Member {
     element: usize,
-    /// Where its numbers start: those of w·phi', w·phi'', ∇s, ∇∇s.
+    /// Where the numbers of w·phi' and w·phi'' are.
     start: usize,
-    /// The entries of ∇s that those before it don't have, by their place in it.
-    added: Vec<usize>,
+    /// The entries of ∇s that those before it don't have: which they are, and where their numbers are.
+    added: Vec<(usize, usize)>,
+    /// Where the numbers of ∇∇s start.
+    bends: usize,
 }
 
 impl Member {
     /// The entries that it adds: places and numbers.
     fn added<'a, S>(&'a self, elements: &'a [Element], numbers: &'a [S]) -> impl Iterator<Item = (usize, &'a S)> {
         let slope = &elements[self.element].slope;
-        let numbers = &numbers[self.start + 2..];
-        self.added.iter().map(|k| (slope[*k].0, &numbers[*k]))
+        self.added.iter().map(|(k, number)| (slope[*k].0, &numbers[*number]))
     }
 }
 
@@ -85,8 +87,7 @@ impl Nest {
             let element = &elements[member.element];
             let first = &numbers[member.start];
             if !first.is_exact_zero() {
-                let bends = &numbers[member.start + 2 + element.slope.len()..];
-                for ((a, b, _), bend) in element.curvature.iter().zip(bends) {
+                for ((a, b, _), bend) in element.curvature.iter().zip(&numbers[member.bends..]) {
                     share(*a, *b, &first.mul(bend), a != b);
                 }
             }
@@ -94,11 +95,32 @@ impl Nest {
     }
 }
 
-/// Puts elements into nests, in the order of the first of each.
+/// Leaves out the numbers that members share: gives those that are left, in the order in which [`Nest::shares`] wants them from now on.
+pub(super) fn compact(nests: &mut [Nest], elements: &[Element]) -> Vec<ExprId> {
+    let mut numbers = Vec::new();
+    for member in nests.iter_mut().flat_map(|nest| &mut nest.members) {
+        let element = &elements[member.element];
+        member.start = numbers.len();
+        numbers.extend([element.first, element.second]);
+        for (k, number) in &mut member.added {
+            *number = numbers.len();
+            numbers.push(element.slope[*k].1);
+        }
+        member.bends = numbers.len();
+        numbers.extend(element.curvature.iter().map(|(.., entry)| *entry));
+    }
+    numbers
+}
+
+/// Puts elements into nests, in the order of the first of each; numbers are in the order of [`Element::entries`].
 pub(super) fn nests(elements: &[Element]) -> Vec<Nest> {
     let sizes = elements.iter().map(|element| 2 + element.slope.len() + element.curvature.len());
     let starts: Vec<usize> = sizes.scan(0, |start, size| Some(std::mem::replace(start, *start + size))).collect();
-    let member = |element: usize, added: Vec<usize>| Member { element, start: starts[element], added };
+    let member = |element: usize, added: Vec<usize>| {
+        let start = starts[element];
+        let added = added.into_iter().map(|k| (k, start + 2 + k)).collect();
+        Member { element, start, added, bends: start + 2 + elements[element].slope.len() }
+    };
     let alone = |element: usize| Nest { members: vec![member(element, (0..elements[element].slope.len()).collect())] };
     let (mut long, short): (Vec<usize>, Vec<usize>) =
         (0..elements.len()).partition(|number| elements[*number].slope.len() >= LEAST);
