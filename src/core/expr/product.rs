@@ -373,7 +373,8 @@ impl Pool {
     }
 
     /// Puts x^m |x|^b, m an integer, as x^p |x|^(m + b - p) with p = 0 or 1, its sign: so there is one form of it, and what is
-    /// continuous where x is 0 has a value there: x³/|x| = x|x|, x²/|x|^(1/2) = |x|^(3/2).
+    /// continuous where x is 0 has a value there: x³/|x| = x|x|, x²/|x|^(1/2) = |x|^(3/2). Where m is none, x is not negative, and takes
+    /// all of b but what is left beyond an integer.
     fn settle_moduli(&mut self, settled: &mut Vec<(ExprId, Number)>) {
         for at in 0..settled.len() {
             let Node::Function(Function::Abs, x) = self.node(settled[at].0) else {
@@ -382,12 +383,19 @@ impl Pool {
             // Sums are factors with the sign of their first term.
             let x = *x;
             let x = if self.leads_negative(x) { self.neg(x) } else { x };
-            let Some(other) = settled.iter().position(|(base, exponent)| *base == x && exponent.is_integer()) else {
+            let Some(other) = settled.iter().position(|(base, _)| *base == x) else {
                 continue;
             };
-            let sign = if settled[other].1.is_even() { Number::ZERO } else { Number::ONE };
-            settled[at].1 = settled[at].1.add(&settled[other].1).sub(&sign);
-            settled[other].1 = sign;
+            let (m, b) = (settled[other].1.clone(), settled[at].1.clone());
+            let kept = if !m.is_integer() {
+                m.add(&b.floor())
+            } else if m.is_even() {
+                Number::ZERO
+            } else {
+                Number::ONE
+            };
+            settled[at].1 = m.add(&b).sub(&kept);
+            settled[other].1 = kept;
         }
         settled.retain(|(_, exponent)| !exponent.is_zero());
     }
