@@ -12,6 +12,7 @@ mod exponents;
 mod exponents_properties;
 mod exponents_random;
 mod hard;
+mod matrix_market;
 mod models;
 mod modes;
 mod modes_factored;

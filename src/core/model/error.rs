@@ -232,7 +232,7 @@ Error ModelError {
     "E0121" BadTable(span) {
         /// As written.
         path: String,
-        /// Line of the CSV file.
+        /// Line of the file.
         line: u64,
         /// What is wrong.
         reason: String,

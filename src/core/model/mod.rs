@@ -18,6 +18,7 @@ mod index;
 mod instance;
 mod interval;
 mod lets;
+mod matrix_market;
 mod members;
 mod mistakes;
 mod names;

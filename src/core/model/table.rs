@@ -1,11 +1,12 @@
-//! Tables: CSV text with a header, read into exact numbers.
+//! Tables: CSV text with a header, or a matrix, read into exact numbers.
 
 use super::instance::{Along, same_side};
+use super::matrix_market;
 use crate::model::ModelError;
 use crate::number::Number;
 use crate::span::Span;
 
-/// The texts of the CSV files that a model names, by the path as the model writes it.
+/// The texts of the CSV and Matrix Market files that a model names, by the path as the model writes it.
 ///
 /// The library reads no files; whoever calls it hands over what it has.
 #[derive(Clone, Debug, Default)]
@@ -131,7 +132,7 @@ impl Table {
         }
     }
 
-    /// From the text of a CSV file.
+    /// From the text of a CSV file, or of a Matrix Market file if its name ends in `.mtx`.
     pub fn read(name: &str, path: &str, span: Span, path_span: Span, texts: &TableTexts) -> Result<Self, ModelError> {
         let missing = |reason: String| ModelError::MissingTable { path: path.to_owned(), reason, span: path_span };
         let text = match texts.get(path) {
@@ -141,6 +142,21 @@ impl Table {
         };
         let bad =
             |line: u64, reason: String| ModelError::BadTable { path: path.to_owned(), line, reason, span: path_span };
+        if path.to_ascii_lowercase().ends_with(".mtx") {
+            let entries = matrix_market::entries(text).map_err(|(line, reason)| bad(line, reason))?;
+            let lines = entries.iter().map(|(_, line)| *line).collect();
+            let cells = entries.into_iter().flat_map(|(fields, _)| fields).map(Cell::Number).collect();
+            let columns = ["i", "j", "v"].map(str::to_owned).to_vec();
+            return Ok(Self {
+                name: name.to_owned(),
+                span,
+                texts: vec![false; columns.len()],
+                columns,
+                path: path.to_owned(),
+                cells,
+                lines,
+            });
+        }
         let mut reader =
             csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
         let describe = |error: &csv::Error| {
@@ -187,7 +203,7 @@ impl Table {
 }
 
 /// What messages quote of a field.
-fn excerpt(field: &str) -> String {
+pub(super) fn excerpt(field: &str) -> String {
     const MOST: usize = 40;
     match field.char_indices().nth(MOST) {
         Some((end, _)) => format!("{}…", &field[..end]),
@@ -196,7 +212,7 @@ fn excerpt(field: &str) -> String {
 }
 
 /// Decimal numbers as spreadsheets write them: with a sign, with `.5` and `5.` too.
-fn parse_field(field: &str) -> Option<Number> {
+pub(super) fn parse_field(field: &str) -> Option<Number> {
     let (negative, digits) = match field.strip_prefix('-') {
         Some(rest) => (true, rest),
         None => (false, field.strip_prefix('+').unwrap_or(field)),
