@@ -3,7 +3,7 @@
 use super::table::{Column, GAP, draw};
 use super::{Exponent, Style, Tone, Written, counted, headline, limit_words, listed, shown_unit, zero_motions};
 use librate_core::linearize::{Linearized, Origin};
-use librate_core::model::{Coordinate, Coordinates};
+use librate_core::model::Coordinates;
 use librate_core::modes::exponents::Limit;
 use librate_core::modes::{Kind, Method, Options, Stability};
 use librate_core::oscillation::{NormalMode, NormalModes};
@@ -68,8 +68,7 @@ pub fn modes_text(linearized: &Linearized, modes: &NormalModes, options: &Option
     }
     let rows: Vec<Row> = modes.modes.iter().map(|mode| Row::new(mode, options, model.has_units)).collect();
     let common = common_unit(&model.coordinates);
-    let heading = |coordinate| Heading::new(coordinate, common.is_none());
-    let names: Vec<Heading> = model.coordinates.iter().map(heading).collect();
+    let names = Headings { coordinates: &model.coordinates, with_unit: common.is_none() };
     let motions = zero_motions(modes, count);
     let motion = match motions.as_slice() {
         [only] => Some(*only),
@@ -187,22 +186,20 @@ fn common_unit(coordinates: &Coordinates) -> Option<&str> {
     coordinates.iter().all(|other| shown_unit(other) == Some(unit)).then_some(unit)
 }
 
-/// A coordinate at the head of its column.
-struct Heading<'a> {
-    name: String,
-    unit: Option<&'a str>,
+/// The coordinates at the heads of their columns.
+struct Headings<'a> {
+    coordinates: &'a Coordinates,
+    with_unit: bool,
 }
 
-impl<'a> Heading<'a> {
-    fn new(coordinate: Coordinate<'a>, with_unit: bool) -> Self {
-        Self { name: coordinate.name(), unit: shown_unit(coordinate).filter(|_| with_unit) }
+impl Headings<'_> {
+    fn name(&self, at: usize) -> String {
+        self.coordinates.get(at).map_or_else(String::new, |own| own.name())
     }
 
-    fn with_unit(&self) -> String {
-        match self.unit {
-            Some(unit) => format!("{} ({unit})", self.name),
-            None => self.name.clone(),
-        }
+    fn with_unit(&self, at: usize) -> String {
+        let unit = self.coordinates.get(at).filter(|_| self.with_unit).and_then(shown_unit);
+        unit.map_or_else(|| self.name(at), |unit| format!("{} ({unit})", self.name(at)))
     }
 }
 
@@ -252,7 +249,7 @@ impl Row {
 fn table(
     modes: &[NormalMode],
     rows: &[Row],
-    names: &[Heading<'_>],
+    names: &Headings<'_>,
     motion: Option<&str>,
     has_units: bool,
     style: &Style,
@@ -327,14 +324,12 @@ fn counting(modes: &[NormalMode]) -> Column {
 
 /// The shapes: a column a coordinate where there are few, else the largest components by name;
 /// `None` where there is not enough room.
-fn shape(modes: &[NormalMode], names: &[Heading<'_>], room: usize) -> Option<Vec<Column>> {
-    if names.len() > MOST_COMPONENTS {
+fn shape(modes: &[NormalMode], names: &Headings<'_>, room: usize) -> Option<Vec<Column>> {
+    if names.coordinates.len() > MOST_COMPONENTS {
         return (room >= LEAST_SHAPE).then(|| vec![by_name(modes, names, room)]);
     }
-    let columns: Vec<Column> = names
-        .iter()
-        .enumerate()
-        .map(|(at, heading)| {
+    let columns: Vec<Column> = (0..names.coordinates.len())
+        .map(|at| {
             let parts = modes.iter().flat_map(|mode| {
                 let of = |part: &[f64]| part.get(at).copied();
                 // What may be 0 has no size.
@@ -345,7 +340,7 @@ fn shape(modes: &[NormalMode], names: &[Heading<'_>], room: usize) -> Option<Vec
             let parts: Vec<f64> = parts.collect();
             let power = common_power(parts.iter());
             let cells = modes.iter().map(|mode| component(mode, at, power, SHAPE_DIGITS));
-            Column::numbers(&over_power(&heading.with_unit(), power), cells.collect())
+            Column::numbers(&over_power(&names.with_unit(at), power), cells.collect())
         })
         .collect();
     let width: usize = columns.iter().map(Column::width).sum();
@@ -353,10 +348,8 @@ fn shape(modes: &[NormalMode], names: &[Heading<'_>], room: usize) -> Option<Vec
     (width <= room + GAP).then_some(columns)
 }
 
-fn by_name(modes: &[NormalMode], names: &[Heading<'_>], room: usize) -> Column {
-    let parts = |mode: &'_ NormalMode| mode.vector.clone().into_iter().chain(mode.imaginary.clone());
-    let parts: Vec<f64> = modes.iter().flat_map(parts).collect();
-    let power = common_power(parts.iter());
+fn by_name(modes: &[NormalMode], names: &Headings<'_>, room: usize) -> Column {
+    let power = common_power(modes.iter().flat_map(|mode| mode.vector.iter().chain(&mode.imaginary)));
     let cells = modes.iter().map(|mode| largest(mode, names, power, room)).collect();
     Column::words(&over_power("shape", power), cells)
 }
@@ -409,7 +402,7 @@ fn modulus(mode: &NormalMode, at: usize) -> f64 {
 }
 
 /// `phi[1] 0.50, phi[2] -0.50, …`: the components by falling size, as many as there is room for.
-fn largest(mode: &NormalMode, names: &[Heading<'_>], power: i32, room: usize) -> String {
+fn largest(mode: &NormalMode, names: &Headings<'_>, power: i32, room: usize) -> String {
     // Sizes are compared as printed, so that equal ones stay in order whatever their rounding errors.
     let mut order: Vec<(f64, usize)> = (0..mode.vector.len()).map(|at| (modulus(mode, at), at)).collect();
     let top = order.iter().fold(0.0_f64, |top, (size, _)| top.max(*size));
@@ -442,7 +435,7 @@ fn largest(mode: &NormalMode, names: &[Heading<'_>], power: i32, room: usize) ->
     let mut used = 0;
     let count = texts.len();
     for (rank, (_, at, text)) in texts.into_iter().enumerate() {
-        let name = names.get(at).map_or("", |heading| &heading.name);
+        let name = names.name(at);
         let separator = if rank == 0 { "" } else { ", " };
         let item = format!("{separator}{name} {text}");
         let size = item.chars().count();

@@ -178,6 +178,33 @@ fn a_membrane_has_all_its_equal_frequencies() {
 }
 
 #[test]
+fn a_free_crystal_has_its_triple_frequencies() {
+    // In three dimensions an elimination is so much work that the order is looked for by nested dissection.
+    let n = 24;
+    let crystal = "
+coord z[1..N, 1..N, 1..N]
+T = sum(i in 1..N, j in 1..N, l in 1..N, 1/2*z[i,j,l]'^2)
+V = sum(i in 1..N-1, j in 1..N, l in 1..N, 1/2*(z[i+1,j,l] - z[i,j,l])^2)
+  + sum(i in 1..N, j in 1..N-1, l in 1..N, 1/2*(z[i,j+1,l] - z[i,j,l])^2)
+  + sum(i in 1..N, j in 1..N, l in 1..N-1, 1/2*(z[i,j,l+1] - z[i,j,l])^2)
+";
+    let found = modes(crystal, n, &Options::default().lowest(8).without_vectors());
+    assert_eq!(found.stability, Stability::Neutral);
+    assert!(found.modes[0].omega.is_zero());
+    let square = |j: usize| (2.0 * (std::f64::consts::PI * j as f64 / (2 * n) as f64).sin()).powi(2);
+    for (k, mode) in found.modes.iter().enumerate().skip(1) {
+        let squares = if k <= 3 {
+            square(1)
+        } else if k <= 6 {
+            2.0 * square(1)
+        } else {
+            3.0 * square(1)
+        };
+        holds(&mode.omega, squares.sqrt(), 1e-14);
+    }
+}
+
+#[test]
 fn modes_near_a_frequency_are_the_nearest() {
     let (n, omega, count) = (30, 1.7, 8);
     let found = modes(MEMBRANE, n, &Options::default().near(omega, count).without_vectors());

@@ -10,10 +10,11 @@ use super::error::LinearizeError;
 use super::facts::Variable;
 use super::missing_value;
 use super::nested::{Nest, compact, nests};
+use super::parameters::parameters_of;
 use super::velocity::{Origin, VelocityFamily};
 pub use crate::expr::evaluate_closed;
-use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, Tape};
-use crate::model::{Model, SymbolKind, TermFamily};
+use crate::expr::{ExprId, Node, Pool, Symbol, Tape};
+use crate::model::{Model, TermFamily};
 use crate::number::Number;
 use crate::precision::{Ball, Big, Function, Scalar};
 use crate::span::Span;
@@ -89,43 +90,6 @@ pub(crate) struct VelocityLinear {
     pub(crate) family: TermFamily,
     /// By local variable; those that vanish identically are left out.
     pub(crate) coefficients: Vec<(usize, ExprId)>,
-}
-
-/// Gives parameters in exponents their exact values.
-///
-/// The derivatives of x^n with a symbol n are those of exp(n ln x), which are not defined at x = 0;
-/// with a number they are. Only numeric work needs that: derivations keep the symbol.
-pub(crate) fn put_exponents_in(model: &mut Model) {
-    let energies = signed_terms(model).map(|(_, family)| family);
-    let bodies: Vec<ExprId> = energies.chain(&model.friction).map(|family| family.body).collect();
-    let exponents: Vec<ExprId> = model
-        .pool
-        .reachable(&bodies)
-        .into_iter()
-        .filter_map(|id| {
-            let Node::Power { exponent, .. } = model.pool.node(id) else {
-                return None;
-            };
-            Some(*exponent)
-        })
-        .collect();
-    if exponents.is_empty() {
-        return;
-    }
-    let mut values = Substitution::default();
-    for number in parameters_of(model, &exponents) {
-        let parameter = &model.parameters[number];
-        if let Some(value) = parameter.value
-            && model.pool.as_number(value).is_some()
-        {
-            values.insert(parameter.symbol, value);
-        }
-    }
-    let bodies = model.pool.substitute(&bodies, &values);
-    let families = model.kinetic.iter_mut().chain(&mut model.potential);
-    for (family, body) in families.chain(&mut model.friction).zip(bodies) {
-        family.body = body;
-    }
 }
 
 /// Takes all terms of a model apart.
@@ -242,32 +206,6 @@ fn logarithms(pool: &Pool, splitter: &mut Splitter, root: ExprId) -> Vec<ExprId>
     parts
 }
 
-/// The values of the parameters that have one.
-pub fn known_values(model: &Model) -> Substitution {
-    let mut known = Substitution::default();
-    for parameter in &model.parameters {
-        if let Some(value) = parameter.value {
-            known.insert(parameter.symbol, value);
-        }
-    }
-    known
-}
-
-/// The parameters in expressions, by number, ascending.
-pub(crate) fn parameters_of(model: &Model, roots: &[ExprId]) -> Vec<usize> {
-    let mut found: Vec<usize> = model
-        .pool
-        .symbols_of(roots)
-        .iter()
-        .filter_map(|symbol| match model.symbols.get(*symbol) {
-            Some(SymbolKind::Parameter(number)) => Some(number),
-            Some(_) | None => None,
-        })
-        .collect();
-    found.sort_unstable();
-    found
-}
-
 /// What a family's tape gets: the coordinates and values of an instance, then parameters.
 pub(super) fn inputs(model: &Model, terms: &TermFamily, parameters: &[usize]) -> Vec<Symbol> {
     let own = terms.locals.iter().map(|local| local.coordinate).chain(terms.values.iter().copied());
@@ -318,6 +256,17 @@ impl ElementFamily {
     pub(super) fn constants_of(&self, instance: usize) -> &[u32] {
         let width = self.terms.values.len();
         &self.constants[instance * width..(instance + 1) * width]
+    }
+
+    /// What the numbers of an instance add to M or K: for two of its own coordinates, and whether for both orders of them.
+    fn shares<S: Scalar>(&self, part: Part, numbers: &[S], mut add: impl FnMut(usize, usize, &S, bool)) {
+        let (elements, nests) = match part {
+            Part::Inertia => (&self.inertia, &self.inertia_nests),
+            Part::Force | Part::Stiffness => (&self.potential, &self.potential_nests),
+        };
+        for nest in nests {
+            nest.shares(elements, numbers, &mut add);
+        }
     }
 }
 
@@ -404,6 +353,17 @@ impl Assembly {
         values: &Values<S>,
         mut scatter: impl FnMut(&'a ElementFamily, usize, &[S]),
     ) {
+        self.run_each(part, at, values, |family, instance, numbers, _| scatter(family, instance, numbers));
+    }
+
+    /// The same, with whether the numbers are not those of the instance before.
+    fn run_each<'a, S: Scalar>(
+        &'a self,
+        part: Part,
+        at: &[S],
+        values: &Values<S>,
+        mut scatter: impl FnMut(&'a ElementFamily, usize, &[S], bool),
+    ) {
         let zero = S::from_number(&Number::from(0), values.precision);
         let mut scratch = Vec::new();
         let (mut inputs, mut before): (Vec<S>, Vec<S>) = (Vec::new(), Vec::new());
@@ -437,7 +397,7 @@ impl Assembly {
                     prepared.evaluate_into(&inputs, &mut scratch, &mut out);
                     std::mem::swap(&mut inputs, &mut before);
                 }
-                scatter(family, instance, &out);
+                scatter(family, instance, &out, !same);
             }
         }
     }
@@ -549,22 +509,39 @@ impl Assembly {
         }
         self.run(part, at, values, |family, instance, numbers| {
             let coordinates = family.terms.coordinates_of(instance);
-            let (elements, nests) = match part {
-                Part::Inertia => (&family.inertia, &family.inertia_nests),
-                Part::Force | Part::Stiffness => (&family.potential, &family.potential_nests),
-            };
-            // Into the lower triangle; `both` where the value stands for (i, j) and (j, i).
-            let mut add = |a: usize, b: usize, value: &S, both: bool| {
+            // Into the lower triangle.
+            family.shares(part, numbers, |a, b, value, both| {
                 let (i, j) = (coordinates[a], coordinates[b]);
                 share(i.max(j), i.min(j), value);
                 if both && i == j {
                     share(i, j, value);
                 }
-            };
-            for nest in nests {
-                nest.shares(elements, numbers, &mut add);
-            }
+            });
         });
+    }
+
+    /// Whether no instance has a force, and all that adds up to M and K is 0 exactly or plain; with friction or what goes with velocities
+    /// never.
+    pub(super) fn rests_plainly<S: Scalar>(&self, at: &[S], values: &Values<S>, is_plain: impl Fn(&S) -> bool) -> bool {
+        let mut plain = self.velocity.is_empty() && values.wide.is_none();
+        for part in [Part::Inertia, Part::Stiffness, Part::Force] {
+            if !plain {
+                return false;
+            }
+            self.run_each(part, at, values, |family, _, numbers, is_new| {
+                if is_new && plain && part == Part::Force {
+                    let mut rest = numbers;
+                    for element in &family.potential {
+                        let (first, slopes) = head(&mut rest, 1, element.slope.len());
+                        plain &= first[0].is_exact_zero() || slopes.iter().all(Scalar::is_exact_zero);
+                    }
+                    plain &= rest.iter().all(Scalar::is_finite);
+                } else if is_new && plain {
+                    family.shares(part, numbers, |_, _, value, _| plain &= value.is_exact_zero() || is_plain(value));
+                }
+            });
+        }
+        plain
     }
 }
 

@@ -7,10 +7,11 @@
 //! is a bound; a leading digit is all that is asked for.
 
 use super::Linearized;
-use super::assemble::{Part, Values, evaluate_closed, head, parameters_of};
+use super::assemble::{Part, Values, evaluate_closed, head};
 use super::constrained::solve;
 use super::equilibrium::Origin;
 use super::existence::Proof;
+use super::parameters::parameters_of;
 use crate::expr::{Symbol, Tape};
 use crate::precision::{Ball, Big, Scalar};
 

@@ -7,7 +7,7 @@
 //! of U by q are then the stiffness with the curvature of the constraints, V'' - sum of lambda c'', and
 //! those by lambda and q are -∂c/∂q, from which the directions are worked out that the constraints allow.
 
-use super::assemble::known_values;
+use super::parameters::known_values;
 
 use super::elimination::Elimination;
 use crate::expr::{ExprId, Symbol, Tape};

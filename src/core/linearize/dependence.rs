@@ -3,8 +3,9 @@
 //! In doubles x = y and x (1 + 1e-32) = y are one constraint. Two numbers made of numbers of b bits that differ at all
 //! differ, but for high powers and deep formulas, by more than 2^-(4b): so many bits and more are taken.
 
-use super::assemble::{evaluate_closed, known_values};
+use super::assemble::evaluate_closed;
 use super::constrained::{choose_bound, solve};
+use super::parameters::known_values;
 use crate::expr::{ExprId, Symbol, Tape};
 use crate::model::{Model, SymbolKind};
 use crate::precision::{Ball, Big, Magnitude, Scalar};

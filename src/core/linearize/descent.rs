@@ -7,9 +7,10 @@
 
 use nalgebra::DMatrix;
 
-use super::assemble::{Assembly, Values, evaluate_closed, inputs, parameters_of};
+use super::assemble::{Assembly, Values, evaluate_closed, inputs};
 use super::equilibrium::Search;
 use super::newton::Downhill;
+use super::parameters::parameters_of;
 use crate::expr::Tape;
 use crate::model::Model;
 use crate::precision::{Ball, Scalar};

@@ -131,7 +131,7 @@ pub(crate) fn find(
     let closed = |given: Option<crate::model::Given>| -> Result<Option<Ball>, LinearizeError> {
         let Some(given) = given else { return Ok(None) };
         let Some(value) = given.value else {
-            let number = super::assemble::parameters_of(model, &[given.symbolic])
+            let number = super::parameters::parameters_of(model, &[given.symbolic])
                 .into_iter()
                 .find(|number| model.parameters[*number].value.is_none());
             return Err(super::missing_value(model, number.unwrap_or(0)));

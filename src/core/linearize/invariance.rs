@@ -8,8 +8,9 @@
 //! enclosures meet, and one more where its centre is not 0; fractions of small numbers stand for themselves. An
 //! identity in these symbols holds for whatever numbers they are.
 
-use super::assemble::{known_values, signed_terms};
+use super::assemble::signed_terms;
 use super::equilibrium::Origin;
+use super::parameters::known_values;
 use super::steady::put_rates_in;
 use super::symbolic::written_out;
 use super::symmetry::spaces;

@@ -26,11 +26,13 @@ mod finish;
 mod gyroscopic;
 mod integers;
 mod invariance;
+mod matrices;
 mod mechanism;
 mod multipliers;
 mod naming;
 mod nested;
 mod newton;
+mod parameters;
 mod parametric;
 mod precise;
 mod radicals;
@@ -50,7 +52,7 @@ mod verify;
 mod zero;
 
 pub use assemble::ElementFamily;
-pub use assemble::{evaluate_closed, known_values, signed_terms};
+pub use assemble::{evaluate_closed, signed_terms};
 pub(crate) use condition::Shape;
 pub use constrained::Tied;
 pub use derived::derive;
@@ -67,6 +69,7 @@ pub use integers::Integers;
 pub(crate) use invariance::{Bodies, Invariance};
 pub use multipliers::SymbolicConstraints;
 pub(crate) use multipliers::{Eliminated, eliminate};
+pub use parameters::known_values;
 pub use parametric::{Parametric, parametric};
 pub use precise::Precise;
 pub use slopes::{Slopes, WithMultipliers};
@@ -77,18 +80,17 @@ pub(crate) use symmetry::{Rotation, candidate_rotations, rotation_name, translat
 pub(crate) use zero::NO_FORCE;
 pub use zero::ZeroMode;
 
-use assemble::{Assembly, Part, Values};
+use assemble::{Assembly, Values};
 use constrained::Tangent;
 use derived::leaving_out_dependent;
 use unbalanced::Unbalanced;
 pub use units::Units;
 pub use units::power_of_two;
-use velocity::Matrix;
 
 use std::cell::Cell;
 
 use crate::model::Model;
-use crate::precision::{Ball, Big, SparseMatrix, clear_column};
+use crate::precision::{Ball, Big, clear_column};
 
 /// The largest dense problem: its matrices and vectors take about 2 GB.
 pub const MOST_COORDINATES: usize = 4000;
@@ -238,7 +240,7 @@ fn linearize_in(
         dependent = multiplied.dependent;
         check_size(model.coordinates.len())?;
     }
-    assemble::put_exponents_in(&mut model);
+    parameters::put_exponents_in(&mut model);
     let (mut assembly, mut linear) = assemble::assemble(&mut model);
     if !assembly.velocity.is_empty() {
         check_size(visible)?;
@@ -511,26 +513,6 @@ impl Linearized {
         &self.assembly.families
     }
 
-    /// The mass matrix, dense, column by column, in SI.
-    #[must_use]
-    pub fn mass(&self) -> Vec<Ball> {
-        let mass = self.assembly.mass(&self.equilibrium.values, &self.values);
-        self.symmetric(mass)
-    }
-
-    /// The stiffness matrix, dense, column by column, in SI: symmetric, without what friction at rest adds
-    /// to it ([`Linearized::circulatory`]).
-    #[must_use]
-    pub fn stiffness(&self) -> Vec<Ball> {
-        let at = &self.equilibrium.values;
-        self.symmetric(self.assembly.stiffness(at, &self.values))
-    }
-
-    /// How many shares of entries are added up in [`Linearized::sparse`], at most.
-    pub(crate) fn shares(&self) -> u64 {
-        self.assembly.shares()
-    }
-
     /// Terms and equilibrium in words.
     fn in_words(&self) -> String {
         let families = &self.assembly.families;
@@ -542,64 +524,6 @@ impl Linearized {
             (steps, false) => format!("found in {steps} steps, not proved"),
         };
         format!("energies: {count} terms of {} forms; equilibrium: {how}", families.len())
-    }
-
-    /// M and K as sparse matrices, in SI: K symmetric, as [`Linearized::stiffness`]. `None` under constraints.
-    #[must_use]
-    pub fn sparse(&self) -> Option<(SparseMatrix, SparseMatrix)> {
-        if self.is_constrained() {
-            return None;
-        }
-        let at = &self.equilibrium.values;
-        let added = |part| {
-            let mut shares = Vec::new();
-            self.assembly.entries(part, at, &self.values, |i, j, share| shares.push((i, j, *share)));
-            SparseMatrix::from_shares(self.dimension(), &shares)
-        };
-        Some((added(Part::Inertia), added(Part::Stiffness)))
-    }
-
-    fn symmetric(&self, matrix: Vec<Ball>) -> Vec<Ball> {
-        match &self.constrained {
-            Some(own) => own.tangent.reduce_symmetric(&matrix, self.model.coordinates.len()),
-            None => matrix,
-        }
-    }
-
-    fn of_velocities(&self, matrix: Matrix) -> Option<Vec<Ball>> {
-        let at = &self.equilibrium.values;
-        let matrix = self.assembly.velocity_matrix(matrix, at, &self.values)?;
-        Some(match &self.constrained {
-            Some(own) => own.tangent.reduce(&matrix, self.model.coordinates.len()),
-            None => matrix,
-        })
-    }
-
-    /// The gyroscopic matrix G, dense, column by column, in SI; `None` without terms that give one.
-    #[must_use]
-    pub fn gyroscopic(&self) -> Option<Vec<Ball>> {
-        self.of_velocities(Matrix::Gyroscopic)
-    }
-
-    /// The damping matrix C, dense, column by column, in SI; `None` without friction.
-    #[must_use]
-    pub fn damping(&self) -> Option<Vec<Ball>> {
-        self.of_velocities(Matrix::Damping)
-    }
-
-    /// The circulatory matrix N, dense, column by column, in SI: what friction that acts at rest adds to
-    /// the stiffness. `None` where there is none.
-    #[must_use]
-    pub fn circulatory(&self) -> Option<Vec<Ball>> {
-        self.of_velocities(Matrix::Circulatory)
-    }
-
-    /// G + C and K + N, dense, column by column, in SI.
-    #[must_use]
-    pub fn velocity_and_stiffness(&self) -> (Vec<Ball>, Vec<Ball>) {
-        let stiffness = velocity::sum(Some(self.stiffness()), self.circulatory()).unwrap_or_default();
-        let velocity = velocity::sum(self.gyroscopic(), self.damping());
-        (velocity.unwrap_or_else(|| vec![Ball::ZERO; stiffness.len()]), stiffness)
     }
 
     /// The rates of a steady motion in SI, one a coordinate, 0 for those that rest.

@@ -3,7 +3,8 @@
 //! Nothing here gets a number. Pivots are what is not 0 identically; parameters at which one vanishes all the same are
 //! the business of those who put values in.
 
-use super::assemble::{Assembly, evaluate_closed, known_values};
+use super::assemble::{Assembly, evaluate_closed};
+use super::parameters::known_values;
 use super::symbolic::gradient;
 use crate::expr::{ExprId, Pool, Symbol, ZeroVerdict};
 use crate::model::Model;

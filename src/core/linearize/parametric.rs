@@ -3,9 +3,10 @@
 //! What [`super::derive`] writes out, with every other parameter at its exact value, and with the
 //! equilibrium left open where it has to be searched for at each set.
 
-use super::assemble::{self, Assembly, parameters_of};
+use super::assemble::{self, Assembly};
 use super::equilibrium::{Equilibrium, Origin};
 use super::error::{Feature, LinearizeError};
+use super::parameters::{parameters_of, put_exponents_in};
 use super::{check_plain, gyroscopic, missing_value, symbolic};
 use crate::expr::{ExprId, Pool, Substitution, Symbol, ZeroVerdict};
 use crate::model::Model;
@@ -48,7 +49,7 @@ pub fn parametric(mut model: Model, varying: &[usize]) -> Result<Parametric, Lin
     for number in varying {
         model.parameters[*number].value = None;
     }
-    assemble::put_exponents_in(&mut model);
+    put_exponents_in(&mut model);
     let (assembly, linear) = assemble::assemble(&mut model);
     let count = model.coordinates.len();
     let free: Vec<bool> = model.equilibria.iter().map(|given| given.is_none()).collect();

@@ -5,11 +5,12 @@
 //! the proof of the equilibrium encloses.
 
 use super::Linearized;
-use super::assemble::{evaluate_closed, known_values};
+use super::assemble::evaluate_closed;
 use super::equilibrium::Origin;
 use super::exact::recognised;
 use super::integers::Integers;
 use super::multipliers;
+use super::parameters::known_values;
 use super::radicals::Exact;
 use super::symbolic::{forces_vanish, matrices_at};
 use crate::expr::{ExprId, Pool, ZeroVerdict};

@@ -5,8 +5,9 @@
 //! together.
 
 use super::Linearized;
-use super::assemble::{Values, evaluate_closed, known_values};
+use super::assemble::{Values, evaluate_closed};
 use super::equilibrium::Origin;
+use super::parameters::known_values;
 use super::velocity::{Matrix, sum};
 use super::zero::{ZeroMode, zero_modes};
 use crate::precision::{Ball, Dual, System};

@@ -11,6 +11,7 @@ use nalgebra::{DMatrix, DVector};
 use super::assemble;
 use super::constrained::{gradients, with_multipliers};
 use super::dependence::{self, Verdict};
+use super::parameters::put_exponents_in;
 use super::units;
 use crate::model::Model;
 use crate::precision::Ball;
@@ -40,7 +41,7 @@ pub(super) fn dependent(model: &Model) -> Option<Vec<usize>> {
         return None;
     }
     let mut work = multiplied.model;
-    assemble::put_exponents_in(&mut work);
+    put_exponents_in(&mut work);
     let (assembly, _) = assemble::assemble(&mut work);
     let values = assembly.values::<f64>(&work, ()).ok()?;
     let order = work.coordinates.len();

@@ -5,11 +5,12 @@
 
 use std::collections::BTreeMap;
 
-use super::assemble::{Assembly, known_values, signed_terms};
+use super::assemble::{Assembly, signed_terms};
 use super::elements::Element;
 use super::equilibrium::{Equilibrium, Origin, short};
 use super::error::LinearizeError;
 use super::multipliers::SymbolicConstraints;
+use super::parameters::known_values;
 use super::velocity::Matrix;
 use crate::expr::{ExprId, Pool, Substitution, ZeroVerdict};
 use crate::model::{Model, SymbolKind, TermFamily};

@@ -5,10 +5,11 @@
 
 use std::collections::HashMap;
 
-use super::assemble::{Assembly, ElementFamily, Part, Values, evaluate_closed, known_values};
+use super::assemble::{Assembly, ElementFamily, Part, Values, evaluate_closed};
 use super::elements::Element;
 use super::equilibrium::short;
 use super::error::{GIVEN_VALUE, LinearizeError};
+use super::parameters::known_values;
 use super::symbolic::instance;
 use super::velocity::VelocityFamily;
 use crate::expr::{ExprId, Function, Node, Pool, Substitution, Symbol, Tape, function_name};

@@ -17,6 +17,9 @@ use crate::precision::{Ball, Big, DoubleDouble, Magnitude, Scalar, up};
 /// Entries of matrices from 2^-300 to 2^300 are left as they are: their squares and quotients are doubles.
 const USUAL: i64 = 300;
 
+/// What is left by rounding numbers about 1 is larger than 2 to minus this.
+const ROUNDED: i64 = 120;
+
 /// Units are estimated with so many bits.
 const BITS: usize = 192;
 
@@ -46,6 +49,17 @@ enum Range {
     Open,
 }
 
+/// The entries of a row.
+#[derive(Clone, Copy)]
+struct Row {
+    /// The power of two of the largest.
+    most: Option<i64>,
+    /// The same of those that are told from 0.
+    told: Option<i64>,
+    /// Whether one may be 0 or not.
+    is_open: bool,
+}
+
 /// Where the numbers of the model are at a point: entries of M, G, C, K and N, and forces.
 fn range<S: Scalar>(
     assembly: &Assembly,
@@ -59,20 +73,29 @@ fn range<S: Scalar>(
     let matrices = matrices.map(|matrix| assembly.velocity_matrix(matrix, at, values));
     let mut others = matrices.iter().flatten().flatten().chain(&force);
     let mut far = !others.all(|x| x.is_finite() && size(x) <= Some(USUAL));
-    let mut open = force.iter().any(&is_open);
+    let mut open = false;
     for part in [Part::Inertia, Part::Stiffness] {
-        let mut most = vec![None; at.len()];
+        let mut rows = vec![Row { most: None, told: None, is_open: false }; at.len()];
         assembly.entries(part, at, values, |i, j, share| {
             let own = size(share);
             far |= !share.is_finite() || own > Some(USUAL);
-            open |= is_open(share);
+            let is_open = is_open(share);
             for row in [i, j] {
-                if let Some(most) = most.get_mut(row as usize) {
-                    *most = own.max(*most);
+                if let Some(row) = rows.get_mut(row as usize) {
+                    row.most = own.max(row.most);
+                    row.is_open |= is_open;
+                    row.told = if is_open { row.told } else { own.max(row.told) };
                 }
             }
         });
-        far |= most.iter().any(|own| own.is_some_and(|own| own < -USUAL));
+        far |= rows.iter().any(|row| row.most.is_some_and(|own| own < -USUAL));
+        open |= rows.iter().any(|row| row.is_open && row.told < Some(-USUAL));
+        if part == Part::Stiffness {
+            // Beside a stiffness that is told from 0, a force that is not, for its rounding alone, moves nothing.
+            let is_lost =
+                |row: &Row, force: &S| row.told < Some(-USUAL) || size(force) < row.told.map(|own| own - ROUNDED);
+            open |= rows.iter().zip(&force).any(|(row, force)| is_open(force) && is_lost(row, force));
+        }
     }
     match (far, open) {
         (true, _) => Range::Far,
@@ -90,6 +113,10 @@ fn is_far(model: &Model, assembly: &Assembly, values: &Values<Ball>, start: &[Bi
         return true;
     }
     let is_open = |x: &Ball| x.contains_zero() && !x.is_zero();
+    let is_usual = |x: &Ball| !x.contains_zero() && size(x).is_some_and(|own| own.abs() <= USUAL);
+    if assembly.rests_plainly(&rough, values, is_usual) {
+        return false;
+    }
     match range(assembly, values, &rough, size, is_open) {
         Range::Far => true,
         Range::Usual => false,

@@ -5,9 +5,10 @@
 //! and the circulatory matrix N_ij = ∂²F/∂q_i'∂q_j. As with energies, a family of terms is differentiated
 //! once and its instances are scattered.
 
-use super::assemble::{Assembly, Values, VelocityLinear, inputs, parameters_of};
+use super::assemble::{Assembly, Values, VelocityLinear, inputs};
 use super::error::LinearizeError;
 use super::facts::{Facts, Variable};
+use super::parameters::parameters_of;
 use crate::expr::{ExprId, Node, Pool, Symbol, Tape};
 use crate::model::{Model, TermFamily};
 use crate::number::Number;

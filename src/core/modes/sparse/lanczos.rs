@@ -48,7 +48,7 @@ pub(super) fn lanczos(
     let most = (2 * wanted + ROOM).min(free);
     let mut state =
         State { pencil, factor, known, basis: Vec::new(), form: Mat::zeros(most + BLOCK, most + BLOCK), applied: 0 };
-    let mut seed = Seed(0x9e37_79b9_7f4a_7c15);
+    let mut seed = Seed::default();
     let mut random: Vec<f64> = (0..n * BLOCK.min(free)).map(|_| seed.next()).collect();
     state.cleaned(&mut random);
     state.add(&random);
@@ -76,11 +76,17 @@ pub(super) fn lanczos(
 }
 
 /// Random numbers, the same each time.
-struct Seed(u64);
+pub(super) struct Seed(u64);
+
+impl Default for Seed {
+    fn default() -> Self {
+        Self(0x9e37_79b9_7f4a_7c15)
+    }
+}
 
 impl Seed {
     /// In -1..1 (G. Marsaglia, "Xorshift RNGs", J. Stat. Softw. 8 (2003)).
-    fn next(&mut self) -> f64 {
+    pub(super) fn next(&mut self) -> f64 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
         self.0 ^= self.0 << 17;

@@ -9,6 +9,7 @@
 
 mod given;
 mod lanczos;
+mod order;
 mod proof;
 mod rows;
 mod shifted;
@@ -65,6 +66,8 @@ pub enum Method {
 const APART: f64 = 1e-3;
 /// A pivot that is less than this part of the largest stiffness may be 0.
 const SINGULAR: f64 = 1e-10;
+/// This part of the largest stiffness is next to 0.
+const NEXT: f64 = 1e-9;
 /// How often more vectors are looked for.
 const SEARCHES: usize = 12;
 
@@ -91,17 +94,12 @@ pub fn solve_sparse(
         return Ok(None);
     }
     budget.tell(|| solver(&pencil, wanted));
-    let base = told(0.0, factor(&pencil, 0.0, budget), budget).filter(|own| own.weakest > SINGULAR);
-    let vectors = if base.is_some() { Vec::new() } else { zero_vectors() };
-    let Some(zeros) = Zeros::new(&pencil, &vectors) else {
-        return Ok(None);
-    };
-    let base = base.filter(|own| own.negative == 0).map(Rc::new);
-    let search = Search { pencil: &pencil, zeros, base, options, budget };
+    let search = Search { pencil: &pencil, zeros: Zeros::none(), base: None, options, budget };
+    let mut whole = || search.with_zeros(zero_vectors);
     match wanted {
-        Wanted::Lowest(count) => search.lowest(count),
-        Wanted::Near(omega, count) => search.near(omega, count),
-        Wanted::Given(vectors) => search.given(vectors),
+        Wanted::Lowest(count) => whole().map_or(Ok(None), |search| search.lowest(count)),
+        Wanted::Near(omega, count) => search.near(omega, count, whole),
+        Wanted::Given(vectors) => whole().map_or(Ok(None), |search| search.given(vectors)),
     }
 }
 
@@ -139,7 +137,7 @@ fn solver(pencil: &Pencil, wanted: Wanted<'_>) -> String {
     let factors = if pencil.is_tridiagonal() {
         "tridiagonal L D L^T".to_owned()
     } else {
-        format!("sparse L D L^T in an order of minimum degree, {} entries", pencil.fill())
+        format!("sparse L D L^T, {} entries", pencil.fill())
     };
     match wanted {
         Wanted::Lowest(_) if pencil.is_tridiagonal() => {
@@ -180,7 +178,7 @@ struct Candidates<'a> {
 struct Search<'a> {
     pencil: &'a Pencil,
     zeros: Zeros,
-    /// K itself, where it is positive definite.
+    /// K - σM that is positive definite, with σ 0 or next to it.
     base: Option<Rc<Factor<'a>>>,
     options: &'a Options,
     budget: &'a Budget,
@@ -215,6 +213,33 @@ impl<'a> Search<'a> {
             None => format!("Lanczos steps about {}: no convergence", short(factor.shift)),
         });
         found
+    }
+
+    /// With the zeros and what is positive definite next to K; `None` where the zero vectors are not told apart.
+    fn with_zeros(&self, zero_vectors: &mut dyn FnMut() -> Vec<Vec<Ball>>) -> Option<Self> {
+        let is_positive = |own: &Factor<'_>| own.negative == 0;
+        let search = |vectors: Vec<Vec<Ball>>, base: Option<Factor<'a>>| {
+            let base = base.filter(is_positive).map(Rc::new);
+            Some(Self { zeros: Zeros::new(self.pencil, &vectors)?, base, ..*self })
+        };
+        // What is next to a singular K is positive definite, too, and tells whether K is singular, so that one elimination does.
+        let shift = -NEXT * self.pencil.stiffness_norms.0;
+        let near = (!self.pencil.is_tridiagonal()).then(|| self.factor(shift)).flatten();
+        let near = near.filter(is_positive);
+        let least = near.as_ref().map_or(f64::INFINITY, Factor::least);
+        if near.is_some() && least > -1e3 * shift {
+            return search(Vec::new(), near);
+        }
+        let may_be_singular = least < -2.0 * shift;
+        let mut vectors = if may_be_singular { zero_vectors() } else { Vec::new() };
+        if !vectors.is_empty() {
+            return search(vectors, near);
+        }
+        let own = self.factor(0.0).filter(|own| own.weakest > SINGULAR);
+        if own.is_none() && !may_be_singular {
+            vectors = zero_vectors();
+        }
+        search(vectors, own.or(near))
     }
 
     fn zero_count(&self) -> usize {
@@ -314,7 +339,7 @@ impl<'a> Search<'a> {
             return Some(Rc::clone(base));
         }
         let scale = self.pencil.stiffness_norms.0.max(f64::MIN_POSITIVE);
-        let mut distance = scale * 1e-9;
+        let mut distance = scale * NEXT;
         while distance <= 4.0 * scale {
             if let Some(factor) = self.factor(-distance)
                 && factor.negative == 0
@@ -435,7 +460,13 @@ impl<'a> Search<'a> {
         Ok(None)
     }
 
-    fn near(&self, omega: f64, count: usize) -> Result<Option<(Spectrum, Method)>, ModesError> {
+    /// The modes nearest to a frequency; with the search for the `lowest` where these are among them.
+    fn near(
+        &self,
+        omega: f64,
+        count: usize,
+        lowest: impl FnOnce() -> Option<Self>,
+    ) -> Result<Option<(Spectrum, Method)>, ModesError> {
         let n = self.pencil.dimension();
         let count = count.min(n);
         let Some((columns, window)) = self.about(omega, count) else {
@@ -444,8 +475,8 @@ impl<'a> Search<'a> {
         let Some(columns) = columns else {
             // The window reaches 0: all below its upper end.
             let Some(high) = window.high else { return Ok(None) };
-            let Some(factor) = self.factor(high) else { return Ok(None) };
-            let Some((mut spectrum, method)) = self.lowest(factor.negative)? else { return Ok(None) };
+            let (Some(factor), Some(search)) = (self.factor(high), lowest()) else { return Ok(None) };
+            let Some((mut spectrum, method)) = search.lowest(factor.negative)? else { return Ok(None) };
             keep_nearest(&mut spectrum.modes, count, |mode| (mode.omega.mid_f64() - omega).abs());
             return Ok(Some((spectrum, method)));
         };

@@ -2,15 +2,18 @@
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::ldlt::factor::LdltRegularization;
-use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, LdltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
-    factorize_symbolic_cholesky, supernodal::SupernodalLdltRef,
-};
+use faer::sparse::linalg::cholesky::supernodal::SupernodalLdltRef;
+use faer::sparse::linalg::cholesky::{LdltRef, SymbolicCholesky, SymbolicCholeskyRaw};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Side};
 
+use super::lanczos::{Seed, dot};
+use super::order::elimination;
 use super::rows::{Rows, U};
 use crate::precision::{LANES, Lane, SparseMatrix, up};
+
+/// Steps of an inverse iteration that tells 1 from 1000.
+const ITERATIONS: usize = 5;
 
 /// K x = λ M x with sparse matrices, and what bounds are made of.
 pub(super) struct Pencil {
@@ -30,7 +33,7 @@ pub(super) struct Pencil {
 enum Structure {
     /// K and M are tridiagonal: in the order of the coordinates.
     Tridiagonal,
-    /// In an order of minimum degree.
+    /// In the order of [`elimination`].
     General(Box<General>),
 }
 
@@ -202,24 +205,7 @@ impl General {
             merge(stiffness, mass, j, |i, _, _| rows.push(i));
             starts.push(rows.len());
         }
-        let symbolic = factorize_symbolic_cholesky(
-            SymbolicSparseColMatRef::new_checked(n, n, &starts, None, &rows),
-            Side::Upper,
-            SymmetricOrdering::Amd,
-            CholeskySymbolicParams::default(),
-        )
-        .ok()?;
-        let mut counts = vec![1_usize; n];
-        match symbolic.raw() {
-            SymbolicCholeskyRaw::Simplicial(own) => own.row_idx().iter().for_each(|i| counts[*i] += 1),
-            SymbolicCholeskyRaw::Supernodal(own) => {
-                for s in 0..own.n_supernodes() {
-                    let (first, end) = (own.supernode_begin()[s], own.supernode_end()[s]);
-                    (first..end).for_each(|i| counts[i] += i - first);
-                    own.supernode(s).pattern().iter().for_each(|i| counts[*i] += end - first);
-                }
-            }
-        }
+        let (symbolic, counts) = elimination(&starts, &rows)?;
         let widest = counts.into_iter().max().unwrap_or(0);
         Some(Self { symbolic, starts, rows, widest })
     }
@@ -322,6 +308,24 @@ fn merge(stiffness: &Rows, mass: &Rows, j: usize, mut visit: impl FnMut(usize, f
 }
 
 impl Factor<'_> {
+    /// About the eigenvalue that is nearest to the shift, and not below it, by inverse iteration; no bound.
+    pub(super) fn least(&self) -> f64 {
+        let n = self.pencil.dimension();
+        let mut seed = Seed::default();
+        let mut x: Vec<f64> = (0..n).map(|_| seed.next()).collect();
+        let mut inertia = vec![0.0; n];
+        let mut least = f64::INFINITY;
+        for _ in 0..ITERATIONS {
+            self.pencil.mass.times(&x, &mut inertia);
+            let before = dot(&x, &inertia);
+            self.solve(&mut inertia);
+            x.copy_from_slice(&inertia);
+            self.pencil.mass.times(&x, &mut inertia);
+            least = (before / dot(&x, &inertia)).sqrt();
+        }
+        least
+    }
+
     /// Solves for some vectors, column by column.
     pub(super) fn solve(&self, vectors: &mut [f64]) {
         let n = self.pencil.dimension();

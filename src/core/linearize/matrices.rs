@@ -1,0 +1,86 @@
+//! M, K, G, C and N at the equilibrium, dense or sparse, added up from the elements.
+
+use super::Linearized;
+use super::assemble::Part;
+use super::velocity::{Matrix, sum};
+use crate::precision::{Ball, SparseMatrix};
+
+impl Linearized {
+    /// The mass matrix, dense, column by column, in SI.
+    #[must_use]
+    pub fn mass(&self) -> Vec<Ball> {
+        let mass = self.assembly.mass(&self.equilibrium.values, &self.values);
+        self.symmetric(mass)
+    }
+
+    /// The stiffness matrix, dense, column by column, in SI: symmetric, without what friction at rest adds
+    /// to it ([`Linearized::circulatory`]).
+    #[must_use]
+    pub fn stiffness(&self) -> Vec<Ball> {
+        let at = &self.equilibrium.values;
+        self.symmetric(self.assembly.stiffness(at, &self.values))
+    }
+
+    /// How many shares of entries are added up in [`Linearized::sparse`], at most.
+    pub(crate) fn shares(&self) -> u64 {
+        self.assembly.shares()
+    }
+
+    /// M and K as sparse matrices, in SI: K symmetric, as [`Linearized::stiffness`]. `None` under constraints.
+    #[must_use]
+    pub fn sparse(&self) -> Option<(SparseMatrix, SparseMatrix)> {
+        if self.is_constrained() {
+            return None;
+        }
+        let at = &self.equilibrium.values;
+        let added = |part| {
+            let mut shares = Vec::new();
+            self.assembly.entries(part, at, &self.values, |i, j, share| shares.push((i, j, *share)));
+            SparseMatrix::from_shares(self.dimension(), &shares)
+        };
+        Some((added(Part::Inertia), added(Part::Stiffness)))
+    }
+
+    fn symmetric(&self, matrix: Vec<Ball>) -> Vec<Ball> {
+        match &self.constrained {
+            Some(own) => own.tangent.reduce_symmetric(&matrix, self.model.coordinates.len()),
+            None => matrix,
+        }
+    }
+
+    fn of_velocities(&self, matrix: Matrix) -> Option<Vec<Ball>> {
+        let at = &self.equilibrium.values;
+        let matrix = self.assembly.velocity_matrix(matrix, at, &self.values)?;
+        Some(match &self.constrained {
+            Some(own) => own.tangent.reduce(&matrix, self.model.coordinates.len()),
+            None => matrix,
+        })
+    }
+
+    /// The gyroscopic matrix G, dense, column by column, in SI; `None` without terms that give one.
+    #[must_use]
+    pub fn gyroscopic(&self) -> Option<Vec<Ball>> {
+        self.of_velocities(Matrix::Gyroscopic)
+    }
+
+    /// The damping matrix C, dense, column by column, in SI; `None` without friction.
+    #[must_use]
+    pub fn damping(&self) -> Option<Vec<Ball>> {
+        self.of_velocities(Matrix::Damping)
+    }
+
+    /// The circulatory matrix N, dense, column by column, in SI: what friction that acts at rest adds to
+    /// the stiffness. `None` where there is none.
+    #[must_use]
+    pub fn circulatory(&self) -> Option<Vec<Ball>> {
+        self.of_velocities(Matrix::Circulatory)
+    }
+
+    /// G + C and K + N, dense, column by column, in SI.
+    #[must_use]
+    pub fn velocity_and_stiffness(&self) -> (Vec<Ball>, Vec<Ball>) {
+        let stiffness = sum(Some(self.stiffness()), self.circulatory()).unwrap_or_default();
+        let velocity = sum(self.gyroscopic(), self.damping());
+        (velocity.unwrap_or_else(|| vec![Ball::ZERO; stiffness.len()]), stiffness)
+    }
+}

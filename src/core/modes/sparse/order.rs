@@ -1,0 +1,110 @@
+//! In which order the rows of a sparse symmetric matrix are eliminated: by minimum degree, or by nested dissection where that is less work.
+
+use std::collections::HashMap;
+
+use faer::Side;
+use faer::perm::PermRef;
+use faer::sparse::SymbolicSparseColMatRef;
+use faer::sparse::linalg::cholesky::{
+    CholeskySymbolicParams, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering, factorize_symbolic_cholesky,
+};
+use feral_metis::{CscPattern, metis_order};
+
+/// Multiplications of an elimination that are worth looking for a better order.
+const MUCH: f64 = 2e9;
+
+/// The pattern of L Lᵀ and the entries in each row of L, for a pattern given by its upper triangle, column by column. `None` where there is
+/// no memory for it.
+pub(super) fn elimination(starts: &[usize], rows: &[usize]) -> Option<(SymbolicCholesky<usize>, Vec<usize>)> {
+    let n = starts.len() - 1;
+    let pattern = SymbolicSparseColMatRef::new_checked(n, n, starts, None, rows);
+    let of = |ordering: SymmetricOrdering<'_, usize>| {
+        let symbolic =
+            factorize_symbolic_cholesky(pattern, Side::Upper, ordering, CholeskySymbolicParams::default()).ok()?;
+        let (counts, work) = counts(&symbolic, n);
+        Some((symbolic, counts, work))
+    };
+    let (symbolic, counts, work) = of(SymmetricOrdering::Amd)?;
+    if work > MUCH
+        && let Some(order) = dissection(starts, rows)
+    {
+        let mut places = vec![0; n];
+        order.iter().enumerate().for_each(|(place, row)| places[*row] = place);
+        let other = of(SymmetricOrdering::Custom(PermRef::new_checked(&order, &places, n)));
+        if let Some((symbolic, counts, _)) = other.filter(|(_, _, other)| *other < work) {
+            return Some((symbolic, counts));
+        }
+    }
+    Some((symbolic, counts))
+}
+
+/// The entries in each row of L, and about the multiplications that an elimination takes: the squares of the entries in its columns.
+fn counts(symbolic: &SymbolicCholesky<usize>, n: usize) -> (Vec<usize>, f64) {
+    let mut counts = vec![1_usize; n];
+    let mut work = 0.0;
+    match symbolic.raw() {
+        SymbolicCholeskyRaw::Simplicial(own) => {
+            own.row_idx().iter().for_each(|i| counts[*i] += 1);
+            work += own.col_ptr().windows(2).map(|pair| ((pair[1] - pair[0]) as f64).powi(2)).sum::<f64>();
+        }
+        SymbolicCholeskyRaw::Supernodal(own) => {
+            for s in 0..own.n_supernodes() {
+                let (first, end) = (own.supernode_begin()[s], own.supernode_end()[s]);
+                let below = own.supernode(s).pattern();
+                (first..end).for_each(|i| counts[i] += i - first);
+                below.iter().for_each(|i| counts[*i] += end - first);
+                work += (first..end).map(|i| ((end - i + below.len()) as f64).powi(2)).sum::<f64>();
+            }
+        }
+    }
+    (counts, work)
+}
+
+/// An order by nested dissection (G. Karypis, V. Kumar, "A fast and high quality multilevel scheme for partitioning irregular graphs", SIAM J.
+/// Sci. Comput. 20 (1998) 359) of the graph in which rows with entries in the same columns, as the axes of a point, are one node.
+fn dissection(starts: &[usize], rows: &[usize]) -> Option<Vec<usize>> {
+    let n = starts.len() - 1;
+    let entries = || (0..n).flat_map(|j| rows[starts[j]..starts[j + 1]].iter().map(move |i| (*i, j)));
+    let mut begins = vec![0; n + 1];
+    for (i, j) in entries() {
+        begins[j + 1] += 1;
+        begins[i + 1] += usize::from(i != j);
+    }
+    for i in 0..n {
+        begins[i + 1] += begins[i];
+    }
+    // Both triangles, every row in rising order.
+    let mut next = begins.clone();
+    let mut columns = vec![0; begins[n]];
+    for (i, j) in entries() {
+        columns[next[j]] = i;
+        next[j] += 1;
+        if i != j {
+            columns[next[i]] = j;
+            next[i] += 1;
+        }
+    }
+    let row = |i: usize| &columns[begins[i]..begins[i + 1]];
+    let mut numbers: HashMap<&[usize], usize> = HashMap::new();
+    let mut nodes: Vec<Vec<usize>> = Vec::new();
+    let mut node_of = Vec::with_capacity(n);
+    for i in 0..n {
+        let node = *numbers.entry(row(i)).or_insert(nodes.len());
+        if node == nodes.len() {
+            nodes.push(Vec::new());
+        }
+        nodes[node].push(i);
+        node_of.push(i32::try_from(node).ok()?);
+    }
+    let (mut ends, mut neighbours) = (vec![0_i32], Vec::new());
+    for (node, members) in nodes.iter().enumerate() {
+        let others = row(*members.first()?).iter().map(|j| node_of[*j]);
+        let mut others: Vec<i32> = others.filter(|other| *other as usize != node).collect();
+        others.sort_unstable();
+        others.dedup();
+        neighbours.extend(others);
+        ends.push(i32::try_from(neighbours.len()).ok()?);
+    }
+    let order = metis_order(&CscPattern::new(nodes.len(), &ends, &neighbours)?).ok()?;
+    Some(order.into_iter().flat_map(|node| nodes[node as usize].iter().copied()).collect())
+}
