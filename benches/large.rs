@@ -1,4 +1,4 @@
-//! Some modes of large models from the text on, at every size that `../shared/peers` measures: the chain (C), the net (D) and the network (E).
+//! Some modes of large models from the text on, at several sizes: a chain, a net in its plane, an elastic network.
 //!
 //! `cargo bench --bench large --no-default-features --features engine`
 
