@@ -26,6 +26,7 @@ use shifted::{Factor, Pencil};
 use twisted::Bands;
 pub use whole::solve_tridiagonal;
 
+use super::shape::finish;
 use super::{Mode, ModesError, Options, Spectrum};
 use crate::budget::{Budget, Exceeded};
 use crate::precision::{Ball, LANES, Lane, SparseMatrix, up};
@@ -219,8 +220,7 @@ impl<'a> Search<'a> {
     fn with_zeros(&self, zero_vectors: &mut dyn FnMut() -> Vec<Vec<Ball>>) -> Option<Self> {
         let is_positive = |own: &Factor<'_>| own.negative == 0;
         let search = |vectors: Vec<Vec<Ball>>, base: Option<Factor<'a>>| {
-            let base = base.filter(is_positive).map(Rc::new);
-            Some(Self { zeros: Zeros::new(self.pencil, &vectors)?, base, ..*self })
+            Some(Self { zeros: Zeros::new(self.pencil, &vectors)?, base: base.map(Rc::new), ..*self })
         };
         // What is next to a singular K is positive definite, too, and tells whether K is singular, so that one elimination does.
         let shift = -NEXT * self.pencil.stiffness_norms.0;
@@ -239,7 +239,7 @@ impl<'a> Search<'a> {
         if own.is_none() && !may_be_singular {
             vectors = zero_vectors();
         }
-        search(vectors, own.or(near))
+        search(vectors, own.filter(is_positive).or(near))
     }
 
     fn zero_count(&self) -> usize {
@@ -339,7 +339,8 @@ impl<'a> Search<'a> {
             return Some(Rc::clone(base));
         }
         let scale = self.pencil.stiffness_norms.0.max(f64::MIN_POSITIVE);
-        let mut distance = scale * NEXT;
+        // What is next to K was tried already, where its factor is no mere band.
+        let mut distance = scale * if self.pencil.is_tridiagonal() { NEXT } else { 30.0 * NEXT };
         while distance <= 4.0 * scale {
             if let Some(factor) = self.factor(-distance)
                 && factor.negative == 0
@@ -452,7 +453,7 @@ impl<'a> Search<'a> {
             let window = Window { low, high: Some(below(high.shift, high.error)) };
             let none = Zeros::none();
             let zeros = if lowest { &self.zeros } else { &none };
-            let positive = self.positive().filter(|_| lowest);
+            let positive = if lowest { self.positive() } else { None };
             if let Some(proof) = self.prove(&columns, zeros, window, positive.as_deref())? {
                 return Ok(Some((self.spectrum(&columns, zeros, proof), Method::Given)));
             }
@@ -572,11 +573,7 @@ impl<'a> Search<'a> {
         let beside = outside / self.pencil.least_weight.sqrt() + largest * outside * outside;
         let rounding = f64::EPSILON * (size + 2.0) * widest * (coefficients + 1.0);
         mode.vector_error_bound = up(beside + mode.vector_error_bound * widest + rounding);
-        let first = vector.iter().find(|x| x.abs() >= largest * (1.0 - 1e-6));
-        if first.is_some_and(|x| *x < 0.0) {
-            vector.iter_mut().for_each(|x| *x = -*x);
-        }
-        mode.vector = vector;
+        mode.vector = finish(vector, mode.vector_error_bound).vector;
     }
 }
 
