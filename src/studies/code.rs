@@ -50,7 +50,7 @@ pub struct Search {
 
 /// Parameters in exponents, by their values.
 fn exponents(model: &Model) -> Substitution {
-    let families = signed_terms(model).map(|(_, family)| family).chain(&model.friction);
+    let families = signed_terms(model).map(|(_, family)| family).chain(&model.forces);
     let bodies: Vec<ExprId> = families.map(|family| family.body).collect();
     let powers = model.pool.reachable(&bodies).into_iter().filter_map(|id| match model.pool.node(id) {
         Node::Power { exponent, .. } => Some(*exponent),

@@ -1,14 +1,14 @@
 //! Lagrange's equations in symbols, written out over all coordinates: M(q, t) q'' + h(q, q', t) = 0.
 //!
-//! With p_i = dL/dq_i' they are M_ij = dp_i/dq_j' and h_i = Σ_j dp_i/dq_j q_j' + dp_i/dt - dL/dq_i + dF/dq_i' (Landau and
+//! With p_i = dL/dq_i' they are M_ij = dp_i/dq_j' and h_i = Σ_j dp_i/dq_j q_j' + dp_i/dt - dL/dq_i + dF/dq_i' - Q_i (Landau and
 //! Lifshitz, Mechanics, §5). What is put in for parameters is up to the caller. Nothing is evaluated or approximated here, and
 //! nothing is said about constraints.
 
 use librate_core::expr::{ExprId, Pool, Substitution, Symbol};
-use librate_core::linearize::{signed_terms, written_out};
+use librate_core::linearize::{forces_of, signed_terms, written_out};
 use librate_core::model::{Model, SymbolKind};
 
-/// The Lagrangian and the dissipation function of a model, and its symbols.
+/// The Lagrangian of a model, the forces that no energy gives, and its symbols.
 pub(crate) struct Mechanics<'a> {
     model: &'a Model,
     pub(crate) pool: Pool,
@@ -18,8 +18,8 @@ pub(crate) struct Mechanics<'a> {
     pub(crate) time: Symbol,
     /// L = T - V.
     pub(crate) lagrangian: ExprId,
-    /// F.
-    friction: ExprId,
+    /// By coordinate: dF/dq_i' - Q_i.
+    drags: Vec<ExprId>,
 }
 
 /// The equation of one coordinate.
@@ -29,7 +29,7 @@ pub(crate) struct Equation {
     /// M_ij and dp_i/dq_j by j, those that are not 0.
     pub(crate) mass: Vec<(usize, ExprId)>,
     pub(crate) slopes: Vec<(usize, ExprId)>,
-    /// dF/dq_i'.
+    /// dF/dq_i' - Q_i.
     pub(crate) drag: ExprId,
     /// h_i.
     pub(crate) load: ExprId,
@@ -39,23 +39,31 @@ impl<'a> Mechanics<'a> {
     /// Writes the energies out, with what is known of the parameters; `pool` builds on the model's and has these values.
     pub(crate) fn new(model: &'a Model, mut pool: Pool, known: &Substitution) -> Self {
         let lagrangian = written_out(model, &mut pool, signed_terms(model), None, known);
-        let friction = model.friction.iter().map(|family| (false, family));
-        let friction = written_out(model, &mut pool, friction, None, known);
+        let velocities: Vec<Symbol> = model.coordinates.iter().map(|own| own.velocity).collect();
+        let (acting, friction): (Vec<_>, Vec<_>) = model.forces.iter().partition(|family| family.acts_on.is_some());
+        let friction = written_out(model, &mut pool, friction.into_iter().map(|family| (false, family)), None, known);
+        let mut drags = pool.gradient(friction, &velocities);
+        for family in acting {
+            for (i, force) in forces_of(model, &mut pool, family) {
+                let force = pool.substitute_one(force, known);
+                drags[i] = pool.sub(drags[i], force);
+            }
+        }
         Self {
             model,
             coordinates: model.coordinates.iter().map(|own| own.symbol).collect(),
-            velocities: model.coordinates.iter().map(|own| own.velocity).collect(),
+            velocities,
             time: model.time().unwrap_or_else(|| pool.fresh_symbol("t")),
             pool,
             lagrangian,
-            friction,
+            drags,
         }
     }
 
     /// How many terms the energies have.
     pub(crate) fn terms(model: &Model) -> usize {
         let families = signed_terms(model).map(|(_, family)| family);
-        families.chain(&model.friction).map(|family| family.count).sum()
+        families.chain(&model.forces).map(|family| family.count).sum()
     }
 
     /// The derivatives by the coordinates, by their numbers, those that are not 0.
@@ -87,7 +95,7 @@ impl<'a> Mechanics<'a> {
     pub(crate) fn equations(&mut self) -> Vec<Equation> {
         let forces = self.pool.gradient(self.lagrangian, &self.coordinates);
         let momenta = self.pool.gradient(self.lagrangian, &self.velocities);
-        let drags = self.pool.gradient(self.friction, &self.velocities);
+        let drags = self.drags.clone();
         let rows = momenta.into_iter().zip(drags).zip(forces).map(|((momentum, drag), force)| {
             let mass = self.numbered(momentum, |kind| match kind {
                 SymbolKind::Velocity(at) => Some(at),

@@ -18,6 +18,7 @@ mod embedding;
 mod expect;
 mod explanations;
 mod export;
+mod forces;
 mod guide;
 mod inertia;
 mod inertia_meshes;

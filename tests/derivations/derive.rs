@@ -153,6 +153,7 @@ fn equations_momenta_and_energies_agree_with_brute_force() {
             let velocity = brute.velocity(&mut pool, i);
             let symbol = pool.as_symbol(velocity).unwrap();
             let drag = pool.diff(brute.dissipation, symbol);
+            let drag = pool.sub(drag, brute.forces[i]);
             let power = pool.mul(velocity, drag);
             balance = pool.sub(balance, power);
         }

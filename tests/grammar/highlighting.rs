@@ -100,6 +100,7 @@ fn check(grammar: &Grammar, source: &str) {
             StatementKind::Model { name: text } => name(text),
             StatementKind::Param(binding)
             | StatementKind::Let(binding)
+            | StatementKind::Force(binding)
             | StatementKind::Guess { binding, .. }
             | StatementKind::Equilibrium { binding, .. } => {
                 name(&binding.name);

@@ -149,12 +149,19 @@ def expect(source):
         up = sorted([v for v in values if v > 0])
         omega = [0] * (len(down) + len(zeros)) + [mp.sqrt(v) for v in up]
         growth = [mp.sqrt(-v) for v in down] + [0] * (len(zeros) + len(up))
+    elif "entries" in space:
+        # Of damped models: (growth, omega), one for a conjugate pair, in the order of the modes.
+        down, up = [], []
+        entries = sorted(((mpf(g), mpf(w)) for g, w in space["entries"]),
+                         key=lambda own: (0, -own[0], own[1]) if own[0] > 0 else (1, own[1], -own[0]))
+        growth, omega = [g for g, _ in entries], [w for _, w in entries]
     else:
         up = sorted(space.get("omega", []))
         down = sorted(space.get("growth", []), reverse=True)
+    if "entries" not in space and "omega2" not in space:
         omega = [0] * len(down) + up
         growth = down + [0] * len(up)
-    kinds = ["unstable" if g != 0 else "zero" if w == 0 else "oscillation" for w, g in zip(omega, growth)]
+    kinds = ["unstable" if g > 0 else "damped" if g < 0 and w != 0 else "overdamped" if g < 0 else "zero" if w == 0 else "oscillation" for w, g in zip(omega, growth)]
     lines.append("# omega: " + " ".join(map(digits, omega)))
     if any(g != 0 for g in growth):
         lines.append("# growth: " + " ".join(map(digits, growth)))

@@ -42,7 +42,7 @@ def draws(seed):
         yield mpf(state % 1000 - 500) / 1000
 
 
-def left_sides(L, F, q, v, a, scale):
+def left_sides(L, F, Q, q, v, a, scale):
     n, h = len(q), STEP * scale
 
     def at(s):
@@ -59,7 +59,7 @@ def left_sides(L, F, q, v, a, scale):
     s = STEP
     friction = [0] * n if F is None else [by_velocity(F, i, q, v) for i in range(n)]
     rates = [(by_velocity(L, i, *at(s)) - by_velocity(L, i, *at(-s))) / (2 * s) for i in range(n)]
-    return [rates[i] - force(i) + friction[i] for i in range(n)]
+    return [rates[i] - force(i) + friction[i] - (Q(q, v)[i] if Q else 0) for i in range(n)]
 
 
 def rounded(x):
@@ -78,6 +78,7 @@ def reference(name):
     if error or system.get("constraints") or not {"T", "lagrangian"} & set(system) or len(coordinates) > MOST:
         return None
     scale, F = mpf(system.get("scale", 1)), system.get("dissipation")
+    Q = system.get("force")
     L = system.get("lagrangian") or (lambda q, v: system["T"](q, v) - system["V"](q))
     factor = mpf(FACTOR.get(name, 1))
     draw, points = draws(20 + len(name)), []
@@ -85,7 +86,7 @@ def reference(name):
         q = [rounded(x0 + scale * next(draw)) for x0 in map(mpf, q0)]
         v = [rounded(scale * next(draw)) for _ in q]
         a = [rounded(scale * next(draw)) for _ in q]
-        values = [factor * x for x in left_sides(L, F, q, v, a, scale)]
+        values = [factor * x for x in left_sides(L, F, Q, q, v, a, scale)]
         points.append({"q": [short(x) for x in q], "v": [short(x) for x in v], "a": [short(x) for x in a],
                        "lhs": [decimal(x) for x in values]})
     return {"model": name, "coordinates": coordinates, "points": points}

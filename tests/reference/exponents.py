@@ -1,10 +1,11 @@
 """From a hand-written Lagrangian, dissipation function and constraints to exponents, in many digits.
 
 Nothing here knows the model language or Librate's methods.  For a hand-written Lagrangian L(q, v), a dissipation
-function F(q, v) and constraints c(q) = 0, at an equilibrium q0 or a steady motion with the constant rates v0:
+function F(q, v), generalised forces Q(q, v) and constraints c(q) = 0, at an equilibrium q0 or a steady motion with the constant rates v0:
 
 1. All second derivatives of L and F are central differences in (q, v), with 200 digits and the step 1e-50; they are
-   wrong by about 1e-100 of their size.  M = L_vv, G = L_vq - L_vq^T, K = -L_qq, C = F_vv, N = F_vq.
+   wrong by about 1e-100 of their size.  M = L_vv, G = L_vq - L_vq^T, K = -L_qq, C = F_vv, N = F_vq; first derivatives
+   of forces are central differences as well, -Q_v belongs to G + C and -Q_q to K + N.
 2. The force there must be a combination of the gradients of the constraints; the factors are the multipliers, and
    K loses the sum of lambda*c_qq.
 3. M, G + C and K + N are taken on the null space of the constraints' Jacobian, from Gaussian elimination.
@@ -78,7 +79,7 @@ def tangents(J, n):
     return Z
 
 
-def linearized(L, q0, v0, F=None, constraints=None):
+def linearized(L, q0, v0, F=None, constraints=None, Q=None):
     """M, D = G + C and S = K + N on the tangent space of the constraints."""
     n = len(q0)
     H = second_derivatives(L, q0, v0)
@@ -90,6 +91,11 @@ def linearized(L, q0, v0, F=None, constraints=None):
     force = B * mp.matrix(v0) - mp.matrix([slope(L, q0, v0, i) for i in range(n)])
     if F is not None:
         force += mp.matrix([slope(F, q0, v0, n + i) for i in range(n)])
+    if Q is not None:
+        each = [lambda q, v, a=a: Q(q, v)[a] for a in range(n)]
+        force -= mp.matrix(Q(q0, v0))
+        S -= mp.matrix([[slope(own, q0, v0, i) for i in range(n)] for own in each])
+        D -= mp.matrix([[slope(own, q0, v0, n + i) for i in range(n)] for own in each])
     size = max(1, max(abs(x) for x in S) * max(1, max(abs(x) for x in q0)))
     if constraints is None:
         assert mp.norm(force, mp.inf) < mpf(10) ** -80 * size, f"not an equilibrium: {force}"
@@ -191,24 +197,25 @@ def order(mode):
     return (0, -growth, omega) if growth > 0 else (1, omega, -growth)
 
 
-def solved(L, closed, q0, v0=None, F=None, constraints=None, zero_multiplicity=None):
+def solved(L, closed, q0, v0=None, F=None, constraints=None, zero_multiplicity=None, Q=None, friction=None):
     """What make.py and equations.py need.  `closed` are the entries by formula, zero ones included."""
     rates = v0
     q0, v0 = [mpf(x) for x in q0], [mpf(x) for x in v0 or [0] * len(q0)]
-    M, D, S = linearized(L, q0, v0, F, constraints)
+    M, D, S = linearized(L, q0, v0, F, constraints, Q)
+    friction = F is not None if friction is None else friction
     zeros = sum(mode == ZERO for mode in closed)
-    if F is None:
+    if not friction:
         # Exponents come in pairs ±s: a zero entry stands for two.
         assert len(closed) == M.rows, "one entry a degree of freedom"
         zero_multiplicity = 2 * zeros
     else:
         assert nullity(S) == zeros, "with friction there are as many zero entries as K has null vectors"
         zero_multiplicity = zeros if zero_multiplicity is None else zero_multiplicity
-    agree(exponents(M, D, S), all_exponents(closed, F is not None, zero_multiplicity))
+    agree(exponents(M, D, S), all_exponents(closed, friction, zero_multiplicity))
     closed = sorted(closed, key=order)
     unstable = any(growth > 0 for growth, _ in closed)
     found = {"stability": "unstable" if unstable else "neutral" if zeros else "stable",
              "modes": [entry(*mode) for mode in closed]}
     if rates:
         found["rates"] = [decimal(x) for x in v0]
-    return {"entries": found, "lagrangian": L, "dissipation": F, "constraints": constraints}
+    return {"entries": found, "lagrangian": L, "dissipation": F, "force": Q, "constraints": constraints}

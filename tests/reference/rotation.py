@@ -17,6 +17,7 @@ def exact(what, why):
 
 LAGRANGIAN = "Lagrangian"
 FRICTION = "Lagrangian and dissipation function"
+FORCED = "Lagrangian and forces"
 TIED = "Lagrangian with constraints (multipliers, null space of their Jacobian)"
 PLAIN = "no term of odd order in the velocities, M and K symmetric: growth is exactly 0 because omega^2 > 0"
 CYCLIC = ("the zero exponents are those of cyclic coordinates and their conserved momenta, growth is exactly 0 because "
@@ -284,6 +285,47 @@ def buffers():
     F = lambda q, v: c / 2 * (v[1] - v[0]) ** 2
     closed = [ZERO] + pair(m1 * m2 / (m1 + m2), c, k)
     return family("x1", "x2"), [0, 0], solved(L, closed, [0, 0], F=F, zero_multiplicity=2)
+
+
+# Forces that no energy gives
+
+@exact(FORCED, "a + ib, a > 0 and b > 0 by the formula: circulatory forces alone leave quadruples ±a ± ib")
+def ziegler_column():
+    m, l, k, P = map(mpf, ("2", "0.5", "30", "150"))
+    T = lambda q, v: m * l**2 / 2 * (3 * v[0] ** 2 + v[1] ** 2 + 2 * v[0] * v[1] * cos(q[0] - q[1]))
+    L = lambda q, v: T(q, v) - k / 2 * (q[0] ** 2 + (q[1] - q[0]) ** 2)
+    Q = lambda q, v: [P * l * sin(q[0] - q[1]), mpf(0)]
+    # 2 a^2 + (7 k - 2 P l) a + k^2 = 0 with a = m l^2 s^2.
+    a = mp.sqrt(mpc((7 * k - 2 * P * l) ** 2 - 8 * k**2)) - (7 * k - 2 * P * l)
+    s = mp.sqrt(a / (4 * m * l**2))
+    assert mp.re(s) > 0 and mp.im(s) != 0
+    return family("phi", 2), [0, 0], solved(L, [(mp.re(s), abs(mp.im(s))), (-mp.re(s), abs(mp.im(s)))], [0, 0], Q=Q)
+
+
+@exact(FORCED, "no exponent is 0 or imaginary")
+def controlled_pendulum():
+    m, l, kp, kd = map(mpf, ("0.3", "0.5", "4", "0.2"))
+    L = lambda q, v: m * l**2 / 2 * v[0] ** 2 - m * g * l * cos(q[0])
+    Q = lambda q, v: [-kp * q[0] - kd * v[0]]
+    return family("phi"), [0], solved(L, pair(m * l**2, kd, kp - m * g * l), [0], Q=Q, friction=True)
+
+
+@exact(FORCED, "no exponent is 0 or imaginary")
+def van_der_pol():
+    m, k, c, a = map(mpf, ("0.5", "8", "0.6", "0.1"))
+    L = lambda q, v: m / 2 * v[0] ** 2 - k / 2 * q[0] ** 2
+    Q = lambda q, v: [c * (1 - q[0] ** 2 / a**2) * v[0]]
+    return family("x"), [0], solved(L, pair(m, -c, k), [0], Q=Q, friction=True)
+
+
+@exact(FORCED, PLAIN)
+def charge_in_field():
+    m, k, qB = map(mpf, ("0.2", "3", "0.7"))
+    L = lambda q, v: m / 2 * square(v) - k / 2 * square(q)
+    Q = lambda q, v: [qB * v[1], -qB * v[0]]
+    # (k - m w^2)^2 = (qB w)^2
+    w = [(sign * qB + sqrt(qB**2 + 4 * m * k)) / (2 * m) for sign in (-1, 1)]
+    return family("x", "y"), [0, 0], solved(L, swings(*w), [0, 0], Q=Q)
 
 
 # Constraints

@@ -39,6 +39,7 @@ impl Copy<'_> {
             StatementKind::Model { name: n } => StatementKind::Model { name: self.name(n) },
             StatementKind::Param(b) => StatementKind::Param(self.binding(b)),
             StatementKind::Let(b) => StatementKind::Let(self.binding(b)),
+            StatementKind::Force(b) => StatementKind::Force(self.binding(b)),
             StatementKind::Guess { binding, rate } => {
                 StatementKind::Guess { binding: self.binding(binding), rate: *rate }
             }

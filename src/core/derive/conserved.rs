@@ -46,7 +46,7 @@ pub(super) fn conserved(
     variables: &Variables,
     lagrangian: &Lagrangian,
     momenta: &[MotionSum],
-    dissipation: &[ExprId],
+    drags: &[(usize, ExprId)],
     model: &Model,
     short: &mut Simplifier,
 ) -> Vec<Conserved> {
@@ -63,11 +63,9 @@ pub(super) fn conserved(
         drives |= variables.time == Some(symbol);
     }
     let mut rubs = vec![false; occurs.len()];
-    for term in dissipation {
-        for (i, _) in variables.velocity_slopes(pool, *term) {
-            if let Some(rubs) = rubs.get_mut(i) {
-                *rubs = true;
-            }
+    for (i, drag) in drags {
+        if let Some(rubs) = rubs.get_mut(*i) {
+            *rubs |= !drag.is_zero();
         }
     }
     let mut result: Vec<Conserved> = (0..occurs.len())
@@ -77,7 +75,7 @@ pub(super) fn conserved(
         .collect();
     let moving: Vec<usize> = (0..occurs.len()).filter(|i| occurs[*i]).collect();
     if moving.len() > 1 && occurs.len() <= MOST_COORDINATES {
-        let mut search = Search { model, pool: &mut *pool, variables, lagrangian, dissipation };
+        let mut search = Search { model, pool: &mut *pool, variables, lagrangian, drags };
         for (motion, generator) in search.generators(&moving) {
             let (momenta, value) = sum_of_momenta(pool, short, &generator, momenta);
             result.push(Conserved::Motion { motion, momenta, value });
@@ -101,7 +99,7 @@ struct Search<'a> {
     pool: &'a mut Pool,
     variables: &'a Variables,
     lagrangian: &'a Lagrangian,
-    dissipation: &'a [ExprId],
+    drags: &'a [(usize, ExprId)],
 }
 
 impl Search<'_> {
@@ -270,14 +268,12 @@ impl Search<'_> {
         Some(ordered.filter_map(|(i, _, _)| Some((i, at.get(&i)?.0))).collect())
     }
 
-    /// Whether friction does no work along a motion: the sum of xi_i dF/dq_i' is 0.
+    /// Whether friction and other forces do no work along a motion: the sum of xi_i (dF/dq_i' - Q_i) is 0.
     fn rubs_nowhere(&mut self, generator: &Generator) -> bool {
         let mut terms = Vec::new();
-        for term in self.dissipation {
-            for (i, slope) in self.variables.velocity_slopes(self.pool, *term) {
-                if let Some((_, xi)) = generator.iter().find(|(own, _)| *own == i) {
-                    terms.push(self.pool.mul(*xi, slope));
-                }
+        for (i, drag) in self.drags {
+            if let Some((_, xi)) = generator.iter().find(|(own, _)| own == i) {
+                terms.push(self.pool.mul(*xi, *drag));
             }
         }
         let sum = self.pool.sum(&terms);

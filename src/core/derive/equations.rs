@@ -1,10 +1,10 @@
-//! Lagrange's equations, d/dt dL/dq_i' - dL/dq_i + dF/dq_i' = 0.
+//! Lagrange's equations, d/dt dL/dq_i' - dL/dq_i + dF/dq_i' - Q_i = 0.
 //!
 //! With L = 1/2 sum A_ij q_i' q_j' + sum b_i q_i' - U they are, coordinate by coordinate,
 //!
 //! ```text
 //! sum_j A_ij q_j'' + sum_jk (dA_ij/dq_k - 1/2 dA_jk/dq_i) q_j' q_k' + sum_j (dA_ij/dt) q_j'
-//!   + sum_j (db_i/dq_j - db_j/dq_i) q_j' + db_i/dt + dU/dq_i + dF/dq_i' = 0
+//!   + sum_j (db_i/dq_j - db_j/dq_i) q_j' + db_i/dt + dU/dq_i + dF/dq_i' - Q_i = 0
 //! ```
 //!
 //! (Landau and Lifshitz, Mechanics, §5; Goldstein, Classical Mechanics, section 1.5 for F). The sums
@@ -42,7 +42,7 @@ pub(super) fn equations(
     short: &mut Simplifier,
     variables: &Variables,
     lagrangian: &Lagrangian,
-    dissipation: &[ExprId],
+    drags: &[(usize, ExprId)],
 ) -> Vec<MotionSum> {
     let mut parts = Parts::new();
     quadratic(pool, variables, lagrangian, &mut parts);
@@ -53,8 +53,8 @@ pub(super) fn equations(
     for term in &lagrangian.other {
         general(pool, variables, *term, &mut parts);
     }
-    for term in dissipation {
-        friction(pool, variables, *term, &mut parts);
+    for (i, drag) in drags {
+        dragged(pool, variables, *i, *drag, &mut parts);
     }
     let mut rows: Vec<Vec<MotionTerm>> = vec![Vec::new(); variables.coordinates.len()];
     for ((i, motion), parts) in parts {
@@ -129,21 +129,19 @@ fn general(pool: &mut Pool, variables: &Variables, term: ExprId, parts: &mut Par
     }
 }
 
-/// From a term of Rayleigh's function.
-fn friction(pool: &mut Pool, variables: &Variables, term: ExprId, parts: &mut Parts) {
-    let at_rest = variables.at_rest(pool);
-    for (i, slope) in variables.velocity_slopes(pool, term) {
-        let bends = variables.velocity_slopes(pool, slope);
-        if bends.iter().any(|(_, bend)| variables.moves(pool, *bend)) {
-            add(parts, i, Factors::new(), slope, Number::ONE);
-            continue;
-        }
-        for (j, bend) in bends {
-            add(parts, i, single(Motion::Velocity(j)), bend, Number::ONE);
-        }
-        let rest = pool.substitute_one(slope, &at_rest);
-        add(parts, i, Factors::new(), rest, Number::ONE);
+/// From what friction or a generalised force adds to an equation.
+fn dragged(pool: &mut Pool, variables: &Variables, i: usize, drag: ExprId, parts: &mut Parts) {
+    let bends = variables.velocity_slopes(pool, drag);
+    if bends.iter().any(|(_, bend)| variables.moves(pool, *bend)) {
+        add(parts, i, Factors::new(), drag, Number::ONE);
+        return;
     }
+    for (j, bend) in bends {
+        add(parts, i, single(Motion::Velocity(j)), bend, Number::ONE);
+    }
+    let at_rest = variables.at_rest(pool);
+    let rest = pool.substitute_one(drag, &at_rest);
+    add(parts, i, Factors::new(), rest, Number::ONE);
 }
 
 /// M q'' + (G + C) q' + (K + N) q = 0, row by row, with q measured from the equilibrium.

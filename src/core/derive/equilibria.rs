@@ -59,14 +59,22 @@ pub(super) fn roots(
     short: &mut Simplifier,
     variables: &Variables,
     lagrangian: &Lagrangian,
+    drags: &[(usize, ExprId)],
     model: &Model,
 ) -> Vec<Root> {
+    let at_rest = variables.at_rest(pool);
     let mut result = Vec::new();
     let mut checker: Option<Checker<'_>> = None;
     if !lagrangian.other.is_empty() {
         return result;
     }
-    for (i, force) in &lagrangian.forces {
+    let mut forces = lagrangian.forces.clone();
+    for (i, drag) in drags {
+        let drag = pool.substitute_one(*drag, &at_rest);
+        let sum = forces.get(i).map_or(drag, |force| pool.add(*force, drag));
+        forces.insert(*i, sum);
+    }
+    for (i, force) in &forces {
         let symbols = pool.symbols(*force);
         let alone = symbols.iter().all(|symbol| {
             variables.time != Some(*symbol) && variables.coordinate(*symbol).is_none_or(|other| other == *i)

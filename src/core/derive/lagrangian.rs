@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use super::simplify::Simplifier;
 use crate::expr::{ExprId, Pool, Substitution, Symbol};
-use crate::linearize::{Splitter, Variable, elements, instance, instances, signed_terms};
+use crate::linearize::{Splitter, Variable, elements, forces_of, instance, instances, signed_terms};
 use crate::model::{Model, TermFamily};
 use crate::number::Number;
 
@@ -245,7 +245,18 @@ fn body(
     Some(Body { inertia: added(pool, short, inertia), linear: added(pool, short, linear), potential, forces })
 }
 
-/// The terms of Rayleigh's function, written out.
-pub(super) fn dissipation(model: &Model, pool: &mut Pool) -> Vec<ExprId> {
-    model.friction.iter().flat_map(|family| instances(model, pool, family, family.body, None)).collect()
+/// What Rayleigh's function and generalised forces add to the left sides of the equations, by coordinate, term by term.
+pub(super) fn drags(model: &Model, pool: &mut Pool, variables: &Variables) -> Vec<(usize, ExprId)> {
+    let mut drags = Vec::new();
+    for family in &model.forces {
+        if family.acts_on.is_some() {
+            let forces = forces_of(model, pool, family);
+            drags.extend(forces.into_iter().map(|(i, force)| (i, pool.neg(force))));
+        } else {
+            for term in instances(model, pool, family, family.body, None) {
+                drags.extend(variables.velocity_slopes(pool, term));
+            }
+        }
+    }
+    drags
 }

@@ -439,9 +439,9 @@ impl Derivation {
         let budget = pool.budget().clone();
         budget.at("Lagrange's equations", None);
         let lagrangian = lagrangian::lagrangian(tied, pool, short);
-        let dissipation = lagrangian::dissipation(model, pool);
+        let drags = lagrangian::drags(model, pool, &variables);
         if parts.equations {
-            let equations = equations::equations(pool, short, &variables, &lagrangian, &dissipation);
+            let equations = equations::equations(pool, short, &variables, &lagrangian, &drags);
             self.equations = Some(equations);
         }
         if pool.is_spent() {
@@ -449,7 +449,7 @@ impl Derivation {
         }
         budget.at("the equilibria in symbols", None);
         if parts.equilibria && !bound {
-            self.equilibria = Some(equilibria::roots(pool, short, &variables, &lagrangian, model));
+            self.equilibria = Some(equilibria::roots(pool, short, &variables, &lagrangian, &drags, model));
         }
         if pool.is_spent() {
             return;
@@ -457,7 +457,7 @@ impl Derivation {
         budget.at("what is conserved", None);
         if parts.energy {
             let momenta = energy::momenta(pool, short, &variables, &lagrangian);
-            let conserved = conserved::conserved(pool, &variables, &lagrangian, &momenta, &dissipation, model, short);
+            let conserved = conserved::conserved(pool, &variables, &lagrangian, &momenta, &drags, model, short);
             // Along a motion the constraints are 0, and so is their part of L.
             let free;
             let lagrangian = if bound {

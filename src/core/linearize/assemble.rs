@@ -11,7 +11,7 @@ use super::facts::Variable;
 use super::missing_value;
 use super::nested::{Nest, compact, nests};
 use super::parameters::parameters_of;
-use super::velocity::{Origin, VelocityFamily};
+use super::velocity::{Matrix, Origin, VelocityFamily};
 pub use crate::expr::evaluate_closed;
 use crate::expr::{ExprId, Node, Pool, Symbol, Tape};
 use crate::model::{Model, TermFamily};
@@ -58,6 +58,8 @@ pub(crate) struct Assembly {
     pub(super) dimension: usize,
     /// What goes with velocities, and friction.
     pub(super) velocity: Vec<VelocityFamily>,
+    /// The matrices that are proved to vanish though these have entries of them.
+    pub(super) vanishing: Vec<Matrix>,
 }
 
 /// Parameter values and constants as numbers of one type.
@@ -93,7 +95,7 @@ pub(crate) struct VelocityLinear {
 }
 
 /// Takes all terms of a model apart.
-pub(crate) fn assemble(model: &mut Model) -> (Assembly, Vec<VelocityLinear>) {
+pub(crate) fn assemble(model: &mut Model) -> Assembly {
     let mut families = Vec::new();
     let mut linear = Vec::new();
     let mut constants = Vec::new();
@@ -133,18 +135,23 @@ pub(crate) fn assemble(model: &mut Model) -> (Assembly, Vec<VelocityLinear>) {
             families.push(family);
         }
     }
-    let friction = model.friction.clone();
+    let forces = model.forces.clone();
     let origins = linear.iter().map(Origin::Linear);
-    let origins = origins.chain(friction.iter().map(Origin::Friction));
+    let origins = origins.chain(forces.iter().map(Origin::Friction));
     let velocity: Vec<VelocityFamily> =
         origins.filter_map(|origin| VelocityFamily::new(model, &origin, &mut number)).collect();
     let constants_parameters = parameters_of(model, &constants);
     let inputs: Vec<Symbol> =
         constants_parameters.iter().map(|parameter| model.parameters[*parameter].symbol).collect();
     let constants_tape = Tape::compile(&model.pool, &constants, &inputs).ok();
-    let assembly =
-        Assembly { families, constants_tape, constants_parameters, dimension: model.coordinates.len(), velocity };
-    (assembly, linear)
+    Assembly {
+        families,
+        constants_tape,
+        constants_parameters,
+        dimension: model.coordinates.len(),
+        velocity,
+        vanishing: Vec::new(),
+    }
 }
 
 type Parts = (Vec<Element>, Vec<Element>);

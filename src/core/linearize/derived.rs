@@ -7,8 +7,7 @@ use super::equilibrium::{Equilibrium, short};
 use super::multipliers;
 use super::symbolic::{self, SymbolicMatrices};
 use super::{
-    LinearizeError, SymbolicConstraints, at_equilibrium, gyroscopic, in_own_numbers, steady, surface, unbalanced,
-    units, velocity,
+    LinearizeError, SymbolicConstraints, at_equilibrium, in_own_numbers, steady, surface, unbalanced, units, velocity,
 };
 use crate::expr::{ExprId, Substitution, ZeroVerdict};
 use crate::model::Model;
@@ -109,7 +108,7 @@ fn search(
     };
     let mut own = model.clone();
     units.put_in(&mut own);
-    let (measured, _) = assemble::assemble(&mut own);
+    let measured = assemble::assemble(&mut own);
     match found(&own, &measured, &measured.wide_values(&own)?) {
         Ok(mut equilibrium) => {
             equilibrium.values = units.positions(&equilibrium.values);
@@ -132,7 +131,7 @@ fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
     model.pool.budget().room(order.saturating_mul(order), ENTRY)?;
     velocity::check_smooth(&model)?;
     steady::put_rates_in(&mut model)?;
-    let (mut assembly, linear) = assemble::assemble(&mut model);
+    let mut assembly = assemble::assemble(&mut model);
     let guessed = model.guesses.any();
     let mut pool = std::mem::take(&mut model.pool);
     let mut point = symbolic::equilibrium_expressions(&model, &mut pool, None);
@@ -163,9 +162,7 @@ fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
         }
         model.pool = pool;
     }
-    if !linear.is_empty() && gyroscopic::vanishes(&mut model, &linear, &point) {
-        assembly.forget_gyroscopic();
-    }
+    assembly.forget_what_vanishes(&mut model, &point);
     let mut matrices = symbolic::matrices_at(&model, model.pool.clone(), &assembly, &point);
     if matrices.are_undefined()
         && let Some(error) = assembly.undefined_in_symbols(&model, &point)

@@ -13,6 +13,8 @@ pub enum Feature {
     Gyroscopic,
     /// A `dissipation` function.
     Dissipation,
+    /// A generalised `force`.
+    Force,
     /// A `constraint`.
     Constraint,
     /// `equilibrium NAME' = …`
@@ -195,16 +197,18 @@ Error LinearizeError {
     } => at(*span, "the gradients of the constraints are dependent there")
         .with_help("the body has more or fewer degrees of freedom there than nearby, and small oscillations are not defined; search for an equilibrium elsewhere with `guess`"),
 
-    /// A dissipation that has no second derivatives at rest.
-    #[error("the dissipation is not smooth at rest")]
+    /// A dissipation that has no second derivatives at rest, or a force that has no first ones.
+    #[error("{what} is not smooth at rest")]
     "E0316" FrictionNotSmooth(span) {
+        /// `the dissipation` or `the force`.
+        what: &'static str,
         /// What is to blame, as an expression.
         part: String,
     } => at(*span, format!("`{part}` has a corner where nothing moves"))
-        .with_help("with dry friction there are no small oscillations: a body at rest sticks; write friction with squares of velocities, 1/2*c*x'^2"),
+        .with_help("with dry friction there are no small oscillations: a body at rest sticks; write friction with squares of velocities, F = 1/2*c*x'^2, and forces with powers of them"),
 
     /// A steady rate that friction brakes.
-    #[error("`{coordinate}` does not keep its rate: friction acts on it with {force}")]
+    #[error("`{coordinate}` does not keep its rate: a force of {force} acts on it")]
     "E0317" RateNotKept(span) {
         /// The coordinate.
         coordinate: String,
@@ -295,6 +299,9 @@ fn unsupported_words(feature: Feature) -> &'static str {
         }
         Feature::Dissipation => {
             "the model has a dissipation function, which a mass and a stiffness matrix can't describe"
+        }
+        Feature::Force => {
+            "the model has forces that no energy gives, which a mass and a stiffness matrix can't describe"
         }
         Feature::Constraint => "the model has constraints, which are not supported here",
         Feature::SteadyMotion => "the model has a steady motion, which a mass and a stiffness matrix can't describe",

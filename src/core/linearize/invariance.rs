@@ -77,8 +77,8 @@ impl Invariance {
 
     fn at(model: Model, known: Substitution, equilibrium: Vec<ExprId>) -> Option<Self> {
         let terms = |families: &[TermFamily]| families.iter().map(|own| own.count).sum::<usize>();
-        let count = terms(&model.kinetic) + terms(&model.potential) + terms(&model.friction);
-        let whole = model.constraints.is_empty() && model.time_dependent.is_none();
+        let count = terms(&model.kinetic) + terms(&model.potential) + terms(&model.forces);
+        let whole = model.constraints.is_empty() && model.time_dependent.is_none() && model.force.is_none();
         (whole && count <= MOST_TERMS).then_some(Self { model, known, equilibrium, energies: None })
     }
 
@@ -159,7 +159,7 @@ impl Invariance {
                 pool.add(*at, displacement)
             })
             .collect();
-        let friction = model.friction.iter().map(|family| (false, family));
+        let friction = model.forces.iter().map(|family| (false, family));
         let lists: [Vec<(bool, &TermFamily)>; 2] = [signed_terms(model).collect(), friction.collect()];
         let energies =
             lists.map(|families| written_out(model, &mut pool, families.into_iter(), Some(&displaced), &self.known));

@@ -23,7 +23,6 @@ mod existence;
 mod factors;
 mod facts;
 mod finish;
-mod gyroscopic;
 mod integers;
 mod invariance;
 mod matrices;
@@ -75,7 +74,7 @@ pub use precise::Precise;
 pub use slopes::{Slopes, WithMultipliers};
 pub use symbolic::SymbolicMatrices;
 pub(crate) use symbolic::instances;
-pub use symbolic::{instance, written_out};
+pub use symbolic::{forces_of, instance, written_out};
 pub(crate) use symmetry::{Rotation, candidate_rotations, rotation_name, translation_name};
 pub(crate) use zero::NO_FORCE;
 pub use zero::ZeroMode;
@@ -225,7 +224,7 @@ fn linearize_in(
     let visible = model.coordinates.len();
     let turning = model.rates.any();
     let bound = !model.constraints.is_empty();
-    if turning || bound || model.dissipation.is_some() {
+    if turning || bound || !model.forces.is_empty() {
         check_size(visible)?;
     }
     let mut asked = (turning || bound).then(|| model.clone());
@@ -241,7 +240,7 @@ fn linearize_in(
         check_size(model.coordinates.len())?;
     }
     parameters::put_exponents_in(&mut model);
-    let (mut assembly, mut linear) = assemble::assemble(&mut model);
+    let mut assembly = assemble::assemble(&mut model);
     if !assembly.velocity.is_empty() {
         check_size(visible)?;
     }
@@ -258,18 +257,16 @@ fn linearize_in(
         if units {
             asked.get_or_insert_with(|| model.clone());
             own.put_in(&mut model);
-            (assembly, linear) = assemble::assemble(&mut model);
+            assembly = assemble::assemble(&mut model);
         }
         values = assembly.wide_values(&model)?;
     }
     let (equilibrium, unbalanced) = unbalanced::find(&model, &assembly, &values, visible)?;
-    if !linear.is_empty() {
+    if !assembly.velocity.is_empty() {
         let mut pool = std::mem::take(&mut model.pool);
         let point = symbolic::equilibrium_expressions(&model, &mut pool, Some(&equilibrium));
         model.pool = pool;
-        if gyroscopic::vanishes(&mut model, &linear, &point) {
-            assembly.forget_gyroscopic();
-        }
+        assembly.forget_what_vanishes(&mut model, &point);
     }
     let constrained = if bound {
         let found = at_equilibrium(&model, &assembly, &values, &equilibrium, visible, dependent)?;
@@ -386,8 +383,12 @@ fn check_plain(model: &Model) -> Result<(), LinearizeError> {
     }
     let rate = model.rates.given().map(|given| given.span).next();
     let constraint = model.constraints.first().map(|own| own.span);
-    let features =
-        [(Feature::Dissipation, model.dissipation), (Feature::Constraint, constraint), (Feature::SteadyMotion, rate)];
+    let features = [
+        (Feature::Dissipation, model.dissipation),
+        (Feature::Force, model.force),
+        (Feature::Constraint, constraint),
+        (Feature::SteadyMotion, rate),
+    ];
     for (feature, span) in features {
         if let Some(span) = span {
             return Err(LinearizeError::Unsupported { feature, span });

@@ -10,7 +10,7 @@ use crate::model::{Model, SymbolKind};
 /// with a number they are. Only numeric work needs that: derivations keep the symbol.
 pub(crate) fn put_exponents_in(model: &mut Model) {
     let energies = signed_terms(model).map(|(_, family)| family);
-    let bodies: Vec<ExprId> = energies.chain(&model.friction).map(|family| family.body).collect();
+    let bodies: Vec<ExprId> = energies.chain(&model.forces).map(|family| family.body).collect();
     let exponents: Vec<ExprId> = model
         .pool
         .reachable(&bodies)
@@ -36,7 +36,7 @@ pub(crate) fn put_exponents_in(model: &mut Model) {
     }
     let bodies = model.pool.substitute(&bodies, &values);
     let families = model.kinetic.iter_mut().chain(&mut model.potential);
-    for (family, body) in families.chain(&mut model.friction).zip(bodies) {
+    for (family, body) in families.chain(&mut model.forces).zip(bodies) {
         family.body = body;
     }
 }

@@ -7,7 +7,8 @@ use super::assemble::{self, Assembly};
 use super::equilibrium::{Equilibrium, Origin};
 use super::error::{Feature, LinearizeError};
 use super::parameters::{parameters_of, put_exponents_in};
-use super::{check_plain, gyroscopic, missing_value, symbolic};
+use super::velocity::Matrix;
+use super::{check_plain, missing_value, symbolic};
 use crate::expr::{ExprId, Pool, Substitution, Symbol, ZeroVerdict};
 use crate::model::Model;
 use crate::precision::Ball;
@@ -50,7 +51,7 @@ pub fn parametric(mut model: Model, varying: &[usize]) -> Result<Parametric, Lin
         model.parameters[*number].value = None;
     }
     put_exponents_in(&mut model);
-    let (assembly, linear) = assemble::assemble(&mut model);
+    let assembly = assemble::assemble(&mut model);
     let count = model.coordinates.len();
     let free: Vec<bool> = model.equilibria.iter().map(|given| given.is_none()).collect();
     let guessed = free.contains(&true) && model.guesses.any();
@@ -83,10 +84,10 @@ pub fn parametric(mut model: Model, varying: &[usize]) -> Result<Parametric, Lin
     let place = Equilibrium::exactly(vec![Ball::ZERO; count], origins);
     let matrices = symbolic::matrices(&model, &assembly, &place);
     model.pool = matrices.pool;
-    if let Some(term) = linear.first()
-        && !gyroscopic::vanishes(&mut model, &linear, &matrices.equilibrium)
+    if let Some(span) = assembly.velocity.first().map(|family| family.terms.span)
+        && !symbolic::vanishes(&mut model, &assembly, Matrix::Gyroscopic, &matrices.equilibrium)
     {
-        return Err(LinearizeError::Unsupported { feature: Feature::Gyroscopic, span: term.family.span });
+        return Err(LinearizeError::Unsupported { feature: Feature::Gyroscopic, span });
     }
     let gradient = match gradient {
         Some(none) => none,

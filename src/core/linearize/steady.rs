@@ -27,14 +27,14 @@ pub(crate) fn put_rates_in(model: &mut Model) -> Result<(), LinearizeError> {
     let rates: Vec<Option<ExprId>> = model.rates.iter().map(|rate| rate.map(|rate| rate.symbolic)).collect();
     let mut kinetic = std::mem::take(&mut model.kinetic);
     let mut potential = std::mem::take(&mut model.potential);
-    let mut friction = std::mem::take(&mut model.friction);
+    let mut forces = std::mem::take(&mut model.forces);
     let families = kinetic.iter_mut().chain(&mut potential);
-    for family in families.chain(&mut friction) {
+    for family in families.chain(&mut forces) {
         put_in(model, family, &rates);
     }
     model.kinetic = kinetic;
     model.potential = potential;
-    model.friction = friction;
+    model.forces = forces;
     for coordinate in 0..model.coordinates.len() {
         if let Some(rate) = model.rates.get(coordinate) {
             check_kept(model, coordinate, rate.span)?;
@@ -43,21 +43,21 @@ pub(crate) fn put_rates_in(model: &mut Model) -> Result<(), LinearizeError> {
     Ok(())
 }
 
-/// Whether friction leaves a rate alone. A force that depends on where the other coordinates are is left to the
+/// Whether friction and other forces leave a rate alone. A force that depends on where the other coordinates are is left to the
 /// search for an equilibrium.
 fn check_kept(model: &mut Model, coordinate: usize, rate: Span) -> Result<(), LinearizeError> {
     let mut pool = std::mem::take(&mut model.pool);
     let mut parts = Vec::new();
-    for family in &model.friction {
+    for family in &model.forces {
         let at_rest = family.at_rest(&pool);
+        let drags = family.drags(&mut pool);
         for at in 0..family.count {
             let numbers = family.coordinates_of(at);
-            for (local, number) in family.locals.iter().zip(numbers) {
-                if *number as usize != coordinate {
+            for (place, force) in &drags {
+                if numbers[*place] as usize != coordinate {
                     continue;
                 }
-                let force = pool.diff(family.body, local.velocity);
-                let force = pool.substitute_one(force, &at_rest);
+                let force = pool.substitute_one(*force, &at_rest);
                 let map = instance(model, &mut pool, family, at, None);
                 let force = pool.substitute_one(force, &map);
                 parts.push(pool.neg(force));
@@ -124,10 +124,10 @@ fn check_cyclic(model: &mut Model, coordinate: usize, rate: Span) -> Result<(), 
     let symbol = model.coordinates.at(coordinate).symbol;
     let kinetic = model.kinetic.iter().map(|family| (0, false, family));
     let potential = model.potential.iter().map(|family| (0, true, family));
-    let friction = model.friction.iter().map(|family| (1, false, family));
+    let forces = model.forces.iter().map(|family| (1, false, family));
     let mut parts: [Vec<ExprId>; 2] = [Vec::new(), Vec::new()];
     let mut place = None;
-    for (which, negative, family) in kinetic.chain(potential).chain(friction) {
+    for (which, negative, family) in kinetic.chain(potential).chain(forces) {
         for at in 0..family.count {
             let numbers = family.coordinates_of(at);
             let slots = family.locals.iter().zip(numbers);

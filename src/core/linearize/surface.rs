@@ -42,7 +42,7 @@ pub(super) fn dependent(model: &Model) -> Option<Vec<usize>> {
     }
     let mut work = multiplied.model;
     put_exponents_in(&mut work);
-    let (assembly, _) = assemble::assemble(&mut work);
+    let assembly = assemble::assemble(&mut work);
     let values = assembly.values::<f64>(&work, ()).ok()?;
     let order = work.coordinates.len();
     // -c and -∂c/∂q at a point.

@@ -125,6 +125,13 @@ pub fn written_out<'a>(
     pool.substitute_one(sum, known)
 }
 
+/// A generalised force by coordinate, written out.
+pub fn forces_of(model: &Model, pool: &mut Pool, family: &TermFamily) -> Vec<(usize, ExprId)> {
+    let forces = instances(model, pool, family, family.body, None).into_iter().enumerate();
+    let forces = forces.filter_map(|(at, force)| Some((family.coordinates_of(at)[family.acts_on?] as usize, force)));
+    forces.collect()
+}
+
 /// The generalised force -∂V/∂q at velocity zero, as an expression; `None` where there are too
 /// many terms to write out.
 fn force(model: &Model, pool: &mut Pool, coordinate: usize) -> Option<ExprId> {
@@ -371,6 +378,38 @@ fn of_velocities(
     point: &[ExprId],
 ) -> Option<Vec<Vec<ExprId>>> {
     let n = model.coordinates.len();
+    let mut rows = vec![vec![pool.zero(); n]; n];
+    let mut acts = false;
+    for ((i, j), parts) in shares_of_velocities(model, pool, assembly, matrix, point) {
+        let entry = pool.sum(&parts);
+        if pool.is_zero(entry) != ZeroVerdict::Zero {
+            rows[i][j] = entry;
+            acts = true;
+        }
+    }
+    acts.then_some(rows)
+}
+
+/// Whether G, C or N is proved to be zero at a point of expressions.
+pub(super) fn vanishes(model: &mut Model, assembly: &Assembly, matrix: Matrix, point: &[ExprId]) -> bool {
+    let mut pool = std::mem::take(&mut model.pool);
+    let shares = shares_of_velocities(model, &mut pool, assembly, matrix, point);
+    let vanishes = shares.values().all(|parts| {
+        let entry = pool.sum(parts);
+        pool.is_zero(entry) == ZeroVerdict::Zero
+    });
+    model.pool = pool;
+    vanishes
+}
+
+/// What the entries of G, C or N are the sums of.
+fn shares_of_velocities(
+    model: &Model,
+    pool: &mut Pool,
+    assembly: &Assembly,
+    matrix: Matrix,
+    point: &[ExprId],
+) -> BTreeMap<(usize, usize), Vec<ExprId>> {
     let mut entries: BTreeMap<(usize, usize), Vec<ExprId>> = BTreeMap::new();
     for (family, i, j, share) in assembly.velocity_expressions(matrix) {
         for (at, share) in instances(model, pool, family, share, Some(point)).into_iter().enumerate() {
@@ -386,16 +425,7 @@ fn of_velocities(
             entries.entry((i, j)).or_default().push(share);
         }
     }
-    let mut rows = vec![vec![pool.zero(); n]; n];
-    let mut acts = false;
-    for ((i, j), parts) in entries {
-        let entry = pool.sum(&parts);
-        if pool.is_zero(entry) != ZeroVerdict::Zero {
-            rows[i][j] = entry;
-            acts = true;
-        }
-    }
-    acts.then_some(rows)
+    entries
 }
 
 /// Adds w·phi''·∇s∇sᵀ + w·phi'·∇∇s of one element to the upper triangle.

@@ -40,7 +40,7 @@ pub(crate) fn find(
     }
     let mut doubled = doubled(model, assembly);
     let count = model.coordinates.len();
-    let (own, _) = assemble::assemble(&mut doubled);
+    let own = assemble::assemble(&mut doubled);
     let known = own.values::<Ball>(&doubled, ())?;
     let found = equilibrium::find(&doubled, &own, &known, 2 * count)?;
     let equilibrium = found.first(count);
@@ -117,7 +117,7 @@ fn doubled(model: &Model, assembly: &Assembly) -> Model {
     own.pool = pool;
     own.kinetic = Vec::new();
     own.potential = potential;
-    own.friction = Vec::new();
+    own.forces = Vec::new();
     own
 }
 

@@ -227,8 +227,8 @@ impl Units {
         for family in energies {
             self.put_in_family(&mut pool, family, -self.energy);
         }
-        for family in &mut model.friction {
-            self.put_in_family(&mut pool, family, -self.energy - self.rate);
+        for family in &mut model.forces {
+            self.put_in_family(&mut pool, family, -self.energy - if family.acts_on.is_some() { 0 } else { self.rate });
         }
         let mut map = Substitution::default();
         for (coordinate, length) in model.coordinates.iter().zip(&self.lengths) {
@@ -248,13 +248,14 @@ impl Units {
         model.pool = pool;
     }
 
-    /// The same for a family of terms, which is multiplied by 2^factor. Where one slot is filled with coordinates of several units, the units
+    /// The same for a family of terms, which is multiplied by 2^factor, and a force by the unit of what it acts on. Where one slot is filled with coordinates of several units, the units
     /// are slots themselves.
     fn put_in_family(&self, pool: &mut Pool, family: &mut TermFamily, factor: i64) {
         let width = family.locals.len();
         let length = |number: u32| self.lengths.get(number as usize).copied().unwrap_or(0);
         let mut map = Substitution::default();
         let mut slots: Vec<(usize, Symbol)> = Vec::new();
+        let mut units: Vec<ExprId> = Vec::with_capacity(width);
         for (at, local) in family.locals.iter().enumerate() {
             let mut own = family.coordinates.iter().skip(at).step_by(width);
             let first = own.next().map_or(0, |number| length(*number));
@@ -265,13 +266,17 @@ impl Units {
                 slots.push((at, unit));
                 pool.symbol_expr(unit)
             };
+            units.push(unit);
             let place = pool.symbol_expr(local.coordinate);
             map.insert(local.coordinate, pool.mul(unit, place));
             let velocity = pool.symbol_expr(local.velocity);
             let velocity = pool.mul(unit, velocity);
             map.insert(local.velocity, pool.scale(velocity, &power_of_two(self.rate)));
         }
-        let body = pool.substitute_one(family.body, &map);
+        let mut body = pool.substitute_one(family.body, &map);
+        if let Some(unit) = family.acts_on.and_then(|place| units.get(place)) {
+            body = pool.mul(*unit, body);
+        }
         family.body = pool.scale(body, &power_of_two(factor));
         if slots.is_empty() {
             return;

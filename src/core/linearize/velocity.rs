@@ -2,13 +2,15 @@
 //!
 //! A term a(q)·q' of L gives G_ij = ∂a_i/∂q_j - ∂a_j/∂q_i. Rayleigh's function F gives the damping
 //! C = ∂²F/∂q'∂q' and, where friction drags along with a medium that moves, forces -∂F/∂q' at rest
-//! and the circulatory matrix N_ij = ∂²F/∂q_i'∂q_j. As with energies, a family of terms is differentiated
+//! and the circulatory matrix N_ij = ∂²F/∂q_i'∂q_j. A generalised force Q_i adds -Q_i at rest, -∂Q_i/∂q_j to N, and of
+//! -∂Q_i/∂q_j' the symmetric part to C and the rest to G. As with energies, a family of terms is differentiated
 //! once and its instances are scattered.
 
 use super::assemble::{Assembly, Values, VelocityLinear, inputs};
 use super::error::LinearizeError;
 use super::facts::{Facts, Variable};
 use super::parameters::parameters_of;
+use super::symbolic;
 use crate::expr::{ExprId, Node, Pool, Symbol, Tape};
 use crate::model::{Model, TermFamily};
 use crate::number::Number;
@@ -50,7 +52,7 @@ pub(super) fn sum<S: Scalar>(left: Option<Vec<S>>, right: Option<Vec<S>>) -> Opt
     }
 }
 
-/// What is to be differentiated: L's coefficients of the velocities, or F.
+/// What is to be differentiated: L's coefficients of the velocities, or F and generalised forces.
 pub(super) enum Origin<'a> {
     Linear(&'a VelocityLinear),
     Friction(&'a TermFamily),
@@ -123,12 +125,12 @@ impl VelocityFamily {
 /// not defined.
 pub(super) fn check_smooth(model: &Model) -> Result<(), LinearizeError> {
     let mut facts = Facts::default();
-    for local in model.friction.iter().flat_map(|family| &family.locals) {
+    for local in model.forces.iter().flat_map(|family| &family.locals) {
         facts.declare(local.coordinate, Variable::Coordinate);
         facts.declare(local.velocity, Variable::Velocity);
     }
     let pool = &model.pool;
-    for family in &model.friction {
+    for family in &model.forces {
         for id in pool.reachable(&[family.body]) {
             let sharp = match pool.node(id) {
                 Node::Function(Function::Abs, x) => facts.rests(pool, *x),
@@ -139,7 +141,8 @@ pub(super) fn check_smooth(model: &Model) -> Result<(), LinearizeError> {
                 _ => false,
             };
             if sharp && !has_derivatives(pool, family) {
-                return Err(LinearizeError::FrictionNotSmooth { part: pool.display(id), span: family.span });
+                let what = if family.acts_on.is_some() { "the force" } else { "the dissipation" };
+                return Err(LinearizeError::FrictionNotSmooth { what, part: pool.display(id), span: family.span });
             }
         }
     }
@@ -193,12 +196,20 @@ fn friction(pool: &mut Pool, family: &TermFamily) -> Derivatives {
     let velocities: Vec<Symbol> = family.locals.iter().map(|local| local.velocity).collect();
     let at_rest = family.at_rest(pool);
     let (mut entries, mut rest) = (Vec::new(), Vec::new());
-    for (i, force) in slopes(pool, family.body, &velocities) {
+    for (i, force) in family.drags(pool) {
         for (j, entry) in slopes(pool, force, &velocities) {
             let entry = pool.substitute_one(entry, &at_rest);
-            if !entry.is_zero() {
-                entries.push((Matrix::Damping, i, j, entry));
+            if entry.is_zero() {
+                continue;
             }
+            if family.acts_on.is_none() || i == j {
+                entries.push((Matrix::Damping, i, j, entry));
+                continue;
+            }
+            let half = pool.scale(entry, &Number::half());
+            entries.push((Matrix::Damping, i, j, half));
+            entries.push((Matrix::Damping, j, i, half));
+            entries.push((Matrix::Gyroscopic, i, j, half));
         }
         let force = pool.substitute_one(force, &at_rest);
         for (j, entry) in slopes(pool, force, &coordinates) {
@@ -212,10 +223,21 @@ fn friction(pool: &mut Pool, family: &TermFamily) -> Derivatives {
 }
 
 impl Assembly {
-    /// Leaves G out, which is known to vanish.
-    pub(super) fn forget_gyroscopic(&mut self) {
-        let gyroscopic = |entry: &(Matrix, usize, usize)| entry.0 == Matrix::Gyroscopic;
-        self.velocity.retain(|family| !family.entries.iter().any(gyroscopic));
+    /// Leaves out of G, and of C where generalised forces have a part in it, what is proved to vanish at a point of
+    /// expressions: where a term of L is a total time derivative, and where parts of forces cancel.
+    pub(super) fn forget_what_vanishes(&mut self, model: &mut Model, point: &[ExprId]) {
+        for matrix in [Matrix::Gyroscopic, Matrix::Damping] {
+            let forced = |family: &VelocityFamily| matrix == Matrix::Gyroscopic || family.terms.acts_on.is_some();
+            let there = |family: &VelocityFamily| family.entries.iter().any(|(own, ..)| *own == matrix);
+            if self.velocity.iter().any(|family| forced(family) && there(family))
+                && symbolic::vanishes(model, self, matrix, point)
+            {
+                self.vanishing.push(matrix);
+                let vanishing = &self.vanishing;
+                let left = |family: &VelocityFamily| family.entries.iter().any(|(own, ..)| !vanishing.contains(own));
+                self.velocity.retain(|family| family.acts_at_rest() || left(family));
+            }
+        }
     }
 
     /// ∂F/∂q' at rest is added to a gradient.
@@ -240,6 +262,9 @@ impl Assembly {
         if let Some((at, wide)) = values.wide(at) {
             let found = self.velocity_matrix(matrix, &at, wide)?;
             return Some(S::all_from_wide(&found));
+        }
+        if self.vanishing.contains(&matrix) {
+            return None;
         }
         let n = self.dimension;
         let zero = S::from_number(&Number::ZERO, values.precision());
@@ -280,7 +305,8 @@ impl Assembly {
         &self,
         matrix: Matrix,
     ) -> impl Iterator<Item = (&TermFamily, usize, usize, ExprId)> {
-        self.velocity.iter().flat_map(move |family| {
+        let there = !self.vanishing.contains(&matrix);
+        self.velocity.iter().filter(move |_| there).flat_map(move |family| {
             let entries = family.entries.iter().zip(&family.expressions);
             let own = entries.filter(move |((own, ..), _)| *own == matrix);
             own.map(move |((_, i, j), e)| (&family.terms, *i, *j, *e))

@@ -179,7 +179,10 @@ impl<'a> Elaborator<'a> {
                 }
             }
             // These need all coordinates and are read at the end.
-            StatementKind::Constraint { .. } | StatementKind::Guess { .. } | StatementKind::Equilibrium { .. } => {}
+            StatementKind::Force(_)
+            | StatementKind::Constraint { .. }
+            | StatementKind::Guess { .. }
+            | StatementKind::Equilibrium { .. } => {}
         }
     }
 
@@ -230,7 +233,13 @@ impl<'a> Elaborator<'a> {
         let Some(families) = self.note(families) else {
             return Vec::new();
         };
-        for family in &families {
+        self.check_accelerations(&families, root, name);
+        families
+    }
+
+    /// Refuses accelerations in energies and forces.
+    pub(super) fn check_accelerations(&mut self, families: &[TermFamily], root: ExprRef, name: &'static str) {
+        for family in families {
             let accelerated = self.world.pool.symbols_of(&[family.body]).iter().any(|symbol| {
                 matches!(
                     self.world.kinds.get(*symbol),
@@ -243,7 +252,6 @@ impl<'a> Elaborator<'a> {
                 break;
             }
         }
-        families
     }
 
     /// The first `''`, or the whole energy where the acceleration comes from a named expression.
@@ -330,6 +338,7 @@ impl<'a> Elaborator<'a> {
         let count = self.world.coordinates.len();
         let [mut guesses, mut guessed_velocities, mut equilibria, mut rates] = [(); 4].map(|()| Givens::none(count));
         let mut constraints = Vec::new();
+        let (mut forces, mut acted, mut first_force) = (Vec::new(), HashMap::new(), None);
         for statement in &self.file.statements {
             self.begin(&statement.kind, statement.span);
             if let StatementKind::Guess { binding, rate } = &statement.kind {
@@ -344,6 +353,9 @@ impl<'a> Elaborator<'a> {
                 } else {
                     self.given(binding, "the equilibrium", &mut equilibria);
                 }
+            } else if let StatementKind::Force(binding) = &statement.kind {
+                first_force = first_force.or(Some(statement.span));
+                forces.extend(self.force(binding, &mut acted).unwrap_or_default());
             } else if let StatementKind::Constraint { indices, left, right } = &statement.kind {
                 let found = self.constraint([*left, *right], indices.as_deref(), statement.span);
                 constraints.extend(found.unwrap_or_default());
@@ -361,7 +373,7 @@ impl<'a> Elaborator<'a> {
         let kinetic = self.energy(energies.kinetic, "T");
         let potential = self.energy(energies.potential, "V");
         let lagrangian = self.energy(energies.lagrangian, "lagrangian");
-        let friction = self.energy(energies.dissipation, "dissipation");
+        forces.extend(self.energy(energies.dissipation, "dissipation"));
         let period = energies.period.and_then(|(root, span)| self.period(root, span));
         let dimensions = dimension::infer(self.file);
         self.errors.extend(dimensions.errors.iter().cloned().map(ModelError::from));
@@ -373,7 +385,7 @@ impl<'a> Elaborator<'a> {
             return Err(tidy(self.errors));
         }
         self.world.coordinates.set_units(&dimensions);
-        let time_dependent = self.time_dependence(&[&kinetic, &potential, &lagrangian, &friction], &constraints);
+        let time_dependent = self.time_dependence(&[&kinetic, &potential, &lagrangian, &forces], &constraints);
         let tensors = self.tensors(purpose == Purpose::Tensors, &dimensions);
         let unnamed_tensors = self.unnamed_tensors();
         let is_lagrangian = energies.lagrangian.is_some();
@@ -391,7 +403,8 @@ impl<'a> Elaborator<'a> {
             equilibria,
             rates,
             dissipation: energies.dissipation.map(|(_, span)| span),
-            friction,
+            force: first_force,
+            forces,
             constraints,
             period,
             time_dependent,

@@ -10,6 +10,8 @@ pub enum Feature {
     Time,
     /// A `dissipation` function.
     Dissipation,
+    /// A generalised `force`.
+    Force,
     /// A `constraint`.
     Constraint,
     /// `equilibrium NAME' = …`
@@ -22,6 +24,7 @@ impl Feature {
         match self {
             Self::Time => "contains the time",
             Self::Dissipation => "friction",
+            Self::Force => "a force that no energy gives",
             Self::Constraint => "a constraint",
             Self::SteadyMotion => "given here",
         }
@@ -36,6 +39,7 @@ impl Model {
         let all = [
             (Feature::Time, self.time_dependent),
             (Feature::Dissipation, self.dissipation),
+            (Feature::Force, self.force),
             (Feature::Constraint, constraint),
             (Feature::SteadyMotion, rate),
         ];

@@ -1,9 +1,12 @@
-//! `guess` and `equilibrium` statements: a value for each coordinate that they name.
+//! `guess`, `equilibrium` and `force` statements: something for each coordinate that they name.
+
+use std::collections::{HashMap, HashSet};
 
 use super::ModelError;
 use super::elaborate::Elaborator;
-use super::members::reads_names;
+use super::members::{Members, reads_names};
 use super::names::{Entity, Key, key, member_name};
+use super::terms::{TermFamily, forces};
 use super::values::Value;
 use crate::diagnostic::nearest;
 use crate::expr::ExprId;
@@ -82,15 +85,14 @@ impl Givens {
 }
 
 impl Elaborator<'_> {
-    /// `guess`, `equilibrium` and rates: one list of values per coordinate.
-    pub(super) fn given(&mut self, binding: &Binding, what: &'static str, into: &mut Givens) {
+    /// The coordinates that a statement is about: their family, and the members that it names.
+    fn concerned(&mut self, binding: &Binding) -> Option<(usize, Members)> {
         let name = &binding.name;
-        let Some(root) = binding.value else { return };
         let Some(&(entity, _)) = self.world.names.get(name.text.as_str()) else {
             let known: Vec<&str> = self.world.coordinate_families.iter().map(|family| family.name.as_str()).collect();
             let nearest = nearest(&name.text, known).map(str::to_owned);
             self.errors.push(ModelError::NotACoordinate { name: name.text.to_string(), span: name.span, nearest });
-            return;
+            return None;
         };
         let Entity::Coordinate(family) = entity else {
             self.errors.push(ModelError::NotACoordinate {
@@ -98,16 +100,61 @@ impl Elaborator<'_> {
                 span: name.span,
                 nearest: None,
             });
-            return;
+            return None;
         };
         // What members there are is not known where the declaration has a mistake of its own.
         let grid = &self.world.coordinate_families[family].grid;
         if self.world.broken.contains(&entity) && grid.numbers().next().is_none() {
-            return;
+            return None;
         }
-        let Some(members) = self.members(binding.indices.as_deref(), name) else {
-            return;
-        };
+        let rank = grid.rank;
+        let members = self.members(binding.indices.as_deref(), name)?;
+        if members.rank > rank {
+            self.errors.push(ModelError::TooManyIndices {
+                what: format!("`{}`", name.text),
+                available: rank,
+                span: members.span,
+            });
+            return None;
+        }
+        Some((family, members))
+    }
+
+    /// The generalised forces of a statement, as families of terms; `acted` tells on which coordinates others act already.
+    pub(super) fn force(&mut self, binding: &Binding, acted: &mut HashMap<u32, Span>) -> Option<Vec<TermFamily>> {
+        let root = binding.value?;
+        let (family, members) = self.concerned(binding)?;
+        let before = self.errors.len();
+        let program = self.compiler().value(root, &mut members.scope.clone());
+        let factor = self.unit_factor(binding.unit, &program);
+        if self.errors.len() > before {
+            return None;
+        }
+        let on = Entity::Coordinate(family);
+        let found = forces(&mut self.compiler(), root, on, binding.indices.as_deref(), factor);
+        let found = self.note(found)?;
+        self.check_accelerations(&found, root, "a force");
+        let span = binding.name.span;
+        let own: HashSet<u32> = found
+            .iter()
+            .flat_map(|family| {
+                (0..family.count).filter_map(|at| family.coordinates_of(at).get(family.acts_on?).copied())
+            })
+            .collect();
+        for number in own {
+            if let Some(first) = acted.insert(number, span) {
+                let name = format!("the force on {}", self.world.coordinates.at(number as usize).name());
+                self.errors.push(ModelError::GivenTwice { name, span, first });
+                return None;
+            }
+        }
+        Some(found)
+    }
+
+    /// `guess`, `equilibrium` and rates: one list of values per coordinate.
+    pub(super) fn given(&mut self, binding: &Binding, what: &'static str, into: &mut Givens) {
+        let Some(root) = binding.value else { return };
+        let Some((family, members)) = self.concerned(binding) else { return };
         let before = self.errors.len();
         let mut scope = members.scope.clone();
         let program = self.compiler().value(root, &mut scope);
@@ -123,15 +170,6 @@ impl Elaborator<'_> {
             Some(block) => block.keys().collect(),
             None => members.keys.clone(),
         };
-        let rank = self.world.coordinate_families[family].grid.rank;
-        if members.rank > rank {
-            self.errors.push(ModelError::TooManyIndices {
-                what: format!("`{}`", name.text),
-                available: rank,
-                span: members.span,
-            });
-            return;
-        }
         for (position, at) in keys.iter().enumerate() {
             let value = self.world.run_written_out(&program, &mut at[..members.rank].to_vec());
             let Some(value) = self.note(value) else {

@@ -125,8 +125,10 @@ pub struct Model {
     pub rates: Givens,
     /// The dissipation function, if there is one.
     pub dissipation: Option<Span>,
-    /// The terms of the dissipation function.
-    pub friction: Vec<TermFamily>,
+    /// The first `force`, if there is one.
+    pub force: Option<Span>,
+    /// Forces that no energy gives: generalised forces, and the terms of the dissipation function.
+    pub forces: Vec<TermFamily>,
     /// The constraints.
     pub constraints: Vec<Constraint>,
     /// The `period` statement: the period and its place.

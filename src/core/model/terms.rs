@@ -6,19 +6,20 @@
 //! nothing is differentiated here.
 
 use std::collections::HashMap;
+use std::ops::Range;
 
 use super::ModelError;
 use super::compile::{Compiler, Scope};
 use super::instance::{Instance, Leaf};
 use super::names::{Entity, SymbolKind, World};
-use super::program::{Binder, IndexProgram, Op, Program};
+use super::program::{Binder, IndexForm, IndexProgram, Op, Program};
 use super::run::Stop;
 use super::table::Cell;
 use super::values::Value;
 use crate::expr::{ExprId, Pool, Substitution, Symbol};
 use crate::number::Number;
 use crate::span::Span;
-use crate::syntax::{ExprKind, ExprRef, File};
+use crate::syntax::{ExprKind, ExprRef, File, Indices};
 
 /// A coordinate as it appears in the body of a [`TermFamily`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,6 +49,8 @@ pub struct TermFamily {
     pub coordinates: Vec<u32>,
     /// Expressions for `values`, `values.len()` an instance.
     pub constants: Vec<ExprId>,
+    /// Of a generalised force: the place in `locals` of the coordinate on which the body acts.
+    pub acts_on: Option<usize>,
 }
 
 impl Local {
@@ -60,12 +63,27 @@ impl Local {
 impl TermFamily {
     /// A term with a single instance.
     pub(crate) fn single(span: Span, body: ExprId, locals: Vec<Local>, coordinates: Vec<u32>) -> Self {
-        Self { span, body, locals, values: Vec::new(), count: 1, coordinates, constants: Vec::new() }
+        Self { span, body, locals, values: Vec::new(), count: 1, coordinates, constants: Vec::new(), acts_on: None }
     }
 
     /// What puts all velocities to 0.
     pub(crate) fn at_rest(&self, pool: &Pool) -> Substitution {
         self.locals.iter().map(|local| (local.velocity, pool.zero())).collect()
+    }
+
+    /// What a family of [`Model::forces`](super::Model::forces) adds to the left sides of Lagrange's equations, by local:
+    /// ∂F/∂q' of a dissipation function, -Q of a generalised force.
+    pub fn drags(&self, pool: &mut Pool) -> Vec<(usize, ExprId)> {
+        if let Some(place) = self.acts_on {
+            return vec![(place, pool.neg(self.body))];
+        }
+        let place = |symbol: Symbol| self.locals.iter().position(|local| local.velocity == symbol);
+        let slopes = pool.slopes(self.body, |symbol| place(symbol).is_some());
+        let slopes = slopes.into_iter().filter(|(_, slope)| !slope.is_zero());
+        let mut drags: Vec<(usize, ExprId)> =
+            slopes.filter_map(|(symbol, slope)| Some((place(symbol)?, slope))).collect();
+        drags.sort_unstable();
+        drags
     }
 
     /// The coordinates of an instance, one number a local.
@@ -129,25 +147,65 @@ struct Part {
     binders: Vec<Binder>,
     filters: Vec<(usize, IndexProgram)>,
     scope: Scope,
+    /// The coordinate on which it acts, of a generalised force.
+    acts_on: Option<Program>,
     /// It has a mistake that is told already.
     broken: bool,
 }
 
+impl Part {
+    fn new(at: ExprRef) -> Self {
+        Self {
+            at,
+            negated: false,
+            prefactors: Vec::new(),
+            binders: Vec::new(),
+            filters: Vec::new(),
+            scope: Scope::default(),
+            acts_on: None,
+            broken: false,
+        }
+    }
+}
+
 /// The terms of an energy. Every part is worked on, whatever is wrong with those before it.
 pub(super) fn families(compiler: &mut Compiler<'_>, root: ExprRef) -> Result<Vec<TermFamily>, ModelError> {
+    work_out(compiler, Part::new(root))
+}
+
+/// The terms of a generalised force on a coordinate or a family, with a factor for its unit.
+pub(super) fn forces(
+    compiler: &mut Compiler<'_>,
+    root: ExprRef,
+    acts_on: Entity,
+    indices: Option<&Indices>,
+    factor: Option<ExprId>,
+) -> Result<Vec<TermFamily>, ModelError> {
     let span = compiler.file.expr(root).span;
+    let mut part = Part::new(root);
+    if let Some(indices) = indices {
+        let (binders, filter) = compiler.binders(indices, &mut part.scope);
+        let most = binders.len();
+        part.filters.extend(filter.map(|filter| (filter.known_after(most), filter)));
+        part.binders = binders;
+    }
+    let at = |slot| IndexProgram { form: IndexForm::Shifted { slot, shift: 0 }, span };
+    let read = Op::Read { entity: acts_on, indices: (0..part.binders.len()).map(at).collect() };
+    part.acts_on = Some(Program { ops: vec![(read, span)], span });
+    let factor = factor.map(|factor| Program { ops: vec![(Op::Literal(factor), span)], span });
+    part.prefactors.extend(factor.map(|factor| (false, factor)));
+    work_out(compiler, part)
+}
+
+/// Terms that are written out, by the coordinate on which they act, if it is one.
+type WrittenOut = Vec<(Option<Symbol>, ExprId)>;
+
+fn work_out(compiler: &mut Compiler<'_>, whole: Part) -> Result<Vec<TermFamily>, ModelError> {
+    let span = compiler.file.expr(whole.at).span;
     let mut mistakes = Vec::new();
     let mut result = Vec::new();
-    let mut written_out: Vec<ExprId> = Vec::new();
-    let mut parts = vec![Part {
-        at: root,
-        negated: false,
-        prefactors: Vec::new(),
-        binders: Vec::new(),
-        filters: Vec::new(),
-        scope: Scope::default(),
-        broken: false,
-    }];
+    let mut written_out = WrittenOut::new();
+    let mut parts = vec![whole];
     while let Some(part) = parts.pop() {
         let (broken, before) = (part.broken, compiler.errors.len());
         let others = parts.len();
@@ -177,9 +235,16 @@ pub(super) fn families(compiler: &mut Compiler<'_>, root: ExprRef) -> Result<Vec
         }
         return Err(ModelError::FollowOn {});
     }
-    if !written_out.is_empty() {
-        let body = compiler.world.pool.sum(&written_out);
-        let mut only = Finisher::new(compiler.world, body, span);
+    let mut sums: Vec<(Option<Symbol>, Vec<ExprId>)> = Vec::new();
+    for (acts_on, term) in written_out {
+        match sums.iter_mut().find(|(own, _)| *own == acts_on) {
+            Some((_, terms)) => terms.push(term),
+            None => sums.push((acts_on, vec![term])),
+        }
+    }
+    for (acts_on, terms) in sums {
+        let body = compiler.world.pool.sum(&terms);
+        let mut only = Finisher::new(compiler.world, acts_on, body, span);
         only.push(compiler.world, &[], &[], 0);
         result.push(only.family);
     }
@@ -273,39 +338,61 @@ fn assemble(compiler: &mut Compiler<'_>, part: &Part) -> Program {
     let mut scope = part.scope.clone();
     let core = compiler.value(part.at, &mut scope);
     let span = core.span;
-    if part.prefactors.is_empty() && !part.negated {
-        return core;
-    }
     let mut ops = Vec::new();
-    let mut divided = Vec::new();
+    ops.extend(part.acts_on.iter().flat_map(|acts_on| acts_on.ops.iter().cloned()));
+    let mut divided: Vec<bool> = Vec::new();
     for (under, program) in &part.prefactors {
         ops.extend(program.ops.iter().cloned());
         divided.push(*under);
     }
     ops.extend(core.ops);
-    divided.push(false);
-    ops.push((Op::Product(divided.into()), span));
+    if !divided.is_empty() {
+        divided.push(false);
+        ops.push((Op::Product(divided.into()), span));
+    }
     if part.negated {
         ops.push((Op::Negate, span));
+    }
+    if part.acts_on.is_some() {
+        ops.push((Op::Vector(2), span));
     }
     Program { ops, span }
 }
 
-fn scalar(value: &Value, span: Span) -> Result<ExprId, ModelError> {
-    value.scalar("an energy").map_err(|(what, _)| ModelError::Shape {
-        what,
-        span,
-        help: Some("the square of a vector is `dot(v, v)`".to_owned()),
-    })
+/// What a part has given: of a generalised force the symbol of the coordinate and the force, else an energy. Forces on a
+/// vector come component by component.
+fn given(world: &World, part: &Part, value: &Value, span: Span) -> Result<WrittenOut, ModelError> {
+    if part.acts_on.is_none() {
+        let energy = value.scalar("an energy").map_err(|(what, _)| ModelError::Shape {
+            what,
+            span,
+            help: Some("the square of a vector is `dot(v, v)`".to_owned()),
+        })?;
+        return Ok(vec![(None, energy)]);
+    }
+    let Value::Vector(both) = value else { return Ok(Vec::new()) };
+    let [on, force] = both.as_slice() else { return Ok(Vec::new()) };
+    if matches!(force, Value::Vector(_)) && !on.is_like(force) {
+        let what = format!("the force is {}, but what it acts on is {}", force.describe(), on.describe());
+        return Err(ModelError::Shape { what, span, help: None });
+    }
+    let on = on.scalars();
+    let forces = match force {
+        // One for all that it acts on.
+        Value::Scalar(force) => vec![*force; on.len()],
+        Value::Vector(_) => force.scalars(),
+    };
+    Ok(on.into_iter().zip(forces).map(|(on, force)| (world.pool.as_symbol(on), force)).collect())
 }
 
 /// What is left to do for an instance whose form can't be had: its mistakes, or the term written out.
 fn stopped(
     world: &mut World,
+    part: &Part,
     program: &Program,
     slots: &mut Vec<i64>,
     stop: Stop,
-    written_out: &mut Vec<ExprId>,
+    written_out: &mut WrittenOut,
     mistakes: &mut Vec<ModelError>,
 ) -> Result<(), ModelError> {
     match stop {
@@ -316,7 +403,7 @@ fn stopped(
         }
         Stop::WriteOut => {
             let value = world.run_written_out(program, slots)?;
-            written_out.push(scalar(&value, program.span)?);
+            written_out.extend(given(world, part, &value, program.span)?);
             Ok(())
         }
     }
@@ -331,15 +418,15 @@ fn instantiate(
     part: &Part,
     program: &Program,
     result: &mut Vec<TermFamily>,
-    written_out: &mut Vec<ExprId>,
+    written_out: &mut WrittenOut,
     mistakes: &mut Vec<ModelError>,
 ) -> Result<(), ModelError> {
     if part.binders.is_empty() {
         let value = match world.run_written_out(program, &mut Vec::new()) {
             Ok(value) => value,
-            Err(error) => return stopped(world, program, &mut Vec::new(), error.into(), written_out, mistakes),
+            Err(error) => return stopped(world, part, program, &mut Vec::new(), error.into(), written_out, mistakes),
         };
-        written_out.push(scalar(&value, program.span)?);
+        written_out.extend(given(world, part, &value, program.span)?);
         return Ok(());
     }
     // Stretches run along the last index that is not short.
@@ -358,12 +445,12 @@ fn instantiate(
         steps.last_mut().into_iter().for_each(|last| *last = 1);
         forms.begin(most);
         if inner.is_empty() {
-            forms.add(world, program, slots, &mut steps, written_out, mistakes)?;
+            forms.add(world, part, program, slots, &mut steps, written_out, mistakes)?;
         } else {
             world.push_growth(inner, &inner_filters, &mut steps, &mut forms.current);
             let span = program.span;
             world.instances(inner, &inner_filters, slots, span, |world, slots| {
-                forms.add(world, program, slots, &mut steps, written_out, mistakes)
+                forms.add(world, part, program, slots, &mut steps, written_out, mistakes)
             })?;
         }
         Ok(forms.push(world))
@@ -375,12 +462,12 @@ fn instantiate(
 /// The forms of a part, and the instances that are being dealt with.
 #[derive(Default)]
 struct Forms {
-    /// By signature, the number of the finisher.
-    numbers: HashMap<Vec<u32>, usize>,
+    /// By signature, the numbers of the finishers: several where a force acts on a vector.
+    numbers: HashMap<Vec<u32>, Range<usize>>,
     finishers: Vec<Finisher>,
     current: Instance,
     /// Of one value of the outer indices, with their forms.
-    instances: Vec<(usize, Vec<Leaf>, Vec<i64>)>,
+    instances: Vec<(Range<usize>, Vec<Leaf>, Vec<i64>)>,
     /// How many of them are in use.
     used: usize,
 }
@@ -393,35 +480,40 @@ impl Forms {
     }
 
     /// Adds an instance, with all that are like it.
+    #[allow(clippy::too_many_arguments)] // what an instance is made of, and where it goes
     fn add(
         &mut self,
         world: &mut World,
+        part: &Part,
         program: &Program,
         slots: &mut Vec<i64>,
         steps: &mut Vec<i64>,
-        written_out: &mut Vec<ExprId>,
+        written_out: &mut WrittenOut,
         mistakes: &mut Vec<ModelError>,
     ) -> Result<(), ModelError> {
         self.current.clear(self.current.reach);
         if let Err(stop) = world.run_light(program, slots, steps, &mut self.current) {
             self.current.limit(0);
-            return stopped(world, program, slots, stop, written_out, mistakes);
+            return stopped(world, part, program, slots, stop, written_out, mistakes);
         }
         let form = if let Some(form) = self.numbers.get(&self.current.signature) {
-            *form
+            form.clone()
         } else {
             let mut full = Instance::default();
             let value = match world.run(program, slots, Some(&mut full)) {
                 Ok(value) => value,
                 Err(stop) => {
                     self.current.limit(0);
-                    return stopped(world, program, slots, stop, written_out, mistakes);
+                    return stopped(world, part, program, slots, stop, written_out, mistakes);
                 }
             };
-            let body = scalar(&value, program.span)?;
-            self.finishers.push(Finisher::new(world, body, program.span));
-            self.numbers.insert(self.current.signature.clone(), self.finishers.len() - 1);
-            self.finishers.len() - 1
+            let before = self.finishers.len();
+            for (acts_on, body) in given(world, part, &value, program.span)? {
+                self.finishers.push(Finisher::new(world, acts_on, body, program.span));
+            }
+            let form = before..self.finishers.len();
+            self.numbers.insert(self.current.signature.clone(), form.clone());
+            form
         };
         if self.instances.len() == self.used {
             self.instances.push(Default::default());
@@ -440,7 +532,7 @@ impl Forms {
         let reach = self.current.reach;
         for further in 0..=i64::try_from(reach).unwrap_or(0) {
             for (form, leaves, steps) in self.instances.iter().take(self.used) {
-                if let Some(finisher) = self.finishers.get_mut(*form) {
+                for finisher in self.finishers.get_mut(form.clone()).into_iter().flatten() {
                     finisher.push(world, leaves, steps, further);
                 }
             }
@@ -464,13 +556,13 @@ enum Source {
 }
 
 impl Finisher {
-    fn new(world: &World, body: ExprId, span: Span) -> Self {
+    fn new(world: &World, acts_on: Option<Symbol>, body: ExprId, span: Span) -> Self {
         let mut family = TermFamily { count: 0, ..TermFamily::single(span, body, Vec::new(), Vec::new()) };
         let mut local_sources: Vec<Source> = Vec::new();
         let mut value_sources = Vec::new();
         let mut slots_seen = std::collections::BTreeSet::new();
         let mut shared_seen = std::collections::BTreeSet::new();
-        for symbol in world.pool.symbols_of(&[body]) {
+        for symbol in world.pool.symbols_of(&[body]).into_iter().chain(acts_on) {
             match world.kinds.get(symbol) {
                 Some(SymbolKind::CoordinateSlot(k) | SymbolKind::VelocitySlot(k) | SymbolKind::AccelerationSlot(k)) => {
                     slots_seen.insert(k);
@@ -495,6 +587,7 @@ impl Finisher {
             family.locals.push(Local { coordinate: own.symbol, velocity: own.velocity });
             local_sources.push(Source::Shared(i));
         }
+        family.acts_on = acts_on.and_then(|on| family.locals.iter().position(|local| local.coordinate == on));
         Self { family, local_sources, value_sources }
     }
 

@@ -83,6 +83,11 @@ impl Value {
         }
     }
 
+    /// Whether another value has the same shape.
+    pub(super) fn is_like(&self, other: &Self) -> bool {
+        self.zip(other, &mut |own, _| own).is_some()
+    }
+
     fn zip(&self, other: &Self, f: &mut impl FnMut(ExprId, ExprId) -> ExprId) -> Option<Self> {
         match (self, other) {
             (Self::Scalar(a), Self::Scalar(b)) => Some(Self::Scalar(f(*a, *b))),

@@ -231,7 +231,7 @@ fn useless_velocity(model: &Model) -> Option<Warning> {
 fn free_coordinates(model: &Model) -> Vec<Warning> {
     let mut bound = vec![false; model.coordinates.len()];
     let energies = model.kinetic.iter().chain(&model.potential);
-    for family in energies {
+    for family in energies.chain(&model.forces) {
         bind(model, family, &mut bound);
     }
     if !model.constraints.is_empty() {

@@ -80,9 +80,9 @@ Warning Warning {
         other: Option<String>,
     } => match other {
         Some(other) => at(*span, format!("when `{coordinate}` and `{other}` go around a closed loop, in one sense or the other"))
-            .with_help("friction against a rotating medium drives what it drags along; if a motor is meant to supply the energy, nothing is wrong"),
+            .with_help("friction against a rotating medium drives what it drags along; if a motor is meant to supply the energy, nothing is wrong; a force of its own is written `force x = …`"),
         None => at(*span, format!("negative when `{coordinate}` moves"))
-            .with_help("friction dissipates energy: F = 1/2*c*x'^2 with a positive c; if a motor is meant to supply energy, nothing is wrong"),
+            .with_help("friction dissipates energy: F = 1/2*c*x'^2 with a positive c; if a motor is meant to supply energy, write its force: `force x = …`"),
     },
 }
 }
@@ -116,7 +116,8 @@ fn dependent_constraints(linearized: &Linearized) -> Vec<Warning> {
 
 /// A motion that takes energy in from friction.
 fn feeds_energy(linearized: &Linearized, modes: &NormalModes) -> Option<Warning> {
-    let span = linearized.model().dissipation?;
+    let model = linearized.model();
+    let span = model.dissipation.filter(|_| model.force.is_none())?;
     feeds_moving(linearized, span).or_else(|| {
         // A medium that drags along and takes out more than it feeds in is friction like any other.
         let swells = |mode: &super::NormalMode| mode.growth.is_positive() && mode.omega.is_positive();

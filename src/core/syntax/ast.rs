@@ -97,6 +97,8 @@ pub enum StatementKind {
     Lagrangian(ExprRef),
     /// `dissipation = EXPR`
     Dissipation(ExprRef),
+    /// `force NAME = EXPR`
+    Force(Binding),
     /// `constraint [indices] EXPR = EXPR`
     Constraint {
         /// `[i in 1..n where …]`, if there.
@@ -133,7 +135,7 @@ pub enum StatementKind {
     },
 }
 
-/// `NAME[indices] : unit = EXPR ± EXPR`, the common form of `param`, `let`, `guess`, `equilibrium`.
+/// `NAME[indices] : unit = EXPR ± EXPR`, the common form of `param`, `let`, `force`, `guess`, `equilibrium`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Binding {
     /// The bound name.

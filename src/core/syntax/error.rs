@@ -7,7 +7,7 @@ use crate::mistakes;
 use crate::span::Span;
 
 const STATEMENTS: &str = "a statement starts with `model`, `param`, `coord`, `let`, `T`, `V`, `lagrangian`, \
-     `dissipation`, `constraint`, `guess`, `equilibrium`, `period` or `table`";
+     `dissipation`, `force`, `constraint`, `guess`, `equilibrium`, `period` or `table`";
 
 fn partner(bracket: char) -> char {
     if bracket == '(' { ')' } else { ']' }

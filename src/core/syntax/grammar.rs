@@ -97,6 +97,7 @@ fn rule_in_words(rule: Rule) -> Option<&'static str> {
         | Rule::potential
         | Rule::lagrangian
         | Rule::dissipation
+        | Rule::force
         | Rule::constraint
         | Rule::guess
         | Rule::equilibrium
@@ -110,6 +111,7 @@ fn rule_in_words(rule: Rule) -> Option<&'static str> {
         | Rule::potential_word
         | Rule::lagrangian_word
         | Rule::dissipation_word
+        | Rule::force_word
         | Rule::constraint_word
         | Rule::guess_word
         | Rule::equilibrium_word

@@ -11,6 +11,7 @@ impl StatementKind {
     pub(crate) fn binding(&self) -> Option<&Binding> {
         if let Self::Param(binding)
         | Self::Let(binding)
+        | Self::Force(binding)
         | Self::Guess { binding, .. }
         | Self::Equilibrium { binding, .. } = self
         {

@@ -3,7 +3,7 @@
 //! Tables only; nothing here reads text.
 
 /// The words that begin a statement.
-pub const STATEMENT_WORDS: [&str; 13] = [
+pub const STATEMENT_WORDS: [&str; 14] = [
     "model",
     "param",
     "coord",
@@ -12,6 +12,7 @@ pub const STATEMENT_WORDS: [&str; 13] = [
     "V",
     "lagrangian",
     "dissipation",
+    "force",
     "constraint",
     "guess",
     "equilibrium",
@@ -85,7 +86,7 @@ pub(super) fn is_function_statement(word: &str) -> bool {
 
 /// Statement words behind which a name stands.
 pub(super) fn is_naming(word: &str) -> bool {
-    matches!(word, "model" | "param" | "coord" | "let" | "guess" | "equilibrium" | "table")
+    matches!(word, "model" | "param" | "coord" | "let" | "force" | "guess" | "equilibrium" | "table")
 }
 
 /// Words between operands: none of them can be an operand.
@@ -124,6 +125,7 @@ pub(super) fn synonym(word: &str) -> Option<&'static str> {
         "potential" | "potential_energy" | "U" | "PE" | "Epot" | "E_pot" | "W" => Some("V"),
         "L" | "Lagrangian" | "lagrange" | "lag" => Some("lagrangian"),
         "F" | "D" | "rayleigh" | "damping" | "friction" => Some("dissipation"),
+        "Q" | "forcing" | "torque" | "moment" | "input" => Some("force"),
         "constrain" | "subject" | "restrict" => Some("constraint"),
         "start" | "initial" | "init" => Some("guess"),
         "equilibria" | "rest" | "eq" => Some("equilibrium"),

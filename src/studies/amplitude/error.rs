@@ -16,6 +16,10 @@ fn words(feature: Feature) -> [&'static str; 2] {
             "friction dissipates energy: the amplitude is not constant",
             "without this line the model has the frequencies without friction",
         ],
+        Feature::Force => [
+            "a force acts that no energy gives: the amplitude need not be constant",
+            "a force that has a potential belongs into V; `motion` integrates the others",
+        ],
         Feature::Constraint => [
             "the change of frequencies with the amplitude is not computed for models with constraints",
             "write the energies in independent coordinates",

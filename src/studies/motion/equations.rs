@@ -104,7 +104,7 @@ impl<'a> Written<'a> {
         let mut outputs: Vec<ExprId> = [inertia, loads, slopes, bends].concat();
         let most = if for_proofs { MOST_SHORTENED_FOR_PROOFS } else { MOST_SHORTENED };
         shorten(&mut pool, &mut outputs, most);
-        let conserved = model.friction.is_empty() && model.time_dependent.is_none();
+        let conserved = model.forces.is_empty() && model.time_dependent.is_none();
         let energy = conserved.then(|| {
             let velocities: Vec<ExprId> = velocities.iter().map(|v| pool.symbol_expr(*v)).collect();
             let products = momenta.iter().zip(&velocities);

@@ -18,6 +18,10 @@ fn words(feature: Feature) -> [&'static str; 2] {
             "friction dissipates energy: no motion of this model is periodic",
             "without this line the model has the period without friction; `modes` computes the damped oscillations",
         ],
+        Feature::Force => [
+            "a force acts that no energy gives: energy is not conserved",
+            "a force of the coordinate alone has a potential: write it into V; `motion` integrates the others",
+        ],
         Feature::Constraint => {
             ["periods are not computed for models with constraints", "write the energies in one independent coordinate"]
         }

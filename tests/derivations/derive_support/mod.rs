@@ -36,6 +36,8 @@ fn written_out(model: &Model, pool: &mut Pool, families: &[TermFamily]) -> ExprI
 pub(crate) struct BruteForce {
     pub(crate) lagrangian: ExprId,
     pub(crate) dissipation: ExprId,
+    /// By coordinate.
+    pub(crate) forces: Vec<ExprId>,
     coordinates: Vec<Symbol>,
     velocities: Vec<Symbol>,
     accelerations: Vec<ExprId>,
@@ -46,6 +48,19 @@ impl BruteForce {
     pub(crate) fn new(model: &Model, pool: &mut Pool) -> Self {
         let kinetic = written_out(model, pool, &model.kinetic);
         let potential = written_out(model, pool, &model.potential);
+        let (acting, friction): (Vec<_>, Vec<_>) = model.forces.iter().cloned().partition(|own| own.acts_on.is_some());
+        let mut forces = vec![pool.zero(); model.coordinates.len()];
+        for family in acting {
+            for at in 0..family.count {
+                let on = family.coordinates_of(at)[family.acts_on.unwrap()] as usize;
+                let mut one = family.clone();
+                one.count = 1;
+                one.coordinates = family.coordinates_of(at).to_vec();
+                one.constants = family.constants_of(at).to_vec();
+                let force = written_out(model, pool, &[one]);
+                forces[on] = pool.add(forces[on], force);
+            }
+        }
         let symbols = model.coordinates.iter();
         let (coordinates, velocities) = symbols.map(|c| (c.symbol, c.velocity)).unzip();
         let accelerations = (0..model.coordinates.len())
@@ -56,7 +71,8 @@ impl BruteForce {
             .collect();
         Self {
             lagrangian: pool.sub(kinetic, potential),
-            dissipation: written_out(model, pool, &model.friction),
+            dissipation: written_out(model, pool, &friction),
+            forces,
             coordinates,
             velocities,
             accelerations,
@@ -88,7 +104,8 @@ impl BruteForce {
         let force = pool.diff(self.lagrangian, self.coordinates[i]);
         let friction = pool.diff(self.dissipation, self.velocities[i]);
         let difference = pool.sub(rate, force);
-        pool.add(difference, friction)
+        let left = pool.add(difference, friction);
+        pool.sub(left, self.forces[i])
     }
 
     pub(crate) fn explicit_rate(&self, pool: &mut Pool) -> ExprId {

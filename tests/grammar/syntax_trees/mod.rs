@@ -301,7 +301,7 @@ impl Planter {
 
     /// The bound thing as each of the statements it can be.
     pub(crate) fn statements(&mut self, bound: &Bound) {
-        for variant in 0..8 {
+        for variant in 0..9 {
             let indices = bound.indices.as_ref();
             let indices = indices.map(|(entries, c)| Box::new(self.indices(entries, c.as_ref())));
             let unit = bound.unit.as_ref().map(|unit| self.unit(unit));
@@ -324,8 +324,9 @@ impl Planter {
                 2 => StatementKind::Let(binding),
                 3 => StatementKind::Guess { binding, rate: bound.rate },
                 4 => StatementKind::Equilibrium { binding, rate: bound.rate },
-                5 => StatementKind::Kinetic(self.tree(&bound.value)),
-                6 => {
+                5 => StatementKind::Force(binding),
+                6 => StatementKind::Kinetic(self.tree(&bound.value)),
+                7 => {
                     let declaration = Declaration { name: binding.name, indices: binding.indices, unit: binding.unit };
                     StatementKind::Coord { declarations: vec![declaration.clone(), declaration] }
                 }

@@ -122,6 +122,7 @@ impl<'a> Inference<'a> {
             StatementKind::Dissipation(root) => {
                 self.energy("dissipation", *root, &power(), word(11));
             }
+            StatementKind::Force(binding) => self.force(binding),
             StatementKind::Constraint { indices, left, right } => {
                 let scope = self.binders(indices.as_deref(), 0);
                 let sides = [*left, *right].map(|side| (self.evaluate(side, scope), self.file.expr(side).span));
@@ -250,8 +251,15 @@ impl<'a> Inference<'a> {
         }
     }
 
+    /// A generalised force times the velocity is a power.
+    fn force(&mut self, binding: &'a Binding) {
+        let coordinate = self.names.get(binding.name.text.as_str()).cloned();
+        let Some(coordinate) = coordinate else { return };
+        let name = Name { text: format!("force {}", binding.name.text).into(), span: binding.name.span };
+        self.stated(binding, coordinate.conjugate(), "right side", name);
+    }
+
     fn given(&mut self, binding: &'a Binding, side: &'static str, rate: bool) {
-        let scope = self.binders(binding.indices.as_deref(), 0);
         let Some(mut quantity) = self.names.get(binding.name.text.as_str()).cloned() else {
             return;
         };
@@ -260,6 +268,12 @@ impl<'a> Inference<'a> {
             quantity = quantity.rate();
             name.text = format!("{}'", name.text).into();
         }
+        self.stated(binding, quantity, side, name);
+    }
+
+    /// What a statement gives, in its unit and by its right side.
+    fn stated(&mut self, binding: &'a Binding, quantity: Quantity, side: &'static str, name: Name) {
+        let scope = self.binders(binding.indices.as_deref(), 0);
         let unit = binding.unit.map(|unit| self.file.unit(unit).span);
         if let (Some(own), Some(span)) = (binding.unit.map(|unit| self.unit(unit)), unit) {
             self.same_at(&name, name.span, &quantity, side, own, span);

@@ -50,6 +50,11 @@ impl Quantity {
         self.map(&|own| own.over(&time))
     }
 
+    /// What gives a power with the time derivative: of a coordinate the force.
+    pub(super) fn conjugate(self) -> Self {
+        self.map(&|own| energy().over(&own))
+    }
+
     /// The element of a list, from 0.
     pub(super) fn element(&self, at: usize) -> Option<Self> {
         match self {

@@ -106,6 +106,7 @@ impl Builder {
             Rule::model => StatementKind::Model { name: required(self.first_name(pair.into_inner()), span)? },
             Rule::param => StatementKind::Param(self.binding(pair)?.0),
             Rule::let_named => StatementKind::Let(self.binding(pair)?.0),
+            Rule::force => StatementKind::Force(self.binding(pair)?.0),
             Rule::guess => {
                 let (binding, rate) = self.binding(pair)?;
                 StatementKind::Guess { binding, rate }
@@ -174,7 +175,7 @@ impl Builder {
         }
     }
 
-    /// The parts of `param`, `let`, `guess`, `equilibrium` and of a name of `coord`; the flag is
+    /// The parts of `param`, `let`, `force`, `guess`, `equilibrium` and of a name of `coord`; the flag is
     /// the prime of a rate.
     fn binding(&mut self, pair: Pair<'_, Rule>) -> Result<(Binding, bool), SyntaxError> {
         let span = self.span(&pair);

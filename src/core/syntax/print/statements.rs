@@ -88,6 +88,7 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
             StatementKind::Potential(value) => self.equation("V", *value),
             StatementKind::Lagrangian(value) => self.equation("lagrangian", *value),
             StatementKind::Dissipation(value) => self.equation("dissipation", *value),
+            StatementKind::Force(binding) => self.binding("force", binding, false),
             StatementKind::Constraint { indices, left, right } => {
                 self.word("constraint");
                 if let Some(indices) = indices {
