@@ -49,7 +49,7 @@ fn main() -> ExitCode {
 fn gives(statement: &Statement) -> (&'static str, Vec<&str>) {
     match &statement.kind {
         StatementKind::Model { name } => ("model", vec![&name.text]),
-        StatementKind::Param(binding) => ("param", vec![&binding.name.text]),
+        StatementKind::Param(bindings) => ("param", bindings.iter().map(|one| one.name.text.as_str()).collect()),
         StatementKind::Coord { declarations } => {
             let names = declarations.iter().map(|one| one.name.text.as_str());
             ("coord", names.collect())

@@ -28,6 +28,68 @@ fn missing_factors_are_named() {
     }
 }
 
+#[test]
+fn units_are_exact() {
+    for (unit, value) in [
+        ("deg", "pi/180"),
+        ("rev", "2*pi"),
+        ("rpm", "pi/30"),
+        ("min", "60"),
+        ("h", "3600"),
+        ("d", "86400"),
+        ("u", "166053906892/10^38"),
+        ("meV", "1602176634/10^31"),
+        ("cal", "4.184"),
+        ("kcal", "4184"),
+        ("angstrom", "1/10^10"),
+        ("bar", "100000"),
+        ("mbar", "100"),
+        ("atm", "101325"),
+        ("in", "0.0254"),
+        ("ft", "0.3048"),
+        ("lb", "0.45359237"),
+        ("lbf", "0.45359237*9.80665"),
+        ("lbf*s^2/in", "0.45359237*9.80665/0.0254"),
+        ("kN*mm/(us)^2", "10^12"),
+    ] {
+        let text =
+            format!("param p : {unit} = 1  param q = {value}  coord x : m  param m : kg = 1  T = 1/2*m*x'^2  V = 0");
+        let model = elaborate(&parse(&text).unwrap(), &TableTexts::new(), &Settings::new()).unwrap();
+        assert_eq!(model.parameters[0].value, model.parameters[1].value, "{unit}");
+    }
+}
+
+#[test]
+fn rates_beside_other_units_are_suspicious() {
+    let warned = |coordinate: &str, other: &str, rate: &str| {
+        let text = format!(
+            "param W : {other} = 1  param m : kg = 1  param r : m = 1  coord x : m, {coordinate}  \
+             T = 1/2*m*(x'^2 + r^2*phi'^2)  V = m*W^2*x^2  equilibrium phi'{rate}"
+        );
+        let file = parse(&text).unwrap();
+        let model = elaborate(&file, &TableTexts::new(), &Settings::new()).unwrap();
+        let warnings = librate::model::warnings(&file, &model);
+        warnings.iter().find(|one| one.code() == "W0010").map(ToString::to_string)
+    };
+    for (coordinate, other, rate, message) in [
+        ("phi : deg", "rad/s", " = 2", "the number for `phi'` is read in deg/s, but `W` is in rad/s"),
+        ("phi : rad", "rpm", " = 2*pi", "the number for `phi'` is read in rad/s, but `W` is in rpm"),
+        ("phi", "deg/s", " = -2", "the number for `phi'` is read in 1/s, but `W` is in deg/s"),
+    ] {
+        assert_eq!(warned(coordinate, other, rate).as_deref(), Some(message));
+    }
+    for (coordinate, other, rate) in [
+        ("phi : rad", "rad/s", " = 2"),
+        ("phi : rad", "Hz", " = 2"),
+        ("phi : deg", "rpm", " : deg/s = 2"),
+        ("phi : deg", "rpm", " = W"),
+        ("phi : deg", "rpm", " = 0"),
+        ("phi : deg", "deg/s", " = 2"),
+    ] {
+        assert_eq!(warned(coordinate, other, rate), None, "{coordinate}, {other}{rate}");
+    }
+}
+
 /// None has two words, else one of them would not be said.
 #[test]
 fn dimensions_have_their_words() {

@@ -98,8 +98,14 @@ fn check(grammar: &Grammar, source: &str) {
         colours.is(word(start, first), "keyword.other.statement");
         match &statement.kind {
             StatementKind::Model { name: text } => name(text),
-            StatementKind::Param(binding)
-            | StatementKind::Let(binding)
+            StatementKind::Param(bindings) => {
+                for binding in bindings {
+                    name(&binding.name);
+                    unit(&binding.unit);
+                    indices(&file, &colours, binding.indices.as_deref());
+                }
+            }
+            StatementKind::Let(binding)
             | StatementKind::Force(binding)
             | StatementKind::Guess { binding, .. }
             | StatementKind::Equilibrium { binding, .. } => {
@@ -263,6 +269,7 @@ fn the_words_are_those_of_the_language() {
     let mut statements = BTreeSet::new();
     words(&json["repository"]["statements"], &mut statements);
     words(&json["repository"]["coordinates"], &mut statements);
+    words(&json["repository"]["parameters"], &mut statements);
     assert_eq!(statements, owned(&STATEMENT_WORDS));
     let end = json["repository"]["coordinates"]["end"].as_str().unwrap();
     assert!(end.contains(&format!("(?:{})", STATEMENT_WORDS.join("|"))), "{end}");

@@ -37,7 +37,7 @@ impl Copy<'_> {
     fn statement(&mut self, kind: &StatementKind) -> StatementKind {
         match kind {
             StatementKind::Model { name: n } => StatementKind::Model { name: self.name(n) },
-            StatementKind::Param(b) => StatementKind::Param(self.binding(b)),
+            StatementKind::Param(list) => StatementKind::Param(list.iter().map(|b| self.binding(b)).collect()),
             StatementKind::Let(b) => StatementKind::Let(self.binding(b)),
             StatementKind::Force(b) => StatementKind::Force(self.binding(b)),
             StatementKind::Guess { binding, rate } => {

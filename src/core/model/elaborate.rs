@@ -13,7 +13,7 @@ use super::values::{Value, sum};
 use super::{Constraint, Given, Givens, Model, ModelError, Purpose, dimension};
 use crate::expr::{ExprId, Pool};
 use crate::span::Span;
-use crate::syntax::{Binding, ExprKind, ExprRef, File, Indices, Name, StatementKind};
+use crate::syntax::{ExprKind, ExprRef, File, Indices, Name, StatementKind};
 
 pub(super) fn elaborate(
     file: &File,
@@ -44,7 +44,10 @@ pub(super) fn coordinate_count(file: &File, tables: &TableTexts, settings: &Sett
     wanted.extend(tables_of_coordinates(file));
     let mut count = 0_usize;
     for statement in &file.statements {
-        if let StatementKind::Param(Binding { name, .. }) | StatementKind::Table { name, .. } = &statement.kind
+        for binding in statement.kind.parameters().iter().filter(|one| wanted.contains(one.name.text.as_str())) {
+            elaborator.parameter(binding);
+        }
+        if let StatementKind::Table { name, .. } = &statement.kind
             && wanted.contains(name.text.as_str())
         {
             elaborator.declare(&statement.kind, statement.span, tables);
@@ -141,7 +144,7 @@ impl<'a> Elaborator<'a> {
             StatementKind::Model { name } => {
                 self.once(&mut |e| &mut e.model_name, name.text.to_string(), span, "model");
             }
-            StatementKind::Param(binding) => self.parameter(binding),
+            StatementKind::Param(bindings) => bindings.iter().for_each(|binding| self.parameter(binding)),
             StatementKind::Coord { declarations } => {
                 for one in declarations {
                     self.coordinate(one);

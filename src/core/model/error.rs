@@ -436,12 +436,19 @@ fn unit_elsewhere(name: &str) -> &'static str {
         "degree" | "degrees" | "°" => "the degree is `deg`",
         "newton" | "newtons" => "the newton is `N`",
         "joule" | "joules" => "the joule is `J`",
+        "revolution" | "revolutions" | "turn" | "turns" => "the revolution is `rev`",
+        "inch" | "inches" => "the inch is `in`",
+        "foot" | "feet" => "the foot is `ft`",
+        "pound" | "pounds" | "lbs" | "lbm" => "the pound is `lb`, the pound-force `lbf`",
+        "calorie" | "calories" => "the calorie is `cal`, which is 4.184 J",
         "minute" | "minutes" => "the minute is `min`",
         "hour" | "hours" | "hr" => "the hour is `h`",
         "amu" | "dalton" | "da" => "the atomic mass unit is `u`",
         "ang" | "å" => "the angstrom is `angstrom`",
         "dimensionless" | "none" => "a quantity without a dimension has the unit `1`",
-        _ => "the units are SI base and derived units with prefixes, and deg, min, h, d, u, eV and angstrom",
+        _ => {
+            "the units are SI base and derived units with prefixes, deg, rev, rpm, min, h, d, u, eV, cal, angstrom, bar, atm, in, ft, lb and lbf"
+        }
     }
 }
 

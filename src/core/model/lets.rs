@@ -29,7 +29,7 @@ impl Elaborator<'_> {
         let additive = is_additive(self.file, &self.world, root);
         let mut compiler = self.compiler();
         compiler.current_let = Some(number);
-        if rank == 0 && mentions(compiler.file, root, &name.text) {
+        if rank == 0 && mentions(compiler.file, root, |own| own == name.text.as_str()) {
             compiler
                 .errors
                 .push(ModelError::RecursiveLet { name: name.text.to_string(), span: compiler.file.expr(root).span });

@@ -56,13 +56,17 @@ impl Settings {
         }
         let mut file = syntax::parse(&format!("param {text}")).map_err(|errors| bad(&reason(&errors, WITHOUT_UNIT)))?;
         let mut statements = std::mem::take(&mut file.statements).into_iter();
-        match (statements.next().map(|first| first.kind), statements.next()) {
-            (Some(StatementKind::Param(binding)), None) if binding.unit.is_some() => Err(bad(WITHOUT_UNIT)),
-            (Some(StatementKind::Param(binding)), None) if binding.value.is_some() => {
+        let bindings = match (statements.next().map(|first| first.kind), statements.next()) {
+            (Some(StatementKind::Param(bindings)), None) => bindings,
+            _ => Vec::new(),
+        };
+        match <[Binding; 1]>::try_from(bindings) {
+            Ok([binding]) if binding.unit.is_some() => Err(bad(WITHOUT_UNIT)),
+            Ok([binding]) if binding.value.is_some() => {
                 self.entries.push(Setting { text: text.to_owned(), file, binding });
                 Ok(())
             }
-            _ => Err(bad("it must be one name and one value")),
+            Ok(_) | Err(_) => Err(bad("it must be one name and one value")),
         }
     }
 }

@@ -29,7 +29,7 @@ pub(super) fn structural_names(file: &File) -> HashSet<String> {
     }
     let mut definitions: HashMap<&str, Vec<ExprRef>> = HashMap::new();
     for statement in &file.statements {
-        if let StatementKind::Param(binding) = &statement.kind {
+        for binding in statement.kind.parameters() {
             let own = definitions.entry(&binding.name.text).or_default();
             own.extend(binding.value);
         }
@@ -54,11 +54,11 @@ pub(super) fn tables_of_coordinates(file: &File) -> impl Iterator<Item = String>
     coordinates.flat_map(|kind| kind.indices()).flat_map(Indices::tables).map(|table| table.text.to_string())
 }
 
-/// Whether an expression names something.
-pub(super) fn mentions(file: &File, root: ExprRef, name: &str) -> bool {
+/// Whether an expression names something of which this holds.
+pub(super) fn mentions(file: &File, root: ExprRef, mut sought: impl FnMut(&str) -> bool) -> bool {
     let mut todo = vec![root];
     while let Some(at) = todo.pop() {
-        if matches!(&file.expr(at).kind, ExprKind::Name(own) if *own == name) {
+        if matches!(&file.expr(at).kind, ExprKind::Name(own) if sought(own)) {
             return true;
         }
         file.children(at, &mut todo);

@@ -9,23 +9,29 @@ use crate::number::Number;
 use crate::span::Span;
 use crate::syntax::{File, UnitKind, UnitRef};
 
-/// A unit: its SI factor as a decimal literal, a power of pi in it, and whether it takes prefixes.
+/// A unit: its SI factor as a decimal literal, of an angle by which part of pi, and whether it takes prefixes.
 struct Known {
     name: &'static str,
     factor: &'static str,
-    /// The factor is to be multiplied by pi.
-    pi: bool,
+    /// The factor is to be multiplied by pi over this.
+    pi_over: Option<i64>,
     prefixes: bool,
     /// The exponents of kg, m, s, A, K, mol, cd.
     exponents: [i8; 7],
 }
 
 const fn unit(name: &'static str, factor: &'static str, prefixes: bool, exponents: [i8; 7]) -> Known {
-    Known { name, factor, pi: false, prefixes, exponents }
+    Known { name, factor, pi_over: None, prefixes, exponents }
 }
 
-/// SI base and derived units (the SI Brochure, 9th edition), those accepted beside them, and
-/// atomic ones with CODATA 2022 values.
+/// A unit with an angle: pi over a number, times a whole one.
+const fn angle(name: &'static str, factor: &'static str, pi_over: i64, exponents: [i8; 7]) -> Known {
+    Known { name, factor, pi_over: Some(pi_over), prefixes: false, exponents }
+}
+
+/// SI base and derived units (the SI Brochure, 9th edition), those accepted beside them, atomic
+/// ones with CODATA 2022 values, and those of engineers: the thermochemical calorie, the international inch and pound,
+/// and the pound-force with the standard gravity 9.80665 m/s^2.
 const UNITS: &[Known] = &[
     unit("m", "1", true, [0, 1, 0, 0, 0, 0, 0]),
     unit("g", "1e-3", true, [1, 0, 0, 0, 0, 0, 0]),
@@ -58,7 +64,16 @@ const UNITS: &[Known] = &[
     unit("angstrom", "1e-10", false, [0, 1, 0, 0, 0, 0, 0]),
     unit("u", "1.66053906892e-27", false, [1, 0, 0, 0, 0, 0, 0]),
     unit("eV", "1.602176634e-19", true, [1, 2, -2, 0, 0, 0, 0]),
-    Known { name: "deg", factor: "1", pi: true, prefixes: false, exponents: [0; 7] },
+    unit("cal", "4.184", true, [1, 2, -2, 0, 0, 0, 0]),
+    unit("bar", "1e5", true, [1, -1, -2, 0, 0, 0, 0]),
+    unit("atm", "101325", false, [1, -1, -2, 0, 0, 0, 0]),
+    unit("in", "0.0254", false, [0, 1, 0, 0, 0, 0, 0]),
+    unit("ft", "0.3048", false, [0, 1, 0, 0, 0, 0, 0]),
+    unit("lb", "0.45359237", false, [1, 0, 0, 0, 0, 0, 0]),
+    unit("lbf", "4.4482216152605", false, [1, 1, -2, 0, 0, 0, 0]),
+    angle("deg", "1", 180, [0; 7]),
+    angle("rev", "2", 1, [0; 7]),
+    angle("rpm", "1", 30, [0, 0, -1, 0, 0, 0, 0]),
 ];
 
 const PREFIXES: &[(&str, i32)] = &[
@@ -93,13 +108,12 @@ const PREFIXES: &[(&str, i32)] = &[
 fn named_factor(pool: &mut Pool, name: &str) -> Option<ExprId> {
     let (known, exponent) = look_up(name)?;
     let number = Number::parse(known.factor)?.mul(&Number::from(10).powi(exponent)?);
-    if !known.pi {
+    let Some(over) = known.pi_over else {
         return Some(pool.number(number));
-    }
-    // deg = pi/180
-    let degree = number.div(&Number::from(180))?;
+    };
+    let share = number.div(&Number::from(over))?;
     let pi = pool.pi();
-    Some(pool.scale(pi, &degree))
+    Some(pool.scale(pi, &share))
 }
 
 /// The unit that a name means, and the power of ten of its prefix.
@@ -154,6 +168,17 @@ pub(super) fn powers(file: &File, unit: UnitRef) -> Vec<(&str, Span, Number)> {
         }
     }
     names
+}
+
+/// The exponents of kg, m, s, A, K, mol and cd in a whole unit; `None` where a name in it is not known.
+pub(super) fn dimension(file: &File, unit: UnitRef) -> Option<[Number; 7]> {
+    let mut sum = [0; 7].map(Number::from);
+    for (name, _, exponent) in powers(file, unit) {
+        for (sum, own) in sum.iter_mut().zip(exponents(name)?) {
+            *sum = sum.add(&exponent.mul(&Number::from(i64::from(own))));
+        }
+    }
+    Some(sum)
 }
 
 /// The factor by which a number in a unit becomes a number in SI: an expression without symbols.

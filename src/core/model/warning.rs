@@ -1,13 +1,16 @@
 //! What is legal in a model, but suspicious.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeSet, HashMap, HashSet};
 
 use super::names::SymbolKind;
-use super::survey::structural_names;
-use super::{Model, TermFamily};
+use super::survey::{mentions, structural_names};
+use super::{Model, TermFamily, units};
 use crate::diagnostic::{Diagnostic, at};
+use crate::expr::Pool;
 use crate::mistakes;
-use crate::syntax::{ExprKind, ExprRef, File, IndexKind, Indices, StatementKind};
+use crate::number::Number;
+use crate::span::Span;
+use crate::syntax::{ExprKind, ExprRef, File, IndexKind, Indices, Name, StatementKind, UnitRef, print_unit};
 
 mistakes! {
 /// Something suspicious that is no mistake.
@@ -83,6 +86,25 @@ Warning Warning {
     } => at(*span, "has no effect here").with_help(
         "it is the start of the search for the periodic motion of a driven model; initial velocities are given by `librate motion --start`",
     ),
+
+    /// A rate without a unit of its own, beside names with another unit for such a rate.
+    #[error("the number for `{name}'` is read in {unit}, but `{other}` is in {other_unit}")]
+    "W0010" RateUnit(span) {
+        /// The coordinate.
+        name: String,
+        /// The statement word.
+        word: &'static str,
+        /// The unit of the coordinate per second.
+        unit: String,
+        /// What is declared with the other unit.
+        other: String,
+        /// The other unit.
+        other_unit: String,
+        /// Where that stands.
+        other_span: Span,
+    } => at(*span, "without a unit of its own it is in that of the coordinate, per second")
+        .with_secondary(*other_span, "another unit for the same kind of quantity")
+        .with_help(format!("write the unit that is meant: `{word} {name}' : {unit} = …` or `{word} {name}' : {other_unit} = …`")),
 }
 }
 
@@ -104,6 +126,7 @@ pub fn warnings(file: &File, model: &Model) -> Vec<Warning> {
     found.extend(unused_indices(file));
     found.extend(period_without_time(model));
     found.extend(useless_velocity(model));
+    found.extend(rates_beside_other_units(file, model));
     let unused: HashSet<String> = found
         .iter()
         .filter_map(|warning| match warning {
@@ -159,12 +182,10 @@ fn decimal_ranges(file: &File) -> Vec<Warning> {
     let mut found: Vec<Warning> = file.indices().flat_map(Indices::expressions).filter_map(decimal).collect();
     let structural = structural_names(file);
     for statement in &file.statements {
-        if let StatementKind::Param(binding) = &statement.kind
-            && structural.contains(binding.name.text.as_str())
-            && let Some(warning) = binding.value.and_then(decimal)
-        {
-            found.push(warning);
-        }
+        let parameters = statement.kind.parameters().iter();
+        let structural = parameters.filter(|one| structural.contains(one.name.text.as_str()));
+        let values: BTreeSet<ExprRef> = structural.filter_map(|one| one.value).collect();
+        found.extend(values.into_iter().filter_map(decimal));
     }
     found
 }
@@ -225,6 +246,55 @@ fn useless_velocity(model: &Model) -> Option<Warning> {
         return None;
     };
     Some(Warning::UselessVelocity { reason, span: guess.span })
+}
+
+/// Rates given by a number, which is in the unit of the coordinate per second, in files with another unit for such a rate.
+fn rates_beside_other_units(file: &File, model: &Model) -> Vec<Warning> {
+    let mut units: HashMap<&str, UnitRef> = HashMap::new();
+    let mut others: Vec<(&Name, UnitRef)> = Vec::new();
+    for statement in &file.statements {
+        if let StatementKind::Coord { declarations } = &statement.kind {
+            units.extend(declarations.iter().filter_map(|one| Some((one.name.text.as_str(), one.unit?))));
+        }
+        others.extend(statement.kind.bindings().iter().filter_map(|one| Some((&one.name, one.unit?))));
+    }
+    let mut pool = Pool::default();
+    let mut found = Vec::new();
+    for statement in &file.statements {
+        let (word, binding) = match &statement.kind {
+            StatementKind::Guess { binding, rate: true } => ("guess", binding),
+            StatementKind::Equilibrium { binding, rate: true } => ("equilibrium", binding),
+            _ => continue,
+        };
+        let number = binding.value.filter(|_| binding.unit.is_none()).filter(|root| {
+            let zero = matches!(file.expr(*root).kind, ExprKind::Number("0"));
+            !zero && !mentions(file, *root, |name| !matches!(name, "pi"))
+        });
+        let name = binding.name.text.as_str();
+        let family = model.families.iter().find(|family| family.name == name && !family.is_empty());
+        let (Some(root), Some(family)) = (number, family) else { continue };
+        let si = model.coordinates.at(family.first).unit;
+        let exponents = |unit| if unit == "1" { Some([0; 7]) } else { units::exponents(unit) };
+        let Some(mut wanted) = si.and_then(exponents) else { continue };
+        wanted[2] -= 1;
+        let wanted = wanted.map(|own| Number::from(i64::from(own)));
+        let own = units.get(name).copied();
+        let factor = |pool: &mut Pool, unit| units::factor(pool, file, unit, &mut Vec::new());
+        let size = own.map_or(pool.one(), |unit| factor(&mut pool, unit));
+        let other = others.iter().find(|(_, unit)| {
+            units::dimension(file, *unit).as_ref() == Some(&wanted) && factor(&mut pool, *unit) != size
+        });
+        found.extend(other.map(|(other, unit)| Warning::RateUnit {
+            name: name.to_owned(),
+            word,
+            unit: format!("{}/s", own.map_or(si.unwrap_or_default().to_owned(), |own| print_unit(file, own))),
+            other: other.text.to_string(),
+            other_unit: print_unit(file, *unit),
+            other_span: file.unit(*unit).span,
+            span: file.expr(root).span,
+        }));
+    }
+    found
 }
 
 /// Coordinates whose position no energy depends on; a family as one where all of it is free.

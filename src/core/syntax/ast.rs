@@ -80,8 +80,8 @@ pub enum StatementKind {
         /// The model's name.
         name: Name,
     },
-    /// `param …`
-    Param(Binding),
+    /// `param …`, several with commas: names that share a unit or a value refer to the same one.
+    Param(Vec<Binding>),
     /// `coord a, b[1..n] : m`
     Coord {
         /// The declared names.

@@ -208,7 +208,7 @@ Error SyntaxError {
         _ => "a name is a letter or `_`, then letters, digits and `_`",
     }),
 
-    /// `param m = 1, k = 2`
+    /// `let m = 1, k = 2`
     #[error("`{statement}` gives one value")]
     "E0021" SeveralValues(span) {
         /// The statement word.

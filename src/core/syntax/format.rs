@@ -10,7 +10,7 @@ mod layout;
 mod page;
 mod pieces;
 
-use super::ast::{Binding, ExprKind, ExprRef, File, Statement, StatementKind};
+use super::ast::{ExprKind, ExprRef, File, Statement, StatementKind};
 use super::error::SyntaxError;
 use super::print::Printer;
 use crate::span::Span;
@@ -145,14 +145,11 @@ impl<'f> Formatter<'_, 'f> {
 
     /// Whether an uncertainty was written with `+/-`.
     fn ascii_sign(&self, statement: &Statement) -> bool {
-        let StatementKind::Param(Binding { value: Some(value), uncertainty: Some(uncertainty), .. }) = &statement.kind
-        else {
-            return false;
-        };
-        let (value, uncertainty) = (self.file.expr(*value), self.file.expr(*uncertainty));
-        self.text(value.span.end, uncertainty.span.start)
-            .lines()
-            .any(|line| line.split('#').next().is_some_and(|code| code.contains("+/-")))
+        let between = statement.kind.parameters().iter().filter_map(|binding| {
+            let (value, uncertainty) = (self.file.expr(binding.value?), self.file.expr(binding.uncertainty?));
+            Some(self.text(value.span.end, uncertainty.span.start))
+        });
+        between.flat_map(str::lines).any(|line| line.split('#').next().is_some_and(|code| code.contains("+/-")))
     }
 
     /// Statements that shared a line, if they still can.

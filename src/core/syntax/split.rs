@@ -176,13 +176,14 @@ impl<'s> Splitter<'s> {
         }
         // `param T = 300` declares a reserved name; on a line of its own `T` is a statement.
         let names = previous.start == current.span.start && words::is_naming(self.word)
-            || previous.kind == TokenKind::Comma && self.word == "coord" && self.brackets.is_empty();
+            || previous.kind == TokenKind::Comma && words::takes_several(self.word) && self.brackets.is_empty();
         if names && !token.first_on_line {
             return false;
         }
         // In the middle of an expression the word has to look like the beginning of a statement.
         let at_first = previous.start == current.span.start && !words::is_naming(self.word);
-        if self.brackets.is_empty() && !at_first && !expects_operand(previous.kind, before) {
+        let inch = self.in_unit && before == "in";
+        if self.brackets.is_empty() && !at_first && (inch || !expects_operand(previous.kind, before)) {
             return true;
         }
         let Some(next) = next_token(rest) else {

@@ -7,17 +7,26 @@
 use super::ast::{Binding, ExprKind, ExprRef, File, IndexKind, Indices, Name, StatementKind};
 
 impl StatementKind {
-    /// The name with its value that a statement gives, if it is of that form.
-    pub(crate) fn binding(&self) -> Option<&Binding> {
-        if let Self::Param(binding)
-        | Self::Let(binding)
+    /// The names with their values that a statement gives.
+    pub(crate) fn bindings(&self) -> &[Binding] {
+        if let Self::Let(binding)
         | Self::Force(binding)
         | Self::Guess { binding, .. }
         | Self::Equilibrium { binding, .. } = self
         {
-            return Some(binding);
+            return std::slice::from_ref(binding);
         }
-        None
+        self.parameters()
+    }
+
+    /// The name with its value that a statement gives, if it gives one.
+    pub(crate) fn binding(&self) -> Option<&Binding> {
+        if let [binding] = self.bindings() { Some(binding) } else { None }
+    }
+
+    /// The names with their values that a `param` statement gives.
+    pub(crate) fn parameters(&self) -> &[Binding] {
+        if let Self::Param(bindings) = self { bindings } else { &[] }
     }
 
     /// The energy that a statement gives, or the dissipation function.
@@ -34,19 +43,19 @@ impl StatementKind {
         if let Self::Coord { declarations } = self {
             return declarations.iter().map(|one| &one.name).collect();
         }
-        if let Self::Table { name, .. } | Self::Param(Binding { name, .. }) | Self::Let(Binding { name, .. }) = self {
+        if let Self::Table { name, .. } | Self::Let(Binding { name, .. }) = self {
             return vec![name];
         }
-        Vec::new()
+        self.parameters().iter().map(|one| &one.name).collect()
     }
 
     /// The indices in brackets behind its names.
     pub(crate) fn indices(&self) -> impl Iterator<Item = &Indices> {
-        let own = self.binding().map(|binding| &binding.indices);
+        let own = self.bindings().iter().map(|binding| &binding.indices);
         let tied = if let Self::Constraint { indices, .. } = self { Some(indices) } else { None };
         let declared = if let Self::Coord { declarations } = self { declarations.as_slice() } else { &[] };
         let declared = declared.iter().map(|one| &one.indices);
-        own.into_iter().chain(tied).chain(declared).filter_map(Option::as_deref)
+        own.chain(tied).chain(declared).filter_map(Option::as_deref)
     }
 }
 

@@ -89,6 +89,11 @@ pub(super) fn is_naming(word: &str) -> bool {
     matches!(word, "model" | "param" | "coord" | "let" | "force" | "guess" | "equilibrium" | "table")
 }
 
+/// Statement words behind which several names may stand, with commas.
+pub(super) fn takes_several(word: &str) -> bool {
+    matches!(word, "param" | "coord")
+}
+
 /// Words between operands: none of them can be an operand.
 pub(super) fn is_connective(word: &str) -> bool {
     matches!(word, "in" | "where" | "and" | "or" | "not")

@@ -301,7 +301,7 @@ impl Planter {
 
     /// The bound thing as each of the statements it can be.
     pub(crate) fn statements(&mut self, bound: &Bound) {
-        for variant in 0..9 {
+        for variant in 0..10 {
             let indices = bound.indices.as_ref();
             let indices = indices.map(|(entries, c)| Box::new(self.indices(entries, c.as_ref())));
             let unit = bound.unit.as_ref().map(|unit| self.unit(unit));
@@ -315,11 +315,11 @@ impl Planter {
             let kind = match variant {
                 0 => {
                     binding.uncertainty = bound.uncertainty.as_ref().map(|tree| self.tree(tree));
-                    StatementKind::Param(binding)
+                    StatementKind::Param(vec![binding])
                 }
                 1 => {
                     binding.value = None;
-                    StatementKind::Param(binding)
+                    StatementKind::Param(vec![binding])
                 }
                 2 => StatementKind::Let(binding),
                 3 => StatementKind::Guess { binding, rate: bound.rate },
@@ -327,6 +327,11 @@ impl Planter {
                 5 => StatementKind::Force(binding),
                 6 => StatementKind::Kinetic(self.tree(&bound.value)),
                 7 => {
+                    binding.uncertainty = bound.uncertainty.as_ref().map(|tree| self.tree(tree));
+                    let own = Binding { value: Some(self.tree(&bound.value)), uncertainty: None, ..binding.clone() };
+                    StatementKind::Param(vec![own, binding.clone(), binding])
+                }
+                8 => {
                     let declaration = Declaration { name: binding.name, indices: binding.indices, unit: binding.unit };
                     StatementKind::Coord { declarations: vec![declaration.clone(), declaration] }
                 }

@@ -84,12 +84,14 @@ impl Grammar {
             self.rule(&included, rules);
         } else if let Some(begin) = pattern["begin"].as_str() {
             let end = pattern["end"].as_str().unwrap();
-            let context = self.contexts.iter().position(|one| one.end.as_str() == end);
+            let patterns = pattern["patterns"].as_array().unwrap();
+            let same = |one: &Context| one.end.as_str() == end && one.patterns == *patterns;
+            let context = self.contexts.iter().position(same);
             let context = context.unwrap_or_else(|| {
                 self.contexts.push(Context {
                     end: Regex::new(end).unwrap(),
                     captures: captures(&pattern["endCaptures"]),
-                    patterns: pattern["patterns"].as_array().unwrap().clone(),
+                    patterns: patterns.clone(),
                 });
                 self.contexts.len() - 1
             });

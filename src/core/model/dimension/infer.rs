@@ -107,7 +107,7 @@ impl<'a> Inference<'a> {
     fn statement(&mut self, statement: &'a Statement) {
         let word = |length: u32| Span::new(statement.span.start, statement.span.start + length);
         match &statement.kind {
-            StatementKind::Param(binding) => self.parameter(binding),
+            StatementKind::Param(bindings) => bindings.iter().for_each(|binding| self.parameter(binding)),
             StatementKind::Coord { declarations } => {
                 for one in declarations {
                     self.coordinate(one);

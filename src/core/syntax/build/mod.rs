@@ -104,7 +104,7 @@ impl Builder {
         let span = self.span(&pair);
         Ok(match rule {
             Rule::model => StatementKind::Model { name: required(self.first_name(pair.into_inner()), span)? },
-            Rule::param => StatementKind::Param(self.binding(pair)?.0),
+            Rule::param => StatementKind::Param(self.parameters(pair)?),
             Rule::let_named => StatementKind::Let(self.binding(pair)?.0),
             Rule::force => StatementKind::Force(self.binding(pair)?.0),
             Rule::guess => {
@@ -173,6 +173,25 @@ impl Builder {
             [left, right] => Ok(StatementKind::Constraint { indices, left: *left, right: *right }),
             _ => required(None, span),
         }
+    }
+
+    /// The names of a `param` statement. A unit, and a value with its uncertainty, are those of the names before them
+    /// that have none: `param m1, m2 : kg = 1, k : N/m = 5`.
+    fn parameters(&mut self, pair: Pair<'_, Rule>) -> Result<Vec<Binding>, SyntaxError> {
+        let mut bindings = Vec::new();
+        for part in pair.into_inner().filter(|part| part.as_rule() == Rule::parameter) {
+            bindings.push(self.binding(part)?.0);
+        }
+        let (mut unit, mut value) = (None, (None, None));
+        for binding in bindings.iter_mut().rev() {
+            if binding.value.is_some() {
+                (unit, value) = (None, (binding.value, binding.uncertainty));
+            }
+            binding.unit = binding.unit.or(unit);
+            unit = binding.unit;
+            (binding.value, binding.uncertainty) = value;
+        }
+        Ok(bindings)
     }
 
     /// The parts of `param`, `let`, `force`, `guess`, `equilibrium` and of a name of `coord`; the flag is

@@ -42,7 +42,8 @@ pub(super) struct Context<'s> {
     pub(super) part: Part,
     /// A `==` outside of brackets.
     pub(super) comparison: Option<Token>,
-    /// Where the declared name and its indices end, and where the value begins.
+    /// Where the declared name begins, where it ends with its indices, and where the value begins.
+    pub(super) name_start: u32,
     pub(super) name_end: Option<u32>,
     pub(super) value_start: Option<u32>,
     /// Where the product begins that is being read.
@@ -70,6 +71,7 @@ impl<'s> Context<'s> {
                 _ => Part::Name,
             },
             comparison: None,
+            name_start: word.end,
             name_end: None,
             value_start: None,
             chain: None,
@@ -111,7 +113,11 @@ impl<'s> Context<'s> {
                     enclosure.has_range = false;
                     enclosure.filter = false;
                 }
-                None if self.part == Part::Unit => self.part = Part::Name,
+                None if self.part == Part::Unit || words::takes_several(self.statement) => {
+                    self.part = Part::Name;
+                    self.name_start = token.end;
+                    (self.name_end, self.value_start) = (None, None);
+                }
                 None => {}
             },
             TokenKind::Range => {
@@ -234,6 +240,11 @@ impl<'s> Context<'s> {
             };
             if found.kind == TokenKind::Equals && statement == "model" {
                 return Some(SyntaxError::NeedlessEquals { statement, span });
+            }
+            if self.before.kind == TokenKind::Comma
+                && let Some(error) = self.before_last.and_then(|last| decimal_comma(self.source, last, found))
+            {
+                return Some(error);
             }
             return Some(match reserved {
                 Some(meaning) => SyntaxError::ReservedName { name: text.to_owned(), meaning, span },
@@ -405,21 +416,22 @@ impl<'s> Context<'s> {
                 span: self.after.map_or(span, |after| after.span()),
             });
         }
-        match self.after {
-            Some(after)
-                if self.before.kind == TokenKind::Number
-                    && after.kind == TokenKind::Number
-                    && self.enclosures.is_empty() =>
-            {
-                Some(SyntaxError::DecimalComma {
-                    fix: format!("{}.{}", self.text(self.before), self.text(after)),
-                    span: self.before.span().to(after.span()),
-                })
-            }
-            _ => (self.part == Part::Value && self.enclosures.is_empty())
-                .then_some(SyntaxError::SeveralValues { statement: self.statement, span }),
+        if !self.enclosures.is_empty() {
+            return None;
         }
+        let decimal = self.after.and_then(|after| decimal_comma(self.source, self.before, after));
+        decimal.or_else(|| {
+            (self.part == Part::Value).then_some(SyntaxError::SeveralValues { statement: self.statement, span })
+        })
     }
+}
+
+/// `1,5`: numbers before and after a comma outside of brackets.
+fn decimal_comma(source: &str, before: Token, after: Token) -> Option<SyntaxError> {
+    (before.kind == TokenKind::Number && after.kind == TokenKind::Number).then(|| SyntaxError::DecimalComma {
+        fix: format!("{}.{}", before.text(source), after.text(source)),
+        span: before.span().to(after.span()),
+    })
 }
 
 /// The number in a text in quotes, if there is nothing else.

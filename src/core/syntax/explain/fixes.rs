@@ -130,7 +130,7 @@ impl Context<'_> {
 
     /// `param l = 30 cm`, `param g = 9.81 : m/s^2`: the statement with the unit behind the name.
     pub(super) fn with_unit_behind_name(&self, unit: Token) -> Option<String> {
-        let name = verbatim(self.source, self.word.end, self.name_end?)?;
+        let name = verbatim(self.source, self.name_start, self.name_end?)?;
         let value = verbatim(self.source, self.value_start?, self.before.end)?;
         let unit = verbatim(self.source, unit.start, self.unit_end(unit)?)?;
         let bare = unit
@@ -148,7 +148,7 @@ impl Context<'_> {
         let mut exponent = false;
         for token in rest.filter(|token| token.kind != TokenKind::Comment) {
             match token.kind {
-                TokenKind::Word | TokenKind::Number | TokenKind::Open if complete => break,
+                TokenKind::Word | TokenKind::Number | TokenKind::Open | TokenKind::Comma if complete => break,
                 TokenKind::Word | TokenKind::Number | TokenKind::Close => complete = true,
                 TokenKind::Open | TokenKind::Star | TokenKind::Slash | TokenKind::Caret => {
                     complete = false;
@@ -202,19 +202,22 @@ impl Context<'_> {
             from += 1;
         }
         let mut before: Option<Token> = None;
-        let mut word = "";
+        let (mut word, mut depth) = ("", 0_usize);
         let tokens = Lexer::new(self.source, Span::new(from, self.word.start));
         for token in tokens.filter(|token| token.kind != TokenKind::Comment) {
             let text = self.text(token);
             let declares = before.is_some_and(|before| match before.kind {
-                TokenKind::Comma => word == "coord",
+                TokenKind::Comma => depth == 0 && words::takes_several(word),
                 _ => words::is_naming(self.text(before)),
             });
             if declares && text == name {
                 return true;
             }
-            if words::is_statement_word(text) {
-                word = text;
+            match token.kind {
+                TokenKind::Open => depth += 1,
+                TokenKind::Close => depth = depth.saturating_sub(1),
+                _ if words::is_statement_word(text) => (word, depth) = (text, 0),
+                _ => {}
             }
             before = Some(token);
         }

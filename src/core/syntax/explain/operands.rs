@@ -40,7 +40,7 @@ impl Context<'_> {
                 _ if self.before_is_word() => {
                     Some(SyntaxError::MissingRightSide { statement: self.statement, span: self.word.span() })
                 }
-                (true, "coord") => Some(SyntaxError::MissingComma {
+                (true, word) if words::takes_several(word) => Some(SyntaxError::MissingComma {
                     span: self.before.span().to(span),
                     left: self.text(self.before).to_owned(),
                     right: text.to_owned(),

@@ -48,6 +48,30 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
     fn binding(&mut self, word: &'static str, binding: &'f Binding, rate: bool) {
         self.word(word);
         self.head(&binding.name.text, binding.indices.as_deref(), rate, binding.unit);
+        self.right_side(binding);
+    }
+
+    /// `param a, b : kg = 1, c`: what two names share is behind the second.
+    fn parameters(&mut self, bindings: &'f [Binding]) {
+        self.word("param");
+        self.out.open(Group::Other);
+        for (position, binding) in bindings.iter().enumerate() {
+            if position > 0 {
+                self.put(",");
+                self.out.place(Break::Fill, " ");
+            }
+            let next = bindings.get(position + 1).filter(|next| next.value == binding.value);
+            let unit = binding.unit.filter(|unit| next.is_none_or(|next| next.unit != Some(*unit)));
+            self.head(&binding.name.text, binding.indices.as_deref(), false, unit);
+            if next.is_none() {
+                self.right_side(binding);
+            }
+        }
+        self.out.close();
+    }
+
+    /// `= EXPR ± EXPR`, where there is a value.
+    fn right_side(&mut self, binding: &'f Binding) {
         if let Some(value) = binding.value {
             self.value(value);
         }
@@ -70,7 +94,10 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
                 self.word("model");
                 self.put(&name.text);
             }
-            StatementKind::Param(binding) => self.binding("param", binding, false),
+            StatementKind::Param(bindings) => match bindings.as_slice() {
+                [binding] => self.binding("param", binding, false),
+                bindings => self.parameters(bindings),
+            },
             StatementKind::Coord { declarations } => {
                 self.word("coord");
                 self.out.open(Group::Other);
