@@ -167,7 +167,7 @@ pub mod model {
 #[cfg(feature = "engine")]
 pub mod linearize {
     pub use librate_core::linearize::{
-        Equilibrium, LinearizeError, Linearized, Origin, Structure, SymbolicConstraints, SymbolicMatrices,
+        Equilibrium, Inertia, LinearizeError, Linearized, Origin, Structure, SymbolicConstraints, SymbolicMatrices,
         WithMultipliers, ZeroMode, check_size, constant, derive, linearize,
     };
 }

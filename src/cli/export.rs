@@ -94,8 +94,13 @@ fn comments(linearized: &Linearized) -> Vec<String> {
     let model = linearized.model();
     let of = model.name.as_ref().map_or_else(String::new, |name| format!(" of {name}"));
     let mut comments = vec![format!("M q'' + (G + C) q' + (K + N) q = 0{of}, in SI where the model has units")];
-    if linearized.is_constrained() {
-        comments.push("rows and columns are the coordinates that the others follow under the constraints:".to_owned());
+    if linearized.is_reduced() {
+        let others = if linearized.is_constrained() {
+            "the others follow under the constraints"
+        } else {
+            "massless ones follow"
+        };
+        comments.push(format!("rows and columns are the coordinates that {others}:"));
         let free = linearized.free_coordinates().into_iter().enumerate();
         comments.extend(free.map(|(row, own)| format!("{} {}", row + 1, model.coordinates.at(own).name())));
     }

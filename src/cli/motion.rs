@@ -47,6 +47,9 @@ pub(super) fn text(args: &args::Motion, format: MessageFormat) -> Result<Answer,
             ) => return Err(error.into()),
             Err(_) => None,
         };
+        if let Some(linearized) = &linearized {
+            linearized.check_inertia()?;
+        }
         let start = match (args.mode, &amplitude, &linearized) {
             (Some(mode), Some(amplitude), Some(linearized)) => {
                 let normal = oscillation::normal_modes(linearized, &modes::Options::default())?;

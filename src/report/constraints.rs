@@ -12,6 +12,14 @@ pub(super) fn constraints_title(derivation: &Derivation) -> String {
     }
 }
 
+/// What the displacements are that follow others.
+pub(super) fn displacements_title(tangent: &Tangent) -> &'static str {
+    match tangent.massless.is_empty() {
+        true => "displacements that the constraints allow",
+        false => "displacements without inertia, which follow the others",
+    }
+}
+
 /// `delta_x = r*delta_theta`, for the displacements that follow others.
 pub(super) fn direction_texts(derivation: &Derivation, reduced: &Reduced) -> Vec<String> {
     let names = &derivation.names.displacements;

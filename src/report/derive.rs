@@ -4,7 +4,9 @@ use std::ops::Deref;
 
 use unicode_width::UnicodeWidthStr;
 
-use super::constraints::{constraint_texts, constraints_title, direction_texts, multiplier_texts, unsolved};
+use super::constraints::{
+    constraint_texts, constraints_title, direction_texts, displacements_title, multiplier_texts, unsolved,
+};
 use super::frequencies::{frequencies_text, signs};
 use super::table::{lines, plain};
 use super::{Style, Tone, headline, listed};
@@ -291,13 +293,15 @@ fn linear_text(derivation: &Derivation, linear: &Linear, style: &Layout) -> Stri
     let Some(tangent) = &linear.tangent else {
         return out;
     };
-    out.push('\n');
-    out.push_str(&matrix_text("gradients of the constraints", "A", &tangent.gradients, derivation, style));
+    if tangent.massless.is_empty() {
+        out.push('\n');
+        out.push_str(&matrix_text("gradients of the constraints", "A", &tangent.gradients, derivation, style));
+    }
     let Some(reduced) = &tangent.reduced else {
         return out;
     };
     let page = &*reduced.derivation;
-    out.push_str(&section("displacements that the constraints allow", &direction_texts(derivation, reduced), style));
+    out.push_str(&section(displacements_title(tangent), &direction_texts(derivation, reduced), style));
     if let Ok(linear) = &page.linear {
         out.push('\n');
         let names = style.names(&page.names.displacements).join(", ");
@@ -371,7 +375,7 @@ pub(super) fn quadratic_forms(derivation: &Derivation, part: &SecondOrder, poten
 fn equilibrium_text(derivation: &Derivation, linear: &Linear, style: &Layout) -> String {
     let pool = &derivation.pool;
     let zero = |at: &ExprId| pool.as_number(*at).is_some_and(Number::is_zero);
-    let multipliers = linear.tangent.as_ref();
+    let multipliers = linear.tangent.as_ref().filter(|tangent| tangent.massless.is_empty());
     let multipliers = multipliers.map(|tangent| multiplier_texts(derivation, tangent));
     if linear.equilibrium.iter().all(zero) {
         let mut out = "equilibrium: all coordinates 0\n".to_owned();

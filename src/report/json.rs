@@ -258,7 +258,7 @@ fn linear_fields(derivation: &Derivation, linear: &Linear, fields: &mut Vec<(&st
     }
 }
 
-/// Multipliers, gradients of the constraints, and the matrices of the motions that these allow.
+/// Multipliers, gradients of the constraints, and the matrices of the motions that these allow, or that massless coordinates follow.
 fn tangent_fields(derivation: &Derivation, tangent: &Tangent, fields: &mut Vec<(&str, String)>) {
     let matrix = |page: &Derivation, rows: &[Vec<ExprId>]| {
         let expression = |at: &ExprId| string(&page.pool.display(*at));
@@ -271,8 +271,10 @@ fn tangent_fields(derivation: &Derivation, tangent: &Tangent, fields: &mut Vec<(
         format!("{}: {value}", string(name))
     });
     let multipliers: Vec<String> = multipliers.collect();
-    fields.push(("multipliers", format!("{{{}}}", multipliers.join(", "))));
-    fields.push(("constraint_gradients", matrix(derivation, &tangent.gradients)));
+    if tangent.massless.is_empty() {
+        fields.push(("multipliers", format!("{{{}}}", multipliers.join(", "))));
+        fields.push(("constraint_gradients", matrix(derivation, &tangent.gradients)));
+    }
     let Some(reduced) = &tangent.reduced else {
         return;
     };

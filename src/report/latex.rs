@@ -1,6 +1,8 @@
 //! The derivation as LaTeX.
 
-use super::constraints::{constraint_texts, constraints_title, direction_texts, multiplier_texts, unsolved};
+use super::constraints::{
+    constraint_texts, constraints_title, direction_texts, displacements_title, multiplier_texts, unsolved,
+};
 use super::derive::{
     MOST_FOR_ENERGIES, assumed_of, conserved_because, conserved_name, definition_text, potential_name, quadratic_forms,
     rate_texts, root_texts, symmetry_of,
@@ -228,12 +230,15 @@ impl<'a> Page<'a> {
         let Some(tangent) = &linear.tangent else {
             return;
         };
-        self.heading("Gradients of the constraints");
-        self.matrix("A", &tangent.gradients);
+        if tangent.massless.is_empty() {
+            self.heading("Gradients of the constraints");
+            self.matrix("A", &tangent.gradients);
+        }
         let Some(reduced) = &tangent.reduced else {
             return;
         };
-        self.heading("Displacements that the constraints allow");
+        let (first, rest) = displacements_title(tangent).split_at(1);
+        self.heading(&format!("{}{rest}", first.to_uppercase()));
         self.equations(&direction_texts(self.derivation, reduced));
         if let Ok(linear) = &reduced.derivation.linear {
             let names = self.derivation;

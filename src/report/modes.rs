@@ -42,6 +42,10 @@ pub fn modes_text(linearized: &Linearized, modes: &NormalModes, options: &Option
         let constraints = counted(linearized.constraints(), "constraint");
         heading.push_str(&format!(", {constraints}"));
     }
+    if linearized.massless_directions() > 0 {
+        let massless = counted(linearized.massless_directions(), "massless direction");
+        heading.push_str(&format!(", {massless}"));
+    }
     let mut out = style.paint(Tone::Heading, &heading);
     out.push('\n');
     out.push_str(&equilibrium_text(linearized, options, style));

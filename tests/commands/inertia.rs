@@ -429,6 +429,6 @@ fn gimbal_lock_is_told_for_every_kind_of_model() {
         assert!(run.err.contains("along a - c") && run.err.contains("gimbal lock"), "{}", run.err);
     }
     // A coordinate without inertia anywhere is another mistake.
-    let run = with_input(&["modes", "-"], "coord a, b, x  T = a'^2 + x'^2  V = a^2 + b^2 + x^2  constraint x = a");
+    let run = with_input(&["modes", "-"], "coord a, b, x  T = a'^2 + x'^2  V = a^2 + x^2  constraint x = a");
     assert!(run.err.contains("E0306"), "{}", run.err);
 }

@@ -108,6 +108,11 @@ fn models_agree_with_certified_results() {
             continue;
         }
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        if linearize(model.clone()).is_ok_and(|own| own.massless_directions() > 0) {
+            let error = Study::new(model, &names).unwrap_err();
+            assert!(error.to_string().contains("has no inertia"), "{name}: {error}");
+            continue;
+        }
         let study = Study::new(model, &names).unwrap();
         let sets: Vec<f64> = (0..11)
             .flat_map(|set| {

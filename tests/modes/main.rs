@@ -12,6 +12,7 @@ mod exponents;
 mod exponents_properties;
 mod exponents_random;
 mod hard;
+mod massless;
 mod matrix_market;
 mod models;
 mod modes;

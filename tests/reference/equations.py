@@ -15,6 +15,7 @@ import sys
 from pathlib import Path
 
 import many          # noqa: F401 (fills the register)
+import massless      # noqa: F401
 import one_and_two   # noqa: F401
 import rotation      # noqa: F401
 from mpmath import mpf, nstr

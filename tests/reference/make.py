@@ -5,7 +5,7 @@
     python make.py --check [NAME ...]    compute again and compare; exit status 1 if anything differs
 
 Needs mpmath; gmpy2 makes it faster.  The model files are not read: every T and V is written by hand once more
-in one_and_two.py, many.py, hard.py and rotation.py, with the parameter values repeated there.  See README.md.
+in one_and_two.py, many.py, massless.py, hard.py and rotation.py, with the parameter values repeated there.  See README.md.
 """
 import argparse
 import json
@@ -15,6 +15,7 @@ from pathlib import Path
 
 import hard          # noqa: F401 (fills the register)
 import many          # noqa: F401
+import massless      # noqa: F401
 import one_and_two   # noqa: F401
 import rotation      # noqa: F401
 from mpmath import mpf

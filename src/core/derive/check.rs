@@ -14,11 +14,11 @@ use super::frequencies::{Case, Frequency};
 use super::pair::Pair;
 use super::simplify::{Simplifier, rebuild};
 use crate::expr::{ExprId, Node, Pool, Symbol, Tape, ZeroVerdict, mix};
-use crate::linearize::{self, LinearizeError, Linearized, Units, evaluate_closed};
+use crate::linearize::{self, LinearizeError, Linearized, Units, evaluate_closed, may_be_singular};
 use crate::model::Model;
 use crate::modes::{self, Options, Problem};
 use crate::number::Number;
-use crate::oscillation::{in_units, mass_error, may_be_singular, normal_modes};
+use crate::oscillation::{in_units, mass_error, normal_modes};
 use crate::precision::{Ball, Big, Function, Magnitude, Scalar};
 
 /// An enclosure has to tell so much of a number.
@@ -373,7 +373,7 @@ impl<'a> Checker<'a> {
     /// may have other coordinates left.
     fn matrices(&self, pool: &Pool, pair: &Pair) -> Option<(Vec<Ball>, Vec<Ball>)> {
         match self.linearized() {
-            Some(linearized) if !linearized.is_constrained() => Some((linearized.mass(), linearized.stiffness())),
+            Some(linearized) if !linearized.is_reduced() => Some((linearized.mass(), linearized.stiffness())),
             Some(_) | None => self.evaluated(pool, pair),
         }
     }

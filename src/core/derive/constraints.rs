@@ -6,10 +6,17 @@
 
 use super::check::Checker;
 use super::motion::{Motion, MotionSum, MotionTerm, Names};
+use super::shapes::determinant;
 use super::simplify::Simplifier;
 use super::{Derivation, Linear, Parts};
 use crate::expr::{ExprId, Pool};
-use crate::linearize::{self, Eliminated, SymbolicConstraints, Tied};
+use crate::linearize::{self, Eliminated, SymbolicConstraints, SymbolicMatrices, Tied};
+
+/// Determinants of so many rows are written out.
+const MOST_BY_DETERMINANTS: usize = 3;
+
+/// Free coordinates, Z and K.
+type Condensed = (Vec<usize>, Vec<Vec<ExprId>>, Vec<Vec<ExprId>>);
 
 /// Constraints, one entry each for those that don't follow from others.
 #[derive(Clone, Debug)]
@@ -30,13 +37,15 @@ impl Constraints {
     }
 }
 
-/// The directions that constraints allow at the equilibrium.
+/// The directions that constraints allow at the equilibrium, or in which massless coordinates follow the others.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Tangent {
+    /// The massless coordinates, by number; none under constraints.
+    pub massless: Vec<usize>,
     /// The multipliers at the equilibrium; one that was found numerically stands as itself.
     pub multipliers: Vec<ExprId>,
-    /// The gradients of the constraints, one row each.
+    /// The gradients of the constraints, one row each; without constraints the rows of K + N of the massless coordinates.
     pub gradients: Vec<Vec<ExprId>>,
     /// The motions that are left; `None` where there are none, or the gradients are not shown to be independent.
     pub reduced: Option<Reduced>,
@@ -58,7 +67,29 @@ pub struct Reduced {
 
 impl Tangent {
     pub(super) fn new(constraints: SymbolicConstraints) -> Self {
-        Self { multipliers: constraints.multipliers, gradients: constraints.gradients, reduced: None }
+        Self {
+            massless: Vec::new(),
+            multipliers: constraints.multipliers,
+            gradients: constraints.gradients,
+            reduced: None,
+        }
+    }
+
+    /// What follows from the coordinates that neither M nor forces which go with velocities have a part of; `None` without any.
+    pub(super) fn without_inertia(matrices: &mut SymbolicMatrices) -> Option<Self> {
+        let others = [&matrices.gyroscopic, &matrices.damping].into_iter().flatten();
+        let all: Vec<&Vec<Vec<ExprId>>> = std::iter::once(&matrices.mass).chain(others).collect();
+        let n = matrices.mass.len();
+        let vanishes =
+            |i: &usize| (0..n).all(|j| all.iter().all(|rows| rows[*i][j].is_zero() && rows[j][*i].is_zero()));
+        let massless: Vec<usize> = (0..n).filter(vanishes).collect();
+        let pool = &mut matrices.pool;
+        let mut row = |i: &usize| match &matrices.circulatory {
+            Some(rows) => rows[*i].iter().zip(&matrices.stiffness[*i]).map(|(n, k)| pool.sum(&[*n, *k])).collect(),
+            None => matrices.stiffness[*i].clone(),
+        };
+        let gradients: Vec<Vec<ExprId>> = massless.iter().map(&mut row).collect();
+        (!massless.is_empty()).then(|| Self { massless, multipliers: Vec::new(), gradients, reduced: None })
     }
 }
 
@@ -76,7 +107,11 @@ pub(super) fn reduce(page: &mut Derivation, short: &mut Simplifier, checker: &Ch
     for entry in tangent.multipliers.iter_mut().chain(gradients) {
         *entry = short.simplify(pool, *entry);
     }
-    let solved = directions(pool, short, checker, &tangent.gradients);
+    let condensed = condensed(pool, short, checker, linear, &tangent);
+    let (solved, condensed) = match condensed {
+        Some((free, directions, stiffness)) => (Some((free, directions)), Some(stiffness)),
+        None => (directions(pool, short, checker, &tangent), None),
+    };
     if let Some((free, directions)) = solved
         && !free.is_empty()
     {
@@ -85,7 +120,7 @@ pub(super) fn reduce(page: &mut Derivation, short: &mut Simplifier, checker: &Ch
         let mut reduced = Linear {
             equilibrium: free.iter().map(|at| linear.equilibrium[*at]).collect(),
             mass: project(&linear.mass),
-            stiffness: project(&linear.stiffness),
+            stiffness: condensed.unwrap_or_else(|| project(&linear.stiffness)),
             gyroscopic: linear.gyroscopic.as_deref().map(&mut project),
             damping: linear.damping.as_deref().map(&mut project),
             circulatory: linear.circulatory.as_deref().map(&mut project),
@@ -125,20 +160,23 @@ pub(super) fn reduce(page: &mut Derivation, short: &mut Simplifier, checker: &Ch
     linear.tangent = Some(tangent);
 }
 
-/// The free coordinates and Z, row by row; `None` where the gradients are not shown to be independent.
+/// The free coordinates and Z, row by row; `None` where the rows are not shown to be independent.
 fn directions(
     pool: &mut Pool,
     short: &mut Simplifier,
     checker: &Checker<'_>,
-    gradients: &[Vec<ExprId>],
+    tangent: &Tangent,
 ) -> Option<(Vec<usize>, Vec<Vec<ExprId>>)> {
+    let gradients = &tangent.gradients;
     let n = gradients.first()?.len();
     let is_pivot = |pool: &Pool, e: ExprId| checker.differs_from_zero(pool, e);
-    // The last coordinates that will do follow the others.
-    let turned: Vec<Vec<ExprId>> = (0..n).rev().map(|i| gradients.iter().map(|row| row[i]).collect()).collect();
+    // The last coordinates that will do follow the others, or the massless ones.
+    let candidates: Vec<usize> =
+        if tangent.massless.is_empty() { (0..n).rev().collect() } else { tangent.massless.clone() };
+    let turned: Vec<Vec<ExprId>> = candidates.iter().map(|i| gradients.iter().map(|row| row[*i]).collect()).collect();
     // Columns of A that are independent, as rows of its transpose.
     let columns = linearize::eliminate(pool, turned, gradients.len(), &is_pivot)?;
-    let mut bound: Vec<usize> = columns.pivots.iter().map(|(_, row)| n - 1 - row).collect();
+    let mut bound: Vec<usize> = columns.pivots.iter().filter_map(|(_, row)| candidates.get(*row).copied()).collect();
     bound.sort_unstable();
     let free: Vec<usize> = (0..n).filter(|i| !bound.contains(i)).collect();
     let sorted: Vec<usize> = bound.iter().chain(&free).copied().collect();
@@ -156,6 +194,62 @@ fn directions(
         }
     }
     Some((free, directions))
+}
+
+/// The free coordinates, Z and K of what is left, where so few massless coordinates follow that determinants give them in short: with
+/// D = det K₂₂ and Nⱼ from Cramer's rule, Z₂ = N/D and (D K₁₁ + K₁₂ N)/D, in which D cancels what it can.
+fn condensed(
+    pool: &mut Pool,
+    short: &mut Simplifier,
+    checker: &Checker<'_>,
+    linear: &Linear,
+    tangent: &Tangent,
+) -> Option<Condensed> {
+    let (massless, k) = (&tangent.massless, &linear.stiffness);
+    if !(1..=MOST_BY_DETERMINANTS).contains(&massless.len()) || linear.circulatory.is_some() {
+        return None;
+    }
+    let free: Vec<usize> = (0..k.len()).filter(|i| !massless.contains(i)).collect();
+    let block: Vec<Vec<ExprId>> = massless.iter().map(|i| massless.iter().map(|j| k[*i][*j]).collect()).collect();
+    let whole = determinant(pool, &block);
+    let whole = short.simplify(pool, whole);
+    if !checker.differs_from_zero(pool, whole) {
+        return None;
+    }
+    // One row a massless coordinate, one column a free one.
+    let mut parts = vec![Vec::with_capacity(free.len()); massless.len()];
+    for j in &free {
+        for (b, parts) in parts.iter_mut().enumerate() {
+            let mut replaced = block.clone();
+            for (row, i) in replaced.iter_mut().zip(massless) {
+                row[b] = pool.neg(k[*i][*j]);
+            }
+            let part = determinant(pool, &replaced);
+            parts.push(short.simplify(pool, part));
+        }
+    }
+    let (zero, one) = (pool.zero(), pool.one());
+    let mut directions = vec![vec![zero; free.len()]; k.len()];
+    for (at, own) in free.iter().enumerate() {
+        directions[*own][at] = one;
+    }
+    for (b, parts) in massless.iter().zip(&parts) {
+        for (slot, part) in directions[*b].iter_mut().zip(parts) {
+            let ratio = pool.div(*part, whole);
+            *slot = short.simplify(pool, ratio);
+        }
+    }
+    let mut stiffness = vec![vec![zero; free.len()]; free.len()];
+    for (row, i) in free.iter().enumerate() {
+        for (column, j) in free.iter().enumerate() {
+            let mut terms = vec![pool.mul(whole, k[*i][*j])];
+            terms.extend(massless.iter().zip(&parts).map(|(b, parts)| pool.mul(k[*i][*b], parts[column])));
+            let sum = pool.sum(&terms);
+            let sum = short.simplify(pool, sum);
+            stiffness[row][column] = pool.div(sum, whole);
+        }
+    }
+    Some((free, directions, stiffness))
 }
 
 /// ZᵀAZ.

@@ -265,7 +265,9 @@ impl Symmetries {
     /// With some parameters equal.
     fn find(checker: &Checker<'_>, pool: &mut Pool, linear: &Linear, pair: &Pair, ties: &Ties) -> Self {
         let pattern = pair.pattern(pool);
-        let may = pair.len() > 1 && Symmetry::may_have_classes(&pattern);
+        // The energies are those of all coordinates.
+        let whole = pair.len() == checker.model.coordinates.len();
+        let may = whole && pair.len() > 1 && Symmetry::may_have_classes(&pattern);
         let known = ties.substitution(checker.model, pool);
         let model = Model { pool: pool.clone(), ..checker.model.clone() };
         let energies = Invariance::new(model, known, linear.equilibrium.clone());

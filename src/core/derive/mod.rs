@@ -221,14 +221,14 @@ pub struct Linear {
     pub signs: Vec<(ExprId, bool)>,
     /// What follows from them, where it is asked for.
     pub second_order: Option<SecondOrder>,
-    /// Symmetry classes and closed forms, where they are asked for; under constraints those of [`Linear::tangent`].
+    /// Symmetry classes and closed forms, where they are asked for; those of [`Linear::tangent`] where there is one.
     pub frequencies: Option<Frequencies>,
-    /// The directions that constraints allow; `None` where there are none.
+    /// The directions that constraints allow, or in which massless coordinates follow the others; `None` where there are neither.
     pub tangent: Option<Tangent>,
 }
 
 impl Linear {
-    /// The derivation of the motions that constraints allow.
+    /// The derivation of the motions that constraints allow, or that massless coordinates follow.
     fn reduced_mut(&mut self) -> Option<&mut Derivation> {
         let reduced = self.tangent.as_mut()?.reduced.as_mut()?;
         Some(&mut reduced.derivation)
@@ -301,7 +301,9 @@ fn derivation(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
     let (tied, matrices) = linearize::derive_with_multipliers(model);
     let with_multipliers = tied.as_ref().map_or(model, |tied| &tied.model);
     let (mut pool, mut linear) = match matrices {
-        Ok(matrices) => {
+        Ok(mut matrices) => {
+            let bound = matrices.constraints.take().map(Tangent::new);
+            let tangent = bound.or_else(|| Tangent::without_inertia(&mut matrices));
             let linear = Linear {
                 equilibrium: matrices.equilibrium,
                 mass: matrices.mass,
@@ -312,7 +314,7 @@ fn derivation(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
                 signs: Vec::new(),
                 second_order: None,
                 frequencies: None,
-                tangent: matrices.constraints.map(Tangent::new),
+                tangent,
             };
             (matrices.pool, Ok(linear))
         }
@@ -325,7 +327,7 @@ fn derivation(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
     };
     let checker = Checker::new(model);
     if let Ok(found) = &linear
-        && found.tangent.is_none()
+        && found.tangent.as_ref().is_none_or(|tangent| !tangent.massless.is_empty())
         && let Some(error) = checker.singular_coordinates(&pool, &found.mass)
     {
         linear = Err(error);
@@ -378,7 +380,8 @@ impl Linear {
             *entry = short.simplify(pool, *entry);
         }
         // What constraints forbid is no motion.
-        if self.tangent.is_some() {
+        let follows = self.tangent.as_ref();
+        if follows.is_some_and(|tangent| tangent.massless.is_empty()) {
             return;
         }
         if parts.second_order {
@@ -388,7 +391,7 @@ impl Linear {
                 potential: energy::quadratic_form(pool, &self.stiffness, Motion::Displacement),
             });
         }
-        if pool.is_spent() {
+        if pool.is_spent() || follows.is_some() {
             return;
         }
         if parts.frequencies && self.is_conservative() {
@@ -477,7 +480,8 @@ impl Derivation {
         }
     }
 
-    /// The derivation of the motions that constraints allow; the derivation itself where there are none.
+    /// The derivation of the motions that constraints allow, or that massless coordinates follow; the derivation itself where there
+    /// are none.
     #[must_use]
     pub fn reduced(&self) -> &Self {
         let tangent = self.linear.as_ref().ok().and_then(|own| own.tangent.as_ref());

@@ -198,12 +198,13 @@ fn cofactor(pool: &mut Pool, short: &mut Simplifier, entries: &[Vec<ExprId>], ro
 }
 
 /// The determinant of up to three rows.
-fn determinant(pool: &mut Pool, rows: &[Vec<ExprId>]) -> ExprId {
+pub(super) fn determinant(pool: &mut Pool, rows: &[Vec<ExprId>]) -> ExprId {
     let two = |pool: &mut Pool, [a, b]: [ExprId; 2], [c, d]: [ExprId; 2]| {
         let (left, right) = (pool.mul(a, d), pool.mul(b, c));
         pool.sub(left, right)
     };
     match rows {
+        [a] => a[0],
         [a, b] => two(pool, [a[0], a[1]], [b[0], b[1]]),
         [a, b, c] => {
             let mut parts = Vec::new();

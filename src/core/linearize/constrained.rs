@@ -131,6 +131,15 @@ pub(crate) fn choose_bound<S: Enclosure>(gradients: &[Vec<S>], precision: S::Pre
     eliminate(gradients.to_vec(), None, precision).map(|(pivots, _)| pivots)
 }
 
+/// The same, of some coordinates alone.
+pub(super) fn choose_bound_among<S: Enclosure>(
+    gradients: &[Vec<S>],
+    among: &[usize],
+    precision: S::Precision,
+) -> Option<Vec<usize>> {
+    eliminate(gradients.to_vec(), Some(among), precision).map(|(pivots, _)| pivots)
+}
+
 /// Gauss-Jordan elimination in enclosures. Pivots are the largest that exclude 0, or as given.
 fn eliminate<S: Enclosure>(
     mut rows: Vec<Vec<S>>,

@@ -381,18 +381,16 @@ impl Search<'_> {
         Ok(Outcome::Stuck(last))
     }
 
-    /// The square root of the mass matrix of the free coordinates, as a Cholesky factor; the unit
-    /// matrix where it has none.
+    /// The square root of the mass matrix of the free coordinates, with 1 for what has none, as a Cholesky factor; the
+    /// unit matrix where it has no such factor.
     fn metric(&self, at: &[Ball]) -> DMatrix<f64> {
         let n = self.model.coordinates.len();
         let m = self.free.len();
         let mass = self.assembly.mass(at, self.values);
         let own = DMatrix::from_fn(m, m, |i, j| {
-            if i == j && self.free[i] >= self.visible {
-                // A multiplier has no mass.
-                return 1.0;
-            }
-            mass[self.free[i] + n * self.free[j]].mid_f64()
+            let entry = &mass[self.free[i] + n * self.free[j]];
+            // A multiplier has no mass, nor has a massless coordinate.
+            if i == j && entry.is_zero() { 1.0 } else { entry.mid_f64() }
         });
         match nalgebra::Cholesky::new(own) {
             Some(factor) if factor.l().iter().all(|x| x.is_finite()) => factor.l(),

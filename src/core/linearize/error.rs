@@ -19,6 +19,32 @@ pub enum Feature {
     Constraint,
     /// `equilibrium NAME' = …`
     SteadyMotion,
+    /// A coordinate without inertia.
+    Massless,
+}
+
+/// What is known of the inertia of a direction in which M is not positive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Inertia {
+    /// There is none, exactly.
+    None,
+    /// There is none, and no force of springs either.
+    NoneAndFree,
+    /// Bounds do not tell it from 0.
+    Undecided,
+}
+
+impl Inertia {
+    fn words(self) -> &'static str {
+        match self {
+            Self::None => ": the mass matrix is singular",
+            Self::NoneAndFree => " and nothing holds it: the mass matrix is singular",
+            Self::Undecided => {
+                " that can be distinguished from zero: the mass matrix is not shown to be positive definite"
+            }
+        }
+    }
 }
 
 /// What is not defined where a `guess` or `equilibrium` comes to no number.
@@ -120,21 +146,29 @@ Error LinearizeError {
         at(*span, label).with_help(help)
     },
 
-    /// A direction without inertia.
-    #[error("{} has no inertia{}", combination_words(.combination), if *.proved { ": the mass matrix is singular" } else { " that can be distinguished from zero: the mass matrix is not shown to be positive definite" })]
+    /// A direction without inertia that follows no others.
+    #[error("{} has no inertia{}", combination_words(.combination), .inertia.words())]
     "E0306" SingularMass(span) {
         /// The coordinates that move together, with their amplitudes.
         combination: Vec<(String, f64)>,
-        /// Whether the inertia is exactly 0; otherwise bounds do not tell it from 0.
-        proved: bool,
+        /// What is known of it.
+        inertia: Inertia,
     } => at(*span,
-            if *proved {
-                "its velocity does not occur squared in T"
-            } else {
+            if *inertia == Inertia::Undecided {
                 "has none, or too little compared with the others"
+            } else {
+                "its velocity does not occur squared in T"
             },
         )
-        .with_help("every coordinate needs a kinetic energy of its own; is a term of T missing?"),
+        .with_help("a motion needs a kinetic energy, or a spring in V that it follows, or a damper in `dissipation`; is a term missing?"),
+
+    /// A direction without inertia that what it couples to would have to hold.
+    #[error("{} has no inertia and can't be eliminated: it fixes other coordinates instead of following them", combination_words(.combination))]
+    "E0326" NotCondensed(span) {
+        /// The coordinates that move together, with their amplitudes.
+        combination: Vec<(String, f64)>,
+    } => at(*span, "nothing of second order in this motion itself occurs in V")
+        .with_help("a multiplier, as y in V = y*(x - a), stands for `constraint x = a`; else give the motion a mass in T or a spring of its own in V"),
 
     /// A direction with negative inertia.
     #[error("{} has a negative inertia: the mass matrix is not positive", combination_words(.combination))]
@@ -305,5 +339,6 @@ fn unsupported_words(feature: Feature) -> &'static str {
         }
         Feature::Constraint => "the model has constraints, which are not supported here",
         Feature::SteadyMotion => "the model has a steady motion, which a mass and a stiffness matrix can't describe",
+        Feature::Massless => "this coordinate has no inertia and follows the others, which is not supported here",
     }
 }

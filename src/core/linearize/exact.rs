@@ -16,7 +16,7 @@ use crate::number::Number;
 use crate::precision::{Ball, Big, DoubleDouble, Magnitude, Scalar};
 
 /// Exact characteristic polynomials are for small systems.
-const MOST: usize = 60;
+pub(super) const MOST: usize = 60;
 
 /// A matrix with more entries in its lower triangle is too much work to eliminate.
 const MOST_ENTRIES: usize = 1_000_000;
@@ -30,9 +30,9 @@ pub(super) fn kernel(
     equilibrium: &Equilibrium,
     known: usize,
 ) -> Option<Vec<Vec<Surd>>> {
-    let n = model.coordinates.len();
     let values = assembly.values::<Exact>(model, ()).ok()?;
     let at = point(model, equilibrium, |_| Exact::none())?;
+    let n = at.len();
     let mut lower: Vec<BTreeMap<u32, Exact>> = vec![BTreeMap::new(); n];
     let mut count = 0;
     assembly.entries(Part::Stiffness, &at, &values, |i, j, share| match lower[i as usize].get_mut(&j) {
@@ -46,6 +46,12 @@ pub(super) fn kernel(
     if count > MOST_ENTRIES {
         return None;
     }
+    kernel_of(lower, known)
+}
+
+/// Such vectors of the kernel of a symmetric matrix, of which the lower triangle is given.
+fn kernel_of(mut lower: Vec<BTreeMap<u32, Exact>>, known: usize) -> Option<Vec<Vec<Surd>>> {
+    let n = lower.len();
     for row in &mut lower {
         row.retain(|_, entry| !entry.is_exact_zero());
     }
@@ -70,6 +76,84 @@ pub(super) fn kernel(
         components.map(|(x, unit)| Exact::rational(Some(x)).mul(unit).single().cloned()).collect()
     };
     vectors.into_iter().map(in_units).collect()
+}
+
+/// The directions that have no inertia, at the equilibrium and beside it, and that no force meets that goes with velocities,
+/// where M is rational as K is for [`kernel`]; `None` where it is not, or too large.
+pub(super) fn without_inertia(model: &Model, assembly: &Assembly, equilibrium: &Equilibrium) -> Option<Vec<Vec<Surd>>> {
+    let n = model.coordinates.len();
+    if n > MOST {
+        return None;
+    }
+    let values = assembly.values::<Exact>(model, ()).ok()?;
+    let at = point(model, equilibrium, |value| Exact::rational(exact_number(value.mid)))?;
+    let mass = assembly.mass(&at, &values);
+    let damping = assembly.velocity_matrix(Matrix::Damping, &at, &values);
+    // Neither is negative, mostly: then that is what both take to 0.
+    let both = sum(Some(mass.clone()), damping)?;
+    let entry = |i: usize| (0..).zip((0..=i).map(|j| both[i + n * j].clone())).collect();
+    let mut vectors = kernel_of((0..n).map(entry).collect(), 0)?;
+    let shift = |(i, x): (usize, &Exact)| x.add(&Exact::rational(Number::ratio(7 * i as i64 + 5, 64)));
+    let beside: Vec<Exact> = at.iter().enumerate().map(shift).collect();
+    let mut matrices = vec![mass, assembly.mass(&beside, &values)];
+    for matrix in [Matrix::Gyroscopic, Matrix::Damping] {
+        matrices.extend(assembly.velocity_matrix(matrix, &at, &values));
+    }
+    let vanishes = |vector: &Vec<Surd>| {
+        let components = vector.iter().map(|x| Exact::of(x.clone())).enumerate();
+        let components: Vec<(usize, Exact)> = components.filter(|(_, x)| !x.is_exact_zero()).collect();
+        let product = |entry: &dyn Fn(usize) -> Exact| {
+            let mut terms = components.iter().map(|(j, x)| entry(*j).mul(x));
+            let first = terms.next().unwrap_or_else(Exact::none);
+            terms.fold(first, |sum, term| sum.add(&term)).is_exact_zero()
+        };
+        let rows =
+            |a: &Vec<Exact>| (0..n).all(|i| product(&|j| a[i + n * j].clone()) && product(&|j| a[j + n * i].clone()));
+        matrices.iter().all(rows)
+    };
+    vectors.retain(vanishes);
+    Some(vectors)
+}
+
+/// A combination of directions without inertia that takes no force, exactly: its image under K + N is 0.
+pub(super) fn unheld(
+    model: &Model,
+    assembly: &Assembly,
+    equilibrium: &Equilibrium,
+    directions: &[Vec<Surd>],
+) -> Option<Vec<Surd>> {
+    let n = model.coordinates.len();
+    if n > MOST {
+        return None;
+    }
+    let values = assembly.values::<Exact>(model, ()).ok()?;
+    let at = settled(model, assembly, &values, equilibrium)?;
+    let circulatory = assembly.velocity_matrix(Matrix::Circulatory, &at, &values);
+    let stiffness = sum(Some(assembly.stiffness(&at, &values)), circulatory)?;
+    let zero = || Exact::rational(Some(Number::ZERO));
+    let image = |v: &Vec<Surd>| -> Vec<Exact> {
+        let v: Vec<Exact> = v.iter().map(|x| Exact::of(x.clone())).collect();
+        (0..n).map(|i| (0..n).fold(zero(), |sum, j| sum.add(&stiffness[i + n * j].mul(&v[j])))).collect()
+    };
+    let images: Vec<Vec<Exact>> = directions.iter().map(image).collect();
+    // The kernel of (SV)ᵀSV is that of SV.
+    let mut rows: elimination::Rows = vec![Vec::new(); images.len()];
+    for (row, left) in rows.iter_mut().zip(&images) {
+        for (j, right) in (0..).zip(&images) {
+            let entry = left.iter().zip(right).fold(zero(), |sum, (x, y)| sum.add(&x.mul(y)));
+            let entry = entry.as_rational()?;
+            if !entry.is_zero() {
+                row.push((j, entry.clone()));
+            }
+        }
+    }
+    let combination = elimination::kernel(&rows, 0)?.into_iter().next()?;
+    let combined = |i: usize| {
+        let parts = directions.iter().zip(&combination);
+        let parts = parts.map(|(v, x)| Exact::of(v[i].clone()).mul(&Exact::rational(Some(x.clone()))));
+        parts.fold(zero(), |sum, part| sum.add(&part)).single().cloned()
+    };
+    (0..n).map(combined).collect()
 }
 
 /// Units of the coordinates in which K may be rational: square roots that those of its entries say, from

@@ -26,9 +26,15 @@ impl Linearized {
         self.assembly.shares()
     }
 
-    /// M and K as sparse matrices, in SI: K symmetric, as [`Linearized::stiffness`]. `None` under constraints.
+    /// M and K as sparse matrices, in SI: K symmetric, as [`Linearized::stiffness`]. `None` under constraints, and where
+    /// massless coordinates follow the others.
     #[must_use]
     pub fn sparse(&self) -> Option<(SparseMatrix, SparseMatrix)> {
+        if self.is_reduced() { None } else { self.whole() }
+    }
+
+    /// The same of all coordinates, massless ones among them. `None` under constraints.
+    pub(crate) fn whole(&self) -> Option<(SparseMatrix, SparseMatrix)> {
         if self.is_constrained() {
             return None;
         }
@@ -36,25 +42,29 @@ impl Linearized {
         let added = |part| {
             let mut shares = Vec::new();
             self.assembly.entries(part, at, &self.values, |i, j, share| shares.push((i, j, *share)));
-            SparseMatrix::from_shares(self.dimension(), &shares)
+            SparseMatrix::from_shares(self.coordinates(), &shares)
         };
         Some((added(Part::Inertia), added(Part::Stiffness)))
     }
 
-    fn symmetric(&self, matrix: Vec<Ball>) -> Vec<Ball> {
-        match &self.constrained {
-            Some(own) => own.tangent.reduce_symmetric(&matrix, self.model.coordinates.len()),
-            None => matrix,
+    fn symmetric(&self, mut matrix: Vec<Ball>) -> Vec<Ball> {
+        let mut order = self.model.coordinates.len();
+        for tangent in self.tangents() {
+            matrix = tangent.reduce_symmetric(&matrix, order);
+            order = tangent.free.len();
         }
+        matrix
     }
 
     fn of_velocities(&self, matrix: Matrix) -> Option<Vec<Ball>> {
         let at = &self.equilibrium.values;
-        let matrix = self.assembly.velocity_matrix(matrix, at, &self.values)?;
-        Some(match &self.constrained {
-            Some(own) => own.tangent.reduce(&matrix, self.model.coordinates.len()),
-            None => matrix,
-        })
+        let mut order = self.model.coordinates.len();
+        let mut matrix = self.assembly.velocity_matrix(matrix, at, &self.values)?;
+        for tangent in self.tangents() {
+            matrix = tangent.reduce(&matrix, order);
+            order = tangent.free.len();
+        }
+        Some(matrix)
     }
 
     /// The gyroscopic matrix G, dense, column by column, in SI; `None` without terms that give one.

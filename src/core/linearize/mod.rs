@@ -23,8 +23,10 @@ mod existence;
 mod factors;
 mod facts;
 mod finish;
+mod flow;
 mod integers;
 mod invariance;
+mod massless;
 mod matrices;
 mod mechanism;
 mod multipliers;
@@ -61,11 +63,13 @@ pub(crate) use elements::{Splitter, elements};
 pub use entries::Entries;
 pub use equilibrium::short;
 pub use equilibrium::{Equilibrium, Origin};
-pub use error::{Feature, LinearizeError};
+pub use error::{Feature, Inertia, LinearizeError};
 pub use factors::Factors;
 pub(crate) use facts::Variable;
+pub(crate) use flow::Flow;
 pub use integers::Integers;
 pub(crate) use invariance::{Bodies, Invariance};
+pub(crate) use massless::may_be_singular;
 pub use multipliers::SymbolicConstraints;
 pub(crate) use multipliers::{Eliminated, eliminate};
 pub use parameters::known_values;
@@ -82,6 +86,7 @@ pub use zero::ZeroMode;
 use assemble::{Assembly, Values};
 use constrained::Tangent;
 use derived::leaving_out_dependent;
+use massless::Massless;
 use unbalanced::Unbalanced;
 pub use units::Units;
 pub use units::power_of_two;
@@ -131,6 +136,10 @@ pub struct Linearized {
     unbalanced: Option<Box<Unbalanced>>,
     /// The directions that constraints allow.
     constrained: Option<Box<Constrained>>,
+    /// The motions that directions without inertia follow, or why these do not; `None` where there are none.
+    massless: Option<Box<Result<Massless, LinearizeError>>>,
+    /// What has no inertia of what is left, where friction holds it.
+    flow: Option<Box<Flow>>,
     /// What all but `shown` is measured in, where that is not SI.
     units: Option<Units>,
     structure: Structure,
@@ -290,10 +299,16 @@ fn linearize_in(
         equilibrium,
         unbalanced: unbalanced.map(Box::new),
         constrained,
+        massless: None,
+        flow: None,
         units,
         structure: Structure::Conservative,
     };
+    linearized.massless = massless::find(&linearized).map(Box::new);
     linearized.structure = linearized.find_structure();
+    if linearized.structure == Structure::Damped {
+        linearized.flow = flow::find(&linearized).map(Box::new);
+    }
     Ok(linearized)
 }
 
@@ -443,30 +458,76 @@ impl Linearized {
     }
 
     /// The number of degrees of freedom, which the matrices have as many rows as: that of the
-    /// coordinates, less the number of independent constraints.
+    /// coordinates, less the number of independent constraints and of massless directions.
     #[must_use]
     pub fn dimension(&self) -> usize {
-        match &self.constrained {
-            Some(constrained) => constrained.tangent.free.len(),
-            None => self.model.coordinates.len(),
+        self.tangents().last().map_or(self.model.coordinates.len(), |tangent| tangent.free.len())
+    }
+
+    /// The motions that constraints allow, and of these the ones that massless coordinates follow.
+    fn tangents(&self) -> impl DoubleEndedIterator<Item = &Tangent<Ball>> {
+        let constrained = self.constrained.as_ref().map(|own| &own.tangent);
+        constrained.into_iter().chain(self.massless().map(|own| &own.tangent))
+    }
+
+    fn massless(&self) -> Option<&Massless> {
+        self.massless.as_ref()?.as_ref().as_ref().ok()
+    }
+
+    /// The number of directions without inertia that follow the others: [`Linearized::dimension`] is less by it.
+    #[must_use]
+    pub fn massless_directions(&self) -> usize {
+        self.massless().map_or(0, Massless::count)
+    }
+
+    /// Refuses coordinates without inertia, for what has to have accelerations.
+    ///
+    /// # Errors
+    /// [`LinearizeError::Unsupported`] with the first of them.
+    pub fn check_inertia(&self) -> Result<(), LinearizeError> {
+        let following = self.massless().and_then(|own| own.following.first()).map(|at| match &self.constrained {
+            Some(own) => own.tangent.free[*at],
+            None => *at,
+        });
+        let flowing = || self.flow()?.first().and_then(|at| self.free_coordinates().get(at).copied());
+        match following.or_else(flowing) {
+            Some(at) => {
+                let span = self.model().coordinates.at(at).span;
+                Err(LinearizeError::Unsupported { feature: Feature::Massless, span })
+            }
+            None => Ok(()),
         }
     }
 
-    /// Whether constraints tie coordinates to each other. The matrices are then those of the
+    /// The coordinates without inertia that friction holds.
+    pub(crate) fn flow(&self) -> Option<&Flow> {
+        self.flow.as_deref()
+    }
+
+    /// Why there are no modes, where directions without inertia do not follow the others.
+    pub(crate) fn massless_error(&self) -> Option<&LinearizeError> {
+        self.massless.as_ref()?.as_ref().as_ref().err()
+    }
+
+    /// Whether coordinates follow others, under constraints or without inertia. The matrices are then those of the
     /// coordinates that the others follow; [`Linearized::embed`] makes motions of all of them.
+    #[must_use]
+    pub fn is_reduced(&self) -> bool {
+        self.is_constrained() || self.massless().is_some()
+    }
+
+    /// Whether constraints tie coordinates to each other.
     #[must_use]
     pub fn is_constrained(&self) -> bool {
         let own = self.constrained.as_ref();
         own.is_some_and(|own| !own.bound.is_empty())
     }
 
-    /// The coordinates that the others follow under constraints, by number: all of them where there are none.
+    /// The coordinates that the others follow, by number: all of them where none does.
     #[must_use]
     pub fn free_coordinates(&self) -> Vec<usize> {
-        match &self.constrained {
-            Some(own) => own.tangent.free.clone(),
-            None => (0..self.coordinates()).collect(),
-        }
+        let all = (0..self.coordinates()).collect();
+        self.tangents().fold(all, |left, tangent| tangent.free.iter().filter_map(|at| left.get(*at).copied()).collect())
     }
 
     /// The number of independent constraints.
@@ -550,28 +611,31 @@ impl Linearized {
     /// `None` where there are no such units for an entry, or there are too many.
     #[must_use]
     pub fn integers(&self) -> Option<Integers> {
-        let direct =
-            (!self.is_constrained()).then(|| exact::integers(&self.model, &self.assembly, &self.equilibrium)).flatten();
+        self.integers_with(self.flow())
+    }
+
+    /// The same with a regular leading matrix where friction holds what has no inertia.
+    pub(crate) fn integers_with(&self, flow: Option<&Flow>) -> Option<Integers> {
+        let plain = !self.is_reduced() && flow.is_none();
+        let direct = plain.then(|| exact::integers(&self.model, &self.assembly, &self.equilibrium)).flatten();
         match direct {
             Some(found) if found.roots.is_empty() => Some(found),
-            found => rational::integers(self).or(found),
+            found => rational::integers(self, flow).or(found),
         }
     }
 
     /// A motion of all coordinates, from a motion of those that the others follow whose components are
-    /// off by up to `error`; and what its components are off by. The same where nothing is constrained.
+    /// off by up to `error`; and what its components are off by. The same where none follows others.
     #[must_use]
     pub fn embed(&self, motion: &[f64], error: f64) -> (Vec<f64>, f64) {
-        match &self.constrained {
-            Some(own) => own.tangent.embed(motion, error),
-            None => (motion.to_vec(), error),
-        }
+        let own = (motion.to_vec(), error);
+        self.tangents().rev().fold(own, |(motion, error), tangent| tangent.embed(&motion, error))
     }
 
-    /// The stiffness matrix as a sum of squares, as far as it is one; `None` under constraints.
+    /// The stiffness matrix as a sum of squares, as far as it is one; `None` where coordinates follow others.
     #[must_use]
     pub fn factors(&self) -> Option<Factors> {
-        if self.is_constrained() {
+        if self.is_reduced() {
             return None;
         }
         let at = &self.equilibrium.values;
@@ -594,20 +658,27 @@ impl Linearized {
     pub(crate) fn zero_modes_with(&self, others: bool) -> Vec<ZeroMode> {
         let at = &self.equilibrium;
         let modes = zero::zero_modes(&self.model, &self.assembly, at, &self.values, others);
-        match &self.constrained {
-            Some(own) => modes.into_iter().map(|mode| mode.mapped(|vector| own.tangent.restrict(vector))).collect(),
-            None => modes,
+        if !self.is_reduced() {
+            return modes;
         }
+        let restricted =
+            |vector: &[Ball]| self.tangents().fold(vector.to_vec(), |vector, tangent| tangent.restrict(&vector));
+        modes.into_iter().map(|mode| mode.mapped(restricted)).collect()
+    }
+
+    /// A point beside the equilibrium.
+    fn nearby(&self) -> Vec<Ball> {
+        let shift = |(i, value): (usize, &Ball)| {
+            let step = 1e-2 * (1.0 + 0.1 * (i % 7) as f64);
+            *value + Ball::from(step * value.mid_f64().abs().max(1.0))
+        };
+        self.equilibrium.values.iter().enumerate().map(shift).collect()
     }
 
     /// Whether every motion is proved to have inertia beside the equilibrium: then it is the coordinates that are
     /// singular there.
     pub(crate) fn has_inertia_nearby(&self) -> bool {
-        let shift = |(i, value): (usize, &Ball)| {
-            let step = 1e-2 * (1.0 + 0.1 * (i % 7) as f64);
-            *value + Ball::from(step * value.mid_f64().abs().max(1.0))
-        };
-        let at: Vec<Ball> = self.equilibrium.values.iter().enumerate().map(shift).collect();
+        let at = self.nearby();
         // Multipliers, which have no inertia, stand behind the coordinates.
         let (n, all) = (self.coordinates(), self.model.coordinates.len());
         let mass = self.assembly.mass(&at, &self.values);

@@ -89,6 +89,11 @@ pub fn parametric(mut model: Model, varying: &[usize]) -> Result<Parametric, Lin
     {
         return Err(LinearizeError::Unsupported { feature: Feature::Gyroscopic, span });
     }
+    let still = matrices.mass.iter().position(|row| row.iter().all(|entry| entry.is_zero()));
+    if let Some(coordinate) = still {
+        let span = model.coordinates.at(coordinate).span;
+        return Err(LinearizeError::Unsupported { feature: Feature::Massless, span });
+    }
     let gradient = match gradient {
         Some(none) => none,
         None => self::gradient(&mut model, &assembly, &matrices.equilibrium),

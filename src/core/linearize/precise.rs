@@ -31,7 +31,8 @@ pub struct Precise {
     pub velocity: Option<Vec<Big>>,
     /// The equilibrium with multipliers.
     point: Vec<Big>,
-    tangent: Option<Tangent<Big>>,
+    /// From all coordinates to those that are left, one after the other.
+    tangents: Vec<Tangent<Big>>,
     values: Values<Big>,
 }
 
@@ -90,7 +91,7 @@ impl Linearized {
         let part = |matrix| self.assembly.velocity_matrix(matrix, &point, &values);
         let mut velocity = sum(part(Matrix::Gyroscopic), part(Matrix::Damping));
         let mut circulatory = part(Matrix::Circulatory);
-        let mut tangent = None;
+        let mut tangents = Vec::new();
         if let Some(own) = self.constrained.as_ref().filter(|own| !own.bound.is_empty()) {
             let rows = gradients(&stiffness, visible, order);
             let own = Tangent::new(&rows, &own.bound, bits)?;
@@ -98,9 +99,16 @@ impl Linearized {
             stiffness = own.reduce_symmetric(&stiffness, order);
             velocity = velocity.map(|matrix| own.reduce(&matrix, order));
             circulatory = circulatory.map(|matrix| own.reduce(&matrix, order));
-            tangent = Some(own);
+            tangents.push(own);
         }
         stiffness = sum(Some(stiffness), circulatory)?;
+        if let Some(massless) = self.massless() {
+            let (own, order) = (massless.tangent_in(&stiffness, bits)?, stiffness.len().isqrt());
+            mass = own.reduce_symmetric(&mass, order);
+            stiffness = own.reduce(&stiffness, order);
+            velocity = velocity.map(|matrix| own.reduce(&matrix, order));
+            tangents.push(own);
+        }
         let finite = |numbers: &[Big]| numbers.iter().all(Big::is_finite);
         let ends = finite(&point) && finite(&mass) && finite(&stiffness);
         (ends && velocity.as_deref().is_none_or(finite)).then(|| Precise {
@@ -114,7 +122,7 @@ impl Linearized {
             stiffness,
             velocity,
             point,
-            tangent,
+            tangents,
             values,
         })
     }
@@ -124,9 +132,8 @@ impl Linearized {
     #[must_use]
     pub fn precise_zero_modes(&self, precise: &Precise, modes: &[ZeroMode]) -> Option<Vec<ZeroMode<Big>>> {
         let modes = zero::in_numbers(modes, &self.assembly, &precise.point, &precise.values)?;
-        Some(match &precise.tangent {
-            Some(tangent) => modes.into_iter().map(|mode| mode.mapped(|vector| tangent.restrict(vector))).collect(),
-            None => modes,
-        })
+        let restricted =
+            |vector: &[Big]| precise.tangents.iter().fold(vector.to_vec(), |vector, tangent| tangent.restrict(&vector));
+        Some(modes.into_iter().map(|mode| mode.mapped(restricted)).collect())
     }
 }

@@ -34,7 +34,7 @@ pub(super) struct Surd {
 }
 
 impl Surd {
-    fn rational(factor: Number) -> Self {
+    pub(super) fn rational(factor: Number) -> Self {
         Self { factor, radicand: Number::ONE, index: 1 }
     }
 
@@ -64,6 +64,10 @@ impl Surd {
 
     fn with_factor(&self, factor: Number) -> Self {
         Self { factor, ..self.clone() }
+    }
+
+    pub(super) fn is_zero(&self) -> bool {
+        self.factor.is_zero()
     }
 
     fn is_rational(&self) -> bool {

@@ -8,6 +8,7 @@ use super::Linearized;
 use super::assemble::evaluate_closed;
 use super::equilibrium::Origin;
 use super::exact::recognised;
+use super::flow::Flow;
 use super::integers::Integers;
 use super::multipliers;
 use super::parameters::known_values;
@@ -27,7 +28,7 @@ const MOST_TERMS: usize = 2_000;
 type Entries = Vec<Exact>;
 
 /// M, G + C and K + N, for the coordinates that the others follow.
-pub(super) fn integers(linearized: &Linearized) -> Option<Integers> {
+pub(super) fn integers(linearized: &Linearized, flow: Option<&Flow>) -> Option<Integers> {
     let model = &linearized.model;
     let (visible, order) = (linearized.coordinates(), model.coordinates.len());
     let families = &linearized.assembly.families;
@@ -64,12 +65,21 @@ pub(super) fn integers(linearized: &Linearized) -> Option<Integers> {
             *entry = entry.add(&part);
         }
     }
-    let all = [mass, velocity, stiffness];
-    let Some(constrained) = &linearized.constrained else {
-        return Integers::of(&all);
-    };
-    let tangent = directions(gradients, &constrained.bound, visible)?;
-    Integers::of(&all.map(|matrix| reduced(&matrix, order, &tangent)))
+    let mut all = [mass, velocity, stiffness];
+    if let Some(constrained) = &linearized.constrained {
+        let tangent = directions(gradients, &constrained.bound, visible)?;
+        all = all.map(|matrix| reduced(&matrix, order, &tangent));
+    }
+    if let Some(massless) = linearized.massless() {
+        let left = all[0].len().isqrt();
+        let tangent = directions(massless.rows(&all[2], ()), &massless.following, left)?;
+        all = all.map(|matrix| reduced(&matrix, left, &tangent));
+    }
+    if let Some(flow) = flow {
+        let size = |entry: &Exact| if entry.is_finite() && !entry.is_exact_zero() { 1.0 } else { 0.0 };
+        all = flow.regular(&all, size, ())?;
+    }
+    Integers::of(&all)
 }
 
 /// The equilibrium as expressions: what is given as it is, what was searched for as simple fractions.

@@ -3,27 +3,33 @@
 use faer::c64;
 
 use super::{NormalMode, NormalModes, parts};
-use crate::linearize::{LinearizeError, Linearized, NO_FORCE, Structure, ZeroMode};
+use crate::linearize::{Flow, LinearizeError, Linearized, NO_FORCE, Structure, ZeroMode};
 use crate::modes::exponents::Structure as Form;
 use crate::modes::exponents::{
-    Exponent, IntegerQuadratic, PreciseQuadratic, QuadraticProblem, QuadraticSource, Units, exponents,
+    Exponent, Exponents, IntegerQuadratic, PreciseQuadratic, QuadraticProblem, QuadraticSource, Units, exponents,
 };
 use crate::modes::{Kind, ModesError, Options, Stability};
-use crate::precision::Ball;
+use crate::precision::{Ball, Enclosure};
 
 /// The model as a source of matrices.
 pub(super) struct Source<'a> {
     pub(super) linearized: &'a Linearized,
+    pub(super) flow: Option<&'a Flow>,
 }
 
 impl QuadraticSource for Source<'_> {
     fn precisely(&self, bits: usize) -> Option<PreciseQuadratic> {
         let precise = self.linearized.precisely(bits)?;
-        Some(PreciseQuadratic { mass: precise.mass, velocity: precise.velocity?, stiffness: precise.stiffness })
+        let mut all = [precise.mass, precise.velocity?, precise.stiffness];
+        if let Some(flow) = self.flow {
+            all = flow.regular(&all, Enclosure::certain_size, precise.bits)?;
+        }
+        let [mass, velocity, stiffness] = all;
+        Some(PreciseQuadratic { mass, velocity, stiffness })
     }
 
     fn integers(&self) -> Option<IntegerQuadratic> {
-        let found = self.linearized.integers()?;
+        let found = self.linearized.integers_with(self.flow)?;
         let [mass, velocity, stiffness] = found.matrices;
         Some(IntegerQuadratic {
             mass,
@@ -47,7 +53,7 @@ pub(super) fn normal_modes(linearized: &Linearized, options: &Options) -> Result
         let pushed = |mode: &ZeroMode| !linearized.is_free_of_friction_at_rest(&mode.vector);
         zero_modes.retain(|mode| !pushed(mode));
     }
-    let mut problem = QuadraticProblem {
+    let problem = QuadraticProblem {
         dimension: linearized.dimension(),
         mass: linearized.mass(),
         velocity,
@@ -61,20 +67,9 @@ pub(super) fn normal_modes(linearized: &Linearized, options: &Options) -> Result
         },
         zero_vectors: zero_modes.iter().map(|mode| mode.vector.clone()).collect(),
     };
-    let apart = parts::solve(linearized, &problem, &mut zero_modes, options);
-    let found = loop {
-        if let Some(found) = apart {
-            break found;
-        }
-        let source = Source { linearized };
-        match exponents(&problem, &source, options) {
-            // What was found modulo a prime does not hold in true numbers: it is no zero mode.
-            Err(ModesError::ZeroVector { index }) if index < zero_modes.len() => {
-                zero_modes.remove(index);
-                problem.zero_vectors.remove(index);
-            }
-            other => break other.map_err(|error| named(linearized, &error))?,
-        }
+    let found = match linearized.flow() {
+        Some(flow) => flowing(linearized, flow, &problem, &mut zero_modes, options)?,
+        None => solved(linearized, None, problem.clone(), &mut zero_modes, options)?,
     };
     let modes = found.entries.into_iter();
     let modes: Vec<NormalMode> = modes.map(|entry| mode(linearized, entry)).collect();
@@ -100,6 +95,93 @@ pub(super) fn normal_modes(linearized: &Linearized, options: &Options) -> Result
         method: None,
         gyroscopically_stabilised: stabilised,
     })
+}
+
+/// The exponents of a regular problem.
+fn solved(
+    linearized: &Linearized,
+    flow: Option<&Flow>,
+    mut problem: QuadraticProblem,
+    zero_modes: &mut Vec<ZeroMode>,
+    options: &Options,
+) -> Result<Exponents, LinearizeError> {
+    if let Some(found) = parts::solve(linearized, flow, &problem, zero_modes, options) {
+        return Ok(found);
+    }
+    loop {
+        let source = Source { linearized, flow };
+        match exponents(&problem, &source, options) {
+            // What was found modulo a prime does not hold in true numbers: it is no zero mode.
+            Err(ModesError::ZeroVector { index }) if index < zero_modes.len() => {
+                zero_modes.remove(index);
+                problem.zero_vectors.remove(index);
+            }
+            other => return other.map_err(|error| named(linearized, &error)),
+        }
+    }
+}
+
+/// So many ways to make a problem regular are tried.
+const MOST_ATTEMPTS: usize = 3;
+
+/// The exponents where friction holds what has no inertia: those that make the problem regular are left out, where bounds tell
+/// which they are.
+fn flowing(
+    linearized: &Linearized,
+    flow: &Flow,
+    problem: &QuadraticProblem,
+    zero_modes: &mut Vec<ZeroMode>,
+    options: &Options,
+) -> Result<Exponents, LinearizeError> {
+    let every = Options { lowest: None, ..options.clone() };
+    let all = [problem.mass.clone(), problem.velocity.clone(), problem.stiffness.clone()];
+    for number in 0..MOST_ATTEMPTS {
+        let flow = flow.attempt(number);
+        let Some([mass, velocity, stiffness]) = flow.regular(&all, Enclosure::certain_size, ()) else {
+            break;
+        };
+        let regular = QuadraticProblem { mass, velocity, stiffness, structure: Form::Damped, ..problem.clone() };
+        let mut found = solved(linearized, Some(&flow), regular, zero_modes, &every)?;
+        let added = |entry: &Exponent, shift: &f64| {
+            (entry.growth + Ball::exact(*shift)).contains_zero() && entry.omega.contains_zero()
+        };
+        let count = |shift: &f64| found.entries.iter().filter(|entry| added(entry, shift)).count();
+        if !flow.shifts().iter().all(|shift| count(shift) == 1) {
+            continue;
+        }
+        found.entries.retain(|entry| !flow.shifts().iter().any(|shift| added(entry, shift)));
+        found.entries.truncate(options.lowest.unwrap_or(usize::MAX));
+        found.entries.iter_mut().for_each(|entry| normalise(entry, &problem.mass));
+        return Ok(found);
+    }
+    let reason = "coordinates without inertia beside friction lead to exponents that bounds do not tell apart";
+    Err(LinearizeError::NoModes { reason: reason.to_owned() })
+}
+
+/// Brings a vector to xᴴMx = 1 for a mass matrix that is singular; to a largest component of 1 where it has no inertia.
+fn normalise(entry: &mut Exponent, mass: &[Ball]) {
+    let (x, n) = (&entry.vector, entry.vector.len());
+    if n == 0 {
+        return;
+    }
+    let (mut square, mut slope) = (0.0, 0.0);
+    for j in 0..n {
+        for i in 0..n {
+            let m = mass[i + n * j].mid_f64();
+            square += m * (x[i].re * x[j].re + x[i].im * x[j].im);
+            slope += m.abs() * x[i].re.hypot(x[i].im);
+        }
+    }
+    let largest = x.iter().fold(0.0_f64, |most, x| most.max(x.re.hypot(x.im)));
+    // With x off by e in each component xᴴMx is off by 2 e Σ|M||x| to first order, and its root by half of that beside itself.
+    let slack = 1.01 * entry.vector_error_bound * slope / square + (n * n) as f64 * 4.0 * f64::EPSILON;
+    let (size, share) =
+        if square > 0.0 && slack < 0.1 { (square.sqrt(), slack) } else { (largest, 4.0 * f64::EPSILON) };
+    if size <= 0.0 {
+        return;
+    }
+    entry.vector.iter_mut().for_each(|x| *x /= size);
+    entry.vector_error_bound = (entry.vector_error_bound + 1.3 * share * largest) / size * (1.0 + 8.0 * f64::EPSILON);
 }
 
 fn mode(linearized: &Linearized, entry: Exponent) -> NormalMode {
@@ -134,7 +216,7 @@ struct Shape {
 fn shape(linearized: &Linearized, own: &[c64], bound: f64) -> Shape {
     let real: Vec<f64> = own.iter().map(|x| x.re).collect();
     let imaginary: Vec<f64> = own.iter().map(|x| x.im).collect();
-    let plain = !linearized.is_constrained() && linearized.units().is_none();
+    let plain = !linearized.is_reduced() && linearized.units().is_none();
     if own.is_empty() || plain {
         let flat = imaginary.iter().all(|x| *x == 0.0);
         return Shape { real, imaginary: if flat { Vec::new() } else { imaginary }, bound };

@@ -14,7 +14,7 @@ mod warning;
 pub use units::in_units;
 pub use warning::{Warning, warnings};
 
-use crate::linearize::{LinearizeError, Linearized, Structure, Units, ZeroMode, check_size};
+use crate::linearize::{Inertia, LinearizeError, Linearized, Structure, Units, ZeroMode, check_size, may_be_singular};
 use crate::modes::exponents::Limit;
 use crate::modes::{
     self, Factors, Kind, Method, ModesError, Options, Precise, PreciseProblem, PrecisionLevel, Problem, Source,
@@ -119,6 +119,9 @@ pub fn normal_modes(linearized: &Linearized, options: &Options) -> Result<Normal
     let budget = linearized.model().pool.budget();
     let what = format!("the modes of {} coordinates", linearized.dimension());
     budget.at(what, None);
+    if let Some(error) = linearized.massless_error() {
+        return Err(error.clone());
+    }
     let rate = linearized.units().map_or(0, Units::rate);
     let modes = modes_of(linearized, &options.smaller(rate));
     budget.check()?;
@@ -160,7 +163,10 @@ fn modes_of(linearized: &Linearized, options: &Options) -> Result<NormalModes, L
     let wanted = options.vectors || dimension <= MOST_SHAPES_FOR_CLASSES;
     let sparse = |matrix: &[Ball]| SparseMatrix::from_dense(dimension, matrix);
     let labels = (wanted && !linearized.is_constrained() && dimension <= symmetry::MOST_COORDINATES)
-        .then(|| symmetry::labels(linearized, &sparse(&problem.mass), &sparse(&problem.stiffness)))
+        .then(|| match linearized.whole() {
+            Some((mass, stiffness)) if linearized.is_reduced() => symmetry::labels(linearized, &mass, &stiffness),
+            Some(_) | None => symmetry::labels(linearized, &sparse(&problem.mass), &sparse(&problem.stiffness)),
+        })
         .flatten();
     let inner = Options { vectors: options.vectors || labels.is_some(), ..options.clone() };
     let solve = |problem: &mut Problem, zero_modes: &mut Vec<ZeroMode>| loop {
@@ -195,8 +201,18 @@ fn with_names(
     zero_motions: Vec<String>,
     options: &Options,
 ) -> NormalModes {
-    let vectors = spectrum.modes.iter();
-    let vectors: Vec<(&[f64], f64)> = vectors.map(|mode| (mode.vector.as_slice(), mode.vector_error_bound)).collect();
+    // Symmetries are those of all coordinates.
+    let embedded: Vec<(Vec<f64>, f64)> = if labels.is_some() && linearized.is_reduced() {
+        let modes = spectrum.modes.iter();
+        modes.map(|mode| linearized.embed(&mode.vector, mode.vector_error_bound)).collect()
+    } else {
+        Vec::new()
+    };
+    let vectors: Vec<(&[f64], f64)> = if embedded.is_empty() {
+        spectrum.modes.iter().map(|mode| (mode.vector.as_slice(), mode.vector_error_bound)).collect()
+    } else {
+        embedded.iter().map(|(vector, bound)| (vector.as_slice(), *bound)).collect()
+    };
     let classes = labels.map_or_else(Vec::new, |mut labels| labels.of(&vectors));
     let mut classes = classes.into_iter();
     let modes = spectrum
@@ -241,7 +257,7 @@ fn with_names(
 /// The shape in all coordinates, where constraints tie some to others: the first component within 1e-6 of
 /// the largest is positive in these, too.
 fn shape(linearized: &Linearized, own: Vec<f64>, bound: f64) -> (Vec<f64>, f64) {
-    if !linearized.is_constrained() && linearized.units().is_none() {
+    if !linearized.is_reduced() && linearized.units().is_none() {
         return (own, bound);
     }
     let (mut vector, mut bound) = linearized.embed(&own, bound);
@@ -288,40 +304,6 @@ fn zero_motions(zero_modes: Vec<ZeroMode>) -> Vec<String> {
     named.map(|mode| mode.meaning).collect()
 }
 
-/// Whether a Cholesky decomposition of K in doubles fails or nearly does: only then zero modes are
-/// looked for. A false alarm costs time, nothing else; a K that is positive by a clear margin has
-/// no kernel.
-pub(crate) fn may_be_singular(n: usize, stiffness: &[Ball]) -> bool {
-    let mut factor: Vec<f64> = stiffness.iter().map(Ball::mid_f64).collect();
-    // Row by row; `factor` holds L in its lower triangle, column by column.
-    for j in 0..n {
-        let diagonal = factor[j + n * j];
-        let mut pivot = diagonal;
-        for k in 0..j {
-            pivot -= factor[j + n * k] * factor[j + n * k];
-        }
-        // A clear margin: far above what rounding can leave of a pivot that is zero.
-        if pivot.is_nan() || pivot <= 1e-7 * diagonal.abs() || pivot <= 0.0 {
-            return true;
-        }
-        let root = pivot.sqrt();
-        factor[j + n * j] = root;
-        for k in 0..j {
-            let left = factor[j + n * k];
-            if left != 0.0 {
-                for i in j + 1..n {
-                    let product = factor[i + n * k] * left;
-                    factor[i + n * j] -= product;
-                }
-            }
-        }
-        for i in j + 1..n {
-            factor[i + n * j] /= root;
-        }
-    }
-    false
-}
-
 /// Whether Mx is exactly 0.
 fn has_no_inertia(mass: &[Ball], x: &[f64]) -> bool {
     let n = x.len();
@@ -339,6 +321,9 @@ fn first_span(linearized: &Linearized) -> Span {
 
 /// What is wrong with the mass matrix, if anything is: a problem with that mass and no other forces tells.
 pub(crate) fn mass_error(linearized: &Linearized) -> Option<LinearizeError> {
+    if let Some(error) = linearized.massless_error() {
+        return Some(error.clone());
+    }
     let dimension = linearized.dimension();
     let problem = Problem {
         dimension,
@@ -376,7 +361,8 @@ fn named(linearized: &Linearized, error: &ModesError) -> LinearizeError {
             if *singular && linearized.has_inertia_nearby() {
                 LinearizeError::SingularCoordinates { combination, span }
             } else if *singular {
-                LinearizeError::SingularMass { combination, proved: has_no_inertia(&linearized.mass(), own), span }
+                let inertia = if has_no_inertia(&linearized.mass(), own) { Inertia::None } else { Inertia::Undecided };
+                LinearizeError::SingularMass { combination, inertia, span }
             } else {
                 LinearizeError::IndefiniteMass { combination, span }
             }

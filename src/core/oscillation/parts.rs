@@ -9,7 +9,7 @@ use faer::c64;
 
 use super::exponents::Source;
 use crate::expr::{ExprId, Substitution, ZeroVerdict};
-use crate::linearize::{Linearized, ZeroMode};
+use crate::linearize::{Flow, Linearized, ZeroMode};
 use crate::modes::exponents::{
     self, Exponents, IntegerQuadratic, PreciseQuadratic, QuadraticProblem, QuadraticSource, Structure, Units,
     exponents, joined,
@@ -71,6 +71,7 @@ impl QuadraticSource for Part<'_> {
 /// not differ: motions that grow, and free ones with gyroscopic forces. Zero modes are put in the order of the parts.
 pub(super) fn solve(
     linearized: &Linearized,
+    flow: Option<&Flow>,
     problem: &QuadraticProblem,
     zero_modes: &mut Vec<ZeroMode>,
     options: &Options,
@@ -109,7 +110,7 @@ pub(super) fn solve(
         if own.is_empty() {
             return Some(joined(Vec::new(), &every));
         }
-        let whole = Source { linearized };
+        let whole = Source { linearized, flow };
         // What is wrong with a part is told of the whole.
         let mut found = exponents(&own_problem, &Part { whole, own }, &every).ok()?;
         embed(&mut found, own, n);
@@ -171,7 +172,7 @@ fn critical(linearized: &Linearized, problem: &QuadraticProblem) -> Vec<usize> {
     };
     let near: Vec<usize> = (0..n).filter(near).collect();
     if near.is_empty()
-        || linearized.is_constrained()
+        || linearized.is_reduced()
         || n <= exponents::MOST_EXACT && linearized.integers().is_some_and(|own| own.roots.is_empty())
     {
         return Vec::new();

@@ -25,9 +25,9 @@ pub(super) fn some_modes(linearized: &Linearized, options: &Options) -> Result<O
     };
     let given = options.given.is_some();
     let is_plain = linearized.structure() == Structure::Conservative && linearized.units().is_none();
-    if given && (!is_plain || linearized.is_constrained()) {
+    if given && (!is_plain || linearized.is_reduced()) {
         return Err(LinearizeError::NoModes {
-            reason: "vectors can be given bounds where there are T and V alone, without constraints".to_owned(),
+            reason: "vectors can be given bounds where there are T and V alone, without constraints and massless coordinates".to_owned(),
         });
     }
     let all = |why: &str| match all_modes(linearized, options)? {
@@ -54,7 +54,7 @@ pub(super) fn some_modes(linearized: &Linearized, options: &Options) -> Result<O
         return dense("their entries are sums of many terms");
     }
     let Some((mass, stiffness)) = linearized.sparse() else {
-        return dense("there are constraints");
+        return dense("there are constraints or massless coordinates");
     };
     budget.tell(|| structure(&mass, &stiffness));
     let stored = mass.stored().max(stiffness.stored());

@@ -49,7 +49,7 @@ impl Labels {
 
 /// The symmetry of a model's energies, if it has one.
 pub(super) fn labels(linearized: &Linearized, mass: &SparseMatrix, stiffness: &SparseMatrix) -> Option<Labels> {
-    let n = linearized.dimension();
+    let n = mass.dimension();
     if !(2..=MOST_COORDINATES).contains(&n) {
         return None;
     }

@@ -115,6 +115,7 @@ pub fn check(model: &Model) -> Result<(), AmplitudeError> {
 /// As [`check`]; velocities in the energies beyond a quadratic T, an unstable equilibrium, energies that are not smooth there.
 pub fn amplitude(linearized: &Linearized, modes: &NormalModes) -> Result<Amplitudes, AmplitudeError> {
     let budget = linearized.model().pool.budget();
+    linearized.check_inertia().map_err(AmplitudeError::Linearize)?;
     budget.at("the derivatives of the energies", None);
     let amplitudes = amplitudes(linearized, modes);
     budget.check().map_err(LinearizeError::from).map_err(AmplitudeError::Linearize)?;

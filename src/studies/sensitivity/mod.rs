@@ -250,7 +250,7 @@ fn stay(linearized: &Linearized, zeros: &[ZeroMode]) -> bool {
     if others.is_empty() {
         return true;
     }
-    if linearized.dimension() > MOST_IN_SYMBOLS || linearized.is_constrained() {
+    if linearized.dimension() > MOST_IN_SYMBOLS || linearized.is_reduced() {
         return false;
     }
     let mut own = linearized.symbolic();
