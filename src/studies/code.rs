@@ -65,7 +65,7 @@ fn exponents(model: &Model) -> Substitution {
 /// Compiles a model.
 ///
 /// # Errors
-/// As [`linearize::derive`]; constraints, and more than 200 coordinates.
+/// As [`linearize::derive`]; constraints, coordinates without inertia, and more than 200 coordinates.
 pub fn code(model: &Model) -> Result<Code, LinearizeError> {
     if let Some(constraint) = model.constraints.first() {
         return Err(LinearizeError::Unsupported { feature: Feature::Constraint, span: constraint.span });
@@ -92,6 +92,11 @@ pub fn code(model: &Model) -> Result<Code, LinearizeError> {
         for (j, entry) in &equation.mass {
             mass[n * i + j] = *entry;
         }
+    }
+    let still = (0..n).find(|i| mass[n * i..n * (i + 1)].iter().all(|entry| *entry == zero));
+    if let Some(coordinate) = still {
+        let span = model.coordinates.at(coordinate).span;
+        return Err(LinearizeError::Unsupported { feature: Feature::Massless, span });
     }
     let loads: Vec<ExprId> = equations.iter().map(|equation| equation.load).collect();
     let mut stiffness = Vec::with_capacity(n * n);

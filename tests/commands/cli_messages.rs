@@ -158,3 +158,23 @@ fn endless_names_do_not_flood_the_terminal() {
         }
     }
 }
+
+/// What needs accelerations refuses coordinates without inertia, whether springs or friction hold them.
+#[test]
+fn what_needs_accelerations_refuses_coordinates_without_inertia() {
+    let springs = "coord x, y  T = 1/2*x'^2  V = y^2 + (x - y)^2";
+    let friction = "coord x, y  T = 1/2*x'^2  V = x^2 + (x - y)^2  dissipation = 1/2*y'^2";
+    let motion = ["motion", "-", "--until", "1", "--samples", "2", "--start", "x=0.1"];
+    let code = ["export", "-", "--code", "c"];
+    for (arguments, text) in [
+        (&motion[..], springs),
+        (&motion[..], friction),
+        (&code[..], springs),
+        (&code[..], friction),
+        (&["amplitude", "-"][..], springs),
+    ] {
+        let run = with_input(arguments, text);
+        assert_eq!(run.status, 1, "{arguments:?} {text}");
+        assert!(run.err.contains("E0308") && run.err.contains("no inertia"), "{arguments:?} {text}: {}", run.err);
+    }
+}

@@ -132,6 +132,11 @@ fn friction_adds_real_exponents() {
         // Half of the spring on either side of the damper: the sum of both nodes follows at once.
         let both = "T = 1/2*x'^2  V = 3*x^2 + 5*(x - y)^2 + 5*z^2  dissipation = 1/2*c*(y' - z')^2";
         check_zener(&format!("{own}, z  {both}"), 2, digits);
+        // Directions that are no coordinates: the mass moves by x + y; and with the node z behind the damper, y + z follows.
+        let direction = "T = 1/2*(x' + y')^2  V = 3*(x + y)^2 + 5/2*x^2  dissipation = 1/2*c*y'^2";
+        check_zener(&format!("{own}  {direction}"), 2, digits);
+        let both = "T = 1/2*(x' + y')^2  V = 3*(x + y)^2 + 5*x^2 + 5*z^2  dissipation = 1/2*c*(y' - z')^2";
+        check_zener(&format!("{own}, z  {both}"), 3, digits);
         // Irrational numbers: nothing is decided by whole ones.
         let turned =
             "param a = sqrt(2) + ln(3)  T = 1/2*x'^2  V = 3*x^2 + 5/2*(x - a*y)^2  dissipation = 1/2*c*a^2*y'^2";

@@ -78,9 +78,14 @@ fn kernel_of(mut lower: Vec<BTreeMap<u32, Exact>>, known: usize) -> Option<Vec<V
     vectors.into_iter().map(in_units).collect()
 }
 
-/// The directions that have no inertia, at the equilibrium and beside it, and that no force meets that goes with velocities,
-/// where M is rational as K is for [`kernel`]; `None` where it is not, or too large.
-pub(super) fn without_inertia(model: &Model, assembly: &Assembly, equilibrium: &Equilibrium) -> Option<Vec<Vec<Surd>>> {
+/// The directions that have no inertia, at the equilibrium and beside it, `all` or those that no force meets that goes with
+/// velocities, where M is rational as K is for [`kernel`]; `None` where it is not, or too large.
+pub(super) fn without_inertia(
+    model: &Model,
+    assembly: &Assembly,
+    equilibrium: &Equilibrium,
+    all: bool,
+) -> Option<Vec<Vec<Surd>>> {
     let n = model.coordinates.len();
     if n > MOST {
         return None;
@@ -88,17 +93,17 @@ pub(super) fn without_inertia(model: &Model, assembly: &Assembly, equilibrium: &
     let values = assembly.values::<Exact>(model, ()).ok()?;
     let at = point(model, equilibrium, |value| Exact::rational(exact_number(value.mid)))?;
     let mass = assembly.mass(&at, &values);
-    let damping = assembly.velocity_matrix(Matrix::Damping, &at, &values);
-    // Neither is negative, mostly: then that is what both take to 0.
-    let both = sum(Some(mass.clone()), damping)?;
+    let others = [Matrix::Gyroscopic, Matrix::Damping].into_iter().filter(|_| !all);
+    let others = others.map(|matrix| assembly.velocity_matrix(matrix, &at, &values));
+    let others: Vec<Option<Vec<Exact>>> = others.collect();
+    // Neither M nor C is negative, mostly: then that is what both take to 0.
+    let both = sum(Some(mass.clone()), others.last().cloned().flatten())?;
     let entry = |i: usize| (0..).zip((0..=i).map(|j| both[i + n * j].clone())).collect();
     let mut vectors = kernel_of((0..n).map(entry).collect(), 0)?;
     let shift = |(i, x): (usize, &Exact)| x.add(&Exact::rational(Number::ratio(7 * i as i64 + 5, 64)));
     let beside: Vec<Exact> = at.iter().enumerate().map(shift).collect();
     let mut matrices = vec![mass, assembly.mass(&beside, &values)];
-    for matrix in [Matrix::Gyroscopic, Matrix::Damping] {
-        matrices.extend(assembly.velocity_matrix(matrix, &at, &values));
-    }
+    matrices.extend(others.into_iter().flatten());
     let vanishes = |vector: &Vec<Surd>| {
         let components = vector.iter().map(|x| Exact::of(x.clone())).enumerate();
         let components: Vec<(usize, Exact)> = components.filter(|(_, x)| !x.is_exact_zero()).collect();

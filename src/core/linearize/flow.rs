@@ -1,67 +1,125 @@
 //! Coordinates without inertia that friction holds: equations of first order among those of second.
 //!
-//! Where M has rows of zeros and the block D₂₂ of D = G + C there is regular, their rows of s²M + sD + S are multiplied by s + σ, each with a
-//! σ of its own. That adds the exponents -σ to those of the model, which are known, and nothing else; the leading matrix
-//! is then [[M₁₁, 0], [D₂₁, D₂₂]], regular, and by steps on the rows of D₂₂ alone it becomes [[M₁₁, 0], [0, diagonal]]. So exponents,
+//! For directions v with M v = 0 the equations vᵀ(s²M + sD + S)q = 0 are of first order, with D = G + C and S = K + N, or where D v = 0
+//! too, of none. In place of the equations of as many coordinates they are multiplied by s + σ, or by two such factors, each with a σ of its
+//! own. That adds the exponents -σ to those of the model, which are known, and nothing else. Where the leading matrix L of these rows is
+//! regular, steps on the rows of these coordinates alone make M of it with some more mass for each of them, which is positive: So exponents,
 //! bounds and digits are those of any other model, vectors stay as they are, and what friction does not reach keeps its form.
 
 use super::Linearized;
-use super::massless;
+use super::constrained::choose_bound;
+use super::massless::{self, Direction, product, rows};
 use crate::number::Number;
 use crate::precision::{Ball, Enclosure, Scalar, clear_column};
 
-/// The coordinates that only friction holds.
+/// What an equation is multiplied by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Order {
+    /// s + σ: friction holds the direction.
+    First,
+    /// (s + σ)(s + σ'): springs do.
+    Static,
+}
+
+/// The directions without inertia of a damped model.
 #[derive(Clone, Debug)]
 pub(crate) struct Flow {
-    /// Their numbers among the coordinates that are left.
-    rows: Vec<usize>,
+    directions: Vec<(Direction, Order)>,
+    /// The coordinates whose equations are replaced, among those that are left.
+    places: Vec<usize>,
     /// About the fastest rate of the model, a power of two.
     rate: f64,
-    /// What stands for a mass of each.
+    /// The mass that each of these coordinates gets.
     masses: Vec<f64>,
-    /// σ of each.
+    /// σ of the first factors, then those of the second ones.
     shifts: Vec<f64>,
 }
 
 /// M, G + C and K + N, dense, column by column.
 pub(super) type Three<S> = [Vec<S>; 3];
 
-/// The coordinates without inertia of a damped model, where friction determines how they move.
-pub(super) fn find(own: &Linearized) -> Option<Flow> {
-    let rows = massless::resting(own);
-    if rows.is_empty() {
-        return None;
-    }
-    let (velocity, stiffness) = own.velocity_and_stiffness();
-    let mass = own.mass();
-    let n = own.dimension();
-    let size = |matrix: &[Ball], i: usize| -> f64 { (0..n).map(|j| matrix[i + n * j].mid_f64().abs()).sum() };
-    let mut fastest = 0.0_f64;
-    for i in 0..n {
-        let (own, d, s) = (mass[i + n * i].mid_f64(), size(&velocity, i), size(&stiffness, i));
-        if rows.contains(&i) {
-            fastest = fastest.max(s / velocity[i + n * i].mid_f64().abs());
-        } else {
-            fastest = fastest.max(d / own).max((s / own).sqrt());
+/// The directions without inertia of what is left of a damped model, where friction determines how they move. Where they are no coordinates,
+/// those that follow the others are among them, and none follows before.
+pub(super) fn find(own: &mut Linearized) -> Option<Flow> {
+    let mut directions: Vec<(Direction, Order)> =
+        massless::resting(own).into_iter().map(|i| (massless::unit(i), Order::First)).collect();
+    if let Some(all) = massless::kernel_of_mass(own)
+        && all.len() > own.massless_directions() + directions.len()
+    {
+        let followed = own.massless.take();
+        let followed = followed.and_then(|own| own.ok()).map(|own| own.directions).unwrap_or_default();
+        directions = followed.into_iter().map(|v| (v, Order::Static)).collect();
+        for v in all {
+            directions.push((v, Order::First));
+            if places(own, &directions).is_none() {
+                directions.pop();
+            }
         }
     }
-    let power = |x: f64| x.log2().ceil().exp2();
-    let rate = if fastest.is_finite() && fastest > 0.0 { power(fastest) } else { 1.0 };
-    let masses = rows.iter().map(|i| power(size(&velocity, *i) / rate)).collect();
-    let flow = Flow { shifts: Vec::new(), rows, rate, masses }.attempt(0);
+    if directions.is_empty() {
+        return None;
+    }
+    let places = places(own, &directions)?;
+    let (velocity, stiffness) = own.velocity_and_stiffness();
+    let (mass, n) = (own.mass(), own.dimension());
+    let size = |matrix: &[Ball], i: usize| -> f64 { (0..n).map(|j| matrix[i + n * j].mid_f64().abs()).sum() };
+    let mut fastest = 0.0_f64;
+    for i in (0..n).filter(|i| !places.contains(i)) {
+        let (own, d, s) = (mass[i + n * i].mid_f64(), size(&velocity, i), size(&stiffness, i));
+        fastest = fastest.max(d / own).max((s / own).sqrt());
+    }
+    let mut sizes = Vec::with_capacity(places.len());
+    for (v, order) in &directions {
+        let [drag, spring] = [&velocity, &stiffness].map(|matrix| {
+            let row = rows(std::slice::from_ref(v), matrix, ());
+            let total: f64 = row.iter().flatten().map(|entry| entry.mid_f64().abs()).sum();
+            let along = row.first().map_or(Ball::ZERO, |row| product(v, |i| &row[i], ()));
+            (total, along.mid_f64().abs())
+        });
+        match order {
+            Order::First => fastest = fastest.max(spring.0 / drag.1),
+            Order::Static => {}
+        }
+        sizes.push((drag.0, spring.0, *order));
+    }
+    let power = |x: f64| if x.is_finite() && x > 0.0 { x.log2().ceil().exp2() } else { 1.0 };
+    let rate = power(fastest);
+    let mass_of = |(drag, spring, order): (f64, f64, Order)| match order {
+        Order::First => power(drag / rate),
+        Order::Static => power(spring / rate / rate),
+    };
+    let masses = sizes.into_iter().map(mass_of).collect();
+    let flow = Flow { shifts: Vec::new(), directions, places, rate, masses }.attempt(0);
     flow.regular(&[mass, velocity, stiffness], Enclosure::certain_size, ()).is_some().then_some(flow)
+}
+
+/// Coordinates by which the directions are told apart, one for each; `None` where the directions are not independent.
+fn places(own: &Linearized, directions: &[(Direction, Order)]) -> Option<Vec<usize>> {
+    let n = own.dimension();
+    let row = |v: &Direction| {
+        let mut row = vec![Ball::ZERO; n];
+        v.iter().for_each(|(i, x)| row[*i] = x.in_numbers(()));
+        row
+    };
+    let rows: Vec<Vec<Ball>> = directions.iter().map(|(v, _)| row(v)).collect();
+    choose_bound(&rows, ())
 }
 
 impl Flow {
     /// The same with other σ, simple fractions of the fastest rate that exponents are seldom equal to.
     pub(crate) fn attempt(&self, number: usize) -> Self {
         let shift = |at: usize| self.rate * (89 + 19 * at + 31 * number) as f64 / 64.0;
-        Self { shifts: (0..self.rows.len()).map(shift).collect(), ..self.clone() }
+        Self { shifts: (0..self.places.len() + self.following()).map(shift).collect(), ..self.clone() }
+    }
+
+    /// The number of directions that follow the others.
+    pub(super) fn following(&self) -> usize {
+        self.directions.iter().filter(|(_, order)| *order == Order::Static).count()
     }
 
     /// The number of the first of the coordinates.
     pub(crate) fn first(&self) -> Option<usize> {
-        self.rows.first().copied()
+        self.places.first().copied()
     }
 
     /// What was added: the exponents -σ.
@@ -77,48 +135,53 @@ impl Flow {
         precision: S::Precision,
     ) -> Option<Three<S>> {
         let n = mass.len().isqrt();
-        let others: Vec<usize> = (0..n).filter(|i| !self.rows.contains(i)).collect();
-        // Y with Y M₁₁ = D₂₁.
-        let mut factors: Vec<Vec<S>> = Vec::new();
-        if self.rows.iter().any(|j| others.iter().any(|i| !velocity[j + n * i].is_exact_zero())) {
-            let row = |i: &usize| {
-                let own = others.iter().map(|k| mass[i + n * k].clone());
-                own.chain(self.rows.iter().map(|j| velocity[j + n * i].clone())).collect()
-            };
-            factors = others.iter().map(row).collect();
-            solve(&mut factors, &size, precision)?;
-        }
+        let others: Vec<usize> = (0..n).filter(|i| !self.places.contains(i)).collect();
         let number = |x: f64| Some(S::from_number(&Number::from_f64_exact(x)?, precision));
-        let mut rows: Vec<Vec<S>> = Vec::with_capacity(self.rows.len());
-        for (at, j) in self.rows.iter().enumerate() {
-            let shift = number(self.shifts[at])?;
-            let mut row: Vec<S> = self.rows.iter().map(|k| velocity[j + n * k].clone()).collect();
-            let without = |mut sum: S, matrix: &[S], column: usize| {
-                for (i, factor) in others.iter().zip(&factors) {
-                    let (factor, entry) = (&factor[others.len() + at], &matrix[i + n * column]);
-                    if !factor.is_exact_zero() && !entry.is_exact_zero() {
-                        sum = sum.sub(&factor.mul(entry));
-                    }
-                }
-                sum
-            };
-            for column in 0..n {
-                let both = stiffness[j + n * column].add(&shift.mul(&velocity[j + n * column]));
-                row.push(without(both, velocity, column));
-            }
-            for column in 0..n {
-                row.push(without(shift.mul(&stiffness[j + n * column]), stiffness, column));
-            }
-            rows.push(row);
-        }
-        solve(&mut rows, &size, precision)?;
         let mut all = [mass.clone(), velocity.clone(), stiffness.clone()];
-        for (at, j) in self.rows.iter().enumerate() {
-            let own = number(self.masses[at])?;
-            all[0][j + n * j] = own.clone();
-            for column in 0..n {
-                for (matrix, first) in [(1, self.rows.len()), (2, self.rows.len() + n)] {
-                    all[matrix][j + n * column] = rows[at][first + column].mul(&own);
+        for (place, own) in self.places.iter().zip(&self.masses) {
+            let entry = &mut all[0][place + n * place];
+            *entry = entry.add(&number(*own)?);
+        }
+        // The rows as they are, and those of the directions, each of the three coefficients of s.
+        let mut parts: Vec<Three<S>> = Vec::with_capacity(n);
+        let row = |matrix: &[S], i: usize| -> Vec<S> { (0..n).map(|j| matrix[i + n * j].clone()).collect() };
+        parts.extend(others.iter().map(|i| [row(mass, *i), row(velocity, *i), row(stiffness, *i)]));
+        let mut second = self.places.len();
+        for (at, (v, order)) in self.directions.iter().enumerate() {
+            let along = |matrix: &[S]| -> Vec<S> { rows(std::slice::from_ref(v), matrix, precision).swap_remove(0) };
+            let times = |row: &[S], factor: &S| -> Vec<S> { row.iter().map(|entry| entry.mul(factor)).collect() };
+            let (spring, shift) = (along(stiffness), number(self.shifts[at])?);
+            parts.push(match order {
+                Order::First => {
+                    let drag = along(velocity);
+                    let both = times(&drag, &shift).iter().zip(&spring).map(|(x, y)| x.add(y)).collect();
+                    [drag, both, times(&spring, &shift)]
+                }
+                Order::Static => {
+                    let other = number(self.shifts[second])?;
+                    second += 1;
+                    [spring.clone(), times(&spring, &shift.add(&other)), times(&spring, &shift.mul(&other))]
+                }
+            });
+        }
+        // Lᵀ X is what the leading rows of the coordinates shall be.
+        let column = |c: usize| {
+            let leading = parts.iter().map(|part| part[0][c].clone());
+            leading.chain(self.places.iter().map(|place| all[0][place + n * c].clone())).collect()
+        };
+        let mut factors: Vec<Vec<S>> = (0..n).map(column).collect();
+        solve(&mut factors, &size, precision)?;
+        for (at, place) in self.places.iter().enumerate() {
+            for c in 0..n {
+                for matrix in [1, 2] {
+                    let mut sum = S::from_number(&Number::ZERO, precision);
+                    for (factor, part) in factors.iter().zip(&parts) {
+                        let (factor, entry) = (&factor[n + at], &part[matrix][c]);
+                        if !factor.is_exact_zero() && !entry.is_exact_zero() {
+                            sum = sum.add(&factor.mul(entry));
+                        }
+                    }
+                    all[matrix][place + n * c] = sum;
                 }
             }
         }

@@ -15,13 +15,13 @@ use crate::number::Number;
 use crate::precision::{Ball, Enclosure, Scalar};
 
 /// A vector by its components that are not 0.
-type Direction = Vec<(usize, Surd)>;
+pub(super) type Direction = Vec<(usize, Surd)>;
 
 /// Directions without inertia that follow the others.
 #[derive(Clone, Debug)]
 pub(super) struct Massless {
     /// Independent of each other, in the coordinates that constraints leave.
-    directions: Vec<Direction>,
+    pub(super) directions: Vec<Direction>,
     /// The coordinates that follow, one for each.
     pub(super) following: Vec<usize>,
     pub(super) tangent: Tangent<Ball>,
@@ -92,13 +92,14 @@ fn followed<S: Enclosure>(
 }
 
 /// vᵀA, a row for each direction.
-fn rows<S: Scalar>(directions: &[Direction], matrix: &[S], precision: S::Precision) -> Vec<Vec<S>> {
+pub(super) fn rows<S: Scalar>(directions: &[Direction], matrix: &[S], precision: S::Precision) -> Vec<Vec<S>> {
     let n = matrix.len().isqrt();
     let row = |v: &Direction| (0..n).map(|j| product(v, |i| &matrix[i + n * j], precision)).collect();
     directions.iter().map(row).collect()
 }
 
-fn product<'a, S: Scalar + 'a>(v: &Direction, entry: impl Fn(usize) -> &'a S, precision: S::Precision) -> S {
+/// vᵀx.
+pub(super) fn product<'a, S: Scalar + 'a>(v: &Direction, entry: impl Fn(usize) -> &'a S, precision: S::Precision) -> S {
     let mut sum = S::from_number(&Number::ZERO, precision);
     for (i, x) in v {
         if !entry(*i).is_exact_zero() {
@@ -175,11 +176,28 @@ fn directions(own: &Linearized) -> Vec<Direction> {
     if !own.is_constrained()
         && n <= exact::MOST
         && (alone.len() < all.len() || coupled && may_be_singular(n, &own.mass()))
-        && let Some(vectors) = exact::without_inertia(&own.model, &own.assembly, &own.equilibrium)
+        && let Some(vectors) = exact::without_inertia(&own.model, &own.assembly, &own.equilibrium, false)
     {
         return vectors.into_iter().map(sparse).collect();
     }
-    alone.into_iter().map(|i| vec![(i, Surd::rational(Number::ONE))]).collect()
+    alone.into_iter().map(unit).collect()
+}
+
+/// A coordinate by itself.
+pub(super) fn unit(coordinate: usize) -> Direction {
+    vec![(coordinate, Surd::rational(Number::ONE))]
+}
+
+/// All directions without inertia, where M couples coordinates and may be singular.
+pub(super) fn kernel_of_mass(own: &Linearized) -> Option<Vec<Direction>> {
+    let n = own.coordinates();
+    if own.is_constrained() || n > exact::MOST || !moved(own, &own.equilibrium.values).1 {
+        return None;
+    }
+    let mass = own.assembly.mass(&own.equilibrium.values, &own.values);
+    let vectors =
+        may_be_singular(n, &mass).then(|| exact::without_inertia(&own.model, &own.assembly, &own.equilibrium, true));
+    Some(vectors??.into_iter().map(sparse).collect())
 }
 
 fn sparse(vector: Vec<Surd>) -> Direction {

@@ -307,7 +307,7 @@ fn linearize_in(
     linearized.massless = massless::find(&linearized).map(Box::new);
     linearized.structure = linearized.find_structure();
     if linearized.structure == Structure::Damped {
-        linearized.flow = flow::find(&linearized).map(Box::new);
+        linearized.flow = flow::find(&mut linearized).map(Box::new);
     }
     Ok(linearized)
 }
@@ -474,10 +474,10 @@ impl Linearized {
         self.massless.as_ref()?.as_ref().as_ref().ok()
     }
 
-    /// The number of directions without inertia that follow the others: [`Linearized::dimension`] is less by it.
+    /// The number of directions without inertia that follow the others: there are as many modes fewer.
     #[must_use]
     pub fn massless_directions(&self) -> usize {
-        self.massless().map_or(0, Massless::count)
+        self.massless().map_or(0, Massless::count) + self.flow().map_or(0, Flow::following)
     }
 
     /// Refuses coordinates without inertia, for what has to have accelerations.
