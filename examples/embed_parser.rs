@@ -60,6 +60,7 @@ fn gives(statement: &Statement) -> (&'static str, Vec<&str>) {
         StatementKind::Lagrangian(_) => ("lagrangian", Vec::new()),
         StatementKind::Dissipation(_) => ("dissipation", Vec::new()),
         StatementKind::Force(binding) => ("force", vec![&binding.name.text]),
+        StatementKind::Assume(_) => ("assume", Vec::new()),
         StatementKind::Constraint { .. } => ("constraint", Vec::new()),
         StatementKind::Guess { binding, .. } => ("guess", vec![&binding.name.text]),
         StatementKind::Equilibrium { binding, .. } => ("equilibrium", vec![&binding.name.text]),

@@ -40,6 +40,10 @@ pub fn derive_text(derivation: &Derivation, style: &Style) -> String {
     let mut out = style.paint(Tone::Heading, &headline(derivation.model.as_deref(), names.len()));
     out.push('\n');
     out.push_str(&listed("coordinates", names, style.width));
+    if !derivation.assumptions.is_empty() {
+        let assumed: Vec<String> = assumption_texts(derivation).iter().map(|text| style.inline(text)).collect();
+        out.push_str(&listed("assumed", &assumed, style.width));
+    }
     if !definitions.is_empty() {
         let texts = definitions.iter().map(definition_text);
         out.push_str(&section("with", &texts.collect::<Vec<_>>(), style));
@@ -77,6 +81,13 @@ pub fn derive_text(derivation: &Derivation, style: &Style) -> String {
         Err(error) => out.push_str(&format!("no mass and stiffness matrices: {error}\n")),
     }
     out
+}
+
+/// `l > d`, one for each assumption of the model.
+pub(super) fn assumption_texts(derivation: &Derivation) -> Vec<String> {
+    let side = |e| derivation.pool.display(e);
+    let assumptions = derivation.assumptions.iter();
+    assumptions.map(|own| format!("{} {} {}", side(own.left), own.relation.sign(), side(own.right))).collect()
 }
 
 /// `d12 = norm(r[2] - r[1])`

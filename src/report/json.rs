@@ -6,7 +6,7 @@
 use std::fmt::Write;
 
 use super::constraints::constraint_texts;
-use super::derive::{condition_text, conserved_because, conserved_name};
+use super::derive::{assumption_texts, condition_text, conserved_because, conserved_name};
 use super::frequencies::{exchange, kind, signs};
 use super::{Written, zero_motions};
 use librate_core::derive::{
@@ -232,6 +232,10 @@ pub fn derive_json(derivation: &Derivation) -> String {
 fn linear_fields(derivation: &Derivation, linear: &Linear, fields: &mut Vec<(&str, String)>) {
     let expression = |at: &ExprId| string(&derivation.pool.display(*at));
     let matrix = |rows: &[Vec<ExprId>]| lines(rows.iter().map(|row| array(row.iter().map(expression))));
+    if !derivation.assumptions.is_empty() {
+        let assumed = assumption_texts(derivation);
+        fields.push(("assumptions", array(assumed.iter().map(|text| string(text)))));
+    }
     fields.push(("equilibrium", array(linear.equilibrium.iter().map(expression))));
     if !derivation.rates.is_empty() {
         let rates = derivation.rates.iter();

@@ -4,8 +4,8 @@ use super::constraints::{
     constraint_texts, constraints_title, direction_texts, displacements_title, multiplier_texts, unsolved,
 };
 use super::derive::{
-    MOST_FOR_ENERGIES, assumed_of, conserved_because, conserved_name, definition_text, potential_name, quadratic_forms,
-    rate_texts, root_texts, symmetry_of,
+    MOST_FOR_ENERGIES, assumed_of, assumption_texts, conserved_because, conserved_name, definition_text,
+    potential_name, quadratic_forms, rate_texts, root_texts, symmetry_of,
 };
 use super::frequencies::{
     MOST_IN_BLOCK, MOST_LISTED, alone, exchange, kind, motion, normal_lines, on_request, remarks, signs, solved_lines,
@@ -122,6 +122,10 @@ impl<'a> Page<'a> {
 
     fn write(&mut self) {
         let derivation = self.derivation;
+        if !derivation.assumptions.is_empty() {
+            let assumed = self.relations(&assumption_texts(derivation)).join(", ");
+            self.out.push_str(&format!("Assumed: {assumed}.\n"));
+        }
         if derivation.equations.is_some() {
             self.heading("Lagrange's equations");
             self.equations(&derivation.equation_texts());

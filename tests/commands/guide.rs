@@ -27,6 +27,38 @@ fn blocks_of_the_guide_run() {
     }
 }
 
+/// The models of docs/matrices.md with the tables above them, and their exponents: growth and frequency.
+#[test]
+fn models_given_as_matrices() {
+    let page = std::fs::read_to_string("docs/matrices.md").unwrap();
+    let mut tables = TableTexts::new();
+    let mut found = Vec::new();
+    for block in page.split("```").skip(1).step_by(2) {
+        let (head, text) = block.split_once('\n').unwrap();
+        match head.split_once(' ') {
+            Some(("mtx", name)) => {
+                tables = tables.with(name, text);
+            }
+            Some(("lag", _)) => {
+                let model = elaborate(&librate::syntax::parse(text).unwrap(), &tables, &Settings::new()).unwrap();
+                let normal = normal_modes(&linearize(model).unwrap(), &Options::default()).unwrap();
+                let exponents = normal.modes.iter().map(|mode| [mode.growth.mid_f64(), mode.omega.mid_f64()]);
+                found.push(exponents.collect::<Vec<_>>());
+            }
+            _ => assert_eq!(head, "text"),
+        }
+    }
+    let [chain, bicycle] = found.as_slice() else { panic!() };
+    assert_eq!(chain.len(), 3);
+    assert!(chain.iter().any(|mode| mode[0] == 0.0 && (mode[1] - 2.0_f64.sqrt()).abs() < 1e-14), "{chain:?}");
+    let table = [[-0.775341882195845, 4.46486771378829], [-0.322866429004087, 0.0], [-14.07838969279822, 0.0]];
+    assert_eq!(bicycle.len(), 3);
+    for own in table {
+        let near = |mode: &&[f64; 2]| (mode[0] - own[0]).hypot(mode[1] - own[1]) < 1e-12;
+        assert_eq!(bicycle.iter().filter(near).count(), 1, "{own:?}: {bicycle:?}");
+    }
+}
+
 /// What stands between fences of plain text behind a phrase.
 fn shown<'a>(text: &'a str, phrase: &str) -> &'a str {
     let (_, rest) = text.split_once(phrase).unwrap_or_else(|| panic!("{phrase}"));

@@ -1,6 +1,7 @@
 //! Derivations: equations, closed forms, normal coordinates, LaTeX, book forms.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "tests stop at the first surprise")]
 
+mod assumptions;
 mod book_forms;
 mod closed_forms;
 #[cfg(feature = "engine")]

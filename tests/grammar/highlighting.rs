@@ -131,6 +131,7 @@ fn check(grammar: &Grammar, source: &str) {
             | StatementKind::Potential(_)
             | StatementKind::Lagrangian(_)
             | StatementKind::Dissipation(_)
+            | StatementKind::Assume(_)
             | StatementKind::Period(_) => {}
         }
     }

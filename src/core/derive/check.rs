@@ -20,12 +20,16 @@ use crate::modes::{self, Options, Problem};
 use crate::number::Number;
 use crate::oscillation::{in_units, mass_error, normal_modes};
 use crate::precision::{Ball, Big, Function, Magnitude, Scalar};
+use crate::syntax::Comparison;
 
 /// An enclosure has to tell so much of a number.
 const WIDEST: f64 = 1e-9;
 
 /// Bits of numbers beyond the range of balls.
 const BITS: usize = 192;
+
+/// As often values are drawn that the model's assumptions hold for.
+const MOST_DRAWS: usize = 1000;
 
 /// What has a sign at the values of the parameters, and whether that is negative.
 pub(super) type Signs = Vec<(ExprId, bool)>;
@@ -62,12 +66,22 @@ pub(super) struct Checker<'a> {
     values: HashMap<Symbol, Ball>,
     /// Whether all parameters have values.
     complete: bool,
+    /// How often values had to be drawn.
+    draws: usize,
     linearized: OnceCell<Option<Linearized>>,
     modes: OnceCell<Option<Vec<Reference>>>,
 }
 
 impl<'a> Checker<'a> {
     pub(super) fn new(model: &'a Model) -> Self {
+        let mut checker = Self::drawn(model, 0);
+        while !checker.complete && checker.draws < MOST_DRAWS && !checker.assumptions_hold() {
+            checker = Self::drawn(model, checker.draws + 1);
+        }
+        checker
+    }
+
+    fn drawn(model: &'a Model, draws: usize) -> Self {
         let mut values = HashMap::new();
         let mut complete = true;
         for (i, parameter) in model.parameters.iter().enumerate() {
@@ -75,9 +89,22 @@ impl<'a> Checker<'a> {
             let value = value.and_then(|value| evaluate_closed(&model.pool, value, BITS));
             let value = value.map(|value: Big| value.to_far_ball());
             complete &= value.is_some();
-            values.insert(parameter.symbol, value.unwrap_or_else(|| Ball::from_number(&drawn(i), ())));
+            values.insert(parameter.symbol, value.unwrap_or_else(|| Ball::from_number(&drawn(i, draws), ())));
         }
-        Self { model, values, complete, linearized: OnceCell::new(), modes: OnceCell::new() }
+        Self { model, values, complete, draws, linearized: OnceCell::new(), modes: OnceCell::new() }
+    }
+
+    /// Whether the values are as the model assumes.
+    fn assumptions_hold(&self) -> bool {
+        self.model.assumptions.iter().all(|own| {
+            let sides = self.evaluate(&self.model.pool, &[own.left, own.right]);
+            let difference = sides.map(|sides| sides[0].sub(&sides[1]));
+            difference.is_some_and(|difference| match own.relation {
+                Comparison::Greater | Comparison::GreaterEqual => difference.is_positive(),
+                Comparison::Less | Comparison::LessEqual => difference.is_negative(),
+                Comparison::Equal | Comparison::NotEqual => true,
+            })
+        })
     }
 
     /// The model in numbers, where all parameters have values.
@@ -99,7 +126,7 @@ impl<'a> Checker<'a> {
         }
         let mut model = self.model.clone();
         for (i, parameter) in model.parameters.iter_mut().enumerate() {
-            parameter.value.get_or_insert_with(|| model.pool.number(drawn(i)));
+            parameter.value.get_or_insert_with(|| model.pool.number(drawn(i, self.draws)));
         }
         let error = mass_error(&linearize::linearize(model).ok()?);
         error.filter(|error| matches!(error, LinearizeError::SingularCoordinates { .. }))
@@ -614,8 +641,11 @@ fn references(linearized: &Linearized) -> Option<Vec<Reference>> {
 }
 
 /// A positive rational number without a relation to the others: (2 a + 1)/(2 b), between 1/2 and 2.
-fn drawn(number: usize) -> Number {
-    let part = i64::try_from(mix(number as u64) >> 45).unwrap_or(0);
+fn drawn(number: usize, draws: usize) -> Number {
+    let bits = mix((number as u64).wrapping_add((draws as u64) << 32));
+    let part = i64::try_from(bits >> 45).unwrap_or(0);
     // part is below 2^19, so that this is between 1/2 and 2.
-    Number::ratio((1 << 18) + part, 1 << 19).unwrap_or(Number::ONE)
+    let size = Number::ratio((1 << 18) + part, 1 << 19).unwrap_or(Number::ONE);
+    // In later draws of any sign.
+    if draws % 2 == 1 && bits & 1 == 1 { size.neg() } else { size }
 }

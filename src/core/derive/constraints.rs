@@ -134,6 +134,7 @@ pub(super) fn reduce(page: &mut Derivation, short: &mut Simplifier, checker: &Ch
         let derivation = Derivation {
             pool: pool.clone(),
             model: checker.model.name.clone(),
+            assumptions: Vec::new(),
             names: Names {
                 coordinates: of(&names.coordinates),
                 displacements: of(&names.displacements),

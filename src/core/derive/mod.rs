@@ -60,7 +60,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use crate::expr::{ExprId, Pool};
 use crate::linearize::{self, LinearizeError, Tied};
-use crate::model::Model;
+use crate::model::{Assumption, Model};
 use crate::number::Number;
 
 pub use abbreviate::Definition;
@@ -186,6 +186,8 @@ pub struct Derivation {
     /// What the names of the model stand for: its parameters (those defined from others written out), coordinates,
     /// velocities (`x'`), the time `t`, where it speaks of it, and multipliers of constraints.
     pub symbols: BTreeMap<String, ExprId>,
+    /// What the model assumes of its parameters.
+    pub assumptions: Vec<Assumption>,
     /// The rates of a steady motion, each with the name of its coordinate.
     pub rates: Vec<(String, ExprId)>,
     /// The model about its equilibrium, or why it has no M and K.
@@ -289,7 +291,7 @@ pub struct Energy {
 pub fn derive(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError> {
     let budget = model.pool.budget();
     budget.at("the derivation", None);
-    let derivation = derivation(model, parts);
+    let derivation = derivation(&model.assumed(), parts);
     budget.check()?;
     derivation
 }
@@ -347,6 +349,7 @@ fn derivation(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
         pool,
         model: model.name.clone(),
         names,
+        assumptions: model.assumptions.clone(),
         rates: model
             .coordinates
             .iter()

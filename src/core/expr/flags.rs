@@ -8,6 +8,8 @@ use crate::number::Number;
 pub(super) struct Flags {
     /// Not negative wherever it has a value.
     pub(super) nonnegative: bool,
+    /// Not positive, by assumption.
+    pub(super) nonpositive: bool,
     /// Without symbols.
     pub(super) constant: bool,
     /// A sum whose coefficients are whole and coprime.
@@ -15,27 +17,64 @@ pub(super) struct Flags {
 }
 
 impl Pool {
+    /// Takes these expressions for not negative from now on, whatever their symbols are, and what follows from that: with
+    /// l - d and d, l as well. Expressions that are there keep their form until they are [built anew](Pool::built_anew).
+    pub fn assume_nonnegative(&mut self, assumed: &[ExprId]) {
+        let mut round = assumed.to_vec();
+        while !round.is_empty() {
+            for e in round {
+                let (factor, core) = self.split_content(e);
+                let opposite = self.neg(core);
+                let (above, below) = if factor.is_negative() { (opposite, core) } else { (core, opposite) };
+                for (e, positive) in [(above, true), (e, true), (below, false)] {
+                    if let Some(flags) = self.flags.get_mut(e.index()).filter(|flags| !flags.constant) {
+                        flags.nonnegative |= positive;
+                        flags.nonpositive |= !positive;
+                    }
+                }
+            }
+            for place in 0..self.nodes.len() {
+                self.flags[place].nonnegative |= self.flags_of(&self.nodes[place]).nonnegative;
+            }
+            let following = assumed.iter().filter_map(|e| self.nonnegative_part(*e));
+            round = following.filter(|e| !self.is_nonnegative(*e)).collect();
+        }
+    }
+
+    /// The factor that is not negative where an expression is, which is the only one of its terms that can be positive.
+    fn nonnegative_part(&self, e: ExprId) -> Option<ExprId> {
+        let terms = self.terms(e);
+        let is_below = |(term, factor): &&(ExprId, Number)| factor.is_negative() && self.is_nonnegative(*term);
+        let mut open = terms.iter().filter(|own| !is_below(own));
+        let (Some((term, factor)), None) = (open.next(), open.next()) else { return None };
+        let factors = self.factors(*term);
+        let mut open = factors.iter().filter(|(base, exponent)| !self.is_nonnegative_power(*base, exponent));
+        let (Some((base, _)), None) = (open.next(), open.next()) else { return None };
+        (!factor.is_negative()).then_some(*base)
+    }
+
     /// The facts about a node whose children are in the pool.
     pub(super) fn flags_of(&self, node: &Node) -> Flags {
         let constant = |id: ExprId| self.flags(id).constant;
         match node {
-            Node::Number(value) => Flags { nonnegative: !value.is_negative(), constant: true, primitive: false },
-            Node::Pi => Flags { nonnegative: true, constant: true, primitive: false },
-            Node::Undefined => Flags { nonnegative: false, constant: true, primitive: false },
+            Node::Number(value) => Flags { nonnegative: !value.is_negative(), constant: true, ..Flags::default() },
+            Node::Pi => Flags { nonnegative: true, constant: true, ..Flags::default() },
+            Node::Undefined => Flags { nonnegative: false, constant: true, ..Flags::default() },
             Node::Symbol(_) => Flags::default(),
             Node::Sum { constant: number, terms } => Flags {
                 nonnegative: !number.is_negative()
                     && terms.iter().all(|(t, c)| !c.is_negative() && self.is_nonnegative(*t)),
                 constant: terms.iter().all(|(t, _)| constant(*t)),
                 primitive: content(number, terms).is_one(),
+                nonpositive: false,
             },
             Node::Product(factors) => Flags {
                 nonnegative: factors.iter().all(|(b, e)| self.is_nonnegative_power(*b, e)),
                 constant: factors.iter().all(|(b, _)| constant(*b)),
-                primitive: false,
+                ..Flags::default()
             },
             Node::Power { base, exponent } => {
-                Flags { nonnegative: true, constant: constant(*base) && constant(*exponent), primitive: false }
+                Flags { nonnegative: true, constant: constant(*base) && constant(*exponent), ..Flags::default() }
             }
             Node::Function(function, x) => Flags {
                 nonnegative: match function {
@@ -44,11 +83,13 @@ impl Pool {
                     Function::Sin | Function::Cos | Function::Tan | Function::Ln => false,
                 },
                 constant: constant(*x),
-                primitive: false,
+                ..Flags::default()
             },
-            Node::Atan2 { y, x } => {
-                Flags { nonnegative: self.is_nonnegative(*y), constant: constant(*y) && constant(*x), primitive: false }
-            }
+            Node::Atan2 { y, x } => Flags {
+                nonnegative: self.is_nonnegative(*y),
+                constant: constant(*y) && constant(*x),
+                ..Flags::default()
+            },
         }
     }
 

@@ -103,6 +103,9 @@ impl Pool {
             // c*x*y: the product under a coefficient; one step, products do not nest.
             return self.absolute(core);
         }
+        if self.flags(core).nonpositive {
+            return self.neg(core);
+        }
         self.intern(Node::Function(Function::Abs, core))
     }
 

@@ -46,6 +46,13 @@ impl Pool {
         (roots, signs)
     }
 
+    /// The same, simplified anew by what is assumed since they were made.
+    pub fn built_anew(&mut self, roots: &[ExprId]) -> Vec<ExprId> {
+        let reachable = self.reachable_places(roots);
+        let dependent = vec![true; reachable.ids.len()];
+        self.rebuilt(roots, &reachable, &dependent, &Substitution::default(), &mut |_, _, _| None)
+    }
+
     /// The same with exp(c) for a large constant c as 2^n exp(c - n ln 2) where that is about 1: products with numbers are then within the
     /// range of doubles on their way.
     pub fn with_small_exponentials(&mut self, roots: &[ExprId]) -> Vec<ExprId> {

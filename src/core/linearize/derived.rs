@@ -40,7 +40,7 @@ pub(super) fn leaving_out_dependent<T>(
 }
 
 /// M, G, C, K and N of a model at its equilibrium, as expressions, and its constraints. Parameters need no values
-/// unless the equilibrium has to be searched for.
+/// unless the equilibrium has to be searched for. Assumptions are not used: [`Model::assumed`] is the model with them.
 ///
 /// # Errors
 /// As [`linearize`](super::linearize).

@@ -72,9 +72,14 @@ Error LinearizeError {
         coordinate: String,
         /// The generalised force, as an expression.
         force: String,
-    } => at(*span, "given here").with_help(
-        "the sign of a root depends on the sign of a parameter, which is known from its value: give the parameters values in the file, or on the command line with --set",
-    ),
+        /// What absolute values are taken of in it.
+        unsigned: Vec<String>,
+    } => at(*span, "given here").with_help(match unsigned.first() {
+        Some(first) => format!(
+            "the sign of `{first}` is not known: write `assume {first} > 0` where it is positive, or give the parameters values"
+        ),
+        None => "the sign of a root depends on signs of parameters: write them with `assume d > 0`, or give the parameters values".to_owned(),
+    }),
 
     /// A point given as equilibrium where a force acts.
     #[error("this is not an equilibrium: a force {force} acts on `{coordinate}`")]

@@ -12,7 +12,7 @@ use super::error::LinearizeError;
 use super::multipliers::SymbolicConstraints;
 use super::parameters::known_values;
 use super::velocity::Matrix;
-use crate::expr::{ExprId, Pool, Substitution, ZeroVerdict};
+use crate::expr::{ExprId, Function, Pool, Substitution, ZeroVerdict};
 use crate::model::{Model, SymbolKind, TermFamily};
 use crate::number::Number;
 
@@ -253,9 +253,13 @@ pub(crate) fn doubtful_force(model: &Model, assembly: &Assembly, point: &[ExprId
     let (mut pool, forces) = forces(model, assembly, point, &Substitution::default())?;
     let (number, force) = forces.into_iter().find(|(_, force)| pool.is_zero(*force) != ZeroVerdict::Zero)?;
     let force = pool.neg(force);
+    let functions = pool.reachable(&[force]).into_iter().filter_map(|id| pool.as_function(id));
+    let sizes = functions.filter(|(function, _)| *function == Function::Abs);
+    let unsigned = sizes.map(|(_, x)| pool.display(x));
     Some(LinearizeError::ForceOfParameters {
         coordinate: model.coordinates.get(number as usize)?.name(),
         force: pool.display(force),
+        unsigned: unsigned.collect(),
         span: given,
     })
 }

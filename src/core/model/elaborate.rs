@@ -184,6 +184,7 @@ impl<'a> Elaborator<'a> {
             // These need all coordinates and are read at the end.
             StatementKind::Force(_)
             | StatementKind::Constraint { .. }
+            | StatementKind::Assume(_)
             | StatementKind::Guess { .. }
             | StatementKind::Equilibrium { .. } => {}
         }
@@ -340,7 +341,7 @@ impl<'a> Elaborator<'a> {
     fn finish(mut self, purpose: Purpose) -> Result<Model, Vec<ModelError>> {
         let count = self.world.coordinates.len();
         let [mut guesses, mut guessed_velocities, mut equilibria, mut rates] = [(); 4].map(|()| Givens::none(count));
-        let mut constraints = Vec::new();
+        let (mut constraints, mut assumptions) = (Vec::new(), Vec::new());
         let (mut forces, mut acted, mut first_force) = (Vec::new(), HashMap::new(), None);
         for statement in &self.file.statements {
             self.begin(&statement.kind, statement.span);
@@ -362,6 +363,8 @@ impl<'a> Elaborator<'a> {
             } else if let StatementKind::Constraint { indices, left, right } = &statement.kind {
                 let found = self.constraint([*left, *right], indices.as_deref(), statement.span);
                 constraints.extend(found.unwrap_or_default());
+            } else if let StatementKind::Assume(relations) = &statement.kind {
+                assumptions.extend(relations.iter().filter_map(|at| self.assumption(*at)).flatten());
             }
         }
         let energies = std::mem::take(&mut self.energies);
@@ -409,6 +412,7 @@ impl<'a> Elaborator<'a> {
             force: first_force,
             forces,
             constraints,
+            assumptions,
             period,
             time_dependent,
             tensors,

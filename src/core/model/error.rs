@@ -258,6 +258,15 @@ Error ModelError {
         count: String,
     } => at(*span, "this does not fit into memory"),
 
+    /// A relation that the values of the parameters contradict.
+    #[error("this assumption does not hold for the values of the parameters")]
+    "E0135" AssumptionBroken(span) {
+        /// The relation of the values: `1 > 2`.
+        values: String,
+    } => at(*span, format!("{values} is false")).with_help(
+        "change the values or the assumption: what a derivation simplifies has to hold for both",
+    ),
+
     /// An exact number of more than [`MAX_BITS`](crate::number::MAX_BITS) bits.
     #[error("{what} is too long for an exact number")]
     "E0134" NumberTooLong(span) {

@@ -4,6 +4,7 @@
 //! taken apart into families of terms ([`TermFamily`]). Everything stays exact and symbolic: no
 //! energy is differentiated and no coordinate gets a number here.
 
+mod assume;
 mod compile;
 mod compile_index;
 mod constant;
@@ -38,6 +39,7 @@ mod units;
 mod values;
 mod warning;
 
+pub use assume::Assumption;
 pub use constant::Constant;
 pub use coordinates::{Coordinate, Coordinates, Symbols};
 pub use dimension::{Dimension, DimensionError, Inferred};
@@ -131,6 +133,8 @@ pub struct Model {
     pub forces: Vec<TermFamily>,
     /// The constraints.
     pub constraints: Vec<Constraint>,
+    /// What may be used to simplify symbols, see [`Model::assumed`].
+    pub assumptions: Vec<Assumption>,
     /// The `period` statement: the period and its place.
     pub period: Option<Given>,
     /// Where the energies depend on the time explicitly.

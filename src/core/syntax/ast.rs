@@ -108,6 +108,8 @@ pub enum StatementKind {
         /// Right of `=`.
         right: ExprRef,
     },
+    /// `assume EXPR > EXPR, …`: comparisons, none of them with `==`.
+    Assume(Vec<ExprRef>),
     /// `guess …`, with `rate` for `guess NAME' = …`
     Guess {
         /// Name, indices and value.
@@ -320,7 +322,7 @@ impl Comparison {
         [Self::Equal, Self::NotEqual, Self::Less, Self::LessEqual, Self::Greater, Self::GreaterEqual];
 }
 
-/// The comparisons of filters.
+/// The comparisons of filters and assumptions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Comparison {
     /// `==`
@@ -335,6 +337,21 @@ pub enum Comparison {
     Greater,
     /// `>=`
     GreaterEqual,
+}
+
+impl Comparison {
+    /// As the language writes it.
+    #[must_use]
+    pub const fn sign(self) -> &'static str {
+        match self {
+            Self::Equal => "==",
+            Self::NotEqual => "!=",
+            Self::Less => "<",
+            Self::LessEqual => "<=",
+            Self::Greater => ">",
+            Self::GreaterEqual => ">=",
+        }
+    }
 }
 
 /// Index of a unit expression in its [`File`].

@@ -7,7 +7,7 @@ use crate::mistakes;
 use crate::span::Span;
 
 const STATEMENTS: &str = "a statement starts with `model`, `param`, `coord`, `let`, `T`, `V`, `lagrangian`, \
-     `dissipation`, `force`, `constraint`, `guess`, `equilibrium`, `period` or `table`";
+     `dissipation`, `force`, `constraint`, `assume`, `guess`, `equilibrium`, `period` or `table`";
 
 fn partner(bracket: char) -> char {
     if bracket == '(' { ')' } else { ']' }
@@ -191,6 +191,7 @@ Error SyntaxError {
         statement: &'static str,
     } => at(*span, "nothing follows").with_help(match *statement {
         "period" => "write the period of the explicit time dependence: `period 2*pi/W`",
+        "assume" => "write a relation between parameters: `assume k > 0, l > d`",
         _ => "a constraint is written `constraint EXPR = EXPR`",
     }),
 
@@ -385,7 +386,11 @@ Error SyntaxError {
         first: Span,
     } => at(*span, "a second comparison")
         .with_secondary(*first, "compared already")
-        .with_help("join two comparisons with `and`: `1 < i and i < n`"),
+        .with_help("write two comparisons: `1 < i and i < n`, and `assume 0 < d, d < l` with a comma"),
+
+    /// `assume k`, `assume k == 1`
+    #[error("an assumption is an inequality")]
+    "E0060" NoRelation(span) => at(*span, "not one").with_help("write `assume k > 0, l > d`, with `>`, `<`, `>=`, `<=` or `!=` and several with commas; a value is given by `param k = 1`"),
 
     /// `i in 1..3, where …`
     #[error("no comma belongs before `where`")]

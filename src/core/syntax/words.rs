@@ -3,7 +3,7 @@
 //! Tables only; nothing here reads text.
 
 /// The words that begin a statement.
-pub const STATEMENT_WORDS: [&str; 14] = [
+pub const STATEMENT_WORDS: [&str; 15] = [
     "model",
     "param",
     "coord",
@@ -14,6 +14,7 @@ pub const STATEMENT_WORDS: [&str; 14] = [
     "dissipation",
     "force",
     "constraint",
+    "assume",
     "guess",
     "equilibrium",
     "period",
@@ -89,6 +90,11 @@ pub(super) fn is_naming(word: &str) -> bool {
     matches!(word, "model" | "param" | "coord" | "let" | "force" | "guess" | "equilibrium" | "table")
 }
 
+/// Statement words behind which an expression stands.
+pub(super) fn takes_expression(word: &str) -> bool {
+    matches!(word, "constraint" | "assume" | "period")
+}
+
 /// Statement words behind which several names may stand, with commas.
 pub(super) fn takes_several(word: &str) -> bool {
     matches!(word, "param" | "coord")
@@ -132,6 +138,7 @@ pub(super) fn synonym(word: &str) -> Option<&'static str> {
         "F" | "D" | "rayleigh" | "damping" | "friction" => Some("dissipation"),
         "Q" | "forcing" | "torque" | "moment" | "input" => Some("force"),
         "constrain" | "subject" | "restrict" => Some("constraint"),
+        "assumption" | "assumptions" | "assuming" | "suppose" | "given" => Some("assume"),
         "start" | "initial" | "init" => Some("guess"),
         "equilibria" | "rest" | "eq" => Some("equilibrium"),
         "name" | "title" | "system" => Some("model"),

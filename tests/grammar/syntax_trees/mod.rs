@@ -301,7 +301,7 @@ impl Planter {
 
     /// The bound thing as each of the statements it can be.
     pub(crate) fn statements(&mut self, bound: &Bound) {
-        for variant in 0..10 {
+        for variant in 0..11 {
             let indices = bound.indices.as_ref();
             let indices = indices.map(|(entries, c)| Box::new(self.indices(entries, c.as_ref())));
             let unit = bound.unit.as_ref().map(|unit| self.unit(unit));
@@ -334,6 +334,16 @@ impl Planter {
                 8 => {
                     let declaration = Declaration { name: binding.name, indices: binding.indices, unit: binding.unit };
                     StatementKind::Coord { declarations: vec![declaration.clone(), declaration] }
+                }
+                9 => {
+                    let relation = |planter: &mut Self| {
+                        let span = Span::default();
+                        let left = planter.tree(&bound.value);
+                        let right = planter.file.expressions.push(Expr { span, kind: ExprKind::Number("0") });
+                        let kind = ExprKind::Compare { operator: Comparison::GreaterEqual, left, right };
+                        planter.file.expressions.push(Expr { span, kind })
+                    };
+                    StatementKind::Assume(vec![relation(self), relation(self)])
                 }
                 _ => StatementKind::Constraint {
                     indices: None,

@@ -128,6 +128,14 @@ impl<'a> Inference<'a> {
                 let sides = [*left, *right].map(|side| (self.evaluate(side, scope), self.file.expr(side).span));
                 self.equations.alike(&sides, &Context::Arguments("the sides of a constraint"));
             }
+            StatementKind::Assume(relations) => {
+                for at in relations {
+                    if let ExprKind::Compare { left, right, .. } = self.file.expr(*at).kind {
+                        let sides = [left, right].map(|side| (self.evaluate(side, 0), self.file.expr(side).span));
+                        self.equations.alike(&sides, &Context::Arguments("the sides of an assumption"));
+                    }
+                }
+            }
             StatementKind::Guess { binding, rate } => {
                 self.given(binding, "guess", *rate);
             }

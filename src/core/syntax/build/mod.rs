@@ -15,7 +15,10 @@ use pest::pratt_parser::PrattParser;
 
 use self::pieces::Places;
 use super::arena::{Expressions, Units};
-use super::ast::{Binding, Comment, Declaration, File, IndexEntry, IndexKind, Indices, Name, Statement, StatementKind};
+use super::ast::{
+    Binding, Comment, Comparison, Declaration, ExprKind, ExprRef, File, IndexEntry, IndexKind, Indices, Name,
+    Statement, StatementKind,
+};
 use super::error::SyntaxError;
 use super::explain;
 use super::grammar::{Grammar, Rule, in_words, precedences};
@@ -130,6 +133,7 @@ impl Builder {
                 StatementKind::Coord { declarations }
             }
             Rule::constraint => self.constraint(pair)?,
+            Rule::assume => self.assumptions(pair),
             Rule::table => {
                 let mut name = None;
                 let mut path = None;
@@ -173,6 +177,23 @@ impl Builder {
             [left, right] => Ok(StatementKind::Constraint { indices, left: *left, right: *right }),
             _ => required(None, span),
         }
+    }
+
+    fn assumptions(&self, pair: Pair<'_, Rule>) -> StatementKind {
+        let outside = self.in_filter.replace(true);
+        let parts = pair.into_inner().filter(|part| part.as_rule() == Rule::expr);
+        let relations: Vec<ExprRef> = parts.map(|part| self.expression(part)).collect();
+        self.in_filter.set(outside);
+        for at in &relations {
+            let expressions = self.expressions.borrow();
+            let Some(relation) = expressions.get(*at) else { continue };
+            let (span, kind) = (relation.span, relation.kind);
+            let related = matches!(kind, ExprKind::Compare { operator, .. } if operator != Comparison::Equal);
+            if !related {
+                self.object(SyntaxError::NoRelation { span });
+            }
+        }
+        StatementKind::Assume(relations)
     }
 
     /// The names of a `param` statement. A unit, and a value with its uncertainty, are those of the names before them

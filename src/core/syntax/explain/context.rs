@@ -66,10 +66,7 @@ impl<'s> Context<'s> {
             found: None,
             after: None,
             enclosures: Vec::new(),
-            part: match statement {
-                "constraint" | "period" => Part::Value,
-                _ => Part::Name,
-            },
+            part: if words::takes_expression(statement) { Part::Value } else { Part::Name },
             comparison: None,
             name_start: word.end,
             name_end: None,
@@ -171,7 +168,7 @@ impl<'s> Context<'s> {
 
     pub(super) fn before_expects_operand(&self) -> bool {
         expects_operand(self.before.kind, self.text(self.before))
-            || self.before_is_word() && matches!(self.statement, "constraint" | "period")
+            || self.before_is_word() && words::takes_expression(self.statement)
     }
 
     pub(super) fn before_is_word(&self) -> bool {
@@ -203,7 +200,7 @@ impl<'s> Context<'s> {
         let end = Span::new(self.end, self.end);
         if self.before_is_word() {
             return match statement {
-                "constraint" | "period" => SyntaxError::MissingExpression { statement, span },
+                _ if words::takes_expression(statement) => SyntaxError::MissingExpression { statement, span },
                 _ if words::is_naming(statement) => {
                     SyntaxError::MissingName { statement, found: "nothing".to_owned(), span }
                 }
@@ -395,6 +392,9 @@ impl<'s> Context<'s> {
         }
         if statement == "coord" {
             return Some(SyntaxError::CoordinateValue { span });
+        }
+        if statement == "assume" {
+            return Some(SyntaxError::NoRelation { span });
         }
         if self.before_expects_operand() {
             return Some(SyntaxError::MissingLeftOperand { sign: "=".to_owned(), span });

@@ -118,7 +118,7 @@ fn suggested(source: &str, token: Token, next: Option<Token>) -> Option<&'static
     let fits = |candidate: &&'static str| match next.map(|next| next.kind) {
         Some(TokenKind::Equals) => words::is_function_statement(candidate),
         Some(TokenKind::Word) => !words::is_function_statement(candidate),
-        _ => matches!(*candidate, "period" | "constraint"),
+        _ => words::takes_expression(candidate),
     };
     words::synonym(word)
         .filter(|s| fits(s))

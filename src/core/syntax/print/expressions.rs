@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::super::ast::{Comparison, ExprKind, ExprRef, IndexKind, Indices, Member, UnitKind, UnitRef};
+use super::super::ast::{ExprKind, ExprRef, IndexKind, Indices, Member, UnitKind, UnitRef};
 use super::{Break, Group, Job, Manner, Printer, Sink};
 
 /// Binding strengths, weakest first; [`Strength::Any`] asks for no parentheses.
@@ -40,17 +40,6 @@ fn strength(kind: &ExprKind) -> Strength {
         | ExprKind::Call { .. }
         | ExprKind::SumOver { .. }
         | ExprKind::Vector(_) => Strength::Postfix,
-    }
-}
-
-const fn sign(operator: Comparison) -> &'static str {
-    match operator {
-        Comparison::Equal => "==",
-        Comparison::NotEqual => "!=",
-        Comparison::Less => "<",
-        Comparison::LessEqual => "<=",
-        Comparison::Greater => ">",
-        Comparison::GreaterEqual => ">=",
     }
 }
 
@@ -225,7 +214,7 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
                 self.open(Group::Other);
                 self.child(*left, Strength::Sum, inner_manner);
                 self.place(Break::Fill, " ");
-                self.token(sign(*operator));
+                self.token(operator.sign());
                 self.blank();
                 self.child(*right, Strength::Sum, inner_manner);
                 self.close();

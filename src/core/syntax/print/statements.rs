@@ -128,6 +128,18 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
                 self.out.blank();
                 self.put_expr(*right);
             }
+            StatementKind::Assume(relations) => {
+                self.word("assume");
+                self.out.open(Group::Other);
+                for (position, relation) in relations.iter().enumerate() {
+                    if position > 0 {
+                        self.put(",");
+                        self.out.place(Break::Fill, " ");
+                    }
+                    self.put_expr(*relation);
+                }
+                self.out.close();
+            }
             StatementKind::Guess { binding, rate } => self.binding("guess", binding, *rate),
             StatementKind::Equilibrium { binding, rate } => {
                 self.binding("equilibrium", binding, *rate);

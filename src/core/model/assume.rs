@@ -1,0 +1,134 @@
+//! `assume` statements: relations between parameters, for what a derivation simplifies.
+
+use std::borrow::Cow;
+use std::cmp::Ordering;
+
+use super::compile::Scope;
+use super::elaborate::Elaborator;
+use super::{Given, Model, ModelError};
+use crate::expr::{ExprId, ZeroVerdict, evaluate_closed};
+use crate::precision::Big;
+use crate::span::Span;
+use crate::syntax::{Comparison, ExprKind, ExprRef};
+
+/// Enough to tell two numbers apart that a person writes.
+const BITS: usize = 256;
+
+/// A relation between parameters that holds whatever their values are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Assumption {
+    /// Left of the sign.
+    pub left: ExprId,
+    /// The sign.
+    pub relation: Comparison,
+    /// Right of the sign.
+    pub right: ExprId,
+    /// Where it stands.
+    pub span: Span,
+}
+
+impl Elaborator<'_> {
+    /// The relations that a comparison stands for: between vectors one a component, with a number on one side of each.
+    pub(super) fn assumption(&mut self, at: ExprRef) -> Option<Vec<Assumption>> {
+        let span = self.file.expr(at).span;
+        let ExprKind::Compare { operator: relation, left, right } = self.file.expr(at).kind else { return None };
+        let before = self.errors.len();
+        let programs = [left, right].map(|side| self.compiler().value(side, &mut Scope::default()));
+        if self.errors.len() > before {
+            return None;
+        }
+        let mut sides = Vec::new();
+        for program in &programs {
+            let value = self.world.run_written_out(program, &mut Vec::new());
+            sides.push(self.note(value)?.scalars());
+        }
+        let count = sides.iter().map(Vec::len).max()?;
+        if sides.iter().any(|side| side.len() != count && side.len() != 1) {
+            let what = "the sides of an assumption must have the same shape".to_owned();
+            self.errors.push(ModelError::Shape { what, span, help: None });
+            return None;
+        }
+        let mut found = Vec::new();
+        for at in 0..count {
+            let [left, right] = [0, 1].map(|side| sides[side][at % sides[side].len()]);
+            if let Some(on) = [left, right].into_iter().find_map(|side| self.varying_symbol(side)) {
+                self.errors.push(ModelError::NotConstant { what: "an assumption".to_owned(), on, span });
+                return None;
+            }
+            if let Some(values) = self.contradicted(left, relation, right) {
+                self.errors.push(ModelError::AssumptionBroken { values, span });
+                return None;
+            }
+            found.push(Assumption { left, relation, right, span });
+        }
+        Some(found)
+    }
+
+    /// What the values of the parameters make of a relation that does not hold for them.
+    fn contradicted(&mut self, left: ExprId, relation: Comparison, right: ExprId) -> Option<String> {
+        let difference = self.world.pool.sub(left, right);
+        let difference = self.closed(difference)?;
+        let pool = &self.world.pool;
+        let value = evaluate_closed::<Big>(pool, difference, BITS)?;
+        let order = if value.is_positive() {
+            Ordering::Greater
+        } else if value.is_negative() {
+            Ordering::Less
+        } else if pool.is_zero(difference) == ZeroVerdict::Zero {
+            Ordering::Equal
+        } else {
+            return None;
+        };
+        let holds = match relation {
+            Comparison::Equal => order.is_eq(),
+            Comparison::NotEqual => order.is_ne(),
+            Comparison::Less => order.is_lt(),
+            Comparison::LessEqual => order.is_le(),
+            Comparison::Greater => order.is_gt(),
+            Comparison::GreaterEqual => order.is_ge(),
+        };
+        if holds {
+            return None;
+        }
+        let [left, right] = [left, right].map(|side| {
+            let closed = self.closed(side)?;
+            evaluate_closed::<f64>(&self.world.pool, closed, ())
+        });
+        Some(format!("{} {} {}", left?, relation.sign(), right?))
+    }
+}
+
+impl Model {
+    /// The model with its expressions in the form that they have where the assumptions hold: `sqrt(d^2)` is d where
+    /// d > 0, |l - d| is l - d where l > d.
+    #[must_use]
+    pub fn assumed(&self) -> Cow<'_, Model> {
+        let mut model = Cow::Borrowed(self);
+        if self.assumptions.is_empty() {
+            return model;
+        }
+        let own = model.to_mut();
+        let mut pool = std::mem::take(&mut own.pool);
+        let differences = self.assumptions.iter().filter_map(|own| match own.relation {
+            Comparison::Greater | Comparison::GreaterEqual => Some(pool.sub(own.left, own.right)),
+            Comparison::Less | Comparison::LessEqual => Some(pool.sub(own.right, own.left)),
+            Comparison::Equal | Comparison::NotEqual => None,
+        });
+        let nonnegative: Vec<ExprId> = differences.collect();
+        pool.assume_nonnegative(&nonnegative);
+        let terms = own.kinetic.iter_mut().chain(&mut own.potential).chain(&mut own.forces);
+        let mut all: Vec<&mut ExprId> = terms.map(|family| &mut family.body).collect();
+        all.extend(own.parameters.iter_mut().map(|parameter| &mut parameter.symbolic));
+        all.extend(own.constraints.iter_mut().map(|constraint| &mut constraint.expression));
+        let given = [&mut own.guesses, &mut own.guessed_velocities, &mut own.equilibria, &mut own.rates];
+        let given = given.into_iter().flat_map(|own| own.given_mut().map(|(_, given)| given)).chain(&mut own.period);
+        all.extend(given.map(|Given { symbolic, .. }| symbolic));
+        let roots: Vec<ExprId> = all.iter().map(|e| **e).collect();
+        for (e, new) in all.into_iter().zip(pool.built_anew(&roots)) {
+            *e = new;
+        }
+        own.pool = pool;
+        model
+    }
+}
