@@ -122,6 +122,8 @@ const PAGES: &[(&str, &str)] = &[
     ("E0318", include_str!("../../docs/errors/E0318.md")),
     ("E0320", include_str!("../../docs/errors/E0320.md")),
     ("E0321", include_str!("../../docs/errors/E0321.md")),
+    ("E0322", include_str!("../../docs/errors/E0322.md")),
+    ("E0323", include_str!("../../docs/errors/E0323.md")),
     ("E0326", include_str!("../../docs/errors/E0326.md")),
     ("E0401", include_str!("../../docs/errors/E0401.md")),
     ("E0402", include_str!("../../docs/errors/E0402.md")),

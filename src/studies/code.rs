@@ -67,7 +67,7 @@ fn exponents(model: &Model) -> Substitution {
 /// # Errors
 /// As [`linearize::derive`]; constraints, coordinates without inertia, and more than 200 coordinates.
 pub fn code(model: &Model) -> Result<Code, LinearizeError> {
-    if let Some(constraint) = model.constraints.first() {
+    if let Some(constraint) = model.constraints.iter().chain(&model.rolling).next() {
         return Err(LinearizeError::Unsupported { feature: Feature::Constraint, span: constraint.span });
     }
     let n = model.coordinates.len();

@@ -19,9 +19,9 @@ fn blocks_of_the_guide_run() {
         let model = elaborate(&file, &TableTexts::new(), &Settings::new()).unwrap_or_else(|e| panic!("{block}\n{e:?}"));
         let linearized = linearize(model).unwrap_or_else(|e| panic!("{block}\n{e}"));
         let normal = normal_modes(&linearized, &Options::default()).unwrap();
-        assert_eq!(normal.modes.len(), linearized.dimension());
-        // What turns steadily is free to.
-        let turns = linearized.model().rates.any();
+        assert_eq!(normal.modes.len(), linearized.dimension() + linearized.rolled().len());
+        // What turns steadily is free to, and so is the place of what rolls or slides.
+        let turns = linearized.model().rates.any() || !linearized.rolled().is_empty();
         let moves = |mode: &NormalMode| mode.omega.mid_f64() > 0.0 || turns && mode.kind == librate::modes::Kind::Zero;
         assert!(normal.modes.iter().all(moves), "{block}");
     }

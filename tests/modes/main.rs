@@ -21,6 +21,7 @@ mod modes_precise;
 mod modes_properties;
 #[cfg(feature = "engine")]
 mod modes_support;
+mod rolling;
 mod sensitivity;
 mod sparse;
 mod sparse_memory;

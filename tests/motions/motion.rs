@@ -213,6 +213,33 @@ fn numbers_are_in_the_coordinates_units() {
     assert!((from.velocities[0].mid_f64() - std::f64::consts::PI).abs() < 1e-15);
 }
 
+/// A knife edge on an incline slides up and down on a cycloid, and never leaves its height for long: A. M. Bloch, Nonholonomic
+/// Mechanics and Control, section 1.6.
+#[test]
+fn a_knife_edge_does_not_slide_down() {
+    let edge = model(
+        "param g = 9.81  param m = 2  param J = 0.3
+         coord x, y, phi
+         T = 1/2*m*(x'^2 + y'^2) + 1/2*J*phi'^2
+         V = -m*g*x/2
+         constraint x'*sin(phi) = y'*cos(phi)",
+    );
+    let found = motion(&edge, "phi'=3", "4", 9);
+    let reach = 9.81 / 2.0 / (2.0 * 9.0);
+    for (at, row) in found.rows.iter().enumerate() {
+        let turned = 3.0 * 0.5 * at as f64;
+        let want = [reach * turned.sin().powi(2), reach * (turned - (2.0 * turned).sin() / 2.0), turned];
+        for (own, want) in row.iter().zip(want) {
+            assert!((own.mid_f64() - want).abs() < 1e-13, "{at}: {own:?} {want}");
+        }
+    }
+    assert!(found.energy_drift.unwrap() < 1e-20);
+    // A start that slides sideways is no motion of it.
+    let system = System::new(&edge).unwrap();
+    let slides = Start::parse("y'=1, phi=0", &edge, None, &system);
+    assert!(matches!(slides, Err(MotionError::OffConstraints { .. })), "{slides:?}");
+}
+
 #[test]
 fn singularities_are_told() {
     let model = model("coord x, y  T = 1/2*(x'^2 + y'^2)  V = -1/sqrt(x^2 + y^2)");

@@ -127,6 +127,55 @@ def exponents(M, D, S):
     return [z * unit for z in mp.eig(A, left=False, right=False)]
 
 
+def rolling_exponents(L, q0, v0, conditions):
+    """Exponents under conditions on velocities, f(q, v) = 0 linear in v, whose forces vanish at the equilibrium, without
+    those zeros that stand for the conditions themselves: of [M, -A^T; A, 0][q''; factors] = [-D q' - S q; -B q']."""
+    n = len(q0)
+    M, D, S = linearized(L, q0, v0)
+    each = [lambda q, v, a=a: conditions(q, v)[a] for a in range(len(conditions(q0, v0)))]
+    assert max(abs(f(q0, v0)) for f in each) < mpf(10) ** -150, "a condition does not hold"
+    A = mp.matrix([[slope(f, q0, v0, n + i) for i in range(n)] for f in each])
+    B = mp.matrix([[slope(f, q0, v0, i) for i in range(n)] for f in each])
+    m = A.rows
+    left, right = mp.matrix(n + m, n + m), mp.matrix(n + m, 2 * n)
+    for i in range(n):
+        for j in range(n):
+            left[i, j], right[i, j], right[i, n + j] = M[i, j], -S[i, j], -D[i, j]
+        for a in range(m):
+            left[i, n + a], left[n + a, i], right[n + a, n + i] = -A[a, i], A[a, i], -B[a, i]
+    X = mp.inverse(left) * right
+    state = mp.matrix(2 * n, 2 * n)
+    for i in range(n):
+        state[i, n + i] = 1
+        for j in range(2 * n):
+            state[n + i, j] = X[i, j]
+    return mp.eig(state, left=False, right=False)
+
+
+def rolled(L, closed, q0, v0, conditions):
+    """What make.py needs under conditions on velocities: `closed` are the entries, a zero for each condition included."""
+    rates = v0
+    q0, v0 = [mpf(x) for x in q0], [mpf(x) for x in v0 or [0] * len(q0)]
+    numbers = rolling_exponents(L, q0, v0, conditions)
+    wanted = [z for z in all_exponents([mode for mode in closed if mode != ZERO], True, 0)]
+    # Zeros come in Jordan blocks, which differences spread.
+    beyond = [z for z in numbers if abs(z) > mpf(10) ** -15]
+    agree(beyond, wanted)
+    return listed(closed, rates and v0)
+
+
+def listed(closed, rates):
+    """Entries by formula in their order; zeros count for stability unless said otherwise."""
+    closed = sorted(closed, key=order)
+    unstable = any(growth > 0 for growth, _ in closed)
+    neutral = any(mode == ZERO for mode in closed)
+    found = {"stability": "unstable" if unstable else "neutral" if neutral else "stable",
+             "modes": [entry(*mode) for mode in closed]}
+    if rates:
+        found["rates"] = [decimal(x) for x in rates]
+    return {"entries": found}
+
+
 def nullity(S):
     size = max(abs(x) for x in S)
     if size < mpf(10) ** -60:

@@ -1,6 +1,6 @@
 """Systems with rotation, friction, constraints and rigid bodies."""
 import mpmath as mp
-from exponents import ZERO, pair, solved, squares, swings
+from exponents import ZERO, listed, pair, rolled, solved, squares, swings
 from mpmath import acos, asin, cos, mpc, mpf, pi, sin, sqrt
 from numerics import laguerre, quadratic, square
 from register import family, system
@@ -10,14 +10,15 @@ HOW = ("formula at 200 digits, which agrees with the exponents of the companion 
        "from differences of a hand-written")
 
 
-def exact(what, why):
+def exact(what, why, name=None):
     """Register a system with exponents by formula; `why` says what is exactly 0, and why."""
-    return system(f"{HOW} {what}; {why}")
+    return system(f"{HOW} {what}; {why}", name=name)
 
 
 LAGRANGIAN = "Lagrangian"
 FRICTION = "Lagrangian and dissipation function"
 FORCED = "Lagrangian and forces"
+ROLLING = "Lagrangian and conditions on velocities"
 TIED = "Lagrangian with constraints (multipliers, null space of their Jacobian)"
 PLAIN = "no term of odd order in the velocities, M and K symmetric: growth is exactly 0 because omega^2 > 0"
 CYCLIC = ("the zero exponents are those of cyclic coordinates and their conserved momenta, growth is exactly 0 because "
@@ -326,6 +327,104 @@ def charge_in_field():
     # (k - m w^2)^2 = (qB w)^2
     w = [(sign * qB + sqrt(qB**2 + 4 * m * k)) / (2 * m) for sign in (-1, 1)]
     return family("x", "y"), [0, 0], solved(L, swings(*w), [0, 0], Q=Q)
+
+
+# Conditions on velocities
+
+@exact(ROLLING, "no friction: growth is exactly 0 because omega^2 > 0; the heading and the turn of the disc are free, and it "
+       "rests or rolls at any place", name="rolling/disc")
+def rolling_disc():
+    m, r, v = map(mpf, ("2", "0.5", "2"))
+    A, C = m * r**2 / 4, m * r**2 / 2
+
+    def L(q, u):
+        x, y, psi, theta, phi = q
+        # The centre is r*(sin theta*(sin psi, -cos psi), cos theta) from where the disc touches.
+        cx = u[0] + r * (cos(theta) * u[3] * sin(psi) + sin(theta) * cos(psi) * u[2])
+        cy = u[1] + r * (-cos(theta) * u[3] * cos(psi) + sin(theta) * sin(psi) * u[2])
+        cz = -r * sin(theta) * u[3]
+        turning = A * (u[3] ** 2 + (u[2] * cos(theta)) ** 2) + C * (u[4] + u[2] * sin(theta)) ** 2
+        return (m * (cx**2 + cy**2 + cz**2) + turning) / 2 - m * g * r * cos(theta)
+
+    rolls = lambda q, u: [u[0] - r * u[4] * cos(q[2]), u[1] - r * u[4] * sin(q[2])]
+    square_of = (C * (C + m * r**2) * (v / r) ** 2 - A * m * g * r) / (A * (A + m * r**2))
+    closed = [ZERO] * 4 + squares(square_of)
+    return family("x", "y", "psi", "theta", "phi"), [0] * 5, rolled(L, closed, [0] * 5, [v, 0, 0, 0, v / r], rolls)
+
+
+@exact(ROLLING, "no friction: growth is exactly 0 because omega^2 > 0; it rests at any place", name="rolling/skate_on_spring")
+def skate_on_spring():
+    m, J, a, k = map(mpf, ("1.5", "0.3", "0.2", "2"))
+
+    def L(q, u):
+        cx, cy = u[0] - a * sin(q[2]) * u[2], u[1] + a * cos(q[2]) * u[2]
+        return (m * (cx**2 + cy**2) + J * u[2] ** 2 - k * q[2] ** 2) / 2
+
+    slides = lambda q, u: [cos(q[2]) * u[1] - sin(q[2]) * u[0]]
+    closed = [ZERO] * 2 + squares(k / (J + m * a**2))
+    return family("x", "y", "th"), [0] * 3, rolled(L, closed, [0] * 3, None, slides)
+
+
+@exact(ROLLING, "no friction: growth is exactly 0 because omega^2 > 0; it rests at the bottom in any orientation", name="rolling/ball_in_paraboloid")
+def ball_rolling_in_paraboloid():
+    m, r, R = map(mpf, ("0.4", "0.1", "1.5"))
+
+    def spin(q, u):
+        # Of rot_x(a)*rot_y(b)*rot_z(c): a' along x, b' along the y axis turned by a, c' along z turned by both.
+        a, b, _ = q[2:]
+        axis = [sin(b), -sin(a) * cos(b), cos(a) * cos(b)]
+        return [u[2] + u[4] * axis[0], u[3] * cos(a) + u[4] * axis[1], u[3] * sin(a) + u[4] * axis[2]]
+
+    L = lambda q, u: (m * square(u[:2]) + mpf(2) / 5 * m * r**2 * square(spin(q, u)) - m * g / R * square(q[:2])) / 2
+    rolls = lambda q, u: [u[0] - r * spin(q, u)[1], u[1] + r * spin(q, u)[0]]
+    closed = [ZERO] * 3 + squares(*[5 * g / (7 * R)] * 2)
+    return family("x", "y", "a", "b", "c"), [0] * 5, rolled(L, closed, [0] * 5, None, rolls)
+
+
+@system("roots at 200 digits of det(M*s^2 + v*C1*s + g*K0 + v^2*K2) with the matrices of appendix A of Meijaard, "
+        "Papadopoulos, Ruina and Schwab (2007), which agree with their numbers; wheels, place and heading are free", name="rolling/bicycle")
+def whipple_bicycle():
+    v = mpf(5)
+    w, c, lean = mpf("1.02"), mpf("0.08"), pi / 10
+    rR, mR, IRx, IRy = map(mpf, ("0.3", "2", "0.0603", "0.12"))
+    rF, mF, IFx, IFy = map(mpf, ("0.35", "3", "0.1405", "0.28"))
+    xB, zB, mB, Bxx, Bxz, Bzz = map(mpf, ("0.3", "-0.9", "85", "9.2", "2.4", "2.8"))
+    xH, zH, mH, Hxx, Hxz, Hzz = map(mpf, ("0.9", "-0.7", "4", "0.05892", "-0.00756", "0.00708"))
+    m = mR + mB + mH + mF
+    xT, zT = (xB * mB + xH * mH + w * mF) / m, (-rR * mR + zB * mB + zH * mH - rF * mF) / m
+    Txx = IRx + Bxx + Hxx + IFx + mR * rR**2 + mB * zB**2 + mH * zH**2 + mF * rF**2
+    Txz = Bxz + Hxz - mB * xB * zB - mH * xH * zH + mF * w * rF
+    Tzz = IRx + Bzz + Hzz + IFx + mB * xB**2 + mH * xH**2 + mF * w**2
+    mA = mH + mF
+    xA, zA = (xH * mH + w * mF) / mA, (zH * mH - rF * mF) / mA
+    Axx = Hxx + IFx + mH * (zH - zA) ** 2 + mF * (rF + zA) ** 2
+    Axz = Hxz - mH * (xH - xA) * (zH - zA) + mF * (w - xA) * (rF + zA)
+    Azz = Hzz + IFx + mH * (xH - xA) ** 2 + mF * (w - xA) ** 2
+    s, k = sin(lean), cos(lean)
+    u = (xA - w - c) * k - zA * s
+    All = mA * u**2 + Axx * s**2 + 2 * Axz * s * k + Azz * k**2
+    Alx = -mA * u * zA + Axx * s + Axz * k
+    Alz = mA * u * xA + Axz * s + Azz * k
+    mu = c / w * k
+    SR, SF = IRy / rR, IFy / rF
+    ST, SA = SR + SF, mA * u + mu * m * xT
+    M = [[Txx, Alx + mu * Txz], [Alx + mu * Txz, All + 2 * mu * Alz + mu**2 * Tzz]]
+    K0 = [[m * zT, -SA], [-SA, -SA * s]]
+    K2 = [[0, (ST - m * zT) / w * k], [0, (SA + SF * s) / w * k]]
+    C1 = [[0, mu * ST + SF * k + Txz / w * k - mu * m * zT],
+          [-(mu * ST + SF * k), Alz / w * k + mu * (SA + Tzz / w * k)]]
+    published = [(M[0][1], "2.31941332208709"), (M[1][1], "0.29784188199686"), (K0[1][1], "-0.80329488458618"),
+                 (K2[0][1], "76.59734589573222"), (C1[0][1], "33.86641391492494"), (C1[1][1], "1.68540397397560")]
+    assert all(abs(own - mpf(their)) < mpf("6e-15") * 10 for own, their in published)
+    K = [[g * K0[i][j] + v**2 * K2[i][j] for j in (0, 1)] for i in (0, 1)]
+    row = lambda i, j: [M[i][j], v * C1[i][j], K[i][j]]
+    times = lambda a, b: [sum(a[i] * b[n - i] for i in range(3) if 0 <= n - i < 3) for n in range(5)]
+    determinant = [x - y for x, y in zip(times(row(0, 0), row(1, 1)), times(row(0, 1), row(1, 0)))]
+    roots = mp.polyroots(determinant, maxsteps=500, extraprec=2000)
+    closed = [(mp.re(z), abs(mp.im(z))) for z in roots if mp.im(z) > -mpf(10) ** -150]
+    closed = [(growth, omega if omega > mpf(10) ** -150 else 0) for growth, omega in closed] + [ZERO] * 5
+    names = family("x", "y", "psi", "phi", "theta", "delta", "a", "b")
+    return names, [0] * 8, listed(closed, [v, 0, 0, 0, 0, 0, -v / rR, -v / rF])
 
 
 # Constraints

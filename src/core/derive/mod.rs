@@ -291,6 +291,16 @@ pub struct Energy {
 pub fn derive(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError> {
     let budget = model.pool.budget();
     budget.at("the derivation", None);
+    let integrated;
+    let model = if model.rolling.is_empty() {
+        model
+    } else {
+        integrated = linearize::integrated(model.clone());
+        if let Some(span) = integrated.rolling.first().map(|own| own.span) {
+            return Err(LinearizeError::Unsupported { feature: linearize::Feature::Rolling, span });
+        }
+        &integrated
+    };
     let derivation = derivation(&model.assumed(), parts);
     budget.check()?;
     derivation

@@ -204,6 +204,11 @@ impl Tangent<Big> {
 }
 
 impl<S: Enclosure> Tangent<S> {
+    /// From how each bound coordinate follows the free ones.
+    pub(super) fn following(free: Vec<usize>, bound: Vec<usize>, slopes: Vec<Vec<S>>, precision: S::Precision) -> Self {
+        Self { free, bound, slopes, precision }
+    }
+
     /// From the gradients of the constraints, one row each, and the coordinates that are to follow;
     /// `None` where these can't be shown to.
     pub(crate) fn new(gradients: &[Vec<S>], bound: &[usize], precision: S::Precision) -> Option<Self> {

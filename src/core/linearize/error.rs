@@ -17,6 +17,8 @@ pub enum Feature {
     Force,
     /// A `constraint`.
     Constraint,
+    /// A `constraint` on velocities.
+    Rolling,
     /// `equilibrium NAME' = …`
     SteadyMotion,
     /// A coordinate without inertia.
@@ -183,6 +185,22 @@ Error LinearizeError {
     } => at(*span, "declared here")
         .with_help("a kinetic energy can't be negative; is a sign in T wrong?"),
 
+    /// A rest or steady motion that a condition on velocities forbids.
+    #[error("this condition on the velocities does not hold at the equilibrium: its sides differ by {difference}")]
+    "E0322" RollingBroken(span) {
+        /// The left side less the right one, as an expression.
+        difference: String,
+    } => at(*span, "the steady motion breaks it")
+        .with_help("give rates that obey it: a wheel that rolls at the speed v turns at v/r"),
+
+    /// Conditions on velocities whose small oscillations are not worked out.
+    #[error("the small oscillations under these conditions on velocities are not covered: {reason}")]
+    "E0323" RollingNotCovered(span) {
+        /// Why.
+        reason: &'static str,
+    } => at(*span, "a condition on velocities")
+        .with_help("`motion` integrates the equations as they are; conditions with constant coefficients, x' = r*theta', are covered always"),
+
     /// A feature of the language that modes do not cover.
     #[error("{}", unsupported_words(*.feature))]
     "E0308" Unsupported(span) {
@@ -343,6 +361,7 @@ fn unsupported_words(feature: Feature) -> &'static str {
             "the model has forces that no energy gives, which a mass and a stiffness matrix can't describe"
         }
         Feature::Constraint => "the model has constraints, which are not supported here",
+        Feature::Rolling => "the model has conditions on velocities, which are not supported here",
         Feature::SteadyMotion => "the model has a steady motion, which a mass and a stiffness matrix can't describe",
         Feature::Massless => "this coordinate has no inertia and follows the others, which is not supported here",
     }

@@ -38,6 +38,7 @@ mod parametric;
 mod precise;
 mod radicals;
 mod rational;
+mod rolling;
 mod simple;
 mod slopes;
 mod steady;
@@ -75,6 +76,7 @@ pub(crate) use multipliers::{Eliminated, eliminate};
 pub use parameters::known_values;
 pub use parametric::{Parametric, parametric};
 pub use precise::Precise;
+pub use rolling::integrated;
 pub use slopes::{Slopes, WithMultipliers};
 pub use symbolic::SymbolicMatrices;
 pub(crate) use symbolic::instances;
@@ -87,6 +89,7 @@ use assemble::{Assembly, Values};
 use constrained::Tangent;
 use derived::leaving_out_dependent;
 use massless::Massless;
+use rolling::Rolling;
 use unbalanced::Unbalanced;
 pub use units::Units;
 pub use units::power_of_two;
@@ -155,6 +158,21 @@ struct Constrained {
     given: bool,
     /// The constraints that follow from others, by number.
     dependent: Vec<usize>,
+    /// What conditions on velocities leave of the model.
+    rolling: Option<Rolling>,
+}
+
+impl Constrained {
+    /// Adds conditions on velocities to constraints.
+    fn put_in(&mut self, rolling: Rolling, model: &Model, equilibrium: &Equilibrium) -> Result<(), LinearizeError> {
+        let span = model.rolling.first().map(|own| own.span).unwrap_or_default();
+        let Some((_, tangent)) = rolling.numbers::<Ball>(model, &equilibrium.values, ()) else {
+            return Err(LinearizeError::RollingNotCovered { reason: "their matrices have no numbers there", span });
+        };
+        self.tangent = tangent;
+        self.rolling = Some(rolling);
+        Ok(())
+    }
 }
 
 /// What kind of linear system of equations a model leads to.
@@ -180,6 +198,7 @@ pub enum Structure {
 pub fn linearize(model: Model) -> Result<Linearized, LinearizeError> {
     let budget = model.pool.budget().clone();
     budget.at("the equilibrium and the matrices there", None);
+    let model = if model.rolling.is_empty() { model } else { rolling::integrated(model) };
     let linearized = if model.constraints.is_empty() {
         linearize_without(model, &[])
     } else {
@@ -233,7 +252,8 @@ fn linearize_in(
     let visible = model.coordinates.len();
     let turning = model.rates.any();
     let bound = !model.constraints.is_empty();
-    if turning || bound || !model.forces.is_empty() {
+    let rolls = !model.rolling.is_empty();
+    if turning || bound || rolls || !model.forces.is_empty() {
         check_size(visible)?;
     }
     let mut asked = (turning || bound).then(|| model.clone());
@@ -260,7 +280,7 @@ fn linearize_in(
         model.pool.budget().room_for(format!("{shares} shares of the entries of M and K"), bytes, FULL)?;
     }
     let mut values = assembly.values::<Ball>(&model, ())?;
-    let chosen = units::choose(&model, &assembly, &values, visible);
+    let chosen = if rolls { None } else { units::choose(&model, &assembly, &values, visible) };
     if let Some(own) = &chosen {
         far.set(Some(asked.as_ref().unwrap_or(&model).clone()));
         if units {
@@ -277,7 +297,12 @@ fn linearize_in(
         model.pool = pool;
         assembly.forget_what_vanishes(&mut model, &point);
     }
-    let constrained = if bound {
+    let constrained = if rolls {
+        let rolling = rolling::Rolling::new(&mut model, &assembly, &equilibrium, visible)?;
+        let mut found = at_equilibrium(&model, &assembly, &values, &equilibrium, visible, dependent)?;
+        found.put_in(rolling, &model, &equilibrium)?;
+        Some(Box::new(found))
+    } else if bound {
         let found = at_equilibrium(&model, &assembly, &values, &equilibrium, visible, dependent)?;
         Some(Box::new(found))
     } else {
@@ -304,9 +329,11 @@ fn linearize_in(
         units,
         structure: Structure::Conservative,
     };
-    linearized.massless = massless::find(&linearized).map(Box::new);
+    if !rolls {
+        linearized.massless = massless::find(&linearized).map(Box::new);
+    }
     linearized.structure = linearized.find_structure();
-    if linearized.structure == Structure::Damped {
+    if linearized.structure == Structure::Damped && !rolls {
         linearized.flow = flow::find(&mut linearized).map(Box::new);
     }
     Ok(linearized)
@@ -332,7 +359,8 @@ fn at_equilibrium(
     let second = assembly.stiffness(at, values);
     let rows = constrained::gradients(&second, visible, order);
     if rows.is_empty() {
-        return Ok(Constrained { tangent: Tangent::all(visible), bound: Vec::new(), given: false, dependent });
+        let tangent = Tangent::all(visible);
+        return Ok(Constrained { tangent, bound: Vec::new(), given: false, dependent, rolling: None });
     }
     let singular = || LinearizeError::ConstraintsSingular {
         point: undefined::point_text(model, &at[..visible]),
@@ -344,7 +372,7 @@ fn at_equilibrium(
         Some(found) => found,
         None => tangent_in_bits(model, assembly, equilibrium, visible).ok_or_else(singular)?,
     };
-    Ok(Constrained { tangent, bound, given: equilibrium.multipliers_given, dependent })
+    Ok(Constrained { tangent, bound, given: equilibrium.multipliers_given, dependent, rolling: None })
 }
 
 /// The directions that constraints allow where balls do not tell their gradients apart.
@@ -403,6 +431,7 @@ fn check_plain(model: &Model) -> Result<(), LinearizeError> {
         (Feature::Force, model.force),
         (Feature::Constraint, constraint),
         (Feature::SteadyMotion, rate),
+        (Feature::Rolling, model.rolling.first().map(|own| own.span)),
     ];
     for (feature, span) in features {
         if let Some(span) = span {
@@ -455,6 +484,18 @@ impl Linearized {
     #[must_use]
     pub fn coordinates(&self) -> usize {
         self.model().coordinates.len()
+    }
+
+    /// What conditions on velocities leave of the model, where there are such.
+    fn rolling(&self) -> Option<&Rolling> {
+        self.constrained.as_ref().and_then(|own| own.rolling.as_ref())
+    }
+
+    /// For each condition on velocities that can't be integrated, the coordinate that moves along the family of equilibria
+    /// which it leaves: a zero exponent each beside those of the matrices.
+    #[must_use]
+    pub fn rolled(&self) -> &[usize] {
+        self.rolling().map_or(&[], |own| &own.moved)
     }
 
     /// The number of degrees of freedom, which the matrices have as many rows as: that of the
@@ -520,7 +561,7 @@ impl Linearized {
     #[must_use]
     pub fn is_constrained(&self) -> bool {
         let own = self.constrained.as_ref();
-        own.is_some_and(|own| !own.bound.is_empty())
+        own.is_some_and(|own| !own.bound.is_empty() || own.rolling.is_some())
     }
 
     /// The coordinates that the others follow, by number: all of them where none does.
@@ -533,7 +574,8 @@ impl Linearized {
     /// The number of independent constraints.
     #[must_use]
     pub fn constraints(&self) -> usize {
-        self.constrained.as_ref().map_or(0, |own| own.bound.len())
+        let own = self.constrained.as_ref();
+        own.map_or(0, |own| own.rolling.as_ref().map_or(own.bound.len(), |rolling| rolling.bound().len()))
     }
 
     /// The constraints that follow from the others, by their number in the model: nothing would change
@@ -554,7 +596,7 @@ impl Linearized {
 
     fn find_structure(&self) -> Structure {
         let acts = |matrix: Option<Vec<Ball>>| matrix.is_some_and(|matrix| matrix.iter().any(|entry| !entry.is_zero()));
-        if self.assembly.velocity.is_empty() {
+        if self.assembly.velocity.is_empty() && self.rolling().is_none() {
             Structure::Conservative
         } else if acts(self.damping()) {
             Structure::Damped
@@ -657,6 +699,9 @@ impl Linearized {
     /// Those that symmetries explain, or all.
     pub(crate) fn zero_modes_with(&self, others: bool) -> Vec<ZeroMode> {
         let at = &self.equilibrium;
+        if let Some(rolling) = self.rolling() {
+            return rolling.unheld().into_iter().map(ZeroMode::of_no_force).collect();
+        }
         let modes = zero::zero_modes(&self.model, &self.assembly, at, &self.values, others);
         if !self.is_reduced() {
             return modes;

@@ -8,7 +8,7 @@ use super::velocity::{Matrix, sum};
 use super::zero::{self, ZeroMode};
 use super::{Linearized, tied};
 use crate::model::Model;
-use crate::precision::Big;
+use crate::precision::{Big, Enclosure};
 
 /// With fewer bits than double-double has there is nothing to gain.
 const LEAST_BITS: usize = 128;
@@ -86,6 +86,22 @@ impl Linearized {
             let bound = &own.bound;
             tied::put_multipliers_in(&self.assembly, &values, &mut point, visible, bound)?;
         }
+        if let Some(own) = self.rolling() {
+            let (matrices, tangent) = own.numbers::<Big>(&self.model, &point, bits)?;
+            let [mass, gyroscopic, damping, stiffness, circulatory] = matrices;
+            let nothing = || mass.iter().flatten().map(|_| <Big as Enclosure>::exact(0.0, bits)).collect();
+            let stiffness = stiffness.unwrap_or_else(nothing);
+            return Some(Precise {
+                bits,
+                equilibrium: point[..visible].to_vec(),
+                mass: mass?,
+                stiffness: sum(Some(stiffness), circulatory)?,
+                velocity: sum(gyroscopic, damping),
+                point,
+                tangents: vec![tangent],
+                values,
+            });
+        }
         let mut mass = self.assembly.mass(&point, &values);
         let mut stiffness = self.assembly.stiffness(&point, &values);
         let part = |matrix| self.assembly.velocity_matrix(matrix, &point, &values);
@@ -132,6 +148,9 @@ impl Linearized {
     #[must_use]
     pub fn precise_zero_modes(&self, precise: &Precise, modes: &[ZeroMode]) -> Option<Vec<ZeroMode<Big>>> {
         let modes = zero::in_numbers(modes, &self.assembly, &precise.point, &precise.values)?;
+        if self.rolling().is_some() {
+            return Some(modes);
+        }
         let restricted =
             |vector: &[Big]| precise.tangents.iter().fold(vector.to_vec(), |vector, tangent| tangent.restrict(&vector));
         Some(modes.into_iter().map(|mode| mode.mapped(restricted)).collect())

@@ -13,8 +13,9 @@ use super::integers::Integers;
 use super::multipliers;
 use super::parameters::known_values;
 use super::radicals::Exact;
+use super::rolling::Rolling;
 use super::symbolic::{forces_vanish, matrices_at};
-use crate::expr::{ExprId, Pool, ZeroVerdict};
+use crate::expr::{ExprId, Pool, Substitution, ZeroVerdict};
 use crate::number::Number;
 use crate::precision::{Ball, Function, Scalar, clear_column};
 
@@ -38,8 +39,12 @@ pub(super) fn integers(linearized: &Linearized, flow: Option<&Flow>) -> Option<I
     }
     let mut pool = model.pool.clone();
     let point = point(linearized, &mut pool)?;
+    let mut known = known_values(model);
+    if let Some(rolling) = linearized.rolling() {
+        known.extend(model.coordinates.iter().map(|own| own.symbol).zip(point));
+        return rolled(rolling, &mut pool, &known);
+    }
     let matrices = matrices_at(model, pool, &linearized.assembly, &point);
-    let known = known_values(model);
     let mut pool = matrices.pool;
     let zeros = || vec![Exact::rational(Some(Number::ZERO)); order * order];
     let mut entries = |rows: &Vec<Vec<ExprId>>| -> Option<Entries> {
@@ -80,6 +85,28 @@ pub(super) fn integers(linearized: &Linearized, flow: Option<&Flow>) -> Option<I
         all = flow.regular(&all, size, ())?;
     }
     Integers::of(&all)
+}
+
+/// The same under conditions on velocities, where they are written out already.
+fn rolled(rolling: &Rolling, pool: &mut Pool, known: &Substitution) -> Option<Integers> {
+    let mut numbers = |rows: &Vec<Vec<ExprId>>| -> Option<Entries> {
+        let n = rows.len();
+        let entries = (0..n * n).map(|at| {
+            let value = pool.substitute_one(rows[at % n][at / n], known);
+            exact(pool, value)
+        });
+        entries.collect()
+    };
+    let mut all = [const { None }; 5];
+    for (own, matrix) in all.iter_mut().zip(&rolling.matrices) {
+        *own = matrix.as_ref().map(&mut numbers).map_or(Some(None), |found| found.map(Some))?;
+    }
+    let [mass, gyroscopic, damping, stiffness, circulatory] = all;
+    let mass = mass?;
+    let nothing = vec![zero(); mass.len()];
+    let sum = |a: Option<Entries>, b: Option<Entries>| super::velocity::sum(a, b).unwrap_or_else(|| nothing.clone());
+    let (velocity, stiffness) = (sum(gyroscopic, damping), sum(stiffness, circulatory));
+    Integers::of(&[mass, velocity, stiffness])
 }
 
 /// The equilibrium as expressions: what is given as it is, what was searched for as simple fractions.

@@ -73,6 +73,9 @@ impl Linearized {
     /// parameter can't be varied.
     #[must_use]
     pub fn slopes(&self, parameter: usize) -> Option<Slopes> {
+        if self.rolling().is_some() {
+            return None;
+        }
         if !self.can_vary(parameter) {
             return None;
         }

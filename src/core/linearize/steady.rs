@@ -152,7 +152,7 @@ fn check_cyclic(model: &mut Model, coordinate: usize, rate: Span) -> Result<(), 
         let slope = pool.sum(parts);
         pool.is_zero(slope) == ZeroVerdict::Zero
     });
-    for constraint in &model.constraints {
+    for constraint in model.constraints.iter().chain(&model.rolling) {
         let slope = pool.diff(constraint.expression, symbol);
         if pool.is_zero(slope) != ZeroVerdict::Zero {
             cyclic = false;

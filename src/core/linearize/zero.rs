@@ -40,10 +40,19 @@ impl<N> ZeroMode<N> {
     }
 }
 
+impl ZeroMode {
+    /// A vector of numbers that are known exactly.
+    pub(super) fn of_no_force(vector: Vec<Ball>) -> Self {
+        Self { vector, meaning: NO_FORCE.to_owned(), ground: Ground::Plain }
+    }
+}
+
 /// What a zero mode is known by; it gives the vector in any numbers.
 #[derive(Clone, Debug)]
 enum Ground {
     Symmetry(Symmetry),
+    /// Its vector holds zeros and a one.
+    Plain,
     /// K is known exactly, and this is a vector of its kernel.
     Exact(Vec<Surd>),
     /// The kernel of the slopes of unstressed elements: the coordinates that have pivots, and the one
@@ -106,6 +115,10 @@ pub(crate) fn in_numbers<S: Enclosure>(
     for mode in modes {
         let vector = match &mode.ground {
             Ground::Symmetry(symmetry) => symmetry.vector(at, precision),
+            Ground::Plain => {
+                let numbers = mode.vector.iter().map(|x| S::exact(x.mid_f64(), precision));
+                numbers.collect()
+            }
             Ground::Exact(vector) => {
                 let numbers = vector.iter().map(|x| x.in_numbers(precision));
                 numbers.collect()

@@ -11,7 +11,7 @@ use super::table::{Table, TableTexts};
 use super::terms::{TermFamily, families};
 use super::values::{Value, sum};
 use super::{Constraint, Given, Givens, Model, ModelError, Purpose, dimension};
-use crate::expr::{ExprId, Pool};
+use crate::expr::{ExprId, Pool, ZeroVerdict};
 use crate::span::Span;
 use crate::syntax::{ExprKind, ExprRef, File, Indices, Name, StatementKind};
 
@@ -315,8 +315,8 @@ impl<'a> Elaborator<'a> {
                 components.retain(|one| *one != zero);
             }
             for expression in components {
-                if let Some(on) = self.moving_symbol(expression) {
-                    self.errors.push(ModelError::ConstraintOnVelocities { on, span });
+                if let Some(on) = self.not_linear(expression) {
+                    self.errors.push(ModelError::ConstraintNotLinear { on, span });
                     return None;
                 }
                 found.push(Constraint { expression, span });
@@ -325,17 +325,26 @@ impl<'a> Elaborator<'a> {
         Some(found)
     }
 
-    /// The first velocity or acceleration in an expression, by name.
-    fn moving_symbol(&self, e: ExprId) -> Option<String> {
-        let symbols = self.world.pool.symbols_of(&[e]);
-        symbols.into_iter().find_map(|symbol| {
-            let (number, primes) = match self.world.kinds.get(symbol)? {
-                SymbolKind::Velocity(number) => (number, "'"),
-                SymbolKind::Acceleration(number) => (number, "''"),
-                _ => return None,
-            };
-            Some(format!("{}{primes}", self.world.coordinates.at(number).name()))
+    /// The first acceleration in an expression, or velocity that it is not linear in, by name.
+    fn not_linear(&mut self, e: ExprId) -> Option<String> {
+        let World { pool, kinds, coordinates, .. } = &mut self.world;
+        let moves = |symbol| matches!(kinds.get(symbol), Some(SymbolKind::Velocity(_)));
+        pool.symbols_of(&[e]).into_iter().find_map(|symbol| match kinds.get(symbol)? {
+            SymbolKind::Velocity(number) => {
+                let slope = pool.diff(e, symbol);
+                let bends = pool.slopes(slope, moves);
+                let bent = bends.iter().any(|(_, bend)| pool.is_zero(*bend) != ZeroVerdict::Zero);
+                bent.then(|| format!("{}'", coordinates.at(number).name()))
+            }
+            SymbolKind::Acceleration(number) => Some(format!("{}''", coordinates.at(number).name())),
+            _ => None,
         })
+    }
+
+    /// Whether a constraint is one on velocities.
+    fn rolls(&self, constraint: &Constraint) -> bool {
+        let moves = |symbol| matches!(self.world.kinds.get(symbol), Some(SymbolKind::Velocity(_)));
+        self.world.pool.depends_on(constraint.expression, &moves)
     }
 
     fn finish(mut self, purpose: Purpose) -> Result<Model, Vec<ModelError>> {
@@ -392,6 +401,7 @@ impl<'a> Elaborator<'a> {
         }
         self.world.coordinates.set_units(&dimensions);
         let time_dependent = self.time_dependence(&[&kinetic, &potential, &lagrangian, &forces], &constraints);
+        let (rolling, constraints): (Vec<_>, Vec<_>) = constraints.into_iter().partition(|own| self.rolls(own));
         let tensors = self.tensors(purpose == Purpose::Tensors, &dimensions);
         let unnamed_tensors = self.unnamed_tensors();
         let is_lagrangian = energies.lagrangian.is_some();
@@ -413,6 +423,7 @@ impl<'a> Elaborator<'a> {
             forces,
             constraints,
             assumptions,
+            rolling,
             period,
             time_dependent,
             tensors,

@@ -174,13 +174,13 @@ Error ModelError {
             "{energy} may contain coordinates and velocities only; was one `'` too many?"
         )),
 
-    /// A constraint that is not one of coordinates alone.
-    #[error("a constraint relates coordinates, but this one contains the velocity `{on}`")]
-    "E0133" ConstraintOnVelocities(span) {
-        /// The velocity.
+    /// A constraint that is neither one of coordinates nor linear in velocities.
+    #[error("a constraint relates coordinates or, linearly, velocities, but this one is not linear in `{on}`")]
+    "E0133" ConstraintNotLinear(span) {
+        /// The velocity or acceleration.
         on: String,
-    } => at(*span, "contains velocities")
-        .with_help("integrate it: rolling without slipping, x' = r*theta', is x = r*theta"),
+    } => at(*span, "not linear in the velocities")
+        .with_help("rolling without slipping is linear: x' = r*theta'; a rate that is given is a steady motion, `equilibrium x' = v`"),
 
     /// A constant that depends on coordinates or time.
     #[error("{what} must be constant, but depends on `{on}`")]

@@ -14,6 +14,8 @@ pub enum Feature {
     Force,
     /// A `constraint`.
     Constraint,
+    /// A `constraint` on velocities.
+    Rolling,
     /// `equilibrium NAME' = …`
     SteadyMotion,
 }
@@ -26,6 +28,7 @@ impl Feature {
             Self::Dissipation => "friction",
             Self::Force => "a force that no energy gives",
             Self::Constraint => "a constraint",
+            Self::Rolling => "a condition on velocities",
             Self::SteadyMotion => "given here",
         }
     }
@@ -41,6 +44,7 @@ impl Model {
             (Feature::Dissipation, self.dissipation),
             (Feature::Force, self.force),
             (Feature::Constraint, constraint),
+            (Feature::Rolling, self.rolling.first().map(|own| own.span)),
             (Feature::SteadyMotion, rate),
         ];
         all.into_iter().filter_map(|(feature, span)| Some((feature, span?)))

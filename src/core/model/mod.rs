@@ -59,11 +59,12 @@ use crate::expr::{ExprId, Pool};
 use crate::span::Span;
 use crate::syntax::File;
 
-/// A holonomic constraint: what it sets to zero.
+/// A constraint: what it sets to zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Constraint {
-    /// The left side less the right one, in the symbols of coordinates and parameters.
+    /// The left side less the right one, in the symbols of coordinates and parameters, and linear in velocities among
+    /// [`Model::rolling`].
     pub expression: ExprId,
     /// Where it stands.
     pub span: Span,
@@ -131,10 +132,12 @@ pub struct Model {
     pub force: Option<Span>,
     /// Forces that no energy gives: generalised forces, and the terms of the dissipation function.
     pub forces: Vec<TermFamily>,
-    /// The constraints.
+    /// The holonomic constraints.
     pub constraints: Vec<Constraint>,
     /// What may be used to simplify symbols, see [`Model::assumed`].
     pub assumptions: Vec<Assumption>,
+    /// The constraints on velocities, integrable or not.
+    pub rolling: Vec<Constraint>,
     /// The `period` statement: the period and its place.
     pub period: Option<Given>,
     /// Where the energies depend on the time explicitly.

@@ -304,7 +304,7 @@ fn free_coordinates(model: &Model) -> Vec<Warning> {
     for family in energies.chain(&model.forces) {
         bind(model, family, &mut bound);
     }
-    if !model.constraints.is_empty() {
+    if !model.constraints.is_empty() || !model.rolling.is_empty() {
         // A constraint is a force as well.
         return Vec::new();
     }

@@ -130,10 +130,47 @@ pub fn normal_modes(linearized: &Linearized, options: &Options) -> Result<Normal
     if let Some(own) = linearized.units() {
         modes.modes.iter_mut().for_each(|mode| units::in_si(own, mode));
     }
+    if !linearized.rolled().is_empty() && options.given.is_none() && options.near.is_none() {
+        add_rolled(linearized, &mut modes, options);
+    }
     if let (None, Some((omega, count))) = (&options.given, options.near) {
         modes::keep_nearest(&mut modes.modes, count, |mode| (mode.omega.mid_f64() - omega).abs());
     }
     Ok(modes)
+}
+
+/// Adds a zero for each condition on velocities that can't be integrated, behind the other zeros.
+fn add_rolled(linearized: &Linearized, modes: &mut NormalModes, options: &Options) {
+    let whole = linearized.with_multipliers();
+    let place = modes.modes.iter().position(|mode| !matches!(mode.kind, Kind::Unstable | Kind::Zero));
+    let place = place.unwrap_or(modes.modes.len());
+    let cluster = modes.modes.iter().map(|mode| mode.cluster).max().map_or(0, |most| most + 1);
+    let coordinates = &linearized.model().coordinates;
+    let added = linearized.rolled().iter().map(|own| {
+        let inertia = whole.mass[own + whole.order * own];
+        let size = if inertia.is_positive() { Ball::ONE / inertia.sqrt() } else { Ball::ONE };
+        let component = |i: usize| if i == *own { size.mid_f64() } else { 0.0 };
+        let vector = (0..coordinates.len()).map(component);
+        modes.zero_motions.push(format!("equilibria with any {}", coordinates.at(*own).name()));
+        NormalMode {
+            kind: Kind::Zero,
+            omega_squared: Some(Ball::ZERO),
+            omega: Ball::ZERO,
+            growth: Ball::ZERO,
+            precise: None,
+            vector: if options.vectors { vector.collect() } else { Vec::new() },
+            imaginary: Vec::new(),
+            vector_error_bound: size.radius,
+            component_error_bounds: Vec::new(),
+            cluster,
+            symmetry: None,
+            limit: None,
+            uncertainty: None,
+        }
+    });
+    let added: Vec<NormalMode> = added.collect();
+    modes.modes.splice(place..place, added);
+    modes.modes.truncate(options.lowest.unwrap_or(usize::MAX));
 }
 
 fn modes_of(linearized: &Linearized, options: &Options) -> Result<NormalModes, LinearizeError> {

@@ -20,7 +20,7 @@ fn words(feature: Feature) -> [&'static str; 2] {
             "a force acts that no energy gives: the amplitude need not be constant",
             "a force that has a potential belongs into V; `motion` integrates the others",
         ],
-        Feature::Constraint => [
+        Feature::Constraint | Feature::Rolling => [
             "the change of frequencies with the amplitude is not computed for models with constraints",
             "write the energies in independent coordinates",
         ],

@@ -220,7 +220,7 @@ fn check(model: &Model) -> Result<Span, FloquetError> {
         return Err(FloquetError::NoTime { span });
     };
     let rate = model.rates.given().map(|given| given.span).next();
-    let constraint = model.constraints.first().map(|own| own.span);
+    let constraint = model.constraints.iter().chain(&model.rolling).next().map(|own| own.span);
     for (span, what) in [(constraint, "constraints"), (rate, "a steady motion")] {
         if let Some(span) = span {
             return Err(FloquetError::Unsupported { what, span });

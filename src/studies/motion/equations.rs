@@ -85,7 +85,7 @@ impl<'a> Written<'a> {
         let mut gradients = Vec::new();
         let mut slopes = Vec::new();
         let mut bends = Vec::new();
-        let mut surface = constraints.clone();
+        let mut surface = Vec::new();
         for (a, constraint) in constraints.iter().enumerate() {
             let own = mechanics.slopes(*constraint);
             let rate = mechanics.rate(*constraint, &own);
@@ -95,6 +95,29 @@ impl<'a> Written<'a> {
             let own = mechanics.slopes(rate);
             bends.push(mechanics.rate(rate, &own));
         }
+        // A condition on velocities is kept as it is: c stands for nothing, and c' for the condition.
+        let mut sliding = Vec::new();
+        for own in &model.rolling {
+            let rate = mechanics.pool.substitute_one(own.expression, &known);
+            let number = |symbol| mechanics.velocities.iter().position(|own| *own == symbol);
+            let mut own: Vec<(usize, ExprId)> = mechanics
+                .pool
+                .slopes(rate, |symbol| number(symbol).is_some())
+                .into_iter()
+                .filter_map(|(symbol, slope)| Some((number(symbol)?, slope)))
+                .collect();
+            own.sort_unstable();
+            let a = constraints.len() + sliding.len();
+            sliding.push(rate);
+            gradients.extend(own.iter().map(|(i, _)| (a, *i)));
+            slopes.extend(own.iter().map(|(_, slope)| *slope));
+            let own = mechanics.slopes(rate);
+            bends.push(mechanics.rate(rate, &own));
+        }
+        let count = constraints.len() + sliding.len();
+        let (positions, rates): (Vec<ExprId>, Vec<ExprId>) = (constraints, surface.split_off(0));
+        let nothing = vec![mechanics.pool.zero(); sliding.len()];
+        let surface = [positions, nothing, rates, sliding].concat();
         let Mechanics { mut pool, coordinates, velocities, time, lagrangian, .. } = mechanics;
         let kind = |symbol: Symbol| model.symbols.get(symbol);
         let constant = [&inertia, &slopes].iter().all(|values| {
@@ -120,7 +143,7 @@ impl<'a> Written<'a> {
             velocities,
             mass,
             gradients,
-            constraints: constraints.len(),
+            constraints: count,
             constant,
             outputs,
             surface,

@@ -22,7 +22,7 @@ fn words(feature: Feature) -> [&'static str; 2] {
             "a force acts that no energy gives: energy is not conserved",
             "a force of the coordinate alone has a potential: write it into V; `motion` integrates the others",
         ],
-        Feature::Constraint => {
+        Feature::Constraint | Feature::Rolling => {
             ["periods are not computed for models with constraints", "write the energies in one independent coordinate"]
         }
         Feature::SteadyMotion => [

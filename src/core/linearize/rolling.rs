@@ -1,0 +1,538 @@
+//! Conditions on velocities: rolling, skates, and what else constraint forces keep without a relation of the coordinates.
+//!
+//! A condition A(q) q' + b(q) = 0 restricts velocities and, linearised about rest or a steady motion q0' = s,
+//! A δq' + B δq = 0 with B = ∂(A s + b)/∂q; its forces Aᵀλ vanish at the equilibria that are covered here (Neimark and
+//! Fufaev, Dynamics of Nonholonomic Systems, chapter 4). With as many coordinates z expressed by the others y as there
+//! are conditions, δq = Z y + W z with AZ = 0 and z' = -β y - γ z, and
+//!
+//! ```text
+//! ZᵀMZ y'' + (ZᵀDZ - Pβ) y' + (ZᵀSZ + Pγβ - Qβ) y + (Pγ² - Qγ + R) z = 0,    P = ZᵀMW, Q = ZᵀDW, R = ZᵀSW.
+//! ```
+//!
+//! Where z stays out of it, which is proved in symbols, the exponents are those of y and, as γ is nilpotent, a 0 for each
+//! condition that can't be integrated: at rest the equilibria come in a family of as many dimensions. How many
+//! can't be is told by the Lie brackets of the fields of allowed velocities (Frobenius). All of this is done in symbols, and evaluated
+//! at any precision. Holonomic constraints beside them are rows of A with B = 0. *Nothing is integrated but conditions with
+//! constant coefficients.*
+
+use super::assemble::{Assembly, evaluate_closed};
+use super::constrained::Tangent;
+use super::equilibrium::Equilibrium;
+use super::error::LinearizeError;
+use super::parameters::known_values;
+use super::symbolic::{SymbolicMatrices, equilibrium_expressions, matrices_at};
+use crate::expr::{ExprId, Pool, Substitution, Symbol, Tape, ZeroVerdict, nullspace_mod};
+use crate::model::{Constraint, Model, SymbolKind};
+use crate::precision::{Ball, Enclosure, Scalar};
+
+/// Models with more coordinates, multipliers included, are not written out.
+const MOST_COORDINATES: usize = 60;
+
+/// M, G, C, K and N column by column, where they are there.
+type Numbers<S> = [Option<Vec<S>>; 5];
+
+/// Rows of expressions.
+type Rows = Vec<Vec<ExprId>>;
+
+/// The linearised model, for the coordinates that the others follow.
+#[derive(Clone, Debug)]
+pub(super) struct Rolling {
+    free: Vec<usize>,
+    bound: Vec<usize>,
+    /// For each condition that can't be integrated, the coordinate that moves along its family of equilibria.
+    pub(super) moved: Vec<usize>,
+    /// M, G, C, K and N of `free`; those that are 0 are not there.
+    pub(super) matrices: [Option<Rows>; 5],
+    /// All of these, and how each of `bound` follows `free`, one after another.
+    tape: Tape,
+    parameters: Vec<usize>,
+}
+
+/// Conditions with constant coefficients, integrated: relations of the coordinates that hold where the search starts.
+///
+/// The others are left as they are.
+#[must_use]
+pub fn integrated(mut model: Model) -> Model {
+    let moves = |model: &Model, e: ExprId| {
+        let moving = |symbol| {
+            matches!(
+                model.symbols.get(symbol),
+                Some(SymbolKind::Coordinate(_) | SymbolKind::Velocity(_) | SymbolKind::Time)
+            )
+        };
+        model.pool.depends_on(e, &moving)
+    };
+    let rest = rest(&model);
+    for own in std::mem::take(&mut model.rolling) {
+        let rows = coefficients(&mut model, own.expression);
+        let alone = model.pool.substitute_one(own.expression, &rest);
+        if !alone.is_zero() || rows.iter().any(|(_, e)| moves(&model, *e)) {
+            model.rolling.push(own);
+            continue;
+        }
+        let mut terms = Vec::with_capacity(rows.len());
+        for (i, slope) in rows {
+            let stated = model.equilibria.get(i).or_else(|| model.guesses.get(i));
+            let coordinate = model.pool.symbol_expr(model.coordinates.at(i).symbol);
+            let moved = stated.map_or(coordinate, |stated| model.pool.sub(coordinate, stated.symbolic));
+            terms.push(model.pool.mul(slope, moved));
+        }
+        let expression = model.pool.sum(&terms);
+        model.constraints.push(Constraint { expression, span: own.span });
+    }
+    model
+}
+
+/// The coefficients of the velocities in a condition, by coordinate.
+fn coefficients(model: &mut Model, condition: ExprId) -> Vec<(usize, ExprId)> {
+    let Model { pool, symbols, .. } = model;
+    let number = |symbol| match symbols.get(symbol) {
+        Some(SymbolKind::Velocity(number)) => Some(number),
+        _ => None,
+    };
+    let slopes = pool.slopes(condition, |symbol| number(symbol).is_some());
+    slopes.into_iter().filter_map(|(symbol, slope)| Some((number(symbol)?, slope))).collect()
+}
+
+/// What puts all velocities to 0.
+fn rest(model: &Model) -> Substitution {
+    model.coordinates.iter().map(|own| (own.velocity, model.pool.zero())).collect()
+}
+
+fn is_zero(pool: &Pool, e: ExprId) -> bool {
+    pool.is_zero(e) == ZeroVerdict::Zero
+}
+
+/// A sum of products of rows and columns, 0 where it is proved to be.
+fn product(pool: &mut Pool, left: &Rows, right: &Rows) -> Rows {
+    let width = right.first().map_or(0, Vec::len);
+    let mut entry = |row: &Vec<ExprId>, column: usize| {
+        let parts = row.iter().zip(right).filter(|(a, own)| !a.is_zero() && !own[column].is_zero());
+        let parts: Vec<ExprId> = parts.map(|(a, own)| pool.mul(*a, own[column])).collect();
+        let sum = pool.sum(&parts);
+        if is_zero(pool, sum) { pool.zero() } else { sum }
+    };
+    left.iter().map(|row| (0..width).map(|column| entry(row, column)).collect()).collect()
+}
+
+fn transposed(rows: &Rows) -> Rows {
+    let width = rows.first().map_or(0, Vec::len);
+    (0..width).map(|column| rows.iter().map(|row| row[column]).collect()).collect()
+}
+
+fn scaled(pool: &mut Pool, rows: &Rows, factor: i64) -> Rows {
+    let factor = pool.integer(factor);
+    rows.iter().map(|row| row.iter().map(|e| pool.mul(factor, *e)).collect()).collect()
+}
+
+fn added(pool: &mut Pool, left: &Rows, right: &Rows) -> Rows {
+    let mut both = |(a, b): (&ExprId, &ExprId)| {
+        let sum = pool.add(*a, *b);
+        if is_zero(pool, sum) { pool.zero() } else { sum }
+    };
+    left.iter().zip(right).map(|(a, b)| a.iter().zip(b).map(&mut both).collect()).collect()
+}
+
+fn vanish(rows: &Rows) -> bool {
+    rows.iter().flatten().all(|e| e.is_zero())
+}
+
+/// Gauss-Jordan elimination in symbols with pivots in given columns, in that order; the rows come in the order of the pivots.
+fn eliminate(pool: &mut Pool, mut rows: Rows, columns: &[usize]) -> Option<Rows> {
+    for (at, column) in columns.iter().enumerate() {
+        let found = (at..rows.len()).find(|row| !is_zero(pool, rows[*row][*column]))?;
+        rows.swap(at, found);
+        let pivot = rows[at][*column];
+        let own: Vec<ExprId> = rows[at].iter().map(|e| pool.div(*e, pivot)).collect();
+        for (row, other) in rows.iter_mut().enumerate() {
+            let factor = other[*column];
+            if row == at || factor.is_zero() {
+                continue;
+            }
+            for (entry, own) in other.iter_mut().zip(&own) {
+                if !own.is_zero() {
+                    let part = pool.mul(factor, *own);
+                    let rest = pool.sub(*entry, part);
+                    *entry = if is_zero(pool, rest) { pool.zero() } else { rest };
+                }
+            }
+        }
+        rows[at] = own;
+    }
+    Some(rows)
+}
+
+/// Numbers of expressions at the equilibrium.
+fn numbers<S: Scalar>(
+    model: &Model,
+    tape: &Tape,
+    parameters: &[usize],
+    at: &[S],
+    precision: S::Precision,
+) -> Option<Vec<S>> {
+    let mut inputs = at.to_vec();
+    for number in parameters {
+        inputs.push(evaluate_closed(&model.pool, model.parameters.get(*number)?.value?, precision)?);
+    }
+    Some(tape.prepare::<S>(precision).evaluate(&inputs, &mut Vec::new()))
+}
+
+fn compiled(model: &Model, pool: &Pool, roots: &[ExprId]) -> Option<(Tape, Vec<usize>)> {
+    let valued = |symbol| match model.symbols.get(symbol) {
+        Some(SymbolKind::Parameter(number)) => Some(number),
+        _ => None,
+    };
+    let mut parameters: Vec<usize> = pool.symbols_of(roots).into_iter().filter_map(valued).collect();
+    parameters.sort_unstable();
+    let mut inputs: Vec<Symbol> = model.coordinates.iter().map(|own| own.symbol).collect();
+    inputs.extend(parameters.iter().map(|number| model.parameters[*number].symbol));
+    Some((Tape::compile(pool, roots, &inputs).ok()?, parameters))
+}
+
+/// The conditions at a point, in symbols.
+struct Conditions {
+    /// Of constraints and of conditions: the coefficients of the velocities, then those of the coordinates.
+    rows: Rows,
+    /// The first so many are constraints.
+    constraints: usize,
+}
+
+impl Conditions {
+    fn new(
+        model: &mut Model,
+        pool: &mut Pool,
+        point: &[ExprId],
+        stiffness: &Rows,
+        visible: usize,
+        rates: &[Option<ExprId>],
+    ) -> Result<Self, LinearizeError> {
+        let zero = pool.zero();
+        let mut rows: Rows = Vec::new();
+        for row in &stiffness[visible..] {
+            let mut own = row[..visible].to_vec();
+            own.resize(2 * visible, zero);
+            rows.push(own);
+        }
+        let constraints = rows.len();
+        let mut place = Substitution::default();
+        for (i, own) in model.coordinates.iter().enumerate().take(visible) {
+            place.insert(own.symbol, point[i]);
+            place.insert(own.velocity, rates.get(i).copied().flatten().unwrap_or(zero));
+        }
+        for own in model.rolling.clone() {
+            let here = pool.substitute_one(own.expression, &place);
+            let valued = pool.substitute_one(here, &known_values(model));
+            if pool.is_zero(here) != ZeroVerdict::Zero && pool.is_zero(valued) != ZeroVerdict::Zero {
+                let difference = pool.display(here);
+                return Err(LinearizeError::RollingBroken { difference, span: own.span });
+            }
+            let coordinates: Vec<Symbol> = model.coordinates.iter().take(visible).map(|own| own.symbol).collect();
+            let velocities: Vec<Symbol> = model.coordinates.iter().take(visible).map(|own| own.velocity).collect();
+            let mut row = pool.gradient(own.expression, &velocities);
+            row.extend(pool.gradient(own.expression, &coordinates));
+            let row = pool.substitute(&row, &place);
+            rows.push(row.into_iter().map(|e| if is_zero(pool, e) { zero } else { e }).collect());
+        }
+        Ok(Self { rows, constraints })
+    }
+
+    /// Which coordinates follow the others, in the order of elimination: rather those that neither forces nor conditions
+    /// depend on.
+    fn choose(&self, model: &Model, pool: &Pool, stiffness: &Rows, at: &[Ball]) -> Option<Vec<usize>> {
+        let visible = self.rows.first()?.len() / 2;
+        let all: Vec<ExprId> = self.rows.iter().flat_map(|row| &row[..visible]).copied().collect();
+        let (tape, parameters) = compiled(model, pool, &all)?;
+        let numbers = numbers::<Ball>(model, &tape, &parameters, at, ())?;
+        let mut rows: Vec<Vec<Ball>> = numbers.chunks(visible).map(<[Ball]>::to_vec).collect();
+        let tier = |column: usize| {
+            let held = stiffness.iter().take(visible).any(|row| !row[column].is_zero());
+            let steers = self.rows.iter().any(|row| !row[visible + column].is_zero());
+            if held { 0 } else { 2 - usize::from(steers) }
+        };
+        let mut pivots = Vec::with_capacity(rows.len());
+        let mut open: Vec<usize> = (0..rows.len()).collect();
+        while !open.is_empty() {
+            let mut best: Option<(usize, f64, usize, usize)> = None;
+            for row in &open {
+                let largest = rows[*row].iter().map(Ball::certain_size).fold(0.0, f64::max);
+                for (column, entry) in rows[*row].iter().enumerate() {
+                    let size = entry.certain_size() / largest;
+                    let own = (tier(column), size);
+                    // Beside what else the row has, so that the units of the condition do not matter.
+                    if size > 1e-9 && best.is_none_or(|(tier, size, ..)| own > (tier, size)) {
+                        best = Some((own.0, own.1, *row, column));
+                    }
+                }
+            }
+            let (_, _, row, column) = best?;
+            crate::precision::clear_column(&mut rows, row, column, ());
+            open.retain(|own| *own != row);
+            pivots.push(column);
+        }
+        Some(pivots)
+    }
+}
+
+impl Rolling {
+    /// The linearised model under the conditions of `model.rolling` and, as multipliers, its constraints.
+    ///
+    /// # Errors
+    /// Where a condition does not hold, they depend on each other, or what they leave open acts on the rest.
+    pub(super) fn new(
+        model: &mut Model,
+        assembly: &Assembly,
+        equilibrium: &Equilibrium,
+        visible: usize,
+    ) -> Result<Self, LinearizeError> {
+        let span = model.rolling.first().map(|own| own.span).unwrap_or_default();
+        let refused = |reason| LinearizeError::RollingNotCovered { reason, span };
+        if model.coordinates.len() > MOST_COORDINATES {
+            return Err(refused("more than 60 coordinates"));
+        }
+        let mut pool = std::mem::take(&mut model.pool);
+        let mut point = equilibrium_expressions(model, &mut pool, Some(equilibrium));
+        for (i, own) in model.coordinates.iter().enumerate().skip(visible) {
+            point[i] = pool.symbol_expr(own.symbol);
+        }
+        let rates: Vec<Option<ExprId>> = model.rates.iter().map(|rate| rate.map(|rate| rate.symbolic)).collect();
+        model.pool = pool.clone();
+        let whole = matrices_at(model, pool, assembly, &point);
+        let mut pool = whole.pool.clone();
+        let found = Self::reduced(model, &mut pool, &whole, &point, equilibrium, visible, &rates, &refused);
+        model.pool = pool;
+        found
+    }
+
+    #[allow(clippy::too_many_arguments)] // one step of the other, which keeps the pool
+    fn reduced(
+        model: &mut Model,
+        pool: &mut Pool,
+        whole: &SymbolicMatrices,
+        point: &[ExprId],
+        equilibrium: &Equilibrium,
+        visible: usize,
+        rates: &[Option<ExprId>],
+        refused: &impl Fn(&'static str) -> LinearizeError,
+    ) -> Result<Self, LinearizeError> {
+        model.pool = pool.clone();
+        let conditions = Conditions::new(model, pool, point, &whole.stiffness, visible, rates)?;
+        model.pool = pool.clone();
+        let standing = rest(model);
+        for own in &model.rolling {
+            let part = pool.substitute_one(own.expression, &standing);
+            if !is_zero(pool, part) {
+                return Err(refused("one of them has a part without velocities"));
+            }
+        }
+        let dependent = "they depend on each other there";
+        let bound = conditions.choose(model, pool, &whole.stiffness, &equilibrium.values);
+        let bound = bound.ok_or_else(|| refused(dependent))?;
+        let free: Vec<usize> = (0..visible).filter(|i| !bound.contains(i)).collect();
+        let loose = |i: &&usize| conditions.rows.iter().take(conditions.constraints).all(|row| row[**i].is_zero());
+        let moved: Vec<usize> = bound.iter().filter(loose).copied().collect();
+        let rows = eliminate(pool, conditions.rows.clone(), &bound).ok_or_else(|| refused(dependent))?;
+        let slopes: Rows = rows.iter().map(|row| free.iter().map(|i| pool.neg(row[*i])).collect()).collect();
+        let part = |columns: &[usize]| -> Rows {
+            rows.iter().map(|row| columns.iter().map(|i| row[visible + i]).collect()).collect()
+        };
+        let gamma = part(&bound);
+        let (own, through) = (part(&free), product(pool, &gamma, &slopes));
+        let beta = added(pool, &own, &through);
+
+        // Z and W as rows of all coordinates.
+        let (zero, one) = (pool.zero(), pool.one());
+        let unit = |of: &[usize], i: usize| of.iter().map(|own| if *own == i { one } else { zero }).collect();
+        let directions: Rows = (0..visible)
+            .map(|i| bound.iter().position(|own| *own == i).map_or_else(|| unit(&free, i), |row| slopes[row].clone()))
+            .collect();
+        let others: Rows = (0..visible).map(|i| unit(&bound, i)).collect();
+        let back = transposed(&directions);
+        let block = |rows: &Rows| -> Rows { rows.iter().take(visible).map(|row| row[..visible].to_vec()).collect() };
+        let mut total = |first: Option<&Rows>, second: Option<&Rows>| -> Rows {
+            let nothing = vec![vec![zero; visible]; visible];
+            let [first, second] = [first, second].map(|rows| rows.map_or_else(|| nothing.clone(), block));
+            added(pool, &first, &second)
+        };
+        let mass = total(Some(&whole.mass), None);
+        let velocity = total(whole.gyroscopic.as_ref(), whole.damping.as_ref());
+        let stiffness = total(Some(&whole.stiffness), whole.circulatory.as_ref());
+        let mut both = |matrix: &Rows| {
+            let image = product(pool, &back, matrix);
+            (product(pool, &image, &directions), product(pool, &image, &others))
+        };
+        let ((mass, p), (velocity, q), (stiffness, r)) = (both(&mass), both(&velocity), both(&stiffness));
+
+        let minus = |pool: &mut Pool, left: &Rows, a: &Rows, b: &Rows| {
+            let own = product(pool, a, b);
+            let own = scaled(pool, &own, -1);
+            added(pool, left, &own)
+        };
+        let p_gamma = product(pool, &p, &gamma);
+        let velocity = minus(pool, &velocity, &p, &beta);
+        let share = product(pool, &p_gamma, &beta);
+        let stiffness = added(pool, &stiffness, &share);
+        let stiffness = minus(pool, &stiffness, &q, &beta);
+        let drifts = !vanish(&beta) || !vanish(&gamma);
+        let feeds_back = product(pool, &p_gamma, &gamma);
+        let feeds_back = minus(pool, &feeds_back, &q, &gamma);
+        let feeds_back = added(pool, &feeds_back, &r);
+        let mut power = gamma.clone();
+        for _ in 1..bound.len() {
+            power = product(pool, &power, &gamma);
+        }
+        if drifts && !(vanish(&feeds_back) && vanish(&power)) {
+            return Err(refused("the coordinates that they leave open act on the others in this steady motion"));
+        }
+        let zeros = not_integrable(model, pool, &bound, visible)
+            .ok_or_else(|| refused("whether they can be integrated is not decided"))?;
+        // A family of equilibria moves these alone.
+        let moved = if zeros == 0 { Vec::new() } else { moved };
+        let held =
+            |i: &usize| bound.iter().position(|own| own == i).is_some_and(|at| r.iter().any(|row| !row[at].is_zero()));
+        if moved.len() != zeros || moved.iter().any(held) {
+            return Err(refused("the family of equilibria that they leave is not one of single coordinates"));
+        }
+        let matrices = parts(pool, mass, &velocity, &stiffness);
+        let all: Vec<ExprId> = matrices.iter().flatten().chain([&slopes]).flatten().flatten().copied().collect();
+        model.pool = pool.clone();
+        let (tape, parameters) =
+            compiled(model, pool, &all).ok_or_else(|| refused("their matrices have no numbers there"))?;
+        if let Some(missing) = parameters.iter().find(|number| model.parameters[**number].value.is_none()) {
+            return Err(super::missing_value(model, *missing));
+        }
+        Ok(Self { free, bound, moved, matrices, tape, parameters })
+    }
+
+    /// M, G, C, K and N column by column, where they are there, and the directions.
+    pub(super) fn numbers<S: Enclosure>(
+        &self,
+        model: &Model,
+        at: &[S],
+        precision: S::Precision,
+    ) -> Option<(Numbers<S>, Tangent<S>)> {
+        let mut numbers = numbers::<S>(model, &self.tape, &self.parameters, at, precision)?.into_iter();
+        let n = self.free.len();
+        let matrices = self.matrices.each_ref().map(|matrix| {
+            matrix.as_ref()?;
+            let rows: Vec<S> = numbers.by_ref().take(n * n).collect();
+            Some((0..n * n).map(|at| rows[at / n + n * (at % n)].clone()).collect())
+        });
+        let slopes: Vec<Vec<S>> = self.bound.iter().map(|_| numbers.by_ref().take(n).collect()).collect();
+        Some((matrices, Tangent::following(self.free.clone(), self.bound.clone(), slopes, precision)))
+    }
+
+    /// The coordinates that follow the others.
+    pub(super) fn bound(&self) -> &[usize] {
+        &self.bound
+    }
+
+    /// Vectors of the kernel of K + N that are single coordinates.
+    pub(super) fn unheld(&self) -> Vec<Vec<Ball>> {
+        let n = self.free.len();
+        let [.., stiffness, circulatory] = &self.matrices;
+        let both = [stiffness, circulatory].into_iter().flatten();
+        let held = |i: usize| both.clone().any(|rows| rows.iter().any(|row| !row[i].is_zero()));
+        let unit = |i: usize| (0..n).map(|j| if i == j { Ball::ONE } else { Ball::ZERO }).collect();
+        (0..n).filter(|i| !held(*i)).map(unit).collect()
+    }
+}
+
+/// M, G, C, K and N: what of D and S is symmetric and what is not.
+fn parts(pool: &mut Pool, mass: Rows, velocity: &Rows, stiffness: &Rows) -> [Option<Rows>; 5] {
+    let mut split = |rows: &Rows| {
+        let mirrored = transposed(rows);
+        let opposite = scaled(pool, &mirrored, -1);
+        [&mirrored, &opposite].map(|other| {
+            let sum = added(pool, rows, other);
+            let half = pool.number(crate::number::Number::half());
+            let all: Rows = sum.iter().map(|row| row.iter().map(|e| pool.mul(half, *e)).collect()).collect();
+            all
+        })
+    };
+    let [damping, gyroscopic] = split(velocity);
+    let [stiffness, circulatory] = split(stiffness);
+    let there = |rows: Rows| (!vanish(&rows)).then_some(rows);
+    [Some(mass), there(gyroscopic), there(damping), Some(stiffness), there(circulatory)]
+}
+
+/// How many of the conditions, constraints included, no function of the coordinates gives: the rank of the Lie brackets of the
+/// allowed velocities beyond these, at random points.
+fn not_integrable(model: &mut Model, pool: &mut Pool, bound: &[usize], visible: usize) -> Option<usize> {
+    let coordinates: Vec<Symbol> = model.coordinates.iter().take(visible).map(|own| own.symbol).collect();
+    let velocities: Vec<Symbol> = model.coordinates.iter().take(visible).map(|own| own.velocity).collect();
+    let mut rows: Rows = Vec::new();
+    for own in &model.constraints {
+        rows.push(pool.gradient(own.expression, &coordinates));
+    }
+    rows.truncate(bound.len() - model.rolling.len());
+    for own in &model.rolling {
+        rows.push(pool.gradient(own.expression, &velocities));
+    }
+    let free: Vec<usize> = (0..visible).filter(|i| !bound.contains(i)).collect();
+    let rows = eliminate(pool, rows, bound)?;
+    // The field of each free coordinate: its velocity is 1, and those of the bound ones follow.
+    let fields: Rows = free.iter().map(|i| rows.iter().map(|row| pool.neg(row[*i])).collect()).collect();
+    let mut found: Rows = Vec::new();
+    let mut samples: Vec<Vec<u64>> = Vec::new();
+    let mut rank = 0;
+    let mut last: Rows = Vec::new();
+    let mut brackets: Vec<Vec<ExprId>> = Vec::new();
+    for a in 0..free.len() {
+        for b in a + 1..free.len() {
+            let mut bracket = Vec::with_capacity(bound.len());
+            for k in 0..bound.len() {
+                let forth = along(pool, &coordinates, (free[a], &fields[a]), bound, fields[b][k]);
+                let back = along(pool, &coordinates, (free[b], &fields[b]), bound, fields[a][k]);
+                bracket.push(pool.sub(forth, back));
+            }
+            brackets.push(bracket);
+        }
+    }
+    loop {
+        for bracket in brackets.drain(..) {
+            let residues = pool.evaluate_at_random(&bracket, 3)?;
+            let mut tried = samples.clone();
+            tried.push(residues.clone());
+            let kernel = nullspace_mod(&mut tried, bound.len()).len();
+            if bound.len() - kernel > rank {
+                rank = bound.len() - kernel;
+                samples.push(residues);
+                found.push(bracket.clone());
+                last.push(bracket);
+            }
+        }
+        if rank == bound.len() || last.is_empty() {
+            return Some(rank);
+        }
+        for field in std::mem::take(&mut last) {
+            for (i, own) in free.iter().zip(&fields) {
+                let mut bracket = Vec::with_capacity(bound.len());
+                for k in 0..bound.len() {
+                    let forth = along(pool, &coordinates, (*i, own), bound, field[k]);
+                    let back: Vec<ExprId> = bound
+                        .iter()
+                        .zip(&field)
+                        .map(|(j, speed)| {
+                            let slope = pool.diff(own[k], coordinates[*j]);
+                            pool.mul(*speed, slope)
+                        })
+                        .collect();
+                    let back = pool.sum(&back);
+                    bracket.push(pool.sub(forth, back));
+                }
+                brackets.push(bracket);
+            }
+        }
+    }
+}
+
+/// The derivative of an expression along the field of a free coordinate.
+fn along(pool: &mut Pool, coordinates: &[Symbol], field: (usize, &Vec<ExprId>), bound: &[usize], e: ExprId) -> ExprId {
+    let (free, speeds) = field;
+    let mut parts = vec![pool.diff(e, coordinates[free])];
+    for (i, speed) in bound.iter().zip(speeds) {
+        let slope = pool.diff(e, coordinates[*i]);
+        parts.push(pool.mul(*speed, slope));
+    }
+    pool.sum(&parts)
+}
