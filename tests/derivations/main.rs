@@ -14,4 +14,5 @@ mod derive_constraints;
 mod derive_support;
 mod latex;
 mod normal_coordinates;
+mod rolling;
 mod typeset;

@@ -99,6 +99,8 @@ fn the_disc_stands_above_its_critical_speed() {
     for (speed, stability) in [("1.278", Stability::Unstable), ("1.279", Stability::Neutral)] {
         let found = of_text(&at_speed(&text, speed));
         assert_eq!(found.stability, stability, "{speed}");
+        // Motions run backward are motions: a pair ±s is one entry.
+        assert_eq!(found.modes.len(), 5, "{speed}");
     }
 }
 

@@ -234,6 +234,9 @@ fn a_knife_edge_does_not_slide_down() {
         }
     }
     assert!(found.energy_drift.unwrap() < 1e-20);
+    // A belt that moves does work.
+    let belt = model("coord x, y  T = 1/2*(x'^2 + y'^2)  V = x^2 + y^2  constraint x' = x*y' + 1");
+    assert!(motion(&belt, "x=1", "1", 2).energy_drift.is_none());
     // A start that slides sideways is no motion of it.
     let system = System::new(&edge).unwrap();
     let slides = Start::parse("y'=1, phi=0", &edge, None, &system);

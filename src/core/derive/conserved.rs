@@ -40,7 +40,7 @@ pub enum Conserved {
 }
 
 /// The conserved quantities that L shows: momenta of coordinates that don't occur in it, sums of momenta for
-/// motions that leave it unchanged, and the energy where the time doesn't occur.
+/// motions that leave it unchanged, and the energy where the time doesn't occur: the work of other forces is not looked at.
 pub(super) fn conserved(
     pool: &mut Pool,
     variables: &Variables,
@@ -81,7 +81,7 @@ pub(super) fn conserved(
             result.push(Conserved::Motion { motion, momenta, value });
         }
     }
-    if !drives && !rubs.contains(&true) {
+    if !drives {
         let is_total = lagrangian.linear.is_empty() && lagrangian.other.is_empty() && !lagrangian.has_rest_energy;
         result.push(Conserved::Energy { is_total });
     }

@@ -9,8 +9,9 @@ use super::motion::{Motion, MotionSum, MotionTerm, Names};
 use super::shapes::determinant;
 use super::simplify::Simplifier;
 use super::{Derivation, Linear, Parts};
-use crate::expr::{ExprId, Pool};
+use crate::expr::{ExprId, Pool, Substitution, Symbol};
 use crate::linearize::{self, Eliminated, SymbolicConstraints, SymbolicMatrices, Tied};
+use crate::model::Model;
 
 /// Determinants of so many rows are written out.
 const MOST_BY_DETERMINANTS: usize = 3;
@@ -31,9 +32,59 @@ pub struct Constraints {
 }
 
 impl Constraints {
-    pub(super) fn new(tied: &Tied) -> Option<Self> {
-        let expressions = tied.expressions();
-        (!expressions.is_empty()).then(|| Self { names: tied.names(), expressions, dependent: tied.dependent.clone() })
+    pub(super) fn new(tied: Option<&Tied>, rolling: &Rolling) -> Option<Self> {
+        let mut expressions = tied.map_or_else(Vec::new, Tied::expressions);
+        let mut names = tied.map_or_else(Vec::new, Tied::names);
+        expressions.extend(&rolling.expressions);
+        names.extend(rolling.names.iter().cloned());
+        let dependent = tied.map_or_else(Vec::new, |tied| tied.dependent.clone());
+        (!expressions.is_empty()).then_some(Self { names, expressions, dependent })
+    }
+}
+
+/// Conditions on velocities with their multipliers (Lagrange and d'Alembert): the force on q_i is the sum of mu_a ∂f_a/∂q_i'.
+pub(super) struct Rolling {
+    pub(super) names: Vec<String>,
+    pub(super) multipliers: Vec<ExprId>,
+    /// f_a(q, q'), linear in q'.
+    expressions: Vec<ExprId>,
+    /// By condition and coordinate: ∂f_a/∂q_i'.
+    slopes: Vec<Vec<(usize, ExprId)>>,
+    /// Whether their forces do no work: no condition has a part without velocities.
+    pub(super) idle: bool,
+}
+
+impl Rolling {
+    pub(super) fn new(model: &Model, pool: &mut Pool) -> Self {
+        let family = model.unused_name(&["mu", "kappa", "nu"]);
+        let name = |at: usize| if model.rolling.len() == 1 { family.clone() } else { format!("{family}[{}]", at + 1) };
+        let names: Vec<String> = (0..model.rolling.len()).map(name).collect();
+        let symbols: Vec<Symbol> = names.iter().map(|name| pool.symbol(name)).collect();
+        let velocities: Vec<Symbol> = model.coordinates.iter().map(|own| own.velocity).collect();
+        let rest: Substitution = velocities.iter().map(|own| (*own, pool.zero())).collect();
+        let expressions: Vec<ExprId> = model.rolling.iter().map(|own| own.expression).collect();
+        let idle = expressions.iter().all(|own| pool.substitute_one(*own, &rest).is_zero());
+        let mut slopes = |own: &ExprId| pool.gradient(*own, &velocities).into_iter().enumerate().collect();
+        let slopes = expressions.iter().map(&mut slopes).collect();
+        Self {
+            names,
+            multipliers: symbols.iter().map(|own| pool.symbol_expr(*own)).collect(),
+            expressions,
+            slopes,
+            idle,
+        }
+    }
+
+    /// What they add to the left sides of the equations, by coordinate.
+    pub(super) fn drags(&self, pool: &mut Pool) -> Vec<(usize, ExprId)> {
+        let mut drags = Vec::new();
+        for (multiplier, slopes) in self.multipliers.iter().zip(&self.slopes) {
+            for (i, slope) in slopes.iter().filter(|(_, slope)| !slope.is_zero()) {
+                let force = pool.mul(*multiplier, *slope);
+                drags.push((*i, pool.neg(force)));
+            }
+        }
+        drags
     }
 }
 

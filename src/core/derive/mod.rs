@@ -296,9 +296,6 @@ pub fn derive(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
         model
     } else {
         integrated = linearize::integrated(model.clone());
-        if let Some(span) = integrated.rolling.first().map(|own| own.span) {
-            return Err(LinearizeError::Unsupported { feature: linearize::Feature::Rolling, span });
-        }
         &integrated
     };
     let derivation = derivation(&model.assumed(), parts);
@@ -311,6 +308,11 @@ fn derivation(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
     let budget = model.pool.budget();
     budget.at("M and K in symbols", None);
     let (tied, matrices) = linearize::derive_with_multipliers(model);
+    // M and K under conditions on velocities are those of `modes`: here are the equations and what they conserve.
+    let matrices = match model.rolling.first() {
+        Some(own) => Err(LinearizeError::Unsupported { feature: linearize::Feature::Rolling, span: own.span }),
+        None => matrices,
+    };
     let with_multipliers = tied.as_ref().map_or(model, |tied| &tied.model);
     let (mut pool, mut linear) = match matrices {
         Ok(mut matrices) => {
@@ -354,6 +356,8 @@ fn derivation(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
         budget.at("M and K in their shortest form", None);
         linear.finish(&mut pool, &mut short, &checker, parts);
     }
+    let rolling = constraints::Rolling::new(model, &mut pool);
+    symbols.extend(rolling.names.iter().cloned().zip(rolling.multipliers.iter().copied()));
     let mut derivation = Derivation {
         symbols,
         pool,
@@ -370,10 +374,10 @@ fn derivation(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
         equations: None,
         energy: None,
         equilibria: None,
-        constraints: tied.as_ref().and_then(Constraints::new),
+        constraints: Constraints::new(tied.as_ref(), &rolling),
     };
     if parts.equations || parts.energy || parts.equilibria {
-        derivation.nonlinear(model, with_multipliers, parts, &mut short);
+        derivation.nonlinear(model, with_multipliers, &rolling, parts, &mut short);
     }
     constraints::reduce(&mut derivation, &mut short, &checker, parts);
     Ok(derivation)
@@ -448,14 +452,23 @@ impl Derivation {
     ///
     /// `tied` has a term lambda c for each constraint in its potential, and is `model` where there is none: what moves
     /// are the coordinates alone, so that multipliers count as parameters.
-    fn nonlinear(&mut self, model: &Model, tied: &Model, parts: &Parts, short: &mut Simplifier) {
+    fn nonlinear(
+        &mut self,
+        model: &Model,
+        tied: &Model,
+        rolling: &constraints::Rolling,
+        parts: &Parts,
+        short: &mut Simplifier,
+    ) {
         let pool = &mut self.pool;
         let variables = Variables::new(model);
         let bound = !model.constraints.is_empty();
         let budget = pool.budget().clone();
         budget.at("Lagrange's equations", None);
         let lagrangian = lagrangian::lagrangian(tied, pool, short);
-        let drags = lagrangian::drags(model, pool, &variables);
+        let mut drags = lagrangian::drags(model, pool, &variables);
+        let idle = drags.iter().all(|(_, drag)| drag.is_zero()) && rolling.idle;
+        drags.extend(rolling.drags(pool));
         if parts.equations {
             let equations = equations::equations(pool, short, &variables, &lagrangian, &drags);
             self.equations = Some(equations);
@@ -464,6 +477,7 @@ impl Derivation {
             return;
         }
         budget.at("the equilibria in symbols", None);
+        let bound = bound || !rolling.names.is_empty();
         if parts.equilibria && !bound {
             self.equilibria = Some(equilibria::roots(pool, short, &variables, &lagrangian, &drags, model));
         }
@@ -473,7 +487,8 @@ impl Derivation {
         budget.at("what is conserved", None);
         if parts.energy {
             let momenta = energy::momenta(pool, short, &variables, &lagrangian);
-            let conserved = conserved::conserved(pool, &variables, &lagrangian, &momenta, &drags, model, short);
+            let mut conserved = conserved::conserved(pool, &variables, &lagrangian, &momenta, &drags, model, short);
+            conserved.retain(|own| idle || !matches!(own, Conserved::Energy { .. }));
             // Along a motion the constraints are 0, and so is their part of L.
             let free;
             let lagrangian = if bound {

@@ -498,6 +498,12 @@ impl Linearized {
         self.rolling().map_or(&[], |own| &own.moved)
     }
 
+    /// Whether conditions on velocities leave exponents in pairs ±s, though the matrices are not those of a model without
+    /// friction.
+    pub(crate) fn runs_backward(&self) -> bool {
+        self.rolling().is_some_and(Rolling::runs_backward)
+    }
+
     /// The number of degrees of freedom, which the matrices have as many rows as: that of the
     /// coordinates, less the number of independent constraints and of massless directions.
     #[must_use]

@@ -426,6 +426,42 @@ impl Rolling {
         &self.bound
     }
 
+    /// Whether every exponent s has a partner -s, as motions run backward are motions: where a change of sign of some
+    /// coordinates leaves M and K + N as they are and turns G + C round.
+    pub(super) fn runs_backward(&self) -> bool {
+        let n = self.free.len();
+        let [mass, gyroscopic, damping, stiffness, circulatory] = &self.matrices;
+        let joins = |matrices: [&Option<Rows>; 3], i: usize, j: usize| {
+            matrices.into_iter().flatten().any(|rows| !rows[i][j].is_zero() || !rows[j][i].is_zero())
+        };
+        let mut turned: Vec<Option<bool>> = vec![None; n];
+        for first in 0..n {
+            if turned[first].is_some() {
+                continue;
+            }
+            turned[first] = Some(false);
+            let mut todo = vec![first];
+            while let Some(i) = todo.pop() {
+                for j in 0..n {
+                    let alike = i != j && joins([mass, stiffness, circulatory], i, j);
+                    let opposite = joins([gyroscopic, damping, &None], i, j);
+                    let wanted = match (alike, opposite) {
+                        (true, true) => return false,
+                        (false, false) => continue,
+                        (_, opposite) => turned[i].map(|own| own != opposite),
+                    };
+                    if turned[j].is_none() {
+                        turned[j] = wanted;
+                        todo.push(j);
+                    } else if turned[j] != wanted {
+                        return false;
+                    }
+                }
+            }
+        }
+        true
+    }
+
     /// Vectors of the kernel of K + N that are single coordinates.
     pub(super) fn unheld(&self) -> Vec<Vec<Ball>> {
         let n = self.free.len();

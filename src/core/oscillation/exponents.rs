@@ -72,7 +72,11 @@ pub(super) fn normal_modes(linearized: &Linearized, options: &Options) -> Result
         None => solved(linearized, None, problem.clone(), &mut zero_modes, options)?,
     };
     let modes = found.entries.into_iter();
-    let modes: Vec<NormalMode> = modes.map(|entry| mode(linearized, entry)).collect();
+    let mut modes: Vec<NormalMode> = modes.map(|entry| mode(linearized, entry)).collect();
+    if linearized.runs_backward() {
+        // The decaying partner of each that grows: a pair ±s is one entry.
+        modes.retain(|mode| mode.kind != Kind::Overdamped);
+    }
     let zeros: Vec<&NormalMode> = modes.iter().filter(|mode| mode.kind == Kind::Zero).collect();
     let mut zero_motions = super::zero_motions(zero_modes);
     if zeros.is_empty() {

@@ -127,7 +127,11 @@ impl<'a> Written<'a> {
         let mut outputs: Vec<ExprId> = [inertia, loads, slopes, bends].concat();
         let most = if for_proofs { MOST_SHORTENED_FOR_PROOFS } else { MOST_SHORTENED };
         shorten(&mut pool, &mut outputs, most);
-        let conserved = model.forces.is_empty() && model.time_dependent.is_none();
+        let rest: Substitution = velocities.iter().map(|own| (*own, pool.zero())).collect();
+        // A condition with a part without velocities, as a moving belt, does work.
+        let mut conditions = model.rolling.iter();
+        let idle = conditions.all(|own| pool.substitute_one(own.expression, &rest) == pool.zero());
+        let conserved = model.forces.is_empty() && model.time_dependent.is_none() && idle;
         let energy = conserved.then(|| {
             let velocities: Vec<ExprId> = velocities.iter().map(|v| pool.symbol_expr(*v)).collect();
             let products = momenta.iter().zip(&velocities);
