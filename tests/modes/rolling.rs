@@ -63,7 +63,8 @@ fn at_speed(text: &str, speed: &str) -> String {
     text.lines().map(own).collect::<Vec<_>>().join("\n")
 }
 
-/// Table 2 of Meijaard, Papadopoulos, Ruina and Schwab (2007), in 14 digits: real parts, and imaginary parts behind a comma.
+/// Exponents of M s² + v C1 s + g K0 + v² K2 with the matrices that Meijaard, Papadopoulos, Ruina and Schwab (2007) print for
+/// their benchmark, in the 14 digits that these determine: real parts, and imaginary parts behind a comma.
 const TABLE: [(&str, &[&str]); 5] = [
     ("0", &["5.5309437176539", "3.1316432479066"]),
     ("1", &["3.5269617099007,0.8077402751993", "-3.1342312506658", "-7.1100801463744"]),
