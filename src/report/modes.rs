@@ -259,7 +259,7 @@ fn table(
     style: &Style,
 ) -> String {
     if modes.is_empty() {
-        return "there are no degrees of freedom: there are as many constraints as coordinates\n".to_owned();
+        return "there are no degrees of freedom: constraints, or what has no inertia, leave no motion\n".to_owned();
     }
     let of = |text: fn(&Row) -> &str| rows.iter().map(|row| text(row).to_owned()).collect();
     let heading = |plain: &str, unit: &str| {

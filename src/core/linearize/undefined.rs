@@ -162,7 +162,11 @@ fn listed(model: &Model, values: impl Iterator<Item = String>) -> String {
             parts.push("…".to_owned());
             break;
         }
-        parts.push(format!("{} = {value}", coordinate.name()));
+        let part = format!("{} = {value}", coordinate.name());
+        // Multipliers of forces are shown as the coordinates that these act on.
+        if !parts.contains(&part) {
+            parts.push(part);
+        }
     }
     parts.join(", ")
 }

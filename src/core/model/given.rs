@@ -11,7 +11,7 @@ use super::values::Value;
 use crate::diagnostic::nearest;
 use crate::expr::ExprId;
 use crate::span::Span;
-use crate::syntax::Binding;
+use crate::syntax::{Binding, ExprKind};
 
 /// An expression without symbols for a coordinate, from `guess` or `equilibrium`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -131,7 +131,11 @@ impl Elaborator<'_> {
             return None;
         }
         let on = Entity::Coordinate(family);
-        let found = forces(&mut self.compiler(), root, on, binding.indices.as_deref(), factor);
+        // A list without an index gives the members one by one.
+        let is_list = matches!(self.file.expr(root).kind, ExprKind::Vector(_)) && members.rank == 1 && !members.named;
+        let listed = members.block.as_ref().filter(|_| is_list).map(|block| block.keys().collect::<Vec<Key>>());
+        let indices = binding.indices.as_deref();
+        let found = forces(&mut self.compiler(), root, on, indices, listed.as_deref(), factor);
         let found = self.note(found)?;
         self.check_accelerations(&found, root, "a force");
         let span = binding.name.span;

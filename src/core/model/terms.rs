@@ -11,7 +11,7 @@ use std::ops::Range;
 use super::ModelError;
 use super::compile::{Compiler, Scope};
 use super::instance::{Instance, Leaf};
-use super::names::{Entity, SymbolKind, World};
+use super::names::{Entity, Key, SymbolKind, World};
 use super::program::{Binder, IndexForm, IndexProgram, Op, Program};
 use super::run::Stop;
 use super::table::Cell;
@@ -173,17 +173,18 @@ pub(super) fn families(compiler: &mut Compiler<'_>, root: ExprRef) -> Result<Vec
     work_out(compiler, Part::new(root))
 }
 
-/// The terms of a generalised force on a coordinate or a family, with a factor for its unit.
+/// The terms of a generalised force on a coordinate or a family, with a factor for its unit; on those `listed` component by component.
 pub(super) fn forces(
     compiler: &mut Compiler<'_>,
     root: ExprRef,
     acts_on: Entity,
     indices: Option<&Indices>,
+    listed: Option<&[Key]>,
     factor: Option<ExprId>,
 ) -> Result<Vec<TermFamily>, ModelError> {
     let span = compiler.file.expr(root).span;
     let mut part = Part::new(root);
-    if let Some(indices) = indices {
+    if let (Some(indices), None) = (indices, listed) {
         let (binders, filter) = compiler.binders(indices, &mut part.scope);
         let most = binders.len();
         part.filters.extend(filter.map(|filter| (filter.known_after(most), filter)));
@@ -191,7 +192,13 @@ pub(super) fn forces(
     }
     let at = |slot| IndexProgram { form: IndexForm::Shifted { slot, shift: 0 }, span };
     let read = Op::Read { entity: acts_on, indices: (0..part.binders.len()).map(at).collect() };
-    part.acts_on = Some(Program { ops: vec![(read, span)], span });
+    let constant = |key: &Key| IndexProgram { form: IndexForm::Constant(key[0]), span };
+    let member = |key: &Key| (Op::Read { entity: acts_on, indices: [constant(key)].into() }, span);
+    let ops = match listed {
+        Some(keys) => keys.iter().map(member).chain([(Op::Vector(keys.len()), span)]).collect(),
+        None => vec![(read, span)],
+    };
+    part.acts_on = Some(Program { ops, span });
     let factor = factor.map(|factor| Program { ops: vec![(Op::Literal(factor), span)], span });
     part.prefactors.extend(factor.map(|factor| (false, factor)));
     work_out(compiler, part)
