@@ -74,6 +74,14 @@ impl<'a> Mechanics<'a> {
         })
     }
 
+    /// The same by the velocities.
+    pub(crate) fn velocity_slopes(&mut self, e: ExprId) -> Vec<(usize, ExprId)> {
+        self.numbered(e, |kind| match kind {
+            SymbolKind::Velocity(at) => Some(at),
+            _ => None,
+        })
+    }
+
     fn numbered(&mut self, e: ExprId, wanted: impl Fn(SymbolKind) -> Option<usize>) -> Vec<(usize, ExprId)> {
         let number = |symbol: Symbol| self.model.symbols.get(symbol).and_then(&wanted);
         let slopes = self.pool.slopes(e, |symbol| number(symbol).is_some());
@@ -97,10 +105,7 @@ impl<'a> Mechanics<'a> {
         let momenta = self.pool.gradient(self.lagrangian, &self.velocities);
         let drags = self.drags.clone();
         let rows = momenta.into_iter().zip(drags).zip(forces).map(|((momentum, drag), force)| {
-            let mass = self.numbered(momentum, |kind| match kind {
-                SymbolKind::Velocity(at) => Some(at),
-                _ => None,
-            });
+            let mass = self.velocity_slopes(momentum);
             let slopes = self.slopes(momentum);
             let rate = self.rate(momentum, &slopes);
             let force = self.pool.neg(force);

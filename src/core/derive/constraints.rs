@@ -5,11 +5,12 @@
 //! it (Lagrange's multipliers; Goldstein, Classical Mechanics, section 2.4).
 
 use super::check::Checker;
+use super::lagrangian::Variables;
 use super::motion::{Motion, MotionSum, MotionTerm, Names};
 use super::shapes::determinant;
 use super::simplify::Simplifier;
 use super::{Derivation, Linear, Parts};
-use crate::expr::{ExprId, Pool, Substitution, Symbol};
+use crate::expr::{ExprId, Pool, Symbol};
 use crate::linearize::{self, Eliminated, SymbolicConstraints, SymbolicMatrices, Tied};
 use crate::model::Model;
 
@@ -48,8 +49,6 @@ pub(super) struct Rolling {
     pub(super) multipliers: Vec<ExprId>,
     /// f_a(q, q'), linear in q'.
     expressions: Vec<ExprId>,
-    /// By condition and coordinate: ∂f_a/∂q_i'.
-    slopes: Vec<Vec<(usize, ExprId)>>,
     /// Whether their forces do no work: no condition has a part without velocities.
     pub(super) idle: bool,
 }
@@ -60,28 +59,18 @@ impl Rolling {
         let name = |at: usize| if model.rolling.len() == 1 { family.clone() } else { format!("{family}[{}]", at + 1) };
         let names: Vec<String> = (0..model.rolling.len()).map(name).collect();
         let symbols: Vec<Symbol> = names.iter().map(|name| pool.symbol(name)).collect();
-        let velocities: Vec<Symbol> = model.coordinates.iter().map(|own| own.velocity).collect();
-        let rest: Substitution = velocities.iter().map(|own| (*own, pool.zero())).collect();
         let expressions: Vec<ExprId> = model.rolling.iter().map(|own| own.expression).collect();
-        let idle = expressions.iter().all(|own| pool.substitute_one(*own, &rest).is_zero());
-        let mut slopes = |own: &ExprId| pool.gradient(*own, &velocities).into_iter().enumerate().collect();
-        let slopes = expressions.iter().map(&mut slopes).collect();
-        Self {
-            names,
-            multipliers: symbols.iter().map(|own| pool.symbol_expr(*own)).collect(),
-            expressions,
-            slopes,
-            idle,
-        }
+        let idle = expressions.iter().all(|own| model.at_rest(pool, *own).is_zero());
+        Self { names, multipliers: symbols.iter().map(|own| pool.symbol_expr(*own)).collect(), expressions, idle }
     }
 
     /// What they add to the left sides of the equations, by coordinate.
-    pub(super) fn drags(&self, pool: &mut Pool) -> Vec<(usize, ExprId)> {
+    pub(super) fn drags(&self, pool: &mut Pool, variables: &Variables) -> Vec<(usize, ExprId)> {
         let mut drags = Vec::new();
-        for (multiplier, slopes) in self.multipliers.iter().zip(&self.slopes) {
-            for (i, slope) in slopes.iter().filter(|(_, slope)| !slope.is_zero()) {
-                let force = pool.mul(*multiplier, *slope);
-                drags.push((*i, pool.neg(force)));
+        for (multiplier, condition) in self.multipliers.iter().zip(&self.expressions) {
+            for (i, slope) in variables.velocity_slopes(pool, *condition) {
+                let force = pool.mul(*multiplier, slope);
+                drags.push((i, pool.neg(force)));
             }
         }
         drags

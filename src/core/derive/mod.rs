@@ -468,7 +468,7 @@ impl Derivation {
         let lagrangian = lagrangian::lagrangian(tied, pool, short);
         let mut drags = lagrangian::drags(model, pool, &variables);
         let idle = drags.iter().all(|(_, drag)| drag.is_zero()) && rolling.idle;
-        drags.extend(rolling.drags(pool));
+        drags.extend(rolling.drags(pool, &variables));
         if parts.equations {
             let equations = equations::equations(pool, short, &variables, &lagrangian, &drags);
             self.equations = Some(equations);

@@ -9,8 +9,8 @@ impl Linearized {
     /// The mass matrix, dense, column by column, in SI.
     #[must_use]
     pub fn mass(&self) -> Vec<Ball> {
-        if self.rolling().is_some() {
-            return self.rolled_matrix(0).unwrap_or_default();
+        if let Some((_, [mass, ..])) = self.rolled_numbers() {
+            return mass.clone().unwrap_or_default();
         }
         let mass = self.assembly.mass(&self.equilibrium.values, &self.values);
         self.symmetric(mass)
@@ -20,8 +20,8 @@ impl Linearized {
     /// to it ([`Linearized::circulatory`]).
     #[must_use]
     pub fn stiffness(&self) -> Vec<Ball> {
-        if self.rolling().is_some() {
-            return self.rolled_matrix(3).unwrap_or_default();
+        if let Some((_, [_, _, _, stiffness, _])) = self.rolled_numbers() {
+            return stiffness.clone().unwrap_or_default();
         }
         let at = &self.equilibrium.values;
         self.symmetric(self.assembly.stiffness(at, &self.values))
@@ -62,19 +62,13 @@ impl Linearized {
         matrix
     }
 
-    /// M, G, C, K or N under conditions on velocities.
-    fn rolled_matrix(&self, which: usize) -> Option<Vec<Ball>> {
-        let (mut matrices, _) = self.rolling()?.numbers::<Ball>(&self.model, &self.equilibrium.values, ())?;
-        matrices.get_mut(which)?.take()
-    }
-
     fn of_velocities(&self, matrix: Matrix) -> Option<Vec<Ball>> {
-        if self.rolling().is_some() {
-            return self.rolled_matrix(match matrix {
-                Matrix::Gyroscopic => 1,
-                Matrix::Damping => 2,
-                Matrix::Circulatory => 4,
-            });
+        if let Some((_, [_, gyroscopic, damping, _, circulatory])) = self.rolled_numbers() {
+            return match matrix {
+                Matrix::Gyroscopic => gyroscopic.clone(),
+                Matrix::Damping => damping.clone(),
+                Matrix::Circulatory => circulatory.clone(),
+            };
         }
         let at = &self.equilibrium.values;
         let mut order = self.model.coordinates.len();

@@ -158,19 +158,19 @@ struct Constrained {
     given: bool,
     /// The constraints that follow from others, by number.
     dependent: Vec<usize>,
-    /// What conditions on velocities leave of the model.
-    rolling: Option<Rolling>,
+    /// What conditions on velocities leave of the model, and its numbers.
+    rolling: Option<(Rolling, rolling::Numbers<Ball>)>,
 }
 
 impl Constrained {
     /// Adds conditions on velocities to constraints.
     fn put_in(&mut self, rolling: Rolling, model: &Model, equilibrium: &Equilibrium) -> Result<(), LinearizeError> {
         let span = model.rolling.first().map(|own| own.span).unwrap_or_default();
-        let Some((_, tangent)) = rolling.numbers::<Ball>(model, &equilibrium.values, ()) else {
+        let Some((numbers, tangent)) = rolling.numbers::<Ball>(model, &equilibrium.values, ()) else {
             return Err(LinearizeError::RollingNotCovered { reason: "their matrices have no numbers there", span });
         };
         self.tangent = tangent;
-        self.rolling = Some(rolling);
+        self.rolling = Some((rolling, numbers));
         Ok(())
     }
 }
@@ -488,6 +488,10 @@ impl Linearized {
 
     /// What conditions on velocities leave of the model, where there are such.
     fn rolling(&self) -> Option<&Rolling> {
+        self.rolled_numbers().map(|(rolling, _)| rolling)
+    }
+
+    fn rolled_numbers(&self) -> Option<&(Rolling, rolling::Numbers<Ball>)> {
         self.constrained.as_ref().and_then(|own| own.rolling.as_ref())
     }
 
@@ -581,7 +585,7 @@ impl Linearized {
     #[must_use]
     pub fn constraints(&self) -> usize {
         let own = self.constrained.as_ref();
-        own.map_or(0, |own| own.rolling.as_ref().map_or(own.bound.len(), |rolling| rolling.bound().len()))
+        own.map_or(0, |own| own.rolling.as_ref().map_or(own.bound.len(), |(rolling, _)| rolling.bound().len()))
     }
 
     /// The constraints that follow from the others, by their number in the model: nothing would change

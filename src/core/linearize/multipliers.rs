@@ -128,25 +128,30 @@ pub(crate) fn eliminate(
             }
         }
         let (column, row, _) = best?;
-        let pivot = rows[row][column];
-        let scaled: Vec<ExprId> = rows[row].iter().map(|e| pool.div(*e, pivot)).collect();
-        for (at, other) in rows.iter_mut().enumerate() {
-            let factor = other[column];
-            if at == row || factor.is_zero() {
-                continue;
-            }
-            for (entry, above) in other.iter_mut().zip(&scaled) {
-                let part = pool.mul(factor, *above);
-                let difference = pool.sub(*entry, part);
-                // What cancels is seen to, so that it is no pivot.
-                *entry = match pool.is_zero(difference) {
-                    ZeroVerdict::Zero => pool.zero(),
-                    ZeroVerdict::NonZero | ZeroVerdict::Unknown => difference,
-                };
-            }
-        }
-        rows[row] = scaled;
+        clear_column(pool, &mut rows, row, column);
         pivots.push((column, row));
     }
     Some(Eliminated { pivots, rows })
+}
+
+/// A step of Gauss-Jordan elimination in symbols.
+pub(super) fn clear_column(pool: &mut Pool, rows: &mut [Vec<ExprId>], row: usize, column: usize) {
+    let pivot = rows[row][column];
+    let scaled: Vec<ExprId> = rows[row].iter().map(|e| pool.div(*e, pivot)).collect();
+    for (at, other) in rows.iter_mut().enumerate() {
+        let factor = other[column];
+        if at == row || factor.is_zero() {
+            continue;
+        }
+        for (entry, above) in other.iter_mut().zip(&scaled) {
+            let part = pool.mul(factor, *above);
+            let difference = pool.sub(*entry, part);
+            // What cancels is seen to, so that it is no pivot.
+            *entry = match pool.is_zero(difference) {
+                ZeroVerdict::Zero => pool.zero(),
+                ZeroVerdict::NonZero | ZeroVerdict::Unknown => difference,
+            };
+        }
+    }
+    rows[row] = scaled;
 }

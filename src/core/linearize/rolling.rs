@@ -19,6 +19,7 @@ use super::assemble::{Assembly, evaluate_closed};
 use super::constrained::Tangent;
 use super::equilibrium::Equilibrium;
 use super::error::LinearizeError;
+use super::multipliers::clear_column;
 use super::parameters::known_values;
 use super::symbolic::{SymbolicMatrices, equilibrium_expressions, matrices_at};
 use crate::expr::{ExprId, Pool, Substitution, Symbol, Tape, ZeroVerdict, nullspace_mod};
@@ -29,7 +30,7 @@ use crate::precision::{Ball, Enclosure, Scalar};
 const MOST_COORDINATES: usize = 60;
 
 /// M, G, C, K and N column by column, where they are there.
-type Numbers<S> = [Option<Vec<S>>; 5];
+pub(super) type Numbers<S> = [Option<Vec<S>>; 5];
 
 /// Rows of expressions.
 type Rows = Vec<Vec<ExprId>>;
@@ -62,11 +63,13 @@ pub fn integrated(mut model: Model) -> Model {
         };
         model.pool.depends_on(e, &moving)
     };
-    let rest = rest(&model);
-    for own in std::mem::take(&mut model.rolling) {
+    let mut pool = std::mem::take(&mut model.pool);
+    let driven: Vec<bool> =
+        model.rolling.iter().map(|own| !model.at_rest(&mut pool, own.expression).is_zero()).collect();
+    model.pool = pool;
+    for (own, driven) in std::mem::take(&mut model.rolling).into_iter().zip(driven) {
         let rows = coefficients(&mut model, own.expression);
-        let alone = model.pool.substitute_one(own.expression, &rest);
-        if !alone.is_zero() || rows.iter().any(|(_, e)| moves(&model, *e)) {
+        if driven || rows.iter().any(|(_, e)| moves(&model, *e)) {
             model.rolling.push(own);
             continue;
         }
@@ -92,11 +95,6 @@ fn coefficients(model: &mut Model, condition: ExprId) -> Vec<(usize, ExprId)> {
     };
     let slopes = pool.slopes(condition, |symbol| number(symbol).is_some());
     slopes.into_iter().filter_map(|(symbol, slope)| Some((number(symbol)?, slope))).collect()
-}
-
-/// What puts all velocities to 0.
-fn rest(model: &Model) -> Substitution {
-    model.coordinates.iter().map(|own| (own.velocity, model.pool.zero())).collect()
 }
 
 fn is_zero(pool: &Pool, e: ExprId) -> bool {
@@ -142,22 +140,7 @@ fn eliminate(pool: &mut Pool, mut rows: Rows, columns: &[usize]) -> Option<Rows>
     for (at, column) in columns.iter().enumerate() {
         let found = (at..rows.len()).find(|row| !is_zero(pool, rows[*row][*column]))?;
         rows.swap(at, found);
-        let pivot = rows[at][*column];
-        let own: Vec<ExprId> = rows[at].iter().map(|e| pool.div(*e, pivot)).collect();
-        for (row, other) in rows.iter_mut().enumerate() {
-            let factor = other[*column];
-            if row == at || factor.is_zero() {
-                continue;
-            }
-            for (entry, own) in other.iter_mut().zip(&own) {
-                if !own.is_zero() {
-                    let part = pool.mul(factor, *own);
-                    let rest = pool.sub(*entry, part);
-                    *entry = if is_zero(pool, rest) { pool.zero() } else { rest };
-                }
-            }
-        }
-        rows[at] = own;
+        clear_column(pool, &mut rows, at, *column);
     }
     Some(rows)
 }
@@ -199,7 +182,7 @@ struct Conditions {
 
 impl Conditions {
     fn new(
-        model: &mut Model,
+        model: &Model,
         pool: &mut Pool,
         point: &[ExprId],
         stiffness: &Rows,
@@ -219,7 +202,7 @@ impl Conditions {
             place.insert(own.symbol, point[i]);
             place.insert(own.velocity, rates.get(i).copied().flatten().unwrap_or(zero));
         }
-        for own in model.rolling.clone() {
+        for own in &model.rolling {
             let here = pool.substitute_one(own.expression, &place);
             let valued = pool.substitute_one(here, &known_values(model));
             if pool.is_zero(here) != ZeroVerdict::Zero && pool.is_zero(valued) != ZeroVerdict::Zero {
@@ -289,23 +272,22 @@ impl Rolling {
         if model.coordinates.len() > MOST_COORDINATES {
             return Err(refused("more than 60 coordinates"));
         }
-        let mut pool = std::mem::take(&mut model.pool);
+        let mut pool = model.pool.clone();
         let mut point = equilibrium_expressions(model, &mut pool, Some(equilibrium));
         for (i, own) in model.coordinates.iter().enumerate().skip(visible) {
             point[i] = pool.symbol_expr(own.symbol);
         }
         let rates: Vec<Option<ExprId>> = model.rates.iter().map(|rate| rate.map(|rate| rate.symbolic)).collect();
-        model.pool = pool.clone();
-        let whole = matrices_at(model, pool, assembly, &point);
-        let mut pool = whole.pool.clone();
-        let found = Self::reduced(model, &mut pool, &whole, &point, equilibrium, visible, &rates, &refused);
+        let mut whole = matrices_at(model, pool, assembly, &point);
+        let mut pool = std::mem::take(&mut whole.pool);
+        let found = Self::reduced(model, &mut pool, &whole, &point, equilibrium, visible, &rates, &refused)?;
         model.pool = pool;
-        found
+        Ok(found)
     }
 
     #[allow(clippy::too_many_arguments)] // one step of the other, which keeps the pool
     fn reduced(
-        model: &mut Model,
+        model: &Model,
         pool: &mut Pool,
         whole: &SymbolicMatrices,
         point: &[ExprId],
@@ -314,12 +296,9 @@ impl Rolling {
         rates: &[Option<ExprId>],
         refused: &impl Fn(&'static str) -> LinearizeError,
     ) -> Result<Self, LinearizeError> {
-        model.pool = pool.clone();
         let conditions = Conditions::new(model, pool, point, &whole.stiffness, visible, rates)?;
-        model.pool = pool.clone();
-        let standing = rest(model);
         for own in &model.rolling {
-            let part = pool.substitute_one(own.expression, &standing);
+            let part = model.at_rest(pool, own.expression);
             if !is_zero(pool, part) {
                 return Err(refused("one of them has a part without velocities"));
             }
@@ -394,7 +373,6 @@ impl Rolling {
         }
         let matrices = parts(pool, mass, &velocity, &stiffness);
         let all: Vec<ExprId> = matrices.iter().flatten().chain([&slopes]).flatten().flatten().copied().collect();
-        model.pool = pool.clone();
         let (tape, parameters) =
             compiled(model, pool, &all).ok_or_else(|| refused("their matrices have no numbers there"))?;
         if let Some(missing) = parameters.iter().find(|number| model.parameters[**number].value.is_none()) {
@@ -493,7 +471,7 @@ fn parts(pool: &mut Pool, mass: Rows, velocity: &Rows, stiffness: &Rows) -> [Opt
 
 /// How many of the conditions, constraints included, no function of the coordinates gives: the rank of the Lie brackets of the
 /// allowed velocities beyond these, at random points.
-fn not_integrable(model: &mut Model, pool: &mut Pool, bound: &[usize], visible: usize) -> Option<usize> {
+fn not_integrable(model: &Model, pool: &mut Pool, bound: &[usize], visible: usize) -> Option<usize> {
     let coordinates: Vec<Symbol> = model.coordinates.iter().take(visible).map(|own| own.symbol).collect();
     let velocities: Vec<Symbol> = model.coordinates.iter().take(visible).map(|own| own.velocity).collect();
     let mut rows: Rows = Vec::new();

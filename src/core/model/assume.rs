@@ -5,6 +5,7 @@ use std::cmp::Ordering;
 
 use super::compile::Scope;
 use super::elaborate::Elaborator;
+use super::index::is_so;
 use super::{Given, Model, ModelError};
 use crate::expr::{ExprId, ZeroVerdict, evaluate_closed};
 use crate::precision::Big;
@@ -80,15 +81,7 @@ impl Elaborator<'_> {
         } else {
             return None;
         };
-        let holds = match relation {
-            Comparison::Equal => order.is_eq(),
-            Comparison::NotEqual => order.is_ne(),
-            Comparison::Less => order.is_lt(),
-            Comparison::LessEqual => order.is_le(),
-            Comparison::Greater => order.is_gt(),
-            Comparison::GreaterEqual => order.is_ge(),
-        };
-        if holds {
+        if is_so(order, relation) {
             return None;
         }
         let [left, right] = [left, right].map(|side| {

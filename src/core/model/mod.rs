@@ -150,6 +150,14 @@ pub struct Model {
     pub has_units: bool,
 }
 
+impl Model {
+    /// What is left of an expression where nothing moves; of a condition on velocities what drives it.
+    pub fn at_rest(&self, pool: &mut Pool, e: ExprId) -> ExprId {
+        let rest = self.coordinates.iter().map(|own| (own.velocity, pool.zero())).collect();
+        pool.substitute_one(e, &rest)
+    }
+}
+
 /// Checks a parsed file.
 ///
 /// # Errors

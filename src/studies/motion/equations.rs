@@ -85,39 +85,30 @@ impl<'a> Written<'a> {
         let mut gradients = Vec::new();
         let mut slopes = Vec::new();
         let mut bends = Vec::new();
-        let mut surface = Vec::new();
+        let mut rates = Vec::new();
         for (a, constraint) in constraints.iter().enumerate() {
             let own = mechanics.slopes(*constraint);
             let rate = mechanics.rate(*constraint, &own);
-            surface.push(rate);
+            rates.push(rate);
             gradients.extend(own.iter().map(|(i, _)| (a, *i)));
             slopes.extend(own.iter().map(|(_, slope)| *slope));
             let own = mechanics.slopes(rate);
             bends.push(mechanics.rate(rate, &own));
         }
         // A condition on velocities is kept as it is: c stands for nothing, and c' for the condition.
-        let mut sliding = Vec::new();
         for own in &model.rolling {
             let rate = mechanics.pool.substitute_one(own.expression, &known);
-            let number = |symbol| mechanics.velocities.iter().position(|own| *own == symbol);
-            let mut own: Vec<(usize, ExprId)> = mechanics
-                .pool
-                .slopes(rate, |symbol| number(symbol).is_some())
-                .into_iter()
-                .filter_map(|(symbol, slope)| Some((number(symbol)?, slope)))
-                .collect();
-            own.sort_unstable();
-            let a = constraints.len() + sliding.len();
-            sliding.push(rate);
+            let own = mechanics.velocity_slopes(rate);
+            let a = rates.len();
+            rates.push(rate);
             gradients.extend(own.iter().map(|(i, _)| (a, *i)));
             slopes.extend(own.iter().map(|(_, slope)| *slope));
             let own = mechanics.slopes(rate);
             bends.push(mechanics.rate(rate, &own));
         }
-        let count = constraints.len() + sliding.len();
-        let (positions, rates): (Vec<ExprId>, Vec<ExprId>) = (constraints, surface.split_off(0));
-        let nothing = vec![mechanics.pool.zero(); sliding.len()];
-        let surface = [positions, nothing, rates, sliding].concat();
+        let count = rates.len();
+        let nothing = vec![mechanics.pool.zero(); model.rolling.len()];
+        let surface = [constraints, nothing, rates].concat();
         let Mechanics { mut pool, coordinates, velocities, time, lagrangian, .. } = mechanics;
         let kind = |symbol: Symbol| model.symbols.get(symbol);
         let constant = [&inertia, &slopes].iter().all(|values| {
@@ -127,10 +118,9 @@ impl<'a> Written<'a> {
         let mut outputs: Vec<ExprId> = [inertia, loads, slopes, bends].concat();
         let most = if for_proofs { MOST_SHORTENED_FOR_PROOFS } else { MOST_SHORTENED };
         shorten(&mut pool, &mut outputs, most);
-        let rest: Substitution = velocities.iter().map(|own| (*own, pool.zero())).collect();
         // A condition with a part without velocities, as a moving belt, does work.
         let mut conditions = model.rolling.iter();
-        let idle = conditions.all(|own| pool.substitute_one(own.expression, &rest) == pool.zero());
+        let idle = conditions.all(|own| model.at_rest(&mut pool, own.expression) == pool.zero());
         let conserved = model.forces.is_empty() && model.time_dependent.is_none() && idle;
         let energy = conserved.then(|| {
             let velocities: Vec<ExprId> = velocities.iter().map(|v| pool.symbol_expr(*v)).collect();
