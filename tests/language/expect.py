@@ -1,4 +1,4 @@
-"""Writes the expected digits into the headers of the .lag files beside it.
+"""Writes the expected digits into the headers of the .lag files beside it and in ../problems.
 
 Lines that begin with `#:` are Python; numbers in them are mpmath numbers of 60 digits. They set
 `omega` and `growth` (lists), or `omega2` (the eigenvalues), and perhaps `equilibrium`. Everything
@@ -194,7 +194,8 @@ def fill(path):
 if __name__ == "__main__":
     folder = os.path.dirname(os.path.abspath(__file__))
     wanted = sys.argv[1:]
-    for path in sorted(glob.glob(os.path.join(folder, "*.lag"))):
+    problems = os.path.join(os.path.dirname(folder), "problems")
+    for path in sorted(glob.glob(os.path.join(folder, "*.lag")) + glob.glob(os.path.join(problems, "*.lag"))):
         if not wanted or any(w in path for w in wanted):
             try:
                 fill(path)

@@ -1,8 +1,8 @@
 //! The parameters in expressions, and their values.
 
 use super::assemble::signed_terms;
-use crate::expr::{ExprId, Node, Substitution};
-use crate::model::{Model, SymbolKind};
+use crate::expr::{ExprId, Node, Substitution, Symbol};
+use crate::model::{Model, Parameter, SymbolKind};
 
 /// Gives parameters in exponents their exact values.
 ///
@@ -27,18 +27,23 @@ pub(crate) fn put_exponents_in(model: &mut Model) {
     }
     let mut values = Substitution::default();
     for number in parameters_of(model, &exponents) {
-        let parameter = &model.parameters[number];
-        if let Some(value) = parameter.value
-            && model.pool.as_number(value).is_some()
-        {
-            values.insert(parameter.symbol, value);
-        }
+        values.extend(rational_value(model, &model.parameters[number]));
     }
     let bodies = model.pool.substitute(&bodies, &values);
     let families = model.kinetic.iter_mut().chain(&mut model.potential);
     for (family, body) in families.chain(&mut model.forces).zip(bodies) {
         family.body = body;
     }
+}
+
+/// The parameters whose values are fractions.
+pub(super) fn rational_values(model: &Model) -> Substitution {
+    model.parameters.iter().filter_map(|parameter| rational_value(model, parameter)).collect()
+}
+
+fn rational_value(model: &Model, parameter: &Parameter) -> Option<(Symbol, ExprId)> {
+    let value = parameter.value.filter(|value| model.pool.as_number(*value).is_some())?;
+    Some((parameter.symbol, value))
 }
 
 /// The values of the parameters that have one.

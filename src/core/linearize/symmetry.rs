@@ -12,6 +12,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use super::assemble::{Assembly, ElementFamily};
 use super::elimination::{Elimination, Row};
 use super::naming;
+use super::parameters::rational_values;
 use super::symbolic::instance;
 use super::verify::hold_in_true_numbers;
 use crate::expr::{ExprId, ModularPoint, Pool, Symbol, add_mod, mul_mod, neg_mod, nullspace_mod, rational_reconstruct};
@@ -126,7 +127,8 @@ fn body<'a>(pool: &mut Pool, family: &'a ElementFamily) -> Body<'a> {
     }
 }
 
-/// The sum of all energies, written out: terms may change as long as their sum doesn't.
+/// The sum of all energies, written out: terms may change as long as their sum doesn't. Parameters have their values, with
+/// which equal weights on both sides of a pulley cancel.
 fn whole(model: &Model, pool: &mut Pool, assembly: &Assembly) -> Body<'static> {
     let n = model.coordinates.len();
     let mut parts: Vec<Vec<ExprId>> = vec![Vec::new(); n];
@@ -140,9 +142,10 @@ fn whole(model: &Model, pool: &mut Pool, assembly: &Assembly) -> Body<'static> {
             }
         }
     }
+    let gradient: Vec<ExprId> = parts.iter().map(|parts| pool.sum(parts)).collect();
     Body {
         symbols: model.coordinates.iter().map(|own| own.symbol).collect(),
-        gradient: parts.iter().map(|parts| pool.sum(parts)).collect(),
+        gradient: pool.substitute(&gradient, &rational_values(model)),
         coordinates: (0..u32::try_from(n).unwrap_or(0)).collect(),
     }
 }
