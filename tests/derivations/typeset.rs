@@ -41,6 +41,8 @@ fn what_a_physicist_writes() {
             "sum(i in 1..N, j in 1..N where i < j, x[i] + x[j])",
             r"\sum_{i = 1}^{N} \sum_{j = 1,\, i < j}^{N} (x_{i} + x_{j})",
         ),
+        ("integral(x in 0..L/2, rho*x^2)", r"\int_{0}^{\frac{L}{2}} \rho x^{2} \,\mathrm{d}x"),
+        ("2*integral(s in a..b, a + s)*m", r"2 \left( \int_{a}^{b} (a + s) \,\mathrm{d}s \right) m"),
         ("sum(b in bonds, b.k*(x[b.i] - 1)^2)", r"\sum_{b \in \mathrm{bonds}} b_{k} (x_{b_{i}} - 1)^{2}"),
     ] {
         assert_eq!(latex(text), expected, "{text}");

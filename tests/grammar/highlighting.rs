@@ -148,8 +148,9 @@ fn check(grammar: &Grammar, source: &str) {
                 let scope = if known { "support.function" } else { "variable.other" };
                 colours.is(function.span, scope);
             }
-            ExprKind::SumOver { indices: list, .. } => {
-                colours.is(word(expr.span.start, "sum"), "support.function");
+            ExprKind::SumOver { indices: list, .. } | ExprKind::IntegralOver { indices: list, .. } => {
+                let name = if matches!(expr.kind, ExprKind::SumOver { .. }) { "sum" } else { "integral" };
+                colours.is(word(expr.span.start, name), "support.function");
                 indices(&file, &colours, Some(list));
             }
             ExprKind::Prime(_) => {
@@ -277,7 +278,7 @@ fn the_words_are_those_of_the_language() {
     let mut functions = BTreeSet::new();
     words(&json["repository"]["functions"], &mut functions);
     let mut wanted = owned(&FUNCTIONS);
-    wanted.extend(owned(&["sum", "rows"]));
+    wanted.extend(owned(&["sum", "integral", "rows"]));
     assert_eq!(functions, wanted);
 }
 

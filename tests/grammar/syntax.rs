@@ -43,6 +43,7 @@ fn full(file: &File, at: ExprRef) -> String {
             Some(filter) => format!("sum(where {}: {})", full(file, filter), full(file, body)),
             None => format!("sum({}: {})", indices.entries.len(), full(file, body)),
         },
+        ExprKind::IntegralOver { body, .. } => format!("integral({})", full(file, body)),
         ExprKind::Vector(list) => format!("[{}]", all(list, ", ")),
         ExprKind::Compare { operator, left, right } => {
             format!("({} {operator:?} {})", full(file, left), full(file, right))

@@ -3,7 +3,7 @@ import csv
 from pathlib import Path
 
 import mpmath as mp
-from mpmath import acos, cos, mpf, pi, sin, sqrt
+from mpmath import acos, cos, mpf, pi, quad, sin, sqrt
 from numerics import decimal, eigenvalues, laguerre, newton, settle, square, squares
 from register import family, system
 
@@ -109,6 +109,16 @@ def beam_simply_supported():
     return family("y", n), [0] * n, dict(
         T=kinetic([m] * n), V=V, symmetry=mirror(n),
         closed=[16 * k / m * sin(j * pi / (2 * (n + 1))) ** 4 for j in range(1, n + 1)])
+
+
+@system("integrals of the shapes by quadrature")
+def cantilever_ritz():
+    n, L, rho, EI = 3, mpf("1.2"), mpf("2.5"), mpf(80)
+    f = [lambda x, j=j: (x / L) ** (j + 1) for j in range(1, n + 1)]
+    bent = [lambda x, j=j: j * (j + 1) * (x / L) ** (j - 1) / L**2 for j in range(1, n + 1)]
+    M, K = ([[quad(lambda x: a(x) * b(x), [0, L]) for a in own] for b in own] for own in (f, bent))
+    form = lambda A, q: sum(A[i][j] * q[i] * q[j] for i in range(n) for j in range(n)) / 2
+    return family("q", n), [0] * n, dict(T=lambda q, v: rho * form(M, v), V=lambda q: EI * form(K, q))
 
 
 @system("closed form")

@@ -26,6 +26,17 @@ def physical_pendulum():
 
 
 @system("closed form")
+def tapered_rod():
+    L, c, A = mpf("0.8"), mpf("0.6"), 700 * pi * mpf("0.03") ** 2
+    mu = A * L**3 * (mpf(1) / 3 - c / 2 + c**2 / 5)
+    weight = A * g * L**2 * (mpf(1) / 2 - 2 * c / 3 + c**2 / 4)
+    return family("phi"), [0], dict(
+        T=lambda q, v: mu * v[0] ** 2 / 2,
+        V=lambda q: weight * (1 - cos(q[0])),
+        closed=[weight / mu])
+
+
+@system("closed form")
 def spring_pendulum():
     m, k, l0 = 1, 40, mpf("0.5")
     r0 = l0 + m * g / k

@@ -169,6 +169,10 @@ impl Copy<'_> {
                 indices_of_sum = self.indices(indices);
                 ExprKind::SumOver { indices: &indices_of_sum, body: self.expr(body) }
             }
+            ExprKind::IntegralOver { indices, body } => {
+                indices_of_sum = self.indices(indices);
+                ExprKind::IntegralOver { indices: &indices_of_sum, body: self.expr(body) }
+            }
             ExprKind::Vector(members) => {
                 list = self.exprs(members);
                 ExprKind::Vector(&list)

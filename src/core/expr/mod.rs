@@ -38,6 +38,7 @@ mod derive;
 mod exponential;
 mod flags;
 mod function;
+mod integral;
 mod intern;
 mod modular;
 mod point;
@@ -61,6 +62,7 @@ use crate::number::Number;
 
 pub use crate::precision::Function;
 pub use derive::Derivatives;
+pub use integral::Exponentials;
 pub use modular::{
     PRIME, add_mod, inverse_mod, mul_mod, neg_mod, nullspace_mod, pow_mod, rational_reconstruct, sqrt_mod, sub_mod,
 };

@@ -53,7 +53,7 @@ impl Elaborator<'_> {
         let mut found = Vec::new();
         for at in 0..count {
             let [left, right] = [0, 1].map(|side| sides[side][at % sides[side].len()]);
-            if let Some(on) = [left, right].into_iter().find_map(|side| self.varying_symbol(side)) {
+            if let Some(on) = [left, right].into_iter().find_map(|side| self.world.varying_symbol(side)) {
                 self.errors.push(ModelError::NotConstant { what: "an assumption".to_owned(), on, span });
                 return None;
             }
@@ -69,7 +69,7 @@ impl Elaborator<'_> {
     /// What the values of the parameters make of a relation that does not hold for them.
     fn contradicted(&mut self, left: ExprId, relation: Comparison, right: ExprId) -> Option<String> {
         let difference = self.world.pool.sub(left, right);
-        let difference = self.closed(difference)?;
+        let difference = self.world.closed(difference)?;
         let pool = &self.world.pool;
         let value = evaluate_closed::<Big>(pool, difference, BITS)?;
         let order = if value.is_positive() {
@@ -85,7 +85,7 @@ impl Elaborator<'_> {
             return None;
         }
         let [left, right] = [left, right].map(|side| {
-            let closed = self.closed(side)?;
+            let closed = self.world.closed(side)?;
             evaluate_closed::<f64>(&self.world.pool, closed, ())
         });
         Some(format!("{} {} {}", left?, relation.sign(), right?))

@@ -5,9 +5,10 @@ use super::functions::Builtin;
 use super::names::{Entity, World};
 use super::program::{Binder, BinderKind, IndexForm, IndexProgram, Op, Program, SumProgram};
 use crate::diagnostic::nearest;
+use crate::expr::ExprId;
 use crate::number::Number;
 use crate::span::Span;
-use crate::syntax::{self, ExprKind, ExprRef, File, IndexKind, Indices, Name};
+use crate::syntax::{self, ExprKind, ExprRef, File, IndexEntry, IndexKind, Indices, Name};
 
 /// Mistakes beyond this number are not reported.
 pub(super) const MOST_ERRORS: usize = 1000;
@@ -23,9 +24,16 @@ pub(super) enum Variable {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scope {
     pub(super) variables: Vec<(String, Variable)>,
+    /// The variables of the integrals around the place, which have no slots.
+    pub(super) integrated: Vec<(String, ExprId)>,
 }
 
 impl Scope {
+    /// The symbol of the integral over a variable of this name.
+    pub(super) fn integrated(&self, name: &str) -> Option<ExprId> {
+        self.integrated.iter().find(|(own, _)| own == name).map(|(_, symbol)| *symbol)
+    }
+
     pub(super) fn find(&self, name: &str) -> Option<(usize, Variable)> {
         let slot = self.variables.iter().rposition(|(own, _)| own == name)?;
         Some((slot, self.variables[slot].1))
@@ -82,6 +90,7 @@ impl Compiler<'_> {
         let nearest = few.then(|| {
             let mut known: Vec<&str> = self.world.names.keys().map(String::as_str).collect();
             known.extend(scope.variables.iter().map(|(name, _)| name.as_str()));
+            known.extend(scope.integrated.iter().map(|(name, _)| name.as_str()));
             known.sort_unstable();
             nearest(name, known).map(str::to_owned)
         });
@@ -193,6 +202,7 @@ impl Compiler<'_> {
                 let sum = SumProgram { binders, filter, body };
                 tasks.push(Task::Emit(Op::SumOver(Box::new(sum)), span));
             }
+            ExprKind::IntegralOver { indices, body } => self.integral(indices, *body, span, scope, tasks),
             ExprKind::Vector(parts) => then(tasks, Op::Vector(parts.len()), parts),
             ExprKind::Compare { .. } | ExprKind::Not(_) | ExprKind::And(_) | ExprKind::Or(_) => {
                 self.fail(ModelError::ConditionOrValue {
@@ -202,6 +212,22 @@ impl Compiler<'_> {
                 tasks.push(Task::Emit(Op::Broken, span));
             }
         }
+    }
+
+    /// Its bounds stand on the stack; its form depends on the numbers in it, as a power does on its exponent.
+    fn integral(&mut self, range: &Indices, body: ExprRef, span: Span, scope: &mut Scope, tasks: &mut Vec<Task>) {
+        let [IndexEntry { kind: IndexKind::Range { variable: Some(name), from, to }, .. }] = &*range.entries else {
+            tasks.push(Task::Emit(Op::Broken, span));
+            return;
+        };
+        self.new_index(name, scope);
+        let variable = self.world.pool.fresh_symbol(&name.text);
+        scope.integrated.push((name.text.to_string(), self.world.pool.symbol_expr(variable)));
+        let body = self.value(body, scope);
+        scope.integrated.pop();
+        let op = Op::Integral(variable, Box::new(body));
+        tasks.extend([Task::Emit(Op::EndExponent, span), Task::Emit(op, span)]);
+        tasks.extend([Task::Visit(*to), Task::Visit(*from), Task::Emit(Op::BeginExponent, span)]);
     }
 
     /// `r[i][2]` reads like `r[i,2]`.
@@ -227,6 +253,11 @@ impl Compiler<'_> {
             && let Some((slot, _)) = scope.find(name)
         {
             return Op::Number(IndexProgram { form: IndexForm::Shifted { slot, shift: 0 }, span });
+        }
+        if indices.is_empty()
+            && let Some(variable) = scope.integrated(name)
+        {
+            return Op::Literal(variable);
         }
         match self.entity(name) {
             Some(Entity::Table(_)) => {
@@ -318,7 +349,8 @@ impl Compiler<'_> {
         self.fail(ModelError::UnknownFunction {
             name: function.text.to_string(),
             span: function.span,
-            nearest: nearest(&function.text, syntax::FUNCTIONS.into_iter().chain(["sum", "rows"])).map(str::to_owned),
+            nearest: nearest(&function.text, syntax::FUNCTIONS.into_iter().chain(["sum", "integral", "rows"]))
+                .map(str::to_owned),
             quantity,
         });
     }
@@ -355,10 +387,7 @@ impl Compiler<'_> {
                 },
             };
             if let Some(name) = name {
-                let declared = self.world.names.get(name.text.as_str()).map(|(_, span)| *span);
-                if declared.is_some() || scope.find(&name.text).is_some() {
-                    self.fail(ModelError::IndexReusesName { name: name.text.to_string(), span: name.span, declared });
-                }
+                self.new_index(name, scope);
             }
             // Every index has a slot, so that slots and indices count alike.
             scope.variables.push((name.map_or_else(String::new, |name| name.text.to_string()), variable));
@@ -366,6 +395,14 @@ impl Compiler<'_> {
         }
         let filter = indices.filter.map(|filter| self.condition(filter, scope));
         (binders, filter)
+    }
+
+    /// Refuses an index that has the name of something else.
+    fn new_index(&mut self, name: &Name, scope: &Scope) {
+        let declared = self.world.names.get(name.text.as_str()).map(|(_, span)| *span);
+        if declared.is_some() || scope.find(&name.text).is_some() || scope.integrated(&name.text).is_some() {
+            self.fail(ModelError::IndexReusesName { name: name.text.to_string(), span: name.span, declared });
+        }
     }
 
     fn empty(&self, span: Span) -> BinderKind {

@@ -86,6 +86,7 @@ impl Compiler<'_> {
                 ExprKind::Or(parts) => (IndexOp::Or(parts.len()), parts.to_vec()),
                 ExprKind::Prime(_) => (self.not_for_indices("a time derivative".to_owned(), span), vec![]),
                 ExprKind::SumOver { .. } => (self.not_for_indices("a sum".to_owned(), span), vec![]),
+                ExprKind::IntegralOver { .. } => (self.not_for_indices("an integral".to_owned(), span), vec![]),
                 ExprKind::Vector(_) => (self.not_for_indices("a vector".to_owned(), span), vec![]),
             };
             for child in &children {
@@ -102,6 +103,7 @@ impl Compiler<'_> {
             (Some((slot, _)), _) => IndexOp::Variable(slot),
             (None, Some(Entity::Parameter(family))) => IndexOp::Parameter { family, indices: 0 },
             (None, Some(_)) => self.not_for_indices(format!("`{name}`"), span),
+            (None, None) if scope.integrated(name).is_some() => self.not_for_indices(format!("`{name}`"), span),
             (None, None) if name == "pi" => IndexOp::Pi,
             (None, None) if name == "t" => self.not_for_indices("the time".to_owned(), span),
             (None, None) => {

@@ -181,10 +181,15 @@ impl<'a> Elaborator<'a> {
                     self.world.tables.push(table);
                 }
             }
+            StatementKind::Assume(relations) => {
+                for at in relations {
+                    let found = self.assumption(*at);
+                    self.world.assumptions.extend(found.unwrap_or_default());
+                }
+            }
             // These need all coordinates and are read at the end.
             StatementKind::Force(_)
             | StatementKind::Constraint { .. }
-            | StatementKind::Assume(_)
             | StatementKind::Guess { .. }
             | StatementKind::Equilibrium { .. } => {}
         }
@@ -350,7 +355,7 @@ impl<'a> Elaborator<'a> {
     fn finish(mut self, purpose: Purpose) -> Result<Model, Vec<ModelError>> {
         let count = self.world.coordinates.len();
         let [mut guesses, mut guessed_velocities, mut equilibria, mut rates] = [(); 4].map(|()| Givens::none(count));
-        let (mut constraints, mut assumptions) = (Vec::new(), Vec::new());
+        let mut constraints = Vec::new();
         let (mut forces, mut acted, mut first_force) = (Vec::new(), HashMap::new(), None);
         for statement in &self.file.statements {
             self.begin(&statement.kind, statement.span);
@@ -372,8 +377,6 @@ impl<'a> Elaborator<'a> {
             } else if let StatementKind::Constraint { indices, left, right } = &statement.kind {
                 let found = self.constraint([*left, *right], indices.as_deref(), statement.span);
                 constraints.extend(found.unwrap_or_default());
-            } else if let StatementKind::Assume(relations) = &statement.kind {
-                assumptions.extend(relations.iter().filter_map(|at| self.assumption(*at)).flatten());
             }
         }
         let energies = std::mem::take(&mut self.energies);
@@ -422,7 +425,7 @@ impl<'a> Elaborator<'a> {
             force: first_force,
             forces,
             constraints,
-            assumptions,
+            assumptions: self.world.assumptions,
             rolling,
             period,
             time_dependent,
@@ -438,10 +441,10 @@ impl<'a> Elaborator<'a> {
         let value = self.world.run_written_out(&program, &mut Vec::new());
         let value = self.note(value)?;
         let symbolic = self.one_scalar(&value, "the period", program.span)?;
-        if let Some(on) = self.varying_symbol(symbolic) {
+        if let Some(on) = self.world.varying_symbol(symbolic) {
             self.errors.push(ModelError::NotConstant { what: "the period".to_owned(), on, span: program.span });
         }
-        let value = self.closed(symbolic);
+        let value = self.world.closed(symbolic);
         Some(Given { symbolic, value, span })
     }
 

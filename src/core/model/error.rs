@@ -267,6 +267,30 @@ Error ModelError {
         "change the values or the assumption: what a derivation simplifies has to hold for both",
     ),
 
+    /// What is integrated is no sum of powers times exponentials.
+    #[error("`{part}` can't be integrated over `{variable}` in symbols")]
+    "E0136" NoIntegral(span) {
+        /// The part for which there is no rule.
+        part: String,
+        /// The variable.
+        variable: String,
+    } => at(*span, "in what is integrated").with_help(format!(
+        "sums and products of powers of `{variable}`, and of sin, cos, exp, sinh and cosh of linear functions of `{variable}`, can be integrated; what else is in it has to be constant in `{variable}`"
+    )),
+
+    /// Whether a rate in the exponentials is 0 decides on the form of an integral, and is open.
+    #[error("whether `{rate}` is 0 decides what this integral is")]
+    "E0137" OpenIntegral(span) {
+        /// What may be 0.
+        rate: String,
+        /// Whether it depends on the motion.
+        moves: bool,
+    } => at(*span, "integrated here").with_help(if *moves {
+        "it may pass through 0 in a motion: only bounds and factors may depend on coordinates".to_owned()
+    } else {
+        format!("give values for which it is not 0, write `assume {rate} != 0`, or write the integral for 0, which is another one")
+    }),
+
     /// An exact number of more than [`MAX_BITS`](crate::number::MAX_BITS) bits.
     #[error("{what} is too long for an exact number")]
     "E0134" NumberTooLong(span) {

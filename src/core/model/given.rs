@@ -242,7 +242,7 @@ impl Elaborator<'_> {
         let Some(symbolic) = self.one_scalar(value, &format!("{what} of a coordinate"), value_span) else {
             return false;
         };
-        if let Some(on) = self.varying_symbol(symbolic) {
+        if let Some(on) = self.world.varying_symbol(symbolic) {
             self.errors.push(ModelError::NotConstant {
                 what: format!("{what} of `{}`", self.world.coordinates.at(number).name()),
                 on,
@@ -261,7 +261,7 @@ impl Elaborator<'_> {
             });
             return false;
         }
-        let value = self.closed(symbolic);
+        let value = self.world.closed(symbolic);
         into.set(number, Some(Given { symbolic, value, span: span.to(value_span) }));
         true
     }

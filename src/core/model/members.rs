@@ -46,6 +46,7 @@ pub(super) fn reads_names(program: &Program) -> bool {
             match op {
                 Op::Read { .. } => return true,
                 Op::SumOver(sum) => todo.push(&sum.body),
+                Op::Integral(_, body) => todo.push(body),
                 Op::Number(number) => {
                     if let IndexForm::General(ops) = &number.form
                         && ops.iter().any(|(op, _)| matches!(op, IndexOp::Parameter { .. }))

@@ -17,6 +17,7 @@ mod functions;
 mod given;
 mod index;
 mod instance;
+mod integral;
 mod interval;
 mod lets;
 mod matrix_market;

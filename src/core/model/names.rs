@@ -3,6 +3,7 @@
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::sync::Arc;
 
+use super::assume::Assumption;
 use super::coordinates::{Coordinates, Symbols};
 use super::error::counted_indices;
 use super::members::Members;
@@ -332,6 +333,8 @@ pub(super) struct World {
     pub(super) tables: Vec<Table>,
     /// Terms of the sum that is being worked out, those of sums within it included.
     pub(super) steps: u64,
+    /// Of the statements read so far.
+    pub(super) assumptions: Vec<Assumption>,
     pub(super) time: Option<Symbol>,
     /// What is declared with a mistake: reading it makes no further one.
     pub(super) broken: HashSet<Entity>,

@@ -6,7 +6,7 @@ use super::ModelError;
 use super::compile::{Compiler, Scope};
 use super::elaborate::{Elaborator, SetValue};
 use super::members::Members;
-use super::names::{Entity, Family, Grid, Key, Parameter, SymbolKind, key, member_name};
+use super::names::{Entity, Family, Grid, Key, Parameter, SymbolKind, World, key, member_name};
 use super::program::Program;
 use super::settings::Settings;
 use super::values::Value;
@@ -258,7 +258,7 @@ impl Elaborator<'_> {
         let mut symbolic = plain;
         let mut value = None;
         if let Some(own) = own {
-            if let Some(on) = self.varying_symbol(own) {
+            if let Some(on) = self.world.varying_symbol(own) {
                 self.errors.push(ModelError::NotConstant {
                     what: format!("the parameter `{name}`"),
                     on,
@@ -268,7 +268,7 @@ impl Elaborator<'_> {
                 // What has an uncertainty of its own is a quantity of its own.
                 symbolic = own;
             }
-            value = self.closed(own);
+            value = self.world.closed(own);
             if value.is_some_and(|value| self.world.pool.is_undefined(value)) && self.world.pool.take_outgrown() {
                 self.errors.push(ModelError::NumberTooLong { what: format!("`{name}`"), span: value_span });
                 // What uses it is no mistake of its own.
@@ -282,7 +282,7 @@ impl Elaborator<'_> {
                 symbolic = value;
             }
         }
-        let uncertainty = sigma.and_then(|sigma| self.closed(sigma));
+        let uncertainty = sigma.and_then(|sigma| self.world.closed(sigma));
         self.world.parameters.push(Parameter { name, span, symbol, symbolic, value, uncertainty });
     }
 
@@ -309,31 +309,33 @@ impl Elaborator<'_> {
         let sigma = sigma.and_then(|sigma| self.scaled(sigma, factor));
         (self.scaled(value, factor), sigma)
     }
+}
 
+impl World {
     /// A coordinate or the time, where an expression depends on one.
     pub(super) fn varying_symbol(&self, e: ExprId) -> Option<String> {
-        let symbols = self.world.pool.symbols_of(&[e]);
+        let symbols = self.pool.symbols_of(&[e]);
         let varying = symbols
             .into_iter()
-            .find(|symbol| !matches!(self.world.kinds.get(*symbol), Some(SymbolKind::Parameter(_)) | None))?;
-        Some(self.world.pool.symbol_name(varying).into_owned())
+            .find(|symbol| !matches!(self.kinds.get(*symbol), Some(SymbolKind::Parameter(_)) | None))?;
+        Some(self.pool.symbol_name(varying).into_owned())
     }
 
     /// The expression with all parameters replaced by their values.
     pub(super) fn closed(&mut self, e: ExprId) -> Option<ExprId> {
-        let symbols = self.world.pool.symbols_of(&[e]);
+        let symbols = self.pool.symbols_of(&[e]);
         if symbols.is_empty() {
             return Some(e);
         }
         let mut values = Substitution::default();
         for symbol in symbols {
-            match self.world.kinds.get(symbol) {
+            match self.kinds.get(symbol) {
                 Some(SymbolKind::Parameter(number)) => {
-                    values.insert(symbol, self.world.parameters[number].value?);
+                    values.insert(symbol, self.parameters[number].value?);
                 }
                 Some(_) | None => return None,
             }
         }
-        self.world.pool.substitute(&[e], &values).first().copied()
+        self.pool.substitute(&[e], &values).first().copied()
     }
 }

@@ -6,7 +6,7 @@
 
 use super::functions::Builtin;
 use super::names::Entity;
-use crate::expr::ExprId;
+use crate::expr::{ExprId, Symbol};
 use crate::number::Number;
 use crate::precision::Function;
 use crate::span::Span;
@@ -51,6 +51,8 @@ pub(super) enum Op {
     Component(Box<[IndexProgram]>),
     Call(Builtin, usize),
     SumOver(Box<SumProgram>),
+    /// The integral of what a program gives, over a variable between the two bounds on the stack.
+    Integral(Symbol, Box<Program>),
 }
 
 /// `sum(…)` inside an expression.

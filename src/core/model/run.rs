@@ -15,7 +15,7 @@ use super::program::{Binder, BinderKind, IndexProgram, Op, Program, SumProgram};
 use super::read::component;
 use super::sieve::Left;
 use super::values::{self, Value};
-use crate::expr::{ExprId, Node};
+use crate::expr::{ExprId, Node, Symbol};
 use crate::number::Number;
 use crate::span::Span;
 
@@ -144,6 +144,7 @@ impl World {
                 value
             }
             Op::SumOver(sum) => self.sum_over(sum, slots, instance, span)?,
+            Op::Integral(variable, body) => self.integral(*variable, body, &operands, slots, instance, span)?,
         };
         self.pool.budget().check().map_err(ModelError::from)?;
         if self.is_undefined(&value) {
@@ -224,6 +225,7 @@ impl World {
                     }
                 }
                 Op::SumOver(sum) => self.sum_light(sum, slots, steps, *span, instance)?,
+                Op::Integral(_, body) => self.run_light(body, slots, steps, instance)?,
                 Op::Broken => return Err(Stop::from(ModelError::FollowOn {})),
                 Op::Literal(_)
                 | Op::Time
@@ -508,6 +510,32 @@ impl World {
         values::sum(&mut self.pool, &terms).map_err(|e| shape(e, span))
     }
 
+    /// Exact, or an error; what slots leave open is written out.
+    fn integral(
+        &mut self,
+        variable: Symbol,
+        body: &Program,
+        bounds: &[Value],
+        slots: &mut Vec<i64>,
+        mut instance: Option<&mut Instance>,
+        span: Span,
+    ) -> Result<Value, Stop> {
+        let bounds: Result<Vec<ExprId>, _> = bounds.iter().map(|bound| bound.scalar("a bound")).collect();
+        let bounds = bounds.map_err(|e| shape(e, span))?;
+        let [from, to] = bounds.as_slice() else { return Ok(Value::Vector(Vec::new())) };
+        let value = self.run(body, slots, instance.as_deref_mut())?;
+        let mut integrals = Vec::new();
+        for e in value.scalars() {
+            match self.integral_of(e, variable, [*from, *to], body.span) {
+                Ok(integral) => integrals.push(integral),
+                Err(_) if instance.is_some() => return Err(Stop::WriteOut),
+                Err(error) => return Err(error.into()),
+            }
+        }
+        let (mut integrals, zero) = (integrals.into_iter(), self.pool.zero());
+        Ok(value.map(&mut |_| integrals.next().unwrap_or(zero)))
+    }
+
     fn power(&mut self, operands: &[Value], span: Span) -> Result<Value, Stop> {
         let [base, exponent] = operands else {
             return Ok(Value::Vector(Vec::new()));
@@ -552,7 +580,7 @@ impl World {
 pub(super) fn operand_count(op: &Op) -> usize {
     match op {
         Op::Prime | Op::Negate | Op::Component(_) => 1,
-        Op::Power => 2,
+        Op::Power | Op::Integral(..) => 2,
         Op::Product(parts) | Op::Sum(parts) => parts.len(),
         Op::Vector(count) | Op::Call(_, count) => *count,
         Op::Literal(_)

@@ -114,7 +114,7 @@ impl Elaborator<'_> {
                     Some((Entity::Parameter(_) | Entity::Let(_), _)) => {}
                     _ => return false,
                 },
-                ExprKind::SumOver { .. } | ExprKind::Field { .. } => return false,
+                ExprKind::SumOver { .. } | ExprKind::IntegralOver { .. } | ExprKind::Field { .. } => return false,
                 _ => self.file.children(at, &mut todo),
             }
         }
@@ -123,7 +123,7 @@ impl Elaborator<'_> {
 
     fn varying_entry(&self, entries: &[[ExprId; 3]; 3]) -> Option<String> {
         let entries = entries.as_flattened().iter();
-        entries.copied().find_map(|entry| self.varying_symbol(entry))
+        entries.copied().find_map(|entry| self.world.varying_symbol(entry))
     }
 }
 

@@ -127,6 +127,7 @@ pub(super) fn is_additive(file: &File, world: &World, root: ExprRef) -> bool {
             | ExprKind::Prime(_)
             | ExprKind::Power { .. }
             | ExprKind::Call { .. }
+            | ExprKind::IntegralOver { .. }
             | ExprKind::Vector(_)
             | ExprKind::Compare { .. }
             | ExprKind::Not(_)
@@ -332,6 +333,7 @@ fn take_apart(compiler: &mut Compiler<'_>, mut part: Part, parts: &mut Vec<Part>
         | ExprKind::Prime(_)
         | ExprKind::Power { .. }
         | ExprKind::Call { .. }
+        | ExprKind::IntegralOver { .. }
         | ExprKind::Vector(_)
         | ExprKind::Compare { .. }
         | ExprKind::Not(_)

@@ -10,7 +10,7 @@ use crate::expr::Pool;
 use crate::mistakes;
 use crate::number::Number;
 use crate::span::Span;
-use crate::syntax::{ExprKind, ExprRef, File, IndexKind, Indices, Name, StatementKind, UnitRef, print_unit};
+use crate::syntax::{Expr, ExprKind, ExprRef, File, IndexKind, Indices, Name, StatementKind, UnitRef, print_unit};
 
 mistakes! {
 /// Something suspicious that is no mistake.
@@ -65,12 +65,14 @@ Warning Warning {
     } => at(*span, "a count").with_help(format!("write `{}`", text.split('.').next().unwrap_or(text))),
 
     /// An index that its sum does not use.
-    #[error("the index `{name}` does not occur in the summand")]
+    #[error("the index `{name}` does not occur in the {}", if *.integral { "integrand" } else { "summand" })]
     "W0007" UnusedIndex(span) {
         /// The index.
         name: String,
-    } => at(*span, "all terms are equal")
-        .with_help("is an index in brackets missing after a name?"),
+        /// Whether it is the variable of an integral.
+        integral: bool,
+    } => at(*span, if *integral { "the same everywhere between the bounds" } else { "all terms are equal" })
+        .with_help(if *integral { "call it `_x` if that is meant" } else { "is an index in brackets missing after a name?" }),
 
     /// A period of a model in which nothing depends on the time.
     #[error("a period is given, but nothing depends on the time")]
@@ -198,14 +200,14 @@ fn unused_indices(file: &File) -> Vec<Warning> {
     for (number, expr) in (0..).zip(file.expressions.iter()) {
         match expr.kind {
             ExprKind::Name(name) => places.entry(name).or_default().push(ExprRef(number)),
-            ExprKind::SumOver { indices, .. } => sums.push((expr.span, indices)),
+            ExprKind::SumOver { indices, .. } | ExprKind::IntegralOver { indices, .. } => sums.push((expr, indices)),
             _ => {}
         }
     }
     for all in places.values_mut() {
         all.sort_by_key(|at| file.expr(*at).span);
     }
-    for (span, indices) in sums {
+    for (Expr { span, kind }, indices) in sums {
         for entry in &indices.entries {
             let (IndexKind::Range { variable: Some(name), .. } | IndexKind::Rows { variable: name, .. }) = &entry.kind
             else {
@@ -222,7 +224,8 @@ fn unused_indices(file: &File) -> Vec<Warning> {
                 all.get(from).is_some_and(within)
             });
             if !used && !name.text.starts_with('_') {
-                found.push(Warning::UnusedIndex { name: name.text.to_string(), span: name.span });
+                let integral = matches!(kind, ExprKind::IntegralOver { .. });
+                found.push(Warning::UnusedIndex { name: name.text.to_string(), integral, span: name.span });
             }
         }
     }

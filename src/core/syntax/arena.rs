@@ -87,7 +87,7 @@ macro_rules! forms {
     };
 }
 
-forms!(Number Name Index Field Prime Negate Power Product Sum Call SumOver Vector Compare Not And Or);
+forms!(Number Name Index Field Prime Negate Power Product Sum Call SumOver IntegralOver Vector Compare Not And Or);
 
 /// Bits of a node's word that hold its form.
 const FORM_BITS: u32 = 5;
@@ -240,6 +240,7 @@ impl Expressions {
             Form::Sum => ExprKind::Sum(signed()),
             Form::Call => ExprKind::Call { function: name(first), arguments: members(payload + 1) },
             Form::SumOver => ExprKind::SumOver { indices: &self.indices[first.0 as usize], body: second },
+            Form::IntegralOver => ExprKind::IntegralOver { indices: &self.indices[first.0 as usize], body: second },
             Form::Vector => ExprKind::Vector(members(payload)),
             Form::Compare => {
                 let operator = Comparison::ALL[self.child(payload + 2).0 as usize];
@@ -289,11 +290,11 @@ impl Expressions {
                 list(&mut self.children, arguments);
                 (Form::Call, here)
             }
-            ExprKind::SumOver { indices, body } => {
+            ExprKind::SumOver { indices, body } | ExprKind::IntegralOver { indices, body } => {
                 let number = ExprRef(self.indices.len() as u32);
                 self.indices.push(indices.clone());
                 self.children.extend([number, body]);
-                (Form::SumOver, here)
+                (if matches!(expr.kind, ExprKind::SumOver { .. }) { Form::SumOver } else { Form::IntegralOver }, here)
             }
             ExprKind::Vector(members) => {
                 list(&mut self.children, members);

@@ -163,7 +163,7 @@ pub struct Declaration {
     pub unit: Option<UnitRef>,
 }
 
-/// Indices in brackets or of a sum, with the filter behind them.
+/// Indices in brackets, of a sum or of an integral, with the filter behind them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Indices {
     /// The place, brackets included where there are any.
@@ -264,6 +264,13 @@ pub enum ExprKind<'f> {
         /// Indices and filter.
         indices: &'f Indices,
         /// What is summed.
+        body: ExprRef,
+    },
+    /// `integral(x in a..b, body)`
+    IntegralOver {
+        /// The variable with its bounds: a single range, no filter.
+        indices: &'f Indices,
+        /// What is integrated.
         body: ExprRef,
     },
     /// `[a, b, c]`

@@ -420,6 +420,10 @@ Error SyntaxError {
     "E0049" SumWithoutBody(span) =>
         at(*span, "only indices before it").with_help("write the summand after a comma: `sum(i in 1..n, x[i])`"),
 
+    /// `integral(x)`, `integral(x in a..b)`, `integral(x in a..b, y in c..d, …)`, `integral(x in a..b where …, …)`
+    #[error("an integral has one variable with its bounds, and what is integrated")]
+    "E0061" IntegralForm(span) => at(*span, "here").with_help("write `integral(x in a..b, …)`; integrals over several variables stand within each other"),
+
     /// `2'` or `2[1]`
     #[error("a number can't be followed by `{sign}`")]
     "E0050" PostfixOnNumber(span) {

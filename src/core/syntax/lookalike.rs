@@ -81,6 +81,7 @@ fn typeset(command: &str) -> Lookalike {
     };
     let plain = match (word, group) {
         ("sum" | "sum_", _) => return Lookalike::Say("write `sum(i in 1..n, …)`"),
+        ("int" | "int_", _) => return Lookalike::Say("write `integral(x in a..b, …)`"),
         (word, Some(index)) if word.ends_with('_') => {
             return Lookalike::Write(format!("{word}{}", index.trim()));
         }

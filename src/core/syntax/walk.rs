@@ -106,7 +106,7 @@ impl File {
             ExprKind::Product(factors) => out.extend(factors.iter().map(|factor| factor.value())),
             ExprKind::Sum(terms) => out.extend(terms.iter().map(|term| term.value())),
             ExprKind::Call { arguments, .. } => out.extend(*arguments),
-            ExprKind::SumOver { indices, body } => {
+            ExprKind::SumOver { indices, body } | ExprKind::IntegralOver { indices, body } => {
                 out.extend(indices.expressions());
                 out.push(*body);
             }

@@ -22,9 +22,9 @@ pub const STATEMENT_WORDS: [&str; 15] = [
 ];
 
 /// Words with a meaning inside expressions, besides the functions.
-const EXPRESSION_WORDS: [&str; 9] = ["t", "pi", "sum", "in", "where", "and", "or", "not", "rows"];
+const EXPRESSION_WORDS: [&str; 10] = ["t", "pi", "sum", "integral", "in", "where", "and", "or", "not", "rows"];
 
-/// The functions, `sum` and `rows` apart.
+/// The functions, `sum`, `integral` and `rows` apart.
 pub const FUNCTIONS: [&str; 32] = [
     "sin",
     "cos",
@@ -107,7 +107,7 @@ pub(super) fn is_connective(word: &str) -> bool {
 
 /// Whether a parenthesis may follow at a distance: `sin (x)`.
 pub(super) fn is_function(word: &str) -> bool {
-    matches!(word, "sum" | "rows") || FUNCTIONS.contains(&word)
+    matches!(word, "sum" | "integral" | "rows") || FUNCTIONS.contains(&word)
 }
 
 /// What a reserved word means, for the error about declaring it; `None` where it is free.

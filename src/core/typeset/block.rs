@@ -221,18 +221,19 @@ impl Formula {
                 Block::line(" "),
                 inner.block(),
             ]),
-            Self::Total { below, above, body } => {
+            Self::Total { integral, below, above, body } => {
                 let commas = below.iter().enumerate().flat_map(|(at, part)| {
                     let comma = (at > 0).then(|| Block::line(", "));
                     comma.into_iter().chain([part.block()])
                 });
                 let mut parts: Vec<Block> = above.iter().map(|above| above.block()).collect();
                 let base = parts.iter().map(Block::height).sum();
-                parts.push(Block::line("Σ"));
+                parts.push(Block::line(if *integral { "∫" } else { "Σ" }));
                 parts.push(Block::beside(&commas.collect::<Vec<_>>()));
                 let total = Block { lines: Block::stacked(&parts), base };
                 Block::beside(&[total, Block::line(" "), body.block()])
             }
+            Self::Differential(symbol) => Block::line(&format!("d{}", symbol_text(symbol))),
             Self::Relation(parts) => {
                 let mut blocks = Vec::new();
                 for (at, part) in parts.iter().enumerate() {

@@ -144,8 +144,8 @@ impl Formula {
                 out.push_str(r"\frac{\mathrm{d}}{\mathrm{d}t} ");
                 inner.write(out);
             }
-            Self::Total { below, above, body } => {
-                out.push_str(r"\sum_{");
+            Self::Total { integral, below, above, body } => {
+                out.push_str(if *integral { r"\int_{" } else { r"\sum_{" });
                 for (at, line) in below.iter().enumerate() {
                     if at > 0 {
                         out.push_str(r",\, ");
@@ -160,6 +160,10 @@ impl Formula {
                 }
                 out.push(' ');
                 body.write(out);
+            }
+            Self::Differential(symbol) => {
+                out.push_str(r"\,\mathrm{d}");
+                write_symbol(symbol, out);
             }
             Self::Relation(parts) => row(parts, out),
             Self::Verbatim(text) => {
@@ -189,7 +193,7 @@ impl Formula {
         match self {
             Self::Number(digits) => digits.len(),
             Self::Scientific { digits, exponent } => digits.len() + exponent.len() + 2,
-            Self::Symbol(symbol) => 1 + symbol.subscript.len(),
+            Self::Symbol(symbol) | Self::Differential(symbol) => 1 + symbol.subscript.len(),
             Self::Indexed(inner, feet) => inner.weight() + feet.len(),
             Self::Product(factors) => all(factors),
             Self::Sum(terms) => terms.iter().map(|(_, term)| term.weight() + 2).sum(),
@@ -210,7 +214,12 @@ impl Formula {
     /// Whether the formula is higher than a line, so that brackets have to grow.
     pub(super) fn is_tall(&self) -> bool {
         match self {
-            Self::Number(_) | Self::Scientific { .. } | Self::Symbol(_) | Self::Sign(_) | Self::Verbatim(_) => false,
+            Self::Number(_)
+            | Self::Scientific { .. }
+            | Self::Symbol(_)
+            | Self::Differential(_)
+            | Self::Sign(_)
+            | Self::Verbatim(_) => false,
             Self::Fraction(..) | Self::Matrix(_) | Self::Rate(_) | Self::Total { .. } => true,
             Self::Product(parts) | Self::Relation(parts) => parts.iter().any(Self::is_tall),
             Self::Sum(terms) => terms.iter().any(|(_, term)| term.is_tall()),

@@ -111,6 +111,7 @@ impl Notation {
                 call(&function.text, arguments)
             }
             ExprKind::SumOver { indices, body } => self.total(file, indices, addend(lower(body))),
+            ExprKind::IntegralOver { indices, body } => self.integral(file, indices, addend(lower(body))),
             ExprKind::Vector(entries) => {
                 let rows = entries.iter().map(|at| match lower(*at) {
                     // Vectors in a vector: the rows of a matrix.
@@ -205,6 +206,19 @@ impl Notation {
         negated(negative, formula)
     }
 
+    /// An integral with the differential of its variable behind what is integrated.
+    fn integral(&self, file: &File, indices: &Indices, body: Formula) -> Formula {
+        let (mut below, mut above, mut row) = (Vec::new(), None, vec![body]);
+        for entry in &indices.entries {
+            if let IndexKind::Range { variable, from, to } = &entry.kind {
+                below.push(self.formula(file, *from));
+                above = Some(Box::new(self.formula(file, *to)));
+                row.extend(variable.iter().map(|name| Formula::Differential(Symbol::of(&name.text))));
+            }
+        }
+        Formula::Total { integral: true, below, above, body: Box::new(side_by_side(row)) }
+    }
+
     /// Sums from the innermost index outwards; a filter stands below the innermost.
     fn total(&self, file: &File, indices: &Indices, body: Formula) -> Formula {
         let mut body = body;
@@ -231,7 +245,7 @@ impl Notation {
             {
                 below.push(self.formula(file, filter));
             }
-            body = Formula::Total { below, above, body: Box::new(body) };
+            body = Formula::Total { integral: false, below, above, body: Box::new(body) };
         }
         body
     }

@@ -84,15 +84,19 @@ pub enum Formula {
     },
     /// d/dt of something that is no symbol.
     Rate(Box<Formula>),
-    /// A sum over indices.
+    /// A sum over indices, or an integral.
     Total {
-        /// What stands below the sum sign, line by line.
+        /// Whether it is an integral, whose body ends with the differential of its variable.
+        integral: bool,
+        /// What stands below the sign, line by line.
         below: Vec<Formula>,
         /// What stands above it, if anything.
         above: Option<Box<Formula>>,
-        /// What is summed.
+        /// What is summed or integrated.
         body: Box<Formula>,
     },
+    /// dx
+    Differential(Symbol),
     /// Words and signs of conditions, one after another.
     Relation(Vec<Formula>),
     /// A sign or a word of a condition.
@@ -183,6 +187,7 @@ impl Formula {
         match self {
             Self::Number(_)
             | Self::Symbol(_)
+            | Self::Differential(_)
             | Self::Bars { .. }
             | Self::Parentheses(_)
             | Self::Indexed(..)

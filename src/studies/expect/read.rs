@@ -111,6 +111,7 @@ impl Reader {
             }
             ExprKind::Field { .. }
             | ExprKind::SumOver { .. }
+            | ExprKind::IntegralOver { .. }
             | ExprKind::Vector(_)
             | ExprKind::Compare { .. }
             | ExprKind::Not(_)

@@ -19,6 +19,7 @@ pub(crate) enum Tree {
     Sum(Vec<(bool, Tree)>),
     Call(&'static str, Vec<Tree>),
     SumOver(Vec<Entry>, Option<Condition>, Box<Tree>),
+    IntegralOver(Box<Entry>, Box<Tree>),
     Vector(Vec<Tree>),
 }
 
@@ -122,6 +123,10 @@ pub(crate) fn trees() -> BoxedStrategy<Tree> {
             (select(vec!["sin", "rows", "f"]), list(0)).prop_map(|(f, a)| Tree::Call(f, a)),
             (entries(inner.clone().boxed(), false), proptest::option::of(conditions(inner.clone().boxed())), boxed)
                 .prop_map(|(entries, filter, body)| Tree::SumOver(entries, filter, body)),
+            (inner.clone(), inner.clone(), inner.clone()).prop_map(|(from, to, body)| Tree::IntegralOver(
+                Box::new(Entry::Range(Some("k"), from, to)),
+                Box::new(body)
+            )),
             list(1).prop_map(Tree::Vector),
         ]
     })
@@ -229,6 +234,11 @@ impl Planter {
                 let indices = &self.indices(entries, filter.as_ref());
                 let body = self.tree(body);
                 self.push(ExprKind::SumOver { indices, body })
+            }
+            Tree::IntegralOver(range, body) => {
+                let indices = &self.indices(std::slice::from_ref(&**range), None);
+                let body = self.tree(body);
+                self.push(ExprKind::IntegralOver { indices, body })
             }
             Tree::Vector(list) => {
                 let members = self.all(list);

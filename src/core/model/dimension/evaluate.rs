@@ -5,7 +5,7 @@ use super::operations::{Context, Quantity, base};
 use super::solve::Combination;
 use crate::number::Number;
 use crate::span::Span;
-use crate::syntax::{ExprKind, ExprRef, IndexKind, Indices, Member};
+use crate::syntax::{ExprKind, ExprRef, IndexEntry, IndexKind, Indices, Member};
 
 impl<'a> Inference<'a> {
     /// Brings index variables into scope. What sets ranges is a number.
@@ -27,7 +27,7 @@ impl<'a> Inference<'a> {
                 }
                 IndexKind::Rows { variable, table } => (variable, Some(table.text.as_str())),
             };
-            self.scopes.push(Scope { outer: scope, name: &name.text, table });
+            self.scopes.push(Scope { outer: scope, name: &name.text, table, bounds: None });
             scope = self.scopes.len() - 1;
         }
         scope
@@ -52,11 +52,11 @@ impl<'a> Inference<'a> {
         }
     }
 
-    fn variable(&self, name: &str, mut scope: usize) -> Option<&Scope<'a>> {
+    fn variable(&self, name: &str, mut scope: usize) -> Option<usize> {
         while scope > 0 {
             let own = &self.scopes[scope];
             if own.name == name {
-                return Some(own);
+                return Some(scope);
             }
             scope = own.outer;
         }
@@ -77,6 +77,16 @@ impl<'a> Inference<'a> {
                 ExprKind::SumOver { indices, body } => {
                     let inner = self.binders(Some(indices), scope);
                     todo.push((body, inner));
+                }
+                ExprKind::IntegralOver { indices, body } => {
+                    if let [IndexEntry { kind: IndexKind::Range { variable: Some(name), from, to }, .. }] =
+                        &*indices.entries
+                    {
+                        let bounds = Some(([*from, *to], None));
+                        self.scopes.push(Scope { outer: scope, name: &name.text, table: None, bounds });
+                        todo.extend([(*from, scope), (*to, scope), (body, self.scopes.len() - 1)]);
+                        self.within.insert(at, self.scopes.len() - 1);
+                    }
                 }
                 ExprKind::Index { base, indices } => {
                     for index in indices {
@@ -144,14 +154,36 @@ impl<'a> Inference<'a> {
                 self.call(&function.text, arguments, span)
             }
             ExprKind::SumOver { body, .. } => self.take(body),
+            ExprKind::IntegralOver { body, .. } => {
+                let (body, scope) = (self.take(body), self.within.get(&at).copied());
+                let variable = scope.map_or(Quantity::Any, |scope| self.variable_of_integral(scope));
+                self.equations.product(body, variable, false, span)
+            }
             ExprKind::Vector(parts) => Quantity::list(parts.iter().map(|part| self.take(*part)).collect()),
             ExprKind::Compare { .. } | ExprKind::Not(_) | ExprKind::And(_) | ExprKind::Or(_) => Quantity::Any,
         }
     }
 
-    fn name(&self, name: &str, at: ExprRef) -> Quantity {
+    /// What both bounds are, which stand before all that uses the variable.
+    fn variable_of_integral(&mut self, scope: usize) -> Quantity {
+        match self.scopes.get(scope).and_then(|own| own.bounds.clone()) {
+            Some((_, Some(known))) => known,
+            Some((bounds, None)) => {
+                let sides = bounds.map(|at| (self.memo[at.0 as usize].clone(), self.file.expr(at).span));
+                let own = self.equations.alike(&sides, &Context::Arguments("the bounds of an integral"));
+                self.scopes[scope].bounds = Some((bounds, Some(own.clone())));
+                own
+            }
+            None => Quantity::number(),
+        }
+    }
+
+    fn name(&mut self, name: &str, at: ExprRef) -> Quantity {
         let scope = self.within.get(&at).copied().unwrap_or(0);
-        if self.variable(name, scope).is_some() || name == "pi" {
+        if let Some(own) = self.variable(name, scope) {
+            return self.variable_of_integral(own);
+        }
+        if name == "pi" {
             return Quantity::number();
         }
         if name == "t" {
@@ -165,7 +197,7 @@ impl<'a> Inference<'a> {
         let file = self.file;
         let scope = self.within.get(&at).copied().unwrap_or(0);
         let table = match file.expr(row).kind {
-            ExprKind::Name(name) => self.variable(name, scope).and_then(|own| own.table),
+            ExprKind::Name(name) => self.variable(name, scope).and_then(|own| self.scopes[own].table),
             ExprKind::Index { base, .. } => match file.expr(base).kind {
                 ExprKind::Name(name) if self.tables.contains(name) => Some(name),
                 _ => None,

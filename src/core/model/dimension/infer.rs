@@ -56,7 +56,7 @@ pub(in crate::model) fn infer(file: &File) -> Dimensions {
         names: HashMap::new(),
         tables: HashSet::new(),
         columns: HashMap::new(),
-        scopes: vec![Scope { outer: 0, name: "", table: None }],
+        scopes: vec![Scope { outer: 0, name: "", table: None, bounds: None }],
         varied: varied_families(file),
         memo: vec![Quantity::Any; file.expressions.len()],
         within: HashMap::new(),
@@ -87,6 +87,8 @@ pub(super) struct Scope<'a> {
     pub(super) name: &'a str,
     /// The table whose rows it runs over.
     pub(super) table: Option<&'a str>,
+    /// Of an integral: its bounds, and what they are once these are known.
+    pub(super) bounds: Option<([ExprRef; 2], Option<Quantity>)>,
 }
 
 pub(super) struct Inference<'a> {

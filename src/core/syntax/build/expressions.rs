@@ -2,7 +2,7 @@
 
 use pest::iterators::Pair;
 
-use super::super::ast::{Comparison, Expr, ExprKind, ExprRef, Member, Name};
+use super::super::ast::{Comparison, Expr, ExprKind, ExprRef, IndexEntry, IndexKind, Member, Name};
 use super::super::error::SyntaxError;
 use super::super::grammar::Rule;
 use super::super::words;
@@ -106,9 +106,10 @@ impl Builder {
     fn sum_over(&self, pair: Pair<'_, Rule>) -> ExprRef {
         let span = self.span(&pair);
         let mut indices = Err(incomplete(span));
-        let mut body = None;
+        let (mut body, mut integral) = (None, false);
         for part in pair.into_inner() {
             match part.as_rule() {
+                Rule::integral_word => integral = true,
                 Rule::sum_indices => indices = self.indices(part),
                 Rule::expr => {
                     // The condition around a sum doesn't reach into it.
@@ -122,7 +123,14 @@ impl Builder {
         let missing = match (indices, body) {
             (Ok(indices), Some(body)) => {
                 let indices = &indices;
-                return self.push(span, ExprKind::SumOver { indices, body });
+                if !integral {
+                    return self.push(span, ExprKind::SumOver { indices, body });
+                }
+                match (&*indices.entries, indices.filter) {
+                    ([IndexEntry { kind: IndexKind::Range { .. }, .. }], None) => {}
+                    _ => self.object(SyntaxError::IntegralForm { span: indices.span }),
+                }
+                return self.push(span, ExprKind::IntegralOver { indices, body });
             }
             (Err(error), _) => error,
             (Ok(_), None) => incomplete(span),

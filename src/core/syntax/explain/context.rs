@@ -9,7 +9,9 @@ use crate::span::Span;
 
 /// An open bracket before the place.
 pub(super) struct Enclosure {
+    /// Of a sum, and of an integral.
     pub(super) sum: bool,
+    integral: bool,
     /// Since the last comma at this level.
     pub(super) has_in: bool,
     pub(super) has_range: bool,
@@ -94,7 +96,8 @@ impl<'s> Context<'s> {
         self.follow_product(token);
         match token.kind {
             TokenKind::Open => self.enclosures.push(Enclosure {
-                sum: self.before.text(self.source) == "sum",
+                sum: matches!(self.before.text(self.source), "sum" | "integral"),
+                integral: self.before.text(self.source) == "integral",
                 has_in: false,
                 has_range: false,
                 filter: self.enclosures.last().is_some_and(|e| e.filter),
@@ -269,10 +272,17 @@ impl<'s> Context<'s> {
         if self.part == Part::Unit {
             return Some(self.in_unit(found));
         }
-        if found.kind == TokenKind::Word && text == "sum" && self.before_expects_operand() {
-            return Some(SyntaxError::SumWithoutIndex { span });
+        if found.kind == TokenKind::Word && self.before_expects_operand() {
+            match text {
+                "sum" => return Some(SyntaxError::SumWithoutIndex { span }),
+                "integral" => return Some(SyntaxError::IntegralForm { span }),
+                _ => {}
+            }
         }
         let enclosure = self.enclosures.last()?;
+        if enclosure.integral && (!enclosure.indexed || enclosure.has_in && found.kind == TokenKind::Close) {
+            return Some(SyntaxError::IntegralForm { span });
+        }
         if enclosure.sum && !enclosure.indexed {
             return Some(SyntaxError::SumWithoutIndex { span });
         }

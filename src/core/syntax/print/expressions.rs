@@ -39,6 +39,7 @@ fn strength(kind: &ExprKind) -> Strength {
         | ExprKind::Prime(_)
         | ExprKind::Call { .. }
         | ExprKind::SumOver { .. }
+        | ExprKind::IntegralOver { .. }
         | ExprKind::Vector(_) => Strength::Postfix,
     }
 }
@@ -194,8 +195,8 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
                 self.token(&function.text);
                 self.list(["(", ")"], arguments, Group::List);
             }
-            ExprKind::SumOver { indices, body } => {
-                self.token("sum");
+            ExprKind::SumOver { indices, body } | ExprKind::IntegralOver { indices, body } => {
+                self.token(if matches!(kind, ExprKind::SumOver { .. }) { "sum" } else { "integral" });
                 self.token("(");
                 self.open(Group::Other);
                 self.place(Break::Weak, "");
