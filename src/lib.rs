@@ -195,7 +195,7 @@ pub mod oscillation {
 pub mod derive {
     pub use librate_core::derive::{
         Abbreviation, Angles, Approximation, Block, Case, Condition, Conserved, Constraints, Definition, Derivation,
-        Energy, Exchange, Factor, Frequencies, Frequency, Linear, Motion, MotionSum, MotionTerm, Names,
+        Energy, Exchange, Factor, Frequencies, Frequency, Independent, Linear, Motion, MotionSum, MotionTerm, Names,
         NormalCoordinates, NormalMode, NormalWaves, Parts, Reduced, Relation, Root, SecondOrder, Series, Solved,
         SolvedFormula, Tangent, WaveSum, derive,
     };

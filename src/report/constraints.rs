@@ -1,6 +1,6 @@
 //! Constraints, their multipliers and the displacements that they allow, as text.
 
-use librate_core::derive::{Derivation, Reduced, Tangent};
+use librate_core::derive::{Derivation, Independent, Motion, Reduced, Tangent};
 
 /// `constraints`, and how many say nothing new.
 pub(super) fn constraints_title(derivation: &Derivation) -> String {
@@ -42,6 +42,27 @@ pub(super) fn constraint_texts(derivation: &Derivation) -> Vec<(String, String)>
             (text, name.clone())
         })
         .collect()
+}
+
+/// Said above equations without multipliers.
+pub(super) const REDUCED_TITLE: &str = "reduced equations, without multipliers";
+/// Said above the velocities that conditions determine.
+pub(super) const FOLLOWS_TITLE: &str = "velocities that the conditions determine";
+
+/// `phi'`, for each of the independent velocities.
+pub(super) fn independent_names(derivation: &Derivation, own: &Independent) -> Vec<String> {
+    own.free.iter().map(|i| derivation.names.of(Motion::Velocity(*i))).collect()
+}
+
+/// `x'` and what it is in terms of the independent ones, for the other velocities.
+pub(super) fn follow_texts(derivation: &Derivation, own: &Independent) -> Vec<(String, String)> {
+    let follows = own.follows.iter();
+    follows.map(|(i, speed)| (derivation.names.of(Motion::Velocity(*i)), derivation.text(speed))).collect()
+}
+
+/// The equations in independent velocities.
+pub(super) fn reduced_texts(derivation: &Derivation, own: &Independent) -> Vec<String> {
+    own.equations.iter().map(|equation| format!("{} = 0", derivation.text(equation))).collect()
 }
 
 /// `lambda = -g*m/(2*l)`, for the multipliers that are known in symbols.

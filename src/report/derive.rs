@@ -5,7 +5,8 @@ use std::ops::Deref;
 use unicode_width::UnicodeWidthStr;
 
 use super::constraints::{
-    constraint_texts, constraints_title, direction_texts, displacements_title, multiplier_texts, unsolved,
+    FOLLOWS_TITLE, REDUCED_TITLE, constraint_texts, constraints_title, direction_texts, displacements_title,
+    follow_texts, multiplier_texts, reduced_texts, unsolved,
 };
 use super::frequencies::{frequencies_text, signs};
 use super::table::{lines, plain};
@@ -59,6 +60,11 @@ pub fn derive_text(derivation: &Derivation, style: &Style) -> String {
         });
         let title = constraints_title(derivation);
         out.push_str(&set_apart(&title, &lines.collect::<Vec<_>>(), style));
+    }
+    if let Some(own) = &derivation.independent {
+        let follows = follow_texts(derivation, own).into_iter().map(|(name, speed)| format!("{name} = {speed}"));
+        out.push_str(&section(FOLLOWS_TITLE, &follows.collect::<Vec<_>>(), style));
+        out.push_str(&section(REDUCED_TITLE, &reduced_texts(derivation, own), style));
     }
     if let Some(energy) = &derivation.energy {
         out.push_str(&energy_text(derivation, energy, style));

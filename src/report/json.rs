@@ -5,7 +5,7 @@
 
 use std::fmt::Write;
 
-use super::constraints::constraint_texts;
+use super::constraints::{constraint_texts, follow_texts, independent_names, reduced_texts};
 use super::derive::{assumption_texts, condition_text, conserved_because, conserved_name};
 use super::frequencies::{exchange, kind, signs};
 use super::{Written, zero_motions};
@@ -169,6 +169,16 @@ pub fn derive_json(derivation: &Derivation) -> String {
         let constraints = constraint_texts(derivation);
         let constraints = constraints.iter().map(|(text, _)| string(text));
         fields.push(("constraints", lines(constraints)));
+        let names = derivation.constraints.iter().flat_map(|own| &own.names);
+        fields.push(("constraint_multipliers", array(names.map(|name| string(name)))));
+    }
+    if let Some(own) = &derivation.independent {
+        let names = independent_names(derivation, own);
+        fields.push(("independent_velocities", array(names.iter().map(|name| string(name)))));
+        let follows = follow_texts(derivation, own).into_iter();
+        let follows = follows.map(|(name, speed)| format!("{}: {}", string(&name), string(&speed)));
+        fields.push(("dependent_velocities", format!("{{{}}}", follows.collect::<Vec<_>>().join(", "))));
+        fields.push(("reduced_equations", texts(reduced_texts(derivation, own))));
     }
     let page = derivation.reduced();
     if let Ok(linear) = &page.linear

@@ -1,7 +1,8 @@
 //! The derivation as LaTeX.
 
 use super::constraints::{
-    constraint_texts, constraints_title, direction_texts, displacements_title, multiplier_texts, unsolved,
+    FOLLOWS_TITLE, REDUCED_TITLE, constraint_texts, constraints_title, direction_texts, displacements_title,
+    follow_texts, multiplier_texts, reduced_texts, unsolved,
 };
 use super::derive::{
     MOST_FOR_ENERGIES, assumed_of, assumption_texts, conserved_because, conserved_name, definition_text,
@@ -101,6 +102,7 @@ impl<'a> Page<'a> {
         if !self.out.is_empty() {
             self.out.push('\n');
         }
+        let title = capitalized(title);
         self.out.push_str(&format!("\\subsection*{{{title}}}\n"));
     }
 
@@ -132,13 +134,18 @@ impl<'a> Page<'a> {
         }
         let constraints = constraint_texts(derivation);
         if !constraints.is_empty() {
-            let title = constraints_title(derivation);
-            let (first, rest) = title.split_at(1);
-            self.heading(&format!("{}{rest}", first.to_uppercase()));
+            self.heading(&constraints_title(derivation));
             for (text, name) in constraints {
                 let name = self.formula(&name).latex();
                 self.relation(&text, &format!(r" \qquad ({name})"));
             }
+        }
+        if let Some(own) = &derivation.independent {
+            self.heading(FOLLOWS_TITLE);
+            let follows = follow_texts(derivation, own).into_iter().map(|(name, speed)| format!("{name} = {speed}"));
+            self.equations(&follows.collect::<Vec<_>>());
+            self.heading(REDUCED_TITLE);
+            self.equations(&reduced_texts(derivation, own));
         }
         if let Some(energy) = &derivation.energy {
             self.energy(energy);
@@ -241,8 +248,7 @@ impl<'a> Page<'a> {
         let Some(reduced) = &tangent.reduced else {
             return;
         };
-        let (first, rest) = displacements_title(tangent).split_at(1);
-        self.heading(&format!("{}{rest}", first.to_uppercase()));
+        self.heading(displacements_title(tangent));
         self.equations(&direction_texts(self.derivation, reduced));
         if let Ok(linear) = &reduced.derivation.linear {
             let names = self.derivation;
@@ -268,8 +274,7 @@ impl<'a> Page<'a> {
         }
         let both = [("mass matrix", "M", &linear.mass), ("stiffness matrix", "K", &linear.stiffness)];
         for (title, letter, rows) in both.into_iter().chain(linear.others()) {
-            let (first, rest) = title.split_at(1);
-            self.heading(&format!("{}{rest}", first.to_uppercase()));
+            self.heading(title);
             self.matrix(&format!("{letter}{suffix}"), rows);
         }
         if linear.second_order.is_some() && linear.mass.len() <= MOST_FOR_ENERGIES {
@@ -484,8 +489,7 @@ impl<'a> Page<'a> {
         }
         let (remark, all) = symmetry_of(letter);
         let sentence = format!("{remark}the entries that are not zero:\n");
-        let (first, rest) = sentence.split_at(1);
-        self.out.push_str(&format!("{}{rest}", first.to_uppercase()));
+        self.out.push_str(&capitalized(&sentence));
         for (i, row) in rows.iter().enumerate() {
             let first = if all { 0 } else { i };
             for (j, at) in row.iter().enumerate().skip(first) {
@@ -498,4 +502,10 @@ impl<'a> Page<'a> {
             }
         }
     }
+}
+
+fn capitalized(text: &str) -> String {
+    let mut rest = text.chars();
+    let first = rest.next();
+    first.into_iter().flat_map(char::to_uppercase).chain(rest).collect()
 }

@@ -8,6 +8,7 @@ use std::path::Path;
 
 use librate::derive::{Conserved, Parts, derive};
 use librate::expect::are_equal;
+use librate_core::expr::Substitution;
 
 #[test]
 fn equations_have_the_forces_of_the_conditions() {
@@ -36,6 +37,51 @@ fn equations_have_the_forces_of_the_conditions() {
         assert!(energy.conserved.contains(&Conserved::Energy { is_total: true }), "{name}");
         assert!(!energy.conserved.contains(&Conserved::Momentum(0)), "{name}");
         assert!(energy.hamiltonian.is_none() && derivation.linear.is_err(), "{name}");
+    }
+}
+
+/// Each is the sum of Lagrange's equations along an allowed velocity, in which forces of conditions cancel.
+#[test]
+fn equations_in_independent_velocities_have_no_multipliers() {
+    for (name, free) in
+        [("disc", vec![2, 3, 4]), ("skate_on_spring", vec![0, 2]), ("ball_in_paraboloid", vec![2, 3, 4])]
+    {
+        let model = load(Path::new(&format!("models/rolling/{name}.lag")));
+        let derivation = derive(&model, &Parts::all()).unwrap();
+        let mut pool = derivation.pool.clone();
+        let brute = BruteForce::new(&model, &mut pool);
+        let own = derivation.independent.as_ref().unwrap();
+        assert_eq!(own.free, free, "{name}");
+        let mut speeds = Substitution::default();
+        for (i, speed) in &own.follows {
+            let speed = brute.expression(&mut pool, speed, &[]);
+            speeds.insert(model.coordinates.at(*i).velocity, speed);
+        }
+        for condition in &model.rolling {
+            let left = pool.substitute_one(condition.expression, &speeds);
+            let zero = pool.zero();
+            assert!(are_equal(&mut pool, left, zero), "{name}");
+        }
+        let mut moved = Substitution::default();
+        for (i, speed) in &own.follows {
+            let speed = brute.expression(&mut pool, speed, &[]);
+            let rate = brute.rate(&mut pool, speed);
+            moved.insert(brute.acceleration(&pool, *i), rate);
+        }
+        for (at, equation) in own.free.iter().zip(&own.equations) {
+            let mut want = brute.equation(&mut pool, *at);
+            for (i, speed) in &own.follows {
+                let speed = brute.expression(&mut pool, speed, &[]);
+                let slope = pool.diff(speed, model.coordinates.at(*at).velocity);
+                let other = brute.equation(&mut pool, *i);
+                let part = pool.mul(slope, other);
+                want = pool.add(want, part);
+            }
+            let want = pool.substitute_one(want, &moved);
+            let want = pool.substitute_one(want, &speeds);
+            let found = brute.expression(&mut pool, equation, &[]);
+            assert!(are_equal(&mut pool, found, want), "{name}: equation {at}");
+        }
     }
 }
 

@@ -5,13 +5,15 @@
 use crate::common;
 use crate::motion_support;
 
+use std::path::Path;
+
 use common::{load, model, model_files};
 use librate::linearize::linearize;
 use librate::model::Constant;
 use librate::modes::Options;
 use librate::motion::{MotionError, Start, System, Times, superposition};
 use librate::oscillation::normal_modes;
-use librate::precision::Scalar;
+use librate::precision::{Big, Scalar};
 use librate::report::{motion_csv, motion_svg};
 use motion_support::{check, motion, reference, share, signed, start, times};
 
@@ -241,6 +243,27 @@ fn a_knife_edge_does_not_slide_down() {
     let system = System::new(&edge).unwrap();
     let slides = Start::parse("y'=1, phi=0", &edge, None, &system);
     assert!(matches!(slides, Err(MotionError::OffConstraints { .. })), "{slides:?}");
+}
+
+/// In independent velocities, which are the same everywhere: conditions hold by construction.
+#[test]
+fn a_disc_rolls() {
+    let disc = load(Path::new("models/rolling/disc.lag"));
+    let found = motion(&disc, "theta=0.1, phi'=4, x'=2", "10", 3);
+    for (own, want) in found.rows.iter().flatten().zip(reference("disc").iter().flatten()) {
+        let off = Big::from_ball(own, 200).sub(&signed(want)).mid_f64().abs();
+        assert!(off < 1e-20 && own.radius < 1e-22, "{own:?} is off by {off:e}");
+    }
+    assert_eq!(found.energy_drift, Some(0.0));
+    let system = System::new(&disc).unwrap();
+    let from = start(&disc, "theta=0.1, phi'=4, x'=2");
+    let quick = system.quick(&from, &times("100", 11), 1e-12).unwrap();
+    assert!(quick.steps < 1200 && quick.energy_drift.unwrap() < 1e-11, "{quick:?}");
+    for row in &quick.rows {
+        let value = |at: usize| row[at].mid_f64();
+        let (speed, heading) = (0.5 * value(9), value(2));
+        assert!((value(5) - speed * heading.cos()).abs() < 1e-15 && (value(6) - speed * heading.sin()).abs() < 1e-15);
+    }
 }
 
 #[test]

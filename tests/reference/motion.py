@@ -1,15 +1,15 @@
-"""References of tests/motions/motion.rs, to 40 digits, by means that share nothing with the library.
+"""References of tests/motions/motion.rs, to 40 digits (a disc to 23), by means that share nothing with the library.
 
     python3 tests/reference/motion.py > tests/reference/motion.json
 
 Closed forms where there are any (Jacobi's elliptic functions for the pendulum, Kepler's equation for the planet, exponentials for
 what is linear, parabolas and arcs of circles between kinks); the double pendulum and a chain by Taylor series of order 60 at 60 digits (of
-order 80 at 80 digits where the pendulum is chaotic), their equations written by hand.
+order 80 at 80 digits where the pendulum is chaotic), their equations written by hand; a rolling disc by mpmath's odefun.
 """
 
 import json
 
-from mpmath import acos, asin, cos, cosh, ellipfun, exp, findroot, floor, log, mp, mpf, nstr, pi, quad, sin, sqrt, tanh
+from mpmath import acos, asin, cos, cosh, ellipfun, exp, findroot, floor, log, mp, mpf, nstr, odefun, pi, quad, sin, sqrt, tan, tanh, workdps
 
 mp.dps = 60
 
@@ -265,6 +265,26 @@ def quartic_chain(n, times, order=50, tolerance=-45):
     return rows
 
 
+def disc(m, r, g, start, times):
+    """A thin disc that rolls, by Euler's equations about its point of contact in the frame that leans and does not spin."""
+    A, C, rolling = m * r * r / 4, m * r * r / 2, m * r * r
+
+    def rates(t, s):
+        x, y, psi, th, phi, w1, w2, w3 = s
+        spin = w3 * tan(th)
+        turn = w2 - spin
+        leans = (-A * spin * w3 + (C + rolling) * w3 * w2 + m * g * r * sin(th)) / (A + rolling)
+        return [r * turn * cos(psi), r * turn * sin(psi), w3 / cos(th), w1, turn,
+                leans, -rolling * w3 * w1 / (C + rolling), (A * spin * w1 - C * w1 * w2) / A]
+
+    with workdps(30):
+        at, rows = odefun(rates, 0, start), []
+        for t in times:
+            state = at(t)
+            rows.append([nstr(x, 23) for x in state[:5] + rates(t, state)[:5]])
+    return rows
+
+
 g = mpf(981) / 100
 cases = {
     "pendulum": pendulum(g, mpf(1) / 2, mpf(3), [mpf(5) * i / 4 for i in range(5)]),
@@ -283,6 +303,7 @@ cases = {
     "tiny": [digits([mpf("1e-310") * cos(t), -mpf("1e-310") * sin(t)]) for t in (mpf(0), mpf(1) / 2, mpf(1))],
     "kicked": kicked(mpf(0), 10000, [mpf(3) * i for i in range(3)]),
     "kicked_from_one": kicked(mpf(1), 10000, [mpf(3) * i for i in range(3)]),
+    "disc": disc(mpf(2), mpf(1) / 2, g, [mpf(0)] * 3 + [mpf(1) / 10, mpf(0), mpf(0), mpf(4), mpf(0)], [mpf(5) * i for i in range(3)]),
     "quartic_chain": quartic_chain(12, [mpf(i) / 2 for i in range(3)]),
 }
 mp.dps = 80

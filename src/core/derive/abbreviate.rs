@@ -64,6 +64,7 @@ impl Derivation {
         // Looked through without a change.
         let mut page = PageOf {
             equations: self.equations.clone(),
+            independent: self.independent.clone(),
             energy: self.energy.clone(),
             linear: self.linear.as_ref().ok().cloned(),
         };
@@ -116,6 +117,7 @@ impl Derivation {
         let mut derivation = self.clone();
         derivation.pool = pool;
         derivation.equations = page.equations;
+        derivation.independent = page.independent;
         derivation.energy = page.energy;
         if let (Ok(linear), Some(page)) = (&mut derivation.linear, page.linear) {
             *linear = page;
@@ -127,6 +129,7 @@ impl Derivation {
 /// The parts in which names are given.
 struct PageOf {
     equations: Option<Vec<MotionSum>>,
+    independent: Option<super::Independent>,
     energy: Option<super::Energy>,
     linear: Option<super::Linear>,
 }
@@ -146,6 +149,10 @@ impl PageOf {
             }
         };
         self.equations.iter_mut().flatten().for_each(&mut in_sum);
+        if let Some(own) = &mut self.independent {
+            own.follows.iter_mut().for_each(|(_, speed)| in_sum(speed));
+            own.equations.iter_mut().for_each(&mut in_sum);
+        }
         if let Some(energy) = &mut self.energy {
             energy.momenta.iter_mut().for_each(&mut in_sum);
             in_sum(&mut energy.function);

@@ -108,7 +108,7 @@ impl<'a> Checker<'a> {
     }
 
     /// The model in numbers, where all parameters have values.
-    fn linearized(&self) -> Option<&Linearized> {
+    pub(super) fn linearized(&self) -> Option<&Linearized> {
         let made = self.linearized.get_or_init(|| {
             let wanted = self.complete && !self.model.coordinates.is_empty();
             let wanted = wanted && linearize::check_size(self.model.coordinates.len()).is_ok();

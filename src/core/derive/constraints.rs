@@ -184,6 +184,7 @@ pub(super) fn reduce(page: &mut Derivation, short: &mut Simplifier, checker: &Ch
             symbols: std::collections::BTreeMap::new(),
             linear: Ok(reduced),
             equations: None,
+            independent: None,
             energy: None,
             equilibria: None,
             constraints: None,
@@ -214,27 +215,49 @@ fn directions(
     // The last coordinates that will do follow the others, or the massless ones.
     let candidates: Vec<usize> =
         if tangent.massless.is_empty() { (0..n).rev().collect() } else { tangent.massless.clone() };
-    let turned: Vec<Vec<ExprId>> = candidates.iter().map(|i| gradients.iter().map(|row| row[*i]).collect()).collect();
-    // Columns of A that are independent, as rows of its transpose.
-    let columns = linearize::eliminate(pool, turned, gradients.len(), &is_pivot)?;
-    let mut bound: Vec<usize> = columns.pivots.iter().filter_map(|(_, row)| candidates.get(*row).copied()).collect();
-    bound.sort_unstable();
+    let (bound, rows) = solved_for(pool, gradients, &candidates, &is_pivot)?;
     let free: Vec<usize> = (0..n).filter(|i| !bound.contains(i)).collect();
-    let sorted: Vec<usize> = bound.iter().chain(&free).copied().collect();
-    let rows: Vec<Vec<ExprId>> = gradients.iter().map(|row| sorted.iter().map(|i| row[*i]).collect()).collect();
-    let Eliminated { pivots, rows } = linearize::eliminate(pool, rows, bound.len(), &is_pivot)?;
     let (zero, one) = (pool.zero(), pool.one());
     let mut directions = vec![vec![zero; free.len()]; n];
     for (at, own) in free.iter().enumerate() {
         directions[*own][at] = one;
     }
-    for (column, row) in pivots {
-        for (at, _) in free.iter().enumerate() {
-            let entry = pool.neg(rows[row][bound.len() + at]);
-            directions[bound[column]][at] = short.simplify(pool, entry);
+    for (bound, row) in bound.iter().zip(rows) {
+        for (at, own) in free.iter().enumerate() {
+            let entry = pool.neg(row[*own]);
+            directions[*bound][at] = short.simplify(pool, entry);
         }
     }
     Some((free, directions))
+}
+
+/// Rows solved for as many columns as there are rows, the first of the candidates that will do: these columns in ascending order,
+/// each with its row, in which it has 1 and the others have 0. `None` where the rows are not shown to be independent.
+pub(super) fn solved_for(
+    pool: &mut Pool,
+    rows: &[Vec<ExprId>],
+    candidates: &[usize],
+    is_pivot: &dyn Fn(&Pool, ExprId) -> bool,
+) -> Option<(Vec<usize>, Vec<Vec<ExprId>>)> {
+    let turned: Vec<Vec<ExprId>> = candidates.iter().map(|i| rows.iter().map(|row| row[*i]).collect()).collect();
+    // Columns that are independent, as rows of the transpose.
+    let columns = linearize::eliminate(pool, turned, rows.len(), is_pivot)?;
+    let mut bound: Vec<usize> = columns.pivots.iter().filter_map(|(_, row)| candidates.get(*row).copied()).collect();
+    bound.sort_unstable();
+    let (width, count) = (rows.first()?.len(), bound.len());
+    let sorted: Vec<usize> = bound.iter().copied().chain((0..width).filter(|i| !bound.contains(i))).collect();
+    let rows = rows.iter().map(|row| sorted.iter().map(|i| row[*i]).collect()).collect();
+    let Eliminated { mut pivots, rows } = linearize::eliminate(pool, rows, count, is_pivot)?;
+    pivots.sort_unstable();
+    let mut solved = Vec::with_capacity(count);
+    for (_, row) in pivots {
+        let mut own = vec![pool.zero(); width];
+        for (place, entry) in sorted.iter().zip(&rows[row]) {
+            own[*place] = *entry;
+        }
+        solved.push(own);
+    }
+    Some((bound, solved))
 }
 
 /// The free coordinates, Z and K of what is left, where so few massless coordinates follow that determinants give them in short: with

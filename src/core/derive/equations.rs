@@ -19,7 +19,8 @@ use super::simplify::Simplifier;
 use crate::expr::{ExprId, Pool};
 use crate::number::Number;
 
-type Factors = Vec<(Motion, u32)>;
+/// What moves, in ascending order, each with its power.
+pub(super) type Factors = Vec<(Motion, u32)>;
 /// By equation and what moves: the parts of the coefficient.
 type Parts = BTreeMap<(usize, Factors), Vec<(ExprId, Number)>>;
 
@@ -36,14 +37,14 @@ fn single(motion: Motion) -> Factors {
     vec![(motion, 1)]
 }
 
-/// The left sides of the equations of motion, one a coordinate.
-pub(super) fn equations(
+/// The left sides of the equations of motion by equation and what moves.
+pub(super) fn coefficients(
     pool: &mut Pool,
     short: &mut Simplifier,
     variables: &Variables,
     lagrangian: &Lagrangian,
     drags: &[(usize, ExprId)],
-) -> Vec<MotionSum> {
+) -> BTreeMap<(usize, Factors), ExprId> {
     let mut parts = Parts::new();
     quadratic(pool, variables, lagrangian, &mut parts);
     linear(pool, variables, lagrangian, &mut parts);
@@ -56,10 +57,22 @@ pub(super) fn equations(
     for (i, drag) in drags {
         dragged(pool, variables, *i, *drag, &mut parts);
     }
-    let mut rows: Vec<Vec<MotionTerm>> = vec![Vec::new(); variables.coordinates.len()];
-    for ((i, motion), parts) in parts {
+    let mut coefficients = BTreeMap::new();
+    for (key, parts) in parts {
         let coefficient = pool.linear(&parts);
-        let coefficient = short.simplify(pool, coefficient);
+        coefficients.insert(key, short.simplify(pool, coefficient));
+    }
+    coefficients
+}
+
+/// The left sides of the equations of motion, one a coordinate.
+pub(super) fn equations(
+    pool: &mut Pool,
+    variables: &Variables,
+    coefficients: BTreeMap<(usize, Factors), ExprId>,
+) -> Vec<MotionSum> {
+    let mut rows: Vec<Vec<MotionTerm>> = vec![Vec::new(); variables.coordinates.len()];
+    for ((i, motion), coefficient) in coefficients {
         if let Some(row) = rows.get_mut(i) {
             row.push(MotionTerm::new(coefficient, &motion));
         }

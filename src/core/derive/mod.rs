@@ -44,6 +44,7 @@ mod equations;
 mod equilibria;
 mod forms;
 mod frequencies;
+mod independent;
 mod lagrangian;
 mod lattice;
 mod limits;
@@ -58,7 +59,7 @@ mod waves;
 
 use std::collections::{BTreeMap, HashMap};
 
-use crate::expr::{ExprId, Pool};
+use crate::expr::{ExprId, Pool, ZeroVerdict};
 use crate::linearize::{self, LinearizeError, Tied};
 use crate::model::{Assumption, Model};
 use crate::number::Number;
@@ -69,6 +70,7 @@ pub use constraints::{Constraints, Reduced, Tangent};
 pub use cubic::{Solved, SolvedFormula};
 pub use equilibria::{Condition, Relation, Root};
 pub use frequencies::{Approximation, Block, Case, Exchange, Frequencies, Frequency, Series};
+pub use independent::{Independent, without_multipliers};
 pub use lattice::Angles;
 pub use motion::{Factor, Motion, MotionSum, MotionTerm, Names};
 pub use normal::{Abbreviation, NormalCoordinates, NormalMode};
@@ -194,6 +196,9 @@ pub struct Derivation {
     pub linear: Result<Linear, LinearizeError>,
     /// The left sides of Lagrange's equations, one a coordinate.
     pub equations: Option<Vec<MotionSum>>,
+    /// The same under conditions on velocities, in independent velocities and without multipliers; `None` where there are no
+    /// conditions, or the equations are too large.
+    pub independent: Option<Independent>,
     /// Momenta and energies.
     pub energy: Option<Energy>,
     /// Where forces vanish, as far as that can be solved in symbols; `None` under constraints.
@@ -372,12 +377,13 @@ fn derivation(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
             .collect(),
         linear,
         equations: None,
+        independent: None,
         energy: None,
         equilibria: None,
         constraints: Constraints::new(tied.as_ref(), &rolling),
     };
     if parts.equations || parts.energy || parts.equilibria {
-        derivation.nonlinear(model, with_multipliers, &rolling, parts, &mut short);
+        derivation.nonlinear(model, with_multipliers, &rolling, &checker, parts, &mut short);
     }
     constraints::reduce(&mut derivation, &mut short, &checker, parts);
     Ok(derivation)
@@ -457,6 +463,7 @@ impl Derivation {
         model: &Model,
         tied: &Model,
         rolling: &constraints::Rolling,
+        checker: &Checker<'_>,
         parts: &Parts,
         short: &mut Simplifier,
     ) {
@@ -468,10 +475,18 @@ impl Derivation {
         let lagrangian = lagrangian::lagrangian(tied, pool, short);
         let mut drags = lagrangian::drags(model, pool, &variables);
         let idle = drags.iter().all(|(_, drag)| drag.is_zero()) && rolling.idle;
+        if parts.equations && !rolling.names.is_empty() {
+            let at_equilibrium = checker.linearized().is_some();
+            let is_pivot = |pool: &Pool, e: ExprId| match at_equilibrium {
+                true => checker.differs_from_zero(pool, e),
+                false => pool.is_zero(e) == ZeroVerdict::NonZero,
+            };
+            self.independent = independent::independent(pool, short, &variables, model, &drags, &is_pivot);
+        }
         drags.extend(rolling.drags(pool, &variables));
         if parts.equations {
-            let equations = equations::equations(pool, short, &variables, &lagrangian, &drags);
-            self.equations = Some(equations);
+            let coefficients = equations::coefficients(pool, short, &variables, &lagrangian, &drags);
+            self.equations = Some(equations::equations(pool, &variables, coefficients));
         }
         if pool.is_spent() {
             return;

@@ -134,6 +134,15 @@ impl MotionSum {
         self.terms.is_empty()
     }
 
+    /// The coefficient of one motion alone.
+    pub fn coefficient(&self, pool: &mut Pool, motion: Motion) -> ExprId {
+        match self.terms.iter().find(|term| term.motion == [(motion, 1)]) {
+            None => pool.zero(),
+            Some(term) if term.negative => pool.neg(term.coefficient),
+            Some(term) => term.coefficient,
+        }
+    }
+
     /// The sum as one expression, with `value` for what moves.
     pub fn expression(&self, pool: &mut Pool, mut value: impl FnMut(&mut Pool, Motion) -> ExprId) -> ExprId {
         let mut parts = Vec::with_capacity(self.terms.len());

@@ -113,7 +113,8 @@ impl Model {
         let terms = own.kinetic.iter_mut().chain(&mut own.potential).chain(&mut own.forces);
         let mut all: Vec<&mut ExprId> = terms.map(|family| &mut family.body).collect();
         all.extend(own.parameters.iter_mut().map(|parameter| &mut parameter.symbolic));
-        all.extend(own.constraints.iter_mut().map(|constraint| &mut constraint.expression));
+        let conditions = own.constraints.iter_mut().chain(&mut own.rolling);
+        all.extend(conditions.map(|condition| &mut condition.expression));
         let given = [&mut own.guesses, &mut own.guessed_velocities, &mut own.equilibria, &mut own.rates];
         let given = given.into_iter().flat_map(|own| own.given_mut().map(|(_, given)| given)).chain(&mut own.period);
         all.extend(given.map(|Given { symbolic, .. }| symbolic));

@@ -7,7 +7,7 @@
 use super::error::MotionError;
 use crate::flow::solved;
 use crate::mechanics::Mechanics;
-use librate_core::derive::Simplifier;
+use librate_core::derive::{Motion, Simplifier, without_multipliers};
 use librate_core::expr::{ExprId, Pool, Substitution, Symbol, Tape, UnboundSymbol};
 use librate_core::linearize::{derive_with_multipliers, known_values, missing_value};
 use librate_core::model::{Model, SymbolKind};
@@ -23,6 +23,10 @@ const MOST_SHORTENED_FOR_PROOFS: usize = 20_000;
 #[derive(Clone, Debug)]
 pub(super) struct Equations {
     pub(super) coordinates: usize,
+    /// Those that M q'' + h = Jᵀ mu is of, one row and column of M each.
+    pub(super) free: Vec<usize>,
+    /// The others: their velocities are outputs behind gamma, from those of the free ones.
+    pub(super) bound: Vec<usize>,
     pub(super) constraints: usize,
     /// Where the first outputs belong: the entries of M on and above its diagonal that are not 0.
     pub(super) mass: Vec<(usize, usize)>,
@@ -30,8 +34,11 @@ pub(super) struct Equations {
     pub(super) gradients: Vec<(usize, usize)>,
     /// Whether M and J are the same everywhere.
     pub(super) constant: bool,
-    /// M, h, J, gamma, and what absolute values are taken of; in these |x| is s x, and the signs s are inputs behind the velocities.
+    /// M, h, J, gamma, velocities that follow, and what absolute values are taken of; in these |x| is s x, and the signs s are
+    /// inputs behind the velocities.
     pub(super) tape: Tape,
+    /// The velocities that follow.
+    pub(super) speeds: Tape,
     /// What absolute values are taken of, at any place.
     pub(super) kinks: Tape,
     /// c, and c' in the velocities.
@@ -47,11 +54,13 @@ pub(super) struct Written<'a> {
     time: Symbol,
     coordinates: Vec<Symbol>,
     velocities: Vec<Symbol>,
+    free: Vec<usize>,
+    bound: Vec<usize>,
     mass: Vec<(usize, usize)>,
     gradients: Vec<(usize, usize)>,
     constraints: usize,
     constant: bool,
-    /// M, h, J, gamma.
+    /// M, h, J, gamma, velocities that follow.
     outputs: Vec<ExprId>,
     surface: Vec<ExprId>,
     energy: Option<ExprId>,
@@ -110,11 +119,7 @@ impl<'a> Written<'a> {
         let nothing = vec![mechanics.pool.zero(); model.rolling.len()];
         let surface = [constraints, nothing, rates].concat();
         let Mechanics { mut pool, coordinates, velocities, time, lagrangian, .. } = mechanics;
-        let kind = |symbol: Symbol| model.symbols.get(symbol);
-        let constant = [&inertia, &slopes].iter().all(|values| {
-            let mut values = values.iter();
-            values.all(|e| !pool.depends_on(*e, &|symbol| symbol == time || kind(symbol).is_some_and(moves)))
-        });
+        let constant = !moves(model, &pool, time, &[&inertia[..], &slopes].concat());
         let mut outputs: Vec<ExprId> = [inertia, loads, slopes, bends].concat();
         let most = if for_proofs { MOST_SHORTENED_FOR_PROOFS } else { MOST_SHORTENED };
         shorten(&mut pool, &mut outputs, most);
@@ -133,6 +138,8 @@ impl<'a> Written<'a> {
             model,
             pool,
             time,
+            free: (0..coordinates.len()).collect(),
+            bound: Vec::new(),
             coordinates,
             velocities,
             mass,
@@ -142,6 +149,51 @@ impl<'a> Written<'a> {
             outputs,
             surface,
             energy,
+        })
+    }
+
+    /// The equations in independent velocities, where conditions on velocities are solved for the others everywhere.
+    fn independent(model: &'a Model) -> Option<Self> {
+        let (mut pool, found) = without_multipliers(model)?;
+        let coordinates: Vec<Symbol> = model.coordinates.iter().map(|own| own.symbol).collect();
+        let velocities: Vec<Symbol> = model.coordinates.iter().map(|own| own.velocity).collect();
+        let time = model.time().unwrap_or_else(|| pool.fresh_symbol("t"));
+        let zero = pool.zero();
+        let (mut mass, mut inertia) = (Vec::new(), Vec::new());
+        for (i, equation) in found.equations.iter().enumerate() {
+            for (j, own) in found.free.iter().enumerate().skip(i) {
+                let entry = equation.coefficient(&mut pool, Motion::Acceleration(*own));
+                if entry != zero {
+                    mass.push((i, j));
+                    inertia.push(entry);
+                }
+            }
+        }
+        let mut outputs = inertia;
+        let follows = found.follows.iter().map(|(_, speed)| speed);
+        for sum in found.equations.iter().chain(follows) {
+            outputs.push(sum.expression(&mut pool, |pool, motion| match motion {
+                Motion::Velocity(i) => pool.symbol_expr(velocities[i]),
+                _ => pool.zero(),
+            }));
+        }
+        outputs = pool.substitute(&outputs, &known_values(model));
+        shorten(&mut pool, &mut outputs, MOST_SHORTENED);
+        Some(Self {
+            constant: !moves(model, &pool, time, &outputs[..mass.len()]),
+            model,
+            pool,
+            time,
+            coordinates,
+            velocities,
+            free: found.free,
+            bound: found.follows.into_iter().map(|(i, _)| i).collect(),
+            mass,
+            gradients: Vec::new(),
+            constraints: 0,
+            outputs,
+            surface: Vec::new(),
+            energy: None,
         })
     }
 
@@ -211,7 +263,18 @@ impl Equations {
     /// # Errors
     /// Parameters without a value, and models with too many terms.
     pub(super) fn new(model: &Model) -> Result<Self, MotionError> {
-        let mut written = Written::new(model, false)?;
+        Written::new(model, false)?.compiled()
+    }
+
+    /// The same in independent velocities, where conditions on velocities are solved for the others everywhere.
+    pub(super) fn independent(model: &Model) -> Option<Self> {
+        Written::independent(model)?.compiled().ok()
+    }
+}
+
+impl Written<'_> {
+    fn compiled(self) -> Result<Equations, MotionError> {
+        let mut written = self;
         let inputs = written.inputs();
         let moving = inputs.clone();
         let (mut smooth, signs) = written.pool.with_signs(&written.outputs, |symbol| moving.contains(&symbol));
@@ -221,8 +284,10 @@ impl Equations {
         with_signs.extend(signs.iter().map(|(_, sign)| *sign));
         let kinks = absolute_again(&mut written.pool, &kinks, &signs);
         let energy = written.energy.as_slice();
-        Ok(Self {
+        let speeds = &written.outputs[written.outputs.len() - written.bound.len()..];
+        Ok(Equations {
             coordinates: written.coordinates.len(),
+            speeds: written.compile(speeds, &inputs)?,
             constraints: written.constraints,
             tape: written.compile(&smooth, &with_signs)?,
             kinks: written.compile(&kinks, &inputs)?,
@@ -231,6 +296,8 @@ impl Equations {
                 [] => None,
                 energy => Some(written.compile(energy, &inputs)?),
             },
+            free: written.free,
+            bound: written.bound,
             mass: written.mass,
             gradients: written.gradients,
             constant: written.constant,
@@ -267,8 +334,11 @@ fn shorten(pool: &mut Pool, equations: &mut Vec<ExprId>, most: usize) {
     }
 }
 
-fn moves(kind: SymbolKind) -> bool {
-    matches!(kind, SymbolKind::Coordinate(_) | SymbolKind::Velocity(_))
+/// Whether expressions change along a motion.
+fn moves(model: &Model, pool: &Pool, time: Symbol, all: &[ExprId]) -> bool {
+    let moves = |kind| matches!(kind, SymbolKind::Coordinate(_) | SymbolKind::Velocity(_));
+    let mut symbols = pool.symbols_of(all).into_iter();
+    symbols.any(|symbol| symbol == time || model.symbols.get(symbol).is_some_and(moves))
 }
 
 /// The independent constraints, with the values of the parameters.

@@ -141,7 +141,7 @@ impl<S: Real> Stepper<'_, S> {
     /// The same at one place.
     fn left_at(&mut self, buffers: &mut Buffers<S>, t: &S, after: f64) -> Option<f64> {
         let equations = self.equations;
-        let n = equations.coordinates;
+        let (n, m) = (equations.coordinates, equations.free.len());
         let may = MOVED * count(self.order).powi(2) * S::ROUNDING.max(self.tolerance);
         let time = S::exact(after);
         let place = time.div(&S::exact(self.unit));
@@ -158,13 +158,13 @@ impl<S: Real> Stepper<'_, S> {
         buffers.out.resize(self.values.outputs(), S::exact(0.0));
         self.values.evaluate_into(&buffers.inputs, &mut self.scratch, &mut buffers.out);
         let (mass, rest) = buffers.out.split_at(equations.mass.len());
-        let (load, rest) = rest.split_at(n);
+        let (load, rest) = rest.split_at(m);
         buffers.sums.clear();
         buffers.sums.extend_from_slice(load);
         buffers.sizes.clear();
         buffers.sizes.extend(load.iter().map(|x| x.middle().abs()));
         buffers.inertia.clear();
-        buffers.inertia.resize(n, 0.0);
+        buffers.inertia.resize(m, 0.0);
         let (sums, sizes, forces) = (&mut buffers.sums, &mut buffers.sizes, &buffers.forces);
         let mut put = |row: usize, part: S| {
             sums[row] = sums[row].add(&part);
@@ -180,17 +180,18 @@ impl<S: Real> Stepper<'_, S> {
             }
         }
         for ((row, i), entry) in equations.gradients.iter().zip(rest) {
-            put(*i, entry.mul(&forces[n + *row]).neg());
+            put(*i, entry.mul(&forces[m + *row]).neg());
         }
         // A coordinate at rest has nothing but what is rounded of others.
-        let way = (0..n).fold(0.0_f64, |most, i| {
-            let own = self.positions[i][0].middle().abs();
+        let way = equations.free.iter().zip(&buffers.inertia).fold(0.0_f64, |most, (i, inertia)| {
+            let own = self.positions[*i][0].middle().abs();
             let own = own.max(buffers.inputs[1 + i].middle().abs());
             let own = own.max(buffers.inputs[1 + n + i].middle().abs() * after);
-            most.max(own * buffers.inertia[i].sqrt())
+            most.max(own * inertia.sqrt())
         });
         let mut worst: Option<f64> = None;
-        for i in 0..n {
+        let mut counted = |left: f64, size: f64| worst = Some(worst.unwrap_or(0.0).max(left / size));
+        for i in 0..m {
             let left = buffers.sums[i].middle().abs();
             if !left.is_finite() {
                 return Some(f64::INFINITY);
@@ -199,7 +200,18 @@ impl<S: Real> Stepper<'_, S> {
             let root = buffers.inertia[i].sqrt();
             let counts = moved > (may * way).max(NOTHING * root) * root;
             if counts && left > LEFT * S::ROUNDING * buffers.sizes[i] {
-                worst = Some(worst.unwrap_or(0.0).max(left / buffers.sizes[i]));
+                counted(left, buffers.sizes[i]);
+            }
+        }
+        // The polynomials of velocities that follow have a term less.
+        let speeds = rest.iter().skip(equations.gradients.len() + equations.constraints);
+        for (i, speed) in equations.bound.iter().zip(speeds) {
+            let own = &buffers.inputs[1 + n + i];
+            let left = own.sub(speed).middle().abs();
+            let size = own.middle().abs().max(speed.middle().abs());
+            let way = self.positions[*i][0].middle().abs().max(buffers.inputs[1 + i].middle().abs()).max(size * after);
+            if left * after > (may * way).max(NOTHING) && left > LEFT * S::ROUNDING * size {
+                counted(left, size);
             }
         }
         worst

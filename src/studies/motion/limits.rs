@@ -89,7 +89,10 @@ impl System {
         };
         let mut inputs = vec![around(t, 1.0)];
         inputs.extend(q.iter().zip(v).map(|(x, rate)| around(x, rate.middle())));
-        let rates = stepper.accelerations.iter().map(|row| row[0].middle());
+        let mut rates = vec![0.0; v.len()];
+        for (i, row) in stepper.equations.free.iter().zip(&stepper.accelerations) {
+            rates[*i] = row[0].middle();
+        }
         inputs.extend(v.iter().zip(rates).map(|(x, rate)| around(x, rate)));
         let signs = stepper.signs.iter().map(|sign| Big::from_f64(*sign, BITS));
         inputs.extend(signs);

@@ -149,6 +149,8 @@ pub struct Trajectory {
 pub struct System {
     budget: Budget,
     equations: Equations,
+    /// In independent velocities, where there are such: steps are made with these.
+    independent: Option<Box<Equations>>,
     names: Vec<String>,
 }
 
@@ -191,9 +193,10 @@ impl System {
         let budget = model.pool.budget();
         budget.at("the equations of motion", None);
         let equations = Equations::new(model);
+        let independent = Equations::independent(model).map(Box::new);
         budget.check().map_err(LinearizeError::from)?;
         budget.at("the motion", None);
-        Ok(Self { budget: budget.clone(), equations: equations?, names: names.collect() })
+        Ok(Self { budget: budget.clone(), equations: equations?, independent, names: names.collect() })
     }
 
     /// The motion with its digits: each value with an estimate of its error. Time goes in proportion to the number of steps and to the
@@ -341,7 +344,8 @@ impl System {
         displaced: f64,
         each: &mut dyn FnMut(usize, Vec<S>) -> bool,
     ) -> Result<usize, MotionError> {
-        let mut stepper = Stepper::<S>::new(&self.equations, order, tolerance);
+        let equations = self.independent.as_deref().unwrap_or(&self.equations);
+        let mut stepper = Stepper::<S>::new(equations, order, tolerance);
         let moved = |(at, value): (usize, &Ball)| {
             let by = if at % 2 == 0 { displaced } else { -displaced };
             let value = S::from_ball(value);
@@ -372,7 +376,7 @@ impl System {
                 if after.middle() > length {
                     break;
                 }
-                let (mut row, speed) = stepper.at(&after);
+                let (mut row, speed) = stepper.at(&t, &after);
                 row.extend(speed);
                 if !row.iter().all(S::is_finite) {
                     return Err(self.ended(&stepper, Trouble::NotFinite, &t, (&q, &v), length));
@@ -395,10 +399,10 @@ impl System {
             }
             // Steps that do not move the time end in a singularity, unless several kinks meet.
             resting = if next.sub(&t).middle() <= 1e-15 * t.middle() { resting + 1 } else { 0 };
-            if resting > self.equations.kinks.outputs() {
+            if resting > equations.kinks.outputs() {
                 return Err(self.ended(&stepper, Trouble::NoStep, &t, (&q, &v), length));
             }
-            (q, v) = stepper.at(&next.sub(&t));
+            (q, v) = stepper.at(&t, &next.sub(&t));
             t = next;
             steps += 1;
         }

@@ -76,6 +76,7 @@ pub(super) struct Stepper<'a, S: Real> {
     series: Series<S>,
     pub(super) values: Prepared<S>,
     surface: Prepared<S>,
+    speeds: Prepared<S>,
     pub(super) scratch: Vec<S>,
     /// The coefficients of each coordinate, velocity, acceleration, multiplier and entry of M and J, in rows.
     pub(super) positions: Vec<Vec<S>>,
@@ -116,7 +117,7 @@ const MOST_CORRECTIONS: usize = 8;
 impl<'a, S: Real> Stepper<'a, S> {
     pub(super) fn new(equations: &'a Equations, order: usize, tolerance: f64) -> Self {
         let zero = S::exact(0.0);
-        let (n, c) = (equations.coordinates, equations.constraints);
+        let (n, m, c) = (equations.coordinates, equations.free.len(), equations.constraints);
         let rows = |count: usize| vec![vec![zero; order + 1]; count];
         let values = equations.tape.prepare::<S>(());
         Self {
@@ -128,10 +129,11 @@ impl<'a, S: Real> Stepper<'a, S> {
             series: values.series(),
             values,
             surface: equations.surface.prepare::<S>(()),
+            speeds: equations.speeds.prepare::<S>(()),
             scratch: Vec::new(),
             positions: rows(n),
             velocities: rows(n),
-            accelerations: rows(n),
+            accelerations: rows(m),
             multipliers: rows(c),
             mass: rows(equations.mass.len()),
             gradients: rows(equations.gradients.len()),
@@ -139,7 +141,7 @@ impl<'a, S: Real> Stepper<'a, S> {
             signs: Vec::new(),
             fresh: None,
             inputs: vec![zero; 1 + 2 * n + equations.kinks.outputs()],
-            right: vec![zero; n + c],
+            right: vec![zero; m + c],
             matrix: None,
             unit: 1.0,
             next_unit: 0.0,
@@ -282,8 +284,8 @@ impl<'a, S: Real> Stepper<'a, S> {
         for k in 0..order {
             self.advance(k, t)?;
             let share = unit.div(&S::exact(count(k + 1)));
-            for (row, a) in self.velocities.iter_mut().zip(&self.accelerations) {
-                row[k + 1] = a[k].mul(&share);
+            for (i, a) in self.equations.free.iter().zip(&self.accelerations) {
+                self.velocities[*i][k + 1] = a[k].mul(&share);
             }
             for (row, v) in self.positions.iter_mut().zip(&self.velocities) {
                 row[k + 1] = v[k].mul(&share);
@@ -311,9 +313,9 @@ impl<'a, S: Real> Stepper<'a, S> {
         if rate > 0.0 { rate } else { 1.0 }
     }
 
-    /// q''_k and mu_k.
+    /// q''_k and mu_k, and the velocities that follow.
     fn advance(&mut self, k: usize, t: &S) -> Result<(), Trouble> {
-        let n = self.equations.coordinates;
+        let (n, m) = (self.equations.coordinates, self.equations.free.len());
         self.inputs[0] = match k {
             0 => *t,
             1 => S::exact(self.unit),
@@ -329,9 +331,13 @@ impl<'a, S: Real> Stepper<'a, S> {
         }
         let out = self.series.next(&self.inputs);
         let (mass, rest) = out.split_at(self.equations.mass.len());
-        let (load, rest) = rest.split_at(n);
-        let (gradients, bend) = rest.split_at(self.equations.gradients.len());
-        let (bend, kinks) = bend.split_at(self.equations.constraints);
+        let (load, rest) = rest.split_at(m);
+        let (gradients, rest) = rest.split_at(self.equations.gradients.len());
+        let (bend, rest) = rest.split_at(self.equations.constraints);
+        let (speeds, kinks) = rest.split_at(self.equations.bound.len());
+        for (i, speed) in self.equations.bound.iter().zip(speeds) {
+            self.velocities[*i][k] = *speed;
+        }
         for (rows, values) in [(&mut self.mass, mass), (&mut self.gradients, gradients), (&mut self.kinks, kinks)] {
             for (row, value) in rows.iter_mut().zip(values) {
                 row[k] = *value;
@@ -360,7 +366,7 @@ impl<'a, S: Real> Stepper<'a, S> {
     /// Takes what is known of the k-th coefficients of M q'' and Jᵀ mu, J q'' to the right: that is all of them but M_0 q''_k
     /// and its like.
     fn move_lower_orders(&mut self, k: usize) {
-        let n = self.equations.coordinates;
+        let n = self.equations.free.len();
         let Self { equations, series, right, accelerations, multipliers, .. } = self;
         // Σ_(j=1..k) e_j x_(k-j), for an entry that is constant beyond its order 0 in `live`.
         let known = |entry: &[S], live: usize, x: &[S]| {
@@ -396,7 +402,7 @@ impl<'a, S: Real> Stepper<'a, S> {
 
     /// M with -Jᵀ and J beside it, at order 0.
     fn factored(&self) -> Result<Factored<S>, Trouble> {
-        let (n, c) = (self.equations.coordinates, self.equations.constraints);
+        let (n, c) = (self.equations.free.len(), self.equations.constraints);
         let diagonal = c == 0 && self.equations.mass.iter().all(|(i, j)| i == j);
         if diagonal {
             let mut entries = vec![S::exact(0.0); n];
@@ -460,11 +466,19 @@ impl<'a, S: Real> Stepper<'a, S> {
         Err(Trouble::NoStep)
     }
 
-    /// Coordinates and velocities at a time after that of the expansion.
-    pub(super) fn at(&self, after: &S) -> (Vec<S>, Vec<S>) {
-        let after = after.div(&S::exact(self.unit));
-        let values = |rows: &[Vec<S>]| rows.iter().map(|row| horner(row, &after)).collect();
-        (values(&self.positions), values(&self.velocities))
+    /// Coordinates and velocities at a time after that of the expansion. Velocities that follow do so there, too.
+    pub(super) fn at(&mut self, t: &S, after: &S) -> (Vec<S>, Vec<S>) {
+        let place = after.div(&S::exact(self.unit));
+        let values = |rows: &[Vec<S>]| rows.iter().map(|row| horner(row, &place)).collect::<Vec<S>>();
+        let (positions, mut velocities) = (values(&self.positions), values(&self.velocities));
+        if !self.equations.bound.is_empty() {
+            let inputs = [vec![t.add(after)], positions.clone(), velocities.clone()].concat();
+            let speeds = self.speeds.evaluate(&inputs, &mut self.scratch);
+            for (i, speed) in self.equations.bound.iter().zip(speeds) {
+                velocities[*i] = speed;
+            }
+        }
+        (positions, velocities)
     }
 }
 

@@ -80,6 +80,11 @@ impl BruteForce {
         }
     }
 
+    /// The symbol of an acceleration.
+    pub(crate) fn acceleration(&self, pool: &Pool, i: usize) -> Symbol {
+        pool.as_symbol(self.accelerations[i]).unwrap()
+    }
+
     /// The total time derivative.
     pub(crate) fn rate(&self, pool: &mut Pool, e: ExprId) -> ExprId {
         let mut seeds = Seeds::default();

@@ -1,0 +1,270 @@
+//! Equations under conditions on velocities, without their multipliers: Rᵀ(M q'' + h) = 0 with q' = R u + r.
+//!
+//! The conditions are solved for as many velocities as there are of them; u are the others. Constraint forces Aᵀμ do no
+//! work on what is allowed, RᵀAᵀ = 0, and drop out (Neimark and Fufaev, Dynamics of Nonholonomic Systems, chapter 3: Chaplygin's and
+//! Voronets's equations, written out). All of it is done coefficient by coefficient, so that each comes in its shortest form.
+
+use std::collections::BTreeMap;
+
+use super::check::Checker;
+use super::constraints::solved_for;
+use super::equations::{self, Factors};
+use super::lagrangian::{self, Variables};
+use super::motion::{Motion, MotionSum};
+use super::simplify::Simplifier;
+use crate::expr::{ExprId, Node, Pool, Substitution};
+use crate::model::Model;
+use crate::number::Number;
+
+/// Larger equations are not reduced.
+const MOST_PARTS: usize = 3000;
+/// Divisors are tried to this power: that of slopes, twice in M, and once more in their rates.
+const MOST_POWER: i64 = 3;
+
+/// Equations of motion in as many velocities as are independent.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Independent {
+    /// The coordinates whose velocities these are, by number.
+    pub free: Vec<usize>,
+    /// The other coordinates, by number, with their velocities in terms of those.
+    pub follows: Vec<(usize, MotionSum)>,
+    /// The left sides of the equations, one for each of `free`.
+    pub equations: Vec<MotionSum>,
+}
+
+/// What moves, by its factors: a polynomial in velocities and accelerations.
+type Polynomial = BTreeMap<Factors, Vec<ExprId>>;
+
+/// The polynomial of one motion.
+fn alone(motion: Motion, coefficient: ExprId) -> Polynomial {
+    BTreeMap::from([(vec![(motion, 1)], vec![coefficient])])
+}
+
+fn product(pool: &mut Pool, left: &Polynomial, right: &Polynomial) -> Polynomial {
+    let mut all = Polynomial::new();
+    for (own, a) in left {
+        let a = pool.sum(a);
+        for (other, b) in right {
+            let mut powers: BTreeMap<Motion, u32> = own.iter().copied().collect();
+            for (motion, power) in other {
+                *powers.entry(*motion).or_default() += power;
+            }
+            let b = pool.sum(b);
+            let value = pool.mul(a, b);
+            all.entry(powers.into_iter().collect()).or_default().push(value);
+        }
+    }
+    all
+}
+
+/// Velocities and accelerations of all coordinates in terms of those of the free ones.
+struct Motions {
+    velocities: Vec<Polynomial>,
+    accelerations: Vec<Polynomial>,
+    /// The velocities of the bound coordinates as expressions.
+    speeds: Substitution,
+}
+
+impl Motions {
+    /// From the rows of the bound coordinates: slopes by the velocities of all, then what is without velocities, all on the left side.
+    fn new(pool: &mut Pool, variables: &Variables, free: &[usize], solved: &[(usize, Vec<ExprId>)]) -> Self {
+        let n = variables.coordinates.len();
+        let one = pool.one();
+        let mut velocities: Vec<Polynomial> = (0..n).map(|i| alone(Motion::Velocity(i), one)).collect();
+        let mut accelerations: Vec<Polynomial> = (0..n).map(|i| alone(Motion::Acceleration(i), one)).collect();
+        let mut speeds = Substitution::default();
+        for (bound, row) in solved {
+            let mut speed = Polynomial::new();
+            let mut parts = Vec::new();
+            for i in free {
+                if !row[*i].is_zero() {
+                    speed.insert(vec![(Motion::Velocity(*i), 1)], vec![row[*i]]);
+                    let velocity = pool.symbol_expr(variables.velocities[*i]);
+                    parts.push(pool.mul(row[*i], velocity));
+                }
+            }
+            if !row[n].is_zero() {
+                speed.insert(Factors::new(), vec![row[n]]);
+                parts.push(row[n]);
+            }
+            speeds.insert(variables.velocities[*bound], pool.sum(&parts));
+            velocities[*bound] = speed;
+        }
+        for (bound, _) in solved {
+            let mut all = Polynomial::new();
+            for (motion, parts) in velocities[*bound].clone() {
+                let value = pool.sum(&parts);
+                let own = BTreeMap::from([(motion.clone(), vec![pool.one()])]);
+                let mut rate: Polynomial = BTreeMap::from([(Factors::new(), vec![variables.by_time(pool, value)])]);
+                for (j, slope) in variables.slopes(pool, value) {
+                    let slope = BTreeMap::from([(Factors::new(), vec![slope])]);
+                    for (motion, parts) in product(pool, &slope, &velocities[j]) {
+                        rate.entry(motion).or_default().extend(parts);
+                    }
+                }
+                for (motion, parts) in product(pool, &own, &rate) {
+                    all.entry(motion).or_default().extend(parts);
+                }
+                if let Some((Motion::Velocity(i), _)) = motion.first() {
+                    all.entry(vec![(Motion::Acceleration(*i), 1)]).or_default().push(value);
+                }
+            }
+            accelerations[*bound] = all;
+        }
+        Self { velocities, accelerations, speeds }
+    }
+
+    fn of(&self, motion: Motion) -> Option<&Polynomial> {
+        match motion {
+            Motion::Velocity(i) => self.velocities.get(i),
+            Motion::Acceleration(i) => self.accelerations.get(i),
+            Motion::Momentum(_) | Motion::Displacement(_) | Motion::NormalVelocity(_) | Motion::Normal(_) => None,
+        }
+    }
+
+    /// A coefficient times what moves.
+    fn term(&self, pool: &mut Pool, coefficient: ExprId, factors: &Factors) -> Option<Polynomial> {
+        let coefficient = pool.substitute_one(coefficient, &self.speeds);
+        let mut all: Polynomial = BTreeMap::from([(Factors::new(), vec![coefficient])]);
+        for (motion, power) in factors {
+            for _ in 0..*power {
+                all = product(pool, &all, self.of(*motion)?);
+            }
+        }
+        Some(all)
+    }
+}
+
+/// The equations without multipliers; `drags` are without forces of conditions. `None` where the conditions are not shown to
+/// be independent, and for equations too large to read.
+pub(super) fn independent(
+    pool: &mut Pool,
+    short: &mut Simplifier,
+    variables: &Variables,
+    model: &Model,
+    drags: &[(usize, ExprId)],
+    is_pivot: &dyn Fn(&Pool, ExprId) -> bool,
+) -> Option<Independent> {
+    let n = variables.coordinates.len();
+    let lagrangian = lagrangian::lagrangian(model, pool, short);
+    let coefficients = equations::coefficients(pool, short, variables, &lagrangian, drags);
+    let at_rest = variables.at_rest(pool);
+    let mut rows = Vec::new();
+    let conditions: Vec<ExprId> = model.rolling.iter().map(|own| own.expression).collect();
+    let constraints: Vec<ExprId> = model.constraints.iter().map(|own| own.expression).collect();
+    let all: Vec<ExprId> = coefficients.values().chain(&conditions).chain(&constraints).copied().collect();
+    if pool.reachable(&all).len() > MOST_PARTS {
+        return None;
+    }
+    let mut slopes: Vec<(Vec<(usize, ExprId)>, ExprId)> = Vec::new();
+    for own in constraints {
+        slopes.push((variables.slopes(pool, own), variables.by_time(pool, own)));
+    }
+    for own in conditions {
+        slopes.push((variables.velocity_slopes(pool, own), pool.substitute_one(own, &at_rest)));
+    }
+    for (slopes, rest) in slopes {
+        let mut row = vec![pool.zero(); n + 1];
+        for (i, slope) in slopes {
+            row[i] = short.simplify(pool, slope);
+        }
+        row[n] = short.simplify(pool, rest);
+        rows.push(row);
+    }
+    // Rather those that follow which nothing depends on.
+    let used = pool.symbols_of(&all);
+    let cyclic = |i: &usize| used.binary_search(&variables.coordinates[*i]).is_err();
+    let (mut candidates, others): (Vec<usize>, Vec<usize>) = (0..n).partition(cyclic);
+    candidates.extend(others.iter().rev());
+    let (bound, rows) = solved_for(pool, &rows, &candidates, is_pivot)?;
+    let free: Vec<usize> = (0..n).filter(|i| !bound.contains(i)).collect();
+    let mut solved = Vec::with_capacity(bound.len());
+    for (i, row) in bound.iter().zip(rows) {
+        let mut own = Vec::with_capacity(n + 1);
+        for entry in row {
+            let entry = pool.neg(entry);
+            own.push(short.simplify(pool, entry));
+        }
+        solved.push((*i, own));
+    }
+    let divisors = divisors(pool, &solved.iter().flat_map(|(_, row)| row).copied().collect::<Vec<_>>());
+    let motions = Motions::new(pool, variables, &free, &solved);
+    let mut equations = Vec::with_capacity(free.len());
+    for own in &free {
+        let mut parts = Polynomial::new();
+        let weights = solved.iter().map(|(bound, row)| (*bound, row[*own]));
+        let one = (*own, pool.one());
+        for (i, weight) in std::iter::once(one).chain(weights).filter(|(_, weight)| !weight.is_zero()) {
+            for ((_, factors), coefficient) in coefficients.range((i, Factors::new())..(i + 1, Factors::new())) {
+                let coefficient = pool.mul(weight, *coefficient);
+                for (motion, own) in motions.term(pool, coefficient, factors)? {
+                    parts.entry(motion).or_default().extend(own);
+                }
+            }
+        }
+        let mut equation = MotionSum::of_parts(pool, short, parts);
+        for term in &mut equation.terms {
+            term.coefficient = over_divisors(pool, short, &divisors, term.coefficient);
+        }
+        equations.push(equation);
+    }
+    let mut follows = Vec::with_capacity(bound.len());
+    for i in bound {
+        follows.push((i, MotionSum::of_parts(pool, short, motions.velocities[i].clone())));
+    }
+    follows.sort_by_key(|(i, _)| *i);
+    Some(Independent { free, follows, equations })
+}
+
+/// What some expressions are divided by.
+fn divisors(pool: &Pool, all: &[ExprId]) -> Vec<ExprId> {
+    let mut found = Vec::new();
+    for e in pool.reachable(all) {
+        if let Node::Product(factors) = pool.node(e) {
+            let below = factors.iter().filter(|(base, exponent)| exponent.is_negative() && !pool.is_constant(*base));
+            found.extend(below.map(|(base, _)| *base));
+        }
+    }
+    found.sort_unstable();
+    found.dedup();
+    found
+}
+
+/// An expression over a power of one of the divisors, where that is shorter: 1 + tan² as 1/cos².
+fn over_divisors(pool: &mut Pool, short: &mut Simplifier, divisors: &[ExprId], e: ExprId) -> ExprId {
+    let mut best = e;
+    for divisor in divisors {
+        let mut above = e;
+        for power in 1..=MOST_POWER {
+            above = pool.mul(above, *divisor);
+            let whole = short.simplify(pool, above);
+            let own = pool.product_of_powers(&[(whole, Number::ONE), (*divisor, Number::from(-power))]);
+            if short.weight(pool, own) < short.weight(pool, best) {
+                best = own;
+            }
+        }
+    }
+    best
+}
+
+/// The equations in independent velocities of a model whose conditions are solved by dividing through nothing that moves, so that
+/// they hold everywhere; with the pool that they are in.
+#[must_use]
+pub fn without_multipliers(model: &Model) -> Option<(Pool, Independent)> {
+    if model.rolling.is_empty() || !model.constraints.is_empty() {
+        return None;
+    }
+    let model = model.assumed();
+    let mut pool = model.pool.clone();
+    let mut short = Simplifier::default();
+    let variables = Variables::new(&model);
+    let drags = lagrangian::drags(&model, &mut pool, &variables);
+    let checker = Checker::new(&model);
+    let still = |pool: &Pool, e: ExprId| {
+        let moves = |symbol| variables.coordinate(symbol).is_some() || variables.time == Some(symbol);
+        !pool.depends_on(e, &moves) && checker.differs_from_zero(pool, e)
+    };
+    let found = independent(&mut pool, &mut short, &variables, &model, &drags, &still)?;
+    Some((pool, found))
+}
