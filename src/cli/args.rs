@@ -517,13 +517,19 @@ pub(crate) struct Inertia {
 }
 
 #[derive(Debug, Args)]
-#[group(id = "beginning", args = ["start", "mode"], required = true, multiple = false)]
+#[group(id = "beginning", args = ["start", "start_table", "mode"], required = true, multiple = false)]
 pub(crate) struct Motion {
     #[command(flatten)]
     pub(crate) model: ModelArgs,
     /// Initial values: `phi[1]=0.1, phi[1]'=0`; coordinates left out rest at the equilibrium
     #[arg(long, value_name = "VALUES", allow_hyphen_values = true)]
     pub(crate) start: Option<String>,
+    /// A start for each row of a table, with columns named as coordinates and velocities; a column `start` in the results
+    #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["linear", "svg", "json"])]
+    pub(crate) start_table: Option<PathBuf>,
+    /// With --start-table: threads, by default as many as there are cores
+    #[arg(long, value_name = "COUNT", value_parser = positive, requires = "start_table")]
+    pub(crate) threads: Option<usize>,
     /// Start with a mode, by its number in `modes`
     #[arg(long, value_name = "NUMBER", value_parser = positive, requires = "amplitude")]
     pub(crate) mode: Option<usize>,
@@ -531,11 +537,14 @@ pub(crate) struct Motion {
     #[arg(long, value_name = "A", allow_hyphen_values = true, requires = "mode", conflicts_with = "start")]
     pub(crate) amplitude: Option<String>,
     /// The time at which the table ends
-    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
-    pub(crate) until: String,
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, required_unless_present = "at")]
+    pub(crate) until: Option<String>,
     /// The number of rows, from t = 0 to the end
     #[arg(long, value_name = "N", default_value = "101", value_parser = positive)]
     pub(crate) samples: usize,
+    /// A row for each time in the column `t` of a table, in its order
+    #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["until", "samples", "linear", "svg"])]
+    pub(crate) at: Option<PathBuf>,
     /// Significant digits of the table, up to 30
     #[arg(long, value_name = "D", default_value = "10", value_parser = few_digits, conflicts_with = "tolerance")]
     pub(crate) digits: usize,

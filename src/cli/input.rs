@@ -73,6 +73,11 @@ pub(crate) fn points_text(file: &Path, bytes: Vec<u8>) -> Result<Source, Failure
     }
 }
 
+/// Reads a table of numbers, or standard input for `-`.
+pub(crate) fn read_table(file: &Path) -> Result<Source, Failure> {
+    points_text(file, read_bytes(file)?)
+}
+
 /// Reads a file of any kind, or standard input for `-`.
 pub(crate) fn read_bytes(file: &Path) -> Result<Vec<u8>, Failure> {
     let bytes = read(file, MOST_MESH_BYTES).and_then(|bytes| within(bytes, MOST_MESH_BYTES));

@@ -3,6 +3,7 @@
 use std::io::{self, Write};
 
 use anstream::AutoStream;
+use librate::diagnostic::Diagnostic;
 use librate::linearize::{self, LinearizeError, Linearized};
 use librate::model::{Constant, Model, ModelError};
 use librate::motion::{self, Enclosed, MotionError, Start, System, Times, Trajectory};
@@ -11,8 +12,10 @@ use librate::report::{self, MotionCsv, MotionJson};
 use librate::{Error, modes, oscillation};
 
 use super::args::{self, MessageFormat};
+use super::input::{self, Source};
 use super::output::{self, write_file};
 use super::progress::Progress;
+use super::threads::in_order;
 use super::{Answer, Failure, Loaded, Size, failed, fault, load_values, wrong_request};
 
 /// A number on the command line.
@@ -28,13 +31,20 @@ fn constant(text: &str) -> Result<Constant, Failure> {
 }
 
 pub(super) fn text(args: &args::Motion, format: MessageFormat) -> Result<Answer, Failure> {
-    let until = constant(&args.until)?;
+    // Either an end or a table of times is there.
+    let until = constant(args.until.as_deref().unwrap_or("0"))?;
+    let [at, starts] = [&args.at, &args.start_table].map(|file| file.as_deref().map(input::read_table).transpose());
+    let (at, starts) = (at?, starts?);
     let amplitude = args.amplitude.as_deref().map(constant).transpose()?;
     let Loaded { mut source, model, warnings } = load_values(&args.model, Size::Dense)?;
+    source.taken.extend([&at, &starts].into_iter().flatten().flat_map(|table| table.taken.clone()));
     let progress = Progress::start("integrating the motion");
     let computed = || -> Result<_, Error> {
         let system = System::new(&model)?;
-        let times = Times::new(&until, args.samples)?;
+        let times = match &at {
+            Some(table) => Times::table(&table.text)?,
+            None => Times::new(&until, args.samples)?,
+        };
         let at_once = times.at_once(2 * model.coordinates.len() + 1);
         // A motion needs no equilibrium, unless it starts there.
         let linearized = match linearize::linearize(model.clone()) {
@@ -50,6 +60,11 @@ pub(super) fn text(args: &args::Motion, format: MessageFormat) -> Result<Answer,
         if let Some(linearized) = &linearized {
             linearized.check_inertia()?;
         }
+        if let Some(table) = &starts {
+            let starts = Start::table(&table.text, &model, linearized.as_ref(), &system)?;
+            let method = method(args, &model, system)?;
+            return Ok(Computed::Ensemble(Box::new(Ensemble { model, method, starts, times })));
+        }
         let start = match (args.mode, &amplitude, &linearized) {
             (Some(mode), Some(amplitude), Some(linearized)) => {
                 let normal = oscillation::normal_modes(linearized, &modes::Options::default())?;
@@ -60,12 +75,9 @@ pub(super) fn text(args: &args::Motion, format: MessageFormat) -> Result<Answer,
                 Start::parse(start, &model, linearized.as_ref(), &system)?
             }
         };
-        let method = match args.tolerance {
-            None if args.proved => Method::Proved(Enclosed::new(&model)?),
-            tolerance => Method::Followed(system, tolerance),
-        };
+        let method = method(args, &model, system)?;
         let known = method.motion(&start, &at_once, args.digits)?;
-        Ok(Motion {
+        Ok(Computed::Motion(Box::new(Motion {
             linearized: linearized.filter(|_| args.linear),
             digits: args.digits,
             method,
@@ -73,11 +85,12 @@ pub(super) fn text(args: &args::Motion, format: MessageFormat) -> Result<Answer,
             times,
             known,
             model,
-        })
+        })))
     }();
     drop(progress);
     let motion = match computed {
-        Ok(computed) => computed,
+        Ok(Computed::Motion(motion)) => motion,
+        Ok(Computed::Ensemble(ensemble)) => return ensemble.answer(args, source, warnings, format),
         Err(error) => return Err(failed(source, warnings, error)),
     };
     let (model, known) = (&motion.model, &motion.known);
@@ -108,6 +121,86 @@ pub(super) fn text(args: &args::Motion, format: MessageFormat) -> Result<Answer,
         report::motion_csv(model, known, linear(&motion.times).as_deref(), args.digits)
     };
     Ok(Answer::new(text, remarks))
+}
+
+/// What is asked for.
+enum Computed {
+    Motion(Box<Motion>),
+    Ensemble(Box<Ensemble>),
+}
+
+fn method(args: &args::Motion, model: &Model, system: System) -> Result<Method, MotionError> {
+    Ok(match args.tolerance {
+        None if args.proved => Method::Proved(Enclosed::new(model)?),
+        tolerance => Method::Followed(system, tolerance),
+    })
+}
+
+/// Motions from several starts.
+struct Ensemble {
+    model: Model,
+    method: Method,
+    starts: Vec<Result<Start, MotionError>>,
+    times: Times,
+}
+
+impl Ensemble {
+    /// The motions in the order of the starts, on all cores; what is wrong with one is told, and its rows are missing.
+    fn answer(
+        self,
+        args: &args::Motion,
+        source: Source,
+        mut remarks: Vec<Diagnostic>,
+        format: MessageFormat,
+    ) -> Result<Answer, Failure> {
+        let Self { model, method, starts, times } = &self;
+        if format == MessageFormat::Text {
+            let moved = starts.iter().map(|start| report::start_remark(model, start.as_ref().ok()?));
+            let moved: Vec<(usize, String)> =
+                (1..).zip(moved).filter_map(|(number, own)| Some((number, own?))).collect();
+            if let Some((number, first)) = moved.first() {
+                let others =
+                    if moved.len() > 1 { format!("; so were {} others", moved.len() - 1) } else { String::new() };
+                let _ = writeln!(AutoStream::auto(io::stderr()), "start {number}: {first}{others}");
+            }
+        }
+        let work = || {
+            |at: usize| {
+                let start = starts[at].as_ref().map_err(Clone::clone)?;
+                method.motion(start, times, args.digits)
+            }
+        };
+        let (mut number, mut known) = (0, 0);
+        output::write_rest(|out| {
+            let estimated = args.tolerance.is_none();
+            let mut table = MotionCsv::of_starts(out, model, estimated, args.digits).map_err(output::failed)?;
+            in_order(args.threads, starts.len(), "integrating the motions", work, |motion: Result<Trajectory, _>| {
+                number += 1;
+                if !args.model.guard.go_on() {
+                    return Err(Failure::Model(source.clone(), Vec::new()));
+                }
+                let motion = match motion {
+                    Ok(motion) => motion,
+                    Err(error) => {
+                        remarks.extend(Error::from(error).diagnostics().into_iter().map(|mut told| {
+                            told.message = format!("start {number}: {}", told.message);
+                            told
+                        }));
+                        return Ok(());
+                    }
+                };
+                known += 1;
+                table.start(number);
+                let mut rows = motion.times.iter().zip(&motion.rows);
+                rows.try_for_each(|(time, row)| table.row(time, row, &[])).map_err(output::failed)
+            })?;
+            table.finish().map(drop).map_err(output::failed)
+        })?;
+        if known == 0 {
+            return Err(Failure::Model(source, remarks));
+        }
+        Ok(Answer::new(String::new(), Some((source, remarks))))
+    }
 }
 
 /// How a motion is computed.

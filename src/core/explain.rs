@@ -178,6 +178,7 @@ const PAGES: &[(&str, &str)] = &[
     ("E0612", include_str!("../../docs/errors/E0612.md")),
     ("E0613", include_str!("../../docs/errors/E0613.md")),
     ("E0614", include_str!("../../docs/errors/E0614.md")),
+    ("E0615", include_str!("../../docs/errors/E0615.md")),
     ("E0701", include_str!("../../docs/errors/E0701.md")),
     ("E0702", include_str!("../../docs/errors/E0702.md")),
     ("E0703", include_str!("../../docs/errors/E0703.md")),

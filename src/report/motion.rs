@@ -39,6 +39,8 @@ pub struct MotionCsv<W: Write> {
     table: csv::Writer<W>,
     estimated: bool,
     digits: usize,
+    /// The number of the start, where there are several.
+    start: Option<usize>,
 }
 
 impl<W: Write> MotionCsv<W> {
@@ -47,14 +49,39 @@ impl<W: Write> MotionCsv<W> {
     /// # Errors
     /// Those of the writer, here and below.
     pub fn new(out: W, model: &Model, known: &Trajectory, superposition: bool, digits: usize) -> io::Result<Self> {
-        let mut header = vec!["t".to_owned()];
+        Self::headed(out, model, None, known.estimated, superposition, digits)
+    }
+
+    /// Begins a table of motions from several starts: [`MotionCsv::start`] begins each, and a column `start` has its number.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn of_starts(out: W, model: &Model, estimated: bool, digits: usize) -> io::Result<Self> {
+        Self::headed(out, model, Some(0), estimated, false, digits)
+    }
+
+    /// Begins with the motion from the start of this number.
+    pub fn start(&mut self, number: usize) {
+        self.start = Some(number);
+    }
+
+    fn headed(
+        out: W,
+        model: &Model,
+        start: Option<usize>,
+        estimated: bool,
+        superposition: bool,
+        digits: usize,
+    ) -> io::Result<Self> {
+        let mut header: Vec<String> = start.iter().map(|_| "start".to_owned()).collect();
+        header.push("t".to_owned());
         header.extend(columns(model));
         if superposition {
             header.extend(columns(model).map(|name| format!("linear {name}")));
         }
         let mut table = csv::Writer::from_writer(out);
         table.write_record(&header).map_err(plain)?;
-        Ok(Self { table, estimated: known.estimated, digits })
+        Ok(Self { table, estimated, digits, start })
     }
 
     /// Writes a row, with what the superposition of modes has there.
@@ -63,7 +90,8 @@ impl<W: Write> MotionCsv<W> {
         let own =
             row.iter().map(|value| if self.estimated { decided(value, self.digits) } else { number(value.mid_f64()) });
         let linear = superposition.iter().map(|value| number(*value));
-        let time = std::iter::once(number(time.mid_f64()));
+        let start = self.start.map(|start| start.to_string());
+        let time = start.into_iter().chain([number(time.mid_f64())]);
         let record = time.chain(own).chain(linear);
         self.table.write_record(record).map_err(plain)
     }
@@ -251,7 +279,8 @@ pub fn start_remark(model: &Model, start: &Start) -> Option<String> {
         moved.push("…".to_owned());
     }
     let all = moved.join(", ");
-    (!moved.is_empty()).then(|| format!("the start was moved onto the constraints, within the digits given: {all}"))
+    let within = if start.moved.iter().all(|own| own.rounded) { ", within the digits given" } else { "" };
+    (!moved.is_empty()).then(|| format!("the start was moved onto the constraints{within}: {all}"))
 }
 
 /// How a motion was computed, in a line for people: the number of steps, and what the energy does.

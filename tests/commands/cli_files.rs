@@ -392,3 +392,34 @@ fn a_table_ends_with_its_reader() {
     drop(lines);
     assert!(running.wait().unwrap().success());
 }
+
+#[test]
+fn motions_from_tables() {
+    let folder = folder("starts");
+    fs::write(
+        folder.join("p.lag"),
+        "coord x, y\nT = 1/2*(x'^2 + y'^2)\nV = y\nconstraint x^2 + y^2 = 1\nguess y = -1\n",
+    )
+    .unwrap();
+    fs::write(folder.join("starts.csv"), "x,y\n0.6,-0.8\n0.6,-0.9\n0.60001,-0.8\n").unwrap();
+    fs::write(folder.join("at.csv"), "t\n0.5\n0\n").unwrap();
+    let all = ["motion", "p.lag", "--start-table", "starts.csv", "--at", "at.csv"];
+    let run = within(&folder, &all);
+    let (out, told) = (run.out, run.err);
+    let lines: Vec<&str> = out.lines().collect();
+    assert_eq!((lines[0], lines.len(), run.status), ("start,t,x,y,x',y'", 5, 0), "{told}");
+    assert!(lines[2] == "1,0.0,0.6000000000,-0.8000000000,0,0" && lines[3].starts_with("3,0.5,"), "{out}");
+    assert!(told.contains("error[E0606]: start 2: ") && told.contains("start 3: the start was moved"), "{told}");
+    let single = within(&folder, &["motion", "p.lag", "--start", "x=0.6, y=-0.8", "--at", "at.csv"]);
+    let single = single.out;
+    let own: Vec<String> = single.lines().skip(1).map(|line| format!("1,{line}")).collect();
+    assert_eq!(lines[1..3], own);
+    let again = within(&folder, &[&all[..], &["--threads", "1"]].concat());
+    assert_eq!(again.out, out);
+    // Nothing is written over a table, and nothing wrong passes for one.
+    fs::write(folder.join("bad.csv"), "x,z\n0.6,1\n").unwrap();
+    let bad = within(&folder, &["motion", "p.lag", "--start-table", "bad.csv", "--until", "1"]);
+    assert!(bad.err.contains("`z` is not a coordinate") && bad.status == 1);
+    let bad = within(&folder, &["motion", "p.lag", "--start", "x=0", "--at", "bad.csv"]);
+    assert!(bad.err.contains("there is no column `t`, but x, z") && bad.status == 1);
+}

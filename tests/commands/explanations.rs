@@ -311,6 +311,15 @@ fn models_on_the_pages_do_what_the_pages_say() {
                         writeln!(surprises, "{code}: `fmt` changes\n{}", block.text).unwrap();
                     }
                 }
+                ["times", rest @ ..] => {
+                    let told = Times::table(block.text).err().map(|error| error.code());
+                    let expected = rest.contains(&"wrong").then_some(code);
+                    if told != expected {
+                        writeln!(surprises, "{code}: {told:?} from\n{}", block.text).unwrap();
+                    }
+                    wrong += usize::from(expected.is_some());
+                    right += usize::from(expected.is_none());
+                }
                 [kind @ ("points" | "stl"), rest @ ..] => {
                     let body = match *kind {
                         "points" => inertia::of_points(block.text, 10),

@@ -11,9 +11,9 @@ use common::{load, model, model_files};
 use librate::linearize::linearize;
 use librate::model::Constant;
 use librate::modes::Options;
-use librate::motion::{MotionError, Start, System, Times, superposition};
+use librate::motion::{Enclosed, MotionError, Start, System, Times, superposition};
 use librate::oscillation::normal_modes;
-use librate::precision::{Big, Scalar};
+use librate::precision::{Ball, Big, Scalar};
 use librate::report::{motion_csv, motion_svg};
 use motion_support::{check, motion, reference, share, signed, start, times};
 
@@ -383,4 +383,73 @@ fn linear_motions_are_told_in_si() {
             assert!(off.fold(0.0, f64::max) < 1e-14, "{own:?} {usual:?}");
         }
     }
+}
+
+/// A pendulum in x and y.
+const PENDULUM: &str = "param m = 2  coord x, y  T = 1/2*m*(x'^2 + y'^2)  V = 9.81*m*y  constraint x^2 + y^2 = 1
+    guess y = -1";
+
+#[test]
+fn starts_of_other_programs_are_moved_onto_the_constraints() {
+    let model = model(PENDULUM);
+    let system = System::new(&model).unwrap();
+    // sin and cos of 0.6 as a run leaves them that drifts by 1e-6.
+    let start =
+        Start::parse("x=0.56464303805, y=-0.82533643987, x'=0.8253356149, y'=0.564642473", &model, None, &system);
+    let start = start.unwrap();
+    let [x, y] = [0, 1].map(|at| start.positions[at].mid_f64());
+    assert!((x * x + y * y - 1.0).abs() < 1e-15);
+    assert!((x.atan2(-y) - 0.6).abs() < 1e-9, "the same masses: moved along the radius");
+    let [u, v] = [0, 1].map(|at| start.velocities[at].mid_f64());
+    assert!((x * u + y * v).abs() < 1e-15);
+    assert!(
+        start.moved.iter().all(|own| own.by.abs() < 1e-5) && start.moved.iter().any(|own| !own.rounded),
+        "{:?}",
+        start.moved
+    );
+    // So far off no program is.
+    let far = Start::parse("x=0.56464303805, y=-0.83533643987", &model, None, &system);
+    assert!(matches!(far, Err(MotionError::OffConstraints { .. })), "{far:?}");
+}
+
+#[test]
+fn starts_and_times_from_tables() {
+    let free = model("param k = 4  coord x, y  T = 1/2*(x'^2 + y'^2)  V = 1/2*k*x^2 + 1/2*y^2");
+    let system = System::new(&free).unwrap();
+    let starts = Start::table("y,x'\n1,0.5\n-2,0\n", &free, None, &system).unwrap();
+    assert_eq!(starts.len(), 2);
+    let times = Times::table("name,t\na,1.5\nb,0\nc,0.25\nd,1.5\n").unwrap();
+    assert_eq!(times.len(), 4);
+    for (start, (y, u)) in starts.iter().zip([(1.0, 0.5), (-2.0, 0.0)]) {
+        let start = start.as_ref().unwrap();
+        let followed = system.motion(start, &times).unwrap();
+        let quick = system.quick(start, &times, 1e-14).unwrap();
+        let proved = Enclosed::new(&free).unwrap().motion(start, &times, 12).unwrap();
+        for found in [&followed, &quick, &proved] {
+            let seen: Vec<f64> = found.times.iter().map(Ball::mid_f64).collect();
+            assert_eq!(seen, [1.5, 0.0, 0.25, 1.5]);
+            for (t, row) in seen.iter().zip(&found.rows) {
+                let want = [u / 2.0 * (2.0 * t).sin(), y * t.cos(), u * (2.0 * t).cos(), -y * t.sin()];
+                for (value, want) in row.iter().zip(want) {
+                    assert!((value.mid_f64() - want).abs() < 1e-12, "{t}: {row:?}");
+                }
+            }
+        }
+    }
+    let only_zero = Times::table("t\n0\n").unwrap();
+    assert_eq!(system.motion(starts[0].as_ref().unwrap(), &only_zero).unwrap().rows.len(), 1);
+    let bad = |text: &str| Times::table(text).unwrap_err().to_string();
+    assert!(bad("time\n1\n").contains("there is no column `t`, but time"));
+    assert!(bad("t\n").contains("no row"));
+    assert!(bad("t\n1\nsoon\n").contains("(line 3): `soon` in the column `t` is not a number"));
+    assert!(bad("t\n-1\n").contains("begins at t = 0"));
+    let bad = |text: &str| Start::table(text, &free, None, &system).unwrap_err().to_string();
+    assert!(bad("z\n1\n").contains("`z` is not a coordinate"));
+    assert!(bad("x\nleft\n").contains("`left` in the column `x` is not a number"));
+    // One that is wrong is no obstacle to the others.
+    let model = model(PENDULUM);
+    let system = System::new(&model).unwrap();
+    let starts = Start::table("x,y\n0.6,-0.8\n0.6,-0.9\n0.60001,-0.8\n", &model, None, &system).unwrap();
+    assert!(starts[0].is_ok() && matches!(starts[1], Err(MotionError::OffConstraints { .. })));
+    assert_eq!(starts[2].as_ref().unwrap().moved.len(), 2);
 }

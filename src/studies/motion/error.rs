@@ -63,6 +63,15 @@ Error MotionError {
         reason: String,
     } => nowhere().with_help("give as many coordinates as there are degrees of freedom; the others follow from the constraints"),
 
+    /// A table of starts or of times that is none.
+    #[error("the table can't be used (line {line}): {reason}")]
+    "E0615" BadTable {
+        /// The line of the file, from 1.
+        line: u64,
+        /// What is wrong.
+        reason: String,
+    } => nowhere().with_help("a table has a header: coordinates and velocities for `--start-table`, `t` for `--at`; and rows of numbers"),
+
     /// The motion ends on its way.
     #[error("the motion meets a singularity at t = {time}, {place}: {reason}")]
     "E0607" Singular {

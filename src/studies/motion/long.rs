@@ -17,6 +17,9 @@ impl Times {
     /// The times to compute at once for rows of so many numbers: these, or fewer from t = 0 to the same end.
     #[must_use]
     pub fn at_once(&self, numbers: usize) -> Self {
+        if self.listed.is_some() {
+            return self.clone();
+        }
         let rows = (MOST_AT_ONCE / numbers.max(1)).max(FEWEST_ROWS);
         Self { samples: self.samples.min(rows), ..self.clone() }
     }

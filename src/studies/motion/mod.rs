@@ -20,6 +20,7 @@ mod projection;
 mod proved;
 mod start;
 mod step;
+mod table;
 
 pub use error::MotionError;
 pub use linear::superposition;
@@ -28,6 +29,8 @@ pub use start::{Moved, Start};
 
 use equations::Equations;
 use step::{Real, Stepper, Trouble};
+
+use std::sync::Arc;
 
 use librate_core::budget::Budget;
 use librate_core::expr::Tape;
@@ -56,12 +59,22 @@ const LOOKS: usize = 200;
 /// A table has at most so many numbers.
 const MOST_NUMBERS: usize = 50_000_000;
 
-/// When a motion is looked at: rows at equal steps from t = 0.
+/// When a motion is looked at: rows at equal steps from t = 0, or at times that are listed.
 #[derive(Clone, Debug)]
 pub struct Times {
     until: Ball,
     exact: Tape,
     samples: usize,
+    listed: Option<Arc<Listed>>,
+}
+
+/// Times in ascending order.
+#[derive(Debug, Default)]
+struct Listed {
+    times: Vec<Ball>,
+    exact: Vec<Tape>,
+    /// The place that each has among the rows that are asked for; none of those that are only looked at.
+    places: Vec<Option<usize>>,
 }
 
 impl Times {
@@ -82,13 +95,75 @@ impl Times {
         }
         let exact = Tape::compile(until.pool(), &[until.value()], &[]);
         let exact = exact.map_err(|_| bad("it is not a constant"))?;
-        Ok(Self { until: Ball::new(value.mid, 0.0), exact, samples })
+        Ok(Self { until: Ball::new(value.mid, 0.0), exact, samples, listed: None })
     }
 
-    /// The time of a row.
+    /// A row at each of these times, which may come in any order.
+    ///
+    /// # Errors
+    /// [`MotionError::BadTimes`] for a time that is negative or no number, and for no time at all.
+    pub fn listed(times: &[Constant]) -> Result<Self, MotionError> {
+        let mut rows = Vec::with_capacity(times.len());
+        for (place, time) in times.iter().enumerate() {
+            let value = librate_core::linearize::constant(time.pool(), time.value());
+            let value = value.filter(|value| value.is_finite() && !value.is_negative());
+            let exact = Tape::compile(time.pool(), &[time.value()], &[]).ok();
+            let Some((value, exact)) = value.zip(exact) else {
+                let reason = "times are numbers that are not negative".to_owned();
+                return Err(MotionError::BadTimes { until: time.text().to_owned(), samples: times.len(), reason });
+            };
+            rows.push((Ball::new(value.mid, 0.0), exact, place));
+        }
+        rows.sort_by(|a, b| a.0.mid_f64().total_cmp(&b.0.mid_f64()).then(a.0.mid.lo.total_cmp(&b.0.mid.lo)));
+        let mut listed = Listed::default();
+        for (time, exact, place) in rows {
+            listed.times.push(time);
+            listed.exact.push(exact);
+            listed.places.push(Some(place));
+        }
+        let (Some(until), Some(exact)) = (listed.times.last().copied(), listed.exact.last().cloned()) else {
+            let reason = "there is no time".to_owned();
+            return Err(MotionError::BadTimes { until: String::new(), samples: 0, reason });
+        };
+        Ok(Self { until, exact, samples: times.len(), listed: Some(Arc::new(listed)) })
+    }
+
+    /// These and as many between them as it takes to see what happens there.
+    fn looked_at(&self) -> Self {
+        let Some(listed) = &self.listed else {
+            let stride = LOOKS.div_ceil(self.samples.saturating_sub(1).max(1));
+            return Self { samples: self.samples.saturating_sub(1) * stride + 1, ..self.clone() };
+        };
+        let between = Self { samples: LOOKS + 1, listed: None, ..self.clone() };
+        let asked = listed.times.iter().copied().zip(listed.places.iter().copied());
+        let mut all: Vec<(Ball, Option<usize>)> = asked.chain((0..LOOKS).map(|row| (between.at(row), None))).collect();
+        all.sort_by(|a, b| a.0.mid_f64().total_cmp(&b.0.mid_f64()));
+        let (times, places): (Vec<Ball>, Vec<Option<usize>>) = all.into_iter().unzip();
+        Self {
+            samples: times.len(),
+            listed: Some(Arc::new(Listed { times, exact: Vec::new(), places })),
+            ..self.clone()
+        }
+    }
+
+    /// The rows that are asked for of those that were looked at, or of all of them, in their order.
+    fn asked<T>(&self, all: Vec<T>) -> Vec<T> {
+        let Some(listed) = self.listed.as_ref().filter(|own| own.places.len() == all.len()) else {
+            return all;
+        };
+        let mut rows: Vec<(usize, T)> =
+            listed.places.iter().zip(all).filter_map(|(place, row)| Some(((*place)?, row))).collect();
+        rows.sort_by_key(|(place, _)| *place);
+        rows.into_iter().map(|(_, row)| row).collect()
+    }
+
+    /// The time of a row; those of listed times are in ascending order.
     #[must_use]
     #[allow(clippy::cast_precision_loss)] // there are fewer than 2^53 rows
     pub fn at(&self, row: usize) -> Ball {
+        if let Some(listed) = &self.listed {
+            return listed.times.get(row).copied().unwrap_or(self.until);
+        }
         if self.samples < 2 {
             return Ball::ZERO;
         }
@@ -100,14 +175,19 @@ impl Times {
     /// The time of a row, with bounds of that: rows are shares of an exact number.
     #[allow(clippy::cast_precision_loss)] // there are fewer than 2^53 rows
     fn enclosed<S: Enclosure>(&self, row: usize, precision: S::Precision) -> S {
+        let value = |exact: &Tape| {
+            let value = start::evaluated::<S>(exact, precision);
+            value.unwrap_or_else(|| S::from_ball(&Ball::NOT_FINITE, precision))
+        };
+        if let Some(exact) = self.listed.as_ref().and_then(|listed| listed.exact.get(row)) {
+            return value(exact);
+        }
         let zero = S::exact(0.0, precision);
         if self.samples < 2 {
             return zero;
         }
         let (row, rows) = (row as f64, (self.samples - 1) as f64);
-        let until = start::evaluated::<S>(&self.exact, precision);
-        let until = until.unwrap_or_else(|| S::from_ball(&Ball::NOT_FINITE, precision));
-        let row = until.mul(&S::exact(row, precision));
+        let row = value(&self.exact).mul(&S::exact(row, precision));
         row.div(&S::exact(rows, precision))
     }
 
@@ -207,9 +287,8 @@ impl System {
     pub fn motion(&self, start: &Start, times: &Times) -> Result<Trajectory, MotionError> {
         self.check_size(times)?;
         // Runs may differ and agree again, as where a pendulum went round once or did not.
-        let stride = LOOKS.div_ceil(times.samples.saturating_sub(1).max(1));
         let asked = times;
-        let times = &Times { samples: times.samples.saturating_sub(1) * stride + 1, ..times.clone() };
+        let times = &times.looked_at();
         let fine = self.table::<DoubleDouble>(start, times, FINE, 0.0)?;
         let plain = self.table::<f64>(start, times, PLAIN, 0.0).ok();
         let fine = fine.balls();
@@ -259,19 +338,21 @@ impl System {
             errors.push(error);
         }
         let lost = self.lost(start, times, &fine.rows, fine.steps);
-        let rows = fine.rows.iter().zip(&errors).enumerate().step_by(stride);
+        let stride = if asked.listed.is_some() { 1 } else { (times.samples - 1) / (asked.samples - 1).max(1) };
+        let rows = fine.rows.iter().zip(&errors).enumerate().step_by(stride.max(1));
         let rows = rows.map(|(row, (values, error))| {
-            if row == 0 {
+            if times.at(row).is_zero() {
                 return start.row();
             }
             let values = values.iter().zip(&sizes).zip(&lost[row]);
             values.map(|((value, size), lost)| Ball::new(value.mid, error * size + magnified * lost)).collect()
         });
         let rows: Vec<Vec<Ball>> = rows.collect();
+        let seen = if asked.listed.is_some() { times } else { asked };
         Ok(Trajectory {
-            energy_drift: self.drift(asked, &rows, DoubleDouble::ROUNDING),
-            times: (0..rows.len()).map(|row| asked.at(row)).collect(),
-            rows,
+            energy_drift: self.drift(seen, &rows, DoubleDouble::ROUNDING),
+            times: seen.asked((0..rows.len()).map(|row| seen.at(row)).collect()),
+            rows: seen.asked(rows),
             steps: fine.steps,
             estimated: true,
             proved: None,
@@ -288,8 +369,8 @@ impl System {
         let Run { rows, steps } = run.balls();
         Ok(Trajectory {
             energy_drift: self.drift(times, &rows, f64::ROUNDING),
-            times: (0..rows.len()).map(|row| times.at(row)).collect(),
-            rows,
+            times: times.asked((0..rows.len()).map(|row| times.at(row)).collect()),
+            rows: times.asked(rows),
             steps,
             estimated: false,
             proved: None,

@@ -1,7 +1,7 @@
 //! A start moved onto the constraints.
 //!
 //! What is not given moves first, by Newton steps of least length. Where that does not do, what is given in decimals moves
-//! too, by no more than half a unit of its last digit: steps are then shortest in the metric of the masses. Which point is
+//! too, by no more than half a unit of its last digit, or a little if it comes from another program: steps are then shortest in the metric of the masses. Which point is
 //! reached is proved by Krawczyk's theorem (Computing 4 (1969) 187) among the points q + J(q)ᵀ mu beside the last one.
 
 use nalgebra::{DMatrix, DVector};
@@ -17,6 +17,9 @@ const MOST_STEPS: usize = 60;
 
 /// Beside half a unit of the last digit: roundings of the projection.
 const ROUNDING: f64 = 1.0 + 1e-6;
+
+/// ... or so much of the largest coordinate, or velocity: more than other programs let a motion drift.
+const NEAR: f64 = 1e-3;
 
 /// Constraints and their gradients at one state.
 struct Place {
@@ -98,15 +101,18 @@ impl Start {
             let mut free: Vec<usize> = (0..n).filter(|i| own(*i).is_none()).collect();
             let mut settled = self.settle(system, rates, &free, false);
             let mut off = None;
-            let rounded = |i: usize| own(i).is_some_and(|own| own.half_unit > 0.0);
+            let rounded = |i: usize| own(i).is_some_and(|own| own.half_unit.is_some());
             if !settled && (0..n).any(rounded) {
                 *self = before.clone();
                 free = (0..n).filter(|i| own(*i).is_none() || rounded(*i)).collect();
                 settled = self.settle(system, rates, &free, true);
+                let largest = before.state(rates).iter().fold(0.0_f64, |most, x| most.max(x.mid_f64().abs()));
                 for i in (0..n).filter(|i| settled && rounded(*i)) {
                     let by = (self.state(rates)[i] - before.state(rates)[i]).mid_f64();
-                    let most = own(i).map_or(0.0, |own| own.half_unit * ROUNDING);
-                    let moved = Moved { coordinate: i, velocity: rates, by };
+                    let digits = own(i).and_then(|own| own.half_unit).map_or(0.0, |own| own * ROUNDING);
+                    let computed = own(i).is_some_and(|own| own.computed);
+                    let most = if computed { digits.max(NEAR * largest) } else { digits };
+                    let moved = Moved { coordinate: i, velocity: rates, by, rounded: by.abs() <= digits };
                     if by.abs() > most {
                         off = off.or(Some((moved, most)));
                     } else if by != 0.0 {

@@ -129,8 +129,8 @@ impl Enclosed {
             return Err(stuck.error());
         }
         Ok(Trajectory {
-            times: (0..times.len()).map(|row| times.at(row)).collect(),
-            rows: table.rows,
+            times: times.asked((0..times.len()).map(|row| times.at(row)).collect()),
+            rows: times.asked(table.rows),
             energy_drift: None,
             steps: table.run.steps,
             estimated: true,
@@ -177,10 +177,13 @@ impl Enclosed {
         let time = |row: usize| times.enclosed::<S>(row, precision);
         let end = times.at(rows - 1).abs_upper();
         let mut run = Run { steps: 0, stuck: None };
-        if !each(0, first.iter().map(S::to_ball).collect()) {
-            return Ok(run);
+        let mut done = 0;
+        while done < rows && times.at(done).is_zero() {
+            if !each(done, first.iter().map(S::to_ball).collect()) {
+                return Ok(run);
+            }
+            done += 1;
         }
-        let mut done = 1;
         let mut walk = Following::<S>::new(&self.equations, order, precision, &first, end);
         while done < rows {
             let now = S::exact(walk.time(), precision);

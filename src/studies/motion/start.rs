@@ -1,7 +1,7 @@
 //! Where a motion starts: values that are given, the rest at the equilibrium; or a mode with an amplitude.
 
-use super::System;
 use super::error::MotionError;
+use super::{System, table};
 use librate_core::diagnostic::nearest;
 use librate_core::expr::{ExprId, Pool, Tape};
 use librate_core::linearize::{self, Linearized, Origin, evaluate_closed};
@@ -33,7 +33,12 @@ pub struct Moved {
     pub velocity: bool,
     /// By how much, in SI.
     pub by: f64,
+    /// Whether the digits that it is given in leave as much.
+    pub rounded: bool,
 }
+
+/// Decimals of so many digits are results of another program.
+const COMPUTED: usize = 10;
 
 /// What is proved of a value.
 #[derive(Clone, Debug)]
@@ -91,14 +96,17 @@ pub(super) struct Given {
     pub(super) moves: bool,
     value: Ball,
     known: Known,
-    /// Half a unit of the last digit of a decimal fraction, in SI; 0 for anything else, which is exact.
-    pub(super) half_unit: f64,
+    /// Half a unit of the last digit of a decimal fraction, in SI; none for anything else, which is exact.
+    pub(super) half_unit: Option<f64>,
+    /// Whether it comes from another program, as digits that nobody types tell.
+    pub(super) computed: bool,
 }
 
 impl Start {
     /// Reads `phi[1]=0.1, phi[1]'=0`: numbers are in the coordinate's unit, that of a velocity per second. What is left out rests at
     /// the equilibrium, or turns with a steady motion; under constraints coordinates that are left out are moved there from the
-    /// equilibrium so that these hold, and where that does not do, decimal fractions by up to half a unit of their last digit. A model without an equilibrium starts from 0, and one that is driven from its `equilibrium` or
+    /// equilibrium so that these hold, and where that does not do, decimal fractions by up to half a unit of their last digit, and
+    /// those that have as many digits as doubles by a thousandth of the largest value. A model without an equilibrium starts from 0, and one that is driven from its `equilibrium` or
     /// `guess`.
     ///
     /// # Errors
@@ -109,7 +117,6 @@ impl Start {
         linearized: Option<&Linearized>,
         system: &System,
     ) -> Result<Self, MotionError> {
-        let mut start = Self::at_rest(model, linearized);
         let mut given: Vec<Given> = Vec::new();
         for entry in entries(text) {
             let value = read(entry, model)?;
@@ -122,8 +129,47 @@ impl Start {
             }
             given.push(value);
         }
+        Self::of(&given, model, linearized, system)
+    }
+
+    /// A start for each row of a CSV text, whose columns are coordinates (`phi[1]`) and velocities (`phi[1]'`); each as [`Start::parse`]
+    /// has it, with decimals in the units of the coordinates.
+    ///
+    /// # Errors
+    /// What is no table of numbers, columns that are no coordinates, and rows that do not obey the constraints, with their lines.
+    pub fn table(
+        text: &str,
+        model: &Model,
+        linearized: Option<&Linearized>,
+        system: &System,
+    ) -> Result<Vec<Result<Self, MotionError>>, MotionError> {
+        let table = table::read(text)?;
+        let places: Vec<(usize, bool)> =
+            table.columns.iter().map(|column| place(column, model)).collect::<Result<_, _>>()?;
+        let given = |row: usize| -> Result<Vec<Given>, MotionError> {
+            let columns = places.iter().enumerate();
+            let given = columns.map(|(column, (at, moves))| {
+                let number = table::number(&table, row, column)?;
+                let bad = |reason: &str| table::bad(&table, row, reason.to_owned());
+                let value = Constant::parse(&number.to_string()).map_err(|error| bad(&error.to_string()))?;
+                let value = given(*at, *moves, &value, model).ok_or_else(|| bad("a number is larger than 1e298"))?;
+                Ok(Given { half_unit: (!number.is_integer()).then_some(0.0), computed: true, ..value })
+            });
+            given.collect()
+        };
+        let given = (1..=table.rows()).map(given).collect::<Result<Vec<_>, _>>()?;
+        Ok(given.iter().map(|given| Self::of(given, model, linearized, system)).collect())
+    }
+
+    fn of(
+        given: &[Given],
+        model: &Model,
+        linearized: Option<&Linearized>,
+        system: &System,
+    ) -> Result<Self, MotionError> {
+        let mut start = Self::at_rest(model, linearized);
         let n = model.coordinates.len();
-        for own in &given {
+        for own in given {
             let at = own.coordinate;
             if own.moves {
                 start.velocities[at] = own.value;
@@ -133,7 +179,7 @@ impl Start {
                 start.known[at] = own.known.clone();
             }
         }
-        start.onto_constraints(system, &given)?;
+        start.onto_constraints(system, given)?;
         Ok(start)
     }
 
@@ -312,17 +358,32 @@ fn entries(text: &str) -> Vec<&str> {
 fn read(entry: &str, model: &Model) -> Result<Given, MotionError> {
     let bad = |reason: &str| MotionError::BadStart { text: entry.trim().to_owned(), reason: reason.to_owned() };
     let (name, value) = entry.split_once('=').ok_or_else(|| bad("there is no `=`"))?;
+    let (at, moves) = place(name, model)?;
+    let value = Constant::parse(value.trim()).map_err(|error| match error {
+        ModelError::BadSetting { reason, .. } => bad(&reason),
+        other => bad(&other.to_string()),
+    })?;
+    let text = value.text().to_owned();
+    let half_unit = half_unit(&text);
+    let value = given(at, moves, &value, model).ok_or_else(|| bad("it is not a number, or larger than 1e298"))?;
+    let half_unit = half_unit.map(|own| scaled(model, at, &Ball::exact(own)).mid_f64().abs());
+    let digits = text.bytes().filter(u8::is_ascii_digit).count();
+    Ok(Given { half_unit, computed: half_unit.is_some() && digits >= COMPUTED, ..value })
+}
+
+/// The coordinate of a name, and whether the name has the prime of its velocity.
+fn place(name: &str, model: &Model) -> Result<(usize, bool), MotionError> {
+    // Indices as names of coordinates have them.
     let name: String = name.split_whitespace().collect();
     let (plain, moves) = match name.strip_suffix('\'') {
         Some(plain) => (plain, true),
         None => (name.as_str(), false),
     };
     if plain.ends_with('\'') {
-        return Err(bad("accelerations follow from the equations of motion"));
+        let reason = "accelerations follow from the equations of motion".to_owned();
+        return Err(MotionError::BadStart { text: name, reason });
     }
-    // Indices as names of coordinates have them.
-    let wanted = plain.replace(' ', "");
-    let at = model.coordinates.names().position(|own| own.replace(' ', "") == wanted);
+    let at = model.coordinates.names().position(|own| own.replace(' ', "") == plain);
     let Some(at) = at else {
         let known: Vec<String> = model.coordinates.names().collect();
         return Err(MotionError::NotACoordinate {
@@ -330,12 +391,12 @@ fn read(entry: &str, model: &Model) -> Result<Given, MotionError> {
             name: name.clone(),
         });
     };
-    let value = Constant::parse(value.trim()).map_err(|error| match error {
-        ModelError::BadSetting { reason, .. } => bad(&reason),
-        other => bad(&other.to_string()),
-    })?;
-    let number = linearize::constant(value.pool(), value.value()).filter(Ball::is_finite);
-    let number = number.ok_or_else(|| bad("it is not a number, or larger than 1e298"))?;
+    Ok((at, moves))
+}
+
+/// A value in the unit of its coordinate; `None` where it is no number.
+fn given(at: usize, moves: bool, value: &Constant, model: &Model) -> Option<Given> {
+    let number = linearize::constant(value.pool(), value.value()).filter(Ball::is_finite)?;
     let factor = model.coordinates.get(at).and_then(|own| own.factor);
     let factor = factor.map(|factor| Known::constant(&model.pool, factor));
     let known = match (Known::constant(value.pool(), value.value()), factor) {
@@ -344,14 +405,7 @@ fn read(entry: &str, model: &Model) -> Result<Given, MotionError> {
         (_, Some(_)) => Known::Open,
     };
     let number = scaled(model, at, &number);
-    let half_unit = half_unit(value.text()).unwrap_or(0.0);
-    Ok(Given {
-        coordinate: at,
-        moves,
-        value: Ball::new(number.mid, 0.0),
-        known,
-        half_unit: scaled(model, at, &Ball::exact(half_unit)).mid_f64().abs(),
-    })
+    Some(Given { coordinate: at, moves, value: Ball::new(number.mid, 0.0), known, half_unit: None, computed: false })
 }
 
 /// Half a unit of the last digit of a decimal fraction, `-0.866` or `8.66e-1`; `None` for anything else.

@@ -1,0 +1,61 @@
+//! Starts and times from tables: CSV texts with a header.
+
+use super::{MotionError, Times};
+use librate_core::model::{Cell, Constant, ModelError, Table, TableTexts};
+use librate_core::number::Number;
+use librate_core::span::Span;
+
+/// Reads a CSV text that has rows.
+pub(super) fn read(text: &str) -> Result<Table, MotionError> {
+    const PATH: &str = "table";
+    let texts = TableTexts::new().with(PATH, text);
+    let table = Table::read(PATH, PATH, Span::default(), Span::default(), &texts);
+    let table = table.map_err(|error| match error {
+        ModelError::BadTable { line, reason, .. } => MotionError::BadTable { line, reason },
+        other => MotionError::BadTable { line: 1, reason: other.to_string() },
+    })?;
+    if table.rows() == 0 {
+        return Err(MotionError::BadTable { line: 1, reason: "there is no row below the header".to_owned() });
+    }
+    Ok(table)
+}
+
+pub(super) fn bad(table: &Table, row: usize, reason: String) -> MotionError {
+    MotionError::BadTable { line: table.line(row), reason }
+}
+
+/// The number in a row counted from 1.
+pub(super) fn number(table: &Table, row: usize, column: usize) -> Result<&Number, MotionError> {
+    match table.field(row as i64, column) {
+        Some(Cell::Number(number)) => Ok(number),
+        Some(Cell::Text(text)) => {
+            let column = &table.columns[column];
+            Err(bad(table, row, format!("`{}` in the column `{column}` is not a number", text.escape_debug())))
+        }
+        None => Err(bad(table, row, "the row is too short".to_owned())),
+    }
+}
+
+impl Times {
+    /// The times in the column `t` of a CSV text, in any order.
+    ///
+    /// # Errors
+    /// What is no table of numbers, a table without such a column, and a time before the start.
+    pub fn table(text: &str) -> Result<Self, MotionError> {
+        let table = read(text)?;
+        let column = table.columns.iter().position(|own| own == "t").ok_or_else(|| MotionError::BadTable {
+            line: 1,
+            reason: format!("there is no column `t`, but {}", table.some_columns().join(", ")),
+        })?;
+        let mut times = Vec::with_capacity(table.rows());
+        for row in 1..=table.rows() {
+            let number = number(&table, row, column)?;
+            if number.is_negative() {
+                return Err(bad(&table, row, "a motion begins at t = 0; this time is before".to_owned()));
+            }
+            let time = Constant::parse(&number.to_string()).map_err(|error| bad(&table, row, error.to_string()))?;
+            times.push(time);
+        }
+        Self::listed(&times)
+    }
+}
