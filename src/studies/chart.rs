@@ -142,7 +142,6 @@ impl Chart {
         }
         let [first, second] = [axes.remove(0), axes.remove(0)];
         let mut driven = Driven::new(&model, &numbers)?;
-        let n = driven.dimension();
         let roots = driven.expressions();
         let (time, period) = (driven.time, driven.period.0);
         if trial::repeats(&mut driven.pool, time, period, &roots).is_none() {
@@ -150,6 +149,8 @@ impl Chart {
             floquet::try_period(&other)?;
         }
         let begin = floquet::begin(&model, &mut driven);
+        let (mut driven, begin) = driven.along_constraints(&model, begin)?;
+        let n = driven.dimension();
         let not_defined = FloquetError::NotDefined { span: driven.driven_at };
         let equations = if floquet::rests(&model, &mut driven, &begin)? {
             let slopes = driven.linear(&begin[..n])?;

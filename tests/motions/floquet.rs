@@ -448,3 +448,49 @@ proptest! {
         }
     }
 }
+
+/// The same models with constraints and in angles: a pendulum whose support moves up and down with friction, and a double one.
+#[test]
+fn constraints_leave_the_multipliers_of_free_coordinates() {
+    let drive = "param g = 9.81  param l = 0.5  param a = 0.1  param W = 10  param m = 2  period 2*pi/W";
+    let one = "let x1 = l*sin(u)  let y1 = -l*cos(u)";
+    let energies = |friction: &str| {
+        format!("T = 1/2*m*(x1'^2 + (y1 + a*cos(W*t))'^2)  V = m*g*y1  dissipation = 1/2*{friction}*(x1'^2 + y1'^2)")
+    };
+    let double = "T = 1/2*m*(x1'^2 + (y1 + a*cos(W*t))'^2) + 1/2*(x2'^2 + (y2 + a*cos(W*t))'^2)  V = m*g*y1 + g*y2";
+    for (free, tied, energies) in [
+        (format!("coord u  {one}"), "coord x1, y1  constraint x1^2 + y1^2 = l^2", energies("0")),
+        (format!("coord u  {one}"), "coord y1, x1  constraint sqrt(x1^2 + y1^2) = l", energies("0.3")),
+        (
+            format!("coord u, v  {one}  let x2 = x1 + l*sin(v)  let y2 = y1 - l*cos(v)"),
+            "coord x1, y1, x2, y2  constraint x1^2 + y1^2 = l^2  constraint (x2 - x1)^2 + (y2 - y1)^2 = l^2
+             equilibrium x2 = 0  equilibrium y2 = -2*l",
+            double.to_owned(),
+        ),
+    ] {
+        let free = multipliers_of(&format!("{drive}  {free}  {energies}"));
+        let tied = multipliers_of(&format!("{drive}  {tied}  {energies}  equilibrium x1 = 0  equilibrium y1 = -l"));
+        assert_eq!(tied.place.len(), tied.velocities.len());
+        assert_eq!((tied.stable, tied.multipliers.len()), (free.stable, free.multipliers.len()), "{energies}");
+        for (own, other) in tied.multipliers.iter().zip(&free.multipliers) {
+            assert!((own.re - other.re).contains_zero() && (own.im - other.im).contains_zero(), "{own:?} {other:?}");
+            assert!(own.place == other.place && own.error() < 1e-12);
+        }
+    }
+    // What does not rest at all times, changes with it, or rolls.
+    for (text, what) in [
+        (
+            "coord x, y  T = x'^2 + (y + cos(t))'^2  V = y + sin(t)*x  constraint x^2 + y^2 = 1  equilibrium y = -1",
+            "anything but",
+        ),
+        ("coord x, y  T = x'^2 + (y + cos(t))'^2  V = y  constraint x^2 + y^2 = 1  guess y = -0.9", "do not hold"),
+        ("coord x, y  T = x'^2 + y'^2  V = y  constraint x^2 + (y - cos(t))^2 = 1  guess y = 0", "change with time"),
+        (
+            "coord x, y  T = x'^2 + y'^2  V = y^2*cos(t)  constraint x + y = 0  constraint 2*x + 2*y = 0",
+            "depend on each other",
+        ),
+    ] {
+        let error = floquet(&model(&format!("{text}  period 2*pi"), &[]), &Options::default()).unwrap_err();
+        assert!(error.code() == "E0709" && error.to_string().contains(what), "{text}: {error}");
+    }
+}

@@ -507,3 +507,49 @@ fn kinks_beside_the_period() {
         assert!((found - want).abs() < 1e-5, "{own}: {found}");
     }
 }
+
+/// Integrals of dq/q' by mpmath with 40 digits, in the angle of x = A sin(angle).
+#[test]
+fn kinetic_energies_with_more_powers_of_the_velocity() {
+    let relativistic = "param c = 2  coord x  T = -c^2*sqrt(1 - x'^2/c^2)";
+    for (text, request, want) in [
+        // A term that is linear in the velocity moves nothing.
+        (format!("{relativistic} + 3/10*x*x'  V = 3/4*x^2"), amplitude("3"), "7.78900043025851513117872907803741"),
+        // In a constant force the momentum is F t: 4 p/F with E = sqrt(c^4 + p^2 c^2).
+        (format!("{relativistic}  V = 3*abs(x)"), amplitude("2"), "6.11010092660778667545072959163734"),
+        (
+            "coord x  T = 1/2*x'^2 + 1/4*x'^4  V = 1/2*x^2 + 1/4*x^4".to_owned(),
+            amplitude("1"),
+            "6.12568016051420088938851210415988",
+        ),
+        // Up for 2 v/g, in the floor for (pi + 2 atan(g/(omega v)))/omega.
+        (
+            "param g = 9.81, m = 0.5, k = 300  coord x  guess x = -0.01
+             T = 1/2*m*x'^2  V = m*g*x + k/8*(abs(x) - x)^2"
+                .to_owned(),
+            energy("4.905"),
+            "1.03866465754803286432376587246789",
+        ),
+    ] {
+        for digits in [10, 30] {
+            let found = period(&text, &request, digits);
+            let want = Number::parse(want).unwrap();
+            let precise = found.precise.clone().unwrap_or_else(|| Big::from_ball(&found.period, 160));
+            let off = precise.sub(&Big::from_number(&want, 160));
+            let bound = 10.0_f64.powi(1 - digits as i32).max(1e-31);
+            assert!(off.mid_f64().abs() < bound && precise.to_ball().radius < bound, "{text}: {found:?}");
+        }
+    }
+    // Slow motions are those of Newton, fast ones have the speed of light.
+    let slow = period(&format!("{relativistic}  V = 1/2*x^2"), &amplitude("1e-6"), 10);
+    assert!((slow.period.mid_f64() / (2.0 * std::f64::consts::PI) - 1.0 - 3.0 / 16.0 * 1e-12 / 4.0).abs() < 1e-15);
+    assert!(slow.bend.is_none() && slow.small.is_some());
+    let fast = period(&format!("{relativistic}  V = 1/2*x^2"), &amplitude("1e6"), 10);
+    assert!((fast.period.mid_f64() / 2e6 - 1.0).abs() < 1e-5);
+    // No function of the energy that is known, and rests that vary.
+    for kinetic in ["1/2*x'^2 + 1/6*x'^6", "cosh(x')", "-(1 + x^2)*sqrt(1 - x'^2)", "1/2*x'^2 + x'^3"] {
+        let file = syntax::parse(&format!("coord x  T = {kinetic}  V = 1/2*x^2")).unwrap();
+        let model = elaborate(&file, &Default::default(), &Default::default()).unwrap();
+        assert_eq!(Oscillator::of_model(&model).unwrap_err().code(), "E0503", "{kinetic}");
+    }
+}

@@ -10,6 +10,7 @@
 //! nothing and neither does the result.
 
 mod basis;
+mod constrained;
 mod discs;
 mod error;
 mod levels;
@@ -82,7 +83,7 @@ pub struct Floquet {
     pub rests: bool,
     /// The coordinates and velocities with a guess that the periodic motion stays far away from.
     pub away: Vec<Away>,
-    /// The multipliers, two for each coordinate, by falling modulus; those on the unit circle by rising angle, the one
+    /// The multipliers, two for each degree of freedom, by falling modulus; those on the unit circle by rising angle, the one
     /// above the real axis first.
     pub multipliers: Vec<Multiplier>,
     /// Whether small displacements stay small; `None` where bounds do not decide.
@@ -95,7 +96,7 @@ pub struct Floquet {
     /// Which resonance with the drive makes it unstable.
     pub resonance: Option<Resonance>,
     /// The derivative of coordinates and velocities at the end of a period by those at its beginning, row by row; without
-    /// a value where it leaves the range of doubles.
+    /// a value where it leaves the range of doubles. Under constraints it is of coordinates that are left free.
     pub monodromy: Vec<Ball>,
 }
 
@@ -126,7 +127,8 @@ impl Floquet {
 /// The multipliers of a model that is periodic in time.
 ///
 /// They are those about the equilibrium that the model gives, or the point 0, if no force acts there at any time; else
-/// about the periodic motion found from the guesses of coordinates and velocities (0 where there is none).
+/// about the periodic motion found from the guesses of coordinates and velocities (0 where there is none). Under constraints
+/// they are those about an equilibrium that holds at all times.
 ///
 /// # Errors
 /// Where nothing depends on the time, the period is missing or none, a given equilibrium moves, no periodic motion is
@@ -145,8 +147,10 @@ pub fn floquet(model: &Model, options: &Options) -> Result<Floquet, FloquetError
 fn over_a_period(model: &Model, options: &Options) -> Result<Floquet, FloquetError> {
     let mut driven = Driven::new(model, &[])?;
     let period = period(&driven)?;
+    let given = begin(model, &mut driven);
+    let whole = &given[..driven.dimension()];
+    let (mut driven, begin) = driven.along_constraints(model, given.clone())?;
     let n = driven.dimension();
-    let begin = begin(model, &mut driven);
     let numbers = numbers(&driven, &begin);
     let point = &begin[..n];
     let roots = driven.expressions();
@@ -166,12 +170,10 @@ fn over_a_period(model: &Model, options: &Options) -> Result<Floquet, FloquetErr
     let found = if rests { task.about_rest()? } else { task.about_motion(&numbers)? };
     let mut multipliers = found.multipliers;
     sort(&mut multipliers);
-    let state = if rests {
-        let place = point.iter();
-        place.map(|value| constant(&driven.pool, *value).unwrap_or(Ball::ZERO)).collect()
-    } else {
-        found.start
+    let resting = |place: &[ExprId]| -> Vec<Ball> {
+        place.iter().map(|value| constant(&driven.pool, *value).unwrap_or(Ball::ZERO)).collect()
     };
+    let state = if rests { resting(point) } else { found.start };
     let frequencies = resonance::frequencies(&equations, period.mid_f64(), &state);
     let stable = stable(&multipliers);
     let cycles = repeats.as_ref().map_or(1, |own| own.cycles);
@@ -183,9 +185,9 @@ fn over_a_period(model: &Model, options: &Options) -> Result<Floquet, FloquetErr
         },
         velocities: match state.get(n..) {
             Some(velocities) if velocities.len() == n => velocities.to_vec(),
-            _ => vec![Ball::ZERO; n],
+            _ => vec![Ball::ZERO; whole.len()],
         },
-        place: state[..n.min(state.len())].to_vec(),
+        place: if rests { resting(whole) } else { state[..n.min(state.len())].to_vec() },
         period,
         period_proved: repeats.is_some(),
         cycles,

@@ -23,14 +23,14 @@ pub(crate) struct Driven {
     pub(crate) time: Symbol,
     /// Where the time occurs.
     pub(crate) driven_at: Span,
-    coordinates: Vec<Symbol>,
-    velocities: Vec<Symbol>,
+    pub(super) coordinates: Vec<Symbol>,
+    pub(super) velocities: Vec<Symbol>,
     /// M, row by row.
-    mass: Vec<Vec<ExprId>>,
+    pub(super) mass: Vec<Vec<ExprId>>,
     /// dp_i/dq_j, row by row.
-    slopes: Vec<Vec<ExprId>>,
+    pub(super) slopes: Vec<Vec<ExprId>>,
     /// h.
-    load: Vec<ExprId>,
+    pub(super) load: Vec<ExprId>,
     /// Whether there is friction.
     pub(crate) damped: bool,
     /// The parameters that stay symbols.
@@ -158,7 +158,7 @@ impl Driven {
     }
 
     /// Rest at a point.
-    fn at(&self, point: &[ExprId]) -> Substitution {
+    pub(super) fn at(&self, point: &[ExprId]) -> Substitution {
         let zero = self.pool.zero();
         let places = self.coordinates.iter().copied().zip(point.iter().copied());
         let rest = self.velocities.iter().map(|velocity| (*velocity, zero));
@@ -220,8 +220,8 @@ fn check(model: &Model) -> Result<Span, FloquetError> {
         return Err(FloquetError::NoTime { span });
     };
     let rate = model.rates.given().map(|given| given.span).next();
-    let constraint = model.constraints.iter().chain(&model.rolling).next().map(|own| own.span);
-    for (span, what) in [(constraint, "constraints"), (rate, "a steady motion")] {
+    let rolling = model.rolling.first().map(|own| own.span);
+    for (span, what) in [(rolling, "constraints on velocities"), (rate, "a steady motion")] {
         if let Some(span) = span {
             return Err(FloquetError::Unsupported { what, span });
         }

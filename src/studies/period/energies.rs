@@ -8,19 +8,24 @@ use librate_core::expr::{ExprId, Function, Node, Pool, Substitution, Symbol, Tap
 use librate_core::linearize::{evaluate_closed, known_values};
 use librate_core::model::Model;
 use librate_core::number::Number;
-use librate_core::precision::Scalar;
+use librate_core::precision::{Ball, Scalar};
 
 /// Smaller parts of a period are not looked for.
 const PRIMES: [i64; 5] = [2, 3, 5, 7, 11];
 
 /// L = 1/2 M(q) q'^2 + b(q) q' - U(q). The term in b is the derivative of a function of q by the time and moves nothing.
+///
+/// Where L has more powers of q', as of a relativistic mass, q'² = 2 (E - U)/M with an M that depends on E - U as well: the
+/// conserved q' dL/dq' - L is E, and -L at rest is U.
 #[derive(Clone, Debug)]
 pub(super) struct Energies {
     pub(super) pool: Pool,
     pub(super) coordinate: Symbol,
     /// U = V - T0.
     pub(super) potential: ExprId,
-    pub(super) mass: ExprId,
+    mass: ExprId,
+    /// E, where M depends on it.
+    energy: Symbol,
 }
 
 /// Where what an absolute value is taken of changes its sign.
@@ -46,7 +51,7 @@ impl Kink {
 
 /// U and M, ready for evaluation.
 pub(super) struct Kinked {
-    /// U and M from the coordinate and the signs; `None` where a parameter is left.
+    /// U and M from the coordinate, the signs and E; `None` where a parameter is left.
     pub(super) tape: Option<Tape>,
     pub(super) kinks: Vec<Kink>,
 }
@@ -74,21 +79,24 @@ impl Energies {
         let velocity = own.velocity;
         let once = pool.diff(lagrangian, velocity);
         let mass = pool.diff(once, velocity);
-        let third = pool.diff(mass, velocity);
-        if pool.is_zero(third) != ZeroVerdict::Zero {
-            return Err(PeriodError::NotQuadratic { coordinate: own.name(), span: own.span });
-        }
         let zero = pool.zero();
         let rest: Substitution = [(velocity, zero)].into_iter().collect();
-        let parts = pool.substitute(&[mass, lagrangian], &rest);
-        let [mass, lagrangian] = parts.as_slice() else {
-            return Err(PeriodError::NotQuadratic { coordinate: own.name(), span: own.span });
-        };
-        if pool.is_zero(*mass) == ZeroVerdict::Zero {
+        let lagrangian = pool.substitute_one(lagrangian, &rest);
+        if pool.is_zero(mass) == ZeroVerdict::Zero {
             return Err(PeriodError::NoInertia { coordinate: own.name(), span: own.span });
         }
-        let potential = pool.neg(*lagrangian);
-        Ok(Self { mass: *mass, potential, coordinate: own.symbol, pool })
+        let potential = pool.neg(lagrangian);
+        let energy = pool.fresh_symbol("E");
+        let excess = pool.symbol_expr(energy);
+        let excess = pool.sub(excess, potential);
+        let mass = effective_mass(&mut pool, mass, velocity, excess)
+            .ok_or_else(|| PeriodError::NotQuadratic { coordinate: own.name(), span: own.span })?;
+        Ok(Self { mass, potential, coordinate: own.symbol, energy, pool })
+    }
+
+    /// Whether M depends on the energy.
+    pub(super) fn is_stretched(&self) -> bool {
+        self.pool.depends_on(self.mass, &|symbol| symbol == self.energy)
     }
 
     /// U and M as functions of the coordinate and of the signs of what absolute values are taken of, with the kinks of these.
@@ -115,9 +123,11 @@ impl Energies {
         let mut inputs = vec![q];
         let kinks = kinks.collect::<Option<Vec<Kink>>>().unwrap_or_default();
         let tape = if kinks.is_empty() {
+            inputs.push(self.energy);
             Tape::compile(pool, &roots, &inputs)
         } else {
             inputs.extend(signs.iter().map(|(_, sign)| *sign));
+            inputs.push(self.energy);
             Tape::compile(pool, &smooth, &inputs)
         };
         Kinked { tape: tape.ok(), kinks }
@@ -207,4 +217,58 @@ impl Energies {
         }
         Some(advance)
     }
+}
+
+/// The M of q'² = 2 W/M, where W = E - U, from d²L/dq'²; `None` where it is of no kind that is solved:
+/// - L = 1/2 m q'²: M = m;
+/// - L = 1/2 m q'² + a q'⁴/24: W = 1/2 m q'² + a q'⁴/8, so that M = m/2 + sqrt(m²/4 + a W/2);
+/// - L = -r sqrt(1 - m q'²/r), the relativistic one with r = m c²: W = r/sqrt(1 - m q'²/r) - r, so that
+///   M = m (1 + W/r)²/(1 + W/(2 r)). With a constant r > 0 it is so for all W > 0.
+fn effective_mass(pool: &mut Pool, curvature: ExprId, velocity: Symbol, excess: ExprId) -> Option<ExprId> {
+    let rest: Substitution = [(velocity, pool.zero())].into();
+    let vanishes = |pool: &Pool, e: ExprId| pool.is_zero(e) == ZeroVerdict::Zero;
+    let third = pool.diff(curvature, velocity);
+    let mass = pool.substitute_one(curvature, &rest);
+    if vanishes(pool, third) {
+        return Some(mass);
+    }
+    if vanishes(pool, mass) {
+        return None;
+    }
+    let fourth = pool.diff(third, velocity);
+    let fifth = pool.diff(fourth, velocity);
+    let [odd, fourth] = [third, fourth].map(|e| pool.substitute_one(e, &rest));
+    if !vanishes(pool, odd) {
+        return None;
+    }
+    let square = pool.square(mass);
+    if vanishes(pool, fifth) {
+        let bend = pool.mul(fourth, excess);
+        let under = pool.linear(&[(square, Number::ratio(1, 4)?), (bend, Number::half())]);
+        let root = pool.sqrt(under);
+        return Some(pool.linear(&[(mass, Number::half()), (root, Number::ONE)]));
+    }
+    let inverse = pool.div(fourth, square);
+    let inverse = pool.scale(inverse, &Number::ratio(1, 3)?);
+    if !evaluate_closed::<Ball>(pool, inverse, ())?.is_positive() {
+        return None;
+    }
+    // (d²L/dq'²)² (1 - m q'²/r)³ = m².
+    let q = pool.symbol_expr(velocity);
+    let speed = pool.square(q);
+    let speed = pool.product(&[mass, inverse, speed]);
+    let one = pool.one();
+    let under = pool.sub(one, speed);
+    let under = pool.powi(under, 3);
+    let left = pool.square(curvature);
+    let left = pool.mul(left, under);
+    let gap = pool.sub(left, square);
+    if !vanishes(pool, gap) {
+        return None;
+    }
+    let share = pool.mul(inverse, excess);
+    let above = pool.add(one, share);
+    let below = pool.linear(&[(one, Number::ONE), (share, Number::half())]);
+    let factors = [(mass, Number::ONE), (above, Number::from(2)), (below, Number::MINUS_ONE)];
+    Some(pool.product_of_powers(&factors))
 }

@@ -58,13 +58,13 @@ Error PeriodError {
         at(*span, feature.label()).with_help(words(*feature)[1])
     },
 
-    /// A kinetic energy that is no quadratic polynomial in the velocity.
-    #[error("the kinetic energy is not quadratic in the velocity of `{coordinate}`")]
+    /// A kinetic energy that is no quadratic polynomial in the velocity, nor of another kind that is known.
+    #[error("the equation of energy can't be solved for the velocity of `{coordinate}`")]
     "E0503" NotQuadratic(span) {
         /// The coordinate.
         coordinate: String,
     } => at(*span, "this coordinate").with_help(
-        "T must be 1/2*M(q)*q'^2, possibly with terms linear in q' and without q'",
+        "T is 1/2*M(q)*q'^2, possibly with terms linear in q' and without q', with a term in q'^4, or relativistic, -m*c^2*sqrt(1 - q'^2/c^2)",
     ),
 
     /// An amplitude or energy that is no number, or no positive amplitude.

@@ -1,6 +1,7 @@
 //! The exact period of one coordinate at finite amplitude, by energy conservation.
 //!
-//! With L = 1/2 M(q) q'^2 - U(q) (a term linear in q' moves nothing) the energy E = 1/2 M q'^2 + U is conserved, and
+//! With L = 1/2 M(q) q'^2 - U(q) (a term linear in q' moves nothing) the energy E = 1/2 M q'^2 + U is conserved (and alike with an M
+//! that depends on E - U, where L is relativistic or has a term in q'^4), and
 //! the period is T = ∫ sqrt(2M/(E - U)) dq between the turning points, where E = U. The integral is taken by Taylor
 //! expansions of the compiled energies with bounds of their rests, over enclosures (`panel`): that E - U is
 //! positive between the turning points is proved on the way. Numbers are doubled doubles as long as these do, else as
@@ -129,7 +130,7 @@ pub struct Period {
     /// That with more digits.
     pub small_precise: Option<Big>,
     /// The leading change of the frequency: omega = omega_0 (1 + bend A² + …) for small amplitudes A; `None` where
-    /// there are no small oscillations.
+    /// there are no small oscillations, and where T is not quadratic in the velocity.
     pub bend: Option<Ball>,
 }
 
@@ -170,6 +171,8 @@ pub struct Oscillator {
     energies: Tape,
     shape: Tape,
     even: bool,
+    /// Whether M depends on the energy of the motion.
+    stretched: bool,
     /// Of the expressions below.
     pool: Pool,
     kinks: Vec<Kink>,
@@ -192,7 +195,7 @@ impl Oscillator {
     /// about it. The corner is the given equilibrium, or the one next to the guess.
     ///
     /// # Errors
-    /// As [`check`], where T is not quadratic in the velocity, and where there is neither an equilibrium nor a corner.
+    /// As [`check`], where the equation of energy can't be solved for the velocity, and where there is neither an equilibrium nor a corner.
     pub fn of_model(model: &Model) -> Result<Self, PeriodError> {
         check(model)?;
         match linearize(model.clone()) {
@@ -204,7 +207,7 @@ impl Oscillator {
     /// Takes the energies of a model of one coordinate that is linearized already.
     ///
     /// # Errors
-    /// As [`check`], and where T is not quadratic in the velocity.
+    /// As [`check`], and where the equation of energy can't be solved for the velocity.
     pub fn new(linearized: &Linearized) -> Result<Self, PeriodError> {
         check(linearized.model())?;
         let energies = Energies::new(linearized.measured_model())?;
@@ -223,9 +226,10 @@ impl Oscillator {
         let own = center.model().coordinates.at(0);
         // All parameters have values, or there would be no equilibrium.
         let tape = tape.ok_or_else(|| PeriodError::NotQuadratic { coordinate: own.name(), span: own.span })?;
+        let stretched = energies.is_stretched();
         let even = place.is_some_and(|place| energies.is_even_about(place));
         let advance = energies.advance();
-        Ok(Self { center, shape: shape()?, even, advance, kinks, pool: energies.pool, energies: tape })
+        Ok(Self { center, shape: shape()?, even, stretched, advance, kinks, pool: energies.pool, energies: tape })
     }
 
     /// The model.

@@ -72,17 +72,17 @@ pub(super) struct Field<S: Enclosure> {
     kinks: Vec<Kink<S>>,
     /// Whether signs are those of a piece between kinks, and not those at each position.
     held: bool,
-    /// The position and the signs of what absolute values are taken of.
+    /// The position, the signs of what absolute values are taken of, and E.
     inputs: Vec<S>,
 }
 
 impl<S: Enclosure> Field<S> {
-    /// `energies` gives U and M from the coordinate, `shape` sqrt(2M/h) from h and M.
+    /// `energies` gives U and M from the coordinate, signs and E, `shape` sqrt(2M/h) from h and M.
     pub(super) fn new(energies: &Tape, shape: &Tape, kinks: Vec<Kink<S>>, precision: S::Precision) -> Self {
         let values = energies.prepare::<S>(precision);
         let zero = S::exact(0.0, precision);
         Self {
-            inputs: vec![zero.clone(); 1 + kinks.len()],
+            inputs: vec![zero.clone(); 2 + kinks.len()],
             kinks,
             held: false,
             series: values.series(),
@@ -91,6 +91,13 @@ impl<S: Enclosure> Field<S> {
             precision,
             scratch: Vec::new(),
             zero,
+        }
+    }
+
+    /// M is that of a motion of this energy, if it depends on it.
+    pub(super) fn set_energy(&mut self, energy: &S) {
+        if let Some(own) = self.inputs.last_mut() {
+            *own = energy.clone();
         }
     }
 

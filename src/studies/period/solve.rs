@@ -1,7 +1,6 @@
 //! From a request to a period, with as many bits as it takes, and what is to be said where bits do not help.
 
 use super::barrier::Height;
-use super::center::Center;
 use super::panel::Field;
 use super::small::small;
 use super::task::{Course, Found, Stop, Task};
@@ -60,7 +59,7 @@ pub(super) fn period(oscillator: &Oscillator, request: &Request, options: &Optio
         match task.run(request) {
             Ok(found) if decides(&found.period, options.digits) => {
                 let mut field = task.field;
-                let (small, bend) = small_about(&oscillator.center, &mut field, &place);
+                let (small, bend) = small_about(oscillator, &mut field, &place);
                 check_range(request, &found)?;
                 return Ok(finished(oscillator, &place, found, None, small, None, bend));
             }
@@ -87,7 +86,7 @@ pub(super) fn period(oscillator: &Oscillator, request: &Request, options: &Optio
                 let complete = found.period.decimal(options.digits).rounding == Rounding::Correct;
                 if complete || attempts > 6 {
                     let mut field = task.field;
-                    let (small_precise, bend) = small_about(&oscillator.center, &mut field, &centre);
+                    let (small_precise, bend) = small_about(oscillator, &mut field, &centre);
                     check_range(request, &found)?;
                     let period = found.period.clone();
                     let small = small_precise.as_ref().map(Big::to_ball);
@@ -130,13 +129,16 @@ pub(super) fn period(oscillator: &Oscillator, request: &Request, options: &Optio
 }
 
 /// Small oscillations and the change of their frequency, where the equilibrium is known.
-fn small_about<S: Enclosure>(center: &Center, field: &mut Field<S>, at: &S) -> (Option<S>, Option<S>) {
+fn small_about<S: Enclosure>(oscillator: &Oscillator, field: &mut Field<S>, at: &S) -> (Option<S>, Option<S>) {
+    let center = &oscillator.center;
     if !center.is_proved() || center.is_corner() {
         return (None, None);
     }
+    let energy = field.potential(at);
+    field.set_energy(&energy);
     let (small, bend) = small(field, at);
     // Where a derivative jumps the change is no even function of the amplitude.
-    (small, bend.filter(|_| field.is_smooth_at(at)))
+    (small, bend.filter(|_| !oscillator.stretched && field.is_smooth_at(at)))
 }
 
 /// What is asked for, and how it was put in.

@@ -70,6 +70,7 @@ impl<'a, S: Enclosure> Task<'a, S> {
             }
             Request::Energy(_) => (value, None),
         };
+        field.set_energy(&energy);
         Self {
             oscillator,
             field,
