@@ -150,6 +150,10 @@ impl Chart {
         }
         let begin = floquet::begin(&model, &mut driven);
         let (mut driven, begin) = driven.along_constraints(&model, begin)?;
+        if driven.tied.is_some() {
+            let span = model.constraints.first().map_or(driven.driven_at, |own| own.span);
+            return Err(FloquetError::Unsupported { what: "constraints in charts, about what moves", span }.into());
+        }
         let n = driven.dimension();
         let not_defined = FloquetError::NotDefined { span: driven.driven_at };
         let equations = if floquet::rests(&model, &mut driven, &begin)? {

@@ -477,20 +477,53 @@ fn constraints_leave_the_multipliers_of_free_coordinates() {
             assert!(own.place == other.place && own.error() < 1e-12);
         }
     }
-    // What does not rest at all times, changes with it, or rolls.
+    // An equilibrium that is none, and what does not determine the directions that are left.
     for (text, what) in [
         (
             "coord x, y  T = x'^2 + (y + cos(t))'^2  V = y + sin(t)*x  constraint x^2 + y^2 = 1  equilibrium y = -1",
-            "anything but",
+            "does not hold at all times",
         ),
-        ("coord x, y  T = x'^2 + (y + cos(t))'^2  V = y  constraint x^2 + y^2 = 1  guess y = -0.9", "do not hold"),
-        ("coord x, y  T = x'^2 + y'^2  V = y  constraint x^2 + (y - cos(t))^2 = 1  guess y = 0", "change with time"),
         (
             "coord x, y  T = x'^2 + y'^2  V = y^2*cos(t)  constraint x + y = 0  constraint 2*x + 2*y = 0",
             "depend on each other",
         ),
+        ("coord x, y  T = x'^2 + y'^2  V = y^2*cos(t)  constraint x' = x*y'", "constraints on velocities"),
     ] {
         let error = floquet(&model(&format!("{text}  period 2*pi"), &[]), &Options::default()).unwrap_err();
         assert!(error.code() == "E0709" && error.to_string().contains(what), "{text}: {error}");
+    }
+}
+
+/// Periodic motions with constraints and in angles: supports that move, one of them within the constraint.
+#[test]
+fn constrained_motions_have_the_multipliers_of_free_ones() {
+    let drive = "param g = 9.81  param l = 0.5  param a = 0.03  param W = 7  period 2*pi/W";
+    let angle = "coord u  let x = l*sin(u)  let y = -l*cos(u)";
+    let circle = "coord x, y  constraint x^2 + y^2 = l^2  guess y = -0.49  guess x = 0.01";
+    let sideways = |friction: &str| {
+        format!("T = 1/2*((x + a*cos(W*t))'^2 + y'^2)  V = g*y  dissipation = 1/2*{friction}*(x'^2 + y'^2)")
+    };
+    let lab = "T = 1/2*(x'^2 + y'^2)  V = g*y";
+    let cases = [
+        (format!("{angle}  {}", sideways("0")), format!("{circle}  {}", sideways("0"))),
+        (format!("{angle}  {}", sideways("0.4")), format!("{circle}  {}", sideways("0.4"))),
+        (
+            format!("coord u  let x = a*cos(W*t) + l*sin(u)  let y = -l*cos(u)  {lab}"),
+            format!("coord x, y  constraint (x - a*cos(W*t))^2 + y^2 = l^2  guess x = a  guess y = -l  {lab}"),
+        ),
+        (
+            format!("{angle}  coord v  T = 1/2*((x + a*cos(W*t))'^2 + y'^2) + 1/2*v'^2 + v*x'  V = g*y + 30*v^2"),
+            format!("{circle}  coord v  T = 1/2*((x + a*cos(W*t))'^2 + y'^2) + 1/2*v'^2 + v*x'  V = g*y + 30*v^2"),
+        ),
+    ];
+    for (free, tied) in cases {
+        let [free, tied] = [free, tied].map(|text| multipliers_of(&format!("{drive}  {text}")));
+        assert!(!tied.rests && tied.place.len() > free.place.len());
+        assert!((tied.place[0].powi(2) + tied.place[1].powi(2) - Ball::exact(0.25)).abs_upper() < 0.02);
+        assert_eq!((tied.stable, tied.multipliers.len()), (free.stable, free.multipliers.len()));
+        for (own, other) in tied.multipliers.iter().zip(&free.multipliers) {
+            assert!((own.re - other.re).contains_zero() && (own.im - other.im).contains_zero(), "{own:?} {other:?}");
+            assert!(own.place == other.place && own.error() < 1e-10);
+        }
     }
 }

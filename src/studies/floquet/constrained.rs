@@ -1,21 +1,27 @@
-//! Driven models with constraints: linearised about rest, in the directions that the constraints leave.
+//! Driven models with constraints c(q, t) = 0.
 //!
 //! At a point where M q'' + h = Jᵀ mu holds at rest for some mu(t), small displacements are q = Z u with J Z = 0, and
 //! Zᵀ M Z u'' + Zᵀ (dh/dq') Z u' + Zᵀ (dh/dq - Σ mu_a d²c_a/dq²) Z u = 0. Momenta of u follow as Zᵀ p; what Z changes along the
-//! constraints adds a gradient to them, which no bracket sees. Motions other than rest are left to independent coordinates.
+//! constraints adds a gradient to them, which no bracket sees.
+//!
+//! Elsewhere the equations are those of all coordinates with c'' + 2 b c' + b² c = 0 (J. Baumgarte, Comput. Methods Appl. Mech. Eng. 1
+//! (1972) 1): a periodic motion of these satisfies c = 0, as all else decays, and displacements along the constraints,
+//! J dq = 0 and d(c') = 0, stay so. Multipliers are those of these displacements, described by as many of q and q' as determine them.
 
 use super::error::FloquetError;
 use super::motion::Driven;
 use crate::flow::solved;
-use librate_core::expr::{ExprId, Pool, Symbol, ZeroVerdict};
+use librate_core::expr::{ExprId, Pool, Symbol, Tape, ZeroVerdict};
 use librate_core::model::Model;
+use librate_core::number::Number;
+use librate_core::precision::{Enclosure, Matrix, clear_column, sum_of_products};
 
 impl Driven {
     /// The equations of small displacements from a point along the constraints, as a driven model that rests at 0, and that state
-    /// in place of `begin`; without constraints all stays as it is.
+    /// in place of `begin`; or, where it does not rest there, with the constraints beside its equations.
     ///
     /// # Errors
-    /// Where the point does not satisfy the constraints, they change with time, or a force moves it along them.
+    /// Constraints that depend on each other, and a given equilibrium that is none.
     pub(crate) fn along_constraints(
         mut self,
         model: &Model,
@@ -29,14 +35,13 @@ impl Driven {
         let symbols = self.symbols();
         let mut gaps: Vec<ExprId> = model.constraints.iter().map(|own| own.expression).collect();
         gaps.iter_mut().for_each(|gap| *gap = self.with_values(*gap));
-        if gaps.iter().any(|gap| self.pool.depends_on(*gap, &|symbol| symbol == self.time)) {
-            return Err(unsupported("constraints that change with time"));
-        }
+        let changes = gaps.iter().any(|gap| self.pool.depends_on(*gap, &|symbol| symbol == self.time));
         let pool = &mut self.pool;
         let vanishes = |pool: &mut Pool, e: ExprId| pool.is_zero(e) == ZeroVerdict::Zero;
         let there = pool.substitute(&gaps, &map);
-        if !there.iter().all(|gap| vanishes(pool, *gap)) {
-            return Err(unsupported("constraints that do not hold at the equilibrium given"));
+        let mut resting = there.iter().chain(&begin[n..]);
+        if changes || !resting.all(|own| vanishes(pool, *own)) {
+            return self.tied(model, &gaps).map(|own| (own, begin));
         }
         let gradients: Vec<Vec<ExprId>> = gaps.iter().map(|gap| pool.gradient(*gap, &symbols[1..=n])).collect();
         let slopes: Vec<Vec<ExprId>> = gradients.iter().map(|row| pool.substitute(row, &map)).collect();
@@ -55,7 +60,7 @@ impl Driven {
             vanishes(pool, force)
         });
         if !still {
-            return Err(unsupported("constraints about anything but an equilibrium"));
+            return self.tied(model, &gaps).map(|own| (own, begin));
         }
         // Zᵀ A Z of derivatives of h - Jᵀ mu, of momenta, and of M.
         let mut bent: Vec<Vec<ExprId>> = Vec::new();
@@ -97,6 +102,112 @@ impl Driven {
         (self.mass, self.slopes) = (mass, slopes);
         let zeros = vec![pool.zero(); 2 * directions.len()];
         Ok((self, zeros))
+    }
+}
+
+impl Driven {
+    /// With the constraints beside the equations.
+    fn tied(mut self, model: &Model, gaps: &[ExprId]) -> Result<Self, FloquetError> {
+        let span = model.constraints.first().map_or(self.driven_at, |own| own.span);
+        if model.equilibria.any() {
+            return Err(FloquetError::Unsupported {
+                what: "constraints at an equilibrium that does not hold at all times",
+                span,
+            });
+        }
+        let symbols = self.symbols();
+        let n = self.dimension();
+        let pool = &mut self.pool;
+        let rate = |pool: &mut Pool, e: ExprId| {
+            let slopes = pool.gradient(e, &symbols[1..=n]);
+            let mut parts = vec![pool.diff(e, symbols[0])];
+            for (slope, velocity) in slopes.iter().zip(&symbols[n + 1..]) {
+                let velocity = pool.symbol_expr(*velocity);
+                parts.push(pool.mul(*slope, velocity));
+            }
+            (slopes, pool.sum(&parts))
+        };
+        let (mut gradients, mut decays, mut slopes) = (Vec::new(), Vec::new(), Vec::new());
+        let haste = pool.number(HASTE.into());
+        let haste = pool.div(haste, self.period.0);
+        for gap in gaps {
+            let (gradient, speed) = rate(pool, *gap);
+            let (slope, bend) = rate(pool, speed);
+            let twice = pool.mul(haste, speed);
+            let square = pool.square(haste);
+            let held = pool.mul(square, *gap);
+            decays.push(pool.linear(&[(bend, Number::ONE), (twice, Number::from(2)), (held, Number::ONE)]));
+            gradients.push(gradient);
+            slopes.push(slope);
+        }
+        let rows: Vec<ExprId> = gradients.iter().zip(&slopes).flat_map(|(a, b)| a.iter().chain(b)).copied().collect();
+        let tape = Tape::compile(pool, &rows, &symbols).map_err(|_| FloquetError::NotDefined { span })?;
+        self.tied = Some(Tied { gradients, decays, tape });
+        Ok(self)
+    }
+}
+
+/// How fast what is off the constraints decays: as exp(-HASTE) in a period.
+const HASTE: i64 = 4;
+
+/// The constraints of a motion.
+pub(crate) struct Tied {
+    /// J, row by row.
+    gradients: Vec<Vec<ExprId>>,
+    /// c'' where accelerations are 0, and 2 b c' + b² c.
+    decays: Vec<ExprId>,
+    /// J and dc'/dq, row by row beside each other, from time, coordinates and velocities.
+    tape: Tape,
+}
+
+impl Tied {
+    /// M, with -Jᵀ beside it and J below, and the right sides.
+    pub(super) fn border(&self, pool: &mut Pool, matrix: &mut Vec<Vec<ExprId>>, right: &mut Vec<Vec<ExprId>>) {
+        let c = self.gradients.len();
+        for (i, row) in matrix.iter_mut().enumerate() {
+            row.extend(self.gradients.iter().map(|gradient| pool.neg(gradient[i])));
+        }
+        for (gradient, decay) in self.gradients.iter().zip(&self.decays) {
+            let zeros = std::iter::repeat_n(pool.zero(), c);
+            matrix.push(gradient.iter().copied().chain(zeros).collect());
+            right.push(vec![*decay]);
+        }
+    }
+
+    /// Displacements of q and q' along the constraints, a column for each of those that determine the others; and which these are.
+    pub(super) fn tangent<S: Enclosure>(&self, start: &[S], precision: S::Precision) -> (Vec<usize>, Matrix<S>) {
+        let n = start.len() / 2;
+        let [zero, one] = [0.0, 1.0].map(|value| S::exact(value, precision));
+        let inputs: Vec<S> = std::iter::once(&zero).chain(start).cloned().collect();
+        let values = self.tape.prepare::<S>(precision).evaluate(&inputs, &mut Vec::new());
+        let mut rows: Vec<Vec<S>> = values.chunks_exact(2 * n).map(<[S]>::to_vec).collect();
+        let mut pivots: Vec<usize> = Vec::new();
+        for k in 0..rows.len() {
+            let size = |j: &usize| rows[k][*j].mid_f64().abs();
+            let open = (0..n).filter(|j| !pivots.contains(j));
+            let Some(pivot) = open.max_by(|a, b| size(a).total_cmp(&size(b))) else { break };
+            clear_column(&mut rows, k, pivot, precision);
+            pivots.push(pivot);
+        }
+        let free: Vec<usize> = (0..n).filter(|j| !pivots.contains(j)).collect();
+        let mut columns: Vec<Vec<S>> = Vec::new();
+        let mut later: Vec<Vec<S>> = Vec::new();
+        for own in &free {
+            let mut place = vec![zero.clone(); n];
+            place[*own] = one.clone();
+            for (row, pivot) in rows.iter().zip(&pivots) {
+                place[*pivot] = row[*own].neg();
+            }
+            let mut speed = vec![zero.clone(); n];
+            for (row, pivot) in rows.iter().zip(&pivots) {
+                speed[*pivot] = sum_of_products(&row[n..], &place, precision).neg();
+            }
+            later.push([vec![zero.clone(); n], place.clone()].concat());
+            columns.push([place, speed].concat());
+        }
+        columns.extend(later);
+        let kept = free.iter().copied().chain(free.iter().map(|own| n + own)).collect();
+        (kept, Matrix::new(2 * n, columns.concat()).transposed())
     }
 }
 

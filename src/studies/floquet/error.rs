@@ -96,7 +96,7 @@ Error FloquetError {
         /// Which, in words.
         what: &'static str,
     } => at(*span, "")
-        .with_help("under constraints give the exact `equilibrium`, at which no force moves the model at any time, or choose coordinates that satisfy the constraints identically; write driven rotations with `t`"),
+        .with_help("choose coordinates that satisfy the constraints identically, or a `guess` in place of an `equilibrium`, and write driven rotations with `t`"),
 
     /// Too much to write out.
     #[error("{coordinates} coordinates with {terms} terms are too many for Floquet multipliers")]

@@ -7,7 +7,7 @@ use super::multipliers::{self, Multiplier, Place, is_lacking, missing_bits};
 use super::orbit::{Guess, Lost, SEARCH, orbit, search};
 use crate::flow::{Equations, Plain};
 use librate_core::expr::{ExprId, Tape};
-use librate_core::precision::{Ball, Big, Enclosure, Magnitude};
+use librate_core::precision::{Ball, Big, Enclosure, Magnitude, Matrix};
 
 /// The order of the steps in double-double: about the best for 32 digits.
 const ORDER: usize = 34;
@@ -131,12 +131,25 @@ impl Task<'_> {
     }
 
     fn found<S: Enclosure>(&self, start: Vec<S>, there: &PeriodMap<S>, precision: S::Precision) -> Found {
-        let n = self.equations.dimension();
+        let tangent = self.driven.tied.as_ref().map(|own| own.tangent(&start, precision));
+        let along = tangent.as_ref().map(|(kept, basis)| {
+            let all = there.monodromy.mul(basis, precision);
+            let rows: Vec<&[S]> = all.rows().collect();
+            Matrix::new(kept.len(), kept.iter().flat_map(|row| rows[*row].to_vec()).collect())
+        });
+        let monodromy = along.as_ref().unwrap_or(&there.monodromy);
+        let n = monodromy.rows().len();
+        let form = || {
+            let form = self.form(&start, precision)?;
+            let Some((_, basis)) = &tangent else { return Some(form) };
+            let form = Matrix::new(2 * self.driven.dimension(), form).mul(basis, precision);
+            Some(basis.transposed().mul(&form, precision).into_entries())
+        };
         let symplectic = !self.driven.damped;
-        let sizes = there.monodromy.entries().iter().map(Enclosure::abs_upper_magnitude);
+        let sizes = monodromy.entries().iter().map(Enclosure::abs_upper_magnitude);
         let size = sizes.fold(Magnitude::ZERO, Magnitude::max);
         let wide = || -> Vec<Big> {
-            let entries = there.monodromy.entries().iter();
+            let entries = monodromy.entries().iter();
             entries.map(|x| x.unrounded(RANGE_BITS).scale(there.exponent)).collect()
         };
         let blocks = Blocks { n, symplectic, digits: self.digits };
@@ -145,10 +158,10 @@ impl Task<'_> {
             let bits = wide.first().map_or(RANGE_BITS, Big::bits);
             blocks.multipliers(&wide, bits, &|| None)
         } else {
-            blocks.multipliers(there.monodromy.entries(), precision, &|| self.form(&start, precision))
+            blocks.multipliers(monodromy.entries(), precision, &form)
         };
         let monodromy = match there.exponent {
-            0 => there.monodromy.entries().iter().map(Enclosure::to_ball).collect(),
+            0 => monodromy.entries().iter().map(Enclosure::to_ball).collect(),
             _ => wide().iter().map(Big::to_ball).collect(),
         };
         Found {

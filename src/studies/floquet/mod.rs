@@ -127,8 +127,7 @@ impl Floquet {
 /// The multipliers of a model that is periodic in time.
 ///
 /// They are those about the equilibrium that the model gives, or the point 0, if no force acts there at any time; else
-/// about the periodic motion found from the guesses of coordinates and velocities (0 where there is none). Under constraints
-/// they are those about an equilibrium that holds at all times.
+/// about the periodic motion found from the guesses of coordinates and velocities (0 where there is none).
 ///
 /// # Errors
 /// Where nothing depends on the time, the period is missing or none, a given equilibrium moves, no periodic motion is
@@ -174,7 +173,9 @@ fn over_a_period(model: &Model, options: &Options) -> Result<Floquet, FloquetErr
         place.iter().map(|value| constant(&driven.pool, *value).unwrap_or(Ball::ZERO)).collect()
     };
     let state = if rests { resting(point) } else { found.start };
-    let frequencies = resonance::frequencies(&equations, period.mid_f64(), &state);
+    // Beside constraints not all of them are those of motions.
+    let frequencies =
+        if driven.tied.is_some() { Vec::new() } else { resonance::frequencies(&equations, period.mid_f64(), &state) };
     let stable = stable(&multipliers);
     let cycles = repeats.as_ref().map_or(1, |own| own.cycles);
     Ok(Floquet {

@@ -2,6 +2,7 @@
 //!
 //! Parameters have their exact values, but for those that are left open. Nothing is evaluated here.
 
+use super::constrained::Tied;
 use super::error::FloquetError;
 use crate::flow::{Equations, solved};
 use crate::mechanics::Mechanics;
@@ -39,6 +40,8 @@ pub(crate) struct Driven {
     known: Substitution,
     /// The period, and where it is given.
     pub(crate) period: (ExprId, Span),
+    /// The constraints of a motion that follows them.
+    pub(crate) tied: Option<Tied>,
 }
 
 impl Driven {
@@ -83,6 +86,7 @@ impl Driven {
             open: open.iter().map(|at| model.parameters[*at].symbol).collect(),
             known,
             period: (period, given.span),
+            tied: None,
         };
         driven.check_values(model, open)?;
         Ok(driven)
@@ -187,10 +191,15 @@ impl Driven {
         Ok(rows)
     }
 
-    /// The state's own equations, compiled: (q, q')' = (q', -M⁻¹h).
+    /// The state's own equations, compiled: (q, q')' = (q', -M⁻¹h), with the forces of constraints if there are any.
     pub(crate) fn equations(&mut self) -> Result<Equations, FloquetError> {
-        let right = self.load.iter().map(|load| vec![*load]).collect();
-        let accelerations = self.solved(self.mass.clone(), right)?;
+        let mut right: Vec<Vec<ExprId>> = self.load.iter().map(|load| vec![*load]).collect();
+        let mut matrix = self.mass.clone();
+        if let Some(tied) = &self.tied {
+            tied.border(&mut self.pool, &mut matrix, &mut right);
+        }
+        let mut accelerations = self.solved(matrix, right)?;
+        accelerations.truncate(self.dimension());
         let mut rates: Vec<ExprId> = Vec::new();
         for velocity in self.velocities.clone() {
             rates.push(self.pool.symbol_expr(velocity));
