@@ -197,7 +197,7 @@ pub mod derive {
         Abbreviation, Angles, Approximation, Block, Case, Condition, Conserved, Constraints, Definition, Derivation,
         Energy, Exchange, Factor, Frequencies, Frequency, Independent, Linear, Motion, MotionSum, MotionTerm, Names,
         NormalCoordinates, NormalMode, NormalWaves, Parts, Reduced, Relation, Root, SecondOrder, Series, Solved,
-        SolvedFormula, Tangent, WaveSum, derive,
+        SolvedFormula, Tangent, WaveSum, derive, in_independent_coordinates, linearized,
     };
 }
 

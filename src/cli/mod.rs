@@ -231,7 +231,7 @@ fn solved(
     model: Model,
     options: &modes::Options,
 ) -> Result<(linearize::Linearized, oscillation::NormalModes), linearize::LinearizeError> {
-    let linearized = linearize::linearize(model)?;
+    let linearized = derive::linearized(model)?;
     let modes = oscillation::normal_modes(&linearized, options)?;
     Ok((linearized, modes))
 }
@@ -241,6 +241,8 @@ fn sensitivity_text(args: &args::Sensitivity) -> Result<Answer, Failure> {
     let mut options = modes::Options::default().digits(args.digits);
     options.lowest = args.lowest;
     let progress = Progress::start("computing the modes");
+    // Conditions on velocities have no derivatives, the equations in independent velocities do.
+    let model = derive::in_independent_coordinates(&model).unwrap_or(model);
     let computed = solved(model, &options);
     let (linearized, mut modes) = match computed {
         Ok(computed) => computed,

@@ -6,9 +6,9 @@ use crate::derive_support::BruteForce;
 
 use std::path::Path;
 
-use librate::derive::{Conserved, Parts, derive};
+use librate::derive::{Conserved, Motion, Parts, derive};
 use librate::expect::are_equal;
-use librate_core::expr::Substitution;
+use librate_core::expr::{ExprId, Substitution};
 
 #[test]
 fn equations_have_the_forces_of_the_conditions() {
@@ -36,7 +36,7 @@ fn equations_have_the_forces_of_the_conditions() {
         let energy = derivation.energy.as_ref().unwrap();
         assert!(energy.conserved.contains(&Conserved::Energy { is_total: true }), "{name}");
         assert!(!energy.conserved.contains(&Conserved::Momentum(0)), "{name}");
-        assert!(energy.hamiltonian.is_none() && derivation.linear.is_err(), "{name}");
+        assert!(energy.hamiltonian.is_none() && derivation.linear.is_ok(), "{name}");
     }
 }
 
@@ -83,6 +83,60 @@ fn equations_in_independent_velocities_have_no_multipliers() {
             assert!(are_equal(&mut pool, found, want), "{name}: equation {at}");
         }
     }
+}
+
+/// The matrices are those of the equations in independent velocities, differentiated at the equilibrium or steady motion.
+#[test]
+fn matrices_are_those_of_the_reduced_equations() {
+    for name in ["disc", "skate_on_spring", "sleigh"] {
+        let model = load(Path::new(&format!("models/rolling/{name}.lag")));
+        let derivation = derive(&model, &Parts::all()).unwrap();
+        let whole = derivation.linear.as_ref().unwrap();
+        let reduced = whole.tangent.as_ref().unwrap().reduced.as_ref().unwrap();
+        let own = derivation.independent.as_ref().unwrap();
+        assert_eq!(own.free, reduced.free, "{name}");
+        let linear = reduced.derivation.linear.as_ref().unwrap();
+        let mut pool = reduced.derivation.pool.clone();
+        let mut point = Substitution::default();
+        for (coordinate, at) in model.coordinates.iter().zip(&whole.equilibrium) {
+            point.insert(coordinate.symbol, *at);
+            let rate = derivation.rates.iter().find(|(own, _)| *own == coordinate.name());
+            point.insert(coordinate.velocity, rate.map_or_else(|| pool.zero(), |(_, rate)| *rate));
+        }
+        for (i, equation) in own.equations.iter().enumerate() {
+            let load = equation.expression(&mut pool, |pool, motion| match motion {
+                Motion::Velocity(j) => pool.symbol_expr(model.coordinates.at(j).velocity),
+                _ => pool.zero(),
+            });
+            for (j, at) in own.free.iter().enumerate() {
+                let coordinate = model.coordinates.at(*at);
+                let mass = equation.coefficient(&mut pool, Motion::Acceleration(*at));
+                let (by_velocity, by_place) =
+                    (pool.diff(load, coordinate.velocity), pool.diff(load, coordinate.symbol));
+                let entry = |rows: &Option<Vec<Vec<ExprId>>>| rows.as_ref().map(|rows| rows[i][j]);
+                let velocity: Vec<ExprId> =
+                    [&linear.gyroscopic, &linear.damping].into_iter().filter_map(entry).collect();
+                let place: Vec<ExprId> =
+                    std::iter::once(linear.stiffness[i][j]).chain(entry(&linear.circulatory)).collect();
+                for (want, own) in [(mass, vec![linear.mass[i][j]]), (by_velocity, velocity), (by_place, place)] {
+                    let want = pool.substitute_one(want, &point);
+                    let own = pool.sum(&own);
+                    assert!(are_equal(&mut pool, own, want), "{name}: {i} {j}");
+                }
+            }
+        }
+    }
+    // Without values, too.
+    let text = std::fs::read_to_string("models/rolling/skate_on_spring.lag").unwrap();
+    let open = text.lines().map(|line| match line.starts_with("param") {
+        true => line.split('=').next().unwrap(),
+        false => line,
+    });
+    let open = derive(&model(&open.collect::<Vec<_>>().join("\n")), &Parts::all()).unwrap();
+    let page = open.reduced();
+    let linear = page.linear.as_ref().unwrap();
+    let text = |e: ExprId| page.pool.display(e);
+    assert_eq!((text(linear.mass[1][1]), text(linear.stiffness[1][1])), ("J + m*a^2".to_owned(), "k".to_owned()));
 }
 
 #[test]

@@ -6,12 +6,14 @@ use crate::common;
 use std::path::Path;
 
 use common::{load, model};
+use librate::derive::{in_independent_coordinates, linearized};
 use librate::diagnostic::Diagnostic;
 use librate::linearize::{Linearized, linearize};
 use librate::modes::{Kind, Options, Stability};
 use librate::number::Number;
 use librate::oscillation::{NormalModes, normal_modes};
 use librate::precision::{Ball, Scalar};
+use librate::sensitivity::sensitivities;
 use serde_json::Value;
 
 fn ball(text: &str) -> Ball {
@@ -102,6 +104,139 @@ fn the_disc_stands_above_its_critical_speed() {
         assert_eq!(found.stability, stability, "{speed}");
         // Motions run backward are motions: a pair ±s is one entry.
         assert_eq!(found.modes.len(), 5, "{speed}");
+    }
+}
+
+fn found(name: &str, changes: &[(&str, &str)]) -> NormalModes {
+    let mut text = std::fs::read_to_string(format!("models/rolling/{name}.lag")).unwrap();
+    for (from, to) in changes {
+        assert!(text.contains(from), "{from}");
+        text = text.replace(from, to);
+    }
+    modes(&linearized(model(&text)).unwrap())
+}
+
+/// The frequency in the closed form of models/rolling/disc_in_circle.lag, from Euler's equations with the velocity of rotation about
+/// the diameter, the axis and the line of steepest descent.
+fn in_circle(turning: f64, lean: f64) -> f64 {
+    let (m, r, g) = (2.0, 0.5, 9.81);
+    let (a, c) = (m * r * r / 4.0, m * r * r / 2.0);
+    let b = c + m * r * r;
+    let (up, across) = (turning * lean.sin(), turning * lean.cos());
+    let spin = (a * up - m * g * r * lean.tan() / turning) / b;
+    let k = up - c * spin / a;
+    let square = a * turning * turning + k * (2.0 * a * up - b * spin) + m * r * r * across * across;
+    (square - m * g * r * lean.cos()) / (a + m * r * r)
+}
+
+#[test]
+fn a_disc_leans_in_a_circle() {
+    for (turning, lean) in [("2", "-asin(3/5)"), ("1", "-asin(7/25)"), ("-3", "asin(3/5)")] {
+        let changes = [("rad/s = 2", format!("rad/s = {turning}")), ("rad = -asin(3/5)", format!("rad = {lean}"))];
+        let changes = changes.each_ref().map(|(from, to)| (*from, to.as_str()));
+        let found = found("disc_in_circle", &changes);
+        let sine: f64 = if lean.contains("25") { -0.28 } else { 0.6 * if lean.starts_with('-') { -1.0 } else { 1.0 } };
+        let want = in_circle(turning.parse().unwrap(), sine.asin());
+        let swings: Vec<f64> =
+            found.modes.iter().filter(|own| own.kind == Kind::Oscillation).map(|own| own.omega.mid_f64()).collect();
+        assert_eq!(swings.len(), 1, "{turning} {lean}: {:?}", found.modes);
+        assert!((swings[0] * swings[0] - want).abs() < 1e-11 * want, "{turning} {lean}: {swings:?} {want}");
+    }
+    // With another turning rate nothing holds it.
+    let text = std::fs::read_to_string("models/rolling/disc_in_circle.lag").unwrap();
+    assert!(linearized(model(&text.replace("psi' = W", "psi' = 2*W"))).is_err());
+}
+
+/// Turning rate, and growth and frequency of both modes, from tests/reference/rattleback.py.
+const RATTLES: [(&str, [[f64; 2]; 2]); 3] = [
+    ("5", [[0.06799761326302043, 20.82592718430309], [-1.697707516564121, 101.127609130966]]),
+    ("-5", [[-0.06799761326302043, 20.82592718430309], [1.697707516564121, 101.127609130966]]),
+    ("0.5", [[0.007153936049948025, 20.22359394201563], [-0.1701249263800581, 98.59206827758509]]),
+];
+
+#[test]
+fn a_rattleback_tells_the_ways_of_turning_apart() {
+    for (turning, wants) in RATTLES {
+        let mut found = found("rattleback", &[("rad/s  = 5", &format!("rad/s = {turning}"))]).modes;
+        found.retain(|mode| mode.kind != Kind::Zero);
+        found.sort_by(|a, b| a.omega.mid_f64().total_cmp(&b.omega.mid_f64()));
+        assert_eq!(found.len(), 2, "{turning}");
+        for (own, [growth, omega]) in found.iter().zip(wants) {
+            let off = (own.growth.mid_f64() - growth).abs().max((own.omega.mid_f64() - omega).abs());
+            assert!(off < 1e-12, "{turning}: {own:?}");
+        }
+    }
+}
+
+#[test]
+fn a_sleigh_slides_on_with_its_centre_ahead() {
+    for (ahead, stability) in [("0.2", Stability::Neutral), ("-0.2", Stability::Unstable)] {
+        let change = format!("param a : m      = {ahead}");
+        let found = found("sleigh", &[("param a : m      = 0.2", &change)]);
+        let ahead: f64 = ahead.parse().unwrap();
+        let want = -1.5 * ahead * 3.0 / (0.3 + 1.5 * ahead * ahead);
+        let moving: Vec<f64> =
+            found.modes.iter().filter(|own| own.kind != Kind::Zero).map(|own| own.growth.mid_f64()).collect();
+        assert_eq!(moving.len(), 1, "{:?}", found.modes);
+        assert!((moving[0] - want).abs() < 1e-12, "{moving:?} {want}");
+        assert_eq!(found.stability, stability);
+    }
+}
+
+/// A sleigh held across a slope by its blade, with a spring that turns it back: forces of constraint at rest.
+#[test]
+fn a_blade_holds_a_sleigh_on_a_slope() {
+    let held = "param m = 1.5  param J = 0.3  param k = 2  param g = 9.81
+        coord x, y, th
+        T = 1/2*m*(x'^2 + y'^2) + 1/2*J*th'^2
+        V = 1/2*k*th^2 + m*g*y/10
+        constraint cos(th)*y' = sin(th)*x'";
+    assert!(linearize(model(held)).is_err());
+    let found = modes(&linearized(model(held)).unwrap());
+    // m*x'' = -m*g/10*th, J*th'' = -k*th: the other exponents are 0, twice.
+    let swings: Vec<f64> =
+        found.modes.iter().filter(|own| own.kind == Kind::Oscillation).map(|own| own.omega.mid_f64()).collect();
+    assert_eq!(swings.len(), 1, "{:?}", found.modes);
+    assert!((swings[0] - (2.0_f64 / 0.3).sqrt()).abs() < 1e-12, "{swings:?}");
+}
+
+/// The hoop, whose mass is in its rim, stands above v^2 = g*r/4.
+#[test]
+fn a_hoop_stands_above_its_critical_speed() {
+    let hoop = ("+ 1/8*m*r^2*", "+ 1/4*m*r^2*");
+    // 1.22625
+    for (speed, stability) in [("1.107", Stability::Unstable), ("1.108", Stability::Neutral)] {
+        let found = found("disc", &[hoop, ("m/s   = 2", &format!("m/s   = {speed}"))]);
+        assert_eq!(found.stability, stability, "{speed}");
+    }
+}
+
+#[test]
+fn sensitivities_are_those_in_independent_velocities() {
+    let of = |name: &str| {
+        let own = in_independent_coordinates(&load(Path::new(&format!("models/rolling/{name}.lag")))).unwrap();
+        let linearized = linearize(own).unwrap();
+        let modes = modes(&linearized);
+        let found = sensitivities(&linearized, &modes);
+        let last = found.omega.last().unwrap();
+        last.iter().map(|own| own.unwrap().mid_f64()).collect::<Vec<f64>>()
+    };
+    // By W and the lean, against differences of the closed form.
+    let step = 1e-5;
+    let lean = -(0.6_f64).asin();
+    let omega = |turning: f64, lean: f64| in_circle(turning, lean).sqrt();
+    let by_turning = (omega(2.0 + step, lean) - omega(2.0 - step, lean)) / (2.0 * step);
+    let by_lean = (omega(2.0, lean + step) - omega(2.0, lean - step)) / (2.0 * step);
+    let own = of("disc_in_circle");
+    assert!((own[3] - by_turning).abs() < 1e-7 && (own[4] - by_lean).abs() < 1e-7, "{own:?}");
+    // k/(J + m*a^2), by m, J, a and k.
+    let (m, j, a, k) = (1.5, 0.3, 0.2, 2.0_f64);
+    let inertia: f64 = j + m * a * a;
+    let omega = (k / inertia).sqrt();
+    let per_inertia = -omega / (2.0 * inertia);
+    let wants = [per_inertia * a * a, per_inertia, per_inertia * 2.0 * m * a, omega / (2.0 * k)];
+    for (own, want) in of("skate_on_spring").iter().zip(wants) {
+        assert!((own - want).abs() < 1e-12, "{own} {want}");
     }
 }
 

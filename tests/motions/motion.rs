@@ -239,6 +239,13 @@ fn a_knife_edge_does_not_slide_down() {
     // A belt that moves does work.
     let belt = model("coord x, y  T = 1/2*(x'^2 + y'^2)  V = x^2 + y^2  constraint x' = x*y' + 1");
     assert!(motion(&belt, "x=1", "1", 2).energy_drift.is_none());
+    // Neither is a kink in the way of one, nor the time in its condition.
+    let driven = model(
+        "coord x, y, z  T = 1/2*(x'^2 + y'^2 + z'^2*(1 + x^2)) + x'*y*z  V = x^2 + y^2 + z^4 + abs(z)*x
+         constraint 2*x' = z*y' + cos(3*t)*z' + t",
+    );
+    let found = motion(&driven, "x=0.3, z=0.5, y'=1, z'=1", "8", 2);
+    assert!((found.rows[1][0].mid_f64() - 15.832885806350956).abs() < 1e-13);
     // A start that slides sideways is no motion of it.
     let system = System::new(&edge).unwrap();
     let slides = Start::parse("y'=1, phi=0", &edge, None, &system);
@@ -264,6 +271,23 @@ fn a_disc_rolls() {
         let (speed, heading) = (0.5 * value(9), value(2));
         assert!((value(5) - speed * heading.cos()).abs() < 1e-15 && (value(6) - speed * heading.sin()).abs() < 1e-15);
     }
+}
+
+/// Turned against its sense it rattles and turns back, else it goes on (A. Garcia and M. Hubbard, Proceedings of the Royal Society A 418
+/// (1988) 165).
+#[test]
+fn a_rattleback_turns_back() {
+    let text = std::fs::read_to_string("models/rolling/rattleback.lag").unwrap();
+    let body = model(&text.replace("equilibrium psi' = W", ""));
+    let system = System::new(&body).unwrap();
+    let turning = |start: &str| {
+        let from = Start::parse(start, &body, None, &system).unwrap();
+        let found = system.quick(&from, &times("6", 2), 1e-10).unwrap();
+        assert!(found.energy_drift.unwrap() < 1e-8);
+        found.rows[1][7].mid_f64()
+    };
+    assert!(turning("psi'=-5, p=0.001, q=0.0005") > 3.0);
+    assert!(turning("psi'=5, p=0.001, q=0.0005") > 4.99);
 }
 
 #[test]

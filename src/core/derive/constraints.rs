@@ -11,14 +11,16 @@ use super::shapes::determinant;
 use super::simplify::Simplifier;
 use super::{Derivation, Linear, Parts};
 use crate::expr::{ExprId, Pool, Symbol};
-use crate::linearize::{self, Eliminated, SymbolicConstraints, SymbolicMatrices, Tied};
+use crate::linearize::{self, Eliminated, SymbolicMatrices, SymbolicRolling, Tied};
 use crate::model::Model;
 
 /// Determinants of so many rows are written out.
 const MOST_BY_DETERMINANTS: usize = 3;
 
+/// A matrix, row by row.
+type Rows = Vec<Vec<ExprId>>;
 /// Free coordinates, Z and K.
-type Condensed = (Vec<usize>, Vec<Vec<ExprId>>, Vec<Vec<ExprId>>);
+type Condensed = (Vec<usize>, Rows, Rows);
 
 /// Constraints, one entry each for those that don't follow from others.
 #[derive(Clone, Debug)]
@@ -87,6 +89,8 @@ pub struct Tangent {
     pub multipliers: Vec<ExprId>,
     /// The gradients of the constraints, one row each; without constraints the rows of K + N of the massless coordinates.
     pub gradients: Vec<Vec<ExprId>>,
+    /// What conditions on velocities leave, before it is brought to its shortest form.
+    rolling: Option<SymbolicRolling>,
     /// The motions that are left; `None` where there are none, or the gradients are not shown to be independent.
     pub reduced: Option<Reduced>,
 }
@@ -106,13 +110,18 @@ pub struct Reduced {
 }
 
 impl Tangent {
-    pub(super) fn new(constraints: SymbolicConstraints) -> Self {
-        Self {
-            massless: Vec::new(),
-            multipliers: constraints.multipliers,
-            gradients: constraints.gradients,
-            reduced: None,
+    /// Of constraints and conditions on velocities; `None` without any.
+    pub(super) fn new(matrices: &mut SymbolicMatrices) -> Option<Self> {
+        let constraints = matrices.constraints.take();
+        let rolling = matrices.rolling.take();
+        let (mut multipliers, mut gradients) =
+            constraints.map_or_else(Default::default, |own| (own.multipliers, own.gradients));
+        if let Some(own) = &rolling {
+            // Forces of conditions vanish there.
+            gradients.extend_from_slice(&own.gradients[gradients.len()..]);
+            multipliers.resize(gradients.len(), matrices.pool.zero());
         }
+        (!gradients.is_empty()).then_some(Self { massless: Vec::new(), multipliers, gradients, rolling, reduced: None })
     }
 
     /// What follows from the coordinates that neither M nor forces which go with velocities have a part of; `None` without any.
@@ -129,7 +138,13 @@ impl Tangent {
             None => matrices.stiffness[*i].clone(),
         };
         let gradients: Vec<Vec<ExprId>> = massless.iter().map(&mut row).collect();
-        (!massless.is_empty()).then(|| Self { massless, multipliers: Vec::new(), gradients, reduced: None })
+        (!massless.is_empty()).then(|| Self {
+            massless,
+            multipliers: Vec::new(),
+            gradients,
+            rolling: None,
+            reduced: None,
+        })
     }
 }
 
@@ -147,23 +162,18 @@ pub(super) fn reduce(page: &mut Derivation, short: &mut Simplifier, checker: &Ch
     for entry in tangent.multipliers.iter_mut().chain(gradients) {
         *entry = short.simplify(pool, *entry);
     }
-    let condensed = condensed(pool, short, checker, linear, &tangent);
-    let (solved, condensed) = match condensed {
-        Some((free, directions, stiffness)) => (Some((free, directions)), Some(stiffness)),
-        None => (directions(pool, short, checker, &tangent), None),
-    };
-    if let Some((free, directions)) = solved
+    if let Some((free, directions, matrices)) = reduction(pool, short, checker, linear, &mut tangent)
         && !free.is_empty()
     {
         let of = |list: &[String]| -> Vec<String> { free.iter().filter_map(|at| list.get(*at).cloned()).collect() };
-        let mut project = |rows: &[Vec<ExprId>]| congruent(pool, rows, &directions);
+        let [mass, gyroscopic, damping, stiffness, circulatory] = matrices;
         let mut reduced = Linear {
             equilibrium: free.iter().map(|at| linear.equilibrium[*at]).collect(),
-            mass: project(&linear.mass),
-            stiffness: condensed.unwrap_or_else(|| project(&linear.stiffness)),
-            gyroscopic: linear.gyroscopic.as_deref().map(&mut project),
-            damping: linear.damping.as_deref().map(&mut project),
-            circulatory: linear.circulatory.as_deref().map(&mut project),
+            mass: mass.unwrap_or_default(),
+            stiffness: stiffness.unwrap_or_default(),
+            gyroscopic,
+            damping,
+            circulatory,
             signs: Vec::new(),
             second_order: None,
             frequencies: None,
@@ -200,6 +210,38 @@ pub(super) fn reduce(page: &mut Derivation, short: &mut Simplifier, checker: &Ch
         tangent.reduced = Some(Reduced { free, directions, follows, derivation: Box::new(derivation) });
     }
     linear.tangent = Some(tangent);
+}
+
+/// The free coordinates, Z, and M, G, C, K and N of what is left.
+fn reduction(
+    pool: &mut Pool,
+    short: &mut Simplifier,
+    checker: &Checker<'_>,
+    linear: &Linear,
+    tangent: &mut Tangent,
+) -> Option<(Vec<usize>, Rows, [Option<Rows>; 5])> {
+    if let Some(mut own) = tangent.rolling.take() {
+        for entry in own.directions.iter_mut().flatten() {
+            *entry = short.simplify(pool, *entry);
+        }
+        return Some((own.free, own.directions, own.matrices));
+    }
+    let (free, directions, stiffness) = match condensed(pool, short, checker, linear, tangent) {
+        Some((free, directions, stiffness)) => (free, directions, Some(stiffness)),
+        None => {
+            let (free, directions) = directions(pool, short, checker, tangent)?;
+            (free, directions, None)
+        }
+    };
+    let mut project = |rows: &Rows| congruent(pool, rows, &directions);
+    let matrices = [
+        Some(project(&linear.mass)),
+        linear.gyroscopic.as_ref().map(&mut project),
+        linear.damping.as_ref().map(&mut project),
+        Some(stiffness.unwrap_or_else(|| project(&linear.stiffness))),
+        linear.circulatory.as_ref().map(&mut project),
+    ];
+    Some((free, directions, matrices))
 }
 
 /// The free coordinates and Z, row by row; `None` where the rows are not shown to be independent.

@@ -159,17 +159,18 @@ fn dragged(pool: &mut Pool, variables: &Variables, i: usize, drag: ExprId, parts
 
 /// M q'' + (G + C) q' + (K + N) q = 0, row by row, with q measured from the equilibrium.
 pub(super) fn linearized(pool: &mut Pool, linear: &Linear) -> Vec<MotionSum> {
-    let moving = |matrix: &Option<Vec<Vec<ExprId>>>, i: usize, motion: fn(usize) -> Motion| {
-        let row = matrix.as_ref().and_then(|rows| rows.get(i));
-        terms(row.map_or(&[][..], Vec::as_slice), motion)
-    };
+    let row = |matrix: &Option<Vec<Vec<ExprId>>>, i: usize| matrix.as_ref().map(|rows| rows[i].clone());
     (0..linear.mass.len())
         .map(|i| {
             let mut parts = terms(&linear.mass[i], Motion::Acceleration);
-            parts.extend(moving(&linear.gyroscopic, i, Motion::Velocity));
-            parts.extend(moving(&linear.damping, i, Motion::Velocity));
+            // One term for what goes with a velocity, in whichever matrix.
+            let velocity = match (row(&linear.gyroscopic, i), row(&linear.damping, i)) {
+                (Some(g), Some(c)) => g.iter().zip(&c).map(|(g, c)| pool.add(*g, *c)).collect(),
+                (g, c) => g.or(c).unwrap_or_default(),
+            };
+            parts.extend(terms(&velocity, Motion::Velocity));
             parts.extend(terms(&linear.stiffness[i], Motion::Displacement));
-            parts.extend(moving(&linear.circulatory, i, Motion::Displacement));
+            parts.extend(terms(&row(&linear.circulatory, i).unwrap_or_default(), Motion::Displacement));
             MotionSum::new(pool, parts)
         })
         .collect()

@@ -12,8 +12,9 @@ use super::equations::{self, Factors};
 use super::lagrangian::{self, Variables};
 use super::motion::{Motion, MotionSum};
 use super::simplify::Simplifier;
-use crate::expr::{ExprId, Node, Pool, Substitution};
-use crate::model::Model;
+use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, ZeroVerdict};
+use crate::linearize::{self, LinearizeError, Linearized};
+use crate::model::{Local, Model, TermFamily};
 use crate::number::Number;
 
 /// Larger equations are not reduced.
@@ -248,6 +249,150 @@ fn over_divisors(pool: &mut Pool, short: &mut Simplifier, divisors: &[ExprId], e
     best
 }
 
+/// The equations of a model in independent velocities, and the pool that they are in.
+fn reduced(model: &Model, is_pivot: &dyn Fn(&Pool, ExprId) -> bool) -> Option<(Pool, Independent)> {
+    let (mut pool, mut short) = (model.pool.clone(), Simplifier::default());
+    let variables = Variables::new(model);
+    let drags = lagrangian::drags(model, &mut pool, &variables);
+    let found = independent(&mut pool, &mut short, &variables, model, &drags, is_pivot)?;
+    Some((pool, found))
+}
+
+/// A sum without its accelerations, in the symbols of the velocities.
+fn at_constant_rates(pool: &mut Pool, variables: &Variables, sum: &MotionSum) -> ExprId {
+    sum.expression(pool, |pool, motion| match motion {
+        Motion::Velocity(i) => pool.symbol_expr(variables.velocities[i]),
+        _ => pool.zero(),
+    })
+}
+
+/// A model with conditions on velocities as one without, of the coordinates whose velocities are independent: with M of the
+/// equations in these, and what these have beside Lagrange's equations of the same M and V as generalised forces.
+///
+/// `None` where the equations contain the other coordinates, or rates that are given break the conditions at the start.
+#[must_use]
+pub fn in_independent_coordinates(model: &Model) -> Option<Model> {
+    if model.rolling.is_empty() {
+        return None;
+    }
+    let model = linearize::integrated(model.clone());
+    let model = model.assumed();
+    if model.rolling.is_empty() || !model.constraints.is_empty() {
+        return None;
+    }
+    let variables = Variables::new(&model);
+    let checker = Checker::new(&model);
+    let mut start = Substitution::default();
+    for (i, own) in model.coordinates.iter().enumerate() {
+        let stated = model.equilibria.get(i).or_else(|| model.guesses.get(i));
+        start.insert(own.symbol, stated.map_or_else(|| model.pool.zero(), |stated| stated.symbolic));
+        start.insert(own.velocity, model.rates.get(i).map_or_else(|| model.pool.zero(), |rate| rate.symbolic));
+    }
+    let differs = |pool: &Pool, e: ExprId| {
+        let mut pool = pool.clone();
+        let here = pool.substitute_one(e, &start);
+        checker.differs_from_zero(&pool, here)
+    };
+    let (mut pool, found) = reduced(&model, &differs)?;
+    for (i, speed) in &found.follows {
+        if let Some(rate) = model.rates.get(*i) {
+            let speed = at_constant_rates(&mut pool, &variables, speed);
+            let off = pool.sub(speed, rate.symbolic);
+            if differs(&pool, off) {
+                return None;
+            }
+        }
+    }
+    of_independent(&model, pool, &variables, &found)
+}
+
+/// The model that has these equations.
+fn of_independent(model: &Model, mut pool: Pool, variables: &Variables, found: &Independent) -> Option<Model> {
+    let span = model.rolling.first()?.span;
+    let mut short = Simplifier::default();
+    let mut kinetic = Vec::new();
+    for (equation, i) in found.equations.iter().zip(&found.free) {
+        for j in &found.free {
+            let entry = equation.coefficient(&mut pool, Motion::Acceleration(*j));
+            let [u, v] = [i, j].map(|i| pool.symbol_expr(variables.velocities[*i]));
+            kinetic.push((pool.product(&[entry, u, v]), Number::half()));
+        }
+    }
+    let kinetic = pool.linear(&kinetic);
+    let bound = |symbol: Symbol| {
+        let at = variables.coordinate(symbol).or_else(|| variables.velocity(symbol));
+        at.is_some_and(|at| !found.free.contains(&at))
+    };
+    let mut potential: Vec<ExprId> = Vec::new();
+    for family in &model.potential {
+        potential.extend(linearize::instances(model, &mut pool, family, family.body, None));
+    }
+    let mut potential = pool.sum(&potential);
+    if pool.depends_on(potential, &bound) {
+        potential = pool.zero();
+    }
+    let lagrangian = pool.sub(kinetic, potential);
+    let mut own = model.bare(&found.free);
+    let locals = || found.free.iter().map(|i| Local::new(variables.coordinates[*i], variables.velocities[*i]));
+    let numbers: Vec<u32> = (0..found.free.len()).map(|at| u32::try_from(at).unwrap_or(u32::MAX)).collect();
+    let family = |body: ExprId| TermFamily::single(span, body, locals().collect(), numbers.clone());
+    for (at, (equation, i)) in found.equations.iter().zip(&found.free).enumerate() {
+        // Lagrange's equation of this M and V, without accelerations.
+        let momentum = pool.diff(lagrangian, variables.velocities[*i]);
+        let mut parts = vec![variables.by_time(&mut pool, momentum)];
+        for (j, slope) in variables.slopes(&mut pool, momentum) {
+            let velocity = pool.symbol_expr(variables.velocities[j]);
+            parts.push(pool.mul(slope, velocity));
+        }
+        let slope = pool.diff(lagrangian, variables.coordinates[*i]);
+        let load = at_constant_rates(&mut pool, variables, equation);
+        parts.extend([slope, load].map(|e| pool.neg(e)));
+        let force = pool.sum(&parts);
+        let force = short.simplify(&mut pool, force);
+        if pool.depends_on(force, &bound) {
+            return None;
+        }
+        if pool.is_zero(force) != ZeroVerdict::Zero {
+            own.forces.push(TermFamily { acts_on: Some(at), ..family(force) });
+            own.force = Some(span);
+        }
+    }
+    if pool.depends_on(kinetic, &bound) {
+        return None;
+    }
+    own.kinetic.push(family(kinetic));
+    own.potential.push(family(potential));
+    own.dissipation = None;
+    own.pool = pool;
+    Some(own)
+}
+
+/// A model about its equilibrium or steady motion, as [`linearize::linearize`] has it; where conditions on velocities exert forces there,
+/// or what they leave open moves in no steady way, as the place of a disc that rolls in a circle, that of the coordinates whose velocities
+/// are independent.
+///
+/// # Errors
+/// Those of [`linearize::linearize`] for the model as it is.
+pub fn linearized(model: Model) -> Result<Linearized, LinearizeError> {
+    if model.rolling.is_empty() {
+        return linearize::linearize(model);
+    }
+    linearize::linearize(model.clone()).or_else(|error| {
+        let own = matches!(
+            error,
+            LinearizeError::NotAnEquilibrium { .. }
+                | LinearizeError::NoEquilibrium { .. }
+                | LinearizeError::EquilibriumNotFound { .. }
+                | LinearizeError::RollingBroken { .. }
+                | LinearizeError::RollingNotCovered { .. }
+                | LinearizeError::NotCyclic { .. }
+                | LinearizeError::RateNotKept { .. }
+        );
+        let reduced = if own { in_independent_coordinates(&model) } else { None };
+        reduced.and_then(|reduced| linearize::linearize(reduced).ok()).ok_or(error)
+    })
+}
+
 /// The equations in independent velocities of a model whose conditions are solved by dividing through nothing that moves, so that
 /// they hold everywhere; with the pool that they are in.
 #[must_use]
@@ -256,15 +401,11 @@ pub fn without_multipliers(model: &Model) -> Option<(Pool, Independent)> {
         return None;
     }
     let model = model.assumed();
-    let mut pool = model.pool.clone();
-    let mut short = Simplifier::default();
     let variables = Variables::new(&model);
-    let drags = lagrangian::drags(&model, &mut pool, &variables);
     let checker = Checker::new(&model);
     let still = |pool: &Pool, e: ExprId| {
         let moves = |symbol| variables.coordinate(symbol).is_some() || variables.time == Some(symbol);
         !pool.depends_on(e, &moves) && checker.differs_from_zero(pool, e)
     };
-    let found = independent(&mut pool, &mut short, &variables, &model, &drags, &still)?;
-    Some((pool, found))
+    reduced(&model, &still)
 }

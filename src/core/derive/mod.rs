@@ -70,7 +70,7 @@ pub use constraints::{Constraints, Reduced, Tangent};
 pub use cubic::{Solved, SolvedFormula};
 pub use equilibria::{Condition, Relation, Root};
 pub use frequencies::{Approximation, Block, Case, Exchange, Frequencies, Frequency, Series};
-pub use independent::{Independent, without_multipliers};
+pub use independent::{Independent, in_independent_coordinates, linearized, without_multipliers};
 pub use lattice::Angles;
 pub use motion::{Factor, Motion, MotionSum, MotionTerm, Names};
 pub use normal::{Abbreviation, NormalCoordinates, NormalMode};
@@ -313,15 +313,10 @@ fn derivation(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
     let budget = model.pool.budget();
     budget.at("M and K in symbols", None);
     let (tied, matrices) = linearize::derive_with_multipliers(model);
-    // M and K under conditions on velocities are those of `modes`: here are the equations and what they conserve.
-    let matrices = match model.rolling.first() {
-        Some(own) => Err(LinearizeError::Unsupported { feature: linearize::Feature::Rolling, span: own.span }),
-        None => matrices,
-    };
     let with_multipliers = tied.as_ref().map_or(model, |tied| &tied.model);
     let (mut pool, mut linear) = match matrices {
         Ok(mut matrices) => {
-            let bound = matrices.constraints.take().map(Tangent::new);
+            let bound = Tangent::new(&mut matrices);
             let tangent = bound.or_else(|| Tangent::without_inertia(&mut matrices));
             let linear = Linear {
                 equilibrium: matrices.equilibrium,
@@ -341,7 +336,7 @@ fn derivation(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
             error @ (LinearizeError::NotAnEquilibrium { .. }
             | LinearizeError::ConstraintBroken { .. }
             | LinearizeError::ConstraintsContradict { .. }),
-        ) => return Err(error),
+        ) if model.rolling.is_empty() => return Err(error),
         Err(error) => (with_multipliers.pool.clone(), Err(error)),
     };
     let checker = Checker::new(model);

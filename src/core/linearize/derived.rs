@@ -5,6 +5,7 @@ use super::assemble::{self, Assembly, Values, evaluate_closed};
 use super::constrained::{Tied, with_multipliers};
 use super::equilibrium::{Equilibrium, short};
 use super::multipliers;
+use super::rolling::SymbolicRolling;
 use super::symbolic::{self, SymbolicMatrices};
 use super::{
     LinearizeError, SymbolicConstraints, at_equilibrium, in_own_numbers, steady, surface, unbalanced, units, velocity,
@@ -143,6 +144,7 @@ fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
     if settled {
         check_dependent(&model, &point[..visible], &dependent)?;
     }
+    let mut at = vec![Ball::ZERO; order];
     if !settled {
         let values = assembly.values::<Ball>(&model, ()).map_err(|missing| {
             let undefined = assembly.undefined_in_symbols(&model, &point);
@@ -161,6 +163,7 @@ fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
             point.extend(symbols.map(|own| pool.symbol_expr(own.symbol)));
         }
         model.pool = pool;
+        at = equilibrium.values;
     }
     assembly.forget_what_vanishes(&mut model, &point);
     let mut matrices = symbolic::matrices_at(&model, model.pool.clone(), &assembly, &point);
@@ -168,6 +171,9 @@ fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
         && let Some(error) = assembly.undefined_in_symbols(&model, &point)
     {
         return Err(error);
+    }
+    if !model.rolling.is_empty() {
+        matrices.rolling = Some(SymbolicRolling::new(&model, &mut matrices, &point, &at, visible)?);
     }
     if !expressions.is_empty() {
         matrices.first(visible);

@@ -76,7 +76,7 @@ pub(crate) use multipliers::{Eliminated, eliminate};
 pub use parameters::known_values;
 pub use parametric::{Parametric, parametric};
 pub use precise::Precise;
-pub use rolling::integrated;
+pub use rolling::{SymbolicRolling, integrated};
 pub use slopes::{Slopes, WithMultipliers};
 pub use symbolic::SymbolicMatrices;
 pub(crate) use symbolic::instances;
@@ -499,7 +499,7 @@ impl Linearized {
     /// which it leaves: a zero exponent each beside those of the matrices.
     #[must_use]
     pub fn rolled(&self) -> &[usize] {
-        self.rolling().map_or(&[], |own| &own.moved)
+        self.rolling().map_or(&[], |own| &own.symbolic.moved)
     }
 
     /// Whether conditions on velocities leave exponents in pairs ±s, though the matrices are not those of a model without

@@ -98,7 +98,7 @@ fn rolled(rolling: &Rolling, pool: &mut Pool, known: &Substitution) -> Option<In
         entries.collect()
     };
     let mut all = [const { None }; 5];
-    for (own, matrix) in all.iter_mut().zip(&rolling.matrices) {
+    for (own, matrix) in all.iter_mut().zip(&rolling.symbolic.matrices) {
         *own = matrix.as_ref().map(&mut numbers).map_or(Some(None), |found| found.map(Some))?;
     }
     let [mass, gyroscopic, damping, stiffness, circulatory] = all;

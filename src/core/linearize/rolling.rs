@@ -29,22 +29,37 @@ use crate::precision::{Ball, Enclosure, Scalar};
 /// Models with more coordinates, multipliers included, are not written out.
 const MOST_COORDINATES: usize = 60;
 
+/// Stands for the value of a parameter that has none.
+const DRAWN: f64 = 0.703125;
+
 /// M, G, C, K and N column by column, where they are there.
 pub(super) type Numbers<S> = [Option<Vec<S>>; 5];
 
 /// Rows of expressions.
 type Rows = Vec<Vec<ExprId>>;
 
-/// The linearised model, for the coordinates that the others follow.
+/// The linearised model in symbols, for the coordinates that the others follow.
 #[derive(Clone, Debug)]
-pub(super) struct Rolling {
-    free: Vec<usize>,
+#[non_exhaustive]
+pub struct SymbolicRolling {
+    /// The coordinates that the others follow, by number.
+    pub free: Vec<usize>,
     bound: Vec<usize>,
     /// For each condition that can't be integrated, the coordinate that moves along its family of equilibria.
     pub(super) moved: Vec<usize>,
     /// M, G, C, K and N of `free`; those that are 0 are not there.
-    pub(super) matrices: [Option<Rows>; 5],
-    /// All of these, and how each of `bound` follows `free`, one after another.
+    pub matrices: [Option<Rows>; 5],
+    /// The coefficients of the velocities in constraints and conditions, one row each.
+    pub gradients: Rows,
+    /// Z, one row a coordinate: what its velocity is made of.
+    pub directions: Rows,
+}
+
+/// The linearised model, for the coordinates that the others follow.
+#[derive(Clone, Debug)]
+pub(super) struct Rolling {
+    pub(super) symbolic: SymbolicRolling,
+    /// The matrices, and how each of `bound` follows `free`, one after another.
     tape: Tape,
     parameters: Vec<usize>,
 }
@@ -225,7 +240,15 @@ impl Conditions {
         let visible = self.rows.first()?.len() / 2;
         let all: Vec<ExprId> = self.rows.iter().flat_map(|row| &row[..visible]).copied().collect();
         let (tape, parameters) = compiled(model, pool, &all)?;
-        let numbers = numbers::<Ball>(model, &tape, &parameters, at, ())?;
+        let mut inputs = at.to_vec();
+        for number in parameters {
+            let value = model.parameters.get(number)?.value;
+            let value = value.and_then(|value| evaluate_closed(&model.pool, value, ()));
+            // A page needs no values: any will do for what is not 0 identically.
+            #[allow(clippy::cast_precision_loss)] // there are few parameters
+            inputs.push(value.unwrap_or_else(|| Ball::exact(DRAWN + number as f64 / 8.0)));
+        }
+        let numbers = tape.prepare::<Ball>(()).evaluate(&inputs, &mut Vec::new());
         let mut rows: Vec<Vec<Ball>> = numbers.chunks(visible).map(<[Ball]>::to_vec).collect();
         let tier = |column: usize| {
             let held = stiffness.iter().take(visible).any(|row| !row[column].is_zero());
@@ -256,47 +279,34 @@ impl Conditions {
     }
 }
 
-impl Rolling {
-    /// The linearised model under the conditions of `model.rolling` and, as multipliers, its constraints.
-    ///
-    /// # Errors
-    /// Where a condition does not hold, they depend on each other, or what they leave open acts on the rest.
+impl SymbolicRolling {
+    /// The linearised model at a point of expressions, from its matrices with multipliers of constraints; `at` is the point where
+    /// these hold coordinates.
     pub(super) fn new(
-        model: &mut Model,
-        assembly: &Assembly,
-        equilibrium: &Equilibrium,
+        model: &Model,
+        whole: &mut SymbolicMatrices,
+        point: &[ExprId],
+        at: &[Ball],
         visible: usize,
     ) -> Result<Self, LinearizeError> {
-        let span = model.rolling.first().map(|own| own.span).unwrap_or_default();
-        let refused = |reason| LinearizeError::RollingNotCovered { reason, span };
-        if model.coordinates.len() > MOST_COORDINATES {
-            return Err(refused("more than 60 coordinates"));
-        }
-        let mut pool = model.pool.clone();
-        let mut point = equilibrium_expressions(model, &mut pool, Some(equilibrium));
-        for (i, own) in model.coordinates.iter().enumerate().skip(visible) {
-            point[i] = pool.symbol_expr(own.symbol);
-        }
-        let rates: Vec<Option<ExprId>> = model.rates.iter().map(|rate| rate.map(|rate| rate.symbolic)).collect();
-        let mut whole = matrices_at(model, pool, assembly, &point);
         let mut pool = std::mem::take(&mut whole.pool);
-        let found = Self::reduced(model, &mut pool, &whole, &point, equilibrium, visible, &rates, &refused)?;
-        model.pool = pool;
-        Ok(found)
+        let found = Self::reduced(model, &mut pool, whole, point, at, visible);
+        whole.pool = pool;
+        found
     }
 
-    #[allow(clippy::too_many_arguments)] // one step of the other, which keeps the pool
     fn reduced(
         model: &Model,
         pool: &mut Pool,
         whole: &SymbolicMatrices,
         point: &[ExprId],
-        equilibrium: &Equilibrium,
+        at: &[Ball],
         visible: usize,
-        rates: &[Option<ExprId>],
-        refused: &impl Fn(&'static str) -> LinearizeError,
     ) -> Result<Self, LinearizeError> {
-        let conditions = Conditions::new(model, pool, point, &whole.stiffness, visible, rates)?;
+        let span = model.rolling.first().map(|own| own.span).unwrap_or_default();
+        let refused = |reason| LinearizeError::RollingNotCovered { reason, span };
+        let rates: Vec<Option<ExprId>> = model.rates.iter().map(|rate| rate.map(|rate| rate.symbolic)).collect();
+        let conditions = Conditions::new(model, pool, point, &whole.stiffness, visible, &rates)?;
         for own in &model.rolling {
             let part = model.at_rest(pool, own.expression);
             if !is_zero(pool, part) {
@@ -304,7 +314,7 @@ impl Rolling {
             }
         }
         let dependent = "they depend on each other there";
-        let bound = conditions.choose(model, pool, &whole.stiffness, &equilibrium.values);
+        let bound = conditions.choose(model, pool, &whole.stiffness, at);
         let bound = bound.ok_or_else(|| refused(dependent))?;
         let free: Vec<usize> = (0..visible).filter(|i| !bound.contains(i)).collect();
         let loose = |i: &&usize| conditions.rows.iter().take(conditions.constraints).all(|row| row[**i].is_zero());
@@ -372,13 +382,43 @@ impl Rolling {
             return Err(refused("the family of equilibria that they leave is not one of single coordinates"));
         }
         let matrices = parts(pool, mass, &velocity, &stiffness);
-        let all: Vec<ExprId> = matrices.iter().flatten().chain([&slopes]).flatten().flatten().copied().collect();
+        let gradients = conditions.rows.iter().map(|row| row[..visible].to_vec()).collect();
+        Ok(Self { free, bound, moved, matrices, gradients, directions })
+    }
+}
+
+impl Rolling {
+    /// The linearised model under the conditions of `model.rolling` and, as multipliers, its constraints.
+    ///
+    /// # Errors
+    /// Where a condition does not hold, they depend on each other, or what they leave open acts on the rest.
+    pub(super) fn new(
+        model: &mut Model,
+        assembly: &Assembly,
+        equilibrium: &Equilibrium,
+        visible: usize,
+    ) -> Result<Self, LinearizeError> {
+        let span = model.rolling.first().map(|own| own.span).unwrap_or_default();
+        let refused = |reason| LinearizeError::RollingNotCovered { reason, span };
+        if model.coordinates.len() > MOST_COORDINATES {
+            return Err(refused("more than 60 coordinates"));
+        }
+        let mut pool = model.pool.clone();
+        let mut point = equilibrium_expressions(model, &mut pool, Some(equilibrium));
+        for (i, own) in model.coordinates.iter().enumerate().skip(visible) {
+            point[i] = pool.symbol_expr(own.symbol);
+        }
+        let mut whole = matrices_at(model, pool, assembly, &point);
+        let symbolic = SymbolicRolling::new(model, &mut whole, &point, &equilibrium.values, visible)?;
+        let slopes = symbolic.bound.iter().flat_map(|i| &symbolic.directions[*i]);
+        let all: Vec<ExprId> = symbolic.matrices.iter().flatten().flatten().flatten().chain(slopes).copied().collect();
         let (tape, parameters) =
-            compiled(model, pool, &all).ok_or_else(|| refused("their matrices have no numbers there"))?;
+            compiled(model, &whole.pool, &all).ok_or_else(|| refused("their matrices have no numbers there"))?;
         if let Some(missing) = parameters.iter().find(|number| model.parameters[**number].value.is_none()) {
             return Err(super::missing_value(model, *missing));
         }
-        Ok(Self { free, bound, moved, matrices, tape, parameters })
+        model.pool = whole.pool;
+        Ok(Self { symbolic, tape, parameters })
     }
 
     /// M, G, C, K and N column by column, where they are there, and the directions.
@@ -389,26 +429,26 @@ impl Rolling {
         precision: S::Precision,
     ) -> Option<(Numbers<S>, Tangent<S>)> {
         let mut numbers = numbers::<S>(model, &self.tape, &self.parameters, at, precision)?.into_iter();
-        let n = self.free.len();
-        let matrices = self.matrices.each_ref().map(|matrix| {
+        let n = self.symbolic.free.len();
+        let matrices = self.symbolic.matrices.each_ref().map(|matrix| {
             matrix.as_ref()?;
             let rows: Vec<S> = numbers.by_ref().take(n * n).collect();
             Some((0..n * n).map(|at| rows[at / n + n * (at % n)].clone()).collect())
         });
-        let slopes: Vec<Vec<S>> = self.bound.iter().map(|_| numbers.by_ref().take(n).collect()).collect();
-        Some((matrices, Tangent::following(self.free.clone(), self.bound.clone(), slopes, precision)))
+        let slopes: Vec<Vec<S>> = self.symbolic.bound.iter().map(|_| numbers.by_ref().take(n).collect()).collect();
+        Some((matrices, Tangent::following(self.symbolic.free.clone(), self.symbolic.bound.clone(), slopes, precision)))
     }
 
     /// The coordinates that follow the others.
     pub(super) fn bound(&self) -> &[usize] {
-        &self.bound
+        &self.symbolic.bound
     }
 
     /// Whether every exponent s has a partner -s, as motions run backward are motions: where a change of sign of some
     /// coordinates leaves M and K + N as they are and turns G + C round.
     pub(super) fn runs_backward(&self) -> bool {
-        let n = self.free.len();
-        let [mass, gyroscopic, damping, stiffness, circulatory] = &self.matrices;
+        let n = self.symbolic.free.len();
+        let [mass, gyroscopic, damping, stiffness, circulatory] = &self.symbolic.matrices;
         let joins = |matrices: [&Option<Rows>; 3], i: usize, j: usize| {
             matrices.into_iter().flatten().any(|rows| !rows[i][j].is_zero() || !rows[j][i].is_zero())
         };
@@ -442,8 +482,8 @@ impl Rolling {
 
     /// Vectors of the kernel of K + N that are single coordinates.
     pub(super) fn unheld(&self) -> Vec<Vec<Ball>> {
-        let n = self.free.len();
-        let [.., stiffness, circulatory] = &self.matrices;
+        let n = self.symbolic.free.len();
+        let [.., stiffness, circulatory] = &self.symbolic.matrices;
         let both = [stiffness, circulatory].into_iter().flatten();
         let held = |i: usize| both.clone().any(|rows| rows.iter().any(|row| !row[i].is_zero()));
         let unit = |i: usize| (0..n).map(|j| if i == j { Ball::ONE } else { Ball::ZERO }).collect();

@@ -11,6 +11,7 @@ use super::equilibrium::{Equilibrium, Origin, short};
 use super::error::LinearizeError;
 use super::multipliers::SymbolicConstraints;
 use super::parameters::known_values;
+use super::rolling::SymbolicRolling;
 use super::velocity::Matrix;
 use crate::expr::{ExprId, Function, Pool, Substitution, ZeroVerdict};
 use crate::model::{Model, SymbolKind, TermFamily};
@@ -41,6 +42,8 @@ pub struct SymbolicMatrices {
     pub circulatory: Option<Vec<Vec<ExprId>>>,
     /// What constraints add; `None` where there are none that are independent.
     pub constraints: Option<SymbolicConstraints>,
+    /// What conditions on velocities leave; `None` where there are none.
+    pub rolling: Option<SymbolicRolling>,
 }
 
 impl SymbolicMatrices {
@@ -367,6 +370,7 @@ pub(super) fn matrices_at(model: &Model, mut pool: Pool, assembly: &Assembly, po
         coordinates: model.coordinates.names().collect(),
         equilibrium: point.to_vec(),
         constraints: None,
+        rolling: None,
         mass,
         stiffness,
         pool,

@@ -170,9 +170,12 @@ impl Coordinates {
     }
 
     /// Adds a coordinate by itself.
-    pub(super) fn push(&mut self, name: String, span: Span, symbols: [Symbol; 2]) {
+    pub(super) fn push(&mut self, name: String, span: Span, symbols: [Symbol; 2], unit: Option<&str>) {
         let names = Names { name, rank: 0, places: Places::Listed(Vec::new()) };
         self.extend(names, 1, span, symbols, None);
+        if let Some(row) = self.rows.last_mut() {
+            row.units = vec![unit.map(str::to_owned)];
+        }
     }
 
     fn extend(
@@ -262,6 +265,13 @@ impl Symbols {
     pub fn time(&self) -> Option<Symbol> {
         let mut each = self.each.iter();
         each.find_map(|(symbol, kind)| (*kind == SymbolKind::Time).then_some(*symbol))
+    }
+
+    /// Those that stand for no coordinate and no velocity.
+    pub(super) fn without_coordinates(&self) -> Self {
+        let moves = |kind: &SymbolKind| matches!(kind, SymbolKind::Coordinate(_) | SymbolKind::Velocity(_));
+        let each = self.each.iter().filter(|(_, kind)| !moves(kind)).map(|(symbol, kind)| (*symbol, *kind));
+        Self { each: each.collect(), rows: Vec::new() }
     }
 
     pub(super) fn insert(&mut self, symbol: Symbol, kind: SymbolKind) {

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use super::assume::Assumption;
 use super::coordinates::{Coordinates, Symbols};
 use super::error::counted_indices;
+use super::given::Givens;
 use super::members::Members;
 use super::program::{IndexProgram, Program};
 use super::table::Table;
@@ -438,16 +439,50 @@ impl Model {
         self.symbols.time()
     }
 
-    /// Adds a coordinate that the file does not have, by the name of its symbol and the one that is shown.
-    pub(crate) fn add_coordinate(&mut self, symbol: &str, name: String, span: Span) -> Local {
-        let (symbol, velocity) = (self.pool.symbol(symbol), self.pool.symbol(&format!("{symbol}'")));
+    /// The model with some of its coordinates, and what is given of them: without energies, forces and constraints.
+    pub(crate) fn bare(&self, kept: &[usize]) -> Self {
+        let none = || Givens::none(0);
+        let mut own = Self {
+            coordinates: Coordinates::default(),
+            families: Vec::new(),
+            symbols: self.symbols.without_coordinates(),
+            kinetic: Vec::new(),
+            potential: Vec::new(),
+            lagrangian: false,
+            guesses: none(),
+            guessed_velocities: none(),
+            equilibria: none(),
+            rates: none(),
+            forces: Vec::new(),
+            constraints: Vec::new(),
+            rolling: Vec::new(),
+            ..self.clone()
+        };
+        for (at, i) in kept.iter().enumerate() {
+            let old = self.coordinates.at(*i);
+            own.insert_coordinate([old.symbol, old.velocity], old.name(), old.span, old.unit);
+            own.guesses.set(at, self.guesses.get(*i));
+            own.guessed_velocities.set(at, self.guessed_velocities.get(*i));
+            own.equilibria.set(at, self.equilibria.get(*i));
+            own.rates.set(at, self.rates.get(*i));
+        }
+        own
+    }
+
+    fn insert_coordinate(&mut self, [symbol, velocity]: [Symbol; 2], name: String, span: Span, unit: Option<&str>) {
         let at = self.coordinates.len();
         self.symbols.insert(symbol, SymbolKind::Coordinate(at));
         self.symbols.insert(velocity, SymbolKind::Velocity(at));
-        self.coordinates.push(name, span, [symbol, velocity]);
+        self.coordinates.push(name, span, [symbol, velocity], unit);
         for given in [&mut self.guesses, &mut self.guessed_velocities, &mut self.equilibria, &mut self.rates] {
             given.add();
         }
+    }
+
+    /// Adds a coordinate that the file does not have, by the name of its symbol and the one that is shown.
+    pub(crate) fn add_coordinate(&mut self, symbol: &str, name: String, span: Span) -> Local {
+        let (symbol, velocity) = (self.pool.symbol(symbol), self.pool.symbol(&format!("{symbol}'")));
+        self.insert_coordinate([symbol, velocity], name, span, None);
         Local::new(symbol, velocity)
     }
 

@@ -266,9 +266,10 @@ impl Equations {
         Written::new(model, false)?.compiled()
     }
 
-    /// The same in independent velocities, where conditions on velocities are solved for the others everywhere.
+    /// The same in independent velocities, where conditions on velocities are solved for the others everywhere. Beside
+    /// absolute values the shortest form may divide by what vanishes at their kinks.
     pub(super) fn independent(model: &Model) -> Option<Self> {
-        Written::independent(model)?.compiled().ok()
+        Written::independent(model)?.compiled().ok().filter(|own| own.kinks.outputs() == 0)
     }
 }
 
