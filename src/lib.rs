@@ -187,17 +187,20 @@ pub mod symmetry {
 /// Normal modes with the names and units of the model. In full: [`librate_core::oscillation`].
 #[cfg(feature = "engine")]
 pub mod oscillation {
-    pub use librate_core::oscillation::{NormalMode, NormalModes, Uncertainty, Warning, normal_modes, warnings};
+    pub use librate_core::oscillation::{
+        NormalMode, NormalModes, Normalization, Uncertainty, Warning, normal_modes, warnings,
+    };
 }
 
 /// The derivation, to read. In full: [`librate_core::derive`].
 #[cfg(feature = "engine")]
 pub mod derive {
     pub use librate_core::derive::{
-        Abbreviation, Angles, Approximation, Block, Case, Condition, Conserved, Constraints, Definition, Derivation,
-        Energy, Exchange, Factor, Frequencies, Frequency, Independent, Linear, Motion, MotionSum, MotionTerm, Names,
-        NormalCoordinates, NormalMode, NormalWaves, Parts, Reduced, Relation, Root, SecondOrder, Series, Solved,
-        SolvedFormula, Tangent, WaveSum, derive, in_independent_coordinates, linearized,
+        Abbreviation, Angles, Approximation, Block, CHAPTERS, Case, ClosedExponent, Condition, Conserved, Constraints,
+        Definition, Derivation, Energy, Exchange, Exponents, Factor, Frequencies, Frequency, Independent, Linear,
+        Motion, MotionSum, MotionTerm, Names, NormalCoordinates, NormalMode, NormalWaves, Parts, Reduced, Relation,
+        Root, SecondOrder, Series, Solved, SolvedFormula, StabilityCondition, Tangent, WaveSum, derive,
+        in_independent_coordinates, linearized,
     };
 }
 

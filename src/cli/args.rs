@@ -2,9 +2,13 @@
 
 use std::path::PathBuf;
 
+use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap_complete::Shell;
 
+use librate::derive::CHAPTERS;
 use librate::number::Number;
+use librate::report::FrequencyUnit;
 
 use super::export::CodeLanguage;
 use super::guard::{self, Guard, Limits};
@@ -185,6 +189,11 @@ const EXPLAIN: &str = "\
 More about a kind of error or warning: what is wrong, why it matters, a model with it and one
 without. Without a code, the list of all codes.";
 
+const COMPLETIONS_EXAMPLE: &str = "\
+Examples:
+    librate completions bash > ~/.local/share/bash-completion/completions/librate
+    librate completions fish > ~/.config/fish/completions/librate.fish";
+
 const DERIVE: &str = "\
 Lagrange's equations, momenta, the Hamiltonian and conserved quantities; then the equilibrium, T and V to
 second order about it, the mass matrix M, the stiffness matrix K and the linearized equations; symmetry
@@ -272,7 +281,7 @@ impl Command {
             Self::Export(args) => Some(&mut args.model),
             Self::Check(args) => Some(&mut args.model),
             Self::Derive(args) => Some(&mut args.model),
-            Self::Explain(_) | Self::Fmt(_) => None,
+            Self::Explain(_) | Self::Completions(_) | Self::Fmt(_) => None,
         }
     }
 }
@@ -335,6 +344,9 @@ pub(crate) enum Command {
     /// What the code of an error or warning means, with an example
     #[command(long_about = flowing(EXPLAIN))]
     Explain(Explain),
+    /// Completions for a shell, to be put where it looks for them
+    #[command(after_help = flowing(COMPLETIONS_EXAMPLE))]
+    Completions(Completions),
     /// Put model files in canonical layout, comments kept
     #[command(long_about = flowing(FMT), after_help = flowing(FMT_EXAMPLE))]
     Fmt(Fmt),
@@ -378,6 +390,12 @@ pub(crate) struct Modes {
     /// Frequencies only, without mode shapes
     #[arg(long)]
     pub(crate) no_vectors: bool,
+    /// What the lengths of the shapes are: x^T M x = 1, or 1 for the largest component
+    #[arg(long, value_enum, value_name = "LENGTH", default_value_t, conflicts_with = "no_vectors")]
+    pub(crate) normalize: Normalize,
+    /// A unit for a column of frequencies beside rad/s, in the text
+    #[arg(long, value_enum, value_name = "UNIT")]
+    pub(crate) unit: Option<Unit>,
     /// Threads, where some modes of a large model are wanted; by default as many as there are cores
     #[arg(long, value_name = "COUNT", value_parser = positive)]
     pub(crate) threads: Option<usize>,
@@ -387,6 +405,44 @@ pub(crate) struct Modes {
     /// JSON instead of text
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// The length of shapes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Normalize {
+    /// x^T M x = 1
+    #[default]
+    Mass,
+    /// 1 for the largest component
+    Max,
+}
+
+/// A unit of frequencies.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum Unit {
+    /// Turns per second
+    #[value(name = "Hz")]
+    Hertz,
+    /// Wave numbers of light
+    #[value(name = "cm-1")]
+    Wavenumber,
+    /// Turns per minute
+    #[value(name = "rpm")]
+    Rpm,
+    /// 1e12 Hz
+    #[value(name = "THz")]
+    Terahertz,
+}
+
+impl From<Unit> for FrequencyUnit {
+    fn from(own: Unit) -> Self {
+        match own {
+            Unit::Hertz => Self::Hertz,
+            Unit::Wavenumber => Self::Wavenumber,
+            Unit::Rpm => Self::Rpm,
+            Unit::Terahertz => Self::Terahertz,
+        }
+    }
 }
 
 #[derive(Debug, Args)]
@@ -601,6 +657,13 @@ pub(crate) struct Explain {
 }
 
 #[derive(Debug, Args)]
+pub(crate) struct Completions {
+    /// The shell
+    #[arg(value_enum)]
+    pub(crate) shell: Shell,
+}
+
+#[derive(Debug, Args)]
 pub(crate) struct Derive {
     #[command(flatten)]
     pub(crate) model: ModelArgs,
@@ -616,6 +679,9 @@ pub(crate) struct Derive {
     /// Closed forms as a series in a small parameter, up to a power of it: `k 2`
     #[arg(long, num_args = 2, value_names = ["NAME", "POWER"])]
     pub(crate) expand: Vec<String>,
+    /// Only these chapters, with commas: `equations,mass`
+    #[arg(long, value_name = "CHAPTERS", value_delimiter = ',', value_parser = PossibleValuesParser::new(CHAPTERS))]
+    pub(crate) only: Option<Vec<String>>,
     /// JSON instead of text
     #[arg(long)]
     pub(crate) json: bool,

@@ -24,7 +24,8 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use anstream::{AutoStream, ColorChoice};
-use clap::Parser;
+use clap::{CommandFactory, Parser};
+use clap_complete::Shell;
 use librate::derive::{self, Parts};
 use librate::diagnostic::Diagnostic;
 use librate::model::{self, Model, Settings, TableTexts};
@@ -105,6 +106,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Check(check) => check_text(check),
         Command::Derive(derive) => derive_text(derive),
         Command::Explain(explain) => explain_text(explain),
+        Command::Completions(own) => Ok(Answer::new(completions(own.shell), None)),
         // Has several files, each with a result of its own.
         Command::Fmt(fmt) => return fmt::run(fmt, format),
     };
@@ -206,10 +208,13 @@ fn modes_text(args: &args::Modes) -> Result<Answer, Failure> {
     if let Err(error) = sensitivity::put_uncertainties(&linearized, &mut modes, &options) {
         return Err(failed(source, warnings, error));
     }
+    if args.normalize == args::Normalize::Max {
+        modes = modes.with_largest_component_one();
+    }
     let text = if args.json {
         report::modes_json(&linearized, &modes, &options)
     } else {
-        report::modes_text(&linearized, &modes, &options, &style())
+        report::modes_text(&linearized, &modes, &options, &style().unit(args.unit.map(Into::into)))
     };
     Ok(Answer::new(text, Some((source, warnings))))
 }
@@ -324,6 +329,7 @@ fn derive_text(args: &args::Derive) -> Result<Answer, Failure> {
         if let Some((name, order)) = &expansion {
             derivation.expand(name, *order);
         }
+        derivation.only.clone_from(&args.only);
         derivation
     });
     let text = match derived {
@@ -333,6 +339,13 @@ fn derive_text(args: &args::Derive) -> Result<Answer, Failure> {
         Err(error) => return Err(failed(source, warnings, error)),
     };
     Ok(Answer::new(text, Some((source, warnings))))
+}
+
+/// A script for a shell.
+fn completions(shell: Shell) -> String {
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Cli::command(), "librate", &mut script);
+    String::from_utf8_lossy(&script).into_owned()
 }
 
 /// Wrong words behind `--limit` or `--expand`.

@@ -8,6 +8,7 @@ use super::constraints::{
     FOLLOWS_TITLE, REDUCED_TITLE, constraint_texts, constraints_title, direction_texts, displacements_title,
     follow_texts, multiplier_texts, reduced_texts, unsolved,
 };
+use super::exponents::exponent_sections;
 use super::frequencies::{frequencies_text, signs};
 use super::table::{lines, plain};
 use super::{Style, Tone, headline, listed};
@@ -49,11 +50,11 @@ pub fn derive_text(derivation: &Derivation, style: &Style) -> String {
         let texts = definitions.iter().map(definition_text);
         out.push_str(&section("with", &texts.collect::<Vec<_>>(), style));
     }
-    if derivation.equations.is_some() {
+    if derivation.equations.is_some() && derivation.shows("equations") {
         out.push_str(&section("Lagrange's equations", &derivation.equation_texts(), style));
     }
     let constraints = constraint_texts(derivation);
-    if !constraints.is_empty() {
+    if !constraints.is_empty() && derivation.shows("constraints") {
         let lines = constraints.iter().map(|(text, name)| {
             let name = style.inline(name);
             style.lines_with(text, &format!(", with the multiplier {name}"))
@@ -61,7 +62,7 @@ pub fn derive_text(derivation: &Derivation, style: &Style) -> String {
         let title = constraints_title(derivation);
         out.push_str(&set_apart(&title, &lines.collect::<Vec<_>>(), style));
     }
-    if let Some(own) = &derivation.independent {
+    if let Some(own) = derivation.independent.as_ref().filter(|_| derivation.shows("equations")) {
         let follows = follow_texts(derivation, own).into_iter().map(|(name, speed)| format!("{name} = {speed}"));
         out.push_str(&section(FOLLOWS_TITLE, &follows.collect::<Vec<_>>(), style));
         out.push_str(&section(REDUCED_TITLE, &reduced_texts(derivation, own), style));
@@ -72,6 +73,7 @@ pub fn derive_text(derivation: &Derivation, style: &Style) -> String {
     if let Some(roots) = &derivation.equilibria
         && names.len() <= MOST_FOR_ENERGIES
         && !roots.is_empty()
+        && derivation.shows("equilibria")
     {
         let mut title = "the force vanishes where".to_owned();
         let signs = signs(derivation, &assumed_of(roots));
@@ -248,12 +250,16 @@ fn energy_text(derivation: &Derivation, energy: &Energy, style: &Layout) -> Stri
                 format!("{name} = {}", derivation.text(sum))
             })
             .collect();
-        out.push_str(&section("momenta", &momenta, style));
+        if derivation.shows("momenta") {
+            out.push_str(&section("momenta", &momenta, style));
+        }
         let mut functions = vec![format!("h = {}", derivation.text(&energy.function))];
         if let Some(hamiltonian) = &energy.hamiltonian {
             functions.push(format!("H = {}", derivation.text(hamiltonian)));
         }
-        out.push_str(&section("energy function and Hamiltonian", &functions, style));
+        if derivation.shows("hamiltonian") {
+            out.push_str(&section("energy function and Hamiltonian", &functions, style));
+        }
     }
     let conserved: Vec<Vec<String>> = energy
         .conserved
@@ -270,7 +276,7 @@ fn energy_text(derivation: &Derivation, energy: &Energy, style: &Layout) -> Stri
             }
         })
         .collect();
-    if !conserved.is_empty() {
+    if !conserved.is_empty() && derivation.shows("conserved") {
         out.push_str(&set_apart("conserved", &conserved, style));
     }
     out
@@ -300,17 +306,21 @@ pub(super) fn conserved_because(quantity: &Conserved, names: &Names) -> String {
 }
 
 fn linear_text(derivation: &Derivation, linear: &Linear, style: &Layout) -> String {
-    let mut out = equilibrium_text(derivation, linear, style);
-    let rates = rate_texts(derivation);
-    if !rates.is_empty() {
-        out.push_str(&formulas("steady motion", &rates, style));
+    let mut out = String::new();
+    if derivation.shows("equilibrium") {
+        out.push_str(&equilibrium_text(derivation, linear, style));
+        let rates = rate_texts(derivation);
+        if !rates.is_empty() {
+            out.push_str(&formulas("steady motion", &rates, style));
+        }
     }
     let potential = potential_name(derivation);
-    out.push_str(&matrices_text(derivation, linear, potential, "", style));
+    out.push_str(&matrices_text((derivation, derivation), linear, potential, "", style));
+    out.push_str(&exponents_text(derivation, linear, derivation, style));
     let Some(tangent) = &linear.tangent else {
         return out;
     };
-    if tangent.massless.is_empty() {
+    if tangent.massless.is_empty() && derivation.shows("constraints") {
         out.push('\n');
         out.push_str(&matrix_text("gradients of the constraints", "A", &tangent.gradients, derivation, style));
     }
@@ -324,33 +334,58 @@ fn linear_text(derivation: &Derivation, linear: &Linear, style: &Layout) -> Stri
         let names = style.names(&page.names.displacements).join(", ");
         out.push_str(&style.paint(Tone::Heading, &format!("in terms of {names}")));
         out.push('\n');
-        out.push_str(&matrices_text(page, linear, potential, "_r", style));
+        out.push_str(&matrices_text((page, derivation), linear, potential, "_r", style));
+        out.push_str(&exponents_text(page, linear, derivation, style));
     }
     out
 }
 
+/// Exponents and stability.
+fn exponents_text(page: &Derivation, linear: &Linear, names: &Derivation, style: &Layout) -> String {
+    let sections = exponent_sections(page, linear, names).into_iter();
+    sections
+        .map(|(title, lines)| {
+            let lines = lines.iter().map(|(text, remark)| style.lines_with(text, remark));
+            set_apart(&title, &lines.collect::<Vec<_>>(), style)
+        })
+        .collect()
+}
+
 /// Energies to second order, matrices, linearized equations and frequencies. `suffix` stands behind the letters of the matrices.
-fn matrices_text(derivation: &Derivation, linear: &Linear, potential: &str, suffix: &str, style: &Layout) -> String {
+fn matrices_text(
+    (derivation, whole): (&Derivation, &Derivation),
+    linear: &Linear,
+    potential: &str,
+    suffix: &str,
+    style: &Layout,
+) -> String {
     let mut out = String::new();
     if !linear.signs.is_empty() {
         let signs = signs(derivation, &linear.signs);
         let signs: Vec<String> = signs.iter().map(|sign| style.inline(sign)).collect();
         out.push_str(&listed("assumed below, as at the values of the parameters", &signs, style.width));
     }
-    if let Some(part) = &linear.second_order {
+    if let Some(part) = &linear.second_order
+        && whole.shows("linearized")
+    {
         out.push_str(&second_order_text(derivation, part, potential, style));
     }
     let both = [("mass matrix", "M", &linear.mass), ("stiffness matrix", "K", &linear.stiffness)];
     for (title, letter, rows) in both.into_iter().chain(linear.others()) {
+        if !whole.shows(title.trim_end_matches(" matrix")) {
+            continue;
+        }
         out.push('\n');
         let letter = format!("{letter}{suffix}");
         out.push_str(&matrix_text(title, &letter, rows, derivation, style));
     }
-    if linear.second_order.is_some() && linear.mass.len() <= MOST_FOR_ENERGIES {
+    if linear.second_order.is_some() && linear.mass.len() <= MOST_FOR_ENERGIES && whole.shows("linearized") {
         let equations = derivation.linearized_texts();
         out.push_str(&section("linearized equations", &equations, style));
     }
-    out.push_str(&frequencies_text(derivation, linear, style));
+    if whole.shows("frequencies") {
+        out.push_str(&frequencies_text(derivation, linear, style));
+    }
     out
 }
 

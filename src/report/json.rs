@@ -7,15 +7,17 @@ use std::fmt::Write;
 
 use super::constraints::{constraint_texts, follow_texts, independent_names, reduced_texts};
 use super::derive::{assumption_texts, condition_text, conserved_because, conserved_name};
+use super::exponents::exponent_text;
 use super::frequencies::{exchange, kind, signs};
 use super::{Written, zero_motions};
 use librate_core::derive::{
-    Conserved, Derivation, Exchange, Frequencies, Linear, Motion, NormalCoordinates, NormalWaves, Tangent,
+    CHAPTERS, Conserved, Derivation, Exchange, Exponents, Frequencies, Linear, Motion, NormalCoordinates, NormalWaves,
+    StabilityCondition, Tangent,
 };
 use librate_core::expr::ExprId;
 use librate_core::linearize::Linearized;
 use librate_core::modes::Options;
-use librate_core::oscillation::{NormalMode, NormalModes};
+use librate_core::oscillation::{NormalMode, NormalModes, Normalization};
 use librate_core::precision::{Ball, one_digit_up};
 
 /// The modes as a JSON object: `model`, `coordinates`, `equilibrium`, `equilibrium_error_bound`,
@@ -68,6 +70,9 @@ pub(super) fn modes_with(
         let rates = linearized.rates().into_iter();
         let rates = rates.map(|rate| number(rate.mid_f64()));
         let _ = write!(out, ",\n \"rates\": {}", array(rates));
+    }
+    if modes.normalization == Normalization::Largest {
+        out.push_str(",\n \"normalization\": \"max\"");
     }
     if modes.gyroscopically_stabilised {
         out.push_str(",\n \"gyroscopically_stabilised\": true");
@@ -216,6 +221,11 @@ pub fn derive_json(derivation: &Derivation) -> String {
     {
         frequency_fields(page, found, &mut fields);
     }
+    if let Ok(linear) = &page.linear
+        && let Some(found) = &linear.exponents
+    {
+        exponent_fields(page, linear, found, &mut fields);
+    }
     if let Some(roots) = &derivation.equilibria {
         let roots = roots.iter().map(|root| {
             let name = names
@@ -234,8 +244,27 @@ pub fn derive_json(derivation: &Derivation) -> String {
         });
         fields.push(("force_vanishes", lines(roots)));
     }
-    let fields = fields.iter().map(|(name, value)| format!("\"{name}\": {value}"));
+    let shown = fields.iter().filter(|(name, _)| chapter(name).is_none_or(|own| derivation.shows(own)));
+    let fields = shown.map(|(name, value)| format!("\"{name}\": {value}"));
     format!("{{{}}}\n", fields.collect::<Vec<_>>().join(",\n "))
+}
+
+/// The chapter of a page that has what a field has; `None` of what all pages have.
+fn chapter(field: &str) -> Option<&str> {
+    match field.strip_prefix("reduced_").unwrap_or(field) {
+        "model" | "coordinates" | "assumptions" | "signs" | "not_linearized" => None,
+        "rates" => Some("equilibrium"),
+        "multipliers" | "constraint_multipliers" | "constraint_gradients" | "free_coordinates" | "directions" => {
+            Some("constraints")
+        }
+        "independent_velocities" | "dependent_velocities" => Some("equations"),
+        "linearized_equations" | "kinetic_second_order" | "potential_second_order" => Some("linearized"),
+        "energy_function" => Some("hamiltonian"),
+        "force_vanishes" => Some("equilibria"),
+        "exponents_complete" => Some("exponents"),
+        own if CHAPTERS.contains(&own) => Some(own),
+        _ => Some("frequencies"),
+    }
 }
 
 /// The equilibrium and the matrices there.
@@ -311,6 +340,33 @@ fn tangent_fields(derivation: &Derivation, tangent: &Tangent, fields: &mut Vec<(
         if !taken.is_empty() {
             fields.push(("reduced_signs", array(taken.iter().map(|sign| string(sign)))));
         }
+    }
+}
+
+/// `characteristic`, `exponents`, `stability`, and `frequencies` where velocities matter but nothing is damped.
+fn exponent_fields(page: &Derivation, linear: &Linear, found: &Exponents, fields: &mut Vec<(&str, String)>) {
+    let pool = &page.pool;
+    let expression = |at: &ExprId| string(&pool.display(*at));
+    let list = |all: &[ExprId]| array(all.iter().map(expression));
+    fields.push(("characteristic", found.characteristic.as_ref().map_or_else(null, |all| list(all))));
+    let exponents = found.exponents.iter().map(|own| {
+        let ratio = own.damping_ratio.as_ref();
+        let ratio = ratio.map_or_else(String::new, |own| format!(", \"damping_ratio\": {}", expression(own)));
+        let text = string(&exponent_text(page, own, "i"));
+        format!("{{\"exponent\": {text}, \"multiplicity\": {}{ratio}}}", own.multiplicity)
+    });
+    fields.push(("exponents", lines(exponents)));
+    fields.push(("exponents_complete", found.complete.to_string()));
+    let conditions = |own: &Vec<StabilityCondition>| array(own.iter().map(|own| expression(&own.positive)));
+    fields.push(("stability", found.stability.as_ref().map_or_else(null, conditions)));
+    if linear.frequencies.is_none() && linear.damping.is_none() && linear.circulatory.is_none() {
+        let squares = found.squares_of_frequencies(&mut pool.clone());
+        let count: usize = squares.iter().map(|(_, multiplicity)| multiplicity).sum();
+        fields.push(("frequencies_complete", (found.complete && count == linear.mass.len()).to_string()));
+        let squares = squares.iter().map(|(text, multiplicity)| {
+            format!("{{\"omega_squared\": {}, \"multiplicity\": {multiplicity}}}", string(text))
+        });
+        fields.push(("frequencies", lines(squares)));
     }
 }
 

@@ -8,6 +8,7 @@ use super::derive::{
     MOST_FOR_ENERGIES, assumed_of, assumption_texts, conserved_because, conserved_name, definition_text,
     potential_name, quadratic_forms, rate_texts, root_texts, symmetry_of,
 };
+use super::exponents::exponent_sections;
 use super::frequencies::{
     MOST_IN_BLOCK, MOST_LISTED, alone, exchange, kind, motion, normal_lines, on_request, remarks, signs, solved_lines,
     waves_lines,
@@ -128,19 +129,19 @@ impl<'a> Page<'a> {
             let assumed = self.relations(&assumption_texts(derivation)).join(", ");
             self.out.push_str(&format!("Assumed: {assumed}.\n"));
         }
-        if derivation.equations.is_some() {
+        if derivation.equations.is_some() && derivation.shows("equations") {
             self.heading("Lagrange's equations");
             self.equations(&derivation.equation_texts());
         }
         let constraints = constraint_texts(derivation);
-        if !constraints.is_empty() {
+        if !constraints.is_empty() && derivation.shows("constraints") {
             self.heading(&constraints_title(derivation));
             for (text, name) in constraints {
                 let name = self.formula(&name).latex();
                 self.relation(&text, &format!(r" \qquad ({name})"));
             }
         }
-        if let Some(own) = &derivation.independent {
+        if let Some(own) = derivation.independent.as_ref().filter(|_| derivation.shows("equations")) {
             self.heading(FOLLOWS_TITLE);
             let follows = follow_texts(derivation, own).into_iter().map(|(name, speed)| format!("{name} = {speed}"));
             self.equations(&follows.collect::<Vec<_>>());
@@ -153,6 +154,7 @@ impl<'a> Page<'a> {
         if let Some(roots) = &derivation.equilibria
             && derivation.names.coordinates.len() <= MOST_FOR_ENERGIES
             && !roots.is_empty()
+            && derivation.shows("equilibria")
         {
             let signs = self.relations(&signs(derivation, &assumed_of(roots)));
             self.heading(&format!("The force vanishes where{}", with(&signs.join(", "))));
@@ -185,20 +187,24 @@ impl<'a> Page<'a> {
     fn energy(&mut self, energy: &Energy) {
         let names = &self.derivation.names;
         if names.coordinates.len() <= MOST_FOR_ENERGIES {
-            self.heading("Momenta");
-            for (i, sum) in energy.momenta.iter().enumerate() {
-                let right = self.formula(&self.derivation.text(sum));
-                self.equality(&names.of(Motion::Momentum(i)), right);
+            if self.derivation.shows("momenta") {
+                self.heading("Momenta");
+                for (i, sum) in energy.momenta.iter().enumerate() {
+                    let right = self.formula(&self.derivation.text(sum));
+                    self.equality(&names.of(Motion::Momentum(i)), right);
+                }
             }
-            self.heading("Energy function and Hamiltonian");
-            let right = self.formula(&self.derivation.text(&energy.function));
-            self.equality("h", right);
-            if let Some(hamiltonian) = &energy.hamiltonian {
-                let right = self.formula(&self.derivation.text(hamiltonian));
-                self.equality("H", right);
+            if self.derivation.shows("hamiltonian") {
+                self.heading("Energy function and Hamiltonian");
+                let right = self.formula(&self.derivation.text(&energy.function));
+                self.equality("h", right);
+                if let Some(hamiltonian) = &energy.hamiltonian {
+                    let right = self.formula(&self.derivation.text(hamiltonian));
+                    self.equality("H", right);
+                }
             }
         }
-        if energy.conserved.is_empty() {
+        if energy.conserved.is_empty() || !self.derivation.shows("conserved") {
             return;
         }
         self.heading("Conserved");
@@ -229,19 +235,23 @@ impl<'a> Page<'a> {
     }
 
     fn linear(&mut self, linear: &'a Linear) {
-        self.heading("Equilibrium");
-        self.equilibrium(linear);
-        let rates = rate_texts(self.derivation);
-        if !rates.is_empty() {
-            self.out.push_str("Steady motion:\n");
-            self.equations(&rates);
+        let whole = self.derivation;
+        if whole.shows("equilibrium") {
+            self.heading("Equilibrium");
+            self.equilibrium(linear);
+            let rates = rate_texts(self.derivation);
+            if !rates.is_empty() {
+                self.out.push_str("Steady motion:\n");
+                self.equations(&rates);
+            }
         }
         let potential = potential_name(self.derivation);
-        self.matrices(linear, potential, "");
+        self.matrices(whole, linear, potential, "");
+        self.exponents(self.derivation, linear);
         let Some(tangent) = &linear.tangent else {
             return;
         };
-        if tangent.massless.is_empty() {
+        if tangent.massless.is_empty() && whole.shows("constraints") {
             self.heading("Gradients of the constraints");
             self.matrix("A", &tangent.gradients);
         }
@@ -251,17 +261,28 @@ impl<'a> Page<'a> {
         self.heading(displacements_title(tangent));
         self.equations(&direction_texts(self.derivation, reduced));
         if let Ok(linear) = &reduced.derivation.linear {
-            let names = self.derivation;
             self.derivation = &reduced.derivation;
             let free = self.displacements().join("$, $");
             self.heading(&format!("In terms of ${free}$"));
-            self.matrices(linear, potential, "_r");
-            self.derivation = names;
+            self.matrices(whole, linear, potential, "_r");
+            self.exponents(whole, linear);
+            self.derivation = whole;
+        }
+    }
+
+    /// Exponents and stability.
+    fn exponents(&mut self, names: &Derivation, linear: &Linear) {
+        for (title, lines) in exponent_sections(self.derivation, linear, names) {
+            self.heading(&title);
+            for (text, remark) in lines {
+                let remark = if remark.is_empty() { remark } else { format!(r"\text{{{remark}}}") };
+                self.relation(&text, &remark);
+            }
         }
     }
 
     /// Energies to second order, matrices, linearized equations and frequencies.
-    fn matrices(&mut self, linear: &'a Linear, potential: &str, suffix: &str) {
+    fn matrices(&mut self, whole: &Derivation, linear: &'a Linear, potential: &str, suffix: &str) {
         let signs = self.relations(&signs(self.derivation, &linear.signs));
         if !signs.is_empty() {
             let signs = signs.join(", ");
@@ -269,19 +290,23 @@ impl<'a> Page<'a> {
         }
         if let Some(part) = &linear.second_order
             && linear.mass.len() <= MOST_FOR_ENERGIES
+            && whole.shows("linearized")
         {
             self.second_order(part, potential);
         }
         let both = [("mass matrix", "M", &linear.mass), ("stiffness matrix", "K", &linear.stiffness)];
         for (title, letter, rows) in both.into_iter().chain(linear.others()) {
+            if !whole.shows(title.trim_end_matches(" matrix")) {
+                continue;
+            }
             self.heading(title);
             self.matrix(&format!("{letter}{suffix}"), rows);
         }
-        if linear.second_order.is_some() && linear.mass.len() <= MOST_FOR_ENERGIES {
+        if linear.second_order.is_some() && linear.mass.len() <= MOST_FOR_ENERGIES && whole.shows("linearized") {
             self.heading("Linearized equations");
             self.equations(&self.derivation.linearized_texts());
         }
-        if let Some(frequencies) = &linear.frequencies {
+        if let Some(frequencies) = linear.frequencies.as_ref().filter(|_| whole.shows("frequencies")) {
             self.case(frequencies, &frequencies.general);
             if let Some(tied) = &frequencies.tied {
                 self.case(frequencies, tied);

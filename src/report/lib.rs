@@ -9,6 +9,7 @@ mod chart;
 mod code;
 mod constraints;
 mod derive;
+mod exponents;
 mod floquet;
 mod frequencies;
 mod inertia;
@@ -47,6 +48,7 @@ use anstyle::{AnsiColor, Effects};
 use librate_core::model::Coordinate;
 use librate_core::modes::Kind;
 use librate_core::modes::exponents::Limit;
+use librate_core::number::Number;
 use librate_core::oscillation::{NormalMode, NormalModes};
 use librate_core::precision::{Ball, Big, Decimal, Rounding, decimal, decimal_to_place, one_digit_up};
 
@@ -61,12 +63,51 @@ pub struct Style {
     pub width: usize,
     /// Whether formulas stand in the model language instead of Unicode letters, indices and fractions.
     pub ascii: bool,
+    /// What frequencies are given in beside rad/s; without it in Hz where the model has units.
+    pub unit: Option<FrequencyUnit>,
+}
+
+/// A unit of frequencies, beside rad/s.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum FrequencyUnit {
+    /// Turns per second.
+    Hertz,
+    /// The wave number of light of this frequency, in 1/cm; c is 299792458 m/s, exactly.
+    Wavenumber,
+    /// Turns per minute.
+    Rpm,
+    /// 1e12 Hz.
+    Terahertz,
+}
+
+impl FrequencyUnit {
+    /// How it is written.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Hertz => "Hz",
+            Self::Wavenumber => "cm-1",
+            Self::Rpm => "rpm",
+            Self::Terahertz => "THz",
+        }
+    }
+
+    /// One hertz in it.
+    pub(crate) fn of_hertz(self) -> Option<Number> {
+        match self {
+            Self::Hertz => Some(Number::ONE),
+            Self::Wavenumber => Number::ratio(1, 29_979_245_800),
+            Self::Rpm => Some(Number::from(60)),
+            Self::Terahertz => Number::ratio(1, 1_000_000_000_000),
+        }
+    }
 }
 
 impl Default for Style {
     /// Without colours, 100 columns, formulas in Unicode.
     fn default() -> Self {
-        Self { color: false, width: 100, ascii: false }
+        Self { color: false, width: 100, ascii: false, unit: None }
     }
 }
 
@@ -82,6 +123,13 @@ impl Style {
     #[must_use]
     pub fn ascii(mut self, ascii: bool) -> Self {
         self.ascii = ascii;
+        self
+    }
+
+    /// With frequencies in a unit of their own.
+    #[must_use]
+    pub fn unit(mut self, unit: Option<FrequencyUnit>) -> Self {
+        self.unit = unit;
         self
     }
 

@@ -1,13 +1,15 @@
 //! Frequencies and shapes as a table to read.
 
 use super::table::{Column, GAP, draw};
-use super::{Exponent, Style, Tone, Written, counted, headline, limit_words, listed, shown_unit, zero_motions};
+use super::{
+    Exponent, FrequencyUnit, Style, Tone, Written, counted, headline, limit_words, listed, shown_unit, zero_motions,
+};
 use librate_core::linearize::{Linearized, Origin};
 use librate_core::model::Coordinates;
 use librate_core::modes::exponents::Limit;
 use librate_core::modes::{Kind, Method, Options, Stability};
-use librate_core::oscillation::{NormalMode, NormalModes};
-use librate_core::precision::{Ball, Big, one_digit_up_text};
+use librate_core::oscillation::{NormalMode, NormalModes, Normalization};
+use librate_core::precision::{Ball, Big, Scalar, one_digit_up_text};
 
 /// With more coordinates than this, a shape names its largest components only.
 const MOST_COMPONENTS: usize = 6;
@@ -70,7 +72,8 @@ pub fn modes_text(linearized: &Linearized, modes: &NormalModes, options: &Option
             out.push_str(&format!("the {some} modes nearest to {omega} rad/s of {count}{proved}\n"));
         }
     }
-    let rows: Vec<Row> = modes.modes.iter().map(|mode| Row::new(mode, options, model.has_units)).collect();
+    let unit = style.unit.or(model.has_units.then_some(FrequencyUnit::Hertz));
+    let rows: Vec<Row> = modes.modes.iter().map(|mode| Row::new(mode, options, unit)).collect();
     let common = common_unit(&model.coordinates);
     let names = Headings { coordinates: &model.coordinates, with_unit: common.is_none() };
     let motions = zero_motions(modes, count);
@@ -86,7 +89,10 @@ pub fn modes_text(linearized: &Linearized, modes: &NormalModes, options: &Option
     {
         let complex = modes.modes.iter().any(|mode| !mode.imaginary.is_empty());
         let transposed = if complex { 'H' } else { 'T' };
-        out.push_str(&format!("\nshapes in {unit}, x^{transposed} M x = 1 kg*m^2\n"));
+        out.push_str(&match modes.normalization {
+            Normalization::Mass => format!("\nshapes in {unit}, x^{transposed} M x = 1 kg*m^2\n"),
+            Normalization::Largest => "\nshapes with 1 for their largest component\n".to_owned(),
+        });
     }
     out.push_str(&remarks);
     out
@@ -220,16 +226,19 @@ struct Row {
 }
 
 impl Row {
-    fn new(mode: &NormalMode, options: &Options, has_units: bool) -> Self {
+    fn new(mode: &NormalMode, options: &Options, unit: Option<FrequencyUnit>) -> Self {
         let own = Exponent::new(mode, options.digits);
-        let hertz = if has_units {
+        let hertz = if let Some(size) = unit.and_then(FrequencyUnit::of_hertz) {
             let precise = mode.precise.as_deref();
-            let turn = Ball::PI.scale(1);
-            let turns = mode.omega / turn;
-            let precise = precise.map(|x| &x.omega / &Big::pi(x.omega.bits()).scale(1));
+            let of_radian = Ball::from_number(&size, ()) / Ball::PI.scale(1);
+            let turns = mode.omega * of_radian;
+            let precise = precise.map(|x| {
+                let bits = x.omega.bits();
+                &x.omega * &(&Big::from_number(&size, bits) / &Big::pi(bits).scale(1))
+            });
             match mode.uncertainty.as_ref().and_then(|own| own.omega) {
                 Some(sigma) => {
-                    let sigma = sigma / turn;
+                    let sigma = sigma * of_radian;
                     Written::measured(&turns, precise.as_ref(), Some(&sigma), options.digits).0
                 }
                 None => Written::finest(&turns, precise.as_ref(), options.digits),
@@ -277,8 +286,8 @@ fn table(
         }
     }
     columns.push(Column::right("bound", of(|row| &row.bound)));
-    if has_units {
-        columns.push(Column::numbers("f (Hz)", of(|row| &row.hertz)));
+    if let Some(unit) = style.unit.or(has_units.then_some(FrequencyUnit::Hertz)) {
+        columns.push(Column::numbers(&format!("f ({})", unit.as_str()), of(|row| &row.hertz)));
     }
     let kinds = modes.iter().map(|mode| mode.kind.as_str().to_owned()).collect();
     columns.push(Column::words("kind", kinds));

@@ -523,6 +523,10 @@ fn matrices_as_json() {
             "frequencies_complete",
             "frequencies_equal",
             "normal_coordinates",
+            "characteristic",
+            "exponents",
+            "exponents_complete",
+            "stability",
             "force_vanishes"
         ]
     );
@@ -537,6 +541,61 @@ fn matrices_as_json() {
             assert!(librate::syntax::parse(&text).is_ok(), "{text}");
         }
     }
+}
+
+#[test]
+fn completions_know_the_commands() {
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let script = printed(&["completions", shell]);
+        assert!(script.contains("sensitivity") && script.contains("digits"), "{shell}");
+    }
+}
+
+#[test]
+fn chapters_of_a_derivation() {
+    let json: Value =
+        serde_json::from_str(&printed(&["derive", PENDULUMS, "--json", "--only", "mass,exponents"])).unwrap();
+    assert_eq!(keys(&json), ["model", "coordinates", "mass", "exponents", "exponents_complete"]);
+    for options in [&["--ascii"][..], &["--latex"]] {
+        for chapter in librate::derive::CHAPTERS {
+            let page = printed(&[&["derive", "models/sleeping_top_fast.lag", "--only", chapter], options].concat());
+            let has = |words: &str| page.to_lowercase().contains(words);
+            let all =
+                [("equations", "lagrange's equations"), ("mass", "mass matrix"), ("gyroscopic", "gyroscopic matrix")];
+            let others =
+                [("momenta", "momenta"), ("characteristic", "characteristic eq"), ("stability", "stable while")];
+            for (own, words) in all.into_iter().chain(others) {
+                assert_eq!(has(words), own == chapter, "{chapter}: {page}");
+            }
+        }
+    }
+}
+
+#[test]
+fn units_and_lengths_of_modes() {
+    let page = printed(&["modes", "models/water.lag", "--unit", "cm-1", "--normalize", "max"]);
+    assert!(page.contains("f (cm-1)") && page.contains("1 for their largest component"), "{page}");
+    let json = |options: &[&str]| -> Value {
+        serde_json::from_str(&printed(&[&["modes", "models/water.lag", "--json"], options].concat())).unwrap()
+    };
+    let (plain, largest) = (json(&[]), json(&["--normalize", "max"]));
+    assert_eq!(largest["normalization"], "max");
+    for (own, scaled) in plain["modes"].as_array().unwrap().iter().zip(largest["modes"].as_array().unwrap()) {
+        let parts = |mode: &Value| -> Vec<f64> {
+            mode["vector"].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect()
+        };
+        let (own, bound) = (parts(own), scaled["vector_error_bound"].as_f64().unwrap());
+        let top = own.iter().fold(0.0_f64, |top, x| top.max(x.abs()));
+        let first = own.iter().find(|x| x.abs() >= top * (1.0 - 1e-6)).unwrap();
+        assert!(bound < 1e-9);
+        for (x, y) in own.iter().zip(parts(scaled)) {
+            assert!((x / first - y).abs() <= bound, "{x} {y} {bound}");
+        }
+    }
+    // 1/(2 pi c) in 1/cm, of the highest frequency.
+    let omega = plain["modes"].as_array().unwrap().last().unwrap()["omega"].as_f64().unwrap();
+    let number = omega / (2.0 * std::f64::consts::PI * 29_979_245_800.0);
+    assert!(page.contains(&format!("{:.2}", (number * 100.0).floor() / 100.0)), "{number} is not in {page}");
 }
 
 /// Every mistake is explained at its place: one file a kind, the report next to it. The first line

@@ -12,6 +12,7 @@ mod derive;
 mod derive_constraints;
 #[cfg(feature = "cli")]
 mod derive_support;
+mod exponents;
 mod latex;
 mod normal_coordinates;
 mod rolling;

@@ -476,7 +476,8 @@ fn sums_of_sines_as_they_stand_on_the_page() {
         let text = derive_text(&derivation, &Style::default().ascii(true));
         let latex = derive_latex(&derivation, false);
         let at = text.find("\nnormal coordinates").unwrap();
-        let lines = text[at..].lines().skip(2).map(|line| line.trim().to_owned());
+        let chapter = text[at..].lines().skip(2).take_while(|line| !line.is_empty());
+        let lines = chapter.map(|line| line.trim().to_owned());
         (lines.collect::<Vec<_>>(), latex)
     };
     // A family that begins elsewhere, and coordinates that are none.

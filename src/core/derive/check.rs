@@ -23,7 +23,7 @@ use crate::precision::{Ball, Big, Function, Magnitude, Scalar};
 use crate::syntax::Comparison;
 
 /// An enclosure has to tell so much of a number.
-const WIDEST: f64 = 1e-9;
+pub(super) const WIDEST: f64 = 1e-9;
 
 /// Bits of numbers beyond the range of balls.
 const BITS: usize = 192;
@@ -70,6 +70,7 @@ pub(super) struct Checker<'a> {
     draws: usize,
     linearized: OnceCell<Option<Linearized>>,
     modes: OnceCell<Option<Vec<Reference>>>,
+    exponents: OnceCell<Option<Vec<(Ball, Ball)>>>,
 }
 
 impl<'a> Checker<'a> {
@@ -91,7 +92,8 @@ impl<'a> Checker<'a> {
             complete &= value.is_some();
             values.insert(parameter.symbol, value.unwrap_or_else(|| Ball::from_number(&drawn(i, draws), ())));
         }
-        Self { model, values, complete, draws, linearized: OnceCell::new(), modes: OnceCell::new() }
+        let (linearized, modes, exponents) = (OnceCell::new(), OnceCell::new(), OnceCell::new());
+        Self { model, values, complete, draws, linearized, modes, exponents }
     }
 
     /// Whether the values are as the model assumes.
@@ -156,8 +158,23 @@ impl<'a> Checker<'a> {
 
     /// Whether an expression is different from 0 at the values of the parameters, drawn ones too.
     pub(super) fn differs_from_zero(&self, pool: &Pool, e: ExprId) -> bool {
-        let value = self.evaluate(pool, &[e]);
-        value.is_some_and(|value| value[0].is_finite() && !value[0].contains_zero())
+        self.is_negative(pool, e).is_some()
+    }
+
+    /// Whether an expression is negative there, if it is different from 0.
+    pub(super) fn is_negative(&self, pool: &Pool, e: ExprId) -> Option<bool> {
+        let value = self.evaluate(pool, &[e])?;
+        (value[0].is_finite() && !value[0].contains_zero()).then(|| value[0].is_negative())
+    }
+
+    /// Growth and frequency of each mode in SI, where all parameters have values and the model is in no units of its own.
+    pub(super) fn exponents(&self) -> Option<&[(Ball, Ball)]> {
+        let made = self.exponents.get_or_init(|| {
+            let linearized = self.linearized().filter(|own| own.units().is_none())?;
+            let modes = normal_modes(linearized, &Options::default().without_vectors()).ok()?;
+            Some(modes.modes.iter().map(|mode| (mode.growth, mode.omega)).collect())
+        });
+        made.as_deref()
     }
 
     /// The value of a parameter, or of a coordinate or multiplier at an equilibrium that was searched for.
@@ -478,7 +495,7 @@ impl<'a> Checker<'a> {
         case.frequencies = forms.into_iter().map(|(_, form)| form).collect();
     }
 
-    fn evaluate(&self, pool: &Pool, expressions: &[ExprId]) -> Option<Vec<Ball>> {
+    pub(super) fn evaluate(&self, pool: &Pool, expressions: &[ExprId]) -> Option<Vec<Ball>> {
         let symbols = pool.symbols_of(expressions);
         let inputs: Option<Vec<Ball>> = symbols.iter().map(|symbol| self.value(pool, *symbol)).collect();
         let tape = Tape::compile(pool, expressions, &symbols).ok()?;

@@ -177,10 +177,10 @@ pub(super) fn reduce(page: &mut Derivation, short: &mut Simplifier, checker: &Ch
             signs: Vec::new(),
             second_order: None,
             frequencies: None,
+            exponents: None,
             tangent: None,
         };
         reduced.finish(pool, short, checker, parts);
-        reduced.forget_zeros();
         let derivation = Derivation {
             pool: pool.clone(),
             model: checker.model.name.clone(),
@@ -198,6 +198,7 @@ pub(super) fn reduce(page: &mut Derivation, short: &mut Simplifier, checker: &Ch
             energy: None,
             equilibria: None,
             constraints: None,
+            only: None,
         };
         let others = (0..directions.len()).filter(|i| !free.contains(i));
         let follows = others
@@ -381,7 +382,7 @@ fn congruent(pool: &mut Pool, rows: &[Vec<ExprId>], z: &[Vec<ExprId>]) -> Vec<Ve
 
 impl Linear {
     /// Without matrices of which nothing is left.
-    fn forget_zeros(&mut self) {
+    pub(super) fn forget_zeros(&mut self) {
         let others = [&mut self.gyroscopic, &mut self.damping, &mut self.circulatory];
         for matrix in others {
             let vanishes = matrix.as_ref().is_some_and(|rows| {

@@ -8,6 +8,8 @@
 //!   (`conserved`);
 //! - symmetry classes and closed forms of the frequencies (`frequencies`, with `ties`, `forms`, `blocks`, `lattice`,
 //!   `roots`, `cubic`, `check`), and normal coordinates (`normal`, `shapes`, `waves`);
+//! - the characteristic polynomial, exponents and conditions of stability of any linear system (`exponents`, `stability`, with
+//!   `polynomial`, `ring`);
 //! - equilibria in symbols, where a force can be solved by hand (`equilibria`);
 //! - M, K and the equilibrium, from [`linearize`], in short (`simplify`); under constraints multipliers, and M and K among the
 //!   motions that are left (`constraints`);
@@ -42,6 +44,7 @@ mod cubic;
 mod energy;
 mod equations;
 mod equilibria;
+mod exponents;
 mod forms;
 mod frequencies;
 mod independent;
@@ -51,9 +54,12 @@ mod limits;
 mod motion;
 mod normal;
 mod pair;
+mod polynomial;
+mod ring;
 mod roots;
 mod shapes;
 mod simplify;
+mod stability;
 mod ties;
 mod waves;
 
@@ -69,6 +75,7 @@ pub use conserved::Conserved;
 pub use constraints::{Constraints, Reduced, Tangent};
 pub use cubic::{Solved, SolvedFormula};
 pub use equilibria::{Condition, Relation, Root};
+pub use exponents::{ClosedExponent, Exponents, StabilityCondition};
 pub use frequencies::{Approximation, Block, Case, Exchange, Frequencies, Frequency, Series};
 pub use independent::{Independent, in_independent_coordinates, linearized, without_multipliers};
 pub use lattice::Angles;
@@ -205,7 +212,30 @@ pub struct Derivation {
     pub equilibria: Option<Vec<Root>>,
     /// Constraints, whose forces stand in the equations with a multiplier each; `None` where there are none.
     pub constraints: Option<Constraints>,
+    /// Which [`CHAPTERS`] a page is to have; `None` for all.
+    pub only: Option<Vec<String>>,
 }
+
+/// What a page may be made of, as `derive --only` names it.
+pub const CHAPTERS: [&str; 17] = [
+    "equations",
+    "constraints",
+    "momenta",
+    "hamiltonian",
+    "conserved",
+    "equilibria",
+    "equilibrium",
+    "mass",
+    "stiffness",
+    "gyroscopic",
+    "damping",
+    "circulatory",
+    "linearized",
+    "frequencies",
+    "characteristic",
+    "exponents",
+    "stability",
+];
 
 /// M and K at the equilibrium, as expressions in the parameters.
 #[derive(Clone, Debug)]
@@ -230,6 +260,8 @@ pub struct Linear {
     pub second_order: Option<SecondOrder>,
     /// Symmetry classes and closed forms, where they are asked for; those of [`Linear::tangent`] where there is one.
     pub frequencies: Option<Frequencies>,
+    /// Exponents and stability in symbols, where closed forms are asked for; likewise.
+    pub exponents: Option<Exponents>,
     /// The directions that constraints allow, or in which massless coordinates follow the others; `None` where there are neither.
     pub tangent: Option<Tangent>,
 }
@@ -328,6 +360,7 @@ fn derivation(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
                 signs: Vec::new(),
                 second_order: None,
                 frequencies: None,
+                exponents: None,
                 tangent,
             };
             (matrices.pool, Ok(linear))
@@ -376,6 +409,7 @@ fn derivation(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
         energy: None,
         equilibria: None,
         constraints: Constraints::new(tied.as_ref(), &rolling),
+        only: None,
     };
     if parts.equations || parts.energy || parts.equilibria {
         derivation.nonlinear(model, with_multipliers, &rolling, &checker, parts, &mut short);
@@ -397,6 +431,7 @@ impl Linear {
         for entry in others.into_iter().flatten().flatten().flatten() {
             *entry = short.simplify(pool, *entry);
         }
+        self.forget_zeros();
         // What constraints forbid is no motion.
         let follows = self.tangent.as_ref();
         if follows.is_some_and(|tangent| tangent.massless.is_empty()) {
@@ -415,6 +450,9 @@ impl Linear {
         if parts.frequencies && self.is_conservative() {
             pool.budget().at("frequencies in closed form", None);
             self.frequencies = Some(frequencies::frequencies(checker, pool, short, self, parts.degree()));
+        }
+        if parts.frequencies {
+            self.exponents = Some(exponents::exponents(checker, pool, short, self));
         }
     }
 }
@@ -518,6 +556,12 @@ impl Derivation {
         }
     }
 
+    /// Whether a page is to have one of the [`CHAPTERS`].
+    #[must_use]
+    pub fn shows(&self, chapter: &str) -> bool {
+        self.only.as_ref().is_none_or(|only| only.iter().any(|own| own == chapter))
+    }
+
     /// The derivation of the motions that constraints allow, or that massless coordinates follow; the derivation itself where there
     /// are none.
     #[must_use]
@@ -536,6 +580,7 @@ impl Derivation {
                 reduced.limit(parameter, value);
             } else if let Some(frequencies) = &mut linear.frequencies {
                 frequencies.limit(&mut self.pool, &mut short, parameter, value);
+                linear.exponents = None;
             }
         }
     }
@@ -549,6 +594,7 @@ impl Derivation {
                 reduced.expand(parameter, order);
             } else if let Some(frequencies) = &mut linear.frequencies {
                 frequencies.expand(&mut self.pool, &mut short, parameter, order);
+                linear.exponents = None;
             }
         }
     }

@@ -16,7 +16,7 @@ use crate::model::Model;
 use crate::number::Number;
 
 /// Determinants of larger blocks are not written out.
-const MOST_COORDINATES: usize = 5;
+pub(super) const MOST_COORDINATES: usize = 5;
 /// Two zeros of more symbols together may get names.
 const MOST_FOR_TWO: u64 = 140;
 /// Square roots of polynomials with more terms are not looked for.
@@ -196,34 +196,48 @@ fn around(pool: &mut Pool, short: &mut Simplifier, middle: ExprId, square: ExprI
     roots
 }
 
-/// det(K - z M), by expansion along the columns with the minors kept (Laplace).
+/// det(K - z M).
 fn characteristic(pool: &mut Pool, short: &mut Simplifier, block: &Pair) -> Option<Polynomial> {
     let n = block.len();
+    let mut entries = vec![vec![Vec::new(); n]; n];
+    for (i, row) in entries.iter_mut().enumerate() {
+        for (j, entry) in row.iter_mut().enumerate() {
+            let (m, k) = block.at(pool, i, j);
+            *entry = vec![k, pool.neg(m)];
+        }
+    }
+    let found = determinant_of_polynomials(pool, short, &entries)?;
+    (found.len() == n + 1).then_some(found)
+}
+
+/// The determinant of a matrix of polynomials, each with the constant first, by expansion along the columns with the minors kept
+/// (Laplace).
+pub(super) fn determinant_of_polynomials(
+    pool: &mut Pool,
+    short: &mut Simplifier,
+    entries: &[Vec<Polynomial>],
+) -> Option<Polynomial> {
+    let n = entries.len();
     // By the set of rows used so far: the determinant of these with the first columns.
     let mut minors: BTreeMap<u32, Vec<Vec<ExprId>>> = BTreeMap::new();
     minors.insert(0, vec![vec![pool.one()]]);
     for column in 0..n {
         let mut next: BTreeMap<u32, Vec<Vec<ExprId>>> = BTreeMap::new();
+        let own: Vec<&Polynomial> = entries.iter().filter_map(|row| row.get(column)).collect();
         for (set, polynomial) in &minors {
-            for row in (0..n).filter(|row| set & (1 << row) == 0) {
-                let (m, k) = block.at(pool, row, column);
-                if m.is_zero() && k.is_zero() {
+            for (row, entry) in own.iter().enumerate().filter(|(row, _)| set & (1 << row) == 0) {
+                if entry.iter().all(|own| own.is_zero()) {
                     continue;
                 }
                 let later = (row + 1..n).filter(|other| set & (1 << other) != 0).count();
                 let sign = if later % 2 == 0 { Number::ONE } else { Number::MINUS_ONE };
-                let (k, m) = (pool.scale(k, &sign), pool.scale(m, &sign.neg()));
                 let into = next.entry(set | 1 << row).or_default();
+                into.resize(into.len().max(polynomial.len() + entry.len() - 1), Vec::new());
                 for (degree, parts) in polynomial.iter().enumerate() {
                     let value = pool.sum(parts);
-                    for (shift, factor) in [(0, k), (1, m)] {
-                        let product = pool.mul(value, factor);
-                        if into.len() <= degree + shift {
-                            into.resize(degree + shift + 1, Vec::new());
-                        }
-                        if let Some(place) = into.get_mut(degree + shift) {
-                            place.push(product);
-                        }
+                    for (shift, factor) in entry.iter().enumerate().filter(|(_, factor)| !factor.is_zero()) {
+                        let factor = pool.scale(*factor, &sign);
+                        into[degree + shift].push(pool.mul(value, factor));
                     }
                 }
             }
@@ -245,7 +259,7 @@ fn characteristic(pool: &mut Pool, short: &mut Simplifier, block: &Pair) -> Opti
     {
         coefficients.pop();
     }
-    (coefficients.len() == n + 1).then_some(coefficients)
+    Some(coefficients)
 }
 
 /// The zeros of a polynomial of positive degree, of which those that are not 0 are two at most.

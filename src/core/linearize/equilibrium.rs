@@ -515,7 +515,7 @@ impl Search<'_> {
             for i in &self.free {
                 allowed[*i] = true;
             }
-            let all = symmetries(self.model, self.assembly, at, &allowed);
+            let all = symmetries(self.model, self.assembly, at, &allowed, true);
             independent_symmetries(all, at)
         } else {
             Vec::new()

@@ -83,14 +83,21 @@ impl Symmetry {
 }
 
 /// The symmetries that never move any but the coordinates allowed to. Those read off modulo a prime
-/// are tried in true numbers near `at`.
-pub(crate) fn symmetries(model: &Model, assembly: &Assembly, at: &[Ball], allowed: &[bool]) -> Vec<Symmetry> {
+/// are tried in true numbers near `at`. With `at_values` those of small models too that hold for these parameters alone, as equal
+/// weights on both sides of a pulley; a frequency that is 0 for them may follow a parameter.
+pub(crate) fn symmetries(
+    model: &Model,
+    assembly: &Assembly,
+    at: &[Ball],
+    allowed: &[bool],
+    at_values: bool,
+) -> Vec<Symmetry> {
     let mut pool = model.pool.clone();
     let families = || assembly.families.iter();
     let instances: usize = families().map(|family| family.terms.count).sum();
     let together = instances * at.len() <= MOST_TOGETHER;
     let bodies = if together {
-        vec![whole(model, &mut pool, assembly)]
+        vec![whole(model, &mut pool, assembly, at_values)]
     } else {
         families().map(|family| body(&mut pool, family)).collect()
     };
@@ -127,9 +134,8 @@ fn body<'a>(pool: &mut Pool, family: &'a ElementFamily) -> Body<'a> {
     }
 }
 
-/// The sum of all energies, written out: terms may change as long as their sum doesn't. Parameters have their values, with
-/// which equal weights on both sides of a pulley cancel.
-fn whole(model: &Model, pool: &mut Pool, assembly: &Assembly) -> Body<'static> {
+/// The sum of all energies, written out: terms may change as long as their sum doesn't.
+fn whole(model: &Model, pool: &mut Pool, assembly: &Assembly, at_values: bool) -> Body<'static> {
     let n = model.coordinates.len();
     let mut parts: Vec<Vec<ExprId>> = vec![Vec::new(); n];
     for family in &assembly.families {
@@ -145,7 +151,7 @@ fn whole(model: &Model, pool: &mut Pool, assembly: &Assembly) -> Body<'static> {
     let gradient: Vec<ExprId> = parts.iter().map(|parts| pool.sum(parts)).collect();
     Body {
         symbols: model.coordinates.iter().map(|own| own.symbol).collect(),
-        gradient: pool.substitute(&gradient, &rational_values(model)),
+        gradient: if at_values { pool.substitute(&gradient, &rational_values(model)) } else { gradient },
         coordinates: (0..u32::try_from(n).unwrap_or(0)).collect(),
     }
 }

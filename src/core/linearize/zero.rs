@@ -51,6 +51,8 @@ impl ZeroMode {
 #[derive(Clone, Debug)]
 enum Ground {
     Symmetry(Symmetry),
+    /// A symmetry for these values of the parameters.
+    AtValues(Symmetry),
     /// Its vector holds zeros and a one.
     Plain,
     /// K is known exactly, and this is a vector of its kernel.
@@ -81,7 +83,7 @@ pub(crate) fn zero_modes(
         kept.len()
     };
     let mut count = 0;
-    for symmetry in symmetries(model, assembly, at, &vec![true; at.len()]) {
+    for symmetry in symmetries(model, assembly, at, &vec![true; at.len()], false) {
         let meaning = symmetry.meaning().to_owned();
         let vector = symmetry.vector(at, ());
         count = add(vector, &meaning, Ground::Symmetry(symmetry));
@@ -99,6 +101,9 @@ pub(crate) fn zero_modes(
             add(vector, NO_FORCE, Ground::Mechanism { pivots, own });
         }
     }
+    for symmetry in symmetries(model, assembly, at, &vec![true; at.len()], true) {
+        add(symmetry.vector(at, ()), NO_FORCE, Ground::AtValues(symmetry));
+    }
     kept
 }
 
@@ -114,7 +119,7 @@ pub(crate) fn in_numbers<S: Enclosure>(
     let mut found = Vec::with_capacity(modes.len());
     for mode in modes {
         let vector = match &mode.ground {
-            Ground::Symmetry(symmetry) => symmetry.vector(at, precision),
+            Ground::Symmetry(symmetry) | Ground::AtValues(symmetry) => symmetry.vector(at, precision),
             Ground::Plain => {
                 let numbers = mode.vector.iter().map(|x| S::exact(x.mid_f64(), precision));
                 numbers.collect()

@@ -2,7 +2,7 @@
 
 use faer::c64;
 
-use super::{NormalMode, NormalModes, parts};
+use super::{NormalMode, NormalModes, Normalization, parts};
 use crate::linearize::{Flow, LinearizeError, Linearized, NO_FORCE, Structure, ZeroMode};
 use crate::modes::exponents::Structure as Form;
 use crate::modes::exponents::{
@@ -97,6 +97,7 @@ pub(super) fn normal_modes(linearized: &Linearized, options: &Options) -> Result
         modes,
         level: found.level,
         method: None,
+        normalization: Normalization::Mass,
         gyroscopically_stabilised: stabilised,
     })
 }

@@ -43,8 +43,51 @@ pub struct NormalModes {
     pub zero_motions: Vec<String>,
     /// How some modes of a large model were found; `None` where all matrices were dense.
     pub method: Option<Method>,
+    /// What the lengths of the shapes are.
+    pub normalization: Normalization,
     /// The potential has no minimum here, and gyroscopic forces keep the motion stable all the same.
     pub gyroscopically_stabilised: bool,
+}
+
+/// The length of a shape.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Normalization {
+    /// xᴴMx = 1.
+    #[default]
+    Mass,
+    /// The first component within 1e-6 of the largest is 1, whatever the units of the coordinates are.
+    Largest,
+}
+
+impl NormalModes {
+    /// With 1 for the largest component of each shape, in place of xᴴMx = 1.
+    #[must_use]
+    pub fn with_largest_component_one(mut self) -> Self {
+        for mode in &mut self.modes {
+            let size =
+                |mode: &NormalMode, at: usize| mode.vector[at].hypot(mode.imaginary.get(at).copied().unwrap_or(0.0));
+            let top = (0..mode.vector.len()).map(|at| size(mode, at)).fold(0.0, f64::max);
+            let Some(first) = (0..mode.vector.len()).find(|at| size(mode, *at) >= top * (1.0 - 1e-6)) else {
+                continue;
+            };
+            // That component is real and positive. A quotient of enclosures is as wide as both, and rounded once.
+            let largest = mode.vector[first];
+            let own = mode.error_bound_of(first);
+            let least = (largest - own).max(0.0);
+            let bound = |mode: &NormalMode, at: usize| {
+                let spread = mode.error_bound_of(at) + own * size(mode, at) / largest;
+                (spread / least) * (1.0 + 1e-15) + f64::EPSILON * size(mode, at) / largest
+            };
+            let all: Vec<f64> = (0..mode.vector.len()).map(|at| bound(mode, at)).collect();
+            mode.vector_error_bound = all.iter().copied().fold(0.0, f64::max);
+            if !mode.component_error_bounds.is_empty() {
+                mode.component_error_bounds = all;
+            }
+            mode.vector.iter_mut().chain(&mut mode.imaginary).for_each(|part| *part /= largest);
+        }
+        self.normalization = Normalization::Largest;
+        self
+    }
 }
 
 /// One normal mode of a model.
@@ -287,6 +330,7 @@ fn with_names(
         modes,
         level: spectrum.level,
         method: None,
+        normalization: Normalization::Mass,
         gyroscopically_stabilised: false,
     }
 }

@@ -69,6 +69,14 @@ pub enum Part {
     Hamiltonian,
     /// The closed forms of omega^2.
     Frequencies,
+    /// The gyroscopic matrix G.
+    Gyroscopic,
+    /// The damping matrix C.
+    Damping,
+    /// The characteristic polynomial.
+    Characteristic,
+    /// What has to be positive for stability.
+    Stability,
 }
 
 impl Part {
@@ -87,6 +95,10 @@ impl Part {
             Self::EnergyFunction => "energy_function",
             Self::Hamiltonian => "hamiltonian",
             Self::Frequencies => "frequencies",
+            Self::Gyroscopic => "gyroscopic",
+            Self::Damping => "damping",
+            Self::Characteristic => "characteristic",
+            Self::Stability => "stability",
         }
     }
 }
@@ -177,6 +189,30 @@ impl Expected {
         self.with(Part::Frequencies, squares)
     }
 
+    /// G, `[[a, b], [b, c]]`.
+    #[must_use]
+    pub fn gyroscopic(self, rows: impl AsRef<str>) -> Self {
+        self.with(Part::Gyroscopic, [rows])
+    }
+
+    /// C, `[[a, b], [b, c]]`.
+    #[must_use]
+    pub fn damping(self, rows: impl AsRef<str>) -> Self {
+        self.with(Part::Damping, [rows])
+    }
+
+    /// The coefficients of the characteristic polynomial, the constant first; all of them may be divided by anything.
+    #[must_use]
+    pub fn characteristic(self, coefficients: impl IntoIterator<Item = impl AsRef<str>>) -> Self {
+        self.with(Part::Characteristic, coefficients)
+    }
+
+    /// What has to be positive for stability, in any order.
+    #[must_use]
+    pub fn stability(self, conditions: impl IntoIterator<Item = impl AsRef<str>>) -> Self {
+        self.with(Part::Stability, conditions)
+    }
+
     /// Compares.
     ///
     /// # Errors
@@ -194,7 +230,8 @@ impl Expected {
 /// Stops a test where a [`Derivation`] is not what is expected, and shows the expected and the found parts.
 ///
 /// The parts are the methods of [`Expected`](crate::expect::Expected): `mass`, `stiffness`, `equilibrium`, `equations`,
-/// `linearized`, `kinetic`, `potential`, `momenta`, `energy_function`, `hamiltonian`, `frequencies`.
+/// `linearized`, `kinetic`, `potential`, `momenta`, `energy_function`, `hamiltonian`, `frequencies`, `gyroscopic`, `damping`,
+/// `characteristic`, `stability`.
 ///
 /// # Panics
 /// Where anything differs.
@@ -245,8 +282,13 @@ impl<'a> Comparison<'a> {
         match self.found(part) {
             Err(reason) => self.mismatches.push(Mismatch::NotThere { part: part.name(), reason }),
             Ok(found) => match part {
-                Part::Mass | Part::Stiffness => self.matrix(part, texts, &found),
-                Part::Frequencies => self.frequencies(texts, &found),
+                Part::Mass | Part::Stiffness | Part::Gyroscopic | Part::Damping => self.matrix(part, texts, &found),
+                Part::Frequencies => {
+                    let ties = self.ties();
+                    self.in_any_order(part, texts, &found, &ties);
+                }
+                Part::Stability => self.in_any_order(part, texts, &found, &Substitution::new()),
+                Part::Characteristic => self.proportional(texts, &found),
                 Part::Equations | Part::Linearized => self.one_by_one(part, texts, &found, true),
                 Part::Equilibrium
                 | Part::Kinetic
@@ -311,6 +353,22 @@ impl<'a> Comparison<'a> {
                 let all = case.frequencies.iter();
                 let all = all.flat_map(|f| std::iter::repeat_n(f.omega_squared, f.multiplicity));
                 Ok(all.map(|value| self.plain("frequencies".to_owned(), value)).collect())
+            }
+            Part::Gyroscopic | Part::Damping => {
+                let linear = linear(derivation)?;
+                let rows = if part == Part::Damping { &linear.damping } else { &linear.gyroscopic };
+                let rows = rows.as_ref().ok_or("it is 0")?;
+                Ok(self.entries(part, rows))
+            }
+            Part::Characteristic | Part::Stability => {
+                let own = linear(derivation.reduced())?.exponents.as_ref().ok_or_else(not_asked)?;
+                let values: Vec<ExprId> = if part == Part::Stability {
+                    let conditions = own.stability.as_ref().ok_or("there are no conditions")?;
+                    conditions.iter().map(|own| own.positive).collect()
+                } else {
+                    own.characteristic.clone().ok_or("it is too long to be written out")?
+                };
+                Ok(values.into_iter().map(|value| self.plain(part.name().to_owned(), value)).collect())
             }
         }
     }
@@ -431,15 +489,36 @@ impl<'a> Comparison<'a> {
         all.filter_map(|name| self.reader.names.get(&name).copied()).collect()
     }
 
+    /// The same but for a common factor.
+    fn proportional(&mut self, texts: &[String], found: &[Found]) {
+        let place = Part::Characteristic.name();
+        let read = texts.iter().map(|text| self.reader.expression(&mut self.pool, text));
+        let values: Vec<ExprId> = match read.collect() {
+            Ok(values) => values,
+            Err(message) => return self.unreadable(place, &texts.join(", "), message),
+        };
+        let (Some(last), Some(of_found)) = (values.last(), found.last()) else {
+            return self.count(place.to_owned(), values.len(), found.len());
+        };
+        if values.len() != found.len() {
+            return self.count(place.to_owned(), values.len(), found.len());
+        }
+        for ((text, value), found) in texts.iter().zip(&values).zip(found) {
+            let (left, right) = (self.pool.mul(*value, of_found.value), self.pool.mul(found.value, *last));
+            if !are_equal(&mut self.pool, left, right) {
+                self.differs(place, text, &found.text);
+            }
+        }
+    }
+
     /// Each expected one is to be found, and each found one expected.
-    fn frequencies(&mut self, texts: &[String], found: &[Found]) {
-        let place = "frequencies";
-        let ties = self.ties();
+    fn in_any_order(&mut self, part: Part, texts: &[String], found: &[Found], ties: &Substitution) {
+        let place = part.name();
         let mut left: Vec<&Found> = found.iter().collect();
         let mut missing: Vec<&str> = Vec::new();
         for text in texts {
             let value = match self.reader.expression(&mut self.pool, text) {
-                Ok(value) => self.pool.substitute_one(value, &ties),
+                Ok(value) => self.pool.substitute_one(value, ties),
                 Err(message) => {
                     self.unreadable(place, text, message);
                     continue;

@@ -113,7 +113,12 @@ fn run_source(source: &str, folder: Option<&Path>, settings: &[String], table: O
 /// The conventions for vectors: xᵀMy is 1 or 0, and the first component within 1e-6 of the largest
 /// is positive. Complex ones have xᴴMx = 1 and are not orthogonal to each other.
 pub(crate) fn check_vectors(done: &Done) -> Vec<String> {
-    let n = done.linearized.dimension();
+    let n = done.linearized.coordinates();
+    if done.linearized.dimension() < n {
+        // M is that of the directions that are left.
+        let short = done.normal.modes.iter().position(|one| one.vector.len() != n);
+        return short.map(|at| format!("vector {} is too short", at + 1)).into_iter().collect();
+    }
     let mass: Vec<f64> = done.linearized.mass().iter().map(Ball::mid_f64).collect();
     let modes = &done.normal.modes;
     let mut faults = Vec::new();

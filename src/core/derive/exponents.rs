@@ -1,0 +1,601 @@
+//! The exponents of M q'' + (G + C) q' + (K + N) q = 0 in symbols: the characteristic polynomial, its zeros where they can be
+//! written down, and what stability needs.
+//!
+//! The polynomial det(s²M + s(G + C) + K + N) is that of each part which hangs together, without what its coefficients have in
+//! common; factors in which no zero is repeated are solved one by one: linear and quadratic ones, and even ones up to s⁴. Zeros and
+//! conditions are compared with certified exponents before they are given out. Of conservative models the closed forms of the
+//! frequencies are taken.
+
+use super::Linear;
+use super::blocks::{adapted, commuting_mirrors};
+use super::check::{Checker, WIDEST};
+use super::frequencies::Case;
+use super::pair::Pair;
+use super::polynomial::Polynomial;
+use super::ring::{EXPONENT, Expanded, Ring};
+use super::roots::{MOST_COORDINATES, determinant_of_polynomials, root};
+use super::shapes::on_one_bar;
+use super::simplify::Simplifier;
+use super::stability::{Sign, Signs, conditions, essential};
+use crate::expr::{ExprId, Pool, ZeroVerdict};
+use crate::number::Number;
+use crate::precision::{Ball, Complex, Scalar};
+use crate::symmetry::Symmetry;
+use crate::syntax::Comparison;
+
+/// Of models with more coordinates only frequencies are looked at.
+const MOST_IN_ALL: usize = 40;
+/// Determinants of more symbols in all entries are not written out.
+const MOST_SYMBOLS: u64 = 500;
+/// The roots of more expressions are left as they are.
+const MOST_ROOTS: usize = 12;
+
+/// What the motions exp(s t) of a linear system are, in symbols.
+#[derive(Clone, Debug, Default)]
+#[non_exhaustive]
+pub struct Exponents {
+    /// det(s²M + s(G + C) + K + N) without what all coefficients have in common, the constant first; `None` where more than five
+    /// coordinates hang together, or it would be too long.
+    pub characteristic: Option<Vec<ExprId>>,
+    /// The zeros with a closed form.
+    pub exponents: Vec<ClosedExponent>,
+    /// Whether these are all zeros.
+    pub complete: bool,
+    /// What has to be positive for stability: together necessary and sufficient; M is taken to be positive definite, exponents that
+    /// are 0 whatever the parameters are do not count. `None` where that is not written out.
+    pub stability: Option<Vec<StabilityCondition>>,
+}
+
+impl Exponents {
+    /// -s² of the exponents that are real or imaginary, each pair once, as text with its multiplicity: what squares of frequencies are
+    /// where nothing is damped.
+    #[must_use]
+    pub fn squares_of_frequencies(&self, pool: &mut Pool) -> Vec<(String, usize)> {
+        let mut short = Simplifier::default();
+        let mut all: Vec<(ExprId, usize)> = Vec::new();
+        for own in &self.exponents {
+            let square = match (own.real.is_zero(), own.imaginary.is_zero()) {
+                (true, _) => pool.square(own.imaginary),
+                (false, true) => {
+                    let square = pool.square(own.real);
+                    pool.neg(square)
+                }
+                (false, false) => continue,
+            };
+            let square = short.simplify(pool, square);
+            match all.iter_mut().find(|(other, _)| *other == square) {
+                Some((_, times)) => *times += own.multiplicity,
+                None => all.push((square, own.multiplicity)),
+            }
+        }
+        all.into_iter().map(|(square, times)| (pool.display(square), times / 2)).collect()
+    }
+}
+
+/// An exponent, as often as it is a zero of the characteristic polynomial.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct ClosedExponent {
+    /// Its real part.
+    pub real: ExprId,
+    /// Its imaginary part.
+    pub imaginary: ExprId,
+    /// How often it is a zero.
+    pub multiplicity: usize,
+    /// For a pair of a quadratic factor, -real/|s|, where that is not 0.
+    pub damping_ratio: Option<ExprId>,
+}
+
+/// A product that has to be positive.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct StabilityCondition {
+    /// What has to be positive.
+    pub positive: ExprId,
+    /// What is left of it wherever the parameters have the signs that they have in the model; `None` where it holds then.
+    pub open: Option<ExprId>,
+}
+
+/// A factor of the characteristic polynomial in which no zero is repeated.
+pub(super) struct Factor {
+    pub(super) polynomial: Polynomial,
+    pub(super) times: usize,
+}
+
+impl Factor {
+    /// Whether it has even powers of s alone.
+    pub(super) fn is_even(&self) -> bool {
+        self.polynomial.terms().all(|(powers, _)| powers[EXPONENT] % 2 == 0)
+    }
+}
+
+/// The polynomials of all parts.
+struct Parts {
+    ring: Ring,
+    factors: Vec<Factor>,
+    /// How often s is a factor.
+    zeros: u32,
+    signs: Signs,
+}
+
+/// The exponents, of conservative models from their frequencies.
+pub(super) fn exponents(checker: &Checker<'_>, pool: &mut Pool, short: &mut Simplifier, linear: &Linear) -> Exponents {
+    pool.budget().at("the exponents in symbols", None);
+    let mut own = Exponents::default();
+    let parts = Parts::new(checker, pool, short, linear);
+    if let Some(parts) = &parts {
+        own.characteristic = Some(parts.characteristic(checker, pool, short));
+    }
+    let mut found = Found { checker, pool, short, own: &mut own };
+    if let Some(frequencies) = &linear.frequencies {
+        found.of_frequencies(frequencies.best());
+    } else if let Some(parts) = &parts {
+        found.of_factors(parts);
+    }
+    let case = linear.frequencies.as_ref().map(|own| own.best()).filter(|case| case.complete);
+    if let Some(parts) = &parts {
+        let all = parts.factors.iter();
+        let conservative = linear.is_conservative();
+        let all = all.map(|factor| conditions(factor, &parts.signs, pool, conservative)).collect::<Option<Vec<_>>>();
+        let kept = all.map(|all| essential(&all.concat(), &parts.signs, pool));
+        own.stability = kept.and_then(|kept| parts.conditions(checker, pool, short, &kept));
+    } else if let Some(case) = case {
+        let squares: Vec<ExprId> = case.frequencies.iter().map(|own| own.omega_squared).collect();
+        own.stability = of_squares(checker, pool, short, linear, &squares);
+    }
+    if pool.is_spent() { Exponents::default() } else { own }
+}
+
+/// That squares of frequencies are positive.
+fn of_squares(
+    checker: &Checker<'_>,
+    pool: &mut Pool,
+    short: &mut Simplifier,
+    linear: &Linear,
+    squares: &[ExprId],
+) -> Option<Vec<StabilityCondition>> {
+    let squares = squares.iter().filter(|own| !own.is_zero());
+    let squares: Vec<Expanded> = squares.map(|own| Expanded::new(pool, &[*own])).collect::<Option<_>>()?;
+    let known = known(checker, pool, linear);
+    let ring = Ring::new(squares.iter().chain(&known));
+    let signs = Signs::new(pool, &ring, &known);
+    let signed: Vec<Sign> = squares.iter().map(|own| signs.sign_of(pool, &ring, own)).collect::<Option<_>>()?;
+    let all: Vec<Polynomial> = signed.iter().map(|own| own.product(ring.variables())).collect();
+    let kept = essential(&all, &signs, pool);
+    let parts = Parts { ring, factors: Vec::new(), zeros: 0, signs };
+    parts.conditions(checker, pool, short, &kept)
+}
+
+/// What is positive: the diagonal of M, and what the model assumes.
+fn known(checker: &Checker<'_>, pool: &mut Pool, linear: &Linear) -> Vec<Expanded> {
+    let mut all: Vec<ExprId> = linear.mass.iter().enumerate().map(|(i, row)| row[i]).collect();
+    for own in &checker.model.assumptions {
+        match own.relation {
+            Comparison::Greater => all.push(pool.sub(own.left, own.right)),
+            Comparison::Less => all.push(pool.sub(own.right, own.left)),
+            Comparison::GreaterEqual | Comparison::LessEqual | Comparison::Equal | Comparison::NotEqual => {}
+        }
+    }
+    all.retain(|own| !own.is_zero());
+    all.into_iter().filter_map(|own| Expanded::new(pool, &[own])).collect()
+}
+
+impl Parts {
+    fn new(checker: &Checker<'_>, pool: &mut Pool, short: &mut Simplifier, linear: &Linear) -> Option<Self> {
+        if linear.mass.len() > MOST_IN_ALL {
+            return None;
+        }
+        let rows = (0..linear.mass.len()).map(|i| (0..linear.mass.len()).map(|j| linear.entry(pool, i, j)).collect());
+        let rows: Matrix = rows.collect();
+        let blocks = if linear.is_conservative() { None } else { by_symmetry(pool, short, linear, &rows) };
+        let mut expanded = Vec::new();
+        let mut known = known(checker, pool, linear);
+        for rows in blocks.unwrap_or_else(|| vec![rows]) {
+            for part in components(&rows) {
+                if part.len() > MOST_COORDINATES {
+                    return None;
+                }
+                let entries = part.iter().map(|i| part.iter().map(|j| rows[*i][*j].clone()).collect());
+                let entries: Matrix = entries.collect();
+                if short.weight_of(pool, &entries.concat().concat()) > MOST_SYMBOLS {
+                    return None;
+                }
+                let coefficients = determinant_of_polynomials(pool, short, &entries)?;
+                expanded.push(Expanded::new(pool, &coefficients)?);
+                // det M is positive, unless it is 0.
+                if coefficients.len() == 2 * part.len() + 1
+                    && let Some(last) = coefficients.last()
+                {
+                    known.extend(Expanded::new(pool, &[*last]));
+                }
+            }
+        }
+        let ring = Ring::new(expanded.iter().chain(&known));
+        let mut factors = Vec::new();
+        let mut zeros = 0;
+        for own in &expanded {
+            let polynomial = Polynomial::from_coefficients(EXPONENT, &ring.polynomials(own)?);
+            let common = polynomial.common_powers();
+            zeros += common[EXPONENT];
+            let polynomial = polynomial.without(&common);
+            let polynomial = polynomial.over(&polynomial.content(EXPONENT))?;
+            let own = polynomial.factors(EXPONENT).into_iter();
+            factors.extend(own.map(|(polynomial, times)| Factor { polynomial, times }));
+        }
+        let signs = Signs::new(pool, &ring, &known);
+        Some(Self { ring, factors, zeros, signs })
+    }
+
+    /// The product of all factors.
+    fn characteristic(&self, checker: &Checker<'_>, pool: &mut Pool, short: &mut Simplifier) -> Vec<ExprId> {
+        let mut whole = Polynomial::constant(self.ring.variables(), Number::ONE);
+        for factor in &self.factors {
+            for _ in 0..factor.times {
+                whole = whole.times(&factor.polynomial);
+            }
+        }
+        let whole = whole.primitive().coefficients(EXPONENT);
+        let zeros = (0..self.zeros).map(|_| pool.zero());
+        let mut all: Vec<ExprId> = zeros.collect();
+        all.extend(whole.iter().map(|own| self.ring.expression(pool, short, own)));
+        if let Some(last) = all.last()
+            && checker.is_negative(pool, *last) == Some(true)
+        {
+            for own in &mut all {
+                let opposite = pool.neg(*own);
+                *own = short.simplify(pool, opposite);
+            }
+        }
+        all
+    }
+
+    /// What has to be positive, as a product.
+    fn product(&self, pool: &mut Pool, short: &mut Simplifier, own: &Sign) -> ExprId {
+        let factors = own.factors.iter().map(|factor| self.ring.expression(pool, short, factor));
+        let mut factors: Vec<ExprId> = factors.collect();
+        if own.negative {
+            // The sign goes into a sum.
+            let place = factors.iter().position(|factor| pool.is_sum(*factor)).unwrap_or(0);
+            match factors.get_mut(place) {
+                Some(factor) => *factor = pool.neg(*factor),
+                None => factors.push(pool.integer(-1)),
+            }
+        }
+        pool.product(&factors)
+    }
+
+    /// Conditions as expressions, where they agree with the modes at the values of the parameters.
+    fn conditions(
+        &self,
+        checker: &Checker<'_>,
+        pool: &mut Pool,
+        short: &mut Simplifier,
+        all: &[Sign],
+    ) -> Option<Vec<StabilityCondition>> {
+        let mut by_signs = self.signs.clone();
+        for at in 0..self.ring.variables() {
+            let symbol = self.ring.base(at).and_then(|(base, _)| pool.as_symbol(base));
+            if symbol.and_then(|symbol| checker.sign(symbol)) == Some(false) {
+                by_signs.learn_variable(at);
+            }
+        }
+        let mut found = Vec::new();
+        for own in all {
+            let positive = self.product(pool, short, own);
+            // A relation of numbers.
+            if pool.is_constant(positive) && checker.is_negative(pool, positive) == Some(false) {
+                continue;
+            }
+            let left = by_signs.sign(pool, &own.product(self.ring.variables()));
+            let open = (!left.holds_always()).then(|| self.product(pool, short, &left));
+            found.push(StabilityCondition { positive, open });
+        }
+        let signs: Option<Vec<bool>> = found.iter().map(|own| checker.is_negative(pool, own.positive)).collect();
+        if let (Some(signs), Some(modes)) = (signs, checker.exponents()) {
+            let unstable = modes.iter().any(|(growth, _)| growth.is_positive());
+            if unstable != signs.contains(&true) {
+                return None;
+            }
+        }
+        Some(found)
+    }
+}
+
+impl Linear {
+    /// s²M + s(G + C) + K + N, the constant first.
+    fn entry(&self, pool: &mut Pool, i: usize, j: usize) -> Vec<ExprId> {
+        let of = |rows: &Option<Vec<Vec<ExprId>>>| rows.as_ref().map(|rows| rows[i][j]);
+        let sum = |pool: &mut Pool, parts: [Option<ExprId>; 2]| {
+            let parts: Vec<ExprId> = parts.into_iter().flatten().collect();
+            pool.sum(&parts)
+        };
+        let constant = sum(pool, [Some(self.stiffness[i][j]), of(&self.circulatory)]);
+        let velocity = sum(pool, [of(&self.gyroscopic), of(&self.damping)]);
+        vec![constant, velocity, self.mass[i][j]]
+    }
+}
+
+/// Closed forms on their way.
+struct Found<'a> {
+    checker: &'a Checker<'a>,
+    pool: &'a mut Pool,
+    short: &'a mut Simplifier,
+    own: &'a mut Exponents,
+}
+
+/// Real and imaginary part.
+type Zero = (ExprId, ExprId);
+
+impl Found<'_> {
+    fn is_negative(&self, e: ExprId) -> Option<bool> {
+        self.checker.is_negative(self.pool, e)
+    }
+
+    fn simplify(&mut self, e: ExprId) -> ExprId {
+        self.short.simplify(self.pool, e)
+    }
+
+    /// A square root, up to its sign, the shorter one of the root as it stands and that over one fraction bar.
+    fn root(&mut self, e: ExprId) -> ExprId {
+        let (plain, exact) = root(self.pool, self.short, e);
+        if exact {
+            return plain;
+        }
+        let over = on_one_bar(self.pool, self.short, e);
+        let (over, _) = root(self.pool, self.short, over);
+        if self.short.weight(self.pool, over) < self.short.weight(self.pool, plain) { over } else { plain }
+    }
+
+    fn push(&mut self, (real, imaginary): Zero, multiplicity: usize, damping_ratio: Option<ExprId>) {
+        let mut all = self.own.exponents.iter_mut();
+        match all.find(|own| own.real == real && own.imaginary == imaginary) {
+            Some(same) => same.multiplicity += multiplicity,
+            None => self.own.exponents.push(ClosedExponent { real, imaginary, multiplicity, damping_ratio }),
+        }
+    }
+
+    /// ± the root of a square whose sign is known at the values of the parameters.
+    fn pair(&mut self, square: ExprId, few: bool) -> Option<[Zero; 2]> {
+        let negative = self.is_negative(square)?;
+        let size = if negative { self.pool.neg(square) } else { square };
+        let size = if few { self.root(size) } else { self.pool.sqrt(size) };
+        Some(self.both(size, negative))
+    }
+
+    /// ±x or ±ix, the one with the plus first.
+    fn both(&mut self, x: ExprId, imaginary: bool) -> [Zero; 2] {
+        let zero = self.pool.zero();
+        let mut both = [x, self.pool.neg(x)];
+        if self.is_negative(x) == Some(true) {
+            both.reverse();
+        }
+        both.map(|x| if imaginary { (zero, x) } else { (x, zero) })
+    }
+
+    fn of_frequencies(&mut self, case: &Case) {
+        let few = case.frequencies.len() <= MOST_ROOTS;
+        self.own.complete = case.complete;
+        for own in &case.frequencies {
+            if own.omega_squared.is_zero() {
+                self.push((own.omega_squared, own.omega_squared), 2 * own.multiplicity, None);
+                continue;
+            }
+            let square = self.pool.neg(own.omega_squared);
+            match self.pair(square, few) {
+                Some(pair) => pair.into_iter().for_each(|zero| self.push(zero, own.multiplicity, None)),
+                None => self.own.complete = false,
+            }
+        }
+    }
+
+    fn of_factors(&mut self, parts: &Parts) {
+        let zero = self.pool.zero();
+        if parts.zeros > 0 {
+            self.push((zero, zero), parts.zeros as usize, None);
+        }
+        self.own.complete = true;
+        for factor in &parts.factors {
+            let coefficients = factor.polynomial.coefficients(EXPONENT);
+            let coefficients = coefficients.iter().map(|own| parts.ring.expression(self.pool, self.short, own));
+            let coefficients: Vec<ExprId> = coefficients.collect();
+            let Some((zeros, ratio)) = self.zeros(&coefficients, factor.is_even()) else {
+                self.own.complete = false;
+                continue;
+            };
+            if zeros.iter().any(|zero| !self.is_zero_of(*zero, &coefficients)) {
+                self.own.complete = false;
+                continue;
+            }
+            zeros.into_iter().for_each(|zero| self.push(zero, factor.times, ratio));
+        }
+    }
+
+    /// The zeros of a polynomial, and the damping ratio of a pair.
+    fn zeros(&mut self, coefficients: &[ExprId], even: bool) -> Option<(Vec<Zero>, Option<ExprId>)> {
+        let zero = self.pool.zero();
+        match *coefficients {
+            [b, a] => {
+                let quotient = self.pool.div(b, a);
+                let opposite = self.pool.neg(quotient);
+                Some((vec![(self.simplify(opposite), zero)], None))
+            }
+            [c, _, a] if even => {
+                let quotient = self.pool.div(c, a);
+                let opposite = self.pool.neg(quotient);
+                let square = self.simplify(opposite);
+                Some((self.pair(square, true)?.to_vec(), None))
+            }
+            [c, b, a] => {
+                let [middle, square, _] = self.middle(c, b, a);
+                let zeros = self.pair(square, true)?.map(|(real, imaginary)| {
+                    let real = self.pool.add(middle, real);
+                    (real, imaginary)
+                });
+                Some((zeros.to_vec(), self.damping_ratio(c, b, a)))
+            }
+            [c, _, b, _, a] if even => Some((self.of_squares(c, b, a)?, None)),
+            _ => None,
+        }
+    }
+
+    /// -b/2a, its square less c/a, and c/a.
+    fn middle(&mut self, c: ExprId, b: ExprId, a: ExprId) -> [ExprId; 3] {
+        let quotient = self.pool.div(b, a);
+        let half = self.pool.scale(quotient, &Number::half().neg());
+        let middle = self.simplify(half);
+        let quotient = self.pool.div(c, a);
+        let product = self.simplify(quotient);
+        let square = self.pool.square(middle);
+        let difference = self.pool.sub(square, product);
+        [middle, self.simplify(difference), product]
+    }
+
+    /// b/(2 sqrt(a c)), where c/a is positive.
+    fn damping_ratio(&mut self, c: ExprId, b: ExprId, a: ExprId) -> Option<ExprId> {
+        let product = self.pool.mul(a, c);
+        if self.is_negative(product)? {
+            return None;
+        }
+        let (size, _) = root(self.pool, self.short, product);
+        let size = if self.is_negative(size)? { self.pool.neg(size) } else { size };
+        let quotient = self.pool.div(b, size);
+        let half = self.pool.scale(quotient, &Number::half());
+        Some(self.simplify(half))
+    }
+
+    /// The zeros of a s⁴ + b s² + c: with z = p ± r the squares, both negative, and h = sqrt(c/a) they are ±i(u ± w) with
+    /// u² = (h - p)/2 and w² = (-p - h)/2, where h can be drawn; where r is imaginary they are ±x ± iy with 2x² = h + p and 2y² = h - p.
+    fn of_squares(&mut self, c: ExprId, b: ExprId, a: ExprId) -> Option<Vec<Zero>> {
+        let [p, square, product] = self.middle(c, b, a);
+        let flutters = self.is_negative(square)?;
+        let (h, exact) = root(self.pool, self.short, product);
+        let h = if self.is_negative(h).unwrap_or(false) { self.pool.neg(h) } else { h };
+        let half = |own: &mut Self, h_sign: i64, p_sign: i64| {
+            let terms =
+                [(h, Number::from(h_sign).mul(&Number::half())), (p, Number::from(p_sign).mul(&Number::half()))];
+            let sum = own.pool.linear(&terms);
+            let sum = own.simplify(sum);
+            own.root(sum)
+        };
+        if flutters {
+            let (x, y) = (half(self, 1, 1), half(self, 1, -1));
+            let (minus_x, minus_y) = (self.pool.neg(x), self.pool.neg(y));
+            return Some(vec![(x, y), (x, minus_y), (minus_x, y), (minus_x, minus_y)]);
+        }
+        let (r, _) = root(self.pool, self.short, square);
+        let r = if self.is_negative(r)? { self.pool.neg(r) } else { r };
+        let squares = [self.pool.add(p, r), self.pool.sub(p, r)];
+        let squares = squares.map(|square| self.simplify(square));
+        let mut zeros = Vec::new();
+        for square in squares {
+            zeros.extend(self.pair(square, true)?);
+        }
+        let both = squares.iter().all(|square| self.is_negative(*square) == Some(true));
+        if both && exact {
+            let (u, w) = (half(self, 1, -1), half(self, -1, -1));
+            let sizes = [self.pool.sub(u, w), self.pool.add(u, w)];
+            let other: Vec<Zero> = sizes.into_iter().flat_map(|size| self.both(size, true)).collect();
+            let weight = |own: &mut Self, zeros: &[Zero]| {
+                let all: Vec<ExprId> = zeros.iter().map(|(_, imaginary)| *imaginary).collect();
+                own.short.weight_of(own.pool, &all)
+            };
+            if weight(self, &other) < weight(self, &zeros) {
+                return Some(other);
+            }
+        }
+        Some(zeros)
+    }
+
+    /// Whether this is a zero of the polynomial at the values of the parameters, and an exponent where these are certified.
+    fn is_zero_of(&self, (real, imaginary): Zero, coefficients: &[ExprId]) -> bool {
+        let all: Vec<ExprId> = [real, imaginary].iter().chain(coefficients).copied().collect();
+        let Some(values) = self.checker.evaluate(self.pool, &all) else {
+            return false;
+        };
+        let [real, imaginary, coefficients @ ..] = values.as_slice() else {
+            return false;
+        };
+        let s = Complex { re: *real, im: *imaginary };
+        let zero = Complex { re: Ball::ZERO, im: Ball::ZERO };
+        let (mut sum, mut size) = (zero, 0.0);
+        let length = real.abs_upper().hypot(imaginary.abs_upper());
+        for coefficient in coefficients.iter().rev() {
+            sum = sum.mul(&s).add(&Complex { re: *coefficient, im: Ball::ZERO });
+            size = size * length + coefficient.abs_upper();
+        }
+        let vanishes = |part: &Ball| part.contains_zero() && part.radius <= WIDEST * size;
+        let meets = |a: &Ball, b: &Ball| a.sub(b).contains_zero();
+        let certified = self.checker.exponents().is_none_or(|modes| {
+            // One of a pair ±s stands for both.
+            modes.iter().any(|(growth, omega)| meets(&real.abs(), &growth.abs()) && meets(&imaginary.abs(), omega))
+        });
+        vanishes(&sum.re) && vanishes(&sum.im) && certified
+    }
+}
+
+/// Polynomials in s, the constant first, row by row.
+type Matrix = Vec<Vec<Vec<ExprId>>>;
+
+/// The coordinates of each part that hangs together.
+fn components(rows: &Matrix) -> Vec<Vec<usize>> {
+    let vanishes = |i: usize, j: usize| rows[i][j].iter().all(|own| own.is_zero());
+    let mut left: Vec<usize> = (0..rows.len()).collect();
+    let mut parts = Vec::new();
+    while !left.is_empty() {
+        let mut part = vec![left.remove(0)];
+        let mut at = 0;
+        while let Some(i) = part.get(at).copied() {
+            part.extend(left.extract_if(.., |j| !vanishes(i, *j) || !vanishes(*j, i)));
+            at += 1;
+        }
+        part.sort_unstable();
+        parts.push(part);
+    }
+    parts
+}
+
+/// One block for each class of the mirrors that leave all matrices unchanged; `None` without such mirrors.
+fn by_symmetry(pool: &mut Pool, short: &mut Simplifier, linear: &Linear, rows: &Matrix) -> Option<Vec<Matrix>> {
+    let pair = Pair::new(&linear.mass, &linear.stiffness);
+    let pair = pair.canonical(pool, short);
+    let symmetry = Symmetry::find(&pair.pattern(pool))?;
+    let n = rows.len();
+    let mut mirrors = commuting_mirrors(&symmetry);
+    mirrors.retain(|mirror| {
+        (0..n).all(|i| {
+            (0..n).all(|j| {
+                let ((to, turned), (other, also)) = (mirror.of(i), mirror.of(j));
+                rows[i][j].iter().zip(&rows[to][other]).all(|(own, image)| {
+                    let image = if turned == also { *image } else { pool.neg(*image) };
+                    let difference = pool.sub(*own, image);
+                    pool.is_zero(difference) == ZeroVerdict::Zero
+                })
+            })
+        })
+    });
+    if mirrors.is_empty() {
+        return None;
+    }
+    let all: Vec<usize> = (0..n).collect();
+    let classes = adapted(&mirrors, &all);
+    let mut blocks = Vec::new();
+    for class in classes {
+        let mut block = vec![vec![Vec::new(); class.basis.len()]; class.basis.len()];
+        for (entries, left) in block.iter_mut().zip(&class.basis) {
+            for (entry, right) in entries.iter_mut().zip(&class.basis) {
+                let mut sum_of = |power: usize| {
+                    let products = left.iter().flat_map(|(i, x)| {
+                        let own = right.iter().map(move |(j, y)| (rows[*i][*j][power], Number::from(x * y)));
+                        own.collect::<Vec<_>>()
+                    });
+                    let products: Vec<(ExprId, Number)> = products.collect();
+                    let sum = pool.linear(&products);
+                    short.simplify(pool, sum)
+                };
+                *entry = (0..3).map(&mut sum_of).collect();
+            }
+        }
+        blocks.push(block);
+    }
+    Some(blocks)
+}

@@ -1,0 +1,338 @@
+//! Polynomials in several variables with rational coefficients: exact quotients, greatest common divisors, and factors that
+//! occur several times.
+//!
+//! Greatest common divisors by primitive remainders (Knuth, The Art of Computer Programming, vol. 2, 4.6.1), asked for only
+//! where one at random values modulo a prime leaves it open. *Knows no expressions.*
+
+use std::collections::BTreeMap;
+
+use crate::expr::{PRIME, add_mod, inverse_mod, mix, mul_mod, neg_mod, pow_mod};
+use crate::number::Number;
+
+/// Beyond so many terms common divisors are not looked for.
+const MOST_TERMS: usize = 400;
+
+/// Exponents, one a variable.
+type Powers = Vec<u32>;
+
+/// A sum of products of powers; none of its coefficients is 0.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Polynomial {
+    variables: usize,
+    terms: BTreeMap<Powers, Number>,
+}
+
+impl Polynomial {
+    pub(super) fn zero(variables: usize) -> Self {
+        Self { variables, terms: BTreeMap::new() }
+    }
+
+    pub(super) fn constant(variables: usize, value: Number) -> Self {
+        let mut own = Self::zero(variables);
+        own.add(vec![0; variables], &value);
+        own
+    }
+
+    pub(super) fn add(&mut self, powers: Powers, coefficient: &Number) {
+        let sum = self.terms.get(&powers).map_or_else(|| coefficient.clone(), |own| own.add(coefficient));
+        if sum.is_zero() {
+            self.terms.remove(&powers);
+        } else {
+            self.terms.insert(powers, sum);
+        }
+    }
+
+    pub(super) fn coefficient(&self, powers: &Powers) -> Option<&Number> {
+        self.terms.get(powers)
+    }
+
+    pub(super) fn terms(&self) -> impl Iterator<Item = (&Powers, &Number)> {
+        self.terms.iter()
+    }
+
+    /// Whether the coefficient of the first term in the order of the variables is negative.
+    pub(super) fn is_negative(&self) -> bool {
+        self.terms.last_key_value().is_some_and(|(_, value)| value.is_negative())
+    }
+
+    pub(super) fn is_zero(&self) -> bool {
+        self.terms.is_empty()
+    }
+
+    /// Whether no variable occurs.
+    pub(super) fn is_constant(&self) -> bool {
+        self.terms.keys().all(|powers| powers.iter().all(|power| *power == 0))
+    }
+
+    /// The highest power of a variable.
+    pub(super) fn degree(&self, variable: usize) -> u32 {
+        self.terms.keys().map(|powers| powers[variable]).max().unwrap_or(0)
+    }
+
+    /// What stands before each power of a variable, the constant first.
+    pub(super) fn coefficients(&self, variable: usize) -> Vec<Self> {
+        let mut all = vec![Self::zero(self.variables); self.degree(variable) as usize + 1];
+        for (powers, value) in &self.terms {
+            let mut rest = powers.clone();
+            let power = std::mem::take(&mut rest[variable]);
+            all[power as usize].terms.insert(rest, value.clone());
+        }
+        all
+    }
+
+    /// From what stands before each power of a variable.
+    pub(super) fn from_coefficients(variable: usize, coefficients: &[Self]) -> Self {
+        let mut whole = Self::zero(coefficients.first().map_or(0, |own| own.variables));
+        for (power, own) in (0..).zip(coefficients) {
+            for (powers, value) in &own.terms {
+                let mut powers = powers.clone();
+                powers[variable] += power;
+                whole.add(powers, value);
+            }
+        }
+        whole
+    }
+
+    fn minus(mut self, other: &Self) -> Self {
+        other.terms.iter().for_each(|(powers, value)| self.add(powers.clone(), &value.neg()));
+        self
+    }
+
+    pub(super) fn plus(mut self, other: &Self) -> Self {
+        other.terms.iter().for_each(|(powers, value)| self.add(powers.clone(), value));
+        self
+    }
+
+    pub(super) fn times(&self, other: &Self) -> Self {
+        let mut product = Self::zero(self.variables);
+        for (a, x) in &self.terms {
+            for (b, y) in &other.terms {
+                let powers = a.iter().zip(b).map(|(a, b)| a + b).collect();
+                product.add(powers, &x.mul(y));
+            }
+        }
+        product
+    }
+
+    pub(super) fn scaled(&self, factor: &Number) -> Self {
+        self.times(&Self::constant(self.variables, factor.clone()))
+    }
+
+    /// The quotient, where the division leaves nothing.
+    pub(super) fn over(&self, divisor: &Self) -> Option<Self> {
+        let (first, size) = divisor.terms.last_key_value()?;
+        let inverse = size.recip()?;
+        let mut rest = self.clone();
+        let mut quotient = Self::zero(self.variables);
+        while let Some((powers, value)) = rest.terms.last_key_value() {
+            let powers: Option<Powers> = powers.iter().zip(first).map(|(a, b)| a.checked_sub(*b)).collect();
+            let mut term = Self::zero(self.variables);
+            term.add(powers?, &value.mul(&inverse));
+            rest = rest.minus(&term.times(divisor));
+            quotient = quotient.plus(&term);
+        }
+        Some(quotient)
+    }
+
+    /// d/dx
+    fn derivative(&self, variable: usize) -> Self {
+        let mut slope = Self::zero(self.variables);
+        for (powers, value) in self.terms.iter().filter(|(powers, _)| powers[variable] > 0) {
+            let factor = Number::from(i64::from(powers[variable]));
+            let mut powers = powers.clone();
+            powers[variable] -= 1;
+            slope.add(powers, &value.mul(&factor));
+        }
+        slope
+    }
+
+    /// Times a number that makes the coefficients whole, without a common divisor, and the first in the order of the variables positive.
+    pub(super) fn primitive(&self) -> Self {
+        let Some((_, first)) = self.terms.last_key_value() else {
+            return self.clone();
+        };
+        let size = self.terms.values().skip(1).fold(first_or_one(self), |size, value| size.gcd(value));
+        let size = if first.is_negative() { size.neg() } else { size };
+        size.recip().map_or_else(|| self.clone(), |inverse| self.scaled(&inverse))
+    }
+
+    /// The powers that all terms have in common.
+    pub(super) fn common_powers(&self) -> Powers {
+        let mut all = self.terms.keys();
+        let first = all.next().cloned().unwrap_or_else(|| vec![0; self.variables]);
+        all.fold(first, |common, powers| common.iter().zip(powers).map(|(a, b)| *a.min(b)).collect())
+    }
+
+    /// Without powers that all terms have.
+    pub(super) fn without(&self, common: &Powers) -> Self {
+        let less = |powers: &Powers| powers.iter().zip(common).map(|(a, b)| a - b).collect();
+        let terms = self.terms.iter().map(|(powers, value)| (less(powers), value.clone())).collect();
+        Self { variables: self.variables, terms }
+    }
+
+    fn monomial(powers: Powers) -> Self {
+        let mut own = Self::zero(powers.len());
+        own.add(powers, &Number::ONE);
+        own
+    }
+
+    /// A common divisor: the greatest, but for numbers, where the polynomials are not too long.
+    pub(super) fn common_divisor(&self, other: &Self) -> Self {
+        if self.is_zero() || other.is_zero() {
+            return if self.is_zero() { other.primitive() } else { self.primitive() };
+        }
+        let (own, others) = (self.common_powers(), other.common_powers());
+        let common = Self::monomial(own.iter().zip(&others).map(|(a, b)| *a.min(b)).collect());
+        let (mut a, mut b) = (self.without(&own), other.without(&others));
+        if a.terms.len().max(b.terms.len()) > MOST_TERMS {
+            return common;
+        }
+        // What only one of them knows is in no common divisor.
+        for variable in 0..self.variables {
+            let (of_a, of_b) = (a.degree(variable), b.degree(variable));
+            if of_a > 0 && of_b == 0 {
+                a = a.content(variable);
+            } else if of_b > 0 && of_a == 0 {
+                b = b.content(variable);
+            }
+        }
+        let both = (0..self.variables).filter(|x| a.degree(*x) > 0 && b.degree(*x) > 0);
+        let Some(variable) = both.min_by_key(|x| a.degree(*x).max(b.degree(*x))) else {
+            return common;
+        };
+        let (of_a, of_b) = (a.content(variable), b.content(variable));
+        let contents = common.times(&of_a.common_divisor(&of_b));
+        let (Some(a), Some(b)) = (a.over(&of_a), b.over(&of_b)) else {
+            return contents;
+        };
+        if a.is_prime_to(&b, variable) {
+            return contents;
+        }
+        contents.times(&a.divisor_in(b, variable)).primitive()
+    }
+
+    /// Whether they have no divisor with this variable in common, as values at random for the others show modulo a prime.
+    fn is_prime_to(&self, other: &Self, variable: usize) -> bool {
+        let (Some(mut a), Some(mut b)) = (self.residues(variable), other.residues(variable)) else {
+            return false;
+        };
+        while let Some(last) = b.last().copied() {
+            let Some(inverse) = inverse_mod(last) else {
+                return false;
+            };
+            if b.len() == 1 {
+                return true;
+            }
+            while a.len() >= b.len() {
+                let factor = neg_mod(mul_mod(a[a.len() - 1], inverse));
+                let shift = a.len() - b.len();
+                for (at, value) in b.iter().enumerate() {
+                    a[at + shift] = add_mod(a[at + shift], mul_mod(factor, *value));
+                }
+                a.pop();
+            }
+            while a.last() == Some(&0) {
+                a.pop();
+            }
+            std::mem::swap(&mut a, &mut b);
+        }
+        false
+    }
+
+    /// The coefficients of one variable at random values of the others, modulo a prime; `None` where the last is 0.
+    fn residues(&self, variable: usize) -> Option<Vec<u64>> {
+        let mut all = vec![0; self.degree(variable) as usize + 1];
+        for (powers, value) in &self.terms {
+            let others = powers.iter().enumerate().filter(|(at, _)| *at != variable);
+            let product = others.fold(value.mod_prime(PRIME)?, |product, (at, power)| {
+                mul_mod(product, pow_mod(mix(at as u64 + 1) >> 8, u64::from(*power)))
+            });
+            let place = &mut all[powers[variable] as usize];
+            *place = add_mod(*place, product);
+        }
+        (all.last() != Some(&0)).then_some(all)
+    }
+
+    /// The divisor of polynomials whose coefficients in a variable have none: the last remainder.
+    fn divisor_in(&self, other: Self, variable: usize) -> Self {
+        let one = Self::constant(self.variables, Number::ONE);
+        let (mut a, mut b) = (self.clone(), other);
+        if a.degree(variable) < b.degree(variable) {
+            std::mem::swap(&mut a, &mut b);
+        }
+        while b.degree(variable) > 0 {
+            let rest = a.remainder(&b, variable);
+            if rest.is_zero() {
+                return b;
+            }
+            if rest.terms.len() > MOST_TERMS {
+                return one;
+            }
+            let content = rest.content(variable);
+            let Some(rest) = rest.over(&content) else {
+                return one;
+            };
+            (a, b) = (b, rest);
+        }
+        one
+    }
+
+    /// What is left of a power of the leading coefficient of `divisor` times this.
+    fn remainder(&self, divisor: &Self, variable: usize) -> Self {
+        let degree = divisor.degree(variable);
+        let of_divisor = divisor.coefficients(variable);
+        let mut rest = self.clone();
+        while !rest.is_zero() && rest.degree(variable) >= degree && rest.terms.len() <= 4 * MOST_TERMS {
+            let own = rest.degree(variable);
+            let (Some(leading), Some(by)) = (rest.coefficients(variable).pop(), of_divisor.last()) else {
+                return rest;
+            };
+            let mut power = vec![0; self.variables];
+            power[variable] = own - degree;
+            let less = divisor.times(&leading).times(&Self::monomial(power));
+            rest = rest.times(by).minus(&less);
+        }
+        rest
+    }
+
+    /// The common divisor of what stands before the powers of a variable.
+    pub(super) fn content(&self, variable: usize) -> Self {
+        let coefficients = self.coefficients(variable).into_iter();
+        let content = coefficients.fold(Self::zero(self.variables), |common, own| {
+            if common.is_constant() && !common.is_zero() { common } else { common.common_divisor(&own) }
+        });
+        content.primitive()
+    }
+
+    /// Factors in which no zero of a variable is repeated, each with how often it occurs (Yun). What stands before its powers has no
+    /// common divisor.
+    pub(super) fn factors(&self, variable: usize) -> Vec<(Self, usize)> {
+        let slope = self.derivative(variable);
+        let repeated = self.common_divisor(&slope);
+        let (Some(mut each), mut repeated) = (self.over(&repeated), repeated) else {
+            return vec![(self.clone(), 1)];
+        };
+        let mut factors = Vec::new();
+        let mut times = 1;
+        while each.degree(variable) > 0 {
+            let more = each.common_divisor(&repeated);
+            if let Some(own) = each.over(&more)
+                && own.degree(variable) > 0
+            {
+                factors.push((own.primitive(), times));
+            }
+            repeated = repeated.over(&more).unwrap_or(repeated);
+            if more.degree(variable) == each.degree(variable) && times > self.degree(variable) as usize {
+                break;
+            }
+            each = more;
+            times += 1;
+        }
+        factors
+    }
+}
+
+/// The first coefficient, without its sign.
+fn first_or_one(of: &Polynomial) -> Number {
+    of.terms.values().next().map_or(Number::ONE, Number::abs)
+}

@@ -1,0 +1,170 @@
+//! Expressions as polynomials in what they are built of, and back.
+
+use std::collections::BTreeMap;
+
+use super::collapse::collapse;
+use super::polynomial::Polynomial;
+use super::simplify::{Monomial, Monomials, Opening, Simplifier, add_to, expand, times};
+use crate::expr::{ExprId, Pool, ZeroVerdict};
+use crate::number::Number;
+
+/// Expressions with more terms than this are not multiplied out.
+const MOST_TERMS: usize = 600;
+
+/// The variable that stands for the exponent s.
+pub(super) const EXPONENT: usize = 0;
+
+/// What the variables of polynomials stand for.
+#[derive(Debug, Default)]
+pub(super) struct Ring {
+    /// Bases, and of what part of their powers the variables are powers: 2 for a square root. The first is that of variable 1.
+    bases: Vec<(ExprId, Number)>,
+}
+
+/// Expressions multiplied out, all with the same powers of what stands below a fraction bar.
+#[derive(Debug)]
+pub(super) struct Expanded {
+    all: Vec<Monomials>,
+    by: Monomial,
+}
+
+impl Expanded {
+    /// Multiplies out, and by what stands below a fraction bar; `None` where that gets too long.
+    pub(super) fn new(pool: &mut Pool, expressions: &[ExprId]) -> Option<Self> {
+        let mut all = Vec::new();
+        for e in expressions {
+            if pool.is_zero(*e) == ZeroVerdict::Zero {
+                all.push(Monomials::new());
+                continue;
+            }
+            let mut monomials = expand(pool, *e, Opening::Powers)?;
+            collapse(pool, &mut monomials);
+            all.push(monomials);
+        }
+        let mut own = Self { all, by: Monomial::new() };
+        while let Some((base, power)) = own.below() {
+            own.multiply(pool, base, &power)?;
+        }
+        Some(own)
+    }
+
+    /// A base below some fraction bar, or a sum with a power that can be multiplied out, and by which power it is taken up.
+    fn below(&self) -> Option<(ExprId, Number)> {
+        let mut least: BTreeMap<ExprId, Number> = BTreeMap::new();
+        for (base, exponent) in self.all.iter().flat_map(BTreeMap::keys).flatten() {
+            if exponent.is_negative() {
+                let own = least.entry(*base).or_default();
+                *own = if *exponent < *own { exponent.clone() } else { own.clone() };
+            }
+        }
+        least.into_iter().next().map(|(base, exponent)| (base, exponent.neg()))
+    }
+
+    fn multiply(&mut self, pool: &mut Pool, base: ExprId, power: &Number) -> Option<()> {
+        let factor: Monomial = vec![(base, power.clone())];
+        self.by = times(&self.by, &factor, &Number::ONE);
+        for monomials in &mut self.all {
+            let mut new = Monomials::new();
+            for (monomial, coefficient) in std::mem::take(monomials) {
+                let monomial = times(&monomial, &factor, &Number::ONE);
+                // A sum with a power of its own is multiplied out.
+                let whole = monomial.iter().find(|(own, _)| *own == base).map(|(_, exponent)| exponent.floor());
+                match whole.filter(|whole| pool.is_sum(base) && !whole.is_zero()) {
+                    Some(_) => {
+                        let product = pool.product_of_powers(&monomial);
+                        for (monomial, own) in expand(pool, product, Opening::Powers)? {
+                            add_to(&mut new, monomial, &own.mul(&coefficient));
+                        }
+                        if new.len() > MOST_TERMS {
+                            return None;
+                        }
+                    }
+                    None => add_to(&mut new, monomial, &coefficient),
+                }
+            }
+            collapse(pool, &mut new);
+            *monomials = new;
+        }
+        (self.all.iter().map(BTreeMap::len).sum::<usize>() <= MOST_TERMS).then_some(())
+    }
+}
+
+impl Ring {
+    /// With a variable for each base of these.
+    pub(super) fn new<'a>(expanded: impl Iterator<Item = &'a Expanded>) -> Self {
+        let mut bases: BTreeMap<ExprId, Number> = BTreeMap::new();
+        for own in expanded {
+            let monomials = own.all.iter().flat_map(BTreeMap::keys).flatten();
+            for (base, exponent) in monomials.chain(&own.by) {
+                let parts = bases.entry(*base).or_insert(Number::ONE);
+                // The least common multiple of the denominators.
+                let common = parts.recip().unwrap_or(Number::ONE).gcd(exponent);
+                *parts = Number::from_integer(common.denominator().into());
+            }
+        }
+        Self { bases: bases.into_iter().collect() }
+    }
+
+    /// How many variables there are, that for the exponent included.
+    pub(super) fn variables(&self) -> usize {
+        self.bases.len() + 1
+    }
+
+    /// What a variable is a power of, and whether it is a root of it.
+    pub(super) fn base(&self, variable: usize) -> Option<(ExprId, bool)> {
+        let (base, parts) = self.bases.get(variable.checked_sub(1)?)?;
+        Some((*base, !parts.is_one()))
+    }
+
+    /// The powers of a monomial.
+    fn powers(&self, monomial: &Monomial) -> Option<Vec<(usize, i64)>> {
+        let power = |(base, exponent): &(ExprId, Number)| {
+            let at = self.bases.binary_search_by_key(base, |(own, _)| *own).ok()?;
+            Some((at + 1, exponent.mul(&self.bases[at].1).to_i64()?))
+        };
+        monomial.iter().map(power).collect()
+    }
+
+    fn polynomial(&self, monomials: &Monomials) -> Option<Polynomial> {
+        let mut polynomial = Polynomial::zero(self.variables());
+        for (monomial, coefficient) in monomials {
+            let mut powers = vec![0; self.variables()];
+            for (at, power) in self.powers(monomial)? {
+                powers[at] = u32::try_from(power).ok()?;
+            }
+            polynomial.add(powers, coefficient);
+        }
+        Some(polynomial)
+    }
+
+    /// As polynomials; `None` where a base has no variable.
+    pub(super) fn polynomials(&self, expanded: &Expanded) -> Option<Vec<Polynomial>> {
+        expanded.all.iter().map(|own| self.polynomial(own)).collect()
+    }
+
+    /// A polynomial with the sign of the only one of the expressions.
+    pub(super) fn of_sign(&self, expanded: &Expanded) -> Option<Polynomial> {
+        let mut powers = vec![0; self.variables()];
+        for (at, power) in self.powers(&expanded.by)? {
+            powers[at] = u32::from(power % 2 != 0);
+        }
+        let mut by = Polynomial::zero(self.variables());
+        by.add(powers, &Number::ONE);
+        Some(self.polynomial(expanded.all.first()?)?.times(&by))
+    }
+
+    /// A polynomial without the exponent as an expression in its shortest form.
+    pub(super) fn expression(&self, pool: &mut Pool, short: &mut Simplifier, polynomial: &Polynomial) -> ExprId {
+        let mut terms = Vec::new();
+        for (powers, coefficient) in polynomial.terms() {
+            let mut monomial = Monomial::new();
+            for ((base, parts), power) in self.bases.iter().zip(&powers[1..]).filter(|(_, power)| **power > 0) {
+                let power = Number::from(i64::from(*power));
+                monomial.push((*base, power.div(parts).unwrap_or(power)));
+            }
+            terms.push((pool.product_of_powers(&monomial), coefficient.clone()));
+        }
+        let sum = pool.linear(&terms);
+        short.simplify(pool, sum)
+    }
+}

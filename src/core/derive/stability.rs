@@ -1,0 +1,342 @@
+//! Conditions of stability, as polynomials that have to be positive.
+//!
+//! With friction the criterion of Routh and Hurwitz in the form of Liénard and Chipart (Gantmacher, The Theory of Matrices,
+//! vol. 2, chapter XV, section 13): every second coefficient and every second determinant. Without, the squares of the exponents
+//! have to be negative and different: signs of coefficients and the discriminant. What follows from the signs that are known, that
+//! of M above all, and from other conditions, is left out.
+
+use super::exponents::Factor;
+use super::polynomial::Polynomial;
+use super::ring::{EXPONENT, Expanded, Ring};
+use crate::expr::Pool;
+use crate::number::Number;
+
+/// Longer conditions help nobody.
+const MOST_TERMS: usize = 60;
+/// Determinants of more rows are not written out.
+const MOST_DEGREE: usize = 6;
+
+/// What is known to be positive.
+#[derive(Clone, Debug)]
+pub(super) struct Signs {
+    variables: Vec<bool>,
+    others: Vec<Polynomial>,
+}
+
+/// A product that has to be positive: factors that are no products themselves, and whether its sign is turned.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Sign {
+    pub(super) factors: Vec<Polynomial>,
+    pub(super) negative: bool,
+}
+
+impl Sign {
+    /// The product.
+    pub(super) fn product(&self, variables: usize) -> Polynomial {
+        let sign = if self.negative { Number::MINUS_ONE } else { Number::ONE };
+        let one = Polynomial::constant(variables, sign);
+        self.factors.iter().fold(one, |product, own| product.times(own))
+    }
+
+    /// Whether it is positive whatever the parameters are.
+    pub(super) fn holds_always(&self) -> bool {
+        self.factors.is_empty() && !self.negative
+    }
+
+    fn terms(&self) -> usize {
+        self.factors.iter().map(|own| own.terms().count()).sum()
+    }
+}
+
+impl Signs {
+    /// Roots, what is a square or the like, and what else is known to be positive.
+    pub(super) fn new(pool: &mut Pool, ring: &Ring, known: &[Expanded]) -> Self {
+        let positive = |at| ring.base(at).is_some_and(|(base, is_root)| is_root || pool.is_nonnegative(base));
+        let mut own = Self { variables: (0..ring.variables()).map(positive).collect(), others: Vec::new() };
+        // What is known of one may tell the sign of another.
+        for _ in 0..2 {
+            for expanded in known {
+                if let Some(sign) = own.sign_of(pool, ring, expanded) {
+                    own.learn(&sign);
+                }
+            }
+        }
+        own
+    }
+
+    /// The sign of the only one of the expressions.
+    pub(super) fn sign_of(&self, pool: &mut Pool, ring: &Ring, own: &Expanded) -> Option<Sign> {
+        Some(self.sign(pool, &ring.of_sign(own)?))
+    }
+
+    /// Takes in that a product is positive.
+    fn learn(&mut self, sign: &Sign) {
+        let [only] = sign.factors.as_slice() else {
+            return;
+        };
+        if sign.negative {
+            return;
+        }
+        let mut terms = only.terms();
+        if let (Some((powers, _)), None) = (terms.next(), terms.next())
+            && let Some(at) = powers.iter().position(|power| *power > 0)
+        {
+            self.variables[at] = true;
+        } else {
+            self.others.push(only.clone());
+        }
+    }
+
+    /// Takes in that a parameter is positive.
+    pub(super) fn learn_variable(&mut self, at: usize) {
+        self.variables[at] = true;
+    }
+
+    /// The sign that all terms have, as far as that is known.
+    fn of_terms(&self, polynomial: &Polynomial) -> Option<bool> {
+        if self.others.contains(polynomial) {
+            return Some(false);
+        }
+        let known = |powers: &[u32]| powers.iter().zip(&self.variables).all(|(power, known)| *known || power % 2 == 0);
+        let mut all = polynomial.terms().map(|(powers, value)| known(powers).then(|| value.is_negative()));
+        let first = all.next()??;
+        all.all(|own| own == Some(first)).then_some(first)
+    }
+
+    /// What the sign of a polynomial depends on.
+    pub(super) fn sign(&self, pool: &mut Pool, polynomial: &Polynomial) -> Sign {
+        let mut sign = Sign { factors: Vec::new(), negative: false };
+        let common = polynomial.common_powers();
+        let variables = common.len();
+        for (at, power) in common.iter().enumerate().filter(|(at, _)| !self.variables[*at]) {
+            if power % 2 == 1 {
+                let mut powers = vec![0; variables];
+                powers[at] = 1;
+                let mut own = Polynomial::zero(variables);
+                own.add(powers, &Number::ONE);
+                sign.factors.push(own);
+            }
+        }
+        let mut rest = polynomial.without(&common);
+        // All factors are taken with their first coefficient positive.
+        sign.negative = rest.is_negative();
+        while let Some(variable) = (0..variables).find(|at| rest.degree(*at) > 0) {
+            let content = rest.content(variable);
+            let Some(own) = rest.over(&content) else {
+                sign.factors.push(rest.primitive());
+                break;
+            };
+            let odd = own.factors(variable).into_iter().filter(|(_, times)| times % 2 == 1);
+            for (factor, _) in odd {
+                for factor in halves(pool, &factor).unwrap_or_else(|| vec![factor.clone()]) {
+                    match self.of_terms(&factor) {
+                        Some(negative) => sign.negative ^= negative,
+                        None => sign.factors.push(factor),
+                    }
+                }
+            }
+            rest = content;
+        }
+        sign
+    }
+}
+
+/// The two factors of what is quadratic in a variable and has a square for its discriminant.
+fn halves(pool: &mut Pool, of: &Polynomial) -> Option<Vec<Polynomial>> {
+    let variables = of.common_powers().len();
+    for variable in (0..variables).filter(|at| of.degree(*at) == 2) {
+        let coefficients = of.coefficients(variable);
+        let [c, b, a] = coefficients.as_slice() else {
+            continue;
+        };
+        let discriminant = b.times(b).plus(&a.times(c).scaled(&Number::from(-4)));
+        let Some(root) = square_root(pool, &discriminant) else {
+            continue;
+        };
+        let twice = a.scaled(&Number::from(2));
+        let factor = |root: &Polynomial| {
+            let whole = Polynomial::from_coefficients(variable, &[b.clone().plus(root), twice.clone()]);
+            let content = whole.content(variable);
+            whole.over(&content).map(|own| own.primitive())
+        };
+        return Some(vec![factor(&root)?, factor(&root.scaled(&Number::MINUS_ONE))?]);
+    }
+    None
+}
+
+/// The polynomial of which this is the square.
+fn square_root(pool: &mut Pool, of: &Polynomial) -> Option<Polynomial> {
+    let common = of.common_powers();
+    let variables = common.len();
+    if of.is_zero() || common.iter().any(|power| power % 2 == 1) {
+        return None;
+    }
+    let mut root = Polynomial::zero(variables);
+    root.add(common.iter().map(|power| power / 2).collect(), &Number::ONE);
+    let mut rest = of.without(&common);
+    while let Some(variable) = (0..variables).find(|at| rest.degree(*at) > 0) {
+        let content = rest.content(variable);
+        for (factor, times) in rest.over(&content)?.factors(variable) {
+            if times % 2 == 1 {
+                return None;
+            }
+            for _ in 0..times / 2 {
+                root = root.times(&factor);
+            }
+        }
+        rest = content;
+    }
+    let scale = of.over(&root.times(&root))?;
+    let (_, size) = scale.terms().next()?;
+    let size = pool.number(size.clone());
+    let size = pool.sqrt(size);
+    Some(root.scaled(pool.as_number(size)?))
+}
+
+/// What has to be positive for the exponents of a factor to be on the left, or of an even one on the imaginary axis and single; `None`
+/// where that is not written out.
+pub(super) fn conditions(
+    factor: &Factor,
+    signs: &Signs,
+    pool: &mut Pool,
+    conservative: bool,
+) -> Option<Vec<Polynomial>> {
+    let even = factor.is_even();
+    if even && factor.times > 1 && !conservative {
+        return None;
+    }
+    let mut coefficients = factor.polynomial.coefficients(EXPONENT);
+    if even {
+        coefficients = coefficients.into_iter().step_by(2).collect();
+    }
+    let leading = coefficients.last()?.clone();
+    let sign = signs.sign(pool, &leading);
+    if sign.holds_always() {
+    } else if sign.factors.is_empty() {
+        coefficients = coefficients.iter().map(|own| own.scaled(&Number::MINUS_ONE)).collect();
+    } else {
+        coefficients = coefficients.iter().map(|own| own.times(&leading)).collect();
+    }
+    let found = if even { of_squares(&coefficients, conservative)? } else { hurwitz(&coefficients)? };
+    found.iter().all(|own| own.terms().count() <= MOST_TERMS).then_some(found)
+}
+
+/// That the zeros z are negative, and different where nothing else keeps them real.
+fn of_squares(coefficients: &[Polynomial], conservative: bool) -> Option<Vec<Polynomial>> {
+    let (_, others) = coefficients.split_last()?;
+    let mut found = others.to_vec();
+    if conservative {
+        return Some(found);
+    }
+    let scaled = |of: &Polynomial, factor: i64| of.scaled(&Number::from(factor));
+    match coefficients {
+        [_, _] => {}
+        [c, b, a] => found.push(b.times(b).plus(&scaled(&a.times(c), -4))),
+        [d, c, b, a] => {
+            let mut discriminant = scaled(&a.times(b).times(&c.times(d)), 18);
+            discriminant = discriminant.plus(&scaled(&b.times(b).times(b).times(d), -4));
+            discriminant = discriminant.plus(&b.times(b).times(&c.times(c)));
+            discriminant = discriminant.plus(&scaled(&a.times(c).times(c).times(c), -4));
+            found.push(discriminant.plus(&scaled(&a.times(a).times(&d.times(d)), -27)));
+        }
+        _ => return None,
+    }
+    Some(found)
+}
+
+/// Liénard's and Chipart's choice; the leading coefficient is positive.
+fn hurwitz(coefficients: &[Polynomial]) -> Option<Vec<Polynomial>> {
+    let degree = coefficients.len() - 1;
+    let (first, _) = coefficients.split_first()?;
+    if degree > MOST_DEGREE {
+        return None;
+    }
+    let zero = first.clone().scaled(&Number::ZERO);
+    // Row i, column j of Hurwitz's matrix: the coefficient number 2 j - i from the leading one, both from 1.
+    let entry = |i: usize, j: usize| {
+        let number = (2 * j).checked_sub(i).filter(|number| *number <= degree);
+        number.map_or_else(|| zero.clone(), |number| coefficients[degree - number].clone())
+    };
+    let minor = |size: usize| {
+        let rows: Vec<Vec<Polynomial>> = (1..=size).map(|i| (1..=size).map(|j| entry(i, j)).collect()).collect();
+        determinant(&rows)
+    };
+    let mut found = vec![first.clone()];
+    let minors = (1..degree).rev().step_by(2).filter(|size| *size > 1).map(minor);
+    // a_0, a_1, a_3, … or a_0, a_2, a_4, …, whichever is shorter.
+    let others = |first: usize| -> Vec<Polynomial> {
+        let own = (first..degree).step_by(2).map(|at| coefficients[at].clone());
+        // Hurwitz's first determinant is a coefficient, too.
+        let more =
+            (degree.is_multiple_of(2) && (degree - 1) % 2 != first % 2).then(|| coefficients[degree - 1].clone());
+        own.chain(more).collect()
+    };
+    let terms = |all: &[Polynomial]| all.iter().map(|own| own.terms().count()).sum::<usize>();
+    let (odd, even) = (others(1), others(2));
+    let shorter = if terms(&odd) <= terms(&even) { odd } else { even };
+    found.extend(shorter);
+    found.extend(minors);
+    Some(found)
+}
+
+fn determinant(rows: &[Vec<Polynomial>]) -> Polynomial {
+    let Some((first, others)) = rows.split_first() else {
+        return Polynomial::zero(0);
+    };
+    if others.is_empty() {
+        return first[0].clone();
+    }
+    let mut sum = first[0].scaled(&Number::ZERO);
+    for (at, own) in first.iter().enumerate().filter(|(_, own)| !own.is_zero()) {
+        let minor: Vec<Vec<Polynomial>> = others
+            .iter()
+            .map(|row| row.iter().enumerate().filter(|(j, _)| *j != at).map(|(_, own)| own.clone()).collect())
+            .collect();
+        let product = own.times(&determinant(&minor));
+        sum = sum.plus(&if at % 2 == 0 { product } else { product.scaled(&Number::MINUS_ONE) });
+    }
+    sum
+}
+
+/// Conditions without those that the others, and what is known, imply: shorter ones first.
+pub(super) fn essential(all: &[Polynomial], signs: &Signs, pool: &mut Pool) -> Vec<Sign> {
+    let mut open: Vec<Sign> = all.iter().map(|own| signs.sign(pool, own)).collect();
+    open.sort_by_key(Sign::terms);
+    let mut known = signs.clone();
+    let mut kept: Vec<Sign> = Vec::new();
+    for own in open {
+        let mut again = known.sign(pool, &own.product(known.variables.len()));
+        // What is positive as a product is no factor that matters.
+        for other in kept.iter().filter(|other| other.factors.len() > 1) {
+            if other.factors.iter().all(|factor| again.factors.contains(factor)) {
+                again.factors.retain(|factor| !other.factors.contains(factor));
+                again.negative ^= other.negative;
+            }
+        }
+        if again.holds_always() || kept.contains(&again) {
+            continue;
+        }
+        known.learn(&again);
+        kept.push(again);
+    }
+    let mut at = 0;
+    while let Some(own) = kept.get(at) {
+        let own = own.product(known.variables.len());
+        let mut others = kept.iter().enumerate().filter(|(other, _)| *other != at);
+        if others.any(|(_, other)| follows(&own, &other.product(known.variables.len()), &known)) {
+            kept.remove(at);
+        } else {
+            at += 1;
+        }
+    }
+    kept
+}
+
+/// Whether one is positive where another is: it is more than a part of that.
+fn follows(own: &Polynomial, other: &Polynomial, known: &Signs) -> bool {
+    let shares = other.terms().filter_map(|(powers, value)| own.coefficient(powers)?.div(value));
+    shares.filter(|share| !share.is_negative() && !share.is_zero()).any(|share| {
+        let rest = own.clone().plus(&other.scaled(&share.neg()));
+        rest.is_zero() || known.of_terms(&rest) == Some(false)
+    })
+}

@@ -1,0 +1,178 @@
+//! Exponents and stability in symbols, to read.
+
+use librate_core::derive::{ClosedExponent, Derivation, Linear};
+use librate_core::expr::{ExprId, Node};
+use librate_core::number::Number;
+
+/// A characteristic polynomial with more characters is no help on a page.
+const MOST_CHARACTERS: usize = 2000;
+/// Where one condition has more than these, there are none on the page.
+const MOST_IN_CONDITION: usize = 240;
+
+/// A heading with formulas of the model language, each with a remark behind it.
+pub(super) type Section = (String, Vec<(String, String)>);
+
+/// What the page has beside frequencies: of conservative models what stability needs, of others the characteristic equation and its
+/// zeros too. `names` are those of the whole model.
+pub(super) fn exponent_sections(derivation: &Derivation, linear: &Linear, names: &Derivation) -> Vec<Section> {
+    let mut sections = Vec::new();
+    let Some(own) = &linear.exponents else {
+        return sections;
+    };
+    let free = |letters: [&str; 3]| {
+        let taken = |letter: &str| names.symbols.contains_key(letter);
+        letters.into_iter().find(|letter| !taken(letter)).unwrap_or(letters[0]).to_owned()
+    };
+    let s = free(["s", "lambda", "sigma"]);
+    if !linear.is_conservative() {
+        let equation = own.characteristic.as_ref().map(|all| characteristic_text(derivation, all, &s));
+        let shown = names.shows("characteristic");
+        if let Some(equation) = equation.filter(|text| shown && text.len() <= MOST_CHARACTERS) {
+            sections.push(("characteristic equation".to_owned(), vec![(equation, String::new())]));
+        }
+        let undamped = linear.damping.is_none() && own.exponents.iter().all(|own| own.real == derivation.pool.zero());
+        let omega = free(["omega", "w", "Omega"]);
+        // Of a conjugate pair the one with the positive imaginary part comes first.
+        let mut lines: Vec<(String, String)> = Vec::new();
+        let mut told: Vec<&ClosedExponent> = Vec::new();
+        for exponent in &own.exponents {
+            let is_conjugate = |other: &&ClosedExponent| {
+                other.real == exponent.real && opposite(derivation, other.imaginary, exponent.imaginary)
+            };
+            if told.iter().any(is_conjugate) {
+                continue;
+            }
+            told.push(exponent);
+            let mut remark = String::new();
+            let many = exponent.multiplicity;
+            let text = if undamped {
+                let zero = exponent.imaginary == derivation.pool.zero();
+                let many = if zero { many / 2 } else { many };
+                if many > 1 {
+                    remark = format!(", {many} times");
+                }
+                format!("{omega} = {}", derivation.pool.display(exponent.imaginary))
+            } else {
+                if exponent.imaginary != derivation.pool.zero() {
+                    remark.push_str(", and its conjugate");
+                }
+                if many > 1 {
+                    remark.push_str(&format!(", {many} times"));
+                }
+                format!("{s} = {}", exponent_text(derivation, exponent, "i"))
+            };
+            lines.push((text, remark));
+        }
+        let shown = names.shows(if undamped { "frequencies" } else { "exponents" });
+        lines.retain(|(text, _)| shown && text.len() <= MOST_CHARACTERS);
+        if !lines.is_empty() {
+            let title = if undamped { "frequencies" } else { "exponents" };
+            let rest = if own.complete { "" } else { " with a closed form" };
+            sections.push((format!("{title}{rest}"), lines));
+        }
+        let mut ratios: Vec<ExprId> = own.exponents.iter().filter_map(|own| own.damping_ratio).collect();
+        ratios.dedup();
+        if !ratios.is_empty() && names.shows("exponents") {
+            let zeta = free(["zeta", "D", "xi"]);
+            let lines = ratios.iter().map(|own| format!("{zeta} = {}", derivation.pool.display(*own)));
+            let lines = lines.map(|text| (text, String::new()));
+            sections.push((format!("damping ratio, -Re {s}/|{s}|"), lines.collect()));
+        }
+    }
+    let Some(all) = own.stability.as_ref().filter(|_| names.shows("stability")) else {
+        return sections;
+    };
+    let open = all.iter().filter_map(|own| own.open);
+    let lines: Vec<(String, String)> = open.map(|own| (condition_text(derivation, own), String::new())).collect();
+    let by_signs = all.iter().any(|own| own.open != Some(own.positive));
+    let with = if by_signs { ", with the signs that the parameters have" } else { "" };
+    if !lines.is_empty() {
+        if lines.iter().all(|(text, _)| text.len() <= MOST_IN_CONDITION) {
+            sections.push((format!("stable while{with}"), lines));
+        }
+    } else if !linear.is_conservative() && own.exponents.iter().any(|own| own.real != own.imaginary) {
+        let always = if by_signs { "" } else { ", whatever the parameters are" };
+        sections.push((format!("stable{with}{always}"), Vec::new()));
+    }
+    sections
+}
+
+/// `a > b` for the difference of the two.
+fn condition_text(derivation: &Derivation, positive: ExprId) -> String {
+    let pool = &derivation.pool;
+    if let Node::Sum { constant, terms } = pool.node(positive) {
+        let one = pool.one();
+        let mut sides = [Vec::new(), Vec::new()];
+        let constant = (!constant.is_zero()).then_some((one, constant.clone()));
+        for (term, factor) in terms.iter().cloned().chain(constant) {
+            sides[usize::from(factor.is_negative())].push((term, factor.abs()));
+        }
+        if sides.iter().all(|side| !side.is_empty()) {
+            let mut pool = pool.clone();
+            let [left, right] = sides.map(|side: Vec<(ExprId, Number)>| pool.linear(&side));
+            return format!("{} > {}", pool.display(left), pool.display(right));
+        }
+    }
+    let text = pool.display(positive);
+    match text.strip_prefix('-') {
+        Some(size) => format!("{size} < 0"),
+        None => format!("{text} > 0"),
+    }
+}
+
+/// Whether two expressions are each other's opposite.
+fn opposite(derivation: &Derivation, a: ExprId, b: ExprId) -> bool {
+    let mut pool = derivation.pool.clone();
+    pool.neg(a) == b
+}
+
+/// An exponent in the model language, with a letter for the imaginary unit.
+pub(super) fn exponent_text(derivation: &Derivation, own: &ClosedExponent, unit: &str) -> String {
+    let pool = &derivation.pool;
+    let real = pool.display(own.real);
+    if own.imaginary == pool.zero() {
+        return real;
+    }
+    let mut pool = pool.clone();
+    let unit = pool.variable(unit);
+    let imaginary = pool.mul(unit, own.imaginary);
+    let imaginary = pool.display(imaginary);
+    match (real.as_str(), imaginary.strip_prefix('-')) {
+        ("0", _) => imaginary,
+        (_, Some(size)) => format!("{real} - {size}"),
+        (_, None) => format!("{real} + {imaginary}"),
+    }
+}
+
+/// `m*s^2 + c*s + k = 0`
+fn characteristic_text(derivation: &Derivation, coefficients: &[ExprId], s: &str) -> String {
+    let pool = &derivation.pool;
+    let mut out = String::new();
+    for (power, own) in coefficients.iter().enumerate().rev().filter(|(_, own)| **own != pool.zero()) {
+        let text = pool.display(*own);
+        let several =
+            matches!(pool.node(*own), Node::Sum { terms, constant } if terms.len() > 1 || !constant.is_zero());
+        let (minus, size) = match text.strip_prefix('-') {
+            Some(size) if !several => (true, size.to_owned()),
+            Some(_) | None => (false, if several && power > 0 { format!("({text})") } else { text }),
+        };
+        let s = match power {
+            0 => String::new(),
+            1 => s.to_owned(),
+            _ => format!("{s}^{power}"),
+        };
+        let term = match (size.as_str(), s.is_empty()) {
+            (_, true) => size,
+            ("1", false) => s,
+            _ => format!("{size}*{s}"),
+        };
+        match (out.is_empty(), minus) {
+            (true, true) => out.push('-'),
+            (true, false) => {}
+            (false, true) => out.push_str(" - "),
+            (false, false) => out.push_str(" + "),
+        }
+        out.push_str(&term);
+    }
+    format!("{out} = 0")
+}
