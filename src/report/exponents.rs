@@ -82,16 +82,22 @@ pub(super) fn exponent_sections(derivation: &Derivation, linear: &Linear, names:
     let Some(all) = own.stability.as_ref().filter(|_| names.shows("stability")) else {
         return sections;
     };
-    let open = all.iter().filter_map(|own| own.open);
-    let lines: Vec<(String, String)> = open.map(|own| (condition_text(derivation, own), String::new())).collect();
+    let pool = &derivation.pool;
+    let open: Vec<ExprId> = all.iter().filter_map(|own| own.open).collect();
     let by_signs = all.iter().any(|own| own.open != Some(own.positive));
     let with = if by_signs { ", with the signs that the parameters have" } else { "" };
-    if !lines.is_empty() {
+    let always = if by_signs { "" } else { ", whatever the parameters are" };
+    let only_zeros = own.complete && own.exponents.iter().all(|own| own.real == own.imaginary);
+    if open.iter().any(|own| pool.as_number(*own).is_some()) {
+        // Numbers that are positive are no conditions.
+        sections.push((format!("unstable{with}{always}"), Vec::new()));
+    } else if !open.is_empty() {
+        let lines = open.into_iter().map(|own| (condition_text(derivation, own), String::new()));
+        let lines: Vec<(String, String)> = lines.collect();
         if lines.iter().all(|(text, _)| text.len() <= MOST_IN_CONDITION) {
             sections.push((format!("stable while{with}"), lines));
         }
-    } else if !linear.is_conservative() && own.exponents.iter().any(|own| own.real != own.imaginary) {
-        let always = if by_signs { "" } else { ", whatever the parameters are" };
+    } else if !linear.is_conservative() && !only_zeros {
         sections.push((format!("stable{with}{always}"), Vec::new()));
     }
     sections

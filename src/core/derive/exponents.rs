@@ -109,8 +109,8 @@ impl Factor {
     }
 }
 
-/// The polynomials of all parts.
-struct Parts {
+/// The characteristic polynomial of all parts.
+struct Factored {
     ring: Ring,
     factors: Vec<Factor>,
     /// How often s is a factor.
@@ -122,7 +122,7 @@ struct Parts {
 pub(super) fn exponents(checker: &Checker<'_>, pool: &mut Pool, short: &mut Simplifier, linear: &Linear) -> Exponents {
     pool.budget().at("the exponents in symbols", None);
     let mut own = Exponents::default();
-    let parts = Parts::new(checker, pool, short, linear);
+    let parts = Factored::new(checker, pool, short, linear);
     if let Some(parts) = &parts {
         own.characteristic = Some(parts.characteristic(checker, pool, short));
     }
@@ -162,7 +162,7 @@ fn of_squares(
     let signed: Vec<Sign> = squares.iter().map(|own| signs.sign_of(pool, &ring, own)).collect::<Option<_>>()?;
     let all: Vec<Polynomial> = signed.iter().map(|own| own.product(ring.variables())).collect();
     let kept = essential(&all, &signs, pool);
-    let parts = Parts { ring, factors: Vec::new(), zeros: 0, signs };
+    let parts = Factored { ring, factors: Vec::new(), zeros: 0, signs };
     parts.conditions(checker, pool, short, &kept)
 }
 
@@ -180,7 +180,7 @@ fn known(checker: &Checker<'_>, pool: &mut Pool, linear: &Linear) -> Vec<Expande
     all.into_iter().filter_map(|own| Expanded::new(pool, &[own])).collect()
 }
 
-impl Parts {
+impl Factored {
     fn new(checker: &Checker<'_>, pool: &mut Pool, short: &mut Simplifier, linear: &Linear) -> Option<Self> {
         if linear.mass.len() > MOST_IN_ALL {
             return None;
@@ -388,7 +388,7 @@ impl Found<'_> {
         }
     }
 
-    fn of_factors(&mut self, parts: &Parts) {
+    fn of_factors(&mut self, parts: &Factored) {
         let zero = self.pool.zero();
         if parts.zeros > 0 {
             self.push((zero, zero), parts.zeros as usize, None);

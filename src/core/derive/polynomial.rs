@@ -93,9 +93,8 @@ impl Polynomial {
         whole
     }
 
-    fn minus(mut self, other: &Self) -> Self {
-        other.terms.iter().for_each(|(powers, value)| self.add(powers.clone(), &value.neg()));
-        self
+    fn minus(self, other: &Self) -> Self {
+        self.plus(&other.scaled(&Number::MINUS_ONE))
     }
 
     pub(super) fn plus(mut self, other: &Self) -> Self {
@@ -115,7 +114,11 @@ impl Polynomial {
     }
 
     pub(super) fn scaled(&self, factor: &Number) -> Self {
-        self.times(&Self::constant(self.variables, factor.clone()))
+        if factor.is_zero() {
+            return Self::zero(self.variables);
+        }
+        let terms = self.terms.iter().map(|(powers, value)| (powers.clone(), value.mul(factor))).collect();
+        Self { variables: self.variables, terms }
     }
 
     /// The quotient, where the division leaves nothing.
@@ -151,7 +154,7 @@ impl Polynomial {
         let Some((_, first)) = self.terms.last_key_value() else {
             return self.clone();
         };
-        let size = self.terms.values().skip(1).fold(first_or_one(self), |size, value| size.gcd(value));
+        let size = self.terms.values().fold(Number::ZERO, |size, value| size.gcd(value));
         let size = if first.is_negative() { size.neg() } else { size };
         size.recip().map_or_else(|| self.clone(), |inverse| self.scaled(&inverse))
     }
@@ -330,9 +333,4 @@ impl Polynomial {
         }
         factors
     }
-}
-
-/// The first coefficient, without its sign.
-fn first_or_one(of: &Polynomial) -> Number {
-    of.terms.values().next().map_or(Number::ONE, Number::abs)
 }

@@ -211,11 +211,11 @@ pub(super) fn conditions(
     }
     let leading = coefficients.last()?.clone();
     let sign = signs.sign(pool, &leading);
-    if sign.holds_always() {
-    } else if sign.factors.is_empty() {
-        coefficients = coefficients.iter().map(|own| own.scaled(&Number::MINUS_ONE)).collect();
-    } else {
+    // The leading coefficient is to be positive.
+    if !sign.factors.is_empty() {
         coefficients = coefficients.iter().map(|own| own.times(&leading)).collect();
+    } else if sign.negative {
+        coefficients = coefficients.iter().map(|own| own.scaled(&Number::MINUS_ONE)).collect();
     }
     let found = if even { of_squares(&coefficients, conservative)? } else { hurwitz(&coefficients)? };
     found.iter().all(|own| own.terms().count() <= MOST_TERMS).then_some(found)
