@@ -83,7 +83,9 @@ pub fn derive_text(derivation: &Derivation, style: &Style) -> String {
         }
         out.push_str(&section(&title, &root_texts(derivation, roots), style));
     }
-    out.push('\n');
+    if derivation.shows("equilibrium") || derivation.linear.is_err() {
+        out.push('\n');
+    }
     match &derivation.linear {
         Ok(linear) => out.push_str(&linear_text(derivation, linear, style)),
         Err(error) => out.push_str(&format!("no mass and stiffness matrices: {error}\n")),

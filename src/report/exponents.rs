@@ -19,13 +19,10 @@ pub(super) fn exponent_sections(derivation: &Derivation, linear: &Linear, names:
     let Some(own) = &linear.exponents else {
         return sections;
     };
-    let free = |letters: [&str; 3]| {
-        let taken = |letter: &str| names.symbols.contains_key(letter);
-        letters.into_iter().find(|letter| !taken(letter)).unwrap_or(letters[0]).to_owned()
-    };
+    let free = |letters| free(names, letters);
     let s = free(["s", "lambda", "sigma"]);
     if !linear.is_conservative() {
-        let equation = own.characteristic.as_ref().map(|all| characteristic_text(derivation, all, &s));
+        let equation = own.characteristic.as_ref().map(|all| characteristic_text(derivation, all, s));
         let shown = names.shows("characteristic");
         if let Some(equation) = equation.filter(|text| shown && text.len() <= MOST_CHARACTERS) {
             sections.push(("characteristic equation".to_owned(), vec![(equation, String::new())]));
@@ -59,7 +56,7 @@ pub(super) fn exponent_sections(derivation: &Derivation, linear: &Linear, names:
                 if many > 1 {
                     remark.push_str(&format!(", {many} times"));
                 }
-                format!("{s} = {}", exponent_text(derivation, exponent, "i"))
+                format!("{s} = {}", exponent_text(derivation, exponent, imaginary_unit(names)))
             };
             lines.push((text, remark));
         }
@@ -124,6 +121,16 @@ fn condition_text(derivation: &Derivation, positive: ExprId) -> String {
         Some(size) => format!("{size} < 0"),
         None => format!("{text} > 0"),
     }
+}
+
+/// The first letter that is no name of the model.
+fn free<'a>(names: &Derivation, letters: [&'a str; 3]) -> &'a str {
+    letters.into_iter().find(|letter| !names.symbols.contains_key(*letter)).unwrap_or(letters[0])
+}
+
+/// The letter for the imaginary unit: `i`, unless that is a name of the model.
+pub(super) fn imaginary_unit(names: &Derivation) -> &'static str {
+    free(names, ["i", "j", "I"])
 }
 
 /// Whether two expressions are each other's opposite.

@@ -7,7 +7,7 @@ use std::fmt::Write;
 
 use super::constraints::{constraint_texts, follow_texts, independent_names, reduced_texts};
 use super::derive::{assumption_texts, condition_text, conserved_because, conserved_name};
-use super::exponents::exponent_text;
+use super::exponents::{exponent_text, imaginary_unit};
 use super::frequencies::{exchange, kind, signs};
 use super::{Written, zero_motions};
 use librate_core::derive::{
@@ -224,7 +224,7 @@ pub fn derive_json(derivation: &Derivation) -> String {
     if let Ok(linear) = &page.linear
         && let Some(found) = &linear.exponents
     {
-        exponent_fields(page, linear, found, &mut fields);
+        exponent_fields((page, derivation), linear, found, &mut fields);
     }
     if let Some(roots) = &derivation.equilibria {
         let roots = roots.iter().map(|root| {
@@ -344,7 +344,12 @@ fn tangent_fields(derivation: &Derivation, tangent: &Tangent, fields: &mut Vec<(
 }
 
 /// `characteristic`, `exponents`, `stability`, and `frequencies` where velocities matter but nothing is damped.
-fn exponent_fields(page: &Derivation, linear: &Linear, found: &Exponents, fields: &mut Vec<(&str, String)>) {
+fn exponent_fields(
+    (page, whole): (&Derivation, &Derivation),
+    linear: &Linear,
+    found: &Exponents,
+    fields: &mut Vec<(&str, String)>,
+) {
     let pool = &page.pool;
     let expression = |at: &ExprId| string(&pool.display(*at));
     let list = |all: &[ExprId]| array(all.iter().map(expression));
@@ -352,7 +357,7 @@ fn exponent_fields(page: &Derivation, linear: &Linear, found: &Exponents, fields
     let exponents = found.exponents.iter().map(|own| {
         let ratio = own.damping_ratio.as_ref();
         let ratio = ratio.map_or_else(String::new, |own| format!(", \"damping_ratio\": {}", expression(own)));
-        let text = string(&exponent_text(page, own, "i"));
+        let text = string(&exponent_text(page, own, imaginary_unit(whole)));
         format!("{{\"exponent\": {text}, \"multiplicity\": {}{ratio}}}", own.multiplicity)
     });
     fields.push(("exponents", lines(exponents)));

@@ -23,6 +23,7 @@ fn the_equations_are_those_of_the_lecture() {
         mass = "[[m1 + m2, m2*l], [m2*l, m2*l^2]]",
         stiffness = "[[k, 0], [0, m2*g*l]]",
         momenta = ["(m1 + m2)*x' + m2*l*cos(phi)*phi'", "m2*l*(l*phi' + cos(phi)*x')"],
+        characteristic = ["k*g", "0", "(m1 + m2)*g + k*l", "0", "m1*l"],
     );
 }
 

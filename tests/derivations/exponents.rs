@@ -7,7 +7,9 @@ use crate::common;
 use std::path::{Path, PathBuf};
 
 use common::model_in;
+use librate::assert_derives;
 use librate::derive::{Derivation, Linear, Parts, derive};
+use librate::expect::Expected;
 use librate::expr::{ExprId, Symbol, Tape};
 use librate::model::Model;
 use librate::modes::Options;
@@ -100,6 +102,36 @@ fn closed_exponents_are_those_of_the_modes() {
         }
     }
     assert!(std::env::var("ONLY").is_ok() || complete > 90 && forms > 300, "{complete} models, {forms} exponents");
+}
+
+#[test]
+fn a_derivation_is_what_a_book_says() {
+    let of = |name: &str| {
+        let text = std::fs::read_to_string(format!("models/{name}.lag")).unwrap();
+        page(&model_in(&text, Path::new("models"), &[]))
+    };
+    assert_derives!(
+        &of("foucault_pendulum"),
+        gyroscopic = "[[0, -2*m*W*sin(latitude)], [2*m*W*sin(latitude), 0]]",
+        characteristic = ["g^2/l^2", "0", "2*g/l + 4*W^2*sin(latitude)^2", "0", "1"],
+    );
+    let damped = of("overdamped_oscillator");
+    assert_derives!(&damped, damping = "[[c]]", characteristic = ["D", "c", "J"], stability = ["c", "D"]);
+    let wrong = Expected::new().characteristic(["D", "2*c", "J"]).stability(["D"]).gyroscopic("[[0]]");
+    let mismatches = wrong.compare(&damped).unwrap_err();
+    assert_eq!(mismatches.0.len(), 3, "{mismatches}");
+    // A top that sleeps, and a spring on a table that turns.
+    let top = of("sleeping_top_fast");
+    let conditions = linear(&top).unwrap().exponents.as_ref().unwrap().stability.as_ref().unwrap();
+    assert_eq!(conditions.len(), 1);
+    assert_derives!(&top, stability = ["C^2*S^2 - 4*A*m*g*l"]);
+}
+
+#[test]
+fn the_imaginary_unit_is_no_name_of_the_model() {
+    let text = "param i = 2  param m = 1  coord x  T = 1/2*m*x'^2  V = 1/2*i*x^2";
+    let text = librate::report::derive_json(&page(&model_in(text, Path::new("."), &[])));
+    assert!(text.contains("\"j*sqrt(i/m)\""), "{text}");
 }
 
 /// Numbers at random, the same in each run.
