@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::builder::PossibleValuesParser;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 
@@ -391,11 +391,11 @@ pub(crate) struct Modes {
     #[arg(long)]
     pub(crate) no_vectors: bool,
     /// What the lengths of the shapes are: x^T M x = 1, or 1 for the largest component
-    #[arg(long, value_enum, value_name = "LENGTH", default_value_t, conflicts_with = "no_vectors")]
-    pub(crate) normalize: Normalize,
+    #[arg(long, value_parser = ["mass", "max"], value_name = "LENGTH", default_value = "mass", conflicts_with = "no_vectors")]
+    pub(crate) normalize: String,
     /// A unit for a column of frequencies beside rad/s, in the text
-    #[arg(long, value_enum, value_name = "UNIT")]
-    pub(crate) unit: Option<Unit>,
+    #[arg(long, value_parser = frequency_unit(), value_name = "UNIT")]
+    pub(crate) unit: Option<FrequencyUnit>,
     /// Threads, where some modes of a large model are wanted; by default as many as there are cores
     #[arg(long, value_name = "COUNT", value_parser = positive)]
     pub(crate) threads: Option<usize>,
@@ -407,42 +407,10 @@ pub(crate) struct Modes {
     pub(crate) json: bool,
 }
 
-/// The length of shapes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Normalize {
-    /// x^T M x = 1
-    #[default]
-    Mass,
-    /// 1 for the largest component
-    Max,
-}
-
 /// A unit of frequencies.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub(crate) enum Unit {
-    /// Turns per second
-    #[value(name = "Hz")]
-    Hertz,
-    /// Wave numbers of light
-    #[value(name = "cm-1")]
-    Wavenumber,
-    /// Turns per minute
-    #[value(name = "rpm")]
-    Rpm,
-    /// 1e12 Hz
-    #[value(name = "THz")]
-    Terahertz,
-}
-
-impl From<Unit> for FrequencyUnit {
-    fn from(own: Unit) -> Self {
-        match own {
-            Unit::Hertz => Self::Hertz,
-            Unit::Wavenumber => Self::Wavenumber,
-            Unit::Rpm => Self::Rpm,
-            Unit::Terahertz => Self::Terahertz,
-        }
-    }
+fn frequency_unit() -> impl TypedValueParser<Value = FrequencyUnit> {
+    let parser = PossibleValuesParser::new(FrequencyUnit::ALL.map(FrequencyUnit::as_str));
+    parser.map(|name| FrequencyUnit::ALL.into_iter().find(|unit| unit.as_str() == name).unwrap_or(FrequencyUnit::Hertz))
 }
 
 #[derive(Debug, Args)]

@@ -208,13 +208,13 @@ fn modes_text(args: &args::Modes) -> Result<Answer, Failure> {
     if let Err(error) = sensitivity::put_uncertainties(&linearized, &mut modes, &options) {
         return Err(failed(source, warnings, error));
     }
-    if args.normalize == args::Normalize::Max {
+    if args.normalize == "max" {
         modes = modes.with_largest_component_one();
     }
     let text = if args.json {
         report::modes_json(&linearized, &modes, &options)
     } else {
-        report::modes_text(&linearized, &modes, &options, &style().unit(args.unit.map(Into::into)))
+        report::modes_text(&linearized, &modes, &options, &style().unit(args.unit))
     };
     Ok(Answer::new(text, Some((source, warnings))))
 }

@@ -1,7 +1,7 @@
 //! Exponents and stability in symbols, to read.
 
 use librate_core::derive::{ClosedExponent, Derivation, Linear};
-use librate_core::expr::{ExprId, Node};
+use librate_core::expr::{ExprId, Node, Pool};
 use librate_core::number::Number;
 
 /// A characteristic polynomial with more characters is no help on a page.
@@ -19,6 +19,8 @@ pub(super) fn exponent_sections(derivation: &Derivation, linear: &Linear, names:
     let Some(own) = &linear.exponents else {
         return sections;
     };
+    let pool = &mut derivation.pool.clone();
+    let zero = pool.zero();
     let free = |letters| free(names, letters);
     let s = free(["s", "lambda", "sigma"]);
     if !linear.is_conservative() {
@@ -27,36 +29,33 @@ pub(super) fn exponent_sections(derivation: &Derivation, linear: &Linear, names:
         if let Some(equation) = equation.filter(|text| shown && text.len() <= MOST_CHARACTERS) {
             sections.push(("characteristic equation".to_owned(), vec![(equation, String::new())]));
         }
-        let undamped = linear.damping.is_none() && own.exponents.iter().all(|own| own.real == derivation.pool.zero());
+        let undamped = linear.damping.is_none() && own.exponents.iter().all(|own| own.real == zero);
         let omega = free(["omega", "w", "Omega"]);
         // Of a conjugate pair the one with the positive imaginary part comes first.
         let mut lines: Vec<(String, String)> = Vec::new();
         let mut told: Vec<&ClosedExponent> = Vec::new();
         for exponent in &own.exponents {
-            let is_conjugate = |other: &&ClosedExponent| {
-                other.real == exponent.real && opposite(derivation, other.imaginary, exponent.imaginary)
-            };
-            if told.iter().any(is_conjugate) {
+            let opposite = pool.neg(exponent.imaginary);
+            if told.iter().any(|other| other.real == exponent.real && other.imaginary == opposite) {
                 continue;
             }
             told.push(exponent);
             let mut remark = String::new();
             let many = exponent.multiplicity;
             let text = if undamped {
-                let zero = exponent.imaginary == derivation.pool.zero();
-                let many = if zero { many / 2 } else { many };
+                let many = if exponent.imaginary == zero { many / 2 } else { many };
                 if many > 1 {
                     remark = format!(", {many} times");
                 }
-                format!("{omega} = {}", derivation.pool.display(exponent.imaginary))
+                format!("{omega} = {}", pool.display(exponent.imaginary))
             } else {
-                if exponent.imaginary != derivation.pool.zero() {
+                if exponent.imaginary != zero {
                     remark.push_str(", and its conjugate");
                 }
                 if many > 1 {
                     remark.push_str(&format!(", {many} times"));
                 }
-                format!("{s} = {}", exponent_text(derivation, exponent, imaginary_unit(names)))
+                format!("{s} = {}", exponent_text(pool, exponent, imaginary_unit(names)))
             };
             lines.push((text, remark));
         }
@@ -71,7 +70,7 @@ pub(super) fn exponent_sections(derivation: &Derivation, linear: &Linear, names:
         ratios.dedup();
         if !ratios.is_empty() && names.shows("exponents") {
             let zeta = free(["zeta", "D", "xi"]);
-            let lines = ratios.iter().map(|own| format!("{zeta} = {}", derivation.pool.display(*own)));
+            let lines = ratios.iter().map(|own| format!("{zeta} = {}", pool.display(*own)));
             let lines = lines.map(|text| (text, String::new()));
             sections.push((format!("damping ratio, -Re {s}/|{s}|"), lines.collect()));
         }
@@ -79,7 +78,6 @@ pub(super) fn exponent_sections(derivation: &Derivation, linear: &Linear, names:
     let Some(all) = own.stability.as_ref().filter(|_| names.shows("stability")) else {
         return sections;
     };
-    let pool = &derivation.pool;
     let open: Vec<ExprId> = all.iter().filter_map(|own| own.open).collect();
     let by_signs = all.iter().any(|own| own.open != Some(own.positive));
     let with = if by_signs { ", with the signs that the parameters have" } else { "" };
@@ -89,7 +87,7 @@ pub(super) fn exponent_sections(derivation: &Derivation, linear: &Linear, names:
         // Numbers that are positive are no conditions.
         sections.push((format!("unstable{with}{always}"), Vec::new()));
     } else if !open.is_empty() {
-        let lines = open.into_iter().map(|own| (condition_text(derivation, own), String::new()));
+        let lines = open.into_iter().map(|own| (condition_text(pool, own), String::new()));
         let lines: Vec<(String, String)> = lines.collect();
         if lines.iter().all(|(text, _)| text.len() <= MOST_IN_CONDITION) {
             sections.push((format!("stable while{with}"), lines));
@@ -101,8 +99,7 @@ pub(super) fn exponent_sections(derivation: &Derivation, linear: &Linear, names:
 }
 
 /// `a > b` for the difference of the two.
-fn condition_text(derivation: &Derivation, positive: ExprId) -> String {
-    let pool = &derivation.pool;
+fn condition_text(pool: &mut Pool, positive: ExprId) -> String {
     if let Node::Sum { constant, terms } = pool.node(positive) {
         let one = pool.one();
         let mut sides = [Vec::new(), Vec::new()];
@@ -111,7 +108,6 @@ fn condition_text(derivation: &Derivation, positive: ExprId) -> String {
             sides[usize::from(factor.is_negative())].push((term, factor.abs()));
         }
         if sides.iter().all(|side| !side.is_empty()) {
-            let mut pool = pool.clone();
             let [left, right] = sides.map(|side: Vec<(ExprId, Number)>| pool.linear(&side));
             return format!("{} > {}", pool.display(left), pool.display(right));
         }
@@ -133,20 +129,12 @@ pub(super) fn imaginary_unit(names: &Derivation) -> &'static str {
     free(names, ["i", "j", "I"])
 }
 
-/// Whether two expressions are each other's opposite.
-fn opposite(derivation: &Derivation, a: ExprId, b: ExprId) -> bool {
-    let mut pool = derivation.pool.clone();
-    pool.neg(a) == b
-}
-
 /// An exponent in the model language, with a letter for the imaginary unit.
-pub(super) fn exponent_text(derivation: &Derivation, own: &ClosedExponent, unit: &str) -> String {
-    let pool = &derivation.pool;
+pub(super) fn exponent_text(pool: &mut Pool, own: &ClosedExponent, unit: &str) -> String {
     let real = pool.display(own.real);
     if own.imaginary == pool.zero() {
         return real;
     }
-    let mut pool = pool.clone();
     let unit = pool.variable(unit);
     let imaginary = pool.mul(unit, own.imaginary);
     let imaginary = pool.display(imaginary);

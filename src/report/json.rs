@@ -354,10 +354,11 @@ fn exponent_fields(
     let expression = |at: &ExprId| string(&pool.display(*at));
     let list = |all: &[ExprId]| array(all.iter().map(expression));
     fields.push(("characteristic", found.characteristic.as_ref().map_or_else(null, |all| list(all))));
+    let own_pool = &mut pool.clone();
     let exponents = found.exponents.iter().map(|own| {
         let ratio = own.damping_ratio.as_ref();
         let ratio = ratio.map_or_else(String::new, |own| format!(", \"damping_ratio\": {}", expression(own)));
-        let text = string(&exponent_text(page, own, imaginary_unit(whole)));
+        let text = string(&exponent_text(own_pool, own, imaginary_unit(whole)));
         format!("{{\"exponent\": {text}, \"multiplicity\": {}{ratio}}}", own.multiplicity)
     });
     fields.push(("exponents", lines(exponents)));

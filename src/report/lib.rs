@@ -82,6 +82,9 @@ pub enum FrequencyUnit {
 }
 
 impl FrequencyUnit {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Hertz, Self::Wavenumber, Self::Rpm, Self::Terahertz];
+
     /// How it is written.
     #[must_use]
     pub fn as_str(self) -> &'static str {

@@ -5,7 +5,6 @@
 //! are evaluated at values drawn for them. A closed form stands if there are as many modes as its multiplicity says whose
 //! enclosures meet it, each mode counted once.
 
-use std::borrow::Cow;
 use std::cell::OnceCell;
 use std::collections::HashMap;
 
@@ -18,7 +17,7 @@ use crate::linearize::{self, LinearizeError, Linearized, Units, evaluate_closed,
 use crate::model::Model;
 use crate::modes::{self, Options, Problem};
 use crate::number::Number;
-use crate::oscillation::{in_units, mass_error, normal_modes};
+use crate::oscillation::{NormalMode, NormalModes, in_units, mass_error, normal_modes};
 use crate::precision::{Ball, Big, Function, Magnitude, Scalar};
 use crate::syntax::Comparison;
 
@@ -69,8 +68,7 @@ pub(super) struct Checker<'a> {
     /// How often values had to be drawn.
     draws: usize,
     linearized: OnceCell<Option<Linearized>>,
-    modes: OnceCell<Option<Vec<Reference>>>,
-    exponents: OnceCell<Option<Vec<(Ball, Ball)>>>,
+    modes: OnceCell<Option<NormalModes>>,
 }
 
 impl<'a> Checker<'a> {
@@ -92,8 +90,7 @@ impl<'a> Checker<'a> {
             complete &= value.is_some();
             values.insert(parameter.symbol, value.unwrap_or_else(|| Ball::from_number(&drawn(i, draws), ())));
         }
-        let (linearized, modes, exponents) = (OnceCell::new(), OnceCell::new(), OnceCell::new());
-        Self { model, values, complete, draws, linearized, modes, exponents }
+        Self { model, values, complete, draws, linearized: OnceCell::new(), modes: OnceCell::new() }
     }
 
     /// Whether the values are as the model assumes.
@@ -134,10 +131,10 @@ impl<'a> Checker<'a> {
         error.filter(|error| matches!(error, LinearizeError::SingularCoordinates { .. }))
     }
 
-    /// Its modes.
-    fn modes(&self) -> Option<&Vec<Reference>> {
-        let made = self.modes.get_or_init(|| self.linearized().and_then(references));
-        made.as_ref()
+    /// Its modes, in SI.
+    fn modes(&self) -> Option<&NormalModes> {
+        let solve = |own: &Linearized| normal_modes(own, &Options::default().without_vectors()).ok();
+        self.modes.get_or_init(|| self.linearized().and_then(solve)).as_ref()
     }
 
     /// Whether a parameter is negative, where it has a value that tells.
@@ -167,14 +164,10 @@ impl<'a> Checker<'a> {
         (value[0].is_finite() && !value[0].contains_zero()).then(|| value[0].is_negative())
     }
 
-    /// Growth and frequency of each mode in SI, where all parameters have values and the model is in no units of its own.
-    pub(super) fn exponents(&self) -> Option<&[(Ball, Ball)]> {
-        let made = self.exponents.get_or_init(|| {
-            let linearized = self.linearized().filter(|own| own.units().is_none())?;
-            let modes = normal_modes(linearized, &Options::default().without_vectors()).ok()?;
-            Some(modes.modes.iter().map(|mode| (mode.growth, mode.omega)).collect())
-        });
-        made.as_deref()
+    /// Modes to hold exponents against, where all parameters have values and the model is in no units of its own.
+    pub(super) fn exponents(&self) -> Option<&[NormalMode]> {
+        self.linearized().filter(|own| own.units().is_none())?;
+        self.modes().map(|own| own.modes.as_slice())
     }
 
     /// The value of a parameter, or of a coordinate or multiplier at an equilibrium that was searched for.
@@ -536,9 +529,19 @@ impl<'a> Checker<'a> {
     }
 
     /// The modes to compare with: of the other path, or of M and K at the values at hand.
-    fn references(&self, pool: &Pool, pair: &Pair) -> Option<Cow<'_, [Reference]>> {
-        let known = self.modes().map(|modes| Cow::Borrowed(modes.as_slice()));
-        known.or_else(|| self.solved(pool, pair).map(Cow::Owned))
+    fn references(&self, pool: &Pool, pair: &Pair) -> Option<Vec<Reference>> {
+        let Some((linearized, modes)) = self.linearized().zip(self.modes()) else {
+            return self.solved(pool, pair);
+        };
+        let references = in_units(linearized, modes)
+            .modes
+            .iter()
+            .map(|mode| Reference {
+                omega_squared: mode.omega_squared.unwrap_or(Ball::NOT_FINITE),
+                symmetry: mode.symmetry.clone(),
+            })
+            .collect();
+        Some(references)
     }
 
     /// M and K at the values at hand, column by column.
@@ -645,16 +648,6 @@ fn equal(pool: &Pool, a: ExprId, b: ExprId) -> bool {
     let mut pool = pool.clone();
     let difference = pool.sub(a, b);
     pool.is_zero(difference) == ZeroVerdict::Zero
-}
-
-fn references(linearized: &Linearized) -> Option<Vec<Reference>> {
-    let modes = normal_modes(linearized, &Options::default().without_vectors()).ok()?;
-    let modes = in_units(linearized, &modes);
-    let references = modes.modes.iter().map(|mode| Reference {
-        omega_squared: mode.omega_squared.unwrap_or(Ball::NOT_FINITE),
-        symmetry: mode.symmetry.clone(),
-    });
-    Some(references.collect())
 }
 
 /// A positive rational number without a relation to the others: (2 a + 1)/(2 b), between 1/2 and 2.

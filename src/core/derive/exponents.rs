@@ -19,6 +19,7 @@ use super::simplify::Simplifier;
 use super::stability::{Sign, Signs, conditions, essential};
 use crate::expr::{ExprId, Pool, ZeroVerdict};
 use crate::number::Number;
+use crate::oscillation::NormalMode;
 use crate::precision::{Ball, Complex, Scalar};
 use crate::symmetry::Symmetry;
 use crate::syntax::Comparison;
@@ -292,7 +293,7 @@ impl Factored {
         }
         let signs: Option<Vec<bool>> = found.iter().map(|own| checker.is_negative(pool, own.positive)).collect();
         if let (Some(signs), Some(modes)) = (signs, checker.exponents()) {
-            let unstable = modes.iter().any(|(growth, _)| growth.is_positive());
+            let unstable = modes.iter().any(|mode| mode.growth.is_positive());
             if unstable != signs.contains(&true) {
                 return None;
             }
@@ -527,7 +528,9 @@ impl Found<'_> {
         let meets = |a: &Ball, b: &Ball| a.sub(b).contains_zero();
         let certified = self.checker.exponents().is_none_or(|modes| {
             // One of a pair ±s stands for both.
-            modes.iter().any(|(growth, omega)| meets(&real.abs(), &growth.abs()) && meets(&imaginary.abs(), omega))
+            let pairs =
+                |mode: &NormalMode| meets(&real.abs(), &mode.growth.abs()) && meets(&imaginary.abs(), &mode.omega);
+            modes.iter().any(pairs)
         });
         vanishes(&sum.re) && vanishes(&sum.im) && certified
     }

@@ -190,6 +190,13 @@ impl Polynomial {
         if a.terms.len().max(b.terms.len()) > MOST_TERMS {
             return common;
         }
+        let shared = |a: &Self, b: &Self| {
+            let both = (0..self.variables).filter(|x| a.degree(*x) > 0 && b.degree(*x) > 0);
+            both.filter(|x| !a.is_prime_to(b, *x)).min_by_key(|x| a.degree(*x).max(b.degree(*x)))
+        };
+        if shared(&a, &b).is_none() {
+            return common;
+        }
         // What only one of them knows is in no common divisor.
         for variable in 0..self.variables {
             let (of_a, of_b) = (a.degree(variable), b.degree(variable));
@@ -199,8 +206,7 @@ impl Polynomial {
                 b = b.content(variable);
             }
         }
-        let both = (0..self.variables).filter(|x| a.degree(*x) > 0 && b.degree(*x) > 0);
-        let Some(variable) = both.min_by_key(|x| a.degree(*x).max(b.degree(*x))) else {
+        let Some(variable) = shared(&a, &b) else {
             return common;
         };
         let (of_a, of_b) = (a.content(variable), b.content(variable));
@@ -208,9 +214,6 @@ impl Polynomial {
         let (Some(a), Some(b)) = (a.over(&of_a), b.over(&of_b)) else {
             return contents;
         };
-        if a.is_prime_to(&b, variable) {
-            return contents;
-        }
         contents.times(&a.divisor_in(b, variable)).primitive()
     }
 
@@ -300,8 +303,9 @@ impl Polynomial {
 
     /// The common divisor of what stands before the powers of a variable.
     pub(super) fn content(&self, variable: usize) -> Self {
-        let coefficients = self.coefficients(variable).into_iter();
-        let content = coefficients.fold(Self::zero(self.variables), |common, own| {
+        let mut coefficients = self.coefficients(variable);
+        coefficients.sort_by_key(|own| own.terms.len());
+        let content = coefficients.into_iter().fold(Self::zero(self.variables), |common, own| {
             if common.is_constant() && !common.is_zero() { common } else { common.common_divisor(&own) }
         });
         content.primitive()
@@ -311,6 +315,9 @@ impl Polynomial {
     /// common divisor.
     pub(super) fn factors(&self, variable: usize) -> Vec<(Self, usize)> {
         let slope = self.derivative(variable);
+        if self.is_prime_to(&slope, variable) {
+            return vec![(self.primitive(), 1)];
+        }
         let repeated = self.common_divisor(&slope);
         let (Some(mut each), mut repeated) = (self.over(&repeated), repeated) else {
             return vec![(self.clone(), 1)];

@@ -106,6 +106,9 @@ impl Signs {
     /// What the sign of a polynomial depends on.
     pub(super) fn sign(&self, pool: &mut Pool, polynomial: &Polynomial) -> Sign {
         let mut sign = Sign { factors: Vec::new(), negative: false };
+        if let Some(negative) = self.of_terms(polynomial) {
+            return Sign { negative, ..sign };
+        }
         let common = polynomial.common_powers();
         let variables = common.len();
         for (at, power) in common.iter().enumerate().filter(|(at, _)| !self.variables[*at]) {
