@@ -35,8 +35,7 @@ pub fn derive_text(derivation: &Derivation, style: &Style) -> String {
         Some((derivation, definitions)) => (derivation, definitions.as_slice()),
         None => (derivation, [].as_slice()),
     };
-    let names = derivation.names.coordinates.iter().map(String::as_str);
-    let notation = (!style.ascii).then(|| Notation::new(names));
+    let notation = (!style.ascii).then(|| notation(derivation, definitions));
     let style = &Layout { style: *style, notation };
     let names = &derivation.names.coordinates;
     let mut out = style.paint(Tone::Heading, &headline(derivation.model.as_deref(), names.len()));
@@ -91,6 +90,14 @@ pub fn derive_text(derivation: &Derivation, style: &Style) -> String {
         Err(error) => out.push_str(&format!("no mass and stiffness matrices: {error}\n")),
     }
     out
+}
+
+/// What the names of a page stand for.
+pub(super) fn notation(derivation: &Derivation, definitions: &[Definition]) -> Notation {
+    let names = &derivation.names;
+    let notation = Notation::new(names.coordinates.iter().map(String::as_str));
+    let own = definitions.iter().map(|definition| &definition.name);
+    notation.names(derivation.symbols.keys().chain(&names.coordinates).chain(own).map(String::as_str))
 }
 
 /// `l > d`, one for each assumption of the model.

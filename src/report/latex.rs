@@ -5,7 +5,7 @@ use super::constraints::{
     follow_texts, multiplier_texts, reduced_texts, unsolved,
 };
 use super::derive::{
-    MOST_FOR_ENERGIES, assumed_of, assumption_texts, conserved_because, conserved_name, definition_text,
+    MOST_FOR_ENERGIES, assumed_of, assumption_texts, conserved_because, conserved_name, definition_text, notation,
     potential_name, quadratic_forms, rate_texts, root_texts, symmetry_of,
 };
 use super::exponents::exponent_sections;
@@ -14,7 +14,7 @@ use super::frequencies::{
     waves_lines,
 };
 use librate_core::derive::{
-    Approximation, Case, Conserved, Derivation, Energy, Exchange, Frequencies, Linear, Motion, SecondOrder,
+    Approximation, Case, Conserved, Definition, Derivation, Energy, Exchange, Frequencies, Linear, Motion, SecondOrder,
 };
 use librate_core::expr::ExprId;
 use librate_core::number::Number;
@@ -32,7 +32,7 @@ pub fn derive_latex(derivation: &Derivation, standalone: bool) -> String {
         Some((derivation, definitions)) => (derivation, definitions.as_slice()),
         None => (derivation, [].as_slice()),
     };
-    let mut page = Page::new(derivation);
+    let mut page = Page::new(derivation, definitions);
     if !definitions.is_empty() {
         page.heading("Abbreviations");
         let texts: Vec<String> = definitions.iter().map(definition_text).collect();
@@ -85,9 +85,8 @@ struct Page<'a> {
 }
 
 impl<'a> Page<'a> {
-    fn new(derivation: &'a Derivation) -> Self {
-        let names = derivation.names.coordinates.iter().map(String::as_str);
-        Self { derivation, notation: Notation::new(names), out: String::new() }
+    fn new(derivation: &'a Derivation, definitions: &[Definition]) -> Self {
+        Self { derivation, notation: notation(derivation, definitions), out: String::new() }
     }
 
     /// An expression of the language; where it nests too deeply for a formula, as it is written.

@@ -76,7 +76,9 @@ fn what_a_terminal_shows() {
         ("2*3*x", "2 · 3 x"),
         ("u[1,2] + u[10,2]", "u₁₂ + u₁₀[2]"),
         ("m_eff + theta_0", "m_eff + θ₀"),
-        ("delta_x' + p_phi[2]", "δx\u{307} + p[φ₂]"),
+        ("delta_x' + p_phi[2] - p_x", "δx\u{307} + p_φ₂ - p_x"),
+        ("m_a + m_b + omega0_x + k_12", "m_a + m_b + ω₀_x + k₁₂"),
+        ("th' + th_1 + th1' + th[1] + xyz'", "θ\u{307} + θ₁ + θ\u{307}₁ + θ₁ + xy\u{307}z"),
         ("exp(-x)", " -x\ne"),
         ("sum(i in 1..N, x[i]^2)", "  N\n  Σ   xᵢ²\ni = 1"),
         ("[x, 0]", "⎡x⎤\n⎣0⎦"),
@@ -95,6 +97,30 @@ fn long_sums_are_broken() {
     assert!(lines.lines().count() > 2);
     assert!(lines.lines().all(|line| line.chars().count() <= 60));
     assert!(lines.lines().skip(1).all(|line| line.starts_with("     + ")));
+}
+
+/// A model's names are never printed alike; short names of Greek letters are none beside others of their kind.
+#[test]
+fn names_are_kept_apart() {
+    for (names, expected) in [
+        (vec!["th", "ph_1", "Om"], "θ, φ₁, Ω"),
+        (vec!["th", "theta"], "th, θ"),
+        (vec!["th_1", "theta[1]", "theta[2]"], "th₁, θ₁, θ₂"),
+        (vec!["la", "lb", "la_1"], "la, lb, la₁"),
+        (vec!["al", "ar", "be"], "al, ar, β"),
+        (vec!["x1", "x_1", "x"], "x1, x_1, x"),
+        (vec!["φ", "phi", "ph"], "φ, phi, ph"),
+        (vec!["th1", "th_1"], "th1, th_1"),
+        (vec!["k[1]", "k[1]'", "k1"], "k₁, k\u{307}₁, k1"),
+    ] {
+        let notation = Notation::default().names(names.iter().copied());
+        let texts = names.iter().filter_map(|name| notation.read(name)).map(|formula| formula.text(60).join("\n"));
+        assert_eq!(texts.collect::<Vec<_>>().join(", "), expected, "{names:?}");
+    }
+    let notation = Notation::default().names(["th", "theta", "phi", "φ"]);
+    let latex = |name: &str| notation.read(name).map(|formula| formula.latex()).unwrap_or_default();
+    assert_eq!([latex("th"), latex("theta'")], [r"\mathrm{th}", r"\dot{\theta}"]);
+    assert_eq!([latex("phi"), latex("φ")], [r"\mathrm{phi}", r"\varphi"]);
 }
 
 #[test]

@@ -467,33 +467,38 @@ fn replaced(text: &str, by: impl Fn(char) -> Option<char>) -> Option<String> {
     text.chars().map(by).collect()
 }
 
-fn symbol_text(symbol: &Symbol) -> String {
+pub(super) fn symbol_text(symbol: &Symbol) -> String {
     format!("{}{}", symbol.unicode_letter(), feet_text(&symbol.subscript))
 }
 
-/// Subscripts where Unicode has them: single digits side by side, else what remains in brackets.
+/// Subscripts where Unicode has them, for digits and indices; words follow after an underscore, other indices in brackets.
 fn feet_text(feet: &[Subscript]) -> String {
-    let plain = |foot: &Subscript| match foot {
-        Subscript::Word(word) => unicode_word(word).to_owned(),
-        Subscript::Index(formula) => formula.block().lines().collect::<Vec<_>>().join(" "),
+    let low = |foot: &Subscript| match foot {
+        Subscript::Word(word) => lowered(word).filter(|_| word.bytes().all(|b| b.is_ascii_digit())),
+        Subscript::Index(formula) => lowered(&one_line(formula)),
+        Subscript::Coordinate(_) => None,
     };
-    let texts: Vec<String> = feet.iter().map(plain).collect();
-    let short = texts.len() > 1 && texts.iter().all(|text| text.chars().count() == 1);
-    if short && let Some(all) = texts.iter().map(|text| lowered(text)).collect::<Option<String>>() {
-        return all;
+    let lows: Vec<Option<String>> = feet.iter().map(low).collect();
+    let is_one = |low: &Option<String>| low.as_ref().is_some_and(|low| low.chars().count() == 1);
+    if lows.iter().all(is_one) {
+        return lows.into_iter().flatten().collect();
     }
     let mut out = String::new();
-    let mut rest = texts.as_slice();
-    if let [first, others @ ..] = rest {
-        match (lowered(first), feet.first()) {
-            (Some(low), _) => out.push_str(&low),
-            (None, Some(Subscript::Word(_))) => out.push_str(&format!("_{first}")),
-            (None, _) => out.push_str(&format!("[{first}]")),
+    let mut indices = Vec::new();
+    for (at, (foot, low)) in feet.iter().zip(lows).enumerate() {
+        match (foot, low) {
+            (_, Some(low)) if at == 0 => out.push_str(&low),
+            (Subscript::Word(word), _) => out.push_str(&format!("_{}", unicode_word(word))),
+            (Subscript::Coordinate(symbol), _) => out.push_str(&format!("_{}", symbol_text(symbol))),
+            (Subscript::Index(formula), _) => indices.push(one_line(formula)),
         }
-        rest = others;
     }
-    if !rest.is_empty() {
-        out.push_str(&format!("[{}]", rest.join(", ")));
+    if !indices.is_empty() {
+        out.push_str(&format!("[{}]", indices.join(", ")));
     }
     out
+}
+
+fn one_line(formula: &Formula) -> String {
+    formula.block().lines().collect::<Vec<_>>().join(" ")
 }

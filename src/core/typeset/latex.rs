@@ -369,6 +369,7 @@ fn write_feet(feet: &[Subscript], out: &mut String) {
         match foot {
             Subscript::Word(word) => out.push_str(&latex_word(word)),
             Subscript::Index(formula) => formula.write(out),
+            Subscript::Coordinate(symbol) => write_symbol(symbol, out),
         }
     }
     out.push('}');

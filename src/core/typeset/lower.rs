@@ -1,8 +1,8 @@
 //! From a syntax tree to a formula: where brackets are needed, what goes below a fraction bar.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
-use super::symbol::Subscript;
+use super::symbol::{Subscript, kept_apart};
 use super::{Formula, Sign, Symbol};
 use crate::syntax::{Comparison, ExprKind, ExprRef, File, IndexKind, Indices, Member, StatementKind, parse};
 
@@ -13,6 +13,8 @@ pub struct Notation {
     /// The coordinates and their families, without indices: `delta_x` is a displacement and `p_x` a momentum
     /// where `x` is one of them.
     pub coordinates: BTreeSet<String>,
+    /// Names that have other symbols than [`Symbol::of`] says, so that no two of a model look alike.
+    apart: BTreeMap<String, Symbol>,
 }
 
 impl Notation {
@@ -20,7 +22,14 @@ impl Notation {
     #[must_use]
     pub fn new<'a>(coordinates: impl IntoIterator<Item = &'a str>) -> Self {
         let family = |name: &str| name.split('[').next().unwrap_or(name).to_owned();
-        Self { coordinates: coordinates.into_iter().map(family).collect() }
+        Self { coordinates: coordinates.into_iter().map(family).collect(), apart: BTreeMap::new() }
+    }
+
+    /// With all names of a model, no two of which are to look alike; indices belong to them.
+    #[must_use]
+    pub fn names<'a>(mut self, names: impl IntoIterator<Item = &'a str>) -> Self {
+        self.apart = kept_apart(names);
+        self
     }
 
     /// The formula of an expression in the model language; `None` if the text is none.
@@ -138,18 +147,18 @@ impl Notation {
     }
 
     fn named(&self, name: &str) -> Symbol {
+        let of = |name: &str| self.apart.get(name).cloned().unwrap_or_else(|| Symbol::of(name));
         let known = |prefix: &str| name.strip_prefix(prefix).filter(|rest| self.coordinates.contains(*rest));
         if let Some(coordinate) = known("delta_") {
-            let mut symbol = Symbol::of(coordinate);
+            let mut symbol = of(coordinate);
             symbol.delta = true;
             symbol
         } else if let Some(coordinate) = known("p_") {
-            let foot = Formula::Symbol(Symbol::of(coordinate));
             let mut symbol = Symbol::of("p");
-            symbol.subscript = vec![Subscript::Index(foot)];
+            symbol.subscript = vec![Subscript::Coordinate(of(coordinate))];
             symbol
         } else {
-            Symbol::of(name)
+            of(name)
         }
     }
 
@@ -213,7 +222,7 @@ impl Notation {
             if let IndexKind::Range { variable, from, to } = &entry.kind {
                 below.push(self.formula(file, *from));
                 above = Some(Box::new(self.formula(file, *to)));
-                row.extend(variable.iter().map(|name| Formula::Differential(Symbol::of(&name.text))));
+                row.extend(variable.iter().map(|name| Formula::Differential(self.named(&name.text))));
             }
         }
         Formula::Total { integral: true, below, above, body: Box::new(side_by_side(row)) }
@@ -230,14 +239,14 @@ impl Notation {
                     let from = self.formula(file, *from);
                     above = Some(Box::new(self.formula(file, *to)));
                     vec![match variable {
-                        Some(name) => Formula::equation(Formula::Symbol(Symbol::of(&name.text)), from),
+                        Some(name) => Formula::equation(self.symbol(&name.text), from),
                         None => from,
                     }]
                 }
                 IndexKind::Rows { variable, table } => vec![Formula::Relation(vec![
-                    Formula::Symbol(Symbol::of(&variable.text)),
+                    self.symbol(&variable.text),
                     Formula::Sign(Sign::In),
-                    Formula::Symbol(Symbol::of(&table.text)),
+                    self.symbol(&table.text),
                 ])],
             };
             if at + 1 == indices.entries.len()
@@ -273,7 +282,7 @@ fn indexed(base: Formula, feet: impl IntoIterator<Item = Subscript>) -> Formula 
         Formula::Symbol(mut symbol) => {
             // The index of a momentum belongs to its coordinate.
             let foot = match symbol.subscript.as_mut_slice() {
-                [Subscript::Index(Formula::Symbol(coordinate))] if symbol.letter == "p" => coordinate,
+                [Subscript::Coordinate(coordinate)] => coordinate,
                 _ => &mut symbol,
             };
             foot.subscript.extend(feet);

@@ -29,7 +29,7 @@ pub use lower::Notation;
 pub use symbol::{Subscript, Symbol};
 
 /// How the parts of an expression stand to one another.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Formula {
     /// Digits, with a point where there is one.

@@ -1,7 +1,11 @@
 //! Names of the model language as symbols: `theta_0` as a letter with a subscript.
 
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::block::symbol_text;
+
 /// A letter with its subscript, its dots and a prefix.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Symbol {
     /// A letter, the name of a Greek one, or a word.
@@ -12,16 +16,20 @@ pub struct Symbol {
     pub dots: u32,
     /// Whether a delta stands before it: a displacement.
     pub delta: bool,
+    /// Whether the letters are printed as they are, though they name a Greek one.
+    pub plain: bool,
 }
 
 /// A part of a subscript.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Subscript {
     /// Part of a name: digits, a letter, a word.
     Word(String),
     /// The index of a member of a family, as LaTeX and as text.
     Index(super::Formula),
+    /// The coordinate that a momentum belongs to.
+    Coordinate(Symbol),
 }
 
 /// The Greek letters by name: LaTeX, Unicode.
@@ -62,17 +70,43 @@ const GREEK: &[(&str, &str, &str)] = &[
     ("Omega", r"\Omega", "Ω"),
 ];
 
+/// Names that are short for those of Greek letters.
+const SHORT: &[(&str, &str)] = &[
+    ("al", "alpha"),
+    ("be", "beta"),
+    ("ga", "gamma"),
+    ("de", "delta"),
+    ("ep", "epsilon"),
+    ("eps", "epsilon"),
+    ("th", "theta"),
+    ("la", "lambda"),
+    ("ph", "phi"),
+    ("ps", "psi"),
+    ("om", "omega"),
+    ("Th", "Theta"),
+    ("La", "Lambda"),
+    ("Ph", "Phi"),
+    ("Ps", "Psi"),
+    ("Om", "Omega"),
+];
+
+/// The Greek letter that letters are short for.
+fn in_full(letters: &str) -> Option<&'static str> {
+    SHORT.iter().find(|(short, _)| *short == letters).map(|(_, name)| *name)
+}
+
 /// By its name or as the letter itself.
 fn greek(name: &str) -> Option<(&'static str, &'static str)> {
     let found = GREEK.iter().find(|(known, _, letter)| *known == name || *letter == name);
     found.map(|(_, latex, unicode)| (*latex, *unicode))
 }
 
-/// A word in LaTeX: a letter as it is, a Greek one by its command, more letters upright.
+/// A word in LaTeX: a letter as it is, a Greek one by its command, several letters upright.
 pub(super) fn latex_word(word: &str) -> String {
-    if let Some((latex, _)) = greek(word) {
-        return latex.to_owned();
-    }
+    greek(word).map_or_else(|| plain_latex(word), |(latex, _)| latex.to_owned())
+}
+
+fn plain_latex(word: &str) -> String {
     let mut letters = word.chars();
     match (letters.next(), letters.next()) {
         // Fonts for formulas have no other letters.
@@ -89,9 +123,18 @@ pub(super) fn unicode_word(word: &str) -> &str {
 }
 
 impl Symbol {
-    /// The symbol of a name: underscores and trailing digits begin subscripts.
+    /// The symbol of a name: underscores and trailing digits begin subscripts, `th` is short for `theta`.
     #[must_use]
     pub fn of(name: &str) -> Self {
+        let mut symbol = Self::spelled(name);
+        if let Some(letter) = in_full(&symbol.letter) {
+            symbol.letter = letter.to_owned();
+        }
+        symbol
+    }
+
+    /// The same with the letters that are there.
+    fn spelled(name: &str) -> Self {
         let mut parts = name.split('_').filter(|part| !part.is_empty());
         let head = parts.next().unwrap_or(name);
         let letters = head.trim_end_matches(|c: char| c.is_ascii_digit());
@@ -102,12 +145,18 @@ impl Symbol {
             subscript.push(word(digits));
         }
         subscript.extend(parts.map(word));
-        Self { letter: letter.to_owned(), subscript, dots: 0, delta: false }
+        Self { letter: letter.to_owned(), subscript, ..Self::default() }
+    }
+
+    /// Without subscripts, the whole name in the place of a letter.
+    fn whole(name: &str) -> Self {
+        Self { letter: name.to_owned(), plain: true, ..Self::default() }
     }
 
     /// The letter alone in LaTeX, with its dots.
     pub(super) fn latex_letter(&self) -> String {
-        let letter = latex_word(&self.letter);
+        let letter =
+            if self.plain && self.letter.is_ascii() { plain_latex(&self.letter) } else { latex_word(&self.letter) };
         let dotted = match self.dots {
             0 => letter,
             1 => format!(r"\dot{{{letter}}}"),
@@ -120,7 +169,7 @@ impl Symbol {
 
     /// The letter alone in Unicode, with its dots.
     pub(super) fn unicode_letter(&self) -> String {
-        let letter = unicode_word(&self.letter);
+        let letter = if self.plain { &self.letter } else { unicode_word(&self.letter) };
         let dots = match self.dots {
             0 => "",
             1 => "\u{307}",
@@ -128,7 +177,42 @@ impl Symbol {
             _ => "\u{20db}",
         };
         let delta = if self.delta { "δ" } else { "" };
-        // Over the last letter of a word.
-        format!("{delta}{letter}{dots}")
+        // In the middle of a word.
+        let middle = letter.chars().count().div_ceil(2);
+        let end = letter.char_indices().nth(middle).map_or(letter.len(), |(at, _)| at);
+        let (before, after) = letter.split_at(end);
+        format!("{delta}{before}{dots}{after}")
     }
+}
+
+/// The symbols of names that are not to be printed as [`Symbol::of`] has them, so that no two names of a model look alike: `th`
+/// stays as it is beside `theta`, and `la` beside `lb`. Members of families come with their indices.
+pub(super) fn kept_apart<'a>(names: impl IntoIterator<Item = &'a str>) -> BTreeMap<String, Symbol> {
+    let names: BTreeSet<&str> = names.into_iter().map(|name| name.trim_end_matches('\'')).collect();
+    let family = |name: &'a str| name.split('[').next().unwrap_or(name);
+    let letters: BTreeSet<String> = names.iter().map(|name| Symbol::spelled(family(name)).letter).collect();
+    let has_sibling = |own: &str| {
+        let mut others = letters.iter().filter(|other| *other != own && other.len() == own.len());
+        others.any(|other| other.get(..1) == own.get(..1) && in_full(other).is_none() && greek(other).is_none())
+    };
+    let mut apart = BTreeMap::new();
+    for name in &names {
+        let spelled = Symbol::spelled(family(name));
+        if in_full(&spelled.letter).is_some() && has_sibling(&spelled.letter) {
+            apart.insert(family(name).to_owned(), spelled);
+        }
+    }
+    for other in [Symbol::spelled, Symbol::whole] {
+        let mut alike: BTreeMap<String, Vec<&str>> = BTreeMap::new();
+        for name in &names {
+            let mut symbol = apart.get(family(name)).cloned().unwrap_or_else(|| Symbol::of(family(name)));
+            let indices = name.split(['[', ',', ']']).skip(1).map(str::trim).filter(|index| !index.is_empty());
+            symbol.subscript.extend(indices.map(|index| Subscript::Word(index.to_owned())));
+            alike.entry(symbol_text(&symbol)).or_default().push(name);
+        }
+        for name in alike.values().filter(|names| names.len() > 1).flatten() {
+            apart.insert(family(name).to_owned(), other(family(name)));
+        }
+    }
+    apart
 }
