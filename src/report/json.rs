@@ -77,6 +77,9 @@ pub(super) fn modes_with(
     if modes.gyroscopically_stabilised {
         out.push_str(",\n \"gyroscopically_stabilised\": true");
     }
+    if let Some(group) = &modes.point_group {
+        let _ = write!(out, ",\n \"point_group\": {}", string(group));
+    }
     let motions = zero_motions(modes, linearized.dimension());
     if !motions.is_empty() {
         let _ = write!(out, ",\n \"zero_motions\": {}", array(motions.into_iter().map(string)));

@@ -66,6 +66,9 @@ fn escaped(text: &str) -> String {
             '~' => out.push_str("\\textasciitilde{}"),
             '\'' | '`' => out.push(c),
             c if c.is_ascii() => out.push(c),
+            // Classes of straight molecules.
+            'Σ' => out.push_str("$\\Sigma$"),
+            'Π' => out.push_str("$\\Pi$"),
             // What the language has none of outside comments.
             _ => out.push('?'),
         }

@@ -57,7 +57,11 @@ pub fn modes_text(linearized: &Linearized, modes: &NormalModes, options: &Option
         Some(true) => ", secular growth: motions grow as powers of t",
         Some(false) | None => "",
     };
-    out.push_str(&format!("stability: {}{secular}\n\n", style.paint(tone, word)));
+    out.push_str(&format!("stability: {}{secular}\n", style.paint(tone, word)));
+    if let Some(group) = &modes.point_group {
+        out.push_str(&format!("point group: {group}\n"));
+    }
+    out.push('\n');
     // A count of all eigenvalues up to there is part of the bounds.
     let proved = if modes.method.is_some() { ", counted: none is missing" } else { "" };
     match (modes.modes.len(), options.near) {

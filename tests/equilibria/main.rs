@@ -10,6 +10,7 @@ mod decoupled;
 mod equilibrium;
 mod equilibrium_proof;
 mod patterns;
+mod point_groups;
 mod roots;
 mod symmetry;
 mod zero_modes;

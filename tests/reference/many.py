@@ -261,6 +261,106 @@ def water():
         T=kinetic(repeat([mH, mO, mH])), V=V, zeros=6, scale=ANGSTROM, closed=closed)
 
 
+def minus(p, r):
+    return [a - b for a, b in zip(p, r)]
+
+
+def dot(a, b):
+    return sum(x * y for x, y in zip(a, b))
+
+
+def volume(a, b, c):
+    """The determinant of three vectors."""
+    return (a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0]))
+
+
+def valence(central, outer, k1, k2, d, angle):
+    """Springs along the bonds of one atom and one for each angle between two of them."""
+    def V(q):
+        p = points(q)
+        e = [minus(p[i], p[central]) for i in outer]
+        length = [sqrt(square(x)) for x in e]
+        stretch = sum(k1 * (s - d) ** 2 for s in length) / 2
+        pairs = [(i, j) for j in range(len(e)) for i in range(j)]
+        return stretch + sum(k2 / 2 * d**2 * (acos(dot(e[i], e[j]) / (length[i] * length[j])) - angle) ** 2 for i, j in pairs)
+    return V
+
+
+def two(total, product):
+    """The two numbers with this sum and product."""
+    root = sqrt(total**2 - 4 * product)
+    return [(total - root) / 2, (total + root) / 2]
+
+
+@system("closed form; u of CODATA 2022")
+def ammonia():
+    mN, mH, d, k1, k2 = mpf("14.007") * U, mpf("1.008") * U, mpf("1.012") * ANGSTROM, mpf(640), mpf(150)
+    beta = mpf("67.87") * pi / 180
+    s, c, x = sin(beta), cos(beta), mH / mN
+    place = [[0, 0, 0]] + [[d * s * cos(2 * pi * i / 3), d * s * sin(2 * pi * i / 3), -d * c] for i in (2, 3, 4)]
+    bonds = [(0, i, k1, d) for i in (1, 2, 3)] + [(i, j, k2, sqrt(mpf(3)) * d * s) for i, j in ((1, 2), (1, 3), (2, 3))]
+    a1 = two(k1 / mH * (1 + 3 * x * c**2) + 3 * k2 / mH, 3 * k1 * k2 / mH**2 * (1 + 3 * x) * c**2)
+    e = two(k1 / mH * (1 + 3 * x * s**2 / 2) + 3 * k2 / (2 * mH), 3 * k1 * k2 / (2 * mH**2) * (1 - s**2 / 2 + 3 * x * s**2 / 2))
+    return family("r", 4, 3), sum(place, []), dict(
+        T=kinetic(repeat([mN, mH, mH, mH])), V=bond_energy(bonds), zeros=6, scale=ANGSTROM, closed=[0] * 6 + a1 + e * 2)
+
+
+@system("closed form; u of CODATA 2022")
+def methane():
+    mC, mH, d, k1, k2 = mpf("12.011") * U, mpf("1.008") * U, mpf("1.087") * ANGSTROM, mpf(500), mpf(46)
+    corners = [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]
+    place = [[0, 0, 0]] + [[d / sqrt(mpf(3)) * x for x in p] for p in corners]
+    t2 = two(k1 / mH * (1 + 4 * mH / (3 * mC)) + 2 * k2 / mH * (1 + 8 * mH / (3 * mC)), 2 * k1 * k2 / mH**2 * (1 + 4 * mH / mC))
+    closed = [0] * 6 + [k1 / mH] + [3 * k2 / mH] * 2 + t2 * 3
+    return family("r", 5, 3), sum(place, []), dict(
+        T=kinetic(repeat([mC, mH, mH, mH, mH])), V=valence(0, [1, 2, 3, 4], k1, k2, d, acos(-mpf(1) / 3)), zeros=6,
+        scale=ANGSTROM, closed=closed)
+
+
+@system("differences of T and V; u of CODATA 2022")
+def ethylene():
+    mC, mH, a, d = mpf("12.011") * U, mpf("1.008") * U, mpf("1.339") * ANGSTROM, mpf("1.087") * ANGSTROM
+    alpha = mpf("121.3") * pi / 180
+    up, out = d * sin(alpha), a / 2 - d * cos(alpha)
+    C = [[0, 0, -a / 2], [0, 0, a / 2]]
+    H = [[0, -up, -out], [0, up, -out], [0, -up, out], [0, up, out]]
+    place = C + H
+    pairs = [(0, 1, 900)] + [(i // 2, 2 + i, 500) for i in range(4)] + [(1 - i // 2, 2 + i, 40) for i in range(4)]
+    pairs += [(2, 3, 20), (4, 5, 20)]
+    plane = bond_energy([(i, j, mpf(k), distance(place[i], place[j])) for i, j, k in pairs])
+
+    def V(q):
+        c1, c2, h1, h2, h3, h4 = points(q)
+        e = minus(c2, c1)
+        wag = volume(minus(h1, c1), minus(h2, c1), e) ** 2 + volume(minus(h3, c2), minus(h4, c2), e) ** 2
+        twist = sum(volume(minus(i, c1), minus(j, c2), e) ** 2 for i in (h1, h2) for j in (h3, h4))
+        return plane(q) + (6 * wag + 4 * twist) / (a * d) ** 2
+
+    return family("c", 2, 3) + family("h", 4, 3), sum(place, []), dict(
+        T=kinetic(repeat([mC] * 2 + [mH] * 4)), V=V, zeros=6, scale=ANGSTROM)
+
+
+@system("differences of T and V; u of CODATA 2022")
+def benzene():
+    mC, mH, a, d = mpf("12.011") * U, mpf("1.008") * U, mpf("1.397") * ANGSTROM, mpf("1.084") * ANGSTROM
+    around = [(cos(pi * i / 3), sin(pi * i / 3)) for i in range(1, 7)]
+    place = [[r * x, r * y, 0] for r in (a, a + d) for x, y in around]
+    pairs = [(i, (i + 1) % 6, 650) for i in range(6)] + [(i, (i + 2) % 6, 70) for i in range(6)]
+    pairs += [(i, 6 + i, 510) for i in range(6)] + [((i + s) % 6, 6 + i, 45) for i in range(6) for s in (1, 5)]
+    plane = bond_energy([(i, j, mpf(k), distance(place[i], place[j])) for i, j, k in pairs])
+
+    def V(q):
+        p = points(q)
+        c, h = p[:6], p[6:]
+        e = [minus(c[(i + 1) % 6], c[i]) for i in range(6)]
+        wag = sum(volume(e[i], e[i - 1], minus(h[i], c[i])) ** 2 for i in range(6))
+        twist = sum(volume(e[i], e[i - 1], e[(i + 1) % 6]) ** 2 for i in range(6))
+        return plane(q) + (6 * wag + 5 * twist) / a**4
+
+    return family("c", 6, 3) + family("h", 6, 3), sum(place, []), dict(
+        T=kinetic(repeat([mC] * 6 + [mH] * 6)), V=V, zeros=6, scale=ANGSTROM)
+
+
 def rows(name):
     with open(DATA / name, newline="") as file:
         return list(csv.DictReader(file))

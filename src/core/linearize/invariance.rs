@@ -7,18 +7,24 @@
 //! An equilibrium that was searched for is put in with a symbol for each magnitude, the same for coordinates whose
 //! enclosures meet, and one more where its centre is not 0; fractions of small numbers stand for themselves. An
 //! identity in these symbols holds for whatever numbers they are.
+//!
+//! Roots in roots are beyond that field: two that are equal may differ there in their signs. Where the energies are those of
+//! the coordinates themselves they are tried at points near the equilibrium, too, in numbers of a thousand bits.
 
 use super::assemble::signed_terms;
 use super::equilibrium::Origin;
+use super::existence::Proof;
 use super::parameters::known_values;
 use super::steady::put_rates_in;
 use super::symbolic::written_out;
 use super::symmetry::spaces;
-use super::{Linearized, Structure};
-use crate::expr::{ExprId, ModularPoint, Substitution, ZeroVerdict};
+use super::{Linearized, Structure, precise};
+use std::collections::HashMap;
+
+use crate::expr::{ExprId, ModularPoint, PRIME, Pool, Substitution, Symbol, Tape, ZeroVerdict};
 use crate::model::{Model, TermFamily};
 use crate::number::Number;
-use crate::precision::{Ball, Scalar};
+use crate::precision::{Ball, Big, Scalar};
 
 /// Energies of more terms are not written out.
 const MOST_TERMS: usize = 50_000;
@@ -26,6 +32,13 @@ const MOST_TERMS: usize = 50_000;
 const WIDEST: f64 = 1e-9;
 /// Fractions up to this denominator stand for themselves in an equilibrium that was searched for.
 const MOST_DENOMINATOR: i64 = 24;
+
+/// Places that agree to so many bits are equal.
+const BITS: usize = 1024;
+
+/// Beside the size of the equilibrium: how far from it energies are tried, at so many points.
+const NEARBY: f64 = 0.1;
+const NEARBY_POINTS: u64 = 4;
 
 /// Where each coordinate goes under a linear map: the coordinates and their factors.
 type Images = Vec<Vec<(usize, ExprId)>>;
@@ -48,6 +61,8 @@ pub(crate) struct Invariance {
     equilibrium: Vec<ExprId>,
     /// T - V and the dissipation function, the symbols of coordinates standing for displacements: made when asked for.
     energies: Option<[ExprId; 2]>,
+    /// A point at which all has a value, and about which more is tried in numbers of many bits; may be empty.
+    near: Vec<Big>,
 }
 
 impl Linearized {
@@ -61,6 +76,43 @@ impl Linearized {
         own.equilibrium = own.places(&self.equilibrium.values, &self.equilibrium.origins)?;
         Some(own)
     }
+
+    /// The same about the origin of all coordinates, so that displacements are these themselves.
+    /// What stays undecided in the field of a prime is tried near this point.
+    pub(crate) fn energies_anywhere(&self, near: &[Big]) -> Option<Invariance> {
+        let known = known_values(&self.model);
+        let mut own = Invariance::at(self.model.clone(), known, Vec::new())?;
+        own.near = near.to_vec();
+        own.equilibrium = vec![own.model.pool.zero(); self.model.coordinates.len()];
+        Some(own)
+    }
+
+    /// The coordinates of several bodies in a plane or in space, by axis, where these are all there are and energies are
+    /// all there is.
+    pub(crate) fn axes_of_bodies(&self) -> Option<Vec<Vec<usize>>> {
+        let whole = !self.is_constrained() && self.structure() == Structure::Conservative;
+        axes_of_bodies(&self.model).filter(|_| whole)
+    }
+
+    /// The equilibrium in numbers of many bits, where it is exact or proved.
+    pub(crate) fn exact_equilibrium(&self) -> Option<Vec<Big>> {
+        let found = &self.equilibrium;
+        let proof = found.proof.as_deref().map_or(0, Proof::bits);
+        let values = self.assembly.values::<Big>(&self.model, BITS.max(proof)).ok()?;
+        let at = precise::equilibrium(&self.model, &self.assembly, found, &values)?;
+        let size = at.iter().map(|own| own.mid_f64().abs()).fold(0.0, f64::max);
+        let is_known = |own: &Big| own.to_ball().radius <= WIDEST * size;
+        (found.proved && at.iter().all(is_known)).then_some(at)
+    }
+}
+
+/// The coordinates of several bodies in a plane or in space, by axis, where these are all there are.
+fn axes_of_bodies(model: &Model) -> Option<Vec<Vec<usize>>> {
+    let count = model.coordinates.len();
+    spaces(model).into_iter().find(|axes| {
+        let bodies = axes.first().map_or(0, Vec::len);
+        (2..=3).contains(&axes.len()) && bodies > 1 && bodies * axes.len() == count
+    })
 }
 
 impl Invariance {
@@ -79,7 +131,7 @@ impl Invariance {
         let terms = |families: &[TermFamily]| families.iter().map(|own| own.count).sum::<usize>();
         let count = terms(&model.kinetic) + terms(&model.potential) + terms(&model.forces);
         let whole = model.constraints.is_empty() && model.time_dependent.is_none() && model.force.is_none();
-        (whole && count <= MOST_TERMS).then_some(Self { model, known, equilibrium, energies: None })
+        (whole && count <= MOST_TERMS).then_some(Self { model, known, equilibrium, energies: None, near: Vec::new() })
     }
 
     /// Expressions for an equilibrium in numbers.
@@ -167,14 +219,16 @@ impl Invariance {
         *self.energies.insert(energies)
     }
 
-    /// Whether a linear map of the displacements and velocities leaves the energies unchanged, identically.
-    fn holds(&mut self, images: &Images) -> bool {
+    /// Whether a linear map of the displacements and velocities, which may shift some displacements besides, leaves the
+    /// energies unchanged, identically; `None` where that is not decided.
+    fn holds(&mut self, images: &Images, shifts: &[(usize, ExprId)]) -> Option<bool> {
         let before = self.energies();
         let pool = &mut self.model.pool;
         let mut map = Substitution::default();
         let all = &self.model.coordinates;
-        for (own, image) in all.iter().zip(images) {
-            let (mut displacement, mut velocity) = (Vec::new(), Vec::new());
+        for (i, (own, image)) in all.iter().zip(images).enumerate() {
+            let shift = shifts.iter().filter(|(at, _)| *at == i).map(|(_, shift)| *shift);
+            let (mut displacement, mut velocity) = (shift.collect::<Vec<ExprId>>(), Vec::new());
             for (j, factor) in image {
                 let (q, v) = (all.at(*j).symbol, all.at(*j).velocity);
                 let (q, v) = (pool.symbol_expr(q), pool.symbol_expr(v));
@@ -185,17 +239,26 @@ impl Invariance {
             map.insert(own.velocity, pool.sum(&velocity));
         }
         let after = pool.substitute(&before, &map);
-        before.into_iter().zip(after).all(|(before, after)| {
+        for (before, after) in before.into_iter().zip(after) {
             let difference = pool.sub(after, before);
             // A first point tells most of what is no symmetry.
             let value = |symbol| ModularPoint::random_value(7, symbol);
             let point = pool.evaluate_mod(&[difference], value, 7);
-            point.is_none_or(|point| point.first() == Some(&0)) && pool.is_zero(difference) == ZeroVerdict::Zero
-        })
+            let may_vanish = point.is_none_or(|point| point.first() == Some(&0));
+            if may_vanish && pool.is_zero(difference) == ZeroVerdict::Zero {
+                continue;
+            }
+            let places = self.model.coordinates.iter().map(|own| own.symbol).zip(&self.near).collect();
+            if !vanishes_near(pool, &places, before, difference)? {
+                return Some(false);
+            }
+        }
+        Some(true)
     }
 
-    /// Whether the energies stay where each coordinate goes to another one, or to its opposite.
-    pub(crate) fn permuted(&mut self, image: impl Fn(usize) -> (usize, bool)) -> bool {
+    /// Whether the energies stay where each coordinate goes to another one, or to its opposite; `None` where that is not
+    /// decided.
+    pub(crate) fn permuted(&mut self, image: impl Fn(usize) -> (usize, bool)) -> Option<bool> {
         let pool = &mut self.model.pool;
         let one = pool.one();
         let opposite = pool.neg(one);
@@ -203,11 +266,12 @@ impl Invariance {
             let (to, negative) = image(i);
             vec![(to, if negative { opposite } else { one })]
         });
-        self.holds(&images.collect())
+        self.holds(&images.collect(), &[])
     }
 
-    /// Whether every turn in the plane of two axes leaves the energies unchanged.
-    pub(crate) fn turns_freely(&mut self, a: &[usize], b: &[usize]) -> bool {
+    /// Whether every turn in the plane of two axes leaves the energies unchanged; `None` where that is not
+    /// decided.
+    pub(crate) fn turns_freely(&mut self, a: &[usize], b: &[usize]) -> Option<bool> {
         let pool = &mut self.model.pool;
         let angle = pool.fresh_symbol("turn");
         let angle = pool.symbol_expr(angle);
@@ -218,17 +282,22 @@ impl Invariance {
             images[*i] = vec![(*i, cosine), (*j, opposite)];
             images[*j] = vec![(*j, cosine), (*i, sine)];
         }
-        self.holds(&images)
+        self.holds(&images, &[])
+    }
+
+    /// Whether the energies stay when some coordinates grow by as much; `None` where that is not decided.
+    pub(crate) fn shifts_freely(&mut self, axis: &[usize]) -> Option<bool> {
+        let pool = &mut self.model.pool;
+        let shift = pool.fresh_symbol("shift");
+        let (shift, one) = (pool.symbol_expr(shift), pool.one());
+        let images: Images = (0..self.model.coordinates.len()).map(|i| vec![(i, one)]).collect();
+        let shifts: Vec<(usize, ExprId)> = axis.iter().map(|i| (*i, shift)).collect();
+        self.holds(&images, &shifts)
     }
 
     /// The bodies, where the coordinates are those of several in a plane or in space, at different places.
     pub(crate) fn bodies(&mut self) -> Option<Bodies> {
-        let count = self.model.coordinates.len();
-        let mut all = spaces(&self.model).into_iter();
-        let axes = all.find(|axes| {
-            let bodies = axes.first().map_or(0, Vec::len);
-            (2..=3).contains(&axes.len()) && bodies > 1 && bodies * axes.len() == count
-        })?;
+        let axes = axes_of_bodies(&self.model)?;
         let bodies = axes.first().map_or(0, Vec::len);
         let pool = &mut self.model.pool;
         let mut about = Vec::new();
@@ -249,4 +318,34 @@ impl Invariance {
         sorted.dedup();
         (sorted.len() == bodies).then_some(Bodies { axes, places })
     }
+}
+
+/// Whether an expression vanishes at points near places, beside another one, to so many bits that it is 0; `None` where some of
+/// the points say neither.
+fn vanishes_near(pool: &Pool, places: &HashMap<Symbol, &Big>, beside: ExprId, expression: ExprId) -> Option<bool> {
+    let both = [expression, beside];
+    let symbols = pool.symbols_of(&both);
+    let tape = Tape::compile(pool, &both, &symbols).ok()?.prepare::<Big>(BITS);
+    let size = places.values().map(|own| own.mid_f64().abs()).fold(0.0, f64::max);
+    for seed in 0..NEARBY_POINTS {
+        let input = |symbol: &Symbol| {
+            let random = ModularPoint::random_value(seed, *symbol) as f64 / PRIME as f64 - 0.5;
+            let step = Big::from_f64(random * NEARBY * size, BITS);
+            places.get(symbol).map_or_else(|| step.clone(), |place| place.add(&step))
+        };
+        let inputs: Vec<Big> = symbols.iter().map(input).collect();
+        let [value, scale] = tape.evaluate(&inputs, &mut Vec::new()).try_into().ok()?;
+        if !value.is_finite() || !scale.is_finite() {
+            return None;
+        }
+        if !value.contains_zero() {
+            return Some(false);
+        }
+        // All but the last bits.
+        let upper = |own: &Big| Big::from_magnitude(own.abs_upper(), BITS);
+        if !upper(&value).scale(BITS as i64 / 2).sub(&upper(&scale)).is_negative() {
+            return None;
+        }
+    }
+    (size > 0.0).then_some(true)
 }

@@ -94,6 +94,7 @@ pub(super) fn normal_modes(linearized: &Linearized, options: &Options) -> Result
         stability: found.stability,
         secular: found.secular,
         zero_motions,
+        point_group: None,
         modes,
         level: found.level,
         method: None,

@@ -41,6 +41,9 @@ pub struct NormalModes {
     /// What the zero modes are together, each in words: "translation", "rotation about z", …; their vectors, real and
     /// imaginary parts of complex ones, are some basis of these motions.
     pub zero_motions: Vec<String>,
+    /// The point group of bodies in space or in a plane whose energies turn freely, after Schoenflies; classes of modes
+    /// are its own then.
+    pub point_group: Option<String>,
     /// How some modes of a large model were found; `None` where all matrices were dense.
     pub method: Option<Method>,
     /// What the lengths of the shapes are.
@@ -293,6 +296,7 @@ fn with_names(
     } else {
         embedded.iter().map(|(vector, bound)| (vector.as_slice(), *bound)).collect()
     };
+    let point_group = labels.as_ref().and_then(|labels| labels.group.clone());
     let classes = labels.map_or_else(Vec::new, |mut labels| labels.of(&vectors));
     let mut classes = classes.into_iter();
     let modes = spectrum
@@ -327,6 +331,7 @@ fn with_names(
         // K and M are symmetric: a zero mode drifts, and every other motion has its own vector.
         secular: Some(false),
         zero_motions,
+        point_group,
         modes,
         level: spectrum.level,
         method: None,

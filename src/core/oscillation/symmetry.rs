@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use crate::linearize::{Entries, Invariance, Linearized};
 use crate::precision::{Ball, Big, Scalar, SparseMatrix};
-use crate::symmetry::{Classes, Pattern, Symmetry};
+use crate::symmetry::{Classes, Pattern, Symmetry, point_group};
 
 /// Larger models are not searched.
 pub(super) const MOST_COORDINATES: usize = 1500;
@@ -18,6 +18,8 @@ const BITS: usize = 1024;
 /// What tells the modes of different symmetry apart.
 pub(super) struct Labels {
     classes: Classes,
+    /// The name of the point group, where there is one.
+    pub(super) group: Option<String>,
     /// Where there may be more symmetry than was looked for.
     more: Option<(Pattern, Invariance)>,
 }
@@ -53,6 +55,9 @@ pub(super) fn labels(linearized: &Linearized, mass: &SparseMatrix, stiffness: &S
     if !(2..=MOST_COORDINATES).contains(&n) {
         return None;
     }
+    if let Some((group, classes)) = point_group(linearized) {
+        return Some(Labels { classes, group: Some(group), more: None });
+    }
     let mut pattern = of_enclosures(mass, stiffness)?;
     if !Symmetry::may_have_classes(&pattern) {
         return None;
@@ -64,7 +69,7 @@ pub(super) fn labels(linearized: &Linearized, mass: &SparseMatrix, stiffness: &S
     let symmetry = Symmetry::of_energies(&pattern, &mut invariance)?;
     let classes = Classes::new(&symmetry)?;
     let more = symmetry.may_be_larger().then_some((pattern, invariance));
-    Some(Labels { classes, more })
+    Some(Labels { classes, group: None, more })
 }
 
 /// A class of values with its sign: 0 for zero, opposite for opposite values.

@@ -11,7 +11,9 @@ use std::collections::BTreeSet;
 use faer::{MatRef, Side};
 use nalgebra::DMatrix;
 
-use super::{GroupKind, PointGroup, SignedPermutation, Symmetry};
+use super::point_group::Element;
+use super::points::Moves;
+use super::{GroupKind, SignedPermutation, Symmetry};
 
 /// Sums of more elements are not made.
 const MOST_CONJUGATES: usize = 2000;
@@ -63,6 +65,15 @@ impl Classes {
         };
         let sum = (0..symmetry.active.len()).map(column).collect();
         Some(Self { sum, weight, names, active: symmetry.active.clone() })
+    }
+
+    /// The classes that this sum of elements with their factors tells apart, given by columns.
+    pub(super) fn of_sum(sum: Vec<Vec<(usize, f64)>>, terms: &[(f64, Element)], mut names: Vec<(f64, String)>) -> Self {
+        names.sort_by(|a, b| a.0.total_cmp(&b.0));
+        // A turn makes no component larger than by the root of 3.
+        let weight = terms.iter().fold(1.0, |sum, (factor, _)| sum + 2.0 * factor.abs());
+        let active = vec![true; sum.len()];
+        Self { sum, weight, names, active }
     }
 
     /// The class of a vector whose components are known within `error`; `None` where it has parts in
@@ -191,7 +202,7 @@ fn of_other(symmetry: &Symmetry) -> Option<Told> {
         let others = generators.iter().skip(i + 1);
         others.map(|h| g.after(h))
     });
-    let all = symmetry.points.iter().flat_map(PointGroup::moves);
+    let all = symmetry.points.iter().flat_map(Moves::all);
     let mut effort = MOST_EFFORT;
     for element in generators.iter().cloned().chain(products).chain(all) {
         if sums.iter().all(|sum| !sum.contains(&element))
@@ -258,7 +269,7 @@ fn of_other(symmetry: &Symmetry) -> Option<Told> {
 }
 
 /// Eigenvalues and eigenvectors of a symmetric matrix.
-fn decomposed(matrix: &DMatrix<f64>) -> Option<(Vec<f64>, DMatrix<f64>)> {
+pub(super) fn decomposed(matrix: &DMatrix<f64>) -> Option<(Vec<f64>, DMatrix<f64>)> {
     let n = matrix.nrows();
     let eigen = MatRef::from_column_major_slice(matrix.as_slice(), n, n).self_adjoint_eigen(Side::Lower).ok()?;
     let values = (0..n).map(|k| eigen.S()[k]).collect();

@@ -9,20 +9,24 @@
 //! opposites at once, which keeps each beside its own opposite; changing the sign of everything that hangs
 //! together is always possible and counts as nothing. What no force holds has no place in a symmetry and is
 //! left out. [`Symmetry::kept`] is the part of a group that is a symmetry of more, the energies say; `points` finds
-//! the point groups of bodies.
+//! what permutes the axes of bodies, and `figure` the whole point group where their energies turn freely; both have the
+//! names of `point_group`.
 
 use crate::linearize::Invariance;
 
 mod classes;
+mod figure;
 mod pattern;
+mod point_group;
 mod points;
 mod search;
 
 use std::collections::BTreeSet;
 
 pub use classes::{Classes, wave_number};
+pub(crate) use figure::point_group;
 pub use pattern::Pattern;
-use points::{PointGroup, independent};
+use points::{Moves, independent};
 
 /// Looks at edges before the search is given up: well below a second.
 const EFFORT: usize = 40_000_000;
@@ -211,7 +215,7 @@ pub struct Symmetry {
     /// The changes of sign of some parts, where there are several, that are symmetries too.
     flips: Vec<SignedPermutation>,
     /// The turns of the axes, where it is that of bodies.
-    points: Option<PointGroup>,
+    points: Option<Moves>,
 }
 
 /// What kind of group a symmetry is.
@@ -233,7 +237,7 @@ pub enum GroupKind {
 impl Invariance {
     /// Whether a signed permutation leaves the energies unchanged.
     pub(crate) fn keeps(&mut self, g: &SignedPermutation) -> bool {
-        self.permuted(|i| g.of(i))
+        self.permuted(|i| g.of(i)) == Some(true)
     }
 }
 
