@@ -656,8 +656,14 @@ pub(crate) struct Derive {
     /// LaTeX instead of text, for a document that has the package amsmath
     #[arg(long, conflicts_with = "json")]
     pub(crate) latex: bool,
-    /// Formulas in the model language, without Unicode letters and fractions
+    /// HTML with MathML instead of text, to be put into a page
     #[arg(long, conflicts_with_all = ["json", "latex"])]
+    pub(crate) html: bool,
+    /// Typst instead of text: a document, or a part of one
+    #[arg(long, conflicts_with_all = ["json", "latex", "html"])]
+    pub(crate) typst: bool,
+    /// Formulas in the model language, without Unicode letters and fractions
+    #[arg(long, conflicts_with_all = ["json", "latex", "html", "typst"])]
     pub(crate) ascii: bool,
     /// With --latex: a whole document
     #[arg(long, requires = "latex")]

@@ -335,6 +335,8 @@ fn derive_text(args: &args::Derive) -> Result<Answer, Failure> {
     let text = match derived {
         Ok(derivation) if args.json => report::derive_json(&derivation),
         Ok(derivation) if args.latex => report::derive_latex(&derivation, args.standalone),
+        Ok(derivation) if args.html => report::derive_html(&derivation),
+        Ok(derivation) if args.typst => report::derive_typst(&derivation),
         Ok(derivation) => report::derive_text(&derivation, &style().ascii(args.ascii)),
         Err(error) => return Err(failed(source, warnings, error)),
     };

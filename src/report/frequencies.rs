@@ -1,7 +1,6 @@
-//! Symmetry and closed forms to read.
+//! Symmetry and closed forms on a page.
 
-use super::Tone;
-use super::derive::{Layout, set_apart};
+use super::page::{Form, Line, Matrix, Part, Words, ticked, with};
 use librate_core::derive::{
     Abbreviation, Approximation, Block, Case, Derivation, Exchange, Frequencies, Frequency, Linear, NormalCoordinates,
     NormalWaves, Solved,
@@ -12,14 +11,13 @@ use librate_core::symmetry::{GroupKind, SignedPermutation};
 /// Exchanges and equalities of more coordinates than this are broken off.
 const MOST_NAMED: usize = 8;
 /// Frequencies that a formula gives by their number are not listed beyond this.
-pub(super) const MOST_LISTED: usize = 24;
+const MOST_LISTED: usize = 24;
 /// Blocks of more coordinates than this are not written out.
-pub(super) const MOST_IN_BLOCK: usize = 4;
+const MOST_IN_BLOCK: usize = 4;
 
 /// The sets of equal parameters: `l[1] = l[3], k12 = k23`.
-fn ties(sets: &[Vec<String>], style: &Layout) -> String {
-    let sets: Vec<String> = sets.iter().map(|set| style.inline(&set.join(" = "))).collect();
-    sets.join(", ")
+fn ties(sets: &[Vec<String>]) -> Vec<Words> {
+    ticked(sets.iter().map(|set| set.join(" = ")))
 }
 
 /// Where a signed permutation takes the coordinates: `x <-> y`, `x -> -x`, `x -> y -> z -> x`.
@@ -83,7 +81,7 @@ pub(super) fn kind(kind: &GroupKind) -> String {
 }
 
 /// How the coordinates move in a class: `phi[1] = -phi[3], phi[2] = 0`.
-pub(super) fn motion(block: &Block, names: &[String]) -> String {
+fn motion(block: &Block, names: &[String]) -> String {
     let name = |i: usize| names.get(i).map_or("", String::as_str);
     let mut at_rest = vec![true; names.len()];
     let mut parts = Vec::new();
@@ -116,48 +114,24 @@ pub(super) fn motion(block: &Block, names: &[String]) -> String {
     shortened(parts)
 }
 
-fn heading(text: &str, style: &Layout) -> String {
-    format!("\n{}\n", style.paint(Tone::Heading, text))
+/// `x <-> y`, one line for each generator.
+fn exchanges(found: &Exchange, names: &[Words]) -> Vec<Line> {
+    found.generators.iter().take(MOST_NAMED).map(|g| Line::Words(exchange(g, names))).collect()
 }
 
-fn symmetry_text(found: &Exchange, names: &[String], style: &Layout) -> String {
-    let kind = kind(&found.kind);
-    let mut out = heading(
-        &if found.ties.is_empty() {
-            format!("symmetry: {kind}")
-        } else {
-            format!("symmetry: {kind}, as {}", ties(&found.ties, style))
-        },
-        style,
-    );
-    for g in found.generators.iter().take(MOST_NAMED) {
-        out.push_str(&format!("  {}\n", exchange(g, names)));
-    }
-    out
-}
-
-fn block_text(derivation: &Derivation, block: &Block, names: &[String], style: &Layout) -> String {
-    let mut out = format!("  {}: {}\n", block.class, motion(block, names));
+/// How coordinates move in a class, and the matrices of its block.
+fn block_lines(derivation: &Derivation, block: &Block, names: &[Words]) -> Vec<Line> {
+    let mut lines = vec![Line::Words(format!("{}: {}", block.class, motion(block, names)))];
     if block.mass.len() > MOST_IN_BLOCK {
-        return out;
+        return lines;
     }
-    for (letter, rows) in [("M", &block.mass), ("K", &block.stiffness)] {
-        let rows: Vec<String> = rows
-            .iter()
-            .map(|row| {
-                let row: Vec<String> = row.iter().map(|at| derivation.pool.display(*at)).collect();
-                format!("[{}]", row.join(", "))
-            })
-            .collect();
-        for line in style.lines(&format!("{letter} = [{}]", rows.join(", "))) {
-            out.push_str(&format!("    {line}\n"));
-        }
-    }
-    out
+    let both = [("M", &block.mass), ("K", &block.stiffness)];
+    lines.extend(both.map(|(letter, rows)| Line::Below(Matrix::new("", letter.to_owned(), rows, derivation))));
+    lines
 }
 
 /// How many times there is a frequency, if more than once, and its class.
-pub(super) fn remarks(frequency: &Frequency) -> Vec<String> {
+fn remarks(frequency: &Frequency) -> Vec<String> {
     let times = match frequency.multiplicity {
         1 => None,
         2 => Some("twice".to_owned()),
@@ -166,13 +140,12 @@ pub(super) fn remarks(frequency: &Frequency) -> Vec<String> {
     times.into_iter().chain(frequency.symmetry.clone()).collect()
 }
 
-fn frequency_text(derivation: &Derivation, frequency: &Frequency, style: &Layout) -> String {
+/// One square of a frequency, with what is remarked about it.
+fn frequency_line(derivation: &Derivation, frequency: &Frequency) -> Line {
     let value = derivation.pool.display(frequency.omega_squared);
     let remarks = remarks(frequency);
     let remark = if remarks.is_empty() { String::new() } else { format!("  ({})", remarks.join(", ")) };
-    let lines = style.lines_with(&format!("omega^2 = {value}"), &remark);
-    let lines: Vec<String> = lines.iter().map(|line| format!("  {line}\n")).collect();
-    lines.concat()
+    Line::Formula(format!("omega^2 = {value}"), remark)
 }
 
 /// `a > 0`, one for each sign that is taken from the values.
@@ -194,87 +167,61 @@ pub(super) fn signs(derivation: &Derivation, signs: &[(ExprId, bool)]) -> Vec<St
 }
 
 /// `, for k -> 0` and `, to order 2 in k`.
-fn approximations(frequencies: &Frequencies, style: &Layout) -> String {
+fn approximations(frequencies: &Frequencies) -> Words {
     let texts = frequencies.approximations.iter().map(|done| match done {
-        Approximation::Limit { name, value } => {
-            format!(", for {} -> {value}", style.inline(name))
-        }
-        Approximation::Expansion { name, order } => {
-            format!(", to order {order} in {}", style.inline(name))
-        }
+        Approximation::Limit { name, value } => format!(", for `{name}` -> {value}"),
+        Approximation::Expansion { name, order } => format!(", to order {order} in `{name}`"),
     });
     texts.collect()
 }
 
-fn case_text(derivation: &Derivation, frequencies: &Frequencies, case: &Case, style: &Layout) -> String {
-    let names = &style.names(&derivation.names.displacements);
-    let mut out = String::new();
+/// Symmetry, blocks, closed forms and normal coordinates of a case.
+fn case_parts(derivation: &Derivation, frequencies: &Frequencies, case: &Case, parts: &mut Vec<Part>) {
+    let names = &ticked(&derivation.names.displacements);
     if let Some(found) = &case.symmetry {
-        out.push_str(&symmetry_text(found, names, style));
+        let ties = ties(&found.ties);
+        let because = if ties.is_empty() { String::new() } else { format!(", as {}", ties.join(", ")) };
+        let title = format!("symmetry: {}{because}", kind(&found.kind));
+        parts.push(Part::Section(title, exchanges(found, names), Form::Close));
     }
+    let tied = ties(&case.ties);
     if !case.blocks.is_empty() {
-        let title = if case.ties.is_empty() {
-            "blocks of M and K, one for each class".to_owned()
-        } else {
-            format!("blocks of M and K, one for each class, with {}", ties(&case.ties, style))
-        };
-        out.push_str(&heading(&title, style));
-        for block in &case.blocks {
-            out.push_str(&block_text(derivation, block, names, style));
-        }
+        let title = format!("blocks of `M` and `K`, one for each class{}", with(&tied));
+        let lines = case.blocks.iter().flat_map(|block| block_lines(derivation, block, names));
+        parts.push(Part::Section(title, lines.collect(), Form::Close));
     }
     if case.frequencies.is_empty() {
-        return out;
+        return;
     }
-    let mut title = if case.complete {
-        "normal frequencies".to_owned()
-    } else {
-        "normal frequencies with a closed form".to_owned()
-    };
-    let mut assumed: Vec<String> = Vec::new();
-    if !case.ties.is_empty() {
-        assumed.push(ties(&case.ties, style));
-    }
-    let signs = signs(derivation, &frequencies.signs);
-    assumed.extend(signs.iter().map(|sign| style.inline(sign)));
-    if !assumed.is_empty() {
-        title.push_str(&format!(", with {}", assumed.join(", ")));
-    }
-    title.push_str(&approximations(frequencies, style));
-    out.push_str(&heading(&title, style));
+    let assumed: Vec<Words> = tied.into_iter().chain(ticked(signs(derivation, &frequencies.signs))).collect();
+    let rest = if case.complete { "" } else { " with a closed form" };
+    let title = format!("normal frequencies{rest}{}{}", with(&assumed), approximations(frequencies));
+    let mut lines = Vec::new();
     for series in &case.series {
         let value = derivation.pool.display(series.omega_squared);
-        let ranges: Vec<String> =
-            series.numbers.iter().map(|(name, angles)| format!("{name} = {}..{}", angles.first, angles.last)).collect();
-        let remark = format!(", {}", ranges.join(", "));
-        for line in style.lines_with(&format!("omega^2 = {value}"), &remark) {
-            out.push_str(&format!("  {line}\n"));
-        }
+        let ranges = series.numbers.iter();
+        let ranges = ranges.map(|(name, angles)| format!("`{name}` = {}..{}", angles.first, angles.last));
+        let remark = format!(", {}", ranges.collect::<Vec<_>>().join(", "));
+        lines.push(Line::Formula(format!("omega^2 = {value}"), remark));
     }
     if case.series.is_empty() || (!case.complete && case.frequencies.len() <= MOST_LISTED) {
-        for frequency in alone(case) {
-            out.push_str(&frequency_text(derivation, frequency, style));
-        }
+        lines.extend(alone(case).map(|frequency| frequency_line(derivation, frequency)));
     }
-    for solved in &case.solved {
-        for (text, remark) in solved_lines(derivation, solved) {
-            for line in style.lines_with(&text, &remark) {
-                out.push_str(&format!("  {line}\n"));
-            }
-        }
-    }
+    let formulas = |all: Vec<(String, Words)>| all.into_iter().map(|(text, remark)| Line::Formula(text, remark));
+    lines.extend(case.solved.iter().flat_map(|solved| formulas(solved_lines(derivation, solved))));
+    parts.push(Part::Section(title, lines, Form::Close));
     let lines = match &case.normal {
         Some(normal) => normal_lines(derivation, normal),
         None => waves_lines(derivation, &case.waves),
     };
     if !lines.is_empty() {
-        out.push_str(&normal_text(derivation, frequencies, case, &lines, style));
+        let title = format!("normal coordinates{}", with(&assumed));
+        parts.push(Part::Section(title, formulas(lines).collect(), Form::Apart));
     }
-    out
 }
 
 /// The closed forms that are not written down with names of their own.
-pub(super) fn alone(case: &Case) -> impl Iterator<Item = &Frequency> {
+fn alone(case: &Case) -> impl Iterator<Item = &Frequency> {
     let has_names = |frequency: &&Frequency| {
         let mut all = case.solved.iter();
         all.any(|solved| solved.frequencies.contains(&frequency.omega_squared))
@@ -284,14 +231,14 @@ pub(super) fn alone(case: &Case) -> impl Iterator<Item = &Frequency> {
 }
 
 /// Relations in the model language with remarks behind them: the zeros of a cubic or quartic, and what is abbreviated there.
-pub(super) fn solved_lines(derivation: &Derivation, solved: &Solved) -> Vec<(String, String)> {
+fn solved_lines(derivation: &Derivation, solved: &Solved) -> Vec<(String, String)> {
     let pool = &derivation.pool;
     let class = solved.symmetry.iter();
     let class: String = class.map(|class| format!("  ({class})")).collect();
     let formulas = solved.formulas.iter().map(|formula| {
         let numbers = formula.numbers.iter().map(|(letter, numbers)| {
             let numbers: Vec<String> = numbers.iter().map(ToString::to_string).collect();
-            format!(", {letter} = {}", numbers.join(", "))
+            format!(", `{letter}` = {}", numbers.join(", "))
         });
         let remark: String = numbers.chain([class.clone()]).collect();
         let mut text = "omega^2 =".to_owned();
@@ -309,7 +256,7 @@ pub(super) fn solved_lines(derivation: &Derivation, solved: &Solved) -> Vec<(Str
 }
 
 /// The equations that are solved on request, in words.
-pub(super) fn on_request(frequencies: &Frequencies) -> Option<&'static str> {
+fn on_request(frequencies: &Frequencies) -> Option<&'static str> {
     match frequencies.best().on_request? {
         3 => Some("the frequencies of blocks of three are zeros of cubics: --cubic prints them"),
         4 => Some("the frequencies of blocks of four are zeros of quartics: --quartic prints them"),
@@ -317,31 +264,9 @@ pub(super) fn on_request(frequencies: &Frequencies) -> Option<&'static str> {
     }
 }
 
-/// The normal coordinates of a case: each coordinate in them, what is abbreviated there, and L, with remarks.
-fn normal_text(
-    derivation: &Derivation,
-    frequencies: &Frequencies,
-    case: &Case,
-    lines: &[(String, String)],
-    style: &Layout,
-) -> String {
-    let mut assumed: Vec<String> = Vec::new();
-    if !case.ties.is_empty() {
-        assumed.push(ties(&case.ties, style));
-    }
-    let signs = signs(derivation, &frequencies.signs);
-    assumed.extend(signs.iter().map(|sign| style.inline(sign)));
-    let mut title = "normal coordinates".to_owned();
-    if !assumed.is_empty() {
-        title.push_str(&format!(", with {}", assumed.join(", ")));
-    }
-    let lines = lines.iter().map(|(text, remark)| style.lines_with(text, remark));
-    set_apart(&title, &lines.collect::<Vec<_>>(), style)
-}
-
 /// Relations in the model language with remarks behind them: `x = ...`, one a coordinate, the abbreviations in them,
 /// and `L = ...`.
-pub(super) fn normal_lines(derivation: &Derivation, normal: &NormalCoordinates) -> Vec<(String, String)> {
+fn normal_lines(derivation: &Derivation, normal: &NormalCoordinates) -> Vec<(String, String)> {
     let names = &derivation.names;
     let coordinates = names.displacements.iter().zip(&normal.coordinates);
     let mut lines: Vec<(String, String)> = coordinates
@@ -358,7 +283,7 @@ pub(super) fn normal_lines(derivation: &Derivation, normal: &NormalCoordinates) 
 }
 
 /// The displacements of chains, rings and nets as sums over their normal coordinates, and L in them.
-pub(super) fn waves_lines(derivation: &Derivation, all: &[NormalWaves]) -> Vec<(String, String)> {
+fn waves_lines(derivation: &Derivation, all: &[NormalWaves]) -> Vec<(String, String)> {
     let letters = |numbers: &[(String, i64, i64)]| {
         let names: Vec<&str> = numbers.iter().map(|(name, _, _)| name.as_str()).collect();
         names.join(", ")
@@ -434,7 +359,7 @@ fn displacement_lines(
         format!("{own}[{}]", letters.join(", "))
     });
     let places = waves.places.iter();
-    let places: String = places.map(|(name, last)| format!(", {name} = 1..{last}")).collect();
+    let places: String = places.map(|(name, last)| format!(", `{name}` = 1..{last}")).collect();
     let mut lines = vec![(format!("{left} = {}", parts.join(" + ")), places)];
     if family.is_none() {
         lines.push((format!("{own} = [{}]", along.join(", ")), String::new()));
@@ -497,7 +422,7 @@ fn abbreviation_lines(
             None => String::new(),
             Some((letter, modes)) => {
                 let modes: Vec<String> = modes.iter().map(|r| (r + 1).to_string()).collect();
-                format!(", {letter} = {}", modes.join(", "))
+                format!(", `{letter}` = {}", modes.join(", "))
             }
         };
         (format!("{names} = {value}"), remark)
@@ -505,24 +430,19 @@ fn abbreviation_lines(
 }
 
 /// Symmetry, blocks and closed forms; what holds in general first, then with parameters that are equal.
-pub(super) fn frequencies_text(derivation: &Derivation, linear: &Linear, style: &Layout) -> String {
+pub(super) fn frequency_parts(derivation: &Derivation, linear: &Linear, parts: &mut Vec<Part>) {
     let Some(frequencies) = &linear.frequencies else {
-        return String::new();
+        return;
     };
-    let mut out = case_text(derivation, frequencies, &frequencies.general, style);
+    case_parts(derivation, frequencies, &frequencies.general, parts);
     if let Some(tied) = &frequencies.tied {
-        out.push_str(&case_text(derivation, frequencies, tied, style));
+        case_parts(derivation, frequencies, tied, parts);
     }
     if let Some(words) = on_request(frequencies) {
-        out.push_str(&format!("\n{words}\n"));
+        parts.push(Part::Paragraph(words.to_owned()));
     }
     if let Some(found) = &frequencies.would_be {
-        let names = &style.names(&derivation.names.displacements);
-        let title = format!("it would have a symmetry if {}", ties(&found.ties, style));
-        out.push_str(&heading(&title, style));
-        for g in found.generators.iter().take(MOST_NAMED) {
-            out.push_str(&format!("  {}\n", exchange(g, names)));
-        }
+        let title = format!("it would have a symmetry if {}", ties(&found.ties).join(", "));
+        parts.push(Part::Section(title, exchanges(found, &ticked(&derivation.names.displacements)), Form::Close));
     }
-    out
 }

@@ -6,9 +6,9 @@
 use std::fmt::Write;
 
 use super::constraints::{constraint_texts, follow_texts, independent_names, reduced_texts};
-use super::derive::{assumption_texts, condition_text, conserved_because, conserved_name};
 use super::exponents::{exponent_text, imaginary_unit};
 use super::frequencies::{exchange, kind, signs};
+use super::page::{assumption_texts, condition_text, conserved_because};
 use super::{Written, zero_motions};
 use librate_core::derive::{
     CHAPTERS, Conserved, Derivation, Exchange, Exponents, Frequencies, Linear, Motion, NormalCoordinates, NormalWaves,
@@ -211,9 +211,10 @@ pub fn derive_json(derivation: &Derivation) -> String {
             };
             let name = match quantity {
                 Conserved::Energy { .. } => "h".to_owned(),
-                Conserved::Momentum(_) | Conserved::Motion { .. } => conserved_name(derivation, quantity),
+                Conserved::Momentum(i) => derivation.names.of(Motion::Momentum(*i)),
+                Conserved::Motion { momenta, .. } => derivation.text(momenta),
             };
-            let reason = string(&conserved_because(quantity, &derivation.names));
+            let reason = string(&conserved_because(quantity, &derivation.names).replace('`', ""));
             let name = string(&name);
             format!("{{\"name\": {name}, \"value\": {value}, \"because\": {reason}}}")
         });

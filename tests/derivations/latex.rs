@@ -36,8 +36,8 @@ fn derivation(path: &Path) -> Option<Derivation> {
 fn formulas(page: &str) -> Vec<&str> {
     let mut found = Vec::new();
     let mut rest = page;
-    while let Some((_, after)) = rest.split_once("\\[\n") {
-        let (formula, after) = after.split_once("\n\\]").expect("a display that ends");
+    while let Some((_, after)) = rest.split_once("\\begin{equation}\n") {
+        let (formula, after) = after.split_once("\n\\end{equation}").expect("a display that ends");
         found.push(formula);
         rest = after;
     }
@@ -128,7 +128,11 @@ fn an_engine_typesets_every_page_where_one_is_installed() {
             command.args(["-interaction=nonstopmode", "-halt-on-error"]);
         }
         let output = command.arg(&file).current_dir(&folder).output().unwrap();
-        assert!(output.status.success(), "{path:?}: {}", String::from_utf8_lossy(&output.stdout));
+        let log = String::from_utf8_lossy(&output.stdout);
+        assert!(output.status.success(), "{path:?}: {log}");
+        let overfull = log.split("Overfull \\hbox (").skip(1).filter_map(|rest| rest.split_once("pt"));
+        let widest = overfull.filter_map(|(points, _)| points.parse().ok()).fold(0.0, f64::max);
+        assert!(widest < 5.0, "{path:?}: {widest} pt too wide");
     }
     std::fs::remove_dir_all(&folder).unwrap();
 }

@@ -15,5 +15,6 @@ mod derive_support;
 mod exponents;
 mod latex;
 mod normal_coordinates;
+mod pages;
 mod rolling;
 mod typeset;

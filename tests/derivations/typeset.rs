@@ -55,7 +55,7 @@ fn long_sums_are_broken_before_a_sign() {
     let left = Formula::Symbol(Symbol::of("V"));
     let sum = Formula::read(&terms.join(" + ")).unwrap_or(Formula::Number(String::new()));
     let text = Formula::equation(left, sum).latex_display();
-    assert!(text.starts_with("\\begin{aligned}\nV &= k x_{1}^{2} + "), "{text}");
+    assert!(text.starts_with("\\begin{aligned}\nV & = k x_{1}^{2} + "), "{text}");
     assert!(text.lines().count() > 3 && text.lines().all(|line| line.len() < 400));
 }
 

@@ -92,8 +92,12 @@ fn a_molecule_has_its_distances_at_the_top() {
         equilibrium r[3] = [l/2, sqrt(3)/2*l, 0]";
     let derivation = derive(&model(text), &Parts::all()).unwrap();
     let page = derive_text(&derivation, &Style::default().ascii(true));
-    let top: Vec<&str> = page.lines().skip_while(|line| *line != "with").take_while(|line| !line.is_empty()).collect();
-    assert_eq!(top, ["with", "  d12 = norm(r[2] - r[1])", "  d13 = norm(r[3] - r[1])", "  d23 = norm(r[3] - r[2])",]);
+    let top: Vec<&str> =
+        page.lines().skip_while(|line| *line != "abbreviations").take_while(|line| !line.is_empty()).collect();
+    assert_eq!(
+        top,
+        ["abbreviations", "  d12 = norm(r[2] - r[1])", "  d13 = norm(r[3] - r[1])", "  d23 = norm(r[3] - r[2])",]
+    );
     let first = page.lines().find(|line| line.contains("r[1,1]''")).unwrap();
     assert!(first.contains("d12") && !first.contains("sqrt"), "{first}");
 }

@@ -3,6 +3,7 @@
 use unicode_width::UnicodeWidthStr;
 
 use super::latex::stands_open;
+use super::pieces::{Bracket, Breaker, Token};
 use super::symbol::{Subscript, unicode_word};
 use super::{Formula, Sign, Symbol};
 
@@ -263,9 +264,37 @@ impl Formula {
     }
 
     /// The formula in lines of at most `width` columns where it can be broken: before the signs of its
-    /// outermost sum. Rows of more than one line are set apart by none.
+    /// outermost sum, and where that is not enough within brackets and products too. Rows of more than one line are set apart by
+    /// none.
     #[must_use]
     pub fn text(&self, width: usize) -> Vec<String> {
+        let lines = self.text_of_sums(width);
+        if lines.iter().all(|line| line.width() <= width) {
+            return lines;
+        }
+        let breaker = Breaker { line: width as f64, measure: &|token| token_block(token).width() as f64 };
+        let mut lines = Vec::new();
+        for (at, pieces) in breaker.lines(self, 4.0).iter().enumerate() {
+            let mut row = vec![Block::line(if at == 0 { "" } else { "    " })];
+            for (place, piece) in pieces.iter().enumerate() {
+                if piece.is_factor {
+                    row.push(Block::line(if place == 0 { "· " } else { " " }));
+                }
+                for token in &piece.tokens {
+                    let block = token_block(token);
+                    match (token, row.pop()) {
+                        (Token::Exponent(_), Some(last)) => row.push(last.raised(&block)),
+                        (_, last) => row.extend(last.into_iter().chain([block])),
+                    }
+                }
+            }
+            lines.extend(Block::beside(&row).lines().map(str::to_owned));
+        }
+        lines
+    }
+
+    /// The same for sums alone.
+    fn text_of_sums(&self, width: usize) -> Vec<String> {
         let mut pieces = Vec::new();
         self.blocks(None, &mut pieces);
         let widths: Vec<usize> = pieces.iter().map(Block::width).collect();
@@ -340,6 +369,32 @@ impl Formula {
             other => out.push(other.block()),
         }
     }
+}
+
+fn token_block(token: &Token) -> Block {
+    let bracket = |own: &Bracket, round| match own {
+        Bracket::Round => round,
+        Bracket::Bars => "│",
+        Bracket::DoubleBars => "‖",
+    };
+    Block::line(match token {
+        Token::Whole(formula) | Token::Exponent(formula) => return formula.block(),
+        Token::Relation(own) => {
+            return Formula::Relation(vec![
+                Formula::Verbatim(String::new()),
+                Formula::Sign(*own),
+                Formula::Verbatim(String::new()),
+            ])
+            .block();
+        }
+        Token::Term { first, negative } => sign(*first, *negative),
+        Token::Open(own) => bracket(own, "("),
+        Token::Close(own) => bracket(own, ")"),
+        Token::Exp => "exp",
+        Token::Space => " ",
+        Token::Comma => ", ",
+        Token::Over => " / ",
+    })
 }
 
 fn sign(first: bool, negative: bool) -> &'static str {

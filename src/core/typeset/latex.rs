@@ -1,10 +1,16 @@
 //! Formulas as LaTeX, with what amsmath brings.
 
+use super::pieces::{Bracket, Breaker, Piece, Token};
+use super::points::TERM;
 use super::symbol::{Subscript, latex_word};
 use super::{Formula, Sign, Symbol};
 
-/// About how many letters wide a line of a page is.
-const LINE: usize = 64;
+/// The width of a line in points, of `article` at 10 points with room for a number.
+const LINE: f64 = 318.0;
+/// How far lines that go on are indented.
+const INDENT: f64 = 20.0;
+/// The width of a letter of a remark.
+const LETTER: f64 = 5.2;
 
 impl Formula {
     /// The formula in LaTeX's mathematical mode. Needs the package `amsmath` for matrices.
@@ -15,79 +21,51 @@ impl Formula {
         out
     }
 
-    /// The formula for a line of its own, without `$` or `\[`: one that is too long for a line is broken before
-    /// the signs of its outermost sum, in an `aligned` environment.
+    /// The formula for a line of its own, without `$` or `\[`: one that is too long for a line of the class `article` at 10 points
+    /// is broken before relations and signs, in an `aligned` environment.
     #[must_use]
     pub fn latex_display(&self) -> String {
-        if self.weight() <= LINE {
+        let Some((left, lines)) = self.broken() else {
             return self.latex();
-        }
-        let (head, body) = match self {
-            Self::Relation(parts) => match parts.as_slice() {
-                [left, sign @ Self::Sign(_), right @ ..] => (format!("{} &{} ", left.latex(), sign.latex()), right),
-                _ => return self.latex(),
-            },
-            _ => ("& ".to_owned(), std::slice::from_ref(self)),
         };
-        let mut pieces = Vec::new();
-        for (at, part) in body.iter().enumerate() {
-            let first = pieces.len();
-            part.pieces(&mut pieces);
-            if at > 0
-                && let Some(piece) = pieces.get_mut(first)
-            {
-                piece.text.insert(0, ' ');
+        let left = left.map_or(String::new(), |left| left.latex() + " ");
+        let mut out = format!("\\begin{{aligned}}\n{left}");
+        for (at, pieces) in lines.iter().enumerate() {
+            out.push_str(if at == 0 { "& " } else { " \\\\\n&\\quad {}" });
+            for (place, piece) in pieces.iter().enumerate() {
+                if piece.is_factor {
+                    out.push_str(if place == 0 { r"\cdot " } else { r"\, " });
+                }
+                piece.tokens.iter().for_each(|token| write_token(token, &mut out));
             }
-        }
-        let mut out = format!("\\begin{{aligned}}\n{head}");
-        let mut used = head.len() / 4;
-        for (at, piece) in pieces.iter().enumerate() {
-            if at > 0 && used + piece.weight > LINE {
-                out.push_str(" \\\\\n&\\quad {}");
-                used = 0;
-            }
-            used += piece.weight;
-            out.push_str(&piece.text);
         }
         out.push_str("\n\\end{aligned}");
         out
     }
 
-    /// What a line may be broken between: the terms of the outermost sum, and those in brackets at the end of a
-    /// term that is longer than half a line.
-    fn pieces(&self, out: &mut Vec<Piece>) {
-        match self {
-            Self::Sum(terms) => {
-                for (at, (negative, term)) in terms.iter().enumerate() {
-                    let first = out.len();
-                    term.pieces(out);
-                    let mut text = String::new();
-                    write_sign(at == 0, *negative, &mut text);
-                    if let Some(piece) = out.get_mut(first) {
-                        piece.text.insert_str(0, &text);
-                        piece.weight += 2;
-                    }
-                }
-            }
-            _ if self.weight() > LINE / 2 => match self.with_sum_last().as_deref() {
-                Some([before @ .., Self::Parentheses(inner)]) => {
-                    let first = out.len();
-                    inner.pieces(out);
-                    let mut text = String::new();
-                    write_product(before, &mut text);
-                    if let Some(piece) = out.get_mut(first) {
-                        piece.text.insert_str(0, &format!(r"{text} \Bigl( "));
-                        piece.weight += before.iter().map(Self::weight).sum::<usize>() + 1;
-                    }
-                    if let Some(piece) = out.last_mut() {
-                        piece.text.push_str(r" \Bigr)");
-                        piece.weight += 1;
-                    }
-                }
-                _ => out.push(Piece::of(self)),
-            },
-            _ => out.push(Piece::of(self)),
+    /// The lines of a formula that is too long for one, behind what stands on the left of its relation if that is short.
+    pub(super) fn broken(&self) -> Option<(Option<&Self>, Vec<Vec<Piece>>)> {
+        if self.points() <= LINE {
+            return None;
         }
+        let parts = match self {
+            Self::Relation(parts) => parts.as_slice(),
+            other => std::slice::from_ref(other),
+        };
+        let (left, rest) = match parts {
+            [left, Self::Sign(_), ..] if left.points() < LINE / 4.0 => (Some(left), parts.get(1..).unwrap_or_default()),
+            parts => (None, parts),
+        };
+        let line = LINE - left.map_or(0.0, Self::points);
+        let breaker = Breaker { line, measure: &points };
+        Some((left, breaker.lines(&Self::Relation(rest.to_vec()), INDENT)))
+    }
+
+    /// Whether the formula fits on a line of [`latex_display`](Self::latex_display), with so many letters beside it.
+    #[must_use]
+    pub fn fits_line(&self, letters: usize) -> bool {
+        let beside = if letters == 0 { 0.0 } else { 20.0 + LETTER * letters as f64 };
+        self.points() + beside <= LINE
     }
 
     fn write(&self, out: &mut String) {
@@ -249,15 +227,49 @@ impl Formula {
     }
 }
 
-/// What stays on one line.
-struct Piece {
-    text: String,
-    weight: usize,
+/// The width of a part of a line in points.
+fn points(token: &Token) -> f64 {
+    match token {
+        Token::Whole(formula) => formula.points(),
+        Token::Term { first: true, negative: false } => 0.0,
+        Token::Term { .. } => TERM,
+        Token::Relation(sign) => Formula::Sign(*sign).points(),
+        Token::Open(_) | Token::Close(_) => 7.0,
+        Token::Exponent(formula) => formula.points(),
+        Token::Exp => 17.0,
+        Token::Space => 1.7,
+        Token::Comma => 4.5,
+        Token::Over => 8.0,
+    }
 }
 
-impl Piece {
-    fn of(formula: &Formula) -> Self {
-        Self { text: formula.latex(), weight: formula.weight() }
+fn write_token(token: &Token, out: &mut String) {
+    let bracket = |own: &Bracket, round| match own {
+        Bracket::Round => round,
+        Bracket::Bars => r"\vert",
+        Bracket::DoubleBars => r"\Vert",
+    };
+    match token {
+        Token::Whole(formula) => formula.write(out),
+        Token::Term { first, negative } => write_sign(*first, *negative, out),
+        Token::Relation(sign) => {
+            if !out.ends_with(' ') {
+                out.push(' ');
+            }
+            Formula::Sign(*sign).write(out);
+            out.push(' ');
+        }
+        Token::Open(own) => out.push_str(&format!(r"\Bigl{} ", bracket(own, "("))),
+        Token::Close(own) => out.push_str(&format!(r" \Bigr{}", bracket(own, ")"))),
+        Token::Exponent(formula) => {
+            out.push_str("^{");
+            formula.write(out);
+            out.push('}');
+        }
+        Token::Exp => out.push_str(r"\exp "),
+        Token::Space => out.push_str(r" \, "),
+        Token::Comma => out.push_str(", "),
+        Token::Over => out.push_str(r" \Big/ "),
     }
 }
 

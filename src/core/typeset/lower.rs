@@ -86,6 +86,12 @@ impl Notation {
         }
     }
 
+    /// The same; what is no formula, as what nests too deeply, as it is written.
+    #[must_use]
+    pub fn relation(&self, text: &str) -> Formula {
+        self.read_relation(text).unwrap_or_else(|| Formula::Verbatim(text.to_owned()))
+    }
+
     /// The formula of an expression of a parsed file.
     ///
     /// Recursive: a file has at most 256 levels of nesting.

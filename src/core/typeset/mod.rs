@@ -22,7 +22,11 @@
 mod block;
 mod latex;
 mod lower;
+mod mathml;
+mod pieces;
+mod points;
 mod symbol;
+mod typst;
 
 pub use block::Block;
 pub use lower::Notation;

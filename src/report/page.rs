@@ -1,0 +1,437 @@
+//! A derivation as a page: what is on it, in order. How it is written is the business of `plain`, `latex`, `html` and
+//! `typst`.
+
+use super::constraints::{
+    FOLLOWS_TITLE, REDUCED_TITLE, constraint_texts, constraints_title, direction_texts, displacements_title,
+    follow_texts, multiplier_texts, reduced_texts, unsolved,
+};
+use super::exponents::exponent_sections;
+use super::frequencies::{frequency_parts, signs};
+use librate_core::derive::{
+    Condition, Conserved, Definition, Derivation, Energy, Linear, Motion, Names, Relation, Root, SecondOrder,
+};
+use librate_core::expr::ExprId;
+use librate_core::number::Number;
+use librate_core::typeset::{Formula, Notation};
+
+/// The momenta and energies of more coordinates than this are not written out.
+const MOST_FOR_ENERGIES: usize = 12;
+/// Matrices of more columns than this are given by their entries.
+const MOST_COLUMNS: usize = 40;
+
+/// Words with names and short formulas of the model language between backticks.
+pub(super) type Words = String;
+
+/// A page.
+pub(super) struct Page {
+    /// What its names stand for.
+    pub(super) notation: Notation,
+    /// The name of the model.
+    pub(super) model: Option<String>,
+    /// How many coordinates there are.
+    pub(super) dimension: usize,
+    pub(super) parts: Vec<Part>,
+}
+
+/// What a page consists of; formulas are in the model language.
+pub(super) enum Part {
+    /// `title: a, b`
+    List(Words, Vec<Words>),
+    /// A heading with lines below.
+    Section(Words, Vec<Line>, Form),
+    Matrix(Matrix),
+    Paragraph(Words),
+    /// What follows is something else, though without a heading.
+    Gap,
+}
+
+/// How the lines of a section follow each other.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Form {
+    /// High ones set apart.
+    Apart,
+    Close,
+    /// Behind the title where they are short.
+    Inline,
+}
+
+/// A line of a section.
+pub(super) enum Line {
+    /// A relation or formula with a remark behind it.
+    Formula(String, Words),
+    /// The same, in words: a formula and what is said about it.
+    Item(String, Words),
+    Words(Words),
+    /// A matrix that belongs to the words before.
+    Below(Matrix),
+}
+
+impl Line {
+    fn plain(text: String) -> Self {
+        Self::Formula(text, String::new())
+    }
+}
+
+/// A matrix with its letter.
+pub(super) struct Matrix {
+    pub(super) title: Words,
+    pub(super) letter: String,
+    pub(super) rows: usize,
+    pub(super) columns: usize,
+    /// What is not zero: where entries are symmetric and many, on the diagonal and above.
+    pub(super) entries: Vec<(usize, usize, String)>,
+}
+
+impl Matrix {
+    pub(super) fn new(title: &str, letter: String, rows: &[Vec<ExprId>], derivation: &Derivation) -> Self {
+        let pool = &derivation.pool;
+        let columns = rows.first().map_or(0, Vec::len);
+        let is_shown = |i: usize, j: usize, at: ExprId| {
+            (columns <= MOST_COLUMNS || j >= i || symmetry_of(&letter).1)
+                && !pool.as_number(at).is_some_and(Number::is_zero)
+        };
+        let mut entries = Vec::new();
+        for (i, row) in rows.iter().enumerate() {
+            let shown = row.iter().enumerate().filter(|(j, at)| is_shown(i, *j, **at));
+            entries.extend(shown.map(|(j, at)| (i, j, pool.display(*at))));
+        }
+        Self { title: title.to_owned(), letter, rows: rows.len(), columns, entries }
+    }
+
+    /// All entries, row by row; nothing where there are too many.
+    pub(super) fn dense(&self) -> Option<Vec<Vec<&str>>> {
+        let mut rows = vec![vec!["0"; self.columns]; self.rows];
+        for (i, j, text) in &self.entries {
+            *rows.get_mut(*i)?.get_mut(*j)? = text;
+        }
+        (self.columns <= MOST_COLUMNS).then_some(rows)
+    }
+
+    /// `M = ...`; nothing where there are more columns than so many.
+    pub(super) fn formula(&self, notation: &Notation, most_columns: usize) -> Option<Formula> {
+        let rows = self.dense().filter(|_| self.columns <= most_columns)?;
+        let rows = rows.iter().map(|row| row.iter().map(|text| notation.relation(text)).collect());
+        Some(Formula::equation(notation.symbol(&self.letter), Formula::Matrix(rows.collect())))
+    }
+
+    /// What is said about the entries, and these as relations, the upper triangle standing for both.
+    pub(super) fn listed(&self) -> (&'static str, impl Iterator<Item = String>) {
+        let (remark, all) = symmetry_of(&self.letter);
+        let shown = self.entries.iter().filter(move |(i, j, _)| all || j >= i);
+        (remark, shown.map(|(i, j, text)| format!("{}[{}, {}] = {text}", self.letter, i + 1, j + 1)))
+    }
+}
+
+/// What the entries of a matrix above the diagonal tell about those below, and whether all are written.
+fn symmetry_of(letter: &str) -> (&'static str, bool) {
+    match letter.trim_end_matches("_r") {
+        "M" | "K" | "C" => ("symmetric; ", false),
+        "G" => ("skew; ", false),
+        _ => ("", true),
+    }
+}
+
+/// Words with what is between backticks written by another function.
+pub(super) fn words(text: &str, plain: impl Fn(&str) -> String, formula: impl Fn(&str) -> String) -> String {
+    let parts = text.split('`').enumerate();
+    parts.map(|(at, part)| if at % 2 == 0 { plain(part) } else { formula(part) }).collect()
+}
+
+/// With a capital letter at the beginning.
+pub(super) fn capitalized(text: &str) -> String {
+    let mut rest = text.chars();
+    let first = rest.next();
+    first.into_iter().flat_map(char::to_uppercase).chain(rest).collect()
+}
+
+/// Between backticks.
+pub(super) fn ticked<T: AsRef<str>>(names: impl IntoIterator<Item = T>) -> Vec<Words> {
+    names.into_iter().map(|name| format!("`{}`", name.as_ref())).collect()
+}
+
+/// `, with ...` behind a heading.
+pub(super) fn with(assumed: &[Words]) -> Words {
+    if assumed.is_empty() { String::new() } else { format!(", with {}", assumed.join(", ")) }
+}
+
+fn section(title: &str, texts: impl IntoIterator<Item = String>) -> Part {
+    Part::Section(title.to_owned(), texts.into_iter().map(Line::plain).collect(), Form::Apart)
+}
+
+impl Page {
+    /// The page of a derivation: Lagrange's equations, momenta and what is conserved, the equilibrium, T and V to second order, M,
+    /// K, the linearized equations, symmetry and closed forms of the frequencies. What would be repeated too often is given a
+    /// name at the top.
+    pub(super) fn new(derivation: &Derivation) -> Self {
+        let abbreviated = derivation.abbreviated();
+        let (derivation, definitions) = match &abbreviated {
+            Some((derivation, definitions)) => (derivation, definitions.as_slice()),
+            None => (derivation, [].as_slice()),
+        };
+        let mut page = Self {
+            notation: notation(derivation, definitions),
+            model: derivation.model.clone(),
+            dimension: derivation.names.coordinates.len(),
+            parts: vec![Part::List("coordinates".to_owned(), ticked(&derivation.names.coordinates))],
+        };
+        if !derivation.assumptions.is_empty() {
+            page.parts.push(Part::List("assumed".to_owned(), ticked(assumption_texts(derivation))));
+        }
+        if !definitions.is_empty() {
+            let texts = definitions.iter().map(|own| format!("{} = {}", own.name, own.text));
+            page.parts.push(section("abbreviations", texts));
+        }
+        page.motion(derivation);
+        if derivation.shows("equilibrium") {
+            page.parts.push(Part::Gap);
+        }
+        match &derivation.linear {
+            Ok(linear) => page.linear(derivation, linear),
+            Err(error) => page.parts.push(Part::Paragraph(format!("no mass and stiffness matrices: {error}"))),
+        }
+        page
+    }
+
+    /// Equations of motion, constraints, energies, and where the force vanishes.
+    fn motion(&mut self, derivation: &Derivation) {
+        if derivation.equations.is_some() && derivation.shows("equations") {
+            self.parts.push(section("Lagrange's equations", derivation.equation_texts()));
+        }
+        let constraints = constraint_texts(derivation);
+        if !constraints.is_empty() && derivation.shows("constraints") {
+            let lines = constraints.into_iter();
+            let lines = lines.map(|(text, name)| Line::Formula(text, format!(", with the multiplier `{name}`")));
+            self.parts.push(Part::Section(constraints_title(derivation), lines.collect(), Form::Apart));
+        }
+        if let Some(own) = derivation.independent.as_ref().filter(|_| derivation.shows("equations")) {
+            let follows = follow_texts(derivation, own).into_iter().map(|(name, speed)| format!("{name} = {speed}"));
+            self.parts.push(section(FOLLOWS_TITLE, follows));
+            self.parts.push(section(REDUCED_TITLE, reduced_texts(derivation, own)));
+        }
+        if let Some(energy) = &derivation.energy {
+            self.energy(derivation, energy);
+        }
+        if let Some(roots) = &derivation.equilibria
+            && self.dimension <= MOST_FOR_ENERGIES
+            && !roots.is_empty()
+            && derivation.shows("equilibria")
+        {
+            let signs = ticked(signs(derivation, &assumed_of(roots)));
+            let title = format!("the force vanishes where{}", with(&signs));
+            self.parts.push(section(&title, root_texts(derivation, roots)));
+        }
+    }
+
+    fn energy(&mut self, derivation: &Derivation, energy: &Energy) {
+        let names = &derivation.names;
+        if self.dimension <= MOST_FOR_ENERGIES {
+            if derivation.shows("momenta") {
+                let momenta = energy.momenta.iter().enumerate();
+                let texts =
+                    momenta.map(|(i, sum)| format!("{} = {}", names.of(Motion::Momentum(i)), derivation.text(sum)));
+                self.parts.push(section("momenta", texts));
+            }
+            if derivation.shows("hamiltonian") {
+                let function = format!("h = {}", derivation.text(&energy.function));
+                let hamiltonian = energy.hamiltonian.iter().map(|own| format!("H = {}", derivation.text(own)));
+                self.parts.push(section("energy function and Hamiltonian", [function].into_iter().chain(hamiltonian)));
+            }
+        }
+        let conserved: Vec<Line> = energy
+            .conserved
+            .iter()
+            .map(|quantity| {
+                let because = conserved_because(quantity, names);
+                match quantity {
+                    Conserved::Energy { is_total: true } => Line::Words(format!("the energy `T` + `V`: {because}")),
+                    Conserved::Energy { is_total: false } => Line::Words(format!("`h`: {because}")),
+                    Conserved::Momentum(i) => Line::Item(names.of(Motion::Momentum(*i)), because),
+                    Conserved::Motion { momenta, .. } => Line::Item(derivation.text(momenta), because),
+                }
+            })
+            .collect();
+        if !conserved.is_empty() && derivation.shows("conserved") {
+            self.parts.push(Part::Section("conserved".to_owned(), conserved, Form::Apart));
+        }
+    }
+
+    fn linear(&mut self, derivation: &Derivation, linear: &Linear) {
+        if derivation.shows("equilibrium") {
+            self.equilibrium(derivation, linear);
+            let rates = derivation.rates.iter();
+            let rates = rates.map(|(name, rate)| format!("{name}' = {}", derivation.pool.display(*rate)));
+            self.inline("steady motion", rates.collect());
+        }
+        self.matrices(derivation, derivation, linear, "");
+        let Some(tangent) = &linear.tangent else {
+            return;
+        };
+        if tangent.massless.is_empty() && derivation.shows("constraints") {
+            let matrix = Matrix::new("gradients of the constraints", "A".to_owned(), &tangent.gradients, derivation);
+            self.parts.push(Part::Matrix(matrix));
+        }
+        let Some(reduced) = &tangent.reduced else {
+            return;
+        };
+        self.parts.push(section(displacements_title(tangent), direction_texts(derivation, reduced)));
+        let own = &*reduced.derivation;
+        if let Ok(linear) = &own.linear {
+            let title = format!("in terms of {}", ticked(&own.names.displacements).join(", "));
+            self.parts.push(section(&title, []));
+            self.matrices(own, derivation, linear, "_r");
+        }
+    }
+
+    /// A list of formulas behind a title.
+    fn inline(&mut self, title: &str, texts: Vec<String>) {
+        if !texts.is_empty() {
+            let lines = texts.into_iter().map(Line::plain).collect();
+            self.parts.push(Part::Section(title.to_owned(), lines, Form::Inline));
+        }
+    }
+
+    /// Energies to second order, matrices, linearized equations, frequencies, exponents and stability. `suffix` stands behind the
+    /// letters of the matrices.
+    fn matrices(&mut self, derivation: &Derivation, whole: &Derivation, linear: &Linear, suffix: &str) {
+        if !linear.signs.is_empty() {
+            let signs = ticked(signs(derivation, &linear.signs));
+            self.parts.push(Part::List("assumed below, as at the values of the parameters".to_owned(), signs));
+        }
+        if let Some(part) = linear.second_order.as_ref().filter(|_| whole.shows("linearized")) {
+            self.second_order(derivation, part, potential_name(whole));
+        }
+        let both = [("mass matrix", "M", &linear.mass), ("stiffness matrix", "K", &linear.stiffness)];
+        for (title, letter, rows) in both.into_iter().chain(linear.others()) {
+            if whole.shows(title.trim_end_matches(" matrix")) {
+                self.parts.push(Part::Matrix(Matrix::new(title, format!("{letter}{suffix}"), rows, derivation)));
+            }
+        }
+        if linear.second_order.is_some() && linear.mass.len() <= MOST_FOR_ENERGIES && whole.shows("linearized") {
+            self.parts.push(section("linearized equations", derivation.linearized_texts()));
+        }
+        if whole.shows("frequencies") {
+            frequency_parts(derivation, linear, &mut self.parts);
+        }
+        for (title, lines) in exponent_sections(derivation, linear, whole) {
+            let lines = lines.into_iter().map(|(text, remark)| Line::Formula(text, remark));
+            self.parts.push(Part::Section(title, lines.collect(), Form::Apart));
+        }
+    }
+
+    fn second_order(&mut self, derivation: &Derivation, part: &SecondOrder, potential: &str) {
+        let names = &derivation.names;
+        if names.displacements != names.coordinates {
+            let pairs = names.displacements.iter().zip(&names.coordinates);
+            let items = pairs.map(|(displacement, name)| format!("`{displacement}` of `{name}`"));
+            self.parts.push(Part::List("displacements from it".to_owned(), items.collect()));
+        }
+        if names.coordinates.len() <= MOST_FOR_ENERGIES {
+            let kinetic = format!("T = {}", derivation.displaced_text(&part.kinetic));
+            let own = format!("{potential} = {}", derivation.displaced_text(&part.potential));
+            self.parts.push(section(&format!("`T` and `{potential}` to second order"), [kinetic, own]));
+        }
+    }
+
+    fn equilibrium(&mut self, derivation: &Derivation, linear: &Linear) {
+        let pool = &derivation.pool;
+        let tangent = linear.tangent.as_ref().filter(|tangent| tangent.massless.is_empty());
+        let multipliers = tangent.map_or_else(Vec::new, |tangent| multiplier_texts(derivation, tangent));
+        if linear.equilibrium.iter().all(|at| pool.as_number(*at).is_some_and(Number::is_zero)) {
+            self.parts.push(Part::List("equilibrium".to_owned(), vec!["all coordinates 0".to_owned()]));
+        } else {
+            let mut searched = Vec::new();
+            let mut items = Vec::new();
+            for (name, value) in derivation.names.coordinates.iter().zip(&linear.equilibrium) {
+                let text = pool.display(*value);
+                if text == *name {
+                    searched.push(name.clone());
+                } else {
+                    items.push(format!("{name} = {text}"));
+                }
+            }
+            searched.extend(linear.tangent.iter().flat_map(|own| unsolved(derivation, own)));
+            self.inline("equilibrium", items);
+            if !searched.is_empty() {
+                let title = "equilibrium found numerically; it is kept as symbols below";
+                self.parts.push(Part::List(title.to_owned(), ticked(searched)));
+            }
+        }
+        self.inline("multipliers at the equilibrium", multipliers);
+    }
+}
+
+/// What the names of a page stand for.
+fn notation(derivation: &Derivation, definitions: &[Definition]) -> Notation {
+    let names = &derivation.names;
+    let notation = Notation::new(names.coordinates.iter().map(String::as_str));
+    let own = definitions.iter().map(|definition| &definition.name);
+    notation.names(derivation.symbols.keys().chain(&names.coordinates).chain(own).map(String::as_str))
+}
+
+/// `l > d`, one for each assumption of the model.
+pub(super) fn assumption_texts(derivation: &Derivation) -> Vec<String> {
+    let side = |e| derivation.pool.display(e);
+    let assumptions = derivation.assumptions.iter();
+    assumptions.map(|own| format!("{} {} {}", side(own.left), own.relation.sign(), side(own.right))).collect()
+}
+
+/// One line a coordinate: its possibilities, with what each needs to exist.
+fn root_texts(derivation: &Derivation, roots: &[Root]) -> Vec<String> {
+    let pool = &derivation.pool;
+    let lines = roots.chunk_by(|a, b| a.coordinate == b.coordinate);
+    lines
+        .map(|roots| {
+            let texts = roots.iter().map(|root| {
+                let value = pool.display(root.value);
+                let left = pool.display(root.left);
+                match &root.condition {
+                    Some(condition) => {
+                        format!("{left} = {value}, if {}", condition_text(derivation, condition))
+                    }
+                    None => format!("{left} = {value}"),
+                }
+            });
+            texts.collect::<Vec<_>>().join("; or ")
+        })
+        .collect()
+}
+
+/// `W^2 > g/R`
+pub(super) fn condition_text(derivation: &Derivation, condition: &Condition) -> String {
+    let pool = &derivation.pool;
+    let sign = match condition.relation {
+        Relation::Less => "<",
+        Relation::LessOrEqual => "<=",
+        Relation::Greater => ">",
+        Relation::GreaterOrEqual => ">=",
+    };
+    format!("{} {sign} {}", pool.display(condition.left), pool.display(condition.right))
+}
+
+/// What the conditions take for granted, each once.
+fn assumed_of(roots: &[Root]) -> Vec<(ExprId, bool)> {
+    let conditions = roots.iter().filter_map(|root| root.condition.as_ref());
+    let mut signs: Vec<(ExprId, bool)> = conditions.flat_map(|condition| condition.signs.iter().copied()).collect();
+    signs.sort_unstable();
+    signs.dedup();
+    signs
+}
+
+/// Why something is conserved, in words.
+pub(super) fn conserved_because(quantity: &Conserved, names: &Names) -> Words {
+    match quantity {
+        Conserved::Motion { motion, .. } => format!("{motion} leaves `L` unchanged"),
+        Conserved::Momentum(i) => {
+            let name = names.coordinates.get(*i).map_or("", String::as_str);
+            format!("`{name}` is cyclic, only its velocity occurs in `L`")
+        }
+        Conserved::Energy { is_total: true } => "the time does not occur in `L`".to_owned(),
+        Conserved::Energy { is_total: false } => "the time does not occur in `L`; `h` is not `T` + `V`".to_owned(),
+    }
+}
+
+/// What has its minimum at the equilibrium: V, or V - T0 where T has a part without velocities, as rates leave one.
+fn potential_name(derivation: &Derivation) -> &'static str {
+    let energy = derivation.energy.as_ref();
+    if !derivation.rates.is_empty() || energy.is_some_and(|energy| energy.rest_energy) { "V - T0" } else { "V" }
+}

@@ -1,0 +1,116 @@
+//! Pages of all models in all forms: text that holds its width, HTML that is XML with the elements of MathML Core, and, where
+//! `typst` is installed, Typst that compiles.
+#![cfg(feature = "cli")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stderr,
+    reason = "tests stop at the first surprise"
+)]
+
+use crate::common;
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use common::{load, model_files};
+use librate::derive::{Derivation, Parts, derive};
+use librate::report::{Style, derive_html, derive_text, derive_typst};
+use roxmltree::Document;
+use unicode_width::UnicodeWidthStr;
+
+/// Pages of larger models say nothing new.
+const MOST: usize = 24;
+
+fn derivations() -> impl Iterator<Item = (String, Derivation)> {
+    model_files().into_iter().filter_map(|path| {
+        let model = load(&path);
+        let small = model.coordinates.len() <= MOST;
+        let derivation = small.then(|| derive(&model, &Parts::all()).ok()).flatten()?;
+        Some((path.display().to_string(), derivation))
+    })
+}
+
+/// The elements of <https://www.w3.org/TR/mathml-core/> that hold formulas, and those of HTML around them.
+const ELEMENTS: [&str; 25] = [
+    "math",
+    "mfrac",
+    "mi",
+    "mn",
+    "mo",
+    "mover",
+    "mroot",
+    "mrow",
+    "msqrt",
+    "msub",
+    "msubsup",
+    "msup",
+    "mtable",
+    "mtd",
+    "mtext",
+    "mtr",
+    "munder",
+    "munderover",
+    "article",
+    "style",
+    "h2",
+    "h3",
+    "p",
+    "div",
+    "span",
+];
+
+/// How many elements are in each; none where that is any number.
+fn children(name: &str) -> Option<usize> {
+    match name {
+        "mfrac" | "mover" | "msub" | "msup" | "munder" => Some(2),
+        "msubsup" | "munderover" => Some(3),
+        "mi" | "mn" | "mo" | "mtext" => Some(0),
+        _ => None,
+    }
+}
+
+#[test]
+fn every_page_holds_its_width_and_is_markup() {
+    let typst = Command::new("typst").arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status();
+    let typst = typst.is_ok_and(|status| status.success());
+    if !typst {
+        eprintln!("typst is not installed, its pages are not compiled");
+    }
+    let folder = tempfile::tempdir().unwrap();
+    for (name, derivation) in derivations() {
+        for width in [80, 100] {
+            let text = derive_text(&derivation, &Style::default().width(width));
+            let wide = text.lines().filter(|line| line.width() > width);
+            assert_eq!(wide.collect::<Vec<_>>(), Vec::<&str>::new(), "{name}");
+        }
+        let html = derive_html(&derivation);
+        let document = Document::parse(&html).unwrap_or_else(|error| panic!("{name}: {error}"));
+        for node in document.descendants().filter(|node| node.is_element()) {
+            let tag = node.tag_name().name();
+            assert!(ELEMENTS.contains(&tag), "{name}: {tag}");
+            let count = node.children().filter(|child| child.is_element()).count();
+            assert!(children(tag).is_none_or(|wanted| wanted == count), "{name}: {count} in {tag}");
+        }
+        assert!(!html.contains('`') && html.contains("<math"), "{name}");
+        let text = derive_typst(&derivation);
+        assert_eq!(text.matches('$').count() % 2, 0, "{name}");
+        if typst {
+            let file = folder.path().join("page.typ");
+            std::fs::write(&file, text).unwrap();
+            let output = Command::new("typst").arg("compile").arg(&file).output().unwrap();
+            assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
+        }
+    }
+}
+
+#[test]
+fn html_and_typst_have_what_the_page_has() {
+    for name in ["simple_pendulum", "spring_pendulum", "three_pendulums"] {
+        let model = load(&Path::new("models").join(format!("{name}.lag")));
+        let derivation = derive(&model, &Parts::all()).unwrap();
+        insta::assert_snapshot!(format!("html__{name}"), derive_html(&derivation));
+        insta::assert_snapshot!(format!("typst__{name}"), derive_typst(&derivation));
+    }
+}
