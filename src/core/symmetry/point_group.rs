@@ -121,6 +121,21 @@ fn rounded(x: f64) -> i64 {
     (x.abs() * 1e6).round() as i64
 }
 
+/// The name of a group with several axes of more than two turns, from how many elements it has, whether these are all turns,
+/// and whether inversion is one.
+fn cubic_name(count: usize, proper: bool, inversion: bool) -> Option<&'static str> {
+    Some(match (count, proper, inversion) {
+        (12, true, _) => "T",
+        (24, true, _) => "O",
+        (24, _, true) => "Th",
+        (24, ..) => "Td",
+        (48, _, true) => "Oh",
+        (60, true, _) => "I",
+        (120, _, true) => "Ih",
+        _ => return None,
+    })
+}
+
 impl PointGroup {
     /// The group of these elements, which are all.
     pub(super) fn new(elements: Vec<Element>) -> Option<Self> {
@@ -151,17 +166,7 @@ impl PointGroup {
         if own.cubic {
             own.number = find(&|turn| turn.is(true, PI / 2.0)).or(find(&|turn| turn.is(false, PI / 2.0)));
             own.triple = own.number.or(find(&|turn| turn.is(true, TAU / 5.0)));
-            let proper = turns.iter().all(|turn| turn.proper);
-            let name = match (count, proper, own.inversion.is_some()) {
-                (12, true, _) => "T",
-                (24, true, _) => "O",
-                (24, _, true) => "Th",
-                (24, ..) => "Td",
-                (48, _, true) => "Oh",
-                (60, true, _) => "I",
-                (120, _, true) => "Ih",
-                _ => return None,
-            };
+            let name = cubic_name(count, turns.iter().all(|turn| turn.proper), own.inversion.is_some())?;
             return Some(Self { elements, name: name.to_owned(), ..own });
         }
         let reflected = |axis: &Vector3<f64>, order: usize| {
