@@ -9,7 +9,7 @@ use super::constraints::{constraint_texts, follow_texts, independent_names, redu
 use super::exponents::{exponent_text, imaginary_unit};
 use super::frequencies::{exchange, kind, signs};
 use super::page::{assumption_texts, condition_text, conserved_because};
-use super::{Written, zero_motions};
+use super::{Written, damping, zero_motions};
 use librate_core::derive::{
     CHAPTERS, Conserved, Derivation, Exchange, Exponents, Frequencies, Linear, Motion, NormalCoordinates, NormalWaves,
     StabilityCondition, Tangent,
@@ -114,6 +114,10 @@ fn write_mode(out: &mut String, mode: &NormalMode, options: &Options, more: &str
         number(omega.bound.max(growth.bound)),
         mode.kind.as_str(),
     );
+    let bare = |written: &Written| written.digits.clone().unwrap_or_else(null);
+    if let Some([ratio, quality]) = damping(mode, options.digits) {
+        let _ = write!(out, ", \"damping_ratio\": {}, \"quality_factor\": {}", bare(&ratio), bare(&quality));
+    }
     if let Some(limit) = &mode.limit {
         let _ = write!(out, ", \"limit\": {}", string(&super::limit_words(limit, mode.kind)));
     }

@@ -281,6 +281,17 @@ impl Exponent {
     }
 }
 
+/// The damping ratio zeta and the quality factor 1/(2 zeta) of a damped mode.
+fn damping(mode: &NormalMode, digits: usize) -> Option<[Written; 2]> {
+    let (ratio, precise) = mode.damping_ratio()?;
+    let quality = Ball::ONE / ratio.scale(1);
+    let precise_quality = precise.as_ref().map(|own| &Big::from_number(&Number::ONE, own.bits()) / &own.scale(1));
+    Some([
+        Written::finest(&ratio, precise.as_ref(), digits),
+        Written::finest(&quality, precise_quality.as_ref(), digits),
+    ])
+}
+
 /// The unit of a coordinate, in SI; none where there is nothing to say.
 fn shown_unit(coordinate: Coordinate<'_>) -> Option<&str> {
     coordinate.unit.filter(|unit| *unit != "1")

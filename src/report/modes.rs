@@ -2,7 +2,8 @@
 
 use super::table::{Column, GAP, draw};
 use super::{
-    Exponent, FrequencyUnit, Style, Tone, Written, counted, headline, limit_words, listed, shown_unit, zero_motions,
+    Exponent, FrequencyUnit, Style, Tone, Written, counted, damping, headline, limit_words, listed, shown_unit,
+    zero_motions,
 };
 use librate_core::linearize::{Linearized, Origin};
 use librate_core::model::Coordinates;
@@ -223,6 +224,8 @@ struct Row {
     omega_sigma: String,
     growth: String,
     growth_sigma: String,
+    /// The damping ratio and the quality factor.
+    damping: [String; 2],
     hertz: String,
     bound: String,
     /// Whether all digits asked for are there.
@@ -258,6 +261,7 @@ impl Row {
             omega_sigma: own.omega_sigma,
             growth: own.growth.text(),
             growth_sigma: own.growth_sigma,
+            damping: damping(mode, options.digits).map_or_else(Default::default, |own| own.map(|own| own.text())),
             hertz,
         }
     }
@@ -288,6 +292,10 @@ fn table(
         if uncertain {
             columns.push(Column::numbers("sigma", of(|row| &row.growth_sigma)));
         }
+    }
+    if rows.iter().any(|row| !row.damping[0].is_empty()) {
+        columns.push(Column::numbers("zeta", of(|row| &row.damping[0])));
+        columns.push(Column::numbers("Q", of(|row| &row.damping[1])));
     }
     columns.push(Column::right("bound", of(|row| &row.bound)));
     if let Some(unit) = style.unit.or(has_units.then_some(FrequencyUnit::Hertz)) {

@@ -1,5 +1,5 @@
 //! M and K as `derive` prints them beside the same as a book has them (tests/reference/book_forms.txt): equal,
-//! and not longer by more than a tenth.
+//! and not longer by more than a tenth; and formulas as a physicist would leave them.
 #![cfg(feature = "engine")]
 #![allow(
     clippy::unwrap_used,
@@ -11,9 +11,11 @@
 
 use crate::common;
 
-use common::load;
+use common::{load, model};
 use librate::derive::{Parts, derive};
 use librate::expect::Expected;
+use librate::number::Number;
+use librate::report::{Style, derive_text};
 
 /// A printed form may have a tenth more tokens than the book's.
 const MOST: f64 = 1.1;
@@ -80,4 +82,126 @@ fn matrices_are_the_books_and_as_short() {
     println!("{ours} tokens in {checked} matrices, in the books {books}");
     assert!(checked > 80, "{checked}");
     assert!(long.is_empty(), "{}", long.join("\n"));
+}
+
+/// The page of a model without values, in the model language.
+fn lines(text: &str) -> Vec<String> {
+    let mut style = Style::default();
+    style.ascii = true;
+    let derivation = derive(&model(text), &Parts::all()).unwrap();
+    derive_text(&derivation, &style).lines().map(|line| line.trim().to_owned()).collect()
+}
+
+#[track_caller]
+fn has(page: &[String], expected: &[&str]) {
+    for line in expected {
+        assert!(page.iter().any(|own| own == line), "{line}\n\n{}", page.join("\n"));
+    }
+}
+
+#[test]
+fn a_relativistic_mass_is_the_third_power_of_gamma() {
+    let page = lines(
+        "param m, c, k coord x assume m > 0, c > 0, k > 0
+         lagrangian = -m*c^2*sqrt(1 - x'^2/c^2) - 1/2*k*x^2",
+    );
+    has(&page, &["m/(1 - x'^2/c^2)^(3/2)*x'' + k*x = 0", "h = 1/2*k*x^2 + m*c^2/sqrt(1 - x'^2/c^2)"]);
+}
+
+#[test]
+fn powers_of_one_base_are_put_together() {
+    let page = lines(
+        "param m, k, n, r0 coord r, phi assume r0 > 0, m > 0, k > 0, n > 0
+         T = 1/2*m*(r'^2 + r^2*phi'^2) V = k*r^n/n
+         equilibrium r = r0 equilibrium phi' = sqrt(k*r0^(n - 2)/m)",
+    );
+    has(&page, &["m*r'' - m*r*phi'^2 + k*r^(n - 1) = 0", "k*r0^(n - 2)*(n - 2)  0"]);
+}
+
+#[test]
+fn hamiltonians_have_squares_of_sums_of_momenta() {
+    let top = lines(
+        "param A, C, m, g, l coord theta, phi, psi
+         T = 1/2*A*(theta'^2 + sin(theta)^2*phi'^2) + 1/2*C*(psi' + cos(theta)*phi')^2
+         V = m*g*l*cos(theta)
+         equilibrium theta = pi/3",
+    );
+    let energy =
+        "H = (p_phi - cos(theta)*p_psi)^2/(2*A*sin(theta)^2) + p_theta^2/(2*A) + p_psi^2/(2*C) + m*g*l*cos(theta)";
+    has(&top, &[energy]);
+    let charge = lines(
+        "param m, q, B, k coord x, y
+         lagrangian = 1/2*m*(x'^2 + y'^2) + 1/2*q*B*(x*y' - y*x') - 1/2*k*(x^2 + y^2)",
+    );
+    has(&charge, &["H = (p_x + 1/2*q*B*y)^2/(2*m) + (p_y - 1/2*q*B*x)^2/(2*m) + 1/2*k*(x^2 + y^2)"]);
+}
+
+#[test]
+fn sums_are_collected_and_angles_doubled() {
+    let page = lines(
+        "param m1, m2, k, al coord x
+         T = 1/2*m1*x'^2 + 1/2*m2*x'^2
+         V = 1/2*k*(sin(al)^2 + 2*sin(al/2)^4 + 2*cos(al/2)^4)*x^2",
+    );
+    has(&page, &["h = 1/2*(m1 + m2)*x'^2 + k*x^2", "omega^2 = 2*k/(m1 + m2)"]);
+}
+
+#[test]
+fn a_double_pendulum_has_one_bar_and_its_limit_no_root() {
+    let text = "param g, l1, l2, m1, m2 coord a, b assume g > 0, l1 > 0, l2 > 0, m1 > 0, m2 > 0
+         T = 1/2*m1*l1^2*a'^2 + 1/2*m2*(l1^2*a'^2 + l2^2*b'^2 + 2*l1*l2*a'*b'*cos(a - b))
+         V = -(m1 + m2)*g*l1*cos(a) - m2*g*l2*cos(b)";
+    let root = "sqrt((m1 + m2)^2*(l1 + l2)^2 - 4*l1*l2*m1*(m1 + m2))";
+    let forms = ["-", "+"].map(|sign| format!("omega^2 = 1/2*g*((m1 + m2)*(l1 + l2) {sign} {root})/(l1*l2*m1)"));
+    has(&lines(text), &forms.each_ref().map(String::as_str));
+    let mut derivation = derive(&model(text), &Parts::default().frequencies(true)).unwrap();
+    derivation.limit("m2", &Number::ZERO);
+    let linear = derivation.linear.as_ref().unwrap();
+    let case = linear.frequencies.as_ref().unwrap().best();
+    let mut all: Vec<String> = case.frequencies.iter().map(|own| derivation.pool.display(own.omega_squared)).collect();
+    all.sort();
+    assert_eq!(all, ["g/l1", "g/l2"]);
+}
+
+#[test]
+fn what_a_positive_mass_implies_is_no_condition() {
+    let page = lines(
+        "param m1, m2, k coord x, y
+         T = 1/2*m1*x'^2 + 1/2*m2*x'^2 + 1/2*m2*y'^2 V = 1/2*k*(x^2 + (y - x)^2)",
+    );
+    has(&page, &["k > 0"]);
+}
+
+#[test]
+fn a_chain_of_ten_has_its_characteristic_polynomial() {
+    let derivation = derive(
+        &model(
+            "param m, k coord x[1..10]
+             T = sum(i in 1..10, 1/2*m*x[i]'^2)
+             V = sum(i in 1..9, 1/2*k*(x[i+1] - x[i])^2) + 1/2*k*x[1]^2 + 1/2*k*x[10]^2",
+        ),
+        &Parts::default().frequencies(true),
+    )
+    .unwrap();
+    let linear = derivation.linear.as_ref().unwrap();
+    let found = linear.exponents.as_ref().unwrap().characteristic.as_ref().unwrap();
+    let found: Vec<String> = found.iter().map(|own| derivation.pool.display(*own)).collect();
+    // Chebyshev's polynomial of the second kind: the sum of binomial(11 + j, 10 - j) (m s^2)^j k^(10 - j).
+    let choose = |n: u64, k: u64| (0..k).fold(1, |product, at| product * (n - at) / (at + 1));
+    let power = |name: &str, power: u64| match power {
+        0 => String::new(),
+        1 => name.to_owned(),
+        _ => format!("{name}^{power}"),
+    };
+    for (at, own) in (0..).zip(&found) {
+        let (j, odd) = (at / 2, at % 2);
+        let number = match choose(11 + j, 10 - j) {
+            1 => String::new(),
+            own => own.to_string(),
+        };
+        let factors = [number, power("m", j), power("k", 10 - j)];
+        let factors: Vec<&str> = factors.iter().map(String::as_str).filter(|own| !own.is_empty()).collect();
+        assert_eq!(*own, if odd == 1 { "0".to_owned() } else { factors.join("*") });
+    }
+    assert_eq!(found.len(), 21);
 }

@@ -6,7 +6,7 @@ use crate::common;
 
 use std::path::Path;
 
-use common::{load, model_files};
+use common::{load, model, model_files};
 use librate::linearize::linearize;
 use librate::modes::Options;
 use librate::number::Number;
@@ -97,4 +97,28 @@ fn ubiquitin_agrees_with_the_published_eigenvalues() {
         let digit = 10.0_f64.powf(own.abs().max(1e-9).log10().floor() - 4.0);
         assert!((own - published).abs() <= 0.5 * digit + 1e-6, "{own} {published}");
     }
+}
+
+#[test]
+fn damped_modes_have_their_damping_ratio() {
+    for (friction, ratio) in [("1/5", 0.1), ("2e-12", 1e-12), ("1.999999", 0.999_999_5)] {
+        let text = format!("param c = {friction} coord x T = 1/2*x'^2 V = 1/2*x^2 dissipation = 1/2*c*x'^2");
+        let linearized = linearize(model(&text)).unwrap();
+        let options = Options::default();
+        let modes = normal_modes(&linearized, &options).unwrap();
+        let (found, precise) = modes.modes[0].damping_ratio().unwrap();
+        let found = precise.map_or(found, |own| own.to_ball());
+        assert!((found.mid_f64() - ratio).abs() <= 1e-15 * ratio, "{found:?}");
+        let json = librate::report::modes_json(&linearized, &modes, &options);
+        let number = |name: &str| {
+            let (_, rest) = json.split_once(&format!("\"{name}\": ")).unwrap();
+            rest[..rest.find([',', '}']).unwrap()].parse::<f64>().unwrap()
+        };
+        assert!((number("damping_ratio") / ratio - 1.0).abs() < 1e-9, "{json}");
+        assert!((number("quality_factor") * 2.0 * ratio - 1.0).abs() < 1e-9, "{json}");
+    }
+    let text = "coord x T = 1/2*x'^2 V = 1/2*x^2";
+    let linearized = linearize(model(text)).unwrap();
+    let modes = normal_modes(&linearized, &Options::default()).unwrap();
+    assert!(modes.modes[0].damping_ratio().is_none());
 }

@@ -144,9 +144,10 @@ impl PageOf {
 
     fn for_each(&mut self, visit: &mut dyn FnMut(&mut ExprId)) {
         let mut in_sum = |sum: &mut MotionSum| {
-            for term in &mut sum.terms {
-                visit(&mut term.coefficient);
-            }
+            let squares = sum.squares.iter_mut().flat_map(|(factor, sum)| {
+                std::iter::once(factor).chain(sum.terms.iter_mut().map(|term| &mut term.coefficient))
+            });
+            squares.chain(sum.terms.iter_mut().map(|term| &mut term.coefficient)).for_each(&mut *visit);
         };
         self.equations.iter_mut().flatten().for_each(&mut in_sum);
         if let Some(own) = &mut self.independent {

@@ -27,7 +27,7 @@ pub(super) fn collapse(pool: &mut Pool, monomials: &mut Monomials) {
     if !any {
         return;
     }
-    for rule in [squares, complements, products, halves] {
+    for rule in [fourths, squares, complements, products, halves] {
         // Each use leaves one term or one function less; a new term may be the partner of one that was
         // looked at before.
         let mut changed = true;
@@ -39,11 +39,13 @@ pub(super) fn collapse(pool: &mut Pool, monomials: &mut Monomials) {
                     continue;
                 };
                 let step = rule(pool, monomials, &monomial, &coefficient);
-                if let Some((gone, new, coefficient)) = step {
+                if let Some((gone, new)) = step {
                     for old in gone.iter().flatten() {
                         monomials.remove(old);
                     }
-                    add_to(monomials, new, &coefficient);
+                    for (monomial, coefficient) in new {
+                        add_to(monomials, monomial, &coefficient);
+                    }
                     changed = true;
                 }
             }
@@ -51,8 +53,34 @@ pub(super) fn collapse(pool: &mut Pool, monomials: &mut Monomials) {
     }
 }
 
-/// What one or two terms become: those that go, and the one that comes with its coefficient.
-type Step = ([Option<Monomial>; 2], Monomial, Number);
+/// What one or two terms become: those that go, and those that come with their coefficients.
+type Step = ([Option<Monomial>; 2], Vec<(Monomial, Number)>);
+
+/// cos^4 + sin^4 = 1 - 2 cos^2 sin^2, of angles that are halved.
+fn fourths(pool: &mut Pool, monomials: &Monomials, monomial: &Monomial, coefficient: &Number) -> Option<Step> {
+    for (base, exponent) in monomial {
+        let Some(x) = angle(pool, *base, Function::Cos) else {
+            continue;
+        };
+        if !is_halved(pool, x) || *exponent != Number::from(4) {
+            continue;
+        }
+        let sine = pool.sin(x);
+        let partner = changed(monomial, &[(*base, -4), (sine, 4)]);
+        if monomials.get(&partner) == Some(coefficient) {
+            let one = (changed(monomial, &[(*base, -4)]), coefficient.clone());
+            let mixed = (changed(monomial, &[(*base, -2), (sine, 2)]), coefficient.mul(&Number::from(-2)));
+            return Some(([Some(monomial.clone()), Some(partner)], vec![one, mixed]));
+        }
+    }
+    None
+}
+
+/// Whether half a whole multiple of something is an angle.
+fn is_halved(pool: &Pool, x: ExprId) -> bool {
+    split(pool, x).0.small_parts().is_some_and(|(_, d)| d.is_multiple_of(2))
+}
+
 /// cos^2 + sin^2 = 1.
 fn squares(pool: &mut Pool, monomials: &Monomials, monomial: &Monomial, coefficient: &Number) -> Option<Step> {
     let two = Number::from(2);
@@ -65,7 +93,7 @@ fn squares(pool: &mut Pool, monomials: &Monomials, monomial: &Monomial, coeffici
             let partner = changed(monomial, &[(*base, -2), (sine, 2)]);
             if monomials.get(&partner) == Some(coefficient) {
                 let new = changed(monomial, &[(*base, -2)]);
-                return Some(([Some(monomial.clone()), Some(partner)], new, coefficient.clone()));
+                return Some(([Some(monomial.clone()), Some(partner)], vec![(new, coefficient.clone())]));
             }
         }
     }
@@ -88,7 +116,7 @@ fn complements(pool: &mut Pool, monomials: &Monomials, monomial: &Monomial, coef
             let counterpart = pool.apply(other, x);
             if monomials.get(&without) == Some(&opposite) {
                 let new = changed(&without, &[(counterpart, 2)]);
-                return Some(([Some(monomial.clone()), Some(without)], new, opposite));
+                return Some(([Some(monomial.clone()), Some(without)], vec![(new, opposite)]));
             }
             let partner = changed(&without, &[(counterpart, 2)]);
             if own == Function::Cos && monomials.get(&partner) == Some(&opposite) {
@@ -96,7 +124,7 @@ fn complements(pool: &mut Pool, monomials: &Monomials, monomial: &Monomial, coef
                 let cosine = pool.cos(doubled);
                 let (sign, cosine) = split(pool, cosine);
                 let new = times(pool, &without, cosine)?;
-                return Some(([Some(monomial.clone()), Some(partner)], new, coefficient.mul(&sign)));
+                return Some(([Some(monomial.clone()), Some(partner)], vec![(new, coefficient.mul(&sign))]));
             }
         }
     }
@@ -144,7 +172,7 @@ fn products(pool: &mut Pool, monomials: &Monomials, monomial: &Monomial, coeffic
             let value = if mixed { pool.sin(argument) } else { pool.cos(argument) };
             let (sign, value) = split(pool, value);
             let new = times(pool, &rest, value)?;
-            return Some(([Some(monomial.clone()), Some(partner)], new, coefficient.mul(&sign)));
+            return Some(([Some(monomial.clone()), Some(partner)], vec![(new, coefficient.mul(&sign))]));
         }
     }
     None
@@ -157,9 +185,7 @@ fn halves(pool: &mut Pool, _: &Monomials, monomial: &Monomial, coefficient: &Num
         let Some(x) = angle(pool, *base, Function::Sin) else {
             continue;
         };
-        let (part, _) = split(pool, x);
-        let halved = part.small_parts().is_some_and(|(_, d)| d.is_multiple_of(2));
-        if !halved || !exponent.is_integer() || *exponent < one {
+        if !is_halved(pool, x) || !exponent.is_integer() || *exponent < one {
             continue;
         }
         let cosine = pool.cos(x);
@@ -177,7 +203,7 @@ fn halves(pool: &mut Pool, _: &Monomials, monomial: &Monomial, coefficient: &Num
         let (sign, sine) = split(pool, sine);
         let new = times(pool, &rest, sine)?;
         let coefficient = coefficient.mul(&sign).mul(&Number::half());
-        return Some(([Some(monomial.clone()), None], new, coefficient));
+        return Some(([Some(monomial.clone()), None], vec![(new, coefficient)]));
     }
     None
 }

@@ -8,6 +8,9 @@ use super::simplify::Simplifier;
 use crate::expr::{ExprId, Pool, ZeroVerdict};
 use crate::number::Number;
 
+/// Squares of sums of momenta with more symbols help nobody.
+const MOST_IN_SQUARES: u64 = 300;
+
 /// The generalized momenta p_i = dL/dq_i', one a coordinate.
 pub(super) fn momenta(
     pool: &mut Pool,
@@ -86,9 +89,11 @@ pub(super) fn energy_function(
     MotionSum::new(pool, terms)
 }
 
-/// The Hamiltonian in coordinates and momenta, 1/2 (p - b)ᵀ A⁻¹ (p - b) + U, where A is diagonal or
-/// two by two; `None` where it is not, where L is no quadratic polynomial in the velocities, or where
-/// A is singular.
+/// The Hamiltonian in coordinates and momenta, 1/2 (p - b)ᵀ A⁻¹ (p - b) + U; `None` where L is no quadratic polynomial in the
+/// velocities, where A is singular or couples three coordinates, and where it would be too long.
+///
+/// A = L D Lᵀ makes squares of sums of momenta of it, one for each coordinate; of two coordinates A⁻¹ is written out instead where
+/// that is not much longer.
 pub(super) fn hamiltonian(
     pool: &mut Pool,
     short: &mut Simplifier,
@@ -98,62 +103,104 @@ pub(super) fn hamiltonian(
     if !lagrangian.other.is_empty() {
         return None;
     }
-    let count = variables.coordinates.len();
-    let inverse = inverse(pool, short, count, &lagrangian.inertia)?;
-    let mut terms: BTreeMap<Vec<(Motion, u32)>, Vec<ExprId>> = BTreeMap::new();
-    let mut add = |motion: &[(Motion, u32)], value: ExprId| {
-        terms.entry(motion.to_vec()).or_default().push(value);
-    };
-    let b = |i: usize| lagrangian.linear.get(&i).copied();
-    for ((i, j), value) in inverse {
-        let half = pool.scale(value, &Number::half());
-        if i == j {
-            add(&[(Motion::Momentum(i), 2)], half);
-            if let Some(b) = b(i) {
-                let crossed = pool.mul(value, b);
-                add(&[(Motion::Momentum(i), 1)], pool.neg(crossed));
-                let square = pool.square(b);
-                add(&[], pool.mul(half, square));
+    let inertia = &lagrangian.inertia;
+    let mut left: Vec<usize> = (0..variables.coordinates.len()).collect();
+    let (mut terms, mut squares) = (Vec::new(), Vec::new());
+    while !left.is_empty() {
+        let mut part = vec![left.remove(0)];
+        let mut at = 0;
+        while let Some(i) = part.get(at).copied() {
+            part.extend(left.extract_if(.., |j| inertia.contains_key(&(i.min(*j), i.max(*j)))));
+            at += 1;
+        }
+        part.sort_unstable();
+        if part.len() > 2 {
+            return None;
+        }
+        let plain = part.iter().all(|i| !lagrangian.linear.contains_key(i));
+        let found = squared(pool, short, &part, lagrangian)?;
+        let weight: u64 = found.iter().map(|(factor, sum)| short.weight(pool, *factor) + sum.weight(pool, short)).sum();
+        let expanded =
+            if let ([i, j], true) = (part.as_slice(), plain) { inverse(pool, short, [*i, *j], inertia) } else { None };
+        match expanded {
+            Some(own) if own.iter().map(|term| short.weight(pool, term.coefficient) + 3).sum::<u64>() <= 2 * weight => {
+                terms.extend(own);
             }
-        } else {
-            add(&[(Motion::Momentum(i), 1), (Motion::Momentum(j), 1)], value);
-            for (own, other) in [(i, j), (j, i)] {
-                if let Some(b) = b(other) {
-                    let crossed = pool.mul(value, b);
-                    add(&[(Motion::Momentum(own), 1)], pool.neg(crossed));
-                }
-            }
-            if let (Some(left), Some(right)) = (b(i), b(j)) {
-                add(&[], pool.product(&[value, left, right]));
-            }
+            _ if part.len() > 1 && weight > MOST_IN_SQUARES => return None,
+            _ => squares.extend(found),
         }
     }
     let rest = without_velocities(pool, short, variables, lagrangian);
-    add(&[], rest);
-    Some(MotionSum::of_parts(pool, short, terms))
+    terms.push(MotionTerm::new(rest, &[]));
+    // The square of a momentum is a term.
+    let one = pool.one();
+    squares.retain(|(factor, sum)| match sum.terms.as_slice() {
+        [only] if only.coefficient == one && only.motion.len() == 1 => {
+            terms.push(MotionTerm::new(*factor, &[(only.motion[0].0, 2)]));
+            false
+        }
+        _ => true,
+    });
+    Some(MotionSum { squares, ..MotionSum::new(pool, terms) })
 }
 
-/// The inverse of A on and above the diagonal.
+/// 1/(2 d) and p - b for each row of L⁻¹ (p - b), the pivots d of the part in the order of their lengths.
+fn squared(
+    pool: &mut Pool,
+    short: &mut Simplifier,
+    part: &[usize],
+    lagrangian: &Lagrangian,
+) -> Option<Vec<(ExprId, MotionSum)>> {
+    let n = part.len();
+    let zero = pool.zero();
+    let entry = |i: usize, j: usize| lagrangian.inertia.get(&(part[i].min(part[j]), part[i].max(part[j])));
+    let mut rows: Vec<Vec<ExprId>> =
+        (0..n).map(|i| (0..n).map(|j| entry(i, j).copied().unwrap_or(zero)).collect()).collect();
+    // Factors of the momenta, then what is subtracted from them.
+    let mut sums: Vec<Vec<ExprId>> = vec![vec![zero; n + 1]; n];
+    for (i, sum) in sums.iter_mut().enumerate() {
+        sum[i] = pool.one();
+        sum[n] = lagrangian.linear.get(&part[i]).map_or(zero, |b| pool.neg(*b));
+    }
+    let mut open: Vec<usize> = (0..n).collect();
+    let mut found = Vec::new();
+    while !open.is_empty() {
+        let pivots = open.iter().copied().filter(|i| pool.is_zero(rows[*i][*i]) == ZeroVerdict::NonZero);
+        let pivot = pivots.min_by_key(|i| short.weight(pool, rows[*i][*i]))?;
+        open.retain(|i| *i != pivot);
+        let size = rows[pivot][pivot];
+        for i in open.iter().copied().filter(|i| !rows[*i][pivot].is_zero()).collect::<Vec<_>>() {
+            let share = pool.div(rows[i][pivot], size);
+            let share = short.simplify(pool, share);
+            for j in &open {
+                let product = pool.mul(share, rows[pivot][*j]);
+                let difference = pool.sub(rows[i][*j], product);
+                rows[i][*j] = short.simplify(pool, difference);
+            }
+            for (own, by) in std::mem::take(&mut sums[i]).into_iter().zip(sums[pivot].clone()) {
+                let product = pool.mul(share, by);
+                let difference = pool.sub(own, product);
+                sums[i].push(short.simplify(pool, difference));
+            }
+        }
+        let half = pool.scale(size, &Number::from(2));
+        let momenta = part.iter().map(|i| vec![(Motion::Momentum(*i), 1)]).chain([Vec::new()]);
+        let terms = sums[pivot].iter().zip(momenta).map(|(factor, motion)| MotionTerm::new(*factor, &motion));
+        let terms: Vec<MotionTerm> = terms.collect();
+        found.push((pool.powi(half, -1), MotionSum::new(pool, terms)));
+    }
+    Some(found)
+}
+
+/// The terms of 1/2 pᵀ A⁻¹ p for two coordinates.
 fn inverse(
     pool: &mut Pool,
     short: &mut Simplifier,
-    count: usize,
+    [i, j]: [usize; 2],
     inertia: &BTreeMap<(usize, usize), ExprId>,
-) -> Option<BTreeMap<(usize, usize), ExprId>> {
-    let mut result = BTreeMap::new();
-    if inertia.keys().all(|(i, j)| i == j) {
-        for i in 0..count {
-            let value = inertia.get(&(i, i))?;
-            result.insert((i, i), pool.powi(*value, -1));
-        }
-        return Some(result);
-    }
-    if count != 2 {
-        return None;
-    }
-    let zero = pool.zero();
-    let entry = |i, j| inertia.get(&(i, j)).copied().unwrap_or(zero);
-    let (a, b, c) = (entry(0, 0), entry(0, 1), entry(1, 1));
+) -> Option<Vec<MotionTerm>> {
+    let [a, b, c] = [(i, i), (i, j), (j, j)].map(|at| inertia.get(&at).copied());
+    let (a, b, c) = (a?, b?, c?);
     let diagonal = pool.mul(a, c);
     let square = pool.square(b);
     let determinant = pool.sub(diagonal, square);
@@ -162,10 +209,14 @@ fn inverse(
         return None;
     }
     let opposite = pool.neg(b);
-    for (place, value) in [((0, 0), c), ((0, 1), opposite), ((1, 1), a)] {
-        result.insert(place, pool.div(value, determinant));
-    }
-    Some(result)
+    let [p, q] = [i, j].map(Motion::Momentum);
+    let own = [(c, true, vec![(p, 2)]), (opposite, false, vec![(p, 1), (q, 1)]), (a, true, vec![(q, 2)])];
+    let terms = own.into_iter().map(|(value, half, motion)| {
+        let value = pool.div(value, determinant);
+        let value = if half { pool.scale(value, &Number::half()) } else { value };
+        MotionTerm::new(short.simplify(pool, value), &motion)
+    });
+    Some(terms.collect())
 }
 
 /// 1/2 sum m_ij x_i x_j written out.

@@ -11,9 +11,9 @@ use super::blocks::{adapted, commuting_mirrors};
 use super::check::{Checker, WIDEST};
 use super::frequencies::Case;
 use super::pair::Pair;
-use super::polynomial::Polynomial;
+use super::polynomial::{Polynomial, determinant};
 use super::ring::{EXPONENT, Expanded, Ring};
-use super::roots::{MOST_COORDINATES, determinant_of_polynomials, root};
+use super::roots::{MOST_COORDINATES, determinant_of_polynomials, root, with_common_bar};
 use super::shapes::on_one_bar;
 use super::simplify::Simplifier;
 use super::stability::{Sign, Signs, conditions, essential};
@@ -26,6 +26,8 @@ use crate::syntax::Comparison;
 
 /// Of models with more coordinates only frequencies are looked at.
 const MOST_IN_ALL: usize = 40;
+/// Determinants of more coordinates are not written out, those beyond the limit of closed forms as polynomials.
+const MOST_COORDINATES_OF_POLYNOMIALS: usize = 12;
 /// Determinants of more symbols in all entries are not written out.
 const MOST_SYMBOLS: u64 = 500;
 /// The roots of more expressions are left as they are.
@@ -35,7 +37,7 @@ const MOST_ROOTS: usize = 12;
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct Exponents {
-    /// det(s²M + s(G + C) + K + N) without what all coefficients have in common, the constant first; `None` where more than five
+    /// det(s²M + s(G + C) + K + N) without what all coefficients have in common, the constant first; `None` where more than twelve
     /// coordinates hang together, or it would be too long.
     pub characteristic: Option<Vec<ExprId>>,
     /// The zeros with a closed form.
@@ -193,16 +195,18 @@ impl Factored {
         let mut known = known(checker, pool, linear);
         for rows in blocks.unwrap_or_else(|| vec![rows]) {
             for part in components(&rows) {
-                if part.len() > MOST_COORDINATES {
-                    return None;
-                }
                 let entries = part.iter().map(|i| part.iter().map(|j| rows[*i][*j].clone()).collect());
                 let entries: Matrix = entries.collect();
-                if short.weight_of(pool, &entries.concat().concat()) > MOST_SYMBOLS {
+                let all = entries.concat().concat();
+                if part.len() > MOST_COORDINATES_OF_POLYNOMIALS || short.weight_of(pool, &all) > MOST_SYMBOLS {
                     return None;
                 }
+                if part.len() > MOST_COORDINATES {
+                    expanded.push((part.len(), Expanded::new(pool, &all)?));
+                    continue;
+                }
                 let coefficients = determinant_of_polynomials(pool, short, &entries)?;
-                expanded.push(Expanded::new(pool, &coefficients)?);
+                expanded.push((1, Expanded::new(pool, &coefficients)?));
                 // det M is positive, unless it is 0.
                 if coefficients.len() == 2 * part.len() + 1
                     && let Some(last) = coefficients.last()
@@ -211,11 +215,14 @@ impl Factored {
                 }
             }
         }
-        let ring = Ring::new(expanded.iter().chain(&known));
+        let ring = Ring::new(expanded.iter().map(|(_, own)| own).chain(&known));
         let mut factors = Vec::new();
         let mut zeros = 0;
-        for own in &expanded {
-            let polynomial = Polynomial::from_coefficients(EXPONENT, &ring.polynomials(own)?);
+        for (n, own) in &expanded {
+            let coefficients = ring.polynomials(own)?;
+            let entries = coefficients.chunks(coefficients.len() / (n * n));
+            let entries: Vec<_> = entries.map(|own| Polynomial::from_coefficients(EXPONENT, own)).collect();
+            let polynomial = determinant(entries.chunks(*n).map(<[_]>::to_vec).collect())?;
             let common = polynomial.common_powers();
             zeros += common[EXPONENT];
             let polynomial = polynomial.without(&common);
@@ -495,6 +502,7 @@ impl Found<'_> {
         if both && exact {
             let (u, w) = (half(self, 1, -1), half(self, -1, -1));
             let sizes = [self.pool.sub(u, w), self.pool.add(u, w)];
+            let sizes = sizes.map(|size| with_common_bar(self.pool, self.short, size));
             let other: Vec<Zero> = sizes.into_iter().flat_map(|size| self.both(size, true)).collect();
             let weight = |own: &mut Self, zeros: &[Zero]| {
                 let all: Vec<ExprId> = zeros.iter().map(|(_, imaginary)| *imaginary).collect();

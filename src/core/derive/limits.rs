@@ -1,7 +1,10 @@
 //! Closed forms for special values of a parameter, and their series in a small one.
 
+use std::collections::HashMap;
+
 use super::frequencies::{Approximation, Case, Frequencies, Frequency};
-use super::simplify::Simplifier;
+use super::roots::root;
+use super::simplify::{Simplifier, rebuild};
 use crate::expr::{ExprId, Pool, Substitution, Symbol};
 use crate::number::Number;
 
@@ -69,6 +72,25 @@ impl Frequencies {
     }
 }
 
+/// An expression with the square roots drawn that have become those of squares.
+fn with_drawn_roots(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> ExprId {
+    let mut images: HashMap<ExprId, ExprId> = HashMap::new();
+    for id in pool.reachable(&[e]) {
+        let image = rebuild(pool, id, &images);
+        let mut factors = pool.factors(image);
+        for (base, exponent) in &mut factors {
+            if *exponent == Number::half()
+                && pool.is_sum(*base)
+                && let (square, true) = root(pool, short, *base)
+            {
+                (*base, *exponent) = (square, Number::ONE);
+            }
+        }
+        images.insert(id, pool.product_of_powers(&factors));
+    }
+    images.get(&e).copied().unwrap_or(e)
+}
+
 fn transform_case(
     pool: &mut Pool,
     short: &mut Simplifier,
@@ -78,8 +100,12 @@ fn transform_case(
     // Their names stand for what was before.
     case.solved.clear();
     let mut frequencies: Vec<Frequency> = Vec::new();
-    for mut form in case.frequencies.drain(..) {
-        let value = change(pool, form.omega_squared);
+    let mut values: Vec<ExprId> = case.frequencies.iter().map(|form| change(pool, form.omega_squared)).collect();
+    // Both signs of a root are there, so that which one is positive makes no difference.
+    if !values.iter().any(|value| pool.is_undefined(*value)) {
+        values.iter_mut().for_each(|value| *value = with_drawn_roots(pool, short, *value));
+    }
+    for (mut form, value) in case.frequencies.drain(..).zip(values) {
         if pool.is_undefined(value) {
             case.complete = false;
             continue;

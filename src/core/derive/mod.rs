@@ -310,7 +310,7 @@ pub struct Energy {
     pub momenta: Vec<MotionSum>,
     /// h = sum q_i' p_i - L in coordinates and velocities.
     pub function: MotionSum,
-    /// The same in coordinates and momenta: where the inertia is diagonal or two by two.
+    /// The same in coordinates and momenta: where no more than two coordinates are coupled by the inertia.
     pub hamiltonian: Option<MotionSum>,
     /// What is conserved.
     pub conserved: Vec<Conserved>,

@@ -46,6 +46,8 @@ pub struct MotionTerm {
 pub struct MotionSum {
     /// The terms.
     pub terms: Vec<MotionTerm>,
+    /// Squares of sums, each with what it is multiplied by; they stand before the terms.
+    pub squares: Vec<(ExprId, MotionSum)>,
     /// A number in front of the whole sum, as the 1/2 of a quadratic form; 1 where there is none.
     pub factor: Factor,
 }
@@ -111,7 +113,7 @@ impl MotionSum {
                 term.coefficient = pool.neg(term.coefficient);
             }
         }
-        Self { terms, factor: Factor::One }
+        Self { terms, ..Self::default() }
     }
 
     /// A sum by its motions, the parts of each coefficient added up.
@@ -128,10 +130,15 @@ impl MotionSum {
         Self::new(pool, terms)
     }
 
+    /// How many symbols it takes to write it, roughly.
+    pub(super) fn weight(&self, pool: &Pool, short: &mut Simplifier) -> u64 {
+        self.terms.iter().map(|term| short.weight(pool, term.coefficient) + 1 + term.motion.len() as u64).sum()
+    }
+
     /// Whether nothing is left of it.
     #[must_use]
     pub fn is_zero(&self) -> bool {
-        self.terms.is_empty()
+        self.terms.is_empty() && self.squares.is_empty()
     }
 
     /// The coefficient of one motion alone.
@@ -145,7 +152,16 @@ impl MotionSum {
 
     /// The sum as one expression, with `value` for what moves.
     pub fn expression(&self, pool: &mut Pool, mut value: impl FnMut(&mut Pool, Motion) -> ExprId) -> ExprId {
+        self.expression_with(pool, &mut value)
+    }
+
+    fn expression_with(&self, pool: &mut Pool, value: &mut dyn FnMut(&mut Pool, Motion) -> ExprId) -> ExprId {
         let mut parts = Vec::with_capacity(self.terms.len());
+        for (factor, sum) in &self.squares {
+            let sum = sum.expression_with(pool, value);
+            let square = pool.square(sum);
+            parts.push(pool.mul(*factor, square));
+        }
         for term in &self.terms {
             let mut factors = vec![(term.coefficient, Number::ONE)];
             for (motion, power) in &term.motion {
@@ -165,12 +181,19 @@ impl MotionSum {
     /// The sum in the model language.
     #[must_use]
     pub fn text(&self, pool: &Pool, name: impl Fn(Motion) -> String) -> String {
-        if self.terms.is_empty() {
+        self.text_with(pool, &name)
+    }
+
+    fn text_with(&self, pool: &Pool, name: &dyn Fn(Motion) -> String) -> String {
+        if self.is_zero() {
             return "0".to_owned();
         }
         let mut out = String::new();
-        for term in &self.terms {
-            let (negative, text) = term.text(pool, &name);
+        let squares = self.squares.iter().map(|(factor, sum)| {
+            let sum = sum.text_with(pool, name);
+            (false, multiplied(factor_text(pool, *factor), &format!("({sum})^2")))
+        });
+        for (negative, text) in squares.chain(self.terms.iter().map(|term| term.text(pool, name))) {
             match (out.is_empty(), negative) {
                 (true, false) => {}
                 (true, true) => out.push('-'),
@@ -207,7 +230,7 @@ impl MotionTerm {
     }
 
     /// Whether a minus sign stands in front, and the text behind the sign.
-    fn text(&self, pool: &Pool, name: &impl Fn(Motion) -> String) -> (bool, String) {
+    fn text(&self, pool: &Pool, name: &dyn Fn(Motion) -> String) -> (bool, String) {
         if self.motion.is_empty() {
             let text = pool.display(self.coefficient);
             // A sum keeps its own signs; only the first one is taken over.
@@ -222,15 +245,18 @@ impl MotionTerm {
             factors.push(if *power == 1 { name } else { format!("{name}^{power}") });
         }
         let motion = factors.join("*");
-        let Some(coefficient) = factor_text(pool, self.coefficient) else {
-            return (self.negative, motion);
-        };
-        // p^2/(2*m), not 1/(2*m)*p^2.
-        let text = match lone_divisor(&coefficient) {
-            Some(divisor) => format!("{motion}/{divisor}"),
-            None => format!("{coefficient}*{motion}"),
-        };
-        (self.negative, text)
+        (self.negative, multiplied(factor_text(pool, self.coefficient), &motion))
+    }
+}
+
+/// What moves times the text of a factor: p^2/(2*m), not 1/(2*m)*p^2.
+fn multiplied(factor: Option<String>, motion: &str) -> String {
+    let Some(factor) = factor else {
+        return motion.to_owned();
+    };
+    match lone_divisor(&factor) {
+        Some(divisor) => format!("{motion}/{divisor}"),
+        None => format!("{factor}*{motion}"),
     }
 }
 
@@ -247,9 +273,8 @@ fn factor_text(pool: &Pool, e: ExprId) -> Option<String> {
     if pool.as_number(e).is_some_and(Number::is_one) {
         return None;
     }
-    let text = pool.display(e);
-    // A sign between two terms.
-    Some(if pool.terms(e).len() > 1 { format!("({text})") } else { text })
+    // A sign stands between two terms.
+    Some(pool.display_as_factor(e))
 }
 
 /// What stands under the bar of a fraction whose numerator is 1, if that is no number.

@@ -341,3 +341,36 @@ impl Polynomial {
         factors
     }
 }
+
+/// The determinant of a matrix, row by row, without fractions (Bareiss, Mathematics of Computation 22, 1968); `None` where the entries
+/// on the way get too long.
+pub(super) fn determinant(mut rows: Vec<Vec<Polynomial>>) -> Option<Polynomial> {
+    let n = rows.len();
+    let variables = rows.first()?.first()?.variables;
+    let mut before = Polynomial::constant(variables, Number::ONE);
+    let mut turned = false;
+    for step in 0..n {
+        // Short pivots keep what follows short.
+        let candidates = (step..n).filter(|i| !rows[*i][step].is_zero());
+        let Some(pivot) = candidates.min_by_key(|i| rows[*i][step].terms.len()) else {
+            return Some(Polynomial::zero(variables));
+        };
+        rows.swap(step, pivot);
+        turned ^= pivot != step;
+        let (done, left) = rows.split_at_mut(step + 1);
+        let own = done.last()?;
+        for row in left {
+            let share = std::mem::replace(&mut row[step], Polynomial::zero(variables));
+            for (entry, other) in row.iter_mut().zip(own).skip(step + 1) {
+                let kept = entry.times(&own[step]);
+                let whole = if share.is_zero() { kept } else { kept.minus(&share.times(other)) };
+                *entry = whole.over(&before)?;
+                if entry.terms.len() > MOST_TERMS {
+                    return None;
+                }
+            }
+        }
+        before = own[step].clone();
+    }
+    Some(if turned { before.scaled(&Number::MINUS_ONE) } else { before })
+}

@@ -10,7 +10,7 @@ use super::collapse::collapse;
 use super::cubic::{Solved, solve};
 use super::pair::Pair;
 use super::shapes::on_one_bar;
-use super::simplify::{Monomial, Monomials, Opening, Simplifier, add_to, expand, times};
+use super::simplify::{Monomial, Monomials, Opening, Simplifier, add_to, expand, times, with_common_factor};
 use crate::expr::{ExprId, Pool, ZeroVerdict};
 use crate::model::Model;
 use crate::number::Number;
@@ -191,9 +191,18 @@ fn around(pool: &mut Pool, short: &mut Simplifier, middle: ExprId, square: ExprI
     let mut roots = Vec::new();
     for sign in [Number::MINUS_ONE, Number::ONE] {
         let value = pool.linear(&[(middle, Number::ONE), (root, sign)]);
-        roots.push(if is_exact { short.simplify(pool, value) } else { value });
+        roots.push(if is_exact { short.simplify(pool, value) } else { with_common_bar(pool, short, value) });
     }
     roots
+}
+
+/// What all terms have in common in front, where that is shorter: g (a - √b)/c.
+pub(super) fn with_common_bar(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> ExprId {
+    let Some(terms) = expand(pool, e, Opening::Outermost) else {
+        return e;
+    };
+    let whole = with_common_factor(pool, terms.into_iter().collect());
+    if short.weight(pool, whole) < short.weight(pool, e) { whole } else { e }
 }
 
 /// det(K - z M).

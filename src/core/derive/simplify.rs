@@ -5,7 +5,7 @@
 //! the given one stays where nothing is shorter. All steps are identities that the pool's own
 //! constructors apply as well, so that the value never changes.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use super::collapse::collapse;
 use crate::expr::{ExprId, Node, Pool, collect_equal};
@@ -87,7 +87,51 @@ impl Simplifier {
                 }
             }
         }
-        best
+        self.over_powers(pool, best)
+    }
+
+    /// Several powers of one sum below a fraction bar over the highest, where that is shorter: m/√u + m v²/(c² √u³) with
+    /// u = 1 - v²/c² is m/√u³.
+    fn over_powers(&mut self, pool: &mut Pool, e: ExprId) -> ExprId {
+        let all = pool.terms(e);
+        let is_below =
+            |term: &ExprId| is_product_with(pool, *term, |base, power| power.is_negative() && pool.is_sum(base));
+        if !all.iter().any(|(term, _)| is_below(term)) {
+            return e;
+        }
+        // With what an exponent is beyond a whole number.
+        let mut powers: BTreeMap<(ExprId, Number), BTreeSet<Number>> = BTreeMap::new();
+        for (base, exponent) in all.iter().flat_map(|(term, _)| pool.factors(*term)) {
+            if pool.is_sum(base) {
+                let part = exponent.sub(&exponent.floor());
+                powers.entry((base, part)).or_default().insert(exponent);
+            }
+        }
+        let mut found = powers.into_iter().filter(|(_, all)| all.len() > 1);
+        let lowest =
+            found.find_map(|((base, _), all)| Some((base, all.into_iter().next()?)).filter(|(_, e)| e.is_negative()));
+        let Some((base, exponent)) = lowest else {
+            return e;
+        };
+        let inverse = exponent.neg();
+        let has = |pool: &Pool, term: ExprId| {
+            pool.factors(term).iter().any(|(own, power)| *own == base && power.sub(&exponent).is_integer())
+        };
+        let (with, without): (Vec<_>, Vec<_>) = all.into_iter().partition(|(term, _)| has(pool, *term));
+        let terms = with.into_iter().map(|(term, coefficient)| {
+            (pool.product_of_powers(&[(term, Number::ONE), (base, inverse.clone())]), coefficient)
+        });
+        let terms: Vec<(ExprId, Number)> = terms.collect();
+        let above = pool.linear(&terms);
+        let Some(mut monomials) = expand(pool, above, Opening::Powers) else {
+            return e;
+        };
+        collapse(pool, &mut monomials);
+        let above = factor(pool, monomials.into_iter().collect(), 0);
+        let whole = pool.product_of_powers(&[(above, Number::ONE), (base, exponent)]);
+        let rest = pool.linear(&without);
+        let whole = pool.add(whole, rest);
+        if self.weight(pool, whole) < self.weight(pool, e) { whole } else { e }
     }
 
     /// How many symbols it takes to write an expression, roughly.

@@ -6,7 +6,7 @@
 //! of M above all, and from other conditions, is left out.
 
 use super::exponents::Factor;
-use super::polynomial::Polynomial;
+use super::polynomial::{Polynomial, determinant};
 use super::ring::{EXPONENT, Expanded, Ring};
 use crate::expr::Pool;
 use crate::number::Number;
@@ -92,6 +92,15 @@ impl Signs {
         self.variables[at] = true;
     }
 
+    /// The sign of a polynomial that is what is known to be positive, or more than a part of it.
+    fn of_known(&self, polynomial: &Polynomial) -> Option<bool> {
+        self.of_terms(polynomial).or_else(|| {
+            let follows = |own: &Polynomial| self.others.iter().any(|other| follows(own, other, self));
+            let opposite = polynomial.scaled(&Number::MINUS_ONE);
+            if follows(polynomial) { Some(false) } else { follows(&opposite).then_some(true) }
+        })
+    }
+
     /// The sign that all terms have, as far as that is known.
     fn of_terms(&self, polynomial: &Polynomial) -> Option<bool> {
         if self.others.contains(polynomial) {
@@ -132,7 +141,7 @@ impl Signs {
             let odd = own.factors(variable).into_iter().filter(|(_, times)| times % 2 == 1);
             for (factor, _) in odd {
                 for factor in halves(pool, &factor).unwrap_or_else(|| vec![factor.clone()]) {
-                    match self.of_terms(&factor) {
+                    match self.of_known(&factor) {
                         Some(negative) => sign.negative ^= negative,
                         None => sign.factors.push(factor),
                     }
@@ -262,10 +271,10 @@ fn hurwitz(coefficients: &[Polynomial]) -> Option<Vec<Polynomial>> {
     };
     let minor = |size: usize| {
         let rows: Vec<Vec<Polynomial>> = (1..=size).map(|i| (1..=size).map(|j| entry(i, j)).collect()).collect();
-        determinant(&rows)
+        determinant(rows)
     };
     let mut found = vec![first.clone()];
-    let minors = (1..degree).rev().step_by(2).filter(|size| *size > 1).map(minor);
+    let minors = (1..degree).rev().step_by(2).filter(|size| *size > 1).map(minor).collect::<Option<Vec<_>>>()?;
     // a_0, a_1, a_3, … or a_0, a_2, a_4, …, whichever is shorter.
     let others = |first: usize| -> Vec<Polynomial> {
         let own = (first..degree).step_by(2).map(|at| coefficients[at].clone());
@@ -280,25 +289,6 @@ fn hurwitz(coefficients: &[Polynomial]) -> Option<Vec<Polynomial>> {
     found.extend(shorter);
     found.extend(minors);
     Some(found)
-}
-
-fn determinant(rows: &[Vec<Polynomial>]) -> Polynomial {
-    let Some((first, others)) = rows.split_first() else {
-        return Polynomial::zero(0);
-    };
-    if others.is_empty() {
-        return first[0].clone();
-    }
-    let mut sum = first[0].scaled(&Number::ZERO);
-    for (at, own) in first.iter().enumerate().filter(|(_, own)| !own.is_zero()) {
-        let minor: Vec<Vec<Polynomial>> = others
-            .iter()
-            .map(|row| row.iter().enumerate().filter(|(j, _)| *j != at).map(|(_, own)| own.clone()).collect())
-            .collect();
-        let product = own.times(&determinant(&minor));
-        sum = sum.plus(&if at % 2 == 0 { product } else { product.scaled(&Number::MINUS_ONE) });
-    }
-    sum
 }
 
 /// Conditions without those that the others, and what is known, imply: shorter ones first.

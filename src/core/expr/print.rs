@@ -4,6 +4,7 @@
 //! negative powers below a fraction bar, no doubled signs. The text is put together from a stack
 //! of pieces, so that its depth does not matter.
 
+use super::flags::content;
 use super::{ExprId, Function, Node, PI, Pool};
 use crate::number::Number;
 
@@ -23,9 +24,10 @@ enum Piece {
     Text(&'static str),
     Owned(String),
     Expression(ExprId, Place),
-    /// A sum, in parentheses unless it stands open, its signs reversed where asked for.
+    /// A sum times a positive number, in parentheses unless it stands open, its signs reversed where asked for.
     Sum {
         id: ExprId,
+        by: Number,
         negated: bool,
         place: Place,
     },
@@ -93,8 +95,34 @@ impl Pool {
     /// value is `1/0`. Texts beyond 16 MiB are cut off and end in `…`.)
     #[must_use]
     pub fn display(&self, e: ExprId) -> String {
+        self.written(Piece::Expression(e, Place::Open))
+    }
+
+    /// A sum with the fraction in front that is the size of all its coefficients, as the factor of a product: `1/2*(a + b)`, `(a - b)`; any other
+    /// expression as [`Pool::display`] has it.
+    pub(crate) fn display_as_factor(&self, e: ExprId) -> String {
+        let Node::Sum { constant, terms } = self.node(e) else {
+            return self.display(e);
+        };
+        if terms.len() + usize::from(!constant.is_zero()) < 2 {
+            return self.display(e);
+        }
+        let content = content(constant, terms);
+        // (m r^2/2 + m d^2) stays what it is.
+        let mut sizes = terms.iter().map(|(_, c)| c).chain((!constant.is_zero()).then_some(constant));
+        let alike = !content.is_integer() && sizes.all(|c| c.abs() == content);
+        match content.recip().filter(|_| alike) {
+            Some(by) => {
+                let sum = self.written(Piece::Sum { id: e, negated: false, by, place: Place::Factor });
+                format!("{}*{sum}", number_text(&content))
+            }
+            None => self.written(Piece::Expression(e, Place::Factor)),
+        }
+    }
+
+    fn written(&self, whole: Piece) -> String {
         let mut out = String::new();
-        let mut stack = vec![Piece::Expression(e, Place::Open)];
+        let mut stack = vec![whole];
         let mut pieces = Vec::new();
         // An expression with shared parts can be exponentially longer than its pool.
         let longest = self.budget().longest_text();
@@ -107,8 +135,8 @@ impl Pool {
                 Piece::Text(text) => out.push_str(text),
                 Piece::Owned(text) => out.push_str(&text),
                 Piece::Expression(id, place) => self.write_node(id, place, &mut pieces),
-                Piece::Sum { id, negated, place } => {
-                    self.write_sum(id, negated, place, &mut pieces);
+                Piece::Sum { id, negated, by, place } => {
+                    self.write_sum((id, &by), negated, place, &mut pieces);
                 }
                 Piece::Term { coefficient, factors, negated } => {
                     self.write_term(&coefficient, factors, negated, &mut pieces);
@@ -128,7 +156,7 @@ impl Pool {
             }
             Node::Pi => out.push(Piece::Text("pi")),
             Node::Symbol(symbol) => out.push(Piece::Owned(self.symbol_name(*symbol).into_owned())),
-            Node::Sum { .. } => out.push(Piece::Sum { id, negated: false, place }),
+            Node::Sum { .. } => out.push(Piece::Sum { id, negated: false, by: Number::ONE, place }),
             Node::Product(factors) => in_parentheses(place != Place::Open, out, |out| {
                 out.push(Piece::Term { coefficient: Number::ONE, factors: factors.to_vec(), negated: None });
             }),
@@ -152,7 +180,7 @@ impl Pool {
         }
     }
 
-    fn write_sum(&self, id: ExprId, negated: bool, place: Place, out: &mut Vec<Piece>) {
+    fn write_sum(&self, (id, by): (ExprId, &Number), negated: bool, place: Place, out: &mut Vec<Piece>) {
         let Node::Sum { constant, terms } = self.node(id) else {
             out.push(Piece::Expression(id, place));
             return;
@@ -162,7 +190,7 @@ impl Pool {
         // (negative, piece)
         let mut parts: Vec<(bool, Piece)> = Vec::with_capacity(terms.len() + 1);
         if !constant.is_zero() {
-            let text = number_text(&constant.abs());
+            let text = number_text(&constant.abs().mul(by));
             parts.push((!positive(constant), Piece::Owned(text)));
         }
         let mut has_positive = !all_negative;
@@ -172,9 +200,17 @@ impl Pool {
             let reversed = if has_positive { None } else { self.reversible_factor(&factors) };
             has_positive |= reversed.is_some();
             let negative = !positive(coefficient) && reversed.is_none();
-            let piece = Piece::Term { coefficient: coefficient.abs(), factors, negated: reversed };
+            let piece = Piece::Term { coefficient: coefficient.abs().mul(by), factors, negated: reversed };
             parts.push((negative, piece));
         }
+        // What has a root stands behind what has none, as in a - √b and a + √b.
+        let has_root = |(_, piece): &(bool, Piece)| match piece {
+            Piece::Term { factors, .. } => {
+                factors.iter().any(|(base, e)| *e == Number::half() && matches!(self.node(*base), Node::Sum { .. }))
+            }
+            Piece::Text(_) | Piece::Owned(_) | Piece::Expression(..) | Piece::Sum { .. } => false,
+        };
+        parts.sort_by_cached_key(has_root);
         if parts.first().is_some_and(|(negative, _)| *negative) {
             // A stable sort: terms of equal sign keep their order.
             parts.sort_by_key(|(negative, _)| *negative);
@@ -228,7 +264,12 @@ impl Pool {
             let magnitude = exponent.abs();
             let mut piece = Vec::new();
             if negated == Some(base) {
-                write_power(&magnitude, &mut piece, |place| Piece::Sum { id: base, negated: true, place });
+                write_power(&magnitude, &mut piece, |place| Piece::Sum {
+                    id: base,
+                    negated: true,
+                    by: Number::ONE,
+                    place,
+                });
             } else if let Some(joined) = under_root.take_if(|joined| joined.base == base) {
                 let term = Piece::Term { coefficient: joined.coefficient, factors: joined.factors, negated: None };
                 write_root(&magnitude, vec![term], &mut piece);

@@ -171,6 +171,7 @@ impl Pool {
             }
             self.merge_exponentials(work);
             collect_equal(&mut work.settled);
+            self.merge_powers(work);
             self.settle_moduli(&mut work.settled);
             self.take_back_reducible(work);
             if work.pending.is_empty() && work.exponents.is_empty() {
@@ -364,6 +365,34 @@ impl Pool {
             work.settled.push((merged, Number::ONE));
         } else {
             work.pending.push((merged, Number::ONE));
+        }
+    }
+
+    /// Puts powers of one base together where one has an exponent that is no number: x^n/x = x^(n - 1).
+    fn merge_powers(&mut self, work: &mut Workspace) {
+        let mut at = 0;
+        while let Some((node, _)) = work.settled.get(at) {
+            at += 1;
+            let Node::Power { base, .. } = *self.node(*node) else {
+                continue;
+            };
+            let exponent_of = |pool: &Self, node: ExprId| match *pool.node(node) {
+                Node::Power { base: own, exponent } if own == base => Some(exponent),
+                _ => (node == base).then_some(ONE),
+            };
+            if work.settled.iter().filter(|(node, _)| exponent_of(self, *node).is_some()).count() < 2 {
+                continue;
+            }
+            let mut exponents = Vec::new();
+            work.settled.retain(|(node, times)| {
+                let exponent = exponent_of(self, *node);
+                exponents.extend(exponent.map(|exponent| (exponent, times.clone())));
+                exponent.is_none()
+            });
+            let exponent = self.linear(&exponents);
+            let merged = self.power(base, exponent);
+            work.pending.push((merged, Number::ONE));
+            at = 0;
         }
     }
 

@@ -20,7 +20,7 @@ use crate::modes::{
     self, Factors, Kind, Method, ModesError, Options, Precise, PreciseProblem, PrecisionLevel, Problem, Source,
     Spectrum, Stability,
 };
-use crate::precision::{Ball, SparseMatrix};
+use crate::precision::{Ball, Big, Scalar, SparseMatrix};
 use crate::span::Span;
 
 /// Shapes that nobody asked for are made for at most so many coordinates.
@@ -131,6 +131,16 @@ pub struct NormalMode {
 }
 
 impl NormalMode {
+    /// The damping ratio of a damped mode, -growth/|exponent|; in more digits where the exponent has them.
+    #[must_use]
+    pub fn damping_ratio(&self) -> Option<(Ball, Option<Big>)> {
+        fn ratio<S: Scalar>(growth: &S, omega: &S) -> S {
+            growth.neg().div(&growth.mul(growth).add(&omega.mul(omega)).sqrt())
+        }
+        let precise = self.precise.as_deref().map(|own| ratio(&own.growth, &own.omega));
+        (self.kind == Kind::Damped).then(|| (ratio(&self.growth, &self.omega), precise))
+    }
+
     /// A bound of the error of a component of the shape, by its number.
     #[must_use]
     pub fn error_bound_of(&self, component: usize) -> f64 {
