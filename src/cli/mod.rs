@@ -44,7 +44,7 @@ const FAULT: u8 = 1;
 /// Wrong usage.
 const USAGE: u8 = 2;
 /// Columns where the output is no terminal: fixed, so that it is the same everywhere.
-const PLAIN_WIDTH: usize = 100;
+const PLAIN_WIDTH: usize = 80;
 /// Messages in a pipe are wrapped by whoever reads them.
 const PLAIN_MESSAGE_WIDTH: usize = 140;
 

@@ -111,9 +111,9 @@ impl FrequencyUnit {
 }
 
 impl Default for Style {
-    /// Without colours, 100 columns, formulas in Unicode.
+    /// Without colours, 80 columns, formulas in Unicode.
     fn default() -> Self {
-        Self { color: false, width: 100, ascii: false, unit: None }
+        Self { color: false, width: 80, ascii: false, unit: None }
     }
 }
 

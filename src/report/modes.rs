@@ -1,5 +1,6 @@
 //! Frequencies and shapes as a table to read.
 
+use super::plain::wrapped;
 use super::table::{Column, GAP, draw};
 use super::{
     Exponent, FrequencyUnit, Style, Tone, Written, counted, damping, headline, limit_words, listed, shown_unit,
@@ -293,10 +294,6 @@ fn table(
             columns.push(Column::numbers("sigma", of(|row| &row.growth_sigma)));
         }
     }
-    if rows.iter().any(|row| !row.damping[0].is_empty()) {
-        columns.push(Column::numbers("zeta", of(|row| &row.damping[0])));
-        columns.push(Column::numbers("Q", of(|row| &row.damping[1])));
-    }
     columns.push(Column::right("bound", of(|row| &row.bound)));
     if let Some(unit) = style.unit.or(has_units.then_some(FrequencyUnit::Hertz)) {
         columns.push(Column::numbers(&format!("f ({})", unit.as_str()), of(|row| &row.hertz)));
@@ -319,27 +316,36 @@ fn table(
         });
         Column::words("motion", cells.collect())
     });
-    let shapes = modes.iter().any(|mode| !mode.vector.is_empty());
-    let used: usize = columns.iter().chain(&meaning).map(Column::width).sum();
-    let beside = if shapes { shape(modes, names, style.width.saturating_sub(used)) } else { Some(Vec::new()) };
     let painted = |at: usize| {
         let kind = modes.get(at)?.kind;
         Some((kind_tone(kind)?, kind.as_str()))
     };
-    if let Some(beside) = beside {
-        columns.extend(beside);
-        columns.extend(meaning);
-        return draw(&columns, modes.len(), painted, style);
+    let width = |columns: &[Column]| columns.iter().map(Column::width).sum::<usize>();
+    let mut tables = Vec::new();
+    if rows.iter().any(|row| !row.damping[0].is_empty()) {
+        let damping = [("zeta", 0), ("Q", 1)]
+            .map(|(name, at)| Column::numbers(name, rows.iter().map(|row| row.damping[at].clone()).collect()));
+        // Nothing separates the last column from a next one.
+        if width(&columns) + width(&damping) > style.width + GAP {
+            tables.push(std::mem::replace(&mut columns, vec![counting(modes)]));
+        }
+        columns.extend(damping);
     }
-    // No room beside the frequencies: the shapes have a table of their own.
+    let shapes = modes.iter().any(|mode| !mode.vector.is_empty());
+    let used = width(&columns) + meaning.iter().map(Column::width).sum::<usize>();
+    let beside = if shapes { shape(modes, names, style.width.saturating_sub(used)) } else { Some(Vec::new()) };
+    let has_room = beside.is_some();
+    columns.extend(beside.unwrap_or_default());
     columns.extend(meaning);
-    let mut out = draw(&columns, modes.len(), painted, style);
-    out.push('\n');
-    let mut columns = vec![counting(modes)];
-    let room = style.width.saturating_sub(columns.iter().map(Column::width).sum());
-    columns.extend(shape(modes, names, room).unwrap_or_else(|| vec![by_name(modes, names, room)]));
-    out.push_str(&draw(&columns, modes.len(), |_| None, style));
-    out
+    tables.push(columns);
+    if !has_room {
+        // No room beside the frequencies: the shapes have a table of their own.
+        let room = style.width.saturating_sub(counting(modes).width());
+        let shapes = shape(modes, names, room).unwrap_or_else(|| vec![by_name(modes, names, room)]);
+        tables.push(std::iter::once(counting(modes)).chain(shapes).collect());
+    }
+    let tables = tables.iter().map(|columns| draw(columns, modes.len(), painted, style));
+    tables.collect::<Vec<_>>().join("\n")
 }
 
 fn counting(modes: &[NormalMode]) -> Column {
@@ -477,13 +483,14 @@ fn largest(mode: &NormalMode, names: &Headings<'_>, power: i32, room: usize) -> 
 
 /// What the table can't say.
 fn remarks(modes: &NormalModes, rows: &[Row], motions: &[&str], options: &Options, style: &Style) -> String {
-    let mut out = String::new();
+    let mut first = String::new();
     if motions.len() > 1 {
         let zero = of_kind(modes, Kind::Zero);
         let together = if zero.len() > 1 { "together are" } else { "represents" };
         let title = format!("{} {together}", numbered(&zero));
-        out.push_str(&listed(&title, &alike_together(motions), style.width));
+        first = listed(&title, &alike_together(motions), style.width);
     }
+    let mut out = String::new();
     if modes.gyroscopically_stabilised {
         out.push_str("gyroscopically stabilised: the potential has no minimum here, but the motion is stable\n");
     }
@@ -523,10 +530,8 @@ fn remarks(modes: &NormalModes, rows: &[Row], motions: &[&str], options: &Option
             numbered(&short)
         ));
     }
-    if !out.is_empty() {
-        out.insert(0, '\n');
-    }
-    out
+    first.extend(out.lines().flat_map(|line| wrapped(line, style.width)).map(|line| line + "\n"));
+    if first.is_empty() { first } else { format!("\n{first}") }
 }
 
 /// Modes with shapes that bounds do not separate. What zero modes are is said elsewhere, and so it is where shapes are missing.

@@ -36,7 +36,7 @@ pub(super) fn write(page: &Page, style: &Style) -> String {
 }
 
 /// Lines of at most `width` columns, broken at spaces; all but the first are indented.
-fn wrapped(text: &str, width: usize) -> Vec<String> {
+pub(super) fn wrapped(text: &str, width: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split(' ') {
         match lines.last_mut() {

@@ -38,6 +38,8 @@ fn printed(path: &Path) -> String {
     options.lowest = (count > 20).then_some(20);
     let modes = normal_modes(&linearized, &options).unwrap();
     let mut out = modes_text(&linearized, &modes, &options, &style);
+    let wide = out.lines().find(|line| line.chars().count() > style.width);
+    assert!(wide.is_none(), "{}: {wide:?}", path.display());
     check_digits(path, &modes_json(&linearized, &modes, &options));
     if count <= MOST_WRITTEN_OUT {
         let derivation = derive(&model, &Parts::all()).unwrap();
