@@ -116,7 +116,7 @@ pub(crate) fn run() -> ExitCode {
         {
             tell(&source, &warnings, format);
         }
-        write_out(&answer.text)?;
+        output::write_paged(&answer.text)?;
         answer.rest.map_or(Ok(()), output::write_rest)
     });
     match written {

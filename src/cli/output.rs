@@ -5,6 +5,7 @@ use std::fmt::Display;
 use std::fs::{self, File, Metadata};
 use std::io::{self, BufWriter, ErrorKind, IsTerminal, Seek, SeekFrom, Write};
 use std::path::Path;
+use std::process::{Command, Stdio};
 
 use anstream::{AutoStream, ColorChoice};
 use tempfile::{Builder, NamedTempFile};
@@ -106,6 +107,41 @@ mod at_start {
 pub(super) fn write_out(text: &str) -> Result<(), Failure> {
     let color = AutoStream::choice(&io::stdout()) != ColorChoice::Never;
     write_bytes(visible(text, color).as_bytes())
+}
+
+/// Writes a result through the reader's pager where it is longer than the terminal: `PAGER`, else `less`; without one where
+/// that is empty or can't be run.
+pub(super) fn write_paged(text: &str) -> Result<(), Failure> {
+    let color = AutoStream::choice(&io::stdout()) != ColorChoice::Never;
+    let shown = visible(text, color);
+    let height = terminal_size::terminal_size().map(|(_, terminal_size::Height(lines))| usize::from(lines));
+    let is_long = io::stdout().is_terminal() && height.is_some_and(|height| shown.lines().count() >= height);
+    if is_long && is_read_in_pager(&shown) {
+        return Ok(());
+    }
+    write_bytes(shown.as_bytes())
+}
+
+/// Whether a pager could be started; one that is left before the end has shown enough.
+fn is_read_in_pager(text: &str) -> bool {
+    let pager = std::env::var("PAGER").unwrap_or_else(|_| "less".to_owned());
+    let mut words = pager.split_whitespace();
+    let Some(program) = words.next() else {
+        return false;
+    };
+    let mut command = Command::new(program);
+    command.args(words).stdin(Stdio::piped());
+    if std::env::var_os("LESS").is_none() {
+        // Colours as they are, nothing cleared, and no wait where all fits.
+        command.env("LESS", "FRX");
+    }
+    let Ok(mut child) = command.spawn() else {
+        return false;
+    };
+    if let Some(mut input) = child.stdin.take() {
+        let _ = input.write_all(text.as_bytes());
+    }
+    child.wait().is_ok()
 }
 
 /// Writes a text of the user's own: as it is, unless somebody looks at it.

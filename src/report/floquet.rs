@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use super::json::{array, null, number, string};
+use super::plain::wrapped;
 use super::table::{Column, draw};
 use super::{Style, Tone, Written, headline};
 use librate_core::model::Model;
@@ -98,7 +99,8 @@ pub fn floquet_text(model: &Model, floquet: &Floquet, digits: usize, style: &Sty
     let mut out = style.paint(Tone::Heading, &heading);
     let unit = if model.has_units { " s" } else { "" };
     let _ = writeln!(out, "\nperiod: {}{unit}", written(&floquet.period, digits).text());
-    out.push_str(&place_text(model, floquet, digits));
+    let place = place_text(model, floquet, digits);
+    out.extend(place.lines().flat_map(|line| wrapped(line, style.width)).map(|line| line + "\n"));
     let (tone, word) = match floquet.stable {
         Some(true) => (Tone::Good, "stable"),
         Some(false) => (Tone::Bad, "unstable"),
@@ -110,7 +112,8 @@ pub fn floquet_text(model: &Model, floquet: &Floquet, digits: usize, style: &Sty
         let _ = writeln!(out, "growth rate: {}{unit}", written(rate, digits).text());
     }
     if let Some(resonance) = floquet.resonance {
-        let _ = writeln!(out, "resonance: {}", resonance_text(floquet, resonance));
+        let text = format!("resonance: {}", resonance_text(floquet, resonance));
+        out.extend(wrapped(&text, style.width).into_iter().map(|line| line + "\n"));
     }
     out.push('\n');
     let rows: Vec<[Written; 3]> = floquet.multipliers.iter().map(|own| parts(own, digits)).collect();

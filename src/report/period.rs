@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use super::json::{null, number, string};
+use super::plain::wrapped;
 use super::{Style, Tone, Written, headline, shown_unit};
 use librate_core::model::Range;
 use librate_core::precision::{Ball, Scalar, one_digit_up};
@@ -83,7 +84,8 @@ pub fn period_text(oscillator: &Oscillator, found: &Period, options: &Options, s
     }
     let width = rows.iter().map(|(title, _)| title.len()).max().unwrap_or(0) + 2;
     for (title, value) in rows {
-        let _ = writeln!(out, "{title:width$}{value}");
+        let line = format!("{title:width$}{value}");
+        out.extend(wrapped(&line, style.width).into_iter().map(|line| line + "\n"));
     }
     if !found.proved {
         out.push_str(

@@ -423,3 +423,33 @@ fn motions_from_tables() {
     let bad = within(&folder, &["motion", "p.lag", "--start", "x=0", "--at", "bad.csv"]);
     assert!(bad.err.contains("there is no column `t`, but x, z") && bad.status == 1);
 }
+
+/// In a terminal of its own, which `script` of util-linux opens.
+#[cfg(target_os = "linux")]
+#[test]
+fn long_pages_are_read_in_a_pager() {
+    let shown = |pager: &str, model: &str| {
+        let program = env!("CARGO_BIN_EXE_librate");
+        let mut script = Command::new("script");
+        let command = format!("stty rows 24 cols 80; {program} derive models/{model}.lag");
+        script.args(["--quiet", "--command", &command, "/dev/null"]).env("PAGER", pager).env("NO_COLOR", "1");
+        let output = script.output().unwrap();
+        String::from_utf8(output.stdout).unwrap().replace("\r\n", "\n")
+    };
+    assert_eq!(shown("tail -n 1", "three_pendulums").lines().count(), 1);
+    let whole = shown("", "three_pendulums");
+    assert!(whole.starts_with("three_pendulums: 3 coordinates") && whole.lines().count() > 24);
+    assert_eq!(shown("no-such-pager", "three_pendulums"), whole);
+    // What fits is not handed on.
+    let check = Command::new("script")
+        .args([
+            "--quiet",
+            "--command",
+            &format!("{} check models/three_pendulums.lag", env!("CARGO_BIN_EXE_librate")),
+            "/dev/null",
+        ])
+        .env("PAGER", "false")
+        .output()
+        .unwrap();
+    assert!(String::from_utf8(check.stdout).unwrap().contains("three_pendulums"));
+}

@@ -51,26 +51,7 @@ impl Formula {
                 base => tag("msup", &(base.element() + &exponent.element())),
             },
             Self::Root(inner) => tag("msqrt", &inner.element()),
-            Self::Function { name, power, arguments } => {
-                let name = tag("mi", if *name == "exp" && arguments.is_empty() { "e" } else { name });
-                let name = match power {
-                    Some(power) => tag("msup", &(name + &power.element())),
-                    None => name,
-                };
-                match arguments.as_slice() {
-                    [] => name,
-                    [one] if stands_open(arguments) => row(&[name, operator("&#x2061;"), one.element()]),
-                    several => {
-                        let mut parts = vec![name, operator("&#x2061;"), operator("(")];
-                        for (at, argument) in several.iter().enumerate() {
-                            parts.extend((at > 0).then(|| operator(",")));
-                            parts.push(argument.element());
-                        }
-                        parts.push(operator(")"));
-                        row(&parts)
-                    }
-                }
-            }
+            Self::Function { name, power, arguments } => function_element(name, power.as_deref(), arguments),
             Self::Bars { double, inner } => {
                 let bar = operator(if *double { "‖" } else { "|" });
                 row(&[bar.clone(), inner.element(), bar])
@@ -119,6 +100,22 @@ impl Formula {
                 Sign::Or | Sign::If => "∨",
             }),
             Self::Verbatim(text) => tag("mtext", &text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")),
+        }
+    }
+}
+
+fn function_element(name: &str, power: Option<&Formula>, arguments: &[Formula]) -> String {
+    let name = tag("mi", if name == "exp" && arguments.is_empty() { "e" } else { name });
+    let name = match power {
+        Some(power) => tag("msup", &(name + &power.element())),
+        None => name,
+    };
+    match arguments {
+        [] => name,
+        [one] if stands_open(arguments) => row(&[name, operator("&#x2061;"), one.element()]),
+        several => {
+            let inner = joined(several.iter().map(Formula::element));
+            row(&[name, operator("&#x2061;"), operator("("), inner, operator(")")])
         }
     }
 }
