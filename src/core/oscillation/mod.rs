@@ -137,8 +137,10 @@ impl NormalMode {
         fn ratio<S: Scalar>(growth: &S, omega: &S) -> S {
             growth.neg().div(&growth.mul(growth).add(&omega.mul(omega)).sqrt())
         }
-        let precise = self.precise.as_deref().map(|own| ratio(&own.growth, &own.omega));
-        (self.kind == Kind::Damped).then(|| (ratio(&self.growth, &self.omega), precise))
+        (self.kind == Kind::Damped).then(|| {
+            let precise = self.precise.as_deref().map(|own| ratio(&own.growth, &own.omega));
+            (ratio(&self.growth, &self.omega), precise)
+        })
     }
 
     /// A bound of the error of a component of the shape, by its number.

@@ -397,7 +397,8 @@ fn token_block(token: &Token) -> Block {
     })
 }
 
-fn sign(first: bool, negative: bool) -> &'static str {
+/// What stands before a term.
+pub(super) fn sign(first: bool, negative: bool) -> &'static str {
     match (first, negative) {
         (true, false) => "",
         (true, true) => "-",

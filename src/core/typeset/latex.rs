@@ -1,5 +1,6 @@
 //! Formulas as LaTeX, with what amsmath brings.
 
+use super::block::sign;
 use super::pieces::{Bracket, Breaker, Piece, Token};
 use super::points::TERM;
 use super::symbol::{Subscript, latex_word};
@@ -82,7 +83,7 @@ impl Formula {
             Self::Product(factors) => write_product(factors, out),
             Self::Sum(terms) => {
                 for (at, (negative, term)) in terms.iter().enumerate() {
-                    write_sign(at == 0, *negative, out);
+                    out.push_str(sign(at == 0, *negative));
                     term.write(out);
                 }
             }
@@ -251,7 +252,7 @@ fn write_token(token: &Token, out: &mut String) {
     };
     match token {
         Token::Whole(formula) => formula.write(out),
-        Token::Term { first, negative } => write_sign(*first, *negative, out),
+        Token::Term { first, negative } => out.push_str(sign(*first, *negative)),
         Token::Relation(sign) => {
             if !out.ends_with(' ') {
                 out.push(' ');
@@ -295,15 +296,6 @@ fn write_matrix(rows: &[Vec<Formula>], out: &mut String) {
         }
     }
     out.push_str(r" \end{pmatrix}");
-}
-
-fn write_sign(first: bool, negative: bool, out: &mut String) {
-    out.push_str(match (first, negative) {
-        (true, false) => "",
-        (true, true) => "-",
-        (false, false) => " + ",
-        (false, true) => " - ",
-    });
 }
 
 fn write_product(factors: &[Formula], out: &mut String) {

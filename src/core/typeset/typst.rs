@@ -1,5 +1,6 @@
 //! Formulas in Typst's mathematical mode.
 
+use super::block::sign;
 use super::latex::stands_open;
 use super::pieces::{Bracket, Token};
 use super::symbol::{Subscript, unicode_word};
@@ -125,15 +126,6 @@ fn token_text(token: &Token) -> String {
         Token::Space => " ".to_owned(),
         Token::Comma => ", ".to_owned(),
         Token::Over => " \\/ ".to_owned(),
-    }
-}
-
-fn sign(first: bool, negative: bool) -> &'static str {
-    match (first, negative) {
-        (true, false) => "",
-        (true, true) => "-",
-        (false, false) => " + ",
-        (false, true) => " - ",
     }
 }
 
