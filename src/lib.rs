@@ -158,8 +158,8 @@ pub mod expr {
 pub mod model {
     pub use librate_core::model::{
         Constant, Constraint, Coordinate, CoordinateFamily, Coordinates, Dimension, DimensionError, Feature, Model,
-        ModelError, Parameter, Range, Settings, TableTexts, Tensor, Warning, coordinate_count, elaborate,
-        elaborate_tensors, warnings,
+        ModelError, Parameter, Point, Range, Settings, TableTexts, Tensor, Warning, coordinate_count, elaborate,
+        elaborate_drawn, elaborate_tensors, warnings,
     };
 }
 
@@ -262,10 +262,22 @@ pub mod amplitude {
     pub use librate_studies::amplitude::{AmplitudeError, Amplitudes, ModeAmplitude, Obstacle, amplitude, check};
 }
 
+/// The points of a model and the lines between them. In full: [`librate_studies::figure`].
+#[cfg(feature = "engine")]
+pub mod figure {
+    pub use librate_studies::figure::{Figure, Link, figure};
+}
+
 /// The modes over a range of a parameter. In full: [`librate_studies::sweep`].
 #[cfg(feature = "engine")]
 pub mod sweep {
     pub use librate_studies::sweep::{Enclosed, Place, Sweep, Worker};
+}
+
+/// Modes followed by their shapes over a range of a parameter. In full: [`librate_studies::tracking`].
+#[cfg(feature = "engine")]
+pub mod tracking {
+    pub use librate_studies::tracking::{Branch, branches};
 }
 
 /// Charts of stability over two parameters. In full: [`librate_studies::chart`].

@@ -110,7 +110,7 @@ Examples:
     librate period simple_pendulum.lag --amplitude 'pi/2'
     librate period simple_pendulum.lag --amplitude 'pi - 1e-6' --digits 20
     librate period double_well.lag --energy 3 --json
-    librate period simple_pendulum.lag --over 'amplitude=1/10..3:30' --svg period.svg";
+    librate plot period simple_pendulum.lag --over 'amplitude=1/10..3:30' -o period.svg";
 
 const SENSITIVITY: &str = "\
 d omega / d parameter for every mode and every parameter that has a value: how much a frequency changes with a
@@ -132,7 +132,7 @@ Examples:
     librate floquet child_on_swing.lag
     librate floquet mathieu.lag --set q=0.5 --digits 15
     librate floquet mathieu.lag --json
-    librate floquet mathieu.lag --map a=-2..10:400 q=0..10:400 --svg chart.svg > chart.csv
+    librate plot floquet mathieu.lag --map a=-2..10:400 q=0..10:400 -o chart.svg
 
 A chart has a line for each point, the second parameter varying faster: both parameters, stable (true or false, empty
 where there is no periodic motion), and growth_rate in 1/s. It is computed in double precision, on all cores. --borders
@@ -141,6 +141,22 @@ writes the points on the lines of the grid where stable and unstable meet.";
 const CHECK: &str = "\
 Checks a model file: its syntax, names, ranges, shapes and tables, without computing anything.";
 
+const PLOT: &str = "\
+A picture of what the other commands answer, as SVG: mode shapes, frequencies over a parameter, periods, motions, stability charts. \
+The arguments are those of the command. Pictures scale, text in them is text, and they follow the reader's light or dark colours.";
+const PLOT_EXAMPLE: &str = "\
+Examples:
+    librate plot modes three_pendulums.lag -o modes.svg
+    librate plot sweep three_pendulums_unequal.lag --over k12=0..8:81 -o sweep.svg";
+const SHOW: &str = "\
+One HTML page that needs nothing else: the model, its modes in motion, their digits, and the derivation. Points are drawn where \
+the model has them: vectors whose velocities are used (`let r = [...]`), coordinates that are read as vectors (`coord r[1..N, 1..3]`), \
+and what is named x, y and z; rods are where distances can't change, springs where a term of V couples two points. Otherwise each \
+coordinate is a bar.";
+const SHOW_EXAMPLE: &str = "\
+Examples:
+    librate show double_pendulum.lag -o page.html
+    librate show water.lag -o water.html";
 const INERTIA: &str = "\
 Principal moments and axes of inertia, every printed digit right. FILE is one of three, recognised by
 the extension of its name (.lag, .csv, .stl) or else by its first bytes:
@@ -243,7 +259,7 @@ const MOTION_EXAMPLE: &str = "\
 Examples:
     librate motion double_pendulum.lag --start \"th[1]=3/10, th[2]=3/10\" --until 100 --samples 1001
     librate motion double_pendulum.lag --start \"th[1]=3/10, th[2]=3/10\" --until 100 --digits 20 --proved
-    librate motion three_pendulums.lag --mode 2 --amplitude 0.5 --until 20 --linear --svg motion.svg";
+    librate plot motion three_pendulums.lag --mode 2 --amplitude 0.5 --until 20 --linear -o motion.svg";
 
 /// The command line.
 #[derive(Debug, Parser)]
@@ -277,6 +293,8 @@ impl Command {
             Self::Sensitivity(args) => Some(&mut args.model),
             Self::Floquet(args) => Some(&mut args.model),
             Self::Motion(args) => Some(&mut args.model),
+            Self::Plot(plot) => Some(plot.what.model()),
+            Self::Show(args) => Some(&mut args.model),
             Self::Inertia(args) => Some(&mut args.model),
             Self::Export(args) => Some(&mut args.model),
             Self::Check(args) => Some(&mut args.model),
@@ -329,6 +347,12 @@ pub(crate) enum Command {
     /// Time evolution, as CSV
     #[command(long_about = flowing(MOTION), after_help = flowing(MOTION_EXAMPLE))]
     Motion(Motion),
+    /// A picture of what another command answers, as SVG
+    #[command(long_about = flowing(PLOT), after_help = flowing(PLOT_EXAMPLE))]
+    Plot(Plot),
+    /// A page with the modes in motion, for a browser
+    #[command(long_about = flowing(SHOW), after_help = flowing(SHOW_EXAMPLE))]
+    Show(Show),
     /// Principal moments and axes of inertia: of a model's tensors, of points, of a mesh
     #[command(long_about = flowing(INERTIA), after_help = flowing(INERTIA_EXAMPLE))]
     Inertia(Inertia),
@@ -366,6 +390,69 @@ pub(crate) struct ModelArgs {
     /// Watches over the budget.
     #[arg(skip)]
     pub(crate) guard: Guard,
+    /// Whether a picture is wanted in place of text.
+    #[arg(skip)]
+    pub(crate) drawn: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Plot {
+    /// What is drawn
+    #[command(subcommand)]
+    pub(crate) what: Plotted,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Show {
+    #[command(flatten)]
+    pub(crate) model: ModelArgs,
+    /// Only the K lowest modes, in the order of `modes`
+    #[arg(long, value_name = "K", value_parser = positive)]
+    pub(crate) lowest: Option<usize>,
+    /// Significant digits of the frequencies, up to 250
+    #[arg(long, value_name = "D", default_value = "10", value_parser = digits)]
+    pub(crate) digits: usize,
+    /// Write the page into a file; without it it goes to standard output
+    #[arg(short, long, value_name = "FILE.html")]
+    pub(crate) output: Option<PathBuf>,
+}
+
+/// The commands whose answers can be drawn.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Plotted {
+    /// The shape of each mode
+    Modes(Drawn<Modes>),
+    /// Frequencies over a parameter, each mode followed by its shape
+    Sweep(Drawn<Sweep>),
+    /// The period over the amplitude or the energy
+    Period(Drawn<Period>),
+    /// The stability chart over two parameters
+    Floquet(Drawn<Floquet>),
+    /// The coordinates over the time
+    Motion(Drawn<Motion>),
+}
+
+impl Plotted {
+    fn model(&mut self) -> &mut ModelArgs {
+        match self {
+            Self::Modes(own) => &mut own.args.model,
+            Self::Sweep(own) => &mut own.args.model,
+            Self::Period(own) => &mut own.args.model,
+            Self::Floquet(own) => &mut own.args.model,
+            Self::Motion(own) => &mut own.args.model,
+        }
+    }
+}
+
+/// A command with a picture for its answer.
+#[derive(Debug, Args)]
+#[command(mut_arg("json", |json| json.hide(true)))]
+pub(crate) struct Drawn<A: Args> {
+    #[command(flatten)]
+    pub(crate) args: A,
+    /// Write the picture into a file; without it it goes to standard output
+    #[arg(short, long, value_name = "FILE.svg", conflicts_with = "json")]
+    pub(crate) output: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
@@ -460,9 +547,6 @@ pub(crate) struct Period {
     /// A curve, as CSV: `amplitude=1/10..3:30` or `energy=0.1..5:50`
     #[arg(long, value_name = "NAME=a..b:count")]
     pub(crate) over: Option<String>,
-    /// With --over: draw the curve into a file
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["amplitude", "energy"])]
-    pub(crate) svg: Option<PathBuf>,
     /// Significant digits of the period, up to 250
     #[arg(long, value_name = "D", default_value = "10", value_parser = digits)]
     pub(crate) digits: usize,
@@ -505,9 +589,6 @@ pub(crate) struct Floquet {
     /// A stability chart over two parameters, as CSV: `a=0..10:400 q=0..5:200`
     #[arg(long, num_args = 2, value_names = ["NAME=a..b:n", "NAME=c..d:m"], conflicts_with = "json")]
     pub(crate) map: Vec<String>,
-    /// With --map: draw the chart into a file
-    #[arg(long, value_name = "FILE", requires = "map")]
-    pub(crate) svg: Option<PathBuf>,
     /// With --map: the borders between stable and unstable neighbours, as CSV
     #[arg(long, value_name = "FILE", requires = "map")]
     pub(crate) borders: Option<PathBuf>,
@@ -549,7 +630,7 @@ pub(crate) struct Motion {
     #[arg(long, value_name = "VALUES", allow_hyphen_values = true)]
     pub(crate) start: Option<String>,
     /// A start for each row of a table, with columns named as coordinates and velocities; a column `start` in the results
-    #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["linear", "svg", "json"])]
+    #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["linear", "json"])]
     pub(crate) start_table: Option<PathBuf>,
     /// With --start-table: threads, by default as many as there are cores
     #[arg(long, value_name = "COUNT", value_parser = positive, requires = "start_table")]
@@ -567,7 +648,7 @@ pub(crate) struct Motion {
     #[arg(long, value_name = "N", default_value = "101", value_parser = positive)]
     pub(crate) samples: usize,
     /// A row for each time in the column `t` of a table, in its order
-    #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["until", "samples", "linear", "svg"])]
+    #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["until", "samples", "linear"])]
     pub(crate) at: Option<PathBuf>,
     /// Significant digits of the table, up to 30
     #[arg(long, value_name = "D", default_value = "10", value_parser = few_digits, conflicts_with = "tolerance")]
@@ -581,9 +662,6 @@ pub(crate) struct Motion {
     /// Add the superposition of modes in further columns
     #[arg(long)]
     pub(crate) linear: bool,
-    /// Draw the coordinates into a file
-    #[arg(long, value_name = "FILE")]
-    pub(crate) svg: Option<PathBuf>,
     /// JSON instead of CSV, with the error of each value
     #[arg(long, conflicts_with = "linear")]
     pub(crate) json: bool,

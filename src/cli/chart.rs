@@ -57,8 +57,6 @@ pub(super) fn run(args: &args::Floquet, first: &str, second: &str) -> Result<Ans
         let text = report::borders_csv(&chart, &borders);
         write_file(path, &text, &mut source)?;
     }
-    if let Some(path) = &args.svg {
-        write_file(path, &report::chart_svg(&chart, &rows), &mut source)?;
-    }
-    Ok(Answer::new(report::chart_csv(&chart, &rows), Some((source, Vec::new()))))
+    let text = if args.model.drawn { report::chart_svg(&chart, &rows) } else { report::chart_csv(&chart, &rows) };
+    Ok(Answer::new(text, Some((source, Vec::new()))))
 }

@@ -13,7 +13,9 @@ mod messages;
 mod motion;
 mod output;
 mod period;
+mod plot;
 mod progress;
+mod show;
 mod sweep;
 mod threads;
 
@@ -90,8 +92,10 @@ pub(crate) fn run() -> ExitCode {
     };
     let format = cli.message_format;
     let guard = Guard::new(cli.budget.unwrap_or_default(), format, cli.command.tells());
+    let is_drawn = matches!(cli.command, Command::Plot(_) | Command::Show(_));
     if let Some(model) = cli.command.model() {
         model.guard = guard.clone();
+        model.drawn = is_drawn;
     }
     let answer = match &cli.command {
         Command::Modes(modes) => modes_text(modes),
@@ -101,6 +105,8 @@ pub(crate) fn run() -> ExitCode {
         Command::Sensitivity(sensitivity) => sensitivity_text(sensitivity),
         Command::Floquet(floquet) => floquet_text(floquet),
         Command::Motion(motion) => motion::text(motion, format),
+        Command::Plot(plot) => plot::text(plot, format),
+        Command::Show(show) => show::text(show),
         Command::Inertia(inertia) => inertia::text(inertia),
         Command::Export(export) => export::text(export),
         Command::Check(check) => check_text(check),
@@ -211,7 +217,9 @@ fn modes_text(args: &args::Modes) -> Result<Answer, Failure> {
     if args.normalize == "max" {
         modes = modes.with_largest_component_one();
     }
-    let text = if args.json {
+    let text = if args.model.drawn {
+        report::modes_svg(&linearized, &modes)
+    } else if args.json {
         report::modes_json(&linearized, &modes, &options)
     } else {
         report::modes_text(&linearized, &modes, &options, &style().unit(args.unit))
@@ -449,7 +457,8 @@ fn load(args: &ModelArgs, size: Size) -> Result<Loaded, Failure> {
         if size == Size::Dense {
             linearize::check_size(model::coordinate_count(&file, &tables, &settings))?;
         }
-        let model = model::elaborate(&file, &tables, &settings)?;
+        let elaborate = if args.drawn { model::elaborate_drawn } else { model::elaborate };
+        let model = elaborate(&file, &tables, &settings)?;
         let suspicious = model::warnings(&file, &model);
         let mut told: Vec<Diagnostic> = suspicious.iter().map(Diagnostic::from).collect();
         let impossible = librate::inertia::warnings(&model);

@@ -13,7 +13,7 @@ use librate::{Error, modes, oscillation};
 
 use super::args::{self, MessageFormat};
 use super::input::{self, Source};
-use super::output::{self, write_file};
+use super::output;
 use super::progress::Progress;
 use super::threads::in_order;
 use super::{Answer, Failure, Loaded, Size, failed, fault, load_values, wrong_request};
@@ -98,11 +98,6 @@ pub(super) fn text(args: &args::Motion, format: MessageFormat) -> Result<Answer,
         let linearized = motion.linearized.as_ref()?;
         Some(motion::superposition(linearized, &motion.start, times)?.collect())
     };
-    if let Some(file) = &args.svg {
-        let shown = motion.times.at_once(2 * model.coordinates.len() + 1);
-        let picture = report::motion_svg(model, known, linear(&shown).as_deref());
-        write_file(file, &picture, &mut source)?;
-    }
     if format == MessageFormat::Text {
         let moved = report::start_remark(model, &motion.start);
         for remark in moved.into_iter().chain([report::motion_remark(known)]) {
@@ -111,6 +106,10 @@ pub(super) fn text(args: &args::Motion, format: MessageFormat) -> Result<Answer,
         }
     }
     let remarks = Some((source, warnings));
+    if args.model.drawn {
+        let shown = motion.times.at_once(2 * model.coordinates.len() + 1);
+        return Ok(Answer::new(report::motion_svg(model, known, linear(&shown).as_deref()), remarks));
+    }
     if known.rows.len() < motion.times.len() {
         let json = args.json;
         return Ok(Answer { text: String::new(), rest: Some(Box::new(move |out| motion.write(json, out))), remarks });

@@ -7,7 +7,6 @@ use librate::report;
 
 use super::args;
 use super::input::Source;
-use super::output::write_file;
 use super::progress::Progress;
 use super::{Answer, Failure, Loaded, Size, failed, load_values, style, wrong_request, wrong_setting};
 
@@ -50,7 +49,7 @@ fn wish(args: &args::Period) -> Result<Wish, Failure> {
 pub(super) fn text(args: &args::Period) -> Result<Answer, Failure> {
     let wish = wish(args)?;
     let options = Options::default().digits(args.digits);
-    let Loaded { mut source, model, mut warnings } = load_values(&args.model, Size::Dense)?;
+    let Loaded { source, model, mut warnings } = load_values(&args.model, Size::Dense)?;
     let oscillator = match Oscillator::of_model(&model) {
         Ok(oscillator) => oscillator,
         Err(error) => return Err(failed(source, warnings, error)),
@@ -76,12 +75,9 @@ pub(super) fn text(args: &args::Period) -> Result<Answer, Failure> {
             drop(progress);
             let places = places.map_err(|error| wrong_setting(&error))?;
             remark(&source, &range, &places, &mut warnings)?;
-            if let Some(file) = &args.svg {
-                let unit = oscillator.model().has_units;
-                let picture = report::period_svg(&range, &places, unit);
-                write_file(file, &picture, &mut source)?;
-            }
-            if args.json {
+            if args.model.drawn {
+                report::period_svg(&range, &places, oscillator.model().has_units)
+            } else if args.json {
                 report::period_curve_json(&oscillator, &places, &options)
             } else {
                 report::period_csv(&range, &places, &options)

@@ -9,7 +9,7 @@ use librate::diagnostic::Diagnostic;
 use librate::model::Range;
 use librate::report::{self, SweepColumns, SweepCsv, SweepKept, SweepRow};
 use librate::sweep::{Sweep, Worker};
-use librate::{Error, modes, sensitivity};
+use librate::{Error, modes, sensitivity, tracking};
 
 use super::input::{self, Source};
 use super::output::{self, visible};
@@ -26,6 +26,8 @@ const BLOCK: usize = 64;
 /// More parts than a range has values are no use.
 const MOST_PARTS: u32 = 1_000_000;
 
+/// Shapes of more values are not kept for a picture.
+const MOST_DRAWN: usize = 10_000;
 const WHAT: &str = "computing the modes over the range";
 
 pub(super) fn text(args: &args::Sweep) -> Result<Answer, Failure> {
@@ -36,11 +38,17 @@ pub(super) fn text(args: &args::Sweep) -> Result<Answer, Failure> {
     let Parsed { mut source, file, tables, settings } = parsed(&args.model, input::read_model(&args.model.file)?)?;
     let mut options = modes::Options::default().digits(args.digits);
     options.lowest = args.lowest;
-    options.vectors = args.json && !args.no_vectors;
+    options.vectors = args.model.drawn || args.json && !args.no_vectors;
     let name = visible(range.name(), false).into_owned();
     let sweep = Sweep::new(file, tables, settings, range, options);
     let uncertain = sweep.derived().and_then(left_out).filter(|_| !args.json);
     let mut run = Run { args, sweep: &sweep, name, remarks: Vec::new(), told: HashSet::new(), uncertain };
+    if args.model.drawn {
+        let picture = run.picture(&source)?;
+        let mut remarks = run.remarks;
+        remarks.extend(run.uncertain);
+        return Ok(Answer::new(picture, Some((source, remarks))));
+    }
     if args.json {
         output::write_rest(|out| run.objects(out, &source))?;
     } else {
@@ -131,6 +139,37 @@ impl Run<'_> {
     fn go_on(&self, source: &Source) -> Result<(), Failure> {
         let goes_on = self.args.model.guard.go_on();
         if goes_on { Ok(()) } else { Err(Failure::Model(source.clone(), Vec::new())) }
+    }
+
+    /// All modes with their shapes, followed from value to value.
+    fn picture(&mut self, source: &Source) -> Result<String, Failure> {
+        let (args, sweep) = (self.args, self.sweep);
+        let count = sweep.range().len();
+        if count > MOST_DRAWN {
+            let help = format!("a picture has room for {MOST_DRAWN} values");
+            return Err(wrong_request(format!("{count} values are too many for a picture"), &help));
+        }
+        let mut places = Vec::with_capacity(count);
+        in_order(
+            args.threads,
+            count,
+            WHAT,
+            || |at: usize| sweep.place(at),
+            |place| {
+                places.push(place);
+                self.go_on(source)
+            },
+        )?;
+        let failed: Vec<_> =
+            places.iter().enumerate().filter_map(|(at, own)| Some((at, own.result.as_ref().err()?))).collect();
+        for (at, error) in &failed {
+            self.remark(*at, error.diagnostics());
+        }
+        if failed.len() == count {
+            return Err(Failure::Model(source.clone(), std::mem::take(&mut self.remarks)));
+        }
+        let branches = tracking::branches(sweep, &places);
+        Ok(report::sweep_svg(sweep, &places, &branches))
     }
 
     /// The modes at each value as JSON.

@@ -2,13 +2,12 @@
 
 use std::fmt::Write;
 
+use super::picture::{Axis, Cell, Panel, Picture, Sample};
 use librate_studies::chart::{Border, Chart, Place};
 
-/// Side of the picture's plane in its own units.
-const SIDE: f64 = 640.0;
-const MARGIN: [f64; 2] = [70.0, 50.0];
-/// Shades of growth, from the weakest to the strongest; what is stable stays white.
-const SHADES: usize = 12;
+/// Shades of growth above the faintest; what is stable stays white.
+const SHADES: f64 = 11.0;
+const FAINTEST: f64 = 0.16;
 
 /// A line for each place, the second parameter running faster: both parameters, `stable` (`true`, `false` or nothing) and
 /// `growth_rate`.
@@ -48,101 +47,54 @@ fn cell(name: &str) -> String {
 /// Neighbours of one shade are one rectangle.
 #[must_use]
 pub fn chart_svg(chart: &Chart, rows: &[Vec<Place>]) -> String {
-    let [across, up] = chart.len();
-    let rates = rows.iter().flatten();
-    let unstable = rates.filter(|place| place.stable == Some(false));
-    let most = unstable.map(|place| place.growth_rate).fold(0.0, f64::max);
+    let rates = rows.iter().flatten().filter(|place| place.stable == Some(false)).map(|place| place.growth_rate);
+    let most = rates.fold(0.0, f64::max);
+    // `None` is stable; shades are few, so that neighbours are alike.
     let shade = |place: &Place| match place.stable {
-        None => Some(0),
+        None => Some(None),
         Some(true) => None,
         Some(false) => {
-            let share = (place.growth_rate / most).clamp(0.0, 1.0);
-            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-            Some(1 + (share.sqrt() * (SHADES - 1) as f64) as usize)
+            let share = (place.growth_rate / most).clamp(0.0, 1.0).sqrt();
+            Some(Some(FAINTEST + (1.0 - FAINTEST) * (share * SHADES).round() / SHADES))
         }
     };
-    let (width, height) = (SIDE / across.max(1) as f64, SIDE / up.max(1) as f64);
-    let [left, below] = MARGIN;
-    let total = SIDE + left + 20.0;
-    let mut out = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{total}\" height=\"{}\" font-family=\"sans-serif\" font-size=\"14\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n",
-        SIDE + below + 20.0
-    );
-    let color = |shade: usize| match shade {
-        0 => "#dddddd".to_owned(),
-        shade => {
-            let share = (shade - 1) as f64 / (SHADES - 1) as f64;
-            let mix = |light: f64, dark: f64| light + (dark - light) * share;
-            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-            let part = |value: f64| value as u8;
-            let (r, g, b) = (mix(215.0, 60.0), mix(225.0, 20.0), mix(240.0, 90.0));
-            format!("#{:02x}{:02x}{:02x}", part(r), part(g), part(b))
-        }
+    let [first, second] = [chart.values(0), chart.values(1)];
+    // A place stands for what is nearer to it than to its neighbours.
+    let width = |values: &[f64]| match values {
+        [from, .., to] => (to - from) / (values.len() - 1) as f64,
+        _ => 1.0,
     };
-    for (i, row) in rows.iter().enumerate() {
+    let [across, up] = [width(&first), width(&second)];
+    let mut cells = Vec::new();
+    for (a, row) in first.iter().zip(rows) {
         let mut from = 0;
         while from < row.len() {
             let own = shade(&row[from]);
-            let same = row[from..].iter().take_while(|place| shade(place) == own);
-            let to = from + same.count();
-            if let Some(own) = own {
-                // A little wider, so that no gaps show between neighbours.
-                let _ = writeln!(
-                    out,
-                    "<rect x=\"{:.3}\" y=\"{:.3}\" width=\"{:.3}\" height=\"{:.3}\" fill=\"{}\"/>",
-                    left + i as f64 * width,
-                    20.0 + SIDE - to as f64 * height,
-                    width * 1.02,
-                    (to - from) as f64 * height,
-                    color(own)
-                );
+            let to = from + row[from..].iter().take_while(|place| shade(place) == own).count();
+            if let (Some(shade), Some(low), Some(high)) = (own, second.get(from), second.get(to - 1)) {
+                let corners = [[a - 0.5 * across, low - 0.5 * up], [a + 0.5 * across, high + 0.5 * up]];
+                cells.push(Cell { corners, shade });
             }
             from = to;
         }
     }
-    let bottom = 20.0 + SIDE;
-    let _ = writeln!(
-        out,
-        "<rect x=\"{left}\" y=\"20\" width=\"{SIDE}\" height=\"{SIDE}\" fill=\"none\" stroke=\"#333333\"/>"
-    );
-    let [first, second] = [chart.values(0), chart.values(1)];
-    for quarter in 0..=4_usize {
-        let share = quarter as f64 / 4.0;
-        let tick = |values: &[f64]| match (values.first(), values.last()) {
-            (Some(from), Some(to)) => short(from + (to - from) * share),
-            _ => String::new(),
-        };
-        let (x, y) = (left + share * SIDE, bottom - share * SIDE);
-        let _ = writeln!(
-            out,
-            "<text x=\"{x}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n<text x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text>",
-            bottom + 20.0,
-            tick(&first),
-            left - 8.0,
-            y + 5.0,
-            tick(&second)
-        );
+    let axis = |at: usize, values: &[f64], width: f64| {
+        let ends = values.first().into_iter().chain(values.last()).copied();
+        Axis::over(chart.names()[at], ends.flat_map(|end| [end - 0.5 * width, end + 0.5 * width]), 0.0)
+    };
+    let mut panel = Panel::new(axis(0, &first, across), axis(1, &second, up), Vec::new());
+    let undecided = rows.iter().flatten().any(|place| place.stable.is_none());
+    panel.cells = cells;
+    let description = "White is stable; the darker a place, the faster the motion grows there.".to_owned();
+    let mut picture = Picture::single("Stability chart", description, panel);
+    picture.size = [600.0, 600.0];
+    picture.legend.push((Sample::Cell(Some(0.0)), "stable".to_owned()));
+    if most > 0.0 {
+        picture.legend.push((Sample::Cell(Some(FAINTEST)), "growth slow".to_owned()));
+        picture.legend.push((Sample::Cell(Some(1.0)), format!("growth rate {most:.3}")));
     }
-    let [first, second] = chart.names();
-    let _ = writeln!(
-        out,
-        "<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n<text x=\"18\" y=\"{}\" text-anchor=\"middle\">{}</text>\n</svg>",
-        left + 0.5 * SIDE,
-        bottom + 42.0,
-        escaped(first),
-        20.0 + 0.5 * SIDE,
-        escaped(second)
-    );
-    out
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;")
-}
-
-/// A number at an axis: four digits.
-fn short(value: f64) -> String {
-    let text = format!("{value:.4}");
-    let text = text.trim_end_matches('0').trim_end_matches('.');
-    if text == "-0" { "0" } else { text }.to_owned()
+    if undecided {
+        picture.legend.push((Sample::Cell(None), "no periodic motion found".to_owned()));
+    }
+    picture.svg()
 }

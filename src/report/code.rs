@@ -247,6 +247,18 @@ fn lines(language: Language, program: &Program, inputs: &[String]) -> (String, V
     (out, program.outputs.iter().map(|output| operand(*output)).collect())
 }
 
+/// What a program computes of `q`, as the body of a function that browsers run: C but for the types.
+pub(super) fn script(program: &Program) -> String {
+    let inputs: Vec<String> = Writer::indexed("q", program.inputs).collect();
+    let (lines, results) = lines(Language::C, program, &inputs);
+    let lines = lines.replace("    const double ", "const ");
+    format!(
+        "const {{sin, cos, tan, asin, acos, atan, atan2, sinh, cosh, tanh, exp, log, sqrt, pow, abs: fabs}} = Math, NAN = NaN, \
+         INFINITY = Infinity;\n{lines}return [{}];\n",
+        results.join(", ")
+    )
+}
+
 /// Source code with functions of doubles in SI: default parameters, the equilibrium, M and K there, row by row, and the accelerations.
 ///
 /// In C and Rust `LIBRATE_N`, `librate_defaults(p)`, `librate_equilibrium(p, q)`, `librate_mass(p, M)`, `librate_stiffness(p, K)` and

@@ -2,10 +2,9 @@
 
 use std::io::{self, Cursor, Read, Seek, SeekFrom, Write};
 
-use plotters::prelude::*;
-
 use super::json::{array, null, number, string};
-use super::picture::{self, Drawing, FAINT, FONT, INK, PAPER};
+use super::picture::{Axis, Curve, Panel, Picture, Stroke, titled};
+use super::shown_unit;
 use librate_core::model::Model;
 use librate_core::precision::{Ball, decimal, one_digit_up};
 use librate_studies::motion::{Start, Trajectory};
@@ -302,70 +301,39 @@ pub fn motion_remark(trajectory: &Trajectory) -> String {
     text
 }
 
-const SIZE: (u32, u32) = (760, 420);
-/// Colours that people with any kind of sight tell apart (Okabe and Ito, 2008), and two more.
-const COLOURS: [RGBColor; MOST_CURVES] = [
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(86, 180, 233),
-    RGBColor(230, 159, 0),
-    RGBColor(120, 94, 60),
-    RGBColor(90, 90, 90),
-    RGBColor(148, 103, 189),
-    RGBColor(23, 60, 90),
-];
-
-/// The coordinates over the time, as an SVG picture: solid, and thin for the superposition of modes. Of many coordinates the first
-/// ten.
+/// The coordinates over the time, as an SVG picture: thin for the superposition of modes. Of many coordinates the first ten.
 #[must_use]
 pub fn motion_svg(model: &Model, trajectory: &Trajectory, superposition: Option<&[Vec<f64>]>) -> String {
-    picture::svg(SIZE, |area| draw(area, model, trajectory, superposition))
-}
-
-fn draw(
-    area: &Drawing<'_>,
-    model: &Model,
-    trajectory: &Trajectory,
-    superposition: Option<&[Vec<f64>]>,
-) -> Result<(), Box<dyn std::error::Error>> {
     let shown = model.coordinates.len().min(MOST_CURVES);
     let times: Vec<f64> = trajectory.times.iter().map(|t| t.mid_f64()).collect();
-    let curve = |at: usize| -> Vec<(f64, f64)> {
-        let values = trajectory.rows.iter().map(|row| row[at].mid_f64());
-        times.iter().copied().zip(values).collect()
+    let curve = |at: usize, stroke: Stroke, values: &mut dyn Iterator<Item = f64>| {
+        let name = model.coordinates.at(at).name();
+        let name = if stroke == Stroke::Thin { format!("{name}, linear") } else { name };
+        Curve { name, colour: at, stroke, points: times.iter().zip(values).map(|(t, value)| [*t, value]).collect() }
     };
-    let linear = |at: usize| -> Vec<(f64, f64)> {
-        let rows = superposition.unwrap_or_default();
-        times.iter().copied().zip(rows.iter().map(|row| row[at])).collect()
+    let full = |at: usize| curve(at, Stroke::Solid, &mut trajectory.rows.iter().map(|row| row[at].mid_f64()));
+    let linear = |at: usize| Some(curve(at, Stroke::Thin, &mut superposition?.iter().map(|row| row[at])));
+    let all: Vec<Curve> = (0..shown).map(full).collect();
+    // Not for a superposition that has gone far off.
+    let up = Axis::over(common_label(model, shown), all.iter().flat_map(|own| &own.points).map(|point| point[1]), 0.08);
+    let across = Axis::over(if model.has_units { "t (s)" } else { "t" }, times.iter().copied(), 0.0);
+    let curves = (0..shown).filter_map(linear).chain(all).collect();
+    let description = match model.coordinates.len() {
+        all if all > shown => format!("The first {shown} of {all} coordinates over the time."),
+        _ => "The coordinates over the time.".to_owned(),
     };
-    let solid: Vec<_> = (0..shown).map(curve).collect();
-    let thin: Vec<_> = (0..shown).map(linear).collect();
-    let all = solid.iter().flatten().map(|point| point.1);
-    let (mut low, mut high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
-    if !low.is_finite() || !high.is_finite() {
-        (low, high) = (-1.0, 1.0);
+    Picture::single(&titled("Motion", model.name.as_deref()), description, Panel::new(across, up, curves)).svg()
+}
+
+/// `x (m)` for one coordinate, `coordinates (m)` where they have one unit.
+fn common_label(model: &Model, shown: usize) -> String {
+    let units: Vec<_> = model.coordinates.iter().take(shown).map(shown_unit).collect();
+    let what = match model.coordinates.first() {
+        Some(only) if shown == 1 => only.name(),
+        _ => "coordinates".to_owned(),
+    };
+    match units.first() {
+        Some(Some(unit)) if units.iter().all(|own| *own == Some(*unit)) => format!("{what} ({unit})"),
+        _ => what,
     }
-    // Room for what differs a little, not for a superposition that has gone far off.
-    let room = (0.08 * (high - low)).max(1e-12 * low.abs().max(high.abs()).max(1e-300));
-    let end = times.last().copied().unwrap_or(0.0).max(1e-300);
-    let time = if model.has_units { "t in s" } else { "t" };
-    let mut chart = picture::axes(area, 0.0..end, (low - room)..(high + room), (time, None))?;
-    for at in 0..shown {
-        let colour = COLOURS[at];
-        let inside = thin[at].iter().copied().filter(|point| (low - room..high + room).contains(&point.1));
-        chart.draw_series(LineSeries::new(inside, colour.mix(0.45).stroke_width(1)))?;
-        chart
-            .draw_series(LineSeries::new(solid[at].iter().copied(), colour.stroke_width(2)))?
-            .label(model.coordinates.at(at).name())
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2)));
-    }
-    chart
-        .configure_series_labels()
-        .background_style(PAPER.mix(0.8))
-        .border_style(FAINT)
-        .label_font((FONT, 13).into_font().color(&INK))
-        .draw()?;
-    Ok(())
 }

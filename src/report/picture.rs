@@ -1,56 +1,530 @@
-//! What pictures of curves have in common. They bring their own light background, so that they can be read on dark pages too.
+//! Pictures as SVG: panels with axes, curves and a legend beside them. Text stays text, colours follow the reader's scheme,
+//! and the same numbers give the same bytes everywhere. Nothing is computed here but places on the page.
 
-use std::error::Error;
-use std::ops::Range;
+use std::fmt::Write;
 
-use plotters::coord::Shift;
-use plotters::coord::types::RangedCoordf64;
-use plotters::prelude::*;
+use unicode_width::UnicodeWidthStr;
 
-pub(super) const PAPER: RGBColor = RGBColor(252, 252, 250);
-pub(super) const INK: RGBColor = RGBColor(40, 44, 52);
-pub(super) const FAINT: RGBColor = RGBColor(222, 222, 218);
-pub(super) const FONT: &str = "Helvetica, Arial, sans-serif";
+/// Colours that people with any kind of sight tell apart (Okabe and Ito, 2008), and two more.
+pub(super) const COLOURS: usize = 8;
+/// Of the page, in both schemes; a class is a colour, what is drawn takes it.
+const STYLE: &str = "\
+.librate-plot{color-scheme:light dark;font:13px Helvetica,Arial,sans-serif}\
+.librate-plot .paper{fill:#fcfcfa}.librate-plot text{fill:#282c34}.librate-plot .small{font-size:11.5px}.librate-plot .title{font-size:15px;font-weight:bold}\
+.librate-plot .grid{stroke:#dededa;fill:none}.librate-plot .frame{stroke:#8a8f98;fill:none}.librate-plot .zero{stroke:#8a8f98;fill:none}\
+.librate-plot .line{fill:none;stroke:currentColor;stroke-width:2;stroke-linejoin:round}\
+.librate-plot .dashed{stroke-dasharray:6 4}.librate-plot .thin{stroke-width:1;stroke-opacity:.6}\
+.librate-plot .dot{fill:currentColor}.librate-plot .ring{fill:none;stroke:currentColor;stroke-width:1.5}\
+.librate-plot .c0{color:#0072b2}.librate-plot .c1{color:#d55e00}.librate-plot .c2{color:#009e73}.librate-plot .c3{color:#cc79a7}\
+.librate-plot .c4{color:#56b4e9}.librate-plot .c5{color:#e69f00}.librate-plot .c6{color:#785e3c}.librate-plot .c7{color:#5a5a5a}.librate-plot .unknown{color:#9a9a9a}.librate-plot .cell{shape-rendering:crispEdges}\
+@media (prefers-color-scheme:dark){.librate-plot .paper{fill:#16181d}.librate-plot text{fill:#e4e6ea}.librate-plot .grid{stroke:#33373f}\
+.librate-plot .c0{color:#4aa8e8}.librate-plot .c6{color:#c2a075}.librate-plot .c7{color:#b5b5b5}}";
 
-/// What is drawn on an area.
-pub(super) type Drawing<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-/// Axes to draw curves in.
-pub(super) type Axes<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+/// Around panels.
+const MARGIN: f64 = 14.0;
+/// Left of a panel for the numbers of its axis, and below.
+const LEFT: f64 = 66.0;
+const BELOW: f64 = 46.0;
+/// Of a line of text.
+const LINE: f64 = 20.0;
+/// Between points as near as this a curve is straight for any eye.
+const MOST_SMOOTH: usize = 1000;
 
-/// An SVG picture of some size in pixels.
-pub(super) fn svg(size: (u32, u32), draw: impl FnOnce(&Drawing<'_>) -> Result<(), Box<dyn Error>>) -> String {
-    let mut text = String::new();
-    let area = SVGBackend::with_string(&mut text, size).into_drawing_area();
-    // Drawing into a text does not fail; what could be drawn is there in any case.
-    let _ = area
-        .fill(&PAPER)
-        .map_err(Box::from)
-        .and_then(|()| draw(&area))
-        .and_then(|()| area.present().map_err(Box::from));
-    drop(area);
-    text
+/// An axis: what it says and from where to where it goes.
+pub(super) struct Axis {
+    label: String,
+    low: f64,
+    high: f64,
+    ticks: Ticks,
 }
 
-/// Axes over two ranges, with what they are called where that is said.
-pub(super) fn axes<'a>(
-    area: &Drawing<'a>,
-    x: Range<f64>,
-    y: Range<f64>,
-    names: (&str, Option<&str>),
-) -> Result<Axes<'a>, Box<dyn Error>> {
-    let mut chart =
-        ChartBuilder::on(area).margin(16).x_label_area_size(40).y_label_area_size(64).build_cartesian_2d(x, y)?;
-    let mut mesh = chart.configure_mesh();
-    mesh.bold_line_style(FAINT)
-        .light_line_style(TRANSPARENT)
-        .axis_style(INK)
-        .label_style((FONT, 13).into_font().color(&INK))
-        .axis_desc_style((FONT, 14).into_font().color(&INK))
-        .x_desc(names.0);
-    if let Some(name) = names.1 {
-        mesh.y_desc(name);
+/// What stands along an axis.
+enum Ticks {
+    Numbers,
+    /// At 1, 2, …
+    Names(Vec<String>),
+    None,
+}
+
+impl Axis {
+    /// Over all of some values with a share of them for room at both ends; numbers that are not finite do not count.
+    pub(super) fn over(label: impl Into<String>, values: impl Iterator<Item = f64>, room: f64) -> Self {
+        let finite = values.filter(|value| value.is_finite()).map(|value| value.clamp(-1e300, 1e300));
+        let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+        let size = low.abs().max(high.abs());
+        // A single value, or none, has an axis as well; what differs by rounding errors is one.
+        let (low, high) = match high - low {
+            span if span > 1e-12 * size => (low - room * span, high + room * span),
+            _ if low > high => (0.0, 1.0),
+            _ if size == 0.0 => (-1.0, 1.0),
+            _ => (low - 0.5 * size, high + 0.5 * size),
+        };
+        Self { label: label.into(), low, high, ticks: Ticks::Numbers }
     }
-    mesh.draw()?;
-    drop(mesh);
-    Ok(chart)
+
+    /// With a name at each of 1, 2, …
+    pub(super) fn names(label: impl Into<String>, names: Vec<String>) -> Self {
+        Self { label: label.into(), low: 0.4, high: names.len() as f64 + 0.6, ticks: Ticks::Names(names) }
+    }
+
+    /// Without a number on it.
+    pub(super) fn blank(low: f64, high: f64) -> Self {
+        Self { label: String::new(), low, high, ticks: Ticks::None }
+    }
+
+    fn share(&self, value: f64) -> f64 {
+        (value - self.low) / (self.high - self.low)
+    }
+
+    /// Places with what stands there, and the power of ten that all numbers are to be multiplied by.
+    fn marks(&self, most: usize) -> (Vec<(f64, String)>, i32) {
+        match &self.ticks {
+            Ticks::None => (Vec::new(), 0),
+            Ticks::Names(names) => {
+                let step = names.len().div_ceil(most.max(1)).max(1);
+                let shown = names.iter().enumerate().step_by(step);
+                (shown.map(|(at, name)| (at as f64 + 1.0, name.clone())).collect(), 0)
+            }
+            Ticks::Numbers => self.numbers(most),
+        }
+    }
+
+    fn numbers(&self, most: usize) -> (Vec<(f64, String)>, i32) {
+        let rough = (self.high - self.low) / most.max(1) as f64;
+        let tens = power_of_ten(rough);
+        // 1, 2, 5 or 10 of that power; numbers are whole multiples, which print exactly.
+        let unit = ten_to(tens);
+        let factor = [1.0, 2.0, 5.0].into_iter().find(|factor| factor * unit >= rough).unwrap_or(10.0);
+        let step = factor * unit;
+        let top = power_of_ten(self.low.abs().max(self.high.abs()));
+        let scale = if (-3..6).contains(&top) { 0 } else { top };
+        let decimals = usize::try_from(scale - tens).unwrap_or(0);
+        let (first, last) = ((self.low / step - 1e-9).ceil(), (self.high / step + 1e-9).floor());
+        let mut marks = Vec::new();
+        let mut at = first;
+        while at <= last && marks.len() <= 2 * most {
+            let text = format!("{:.*}", decimals.min(17), at * factor * ten_to(tens - scale));
+            let shown = if decimals > 0 { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+            marks.push((at * step, if shown == "-0" { "0".to_owned() } else { shown.to_owned() }));
+            at += 1.0;
+        }
+        (marks, scale)
+    }
+}
+
+/// The power of ten of the first digit.
+fn power_of_ten(value: f64) -> i32 {
+    format!("{value:e}").split_once('e').and_then(|(_, power)| power.parse().ok()).unwrap_or(0)
+}
+
+/// 10^n as the nearest double on every machine.
+fn ten_to(power: i32) -> f64 {
+    format!("1e{power}").parse().unwrap_or(1.0)
+}
+
+/// How a curve is drawn.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Stroke {
+    Solid,
+    Dashed,
+    Thin,
+    Dots,
+    Rings,
+    /// Upright lines from 0.
+    Stems,
+}
+
+/// Points of one kind, in the order in which they are joined.
+pub(super) struct Curve {
+    /// For the legend; curves of one name have one entry.
+    pub(super) name: String,
+    pub(super) colour: usize,
+    pub(super) stroke: Stroke,
+    /// Broken where a number is not finite.
+    pub(super) points: Vec<[f64; 2]>,
+}
+
+/// A rectangle, by two opposite corners; from 0, hardly to be seen, to 1. `None` for what is not known.
+pub(super) struct Cell {
+    pub(super) corners: [[f64; 2]; 2],
+    pub(super) shade: Option<f64>,
+}
+
+/// A pair of axes with what is drawn between them.
+pub(super) struct Panel {
+    pub(super) title: String,
+    pub(super) x: Axis,
+    pub(super) y: Axis,
+    pub(super) cells: Vec<Cell>,
+    pub(super) curves: Vec<Curve>,
+    /// So that lengths on both axes are alike.
+    pub(super) square: bool,
+}
+
+impl Panel {
+    pub(super) fn new(x: Axis, y: Axis, curves: Vec<Curve>) -> Self {
+        Self { title: String::new(), x, y, cells: Vec::new(), curves, square: false }
+    }
+
+    pub(super) fn titled(mut self, title: impl Into<String>) -> Self {
+        self.title = title.into();
+        self
+    }
+
+    /// Widens one of the axes.
+    fn squared(&mut self, [width, height]: [f64; 2]) {
+        let [x, y] = [self.x.high - self.x.low, self.y.high - self.y.low];
+        let unit = (x / width).max(y / height);
+        for (axis, size) in [(&mut self.x, width), (&mut self.y, height)] {
+            let more = 0.5 * (unit * size - (axis.high - axis.low));
+            axis.low -= more;
+            axis.high += more;
+        }
+    }
+}
+
+/// What an entry of a legend shows.
+pub(super) enum Sample {
+    Curve(usize, Stroke),
+    Cell(Option<f64>),
+}
+
+/// A picture: panels row by row.
+pub(super) struct Picture {
+    pub(super) title: String,
+    /// What is to be seen, in words.
+    pub(super) description: String,
+    pub(super) columns: usize,
+    /// Of each panel between its axes.
+    pub(super) size: [f64; 2],
+    pub(super) panels: Vec<Panel>,
+    /// Beside the names of the curves.
+    pub(super) legend: Vec<(Sample, String)>,
+}
+
+impl Picture {
+    /// A picture of one panel.
+    pub(super) fn single(title: &str, description: String, panel: Panel) -> Self {
+        let (title, panels) = (title.to_owned(), vec![panel]);
+        Self { title, description, columns: 1, size: [600.0, 360.0], panels, legend: Vec::new() }
+    }
+
+    /// The whole file.
+    pub(super) fn svg(mut self) -> String {
+        let legend = self.entries();
+        let widest = legend.iter().map(|(_, name)| name.width()).max();
+        let beside = widest.map_or(0.0, |columns| 44.0 + 7.2 * columns as f64);
+        let [width, height] = self.size;
+        let is_titled = self.panels.iter().any(|panel| !panel.title.is_empty());
+        let is_numbered = |axis: &Axis| !matches!(axis.ticks, Ticks::None) || !axis.label.is_empty();
+        let left = if self.panels.iter().any(|panel| is_numbered(&panel.y)) { LEFT } else { MARGIN };
+        let below = if self.panels.iter().any(|panel| is_numbered(&panel.x)) { BELOW } else { MARGIN };
+        let above = if is_titled { LINE } else { 0.0 };
+        let columns = self.columns.clamp(1, self.panels.len().max(1));
+        let rows = self.panels.len().div_ceil(columns);
+        let [across, down] = [left + width + MARGIN, above + height + below];
+        let top = MARGIN + LINE + 6.0;
+        let titles = MARGIN * 2.0 + 8.4 * self.title.width() as f64;
+        let total = (columns as f64 * across + beside + MARGIN).max(titles);
+        let least = LINE * legend.len() as f64;
+        let deep = top + (rows as f64 * down).max(least) + MARGIN * 0.5;
+        let mut out = String::new();
+        self.open(&mut out, [total, deep]);
+        for (at, panel) in self.panels.iter_mut().enumerate() {
+            let [x, y] = [(at % columns) as f64 * across + left, top + (at / columns) as f64 * down + above];
+            if panel.square {
+                panel.squared(self.size);
+            }
+            draw(&mut out, panel, [x, y], self.size);
+        }
+        let x = columns as f64 * across + MARGIN;
+        for (at, (sample, name)) in legend.iter().enumerate() {
+            entry(&mut out, sample, name, [x, top + above + LINE * (at as f64 + 0.5)]);
+        }
+        out.push_str("</svg>\n");
+        out
+    }
+
+    /// Names of curves, each once, and what else is said.
+    fn entries(&mut self) -> Vec<(Sample, String)> {
+        let mut legend: Vec<(Sample, String)> = Vec::new();
+        for curve in self.panels.iter().flat_map(|panel| &panel.curves) {
+            if !curve.name.is_empty() && legend.iter().all(|(_, name)| *name != curve.name) {
+                legend.push((Sample::Curve(curve.colour, curve.stroke), curve.name.clone()));
+            }
+        }
+        legend.append(&mut self.legend);
+        legend
+    }
+
+    fn open(&self, out: &mut String, [width, height]: [f64; 2]) {
+        let id = name_of(&[&self.title, &self.description]);
+        let (title, description) = (escaped(&self.title), escaped(&self.description));
+        let _ = write!(
+            out,
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"librate-plot\" viewBox=\"0 0 {w} {h}\" width=\"{w}\" height=\"{h}\" \
+             role=\"img\" aria-labelledby=\"{id}t {id}d\">\n<title id=\"{id}t\">{title}</title>\n<desc id=\"{id}d\">{description}</desc>\n\
+             <style>{STYLE}</style>\n<rect class=\"paper\" width=\"100%\" height=\"100%\"/>\n\
+             <text class=\"title\" x=\"{MARGIN}\" y=\"{}\">{title}</text>\n",
+            MARGIN + 12.0,
+            w = place(width),
+            h = place(height),
+        );
+    }
+}
+
+/// `Motion: three_pendulums`
+pub(super) fn titled(what: &str, model: Option<&str>) -> String {
+    model.map_or_else(|| what.to_owned(), |name| format!("{what}: {name}"))
+}
+
+/// A name for what a page may hold several of.
+fn name_of(texts: &[&str]) -> String {
+    let bytes = texts.iter().flat_map(|text| text.bytes());
+    // Fowler, Noll and Vo's hash.
+    let hash =
+        bytes.fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3));
+    format!("p{hash:016x}")
+}
+
+/// For text and attributes.
+pub(super) fn escaped(text: &str) -> String {
+    let visible = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect::<String>();
+    visible.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+/// A length in hundredths, as short as possible.
+fn place(value: f64) -> String {
+    let text = format!("{:.2}", value.clamp(-1e5, 1e5));
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" { "0" } else { text }.to_owned()
+}
+
+/// A panel whose upper left corner between the axes is at a place.
+fn draw(out: &mut String, panel: &Panel, [left, top]: [f64; 2], [width, height]: [f64; 2]) {
+    let (x, y) = (&panel.x, &panel.y);
+    if !panel.title.is_empty() {
+        let _ =
+            writeln!(out, "<text x=\"{}\" y=\"{}\">{}</text>", place(left), place(top - 6.0), escaped(&panel.title));
+    }
+    // So many that names and numbers stand apart.
+    let longest = match &x.ticks {
+        Ticks::Names(names) => names.iter().map(|name| name.width()).max().unwrap_or(1),
+        Ticks::Numbers | Ticks::None => 8,
+    };
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "lengths on a page")]
+    let most = |length: f64, each: f64| ((length / each) as usize).max(2);
+    let (across, x_scale) = x.marks(most(width, 9.0 * (longest as f64 + 1.0)));
+    let (up, y_scale) = y.marks(most(height, 42.0));
+    let bottom = top + height;
+    let _ = writeln!(out, "<g class=\"small\">");
+    for (value, text) in &across {
+        let at = place(left + x.share(*value) * width);
+        let _ = writeln!(
+            out,
+            "<path class=\"grid\" d=\"M{at} {}V{}\"/><text x=\"{at}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
+            place(top),
+            place(bottom),
+            place(bottom + 16.0),
+            escaped(text)
+        );
+    }
+    for (value, text) in &up {
+        let at = bottom - y.share(*value) * height;
+        let _ = writeln!(
+            out,
+            "<path class=\"grid\" d=\"M{} {at}H{}\"/><text x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text>",
+            place(left),
+            place(left + width),
+            place(left - 7.0),
+            place(at + 4.0),
+            escaped(text),
+            at = place(at),
+        );
+    }
+    out.push_str("</g>\n");
+    let [middle, half] = [left + 0.5 * width, top + 0.5 * height];
+    if !x.label.is_empty() {
+        let _ = writeln!(
+            out,
+            "<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}{}</text>",
+            place(middle),
+            place(bottom + 36.0),
+            escaped(&x.label),
+            scaled(x_scale)
+        );
+    }
+    if !y.label.is_empty() {
+        let at = place(left - LEFT + 16.0);
+        let _ = writeln!(
+            out,
+            "<text x=\"{at}\" y=\"{y}\" text-anchor=\"middle\" transform=\"rotate(-90 {at} {y})\">{}{}</text>",
+            escaped(&y.label),
+            scaled(y_scale),
+            y = place(half)
+        );
+    }
+    // What is drawn ends at the frame.
+    let _ = writeln!(
+        out,
+        "<svg x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\">",
+        place(left),
+        place(top),
+        place(width),
+        place(height)
+    );
+    let on_page = |[a, b]: [f64; 2]| [x.share(a) * width, height - y.share(b) * height];
+    if y.low < 0.0 && y.high > 0.0 && !matches!(y.ticks, Ticks::Names(_)) && !panel.square {
+        let _ = writeln!(out, "<path class=\"zero\" d=\"M0 {}H{}\"/>", place(on_page([0.0, 0.0])[1]), place(width));
+    }
+    for cell in &panel.cells {
+        let [[a, b], [c, d]] = cell.corners.map(on_page);
+        let [w, h] = [(c - a).abs(), (d - b).abs()].map(place);
+        let _ = writeln!(
+            out,
+            "<rect x=\"{}\" y=\"{}\" width=\"{w}\" height=\"{h}\"{}/>",
+            place(a.min(c)),
+            place(b.min(d)),
+            shaded(cell.shade)
+        );
+    }
+    for curve in &panel.curves {
+        draw_curve(out, curve, &on_page);
+    }
+    let _ = writeln!(
+        out,
+        "</svg>\n<rect class=\"frame\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/>",
+        place(left),
+        place(top),
+        place(width),
+        place(height)
+    );
+}
+
+/// Behind a label: what its numbers are multiplied by.
+fn scaled(power: i32) -> String {
+    if power == 0 {
+        return String::new();
+    }
+    let power = power.to_string();
+    let digits = power.chars().map(|c| match c {
+        '-' => '⁻',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        c => c.to_digit(10).and_then(|digit| char::from_u32(0x2070 + digit)).unwrap_or(c),
+    });
+    format!(" · 10{}", digits.collect::<String>())
+}
+
+fn shaded(shade: Option<f64>) -> String {
+    match shade {
+        Some(share) => format!(" class=\"c1 dot cell\" fill-opacity=\"{}\"", place(share)),
+        None => " class=\"unknown dot cell\" fill-opacity=\"0.6\"".to_owned(),
+    }
+}
+
+fn draw_curve(out: &mut String, curve: &Curve, on_page: &dyn Fn([f64; 2]) -> [f64; 2]) {
+    let colour = curve.colour % COLOURS;
+    let pieces = curve.points.split(|point| !point.iter().all(|value| value.is_finite()));
+    for piece in pieces.filter(|piece| !piece.is_empty()) {
+        let points: Vec<[f64; 2]> = piece.iter().copied().map(on_page).collect();
+        let (class, is_point) = match curve.stroke {
+            Stroke::Solid => ("line", false),
+            Stroke::Dashed => ("line dashed", false),
+            Stroke::Thin => ("line thin", false),
+            Stroke::Dots => ("dot", true),
+            Stroke::Rings => ("ring", true),
+            Stroke::Stems => ("line", false),
+        };
+        if curve.stroke == Stroke::Stems {
+            let feet = piece.iter().map(|[x, _]| on_page([*x, 0.0])[1]);
+            let stems =
+                points.iter().zip(feet).map(|([x, y], foot)| format!("M{} {}V{}", place(*x), place(foot), place(*y)));
+            let _ = writeln!(out, "<path class=\"c{colour} line\" d=\"{}\"/>", stems.collect::<String>());
+        } else if is_point || points.len() == 1 {
+            let class = if is_point { class } else { "dot" };
+            for [x, y] in points {
+                let _ = writeln!(
+                    out,
+                    "<circle class=\"c{colour} {class}\" cx=\"{}\" cy=\"{}\" r=\"3\"/>",
+                    place(x),
+                    place(y)
+                );
+            }
+        } else {
+            let _ = writeln!(out, "<path class=\"c{colour} {class}\" d=\"{}\"/>", path(&points));
+        }
+    }
+}
+
+/// Cubic pieces through points where one coordinate rises from each to the next, straight ones where not.
+fn path(points: &[[f64; 2]]) -> String {
+    let mut out = String::new();
+    let Some([x, y]) = points.first() else {
+        return out;
+    };
+    let _ = write!(out, "M{} {}", place(*x), place(*y));
+    let rises = points.windows(2).all(|pair| matches!(pair, [a, b] if b[0] > a[0]));
+    if !rises || points.len() < 3 || points.len() > MOST_SMOOTH {
+        for [x, y] in &points[1..] {
+            let _ = write!(out, "L{} {}", place(*x), place(*y));
+        }
+        return out;
+    }
+    let slopes = slopes(points);
+    for ((pair, from), to) in points.windows(2).zip(&slopes).zip(&slopes[1..]) {
+        let [[a, b], [c, d]] = [pair[0], pair[1]];
+        let third = (c - a) / 3.0;
+        let numbers = [a + third, b + from * third, c - third, d - to * third, c, d].map(place);
+        let _ = write!(out, "C{}", numbers.join(" "));
+    }
+    out
+}
+
+/// Slopes with which cubic pieces rise and fall where their ends do (Fritsch and Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300).
+fn slopes(points: &[[f64; 2]]) -> Vec<f64> {
+    let chords: Vec<[f64; 2]> = points
+        .windows(2)
+        .map(|pair| {
+            let run = pair[1][0] - pair[0][0];
+            [run, (pair[1][1] - pair[0][1]) / run]
+        })
+        .collect();
+    let inner = chords.windows(2).map(|pair| {
+        let [[h, s], [k, t]] = [pair[0], pair[1]];
+        if s * t <= 0.0 {
+            return 0.0;
+        }
+        let share = (h + 2.0 * k) / (3.0 * (h + k));
+        s * t / (share * t + (1.0 - share) * s)
+    });
+    let first = chords.first().map(|chord| chord[1]);
+    let last = chords.last().map(|chord| chord[1]);
+    first.into_iter().chain(inner).chain(last).collect()
+}
+
+/// An entry of the legend, its middle at a height.
+fn entry(out: &mut String, sample: &Sample, name: &str, [x, y]: [f64; 2]) {
+    match sample {
+        Sample::Curve(colour, stroke) => {
+            let at = |x: f64| [x, y];
+            let points = match stroke {
+                Stroke::Dots | Stroke::Rings => vec![at(x + 11.0)],
+                Stroke::Solid | Stroke::Dashed | Stroke::Thin | Stroke::Stems => vec![at(x), at(x + 22.0)],
+            };
+            let stroke = if *stroke == Stroke::Stems { Stroke::Solid } else { *stroke };
+            draw_curve(out, &Curve { name: String::new(), colour: *colour, stroke, points }, &|point| point);
+        }
+        Sample::Cell(shade) => {
+            let _ = writeln!(
+                out,
+                "<rect x=\"{x}\" y=\"{y}\" width=\"22\" height=\"12\"{}/><rect class=\"frame\" x=\"{x}\" y=\"{y}\" width=\"22\" height=\"12\"/>",
+                shaded(*shade),
+                x = place(x),
+                y = place(y - 6.0)
+            );
+        }
+    }
+    let _ = writeln!(out, "<text x=\"{}\" y=\"{}\">{}</text>", place(x + 30.0), place(y + 4.5), escaped(name));
 }

@@ -11,6 +11,8 @@ pub mod program;
 
 pub mod code;
 
+pub mod figure;
+
 pub mod sensitivity;
 
 pub mod inertia;
@@ -32,5 +34,7 @@ mod error;
 pub use error::Error;
 
 pub mod sweep;
+
+pub mod tracking;
 
 pub mod chart;

@@ -14,7 +14,7 @@ use librate_core::modes::{Kind, Options};
 use librate_core::number::Number;
 use librate_core::oscillation::{self, NormalModes};
 use librate_core::precision::{Ball, Scalar};
-use librate_core::syntax::File;
+use librate_core::syntax::{File, print_unit};
 
 /// Deriving once does not pay for fewer places, ...
 const FEW: usize = 16;
@@ -76,6 +76,16 @@ impl Sweep {
         &self.range
     }
 
+    /// The unit that the parameter is declared with, as it is written.
+    #[must_use]
+    pub fn unit(&self) -> Option<String> {
+        let name = self.range.name();
+        let stem = name.split('[').next().unwrap_or(name).trim();
+        let mut bindings = self.file.statements.iter().flat_map(|statement| statement.kind.parameters());
+        let unit = bindings.find(|own| *own.name.text == *stem)?.unit?;
+        Some(print_unit(&self.file, unit))
+    }
+
     /// What is asked of the modes.
     #[must_use]
     pub fn options(&self) -> &Options {
@@ -118,6 +128,21 @@ impl Sweep {
             Ok((linearized, modes))
         };
         Place { value: self.value(place), result: solve() }
+    }
+
+    /// The same over as many places and one between any two; `None` where that is too many, or there is a single one.
+    pub(crate) fn finer(&self) -> Option<Self> {
+        let Self { file, tables, settings, range, options, ends, .. } = self;
+        let (file, tables, settings) = (file.clone(), tables.clone(), settings.clone());
+        Some(Self {
+            file,
+            tables,
+            settings,
+            range: range.finer()?,
+            options: options.clone(),
+            ends: ends.clone(),
+            derived: None,
+        })
     }
 
     /// The model with its parameter open; `None` where it is better solved place by place.

@@ -333,19 +333,9 @@ fn limits_of_what_is_no_parameter_name_those_there_are() {
 #[test]
 fn a_chart_as_table_and_picture() {
     let [svg, borders] = ["chart.svg", "borders.csv"].map(|name| scratch(name, b""));
-    let run = run(&[
-        "floquet",
-        "models/mathieu.lag",
-        "--map",
-        "a=-1..5:7",
-        "q=0..2:3",
-        "--threads",
-        "3",
-        "--svg",
-        svg.to_str().unwrap(),
-        "--borders",
-        borders.to_str().unwrap(),
-    ]);
+    let chart = ["floquet", "models/mathieu.lag", "--map", "a=-1..5:7", "q=0..2:3", "--threads", "3"];
+    assert_eq!(printed(&[&["plot"], &chart[..], &["-o", svg.to_str().unwrap()]].concat()), "");
+    let run = run(&[&chart[..], &["--borders", borders.to_str().unwrap()]].concat());
     assert_eq!((run.status, run.err.as_str()), (0, ""));
     let lines: Vec<&str> = run.out.lines().collect();
     assert_eq!(lines[0], "a,q,stable,growth_rate");

@@ -180,24 +180,25 @@ fn results_are_not_written_over_what_was_read() {
     symlink("own.lag", folder.join("soft.lag")).unwrap();
     symlink("q.csv", folder.join("soft.csv")).unwrap();
     let before = names(&folder);
-    let motion = ["--start", "x=1", "--until", "1", "--samples", "2", "--svg"];
+    let motion = ["--start", "x=1", "--until", "1", "--samples", "2", "-o"];
     for model in ["own.lag", "hard.lag", "soft.lag"] {
         for picture in ["own.lag", "./own.lag", "hard.lag", "soft.lag", "q.csv", "soft.csv"] {
-            let run = within(&folder, &[&["motion", model], &motion[..], &[picture]].concat());
+            let run = within(&folder, &[&["plot", "motion", model], &motion[..], &[picture]].concat());
             is_fault(&run, "this command reads that file");
         }
     }
-    let line = format!("\"$L\" motion - {} own.lag < own.lag", motion.join(" "));
+    let line = format!("\"$L\" plot motion - {} own.lag < own.lag", motion.join(" "));
     is_fault(&shell(&folder, &line), "this command reads that file");
-    let line = format!("\"$L\" motion own.lag {} out > out", motion.join(" "));
+    let line = format!("\"$L\" plot motion own.lag {} out > out", motion.join(" "));
     is_fault(&shell(&folder, &line), "has written it already");
     fs::remove_file(folder.join("out")).unwrap();
-    let period = ["period", "own.lag", "--over", "energy=1..2:2", "--svg"];
+    let period = ["plot", "period", "own.lag", "--over", "energy=1..2:2", "-o"];
     is_fault(&within(&folder, &[&period[..], &["hard.lag"]].concat()), "this command reads that file");
     fs::copy("models/mathieu.lag", folder.join("z.lag")).unwrap();
     let chart = ["floquet", "z.lag", "--map", "a=0..1:2", "q=0..1:2"];
     is_fault(&within(&folder, &[&chart[..], &["--borders", "z.lag"]].concat()), "this command reads that file");
-    is_fault(&within(&folder, &[&chart[..], &["--borders", "b", "--svg", "./b"]].concat()), "has written it already");
+    let drawn = [&["plot"], &chart[..], &["--borders", "b", "-o", "./b"]].concat();
+    is_fault(&within(&folder, &drawn), "has written it already");
     fs::remove_file(folder.join("b")).unwrap();
     fs::remove_file(folder.join("z.lag")).unwrap();
     assert_eq!(fs::read_to_string(folder.join("own.lag")).unwrap(), text);
@@ -209,7 +210,7 @@ fn pictures_are_whole_and_keep_permissions_and_links() {
     let folder = folder("pictures");
     fs::write(folder.join("m.lag"), NEAT).unwrap();
     let draw = |picture: &str| {
-        let arguments = ["motion", "m.lag", "--start", "x=1", "--until", "1", "--svg", picture];
+        let arguments = ["plot", "motion", "m.lag", "--start", "x=1", "--until", "1", "-o", picture];
         within(&folder, &arguments)
     };
     assert_eq!(draw("new.svg").status, 0);

@@ -418,7 +418,6 @@ fn one_motion_is_asked_for() {
         &["--amplitude", "1) + (1"],
         &["--energy", ""],
         &["--over", "k=0..1:3"],
-        &["--amplitude", "1", "--svg", "x.svg"],
     ] {
         let mut arguments = vec!["period", "-"];
         arguments.extend(wrong);
@@ -448,16 +447,23 @@ fn curves_are_drawn() {
     let folder = std::env::temp_dir().join(format!("librate-period-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     let file = folder.join("curve.svg");
-    let run =
-        run(&["period", "models/simple_pendulum.lag", "--over", "energy=5..60:12", "--svg", file.to_str().unwrap()]);
+    let run = run(&[
+        "plot",
+        "period",
+        "models/simple_pendulum.lag",
+        "--over",
+        "energy=5..60:12",
+        "-o",
+        file.to_str().unwrap(),
+    ]);
     assert_eq!(run.status, 0, "{}", run.err);
     let svg = std::fs::read_to_string(&file).unwrap();
     std::fs::remove_dir_all(&folder).unwrap();
     assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"));
     // Below the barrier and above it: two lines.
-    let line = svg.matches("stroke=\"#1F77B4\"").count();
-    assert_eq!(line, 2, "{svg}");
-    assert!(svg.contains("period in s"));
+    assert!(svg.contains("<path class=\"c0 line\"") && svg.contains("<path class=\"c1 line\""), "{svg}");
+    assert!(svg.contains(">libration<") && svg.contains(">rotation<"));
+    assert!(svg.contains("period (s)"));
 }
 
 #[test]

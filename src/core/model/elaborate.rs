@@ -382,10 +382,10 @@ impl<'a> Elaborator<'a> {
         let energies = std::mem::take(&mut self.energies);
         if let (Some((_, span)), Some((_, energy))) = (energies.lagrangian, energies.kinetic.or(energies.potential)) {
             self.errors.push(ModelError::LagrangianBesideEnergies { span, energy });
-        } else if purpose == Purpose::Motion && energies.kinetic.is_none() && energies.lagrangian.is_none() {
+        } else if purpose != Purpose::Tensors && energies.kinetic.is_none() && energies.lagrangian.is_none() {
             self.errors.push(ModelError::MissingKinetic {});
         }
-        if purpose == Purpose::Motion && count == 0 && self.world.coordinate_families.is_empty() {
+        if purpose != Purpose::Tensors && count == 0 && self.world.coordinate_families.is_empty() {
             self.errors.push(ModelError::NoCoordinates {});
         }
         let kinetic = self.energy(energies.kinetic, "T");
@@ -407,6 +407,7 @@ impl<'a> Elaborator<'a> {
         let (rolling, constraints): (Vec<_>, Vec<_>) = constraints.into_iter().partition(|own| self.rolls(own));
         let tensors = self.tensors(purpose == Purpose::Tensors, &dimensions);
         let unnamed_tensors = self.unnamed_tensors();
+        let points = if purpose == Purpose::Picture { self.points() } else { Vec::new() };
         let is_lagrangian = energies.lagrangian.is_some();
         Ok(Model {
             name: self.model_name.map(|(name, _)| name),
@@ -431,6 +432,7 @@ impl<'a> Elaborator<'a> {
             time_dependent,
             tensors,
             unnamed_tensors,
+            points,
             has_units: self.has_units,
             pool: self.world.pool,
         })

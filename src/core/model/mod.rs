@@ -25,6 +25,7 @@ mod members;
 mod mistakes;
 mod names;
 mod parameters;
+mod points;
 mod program;
 mod range;
 mod rates;
@@ -48,6 +49,7 @@ pub use error::ModelError;
 pub use feature::Feature;
 pub use given::{Given, Givens};
 pub use names::{Parameter, SymbolKind};
+pub use points::Point;
 pub use range::Range;
 pub use settings::Settings;
 pub use table::TableTexts;
@@ -147,6 +149,8 @@ pub struct Model {
     pub tensors: Vec<Tensor>,
     /// Matrices of numbers and parameters that are written where a tensor of inertia is meant, without a name.
     pub unnamed_tensors: Vec<Tensor>,
+    /// The points that may be drawn, from [`elaborate_drawn`] alone.
+    pub points: Vec<Point>,
     /// Whether the file uses units, so that results are in SI.
     pub has_units: bool,
 }
@@ -176,11 +180,20 @@ pub fn elaborate_tensors(file: &File, tables: &TableTexts, settings: &Settings) 
     elaborate::elaborate(file, tables, settings, Purpose::Tensors)
 }
 
+/// Checks a parsed file that is to be drawn: [`Model::points`] are there.
+///
+/// # Errors
+/// As [`elaborate`].
+pub fn elaborate_drawn(file: &File, tables: &TableTexts, settings: &Settings) -> Result<Model, Vec<ModelError>> {
+    elaborate::elaborate(file, tables, settings, Purpose::Picture)
+}
+
 /// What a model is wanted for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Purpose {
     Motion,
     Tensors,
+    Picture,
 }
 
 /// The number of coordinates of a parsed file, from its declarations alone: long before

@@ -71,6 +71,13 @@ impl Range {
         self.count == 0
     }
 
+    /// With one place more between any two; `None` for one place alone, or too many.
+    #[must_use]
+    pub fn finer(&self) -> Option<Self> {
+        let count = 2 * self.count - 1;
+        (self.count > 1 && count < usize::MAX / 4).then(|| Self { count, ..self.clone() })
+    }
+
     /// The setting of the first place.
     pub fn first(&self) -> String {
         format!("{} = {}", self.name, self.from)

@@ -25,7 +25,7 @@ impl StatementKind {
     }
 
     /// The names with their values that a `param` statement gives.
-    pub(crate) fn parameters(&self) -> &[Binding] {
+    pub fn parameters(&self) -> &[Binding] {
         if let Self::Param(bindings) = self { bindings } else { &[] }
     }
 

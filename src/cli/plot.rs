@@ -1,0 +1,37 @@
+//! `librate plot`: the answers of other commands as pictures.
+
+use std::path::PathBuf;
+
+use super::args::{MessageFormat, Plot, Plotted};
+use super::output::write_file;
+use super::{Answer, Failure, chart, modes_text, motion, period, sweep, wrong_request};
+
+pub(super) fn text(plot: &Plot, format: MessageFormat) -> Result<Answer, Failure> {
+    let (answer, output): (_, &Option<PathBuf>) = match &plot.what {
+        Plotted::Modes(own) => (modes_text(&own.args), &own.output),
+        Plotted::Sweep(own) => (sweep::text(&own.args), &own.output),
+        Plotted::Period(own) if own.args.over.is_none() => {
+            let message = "a single period is no curve".to_owned();
+            return Err(wrong_request(message, "write `--over amplitude=a..b:count` or `--over energy=a..b:count`"));
+        }
+        Plotted::Period(own) => (period::text(&own.args), &own.output),
+        Plotted::Floquet(own) => match own.args.map.as_slice() {
+            [first, second] => (chart::run(&own.args, first, second), &own.output),
+            _ => {
+                let message = "multipliers at one place are no chart".to_owned();
+                return Err(wrong_request(message, "write `--map NAME=a..b:count NAME=c..d:count`"));
+            }
+        },
+        Plotted::Motion(own) if own.args.start_table.is_some() => {
+            let message = "motions from several starts are not drawn".to_owned();
+            return Err(wrong_request(message, "draw one of them with `--start`"));
+        }
+        Plotted::Motion(own) => (motion::text(&own.args, format), &own.output),
+    };
+    let mut answer = answer?;
+    if let (Some(file), Some((source, _))) = (output, &mut answer.remarks) {
+        write_file(file, &answer.text, source)?;
+        answer.text.clear();
+    }
+    Ok(answer)
+}

@@ -1,0 +1,198 @@
+//! Where the masses of a model are: what may be drawn of it.
+//!
+//! A point is a vector of two or three components that moves: a named expression whose velocity is used (`let r = […]`, `dot(r', r')`),
+//! a family of coordinates that is read as vectors (`coord r[1..N, 1..3]`, `norm(r[i] - r[j])`), or what is named x, y and maybe z.
+//! Nothing is computed but the named expressions themselves.
+
+use std::collections::HashSet;
+
+use super::elaborate::Elaborator;
+use super::names::{Entity, Key, SymbolKind, member_name};
+use crate::expr::ExprId;
+use crate::syntax::{ExprKind, ExprRef};
+
+/// A point in a plane or in space.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Point {
+    /// `r`, `r[2]`, `(x, y)`.
+    pub name: String,
+    /// Its two or three Cartesian components, in the symbols of coordinates, parameters and the time.
+    pub position: Vec<ExprId>,
+}
+
+/// Families of more members are not drawn.
+const MOST_MEMBERS: usize = 5000;
+
+/// How names are used.
+#[derive(Default)]
+struct Uses<'f> {
+    /// Their velocities.
+    primed: HashSet<&'f str>,
+    /// As vectors, with so many indices.
+    vectors: HashSet<(&'f str, usize)>,
+}
+
+impl Elaborator<'_> {
+    /// The points of the model, each once.
+    pub(super) fn points(&mut self) -> Vec<Point> {
+        let file = self.file;
+        let mut uses = Uses::default();
+        let named = |at: ExprRef| match file.expr(at).kind {
+            ExprKind::Name(name) => Some((name, 0)),
+            ExprKind::Index { base, indices } => match file.expr(base).kind {
+                ExprKind::Name(name) => Some((name, indices.len())),
+                _ => None,
+            },
+            _ => None,
+        };
+        for expr in file.expressions.iter() {
+            match expr.kind {
+                ExprKind::Prime(inner) => uses.primed.extend(named(inner).map(|(name, _)| name)),
+                ExprKind::Call { function, arguments } if matches!(&*function.text, "dot" | "norm" | "cross") => {
+                    // Differences of vectors and velocities as well.
+                    let mut todo = arguments.to_vec();
+                    while let Some(at) = todo.pop() {
+                        match file.expr(at).kind {
+                            ExprKind::Prime(inner) | ExprKind::Negate(inner) => todo.push(inner),
+                            ExprKind::Sum(terms) => todo.extend(terms.iter().map(|term| term.value())),
+                            _ => uses.vectors.extend(named(at)),
+                        }
+                    }
+                }
+                _ => {}
+            }
+        }
+        let mut found = self.vector_families(&uses);
+        found.extend(self.named_axes(&uses));
+        found.extend(self.vector_lets(&uses));
+        let mut seen = HashSet::new();
+        found.retain(|point| seen.insert(point.position.clone()) && self.is_place(&point.position));
+        found
+    }
+
+    /// Whether components depend on coordinates and on no velocity.
+    fn is_place(&self, position: &[ExprId]) -> bool {
+        let symbols = self.world.pool.symbols_of(position);
+        let kinds: Vec<_> = symbols.into_iter().filter_map(|symbol| self.world.kinds.get(symbol)).collect();
+        let rests =
+            |kind: &SymbolKind| matches!(kind, SymbolKind::Coordinate(_) | SymbolKind::Parameter(_) | SymbolKind::Time);
+        kinds.iter().all(rests) && kinds.iter().any(|kind| matches!(kind, SymbolKind::Coordinate(_)))
+    }
+
+    fn coordinate_expression(&mut self, number: usize) -> ExprId {
+        let symbol = self.world.coordinates.at(number).symbol;
+        self.world.pool.symbol_expr(symbol)
+    }
+
+    /// Families of coordinates whose last index is that of a component.
+    fn vector_families(&mut self, uses: &Uses<'_>) -> Vec<Point> {
+        let mut found = Vec::new();
+        for at in 0..self.world.coordinate_families.len() {
+            let (name, grid) =
+                (self.world.coordinate_families[at].name.clone(), &self.world.coordinate_families[at].grid);
+            let [block] = grid.blocks.as_slice() else { continue };
+            let Some(last) = grid.rank.checked_sub(1).filter(|last| uses.vectors.contains(&(name.as_str(), *last)))
+            else {
+                continue;
+            };
+            let (size, base) = (block.extent(last), block.base);
+            if !matches!(size, 2 | 3) || block.len() > 3 * MOST_MEMBERS {
+                continue;
+            }
+            let keys: Vec<Key> = block.keys().step_by(size).collect();
+            for (place, key) in keys.into_iter().enumerate() {
+                let first = base + place * size;
+                let position = (first..first + size).map(|number| self.coordinate_expression(number)).collect();
+                found.push(Point { name: member_name(&name, last, &key), position });
+            }
+        }
+        found
+    }
+
+    /// Members of a named expression, or of coordinates, each with its indices.
+    fn scalars(&mut self, name: &str) -> Option<Vec<(Key, ExprId)>> {
+        match self.world.names.get(name)?.0 {
+            Entity::Coordinate(family) => {
+                let grid = self.world.coordinate_families[family].grid.clone();
+                let keys = if grid.rank == 0 { vec![[0; 3]] } else { grid.keys() };
+                let all = keys.into_iter().take(MOST_MEMBERS);
+                let one = |key: Key| {
+                    let number = grid.find(&key).or_else(|| grid.singles.values().map(|(number, _)| *number).next())?;
+                    Some((key, self.coordinate_expression(number)))
+                };
+                all.map(one).collect()
+            }
+            Entity::Let(number) => {
+                let members = self.members_of_let(number)?;
+                members.into_iter().map(|(key, value)| Some((key, value.scalar("").ok()?))).collect()
+            }
+            Entity::Parameter(_) | Entity::Table(_) => None,
+        }
+    }
+
+    fn members_of_let(&mut self, number: usize) -> Option<Vec<(Key, super::values::Value)>> {
+        let family = self.world.lets[number].family.clone();
+        let keys = if family.grid.rank == 0 { vec![[0; 3]] } else { family.grid.keys() };
+        if keys.len() > MOST_MEMBERS {
+            return None;
+        }
+        keys.into_iter().map(|key| Some((key, self.world.let_member(number, key, family.span, None).ok()?))).collect()
+    }
+
+    /// What is named like x, y and z, one of which moves.
+    fn named_axes(&mut self, uses: &Uses<'_>) -> Vec<Point> {
+        let mut names: Vec<(String, usize)> =
+            self.world.names.iter().map(|(name, (_, span))| (name.clone(), span.start as usize)).collect();
+        names.sort_by_key(|(_, start)| *start);
+        let mut found = Vec::new();
+        for (x, _) in names {
+            let places = [Some(0), x.char_indices().last().map(|(at, _)| at).filter(|at| *at > 0)];
+            for at in places.into_iter().flatten() {
+                let letters = match x.get(at..=at) {
+                    Some("x") => ["y", "z"],
+                    Some("X") => ["Y", "Z"],
+                    _ => continue,
+                };
+                let [y, z] = letters.map(|letter| format!("{}{letter}{}", &x[..at], &x[at + 1..]));
+                let known = |name: &String| self.world.names.contains_key(name.as_str());
+                if !known(&y) || ![&x, &y, &z].into_iter().any(|name| uses.primed.contains(name.as_str())) {
+                    continue;
+                }
+                let all: Vec<String> = [x.clone(), y, z].into_iter().filter(known).collect();
+                let axes: Option<Vec<Vec<(Key, ExprId)>>> = all.iter().map(|name| self.scalars(name)).collect();
+                let Some(axes) = axes else { continue };
+                let Some((first, others)) = axes.split_first() else { continue };
+                for (key, own) in first {
+                    let rest = others.iter().map(|axis| Some(axis.iter().find(|(other, _)| other == key)?.1));
+                    let Some(rest) = rest.collect::<Option<Vec<ExprId>>>() else { break };
+                    let position = std::iter::once(*own).chain(rest).collect();
+                    let rank =
+                        if *key == [0; 3] { 0 } else { key.iter().rposition(|at| *at != 0).map_or(0, |last| last + 1) };
+                    found.push(Point { name: member_name(&format!("({})", all.join(", ")), rank, key), position });
+                }
+                break;
+            }
+        }
+        found
+    }
+
+    /// Named vectors whose velocities are used.
+    fn vector_lets(&mut self, uses: &Uses<'_>) -> Vec<Point> {
+        let mut found = Vec::new();
+        for number in 0..self.world.lets.len() {
+            let (name, rank) = (self.world.lets[number].family.name.clone(), self.world.lets[number].family.grid.rank);
+            if !uses.primed.contains(name.as_str()) {
+                continue;
+            }
+            for (key, value) in self.members_of_let(number).unwrap_or_default() {
+                let Ok(position) = value.components("") else { break };
+                if !matches!(position.len(), 2 | 3) {
+                    break;
+                }
+                found.push(Point { name: member_name(&name, rank, &key), position });
+            }
+        }
+        found
+    }
+}

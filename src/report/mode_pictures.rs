@@ -1,0 +1,124 @@
+//! Mode shapes and sweeps as pictures.
+
+use super::Written;
+use super::picture::{Axis, Curve, Panel, Picture, Stroke, titled};
+use librate_core::linearize::Linearized;
+use librate_core::modes::Kind;
+use librate_core::oscillation::{NormalMode, NormalModes};
+use librate_studies::sweep::{Place, Sweep};
+use librate_studies::tracking::Branch;
+
+/// More shapes than this are no picture.
+const MOST_PANELS: usize = 60;
+/// Stems of more coordinates would touch each other.
+const MOST_STEMS: usize = 48;
+/// Frequencies of more branches can't be told apart.
+const MOST_NAMED: usize = 16;
+
+/// `omega = 3.132 rad/s, even`
+pub(super) fn caption(mode: &NormalMode, number: usize, has_units: bool) -> String {
+    let rate = if has_units { " rad/s" } else { "" };
+    let short = |value| Written::new(value, 5).text();
+    let mut text = match mode.kind {
+        Kind::Zero => format!("{number}: zero mode"),
+        Kind::Oscillation => format!("{number}: ω = {}{rate}", short(&mode.omega)),
+        Kind::Damped | Kind::Undecided => {
+            format!("{number}: ω = {}{rate}, growth {}", short(&mode.omega), short(&mode.growth))
+        }
+        Kind::Overdamped => format!("{number}: overdamped, {}", short(&mode.growth)),
+        Kind::Unstable => format!("{number}: unstable, growth {}", short(&mode.growth)),
+    };
+    if let Some(class) = &mode.symmetry {
+        text.push_str(&format!(", {class}"));
+    }
+    text
+}
+
+/// The shapes of the modes as an SVG picture, a panel each: how far each coordinate goes, and for shapes whose coordinates
+/// do not move in phase how far a quarter of a period later.
+#[must_use]
+pub fn modes_svg(linearized: &Linearized, modes: &NormalModes) -> String {
+    let model = linearized.model();
+    let names: Vec<String> = model.coordinates.names().collect();
+    let shown = modes.modes.len().min(MOST_PANELS);
+    let panels = modes.modes.iter().zip(1..).take(shown).map(|(mode, number)| {
+        let largest = mode.vector.iter().chain(&mode.imaginary).fold(0.0_f64, |most, part| most.max(part.abs()));
+        let size = if largest > 0.0 { largest } else { 1.0 };
+        let curve = |name: &str, colour, stroke, values: &[f64], aside: f64| {
+            let points = values.iter().zip(1..).map(|(part, at)| [f64::from(at) + aside, part / size]);
+            Curve { name: name.to_owned(), colour, stroke, points: points.collect() }
+        };
+        let is_complex = !mode.imaginary.is_empty();
+        let aside = if is_complex { 0.12 } else { 0.0 };
+        let first = if is_complex { "at the start" } else { "" };
+        let mut curves = Vec::new();
+        if names.len() <= MOST_STEMS {
+            curves.push(curve("", 0, Stroke::Stems, &mode.vector, -aside));
+            curves.push(curve(first, 0, Stroke::Dots, &mode.vector, -aside));
+        } else {
+            curves.push(curve(first, 0, Stroke::Solid, &mode.vector, 0.0));
+        }
+        if is_complex {
+            // Re((u + iv) e^(iωt)) is -v after a quarter of a period.
+            let later: Vec<f64> = mode.imaginary.iter().map(|part| -part).collect();
+            let stroke = if names.len() <= MOST_STEMS { Stroke::Stems } else { Stroke::Dashed };
+            curves.push(curve("", 1, stroke, &later, aside));
+            curves.push(curve("a quarter of a period later", 1, Stroke::Rings, &later, aside));
+        }
+        let across = Axis::names("", names.clone());
+        Panel::new(across, Axis::blank(-1.15, 1.15), curves).titled(caption(mode, number, model.has_units))
+    });
+    let left_out = match modes.modes.len() {
+        all if all > shown => format!(" The first {shown} of {all} modes."),
+        _ => String::new(),
+    };
+    let panels: Vec<Panel> = panels.collect();
+    Picture {
+        title: titled("Normal modes", model.name.as_deref()),
+        description: format!("The shape of each mode, with 1 for the largest component.{left_out}"),
+        columns: if names.len() > 12 { 2 } else { 3 },
+        size: if names.len() > 12 { [400.0, 110.0] } else { [240.0, 110.0] },
+        panels,
+        legend: Vec::new(),
+    }
+    .svg()
+}
+
+/// Frequencies over a parameter as an SVG picture, each mode followed by its shape; growth dashed, in a panel below where there is some.
+#[must_use]
+pub fn sweep_svg(sweep: &Sweep, places: &[Place], branches: &[Branch]) -> String {
+    let name = sweep.range().name();
+    let model = places.iter().find_map(|place| place.result.as_ref().ok()).map(|(linearized, _)| linearized.model());
+    let has_units = model.is_some_and(|model| model.has_units);
+    let value = |(place, at): &(usize, usize), pick: fn(&NormalMode) -> f64| {
+        let place = places.get(*place)?;
+        let (_, modes) = place.result.as_ref().ok()?;
+        Some([place.value, pick(modes.modes.get(*at)?)])
+    };
+    let curves = |stroke, pick: fn(&NormalMode) -> f64| -> Vec<Curve> {
+        let one = |(number, branch): (usize, &Branch)| {
+            let class = branch.class.as_ref().map_or_else(String::new, |class| format!(", {class}"));
+            let name = if branches.len() <= MOST_NAMED { format!("mode {}{class}", number + 1) } else { String::new() };
+            let points = branch.at.iter().filter_map(|at| value(at, pick)).collect();
+            Curve { name, colour: number, stroke, points }
+        };
+        branches.iter().enumerate().map(one).collect()
+    };
+    let label = sweep.unit().map_or_else(|| name.to_owned(), |unit| format!("{name} ({unit})"));
+    let across = || Axis::over(&label, places.iter().map(|place| place.value), 0.0);
+    let panel = |label: &str, curves: Vec<Curve>| {
+        let up = Axis::over(label, curves.iter().flat_map(|own| &own.points).map(|point| point[1]), 0.04);
+        Panel::new(across(), up, curves)
+    };
+    let omega = curves(Stroke::Solid, |mode| mode.omega.mid_f64());
+    let growth = curves(Stroke::Dashed, |mode| mode.growth.mid_f64());
+    let grows = growth.iter().flat_map(|own| &own.points).any(|point| point[1] != 0.0);
+    let mut panels = vec![panel(if has_units { "ω (rad/s)" } else { "ω" }, omega)];
+    if grows {
+        panels.push(panel(if has_units { "growth (1/s)" } else { "growth" }, growth));
+    }
+    let title = titled("Frequencies", model.and_then(|model| model.name.as_deref()));
+    let description = format!("The frequencies over {name}; each mode is followed by its shape.");
+    let size = if grows { [600.0, 260.0] } else { [600.0, 380.0] };
+    Picture { title, description, columns: 1, size, panels, legend: Vec::new() }.svg()
+}

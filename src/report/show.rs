@@ -1,0 +1,182 @@
+//! A page to look at: the model, its modes in motion, its derivation. One file that needs nothing else.
+
+use std::fmt::Write;
+
+use super::code::script;
+use super::json::{array, null, number, string};
+use super::mode_pictures::caption;
+use super::modes_svg;
+use super::picture::{escaped, titled};
+use super::{Exponent, counted, derive_html};
+use librate_core::derive::Derivation;
+use librate_core::linearize::Linearized;
+use librate_core::modes::Options;
+use librate_core::oscillation::NormalModes;
+use librate_studies::figure::{Figure, Link};
+
+const STYLE: &str = include_str!("show/page.css");
+const SCRIPT: &str = include_str!("show/page.js");
+/// A longer derivation is left to `derive`.
+const MOST_DERIVED: usize = 120_000;
+
+/// What is on a page.
+#[derive(Clone, Copy, Debug)]
+pub struct Shown<'a> {
+    /// The text of the model.
+    pub text: &'a str,
+    /// The model about its equilibrium.
+    pub linearized: &'a Linearized,
+    /// Its modes, with shapes.
+    pub modes: &'a NormalModes,
+    /// What they were computed with.
+    pub options: &'a Options,
+    /// Its points, where they are known.
+    pub figure: Option<&'a Figure>,
+    /// Its derivation, where there is one.
+    pub derivation: Option<&'a Derivation>,
+}
+
+/// The page as HTML. Without scripts it has the shapes as a still picture in place of moving ones.
+#[must_use]
+pub fn show_html(shown: &Shown<'_>) -> String {
+    let Shown { text, linearized, modes, .. } = shown;
+    let model = linearized.model();
+    let title = titled("Normal modes", model.name.as_deref());
+    let mut out = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{0}</title>\n<style>\n{STYLE}</style>\n</head>\n\
+         <body>\n<h1>{0}</h1>\n<p>{1}, equilibrium {2}.</p>\n",
+        escaped(&title),
+        counted(linearized.coordinates(), "coordinate"),
+        modes.stability.as_str(),
+    );
+    if !modes.modes.is_empty() {
+        out.push_str(STAGE);
+        let _ = write!(out, "<div class=\"still\">\n{}</div>\n", modes_svg(linearized, modes));
+        out.push_str(&table(shown));
+    }
+    let _ = write!(out, "<h2>Model</h2>\n<pre><code>{}</code></pre>\n", lines_escaped(text));
+    if let Some(derivation) = shown.derivation {
+        let page = derive_html(derivation);
+        if page.len() <= MOST_DERIVED {
+            let _ = write!(out, "<details>\n<summary><strong>Derivation</strong></summary>\n{page}</details>\n");
+        } else {
+            out.push_str("<p>The derivation is long: <code>librate derive --html</code> writes it.</p>\n");
+        }
+    }
+    if !modes.modes.is_empty() {
+        let positions = shown.figure.map_or_else(null, |figure| format!("q => {{\n{}}}", script(&figure.positions)));
+        let script = SCRIPT.replacen(
+            "const canvas =",
+            &format!(
+                "const positions = {positions};\nif (data.figure) data.figure.positions = positions;\nconst canvas ="
+            ),
+            1,
+        );
+        let _ = write!(
+            out,
+            "<script type=\"application/json\" id=\"data\">{}</script>\n<script>\n{script}</script>\n",
+            // Nothing in a text ends the element.
+            data(shown).replace('<', "\\u003c")
+        );
+    }
+    out.push_str("</body>\n</html>\n");
+    out
+}
+
+/// Where modes move, and what moves them.
+const STAGE: &str = "<div id=\"stage\">
+<p id=\"caption\" aria-live=\"polite\"></p>
+<canvas id=\"canvas\" tabindex=\"0\" role=\"img\" title=\"drag or arrow keys: turn in space; space bar: pause\"></canvas>
+<div class=\"controls\">
+<button id=\"pause\" type=\"button\">Pause</button>
+<label>amplitude <input id=\"size\" type=\"range\" min=\"0\" max=\"2\" step=\"0.02\" value=\"1\"></label>
+<label>speed <input id=\"speed\" type=\"range\" min=\"0.1\" max=\"4\" step=\"0.1\" value=\"1\"></label>
+</div>
+</div>
+";
+
+/// Text of several lines, not markup.
+fn lines_escaped(text: &str) -> String {
+    text.lines().map(|line| escaped(line) + "\n").collect()
+}
+
+/// The modes with their digits, a row each that selects what moves.
+fn table(shown: &Shown<'_>) -> String {
+    let Shown { linearized, modes, options, .. } = shown;
+    let has_units = linearized.model().has_units;
+    let exponents: Vec<Exponent> = modes.modes.iter().map(|mode| Exponent::new(mode, options.digits)).collect();
+    let grows = exponents.iter().any(|own| own.growth.text() != "0");
+    let has_classes = modes.modes.iter().any(|mode| mode.symmetry.is_some());
+    let [omega, growth] = if has_units { ["ω (rad/s)", "growth (1/s)"] } else { ["ω", "growth"] };
+    let mut head = format!("<th scope=\"col\">mode</th><th scope=\"col\">kind</th><th scope=\"col\">{omega}</th>");
+    if grows {
+        let _ = write!(head, "<th scope=\"col\">{growth}</th>");
+    }
+    if has_classes {
+        head.push_str("<th scope=\"col\">symmetry</th>");
+    }
+    let mut out = format!("<h2>Modes</h2>\n<div class=\"scroll\"><table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n");
+    for ((mode, exponent), number) in modes.modes.iter().zip(&exponents).zip(1..) {
+        let _ = write!(
+            out,
+            "<tr data-mode=\"{number}\"><td><button type=\"button\" aria-label=\"show mode {number}\">{number}</button></td><td>{}</td><td>{}</td>",
+            mode.kind.as_str(),
+            exponent.omega.text()
+        );
+        if grows {
+            let _ = write!(out, "<td>{}</td>", exponent.growth.text());
+        }
+        if has_classes {
+            let _ = write!(out, "<td>{}</td>", escaped(mode.symmetry.as_deref().unwrap_or("")));
+        }
+        out.push_str("</tr>\n");
+    }
+    out.push_str("</tbody>\n</table></div>\n");
+    out
+}
+
+/// A number that is only drawn.
+fn rough(value: f64) -> String {
+    let text = format!("{value:.4e}");
+    text.parse().map_or_else(|_| null(), number)
+}
+
+/// What the script draws.
+fn data(shown: &Shown<'_>) -> String {
+    let Shown { linearized, modes, figure, .. } = shown;
+    let model = linearized.model();
+    let drawn = modes.modes.iter().zip(1..).map(|(mode, at)| {
+        let imaginary = match mode.imaginary.as_slice() {
+            [] => null(),
+            parts => array(parts.iter().map(|part| rough(*part))),
+        };
+        format!(
+            "{{\"caption\": {}, \"kind\": \"{}\", \"omega\": {}, \"growth\": {}, \"shape\": {}, \"imaginary\": {imaginary}}}",
+            string(&caption(mode, at, model.has_units)),
+            mode.kind.as_str(),
+            rough(mode.omega.mid_f64()),
+            rough(mode.growth.mid_f64()),
+            array(mode.vector.iter().map(|part| rough(*part))),
+        )
+    });
+    let lines = figure.iter().flat_map(|figure| &figure.lines).map(|(from, to, link)| {
+        let kind = match link {
+            Link::Rod => "rod",
+            Link::Spring => "spring",
+        };
+        format!("[{from}, {}, \"{kind}\"]", to.map_or_else(null, |to| to.to_string()))
+    });
+    let figure = figure
+        .map_or_else(null, |figure| format!("{{\"dimension\": {}, \"lines\": {}}}", figure.dimension, array(lines)));
+    // Positions bend with angles, and only with them.
+    let angles = model.coordinates.iter().any(|own| own.unit == Some("rad")) || !model.has_units;
+    format!(
+        "{{\"names\": {}, \"equilibrium\": {}, \"angles\": {angles}, \"figure\": {figure},\n\"modes\": [\n{}]}}",
+        array(model.coordinates.names().map(|name| string(&name))),
+        array(
+            linearized.equilibrium().values.iter().take(model.coordinates.len()).map(|value| number(value.mid_f64()))
+        ),
+        drawn.collect::<Vec<_>>().join(",\n"),
+    )
+}

@@ -1,0 +1,236 @@
+//! What a model looks like: its points at given coordinates, with the rods and springs between them.
+//!
+//! A rod is where a distance can't change, which is proved; a spring is where a term of the potential depends on the coordinates of two
+//! points and no others. Nothing is said about models whose points are not known, or are all in one place at the equilibrium.
+
+use std::collections::HashSet;
+
+use crate::program::Program;
+use librate_core::expr::{ExprId, Node, Pool, Substitution, Symbol, ZeroVerdict};
+use librate_core::linearize::Linearized;
+use librate_core::model::{Model, SymbolKind};
+
+/// Rods are looked for between so many points, ...
+const MOST_RIGID: usize = 40;
+/// ... and springs in so many terms.
+const MOST_TERMS: usize = 20_000;
+/// Of each point at most so many lines are drawn on average.
+const MOST_LINES: usize = 4;
+
+/// What a line between points stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Link {
+    /// A distance that does not change.
+    Rod,
+    /// A force between two points.
+    Spring,
+}
+
+/// The points of a model.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Figure {
+    /// Their names.
+    pub names: Vec<String>,
+    /// 2 in a plane, 3 in space.
+    pub dimension: usize,
+    /// Their positions, one after another, `dimension` components each, of the coordinates in SI.
+    pub positions: Program,
+    /// Lines between points; one end is the origin where there is no second point.
+    pub lines: Vec<(usize, Option<usize>, Link)>,
+}
+
+/// The figure of a model that was checked by [`librate_core::model::elaborate_drawn`]; parameters have their values, and the time is 0.
+#[must_use]
+pub fn figure(linearized: &Linearized) -> Option<Figure> {
+    let model = linearized.model();
+    let mut pool = model.pool.clone();
+    let mut values: Substitution = model.parameters.iter().filter_map(|own| Some((own.symbol, own.value?))).collect();
+    let zero = pool.zero();
+    values.extend(model.symbols.time().map(|time| (time, zero)));
+    let dimension = model.points.iter().map(|point| point.position.len()).max()?;
+    let mut positions: Vec<ExprId> = Vec::new();
+    for point in &model.points {
+        let own = pool.substitute(&point.position, &values);
+        positions.extend(own.into_iter().chain(std::iter::repeat(zero)).take(dimension));
+    }
+    let mut names: Vec<String> = model.points.iter().map(|point| point.name.clone()).collect();
+    names.extend(add_pivots(&mut pool, model, &mut positions, dimension));
+    let coordinates: Vec<Symbol> = model.coordinates.iter().map(|own| own.symbol).collect();
+    let program = Program::compile(&pool, &positions, &coordinates).ok()?;
+    let at = linearized.equilibrium().values.iter().map(|value| value.mid_f64()).collect::<Vec<_>>();
+    let at = at.get(..coordinates.len())?;
+    let there = evaluated(&pool, &positions, &coordinates, at)?;
+    let count = names.len();
+    // Displacements from one place are no figure.
+    let is_one_place = there.chunks(dimension).all(|own| Some(own) == there.get(..dimension));
+    if count > 1 && is_one_place {
+        return None;
+    }
+    let mut lines = rods(&mut pool, model, &positions, dimension);
+    lines.extend(held(&mut pool, model, &positions, dimension));
+    let known: HashSet<(usize, usize)> = lines.iter().filter_map(|(a, b, _)| Some((*a, (*b)?))).collect();
+    let springs = springs(&pool, model, &positions, dimension);
+    let springs: Vec<_> = springs.into_iter().filter(|pair| !known.contains(pair)).collect();
+    if springs.len() <= MOST_LINES * count {
+        lines.extend(springs.into_iter().map(|(a, b)| (a, Some(b), Link::Spring)));
+    }
+    Some(Figure { names, dimension, positions: program, lines })
+}
+
+fn evaluated(pool: &Pool, roots: &[ExprId], inputs: &[Symbol], at: &[f64]) -> Option<Vec<f64>> {
+    let tape = librate_core::expr::Tape::compile(pool, roots, inputs).ok()?;
+    let found: Vec<f64> = tape.evaluate(at, &mut Vec::new());
+    found.iter().all(|value| value.is_finite()).then_some(found)
+}
+
+/// The coordinates that a point moves with.
+fn moving(pool: &Pool, model: &Model, position: &[ExprId]) -> Vec<usize> {
+    let symbols = pool.symbols_of(position).into_iter();
+    let number = |symbol| match model.symbols.get(symbol) {
+        Some(SymbolKind::Coordinate(number)) => Some(number),
+        _ => None,
+    };
+    symbols.filter_map(number).collect()
+}
+
+/// Whether the distance of a point from another, or from the origin, depends on no coordinate.
+fn is_rigid(pool: &mut Pool, model: &Model, point: &[ExprId], other: Option<&[ExprId]>) -> bool {
+    let mut squares = Vec::new();
+    for (axis, part) in point.iter().enumerate() {
+        let part = other.map_or(*part, |other| pool.sub(*part, other[axis]));
+        squares.push(pool.mul(part, part));
+    }
+    let square = pool.sum(&squares);
+    moving(pool, model, &[square]).into_iter().all(|number| {
+        let slope = pool.diff(square, model.coordinates.at(number).symbol);
+        pool.is_zero(slope) == ZeroVerdict::Zero
+    })
+}
+
+/// Adds what points turn about that slides along an axis by a coordinate, as the cart of a pendulum; their names.
+fn add_pivots(pool: &mut Pool, model: &Model, positions: &mut Vec<ExprId>, dimension: usize) -> Vec<String> {
+    let mut names = Vec::new();
+    let points: Vec<Vec<ExprId>> = positions.chunks(dimension).take(MOST_RIGID).map(<[ExprId]>::to_vec).collect();
+    for point in points {
+        for number in moving(pool, model, &point) {
+            let coordinate = model.coordinates.at(number);
+            let slopes: Vec<ExprId> = point.iter().map(|part| pool.diff(*part, coordinate.symbol)).collect();
+            let along: Vec<usize> = (0..dimension).filter(|axis| slopes[*axis] != pool.zero()).collect();
+            let [axis] = along[..] else { continue };
+            if slopes[axis] != pool.one() {
+                continue;
+            }
+            let mut pivot = vec![pool.zero(); dimension];
+            pivot[axis] = pool.symbol_expr(coordinate.symbol);
+            let is_known = positions.chunks(dimension).any(|own| *own == pivot);
+            if !is_known && point != pivot && is_rigid(pool, model, &point, Some(&pivot)) {
+                positions.extend(pivot);
+                names.push(coordinate.name());
+            }
+        }
+    }
+    names
+}
+
+/// Distances between points, or from the origin, that do not depend on any coordinate.
+fn rods(pool: &mut Pool, model: &Model, positions: &[ExprId], dimension: usize) -> Vec<(usize, Option<usize>, Link)> {
+    let points: Vec<&[ExprId]> = positions.chunks(dimension).collect();
+    if points.len() > MOST_RIGID {
+        return Vec::new();
+    }
+    let mut found = Vec::new();
+    // What is a coordinate itself goes where it likes.
+    let is_free = |pool: &Pool, point: &[ExprId]| point.iter().any(|part| pool.as_symbol(*part).is_some());
+    for (at, point) in points.iter().enumerate() {
+        if !is_free(pool, point) && is_rigid(pool, model, point, None) {
+            found.push((at, None, Link::Rod));
+        }
+        for (other, end) in points.iter().enumerate().skip(at + 1) {
+            if !(is_free(pool, point) && is_free(pool, end)) && is_rigid(pool, model, end, Some(point)) {
+                found.push((at, Some(other), Link::Rod));
+            }
+        }
+    }
+    found
+}
+
+/// Distances that constraints hold.
+fn held(pool: &mut Pool, model: &Model, positions: &[ExprId], dimension: usize) -> Vec<(usize, Option<usize>, Link)> {
+    let points: Vec<&[ExprId]> = positions.chunks(dimension).collect();
+    let moves: Vec<Vec<usize>> = points.iter().map(|own| moving(pool, model, own)).collect();
+    let mut found = Vec::new();
+    for constraint in model.constraints.iter().take(MOST_TERMS) {
+        let all = moving(pool, model, &[constraint.expression]);
+        let is_inside = |point: &usize| moves[*point].iter().all(|number| all.contains(number));
+        match (0..points.len()).filter(is_inside).collect::<Vec<_>>()[..] {
+            [a, b] => found.push((a, Some(b), Link::Rod)),
+            // Nothing but the distance from the origin: the gradient points there.
+            [only] => {
+                let parts = points[only];
+                let slopes: Option<Vec<ExprId>> = parts
+                    .iter()
+                    .map(|part| {
+                        if pool.is_zero(*part) == ZeroVerdict::Zero {
+                            Some(*part)
+                        } else {
+                            pool.as_symbol(*part).map(|own| pool.diff(constraint.expression, own))
+                        }
+                    })
+                    .collect();
+                let Some(slopes) = slopes else { continue };
+                let mut along = |i: usize, j: usize| {
+                    let [a, b] = [pool.mul(slopes[i], parts[j]), pool.mul(slopes[j], parts[i])];
+                    let cross = pool.sub(a, b);
+                    pool.is_zero(cross) == ZeroVerdict::Zero
+                };
+                if (1..dimension).all(|axis| along(0, axis) && along(axis - 1, axis)) {
+                    found.push((only, None, Link::Rod));
+                }
+            }
+            _ => {}
+        }
+    }
+    found
+}
+
+/// Pairs of points that a term of the potential depends on.
+fn springs(pool: &Pool, model: &Model, positions: &[ExprId], dimension: usize) -> Vec<(usize, usize)> {
+    let moves: Vec<Vec<usize>> = positions.chunks(dimension).map(|own| moving(pool, model, own)).collect();
+    let mut of_coordinate: Vec<Vec<usize>> = vec![Vec::new(); model.coordinates.len()];
+    for (point, own) in moves.iter().enumerate() {
+        own.iter().for_each(|number| of_coordinate[*number].push(point));
+    }
+    let mut found = Vec::new();
+    let mut seen = HashSet::new();
+    let families = model.potential.iter().filter(|family| family.count <= MOST_TERMS);
+    for family in families {
+        // What is written as a sum has its coordinates term by term.
+        let terms: Vec<ExprId> = match pool.node(family.body) {
+            Node::Sum { terms, .. } => terms.iter().map(|(term, _)| *term).collect(),
+            _ => vec![family.body],
+        };
+        let places = terms.iter().map(|term| {
+            let inside = pool.symbols_of(&[*term]);
+            let locals = family.locals.iter().enumerate().filter(|(_, local)| inside.contains(&local.coordinate));
+            locals.map(|(place, _)| place).collect::<Vec<usize>>()
+        });
+        let places: Vec<Vec<usize>> = places.collect();
+        for (instance, places) in (0..family.count).flat_map(|instance| places.iter().map(move |own| (instance, own))) {
+            let coordinates = family.coordinates_of(instance);
+            let all: HashSet<usize> =
+                places.iter().filter_map(|place| Some(*coordinates.get(*place)? as usize)).collect();
+            let near = all.iter().filter_map(|number| of_coordinate.get(*number)).flatten();
+            let mut inside: Vec<usize> =
+                near.copied().filter(|point| moves[*point].iter().all(|number| all.contains(number))).collect();
+            inside.sort_unstable();
+            inside.dedup();
+            if let [a, b] = inside[..]
+                && seen.insert((a, b))
+            {
+                found.push((a, b));
+            }
+        }
+    }
+    found
+}

@@ -1,0 +1,300 @@
+//! Pictures and pages: what `plot` and `show` write, and what they find to draw.
+#![cfg(feature = "cli")]
+
+use std::path::Path;
+use std::process::Command;
+
+use crate::cli_support::*;
+use crate::common::model_files;
+use librate::figure::{Figure, Link, figure};
+use librate::linearize::linearize;
+use librate::model::{Range, Settings, TableTexts, elaborate_drawn};
+use librate::modes::Options;
+use librate::sweep::Sweep;
+use librate::syntax::parse;
+use librate::tracking::{Branch, branches};
+use roxmltree::{Document, Node};
+use serde_json::Value;
+
+/// An SVG picture that is what all of them are.
+fn picture(arguments: &[&str]) -> String {
+    let run = run(&[&["plot"], arguments].concat());
+    assert_eq!(run.status, 0, "{arguments:?}: {}", run.err);
+    let page = Document::parse(&run.out).unwrap();
+    let svg = page.root_element();
+    let numbers: Vec<f64> = svg.attribute("viewBox").unwrap().split(' ').map(|word| word.parse().unwrap()).collect();
+    let named =
+        |name: &str| svg.children().find(|node| node.has_tag_name(("http://www.w3.org/2000/svg", name))).unwrap();
+    assert!(!named("title").text().unwrap().is_empty() && !named("desc").text().unwrap().is_empty());
+    assert!(named("style").text().unwrap().contains("prefers-color-scheme:dark"));
+    let labelled: Vec<&str> = svg.attribute("aria-labelledby").unwrap().split(' ').collect();
+    assert_eq!(labelled, [named("title").attribute("id").unwrap(), named("desc").attribute("id").unwrap()]);
+    for text in page.descendants().filter(|node| node.has_tag_name(("http://www.w3.org/2000/svg", "text"))) {
+        let at = |name: &str| text.attribute(name).unwrap().parse::<f64>().unwrap();
+        assert!(
+            (0.0..=numbers[2]).contains(&at("x")) && (0.0..=numbers[3]).contains(&at("y")),
+            "{arguments:?}: {text:?}"
+        );
+    }
+    assert!(!run.out.contains("NaN") && !run.out.contains("inf"), "{arguments:?}");
+    run.out
+}
+
+fn texts(svg: &str) -> Vec<String> {
+    let page = Document::parse(svg).unwrap();
+    let all = page.descendants().filter(|node| node.tag_name().name() == "text");
+    all.filter_map(|node| Some(node.text()?.to_owned())).collect()
+}
+
+#[test]
+fn each_kind_is_drawn() {
+    let modes = picture(&["modes", "models/three_pendulums.lag"]);
+    let told = texts(&modes);
+    assert!(told.contains(&"1: ω = 3.1321 rad/s, even".to_owned()), "{told:?}");
+    assert!(told.contains(&"phi[3]".to_owned()));
+    let complex = texts(&picture(&["modes", "models/foucault_pendulum.lag"]));
+    assert!(complex.contains(&"a quarter of a period later".to_owned()));
+    let sweep = texts(&picture(&["sweep", "models/three_pendulums.lag", "--over", "k12=0..8:9"]));
+    assert!(sweep.contains(&"k12 (N/m)".to_owned()) && sweep.contains(&"ω (rad/s)".to_owned()), "{sweep:?}");
+    let grows = texts(&picture(&["sweep", "models/bead_on_hoop_bottom.lag", "--over", "W=0..10:21"]));
+    assert!(grows.contains(&"growth".to_owned()) || grows.contains(&"growth (1/s)".to_owned()), "{grows:?}");
+    let motion =
+        ["motion", "models/three_pendulums.lag", "--mode", "2", "--amplitude", "0.5", "--until", "5", "--linear"];
+    assert!(texts(&picture(&motion)).contains(&"phi[1], linear".to_owned()));
+    let chart = picture(&["floquet", "models/mathieu.lag", "--map", "a=0..4:9", "q=0..4:9"]);
+    assert!(texts(&chart).contains(&"stable".to_owned()) && chart.contains("fill-opacity"));
+    // The same bytes again.
+    assert_eq!(chart, picture(&["floquet", "models/mathieu.lag", "--map", "a=0..4:9", "q=0..4:9", "--threads", "1"]));
+}
+
+#[test]
+fn all_models_have_a_picture_of_their_modes() {
+    for path in model_files() {
+        let name = path.to_str().unwrap();
+        let modes = run(&["modes", name, "--lowest", "4"]);
+        if modes.status == 0 {
+            let svg = picture(&["modes", name, "--lowest", "4"]);
+            assert!(texts(&svg).iter().any(|text| text.starts_with("1: ")), "{name}");
+        }
+    }
+}
+
+#[test]
+fn what_is_no_picture_is_told() {
+    for (arguments, told) in [
+        (&["period", "models/simple_pendulum.lag", "--amplitude", "1"][..], "a single period is no curve"),
+        (&["floquet", "models/mathieu.lag"], "no chart"),
+        (&["sweep", "models/three_pendulums.lag", "--over", "k12=0..8:20000"], "too many for a picture"),
+        (&["modes", "models/three_pendulums.lag", "--json", "-o", "x.svg"], "cannot be used with"),
+    ] {
+        let run = run(&[&["plot"], arguments].concat());
+        assert_eq!(run.status, 2, "{arguments:?}");
+        assert!(run.err.contains(told), "{}", run.err);
+    }
+}
+
+fn swept(text: &str, over: &str) -> Vec<Branch> {
+    let range = Range::parse(over).unwrap();
+    let file = parse(text).unwrap();
+    let sweep = Sweep::new(file, TableTexts::new(), Settings::new(), range, Options::default());
+    let places: Vec<_> = (0..sweep.range().len()).map(|at| sweep.place(at)).collect();
+    branches(&sweep, &places)
+}
+
+/// The number that a branch has among the modes at its first and at its last place.
+fn ends(branches: &[Branch]) -> Vec<[usize; 2]> {
+    branches.iter().map(|branch| [branch.at.first().unwrap().1, branch.at.last().unwrap().1]).collect()
+}
+
+#[test]
+fn modes_cross_where_nothing_couples_them_and_avoid_it_where_something_does() {
+    let pair =
+        |coupling: &str| format!("param k = 1  coord x, y  T = x'^2/2 + y'^2/2  V = k*x^2/2 + y^2 + {coupling}*x*y");
+    // 1 to 4 for the one, 2 for the other; a place on the crossing itself, and none.
+    for count in [7, 6] {
+        let crossing = swept(&pair("0"), &format!("k=1..4:{count}"));
+        assert_eq!(ends(&crossing), [[0, 1], [1, 0]], "{count}");
+        assert!(crossing.iter().all(|branch| branch.at.len() == count));
+        let avoided = swept(&pair("0.001"), &format!("k=1..4:{count}"));
+        assert_eq!(ends(&avoided), [[0, 0], [1, 1]], "{count}");
+    }
+    // Even and odd modes of a mirror cross, whatever couples them.
+    let mirror = "param c = 1  coord a, b, d  T = (a'^2 + b'^2 + d'^2)/2
+        V = (a^2 + d^2)/2 + b^2 + (a - b)^2/20 + (d - b)^2/20 + c*(a - d)^2/4";
+    let found = swept(mirror, "c=0..4:9");
+    let odd: Vec<_> = found.iter().filter(|branch| branch.class.as_deref() == Some("odd")).collect();
+    assert_eq!(odd.len(), 1);
+    assert_eq!([odd[0].at[0].1, odd[0].at[8].1], [1, 2]);
+}
+
+fn drawn(text: &str) -> Option<Figure> {
+    let file = parse(text).unwrap();
+    let model = elaborate_drawn(&file, &TableTexts::new(), &Settings::new()).unwrap();
+    figure(&linearize(model).unwrap())
+}
+
+#[test]
+fn points_rods_and_springs_are_found() {
+    let text = std::fs::read_to_string("models/double_pendulum.lag").unwrap();
+    let double = drawn(&text).unwrap();
+    assert_eq!((double.names.as_slice(), double.dimension), (&["r1".to_owned(), "r2".to_owned()][..], 2));
+    assert_eq!(double.lines, [(0, None, Link::Rod), (0, Some(1), Link::Rod)]);
+    let bonds = "coord r[1..3, 1..3]  T = sum(a in 1..3, dot(r[a]', r[a]')/2)
+        V = (norm(r[2] - r[1]) - 1)^2 + (norm(r[3] - r[2]) - 1)^2  guess r[a in 1..3] = [0, 0, a]";
+    let molecule = drawn(bonds).unwrap();
+    assert_eq!((molecule.names[1].as_str(), molecule.dimension), ("r[2]", 3));
+    assert_eq!(molecule.lines, [(0, Some(1), Link::Spring), (1, Some(2), Link::Spring)]);
+    let held = "coord x, y  T = (x'^2 + y'^2)/2  V = 10*y  constraint x^2 + y^2 = 4  guess y = -2";
+    let pendulum = drawn(held).unwrap();
+    assert_eq!((pendulum.names[0].as_str(), pendulum.lines), ("(x, y)", vec![(0, None, Link::Rod)]));
+    let bead = "coord x, y  T = (x'^2 + y'^2)/2  V = 10*y  constraint y = x^2  guess y = 0";
+    assert_eq!(drawn(bead).unwrap().lines, []);
+    let cart = drawn(&std::fs::read_to_string("models/two_pendulums_on_a_cart.lag").unwrap()).unwrap();
+    assert_eq!(cart.names, ["p1", "p2", "X"]);
+    assert_eq!(cart.lines, [(0, Some(2), Link::Rod), (1, Some(2), Link::Rod)]);
+    // Displacements, angles and differences are no places.
+    for none in [
+        "coord u[1..3, 1..3]  T = sum(i in 1..3, j in 1..3, u[i,j]'^2)  V = sum(i in 1..3, j in 1..3, u[i,j]^2)",
+        "coord x[1..4], y[1..4]  T = sum(i in 1..4, x[i]'^2 + y[i]'^2)  V = sum(i in 1..4, x[i]^2 + y[i]^2)",
+        "coord a, b  let d = [a - b, a]  T = a'^2 + b'^2  V = dot(d, d)",
+    ] {
+        assert!(drawn(none).is_none(), "{none}");
+    }
+}
+
+fn page(model: &str) -> String {
+    let run = run(&["show", model]);
+    assert_eq!(run.status, 0, "{model}: {}", run.err);
+    run.out
+}
+
+fn data(page: &str) -> Value {
+    let start = page.find("id=\"data\">").unwrap() + "id=\"data\">".len();
+    serde_json::from_str(&page[start..start + page[start..].find("</script>").unwrap()]).unwrap()
+}
+
+#[test]
+fn pages_have_everything_and_nothing_from_elsewhere() {
+    for path in model_files() {
+        let name = path.to_str().unwrap();
+        let modes = run(&["modes", name, "--json"]);
+        if modes.status != 0 || name.contains("ubiquitin") {
+            continue;
+        }
+        let modes: Value = serde_json::from_str(&modes.out).unwrap();
+        let all = modes["modes"].as_array().unwrap();
+        if all.len() > 200 {
+            continue;
+        }
+        let page = page(name);
+        assert!(page.len() < 300_000 || all.len() > 60, "{name}: {}", page.len());
+        // Names of XML are no addresses.
+        let addresses = page.matches("http").count();
+        assert_eq!(addresses, page.matches("=\"http://www.w3.org/").count(), "{name}");
+        let data = data(&page);
+        assert_eq!(data["names"], modes["coordinates"], "{name}");
+        for (drawn, mode) in data["modes"].as_array().unwrap().iter().zip(all) {
+            assert_eq!(drawn["kind"], mode["kind"]);
+            assert!(page.contains(&format!("<td>{}</td>", mode["omega_digits"].as_str().unwrap_or("?"))), "{name}");
+            assert_eq!(drawn["shape"].as_array().unwrap().len(), modes["coordinates"].as_array().unwrap().len());
+        }
+    }
+}
+
+#[test]
+fn texts_of_models_are_no_markup() {
+    let text = "# </script><script>alert(1)</script> & </pre>\nmodel m\ncoord x\nT = x'^2\nV = x^2\n";
+    let run = with_input(&["show", "-"], text);
+    assert_eq!(run.status, 0, "{}", run.err);
+    assert!(run.out.contains("# &lt;/script&gt;&lt;script&gt;alert(1)&lt;/script&gt; &amp; &lt;/pre&gt;"));
+    assert_eq!(run.out.matches("<script").count(), 2);
+}
+
+#[test]
+fn pages_of_thousands_of_modes_are_refused() {
+    let run = run(&["show", "models/chain_walls.lag", "--set", "N=300"]);
+    assert_eq!(run.status, 2);
+    assert!(run.err.contains("--lowest"), "{}", run.err);
+    assert_eq!(self::run(&["show", "models/chain_walls.lag", "--set", "N=300", "--lowest", "5"]).status, 0);
+}
+
+/// What a browser makes of a page; nothing where there is no browser.
+fn in_browser(page: &str, address: &str) -> Option<(String, String)> {
+    let browser = ["chromium", "chromium-browser", "google-chrome"]
+        .into_iter()
+        .find(|name| Command::new(name).arg("--version").output().is_ok_and(|output| output.status.success()))?;
+    let folder = std::env::temp_dir().join(format!("librate-show-{}-{}", std::process::id(), address.len()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let file = folder.join("page.html");
+    std::fs::write(&file, page).unwrap();
+    let output = Command::new(browser)
+        .args([
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            "--enable-logging=stderr",
+            "--virtual-time-budget=1000",
+            "--dump-dom",
+        ])
+        .arg(format!("--user-data-dir={}", folder.display()))
+        .arg(format!("file://{}#{address}", file.display()))
+        .output()
+        .unwrap();
+    std::fs::remove_dir_all(&folder).unwrap();
+    Some((String::from_utf8(output.stdout).unwrap(), String::from_utf8_lossy(&output.stderr).into_owned()))
+}
+
+#[test]
+fn browsers_draw_what_was_computed() {
+    let page = page("models/double_pendulum.lag");
+    for (mode, time, share) in [(1, "0", 1.0), (2, "0.25", 0.0), (2, "0.5", -1.0)] {
+        let Some((dom, log)) = in_browser(&page, &format!("mode={mode}&t={time}")) else {
+            eprintln!("no browser here: pages are not looked at");
+            return;
+        };
+        assert!(!log.contains("Uncaught") && !log.contains("SyntaxError"), "{log}");
+        let tree =
+            Document::parse_with_options(&dom, roxmltree::ParsingOptions { allow_dtd: true, ..Default::default() });
+        let drawn = match &tree {
+            Ok(tree) => tree.descendants().find_map(|node: Node| node.attribute("data-drawn").map(str::to_owned)),
+            // HTML need not be XML.
+            Err(_) => {
+                let start = dom.find("data-drawn=\"").expect("drawn") + "data-drawn=\"".len();
+                Some(dom[start..start + dom[start..].find('"').unwrap()].replace("&quot;", "\""))
+            }
+        };
+        let drawn: Value = serde_json::from_str(&drawn.expect("drawn")).unwrap();
+        let data = data(&page);
+        let shape: Vec<f64> =
+            data["modes"][mode - 1]["shape"].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect();
+        let angles: Vec<f64> = drawn["coordinates"].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect();
+        // Along the shape, as far as the phase says.
+        let far = angles[0] / shape[0];
+        assert!((angles[1] - far * shape[1]).abs() < 1e-12, "{angles:?}");
+        assert!(
+            far.signum() * share >= 0.0 && (share != 0.0 || far.abs() < 1e-12) && (share == 0.0 || far.abs() > 0.01)
+        );
+        let points = drawn["points"].as_array().unwrap();
+        let at = |i: usize, k: usize| points[i][k].as_f64().unwrap();
+        let first = [angles[0].sin(), -angles[0].cos()];
+        let second = [first[0] + angles[1].sin(), first[1] - angles[1].cos()];
+        for k in 0..2 {
+            assert!((at(0, k) - first[k]).abs() < 1e-12 && (at(1, k) - second[k]).abs() < 1e-12, "{drawn}");
+        }
+    }
+}
+
+#[test]
+fn a_page_is_written_into_a_file_but_not_over_its_model() {
+    let folder = std::env::temp_dir().join(format!("librate-page-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let model = folder.join("m.lag");
+    std::fs::write(&model, SPRING).unwrap();
+    let at = |path: &Path| path.to_str().unwrap().to_owned();
+    let refused = run(&["show", &at(&model), "-o", &at(&model)]);
+    assert!(refused.status == 1 && refused.err.contains("this command reads that file"), "{}", refused.err);
+    let file = folder.join("page.html");
+    assert_eq!(printed(&["show", &at(&model), "-o", &at(&file)]), "");
+    assert!(std::fs::read_to_string(&file).unwrap().starts_with("<!DOCTYPE html>"));
+    std::fs::remove_dir_all(&folder).unwrap();
+}
