@@ -268,6 +268,12 @@ pub mod figure {
     pub use librate_studies::figure::{Figure, Link, figure};
 }
 
+/// The steady response to a harmonic force. In full: [`librate_studies::response`].
+#[cfg(feature = "engine")]
+pub mod response {
+    pub use librate_studies::response::{Output, Request, Response, ResponseError, Source, Study, Value};
+}
+
 /// The modes over a range of a parameter. In full: [`librate_studies::sweep`].
 #[cfg(feature = "engine")]
 pub mod sweep {

@@ -12,6 +12,7 @@ use librate::report::FrequencyUnit;
 
 use super::export::CodeLanguage;
 use super::guard::{self, Guard, Limits};
+use super::response::{RESPONSE, RESPONSE_EXAMPLE, ResponseArgs};
 use super::sweep::{Part, part};
 
 /// Paragraphs without the line breaks that they have here: they are broken as the terminal is wide. What is indented and
@@ -295,6 +296,7 @@ impl Command {
             Self::Motion(args) => Some(&mut args.model),
             Self::Plot(plot) => Some(plot.what.model()),
             Self::Show(args) => Some(&mut args.model),
+            Self::Response(args) => Some(&mut args.model),
             Self::Inertia(args) => Some(&mut args.model),
             Self::Export(args) => Some(&mut args.model),
             Self::Check(args) => Some(&mut args.model),
@@ -344,6 +346,9 @@ pub(crate) enum Command {
     /// Stability of a periodically driven model: Floquet multipliers
     #[command(long_about = flowing(FLOQUET), after_help = flowing(FLOQUET_EXAMPLE))]
     Floquet(Floquet),
+    /// The steady response to a harmonic force, as CSV
+    #[command(long_about = flowing(RESPONSE), after_help = flowing(RESPONSE_EXAMPLE))]
+    Response(ResponseArgs),
     /// Time evolution, as CSV
     #[command(long_about = flowing(MOTION), after_help = flowing(MOTION_EXAMPLE))]
     Motion(Motion),
@@ -764,7 +769,7 @@ const MOST_DIGITS: usize = 250;
 /// As many digits as a double-double holds.
 const DOUBLE_DOUBLE_DIGITS: usize = 30;
 
-fn positive(text: &str) -> Result<usize, String> {
+pub(crate) fn positive(text: &str) -> Result<usize, String> {
     // 1e6 is one too.
     let number = Number::parse(text).and_then(|number| number.to_i64());
     match number.and_then(|number| usize::try_from(number).ok()) {

@@ -15,6 +15,7 @@ mod output;
 mod period;
 mod plot;
 mod progress;
+mod response;
 mod show;
 mod sweep;
 mod threads;
@@ -104,6 +105,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Amplitude(amplitude) => amplitude::text(amplitude),
         Command::Sensitivity(sensitivity) => sensitivity_text(sensitivity),
         Command::Floquet(floquet) => floquet_text(floquet),
+        Command::Response(response) => response::text(response),
         Command::Motion(motion) => motion::text(motion, format),
         Command::Plot(plot) => plot::text(plot, format),
         Command::Show(show) => show::text(show),
@@ -450,23 +452,31 @@ fn parsed(args: &ModelArgs, mut source: Source) -> Result<Parsed, Failure> {
     Ok(Parsed { source, file, tables, settings: settings.within(budget) })
 }
 
+/// The model, and what is suspicious in it.
+fn checked(
+    args: &ModelArgs,
+    file: &syntax::File,
+    tables: &TableTexts,
+    settings: &Settings,
+    size: Size,
+) -> Result<(Model, Vec<Diagnostic>), Error> {
+    if size == Size::Dense {
+        linearize::check_size(model::coordinate_count(file, tables, settings))?;
+    }
+    let elaborate = if args.drawn { model::elaborate_drawn } else { model::elaborate };
+    let model = elaborate(file, tables, settings)?;
+    let suspicious = model::warnings(file, &model);
+    let mut told: Vec<Diagnostic> = suspicious.iter().map(Diagnostic::from).collect();
+    let impossible = librate::inertia::warnings(&model);
+    told.extend(impossible.iter().map(Diagnostic::from));
+    Ok((model, told))
+}
+
 /// The checked model, and its text for messages.
 fn load(args: &ModelArgs, size: Size) -> Result<Loaded, Failure> {
     let Parsed { source, file, tables, settings } = parsed(args, input::read_model(&args.file)?)?;
-    let checked = || -> Result<_, Error> {
-        if size == Size::Dense {
-            linearize::check_size(model::coordinate_count(&file, &tables, &settings))?;
-        }
-        let elaborate = if args.drawn { model::elaborate_drawn } else { model::elaborate };
-        let model = elaborate(&file, &tables, &settings)?;
-        let suspicious = model::warnings(&file, &model);
-        let mut told: Vec<Diagnostic> = suspicious.iter().map(Diagnostic::from).collect();
-        let impossible = librate::inertia::warnings(&model);
-        told.extend(impossible.iter().map(Diagnostic::from));
-        Ok((model, told))
-    };
     let progress = Progress::stages("reading the model", &args.guard);
-    let checked = checked();
+    let checked = checked(args, &file, &tables, &settings, size);
     drop(progress);
     match checked {
         Ok((model, warnings)) => Ok(Loaded { source, model, warnings }),

@@ -6,6 +6,7 @@ use crate::amplitude::AmplitudeError;
 use crate::floquet::FloquetError;
 use crate::motion::MotionError;
 use crate::period::PeriodError;
+use crate::response::ResponseError;
 use librate_core::diagnostic::Diagnostic;
 use librate_core::linearize::LinearizeError;
 use librate_core::model::ModelError;
@@ -54,6 +55,9 @@ pub enum Error {
     /// The model has no Floquet multipliers, or none were found.
     #[error(transparent)]
     Floquet(FloquetError),
+    /// The model has no steady response, or none that is computed.
+    #[error(transparent)]
+    Response(ResponseError),
 }
 
 fn first_and_more(errors: &[impl ToString]) -> String {
@@ -124,6 +128,16 @@ impl From<FloquetError> for Error {
     }
 }
 
+impl From<ResponseError> for Error {
+    fn from(error: ResponseError) -> Self {
+        match error {
+            ResponseError::Linearize(error) => Self::Linearize(error),
+            ResponseError::Model(error) => error.into(),
+            error => Self::Response(error),
+        }
+    }
+}
+
 impl Error {
     /// One message a mistake, in the order of the file; those without a place come last.
     #[must_use]
@@ -136,6 +150,7 @@ impl Error {
             Self::Period(error) => vec![Diagnostic::from(error)],
             Self::Amplitude(error) => vec![Diagnostic::from(error)],
             Self::Floquet(error) => vec![Diagnostic::from(error)],
+            Self::Response(error) => vec![Diagnostic::from(error)],
         };
         all.sort_by_key(|diagnostic| {
             let place = diagnostic.primary.as_ref().map(|label| label.span.start);

@@ -29,6 +29,8 @@ pub mod period;
 
 pub mod amplitude;
 
+pub mod response;
+
 mod error;
 
 pub use error::Error;

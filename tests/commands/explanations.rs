@@ -4,7 +4,7 @@
 //! A block `lag wrong` makes exactly the mistake of its page, a block `lag` none. Further words:
 //! `set=NAME=VALUE` is a setting, `check` stops before the modes, `derive` asks for M and K in symbols, `study` for
 //! a study of many sets of parameters, `start=…`, `mode=K`, `until=TIME` and `proved` for a motion, `amplitude=A` and `energy=E`
-//! for a period, `amplitude` for changes of frequencies, `floquet` for multipliers, `inertia` for its
+//! for a period, `response` with `over=…` and maybe `input=…` for a steady response, `amplitude` for changes of frequencies, `floquet` for multipliers, `inertia` for its
 //! tensors. A block `csv NAME` is the file of that name for the models below it; blocks `points` and `stl` (`wrong` or not)
 //! are files for `librate inertia`.
 #![cfg(feature = "cli")]
@@ -21,11 +21,12 @@ use librate::explain::{codes, explain};
 use librate::floquet::{self, floquet};
 use librate::inertia::{self, Amount, Mesh};
 use librate::linearize::{self, linearize};
-use librate::model::{self, Constant, Model, Settings, TableTexts, elaborate, elaborate_tensors};
+use librate::model::{self, Constant, Model, Range, Settings, TableTexts, elaborate, elaborate_tensors};
 use librate::modes::{Kind, Options};
 use librate::motion::{Enclosed, Start, System, Times};
 use librate::oscillation::{self, normal_modes};
 use librate::period::{Oscillator, Request};
+use librate::response;
 use librate::syntax::{self, format};
 
 /// Mistakes of files too large for a page, of binary files and of the command line, and those that no text is known to
@@ -234,6 +235,15 @@ fn told(block: &Block<'_>, files: &BTreeMap<&str, &str>) -> Vec<&'static str> {
     if block.words.contains(&"floquet") {
         let found = floquet(&checked, &floquet::Options::default());
         told.extend(found.err().map(|error| error.code()));
+        return told;
+    }
+    if block.words.contains(&"response") {
+        let range = Range::parse(word("over=").unwrap()).unwrap();
+        let request =
+            response::Request { input: word("input=").map(str::to_owned), outputs: Vec::new(), range, digits: 10 };
+        let responds = |study: response::Study| (0..study.len()).try_for_each(|place| study.values(place).map(|_| ()));
+        let found = response::Study::new(checked, response::Source { file, tables, settings }, request);
+        told.extend(found.and_then(responds).err().map(|error| error.code()));
         return told;
     }
     if block.words.contains(&"amplitude") {

@@ -133,6 +133,46 @@ fn periods() {
 }
 
 #[test]
+fn responses() {
+    let schema = Schema::read("response");
+    for request in [
+        &["two_masses_driven.lag", "--input", "x[1]", "--over", "omega=0..4:5"][..],
+        &["two_masses_driven.lag", "--input", "x[1]", "--output", "x[2]", "--over", "omega=0..4:3"],
+        &["unbalance.lag", "--over", "n=0..4:5"],
+    ] {
+        let file = format!("models/response/{}", request[0]);
+        let mut arguments = vec!["response", &file, "--json"];
+        arguments.extend(&request[1..]);
+        let run = run(&arguments);
+        assert_eq!(run.status, 0, "{request:?}: {}", run.err);
+        let mut value: Value = serde_json::from_str(&run.out).unwrap();
+        schema.check(&file, &value);
+        value["outputs"][0]["amplitude"][0] = "large".into();
+        assert!(schema.refuses(&value), "{file}");
+    }
+}
+
+/// What the language promises of the columns, of resonances and of wrong words.
+#[test]
+fn responses_as_csv() {
+    let file = "models/response/two_masses_driven.lag";
+    let run_with = |more: &[&str]| run(&[&["response", file][..], more].concat());
+    let found = run_with(&["--input", "x[1]", "--output", "x[2]", "--output", "x[1]", "--over", "omega=1..3:3"]);
+    let expected = "omega,x[2] amplitude,x[2] phase,x[1] amplitude,x[1] phase
+1.0,0.1212121212,0,0.2121212121,0
+2.0,inf,,inf,
+3.0,0.2666666667,3.141592654,0.06666666667,0
+";
+    assert_eq!((found.status, found.out.as_str()), (0, expected));
+    assert!(found.err.contains("at omega = 2 the response is infinite"), "{}", found.err);
+    let (no_name, no_range) = (["--input", "x[3]", "--over", "omega=1..3:3"], ["--input", "x[1]", "--over", "omega=1"]);
+    assert_eq!((run_with(&no_name).status, run_with(&no_range).status), (1, 2));
+    assert!(run_with(&no_name).err.contains("did you mean"));
+    assert_eq!(run_with(&["--input", "x[1]", "--over", "W=1..3:3"]).status, 2);
+    assert_eq!(run_with(&["--input", "x[1]"]).status, 2);
+}
+
+#[test]
 fn amplitudes() {
     let schema = Schema::read("amplitude");
     for file in files("models/amplitude").into_iter().chain([

@@ -20,3 +20,4 @@ mod motion_steps;
 #[cfg(feature = "cli")]
 mod motion_support;
 mod period;
+mod response;

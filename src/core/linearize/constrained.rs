@@ -266,6 +266,19 @@ impl<S: Enclosure> Tangent<S> {
         reduced
     }
 
+    /// Z, one row a coordinate.
+    pub(super) fn rows(&self) -> Vec<Vec<S>> {
+        let m = self.free.len();
+        let mut rows = vec![vec![S::exact(0.0, self.precision); m]; m + self.bound.len()];
+        for (column, own) in self.free.iter().enumerate() {
+            rows[*own][column] = S::exact(1.0, self.precision);
+        }
+        for (bound, slopes) in self.bound.iter().zip(&self.slopes) {
+            rows[*bound].clone_from(slopes);
+        }
+        rows
+    }
+
     /// The components of a direction that the constraints allow, for the free coordinates.
     pub(crate) fn restrict(&self, vector: &[S]) -> Vec<S> {
         self.free.iter().map(|at| vector[*at].clone()).collect()

@@ -73,7 +73,8 @@ impl Equilibrium {
     }
 
     /// What a coordinate is exactly, without parameters, where the model says it.
-    pub(super) fn expression(&self, model: &Model, coordinate: usize) -> Option<ExprId> {
+    #[must_use]
+    pub fn expression(&self, model: &Model, coordinate: usize) -> Option<ExprId> {
         let stated = match self.origins[coordinate] {
             Origin::Given => &model.equilibria,
             Origin::Found if self.at_guess => &model.guesses,

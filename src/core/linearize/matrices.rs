@@ -6,6 +6,28 @@ use super::velocity::{Matrix, sum};
 use crate::precision::{Ball, SparseMatrix};
 
 impl Linearized {
+    /// The same with coordinates without inertia among the others, not following them: for forces that act on them.
+    #[must_use]
+    pub fn with_massless(&self) -> Self {
+        Self { massless: None, flow: None, ..self.clone() }
+    }
+
+    /// The same with multipliers of constraints among the coordinates, which are behind the others; `None` under conditions on
+    /// velocities.
+    #[must_use]
+    pub fn bordered(&self) -> Option<Self> {
+        let own = self.rolling().is_none().then(|| self.with_massless())?;
+        Some(Self { constrained: None, ..own })
+    }
+
+    /// What the motions consist of that constraints allow, one row a coordinate and one column for each that the matrices have;
+    /// `None` where these are all coordinates, and where massless ones follow.
+    #[must_use]
+    pub fn directions(&self) -> Option<Vec<Vec<Ball>>> {
+        let own = self.constrained.as_ref().filter(|_| self.is_constrained() && self.massless().is_none());
+        own.map(|own| own.tangent.rows())
+    }
+
     /// The mass matrix, dense, column by column, in SI.
     #[must_use]
     pub fn mass(&self) -> Vec<Ball> {

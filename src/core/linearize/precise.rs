@@ -62,6 +62,14 @@ pub(super) fn equilibrium(
     }
 }
 
+impl Precise {
+    /// [`Linearized::directions`].
+    #[must_use]
+    pub fn directions(&self) -> Option<Vec<Vec<Big>>> {
+        self.tangents.first().map(Tangent::rows)
+    }
+}
+
 impl Linearized {
     /// Equilibrium, mass matrix and stiffness matrix with `bits` bits (at least 128 are used, and as many
     /// as the proof of the equilibrium took).

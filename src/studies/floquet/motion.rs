@@ -243,7 +243,7 @@ fn check(model: &Model) -> Result<Span, FloquetError> {
 }
 
 /// The values of all parameters but some; one that is defined from those stays an expression in them.
-fn values(model: &Model, pool: &mut Pool, open: &[usize]) -> Substitution {
+pub(crate) fn values(model: &Model, pool: &mut Pool, open: &[usize]) -> Substitution {
     if open.is_empty() {
         return known_values(model);
     }

@@ -1,0 +1,163 @@
+//! `librate response`.
+
+use clap::Args;
+use librate::diagnostic::{Diagnostic, Severity};
+use librate::model::Range;
+use librate::report;
+use librate::response::{Request, Response, ResponseError, Source, Study, Value};
+
+use super::args::{ModelArgs, positive};
+use super::threads::in_order;
+use super::{Answer, Failure, Loaded, Parsed, Size, checked, failed, input, left_out, parsed, wrong_request};
+
+pub(super) const RESPONSE: &str = "\
+The steady response of the model, linearised about its equilibrium, to a harmonic force, as CSV: a line for each frequency, with the
+amplitude and the phase of each output. A coordinate moves as amplitude*cos(omega*t + phase), with the phase in (-pi, pi]. At an
+undamped resonance the amplitude is `inf`, which is only said where it is proved; every printed digit is certain.
+
+With --input the force is cos(omega*t) on that coordinate, in N for a length and N m for an angle. Without it the force is the model's own drive,
+a moving support or a `force` with the time in it: --over then has the parameter in its frequency. The drive has to be
+harmonic and leave M, C and K constant; `floquet` and `motion` are for others.";
+
+pub(super) const RESPONSE_EXAMPLE: &str = "\
+Examples:
+    librate response absorber.lag --input x1 --output x1 --over omega=0..20:401
+    librate response three_pendulums.lag --input 'phi[1]' --over 'omega=0..2*pi:101' --json
+    librate response unbalance.lag --over W=10..100:91";
+
+/// So many frequencies are worked on at a time.
+const BLOCK: usize = 64;
+
+const WHAT: &str = "computing the response over the range";
+
+#[derive(Debug, Args)]
+pub(crate) struct ResponseArgs {
+    #[command(flatten)]
+    pub(crate) model: ModelArgs,
+    /// The coordinate on which a force of unit amplitude acts: `x[1]`; without it the model's own drive
+    #[arg(long, value_name = "COORDINATE")]
+    pub(crate) input: Option<String>,
+    /// A coordinate whose response is wanted; may be repeated, all without it
+    #[arg(long = "output", value_name = "COORDINATE")]
+    pub(crate) outputs: Vec<String>,
+    /// The angular frequencies in rad/s, or the values of the parameter in the drive's: first, last and how many
+    #[arg(long, value_name = "NAME=a..b:count")]
+    pub(crate) over: String,
+    /// Significant digits, up to 30
+    #[arg(long, value_name = "D", default_value = "10", value_parser = digits)]
+    pub(crate) digits: usize,
+    /// Threads; by default as many as there are cores
+    #[arg(long, value_name = "COUNT", value_parser = positive)]
+    pub(crate) threads: Option<usize>,
+    /// JSON instead of CSV, with bounds
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Reads `--digits`: as many as double-double holds.
+fn digits(text: &str) -> Result<usize, String> {
+    let found = text.parse().ok().filter(|digits| (1..=30).contains(digits));
+    found.ok_or_else(|| "a whole number from 1 to 30 is needed".to_owned())
+}
+
+pub(super) fn text(args: &ResponseArgs) -> Result<Answer, Failure> {
+    let help = match args.input {
+        Some(_) => "write `--over omega=a..b:count`, for example `--over omega=0..20:201`",
+        None => "write `--over NAME=a..b:count` with the parameter in the frequency of the drive: `--over W=0..20:201`",
+    };
+    let range = Range::parse(&args.over).map_err(|error| wrong_request(error.to_string(), help))?;
+    if args.input.is_some() && range.name() != "omega" {
+        let message = format!("the frequency of a force given with --input is `omega`, not `{}`", range.name());
+        return Err(wrong_request(message, help));
+    }
+    let Parsed { source, file, tables, settings } = parsed(&args.model, input::read_model(&args.model.file)?)?;
+    let (model, mut warnings) = match checked(&args.model, &file, &tables, &settings, Size::Dense) {
+        Ok(checked) => checked,
+        Err(error) => return Err(failed(source, Vec::new(), error)),
+    };
+    warnings.extend(left_out(&model));
+    let request = Request { input: args.input.clone(), outputs: args.outputs.clone(), range, digits: args.digits };
+    let study = match Study::new(model, Source { file, tables, settings }, request) {
+        Ok(study) => study,
+        Err(error) => return Err(failed(source, warnings, error)),
+    };
+    let loaded = Loaded { source, model: study.model().clone(), warnings };
+    let response = computed(args, &study, loaded)?;
+    let (response, Loaded { source, mut warnings, .. }) = response;
+    warnings.extend(remarks(&response));
+    let text = match args.json {
+        true => report::response_json(&response),
+        false => report::response_csv(&response, args.digits),
+    };
+    Ok(Answer::new(text, Some((source, warnings))))
+}
+
+/// All frequencies, on all cores.
+fn computed(args: &ResponseArgs, study: &Study, loaded: Loaded) -> Result<(Response, Loaded), Failure> {
+    let count = study.len();
+    let mut values: Vec<Vec<Value>> = Vec::with_capacity(count);
+    let block = |block: usize| -> Vec<Result<Vec<Value>, ResponseError>> {
+        (block * BLOCK..count.min((block + 1) * BLOCK)).map(|place| study.values(place)).collect()
+    };
+    let mut fault = None;
+    in_order(
+        args.threads,
+        count.div_ceil(BLOCK),
+        WHAT,
+        || block,
+        |found| {
+            for own in found {
+                match own {
+                    Ok(own) => values.push(own),
+                    Err(error) => {
+                        fault.get_or_insert(error);
+                        values.push(study.nothing());
+                    }
+                }
+            }
+            Ok(())
+        },
+    )?;
+    match fault {
+        Some(error) => Err(failed(loaded.source, loaded.warnings, error)),
+        None => Ok((study.response(values), loaded)),
+    }
+}
+
+/// What is to be said of values that are no numbers.
+fn remarks(response: &Response) -> Vec<Diagnostic> {
+    const MOST: usize = 3;
+    let mut all = Vec::new();
+    let wanted: [(fn(&Value) -> bool, &str, &str); 2] = [
+        (
+            |value| matches!(value, Value::Infinite),
+            "the response is infinite: an undamped resonance",
+            "there is no steady motion at this frequency: the force feeds the mode without end",
+        ),
+        (
+            |value| matches!(value, Value::Undecided),
+            "the response is not decided",
+            "bounds do not tell it from a resonance or from 0: its cells are empty",
+        ),
+    ];
+    for (is_meant, what, help) in wanted {
+        let hit = |at: &usize| response.outputs.iter().any(|output| is_meant(&output.values[*at]));
+        let places: Vec<usize> = (0..response.places.len()).filter(hit).collect();
+        if places.is_empty() {
+            continue;
+        }
+        let named: Vec<String> = places.iter().take(MOST).map(|at| response.places[*at].to_string()).collect();
+        let more = if places.len() > MOST { format!(" and {} more", places.len() - MOST) } else { String::new() };
+        let message = format!("at {} = {}{more} {what}", response.name, named.join(", "));
+        let mut remark = Diagnostic::global(message).with_help(help);
+        remark.severity = Severity::Warning;
+        all.push(remark);
+    }
+    if !response.proved {
+        let mut remark = Diagnostic::global("the existence of the equilibrium is not proved")
+            .with_help("its place is an estimate, and the digits of the response do not cover its error");
+        remark.severity = Severity::Warning;
+        all.push(remark);
+    }
+    all
+}

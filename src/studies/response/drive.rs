@@ -1,0 +1,313 @@
+//! The drive of a model: where the time occurs in it, the harmonic force that it exerts at the equilibrium, and the model without it.
+//!
+//! Lagrange's equations are linear in L, and so are friction and forces: The equations averaged over a period of the drive are those of
+//! the averaged energies and forces. These are taken at four times, which is exact for expressions with harmonics up to the third; that there
+//! are none beyond the second is shown as an identity. Equilibrium, M, G, C, K and N are those of the averaged model. The force on it,
+//! h(q0, 0, t) of the equations M q'' + h = 0, is a constant and multiples of cos(Ωt) and sin(Ωt), and nothing else at the equilibrium depends on the
+//! time; both are identities, too.
+
+use super::error::ResponseError;
+use super::exact::Frequency;
+use crate::floquet::motion::values;
+use crate::mechanics::Mechanics;
+use librate_core::expr::{ExprId, Node, Pool, Substitution, Symbol, Tape, ZeroVerdict};
+use librate_core::linearize::{Linearized, missing_value, signed_terms};
+use librate_core::model::{Model, SymbolKind, TermFamily};
+use librate_core::number::Number;
+use librate_core::precision::{Complex, Enclosure, Function};
+use librate_core::span::Span;
+
+/// Terms beyond this are not written out.
+const MOST_TERMS: usize = 10_000;
+
+/// The model without its drive.
+pub(super) struct Averaged {
+    pub(super) model: Model,
+    /// Whether it does not depend on the parameter in the frequency.
+    pub(super) is_fixed: bool,
+    /// The angular frequency, in the parameters.
+    rate: ExprId,
+    driven_at: Span,
+}
+
+/// The force of a drive, a function of the parameter in its frequency and of the equilibrium.
+#[derive(Debug)]
+pub(super) struct Drive {
+    /// The coordinates on which it acts.
+    coordinates: Vec<usize>,
+    /// The frequency, then what goes with the cosine and with the sine for each coordinate.
+    tape: Tape,
+    /// The frequency once more, as an expression in the parameter.
+    pool: Pool,
+    rate: ExprId,
+    parameter: Symbol,
+}
+
+/// Averages a driven model over its time.
+pub(super) fn averaged(model: &Model, parameter: usize) -> Result<Averaged, ResponseError> {
+    let driven_at = check(model)?;
+    let not_harmonic = |reason: &str| ResponseError::NotHarmonic { reason: reason.to_owned(), span: driven_at };
+    let mut own = model.clone();
+    let mut pool = std::mem::take(&mut own.pool);
+    let Some(time) = model.time() else { return Err(ResponseError::NotDriven {}) };
+    let is_time = |symbol| symbol == time;
+    let constants = signed_terms(model).map(|(_, family)| family).chain(&model.forces);
+    let mut constants = constants.flat_map(|family| &family.constants);
+    if model.constraints.iter().any(|own| pool.depends_on(own.expression, &is_time)) {
+        return Err(not_harmonic("a constraint depends on the time"));
+    }
+    if constants.any(|constant| pool.depends_on(*constant, &is_time)) {
+        return Err(not_harmonic("terms of a sum depend on the time, each in its own way"));
+    }
+    let known = values(model, &mut pool, &[parameter]);
+    let rate = rate(model, &mut pool, time, &known, parameter, driven_at)?;
+    let families = own.kinetic.iter_mut().chain(&mut own.potential);
+    for family in families.chain(&mut own.forces) {
+        if !pool.depends_on(family.body, &is_time) {
+            continue;
+        }
+        if !has_two_harmonics(&mut pool, family, time, rate) {
+            return Err(not_harmonic("it is no sum of sines and cosines of one angle, or has more than two harmonics"));
+        }
+        family.body = average(&mut pool, family.body, time, rate);
+    }
+    own.time_dependent = None;
+    own.period = None;
+    let named = |symbol| symbol == model.parameters[parameter].symbol;
+    let given = [&own.equilibria, &own.guesses].into_iter();
+    let given = given.flat_map(|all| all.given().map(|given| given.symbolic).collect::<Vec<_>>());
+    let bodies = signed_terms(&own).map(|(_, family)| family).chain(&own.forces);
+    let bodies = bodies.flat_map(|family| family.constants.iter().chain([&family.body]).copied());
+    let constraints = own.constraints.iter().map(|own| own.expression);
+    let all: Vec<ExprId> = given.chain(bodies).chain(constraints).collect();
+    let is_fixed = pool.substitute(&all, &known).into_iter().all(|e| !pool.depends_on(e, &named));
+    own.pool = pool;
+    Ok(Averaged { model: own, is_fixed, rate, driven_at })
+}
+
+/// Refuses what can't be taken apart; tells where the time occurs.
+fn check(model: &Model) -> Result<Span, ResponseError> {
+    let Some(span) = model.time_dependent else { return Err(ResponseError::NotDriven {}) };
+    let rate = model.rates.given().map(|given| given.span).next();
+    let rolling = model.rolling.first().map(|own| own.span);
+    let refused = [(rolling, "a drive under constraints on velocities"), (rate, "a drive beside a steady motion")];
+    for (span, what) in refused {
+        if let Some(span) = span {
+            return Err(ResponseError::Unsupported { what, span });
+        }
+    }
+    let terms = Mechanics::terms(model);
+    if terms > MOST_TERMS {
+        return Err(ResponseError::TooLarge { coordinates: model.coordinates.len(), terms });
+    }
+    Ok(span)
+}
+
+/// The one angular frequency of all sines and cosines with the time, with parameters in symbols.
+fn rate(
+    model: &Model,
+    pool: &mut Pool,
+    time: Symbol,
+    known: &Substitution,
+    parameter: usize,
+    span: Span,
+) -> Result<ExprId, ResponseError> {
+    let families = signed_terms(model).map(|(_, family)| family).chain(&model.forces);
+    let bodies: Vec<ExprId> = families.map(|family| family.body).collect();
+    let mut rates: Vec<(ExprId, ExprId)> = Vec::new();
+    for id in pool.reachable(&bodies) {
+        let Node::Function(Function::Sin | Function::Cos, x) = *pool.node(id) else {
+            continue;
+        };
+        let own = pool.diff(x, time);
+        if pool.is_zero(own) == ZeroVerdict::Zero {
+            continue;
+        }
+        let own = if pool.display(own).starts_with('-') { pool.neg(own) } else { own };
+        let value = pool.substitute_one(own, known);
+        let is_new = rates.iter().all(|(_, other)| {
+            let difference = pool.sub(*other, value);
+            pool.is_zero(difference) != ZeroVerdict::Zero
+        });
+        if is_new {
+            rates.push((own, value));
+        }
+    }
+    let named = |symbol| symbol == model.parameters[parameter].symbol;
+    let is_open = |(_, value): &&(ExprId, ExprId)| pool.depends_on(*value, &named);
+    let constant = |symbol| !matches!(model.symbols.get(symbol), Some(SymbolKind::Parameter(_)));
+    match rates.as_slice() {
+        [] => {}
+        [own] if pool.depends_on(own.1, &constant) => {}
+        [own] if is_open(&own) => return Ok(own.0),
+        all => {
+            if let Some(own) = all.iter().find(is_open) {
+                let Some(other) = all.iter().find(|other| other.0 != own.0) else { return Ok(own.0) };
+                let [own, other] = [own.0, other.0].map(|rate| pool.display(rate));
+                let reason = format!("it has the angular frequencies {own} and {other}");
+                return Err(ResponseError::NotHarmonic { reason, span });
+            }
+        }
+    }
+    let parameter = model.parameters[parameter].name.clone();
+    let rate = rates.first().map(|(own, _)| pool.display(*own));
+    Err(ResponseError::OtherFrequency { parameter, rate, span })
+}
+
+/// e'' + (k Ω)² e.
+fn without_harmonic(pool: &mut Pool, e: ExprId, time: Symbol, rate: ExprId, harmonic: i64) -> ExprId {
+    let square = pool.square(rate);
+    let factor = pool.integer(harmonic * harmonic);
+    let product = pool.product(&[factor, square, e]);
+    let once = pool.diff(e, time);
+    let twice = pool.diff(once, time);
+    pool.add(twice, product)
+}
+
+/// Whether nothing is left of a body without its mean and two harmonics, identically.
+fn has_two_harmonics(pool: &mut Pool, family: &TermFamily, time: Symbol, rate: ExprId) -> bool {
+    let mut left = pool.diff(family.body, time);
+    for harmonic in [1, 2] {
+        left = without_harmonic(pool, left, time, rate, harmonic);
+    }
+    pool.is_zero(left) == ZeroVerdict::Zero
+}
+
+/// The mean over four quarters of a period.
+fn average(pool: &mut Pool, body: ExprId, time: Symbol, rate: ExprId) -> ExprId {
+    let pi = pool.pi();
+    let quarter = pool.div(pi, rate);
+    let quarter = pool.scale(quarter, &Number::half());
+    let share = Number::ratio(1, 4).unwrap_or_default();
+    let parts: Vec<(ExprId, Number)> = (0..4)
+        .map(|at| {
+            let then = pool.scale(quarter, &Number::from(at));
+            (pool.substitute_one(body, &Substitution::from([(time, then)])), share.clone())
+        })
+        .collect();
+    pool.linear(&parts)
+}
+
+impl Averaged {
+    /// The force at the equilibrium of the averaged model; `model` is the one with its drive.
+    pub(super) fn drive(
+        &self,
+        model: &Model,
+        parameter: usize,
+        linearized: &Linearized,
+    ) -> Result<Drive, ResponseError> {
+        let span = self.driven_at;
+        let mut pool = self.model.pool.clone();
+        let known = values(model, &mut pool, &[parameter]);
+        let mut mechanics = Mechanics::new(model, pool, &known);
+        let equations = mechanics.equations();
+        let place: Substitution = self.place(linearized, &mut mechanics);
+        let (time, coordinates) = (mechanics.time, mechanics.coordinates.clone());
+        let velocities = mechanics.velocities.clone();
+        let mut pool = mechanics.pool;
+        let rate = pool.substitute_one(self.rate, &known);
+        let loads: Vec<ExprId> = equations.iter().map(|own| own.load).collect();
+        let mass: Vec<ExprId> = equations.iter().flat_map(|own| own.mass.iter().map(|(_, entry)| *entry)).collect();
+        check_parametric(&mut pool, "the mass matrix", mass, time, &place, span)?;
+        for (variables, matrix) in [(&coordinates, "the stiffness"), (&velocities, "what goes with the velocities")] {
+            let slopes = |load: &ExprId| pool.slopes(*load, |symbol| variables.contains(&symbol));
+            let slopes = loads.iter().flat_map(slopes).map(|(_, slope)| slope).collect();
+            check_parametric(&mut pool, matrix, slopes, time, &place, span)?;
+        }
+        let forces = pool.substitute(&loads, &place);
+        let start = Substitution::from([(time, pool.zero())]);
+        let (mut driven, mut roots) = (Vec::new(), vec![rate]);
+        for (at, force) in forces.into_iter().enumerate() {
+            let slope = pool.diff(force, time);
+            if pool.is_zero(slope) == ZeroVerdict::Zero {
+                continue;
+            }
+            let left = without_harmonic(&mut pool, slope, time, rate, 1);
+            if pool.is_zero(left) != ZeroVerdict::Zero {
+                let reason = format!("the force on `{}` has more than one harmonic", model.coordinates.at(at).name());
+                return Err(ResponseError::NotHarmonic { reason, span });
+            }
+            // With h = const + c cos(Ωt) + s sin(Ωt) the force is -c and -s: h'' = -Ω² c and h' = Ω s at t = 0.
+            let curvature = pool.diff(slope, time);
+            let [slope, curvature] = [slope, curvature].map(|e| pool.substitute_one(e, &start));
+            let square = pool.square(rate);
+            let sine = pool.div(slope, rate);
+            roots.push(pool.div(curvature, square));
+            roots.push(pool.neg(sine));
+            driven.push(at);
+        }
+        let mut inputs = vec![model.parameters[parameter].symbol];
+        inputs.extend(&coordinates);
+        let tape =
+            Tape::compile(&pool, &roots, &inputs).map_err(|unbound| match model.symbols.get(unbound.symbol) {
+                Some(SymbolKind::Parameter(number)) => ResponseError::Linearize(missing_value(model, number)),
+                _ => ResponseError::NotHarmonic { reason: "its force has no value".to_owned(), span },
+            })?;
+        Ok(Drive { coordinates: driven, tape, pool, rate, parameter: model.parameters[parameter].symbol })
+    }
+
+    /// Rest at the equilibrium, where it is known exactly; coordinates that were searched for stay symbols.
+    fn place(&self, linearized: &Linearized, mechanics: &mut Mechanics<'_>) -> Substitution {
+        let equilibrium = linearized.equilibrium();
+        let zero = mechanics.pool.zero();
+        let mut place: Substitution = mechanics.velocities.iter().map(|velocity| (*velocity, zero)).collect();
+        for (at, coordinate) in mechanics.coordinates.iter().enumerate() {
+            let value = equilibrium.values.get(at);
+            if value.is_some_and(|value| value.is_zero()) {
+                place.insert(*coordinate, zero);
+            } else if let Some(value) = equilibrium.expression(&self.model, at) {
+                place.insert(*coordinate, value);
+            }
+        }
+        place
+    }
+}
+
+/// Refuses entries of a matrix that depend on the time at a place.
+fn check_parametric(
+    pool: &mut Pool,
+    matrix: &'static str,
+    entries: Vec<ExprId>,
+    time: Symbol,
+    place: &Substitution,
+    span: Span,
+) -> Result<(), ResponseError> {
+    for entry in pool.substitute(&entries, place) {
+        let slope = pool.diff(entry, time);
+        match pool.is_zero(slope) {
+            ZeroVerdict::Zero => {}
+            verdict => {
+                let rests = pool.is_zero(entry) != ZeroVerdict::Unknown;
+                let proved = verdict == ZeroVerdict::NonZero && rests;
+                return Err(ResponseError::Parametric { matrix, proved, span });
+            }
+        }
+    }
+    Ok(())
+}
+
+impl Drive {
+    /// The frequency for a rational value of the parameter, where its square is rational.
+    pub(super) fn exactly(&self, parameter: &Number) -> Option<Frequency> {
+        let mut pool = self.pool.clone();
+        let parameter = Substitution::from([(self.parameter, pool.number(parameter.clone()))]);
+        let rate = pool.substitute_one(self.rate, &parameter);
+        let square = pool.square(rate);
+        Some(Frequency { square: pool.as_number(square)?.clone(), value: pool.as_number(rate).cloned() })
+    }
+
+    /// The angular frequency and the force on each coordinate, for a value of the parameter: F cos(Ωt) + F' sin(Ωt) is the real part of (F - iF') e^(iΩt).
+    pub(super) fn at<S: Enclosure>(
+        &self,
+        parameter: &S,
+        point: &[S],
+        precision: S::Precision,
+    ) -> Option<(S, Vec<(usize, Complex<S>)>)> {
+        let inputs: Vec<S> = std::iter::once(parameter).chain(point).cloned().collect();
+        let numbers = self.tape.prepare::<S>(precision).evaluate(&inputs, &mut Vec::new());
+        let (rate, forces) = numbers.split_first()?;
+        let forces = self.coordinates.iter().zip(forces.chunks_exact(2));
+        let forces = forces.map(|(at, pair)| (*at, Complex::new(pair[0].clone(), pair[1].neg())));
+        numbers.iter().all(S::is_finite).then(|| (rate.clone(), forces.collect()))
+    }
+}

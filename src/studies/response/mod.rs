@@ -1,0 +1,486 @@
+//! The steady response of a linearised model to a harmonic force, with bounds.
+//!
+//! M q'' + (G + C) q' + (K + N) q = f has the response q = H(ω) f, H = (-ω²M + iω(G + C) + K + N)⁻¹, to a force f e^(iωt): either one
+//! of unit amplitude on a coordinate, or the model's own drive ([`drive`]). Each value is enclosed by elimination in double-double, with more bits
+//! where its digits need them ([`solve`]). That an amplitude is infinite is only said where it is proved from exact matrices
+//! ([`exact`]): close to a resonance a response is large, at it none.
+//!
+//! It starts no thread: frequencies are independent of each other, and a [`Study`] is `Sync`.
+
+mod drive;
+mod error;
+mod exact;
+mod order;
+mod solve;
+
+pub use error::ResponseError;
+
+use std::sync::OnceLock;
+
+use drive::{Averaged, Drive, averaged};
+use exact::{Exact, Frequency, Limit};
+use librate_core::diagnostic::nearest;
+use librate_core::expr::{ExprId, Pool};
+use librate_core::linearize::{self, Linearized, evaluate_closed};
+use librate_core::model::{self, Constant, Model, ModelError, Range, Settings, TableTexts};
+use librate_core::number::Number;
+use librate_core::precision::{Ball, Big, Complex, Enclosure};
+use librate_core::syntax::File;
+use solve::{Matrices, polar};
+
+/// Bits of the levels above double-double, and the multiplications that an elimination may take there.
+const LEVELS: [(usize, f64); 3] = [(192, 2e7), (512, 4e6), (1536, 4e5)];
+/// Exact matrices are looked at once this level decides nothing.
+const EXACT_AFTER: usize = 1;
+
+/// What is asked for.
+#[derive(Clone, Debug)]
+pub struct Request {
+    /// The coordinate on which a force of unit amplitude acts; without it the model's own drive.
+    pub input: Option<String>,
+    /// The coordinates that are wanted; all where there are none.
+    pub outputs: Vec<String>,
+    /// The frequencies, or the values of the parameter in the frequency of the drive.
+    pub range: Range,
+    /// Significant digits, at most 30.
+    pub digits: usize,
+}
+
+/// What a model is made from.
+#[derive(Clone, Debug)]
+pub struct Source {
+    /// The parsed file.
+    pub file: File,
+    /// Its tables.
+    pub tables: TableTexts,
+    /// Values from outside.
+    pub settings: Settings,
+}
+
+impl Source {
+    fn model(&self, range: &Range, place: usize) -> Result<Model, ResponseError> {
+        let mut settings = self.settings.clone();
+        settings.add(&format!("{} = {}", range.name(), range.expression(place)))?;
+        linearize::check_size(model::coordinate_count(&self.file, &self.tables, &settings))?;
+        let first = |mut errors: Vec<ModelError>| ResponseError::Model(errors.swap_remove(0));
+        model::elaborate(&self.file, &self.tables, &settings).map_err(first)
+    }
+}
+
+/// The response of one coordinate at one frequency.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Value {
+    /// A finite one.
+    Known {
+        /// The amplitude in SI.
+        amplitude: Ball,
+        /// The angle of the complex amplitude in (-pi, pi]: the coordinate is amplitude · cos(ωt + phase). `None` where the amplitude is 0.
+        phase: Option<Ball>,
+    },
+    /// There is no steady response: an undamped resonance, proved.
+    Infinite,
+    /// Bounds do not decide.
+    Undecided,
+}
+
+impl Value {
+    /// As a double; infinite at a resonance, no number where undecided.
+    #[must_use]
+    pub fn amplitude(&self) -> f64 {
+        match self {
+            Self::Known { amplitude, .. } => amplitude.mid_f64(),
+            Self::Infinite => f64::INFINITY,
+            Self::Undecided => f64::NAN,
+        }
+    }
+
+    /// As a double; no number where there is none.
+    #[must_use]
+    pub fn phase(&self) -> f64 {
+        match self {
+            Self::Known { phase: Some(phase), .. } => phase.mid_f64(),
+            Self::Known { phase: None, .. } | Self::Infinite | Self::Undecided => f64::NAN,
+        }
+    }
+}
+
+/// The response of one coordinate.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Output {
+    /// The coordinate.
+    pub coordinate: String,
+    /// Its unit in SI, where the file tells.
+    pub unit: Option<String>,
+    /// One a frequency.
+    pub values: Vec<Value>,
+}
+
+/// The response over a range.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Response {
+    /// From the `model` statement.
+    pub model: Option<String>,
+    /// The coordinate on which the force acts; `None` for the model's own drive.
+    pub input: Option<String>,
+    /// `omega`, or the parameter in the frequency of the drive.
+    pub name: String,
+    /// The unit that the parameter is declared with.
+    pub unit: Option<String>,
+    /// The values of it, rounded to doubles.
+    pub places: Vec<f64>,
+    /// The outputs.
+    pub outputs: Vec<Output>,
+    /// Whether the existence of the equilibrium is proved; where it is not, its radius is an estimate, and so are the bounds.
+    pub proved: bool,
+}
+
+/// Where the force comes from.
+#[derive(Debug)]
+enum Force {
+    Unit(usize),
+    Own(Drive),
+}
+
+/// The linear system and its force.
+#[derive(Debug)]
+struct System {
+    linearized: Linearized,
+    force: Force,
+    balls: Matrices<Ball>,
+    levels: [OnceLock<Option<Matrices<Big>>>; LEVELS.len()],
+    exact: OnceLock<Option<Exact>>,
+}
+
+/// A value of the range, exactly.
+#[derive(Debug)]
+struct End {
+    pool: Pool,
+    value: ExprId,
+}
+
+impl End {
+    fn rational(&self) -> Option<&Number> {
+        self.pool.as_number(self.value)
+    }
+}
+
+/// A model whose response is asked for at many frequencies.
+#[derive(Debug)]
+pub struct Study {
+    source: Source,
+    request: Request,
+    model: Model,
+    /// The coordinates that are wanted, by number.
+    outputs: Vec<usize>,
+    ends: [End; 2],
+    /// The system, where it is the same at all frequencies.
+    fixed: Option<System>,
+}
+
+/// Finds a coordinate by its name.
+fn coordinate(model: &Model, name: &str, what: &'static str) -> Result<usize, ResponseError> {
+    let plain: String = name.split_whitespace().collect();
+    let found = model.coordinates.names().position(|own| own.replace(' ', "") == plain);
+    found.ok_or_else(|| {
+        let known: Vec<String> = model.coordinates.names().collect();
+        let nearest = nearest(&plain, known.iter().map(String::as_str)).map(str::to_owned);
+        ResponseError::NotACoordinate { what, name: name.to_owned(), nearest }
+    })
+}
+
+impl System {
+    fn new(linearized: &Linearized, force: Force) -> Self {
+        let linearized = linearized.with_massless();
+        let balls = Matrices::in_balls(&linearized);
+        Self { linearized, force, balls, levels: Default::default(), exact: OnceLock::new() }
+    }
+
+    fn level(&self, level: usize) -> Option<&Matrices<Big>> {
+        let (bits, most) = LEVELS[level];
+        let found = || (self.balls.work() <= most).then(|| Matrices::in_bits(&self.linearized, bits)).flatten();
+        self.levels[level].get_or_init(found).as_ref()
+    }
+
+    /// The angular frequency and the forces.
+    fn driven<S: Enclosure>(
+        &self,
+        quantity: &S,
+        point: &[S],
+        precision: S::Precision,
+    ) -> Option<(S, Vec<(usize, Complex<S>)>)> {
+        match &self.force {
+            Force::Unit(at) => Some((quantity.clone(), vec![(*at, Complex::real(1.0, precision))])),
+            Force::Own(drive) => drive.at(quantity, point, precision),
+        }
+    }
+
+    /// Puts in what numbers of one kind decide.
+    fn decide<S: Enclosure>(
+        &self,
+        matrices: &Matrices<S>,
+        quantity: Option<S>,
+        precision: S::Precision,
+        outputs: &[usize],
+        values: &mut [Value],
+        digits: usize,
+    ) {
+        let found = || {
+            let (omega, forces) = self.driven(&quantity?, &matrices.point, precision)?;
+            matrices.response(&omega, &forces, outputs)
+        };
+        for (value, own) in values.iter_mut().zip(found().unwrap_or_default()) {
+            if *value == Value::Undecided {
+                *value = decided(&own, precision, digits).unwrap_or(Value::Undecided);
+            }
+        }
+    }
+}
+
+/// A response whose digits are decided.
+fn decided<S: Enclosure>(x: &Complex<S>, precision: S::Precision, digits: usize) -> Option<Value> {
+    let (amplitude, phase) = polar(x, precision);
+    let (amplitude, phase) = (amplitude.to_ball(), phase.map(|phase| phase.to_ball()));
+    // A thousandth of a unit of the last digit.
+    let share = 10_f64.powi(-3 - digits as i32);
+    let is_known = |own: &Ball| own.is_finite() && own.radius <= share * own.mid_f64().abs();
+    let known = is_known(&amplitude) && phase.as_ref().map_or(amplitude.is_zero(), is_known);
+    known.then_some(Value::Known { amplitude, phase })
+}
+
+impl Study {
+    /// Looks the names up and linearises.
+    ///
+    /// # Errors
+    /// Where names are no coordinates, nothing drives the model, its drive is not harmonic or changes the matrices, or there is no
+    /// equilibrium.
+    pub fn new(model: Model, source: Source, request: Request) -> Result<Self, ResponseError> {
+        let outputs = request.outputs.iter().map(|name| coordinate(&model, name, "output"));
+        let outputs: Vec<usize> = outputs.collect::<Result<_, _>>()?;
+        let outputs = if outputs.is_empty() { (0..model.coordinates.len()).collect() } else { outputs };
+        let input = request.input.as_deref().map(|name| coordinate(&model, name, "input")).transpose()?;
+        let rolling = model.rolling.first().map(|own| own.span).filter(|_| model.rates.any());
+        if let Some(span) = rolling {
+            let what = "a steady motion under constraints on velocities";
+            return Err(ResponseError::Unsupported { what, span });
+        }
+        let range = &request.range;
+        let last = range.len() - 1;
+        let (ends, fixed, model) = match (input, model.time_dependent) {
+            (Some(at), None) => {
+                let end = |place| -> Result<End, ResponseError> {
+                    let constant = Constant::parse(&range.expression(place))?;
+                    Ok(End { pool: constant.pool().clone(), value: constant.value() })
+                };
+                let ends = [end(0)?, end(last)?];
+                check_sign(&ends)?;
+                let linearized = linearize::linearize(model.clone())?;
+                (ends, Some(System::new(&linearized, Force::Unit(at))), model)
+            }
+            (Some(_), Some(span)) => {
+                return Err(ResponseError::DrivenAlready { input: request.input.unwrap_or_default(), span });
+            }
+            (None, None) => return Err(ResponseError::NotDriven {}),
+            (None, Some(_)) => {
+                let first = source.model(range, 0)?;
+                let ends = [end_of(&first, range)?, end_of(&source.model(range, last)?, range)?];
+                check_sign(&ends)?;
+                let number = parameter(&first, range)?;
+                let averaged = averaged(&first, number)?;
+                let system = driven(&first, number, &averaged)?;
+                (ends, averaged.is_fixed.then_some(system), first)
+            }
+        };
+        Ok(Self { source, request, model, outputs, ends, fixed })
+    }
+
+    /// The model, with the first value of the range where that is of a parameter.
+    #[must_use]
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// The values where there are none.
+    #[must_use]
+    pub fn nothing(&self) -> Vec<Value> {
+        vec![Value::Undecided; self.outputs.len()]
+    }
+
+    /// The number of frequencies.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.request.range.len()
+    }
+
+    /// Never: a range has at least one place.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        false
+    }
+
+    /// The frequency, or the parameter in it, at a place (from 0), in the unit that it is declared with; rounded to a double.
+    #[must_use]
+    pub fn place(&self, place: usize) -> f64 {
+        let in_si = || match (&self.request.input, self.quantity::<Ball>(place, ())) {
+            (Some(_), Some(value)) => Some(value.mid_f64()),
+            _ => self.request.range.value(place),
+        };
+        in_si().unwrap_or(f64::NAN)
+    }
+
+    /// The response of each output at a place.
+    ///
+    /// # Errors
+    /// Where the model depends on the parameter and has none at its value there.
+    pub fn values(&self, place: usize) -> Result<Vec<Value>, ResponseError> {
+        match &self.fixed {
+            Some(system) => Ok(self.with(system, place)),
+            None => {
+                let model = self.source.model(&self.request.range, place)?;
+                let number = parameter(&model, &self.request.range)?;
+                let system = driven(&model, number, &averaged(&model, number)?)?;
+                Ok(self.with(&system, place))
+            }
+        }
+    }
+
+    fn with(&self, system: &System, place: usize) -> Vec<Value> {
+        let (outputs, digits) = (&self.outputs, self.request.digits);
+        let mut values = self.nothing();
+        let is_open = |values: &[Value]| values.contains(&Value::Undecided);
+        system.decide(&system.balls, self.quantity(place, ()), (), outputs, &mut values, digits);
+        for (level, (bits, _)) in LEVELS.iter().enumerate() {
+            if level == EXACT_AFTER && is_open(&values) {
+                self.exactly(system, place, &mut values);
+            }
+            if !is_open(&values) {
+                break;
+            }
+            if let Some(matrices) = system.level(level) {
+                let bits = matrices.bits().max(*bits);
+                system.decide(matrices, self.quantity(place, bits), bits, outputs, &mut values, digits);
+            }
+        }
+        values
+    }
+
+    /// Puts in what exact matrices decide.
+    fn exactly(&self, system: &System, place: usize, values: &mut [Value]) {
+        let limits = || {
+            let exact = system.exact.get_or_init(|| Exact::of(&system.linearized)).as_ref()?;
+            let frequency = match &system.force {
+                Force::Unit(_) => self.frequency(place)?,
+                Force::Own(drive) => drive.exactly(&self.rational(place)?)?,
+            };
+            let (_, forces) = system.driven(&self.quantity::<Ball>(place, ())?, &system.balls.point, ())?;
+            exact.limits(&frequency, &forces, &self.outputs)
+        };
+        for (value, limit) in values.iter_mut().zip(limits().unwrap_or_default()) {
+            if *value == Value::Undecided {
+                *value = match limit {
+                    Limit::Infinite => Value::Infinite,
+                    Limit::Finite(x) => decided(&x, (), self.request.digits).unwrap_or(Value::Undecided),
+                    Limit::Open => Value::Undecided,
+                };
+            }
+        }
+    }
+
+    /// The share of the range before a place.
+    fn share(&self, place: usize) -> Option<Number> {
+        Number::ratio(place as i64, self.len().saturating_sub(1).max(1) as i64)
+    }
+
+    /// The frequency or the parameter at a place, in SI, where the ends of the range are rational.
+    fn rational(&self, place: usize) -> Option<Number> {
+        let [from, to] = [self.ends[0].rational()?, self.ends[1].rational()?];
+        Some(from.add(&to.sub(from).mul(&self.share(place)?)))
+    }
+
+    /// The frequency at a place where its square is rational.
+    fn frequency(&self, place: usize) -> Option<Frequency> {
+        if let Some(value) = self.rational(place) {
+            return Some(Frequency { square: value.mul(&value), value: Some(value) });
+        }
+        let constant = Constant::parse(&self.request.range.expression(place)).ok()?;
+        let mut pool = constant.pool().clone();
+        let square = pool.square(constant.value());
+        Some(Frequency { square: pool.as_number(square)?.clone(), value: pool.as_number(constant.value()).cloned() })
+    }
+
+    /// The same in any numbers.
+    fn quantity<S: Enclosure>(&self, place: usize, precision: S::Precision) -> Option<S> {
+        if let Some(value) = self.rational(place) {
+            return Some(S::from_number(&value, precision));
+        }
+        let [from, to] = &self.ends;
+        let from: S = evaluate_closed(&from.pool, from.value, precision)?;
+        let to: S = evaluate_closed(&to.pool, to.value, precision)?;
+        let share = S::from_number(&self.share(place)?, precision);
+        Some(from.add(&to.sub(&from).mul(&share)))
+    }
+
+    /// All of it, from the values at each place.
+    #[must_use]
+    pub fn response(&self, values: impl IntoIterator<Item = Vec<Value>>) -> Response {
+        let named = |at: &usize| {
+            let coordinate = self.model.coordinates.at(*at);
+            let unit = coordinate.unit.filter(|unit| *unit != "1").map(str::to_owned);
+            Output { coordinate: coordinate.name(), unit, values: Vec::with_capacity(self.len()) }
+        };
+        let mut outputs: Vec<Output> = self.outputs.iter().map(named).collect();
+        let mut places = Vec::with_capacity(self.len());
+        for (place, values) in values.into_iter().enumerate() {
+            places.push(self.place(place));
+            for (output, value) in outputs.iter_mut().zip(values) {
+                output.values.push(value);
+            }
+        }
+        let system = self.fixed.as_ref();
+        Response {
+            model: self.model.name.clone(),
+            input: self.request.input.clone(),
+            name: self.request.range.name().to_owned(),
+            unit: None,
+            places,
+            outputs,
+            proved: system.is_none_or(|system| system.linearized.equilibrium().proved),
+        }
+    }
+}
+
+/// The number of the parameter that the range is of.
+fn parameter(model: &Model, range: &Range) -> Result<usize, ResponseError> {
+    let name: String = range.name().split_whitespace().collect();
+    let found = model.parameters.iter().position(|own| own.name.replace(' ', "") == name);
+    let span = model.time_dependent.unwrap_or_default();
+    found.ok_or_else(|| ResponseError::OtherFrequency { parameter: range.name().to_owned(), rate: None, span })
+}
+
+/// The value of the parameter that a model was made with.
+fn end_of(model: &Model, range: &Range) -> Result<End, ResponseError> {
+    let number = parameter(model, range)?;
+    match model.parameters[number].value {
+        Some(value) => Ok(End { pool: model.pool.clone(), value }),
+        None => Err(ResponseError::Linearize(linearize::missing_value(model, number))),
+    }
+}
+
+/// Refuses negative frequencies.
+fn check_sign(ends: &[End; 2]) -> Result<(), ResponseError> {
+    let values = ends.each_ref().map(|end| linearize::constant(&end.pool, end.value));
+    if values.iter().flatten().any(Ball::is_negative) {
+        let [from, to] = values.map(|value| value.map_or_else(String::new, |value| value.mid_f64().to_string()));
+        return Err(ResponseError::NegativeFrequency { from, to });
+    }
+    Ok(())
+}
+
+/// The system of a driven model.
+fn driven(model: &Model, parameter: usize, averaged: &Averaged) -> Result<System, ResponseError> {
+    let linearized = linearize::linearize(averaged.model.clone())?;
+    let drive = averaged.drive(model, parameter, &linearized)?;
+    Ok(System::new(&linearized, Force::Own(drive)))
+}

@@ -1,0 +1,314 @@
+//! Steady responses against references of 40 digits that were computed by other means (tests/reference/response.py), closed forms of
+//! textbooks, and plain elimination with 60 digits for random models.
+#![cfg(feature = "engine")]
+
+use librate::model::{Range, Settings, TableTexts, elaborate};
+use librate::number::Number;
+use librate::precision::{Ball, Big, Scalar};
+use librate::response::{Request, Response, ResponseError, Source, Study, Value};
+use librate::syntax;
+use librate_core::precision::Complex;
+use proptest::prelude::*;
+
+/// What a model responds to a force on a coordinate, or to its own drive.
+fn study(text: &str, settings: &[String], input: Option<&str>, over: &str) -> Result<Study, ResponseError> {
+    let file = syntax::parse(text).unwrap();
+    let mut all = Settings::new();
+    settings.iter().for_each(|setting| all.add(setting).unwrap());
+    let tables = TableTexts::new();
+    let model = elaborate(&file, &tables, &all).unwrap();
+    let range = Range::parse(over).unwrap();
+    let request = Request { input: input.map(str::to_owned), outputs: Vec::new(), range, digits: 10 };
+    Study::new(model, Source { file, tables, settings: all }, request)
+}
+
+fn response(text: &str, input: Option<&str>, over: &str) -> Response {
+    let study = study(text, &[], input, over).unwrap();
+    study.response((0..study.len()).map(|place| study.values(place).unwrap()))
+}
+
+fn known(value: &Value) -> (Ball, Option<Ball>) {
+    match value {
+        Value::Known { amplitude, phase } => (*amplitude, *phase),
+        other => panic!("{other:?}"),
+    }
+}
+
+fn number(text: &str) -> Number {
+    match text.strip_prefix('-') {
+        Some(rest) => Number::parse(rest).unwrap().neg(),
+        None => Number::parse(text).unwrap(),
+    }
+}
+
+/// That a number of 40 digits is in a ball that decides ten.
+fn check(what: &str, found: &Ball, text: &str) {
+    let own = Ball::from_number(&number(text), ());
+    let off = *found - own;
+    let rounding = 1e-30 * own.mid_f64().abs();
+    assert!(off.mid_f64().abs() <= found.radius + rounding, "{what}: {found:?} is not {text}");
+    assert!(found.radius <= 1e-12 * own.mid_f64().abs(), "{what}: {found:?}");
+}
+
+#[test]
+fn models_respond_as_their_references_say() {
+    let text = std::fs::read_to_string("tests/reference/response.json").unwrap();
+    let all: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let mut checked = 0;
+    for entry in all.as_array().unwrap() {
+        let name = entry["model"].as_str().unwrap();
+        let text = std::fs::read_to_string(format!("models/response/{name}.lag")).unwrap();
+        let settings = entry["settings"].as_array().unwrap().iter();
+        let settings: Vec<String> = settings.map(|own| own.as_str().unwrap().to_owned()).collect();
+        let study = study(&text, &settings, entry["input"].as_str(), entry["over"].as_str().unwrap()).unwrap();
+        let found = study.response((0..study.len()).map(|place| study.values(place).unwrap()));
+        for (at, end) in entry["ends"].as_array().unwrap().iter().enumerate() {
+            let end = end.as_object().unwrap();
+            assert_eq!(found.outputs.len(), end.len(), "{name}");
+            for output in &found.outputs {
+                let what = format!("{name} {} {}", entry["over"], output.coordinate);
+                let (amplitude, phase) = known(&output.values[at]);
+                let own = &end[&output.coordinate];
+                let [own, angle] = [0, 1].map(|part| own[part].as_str().unwrap());
+                if number(own).is_zero() {
+                    assert!(amplitude.is_zero() && phase.is_none(), "{what}");
+                } else {
+                    check(&what, &amplitude, own);
+                    check(&what, &phase.unwrap(), angle);
+                }
+                checked += 1;
+            }
+        }
+    }
+    assert!(checked > 60);
+}
+
+/// At the fixed points of an absorber the amplitude does not depend on the damping (Den Hartog, Mechanical Vibrations, §3.3).
+#[test]
+fn absorbers_have_two_fixed_points() {
+    let text = std::fs::read_to_string("models/response/damped_absorber.lag").unwrap();
+    // g² of both: (1 ± sqrt(mu/(2 + mu)))/(1 + mu), with mu = 1/20.
+    let over = "omega=sqrt(100*(1 - sqrt(1/41))*20/21)..sqrt(100*(1 + sqrt(1/41))*20/21):2";
+    let amplitude = |damping: &str| -> Vec<Ball> {
+        let study = study(&text, &[format!("c={damping}")], Some("x1"), over).unwrap();
+        (0..2).map(|place| known(&study.values(place).unwrap()[0]).0).collect()
+    };
+    let exact = Ball::exact(41.0).sqrt() / Ball::exact(2000.0);
+    for damping in ["1/10", "2", "17"] {
+        for found in amplitude(damping) {
+            assert!((found - exact).contains_zero() && found.radius < 1e-16, "{found:?}");
+        }
+    }
+}
+
+#[test]
+fn transmissibility_is_one_at_one_frequency_for_any_damping() {
+    let text = std::fs::read_to_string("models/response/shaken_base.lag").unwrap();
+    for damping in ["c=1", "c=30"] {
+        let study = study(&text, &[damping.to_owned()], None, "W=sqrt(800)..sqrt(800):1").unwrap();
+        let (amplitude, phase) = known(&study.values(0).unwrap()[0]);
+        check(damping, &amplitude, "0.01");
+        assert!(phase.unwrap().is_negative());
+    }
+}
+
+#[test]
+fn a_damped_oscillator_lags_by_a_quarter_at_resonance() {
+    let text = "coord x  T = 1/2*x'^2  V = 2*x^2  dissipation = 1/20*x'^2";
+    let found = response(text, Some("x"), "omega=0..4:3");
+    let (amplitude, phase) = known(&found.outputs[0].values[1]);
+    check("amplitude", &amplitude, "5");
+    check("phase", &phase.unwrap(), "-1.570796326794896619231321691639751442099");
+    let (amplitude, phase) = known(&found.outputs[0].values[0]);
+    assert!(amplitude.mid_f64() == 0.25 && phase.unwrap().is_zero());
+}
+
+#[test]
+fn undamped_resonances_are_infinite_where_they_are_excited() {
+    let text = std::fs::read_to_string("models/response/two_masses_driven.lag").unwrap();
+    // omega² = 4 and 12: the second one is no rational number.
+    for over in ["omega=2..2:1", "omega=sqrt(12)..sqrt(12):1"] {
+        let found = response(&text, Some("x[1]"), over);
+        assert!(found.outputs.iter().all(|output| output.values == [Value::Infinite]), "{over}: {found:?}");
+    }
+    let found = response(&text, Some("x[1]"), "omega=0..4:1001");
+    let infinite: Vec<usize> = (0..1001).filter(|at| found.outputs[0].values[*at] == Value::Infinite).collect();
+    assert_eq!(infinite, [500]);
+    assert!(found.outputs.iter().all(|output| !output.values.contains(&Value::Undecided)));
+    // Next to a resonance a response is large.
+    let near = response(&text, Some("x[1]"), "omega=2 - 1e-25..3:2");
+    let (amplitude, _) = known(&near.outputs[0].values[0]);
+    check("near", &amplitude, "1250000000000000000000000.09375");
+}
+
+/// A force on three equal masses in the middle does not excite the mode in which the middle one rests.
+#[test]
+fn modes_that_a_force_is_orthogonal_to_are_no_resonances() {
+    let text = "coord x[1..3]  T = sum(i in 1..3, 1/2*x[i]'^2)
+        V = 1/2*(x[1]^2 + (x[2] - x[1])^2 + (x[3] - x[2])^2 + x[3]^2)";
+    let found = response(text, Some("x[2]"), "omega=sqrt(2)..sqrt(2):1");
+    // (K - 2M) x = e_2: x = (-1, 0, -1) with x_1 + x_3 = -1: by symmetry -1/2 each.
+    let values: Vec<Value> = found.outputs.iter().map(|output| output.values[0]).collect();
+    let (first, phase) = known(&values[0]);
+    check("first", &first, "0.5");
+    check("phase", &phase.unwrap(), "3.141592653589793238462643383279502884197");
+    assert!(known(&values[1]).0.is_zero() && values[0] == values[2]);
+    // A force on the first one does, and the middle one does not take part: its limit is finite.
+    let found = response(text, Some("x[1]"), "omega=sqrt(2)..sqrt(2):1");
+    assert_eq!(found.outputs[0].values, [Value::Infinite]);
+    check("middle", &known(&found.outputs[1].values[0]).0, "0.5");
+}
+
+#[test]
+fn rigid_motions_have_no_static_response() {
+    let text = "coord x, y  T = 1/2*x'^2 + 3/2*y'^2  V = 2*(x - y)^2";
+    let found = response(text, Some("x"), "omega=0..1:2");
+    assert!(found.outputs.iter().all(|output| output.values[0] == Value::Infinite));
+    let (amplitude, _) = known(&found.outputs[0].values[1]);
+    // x = (k - m2)/((k - 1)(k - m2) - k²) with k = 4, m2 = 3.
+    check("x", &amplitude, "0.07692307692307692307692307692307692307692");
+    // A spring between neighbours: forces that cancel leave the centre where it is.
+    let relative = "coord u, s  T = 1/2*(s' + u')^2 + 1/2*(s' - u')^2  V = 8*u^2";
+    let found = response(relative, Some("u"), "omega=0..1:2");
+    check("u", &known(&found.outputs[0].values[0]).0, "0.0625");
+    assert!(known(&found.outputs[1].values[0]).0.is_zero());
+}
+
+/// A force on a joint without mass moves it, though the joint follows the masses otherwise.
+#[test]
+fn massless_coordinates_respond_to_forces_on_them() {
+    let text = "coord x, y  T = 1/2*x'^2  V = 1/2*(2*(x - y)^2 + 3*y^2)";
+    let found = response(text, Some("y"), "omega=2..3:2");
+    // (2 - w²) x - 2 y = 0, -2 x + 5 y = 1.
+    check("x", &known(&found.outputs[0].values[0]).0, "0.1428571428571428571428571428571428571429");
+    check("y", &known(&found.outputs[1].values[0]).0, "0.1428571428571428571428571428571428571429");
+    // With a damper in place of the spring to the wall, y is of first order.
+    let text = "coord x, y  T = 1/2*x'^2  V = (x - y)^2  dissipation = 3/2*y'^2";
+    let found = response(text, Some("y"), "omega=1..2:2");
+    // x (2 - 1) = 2 y, 2 y - 2 x + 3 i y = 1: y = 1/(-2 + 3 i).
+    check("y", &known(&found.outputs[1].values[0]).0, "0.2773500981126145610091708667284996881732");
+}
+
+#[test]
+fn drives_are_found_wherever_they_are_written() {
+    let support = "param W = 1  param a = 1/10  coord phi
+        let x = a*cos(W*t) + sin(phi)  T = 1/2*(x'^2 + cos(phi)'^2)  V = -10*cos(phi)";
+    let force = "param W = 1  param a = 1/10  coord phi
+        T = 1/2*phi'^2  V = 5*phi^2  force phi = a*W^2*cos(W*t)";
+    let relative = "param W = 1  param a = 1/10  coord phi
+        lagrangian = 1/2*phi'^2 - 5*phi^2 + a*W^2*cos(W*t)*phi";
+    for text in [support, force, relative] {
+        let found = response(text, None, "W=0..2:3");
+        assert_eq!(found.name, "W");
+        let values: Vec<Ball> = found.outputs[0].values.iter().map(|value| known(value).0).collect();
+        assert!(values[0].is_zero());
+        check("at 1", &values[1], "0.01111111111111111111111111111111111111111");
+        check("at 2", &values[2], "0.06666666666666666666666666666666666666667");
+    }
+    // A phase, a frequency in turns, and an equilibrium that the weight moves.
+    let text = "param f = 1  coord x  T = 1/2*x'^2  V = 2*x^2 + 9*x  force x = sin(2*pi*f*t + pi/6)";
+    let found = response(text, None, "f=1..2:2");
+    let (amplitude, phase) = known(&found.outputs[0].values[0]);
+    // 1/(4 pi² - 4), and -sin lags by pi/2 behind -cos: pi - pi/2 + pi/6 = 2 pi/3.
+    check("amplitude", &amplitude, "0.02818614998987950066597818778482005466021");
+    check("phase", &phase.unwrap(), "2.094395102393195492308428922186335256131");
+}
+
+/// A shaft's disc in a frame that turns with the drive: the matrices change with the parameter.
+#[test]
+fn matrices_may_depend_on_the_frequency_of_the_drive() {
+    let text = "param W = 1  coord x  T = 1/2*x'^2 + 1/2*W^2*x^2  V = 5*x^2  force x = W*cos(W*t)";
+    let found = response(text, None, "W=1..2:2");
+    // W/(10 - 2 W²).
+    check("at 1", &known(&found.outputs[0].values[0]).0, "0.125");
+    check("at 2", &known(&found.outputs[0].values[1]).0, "1");
+}
+
+#[test]
+fn what_is_no_response_is_refused() {
+    let plain = "coord x, y  T = 1/2*x'^2 + 1/2*y'^2  V = x^2 + y^2";
+    let driven = "param W = 1  param k = 4  coord x  T = 1/2*x'^2  V = 1/2*k*x^2 - x*cos(W*t)";
+    let cases = [
+        (plain, Some("z"), "omega=0..1:2", "E1101"),
+        (plain, None, "W=0..1:2", "E1102"),
+        (driven, Some("x"), "omega=0..1:2", "E1103"),
+        (driven, None, "k=0..1:2", "E1104"),
+        ("param W = 1  coord x  T = 1/2*x'^2  V = x^2 - x*cos(W*t)^2", None, "W=0..1:2", "E1105"),
+        ("param W = 1  coord x  T = 1/2*x'^2  V = x^2 - x*t*cos(W*t)", None, "W=0..1:2", "E1105"),
+        ("param W = 1  coord x  T = 1/2*x'^2  V = x^2 - x*cos(W*t) - x*cos(3*t)", None, "W=0..1:2", "E1105"),
+        ("param W = 1  coord x  T = 1/2*x'^2  V = x^2*(2 - cos(W*t))", None, "W=0..1:2", "E1106"),
+        (plain, Some("x"), "omega=-1..1:2", "E1108"),
+    ];
+    for (text, input, over, code) in cases {
+        assert_eq!(study(text, &[], input, over).err().map(|error| error.code()), Some(code), "{text}");
+    }
+}
+
+/// Gauss elimination with row exchanges, in numbers of many bits.
+fn plainly(mut rows: Vec<Vec<Complex<Big>>>) -> Vec<Complex<Big>> {
+    let n = rows.len();
+    for k in 0..n {
+        let size = |row: &Vec<Complex<Big>>| row[k].square_of_modulus().mid_f64();
+        let pivot = (k..n).max_by(|a, b| size(&rows[*a]).total_cmp(&size(&rows[*b]))).unwrap();
+        rows.swap(k, pivot);
+        let own = rows[k].clone();
+        for row in (0..n).filter(|row| *row != k) {
+            let factor = rows[row][k].div(&own[k]);
+            for (entry, own) in rows[row].iter_mut().zip(&own) {
+                *entry = entry.sub(&factor.mul(own));
+            }
+        }
+    }
+    (0..n).map(|k| rows[k][n].div(&rows[k][k])).collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    #[test]
+    fn random_damped_models_respond_as_plain_elimination_says(
+        order in 1_usize..6,
+        entries in prop::collection::vec(-9_i64..10, 75),
+        omega in 1_i64..60,
+        input in 0_usize..6,
+    ) {
+        let input = input % order;
+        // Bᵀ B + 1 is positive definite.
+        let product = |part: usize, i: usize, j: usize| -> i64 {
+            let entry = |k: usize, i: usize| entries[25 * part + 5 * k + i];
+            (0..order).map(|k| entry(k, i) * entry(k, j)).sum::<i64>() + i64::from(i == j)
+        };
+        let sum = |part: usize, prime: &str| -> String {
+            let pairs = (0..order).flat_map(|i| (0..order).map(move |j| (i, j)));
+            let terms = pairs.map(|(i, j)| {
+                format!("({})*x[{}]{prime}*x[{}]{prime}", product(part, i, j), i + 1, j + 1)
+            });
+            terms.collect::<Vec<_>>().join(" + ")
+        };
+        let text = format!(
+            "coord x[1..{order}]  T = 1/2*({})  V = 5*({})  dissipation = 1/20*({})",
+            sum(0, "'"), sum(1, ""), sum(2, "'"),
+        );
+        let found = response(&text, Some(&format!("x[{}]", input + 1)), &format!("omega={omega}/7..100:2"));
+        let bits = 256;
+        let big = |top: i64, bottom: i64| Big::from_number(&Number::ratio(top, bottom).unwrap(), bits);
+        let w = big(omega, 7);
+        let rows = (0..order).map(|i| {
+            let own = (0..order).map(|j| {
+                let [mass, stiffness, damping] = [0, 1, 2].map(|part| product(part, i, j));
+                let re = big(10 * stiffness, 1).sub(&w.mul(&w).mul(&big(mass, 1)));
+                Complex::new(re, w.mul(&big(damping, 10)))
+            });
+            let right = Complex::new(big(i64::from(i == input), 1), big(0, 1));
+            own.chain([right]).collect()
+        });
+        let exact = plainly(rows.collect());
+        for (output, exact) in found.outputs.iter().zip(exact) {
+            let (amplitude, phase) = known(&output.values[0]);
+            let modulus = exact.square_of_modulus().sqrt().to_ball();
+            prop_assert!((amplitude - modulus).contains_zero(), "{text}: {amplitude:?} {modulus:?}");
+            let angle = exact.im.atan2(&exact.re).to_ball();
+            prop_assert!((phase.unwrap() - angle).contains_zero(), "{text}: {phase:?} {angle:?}");
+        }
+    }
+}
