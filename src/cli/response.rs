@@ -124,11 +124,14 @@ fn computed(args: &ResponseArgs, study: &Study, loaded: Loaded) -> Result<(Respo
     }
 }
 
+/// Which values a remark is about.
+type IsMeant = fn(&Value) -> bool;
+
 /// What is to be said of values that are no numbers.
 fn remarks(response: &Response) -> Vec<Diagnostic> {
     const MOST: usize = 3;
     let mut all = Vec::new();
-    let wanted: [(fn(&Value) -> bool, &str, &str); 2] = [
+    let wanted: [(IsMeant, &str, &str); 2] = [
         (
             |value| matches!(value, Value::Infinite),
             "the response is infinite: an undamped resonance",

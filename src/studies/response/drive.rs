@@ -30,6 +30,9 @@ pub(super) struct Averaged {
     driven_at: Span,
 }
 
+/// An angular frequency, and the force on each coordinate it acts on.
+pub(super) type Driven<S> = (S, Vec<(usize, Complex<S>)>);
+
 /// The force of a drive, a function of the parameter in its frequency and of the equilibrium.
 #[derive(Debug)]
 pub(super) struct Drive {
@@ -297,12 +300,7 @@ impl Drive {
     }
 
     /// The angular frequency and the force on each coordinate, for a value of the parameter: F cos(Ωt) + F' sin(Ωt) is the real part of (F - iF') e^(iΩt).
-    pub(super) fn at<S: Enclosure>(
-        &self,
-        parameter: &S,
-        point: &[S],
-        precision: S::Precision,
-    ) -> Option<(S, Vec<(usize, Complex<S>)>)> {
+    pub(super) fn at<S: Enclosure>(&self, parameter: &S, point: &[S], precision: S::Precision) -> Option<Driven<S>> {
         let inputs: Vec<S> = std::iter::once(parameter).chain(point).cloned().collect();
         let numbers = self.tape.prepare::<S>(precision).evaluate(&inputs, &mut Vec::new());
         let (rate, forces) = numbers.split_first()?;

@@ -17,7 +17,7 @@ pub use error::ResponseError;
 
 use std::sync::OnceLock;
 
-use drive::{Averaged, Drive, averaged};
+use drive::{Averaged, Drive, Driven, averaged};
 use exact::{Exact, Frequency, Limit};
 use librate_core::diagnostic::nearest;
 use librate_core::expr::{ExprId, Pool};
@@ -141,7 +141,7 @@ pub struct Response {
 #[derive(Debug)]
 enum Force {
     Unit(usize),
-    Own(Drive),
+    Own(Box<Drive>),
 }
 
 /// The linear system and its force.
@@ -205,12 +205,7 @@ impl System {
     }
 
     /// The angular frequency and the forces.
-    fn driven<S: Enclosure>(
-        &self,
-        quantity: &S,
-        point: &[S],
-        precision: S::Precision,
-    ) -> Option<(S, Vec<(usize, Complex<S>)>)> {
+    fn driven<S: Enclosure>(&self, quantity: &S, point: &[S], precision: S::Precision) -> Option<Driven<S>> {
         match &self.force {
             Force::Unit(at) => Some((quantity.clone(), vec![(*at, Complex::real(1.0, precision))])),
             Force::Own(drive) => drive.at(quantity, point, precision),
@@ -482,5 +477,5 @@ fn check_sign(ends: &[End; 2]) -> Result<(), ResponseError> {
 fn driven(model: &Model, parameter: usize, averaged: &Averaged) -> Result<System, ResponseError> {
     let linearized = linearize::linearize(averaged.model.clone())?;
     let drive = averaged.drive(model, parameter, &linearized)?;
-    Ok(System::new(&linearized, Force::Own(drive)))
+    Ok(System::new(&linearized, Force::Own(Box::new(drive))))
 }
