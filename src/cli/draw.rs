@@ -30,7 +30,7 @@ pub(crate) fn diagnostics(source: &Source, diagnostics: &[Diagnostic], color: bo
             renderer.render(&[group(&page, diagnostic)])
         } else {
             let (message, help) = (&diagnostic.message, diagnostic.help.as_deref());
-            without_place(&renderer, message, help, diagnostic.code)
+            without_place(&renderer, level(diagnostic), message, help, diagnostic.code)
         };
         out.push_str(&drawn);
         out.push_str("\n\n");
@@ -51,13 +51,19 @@ pub(crate) fn diagnostics(source: &Source, diagnostics: &[Diagnostic], color: bo
 /// A message that is not about a place in a model.
 pub(crate) fn message(text: &str, help: Option<&str>, color: bool) -> String {
     let renderer = if color { Renderer::styled() } else { Renderer::plain() };
-    format!("{}\n", without_place(&renderer, text, help, None))
+    format!("{}\n", without_place(&renderer, Level::ERROR, text, help, None))
 }
 
 /// A report that has no excerpt: the fix stands on a line of its own.
-fn without_place(renderer: &Renderer, text: &str, help: Option<&str>, code: Option<&'static str>) -> String {
+fn without_place(
+    renderer: &Renderer,
+    level: Level<'_>,
+    text: &str,
+    help: Option<&str>,
+    code: Option<&'static str>,
+) -> String {
     let title = |title| renderer.render(&[Group::with_title(title)]);
-    let head = Level::ERROR.primary_title(text);
+    let head = level.primary_title(text);
     let mut out = title(match code {
         Some(code) => head.id(code),
         None => head,
@@ -124,9 +130,12 @@ struct Mark<'a> {
     text: &'a str,
 }
 
+fn level(diagnostic: &Diagnostic) -> Level<'static> {
+    if diagnostic.severity == Severity::Warning { Level::WARNING } else { Level::ERROR }
+}
+
 fn group<'a>(page: &Page<'a>, diagnostic: &'a Diagnostic) -> Group<'a> {
-    let level = if diagnostic.severity == Severity::Warning { Level::WARNING } else { Level::ERROR };
-    let mut title = level.primary_title(diagnostic.message.as_str());
+    let mut title = level(diagnostic).primary_title(diagnostic.message.as_str());
     if let Some(code) = diagnostic.code {
         title = title.id(code);
     }
