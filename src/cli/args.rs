@@ -143,7 +143,7 @@ const CHECK: &str = "\
 Checks a model file: its syntax, names, ranges, shapes and tables, without computing anything.";
 
 const PLOT: &str = "\
-A picture of what the other commands answer, as SVG: mode shapes, frequencies over a parameter, periods, motions, stability charts. \
+A picture of what the other commands answer, as SVG: mode shapes, frequencies over a parameter, responses, periods, motions, stability charts. \
 The arguments are those of the command. Pictures scale, text in them is text, and they follow the reader's light or dark colours.";
 const PLOT_EXAMPLE: &str = "\
 Examples:
@@ -429,6 +429,8 @@ pub(crate) enum Plotted {
     Modes(Drawn<Modes>),
     /// Frequencies over a parameter, each mode followed by its shape
     Sweep(Drawn<Sweep>),
+    /// Amplitude and phase of the steady response over the frequency
+    Response(Drawn<ResponseArgs>),
     /// The period over the amplitude or the energy
     Period(Drawn<Period>),
     /// The stability chart over two parameters
@@ -442,6 +444,7 @@ impl Plotted {
         match self {
             Self::Modes(own) => &mut own.args.model,
             Self::Sweep(own) => &mut own.args.model,
+            Self::Response(own) => &mut own.args.model,
             Self::Period(own) => &mut own.args.model,
             Self::Floquet(own) => &mut own.args.model,
             Self::Motion(own) => &mut own.args.model,
@@ -456,7 +459,8 @@ pub(crate) struct Drawn<A: Args> {
     #[command(flatten)]
     pub(crate) args: A,
     /// Write the picture into a file; without it it goes to standard output
-    #[arg(short, long, value_name = "FILE.svg", conflicts_with = "json")]
+    // Without a long name: `--output` is a coordinate of `response`.
+    #[arg(short, value_name = "FILE.svg", conflicts_with = "json")]
     pub(crate) output: Option<PathBuf>,
 }
 

@@ -4,12 +4,13 @@ use std::path::PathBuf;
 
 use super::args::{MessageFormat, Plot, Plotted};
 use super::output::write_file;
-use super::{Answer, Failure, chart, modes_text, motion, period, sweep, wrong_request};
+use super::{Answer, Failure, chart, modes_text, motion, period, response, sweep, wrong_request};
 
 pub(super) fn text(plot: &Plot, format: MessageFormat) -> Result<Answer, Failure> {
     let (answer, output): (_, &Option<PathBuf>) = match &plot.what {
         Plotted::Modes(own) => (modes_text(&own.args), &own.output),
         Plotted::Sweep(own) => (sweep::text(&own.args), &own.output),
+        Plotted::Response(own) => (response::text(&own.args), &own.output),
         Plotted::Period(own) if own.args.over.is_none() => {
             let message = "a single period is no curve".to_owned();
             return Err(wrong_request(message, "write `--over amplitude=a..b:count` or `--over energy=a..b:count`"));

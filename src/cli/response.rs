@@ -85,9 +85,12 @@ pub(super) fn text(args: &ResponseArgs) -> Result<Answer, Failure> {
     let response = computed(args, &study, loaded)?;
     let (response, Loaded { source, mut warnings, .. }) = response;
     warnings.extend(remarks(&response));
-    let text = match args.json {
-        true => report::response_json(&response),
-        false => report::response_csv(&response, args.digits),
+    let text = if args.model.drawn {
+        report::response_svg(&response)
+    } else if args.json {
+        report::response_json(&response)
+    } else {
+        report::response_csv(&response, args.digits)
     };
     Ok(Answer::new(text, Some((source, warnings))))
 }

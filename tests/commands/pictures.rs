@@ -63,6 +63,12 @@ fn each_kind_is_drawn() {
     assert!(texts(&picture(&motion)).contains(&"phi[1], linear".to_owned()));
     let chart = picture(&["floquet", "models/mathieu.lag", "--map", "a=0..4:9", "q=0..4:9"]);
     assert!(texts(&chart).contains(&"stable".to_owned()) && chart.contains("fill-opacity"));
+    let driven = ["response", "models/response/damped_absorber.lag", "--input", "x1", "--over", "omega=0..20:101"];
+    let response = texts(&picture(&driven));
+    assert!(
+        response.contains(&"omega (rad/s)".to_owned()) && response.contains(&"phase (rad)".to_owned()),
+        "{response:?}"
+    );
     // The same bytes again.
     assert_eq!(chart, picture(&["floquet", "models/mathieu.lag", "--map", "a=0..4:9", "q=0..4:9", "--threads", "1"]));
 }
