@@ -274,6 +274,12 @@ pub mod response {
     pub use librate_studies::response::{Output, Request, Response, ResponseError, Source, Study, Value};
 }
 
+/// Every equilibrium in a box. In full: [`librate_studies::equilibria`].
+#[cfg(feature = "engine")]
+pub mod equilibria {
+    pub use librate_studies::equilibria::{EquilibriaError, Equilibrium, Found, Region, Undecided, find};
+}
+
 /// The modes over a range of a parameter. In full: [`librate_studies::sweep`].
 #[cfg(feature = "engine")]
 pub mod sweep {

@@ -10,6 +10,7 @@ use librate::derive::CHAPTERS;
 use librate::number::Number;
 use librate::report::FrequencyUnit;
 
+use super::equilibria::{self, Equilibria};
 use super::export::CodeLanguage;
 use super::guard::{self, Guard, Limits};
 use super::response::{RESPONSE, RESPONSE_EXAMPLE, ResponseArgs};
@@ -297,6 +298,7 @@ impl Command {
             Self::Plot(plot) => Some(plot.what.model()),
             Self::Show(args) => Some(&mut args.model),
             Self::Response(args) => Some(&mut args.model),
+            Self::Equilibria(args) => Some(&mut args.model),
             Self::Inertia(args) => Some(&mut args.model),
             Self::Export(args) => Some(&mut args.model),
             Self::Check(args) => Some(&mut args.model),
@@ -358,6 +360,9 @@ pub(crate) enum Command {
     /// A page with the modes in motion, for a browser
     #[command(long_about = flowing(SHOW), after_help = flowing(SHOW_EXAMPLE))]
     Show(Show),
+    /// Every equilibrium in a box of coordinates
+    #[command(long_about = flowing(equilibria::ABOUT), after_help = flowing(equilibria::EXAMPLE))]
+    Equilibria(Equilibria),
     /// Principal moments and axes of inertia: of a model's tensors, of points, of a mesh
     #[command(long_about = flowing(INERTIA), after_help = flowing(INERTIA_EXAMPLE))]
     Inertia(Inertia),

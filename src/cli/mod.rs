@@ -4,6 +4,7 @@ mod amplitude;
 mod args;
 mod chart;
 mod draw;
+mod equilibria;
 mod export;
 mod fmt;
 mod guard;
@@ -109,6 +110,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Motion(motion) => motion::text(motion, format),
         Command::Plot(plot) => plot::text(plot, format),
         Command::Show(show) => show::text(show),
+        Command::Equilibria(equilibria) => equilibria::text(equilibria),
         Command::Inertia(inertia) => inertia::text(inertia),
         Command::Export(export) => export::text(export),
         Command::Check(check) => check_text(check),

@@ -3,6 +3,7 @@
 //! Each stage has its own error; this one only collects them, so that a whole trip can use `?`.
 
 use crate::amplitude::AmplitudeError;
+use crate::equilibria::EquilibriaError;
 use crate::floquet::FloquetError;
 use crate::motion::MotionError;
 use crate::period::PeriodError;
@@ -52,6 +53,9 @@ pub enum Error {
     /// The frequencies of the model have no leading change with the amplitude.
     #[error(transparent)]
     Amplitude(AmplitudeError),
+    /// The equilibria in a box can't be searched for.
+    #[error(transparent)]
+    Equilibria(EquilibriaError),
     /// The model has no Floquet multipliers, or none were found.
     #[error(transparent)]
     Floquet(FloquetError),
@@ -119,6 +123,15 @@ impl From<AmplitudeError> for Error {
     }
 }
 
+impl From<EquilibriaError> for Error {
+    fn from(error: EquilibriaError) -> Self {
+        match error {
+            EquilibriaError::Linearize(error) => Self::Linearize(error),
+            error => Self::Equilibria(error),
+        }
+    }
+}
+
 impl From<FloquetError> for Error {
     fn from(error: FloquetError) -> Self {
         match error {
@@ -149,6 +162,7 @@ impl Error {
             Self::Motion(error) => vec![Diagnostic::from(error)],
             Self::Period(error) => vec![Diagnostic::from(error)],
             Self::Amplitude(error) => vec![Diagnostic::from(error)],
+            Self::Equilibria(error) => vec![Diagnostic::from(error)],
             Self::Floquet(error) => vec![Diagnostic::from(error)],
             Self::Response(error) => vec![Diagnostic::from(error)],
         };

@@ -31,6 +31,8 @@ pub mod amplitude;
 
 pub mod response;
 
+pub mod equilibria;
+
 mod error;
 
 pub use error::Error;

@@ -4,7 +4,8 @@
 //! A block `lag wrong` makes exactly the mistake of its page, a block `lag` none. Further words:
 //! `set=NAME=VALUE` is a setting, `check` stops before the modes, `derive` asks for M and K in symbols, `study` for
 //! a study of many sets of parameters, `start=…`, `mode=K`, `until=TIME` and `proved` for a motion, `amplitude=A` and `energy=E`
-//! for a period, `response` with `over=…` and maybe `input=…` for a steady response, `amplitude` for changes of frequencies, `floquet` for multipliers, `inertia` for its
+//! for a period, `box=RANGES` for equilibria, `response` with `over=…` and maybe `input=…` for a steady response, `amplitude` for
+//! changes of frequencies, `floquet` for multipliers, `inertia` for its
 //! tensors. A block `csv NAME` is the file of that name for the models below it; blocks `points` and `stl` (`wrong` or not)
 //! are files for `librate inertia`.
 #![cfg(feature = "cli")]
@@ -17,6 +18,7 @@ use librate::Error;
 use librate::amplitude::{self, amplitude};
 use librate::batch::{Study, StudyError};
 use librate::diagnostic::Diagnostic;
+use librate::equilibria::{self, Region};
 use librate::explain::{codes, explain};
 use librate::floquet::{self, floquet};
 use librate::inertia::{self, Amount, Mesh};
@@ -31,8 +33,8 @@ use librate::syntax::{self, format};
 
 /// Mistakes of files too large for a page, of binary files and of the command line, and those that no text is known to
 /// make.
-const WITHOUT_A_MODEL: [&str; 11] =
-    ["E0001", "E0036", "E0310", "E0411", "E0420", "E0421", "E0422", "E0604", "E0608", "E0609", "E0806"];
+const WITHOUT_A_MODEL: [&str; 12] =
+    ["E0001", "E0036", "E0310", "E0411", "E0420", "E0421", "E0422", "E0604", "E0608", "E0609", "E0724", "E0806"];
 
 /// Longest line of a page, for terminals.
 const WIDTH: usize = 100;
@@ -258,6 +260,11 @@ fn told(block: &Block<'_>, files: &BTreeMap<&str, &str>) -> Vec<&'static str> {
         if let Err(error) = changes() {
             told.extend(error.diagnostics().into_iter().map(code));
         }
+        return told;
+    }
+    if let Some(region) = word("box=") {
+        let found = Region::parse(region, &checked).and_then(|region| equilibria::find(&checked, &region));
+        told.extend(found.err().map(|error| error.code()));
         return told;
     }
     if let Some(request) = asked_period(block) {

@@ -1,6 +1,7 @@
 //! Equilibria: the search and its proofs, constraints, zero modes, symmetries, parts apart from each other.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "tests stop at the first surprise")]
 
+mod boxes;
 #[cfg(feature = "engine")]
 #[path = "../common/mod.rs"]
 mod common;

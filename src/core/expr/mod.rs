@@ -403,7 +403,7 @@ impl Pool {
     }
 
     /// Whether the expression is a sum.
-    pub(crate) fn is_sum(&self, id: ExprId) -> bool {
+    pub fn is_sum(&self, id: ExprId) -> bool {
         matches!(self.node(id), Node::Sum { .. })
     }
 

@@ -79,6 +79,18 @@ impl Pool {
         self.rebuilt(roots, &reachable, &dependent, &none, &mut smaller)
     }
 
+    /// The roots with some of their parts replaced, all at once, and simplified anew.
+    pub fn replaced(&mut self, roots: &[ExprId], parts: &[(ExprId, ExprId)]) -> Vec<ExprId> {
+        let reachable = self.reachable_places(roots);
+        let mut images: Vec<ExprId> = Vec::with_capacity(reachable.ids.len());
+        for id in &reachable.ids {
+            let own = parts.iter().find(|(old, _)| old == id).map(|(_, new)| *new);
+            let image = |child: ExprId| images[reachable.place(child)];
+            images.push(own.unwrap_or_else(|| self.with_children(*id, image)));
+        }
+        roots.iter().map(|root| images[reachable.place(*root)]).collect()
+    }
+
     /// The roots built anew from what replaces their symbols, and their functions where `replaced` gives something.
     fn rebuilt(
         &mut self,

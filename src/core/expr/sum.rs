@@ -132,7 +132,7 @@ impl Pool {
     }
 
     /// What an expression is a sum of: terms with their coefficients, the constant as a multiple of 1; itself alone where it is none.
-    pub(crate) fn terms(&self, e: ExprId) -> Vec<(ExprId, Number)> {
+    pub fn terms(&self, e: ExprId) -> Vec<(ExprId, Number)> {
         if let Node::Sum { constant, terms } = self.node(e) {
             let constant = (!constant.is_zero()).then(|| (ONE, constant.clone()));
             terms.iter().cloned().chain(constant).collect()

@@ -34,7 +34,8 @@ pub struct Givens {
 
 impl Givens {
     /// Nothing, for so many coordinates.
-    pub(super) fn none(count: usize) -> Self {
+    #[must_use]
+    pub fn none(count: usize) -> Self {
         Self { all: Vec::new(), count }
     }
 

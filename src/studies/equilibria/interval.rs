@@ -1,0 +1,379 @@
+//! Intervals by their ends, which may be infinite: what excludes.
+//!
+//! A [`Ball`] has no value where a divisor may be 0, and loses that squares are not negative. Here a function stands for its
+//! values where it has any: 1/[0, 2] is [1/2, ∞], sqrt([-1, 4]) is [0, 2], and what has a value nowhere is empty.
+//! `whole` tells that everything on the way was defined and continuous on all of the operands.
+
+use librate_core::number::Number;
+use librate_core::precision::{Ball, Function, Scalar, two_prod, two_sum};
+
+/// A closed interval; empty where `lo` is not a number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Interval {
+    pub(super) lo: f64,
+    pub(super) hi: f64,
+    pub(super) whole: bool,
+}
+
+/// Products below this may lose their error term.
+const SMALLEST: f64 = 1e-280;
+/// Beside an angle: it decides only whether an extremum counts, which more often does no harm.
+const ANGLE: f64 = 1e-12;
+/// Angles beyond this are anywhere.
+const LARGE_ANGLE: f64 = 1e6;
+
+fn sum_down(a: f64, b: f64) -> f64 {
+    let (s, e) = two_sum(a, b);
+    if e == 0.0 { s } else { s.next_down() }
+}
+
+fn sum_up(a: f64, b: f64) -> f64 {
+    let (s, e) = two_sum(a, b);
+    if e == 0.0 { s } else { s.next_up() }
+}
+
+/// a b rounded down and up; 0 times infinity is 0.
+fn products(a: f64, b: f64) -> (f64, f64) {
+    if a == 0.0 || b == 0.0 {
+        return (0.0, 0.0);
+    }
+    let (p, e) = two_prod(a, b);
+    if p.is_infinite() && (a.is_infinite() || b.is_infinite()) || e == 0.0 && p.abs() > SMALLEST {
+        return (p, p);
+    }
+    (p.next_down(), p.next_up())
+}
+
+/// a/b for b != 0, rounded down and up; a finite number by infinity is 0, infinity by infinity anything from 0 on.
+fn quotients(a: f64, b: f64) -> (f64, f64) {
+    if a == 0.0 {
+        return (0.0, 0.0);
+    }
+    let q = a / b;
+    if b.is_infinite() {
+        let (sign, end) = (a.signum() * b.signum(), if a.is_infinite() { f64::INFINITY } else { 0.0 });
+        return if sign > 0.0 { (0.0, end) } else { (-end, 0.0) };
+    }
+    let (p, e) = two_prod(q, b);
+    if q.is_infinite() && a.is_infinite() || p == a && e == 0.0 && p.abs() > SMALLEST {
+        return (q, q);
+    }
+    (q.next_down(), q.next_up())
+}
+
+impl Interval {
+    pub(super) const EMPTY: Self = Self { lo: f64::NAN, hi: f64::NAN, whole: false };
+    const ALL: Self = Self { lo: f64::NEG_INFINITY, hi: f64::INFINITY, whole: false };
+
+    pub(super) fn new(lo: f64, hi: f64) -> Self {
+        Self { lo, hi, whole: true }
+    }
+
+    pub(super) fn point(x: f64) -> Self {
+        Self::new(x, x)
+    }
+
+    pub(super) fn of_ball(ball: &Ball) -> Self {
+        Self::new(ball.lower(), ball.upper())
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.lo.is_nan()
+    }
+
+    pub(super) fn is_bounded(&self) -> bool {
+        self.lo.is_finite() && self.hi.is_finite()
+    }
+
+    pub(super) fn contains(&self, x: f64) -> bool {
+        self.lo <= x && x <= self.hi
+    }
+
+    pub(super) fn is_within(&self, other: &Self) -> bool {
+        other.lo <= self.lo && self.hi <= other.hi
+    }
+
+    pub(super) fn middle(&self) -> f64 {
+        let middle = self.lo + 0.5 * (self.hi - self.lo);
+        middle.clamp(self.lo, self.hi)
+    }
+
+    pub(super) fn width(&self) -> f64 {
+        self.hi - self.lo
+    }
+
+    pub(super) fn size(&self) -> f64 {
+        self.lo.abs().max(self.hi.abs())
+    }
+
+    pub(super) fn meet(&self, other: &Self) -> Self {
+        let (lo, hi) = (self.lo.max(other.lo), self.hi.min(other.hi));
+        if lo <= hi { Self { lo, hi, whole: self.whole && other.whole } } else { Self::EMPTY }
+    }
+
+    fn partly(self) -> Self {
+        Self { whole: false, ..self }
+    }
+
+    fn with(self, whole: bool) -> Self {
+        Self { whole: self.whole && whole, ..self }
+    }
+
+    /// The values of a rising function between the ends, which lie in its domain; values within `range`.
+    fn rising(&self, f: impl Fn(&Ball) -> Ball, range: (f64, f64)) -> Self {
+        let lo = if self.lo.is_finite() { f(&Ball::exact(self.lo)).lower() } else { range.0 };
+        let hi = if self.hi.is_finite() { f(&Ball::exact(self.hi)).upper() } else { range.1 };
+        Self { lo: lo.max(range.0), hi: hi.min(range.1), whole: self.whole }
+    }
+
+    /// The part within a domain.
+    fn within(&self, lo: f64, hi: f64) -> Self {
+        let inside = lo <= self.lo && self.hi <= hi;
+        let part = self.meet(&Self::new(lo, hi));
+        if part.is_empty() { part } else { part.with(inside) }
+    }
+
+    fn abs(&self) -> Self {
+        if self.lo >= 0.0 {
+            *self
+        } else if self.hi <= 0.0 {
+            self.neg()
+        } else {
+            Self { lo: 0.0, hi: self.size(), whole: self.whole }
+        }
+    }
+
+    /// Sine of the interval shifted by quarters of a turn: extrema at pi/2 + k pi.
+    fn sine(&self, f: impl Fn(&Ball) -> Ball, quarter: f64) -> Self {
+        use std::f64::consts::{FRAC_PI_2, TAU};
+        let all = Self { lo: -1.0, hi: 1.0, whole: self.whole };
+        if !self.is_bounded() || self.size() > LARGE_ANGLE || self.width() >= TAU {
+            return all;
+        }
+        let (a, b) = (f(&Ball::exact(self.lo)), f(&Ball::exact(self.hi)));
+        let mut own = Self { lo: a.lower().min(b.lower()), hi: a.upper().max(b.upper()), whole: self.whole };
+        // Whether a top at `top` + k 2 pi lies between the ends, or nearly.
+        let has = |top: f64| {
+            let next = top + TAU * ((self.lo - ANGLE * (1.0 + self.lo.abs()) - top) / TAU).ceil();
+            next <= self.hi + ANGLE * (1.0 + self.hi.abs())
+        };
+        if has(FRAC_PI_2 - quarter) {
+            own.hi = 1.0;
+        }
+        if has(-FRAC_PI_2 - quarter) {
+            own.lo = -1.0;
+        }
+        own.meet(&all)
+    }
+
+    fn tan(&self) -> Self {
+        use std::f64::consts::{FRAC_PI_2, PI};
+        if !self.is_bounded() || self.size() > LARGE_ANGLE {
+            return Self::ALL;
+        }
+        let next = FRAC_PI_2 + PI * ((self.lo - ANGLE * (1.0 + self.lo.abs()) - FRAC_PI_2) / PI).ceil();
+        if next <= self.hi + ANGLE * (1.0 + self.hi.abs()) {
+            return Self::ALL;
+        }
+        self.rising(Ball::tan, (f64::NEG_INFINITY, f64::INFINITY))
+    }
+
+    fn exp(&self) -> Self {
+        // Beyond the range of balls nothing but the sign is kept.
+        let f = |x: &Ball| if x.mid_f64() > 600.0 { Ball::NOT_FINITE } else { x.exp() };
+        let mut own = self.rising(f, (0.0, f64::INFINITY));
+        if self.lo > 600.0 {
+            own.lo = 1e200;
+        }
+        own
+    }
+
+    fn ln(&self) -> Self {
+        let part = self.within(0.0, f64::INFINITY);
+        if part.is_empty() || part.hi == 0.0 {
+            return Self::EMPTY;
+        }
+        let f = |x: &Ball| if x.is_zero() { Ball::NOT_FINITE } else { x.ln() };
+        part.rising(f, (f64::NEG_INFINITY, f64::INFINITY)).with(part.lo > 0.0)
+    }
+
+    fn square_root(&self) -> Self {
+        let part = self.within(0.0, f64::INFINITY);
+        if part.is_empty() { part } else { part.rising(Ball::sqrt, (0.0, f64::INFINITY)) }
+    }
+}
+
+impl Scalar for Interval {
+    type Precision = ();
+
+    fn from_number(number: &Number, (): ()) -> Self {
+        Self::of_ball(&Ball::from_number(number, ()))
+    }
+
+    fn pi((): ()) -> Self {
+        Self::of_ball(&Ball::PI)
+    }
+
+    fn add(&self, other: &Self) -> Self {
+        if self.is_empty() || other.is_empty() {
+            return Self::EMPTY;
+        }
+        Self {
+            lo: sum_down(self.lo, other.lo).max(f64::NEG_INFINITY),
+            hi: sum_up(self.hi, other.hi).min(f64::INFINITY),
+            whole: self.whole && other.whole,
+        }
+    }
+
+    fn sub(&self, other: &Self) -> Self {
+        self.add(&other.neg())
+    }
+
+    fn mul(&self, other: &Self) -> Self {
+        if self.is_empty() || other.is_empty() {
+            return Self::EMPTY;
+        }
+        let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
+        for (a, b) in [(self.lo, other.lo), (self.lo, other.hi), (self.hi, other.lo), (self.hi, other.hi)] {
+            let (down, up) = products(a, b);
+            lo = lo.min(down);
+            hi = hi.max(up);
+        }
+        Self { lo, hi, whole: self.whole && other.whole }
+    }
+
+    fn div(&self, other: &Self) -> Self {
+        if self.is_empty() || other.is_empty() || other.lo == 0.0 && other.hi == 0.0 {
+            return Self::EMPTY;
+        }
+        let whole = self.whole && other.whole;
+        if other.hi <= 0.0 {
+            return self.neg().div(&other.neg());
+        }
+        if other.lo < 0.0 {
+            let zero = self.lo == 0.0 && self.hi == 0.0;
+            return if zero { Self::point(0.0).partly() } else { Self::ALL };
+        }
+        let inverse = |a: f64, b: f64| if b == 0.0 { (f64::INFINITY * a, f64::INFINITY * a) } else { quotients(a, b) };
+        let side = |a: f64| {
+            if a == 0.0 {
+                return (0.0, 0.0);
+            }
+            let (first, last) = (inverse(a, other.lo), inverse(a, other.hi));
+            (first.0.min(last.0), first.1.max(last.1))
+        };
+        let (low, high) = (side(self.lo), side(self.hi));
+        Self { lo: low.0.min(high.0), hi: low.1.max(high.1), whole: whole && other.lo > 0.0 }
+    }
+
+    fn neg(&self) -> Self {
+        Self { lo: -self.hi, hi: -self.lo, whole: self.whole }
+    }
+
+    fn powi(&self, exponent: i32) -> Self {
+        if self.is_empty() {
+            return *self;
+        }
+        let positive = exponent.unsigned_abs();
+        let base = if positive.is_multiple_of(2) { self.abs() } else { *self };
+        let power = |x: f64| {
+            // Of a point, so that squares are squares.
+            let (mut left, mut square, mut power) = (positive, Self::point(x), Self::point(1.0));
+            while left > 0 {
+                if left & 1 == 1 {
+                    power = power.mul(&square);
+                }
+                left >>= 1;
+                if left > 0 {
+                    square = square.mul(&square);
+                }
+            }
+            power
+        };
+        let own = Self { lo: power(base.lo).lo, hi: power(base.hi).hi, whole: base.whole };
+        if exponent < 0 { Self::point(1.0).div(&own) } else { own }
+    }
+
+    fn sqrt(&self) -> Self {
+        self.square_root()
+    }
+
+    fn pow(&self, exponent: &Self) -> Self {
+        let part = self.within(0.0, f64::INFINITY);
+        if part.is_empty() || exponent.is_empty() {
+            return Self::EMPTY;
+        }
+        // exp(y ln x), with 0^y = 0 for y > 0.
+        if part.hi == 0.0 {
+            return if exponent.lo > 0.0 { part } else { Self::EMPTY };
+        }
+        let own = exponent.mul(&part.ln()).exp();
+        own.with(part.lo > 0.0 || exponent.lo > 0.0).with_whole_if(part.whole && exponent.lo > 0.0 && exponent.whole)
+    }
+
+    fn apply(&self, function: Function) -> Self {
+        if self.is_empty() {
+            return *self;
+        }
+        let all = (f64::NEG_INFINITY, f64::INFINITY);
+        match function {
+            Function::Sin => self.sine(Ball::sin, 0.0),
+            Function::Cos => self.sine(Ball::cos, std::f64::consts::FRAC_PI_2),
+            Function::Tan => self.tan(),
+            Function::Asin => {
+                let part = self.within(-1.0, 1.0);
+                if part.is_empty() { part } else { part.rising(Ball::asin, all) }
+            }
+            Function::Acos => {
+                let part = self.within(-1.0, 1.0);
+                if part.is_empty() { part } else { part.neg().rising(|x| x.neg().acos(), all) }
+            }
+            Function::Atan => self.rising(Ball::atan, (-1.6, 1.6)),
+            Function::Sinh => {
+                let f = |x: &Ball| if x.mid_f64().abs() > 600.0 { Ball::NOT_FINITE } else { x.sinh() };
+                self.rising(f, all)
+            }
+            Function::Cosh => {
+                let f = |x: &Ball| if x.mid_f64() > 600.0 { Ball::NOT_FINITE } else { x.cosh() };
+                self.abs().rising(f, (1.0, f64::INFINITY))
+            }
+            Function::Tanh => self.rising(Ball::tanh, (-1.0, 1.0)),
+            Function::Exp => self.exp(),
+            Function::Ln => self.ln(),
+            Function::Abs => self.abs(),
+        }
+    }
+
+    fn atan2(&self, x: &Self) -> Self {
+        if self.is_empty() || x.is_empty() {
+            return Self::EMPTY;
+        }
+        let cut = x.lo <= 0.0 && self.contains(0.0);
+        let whole = self.whole && x.whole;
+        if cut || !self.is_bounded() || !x.is_bounded() {
+            return Self::of_ball(&Ball::PI.hull(&Ball::PI.neg())).with(whole && !cut);
+        }
+        // Off the cut the angle is extremal at corners.
+        let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
+        for (y, x) in [(self.lo, x.lo), (self.lo, x.hi), (self.hi, x.lo), (self.hi, x.hi)] {
+            let angle = Ball::exact(y).atan2(&Ball::exact(x));
+            lo = lo.min(angle.lower());
+            hi = hi.max(angle.upper());
+        }
+        Self { lo, hi, whole }
+    }
+
+    fn is_finite(&self) -> bool {
+        self.is_bounded()
+    }
+
+    fn is_exact_zero(&self) -> bool {
+        self.lo == 0.0 && self.hi == 0.0
+    }
+}
+
+impl Interval {
+    fn with_whole_if(self, whole: bool) -> Self {
+        Self { whole: self.whole || whole, ..self }
+    }
+}

@@ -1,0 +1,514 @@
+//! Every equilibrium of a model in a box.
+//!
+//! The forces at rest are written out (`forces`) and a box is cut into pieces (`search`) until each is proved to have none, in
+//! intervals (`interval`) and beside poles by a field that leads away from them (`poles`), or to have exactly one (`root`). What is
+//! not decided is said, so that nothing is missed in silence. Where nothing changes along a direction, equilibria are looked for
+//! in a slice across it, and their number is not counted.
+
+mod error;
+mod forces;
+mod interval;
+mod poles;
+mod region;
+mod root;
+mod search;
+mod stability;
+
+pub use error::EquilibriaError;
+pub use region::Region;
+
+use forces::{Forces, Neutral, gradient, neutral_directions};
+use interval::Interval;
+use librate_core::expr::ExprId;
+use librate_core::linearize::{self, AtRest};
+use librate_core::model::Model;
+use librate_core::modes::Stability;
+use librate_core::number::Number;
+use librate_core::precision::{Ball, Scalar};
+use search::{Findings, Search};
+
+/// The most coordinates and constraints.
+const MOST_COORDINATES: usize = 64;
+/// Undecided places that are looked at one by one.
+const MOST_EXAMPLES: usize = 20;
+/// The most places that are named in words.
+const MOST_NAMED: usize = 3;
+/// A place smaller than this, beside the box, may be one equilibrium.
+const SMALL: f64 = 1e-4;
+/// Undecided pieces are gathered one by one up to so many.
+const MOST_GATHERED: usize = 4000;
+
+/// One equilibrium.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Equilibrium {
+    /// The coordinates in SI, each enclosed.
+    pub point: Vec<Ball>,
+    /// Whether it is proved that it is the only one near it.
+    pub isolated: bool,
+    /// What its modes say.
+    pub stability: Stability,
+    /// The frequency of each mode in rad/s, in the order of `modes`; none where it has no modes.
+    pub omega: Vec<Ball>,
+    /// The growth of each mode in 1/s.
+    pub growth: Vec<Ball>,
+}
+
+impl Equilibrium {
+    /// How far the coordinates, as doubles, are off at most.
+    #[must_use]
+    pub fn radius(&self) -> f64 {
+        self.point.iter().map(Ball::mid_f64_error).fold(0.0, f64::max)
+    }
+}
+
+/// A place where it was not decided how many equilibria there are.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Undecided {
+    /// Its middle.
+    pub point: Vec<f64>,
+    /// How far it reaches from there, in any coordinate.
+    pub radius: f64,
+}
+
+/// The equilibria in a box.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Found {
+    /// Where they were looked for.
+    pub region: Region,
+    /// Ordered by their coordinates.
+    pub equilibria: Vec<Equilibrium>,
+    /// Whether these are all, each alone.
+    pub complete: bool,
+    /// Places that were not decided.
+    pub undecided: Vec<Undecided>,
+    /// Why it is not complete, in words.
+    pub reasons: Vec<String>,
+    /// How many pieces of the box were looked at.
+    pub pieces: usize,
+}
+
+/// Finds every equilibrium in a box. What the model says of `equilibrium` and `guess` is left aside; rates of steady motions count.
+///
+/// # Errors
+/// A box without a range for a coordinate that something depends on, and models whose forces at rest can't be written out.
+pub fn find(model: &Model, region: &Region) -> Result<Found, EquilibriaError> {
+    let budget = model.pool.budget().clone();
+    budget.at("the equilibria in the box", None);
+    let task = Task::new(model, region)?;
+    let mut forces = task.forces()?;
+    let findings = Search::new(&mut forces, Vec::new(), task.whole.clone()).run(&budget)?;
+    let mut found = task.found(&findings, &mut forces);
+    budget.at("the modes at each equilibrium", None);
+    for own in &mut found.equilibria {
+        stability::put_modes(model, own)?;
+        budget.check()?;
+    }
+    task.put_examples(&mut found)?;
+    Ok(found)
+}
+
+/// What is searched for, and where.
+struct Task<'a> {
+    model: &'a Model,
+    region: &'a Region,
+    rest: AtRest,
+    /// The coordinates that are unknown, by number.
+    searched: Vec<usize>,
+    /// Coordinates held somewhere, with the direction along which nothing changes.
+    slices: Vec<Slice>,
+    /// Coordinates left out of the box.
+    left_out: Vec<usize>,
+    whole: Vec<Interval>,
+}
+
+/// A slice across a direction along which nothing changes.
+struct Slice {
+    /// The coordinate that is held.
+    pivot: usize,
+    /// Where.
+    value: f64,
+    /// By coordinate.
+    direction: Vec<f64>,
+}
+
+impl<'a> Task<'a> {
+    fn new(model: &'a Model, region: &'a Region) -> Result<Self, EquilibriaError> {
+        let count = model.coordinates.len() + model.constraints.len();
+        if count > MOST_COORDINATES {
+            return Err(EquilibriaError::TooLarge { coordinates: count, most: MOST_COORDINATES });
+        }
+        let mut rest = linearize::at_rest(model.clone(), &[])?;
+        let forces = gradient(&mut rest);
+        if forces.iter().any(|force| rest.pool.is_undefined(*force)) {
+            return Err(EquilibriaError::NoForces {});
+        }
+        let depends = |at: usize| {
+            let own = rest.coordinates[at];
+            let all = forces.iter().chain(&rest.constraints).copied();
+            let force = !rest.pool.as_number(forces[at]).is_some_and(Number::is_zero);
+            force || all.into_iter().any(|e| rest.pool.depends_on(e, &|symbol| symbol == own))
+        };
+        let missing: Vec<usize> = (0..region.sides.len()).filter(|at| region.sides[*at].is_none()).collect();
+        let needed: Vec<String> =
+            missing.iter().filter(|at| depends(**at)).map(|at| model.coordinates.at(*at).name()).collect();
+        if !needed.is_empty() {
+            return Err(EquilibriaError::MissingSide { coordinates: needed });
+        }
+        let turning: Vec<usize> = (0..region.sides.len()).filter(|at| rest.turning[*at]).collect();
+        let left_out: Vec<usize> = missing.iter().copied().filter(|at| !rest.turning[*at]).collect();
+        let aside = |at: &usize| missing.contains(at) || turning.contains(at);
+        let mut searched: Vec<usize> = (0..region.sides.len()).filter(|at| !aside(at)).collect();
+        rest.coordinates = searched.iter().map(|at| rest.coordinates[*at]).collect();
+        rest.others = searched.iter().map(|at| rest.others[*at]).collect();
+        let forces: Vec<ExprId> = searched.iter().map(|at| forces[*at]).collect();
+        let neutral = neutral_directions(&mut rest, &forces);
+        let mut whole: Vec<Interval> = Vec::new();
+        for at in &searched {
+            let side = region.sides[*at].as_ref();
+            whole.extend(side.map(|[from, to]| Interval::new(from.lower(), to.upper())));
+        }
+        let slices = slices(&neutral, &searched, &mut whole);
+        let held = |at: &usize| slices.iter().any(|slice| slice.pivot == *at);
+        let kept: Vec<usize> = (0..searched.len()).filter(|k| !held(&searched[*k])).collect();
+        whole = kept.iter().map(|k| whole[*k]).collect();
+        for slice in &slices {
+            let place = searched.iter().position(|at| *at == slice.pivot);
+            let value = rest.pool.number(Number::from_f64_exact(slice.value).unwrap_or(Number::ZERO));
+            let Some(place) = place else { continue };
+            let map = [(rest.coordinates[place], value)].into_iter().collect();
+            let mut all = vec![rest.potential];
+            all.extend(&rest.others);
+            all.extend(&rest.constraints);
+            let all = rest.pool.substitute(&all, &map);
+            rest.potential = all[0];
+            let (others, constraints) = all[1..].split_at(rest.others.len());
+            rest.others = others.to_vec();
+            rest.constraints = constraints.to_vec();
+        }
+        rest.coordinates = kept.iter().map(|k| rest.coordinates[*k]).collect();
+        rest.others = kept.iter().map(|k| rest.others[*k]).collect();
+        searched = kept.iter().map(|k| searched[*k]).collect();
+        if !rest.constraints.is_empty() {
+            whole.push(Interval::new(0.0, 1.0));
+            whole.extend(rest.constraints.iter().map(|_| Interval::new(-1.0, 1.0)));
+        }
+        Ok(Self { model, region, rest, searched, slices, left_out, whole })
+    }
+
+    fn forces(&self) -> Result<Forces, EquilibriaError> {
+        let mut rest = self.rest.clone();
+        let scale = scale(&mut rest, &self.whole);
+        Forces::new(rest, &scale).ok_or(EquilibriaError::NoForces {})
+    }
+
+    /// What a search found, in all coordinates.
+    fn found(&self, findings: &Findings, forces: &mut Forces) -> Found {
+        let mut equilibria = Vec::new();
+        let mut singular = Vec::new();
+        for root in &findings.roots {
+            if !root.at.iter().zip(&self.sides()).all(|(x, side)| may_lie(x, side.as_ref())) {
+                continue;
+            }
+            if root.at.get(self.searched.len()).is_some_and(Ball::contains_zero) {
+                // Gradients of constraints that depend on each other: the multiplier of the forces is 0.
+                singular.push(root.region.clone());
+                continue;
+            }
+            equilibria.extend(self.placed(&root.at));
+        }
+        let mut undecided = Vec::new();
+        for place in gathered(findings.undecided.iter().chain(&singular)) {
+            let exact = self.exactly(&place.hull, forces);
+            if let Some(at) = exact {
+                equilibria.extend(self.placed(&at).map(|own| Equilibrium { isolated: false, ..own }));
+            }
+            let middle: Vec<Ball> = place.first.iter().map(|own| Ball::exact(own.middle())).collect();
+            let reach = |(own, x): (&Interval, &Ball)| (own.hi - x.mid_f64()).max(x.mid_f64() - own.lo);
+            let own = place.hull.iter().zip(&middle).take(self.searched.len());
+            let radius = own.map(reach).fold(0.0, f64::max);
+            let point = self.embedded(&middle).iter().map(Ball::mid_f64).collect();
+            undecided.push(Undecided { point, radius });
+        }
+        sort(&mut equilibria);
+        let mut reasons = Vec::new();
+        if !equilibria.is_empty() {
+            reasons.extend(self.neutral_words());
+        }
+        reasons.extend(undecided_words(self.model, &undecided, findings.is_cut_short, findings.pieces));
+        let complete = reasons.is_empty();
+        Found { region: self.region.clone(), equilibria, complete, undecided, reasons, pieces: findings.pieces }
+    }
+
+    /// The ranges of what is searched for; none where slices let it be further out.
+    fn sides(&self) -> Vec<Option<[Ball; 2]>> {
+        let whole = self.searched.iter().map(|at| self.region.sides[*at].filter(|_| self.slices.is_empty()));
+        whole.collect()
+    }
+
+    /// All coordinates, from those that are searched for.
+    fn embedded(&self, at: &[Ball]) -> Vec<Ball> {
+        let mut point = vec![Ball::ZERO; self.region.sides.len()];
+        for (number, value) in self.searched.iter().zip(at) {
+            point[*number] = *value;
+        }
+        for slice in &self.slices {
+            point[slice.pivot] = Ball::exact(slice.value);
+        }
+        point
+    }
+
+    /// An equilibrium with all coordinates, moved into the box along what changes nothing; `None` where it does not come there.
+    fn placed(&self, at: &[Ball]) -> Option<Equilibrium> {
+        let mut point = self.embedded(at);
+        for _ in 0..200 {
+            for slice in &self.slices {
+                let (mut least, mut most) = (f64::NEG_INFINITY, f64::INFINITY);
+                for (x, (v, side)) in point.iter().zip(slice.direction.iter().zip(&self.region.sides)) {
+                    let Some([from, to]) = side else { continue };
+                    if *v != 0.0 {
+                        let (a, b) = ((from.mid_f64() - x.mid_f64()) / v, (to.mid_f64() - x.mid_f64()) / v);
+                        least = least.max(a.min(b));
+                        most = most.min(a.max(b));
+                    }
+                }
+                let by = if least <= most { 0.0_f64.clamp(least, most) } else { 0.5 * (least + most) };
+                if by != 0.0 {
+                    for (x, v) in point.iter_mut().zip(&slice.direction) {
+                        *x = *x + Ball::exact(by) * Ball::exact(*v);
+                    }
+                }
+            }
+        }
+        let slack = |side: &[Ball; 2]| 1e-9 * (side[1] - side[0]).abs_upper();
+        let inside = point.iter().zip(&self.region.sides).all(|(x, side)| match side {
+            Some([from, to]) if !self.slices.is_empty() => {
+                let slack = slack(&[*from, *to]);
+                x.mid_f64() >= from.mid_f64() - slack && x.mid_f64() <= to.mid_f64() + slack
+            }
+            Some(_) | None => true,
+        });
+        let isolated = self.slices.is_empty() && self.left_out.is_empty();
+        // What may be 0 is shown as that.
+        let round = |x: &Ball| if x.contains_zero() { Ball::ZERO.with_added_radius(x.abs_upper()) } else { *x };
+        let point = point.iter().map(round).collect();
+        let (omega, growth) = (Vec::new(), Vec::new());
+        inside.then_some(Equilibrium { point, isolated, stability: Stability::Undecided, omega, growth })
+    }
+
+    /// A place of an undecided piece at which the forces vanish, exactly.
+    fn exactly(&self, place: &[Interval], forces: &mut Forces) -> Option<Vec<Ball>> {
+        let small = place.iter().zip(&self.whole).all(|(own, whole)| own.width() < SMALL * whole.width());
+        if !small {
+            return None;
+        }
+        let own = |x: &Interval| if x.contains(0.0) { 0.0 } else { x.middle() };
+        let at: Vec<Ball> = place.iter().map(|x| Ball::exact(own(x))).collect();
+        let force = forces.prepare::<Ball>().force(&at);
+        let (_, equations) = force.split_last()?;
+        equations.iter().all(Ball::is_zero).then_some(at)
+    }
+
+    /// One equilibrium of each undecided place that `modes` finds from there and proves, and along what it is not isolated.
+    fn put_examples(&self, found: &mut Found) -> Result<(), EquilibriaError> {
+        let mut told: Vec<String> = Vec::new();
+        for place in found.undecided.iter().take(MOST_EXAMPLES) {
+            let start: Vec<Ball> = place.point.iter().map(|x| Ball::exact(*x)).collect();
+            let Some((own, motions)) = stability::nearby(self.model, &start)? else { continue };
+            let reach = 2.0 * place.radius;
+            let near = own.point.iter().zip(&start).all(|(x, y)| (*x - *y).abs_upper() <= reach);
+            let inside = own.point.iter().zip(&self.region.sides).all(|(x, side)| may_lie(x, side.as_ref()));
+            let same = |other: &Equilibrium| other.point.iter().zip(&own.point).all(|(x, y)| (*x - *y).contains_zero());
+            if motions.is_empty() || !near || !inside {
+                continue;
+            }
+            for motion in motions {
+                let words = format!("equilibria are not isolated: {motion} changes nothing; one of them is given");
+                if !told.contains(&words) {
+                    told.push(words);
+                }
+            }
+            if !found.equilibria.iter().any(same) {
+                found.equilibria.push(own);
+            }
+        }
+        found.reasons.splice(0..0, told);
+        sort(&mut found.equilibria);
+        Ok(())
+    }
+
+    /// That equilibria are not isolated, and why.
+    fn neutral_words(&self) -> Vec<String> {
+        let name = |at: usize| self.model.coordinates.at(at).name();
+        let mut words: Vec<String> = self
+            .left_out
+            .iter()
+            .map(|at| format!("equilibria are not isolated: nothing depends on `{}`", name(*at)))
+            .collect();
+        for slice in &self.slices {
+            let moved: Vec<String> = slice
+                .direction
+                .iter()
+                .enumerate()
+                .filter(|(_, v)| **v != 0.0)
+                .map(|(at, v)| match *v {
+                    1.0 => name(at),
+                    v => format!("{v} {}", name(at)),
+                })
+                .collect();
+            let what = match moved.as_slice() {
+                [one] => format!("nothing depends on `{one}`"),
+                _ => format!("moving {} together changes nothing", moved.join(", ")),
+            };
+            words.push(format!("equilibria are not isolated: {what}; of each family one is given"));
+        }
+        words
+    }
+}
+
+/// Slices across directions along which nothing changes, and the ranges widened by what moving into the slices takes.
+fn slices(neutral: &[(usize, Neutral)], searched: &[usize], whole: &mut [Interval]) -> Vec<Slice> {
+    let numbers =
+        |vector: &Neutral| -> Vec<f64> { vector.iter().map(|x| Ball::from_number(x, ()).mid_f64()).collect() };
+    let original = whole.to_vec();
+    let mut slices = Vec::new();
+    let last = searched.iter().max().map_or(0, |at| at + 1);
+    for (pivot, vector) in neutral {
+        let vector = numbers(vector);
+        let half = 0.5 * original[*pivot].width();
+        for (own, v) in whole.iter_mut().zip(&vector) {
+            let by = (v.abs() * half).next_up();
+            if *v != 0.0 {
+                *own = Interval::new((own.lo - by).next_down(), (own.hi + by).next_up());
+            }
+        }
+        let mut direction = vec![0.0; last];
+        for (at, v) in searched.iter().zip(&vector) {
+            direction[*at] = *v;
+        }
+        slices.push(Slice { pivot: searched[*pivot], value: original[*pivot].middle(), direction });
+    }
+    slices
+}
+
+/// By their coordinates, one after the other.
+fn sort(equilibria: &mut [Equilibrium]) {
+    equilibria.sort_by(|a, b| {
+        let pairs = a.point.iter().zip(&b.point);
+        let mut different = pairs.filter(|(x, y)| !(**x - **y).contains_zero());
+        different.next().map_or(std::cmp::Ordering::Equal, |(x, y)| x.mid.hi.total_cmp(&y.mid.hi))
+    });
+}
+
+/// Whether an enclosure reaches into a closed range.
+fn may_lie(x: &Ball, side: Option<&[Ball; 2]>) -> bool {
+    side.is_none_or(|[from, to]| !(*x - *from).is_negative() && !(*to - *x).is_negative())
+}
+
+/// A power of two that brings forces to about the size of the gradients of constraints.
+fn scale(rest: &mut AtRest, whole: &[Interval]) -> Number {
+    if rest.constraints.is_empty() {
+        return Number::ONE;
+    }
+    let forces = gradient(rest);
+    let mut slopes = Vec::new();
+    for own in rest.constraints.clone() {
+        slopes.extend(rest.pool.gradient(own, &rest.coordinates));
+    }
+    let largest = |roots: &[ExprId]| {
+        let tape = librate_core::expr::Tape::compile(&rest.pool, roots, &rest.coordinates).ok();
+        let shares = [0.5, 0.31, 0.77];
+        let values = shares.iter().flat_map(|share| {
+            let at: Vec<f64> =
+                whole.iter().take(rest.coordinates.len()).map(|own| own.lo + share * own.width()).collect();
+            tape.as_ref().map(|tape| tape.evaluate(&at, &mut Vec::new())).unwrap_or_default()
+        });
+        values.filter(|x: &f64| x.is_finite()).fold(0.0_f64, |most, x| most.max(x.abs()))
+    };
+    let (force, slope) = (largest(&forces), largest(&slopes));
+    let ratio = (slope / force).log2().round();
+    if !ratio.is_finite() {
+        return Number::ONE;
+    }
+    Number::from(2).powi(ratio.clamp(-300.0, 300.0) as i32).unwrap_or(Number::ONE)
+}
+
+/// Pieces which touch.
+struct Place {
+    /// One of them.
+    first: Vec<Interval>,
+    /// A box that holds them.
+    hull: Vec<Interval>,
+}
+
+/// Pieces put together where they touch.
+fn gathered<'a>(pieces: impl Iterator<Item = &'a Vec<Interval>>) -> Vec<Place> {
+    let pieces: Vec<&Vec<Interval>> = pieces.collect();
+    let hull = |a: &[Interval], b: &[Interval]| -> Vec<Interval> {
+        a.iter().zip(b).map(|(x, y)| Interval::new(x.lo.min(y.lo), x.hi.max(y.hi))).collect()
+    };
+    let mut boxes: Vec<Place> = Vec::new();
+    for (number, piece) in pieces.iter().enumerate() {
+        let mut own = Place { first: piece.to_vec(), hull: piece.to_vec() };
+        if number >= MOST_GATHERED {
+            if let Some(last) = boxes.last_mut() {
+                last.hull = hull(&last.hull, &own.hull);
+            }
+            continue;
+        }
+        // Pieces end where others begin, but for what contraction took away.
+        loop {
+            let touches = |other: &Place| {
+                own.hull.iter().zip(other.hull.iter().zip(*piece)).all(|(x, (y, piece))| {
+                    let slack = piece.width();
+                    x.lo <= y.hi + slack && y.lo <= x.hi + slack
+                })
+            };
+            let Some(at) = boxes.iter().position(touches) else { break };
+            let other = boxes.swap_remove(at);
+            own = Place { hull: hull(&own.hull, &other.hull), first: other.first };
+        }
+        boxes.push(own);
+    }
+    boxes.sort_by(|a, b| {
+        let mut ends = a.hull.iter().zip(&b.hull).map(|(x, y)| x.lo.total_cmp(&y.lo));
+        ends.find(|order| order.is_ne()).unwrap_or(std::cmp::Ordering::Equal)
+    });
+    boxes
+}
+
+/// That some places were not decided.
+fn undecided_words(model: &Model, undecided: &[Undecided], is_cut_short: bool, pieces: usize) -> Vec<String> {
+    let mut words = Vec::new();
+    if is_cut_short {
+        words.push(format!("the search ended after {pieces} pieces of the box; a smaller box, or several, take less"));
+    }
+    if undecided.is_empty() {
+        return words;
+    }
+    let places: Vec<String> = undecided
+        .iter()
+        .take(MOST_NAMED)
+        .map(|own| {
+            let coordinates = model.coordinates.names().zip(&own.point);
+            let parts: Vec<String> = coordinates
+                .map(|(name, x)| {
+                    let x = if x.abs() <= own.radius { 0.0 } else { *x };
+                    format!("{name} = {}", linearize::short(x))
+                })
+                .collect();
+            parts.join(", ")
+        })
+        .collect();
+    let more = match undecided.len().saturating_sub(MOST_NAMED) {
+        0 => String::new(),
+        more => format!(" and {more} other places"),
+    };
+    words.push(format!(
+        "how many equilibria there are was not decided near {}{more}: they coincide or nearly do, lie on a line, or the forces are singular",
+        places.join("; near ")
+    ));
+    words
+}

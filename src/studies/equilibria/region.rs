@@ -1,0 +1,117 @@
+//! The box: a closed range for each coordinate.
+
+use super::error::EquilibriaError;
+use librate_core::diagnostic::nearest;
+use librate_core::linearize;
+use librate_core::model::{Constant, Model, ModelError};
+use librate_core::precision::{Ball, Scalar};
+
+/// Closed ranges of coordinates.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Region {
+    /// Per coordinate: both ends in SI; `None` for one that is left out.
+    pub sides: Vec<Option<[Ball; 2]>>,
+}
+
+impl Region {
+    /// Reads `x=-2..2, phi[1]=-pi..pi`: a coordinate, or a family for all its members, and both ends in the coordinate's unit.
+    ///
+    /// # Errors
+    /// What can't be read, is no coordinate, is given twice, reversed, empty or infinite.
+    pub fn parse(text: &str, model: &Model) -> Result<Self, EquilibriaError> {
+        let mut sides = vec![None; model.coordinates.len()];
+        for entry in entries(text) {
+            let bad = |reason: &str| EquilibriaError::BadSide { text: entry.to_owned(), reason: reason.to_owned() };
+            let (name, range) = entry.split_once('=').ok_or_else(|| bad("there is no `=`"))?;
+            let (from, to) = range.split_once("..").ok_or_else(|| bad("there is no `..` between two ends"))?;
+            for at in members(name, model)? {
+                let side = side(at, [from.trim(), to.trim()], model, &bad)?;
+                let place: &mut Option<[Ball; 2]> = &mut sides[at];
+                if place.replace(side).is_some() {
+                    return Err(bad("it is given twice"));
+                }
+            }
+        }
+        Ok(Self { sides })
+    }
+}
+
+/// The parts between commas outside brackets.
+fn entries(text: &str) -> Vec<&str> {
+    let (mut depth, mut first, mut parts) = (0_i32, 0, Vec::new());
+    for (at, c) in text.char_indices() {
+        match c {
+            '(' | '[' => depth += 1,
+            ')' | ']' => depth -= 1,
+            ',' if depth == 0 => {
+                parts.push(text[first..at].trim());
+                first = at + 1;
+            }
+            _ => {}
+        }
+    }
+    parts.push(text[first..].trim());
+    parts.retain(|part| !part.is_empty());
+    parts
+}
+
+/// The coordinates of a name.
+fn members(name: &str, model: &Model) -> Result<Vec<usize>, EquilibriaError> {
+    let name: String = name.split_whitespace().collect();
+    if let Some(at) = model.coordinates.names().position(|own| own.replace(' ', "") == name) {
+        return Ok(vec![at]);
+    }
+    if let Some(family) = model.families.iter().find(|family| family.name == name) {
+        return Ok((family.first..family.first + family.len()).collect());
+    }
+    let mut known: Vec<String> = model.families.iter().map(|family| family.name.clone()).collect();
+    known.extend(model.coordinates.names());
+    known.dedup();
+    let help = match nearest(&name, known.iter().map(String::as_str)) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => format!(
+            "the model has {}",
+            model.families.iter().map(|own| format!("`{}`", own.name)).collect::<Vec<_>>().join(", ")
+        ),
+    };
+    Err(EquilibriaError::NotACoordinate { name, help })
+}
+
+fn side(
+    at: usize,
+    [from, to]: [&str; 2],
+    model: &Model,
+    bad: &impl Fn(&str) -> EquilibriaError,
+) -> Result<[Ball; 2], EquilibriaError> {
+    let coordinate = model.coordinates.at(at);
+    let wrong = |what| EquilibriaError::BadRange {
+        coordinate: coordinate.name(),
+        what,
+        from: from.to_owned(),
+        to: to.to_owned(),
+    };
+    let end = |text: &str| -> Result<Ball, EquilibriaError> {
+        let plain = text.trim_start_matches(['-', '+']).trim();
+        if ["inf", "infinity", "oo", "∞"].contains(&plain.to_lowercase().as_str()) {
+            return Err(wrong("infinite"));
+        }
+        let value = Constant::parse(text).map_err(|error| match error {
+            ModelError::BadSetting { reason, .. } => bad(&reason),
+            other => bad(&other.to_string()),
+        })?;
+        let value = linearize::constant(value.pool(), value.value()).filter(Ball::is_finite);
+        let value = value.ok_or_else(|| wrong("infinite"))?;
+        let factor = coordinate.factor.and_then(|factor| linearize::constant(&model.pool, factor));
+        Ok(factor.map_or(value, |factor| value.mul(&factor)))
+    };
+    let ends = [end(from)?, end(to)?];
+    let width = ends[1].sub(&ends[0]);
+    if width.is_negative() {
+        return Err(wrong("reversed"));
+    }
+    if !width.is_positive() {
+        return Err(wrong("empty"));
+    }
+    Ok(ends)
+}
