@@ -1,9 +1,9 @@
 //! The steady response of a linearised model to a harmonic force, with bounds.
 //!
 //! M q'' + (G + C) q' + (K + N) q = f has the response q = H(ω) f, H = (-ω²M + iω(G + C) + K + N)⁻¹, to a force f e^(iωt): either one
-//! of unit amplitude on a coordinate, or the model's own drive ([`drive`]). Each value is enclosed by elimination in double-double, with more bits
-//! where its digits need them ([`solve`]). That an amplitude is infinite is only said where it is proved from exact matrices
-//! ([`exact`]): close to a resonance a response is large, at it none.
+//! of unit amplitude on a coordinate, or the model's own drive (`drive`). Each value is enclosed by elimination in double-double, with more bits
+//! where its digits need them (`solve`). That an amplitude is infinite is only said where it is proved from exact matrices
+//! (`exact`): close to a resonance a response is large, at it none.
 //!
 //! It starts no thread: frequencies are independent of each other, and a [`Study`] is `Sync`.
 
