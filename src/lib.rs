@@ -130,7 +130,7 @@ pub mod typeset {
 /// A limit on memory and work that all stages share. In full: [`librate_core::budget`].
 #[cfg(feature = "engine")]
 pub mod budget {
-    pub use librate_core::budget::{BYTES, Budget, Exceeded, Limit, Need};
+    pub use librate_core::budget::{BYTES, Budget, Exceeded, Limit, Limits, Need};
 }
 
 /// Exact rational numbers. In full: [`librate_core::number`].
@@ -207,7 +207,7 @@ pub mod derive {
 /// How frequencies follow uncertain parameters. In full: [`librate_studies::sensitivity`].
 #[cfg(feature = "engine")]
 pub mod sensitivity {
-    pub use librate_studies::sensitivity::{Sensitivities, put, put_uncertainties, sensitivities};
+    pub use librate_studies::sensitivity::{Sensitivities, ignored, put, put_uncertainties, sensitivities};
 }
 
 /// Masses, centres and inertia tensors of bodies. In full: [`librate_studies::inertia`].

@@ -6,13 +6,14 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 
+use librate::budget::Limits;
 use librate::derive::CHAPTERS;
 use librate::number::Number;
 use librate::report::FrequencyUnit;
 
 use super::equilibria::{self, Equilibria};
 use super::export::CodeLanguage;
-use super::guard::{self, Guard, Limits};
+use super::guard::Guard;
 use super::response::{RESPONSE, RESPONSE_EXAMPLE, ResponseArgs};
 use super::sweep::{Part, part};
 
@@ -275,7 +276,7 @@ pub(crate) struct Cli {
     pub(crate) message_format: MessageFormat,
     /// Time and memory for the computation: `60s`, `4GB`, `60s,4GB`, `none`; 10 s and 1 GB for a model of up to 8 kB, more in
     /// proportion for a longer one
-    #[arg(long, global = true, value_name = "LIMITS", value_parser = guard::limits)]
+    #[arg(long, global = true, value_name = "LIMITS", value_parser = Limits::parse)]
     pub(crate) budget: Option<Limits>,
 }
 

@@ -9,57 +9,15 @@ use std::sync::{Arc, OnceLock};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use librate::budget::{BYTES, Budget, Limit};
+use librate::budget::{Budget, Limit, Limits};
 use librate::diagnostic::Diagnostic;
 
 use super::args::MessageFormat;
 use super::input::Source;
 use super::{Answer, FAULT, Failure, complain, output};
 
-/// For a model of up to [`SHORT`] bytes; one ten times as long has ten times as much time.
-const SECONDS: u64 = 10;
-const SHORT: u64 = 8192;
-/// Memory for each byte of input beyond that.
-const BYTES_A_BYTE: u64 = 2000;
-/// A build for tests takes so many times as long.
-const SLOW_BUILD: u64 = if cfg!(debug_assertions) { 6 } else { 1 };
 /// How often is looked.
 const INTERVAL: Duration = Duration::from_millis(10);
-
-/// What `--budget` says: `60s`, `4GB`, `60s,4GB`, `none`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Limits {
-    seconds: Option<u64>,
-    bytes: Option<u64>,
-}
-
-/// Reads `--budget`.
-pub(crate) fn limits(text: &str) -> Result<Limits, String> {
-    let wrong = || "a time, a memory or both are needed: `60s`, `10min`, `4GB`, `60s,4GB`, `none`".to_owned();
-    if text.trim() == "none" {
-        return Ok(Limits { seconds: Some(u64::MAX), bytes: Some(u64::MAX) });
-    }
-    let mut limits = Limits::default();
-    for part in text.split(',') {
-        let part = part.trim();
-        let unit = part.find(|c: char| !c.is_ascii_digit()).ok_or_else(wrong)?;
-        let (count, unit) = part.split_at(unit);
-        let count: u64 = count.parse().map_err(|_| wrong())?;
-        let (slot, scale) = match unit.trim() {
-            "s" => (&mut limits.seconds, 1),
-            "min" => (&mut limits.seconds, 60),
-            "h" => (&mut limits.seconds, 3600),
-            "MB" => (&mut limits.bytes, 1_000_000),
-            "GB" => (&mut limits.bytes, 1_000_000_000),
-            _ => return Err(wrong()),
-        };
-        if count == 0 || slot.is_some() {
-            return Err(wrong());
-        }
-        *slot = Some(count.saturating_mul(scale));
-    }
-    Ok(limits)
-}
 
 /// Begins when a model is read and ends when its result is written.
 #[derive(Clone, Debug, Default)]
@@ -112,11 +70,7 @@ impl Guard {
     /// The budget for a model and so many bytes of tables, whose time begins now.
     pub(crate) fn begin(&self, source: &Source, tables: usize) -> Budget {
         let input = (source.text.len() + tables) as u64;
-        let beyond = input.saturating_sub(SHORT);
-        let default = SLOW_BUILD * SECONDS * input.max(SHORT) / SHORT;
-        let seconds = self.limits.seconds.unwrap_or(default);
-        let bytes = self.limits.bytes;
-        let bytes = bytes.unwrap_or_else(|| BYTES.saturating_add(beyond.saturating_mul(BYTES_A_BYTE)));
+        let (seconds, bytes) = (self.limits.seconds(input), self.limits.bytes(input));
         let budget = Budget::new(bytes);
         let watch = Watch {
             budget: budget.clone(),

@@ -5,12 +5,12 @@ use std::path::Path;
 use librate::diagnostic::{Diagnostic, Label};
 use librate::inertia::{self, Amount, InertiaError, Mesh};
 use librate::span::Span;
-use librate::{model, report};
+use librate::{model, report, sensitivity};
 
 use super::args::Inertia;
 use super::input::{self, Source};
 use super::progress::Progress;
-use super::{Answer, Failure, Parsed, USAGE, failed, left_out, parsed, style};
+use super::{Answer, Failure, Parsed, USAGE, failed, parsed, style};
 
 /// What a file describes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -133,7 +133,7 @@ fn model_answer(args: &Inertia, source: Source) -> Result<Answer, Failure> {
             let name = model.name.as_deref();
             let warnings = tensors.iter().filter_map(inertia::NamedTensor::warning);
             let warnings = warnings.map(|warning| Diagnostic::from(&warning));
-            let warnings = warnings.chain(left_out(&model)).collect();
+            let warnings = warnings.chain(sensitivity::ignored(&model)).collect();
             Ok(Answer::new(
                 if args.json {
                     report::tensors_json(name, &tensors, args.digits)

@@ -3,7 +3,6 @@
 mod amplitude;
 mod args;
 mod chart;
-mod draw;
 mod equilibria;
 mod export;
 mod fmt;
@@ -489,24 +488,8 @@ fn load(args: &ModelArgs, size: Size) -> Result<Loaded, Failure> {
 /// As [`load`], for what takes parameters at their values and says so where these are uncertain.
 fn load_values(args: &ModelArgs, size: Size) -> Result<Loaded, Failure> {
     let mut loaded = load(args, size)?;
-    loaded.warnings.extend(left_out(&loaded.model));
+    loaded.warnings.extend(sensitivity::ignored(&loaded.model));
     Ok(loaded)
-}
-
-/// That the uncertainties of parameters are not carried on.
-fn left_out(model: &Model) -> Option<Diagnostic> {
-    let uncertain = model.parameters.iter().filter(|own| own.uncertainty.is_some());
-    let count = uncertain.clone().count();
-    let first = uncertain.map(|own| (&own.name, own.span)).next();
-    let (name, span) = first?;
-    let message = match count {
-        1 => format!("the uncertainty of `{name}` is ignored here"),
-        _ => format!("the uncertainties of `{name}` and {} more are ignored here", count - 1),
-    };
-    Some(
-        Diagnostic::warning(message, span, "treated as exact")
-            .with_help("digits and bounds refer to the values; `modes` and `sensitivity` propagate uncertainties"),
-    )
 }
 
 fn style() -> Style {
@@ -531,7 +514,8 @@ fn tell(source: &Source, all: &[Diagnostic], format: MessageFormat) {
         MessageFormat::Text => {
             let color = AutoStream::choice(&stream) != ColorChoice::Never;
             let width = terminal_width(&stream).unwrap_or(PLAIN_MESSAGE_WIDTH);
-            draw::diagnostics(source, all, color, width)
+            let style = Style::default().color(color).width(width);
+            report::diagnostics_text(&source.shown(), &source.text, all, &style)
         }
     };
     output::write_messages(&text);
@@ -550,7 +534,7 @@ fn complain(failure: Failure, format: MessageFormat) -> u8 {
                 MessageFormat::Json => messages::message(&message, help.as_deref()),
                 MessageFormat::Text => {
                     let color = AutoStream::choice(&stream) != ColorChoice::Never;
-                    draw::message(&message, help.as_deref(), color)
+                    report::message_text(&message, help.as_deref(), &Style::default().color(color))
                 }
             };
             output::write_messages(&text);

@@ -1,14 +1,13 @@
 //! `librate response`.
 
 use clap::Args;
-use librate::diagnostic::{Diagnostic, Severity};
 use librate::model::Range;
-use librate::report;
 use librate::response::{Request, Response, ResponseError, Source, Study, Value};
+use librate::{report, sensitivity};
 
 use super::args::{ModelArgs, positive};
 use super::threads::in_order;
-use super::{Answer, Failure, Loaded, Parsed, Size, checked, failed, input, left_out, parsed, wrong_request};
+use super::{Answer, Failure, Loaded, Parsed, Size, checked, failed, input, parsed, wrong_request};
 
 pub(super) const RESPONSE: &str = "\
 The steady response of the model, linearised about its equilibrium, to a harmonic force, as CSV: a line for each frequency, with the
@@ -75,7 +74,7 @@ pub(super) fn text(args: &ResponseArgs) -> Result<Answer, Failure> {
         Ok(checked) => checked,
         Err(error) => return Err(failed(source, Vec::new(), error)),
     };
-    warnings.extend(left_out(&model));
+    warnings.extend(sensitivity::ignored(&model));
     let request = Request { input: args.input.clone(), outputs: args.outputs.clone(), range, digits: args.digits };
     let study = match Study::new(model, Source { file, tables, settings }, request) {
         Ok(study) => study,
@@ -84,7 +83,7 @@ pub(super) fn text(args: &ResponseArgs) -> Result<Answer, Failure> {
     let loaded = Loaded { source, model: study.model().clone(), warnings };
     let response = computed(args, &study, loaded)?;
     let (response, Loaded { source, mut warnings, .. }) = response;
-    warnings.extend(remarks(&response));
+    warnings.extend(response.remarks());
     let text = if args.model.drawn {
         report::response_svg(&response)
     } else if args.json {
@@ -125,45 +124,4 @@ fn computed(args: &ResponseArgs, study: &Study, loaded: Loaded) -> Result<(Respo
         Some(error) => Err(failed(loaded.source, loaded.warnings, error)),
         None => Ok((study.response(values), loaded)),
     }
-}
-
-/// Which values a remark is about.
-type IsMeant = fn(&Value) -> bool;
-
-/// What is to be said of values that are no numbers.
-fn remarks(response: &Response) -> Vec<Diagnostic> {
-    const MOST: usize = 3;
-    let mut all = Vec::new();
-    let wanted: [(IsMeant, &str, &str); 2] = [
-        (
-            |value| matches!(value, Value::Infinite),
-            "the response is infinite: an undamped resonance",
-            "there is no steady motion at this frequency: the force feeds the mode without end",
-        ),
-        (
-            |value| matches!(value, Value::Undecided),
-            "the response is not decided",
-            "bounds do not tell it from a resonance or from 0: its cells are empty",
-        ),
-    ];
-    for (is_meant, what, help) in wanted {
-        let hit = |at: &usize| response.outputs.iter().any(|output| is_meant(&output.values[*at]));
-        let places: Vec<usize> = (0..response.places.len()).filter(hit).collect();
-        if places.is_empty() {
-            continue;
-        }
-        let named: Vec<String> = places.iter().take(MOST).map(|at| response.places[*at].to_string()).collect();
-        let more = if places.len() > MOST { format!(" and {} more", places.len() - MOST) } else { String::new() };
-        let message = format!("at {} = {}{more} {what}", response.name, named.join(", "));
-        let mut remark = Diagnostic::global(message).with_help(help);
-        remark.severity = Severity::Warning;
-        all.push(remark);
-    }
-    if !response.proved {
-        let mut remark = Diagnostic::global("the existence of the equilibrium is not proved")
-            .with_help("its place is an estimate, and the digits of the response do not cover its error");
-        remark.severity = Severity::Warning;
-        all.push(remark);
-    }
-    all
 }

@@ -14,7 +14,7 @@ use librate::{Error, modes, sensitivity, tracking};
 use super::input::{self, Source};
 use super::output::{self, visible};
 use super::threads::in_order;
-use super::{Answer, Failure, Parsed, args, fault, left_out, parsed, wrong_request};
+use super::{Answer, Failure, Parsed, args, fault, parsed, wrong_request};
 
 /// A table of up to so many values has the columns that its lines need, and is written when all are there.
 const HELD: usize = 1000;
@@ -41,7 +41,7 @@ pub(super) fn text(args: &args::Sweep) -> Result<Answer, Failure> {
     options.vectors = args.model.drawn || args.json && !args.no_vectors;
     let name = visible(range.name(), false).into_owned();
     let sweep = Sweep::new(file, tables, settings, range, options);
-    let uncertain = sweep.derived().and_then(left_out).filter(|_| !args.json);
+    let uncertain = sweep.derived().and_then(sensitivity::ignored).filter(|_| !args.json);
     let mut run = Run { args, sweep: &sweep, name, remarks: Vec::new(), told: HashSet::new(), uncertain };
     if args.model.drawn {
         let picture = run.picture(&source)?;
@@ -86,7 +86,7 @@ impl Line {
         match &place.result {
             Ok((linearized, modes)) => {
                 let row = SweepRow::new(place.value, modes, sweep.options().digits);
-                Self { row, error: None, uncertain: left_out(linearized.model()) }
+                Self { row, error: None, uncertain: sensitivity::ignored(linearized.model()) }
             }
             Err(error) => Self { row: SweepRow::empty(place.value), error: Some(error.clone()), uncertain: None },
         }

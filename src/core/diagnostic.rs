@@ -2,7 +2,7 @@
 //!
 //! Every stage has its own error enum; each variant converts to a [`Diagnostic`]: a message in a
 //! physicist's words, the place, where it helps a second place, and the fix where there is one.
-//! This module holds the plain data and never draws: drawing is the command line's job.
+//! This module holds the plain data and never draws: `report::diagnostics_text` does.
 
 use crate::span::Span;
 

@@ -32,6 +32,14 @@ use crate::span::Span;
 /// The memory of a budget that is not given one, in bytes.
 pub const BYTES: u64 = 1_000_000_000;
 
+/// Time for a model of up to [`SHORT`] bytes; one ten times as long has ten times as much.
+const SECONDS: u64 = 10;
+const SHORT: u64 = 8192;
+/// Memory for each byte of input beyond that.
+const BYTES_A_BYTE: u64 = 2000;
+/// A build for tests takes so many times as long.
+const SLOW_BUILD: u64 = if cfg!(debug_assertions) { 6 } else { 1 };
+
 /// How much less text than memory there may be.
 const MEMORY_FOR_TEXT: u64 = 64;
 
@@ -69,6 +77,59 @@ impl fmt::Display for Limit {
             Self::Text(_) => write!(f, " for formulas written out"),
             Self::Time(_) | Self::Memory(_) => Ok(()),
         }
+    }
+}
+
+/// What a user permits: `60s`, `4GB`, `60s,4GB`, `none`. What is not said depends on the length of the input.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Limits {
+    seconds: Option<u64>,
+    bytes: Option<u64>,
+}
+
+impl Limits {
+    /// Reads a time, a memory, or both with a comma.
+    ///
+    /// # Errors
+    /// How limits are written, in words.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let wrong = || "a time, a memory or both are needed: `60s`, `10min`, `4GB`, `60s,4GB`, `none`".to_owned();
+        if text.trim() == "none" {
+            return Ok(Self { seconds: Some(u64::MAX), bytes: Some(u64::MAX) });
+        }
+        let mut limits = Self::default();
+        for part in text.split(',') {
+            let part = part.trim();
+            let unit = part.find(|c: char| !c.is_ascii_digit()).ok_or_else(wrong)?;
+            let (count, unit) = part.split_at(unit);
+            let count: u64 = count.parse().map_err(|_| wrong())?;
+            let (slot, scale) = match unit.trim() {
+                "s" => (&mut limits.seconds, 1),
+                "min" => (&mut limits.seconds, 60),
+                "h" => (&mut limits.seconds, 3600),
+                "MB" => (&mut limits.bytes, 1_000_000),
+                "GB" => (&mut limits.bytes, 1_000_000_000),
+                _ => return Err(wrong()),
+            };
+            if count == 0 || slot.is_some() {
+                return Err(wrong());
+            }
+            *slot = Some(count.saturating_mul(scale));
+        }
+        Ok(limits)
+    }
+
+    /// Seconds for so many bytes of a model and its tables.
+    #[must_use]
+    pub fn seconds(&self, input: u64) -> u64 {
+        self.seconds.unwrap_or(SLOW_BUILD * SECONDS * input.max(SHORT) / SHORT)
+    }
+
+    /// Memory for so many bytes of a model and its tables.
+    #[must_use]
+    pub fn bytes(&self, input: u64) -> u64 {
+        let beyond = input.saturating_sub(SHORT);
+        self.bytes.unwrap_or_else(|| BYTES.saturating_add(beyond.saturating_mul(BYTES_A_BYTE)))
     }
 }
 

@@ -11,6 +11,7 @@ mod drive;
 mod error;
 mod exact;
 mod order;
+mod remarks;
 mod solve;
 
 pub use error::ResponseError;

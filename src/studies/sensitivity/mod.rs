@@ -14,6 +14,7 @@ mod bordered;
 mod split;
 
 use bordered::Place;
+use librate_core::diagnostic::Diagnostic;
 use librate_core::expr::{ExprId, Pool, ZeroVerdict};
 use librate_core::linearize::{
     LinearizeError, Linearized, Slopes, Structure, Units, WithMultipliers, ZeroMode, constant,
@@ -28,6 +29,24 @@ type Enclosed = Complex<Ball>;
 
 /// Vectors, one list each.
 type Rows<T> = Vec<Vec<T>>;
+
+/// A warning that the uncertainties of parameters are not carried on, where there are any: for results that take parameters at
+/// their values.
+#[must_use]
+pub fn ignored(model: &Model) -> Option<Diagnostic> {
+    let uncertain = model.parameters.iter().filter(|own| own.uncertainty.is_some());
+    let count = uncertain.clone().count();
+    let first = uncertain.map(|own| (&own.name, own.span)).next();
+    let (name, span) = first?;
+    let message = match count {
+        1 => format!("the uncertainty of `{name}` is ignored here"),
+        _ => format!("the uncertainties of `{name}` and {} more are ignored here", count - 1),
+    };
+    Some(
+        Diagnostic::warning(message, span, "treated as exact")
+            .with_help("digits and bounds refer to the values; `modes` and `sensitivity` propagate uncertainties"),
+    )
+}
 
 /// First derivatives of the exponents of all modes by all parameters.
 #[derive(Clone, Debug)]

@@ -1,13 +1,11 @@
-//! Drawing diagnostics below the lines they are about.
-
-use std::borrow::Cow;
+//! Diagnostics, drawn below the lines they are about.
 
 use annotate_snippets::{
     Annotation, AnnotationKind, Element, Group, Level, Origin, Renderer, Snippet, normalize_untrusted_str,
 };
-use librate::diagnostic::{Diagnostic, Label, Severity};
+use librate_core::diagnostic::{Diagnostic, Label, Severity};
 
-use super::input::Source;
+use super::Style;
 
 /// Places further apart than this many lines are shown as two excerpts.
 const NEAR: usize = 30;
@@ -19,11 +17,13 @@ const AROUND: usize = 60;
 /// Nobody reads more mistakes than this.
 const MOST: usize = 1000;
 
-/// All diagnostics as text, with a count at the end if there is more than one.
-pub(crate) fn diagnostics(source: &Source, diagnostics: &[Diagnostic], color: bool, width: usize) -> String {
-    let renderer = if color { Renderer::styled() } else { Renderer::plain() };
-    let renderer = renderer.term_width(width);
-    let page = Page::new(source);
+/// All diagnostics about a text of that name, each drawn into it, with a count at the end if there is more than one error.
+///
+/// Control characters in what is quoted from the text are left as they are, but for those in messages.
+#[must_use]
+pub fn diagnostics_text(name: &str, text: &str, diagnostics: &[Diagnostic], style: &Style) -> String {
+    let renderer = renderer(style).term_width(style.width);
+    let page = Page::new(name, text);
     let mut out = String::new();
     for diagnostic in diagnostics.iter().take(MOST) {
         let drawn = if diagnostic.primary.is_some() {
@@ -48,10 +48,14 @@ pub(crate) fn diagnostics(source: &Source, diagnostics: &[Diagnostic], color: bo
     out
 }
 
-/// A message that is not about a place in a model.
-pub(crate) fn message(text: &str, help: Option<&str>, color: bool) -> String {
-    let renderer = if color { Renderer::styled() } else { Renderer::plain() };
-    format!("{}\n", without_place(&renderer, Level::ERROR, text, help, None))
+/// An error that is not about a place in a text, and the fix where there is one.
+#[must_use]
+pub fn message_text(message: &str, help: Option<&str>, style: &Style) -> String {
+    format!("{}\n", without_place(&renderer(style), Level::ERROR, message, help, None))
+}
+
+fn renderer(style: &Style) -> Renderer {
+    if style.color { Renderer::styled() } else { Renderer::plain() }
 }
 
 /// A report that has no excerpt: the fix stands on a line of its own.
@@ -77,7 +81,7 @@ fn without_place(
 
 /// The text with the places of its lines.
 struct Page<'a> {
-    name: Cow<'a, str>,
+    name: &'a str,
     /// Without a byte order mark, which would be a column of its own.
     text: &'a str,
     /// How many bytes of the mark were dropped.
@@ -87,11 +91,11 @@ struct Page<'a> {
 }
 
 impl<'a> Page<'a> {
-    fn new(source: &'a Source) -> Self {
-        let text = source.text.strip_prefix('\u{feff}').unwrap_or(&source.text);
+    fn new(name: &'a str, whole: &'a str) -> Self {
+        let text = whole.strip_prefix('\u{feff}').unwrap_or(whole);
         let mut lines = vec![0];
         lines.extend(text.match_indices('\n').map(|(at, _)| at + 1));
-        Self { name: source.shown(), text, mark: source.text.len() - text.len(), lines }
+        Self { name, text, mark: whole.len() - text.len(), lines }
     }
 
     /// The bytes a label is about, at the borders of characters of this text.
@@ -189,7 +193,7 @@ fn snippet<'a>(page: &Page<'a>, cluster: &[Mark<'a>]) -> Vec<Element<'a>> {
         return mark.map_or_else(Vec::new, |mark| cutting(page, mark));
     }
     let annotations = cluster.iter().map(|mark| annotation(mark, offset, mark.end));
-    vec![Snippet::source(text).line_start(first + 1).path(page.name.clone()).annotations(annotations).into()]
+    vec![Snippet::source(text).line_start(first + 1).path(page.name).annotations(annotations).into()]
 }
 
 fn annotation<'a>(mark: &Mark<'a>, offset: usize, end: usize) -> Annotation<'a> {
@@ -202,7 +206,7 @@ fn annotation<'a>(mark: &Mark<'a>, offset: usize, end: usize) -> Annotation<'a> 
 fn cutting<'a>(page: &Page<'a>, mark: &Mark<'a>) -> Vec<Element<'a>> {
     let line_start = page.lines[mark.first];
     let column = page.text[line_start..mark.start].chars().count() + 1;
-    let origin = Origin::path(page.name.clone()).line(mark.first + 1).char_column(column);
+    let origin = Origin::path(page.name).line(mark.first + 1).char_column(column);
     let border = |mut at: usize| {
         while !page.text.is_char_boundary(at) {
             at -= 1;

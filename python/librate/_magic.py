@@ -1,0 +1,24 @@
+"""`%%librate [NAME]`: a model in a cell of a notebook."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ._model import Model
+from ._results import Modes
+
+
+def register(shell: Any) -> None:
+    """Adds the magic to an IPython shell."""
+
+    def librate(line: str, cell: str) -> Modes | Model:
+        """Reads the cell as a model, keeps it under the name given, and shows its modes (of a driven model, the model)."""
+        model = Model(cell)
+        name = line.strip()
+        if name:
+            if not name.isidentifier():
+                raise ValueError(f"%%librate takes one name for the model, not {name!r}")
+            shell.user_ns[name] = model
+        return model if model.is_driven else model.modes()
+
+    shell.register_magic_function(librate, "cell", "librate")

@@ -1,0 +1,585 @@
+"""Models and their commands."""
+
+from __future__ import annotations
+
+import csv
+import decimal
+import io
+import json
+import numbers
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from . import _native
+from ._errors import Diagnostic, _request, _warn
+from ._results import Batch, Derivation, Modes, Page, Picture, Result
+
+Number = str | numbers.Real | decimal.Decimal
+Range = str | Mapping[str, Sequence[Number]]
+
+_OUTCOMES = np.array(
+    ["solved", "estimated", "not finite", "mass not positive", "no equilibrium", "not converged"], dtype=object
+)
+# Larger matrices are sparse, where SciPy is there.
+_DENSE = 500
+
+
+def _text(value: Any) -> str:
+    """A number as the model language has it; a float is the decimal that Python prints."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, (bool, np.bool_)):
+        raise TypeError(f"a number is needed, not {value!r}")
+    if isinstance(value, numbers.Integral):
+        return str(int(value))
+    if isinstance(value, numbers.Rational):
+        return f"{value.numerator}/{value.denominator}"
+    if isinstance(value, decimal.Decimal):
+        return format(value, "f")
+    if isinstance(value, numbers.Real):
+        return repr(float(value))
+    raise TypeError(f"a number is needed, not {value!r}")
+
+
+def _settings(name: str, value: Any) -> Iterator[str]:
+    """`k=8`; of a family one for each member, `m[1]=1`."""
+    if isinstance(value, Iterable) and not isinstance(value, str):
+        for at, one in enumerate(value, 1):
+            yield from _settings(f"{name[:-1]},{at}]" if name.endswith("]") else f"{name}[{at}]", one)
+    else:
+        yield f"{name}={_text(value)}"
+
+
+def _optional(value: Any) -> str | None:
+    return None if value is None else _text(value)
+
+
+def _range(value: Range) -> str:
+    """`k=0..8:17`, or `{"k": (0, 8, 17)}`."""
+    if isinstance(value, str):
+        return value
+    [(name, (first, last, count))] = value.items()
+    return f"{name}={_text(first)}..{_text(last)}:{_text(count)}"
+
+
+def _box(value: str | Mapping[str, Sequence[Number]]) -> str:
+    if isinstance(value, str):
+        return value
+    return ", ".join(f"{name}={_text(first)}..{_text(last)}" for name, (first, last) in value.items())
+
+
+def _start(value: str | Mapping[str, Number] | None) -> str | None:
+    if value is None or isinstance(value, str):
+        return value
+    return ", ".join(f"{name}={_text(one)}" for name, one in value.items())
+
+
+def _table(value: Any) -> str:
+    """The text of a table: of a data frame, its rows."""
+    return value.to_csv(index=False) if hasattr(value, "to_csv") else value
+
+
+def _array(data: bytes, *shape: int) -> np.ndarray:
+    return np.frombuffer(data, dtype=float).reshape(shape).copy()
+
+
+def _result(answer: dict, kind: type[Result] = Result) -> Result:
+    fields = json.loads(answer["json"])
+    return kind(fields, answer["text"], _warn(answer["warnings"], 3))
+
+
+def _read(folder: Path, path: str, roots: list[Path]) -> str:
+    """A table in or below the folder of the model, or one that is allowed."""
+    try:
+        place = (folder / path).resolve(strict=True)
+    except OSError:
+        place = None
+    if place is None or not any(place.is_relative_to(root) for root in roots):
+        raise OSError(
+            "there is no such file in or below the folder of the model; `allow_path` permits another folder"
+        )
+    return place.read_text(encoding="utf-8-sig")
+
+
+class Model:
+    """A model, from its text. No file is read: `tables` has the text of each CSV file that the model names.
+
+    `set` replaces the values of parameters; a float stands for the decimal that Python prints, a string for any exact
+    constant expression. `budget` permits more time or memory: `"10min,8GB"`, `"none"`.
+    """
+
+    def __init__(
+        self,
+        text: str,
+        tables: Mapping[str, Any] | None = None,
+        set: Mapping[str, Number | Sequence[Number]] | None = None,
+        *,
+        budget: str | None = None,
+    ) -> None:
+        if isinstance(text, os.PathLike):
+            raise TypeError("a model is made from its text; Model.open(path) reads a file")
+        texts = {name: _table(table) for name, table in (tables or {}).items()}
+        settings = [setting for name, value in (set or {}).items() for setting in _settings(name, value)]
+        self._make(text, "model", texts, {}, settings, budget)
+
+    def _make(
+        self,
+        text: str,
+        name: str,
+        tables: dict[str, str],
+        failures: dict[str, str],
+        settings: list[str],
+        budget: str | None,
+    ) -> None:
+        self.text = text
+        self._arguments = (name, tables, failures, settings, budget)
+        self._native = _native.Model((name, text), tables, failures, settings, budget)
+        content = _native.check(self._native, True)
+        #: From the `model` statement.
+        self.name: str | None = content["name"]
+        #: Names, in the order of declaration.
+        self.coordinates: list[str] = content["coordinates"]
+        #: Values in SI; `None` where there is none.
+        self.parameters: dict[str, float | None] = {one["name"]: one["value"] for one in content["parameters"]}
+        #: Whether the energies depend on the time.
+        self.is_driven: bool = content["driven"]
+
+    @classmethod
+    def open(
+        cls,
+        path: str | os.PathLike[str],
+        set: Mapping[str, Number | Sequence[Number]] | None = None,
+        *,
+        allow_path: str | os.PathLike[str] | Sequence[str | os.PathLike[str]] = (),
+        budget: str | None = None,
+    ) -> Model:
+        """Reads a model file and the tables that it names, in or below its folder or those of `allow_path`."""
+        path = Path(path)
+        data = path.read_bytes()
+        try:
+            text = data.decode("utf-8")
+        except UnicodeDecodeError as error:
+            raise _request(f"can't read the model file `{path}`: it is not UTF-8 text ({error.reason})") from None
+        allowed = [allow_path] if isinstance(allow_path, (str, os.PathLike)) else allow_path
+        roots = [path.parent.resolve(), path.resolve().parent, *(Path(one).resolve() for one in allowed)]
+        tables, failures = {}, {}
+        for name in _native.Model((str(path), text), {}, {}, [], None).paths():
+            try:
+                tables[name] = _read(path.parent, name, roots)
+            except (OSError, ValueError) as error:
+                failures[name] = str(error)
+        settings = [setting for name, value in (set or {}).items() for setting in _settings(name, value)]
+        return _again(cls, text, (str(path), tables, failures, settings, budget))
+
+    def __reduce__(self) -> tuple:
+        return _again, (type(self), self.text, self._arguments)
+
+    def __repr__(self) -> str:
+        count = len(self.coordinates)
+        return f"<Model {self.name or ''}: {count} coordinate{'' if count == 1 else 's'}>".replace(" :", ":")
+
+    def check(self) -> list[Diagnostic]:
+        """Checks the model; what is suspicious in it is in the list."""
+        return _warn(_native.check(self._native, False)["warnings"], 2)
+
+    def modes(
+        self,
+        digits: int = 10,
+        lowest: int | None = None,
+        vectors: bool = True,
+        *,
+        near: float | None = None,
+        count: int | None = None,
+        certify: Any = None,
+        normalize: str = "mass",
+        unit: str | None = None,
+        threads: int | None = None,
+    ) -> Modes:
+        """Frequencies and shapes about the equilibrium.
+
+        `certify` has approximate shapes, one a row, of which only the bounds are computed.
+        """
+        arguments = self._modes(digits, lowest, vectors, near, count, certify, normalize, unit, threads)
+        native, told = _native.modes(self._native, arguments)
+        fields = json.loads(native.json())
+        shapes = None
+        if vectors:
+            numbers = native.vectors()
+            shapes = _array(numbers["data"], len(fields["modes"]), -1) if fields["modes"] else np.empty((0, 0))
+            shapes = shapes.view(complex) if numbers["complex"] else shapes
+        return Modes(fields, native.text, _warn(told, 2), shapes)
+
+    @staticmethod
+    def _modes(
+        digits: int = 10,
+        lowest: int | None = None,
+        vectors: bool = True,
+        near: float | None = None,
+        count: int | None = None,
+        certify: Any = None,
+        normalize: str = "mass",
+        unit: str | None = None,
+        threads: int | None = None,
+    ) -> dict:
+        if certify is not None:
+            certify = np.ascontiguousarray(certify, dtype=float).tobytes()
+        return dict(
+            digits=digits,
+            lowest=lowest,
+            vectors=vectors,
+            near=near,
+            count=count,
+            certify=certify,
+            normalize=normalize,
+            unit=unit,
+            threads=threads,
+        )
+
+    def derive(
+        self,
+        only: Sequence[str] | None = None,
+        *,
+        cubic: bool = False,
+        quartic: bool = False,
+        limit: Mapping[str, Number] | None = None,
+        expand: tuple[str, int] | None = None,
+    ) -> Derivation:
+        """Equations of motion, matrices and closed forms, as expressions in the parameters."""
+        limits = [(name, _text(value)) for name, value in (limit or {}).items()]
+        only = only.split(",") if isinstance(only, str) else only
+        arguments = dict(cubic=cubic, quartic=quartic, limit=limits, expand=expand, only=only)
+        native, told = _native.derivation(self._native, arguments)
+        return Derivation(native, _warn(told, 2))
+
+    def sweep(
+        self,
+        over: Range,
+        digits: int = 10,
+        lowest: int | None = None,
+        vectors: bool = False,
+        *,
+        threads: int | None = None,
+    ) -> Result:
+        """The modes over a range of a parameter, `"k=0..8:17"` or `{"k": (0, 8, 17)}`.
+
+        `over` has the values; `omega`, `growth` and `error_bound` one row a value, `nan` where there is no mode; `places`
+        all of it, value by value.
+        """
+        answer = _native.sweep(self._native, self._sweep(over, digits, lowest, vectors, threads))
+        name = _range(over).split("=", 1)[0].strip()
+        places = json.loads(answer["json"])
+        most = max(len(place.get("modes", [])) for place in places)
+        fields: dict = {"parameter": name, "over": [place[name] for place in places]}
+        result = Result(fields, answer["text"], _warn(answer["warnings"], 2))
+        for field in ("omega", "growth", "error_bound"):
+            columns = [[mode[field] for mode in place.get("modes", [])] for place in places]
+            rows = [column + [None] * (most - len(column)) for column in columns]
+            result._fields[field] = np.array(rows, dtype=float).reshape(len(places), most)
+        for field in ("kind", "omega_digits"):
+            result._fields[field.replace("omega_", "")] = [
+                [mode[field] for mode in place.get("modes", [])] for place in places
+            ]
+        result._fields["places"] = [Result(place) for place in places]
+        return result
+
+    @staticmethod
+    def _sweep(
+        over: Range,
+        digits: int = 10,
+        lowest: int | None = None,
+        vectors: bool = False,
+        threads: int | None = None,
+        svg: bool = False,
+    ) -> dict:
+        return dict(over=_range(over), digits=digits, lowest=lowest, vectors=vectors, threads=threads, svg=svg)
+
+    def batch(
+        self,
+        sets: Mapping[str, Any],
+        *,
+        vectors: bool = False,
+        matrices: bool = False,
+        bounds: bool = True,
+        threads: int | None = None,
+    ) -> Batch:
+        """The modes of many sets of parameters, in doubles with rigorous bounds, on all cores.
+
+        Each parameter has an array with a value for each set, in SI, or one value for all; a family has a row for each
+        set, or one value for all its members. Modes are in the order of rising omega squared.
+        """
+        columns = {name: np.asarray(value, dtype=float) for name, value in sets.items()}
+        count = max((len(column) for column in columns.values() if column.ndim), default=1)
+        rows = []
+        for name, column in columns.items():
+            if column.ndim == 0:
+                column = np.full(count, column)
+            if column.ndim > 2 or len(column) != count:
+                raise _request(f"`{name}` has {len(column)} values for {count} sets")
+            rows.append((name, np.ascontiguousarray(column).tobytes()))
+        arguments = dict(columns=rows, sets=count, vectors=vectors, matrices=matrices, bounds=bounds, threads=threads)
+        found = _native.solve_sets(self._native, arguments)
+        n = len(found["coordinates"])
+        squared = _array(found["omega_squared"], count, n)
+        result = Batch({"coordinates": found["coordinates"]})
+        result._fields.update(
+            omega=np.sqrt(np.where(squared > 0, squared, np.where(np.isnan(squared), squared, 0))),
+            growth=np.sqrt(np.where(squared < 0, -squared, np.where(np.isnan(squared), squared, 0))),
+            error_bound=_array(found["error_bound"], count, n),
+            omega_squared=squared,
+            omega_squared_error_bound=_array(found["omega_squared_error_bound"], count, n),
+            outcome=_OUTCOMES[np.frombuffer(found["outcome"], dtype=np.uint8)],
+            equilibrium=_array(found["equilibrium"], count, n),
+            vectors=_array(found["vectors"], count, n, n) if vectors else None,
+            mass=_array(found["mass"], count, n, n) if matrices else None,
+            stiffness=_array(found["stiffness"], count, n, n) if matrices else None,
+        )
+        return result
+
+    def period(
+        self,
+        amplitude: Number | None = None,
+        energy: Number | None = None,
+        over: Range | None = None,
+        digits: int = 10,
+    ) -> Result:
+        """The exact period of one coordinate at finite amplitude; with `over` a curve."""
+        answer = _native.periods(self._native, self._period(amplitude, energy, over, digits))
+        if over is None:
+            return _result(answer)
+        places = json.loads(answer["json"])
+        fields = {field: [place.get(field) for place in places] for field in ("given", "period", "error_bound")}
+        result = Result(fields, answer["text"], _warn(answer["warnings"], 2))
+        result._fields["over"] = result._fields.pop("given")
+        return result
+
+    @staticmethod
+    def _period(
+        amplitude: Number | None = None,
+        energy: Number | None = None,
+        over: Range | None = None,
+        digits: int = 10,
+        svg: bool = False,
+    ) -> dict:
+        over = None if over is None else _range(over)
+        return dict(amplitude=_optional(amplitude), energy=_optional(energy), over=over, digits=digits, svg=svg)
+
+    def floquet(self, map: Sequence[Range] | None = None, digits: int = 10) -> Result:
+        """Floquet multipliers of a driven model; with a `map` over two parameters a chart of stability.
+
+        A chart has the values of both parameters, and `stable` (1, 0, or `nan` where there is no periodic motion) and
+        `growth_rate` with one row a value of the first.
+        """
+        answer = _native.multipliers(self._native, self._map(map), digits, False)
+        if map is None:
+            return _result(answer)
+        [head, *lines] = csv.reader(io.StringIO(answer["text"]))
+        codes = {"true": 1.0, "false": 0.0, "": np.nan}
+        cells = np.array([[codes[cell] if cell in codes else float(cell) for cell in line] for line in lines])
+        rows = int(np.count_nonzero(cells[:, 1] == cells[0, 1]))
+        first, second, stable, rate = (cells[:, at].reshape(rows, -1) for at in range(4))
+        result = Result({}, answer["text"], _warn(answer["warnings"], 2))
+        result._fields = {head[0]: first[:, 0], head[1]: second[0], "stable": stable, "growth_rate": rate}
+        return result
+
+    @staticmethod
+    def _map(map: Sequence[Range] | None) -> tuple[str, str] | None:
+        if map is None:
+            return None
+        first, second = map
+        return _range(first), _range(second)
+
+    def response(
+        self,
+        over: Range,
+        input: str | None = None,
+        output: str | Sequence[str] = (),
+        digits: int = 10,
+        *,
+        threads: int | None = None,
+    ) -> Result:
+        """The steady response to a harmonic force on `input`, or to the model's own drive.
+
+        `outputs` has one entry a coordinate, with `amplitude` and `phase`.
+        """
+        return _result(_native.steady_response(self._native, self._response(over, input, output, digits, threads)))
+
+    @staticmethod
+    def _response(
+        over: Range,
+        input: str | None = None,
+        output: str | Sequence[str] = (),
+        digits: int = 10,
+        threads: int | None = None,
+        svg: bool = False,
+    ) -> dict:
+        outputs = [output] if isinstance(output, str) else list(output)
+        return dict(over=_range(over), input=input, output=outputs, digits=digits, threads=threads, svg=svg)
+
+    def motion(
+        self,
+        start: str | Mapping[str, Number] | None = None,
+        until: Number | None = None,
+        samples: int = 101,
+        *,
+        mode: int | None = None,
+        amplitude: Number | None = None,
+        at: Sequence[Number] | None = None,
+        digits: int = 10,
+        proved: bool = False,
+        tolerance: float | None = None,
+    ) -> Result:
+        """The motion from `start` (`"x=1, x'=0"` or a dict) or of a mode: `t`, and a field for each coordinate and
+        each velocity (`motion["x'"]`), in SI."""
+        arguments = self._motion(start, until, samples, mode, amplitude, at, digits, proved, tolerance)
+        answer = _native.trajectory(self._native, arguments)
+        fields = json.loads(answer["json"])
+        columns = fields.pop("columns")
+        fields = {"t": fields.pop("times"), **{one["name"]: one["values"] for one in columns}, **fields}
+        for name in ("error_bounds", "error_estimates"):
+            if columns and name in columns[0]:
+                fields[name] = {one["name"]: one[name] for one in columns}
+        return Result(fields, answer["text"], _warn(answer["warnings"], 2))
+
+    @staticmethod
+    def _motion(
+        start: str | Mapping[str, Number] | None = None,
+        until: Number | None = None,
+        samples: int = 101,
+        mode: int | None = None,
+        amplitude: Number | None = None,
+        at: Sequence[Number] | None = None,
+        digits: int = 10,
+        proved: bool = False,
+        tolerance: float | None = None,
+        svg: bool = False,
+    ) -> dict:
+        return dict(
+            start=_start(start),
+            until=_optional(until),
+            samples=samples,
+            mode=mode,
+            amplitude=_optional(amplitude),
+            at=None if at is None else [_text(one) for one in at],
+            digits=digits,
+            proved=proved,
+            tolerance=tolerance,
+            svg=svg,
+        )
+
+    def equilibria(self, box: str | Mapping[str, Sequence[Number]]) -> Result:
+        """Every equilibrium in a box, `"x=-2..2, phi=-pi..pi"` or `{"x": (-2, 2)}`, none missed."""
+        return _result(_native.all_equilibria(self._native, _box(box)))
+
+    def sensitivity(self, digits: int = 10, lowest: int | None = None) -> Result:
+        """How much each frequency changes with each parameter: `modes` with their `derivatives`."""
+        return _result(_native.sensitivities(self._native, digits, lowest))
+
+    def amplitude(self, digits: int = 10) -> Result:
+        """How the frequencies begin to change with the amplitudes of their modes."""
+        return _result(_native.amplitudes(self._native, digits))
+
+    def inertia(self, digits: int = 10) -> Result:
+        """Principal moments and axes of every constant tensor of the model."""
+        return _result(_native.tensors(self._native, digits))
+
+    def show(self, digits: int = 10, lowest: int | None = None) -> Page:
+        """A page with the modes in motion, their digits, the model and its derivation."""
+        answer = _native.show(self._native, digits, lowest)
+        _warn(answer["warnings"], 2)
+        return Page(answer["text"])
+
+    def plot(self, kind: str, **arguments: Any) -> Picture:
+        """A picture of what a command answers: `modes`, `sweep`, `response`, `period`, `motion` or `floquet`, with the
+        arguments of that command."""
+        native = self._native
+        draw = {
+            "modes": lambda: _native.plot_modes(native, self._modes(**arguments)),
+            "sweep": lambda: _native.sweep(native, self._sweep(**arguments, svg=True)),
+            "response": lambda: _native.steady_response(native, self._response(**arguments, svg=True)),
+            "period": lambda: _native.periods(native, self._period(**arguments, svg=True)),
+            "motion": lambda: _native.trajectory(native, self._motion(**arguments, svg=True)),
+            "floquet": lambda: _native.multipliers(native, self._map(**arguments), 10, True),
+        }
+        if kind not in draw:
+            raise _request(f"there is no picture of {kind!r}", f"one of {', '.join(draw)}")
+        answer = draw[kind]()
+        _warn(answer["warnings"], 2)
+        return Picture(answer["text"])
+
+    def matrices(self) -> dict[str, Any]:
+        """M and K, and what there is of G, C and N; SciPy's sparse arrays for large models, where SciPy is there."""
+        data, told = _native.archive(self._native)
+        _warn(told, 2)
+        with np.load(io.BytesIO(data)) as archive:
+            parts = dict(archive)
+        return {name[:-5]: _matrix(parts, name[:-5]) for name in parts if name.endswith("_data")}
+
+    def export(self, code: str) -> str:
+        """M, K and accelerations as source code: `"c"`, `"rust"` or `"python"`."""
+        answer = _native.source_code(self._native, code)
+        _warn(answer["warnings"], 2)
+        return answer["text"]
+
+    def fmt(self) -> str:
+        """The text in canonical layout."""
+        return _native.format(self.text)
+
+
+def _again(kind: type[Model], text: str, arguments: tuple) -> Model:
+    """A model from a pickle."""
+    model = kind.__new__(kind)
+    model._make(text, *arguments)
+    return model
+
+
+def _matrix(parts: dict[str, np.ndarray], name: str) -> Any:
+    values, columns, starts, shape = (parts[f"{name}_{part}"] for part in ("data", "indices", "indptr", "shape"))
+    if shape[0] > _DENSE:
+        try:
+            from scipy.sparse import csr_array
+        except ImportError:
+            pass
+        else:
+            return csr_array((values, columns, starts), tuple(int(count) for count in shape))
+    matrix = np.zeros(shape)
+    matrix[np.repeat(np.arange(shape[0]), np.diff(starts)), columns] = values
+    return matrix
+
+
+def fmt(text: str) -> str:
+    """The text of a model in canonical layout."""
+    return _native.format(text)
+
+
+def explain(code: str | None = None) -> str:
+    """What an error or a warning means, with an example; without a code, the list of codes."""
+    if code is None:
+        return "\n".join(_native.codes())
+    page = _native.page(code)
+    if page is None:
+        raise _request(f"there is no code `{code}`", "`librate.explain()` lists them")
+    return page
+
+
+def inertia(
+    points: str | Any = None,
+    mesh: bytes | None = None,
+    *,
+    density: Number | None = None,
+    mass: Number | None = None,
+    digits: int = 10,
+) -> Result:
+    """Mass, centre of mass and tensor of a table of points (CSV text or a data frame with `m x y z`) or of a mesh (the
+    bytes of an STL file)."""
+    if (points is None) == (mesh is None):
+        raise _request("either points or a mesh are needed")
+    if density is not None and mass is not None:
+        raise _request("`density` and `mass` exclude each other")
+    amount = None
+    if density is not None or mass is not None:
+        amount = (mass is not None, _text(density if mass is None else mass))
+    return _result(_native.body(None if points is None else _table(points), mesh, amount, digits))

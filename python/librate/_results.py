@@ -1,0 +1,199 @@
+"""What the commands answer."""
+
+from __future__ import annotations
+
+import html
+import json
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from ._errors import Diagnostic
+
+# Fields whose pairs are real and imaginary parts.
+_COMPLEX = {"multipliers", "vector"}
+
+
+def _is_number(value: Any) -> bool:
+    return value is None or (isinstance(value, (int, float)) and not isinstance(value, bool))
+
+
+def _value(name: str, value: Any) -> Any:
+    """JSON as Python has it: lists of numbers are arrays, objects have their fields as attributes."""
+    if isinstance(value, dict):
+        return Result(value)
+    if not isinstance(value, list) or not value:
+        return value
+    if all(_is_number(one) for one in value) and any(one is not None for one in value):
+        return np.array(value, dtype=float)
+    if all(isinstance(one, list) and one and all(map(_is_number, one)) for one in value):
+        if len({len(one) for one in value}) == 1:
+            rows = np.array(value, dtype=float)
+            return rows[:, 0] + 1j * rows[:, 1] if name in _COMPLEX and rows.shape[1] == 2 else rows
+    return [_value(name, one) for one in value]
+
+
+class Result(Mapping):
+    """Fields of an answer, as attributes and by name; numbers in a row are NumPy arrays, in SI."""
+
+    warnings: list[Diagnostic]
+
+    def __init__(self, fields: dict, text: str = "", warnings: list[Diagnostic] = ()) -> None:
+        self._fields = {name: _value(name, value) for name, value in fields.items()}
+        self._text = text
+        self.warnings = list(warnings)
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        try:
+            return self._fields[name]
+        except KeyError:
+            raise AttributeError(f"there is no field {name!r}, but {', '.join(self._fields)}") from None
+
+    def __getitem__(self, name: str) -> Any:
+        return self._fields[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._fields)
+
+    def __len__(self) -> int:
+        return len(self._fields)
+
+    __eq__ = object.__eq__
+    __hash__ = object.__hash__
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *self._fields]
+
+    def __repr__(self) -> str:
+        if self._text:
+            return self._text.rstrip()
+        return f"{type(self).__name__}({', '.join(f'{name}={value!r}' for name, value in self._fields.items())})"
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{html.escape(repr(self))}</pre>"
+
+
+class Modes(Result):
+    """Frequencies, growth and shapes about an equilibrium: one entry, or one row, a mode."""
+
+    omega: np.ndarray
+    growth: np.ndarray
+    error_bound: np.ndarray
+    digits: list[str]
+    vectors: np.ndarray | None
+
+    _COLUMNS = {
+        "omega": float,
+        "growth": float,
+        "error_bound": float,
+        "digits_error_bound": float,
+        "omega_squared": float,
+        "omega_digits": None,
+        "growth_digits": None,
+        "kind": None,
+        "symmetry": None,
+    }
+
+    def __init__(self, fields: dict, text: Any = "", warnings: list[Diagnostic] = (), vectors: Any = None) -> None:
+        modes = fields.pop("modes")
+        super().__init__(fields, "", warnings)
+        self._fields["equilibrium"] = np.array(fields["equilibrium"], dtype=float)
+        names = dict(self._COLUMNS)
+        for mode in modes:
+            for name, value in mode.items():
+                if name not in names and name != "vector":
+                    names[name] = float if _is_number(value) else None
+        for name, kind in names.items():
+            column = [mode.get(name) for mode in modes]
+            self._fields[name] = column if kind is None else np.array(column, dtype=kind)
+        self._fields["digits"] = self._fields.pop("omega_digits")
+        self._fields["vectors"] = vectors
+        self._text = text
+
+    def __repr__(self) -> str:
+        if callable(self._text):
+            self._text = self._text()
+        return super().__repr__()
+
+    def _repr_html_(self) -> str:
+        has = lambda name, empty: any(one not in (empty, None) for one in self[name])  # noqa: E731
+        unit = {True: ("rad/s", "1/s"), False: ("", "")}["units" in self]
+        columns = [(f"ω {unit[0]}", "digits"), ("bound", "digits_error_bound"), ("kind", "kind")]
+        if has("growth_digits", "0"):
+            columns.insert(1, (f"growth {unit[1]}", "growth_digits"))
+        if has("symmetry", None):
+            columns.append(("symmetry", "symmetry"))
+        head = "".join(f"<th>{title}</th>" for title, _ in [("mode", ""), *columns])
+        rows = []
+        for at in range(len(self.kind)):
+            cells = [self[name][at] for _, name in columns]
+            cells = ["" if cell is None else html.escape(str(cell)) for cell in cells]
+            rows.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in [at + 1, *cells]) + "</tr>")
+        name = html.escape(self.model or "")
+        caption = f"<caption>{name + ': ' if name else ''}equilibrium {self.stability}</caption>"
+        return f"<table>{caption}<thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
+
+
+class Derivation(Result):
+    """Equations, matrices and closed forms; expressions are texts in the model language."""
+
+    _OPTIONAL = {"gyroscopic": None, "damping": None, "circulatory": None, "mass": None, "stiffness": None}
+
+    def __init__(self, native: Any, warnings: list[Diagnostic] = ()) -> None:
+        super().__init__({}, "", warnings)
+        # Expressions stay as they are.
+        self._fields = {**self._OPTIONAL, "equations": [], "frequencies": [], "exponents": []}
+        self._fields.update(json.loads(native.json()))
+        self._native = native
+
+    @property
+    def latex(self) -> str:
+        """The derivation for a LaTeX document that has amsmath."""
+        return self._native.latex(False)
+
+    @property
+    def html(self) -> str:
+        """The derivation as HTML with MathML."""
+        return self._native.html()
+
+    @property
+    def typst(self) -> str:
+        """The derivation as a Typst document."""
+        return self._native.typst()
+
+    def to_sympy(self) -> Result:
+        """The same fields with SymPy's matrices and expressions, and `symbols`, by their names in the model."""
+        from ._sympy import converted
+
+        return converted(self)
+
+    def __repr__(self) -> str:
+        return self._native.text(False).rstrip()
+
+    def _repr_html_(self) -> str:
+        return self.html
+
+    def _repr_latex_(self) -> str:
+        return self.latex
+
+
+class Batch(Result):
+    """The modes of many parameter sets: arrays whose first index is the set, `vectors` with one row a mode."""
+
+
+class Picture(str):
+    """SVG text, drawn in a notebook."""
+
+    def _repr_svg_(self) -> str:
+        return str(self)
+
+
+class Page(str):
+    """An HTML page of its own, shown in a notebook in a frame."""
+
+    def _repr_html_(self) -> str:
+        frame = 'width="100%" height="720" style="border: 0"'
+        return f'<iframe srcdoc="{html.escape(self)}" {frame}></iframe>'

@@ -1,0 +1,116 @@
+"""Expressions of the model language for SymPy."""
+
+from __future__ import annotations
+
+import ast
+import re
+from typing import TYPE_CHECKING
+
+import sympy
+
+from ._results import Result
+
+if TYPE_CHECKING:
+    from ._results import Derivation
+
+_FUNCTIONS = {
+    "sin": sympy.sin,
+    "cos": sympy.cos,
+    "tan": sympy.tan,
+    "asin": sympy.asin,
+    "acos": sympy.acos,
+    "atan": sympy.atan,
+    "atan2": sympy.atan2,
+    "sinh": sympy.sinh,
+    "cosh": sympy.cosh,
+    "tanh": sympy.tanh,
+    "exp": sympy.exp,
+    "ln": sympy.log,
+    "sqrt": sympy.sqrt,
+    "abs": sympy.Abs,
+}
+_TOKEN = re.compile(r"\s*(?:(?P<number>\d[\d.]*(?:e[+-]?\d+)?)|(?P<name>\w+(?:\[[\w, ]*\])?)(?P<primes>'*)|(?P<sign>.))")
+_OPERATIONS = {
+    ast.Add: lambda a, b: a + b,
+    ast.Sub: lambda a, b: a - b,
+    ast.Mult: lambda a, b: a * b,
+    ast.Div: lambda a, b: a / b,
+    ast.Pow: lambda a, b: a**b,
+}
+
+
+class _Reader:
+    """Reads expressions; each name of the model is one symbol, `m[1]` is `m_1`."""
+
+    def __init__(self, coordinates: list[str]) -> None:
+        self.time = sympy.Symbol("t")
+        self.coordinates = set(coordinates)
+        self.symbols: dict[str, sympy.Symbol] = {}
+
+    def symbol(self, name: str) -> sympy.Symbol:
+        """What a name stands for, at rest."""
+        plain = re.sub(r"\W+", "_", name).strip("_")
+        if plain != name and any(own.name == plain for key, own in self.symbols.items() if key != name):
+            plain = name
+        return self.symbols.setdefault(name, sympy.Symbol(plain))
+
+    def name(self, name: str, primes: int, moving: bool) -> sympy.Expr:
+        if name == "pi":
+            return sympy.pi
+        if name == "i" and name not in self.coordinates and not moving:
+            return sympy.I
+        if moving and name == "t":
+            return self.time
+        symbol = self.symbol(name)
+        if moving and name in self.coordinates:
+            path = sympy.Function(symbol.name)(self.time)
+            return path.diff(self.time, primes) if primes else path
+        return sympy.Symbol(symbol.name + "'" * primes) if primes else symbol
+
+    def read(self, text: str, moving: bool = False) -> sympy.Expr:
+        """Atoms become names of Python's, so that its own parser has the same precedences."""
+        atoms: list[sympy.Expr] = []
+        words: list[str] = []
+        for token in _TOKEN.finditer(text.strip()):
+            name = token["name"]
+            if name in _FUNCTIONS and text[token.end() :].lstrip().startswith("("):
+                words.append(name)
+            elif token["sign"]:
+                words.append("**" if token["sign"] == "^" else token["sign"])
+            else:
+                number = token["number"]
+                atom = sympy.Rational(number) if number else self.name(name, len(token["primes"]), moving)
+                words.append(f" _{len(atoms)} ")
+                atoms.append(atom)
+        return self._walk(ast.parse("".join(words).strip(), mode="eval").body, atoms)
+
+    def _walk(self, node: ast.expr, atoms: list[sympy.Expr]) -> sympy.Expr:
+        match node:
+            case ast.BinOp():
+                return _OPERATIONS[type(node.op)](self._walk(node.left, atoms), self._walk(node.right, atoms))
+            case ast.UnaryOp(op=ast.USub()):
+                return -self._walk(node.operand, atoms)
+            case ast.Call(func=ast.Name(id=name)):
+                return _FUNCTIONS[name](*(self._walk(argument, atoms) for argument in node.args))
+            case ast.Name(id=name):
+                return atoms[int(name[1:])]
+            case _:
+                raise ValueError(f"an expression that SymPy is not given: {ast.unparse(node)}")
+
+
+def converted(derivation: Derivation) -> Result:
+    """All that a derivation has of matrices, equations and closed forms."""
+    reader = _Reader(derivation.coordinates)
+    fields: dict = {}
+    for name in ("mass", "stiffness", "gyroscopic", "damping", "circulatory"):
+        rows = derivation[name]
+        fields[name] = None if rows is None else sympy.Matrix([[reader.read(entry) for entry in row] for row in rows])
+    left = [equation.rsplit("=", 1)[0] for equation in derivation.equations]
+    fields["equations"] = [sympy.Eq(reader.read(text, moving=True), 0, evaluate=False) for text in left]
+    for name, key in (("frequencies", "omega_squared"), ("exponents", "exponent")):
+        fields[name] = [{**one, key: reader.read(one[key])} for one in derivation[name]]
+    if "characteristic" in derivation:
+        fields["characteristic"] = [reader.read(text) for text in derivation["characteristic"]]
+    result = Result({})
+    result._fields = {**fields, "symbols": dict(reader.symbols), "t": reader.time}
+    return result

@@ -1,0 +1,375 @@
+//! The commands about one equilibrium, each as the command line has it.
+
+use std::io;
+
+use librate::derive::{self, Parts};
+use librate::diagnostic::{Diagnostic, Severity};
+use librate::equilibria::{self, Region};
+use librate::linearize::{self, Linearized};
+use librate::model;
+use librate::modes::Options;
+use librate::number::Number;
+use librate::oscillation::{self, NormalModes};
+use librate::report::{self, FrequencyUnit, Language, Shown as ShownPage, Style};
+use librate::{amplitude, code, figure, inertia, sensitivity};
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+
+use crate::answers::{Answer, Derivation, MOST_DIGITS, Modes, Shown, digits, doubles, positive};
+use crate::job::{Done, Job, Model, Size, Told, cores};
+
+/// Shapes to fewer digits would cost digits of the change of a frequency with the amplitude.
+const SHAPE_DIGITS: usize = 14;
+/// A page of more modes would be too long to look through.
+const MOST_MODES: usize = 200;
+
+/// Text of two kinds.
+pub(crate) struct Written {
+    pub(crate) json: String,
+    pub(crate) text: String,
+}
+
+impl From<Done<Written>> for Answer {
+    fn from(done: Done<Written>) -> Self {
+        Self { json: done.value.json, text: done.value.text, warnings: done.warnings }
+    }
+}
+
+/// What is in a model.
+#[derive(IntoPyObject)]
+pub(crate) struct Content {
+    name: Option<String>,
+    coordinates: Vec<String>,
+    parameters: Vec<Parameter>,
+    driven: bool,
+    warnings: Vec<Shown>,
+}
+
+/// A parameter and its value in SI, where it has one.
+#[derive(IntoPyObject)]
+struct Parameter {
+    name: String,
+    value: Option<f64>,
+}
+
+/// Checks a model. One of which only the tensors can be worked out will do where `tensors` says so.
+#[pyfunction]
+pub(crate) fn check(py: Python<'_>, model: &Model, tensors: bool) -> PyResult<Content> {
+    let done = model.run(py, move |job| {
+        let model = job.model(Size::Any).or_else(|error| {
+            let source = &job.source;
+            let other = model::elaborate_tensors(&source.file, &source.tables, &job.settings);
+            other.ok().filter(|model| tensors && !model.tensors.is_empty()).ok_or(error)
+        })?;
+        let parameters = model.parameters.iter().map(|own| Parameter {
+            name: own.name.clone(),
+            value: own.value.and_then(|value| linearize::constant(&model.pool, value)).map(|ball| ball.mid_f64()),
+        });
+        let parameters = parameters.collect();
+        Ok(Content {
+            parameters,
+            driven: model.time_dependent.is_some(),
+            coordinates: model.coordinates.names().collect(),
+            name: model.name,
+            warnings: Vec::new(),
+        })
+    })?;
+    Ok(Content { warnings: done.warnings, ..done.value })
+}
+
+/// What is wanted of the modes.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct ModesArgs {
+    digits: i64,
+    lowest: Option<i64>,
+    near: Option<f64>,
+    count: Option<i64>,
+    certify: Option<Vec<u8>>,
+    vectors: bool,
+    normalize: String,
+    unit: Option<String>,
+    threads: Option<i64>,
+}
+
+impl ModesArgs {
+    fn options(&self, job: &Job) -> Result<Options, Told> {
+        let mut options = Options::default().digits(digits(self.digits, MOST_DIGITS)?);
+        options.lowest = positive("lowest", self.lowest)?;
+        options.near = match (self.near, positive("count", self.count)?) {
+            (Some(omega), Some(count)) if (0.0..1e150).contains(&omega) => Some((omega, count)),
+            (None, None) => None,
+            _ => {
+                let help = "a frequency in rad/s, 0 or more, and how many: `near=10.0, count=3`";
+                return Err(Told::request("`near` and `count` can't be read", help));
+            }
+        };
+        options.given = self.certify.as_deref().map(|bytes| doubles(bytes).into());
+        options.vectors = self.vectors;
+        options.threads = positive("threads", self.threads)?.unwrap_or_else(cores);
+        let ways = usize::from(options.lowest.is_some()) + usize::from(options.near.is_some());
+        if ways + usize::from(options.given.is_some()) > 1 {
+            let help = "leave out all but one of them";
+            return Err(Told::request("`lowest`, `near` and `certify` exclude each other", help));
+        }
+        if let Some(given) = &options.given {
+            let count = model::coordinate_count(&job.source.file, &job.source.tables, &job.settings);
+            if given.is_empty() || given.len() % count.max(1) != 0 {
+                let message = format!("vectors to certify need {count} components, one a coordinate");
+                return Err(Told::request(message, "one vector a row, as `modes().vectors` has them"));
+            }
+        }
+        Ok(options)
+    }
+
+    fn unit(&self) -> Result<Option<FrequencyUnit>, Told> {
+        let Some(name) = &self.unit else { return Ok(None) };
+        let found = FrequencyUnit::ALL.into_iter().find(|unit| unit.as_str() == name);
+        let names = FrequencyUnit::ALL.map(FrequencyUnit::as_str).join(", ");
+        found.map(Some).ok_or_else(|| Told::request(format!("frequencies have no unit `{name}`"), &names))
+    }
+}
+
+/// A model about its equilibrium, its modes, and what is suspicious in them.
+fn solved(job: &mut Job, model: model::Model, options: &Options) -> Result<(Linearized, NormalModes), Told> {
+    let linearized = derive::linearized(model)?;
+    let modes = oscillation::normal_modes(&linearized, options)?;
+    job.warnings.extend(oscillation::warnings(&linearized, &modes).iter().map(Diagnostic::from));
+    Ok((linearized, modes))
+}
+
+fn modes_of(job: &mut Job, args: &ModesArgs) -> Result<Modes, Told> {
+    let (options, unit) = (args.options(job)?, args.unit()?);
+    let few = options.lowest.is_some() || options.near.is_some() || options.given.is_some();
+    let model = job.model(if few { Size::Any } else { Size::Dense })?;
+    let (linearized, mut modes) = solved(job, model, &options)?;
+    sensitivity::put_uncertainties(&linearized, &mut modes, &options)?;
+    match args.normalize.as_str() {
+        "mass" => {}
+        "max" => modes = modes.with_largest_component_one(),
+        other => return Err(Told::request(format!("shapes have no length `{other}`"), "`mass` or `max`")),
+    }
+    Ok(Modes { linearized, modes, options, unit })
+}
+
+/// Modes and warnings.
+#[pyfunction]
+pub(crate) fn modes(py: Python<'_>, model: &Model, args: ModesArgs) -> PyResult<(Modes, Vec<Shown>)> {
+    let done = model.run(py, move |job| modes_of(job, &args))?;
+    Ok((done.value, done.warnings))
+}
+
+/// The shapes as SVG.
+#[pyfunction]
+pub(crate) fn plot_modes(py: Python<'_>, model: &Model, args: ModesArgs) -> PyResult<Answer> {
+    let done = model.run(py, move |job| {
+        job.drawn = true;
+        let Modes { linearized, modes, .. } = modes_of(job, &args)?;
+        Ok(Written { json: String::new(), text: report::modes_svg(&linearized, &modes) })
+    })?;
+    Ok(done.into())
+}
+
+/// A page with the modes in motion.
+#[pyfunction]
+pub(crate) fn show(py: Python<'_>, model: &Model, digits_wanted: i64, lowest: Option<i64>) -> PyResult<Answer> {
+    let done = model.run(py, move |job| {
+        job.drawn = true;
+        let mut options = Options::default().digits(digits(digits_wanted, MOST_DIGITS)?);
+        options.lowest = positive("lowest", lowest)?;
+        let model = job.model(if lowest.is_some() { Size::Any } else { Size::Dense })?;
+        let shown = options.lowest.unwrap_or(model.coordinates.len());
+        if shown > MOST_MODES {
+            let help = format!("choose some: `lowest=20`; a page has room for {MOST_MODES}");
+            return Err(Told::request(format!("{shown} modes are too many for a page"), &help));
+        }
+        // A derivation may fail where there are modes, and is left out then.
+        let derivation = derive::derive(&model, &Parts::all()).ok();
+        let (linearized, modes) = solved(job, model, &options)?;
+        let figure = figure::figure(&linearized);
+        let text = report::show_html(&ShownPage {
+            text: &job.source.page.text,
+            linearized: &linearized,
+            modes: &modes,
+            options: &options,
+            figure: figure.as_ref(),
+            derivation: derivation.as_ref(),
+        });
+        Ok(Written { json: String::new(), text })
+    })?;
+    Ok(done.into())
+}
+
+/// What is wanted of a derivation.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct DeriveArgs {
+    cubic: bool,
+    quartic: bool,
+    limit: Vec<(String, String)>,
+    expand: Option<(String, u32)>,
+    only: Option<Vec<String>>,
+}
+
+impl DeriveArgs {
+    /// The parameters that are named must be there.
+    fn check(&self, model: &model::Model) -> Result<(), Told> {
+        let names = self.limit.iter().map(|(name, _)| name).chain(self.expand.as_ref().map(|(name, _)| name));
+        for name in names {
+            if model.parameters.iter().all(|own| own.name != *name) {
+                let help = "`limit` and `expand` are about parameters of the model";
+                return Err(Told::request(format!("there is no parameter `{name}`"), help));
+            }
+        }
+        for chapter in self.only.iter().flatten() {
+            if !derive::CHAPTERS.contains(&chapter.as_str()) {
+                return Err(Told::request(
+                    format!("a derivation has no chapter `{chapter}`"),
+                    &derive::CHAPTERS.join(", "),
+                ));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A derivation and warnings.
+#[pyfunction]
+pub(crate) fn derivation(py: Python<'_>, model: &Model, args: DeriveArgs) -> PyResult<(Derivation, Vec<Shown>)> {
+    let done = model.run(py, move |job| {
+        let model = job.model(Size::Any)?;
+        args.check(&model)?;
+        let parts = Parts::all().cubic(args.cubic).quartic(args.quartic);
+        let mut derivation = derive::derive(&model, &parts)?;
+        for (name, value) in &args.limit {
+            let number = match value.strip_prefix('-') {
+                Some(rest) => Number::parse(rest.trim()).map(|number| number.neg()),
+                None => Number::parse(value),
+            };
+            let number =
+                number.ok_or_else(|| Told::request(format!("`{value}` is not a number"), "`limit={'k': 0}`"))?;
+            derivation.limit(name, &number);
+        }
+        if let Some((name, order)) = &args.expand {
+            derivation.expand(name, *order);
+        }
+        derivation.only.clone_from(&args.only);
+        Ok(Derivation { derivation })
+    })?;
+    Ok((done.value, done.warnings))
+}
+
+/// How frequencies change with parameters.
+#[pyfunction]
+pub(crate) fn sensitivities(
+    py: Python<'_>,
+    model: &Model,
+    digits_wanted: i64,
+    lowest: Option<i64>,
+) -> PyResult<Answer> {
+    let done = model.run(py, move |job| {
+        let mut options = Options::default().digits(digits(digits_wanted, MOST_DIGITS)?);
+        options.lowest = positive("lowest", lowest)?;
+        let model = job.model(Size::Dense)?;
+        // Conditions on velocities have no derivatives, the equations in independent velocities do.
+        let model = derive::in_independent_coordinates(&model).unwrap_or(model);
+        let (linearized, mut modes) = solved(job, model, &options)?;
+        let found = sensitivity::sensitivities(&linearized, &modes);
+        sensitivity::put(&linearized, &mut modes, &found);
+        Ok(Written {
+            json: report::sensitivity_json(&linearized, &modes, &found, &options),
+            text: report::sensitivity_text(&linearized, &modes, &found, &options, &Style::default()),
+        })
+    })?;
+    Ok(done.into())
+}
+
+/// How frequencies begin to change with the amplitude.
+#[pyfunction]
+pub(crate) fn amplitudes(py: Python<'_>, model: &Model, digits_wanted: i64) -> PyResult<Answer> {
+    let done = model.run(py, move |job| {
+        let digits = digits(digits_wanted, MOST_DIGITS)?;
+        let options = Options::default().digits(digits.max(SHAPE_DIGITS));
+        let model = job.values(Size::Dense)?;
+        amplitude::check(&model)?;
+        let (linearized, modes) = solved(job, model, &options)?;
+        let found = amplitude::amplitude(&linearized, &modes)?;
+        Ok(Written {
+            json: report::amplitude_json(&linearized, &modes, &found, digits),
+            text: report::amplitude_text(&linearized, &modes, &found, digits, &Style::default()),
+        })
+    })?;
+    Ok(done.into())
+}
+
+/// Every equilibrium in a box.
+#[pyfunction]
+pub(crate) fn all_equilibria(py: Python<'_>, model: &Model, region: String) -> PyResult<Answer> {
+    let done = model.run(py, move |job| {
+        let model = job.values(Size::Any)?;
+        let region = Region::parse(&region, &model)?;
+        let found = equilibria::find(&model, &region)?;
+        job.warnings.extend(found.reasons.iter().map(|reason| {
+            let mut told = Diagnostic::global(reason);
+            told.severity = Severity::Warning;
+            told
+        }));
+        let text = report::equilibria_text(&model, &found, &Style::default());
+        Ok(Written { json: report::equilibria_json(&model, &found), text })
+    })?;
+    Ok(done.into())
+}
+
+/// Principal moments and axes of the tensors of a model.
+#[pyfunction]
+pub(crate) fn tensors(py: Python<'_>, model: &Model, digits_wanted: i64) -> PyResult<Answer> {
+    let done = model.run(py, move |job| {
+        let digits = digits(digits_wanted, MOST_DIGITS)?;
+        let source = &job.source;
+        let model = model::elaborate_tensors(&source.file, &source.tables, &job.settings)?;
+        let tensors = inertia::of_model(&model, digits)?;
+        let warnings = tensors.iter().filter_map(inertia::NamedTensor::warning);
+        job.warnings.extend(warnings.map(|warning| Diagnostic::from(&warning)));
+        job.warnings.extend(sensitivity::ignored(&model));
+        let name = model.name.as_deref();
+        Ok(Written {
+            json: report::tensors_json(name, &tensors, digits),
+            text: report::tensors_text(name, &tensors, digits, &Style::default()),
+        })
+    })?;
+    Ok(done.into())
+}
+
+/// M, K and what there is of G, C and N, as an archive of NumPy.
+#[pyfunction]
+pub(crate) fn archive<'py>(py: Python<'py>, model: &Model) -> PyResult<(Bound<'py, PyBytes>, Vec<Shown>)> {
+    let done = model.run(py, |job| {
+        let model = job.values(Size::Any)?;
+        let linearized = linearize::linearize(model)?;
+        let matrices = report::matrices(&linearized).map_err(|error| match linearized.not_finite() {
+            Some(undefined) => Told::from(undefined),
+            None => Told(vec![Diagnostic::global(error.to_string())]),
+        })?;
+        let mut bytes = Vec::new();
+        let written = report::write_npz(&matrices, &mut bytes);
+        written.map_err(|error: io::Error| Told(vec![Diagnostic::global(error.to_string())]))?;
+        Ok(bytes)
+    })?;
+    Ok((PyBytes::new(py, &done.value), done.warnings))
+}
+
+/// A model as source code in C, Rust or Python.
+#[pyfunction]
+pub(crate) fn source_code(py: Python<'_>, model: &Model, language: String) -> PyResult<Answer> {
+    let done = model.run(py, move |job| {
+        let language = match language.as_str() {
+            "c" => Language::C,
+            "rust" => Language::Rust,
+            "python" => Language::Python,
+            other => return Err(Told::request(format!("there is no code in `{other}`"), "`c`, `rust` or `python`")),
+        };
+        let compiled = code::code(&job.model(Size::Any)?)?;
+        Ok(Written { json: String::new(), text: report::code_text(&compiled, language) })
+    })?;
+    Ok(done.into())
+}

@@ -1,0 +1,478 @@
+//! The commands about ranges and motions, each as the command line has it, and batches.
+
+use std::panic;
+use std::thread;
+
+use librate::batch::{self, Outcome, Solutions, Study};
+use librate::chart::{Chart, Place as ChartPlace};
+use librate::floquet::{self, Options as FloquetOptions};
+use librate::linearize::{self, LinearizeError};
+use librate::model::{Constant, Model as Elaborated, ModelError, Range};
+use librate::modes::Options;
+use librate::motion::{Enclosed, Start, System, Times, Trajectory};
+use librate::oscillation;
+use librate::period::{self, Oscillator, Request as PeriodRequest};
+use librate::report::{self, Style, SweepColumns, SweepCsv, SweepRow};
+use librate::response::{self, ResponseError, Value};
+use librate::sweep::{Place, Sweep};
+use librate::{sensitivity, tracking};
+use pyo3::prelude::*;
+
+use crate::answers::{Answer, MOST_DIGITS, bytes, digits, doubles, positive};
+use crate::commands::Written;
+use crate::job::{Job, Model, Size, Told, cores, in_parallel};
+
+/// As many digits as a double-double holds.
+const FEW_DIGITS: usize = 30;
+/// Sets are dealt out to threads in portions of a multiple of this many.
+const LANES: usize = 8;
+
+/// A number from outside.
+fn constant(text: &str) -> Result<Constant, Told> {
+    Constant::parse(text).map_err(|error| {
+        let reason = match error {
+            ModelError::BadSetting { reason, .. } => reason,
+            other => other.to_string(),
+        };
+        Told::request(format!("can't read `{text}`: {reason}"), "a number is needed: `10`, `'1/2'`, `'2*pi'`")
+    })
+}
+
+fn range(text: &str, help: &str) -> Result<Range, Told> {
+    Range::parse(text).map_err(|error| Told::request(error.to_string(), help))
+}
+
+/// What is wanted of a sweep.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct SweepArgs {
+    over: String,
+    digits: i64,
+    lowest: Option<i64>,
+    vectors: bool,
+    threads: Option<i64>,
+    svg: bool,
+}
+
+/// The modes over a range of a parameter.
+#[pyfunction]
+pub(crate) fn sweep(py: Python<'_>, model: &Model, args: SweepArgs) -> PyResult<Answer> {
+    let done = model.run(py, move |job| {
+        let range = range(&args.over, "write `over=\"k=0..8:17\"` or `over={\"k\": (0, 8, 17)}`")?;
+        let mut options = Options::default().digits(digits(args.digits, MOST_DIGITS)?);
+        options.lowest = positive("lowest", args.lowest)?;
+        options.vectors = args.vectors || args.svg;
+        let threads = positive("threads", args.threads)?;
+        let name = range.name().to_owned();
+        let source = &job.source;
+        let sweep = Sweep::new(source.file.clone(), source.tables.clone(), job.settings.clone(), range, options);
+        let clock: &Job = job;
+        let mut places = in_parallel(threads, sweep.range().len(), || {
+            |at: usize| {
+                let mut place = sweep.place(at);
+                if let Ok((linearized, modes)) = &mut place.result
+                    && let Err(error) = sensitivity::put_uncertainties(linearized, modes, sweep.options())
+                {
+                    place.result = Err(error.into());
+                }
+                clock.go_on();
+                place
+            }
+        });
+        complain(job, &name, &mut places)?;
+        if args.svg {
+            let branches = tracking::branches(&sweep, &places);
+            return Ok(Written { json: String::new(), text: report::sweep_svg(&sweep, &places, &branches) });
+        }
+        let json: Vec<String> = places.iter().map(|place| report::sweep_json(&name, place, sweep.options())).collect();
+        let row = |place: &Place| match &place.result {
+            Ok((_, modes)) => SweepRow::new(place.value, modes, sweep.options().digits),
+            Err(_) => SweepRow::empty(place.value),
+        };
+        let rows: Vec<SweepRow> = places.iter().map(row).collect();
+        Ok(Written { json: format!("[{}]", json.join(",\n")), text: table(&name, &rows) })
+    })?;
+    Ok(done.into())
+}
+
+/// The lines of a sweep as CSV.
+fn table(name: &str, rows: &[SweepRow]) -> String {
+    let columns = SweepColumns::of(name, rows.iter(), false);
+    let mut text = Vec::new();
+    let mut table = SweepCsv::new(&mut text, columns);
+    // Writing to memory does not fail.
+    let written = table.header().and_then(|()| rows.iter().try_for_each(|row| table.row(row)));
+    let written = written.and_then(|()| table.flush());
+    drop(table);
+    written.map_or_else(|_| String::new(), |()| String::from_utf8(text).unwrap_or_default())
+}
+
+/// Says why places have no modes, each reason once; an error where none has.
+fn complain(job: &mut Job, name: &str, places: &mut [Place]) -> Result<(), Told> {
+    let mut seen: Vec<Option<&'static str>> = Vec::new();
+    let mut failed = 0;
+    let mut first = None;
+    for place in places.iter() {
+        let Err(error) = &place.result else { continue };
+        failed += 1;
+        first.get_or_insert(error);
+        for mut told in error.diagnostics() {
+            if !seen.contains(&told.code) {
+                seen.push(told.code);
+                told.message = format!("at {name} = {}: {}", place.value, told.message);
+                job.warnings.push(told);
+            }
+        }
+    }
+    match first {
+        Some(error) if failed == places.len() => Err(Told(error.diagnostics())),
+        _ => Ok(()),
+    }
+}
+
+/// What is wanted of a period.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct PeriodArgs {
+    amplitude: Option<String>,
+    energy: Option<String>,
+    over: Option<String>,
+    digits: i64,
+    svg: bool,
+}
+
+/// The exact period of one coordinate, or a curve of periods.
+#[pyfunction]
+pub(crate) fn periods(py: Python<'_>, model: &Model, args: PeriodArgs) -> PyResult<Answer> {
+    let done = model.run(py, move |job| {
+        let options = period::Options::default().digits(digits(args.digits, MOST_DIGITS)?);
+        let help = "give one of `amplitude=1`, `energy=2`, `over=\"amplitude=0.1..3:30\"`";
+        let request = match (&args.amplitude, &args.energy, &args.over) {
+            (Some(amplitude), None, None) => Ok(PeriodRequest::Amplitude(constant(amplitude)?)),
+            (None, Some(energy), None) => Ok(PeriodRequest::Energy(constant(energy)?)),
+            (None, None, Some(over)) => Err(range(over, help)?),
+            _ => return Err(Told::request("the motion is not specified", help)),
+        };
+        if args.svg && request.is_ok() {
+            return Err(Told::request("a single period is no curve", "write `over=\"amplitude=0.1..3:30\"`"));
+        }
+        let oscillator = Oscillator::of_model(&job.values(Size::Dense)?)?;
+        let range = match request {
+            Ok(request) => {
+                let found = oscillator.period(&request, &options)?;
+                return Ok(Written {
+                    json: report::period_json(&oscillator, &found, &options),
+                    text: report::period_text(&oscillator, &found, &options, &Style::default()),
+                });
+            }
+            Err(range) => range,
+        };
+        let places: Vec<period::Place> = period::curve(&oscillator, &range, &options)?.collect();
+        if let [period::Place { result: Err(error), .. }, ..] = places.as_slice()
+            && places.iter().all(|place| place.result.is_err())
+        {
+            return Err(error.clone().into());
+        }
+        if args.svg {
+            let text = report::period_svg(&range, &places, oscillator.model().has_units);
+            return Ok(Written { json: String::new(), text });
+        }
+        let json = report::period_curve_json(&oscillator, &places, &options);
+        Ok(Written { json, text: report::period_csv(&range, &places, &options) })
+    })?;
+    Ok(done.into())
+}
+
+/// Floquet multipliers; a chart of stability over two parameters where there is a `map`.
+#[pyfunction]
+pub(crate) fn multipliers(
+    py: Python<'_>,
+    model: &Model,
+    map: Option<(String, String)>,
+    digits_wanted: i64,
+    svg: bool,
+) -> PyResult<Answer> {
+    let done = model.run(py, move |job| {
+        let digits = digits(digits_wanted, FEW_DIGITS)?;
+        let help = "write `map=(\"a=0..10:100\", \"q=0..5:100\")`";
+        let Some((first, second)) = map else {
+            if svg {
+                return Err(Told::request("multipliers at one place are no chart", help));
+            }
+            let model = job.values(Size::Any)?;
+            let found = floquet::floquet(&model, &FloquetOptions::default().digits(digits))?;
+            return Ok(Written {
+                json: report::floquet_json(&model, &found, digits),
+                text: report::floquet_text(&model, &found, digits, &Style::default()),
+            });
+        };
+        let source = &job.source;
+        let ranges = [range(&first, help)?, range(&second, help)?];
+        let chart = Chart::new(&source.file, &source.tables, &job.settings, ranges)?;
+        let rows: Vec<Vec<ChartPlace>> = in_parallel(None, chart.len()[0], || {
+            let mut worker = chart.worker();
+            move |row| worker.row(row)
+        });
+        let text = if svg { report::chart_svg(&chart, &rows) } else { report::chart_csv(&chart, &rows) };
+        Ok(Written { json: String::new(), text })
+    })?;
+    Ok(done.into())
+}
+
+/// What is wanted of a response.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct ResponseArgs {
+    input: Option<String>,
+    output: Vec<String>,
+    over: String,
+    digits: i64,
+    threads: Option<i64>,
+    svg: bool,
+}
+
+/// The steady response to a harmonic force.
+#[pyfunction]
+pub(crate) fn steady_response(py: Python<'_>, model: &Model, args: ResponseArgs) -> PyResult<Answer> {
+    let done = model.run(py, move |job| {
+        let range = range(&args.over, "write `over=\"omega=0..20:201\"`")?;
+        if args.input.is_some() && range.name() != "omega" {
+            let message = format!("the frequency of a force given with `input` is `omega`, not `{}`", range.name());
+            return Err(Told::request(message, "write `over=\"omega=0..20:201\"`"));
+        }
+        let threads = positive("threads", args.threads)?;
+        let digits = digits(args.digits, FEW_DIGITS)?;
+        let model = job.values(Size::Dense)?;
+        let source = response::Source {
+            file: job.source.file.clone(),
+            tables: job.source.tables.clone(),
+            settings: job.settings.clone(),
+        };
+        let request = response::Request { input: args.input, outputs: args.output, range, digits };
+        let study = response::Study::new(model, source, request)?;
+        let values = in_parallel(threads, study.len(), || |place: usize| study.values(place));
+        let values = values.into_iter().collect::<Result<Vec<Vec<Value>>, ResponseError>>()?;
+        let response = study.response(values);
+        job.warnings.extend(response.remarks());
+        if args.svg {
+            return Ok(Written { json: String::new(), text: report::response_svg(&response) });
+        }
+        Ok(Written { json: report::response_json(&response), text: report::response_csv(&response, digits) })
+    })?;
+    Ok(done.into())
+}
+
+/// What is wanted of a motion.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct MotionArgs {
+    start: Option<String>,
+    mode: Option<i64>,
+    amplitude: Option<String>,
+    until: Option<String>,
+    at: Option<Vec<String>>,
+    samples: i64,
+    digits: i64,
+    proved: bool,
+    tolerance: Option<f64>,
+    svg: bool,
+}
+
+/// The motion from a start, or of a mode.
+#[pyfunction]
+pub(crate) fn trajectory(py: Python<'_>, model: &Model, args: MotionArgs) -> PyResult<Answer> {
+    let done = model.run(py, move |job| {
+        let digits = digits(args.digits, FEW_DIGITS)?;
+        let (times, mode) = args.check()?;
+        let model = job.values(Size::Dense)?;
+        let system = System::new(&model)?;
+        let start = args.start(&model, &system, mode)?;
+        let known = match args.tolerance {
+            Some(tolerance) => system.quick(&start, &times, tolerance)?,
+            None if args.proved => Enclosed::new(&model)?.motion(&start, &times, digits)?,
+            None => system.motion(&start, &times)?,
+        };
+        Ok(written(&model, &known, digits, args.svg))
+    })?;
+    Ok(done.into())
+}
+
+fn written(model: &Elaborated, known: &Trajectory, digits: usize, svg: bool) -> Written {
+    if svg {
+        return Written { json: String::new(), text: report::motion_svg(model, known, None) };
+    }
+    Written { json: report::motion_json(model, known, digits), text: format!("{}\n", report::motion_remark(known)) }
+}
+
+impl MotionArgs {
+    /// The times, and the number of a mode.
+    fn check(&self) -> Result<(Times, Option<usize>), Told> {
+        let samples = positive("samples", Some(self.samples))?.unwrap_or(1);
+        let times = match (&self.at, &self.until) {
+            (Some(at), None) => {
+                let at: Vec<Constant> = at.iter().map(|text| constant(text)).collect::<Result<_, _>>()?;
+                Times::listed(&at)?
+            }
+            (None, Some(until)) => Times::new(&constant(until)?, samples)?,
+            _ => return Err(Told::request("the times are not specified", "give one of `until=10` and `at=[0, 1, 2]`")),
+        };
+        let mode = positive("mode", self.mode)?;
+        if self.start.is_some() == mode.is_some() || mode.is_some() != self.amplitude.is_some() {
+            let help = "give either `start=\"x=1, x'=0\"` or `mode=1, amplitude=0.1`";
+            return Err(Told::request("the start is not specified", help));
+        }
+        if self.tolerance.is_some() && self.proved {
+            return Err(Told::request("`tolerance` and `proved` exclude each other", "leave out one of them"));
+        }
+        if self.tolerance.is_some_and(|tolerance| !(1e-17..=0.1).contains(&tolerance)) {
+            return Err(Told::request("`tolerance` is out of range", "a number from 1e-17 to 0.1 is needed"));
+        }
+        Ok((times, mode))
+    }
+
+    fn start(&self, model: &Elaborated, system: &System, mode: Option<usize>) -> Result<Start, Told> {
+        // A motion needs no equilibrium, unless it starts there.
+        let linearized = match linearize::linearize(model.clone()) {
+            Ok(linearized) => {
+                linearized.check_inertia()?;
+                Some(linearized)
+            }
+            Err(error) if mode.is_some() => return Err(error.into()),
+            Err(
+                error @ (LinearizeError::MissingValue { .. }
+                | LinearizeError::NotAnEquilibrium { .. }
+                | LinearizeError::ConstraintBroken { .. }),
+            ) => return Err(error.into()),
+            Err(_) => None,
+        };
+        Ok(match (mode, &self.amplitude, &linearized) {
+            (Some(mode), Some(amplitude), Some(linearized)) => {
+                let normal = oscillation::normal_modes(linearized, &Options::default())?;
+                Start::mode(mode, &constant(amplitude)?, linearized, &normal, system)?
+            }
+            _ => Start::parse(self.start.as_deref().unwrap_or_default(), model, linearized.as_ref(), system)?,
+        })
+    }
+}
+
+/// Many sets of parameters.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct BatchArgs {
+    /// Parameters or families, each with doubles, set after set.
+    columns: Vec<(String, Vec<u8>)>,
+    sets: usize,
+    vectors: bool,
+    matrices: bool,
+    bounds: bool,
+    threads: Option<i64>,
+}
+
+/// The modes of many sets as the bytes of doubles, set after set.
+#[derive(Default, IntoPyObject)]
+pub(crate) struct Batch {
+    coordinates: Vec<String>,
+    outcome: Vec<u8>,
+    equilibrium: Vec<u8>,
+    error_bound: Vec<u8>,
+    omega_squared: Vec<u8>,
+    omega_squared_error_bound: Vec<u8>,
+    vectors: Vec<u8>,
+    mass: Vec<u8>,
+    stiffness: Vec<u8>,
+}
+
+impl Batch {
+    /// Behind what is there.
+    fn add(&mut self, solved: &Solutions) {
+        for set in 0..solved.len() {
+            for mode in 0..solved.dimension() {
+                let found = solved.get(set).and_then(|own| own.mode(mode));
+                self.error_bound.extend(found.map_or(f64::NAN, |mode| mode.error_bound).to_ne_bytes());
+            }
+        }
+        self.outcome.extend(solved.outcomes().iter().map(|own| number(*own)));
+        let parts = [
+            (&mut self.equilibrium, solved.equilibria()),
+            (&mut self.omega_squared, solved.omega_squared()),
+            (&mut self.omega_squared_error_bound, solved.omega_squared_bounds()),
+            (&mut self.vectors, solved.vectors()),
+            (&mut self.mass, solved.mass()),
+            (&mut self.stiffness, solved.stiffness()),
+        ];
+        for (all, part) in parts {
+            all.extend(bytes(part.iter().copied()));
+        }
+    }
+}
+
+/// Solves all sets, on all cores, in doubles with rigorous bounds.
+#[pyfunction]
+pub(crate) fn solve_sets(py: Python<'_>, model: &Model, args: BatchArgs) -> PyResult<Batch> {
+    let done = model.run(py, move |job| {
+        let threads = positive("threads", args.threads)?.unwrap_or_else(cores);
+        let model = job.model(Size::Dense)?;
+        let mut options = batch::Options::default();
+        options.vectors = args.vectors;
+        options.matrices = args.matrices;
+        if !args.bounds {
+            options = options.without_bounds();
+        }
+        let names: Vec<&str> = args.columns.iter().map(|(name, _)| name.as_str()).collect();
+        let study = Study::with_options(model, &names, options)?;
+        let values = interleaved(&study, &args)?;
+        let portion = args.sets.div_ceil(threads).next_multiple_of(LANES).max(LANES) * study.width();
+        let solved = thread::scope(|scope| {
+            let running: Vec<_> = values.chunks(portion).map(|sets| scope.spawn(|| study.solve(sets))).collect();
+            let done = running.into_iter().map(|thread| thread.join().unwrap_or_else(|why| panic::resume_unwind(why)));
+            done.collect::<Result<Vec<Solutions>, _>>()
+        })?;
+        let mut all = Batch { coordinates: study.model().coordinates.names().collect(), ..Batch::default() };
+        for own in &solved {
+            all.add(own);
+        }
+        Ok(all)
+    })?;
+    Ok(done.value)
+}
+
+/// Its place in the list that Python has of them.
+fn number(outcome: Outcome) -> u8 {
+    match outcome {
+        Outcome::Solved => 0,
+        Outcome::Estimated => 1,
+        Outcome::NotFinite => 2,
+        Outcome::MassNotPositive => 3,
+        Outcome::NoEquilibrium => 4,
+        _ => 5,
+    }
+}
+
+/// The values of all parameters, set after set. One number a set is the value of all members of a family.
+fn interleaved(study: &Study, args: &BatchArgs) -> Result<Vec<f64>, Told> {
+    let parameters: Vec<&str> = study.parameters().collect();
+    let width = study.width();
+    let mut values = vec![f64::NAN; args.sets * width];
+    let mut first = 0;
+    for (name, column) in &args.columns {
+        let column = doubles(column);
+        let stem = format!("{name}[");
+        let members = parameters.iter().filter(|own| *own == name || own.starts_with(&stem)).count();
+        let given = column.len() / args.sets.max(1);
+        if given != 1 && given != members {
+            let message = format!("`{name}` has {members} members, not {given}");
+            return Err(Told::request(message, "an array of one row a set and one column a member is needed"));
+        }
+        for (set, row) in column.chunks_exact(given).enumerate() {
+            for member in 0..members {
+                if let (Some(slot), Some(value)) =
+                    (values.get_mut(set * width + first + member), row.get(if given == 1 { 0 } else { member }))
+                {
+                    *slot = *value;
+                }
+            }
+        }
+        first += members;
+    }
+    Ok(values)
+}

@@ -1,0 +1,225 @@
+"""Errors, warnings, tables, and what no text may do."""
+
+import os
+import random
+import signal
+import subprocess
+import threading
+import time
+
+import pytest
+
+import librate
+
+TABLED = """
+table masses = "masses.csv"
+coord x[1..rows(masses)]
+T = sum(b in masses, 1/2*b.m*x[b]'^2)
+V = sum(b in masses, 1/2*b.k*x[b]^2)
+"""
+ROWS = "m,k\n1,4\n1,9\n"
+# Takes minutes.
+LONG = """
+param N = 200
+coord x[1..N]
+T = sum(i in 1..N, 1/2*x[i]'^2)
+V = sum(i in 1..N, j in i+1..N, (x[i] - x[j])^2/(2*(i + j))) + sum(i in 1..N, 1/2*x[i]^2)
+"""
+
+
+def failed(text: str, **arguments) -> librate.Error:
+    with pytest.raises(librate.Error) as caught:
+        librate.Model(text, **arguments)
+    return caught.value
+
+
+def test_an_error_has_its_place_and_is_drawn_into_the_text():
+    text = "# ½\ncoord x  T = 1/2*x'^2  V = 2 x"
+    error = failed(text)
+    [diagnostic] = error.diagnostics
+    assert diagnostic.code == "E0007" and diagnostic.severity == "error" and diagnostic.help == "write `2*x`"
+    [span] = diagnostic.spans
+    assert text[span.start : span.end] == "2 x" and (span.line, span.column) == (2, 28)
+    assert str(error).splitlines()[1:5] == [
+        " --> model:2:28",
+        "  |",
+        "2 | coord x  T = 1/2*x'^2  V = 2 x",
+        "  |                            ^^^ two factors without an operator between them",
+    ]
+
+
+def test_all_errors_are_there_at_once():
+    error = failed("coord x  T = 1/2*a*x'^2  V = b*x^2")
+    assert [diagnostic.message for diagnostic in error.diagnostics] == ["`a` is not declared", "`b` is not declared"]
+    assert "model has 2 errors" in str(error)
+
+
+def test_errors_are_drawn_as_the_command_line_does(command_line, tmp_path):
+    path = tmp_path / "bad.lag"
+    path.write_text("param l : m = 1\ncoord x : m\nT = 1/2*x'^2\nV = x + l^2 + q\n")
+    told = subprocess.run([command_line, "check", path], capture_output=True, text=True, check=False).stderr
+    with pytest.raises(librate.Error) as caught:
+        librate.Model.open(path)
+    assert str(caught.value) == told.rstrip()
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        {"digits": 0},
+        {"digits": 251},
+        {"lowest": 0},
+        {"lowest": -1},
+        {"near": 1.0},
+        {"lowest": 1, "near": 1.0, "count": 1},
+        {"normalize": "long"},
+        {"unit": "furlong"},
+        {"certify": []},
+        {"threads": 0},
+    ],
+)
+def test_requests_that_can_not_be_met_are_errors(arguments):
+    with pytest.raises(librate.Error) as caught:
+        librate.Model("coord x  T = 1/2*x'^2  V = x^2").modes(**arguments)
+    assert caught.value.diagnostics[0].help
+
+
+def test_other_requests_that_can_not_be_met():
+    model = librate.Model("param k = 1  coord x  T = 1/2*x'^2  V = k*x^2")
+    requests = [
+        lambda: model.period(),
+        lambda: model.period(amplitude="one"),
+        lambda: model.period(amplitude=1, energy=1),
+        lambda: model.sweep("k"),
+        lambda: model.sweep("q=1..2:3"),
+        lambda: model.response("omega=1..2:3", input="y"),
+        lambda: model.motion("x=1"),
+        lambda: model.motion(until=1),
+        lambda: model.motion("x=1", until=1, tolerance=1.0),
+        lambda: model.equilibria("y=1..2"),
+        lambda: model.floquet(),
+        lambda: model.floquet(map=("k=1..2:3", "k=1..2:3")),
+        lambda: model.derive(limit={"q": 0}),
+        lambda: model.derive(only=["summary"]),
+        lambda: model.batch({"q": [1.0]}),
+        lambda: model.batch({}),
+        lambda: model.batch({"k": [[1.0, 2.0]]}),
+        lambda: model.plot("sound"),
+        lambda: model.plot("period", amplitude=1),
+        lambda: model.export("cobol"),
+        lambda: model.inertia(),
+        lambda: librate.explain("E9999"),
+        lambda: librate.fmt("coord"),
+        lambda: librate.inertia(),
+        lambda: librate.inertia("m,x\n1,2\n"),
+        lambda: librate.inertia(mesh=b"solid\n"),
+        lambda: librate.Model(model.text, set={"k": "one"}),
+        lambda: librate.Model(model.text, set={"q": 1}),
+        lambda: librate.Model(model.text, budget="ten"),
+    ]
+    for request in requests:
+        with pytest.raises(librate.Error) as caught:
+            request()
+        assert str(caught.value).startswith("error") and caught.value.diagnostics
+
+
+def test_what_is_suspicious_is_a_warning():
+    model = librate.Model("param a = 1  param b = 2  coord x  T = 1/2*x'^2  V = a*x^2")
+    with pytest.warns(librate.ModelWarning, match="the parameter `b` is never used"):
+        modes = model.modes()
+    assert [warning.code for warning in modes.warnings] == ["W0001"]
+
+
+def test_tables_are_handed_over_by_the_name_of_the_file_or_of_the_table():
+    class Frame:
+        def to_csv(self, index):
+            assert not index
+            return ROWS
+
+    for tables in ({"masses.csv": ROWS}, {"masses": ROWS}, {"masses": Frame()}):
+        assert librate.Model(TABLED, tables).modes().omega.tolist() == [2, 3]
+    [diagnostic] = failed(TABLED).diagnostics
+    assert "masses.csv" in diagnostic.message
+
+
+def test_tables_are_read_beside_the_model_and_nowhere_else(tmp_path):
+    folder, other = tmp_path / "models", tmp_path / "other"
+    folder.mkdir()
+    other.mkdir()
+    (folder / "model.lag").write_text(TABLED)
+    (folder / "masses.csv").write_text(ROWS)
+    assert librate.Model.open(folder / "model.lag").modes().omega.tolist() == [2, 3]
+    (folder / "masses.csv").rename(other / "masses.csv")
+    (folder / "model.lag").write_text(TABLED.replace("masses.csv", "../other/masses.csv"))
+    with pytest.raises(librate.Error, match="allow_path"):
+        librate.Model.open(folder / "model.lag")
+    assert librate.Model.open(folder / "model.lag", allow_path=other).modes().omega.tolist() == [2, 3]
+    with pytest.raises(FileNotFoundError):
+        librate.Model.open(folder / "none.lag")
+    (folder / "model.lag").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(librate.Error, match="UTF-8"):
+        librate.Model.open(folder / "model.lag")
+
+
+def test_other_threads_run_meanwhile():
+    """The interpreter is not held: a thread of Python's counts while another computes."""
+    done = threading.Event()
+    counted = 0
+
+    def compute():
+        with pytest.raises(librate.Error, match="budget"):
+            librate.Model(LONG, budget="1s").modes(digits=60)
+        done.set()
+
+    thread = threading.Thread(target=compute)
+    start = time.monotonic()
+    thread.start()
+    while not done.is_set() and time.monotonic() - start < 60:
+        counted += 1
+        time.sleep(0.001)
+    thread.join()
+    assert counted > 100
+
+
+def test_an_interrupt_ends_a_computation():
+    timer = threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT))
+    start = time.monotonic()
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        librate.Model(LONG, budget="none").modes(digits=60)
+    assert time.monotonic() - start < 10
+    # The model is as good as before.
+    assert librate.Model(LONG, set={"N": 5}).modes().kind == ["oscillation"] * 5
+
+
+def test_a_budget_ends_what_takes_too_long_and_too_much():
+    model = librate.Model(LONG, budget="1s")
+    with pytest.raises(librate.Error) as caught:
+        model.modes(digits=60)
+    assert caught.value.diagnostics[0].code == "E0901"
+    assert model.modes(lowest=1, vectors=False).omega[0] == pytest.approx(1)
+    assert failed("coord x[1..1000000000]  T = sum(i in 1..1000000000, x[i]'^2)").diagnostics
+
+
+def test_no_text_does_worse_than_an_error(models):
+    """Models with pieces cut out, doubled and exchanged: an error or an answer, soon."""
+    chance = random.Random(22)
+    names = ["three_pendulums", "double_pendulum", "bead_on_hoop", "mathieu", "water", "governor"]
+    texts = [(models / f"{name}.lag").read_text() for name in names]
+    answered = refused = 0
+    for _ in range(150):
+        text = chance.choice(texts)
+        for _ in range(chance.randint(1, 3)):
+            start = chance.randrange(len(text))
+            end = min(len(text), start + chance.randint(1, 12))
+            new = chance.choice(["", text[start:end] * 2, chance.choice(["(", "'", "^^", "½", "\0", "1e999", "sum(", "-"])])
+            text = text[:start] + new + text[end:]
+        start = time.monotonic()
+        try:
+            librate.Model(text, budget="20s").modes()
+            answered += 1
+        except librate.Error as error:
+            assert error.diagnostics
+            refused += 1
+        assert time.monotonic() - start < 30
+    assert answered > 5 and refused > 50
