@@ -277,7 +277,10 @@ pub mod response {
 /// Every equilibrium in a box. In full: [`librate_studies::equilibria`].
 #[cfg(feature = "engine")]
 pub mod equilibria {
-    pub use librate_studies::equilibria::{EquilibriaError, Equilibrium, Found, Region, Undecided, find};
+    pub use librate_studies::equilibria::{
+        Bifurcation, Branch, Diagram, EquilibriaError, Equilibrium, Found, Kind, Landscape, Region, Source, Undecided,
+        find, follow, landscape,
+    };
 }
 
 /// The modes over a range of a parameter. In full: [`librate_studies::sweep`].

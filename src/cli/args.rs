@@ -443,6 +443,8 @@ pub(crate) enum Plotted {
     Floquet(Drawn<Floquet>),
     /// The coordinates over the time
     Motion(Drawn<Motion>),
+    /// The equilibria in a box, or their branches over a parameter
+    Equilibria(Drawn<Equilibria>),
 }
 
 impl Plotted {
@@ -454,6 +456,7 @@ impl Plotted {
             Self::Period(own) => &mut own.args.model,
             Self::Floquet(own) => &mut own.args.model,
             Self::Motion(own) => &mut own.args.model,
+            Self::Equilibria(own) => &mut own.args.model,
         }
     }
 }
@@ -807,7 +810,7 @@ fn tolerance(text: &str) -> Result<f64, String> {
     }
 }
 
-fn few_digits(text: &str) -> Result<usize, String> {
+pub(crate) fn few_digits(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(count) if (1..=DOUBLE_DOUBLE_DIGITS).contains(&count) => Ok(count),
         Ok(_) | Err(_) => Err(format!("a whole number from 1 to {DOUBLE_DOUBLE_DIGITS} is needed")),

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::fmt::Display;
 use std::fs::{self, File, Metadata};
 use std::io::{self, BufWriter, ErrorKind, IsTerminal, Seek, SeekFrom, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use anstream::{AutoStream, ColorChoice};
@@ -196,6 +196,15 @@ pub(super) type Content<'a> = &'a dyn Fn(&File) -> io::Result<()>;
 /// Writes a picture or a table into a file, but over nothing that was read or written by the same command.
 pub(super) fn write_file(file: &Path, text: &str, source: &mut Source) -> Result<(), Failure> {
     write_content(file, &|mut out| out.write_all(text.as_bytes()), source)
+}
+
+/// Writes a text into a file that is asked for, and leaves nothing of it to be printed.
+pub(super) fn into_file(output: Option<&PathBuf>, text: &mut String, source: &mut Source) -> Result<(), Failure> {
+    if let Some(file) = output {
+        write_file(file, text, source)?;
+        text.clear();
+    }
+    Ok(())
 }
 
 /// The same for what is written piece by piece.

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use super::args::{MessageFormat, Plot, Plotted};
-use super::output::write_file;
-use super::{Answer, Failure, chart, modes_text, motion, period, response, sweep, wrong_request};
+use super::output::into_file;
+use super::{Answer, Failure, chart, equilibria, modes_text, motion, period, response, sweep, wrong_request};
 
 pub(super) fn text(plot: &Plot, format: MessageFormat) -> Result<Answer, Failure> {
     let (answer, output): (_, &Option<PathBuf>) = match &plot.what {
@@ -27,12 +27,12 @@ pub(super) fn text(plot: &Plot, format: MessageFormat) -> Result<Answer, Failure
             let message = "motions from several starts are not drawn".to_owned();
             return Err(wrong_request(message, "draw one of them with `--start`"));
         }
+        Plotted::Equilibria(own) => (equilibria::text(&own.args), &own.output),
         Plotted::Motion(own) => (motion::text(&own.args, format), &own.output),
     };
     let mut answer = answer?;
-    if let (Some(file), Some((source, _))) = (output, &mut answer.remarks) {
-        write_file(file, &answer.text, source)?;
-        answer.text.clear();
+    if let Some((source, _)) = &mut answer.remarks {
+        into_file(output.as_ref(), &mut answer.text, source)?;
     }
     Ok(answer)
 }

@@ -5,7 +5,7 @@ use librate::model::Range;
 use librate::response::{Request, Response, ResponseError, Source, Study, Value};
 use librate::{report, sensitivity};
 
-use super::args::{ModelArgs, positive};
+use super::args::{ModelArgs, few_digits, positive};
 use super::threads::in_order;
 use super::{Answer, Failure, Loaded, Parsed, Size, checked, failed, input, parsed, wrong_request};
 
@@ -43,7 +43,7 @@ pub(crate) struct ResponseArgs {
     #[arg(long, value_name = "NAME=a..b:count")]
     pub(crate) over: String,
     /// Significant digits, up to 30
-    #[arg(long, value_name = "D", default_value = "10", value_parser = digits)]
+    #[arg(long, value_name = "D", default_value = "10", value_parser = few_digits)]
     pub(crate) digits: usize,
     /// Threads; by default as many as there are cores
     #[arg(long, value_name = "COUNT", value_parser = positive)]
@@ -51,12 +51,6 @@ pub(crate) struct ResponseArgs {
     /// JSON instead of CSV, with bounds
     #[arg(long)]
     pub(crate) json: bool,
-}
-
-/// Reads `--digits`: as many as double-double holds.
-fn digits(text: &str) -> Result<usize, String> {
-    let found = text.parse().ok().filter(|digits| (1..=30).contains(digits));
-    found.ok_or_else(|| "a whole number from 1 to 30 is needed".to_owned())
 }
 
 pub(super) fn text(args: &ResponseArgs) -> Result<Answer, Failure> {

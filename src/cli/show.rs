@@ -5,7 +5,7 @@ use librate::diagnostic::Diagnostic;
 use librate::report::{self, Shown};
 use librate::{figure, modes, oscillation};
 
-use super::output::write_file;
+use super::output::into_file;
 use super::progress::Progress;
 use super::{Answer, Failure, Loaded, Size, args, failed, load, solved, wrong_request};
 
@@ -41,9 +41,6 @@ pub(super) fn text(args: &args::Show) -> Result<Answer, Failure> {
         figure: figure.as_ref(),
         derivation: derivation.as_ref(),
     });
-    if let Some(file) = &args.output {
-        write_file(file, &page, &mut source)?;
-        page.clear();
-    }
+    into_file(args.output.as_ref(), &mut page, &mut source)?;
     Ok(Answer::new(page, Some((source, warnings))))
 }

@@ -83,6 +83,12 @@ impl Diagnostic {
         }
     }
 
+    /// A remark on an answer as a whole.
+    #[must_use]
+    pub fn remark(message: impl Into<String>) -> Self {
+        Self { severity: Severity::Warning, ..Self::global(message) }
+    }
+
     /// Something legal, but suspicious, at a place.
     #[must_use]
     pub fn warning(message: impl Into<String>, span: Span, label: impl Into<String>) -> Self {

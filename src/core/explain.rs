@@ -196,6 +196,8 @@ const PAGES: &[(&str, &str)] = &[
     ("E0723", include_str!("../../docs/errors/E0723.md")),
     ("E0724", include_str!("../../docs/errors/E0724.md")),
     ("E0725", include_str!("../../docs/errors/E0725.md")),
+    ("E0726", include_str!("../../docs/errors/E0726.md")),
+    ("E0727", include_str!("../../docs/errors/E0727.md")),
     ("E0801", include_str!("../../docs/errors/E0801.md")),
     ("E0802", include_str!("../../docs/errors/E0802.md")),
     ("E0803", include_str!("../../docs/errors/E0803.md")),

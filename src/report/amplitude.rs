@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::json::{array, null, number, string};
 use super::table::{Column, draw};
-use super::{Style, Tone, Written, headline, shown_unit};
+use super::{Style, Tone, Written, headline, shown_unit, with_unit};
 use librate_core::linearize::Linearized;
 use librate_core::oscillation::{NormalMode, NormalModes};
 use librate_core::precision::{Ball, one_digit_up, one_digit_up_text};
@@ -77,10 +77,7 @@ pub fn amplitude_text(
     let name = |own: &ModeAmplitude| match own.change {
         Some(_) => {
             let coordinate = model.coordinates.at(own.coordinate);
-            match shown_unit(coordinate).filter(|_| model.has_units) {
-                Some(unit) => format!("{} ({unit})", coordinate.name()),
-                None => coordinate.name(),
-            }
+            with_unit(&coordinate.name(), shown_unit(coordinate).filter(|_| model.has_units))
         }
         None => String::new(),
     };

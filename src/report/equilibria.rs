@@ -1,14 +1,15 @@
-//! The equilibria in a box, as text and as JSON.
+//! The equilibria in a box, or over a parameter, as text and as JSON.
 
 use std::fmt::Write;
 
 use super::json::{array, lines, null, number, string};
 use super::table::{Column, draw};
-use super::{Style, Tone, Written, headline, shown_unit};
-use librate_core::model::Model;
+use super::{Style, Tone, Written, counted, headline, shown_unit, with_unit};
+use librate_core::linearize::short;
+use librate_core::model::{Coordinate, Model};
 use librate_core::modes::Stability;
 use librate_core::precision::{Ball, one_digit_up, one_digit_up_text};
-use librate_studies::equilibria::{Equilibrium, Found};
+use librate_studies::equilibria::{Branch, Diagram, Equilibrium, Found, Region};
 
 /// Digits of coordinates and frequencies.
 const DIGITS: usize = 10;
@@ -23,25 +24,15 @@ pub fn equilibria_text(model: &Model, found: &Found, style: &Style) -> String {
         1 => "1 equilibrium".to_owned(),
         count => format!("{count} equilibria"),
     };
-    let (tone, whether) = match (found.complete, all.is_empty()) {
-        (true, true) => (Tone::Good, "proved"),
-        (true, false) => (Tone::Good, "all there are"),
-        (false, _) => (Tone::Careful, "not proved to be all"),
-    };
-    let _ = writeln!(out, "\n\n{count} in the box, {}", style.paint(tone, whether));
+    let whether = completeness(found.complete, all.is_empty(), style);
+    let _ = writeln!(out, "\n\n{count} in the box, {whether}");
     if all.is_empty() {
         return out;
     }
     out.push('\n');
     let rows = all.len();
     let numbers = Column::right("", (1..=rows).map(|at| at.to_string()).collect());
-    let mut places: Vec<Column> = Vec::new();
-    for (at, coordinate) in model.coordinates.iter().enumerate() {
-        let unit = shown_unit(coordinate).filter(|_| model.has_units);
-        let heading = unit.map_or_else(|| coordinate.name(), |unit| format!("{} ({unit})", coordinate.name()));
-        let cells = all.iter().map(|own| Written::new(&own.point[at], DIGITS).text());
-        places.push(Column::numbers(&heading, cells.collect()));
-    }
+    let places = point_columns(model, || all.iter().map(|own| own.point.as_slice()));
     let last = modes_columns(model, all);
     let width: usize = [&numbers].into_iter().chain(&places).chain(&last).map(Column::width).sum();
     let painted = |at: usize| {
@@ -59,7 +50,32 @@ pub fn equilibria_text(model: &Model, found: &Found, style: &Style) -> String {
     }
     let columns: Vec<Column> = [numbers].into_iter().chain(last).collect();
     out.push_str(&draw(&columns, rows, painted, style));
-    // Coordinates in tables of their own, as many side by side as there is space for.
+    push_side_by_side(&mut out, places, rows, style);
+    out
+}
+
+/// That these are all there are, or not.
+fn completeness(complete: bool, empty: bool, style: &Style) -> String {
+    let (tone, whether) = match (complete, empty) {
+        (true, true) => (Tone::Good, "proved"),
+        (true, false) => (Tone::Good, "all there are"),
+        (false, _) => (Tone::Careful, "not proved to be all"),
+    };
+    style.paint(tone, whether)
+}
+
+/// A column for each coordinate.
+fn point_columns<'a, I: Iterator<Item = &'a [Ball]>>(model: &Model, points: impl Fn() -> I) -> Vec<Column> {
+    let column = |(at, coordinate): (usize, Coordinate<'_>)| {
+        let unit = shown_unit(coordinate).filter(|_| model.has_units);
+        let cells = points().map(|point| Written::new(&point[at], DIGITS).text());
+        Column::numbers(&with_unit(&coordinate.name(), unit), cells.collect())
+    };
+    model.coordinates.iter().enumerate().map(column).collect()
+}
+
+/// Columns in tables of their own, as many side by side as there is space for.
+fn push_side_by_side(out: &mut String, places: Vec<Column>, rows: usize, style: &Style) {
     let mut places = places.into_iter().peekable();
     while places.peek().is_some() {
         let mut columns = vec![Column::right("", (1..=rows).map(|at| at.to_string()).collect())];
@@ -71,7 +87,6 @@ pub fn equilibria_text(model: &Model, found: &Found, style: &Style) -> String {
         out.push('\n');
         out.push_str(&draw(&columns, rows, |_| None, style));
     }
-    out
 }
 
 /// Bound, stability, and the lowest frequency or the fastest growth.
@@ -109,7 +124,7 @@ fn modes_columns(model: &Model, all: &[Equilibrium]) -> Vec<Column> {
 #[must_use]
 pub fn equilibria_json(model: &Model, found: &Found) -> String {
     let mut out = String::from("{");
-    write_head(&mut out, model, found);
+    write_head(&mut out, model, &found.region);
     let equilibria = found.equilibria.iter().map(equilibrium_object);
     let _ = write!(out, ",\n \"complete\": {},\n \"equilibria\": {}", found.complete, lines(equilibria));
     let undecided = found.undecided.iter().map(|own| {
@@ -122,9 +137,9 @@ pub fn equilibria_json(model: &Model, found: &Found) -> String {
     out
 }
 
-fn write_head(out: &mut String, model: &Model, found: &Found) {
+fn write_head(out: &mut String, model: &Model, region: &Region) {
     let names: Vec<String> = model.coordinates.names().map(|name| string(&name)).collect();
-    let sides = names.iter().zip(&found.region.sides).map(|(name, side)| match side {
+    let sides = names.iter().zip(&region.sides).map(|(name, side)| match side {
         Some([from, to]) => format!("{name}: [{}, {}]", number(from.mid_f64()), number(to.mid_f64())),
         None => format!("{name}: null"),
     });
@@ -139,7 +154,6 @@ fn write_head(out: &mut String, model: &Model, found: &Found) {
 }
 
 fn equilibrium_object(own: &Equilibrium) -> String {
-    let values = |all: &[Ball]| array(all.iter().map(|x| number(x.mid_f64())));
     format!(
         "{{\"point\": {}, \"radius\": {}, \"isolated\": {}, \"stability\": \"{}\", \"omega\": {}, \"growth\": {}}}",
         values(&own.point),
@@ -149,4 +163,131 @@ fn equilibrium_object(own: &Equilibrium) -> String {
         values(&own.omega),
         values(&own.growth),
     )
+}
+
+fn values(all: &[Ball]) -> String {
+    array(all.iter().map(|x| number(x.mid_f64())))
+}
+
+/// The branches of equilibria over a parameter as tables to read; why these may not be all is for the caller to tell
+/// ([`Diagram::reasons`]).
+#[must_use]
+pub fn diagram_text(model: &Model, diagram: &Diagram, style: &Style) -> String {
+    let Diagram { branches, bifurcations, values, name, .. } = diagram;
+    let mut out = style.paint(Tone::Heading, &headline(model.name.as_deref(), model.coordinates.len()));
+    let (count, places) = (values.len(), counted(values.len(), "value"));
+    let _ = writeln!(
+        out,
+        "\n\n{} of equilibria in the box over {places} of {name}, {}",
+        match branches.len() {
+            1 => "1 branch".to_owned(),
+            many => format!("{many} branches"),
+        },
+        completeness(diagram.complete, branches.is_empty(), style)
+    );
+    let parameter = with_unit(name, diagram.unit.as_deref());
+    let numbered = |rows: usize| Column::right("", (1..=rows).map(|at| at.to_string()).collect());
+    if !branches.is_empty() && count > 0 {
+        out.push('\n');
+        let end = |at: &dyn Fn(&Branch) -> Option<usize>| -> Vec<String> {
+            branches.iter().map(|own| at(own).map_or_else(String::new, |place| short(values[place]))).collect()
+        };
+        let mut columns = vec![
+            numbered(branches.len()),
+            Column::numbers(&format!("from {parameter}"), end(&|own| Some(own.at.first()?.0))),
+            Column::numbers("to", end(&|own| Some(own.at.last()?.0))),
+            Column::words("stability", branches.iter().map(|own| stabilities(own, values)).collect()),
+        ];
+        let lasts = || branches.iter().filter_map(|own| Some(own.at.last()?.1.point.as_slice()));
+        let places = point_columns(model, lasts);
+        let width: usize = columns.iter().chain(&places).map(Column::width).sum();
+        if width <= style.width {
+            columns.extend(places);
+            out.push_str(&draw(&columns, branches.len(), |_| None, style));
+        } else {
+            out.push_str(&draw(&columns, branches.len(), |_| None, style));
+            push_side_by_side(&mut out, places, branches.len(), style);
+        }
+        out.push_str("coordinates are those at the last value of a branch\n");
+    }
+    if !bifurcations.is_empty() {
+        let rows = bifurcations.len();
+        let bound = |own: &Ball| match own.mid_f64_error() {
+            0.0 => "0".to_owned(),
+            radius => one_digit_up_text(radius),
+        };
+        let mut columns = vec![
+            numbered(rows),
+            Column::words("bifurcation", bifurcations.iter().map(|own| own.kind.as_str().to_owned()).collect()),
+            Column::numbers(
+                &parameter,
+                bifurcations.iter().map(|own| Written::new(&own.value, DIGITS).text()).collect(),
+            ),
+            Column::words("bound", bifurcations.iter().map(|own| bound(&own.value)).collect()),
+        ];
+        let places = point_columns(model, || bifurcations.iter().map(|own| own.point.as_slice()));
+        let width: usize = columns.iter().chain(&places).map(Column::width).sum();
+        out.push('\n');
+        if width <= style.width {
+            columns.extend(places);
+            out.push_str(&draw(&columns, rows, |_| None, style));
+        } else {
+            out.push_str(&draw(&columns, rows, |_| None, style));
+            push_side_by_side(&mut out, places, rows, style);
+        }
+    }
+    out
+}
+
+/// `stable, unstable from 8`
+fn stabilities(branch: &Branch, values: &[f64]) -> String {
+    let mut parts: Vec<String> = Vec::new();
+    let mut last = None;
+    for (place, own) in &branch.at {
+        if last != Some(own.stability) {
+            let word = own.stability.as_str();
+            parts.push(if last.is_none() { word.to_owned() } else { format!("{word} from {}", short(values[*place])) });
+            last = Some(own.stability);
+        }
+    }
+    parts.join(", ")
+}
+
+/// The branches of equilibria over a parameter as a JSON object: `model`, `coordinates`, `box`, `parameter`, its values under its
+/// name, `complete`, `branches` with `values`, `points`, `radius`, `stability`, `omega` and `growth`, one a value; and
+/// `bifurcations` with `kind`, the parameter's value under its name, its bound, `point` and `radius`.
+#[must_use]
+pub fn diagram_json(model: &Model, diagram: &Diagram) -> String {
+    let mut out = String::from("{");
+    write_head(&mut out, model, &diagram.region);
+    let name = string(&diagram.name);
+    let all = array(diagram.values.iter().map(|value| number(*value)));
+    let _ = write!(out, ",\n \"parameter\": {name},\n {name}: {all},\n \"complete\": {}", diagram.complete);
+    let branches = diagram.branches.iter().map(|branch| {
+        let own = || branch.at.iter().map(|(_, own)| own);
+        format!(
+            "{{\"values\": {},\n   \"points\": {},\n   \"radius\": {},\n   \"stability\": {},\n   \"omega\": {},\n   \"growth\": {}}}",
+            array(branch.at.iter().map(|(place, _)| number(diagram.values[*place]))),
+            array(own().map(|own| values(&own.point))),
+            array(own().map(|own| number(one_digit_up(own.radius())))),
+            array(own().map(|own| string(own.stability.as_str()))),
+            array(own().map(|own| values(&own.omega))),
+            array(own().map(|own| values(&own.growth))),
+        )
+    });
+    let _ = write!(out, ",\n \"branches\": {}", lines(branches));
+    let bifurcations = diagram.bifurcations.iter().map(|own| {
+        format!(
+            "{{\"kind\": \"{}\", {name}: {}, \"error_bound\": {}, \"point\": {}, \"radius\": {}}}",
+            own.kind.as_str(),
+            number(own.value.mid_f64()),
+            number(one_digit_up(own.value.mid_f64_error())),
+            values(&own.point),
+            number(one_digit_up(own.radius())),
+        )
+    });
+    let _ = write!(out, ",\n \"bifurcations\": {}", lines(bifurcations));
+    let _ = write!(out, ",\n \"messages\": {}", array(diagram.reasons.iter().map(|reason| string(reason))));
+    out.push_str("}\n");
+    out
 }

@@ -11,6 +11,7 @@ mod constraints;
 mod derive;
 mod diagnostics;
 mod equilibria;
+mod equilibria_pictures;
 mod exponents;
 mod floquet;
 mod frequencies;
@@ -40,7 +41,8 @@ pub use chart::{borders_csv, chart_csv, chart_svg};
 pub use code::{Language, code_text};
 pub use derive::{derive_html, derive_latex, derive_text, derive_typst};
 pub use diagnostics::{diagnostics_text, message_text};
-pub use equilibria::{equilibria_json, equilibria_text};
+pub use equilibria::{diagram_json, diagram_text, equilibria_json, equilibria_text};
+pub use equilibria_pictures::{diagram_svg, equilibria_svg};
 pub use floquet::{floquet_json, floquet_text};
 pub use inertia::{body_json, body_text, tensors_json, tensors_text};
 pub use json::{derive_json, modes_json};
@@ -305,6 +307,17 @@ fn damping(mode: &NormalMode, digits: usize) -> Option<[Written; 2]> {
 /// The unit of a coordinate, in SI; none where there is nothing to say.
 fn shown_unit(coordinate: Coordinate<'_>) -> Option<&str> {
     coordinate.unit.filter(|unit| *unit != "1")
+}
+
+/// The unit that all of them have.
+fn common<'a>(mut units: impl Iterator<Item = Option<&'a str>>) -> Option<&'a str> {
+    let first = units.next()??;
+    units.all(|other| other == Some(first)).then_some(first)
+}
+
+/// `omega (rad/s)`
+fn with_unit(name: &str, unit: Option<&str>) -> String {
+    unit.map_or_else(|| name.to_owned(), |unit| format!("{name} ({unit})"))
 }
 
 /// `three_pendulums: 3 coordinates`

@@ -3,8 +3,8 @@
 use super::plain::wrapped;
 use super::table::{Column, GAP, draw};
 use super::{
-    Exponent, FrequencyUnit, Style, Tone, Written, counted, damping, headline, limit_words, listed, shown_unit,
-    zero_motions,
+    Exponent, FrequencyUnit, Style, Tone, Written, common, counted, damping, headline, limit_words, listed, shown_unit,
+    with_unit, zero_motions,
 };
 use librate_core::linearize::{Linearized, Origin};
 use librate_core::model::Coordinates;
@@ -80,7 +80,7 @@ pub fn modes_text(linearized: &Linearized, modes: &NormalModes, options: &Option
     }
     let unit = style.unit.or(model.has_units.then_some(FrequencyUnit::Hertz));
     let rows: Vec<Row> = modes.modes.iter().map(|mode| Row::new(mode, options, unit)).collect();
-    let common = common_unit(&model.coordinates);
+    let common = common(model.coordinates.iter().map(shown_unit));
     let names = Headings { coordinates: &model.coordinates, with_unit: common.is_none() };
     let motions = zero_motions(modes, count);
     let motion = match motions.as_slice() {
@@ -139,7 +139,7 @@ fn equilibrium_text(linearized: &Linearized, options: &Options, style: &Style) -
         return format!("equilibrium: {all}{how}\n");
     }
     let coordinates = &linearized.model().coordinates;
-    let common = common_unit(coordinates);
+    let common = common(coordinates.iter().map(shown_unit));
     let sizes = equilibrium.values.iter().map(|value| value.mid_f64().abs());
     let largest = sizes.fold(0.0, f64::max);
     let mut items: Vec<String> = coordinates
@@ -196,12 +196,6 @@ fn known(value: &Ball, largest: f64, digits: usize) -> String {
     }
 }
 
-/// The unit that all coordinates share.
-fn common_unit(coordinates: &Coordinates) -> Option<&str> {
-    let unit = shown_unit(coordinates.first()?)?;
-    coordinates.iter().all(|other| shown_unit(other) == Some(unit)).then_some(unit)
-}
-
 /// The coordinates at the heads of their columns.
 struct Headings<'a> {
     coordinates: &'a Coordinates,
@@ -215,7 +209,7 @@ impl Headings<'_> {
 
     fn with_unit(&self, at: usize) -> String {
         let unit = self.coordinates.get(at).filter(|_| self.with_unit).and_then(shown_unit);
-        unit.map_or_else(|| self.name(at), |unit| format!("{} ({unit})", self.name(at)))
+        with_unit(&self.name(at), unit)
     }
 }
 

@@ -4,7 +4,7 @@ use std::io::{self, Cursor, Read, Seek, SeekFrom, Write};
 
 use super::json::{array, null, number, string};
 use super::picture::{Axis, Curve, Panel, Picture, Stroke, titled};
-use super::shown_unit;
+use super::{common, shown_unit, with_unit};
 use librate_core::model::Model;
 use librate_core::precision::{Ball, decimal, one_digit_up};
 use librate_studies::motion::{Start, Trajectory};
@@ -327,13 +327,9 @@ pub fn motion_svg(model: &Model, trajectory: &Trajectory, superposition: Option<
 
 /// `x (m)` for one coordinate, `coordinates (m)` where they have one unit.
 fn common_label(model: &Model, shown: usize) -> String {
-    let units: Vec<_> = model.coordinates.iter().take(shown).map(shown_unit).collect();
     let what = match model.coordinates.first() {
         Some(only) if shown == 1 => only.name(),
         _ => "coordinates".to_owned(),
     };
-    match units.first() {
-        Some(Some(unit)) if units.iter().all(|own| *own == Some(*unit)) => format!("{what} ({unit})"),
-        _ => what,
-    }
+    with_unit(&what, common(model.coordinates.iter().take(shown).map(shown_unit)))
 }

@@ -2,9 +2,9 @@
 
 use std::fmt::Write;
 
-use super::Written;
 use super::json::{array, null, number, string};
 use super::picture::{Axis, Curve, Panel, Picture, Stroke, titled};
+use super::{Written, common, with_unit};
 use librate_core::precision::{Ball, one_digit_up, quick_decimal};
 use librate_studies::response::{Response, Value};
 
@@ -93,11 +93,12 @@ const MOST_CURVES: usize = 10;
 #[must_use]
 pub fn response_svg(response: &Response) -> String {
     let shown = response.outputs.iter().take(MOST_CURVES);
-    let curves = |pick: fn(&Value) -> Option<f64>, jump: f64| -> Vec<Curve> {
+    let curves = |pick: fn(&Value) -> f64, jump: f64| -> Vec<Curve> {
         let one = |(colour, output): (usize, &librate_studies::response::Output)| {
             let mut points: Vec<[f64; 2]> = Vec::new();
             for (place, value) in response.places.iter().zip(&output.values) {
-                let point = [*place, pick(value).unwrap_or(f64::NAN)];
+                let size = pick(value);
+                let point = [*place, if size.is_finite() { size } else { f64::NAN }];
                 // From -pi to pi is no way.
                 if points.last().is_some_and(|last| (last[1] - point[1]).abs() > jump) {
                     points.push([f64::NAN; 2]);
@@ -108,26 +109,14 @@ pub fn response_svg(response: &Response) -> String {
         };
         shown.clone().enumerate().map(one).collect()
     };
-    let amplitude = |value: &Value| match value {
-        Value::Known { amplitude, .. } => Some(amplitude.mid_f64()),
-        _ => None,
-    };
-    let phase = |value: &Value| match value {
-        Value::Known { phase, .. } => phase.map(|own| own.mid_f64()),
-        _ => None,
-    };
-    let [amplitudes, phases] = [curves(amplitude, f64::INFINITY), curves(phase, std::f64::consts::PI)];
+    let [amplitudes, phases] = [curves(Value::amplitude, f64::INFINITY), curves(Value::phase, std::f64::consts::PI)];
     let points = || amplitudes.iter().flat_map(|own| &own.points).map(|point| point[1]);
     let mut sizes: Vec<f64> = points().filter(|size| *size > 0.0).collect();
     sizes.sort_by(f64::total_cmp);
     let most = sizes.get(sizes.len() / 2).map_or(f64::INFINITY, |median| TALLEST * median);
-    let units: Vec<_> = shown.clone().map(|own| own.unit.as_deref()).collect();
-    let label = match units.first() {
-        Some(Some(unit)) if units.iter().all(|own| *own == Some(*unit)) => format!("amplitude ({unit})"),
-        _ => "amplitude".to_owned(),
-    };
+    let label = with_unit("amplitude", common(shown.clone().map(|own| own.unit.as_deref())));
     let unit = response.unit.as_deref().or((response.input.is_some()).then_some("rad/s"));
-    let name = unit.map_or_else(|| response.name.clone(), |unit| format!("{} ({unit})", response.name));
+    let name = with_unit(&response.name, unit);
     let across = || Axis::over(&name, response.places.iter().copied(), 0.0);
     let up = Axis::over(label, points().filter(|size| *size <= most).chain([0.0]), 0.05);
     let turn = Axis::over("phase (rad)", [-std::f64::consts::PI, std::f64::consts::PI].into_iter(), 0.05);

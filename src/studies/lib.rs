@@ -29,6 +29,8 @@ pub mod period;
 
 pub mod amplitude;
 
+mod source;
+
 pub mod response;
 
 pub mod equilibria;

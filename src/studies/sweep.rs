@@ -8,13 +8,14 @@
 
 use crate::batch::{self, Outcome, Solutions, Study};
 use crate::error::Error;
+use crate::source::unit_of;
 use librate_core::linearize::{self, Linearized};
 use librate_core::model::{self, Constant, Model, Range, Settings, TableTexts};
 use librate_core::modes::{Kind, Options};
 use librate_core::number::Number;
 use librate_core::oscillation::{self, NormalModes};
 use librate_core::precision::{Ball, Scalar};
-use librate_core::syntax::{File, print_unit};
+use librate_core::syntax::File;
 
 /// Deriving once does not pay for fewer places, ...
 const FEW: usize = 16;
@@ -79,11 +80,7 @@ impl Sweep {
     /// The unit that the parameter is declared with, as it is written.
     #[must_use]
     pub fn unit(&self) -> Option<String> {
-        let name = self.range.name();
-        let stem = name.split('[').next().unwrap_or(name).trim();
-        let mut bindings = self.file.statements.iter().flat_map(|statement| statement.kind.parameters());
-        let unit = bindings.find(|own| *own.name.text == *stem)?.unit?;
-        Some(print_unit(&self.file, unit))
+        unit_of(&self.file, self.range.name())
     }
 
     /// What is asked of the modes.

@@ -4,7 +4,7 @@
 //! A block `lag wrong` makes exactly the mistake of its page, a block `lag` none. Further words:
 //! `set=NAME=VALUE` is a setting, `check` stops before the modes, `derive` asks for M and K in symbols, `study` for
 //! a study of many sets of parameters, `start=…`, `mode=K`, `until=TIME` and `proved` for a motion, `amplitude=A` and `energy=E`
-//! for a period, `box=RANGES` for equilibria, `response` with `over=…` and maybe `input=…` for a steady response, `amplitude` for
+//! for a period, `box=RANGES` and maybe `over=…` for equilibria, `response` with `over=…` and maybe `input=…` for a steady response, `amplitude` for
 //! changes of frequencies, `floquet` for multipliers, `inertia` for its
 //! tensors. A block `csv NAME` is the file of that name for the models below it; blocks `points` and `stl` (`wrong` or not)
 //! are files for `librate inertia`.
@@ -263,7 +263,13 @@ fn told(block: &Block<'_>, files: &BTreeMap<&str, &str>) -> Vec<&'static str> {
         return told;
     }
     if let Some(region) = word("box=") {
-        let found = Region::parse(region, &checked).and_then(|region| equilibria::find(&checked, &region));
+        let over = word("over=").map(|over| Range::parse(over).unwrap());
+        let found = Region::parse(region, &checked).and_then(|region| match over {
+            Some(range) => equilibria::follow(&equilibria::Source { file, tables, settings }, &region, &range)
+                .err()
+                .map_or(Ok(()), Err),
+            None => equilibria::find(&checked, &region).map(|_| ()),
+        });
         told.extend(found.err().map(|error| error.code()));
         return told;
     }

@@ -61,6 +61,13 @@ fn each_kind_is_drawn() {
     let motion =
         ["motion", "models/three_pendulums.lag", "--mode", "2", "--amplitude", "0.5", "--until", "5", "--linear"];
     assert!(texts(&picture(&motion)).contains(&"phi[1], linear".to_owned()));
+    let bead = "models/equilibria/bead_on_hoop.lag";
+    let well = texts(&picture(&["equilibria", bead, "--box", "th=-2..2"]));
+    assert!(["potential", "stable", "unstable"].iter().all(|own| well.contains(&(*own).to_owned())), "{well:?}");
+    let branches = picture(&["equilibria", bead, "--box", "th=-2..2", "--over", "W=0..20:11"]);
+    assert!(texts(&branches).contains(&"pitchfork".to_owned()) && branches.contains("line dashed"), "{branches}");
+    let plane = picture(&["equilibria", "models/equilibria/muller_brown.lag", "--box", "x=-1.5..1.2, y=-0.5..2"]);
+    assert!(texts(&plane).contains(&"high potential".to_owned()) && plane.len() < 200_000);
     let chart = picture(&["floquet", "models/mathieu.lag", "--map", "a=0..4:9", "q=0..4:9"]);
     assert!(texts(&chart).contains(&"stable".to_owned()) && chart.contains("fill-opacity"));
     let driven = ["response", "models/response/damped_absorber.lag", "--input", "x1", "--over", "omega=0..20:101"];

@@ -152,6 +152,22 @@ fn responses() {
     }
 }
 
+#[test]
+fn equilibria_in_a_box_and_over_a_parameter() {
+    let schema = Schema::read("equilibria");
+    let file = "models/equilibria/bead_on_hoop.lag";
+    for (more, part) in [(&[][..], "equilibria"), (&["--over", "W=0..20:5"], "branches")] {
+        let run = run(&[&["equilibria", file, "--box", "th=-2..2", "--json"], more].concat());
+        assert_eq!(run.status, 0, "{more:?}: {}", run.err);
+        let mut value: Value = serde_json::from_str(&run.out).unwrap();
+        schema.check(file, &value);
+        assert_eq!(value[part].as_array().unwrap().len(), 3);
+        let word = if more.is_empty() { &mut value[part][0] } else { &mut value["bifurcations"][0]["kind"] };
+        *word = "large".into();
+        assert!(schema.refuses(&value), "{more:?}");
+    }
+}
+
 /// What the language promises of the columns, of resonances and of wrong words.
 #[test]
 fn responses_as_csv() {

@@ -48,6 +48,8 @@ fn ends_of_the_box_count() {
     assert_near(&of(pendulum, "phi=0..3"), &[&[0.0]]);
     assert_near(&of(pendulum, "phi=1/10..3.1415"), &[]);
     assert_near(&of(pendulum, "phi=-7..7"), &[&[-2.0 * PI], &[-PI], &[0.0], &[PI], &[2.0 * PI]]);
+    // Where the first cut leaves next to nothing of a range about what is no double.
+    assert_near(&of(pendulum, "phi=3..4"), &[&[PI]]);
     assert_near(&of("coord x T = 1/2*x'^2 V = x^3/3 - x", "x=-1..1"), &[&[-1.0], &[1.0]]);
     assert_near(&of("coord x T = 1/2*x'^2 V = x^3/3 - x", "x=-0.999999999..1"), &[&[1.0]]);
 }

@@ -50,7 +50,7 @@ pub use feature::Feature;
 pub use given::{Given, Givens};
 pub use names::{Parameter, SymbolKind};
 pub use points::Point;
-pub use range::Range;
+pub use range::{Range, entries};
 pub use settings::Settings;
 pub use table::TableTexts;
 pub use table::{Cell, Table};

@@ -112,3 +112,22 @@ fn constant(text: &str) -> Option<Ball> {
     let constant = Constant::parse(text).ok()?;
     evaluate_closed(constant.pool(), constant.value(), ())
 }
+
+/// The parts between commas outside brackets, trimmed; none of a blank text.
+#[must_use]
+pub fn entries(text: &str) -> Vec<&str> {
+    let (mut depth, mut first, mut parts) = (0_i32, 0, Vec::new());
+    for (at, c) in text.char_indices() {
+        match c {
+            '(' | '[' => depth += 1,
+            ')' | ']' => depth -= 1,
+            ',' if depth == 0 => {
+                parts.push(text[first..at].trim());
+                first = at + 1;
+            }
+            _ => {}
+        }
+    }
+    parts.push(text[first..].trim());
+    if parts == [""] { Vec::new() } else { parts }
+}

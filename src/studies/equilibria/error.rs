@@ -4,6 +4,7 @@ use librate_core::budget::Exceeded;
 use librate_core::diagnostic::nowhere;
 use librate_core::linearize::LinearizeError;
 use librate_core::mistakes;
+use librate_core::model::ModelError;
 
 mistakes! {
 /// A box that is none, or a model whose equilibria are not searched for.
@@ -66,10 +67,29 @@ Error EquilibriaError {
     /// Forces that can't be written out.
     #[error("the forces on a model at rest are not defined")]
     "E0725" NoForces {} => nowhere().with_help("is there friction without a value at rest, as a velocity divided by its absolute value?"),
+
+    /// A parameter on which it depends how many coordinates or terms there are.
+    #[error("`{parameter}` can't vary: it sets how many there are of something")]
+    "E0726" SetsRanges {
+        /// The parameter.
+        parameter: String,
+    } => nowhere().with_help("branches are followed over a parameter that forces depend on smoothly"),
+
+    /// More values than are looked at.
+    #[error("{values} values of the parameter are too many")]
+    "E0727" TooManyValues {
+        /// How many.
+        values: usize,
+        /// How many there may be.
+        most: usize,
+    } => nowhere().with_help(format!("at most {most}; between two values branches are followed all the same")),
 } else {
     /// The work or the memory is beyond the budget.
     #[error(transparent)]
     Budget(#[from] Exceeded),
+    /// A value that the parameter can't have.
+    #[error(transparent)]
+    Model(#[from] ModelError),
     /// What an earlier stage says.
     #[error(transparent)]
     Linearize(#[from] LinearizeError),

@@ -4,7 +4,7 @@
 //! are bounded whatever the forces, and a = 0 only where the gradients of constraints depend on each other.
 
 use librate_core::expr::{
-    ExprId, ModularPoint, Prepared, Symbol, Tape, ZeroVerdict, nullspace_mod, rational_reconstruct,
+    ExprId, ModularPoint, Pool, Prepared, Symbol, Tape, ZeroVerdict, nullspace_mod, rational_reconstruct,
 };
 use librate_core::linearize::AtRest;
 use librate_core::number::Number;
@@ -15,14 +15,29 @@ use super::poles::Poles;
 /// Points at which a direction is looked for that no force acts along.
 const POINTS_MORE: u64 = 4;
 
-/// A system of as many equations as unknowns: coordinates, then multipliers, with parameters as further inputs.
-pub(super) struct Forces {
-    /// The unknowns; the first are coordinates.
+/// A system of as many equations as unknowns, in symbols.
+#[derive(Clone)]
+pub(super) struct Equations {
+    pub(super) pool: Pool,
+    /// Coordinates, then multipliers.
     pub(super) unknowns: Vec<Symbol>,
+    /// The parameters that vary.
+    pub(super) parameters: Vec<Symbol>,
+    pub(super) all: Vec<ExprId>,
+    /// Whether there are multipliers among the unknowns.
+    pub(super) is_constrained: bool,
+}
+
+/// A system of as many equations as unknowns, compiled, with parameters as further inputs.
+pub(super) struct Forces {
+    /// How many unknowns there are.
+    pub(super) unknowns: usize,
     /// The equations, then the potential, which has to have a value.
     force: Tape,
     /// The derivatives of the equations, row by row.
     slopes: Tape,
+    /// Those by the parameters.
+    drifts: Tape,
     pub(super) poles: Poles,
 }
 
@@ -88,11 +103,12 @@ pub(super) fn neutral_directions(rest: &mut AtRest, forces: &[ExprId]) -> Vec<(u
     found
 }
 
-impl Forces {
+impl Equations {
     /// The system of a model at rest. `scale` brings forces to about the size of the gradients of constraints.
-    pub(super) fn new(mut rest: AtRest, scale: &Number) -> Option<Self> {
+    pub(super) fn new(rest: &AtRest, scale: &Number) -> Self {
+        let mut rest = rest.clone();
         let mut equations = gradient(&mut rest);
-        let AtRest { mut pool, coordinates, parameters, potential, constraints, others, .. } = rest;
+        let AtRest { mut pool, coordinates, parameters, constraints, .. } = rest;
         let mut multipliers = Vec::new();
         if !constraints.is_empty() {
             let names = (0..=constraints.len()).map(|at| format!("multiplier {at}"));
@@ -113,24 +129,48 @@ impl Forces {
             squares.push(pool.integer(-1));
             equations.push(pool.sum(&squares));
         }
-        let unknowns: Vec<Symbol> = coordinates.iter().copied().chain(multipliers).collect();
-        let mut slopes = Vec::with_capacity(unknowns.len() * unknowns.len());
-        for equation in &equations {
-            slopes.extend(pool.gradient(*equation, &unknowns));
+        let is_constrained = !constraints.is_empty();
+        let unknowns = coordinates.iter().copied().chain(multipliers).collect();
+        Self { pool, unknowns, parameters, all: equations, is_constrained }
+    }
+
+    /// Compiles them, with what has to have a value, and what there are poles of.
+    fn compiled(&self, valued: ExprId, poles: impl FnOnce(&[Symbol]) -> Poles) -> Option<Forces> {
+        let mut pool = self.pool.clone();
+        let mut slopes = Vec::with_capacity(self.unknowns.len() * self.unknowns.len());
+        for equation in &self.all {
+            slopes.extend(pool.gradient(*equation, &self.unknowns));
         }
-        let inputs: Vec<Symbol> = unknowns.iter().chain(&parameters).copied().collect();
-        let outputs: Vec<ExprId> = equations.iter().copied().chain([potential]).collect();
+        let drifts: Vec<ExprId> = self.all.iter().flat_map(|own| pool.gradient(*own, &self.parameters)).collect();
+        let inputs: Vec<Symbol> = self.unknowns.iter().chain(&self.parameters).copied().collect();
+        let outputs: Vec<ExprId> = self.all.iter().copied().chain([valued]).collect();
         let force = Tape::compile(&pool, &outputs, &inputs).ok()?;
         let slopes = Tape::compile(&pool, &slopes, &inputs).ok()?;
+        let drifts = Tape::compile(&pool, &drifts, &inputs).ok()?;
+        Some(Forces { unknowns: self.unknowns.len(), force, slopes, drifts, poles: poles(&inputs) })
+    }
+
+    /// Compiles them as they are.
+    pub(super) fn plain(&self) -> Option<Forces> {
+        let mut pool = self.pool.clone();
+        let zero = pool.zero();
+        self.compiled(zero, |inputs| Poles::new(&mut pool, zero, &[], &[], inputs))
+    }
+}
+
+impl Forces {
+    /// The equations of a model at rest, compiled.
+    pub(super) fn new(equations: &Equations, rest: &AtRest) -> Option<Self> {
+        let mut pool = equations.pool.clone();
         // Under constraints forces are not all that vanishes.
-        let free = if constraints.is_empty() { coordinates.as_slice() } else { &[] };
-        let poles = Poles::new(&mut pool, potential, &others, free, &inputs);
-        Some(Self { unknowns, force, slopes, poles })
+        let free = if rest.constraints.is_empty() { rest.coordinates.as_slice() } else { &[] };
+        equations.compiled(rest.potential, |inputs| Poles::new(&mut pool, rest.potential, &rest.others, free, inputs))
     }
 
     /// For many evaluations in one type of numbers.
     pub(super) fn prepare<S: Scalar<Precision = ()>>(&self) -> Evaluator<S> {
-        Evaluator { force: self.force.prepare(()), slopes: self.slopes.prepare(()), scratch: Vec::new() }
+        let [force, slopes, drifts] = [&self.force, &self.slopes, &self.drifts].map(|tape| tape.prepare(()));
+        Evaluator { force, slopes, drifts, scratch: Vec::new() }
     }
 
     pub(super) fn operations(&self) -> usize {
@@ -142,6 +182,7 @@ impl Forces {
 pub(super) struct Evaluator<S: Scalar> {
     force: Prepared<S>,
     slopes: Prepared<S>,
+    drifts: Prepared<S>,
     scratch: Vec<S>,
 }
 
@@ -154,5 +195,9 @@ impl<S: Scalar> Evaluator<S> {
     /// The derivatives of the equations by the unknowns, row by row.
     pub(super) fn slopes(&mut self, at: &[S]) -> Vec<S> {
         self.slopes.evaluate(at, &mut self.scratch)
+    }
+    /// The derivatives of the equations by the parameters, row by row.
+    pub(super) fn drifts(&mut self, at: &[S]) -> Vec<S> {
+        self.drifts.evaluate(at, &mut self.scratch)
     }
 }

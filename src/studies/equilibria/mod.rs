@@ -5,26 +5,34 @@
 //! not decided is said, so that nothing is missed in silence. Where nothing changes along a direction, equilibria are looked for
 //! in a slice across it, and their number is not counted.
 
+mod bifurcation;
+mod branches;
 mod error;
 mod forces;
 mod interval;
+mod landscape;
 mod poles;
 mod region;
 mod root;
 mod search;
 mod stability;
 
+pub use crate::source::Source;
+pub use bifurcation::Kind;
+pub use branches::{Bifurcation, Branch, Diagram, follow};
 pub use error::EquilibriaError;
+pub use landscape::{Landscape, landscape};
 pub use region::Region;
 
-use forces::{Forces, Neutral, gradient, neutral_directions};
+use forces::{Equations, Forces, Neutral, gradient, neutral_directions};
 use interval::Interval;
-use librate_core::expr::ExprId;
+use librate_core::expr::{ExprId, Symbol, Tape};
 use librate_core::linearize::{self, AtRest};
 use librate_core::model::Model;
 use librate_core::modes::Stability;
 use librate_core::number::Number;
 use librate_core::precision::{Ball, Scalar};
+use root::Root;
 use search::{Findings, Search};
 
 /// The most coordinates and constraints.
@@ -97,8 +105,8 @@ pub struct Found {
 pub fn find(model: &Model, region: &Region) -> Result<Found, EquilibriaError> {
     let budget = model.pool.budget().clone();
     budget.at("the equilibria in the box", None);
-    let task = Task::new(model, region)?;
-    let mut forces = task.forces()?;
+    let task = Task::new(model, region, None)?;
+    let mut forces = task.forces(&task.equations())?;
     let findings = Search::new(&mut forces, Vec::new(), task.whole.clone()).run(&budget)?;
     let mut found = task.found(&findings, &mut forces);
     budget.at("the modes at each equilibrium", None);
@@ -108,6 +116,12 @@ pub fn find(model: &Model, region: &Region) -> Result<Found, EquilibriaError> {
     }
     task.put_examples(&mut found)?;
     Ok(found)
+}
+
+/// An equilibrium with the unknowns that it was found with.
+struct Node {
+    root: Root,
+    equilibrium: Equilibrium,
 }
 
 /// What is searched for, and where.
@@ -122,6 +136,8 @@ struct Task<'a> {
     /// Coordinates left out of the box.
     left_out: Vec<usize>,
     whole: Vec<Interval>,
+    /// The value of the parameter that varies.
+    parameters: Vec<Ball>,
 }
 
 /// A slice across a direction along which nothing changes.
@@ -135,12 +151,13 @@ struct Slice {
 }
 
 impl<'a> Task<'a> {
-    fn new(model: &'a Model, region: &'a Region) -> Result<Self, EquilibriaError> {
+    /// With one parameter, by its number, that varies from the value that the model has.
+    fn new(model: &'a Model, region: &'a Region, varying: Option<usize>) -> Result<Self, EquilibriaError> {
         let count = model.coordinates.len() + model.constraints.len();
         if count > MOST_COORDINATES {
             return Err(EquilibriaError::TooLarge { coordinates: count, most: MOST_COORDINATES });
         }
-        let mut rest = linearize::at_rest(model.clone(), &[])?;
+        let mut rest = linearize::at_rest(model.clone(), varying.as_slice())?;
         let forces = gradient(&mut rest);
         if forces.iter().any(|force| rest.pool.is_undefined(*force)) {
             return Err(EquilibriaError::NoForces {});
@@ -195,42 +212,29 @@ impl<'a> Task<'a> {
             whole.push(Interval::new(0.0, 1.0));
             whole.extend(rest.constraints.iter().map(|_| Interval::new(-1.0, 1.0)));
         }
-        Ok(Self { model, region, rest, searched, slices, left_out, whole })
+        let value = |number: usize| linearize::constant(&model.pool, model.parameters[number].value?);
+        let parameters = varying.and_then(value).into_iter().collect();
+        Ok(Self { model, region, rest, searched, slices, left_out, whole, parameters })
     }
 
-    fn forces(&self) -> Result<Forces, EquilibriaError> {
-        let mut rest = self.rest.clone();
-        let scale = scale(&mut rest, &self.whole);
-        Forces::new(rest, &scale).ok_or(EquilibriaError::NoForces {})
+    fn equations(&self) -> Equations {
+        Equations::new(&self.rest, &scale(&mut self.rest.clone(), &self.whole, &self.parameters))
+    }
+
+    fn forces(&self, equations: &Equations) -> Result<Forces, EquilibriaError> {
+        Forces::new(equations, &self.rest).ok_or(EquilibriaError::NoForces {})
     }
 
     /// What a search found, in all coordinates.
     fn found(&self, findings: &Findings, forces: &mut Forces) -> Found {
-        let mut equilibria = Vec::new();
-        let mut singular = Vec::new();
-        for root in &findings.roots {
-            if !root.at.iter().zip(&self.sides()).all(|(x, side)| may_lie(x, side.as_ref())) {
-                continue;
-            }
-            if root.at.get(self.searched.len()).is_some_and(Ball::contains_zero) {
-                // Gradients of constraints that depend on each other: the multiplier of the forces is 0.
-                singular.push(root.region.clone());
-                continue;
-            }
-            equilibria.extend(self.placed(&root.at));
-        }
+        let mut equilibria: Vec<Equilibrium> = self.nodes(findings).map(|node| node.equilibrium).collect();
         let mut undecided = Vec::new();
-        for place in gathered(findings.undecided.iter().chain(&singular)) {
+        for place in self.undecided(findings) {
             let exact = self.exactly(&place.hull, forces);
             if let Some(at) = exact {
                 equilibria.extend(self.placed(&at).map(|own| Equilibrium { isolated: false, ..own }));
             }
-            let middle: Vec<Ball> = place.first.iter().map(|own| Ball::exact(own.middle())).collect();
-            let reach = |(own, x): (&Interval, &Ball)| (own.hi - x.mid_f64()).max(x.mid_f64() - own.lo);
-            let own = place.hull.iter().zip(&middle).take(self.searched.len());
-            let radius = own.map(reach).fold(0.0, f64::max);
-            let point = self.embedded(&middle).iter().map(Ball::mid_f64).collect();
-            undecided.push(Undecided { point, radius });
+            undecided.push(self.told(&place));
         }
         sort(&mut equilibria);
         let mut reasons = Vec::new();
@@ -240,6 +244,33 @@ impl<'a> Task<'a> {
         reasons.extend(undecided_words(self.model, &undecided, findings.is_cut_short, findings.pieces));
         let complete = reasons.is_empty();
         Found { region: self.region.clone(), equilibria, complete, undecided, reasons, pieces: findings.pieces }
+    }
+
+    fn told(&self, place: &Place) -> Undecided {
+        let middle: Vec<Ball> = place.first.iter().map(|own| Ball::exact(own.middle())).collect();
+        let reach = |(own, x): (&Interval, &Ball)| (own.hi - x.mid_f64()).max(x.mid_f64() - own.lo);
+        let own = place.hull.iter().zip(&middle).take(self.searched.len());
+        let radius = own.map(reach).fold(0.0, f64::max);
+        let point = self.embedded(&middle).iter().map(Ball::mid_f64).collect();
+        Undecided { point, radius }
+    }
+
+    /// The equilibria in the box that are proved.
+    fn nodes(&self, findings: &'a Findings) -> impl Iterator<Item = Node> + use<'a, '_> {
+        let inside = |root: &&Root| root.at.iter().zip(&self.sides()).all(|(x, side)| may_lie(x, side.as_ref()));
+        let proved = findings.roots.iter().filter(inside).filter(|root| !self.is_singular(root));
+        proved.filter_map(|root| Some(Node { root: root.clone(), equilibrium: self.placed(&root.at)? }))
+    }
+
+    /// Gradients of constraints depend on each other there: the multiplier of the forces is 0.
+    fn is_singular(&self, root: &Root) -> bool {
+        root.at.get(self.searched.len()).is_some_and(Ball::contains_zero)
+    }
+
+    /// Places that a search did not decide.
+    fn undecided(&self, findings: &Findings) -> Vec<Place> {
+        let singular = findings.roots.iter().filter(|root| self.is_singular(root)).map(|root| &root.region);
+        gathered(findings.undecided.iter().chain(singular))
     }
 
     /// The ranges of what is searched for; none where slices let it be further out.
@@ -291,9 +322,7 @@ impl<'a> Task<'a> {
             Some(_) | None => true,
         });
         let isolated = self.slices.is_empty() && self.left_out.is_empty();
-        // What may be 0 is shown as that.
-        let round = |x: &Ball| if x.contains_zero() { Ball::ZERO.with_added_radius(x.abs_upper()) } else { *x };
-        let point = point.iter().map(round).collect();
+        let point = rounded(&point);
         let (omega, growth) = (Vec::new(), Vec::new());
         inside.then_some(Equilibrium { point, isolated, stability: Stability::Undecided, omega, growth })
     }
@@ -306,7 +335,8 @@ impl<'a> Task<'a> {
         }
         let own = |x: &Interval| if x.contains(0.0) { 0.0 } else { x.middle() };
         let at: Vec<Ball> = place.iter().map(|x| Ball::exact(own(x))).collect();
-        let force = forces.prepare::<Ball>().force(&at);
+        let inputs: Vec<Ball> = at.iter().chain(&self.parameters).copied().collect();
+        let force = forces.prepare::<Ball>().force(&inputs);
         let (_, equations) = force.split_last()?;
         equations.iter().all(Ball::is_zero).then_some(at)
     }
@@ -395,11 +425,18 @@ fn slices(neutral: &[(usize, Neutral)], searched: &[usize], whole: &mut [Interva
 
 /// By their coordinates, one after the other.
 fn sort(equilibria: &mut [Equilibrium]) {
-    equilibria.sort_by(|a, b| {
-        let pairs = a.point.iter().zip(&b.point);
-        let mut different = pairs.filter(|(x, y)| !(**x - **y).contains_zero());
-        different.next().map_or(std::cmp::Ordering::Equal, |(x, y)| x.mid.hi.total_cmp(&y.mid.hi))
-    });
+    equilibria.sort_by(|a, b| compared(&a.point, &b.point));
+}
+
+fn compared(a: &[Ball], b: &[Ball]) -> std::cmp::Ordering {
+    let mut different = a.iter().zip(b).filter(|(x, y)| !(**x - **y).contains_zero());
+    different.next().map_or(std::cmp::Ordering::Equal, |(x, y)| x.mid.hi.total_cmp(&y.mid.hi))
+}
+
+/// What may be 0 is shown as that.
+fn rounded(point: &[Ball]) -> Vec<Ball> {
+    let round = |x: &Ball| if x.contains_zero() { Ball::ZERO.with_added_radius(x.abs_upper()) } else { *x };
+    point.iter().map(round).collect()
 }
 
 /// Whether an enclosure reaches into a closed range.
@@ -408,7 +445,7 @@ fn may_lie(x: &Ball, side: Option<&[Ball; 2]>) -> bool {
 }
 
 /// A power of two that brings forces to about the size of the gradients of constraints.
-fn scale(rest: &mut AtRest, whole: &[Interval]) -> Number {
+fn scale(rest: &mut AtRest, whole: &[Interval], parameters: &[Ball]) -> Number {
     if rest.constraints.is_empty() {
         return Number::ONE;
     }
@@ -418,11 +455,12 @@ fn scale(rest: &mut AtRest, whole: &[Interval]) -> Number {
         slopes.extend(rest.pool.gradient(own, &rest.coordinates));
     }
     let largest = |roots: &[ExprId]| {
-        let tape = librate_core::expr::Tape::compile(&rest.pool, roots, &rest.coordinates).ok();
+        let inputs: Vec<Symbol> = rest.coordinates.iter().chain(&rest.parameters).copied().collect();
+        let tape = Tape::compile(&rest.pool, roots, &inputs).ok();
         let shares = [0.5, 0.31, 0.77];
         let values = shares.iter().flat_map(|share| {
-            let at: Vec<f64> =
-                whole.iter().take(rest.coordinates.len()).map(|own| own.lo + share * own.width()).collect();
+            let at = whole.iter().take(rest.coordinates.len()).map(|own| own.lo + share * own.width());
+            let at: Vec<f64> = at.chain(parameters.iter().map(Ball::mid_f64)).collect();
             tape.as_ref().map(|tape| tape.evaluate(&at, &mut Vec::new())).unwrap_or_default()
         });
         values.filter(|x: &f64| x.is_finite()).fold(0.0_f64, |most, x| most.max(x.abs()))
@@ -485,9 +523,16 @@ fn undecided_words(model: &Model, undecided: &[Undecided], is_cut_short: bool, p
     if is_cut_short {
         words.push(format!("the search ended after {pieces} pieces of the box; a smaller box, or several, take less"));
     }
-    if undecided.is_empty() {
-        return words;
-    }
+    words.extend(named_places(model, undecided).map(|places| {
+        format!(
+            "how many equilibria there are was not decided near {places}: they coincide or nearly do, lie on a line, or the forces are singular"
+        )
+    }));
+    words
+}
+
+/// `x = 1, y = 2; near x = 3, y = 4 and 5 other places`
+fn named_places(model: &Model, undecided: &[Undecided]) -> Option<String> {
     let places: Vec<String> = undecided
         .iter()
         .take(MOST_NAMED)
@@ -506,9 +551,5 @@ fn undecided_words(model: &Model, undecided: &[Undecided], is_cut_short: bool, p
         0 => String::new(),
         more => format!(" and {more} other places"),
     };
-    words.push(format!(
-        "how many equilibria there are was not decided near {}{more}: they coincide or nearly do, lie on a line, or the forces are singular",
-        places.join("; near ")
-    ));
-    words
+    (!places.is_empty()).then(|| places.join("; near ") + &more)
 }

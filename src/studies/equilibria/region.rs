@@ -3,7 +3,7 @@
 use super::error::EquilibriaError;
 use librate_core::diagnostic::nearest;
 use librate_core::linearize;
-use librate_core::model::{Constant, Model, ModelError};
+use librate_core::model::{Constant, Model, ModelError, entries};
 use librate_core::precision::{Ball, Scalar};
 
 /// Closed ranges of coordinates.
@@ -35,25 +35,6 @@ impl Region {
         }
         Ok(Self { sides })
     }
-}
-
-/// The parts between commas outside brackets.
-fn entries(text: &str) -> Vec<&str> {
-    let (mut depth, mut first, mut parts) = (0_i32, 0, Vec::new());
-    for (at, c) in text.char_indices() {
-        match c {
-            '(' | '[' => depth += 1,
-            ')' | ']' => depth -= 1,
-            ',' if depth == 0 => {
-                parts.push(text[first..at].trim());
-                first = at + 1;
-            }
-            _ => {}
-        }
-    }
-    parts.push(text[first..].trim());
-    parts.retain(|part| !part.is_empty());
-    parts
 }
 
 /// The coordinates of a name.

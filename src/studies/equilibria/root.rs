@@ -44,9 +44,26 @@ impl Root {
     }
 }
 
+/// A region with one zero, and what proves it.
+pub(super) struct Alone {
+    pub(super) region: Vec<Interval>,
+    half: Vec<f64>,
+    inverse: DMatrix<f64>,
+    ratio: f64,
+}
+
 impl Search<'_> {
     /// Tries to prove a zero near `at`, in as large a region as possible.
     pub(super) fn prove(&mut self, at: &[f64], sides: &[f64]) -> Option<Root> {
+        let Alone { region, half, inverse, ratio } = self.alone(at, sides)?;
+        let at = self.refined(at, &inverse, &half, ratio)?;
+        // Its bound holds for points of the region alone.
+        let within = at.iter().zip(&region).all(|(x, region)| region.contains(x.mid_f64()));
+        within.then_some(Root { at, region })
+    }
+
+    /// As large a region about `at` as possible in which there is exactly one zero, for all values of parameters.
+    pub(super) fn alone(&mut self, at: &[f64], sides: &[f64]) -> Option<Alone> {
         let n = at.len();
         let slopes = self.doubles.slopes(&self.inputs(at, Ball::mid_f64));
         let inverse = DMatrix::from_row_slice(n, n, &slopes).try_inverse()?;
@@ -54,8 +71,7 @@ impl Search<'_> {
             return None;
         }
         let point: Vec<Interval> = at.iter().map(|x| Interval::point(*x)).collect();
-        let force = self.intervals.force(&self.inputs(&point, Interval::of_ball));
-        let start = image(&inverse, &force)?;
+        let correction = self.correction(&inverse, &point)?;
         for reach in REACHES {
             let half: Vec<f64> = sides.iter().map(|side| reach * side).collect();
             let region: Vec<Interval> = at
@@ -66,13 +82,27 @@ impl Search<'_> {
             if region.iter().zip(at).any(|(own, x)| own.lo >= *x || own.hi <= *x) {
                 return None;
             }
-            let Some(ratio) = self.contraction(&region, &inverse, at, &start) else { continue };
-            let at = self.refined(at, &inverse, &half, ratio)?;
-            // Its bound holds for points of the region alone.
-            let within = at.iter().zip(&region).all(|(x, region)| region.contains(x.mid_f64()));
-            return within.then_some(Root { at, region });
+            if let Some(ratio) = self.contraction(&region, &inverse, at, &correction) {
+                return Some(Alone { region, half, inverse, ratio });
+            }
         }
         None
+    }
+
+    /// Y F at a point for all values of the parameters: at the middle ones, and how it changes from there.
+    fn correction(&mut self, inverse: &DMatrix<f64>, point: &[Interval]) -> Option<Vec<Interval>> {
+        let middle = self.inputs(point, |own| Interval::point(own.mid_f64()));
+        let mut all = image(inverse, &self.intervals.force(&middle))?;
+        let drifts = self.intervals.drifts(&self.inputs(point, Interval::of_ball));
+        let count = self.parameters.len();
+        for (at, parameter) in self.parameters.iter().enumerate() {
+            let drift: Vec<Interval> = drifts.iter().skip(at).step_by(count).copied().collect();
+            let off = Interval::of_ball(parameter).sub(&Interval::point(parameter.mid_f64()));
+            for (own, drift) in all.iter_mut().zip(image(inverse, &drift)?) {
+                *own = own.add(&drift.mul(&off));
+            }
+        }
+        Some(all)
     }
 
     /// θ where Krawczyk's inequalities hold over a region.
@@ -81,7 +111,7 @@ impl Search<'_> {
         region: &[Interval],
         inverse: &DMatrix<f64>,
         at: &[f64],
-        start: &[Interval],
+        correction: &[Interval],
     ) -> Option<f64> {
         let n = at.len();
         let inputs = self.inputs(region, Interval::of_ball);
@@ -108,7 +138,7 @@ impl Search<'_> {
                 let far = (region[j].hi - at[j]).max(at[j] - region[j].lo).next_up();
                 sum = up(sum + own.size() * far);
             }
-            if up(sum + start[i].size()).next_up() >= reach[i] {
+            if up(sum + correction[i].size()).next_up() >= reach[i] {
                 return None;
             }
             ratio = ratio.max(up(sum / reach[i]));

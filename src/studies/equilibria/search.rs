@@ -67,7 +67,7 @@ enum Left {
 
 impl<'a> Search<'a> {
     pub(super) fn new(forces: &'a mut Forces, parameters: Vec<Ball>, whole: Vec<Interval>) -> Self {
-        let n = forces.unknowns.len();
+        let n = forces.unknowns;
         Self {
             intervals: forces.prepare(),
             doubles: forces.prepare(),
@@ -222,23 +222,37 @@ impl<'a> Search<'a> {
 
     /// Where Newton's method leads, if it stays near a piece.
     fn follow(&mut self, start: &[f64], piece: &[Interval]) -> Option<Vec<f64>> {
-        let n = start.len();
+        let sides = piece.iter().zip(&self.whole);
+        let widths: Vec<f64> = sides.map(|(own, whole)| own.width().max(SMALLEST * whole.width())).collect();
+        self.descend(start, &widths, &|step, at| {
+            // A root further away belongs to another piece.
+            let most = if step < 3 { 3.0 } else { 1.0 };
+            let off = |(x, own): (&f64, &Interval)| (x - own.hi).max(own.lo - x);
+            at.iter().zip(piece).zip(&widths).all(|(own, width)| off(own) <= most * width)
+        })
+    }
+
+    /// Where Newton's method leads, if it stays about the box.
+    pub(super) fn converged(&mut self, start: &[f64]) -> Option<Vec<f64>> {
+        let widths: Vec<f64> = self.whole.iter().map(Interval::width).collect();
+        let near = |at: &[f64]| at.iter().zip(start).zip(&widths).all(|((x, y), width)| (x - y).abs() <= *width);
+        self.descend(start, &widths, &|_, at| near(at))
+    }
+
+    /// Newton's method in doubles, as long as it stays where it may be; steps are measured in widths.
+    fn descend(&mut self, start: &[f64], widths: &[f64], may_be: &dyn Fn(usize, &[f64]) -> bool) -> Option<Vec<f64>> {
         let mut at = start.to_vec();
         let mut last = f64::INFINITY;
         for step in 0..MOST_STEPS {
             let change = self.step(&at)?;
-            let mut size: f64 = 0.0;
-            for i in 0..n {
-                at[i] -= change[i];
-                let width = piece[i].width().max(SMALLEST * self.whole[i].width());
-                size = size.max(change[i].abs() / width);
-                let off = (at[i] - piece[i].hi).max(piece[i].lo - at[i]);
-                // A root further away belongs to another piece.
-                let most = if step < 3 { 3.0 } else { 1.0 };
-                if off.is_nan() || off > most * width {
-                    return None;
-                }
+            at.iter_mut().zip(&change).for_each(|(x, by)| *x -= by);
+            if !may_be(step, &at) {
+                return None;
             }
+            // What rounding leaves of a step is none.
+            let rest = |(by, x): (&f64, &f64)| (by.abs() - 4.0 * f64::EPSILON * x.abs()).max(0.0);
+            let size =
+                change.iter().zip(&at).map(rest).zip(widths).map(|(rest, width)| rest / width).fold(0.0, f64::max);
             if size < 1e-10 && (size >= 0.5 * last || size < 1e-15) {
                 return Some(at);
             }

@@ -5,7 +5,7 @@ use super::{System, table};
 use librate_core::diagnostic::nearest;
 use librate_core::expr::{ExprId, Pool, Tape};
 use librate_core::linearize::{self, Linearized, Origin, evaluate_closed};
-use librate_core::model::{Constant, Model, ModelError};
+use librate_core::model::{Constant, Model, ModelError, entries};
 use librate_core::oscillation::NormalModes;
 use librate_core::precision::{Ball, Enclosure, Scalar, up};
 
@@ -328,30 +328,6 @@ impl Start {
             Known::Open => false,
         })
     }
-}
-
-/// The parts between commas outside brackets.
-fn entries(text: &str) -> Vec<&str> {
-    let mut parts = Vec::new();
-    let (mut depth, mut first) = (0_i32, 0);
-    for (at, c) in text.char_indices() {
-        match c {
-            '(' | '[' => depth += 1,
-            ')' | ']' => depth -= 1,
-            ',' if depth == 0 => {
-                parts.push(&text[first..at]);
-                first = at + 1;
-            }
-            _ => {}
-        }
-    }
-    parts.push(&text[first..]);
-    if let [only] = parts.as_slice()
-        && only.trim().is_empty()
-    {
-        parts.clear();
-    }
-    parts
 }
 
 /// `phi[1]'=0.1`

@@ -14,19 +14,20 @@ mod order;
 mod remarks;
 mod solve;
 
+pub use crate::source::Source;
 pub use error::ResponseError;
 
 use std::sync::OnceLock;
 
+use crate::source::{self, unit_of};
 use drive::{Averaged, Drive, Driven, averaged};
 use exact::{Exact, Frequency, Limit};
 use librate_core::diagnostic::nearest;
 use librate_core::expr::{ExprId, Pool};
 use librate_core::linearize::{self, Linearized, evaluate_closed};
-use librate_core::model::{self, Constant, Model, ModelError, Range, Settings, TableTexts};
+use librate_core::model::{Constant, Model, Range};
 use librate_core::number::Number;
 use librate_core::precision::{Ball, Big, Complex, Enclosure};
-use librate_core::syntax::File;
 use solve::{Matrices, polar};
 
 /// Bits of the levels above double-double, and the multiplications that an elimination may take there.
@@ -45,27 +46,6 @@ pub struct Request {
     pub range: Range,
     /// Significant digits, at most 30.
     pub digits: usize,
-}
-
-/// What a model is made from.
-#[derive(Clone, Debug)]
-pub struct Source {
-    /// The parsed file.
-    pub file: File,
-    /// Its tables.
-    pub tables: TableTexts,
-    /// Values from outside.
-    pub settings: Settings,
-}
-
-impl Source {
-    fn model(&self, range: &Range, place: usize) -> Result<Model, ResponseError> {
-        let mut settings = self.settings.clone();
-        settings.add(&format!("{} = {}", range.name(), range.expression(place)))?;
-        linearize::check_size(model::coordinate_count(&self.file, &self.tables, &settings))?;
-        let first = |mut errors: Vec<ModelError>| ResponseError::Model(errors.swap_remove(0));
-        model::elaborate(&self.file, &self.tables, &settings).map_err(first)
-    }
 }
 
 /// The response of one coordinate at one frequency.
@@ -280,8 +260,8 @@ impl Study {
             }
             (None, None) => return Err(ResponseError::NotDriven {}),
             (None, Some(_)) => {
-                let first = source.model(range, 0)?;
-                let ends = [end_of(&first, range)?, end_of(&source.model(range, last)?, range)?];
+                let first = source.model::<ResponseError>(range, 0)?;
+                let ends = [end_of(&first, range)?, end_of(&source.model::<ResponseError>(range, last)?, range)?];
                 check_sign(&ends)?;
                 let number = parameter(&first, range)?;
                 let averaged = averaged(&first, number)?;
@@ -334,7 +314,7 @@ impl Study {
         match &self.fixed {
             Some(system) => Ok(self.with(system, place)),
             None => {
-                let model = self.source.model(&self.request.range, place)?;
+                let model = self.source.model::<ResponseError>(&self.request.range, place)?;
                 let number = parameter(&model, &self.request.range)?;
                 let system = driven(&model, number, &averaged(&model, number)?)?;
                 Ok(self.with(&system, place))
@@ -439,7 +419,7 @@ impl Study {
             model: self.model.name.clone(),
             input: self.request.input.clone(),
             name: self.request.range.name().to_owned(),
-            unit: None,
+            unit: self.request.input.is_none().then(|| unit_of(&self.source.file, self.request.range.name())).flatten(),
             places,
             outputs,
             proved: system.is_none_or(|system| system.linearized.equilibrium().proved),
@@ -449,10 +429,12 @@ impl Study {
 
 /// The number of the parameter that the range is of.
 fn parameter(model: &Model, range: &Range) -> Result<usize, ResponseError> {
-    let name: String = range.name().split_whitespace().collect();
-    let found = model.parameters.iter().position(|own| own.name.replace(' ', "") == name);
     let span = model.time_dependent.unwrap_or_default();
-    found.ok_or_else(|| ResponseError::OtherFrequency { parameter: range.name().to_owned(), rate: None, span })
+    source::parameter(model, range).ok_or_else(|| ResponseError::OtherFrequency {
+        parameter: range.name().to_owned(),
+        rate: None,
+        span,
+    })
 }
 
 /// The value of the parameter that a model was made with.

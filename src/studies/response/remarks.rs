@@ -1,7 +1,7 @@
 //! What is to be said of a response beside its numbers.
 
 use super::{Response, Value};
-use librate_core::diagnostic::{Diagnostic, Severity};
+use librate_core::diagnostic::Diagnostic;
 
 /// Which values a remark is about.
 type IsMeant = fn(&Value) -> bool;
@@ -32,21 +32,15 @@ impl Response {
             }
             let named: Vec<String> = places.iter().take(MOST).map(|at| self.places[*at].to_string()).collect();
             let more = if places.len() > MOST { format!(" and {} more", places.len() - MOST) } else { String::new() };
-            all.push(warning(format!("at {} = {}{more} {what}", self.name, named.join(", ")), help));
+            let message = format!("at {} = {}{more} {what}", self.name, named.join(", "));
+            all.push(Diagnostic::remark(message).with_help(help));
         }
         if !self.proved {
-            let message = "the existence of the equilibrium is not proved".to_owned();
-            all.push(warning(
-                message,
-                "its place is an estimate, and the digits of the response do not cover its error",
-            ));
+            let remark = Diagnostic::remark("the existence of the equilibrium is not proved");
+            all.push(
+                remark.with_help("its place is an estimate, and the digits of the response do not cover its error"),
+            );
         }
         all
     }
-}
-
-fn warning(message: String, help: &str) -> Diagnostic {
-    let mut warning = Diagnostic::global(message).with_help(help);
-    warning.severity = Severity::Warning;
-    warning
 }

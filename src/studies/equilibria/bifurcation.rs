@@ -1,0 +1,408 @@
+//! Where branches of equilibria end or meet, proved by extended systems.
+//!
+//! The system F(z, p) = 0, ∂F/∂z v = 0, ℓ·v = 1 in (z, p, v) has a regular solution where branches end in a quadratic fold, and nowhere else (G. Moore
+//! and A. Spence, SIAM J. Numer. Anal. 17 (1980) 567). Where S with S² = 1 takes equilibria into equilibria, the same system with z in the
+//! space that S leaves alone and Sv = -v is regular where a simple eigenvalue passes through 0 (B. Werner and A. Spence, SIAM J. Numer. Anal. 21
+//! (1984) 388): a pitchfork. The same holds where forces merely stay in such a space, as in x (p - x) at x = 0: two branches cross.
+//! ℓ is a vector of doubles near v.
+
+use std::collections::HashMap;
+
+use nalgebra::DMatrix;
+
+use librate_core::expr::{ExprId, Pool, Substitution, Symbol, ZeroVerdict};
+use librate_core::number::Number;
+use librate_core::precision::Ball;
+
+use super::forces::{Equations, Forces};
+use super::interval::Interval;
+use super::search::Search;
+
+/// Symmetries are looked for among so many coordinates.
+const MOST_COORDINATES: usize = 8;
+/// So many of them are tried.
+const MOST_SYMMETRIES: usize = 64;
+/// How far a place may be from what a symmetry leaves alone, beside the box, ...
+const NEAR: f64 = 0.05;
+/// ... and a direction of length 1 from what it reverses.
+const ALIGNED: f64 = 0.2;
+/// Half sides of the regions that are tried first, beside the box.
+const REGION: f64 = 1e-2;
+
+/// What happens where branches end or meet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Kind {
+    /// Two branches end in each other.
+    Fold,
+    /// From a symmetric branch two part that are mirror images of each other.
+    Pitchfork,
+    /// Two branches cross.
+    Transcritical,
+}
+
+impl Kind {
+    /// `fold`, `pitchfork` or `transcritical`.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Fold => "fold",
+            Self::Pitchfork => "pitchfork",
+            Self::Transcritical => "transcritical",
+        }
+    }
+}
+
+/// What becomes of a coordinate: another one, or its opposite; one that turns into its opposite is held at so many half turns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+struct Image {
+    of: usize,
+    opposite: bool,
+    half_turns: i32,
+}
+
+/// A permutation with signs that is its own inverse.
+type Involution = Vec<Image>;
+
+/// Where a coordinate has its value from.
+#[derive(Clone, Copy)]
+enum Origin {
+    Unknown { number: usize, opposite: bool },
+    Held(i32),
+}
+
+/// A system that is regular at bifurcations of one kind.
+struct Extended {
+    kind: Kind,
+    forces: Forces,
+    /// Per unknown of the equations.
+    origins: Vec<Origin>,
+    /// The unknowns of the equations whose values are unknown here, and those in which there is a direction.
+    values: Vec<usize>,
+    directions: Vec<usize>,
+}
+
+/// A bifurcation that is proved.
+pub(super) struct Proved {
+    pub(super) kind: Kind,
+    /// The unknowns.
+    pub(super) at: Vec<Ball>,
+    /// The parameter in SI.
+    pub(super) value: Ball,
+    /// Unknowns that differ from branch to branch: at a pitchfork those of the symmetric one are as here.
+    pub(super) across: Vec<Across>,
+}
+
+/// A combination of unknowns that is 0 on the symmetric branch: z_i - c, or z_i ∓ z_j.
+pub(super) struct Across {
+    number: usize,
+    other: Option<(usize, bool)>,
+    value: Ball,
+}
+
+impl Across {
+    /// Whether it may be 0.
+    pub(super) fn vanishes(&self, at: &[Ball]) -> bool {
+        let other = match self.other {
+            Some((other, true)) => -at[other],
+            Some((other, false)) => at[other],
+            None => self.value,
+        };
+        (at[self.number] - other).contains_zero()
+    }
+}
+
+/// The systems of a family of equations with one parameter.
+pub(super) struct Systems<'a> {
+    equations: &'a Equations,
+    whole: &'a [Interval],
+    range: [f64; 2],
+    fold: Option<Extended>,
+    crossings: HashMap<Involution, Option<Extended>>,
+}
+
+impl<'a> Systems<'a> {
+    pub(super) fn new(equations: &'a Equations, whole: &'a [Interval], range: [f64; 2]) -> Self {
+        Self { equations, whole, range, fold: fold(equations), crossings: HashMap::new() }
+    }
+
+    /// The bifurcation at which a branch ends near a place; `slopes` are the derivatives there.
+    pub(super) fn near(&mut self, place: &[f64], value: f64, slopes: &[f64]) -> Option<Proved> {
+        let direction = null_direction(slopes, place.len())?;
+        let spot = Spot { place, value, direction: &direction, whole: self.whole, range: self.range };
+        if let Some(proved) = self.fold.as_mut().and_then(|system| system.solved(&spot)) {
+            return Some(proved);
+        }
+        if self.equations.is_constrained || place.len() > MOST_COORDINATES {
+            return None;
+        }
+        let all = involutions(&spot);
+        for own in &all {
+            let known = self.crossings.contains_key(own);
+            if !known {
+                let system = crossing(self.equations, own);
+                self.crossings.insert(own.clone(), system);
+            }
+        }
+        for kind in [Kind::Pitchfork, Kind::Transcritical] {
+            for own in &all {
+                let system = self.crossings.get_mut(own).and_then(Option::as_mut).filter(|system| system.kind == kind);
+                if let Some(proved) = system.and_then(|system| system.solved(&spot)) {
+                    return Some(proved);
+                }
+            }
+        }
+        None
+    }
+}
+
+/// A place near a bifurcation.
+struct Spot<'a> {
+    place: &'a [f64],
+    value: f64,
+    /// Of length 1, along which forces hardly change.
+    direction: &'a [f64],
+    whole: &'a [Interval],
+    range: [f64; 2],
+}
+
+/// The direction along which forces change least.
+fn null_direction(slopes: &[f64], n: usize) -> Option<Vec<f64>> {
+    if !slopes.iter().all(|x| x.is_finite()) {
+        return None;
+    }
+    let svd = DMatrix::from_row_slice(n, n, slopes).svd(false, true);
+    let rows = svd.v_t?;
+    let least = svd.singular_values.imin();
+    Some(rows.row(least).iter().copied().collect())
+}
+
+impl Extended {
+    /// Its solution near a place.
+    fn solved(&mut self, spot: &Spot<'_>) -> Option<Proved> {
+        let own: Vec<f64> = self.directions.iter().map(|at| spot.direction[*at]).collect();
+        let square: f64 = own.iter().map(|x| x * x).sum();
+        if square < 0.25 {
+            return None;
+        }
+        let weights = own.iter().map(|x| Ball::exact(x / square)).collect();
+        let mut start: Vec<f64> = self.values.iter().map(|at| spot.place[*at]).collect();
+        let mut whole: Vec<Interval> = self.values.iter().map(|at| spot.whole[*at]).collect();
+        start.push(spot.value);
+        let [from, to] = spot.range;
+        whole.push(Interval::new(from.min(to), from.max(to)));
+        start.extend(&own);
+        whole.extend(own.iter().map(|_| Interval::new(-1.0, 1.0)));
+        let sides: Vec<f64> = whole.iter().map(|own| REGION * own.width()).collect();
+        let mut search = Search::new(&mut self.forces, weights, whole);
+        let end = search.converged(&start)?;
+        let root = search.prove(&end, &sides)?;
+        let value = *root.at.get(self.values.len())?;
+        let at: Vec<Ball> = self
+            .origins
+            .iter()
+            .map(|origin| match *origin {
+                Origin::Unknown { number, opposite: true } => -root.at[number],
+                Origin::Unknown { number, opposite: false } => root.at[number],
+                Origin::Held(half_turns) => held(half_turns),
+            })
+            .collect();
+        let near = |(x, (y, whole)): (&Ball, (&f64, &Interval))| (x.mid_f64() - y).abs() <= 0.25 * whole.width();
+        if !at.iter().zip(spot.place.iter().zip(spot.whole)).all(near) {
+            return None;
+        }
+        Some(Proved { kind: self.kind, at, value, across: self.across() })
+    }
+
+    fn across(&self) -> Vec<Across> {
+        let mut all = Vec::new();
+        if self.kind == Kind::Fold {
+            return all;
+        }
+        for (number, origin) in self.origins.iter().enumerate() {
+            match *origin {
+                Origin::Held(half_turns) => all.push(Across { number, other: None, value: held(half_turns) }),
+                Origin::Unknown { number: own, opposite } if self.values[own] != number => {
+                    all.push(Across { number, other: Some((self.values[own], opposite)), value: Ball::ZERO });
+                }
+                Origin::Unknown { .. } => {}
+            }
+        }
+        all
+    }
+}
+
+fn held(half_turns: i32) -> Ball {
+    Ball::PI * Ball::exact(f64::from(half_turns))
+}
+
+/// Σ w_k x_k - 1.
+fn normalisation(pool: &mut Pool, weights: &[Symbol], vector: &[ExprId]) -> ExprId {
+    let mut terms = vec![pool.integer(-1)];
+    for (weight, x) in weights.iter().zip(vector) {
+        let weight = pool.symbol_expr(*weight);
+        terms.push(pool.mul(weight, *x));
+    }
+    pool.sum(&terms)
+}
+
+/// The derivative of an expression along a direction.
+fn along(pool: &mut Pool, of: ExprId, unknowns: &[Symbol], direction: &[ExprId]) -> ExprId {
+    let slopes = pool.gradient(of, unknowns);
+    let terms: Vec<ExprId> = slopes.iter().zip(direction).map(|(slope, own)| pool.mul(*slope, *own)).collect();
+    pool.sum(&terms)
+}
+
+/// `count` symbols, also as expressions.
+fn fresh(pool: &mut Pool, name: &str, count: usize) -> (Vec<Symbol>, Vec<ExprId>) {
+    let symbols: Vec<Symbol> = (0..count).map(|at| pool.fresh_symbol(&format!("{name} {at}"))).collect();
+    let expressions = symbols.iter().map(|own| pool.symbol_expr(*own)).collect();
+    (symbols, expressions)
+}
+
+/// Moore and Spence's system.
+fn fold(equations: &Equations) -> Option<Extended> {
+    let mut pool = equations.pool.clone();
+    let n = equations.unknowns.len();
+    let (directions, vector) = fresh(&mut pool, "direction", n);
+    let (weights, _) = fresh(&mut pool, "weight", n);
+    let mut all = equations.all.clone();
+    for own in &equations.all {
+        all.push(along(&mut pool, *own, &equations.unknowns, &vector));
+    }
+    all.push(normalisation(&mut pool, &weights, &vector));
+    let unknowns = equations.unknowns.iter().chain(&equations.parameters).chain(&directions).copied().collect();
+    let system = Equations { pool, unknowns, parameters: weights, all, is_constrained: equations.is_constrained };
+    let origins = (0..n).map(|number| Origin::Unknown { number, opposite: false }).collect();
+    let (values, directions) = ((0..n).collect(), (0..n).collect());
+    Some(Extended { kind: Kind::Fold, forces: system.plain()?, origins, values, directions })
+}
+
+/// Werner and Spence's system for a symmetry; `None` where it is none.
+fn crossing(equations: &Equations, own: &Involution) -> Option<Extended> {
+    let mut pool = equations.pool.clone();
+    let unknowns = &equations.unknowns;
+    let z: Vec<ExprId> = unknowns.iter().map(|symbol| pool.symbol_expr(*symbol)).collect();
+    let signed = |pool: &mut Pool, x: ExprId, opposite: bool| if opposite { pool.neg(x) } else { x };
+    // The images of all, the space that is left alone, and a direction that is reversed.
+    let (mut images, mut restriction) = (Substitution::default(), Substitution::default());
+    let (mut values, mut directions) = (Vec::new(), Vec::new());
+    let mut origins = Vec::new();
+    for (at, image) in own.iter().enumerate() {
+        let moved = signed(&mut pool, z[image.of], image.opposite);
+        let pi = pool.pi();
+        let turns = |pool: &mut Pool, count: i32| pool.scale(pi, &Number::from(i64::from(count)));
+        let shift = turns(&mut pool, 2 * image.half_turns);
+        images.insert(unknowns[at], pool.add(moved, shift));
+        match (image.of == at, image.opposite) {
+            (true, true) => {
+                restriction.insert(unknowns[at], turns(&mut pool, image.half_turns));
+                origins.push(Origin::Held(image.half_turns));
+                directions.push(at);
+            }
+            (false, opposite) if image.of < at => {
+                restriction.insert(unknowns[at], moved);
+                let number = values.iter().position(|value| *value == image.of)?;
+                origins.push(Origin::Unknown { number, opposite });
+            }
+            (same, _) => {
+                origins.push(Origin::Unknown { number: values.len(), opposite: false });
+                values.push(at);
+                if !same {
+                    directions.push(at);
+                }
+            }
+        }
+    }
+    let (steps, step) = fresh(&mut pool, "direction", directions.len());
+    let (weights, _) = fresh(&mut pool, "weight", directions.len());
+    let mut vector = vec![pool.zero(); z.len()];
+    let mut across = Vec::new();
+    for (at, step) in directions.iter().zip(&step) {
+        let Image { of, opposite, .. } = own[*at];
+        vector[*at] = *step;
+        across.push(equations.all[*at]);
+        if of != *at {
+            vector[of] = signed(&mut pool, *step, !opposite);
+            let other = signed(&mut pool, equations.all[of], opposite);
+            across.pop();
+            across.push(pool.sub(equations.all[*at], other));
+        }
+    }
+    let vanish = |pool: &Pool, all: &[ExprId]| all.iter().all(|own| pool.is_zero(*own) == ZeroVerdict::Zero);
+    let moved = pool.substitute(&equations.all, &images);
+    let mut differences = Vec::new();
+    for (image, moved) in own.iter().zip(moved) {
+        let expected = signed(&mut pool, equations.all[image.of], image.opposite);
+        differences.push(pool.sub(moved, expected));
+    }
+    let kind = if vanish(&pool, &differences) {
+        Kind::Pitchfork
+    } else {
+        let held = pool.substitute(&across, &restriction);
+        if !vanish(&pool, &held) {
+            return None;
+        }
+        Kind::Transcritical
+    };
+    let mut all: Vec<ExprId> = values.iter().map(|at| equations.all[*at]).collect();
+    for own in across {
+        all.push(along(&mut pool, own, unknowns, &vector));
+    }
+    let mut all = pool.substitute(&all, &restriction);
+    all.push(normalisation(&mut pool, &weights, &step));
+    let symbols = values.iter().map(|at| unknowns[*at]).chain(equations.parameters.iter().copied()).chain(steps);
+    let system = Equations { unknowns: symbols.collect(), parameters: weights, all, is_constrained: false, pool };
+    Some(Extended { kind, forces: system.plain()?, origins, values, directions })
+}
+
+/// Permutations with signs that leave a place about where it is and reverse its direction.
+fn involutions(spot: &Spot<'_>) -> Vec<Involution> {
+    let mut found = Vec::new();
+    let mut images = vec![None; spot.place.len()];
+    extend(spot, 0, &mut images, &mut found);
+    found
+}
+
+fn extend(spot: &Spot<'_>, at: usize, images: &mut Vec<Option<Image>>, found: &mut Vec<Involution>) {
+    if found.len() >= MOST_SYMMETRIES {
+        return;
+    }
+    let Some(own) = images.get(at) else {
+        let all: Option<Involution> = images.iter().copied().collect();
+        // What leaves all alone reverses nothing.
+        found.extend(all.filter(|all| all.iter().enumerate().any(|(at, image)| image.of != at || image.opposite)));
+        return;
+    };
+    if own.is_some() {
+        return extend(spot, at + 1, images, found);
+    }
+    let near =
+        |a: f64, b: f64, other: usize| (a - b).abs() <= NEAR * spot.whole[at].width().min(spot.whole[other].width());
+    let (x, v) = (spot.place[at], spot.direction[at]);
+    let half_turns = if near(x, 0.0, at) { 0 } else { (x / std::f64::consts::PI).round() as i32 };
+    if near(x, f64::from(half_turns) * std::f64::consts::PI, at) {
+        images[at] = Some(Image { of: at, opposite: true, half_turns });
+        extend(spot, at + 1, images, found);
+    }
+    for other in at + 1..images.len() {
+        let (y, w) = (spot.place[other], spot.direction[other]);
+        if images[other].is_some() {
+            continue;
+        }
+        for opposite in [false, true] {
+            let sign = if opposite { -1.0 } else { 1.0 };
+            if near(x, sign * y, other) && (v + sign * w).abs() <= ALIGNED {
+                images[at] = Some(Image { of: other, opposite, half_turns: 0 });
+                images[other] = Some(Image { of: at, opposite, half_turns: 0 });
+                extend(spot, at + 1, images, found);
+                images[other] = None;
+            }
+        }
+    }
+    if v.abs() <= ALIGNED {
+        images[at] = Some(Image { of: at, opposite: false, half_turns: 0 });
+        extend(spot, at + 1, images, found);
+    }
+    images[at] = None;
+}
