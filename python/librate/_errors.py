@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 
@@ -25,17 +26,12 @@ class Diagnostic:
     code: str | None
     message: str
     help: str | None
-    spans: tuple[Span, ...]
-    drawn: str
+    spans: tuple[Span, ...] = ()
 
     def __str__(self) -> str:
-        return self.drawn
-
-
-def _diagnostic(told: dict | Diagnostic) -> Diagnostic:
-    if isinstance(told, Diagnostic):
-        return told
-    return Diagnostic(**{**told, "spans": tuple(Span(**span) for span in told["spans"])})
+        kind = f"{self.severity}[{self.code}]" if self.code else self.severity
+        place = f" (line {self.spans[0].line}, column {self.spans[0].column})" if self.spans else ""
+        return f"{kind}: {self.message}{place}"
 
 
 class Error(Exception):
@@ -43,27 +39,34 @@ class Error(Exception):
 
     diagnostics: list[Diagnostic]
 
-    def __init__(self, drawn: str, diagnostics: list = ()) -> None:
-        self.diagnostics = [_diagnostic(told) for told in diagnostics]
+    def __init__(self, drawn: str, diagnostics: Iterable[Diagnostic] = ()) -> None:
+        self.diagnostics = list(diagnostics)
         super().__init__(drawn, self.diagnostics)
 
     def __str__(self) -> str:
         return self.args[0]
 
 
-def _request(message: str, help: str | None = None) -> Error:
-    """An error in a request that Python sees at once."""
-    drawn = f"error: {message}" + (f"\nhelp: {help}" if help else "")
-    return Error(drawn, [Diagnostic("error", None, message, help, (), drawn)])
-
-
 class ModelWarning(UserWarning):
     """Something legal, but suspicious, in a model."""
 
 
-def _warn(told: list[dict], level: int) -> list[Diagnostic]:
+def _diagnostics(shown: dict) -> list[Diagnostic]:
+    return [Diagnostic(**{**told, "spans": tuple(Span(**span) for span in told["spans"])}) for told in shown["told"]]
+
+
+def _error(shown: dict) -> Error:
+    return Error(shown["drawn"], _diagnostics(shown))
+
+
+def _request(message: str, help: str | None = None) -> Error:
+    """An error in a request that Python sees at once."""
+    drawn = f"error: {message}" + (f"\nhelp: {help}" if help else "")
+    return Error(drawn, [Diagnostic("error", None, message, help)])
+
+
+def _warn(shown: dict, level: int) -> list[Diagnostic]:
     """Issues warnings about a model, `level` callers up, and gives them as a list."""
-    diagnostics = [_diagnostic(one) for one in told]
-    for diagnostic in diagnostics:
-        warnings.warn(f"\n{diagnostic}", ModelWarning, stacklevel=level + 1)
-    return diagnostics
+    if shown["told"]:
+        warnings.warn(f"\n{shown['drawn']}", ModelWarning, stacklevel=level + 1)
+    return _diagnostics(shown)

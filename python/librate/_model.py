@@ -135,6 +135,10 @@ class Model:
         settings: list[str],
         budget: str | None,
     ) -> None:
+        try:
+            text.encode()
+        except UnicodeEncodeError as error:
+            raise _request(f"the text is not Unicode: {error.reason}", "decode files as UTF-8") from None
         self.text = text
         self._arguments = (name, tables, failures, settings, budget)
         self._native = _native.Model((name, text), tables, failures, settings, budget)
@@ -152,12 +156,16 @@ class Model:
     def open(
         cls,
         path: str | os.PathLike[str],
+        tables: Mapping[str, Any] | None = None,
         set: Mapping[str, Number | Sequence[Number]] | None = None,
         *,
         allow_path: str | os.PathLike[str] | Sequence[str | os.PathLike[str]] = (),
         budget: str | None = None,
     ) -> Model:
-        """Reads a model file and the tables that it names, in or below its folder or those of `allow_path`."""
+        """Reads a model file and the tables that it names, in or below its folder or those of `allow_path`.
+
+        What is in `tables` is not read.
+        """
         path = Path(path)
         data = path.read_bytes()
         try:
@@ -166,14 +174,16 @@ class Model:
             raise _request(f"can't read the model file `{path}`: it is not UTF-8 text ({error.reason})") from None
         allowed = [allow_path] if isinstance(allow_path, (str, os.PathLike)) else allow_path
         roots = [path.parent.resolve(), path.resolve().parent, *(Path(one).resolve() for one in allowed)]
-        tables, failures = {}, {}
+        given = {name: _table(table) for name, table in (tables or {}).items()}
+        texts, failures = {}, {}
         for name in _native.Model((str(path), text), {}, {}, [], None).paths():
             try:
-                tables[name] = _read(path.parent, name, roots)
+                if name not in given:
+                    texts[name] = _read(path.parent, name, roots)
             except (OSError, ValueError) as error:
                 failures[name] = str(error)
         settings = [setting for name, value in (set or {}).items() for setting in _settings(name, value)]
-        return _again(cls, text, (str(path), tables, failures, settings, budget))
+        return _again(cls, text, (str(path), {**texts, **given}, failures, settings, budget))
 
     def __reduce__(self) -> tuple:
         return _again, (type(self), self.text, self._arguments)
@@ -403,9 +413,15 @@ class Model:
     ) -> Result:
         """The steady response to a harmonic force on `input`, or to the model's own drive.
 
-        `outputs` has one entry a coordinate, with `amplitude` and `phase`.
+        Its fields are called as the columns of the command line, `found["x amplitude"]` and `found["x phase"]`; `outputs`
+        has them with their bounds.
         """
-        return _result(_native.steady_response(self._native, self._response(over, input, output, digits, threads)))
+        answer = _native.steady_response(self._native, self._response(over, input, output, digits, threads))
+        found = _result(answer)
+        for own in found.outputs:
+            for part in ("amplitude", "phase"):
+                found._fields[f"{own.coordinate} {part}"] = own[part]
+        return found
 
     @staticmethod
     def _response(

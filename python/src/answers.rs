@@ -6,26 +6,30 @@ use librate::linearize::Linearized;
 use librate::modes::Options;
 use librate::oscillation::NormalModes;
 use librate::report::{self, FrequencyUnit, Style};
-use librate::span::Span;
 use pyo3::prelude::*;
 
-use crate::job::{Page, Told};
+use crate::job::{Failure, Page};
+
+/// Columns of messages.
+const MESSAGE_WIDTH: usize = 140;
+/// Nobody reads more mistakes than this.
+const MOST_TOLD: usize = 1000;
 
 /// More digits than this are not certified.
 pub(crate) const MOST_DIGITS: usize = 250;
 
 /// A number of digits.
-pub(crate) fn digits(count: i64, most: usize) -> Result<usize, Told> {
+pub(crate) fn digits(count: i64, most: usize) -> Result<usize, Failure> {
     let found = usize::try_from(count).ok().filter(|count| (1..=most).contains(count));
-    found.ok_or_else(|| Told::request(format!("there can't be {count} digits"), &format!("from 1 to {most}")))
+    found.ok_or_else(|| Failure::request(format!("there can't be {count} digits"), &format!("from 1 to {most}")))
 }
 
 /// A count of something, 1 or more.
-pub(crate) fn positive(name: &str, count: Option<i64>) -> Result<Option<usize>, Told> {
+pub(crate) fn positive(name: &str, count: Option<i64>) -> Result<Option<usize>, Failure> {
     let Some(count) = count else { return Ok(None) };
     match usize::try_from(count) {
         Ok(0) | Err(_) => {
-            Err(Told::request(format!("`{name}` can't be {count}"), "a whole number, 1 or more, is needed"))
+            Err(Failure::request(format!("`{name}` can't be {count}"), "a whole number, 1 or more, is needed"))
         }
         Ok(count) => Ok(Some(count)),
     }
@@ -38,18 +42,25 @@ pub(crate) struct Answer {
     pub(crate) json: String,
     /// For a reader.
     pub(crate) text: String,
-    pub(crate) warnings: Vec<Shown>,
+    pub(crate) warnings: Shown,
 }
 
-/// A diagnostic.
-#[derive(IntoPyObject)]
+/// Errors or warnings about a text.
+#[derive(Default, IntoPyObject)]
 pub(crate) struct Shown {
+    /// All of them, drawn into the text.
+    pub(crate) drawn: String,
+    told: Vec<Told>,
+}
+
+/// One of them.
+#[derive(IntoPyObject)]
+struct Told {
     severity: &'static str,
     code: Option<&'static str>,
     message: String,
     help: Option<String>,
     spans: Vec<Place>,
-    drawn: String,
 }
 
 /// A place in the text, in characters.
@@ -63,25 +74,58 @@ struct Place {
 }
 
 impl Shown {
-    pub(crate) fn new(page: &Page, told: &Diagnostic) -> Self {
-        let labels = told.primary.iter().chain(&told.secondary);
-        Self {
+    pub(crate) fn new(page: &Page, told: &[Diagnostic]) -> Self {
+        if told.is_empty() {
+            return Self::default();
+        }
+        let lines = Lines::new(&page.text);
+        let one = |told: &Diagnostic| Told {
             severity: told.severity.as_str(),
             code: told.code,
             message: told.message.clone(),
             help: told.help.clone(),
-            spans: labels.map(|label| Place::new(&page.text, label)).collect(),
-            drawn: page.drawn(std::slice::from_ref(told)).trim_end().to_owned(),
-        }
+            spans: told.primary.iter().chain(&told.secondary).map(|label| lines.place(label)).collect(),
+        };
+        let style = Style::default().width(MESSAGE_WIDTH);
+        let drawn = report::diagnostics_text(&page.name, &page.text, told, &style);
+        Self { drawn: drawn.trim_end().to_owned(), told: told.iter().take(MOST_TOLD).map(one).collect() }
     }
 }
 
-impl Place {
-    fn new(text: &str, label: &Label) -> Self {
-        let Span { start, end } = label.span;
-        let (line, column) = label.span.line_column(text);
-        let characters = |at: u32| text.char_indices().take_while(|(own, _)| *own < at as usize).count();
-        Self { start: characters(start), end: characters(end), line, column, label: label.text.clone() }
+/// Where the lines of a text begin, in bytes and in characters, so that no place needs all of the text.
+struct Lines<'a> {
+    text: &'a str,
+    starts: Vec<[usize; 2]>,
+}
+
+impl<'a> Lines<'a> {
+    fn new(text: &'a str) -> Self {
+        let mut starts = vec![[0, 0]];
+        let [mut bytes, mut characters] = [0, 0];
+        for line in text.split_inclusive('\n') {
+            bytes += line.len();
+            characters += line.chars().count();
+            starts.push([bytes, characters]);
+        }
+        Self { text, starts }
+    }
+
+    /// The number of the line from 0, and the characters in front of a byte, on it and at all.
+    fn position(&self, at: u32) -> [usize; 3] {
+        let mut at = (at as usize).min(self.text.len());
+        while !self.text.is_char_boundary(at) {
+            at -= 1;
+        }
+        let line = self.starts.partition_point(|[bytes, _]| *bytes <= at).saturating_sub(1);
+        let [bytes, characters] = self.starts.get(line).copied().unwrap_or_default();
+        let column = self.text.get(bytes..at).map_or(0, |before| before.chars().count());
+        [line, column, characters + column]
+    }
+
+    fn place(&self, label: &Label) -> Place {
+        let [line, column, start] = self.position(label.span.start);
+        let [_, _, end] = self.position(label.span.end);
+        Place { start, end, line: line + 1, column: column + 1, label: label.text.clone() }
     }
 }
 

@@ -16,7 +16,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::answers::{Answer, Derivation, MOST_DIGITS, Modes, Shown, digits, doubles, positive};
-use crate::job::{Done, Job, Model, Size, Told, cores};
+use crate::job::{Done, Failure, Job, Model, Size, cores};
 
 /// Shapes to fewer digits would cost digits of the change of a frequency with the amplitude.
 const SHAPE_DIGITS: usize = 14;
@@ -42,7 +42,7 @@ pub(crate) struct Content {
     coordinates: Vec<String>,
     parameters: Vec<Parameter>,
     driven: bool,
-    warnings: Vec<Shown>,
+    warnings: Shown,
 }
 
 /// A parameter and its value in SI, where it has one.
@@ -71,7 +71,7 @@ pub(crate) fn check(py: Python<'_>, model: &Model, tensors: bool) -> PyResult<Co
             driven: model.time_dependent.is_some(),
             coordinates: model.coordinates.names().collect(),
             name: model.name,
-            warnings: Vec::new(),
+            warnings: Shown::default(),
         })
     })?;
     Ok(Content { warnings: done.warnings, ..done.value })
@@ -93,7 +93,7 @@ pub(crate) struct ModesArgs {
 }
 
 impl ModesArgs {
-    fn options(&self, job: &Job) -> Result<Options, Told> {
+    fn options(&self, job: &Job) -> Result<Options, Failure> {
         let mut options = Options::default().digits(digits(self.digits, MOST_DIGITS)?);
         options.lowest = positive("lowest", self.lowest)?;
         options.near = match (self.near, positive("count", self.count)?) {
@@ -101,7 +101,7 @@ impl ModesArgs {
             (None, None) => None,
             _ => {
                 let help = "a frequency in rad/s, 0 or more, and how many: `near=10.0, count=3`";
-                return Err(Told::request("`near` and `count` can't be read", help));
+                return Err(Failure::request("`near` and `count` can't be read", help));
             }
         };
         options.given = self.certify.as_deref().map(|bytes| doubles(bytes).into());
@@ -110,35 +110,35 @@ impl ModesArgs {
         let ways = usize::from(options.lowest.is_some()) + usize::from(options.near.is_some());
         if ways + usize::from(options.given.is_some()) > 1 {
             let help = "leave out all but one of them";
-            return Err(Told::request("`lowest`, `near` and `certify` exclude each other", help));
+            return Err(Failure::request("`lowest`, `near` and `certify` exclude each other", help));
         }
         if let Some(given) = &options.given {
             let count = model::coordinate_count(&job.source.file, &job.source.tables, &job.settings);
             if given.is_empty() || given.len() % count.max(1) != 0 {
                 let message = format!("vectors to certify need {count} components, one a coordinate");
-                return Err(Told::request(message, "one vector a row, as `modes().vectors` has them"));
+                return Err(Failure::request(message, "one vector a row, as `modes().vectors` has them"));
             }
         }
         Ok(options)
     }
 
-    fn unit(&self) -> Result<Option<FrequencyUnit>, Told> {
+    fn unit(&self) -> Result<Option<FrequencyUnit>, Failure> {
         let Some(name) = &self.unit else { return Ok(None) };
         let found = FrequencyUnit::ALL.into_iter().find(|unit| unit.as_str() == name);
         let names = FrequencyUnit::ALL.map(FrequencyUnit::as_str).join(", ");
-        found.map(Some).ok_or_else(|| Told::request(format!("frequencies have no unit `{name}`"), &names))
+        found.map(Some).ok_or_else(|| Failure::request(format!("frequencies have no unit `{name}`"), &names))
     }
 }
 
 /// A model about its equilibrium, its modes, and what is suspicious in them.
-fn solved(job: &mut Job, model: model::Model, options: &Options) -> Result<(Linearized, NormalModes), Told> {
+fn solved(job: &mut Job, model: model::Model, options: &Options) -> Result<(Linearized, NormalModes), Failure> {
     let linearized = derive::linearized(model)?;
     let modes = oscillation::normal_modes(&linearized, options)?;
     job.warnings.extend(oscillation::warnings(&linearized, &modes).iter().map(Diagnostic::from));
     Ok((linearized, modes))
 }
 
-fn modes_of(job: &mut Job, args: &ModesArgs) -> Result<Modes, Told> {
+fn modes_of(job: &mut Job, args: &ModesArgs) -> Result<Modes, Failure> {
     let (options, unit) = (args.options(job)?, args.unit()?);
     let few = options.lowest.is_some() || options.near.is_some() || options.given.is_some();
     let model = job.model(if few { Size::Any } else { Size::Dense })?;
@@ -147,14 +147,14 @@ fn modes_of(job: &mut Job, args: &ModesArgs) -> Result<Modes, Told> {
     match args.normalize.as_str() {
         "mass" => {}
         "max" => modes = modes.with_largest_component_one(),
-        other => return Err(Told::request(format!("shapes have no length `{other}`"), "`mass` or `max`")),
+        other => return Err(Failure::request(format!("shapes have no length `{other}`"), "`mass` or `max`")),
     }
     Ok(Modes { linearized, modes, options, unit })
 }
 
 /// Modes and warnings.
 #[pyfunction]
-pub(crate) fn modes(py: Python<'_>, model: &Model, args: ModesArgs) -> PyResult<(Modes, Vec<Shown>)> {
+pub(crate) fn modes(py: Python<'_>, model: &Model, args: ModesArgs) -> PyResult<(Modes, Shown)> {
     let done = model.run(py, move |job| modes_of(job, &args))?;
     Ok((done.value, done.warnings))
 }
@@ -181,7 +181,7 @@ pub(crate) fn show(py: Python<'_>, model: &Model, digits_wanted: i64, lowest: Op
         let shown = options.lowest.unwrap_or(model.coordinates.len());
         if shown > MOST_MODES {
             let help = format!("choose some: `lowest=20`; a page has room for {MOST_MODES}");
-            return Err(Told::request(format!("{shown} modes are too many for a page"), &help));
+            return Err(Failure::request(format!("{shown} modes are too many for a page"), &help));
         }
         // A derivation may fail where there are modes, and is left out then.
         let derivation = derive::derive(&model, &Parts::all()).ok();
@@ -213,17 +213,17 @@ pub(crate) struct DeriveArgs {
 
 impl DeriveArgs {
     /// The parameters that are named must be there.
-    fn check(&self, model: &model::Model) -> Result<(), Told> {
+    fn check(&self, model: &model::Model) -> Result<(), Failure> {
         let names = self.limit.iter().map(|(name, _)| name).chain(self.expand.as_ref().map(|(name, _)| name));
         for name in names {
             if model.parameters.iter().all(|own| own.name != *name) {
                 let help = "`limit` and `expand` are about parameters of the model";
-                return Err(Told::request(format!("there is no parameter `{name}`"), help));
+                return Err(Failure::request(format!("there is no parameter `{name}`"), help));
             }
         }
         for chapter in self.only.iter().flatten() {
             if !derive::CHAPTERS.contains(&chapter.as_str()) {
-                return Err(Told::request(
+                return Err(Failure::request(
                     format!("a derivation has no chapter `{chapter}`"),
                     &derive::CHAPTERS.join(", "),
                 ));
@@ -235,7 +235,7 @@ impl DeriveArgs {
 
 /// A derivation and warnings.
 #[pyfunction]
-pub(crate) fn derivation(py: Python<'_>, model: &Model, args: DeriveArgs) -> PyResult<(Derivation, Vec<Shown>)> {
+pub(crate) fn derivation(py: Python<'_>, model: &Model, args: DeriveArgs) -> PyResult<(Derivation, Shown)> {
     let done = model.run(py, move |job| {
         let model = job.model(Size::Any)?;
         args.check(&model)?;
@@ -247,7 +247,7 @@ pub(crate) fn derivation(py: Python<'_>, model: &Model, args: DeriveArgs) -> PyR
                 None => Number::parse(value),
             };
             let number =
-                number.ok_or_else(|| Told::request(format!("`{value}` is not a number"), "`limit={'k': 0}`"))?;
+                number.ok_or_else(|| Failure::request(format!("`{value}` is not a number"), "`limit={'k': 0}`"))?;
             derivation.limit(name, &number);
         }
         if let Some((name, order)) = &args.expand {
@@ -342,17 +342,17 @@ pub(crate) fn tensors(py: Python<'_>, model: &Model, digits_wanted: i64) -> PyRe
 
 /// M, K and what there is of G, C and N, as an archive of NumPy.
 #[pyfunction]
-pub(crate) fn archive<'py>(py: Python<'py>, model: &Model) -> PyResult<(Bound<'py, PyBytes>, Vec<Shown>)> {
+pub(crate) fn archive<'py>(py: Python<'py>, model: &Model) -> PyResult<(Bound<'py, PyBytes>, Shown)> {
     let done = model.run(py, |job| {
         let model = job.values(Size::Any)?;
         let linearized = linearize::linearize(model)?;
         let matrices = report::matrices(&linearized).map_err(|error| match linearized.not_finite() {
-            Some(undefined) => Told::from(undefined),
-            None => Told(vec![Diagnostic::global(error.to_string())]),
+            Some(undefined) => Failure::from(undefined),
+            None => Failure(vec![Diagnostic::global(error.to_string())]),
         })?;
         let mut bytes = Vec::new();
         let written = report::write_npz(&matrices, &mut bytes);
-        written.map_err(|error: io::Error| Told(vec![Diagnostic::global(error.to_string())]))?;
+        written.map_err(|error: io::Error| Failure(vec![Diagnostic::global(error.to_string())]))?;
         Ok(bytes)
     })?;
     Ok((PyBytes::new(py, &done.value), done.warnings))
@@ -366,7 +366,7 @@ pub(crate) fn source_code(py: Python<'_>, model: &Model, language: String) -> Py
             "c" => Language::C,
             "rust" => Language::Rust,
             "python" => Language::Python,
-            other => return Err(Told::request(format!("there is no code in `{other}`"), "`c`, `rust` or `python`")),
+            other => return Err(Failure::request(format!("there is no code in `{other}`"), "`c`, `rust` or `python`")),
         };
         let compiled = code::code(&job.model(Size::Any)?)?;
         Ok(Written { json: String::new(), text: report::code_text(&compiled, language) })

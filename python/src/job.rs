@@ -15,7 +15,6 @@ use librate::diagnostic::Diagnostic;
 use librate::inertia::{self, InertiaError};
 use librate::linearize::LinearizeError;
 use librate::model::{self, ModelError, Settings, TableTexts};
-use librate::report::{self, Style};
 use librate::syntax::{self, StatementKind, SyntaxError};
 use librate::{Error, linearize, sensitivity};
 use pyo3::exceptions::PyRuntimeError;
@@ -27,16 +26,14 @@ use crate::answers::Shown;
 const TICK: Duration = Duration::from_millis(20);
 /// As the main thread of a program has.
 const STACK: usize = 8 << 20;
-/// Columns of messages.
-const MESSAGE_WIDTH: usize = 140;
 
 /// What went wrong.
 #[derive(Debug)]
-pub(crate) struct Told(pub(crate) Vec<Diagnostic>);
+pub(crate) struct Failure(pub(crate) Vec<Diagnostic>);
 
-macro_rules! told {
+macro_rules! failures {
     ($($error:ty),*) => {$(
-        impl From<$error> for Told {
+        impl From<$error> for Failure {
             fn from(error: $error) -> Self {
                 Self(Error::from(error).diagnostics())
             }
@@ -44,7 +41,7 @@ macro_rules! told {
     )*};
 }
 
-told!(
+failures!(
     Error,
     Vec<SyntaxError>,
     Vec<ModelError>,
@@ -58,25 +55,25 @@ told!(
     librate::response::ResponseError
 );
 
-impl From<InertiaError> for Told {
+impl From<InertiaError> for Failure {
     fn from(error: InertiaError) -> Self {
         Self(vec![Diagnostic::from(&error)])
     }
 }
 
-impl From<Vec<InertiaError>> for Told {
+impl From<Vec<InertiaError>> for Failure {
     fn from(errors: Vec<InertiaError>) -> Self {
         Self(errors.iter().map(Diagnostic::from).collect())
     }
 }
 
-impl From<StudyError> for Told {
+impl From<StudyError> for Failure {
     fn from(error: StudyError) -> Self {
         Self(vec![Diagnostic::from(&error)])
     }
 }
 
-impl Told {
+impl Failure {
     /// A request that can't be met, and how to write one that can.
     pub(crate) fn request(message: impl Into<String>, help: &str) -> Self {
         Self(vec![Diagnostic::global(message).with_help(help)])
@@ -84,9 +81,8 @@ impl Told {
 
     /// As `librate.Error`.
     pub(crate) fn raise(&self, py: Python<'_>, page: &Page) -> PyErr {
-        let drawn = page.drawn(&self.0);
-        let shown: Vec<Shown> = self.0.iter().map(|own| Shown::new(page, own)).collect();
-        let made = || py.import("librate._errors")?.getattr("Error")?.call1((drawn.trim_end(), shown));
+        let shown = py.detach(|| Shown::new(page, &self.0));
+        let made = || py.import("librate._errors")?.getattr("_error")?.call1((shown,));
         made().map_or_else(|error| error, PyErr::from_value)
     }
 }
@@ -96,13 +92,6 @@ impl Told {
 pub(crate) struct Page {
     pub(crate) name: String,
     pub(crate) text: String,
-}
-
-impl Page {
-    /// Messages drawn into the text.
-    pub(crate) fn drawn(&self, told: &[Diagnostic]) -> String {
-        report::diagnostics_text(&self.name, &self.text, told, &Style::default().width(MESSAGE_WIDTH))
-    }
 }
 
 /// All that a model is made from.
@@ -136,7 +125,7 @@ pub(crate) enum Size {
 
 impl Job {
     /// The model; what is suspicious in it is kept.
-    pub(crate) fn model(&mut self, size: Size) -> Result<model::Model, Told> {
+    pub(crate) fn model(&mut self, size: Size) -> Result<model::Model, Failure> {
         let Source { file, tables, .. } = self.source.as_ref();
         if size == Size::Dense {
             linearize::check_size(model::coordinate_count(file, tables, &self.settings))?;
@@ -149,7 +138,7 @@ impl Job {
     }
 
     /// As [`Job::model`], for what takes parameters at their values and says so where these are uncertain.
-    pub(crate) fn values(&mut self, size: Size) -> Result<model::Model, Told> {
+    pub(crate) fn values(&mut self, size: Size) -> Result<model::Model, Failure> {
         let model = self.model(size)?;
         self.warnings.extend(sensitivity::ignored(&model));
         Ok(model)
@@ -181,13 +170,13 @@ impl Model {
     ) -> PyResult<Self> {
         let (name, text) = page;
         let page = Page { name, text };
-        let made = py.detach(|| -> Result<_, Told> {
+        let made = py.detach(|| -> Result<_, Failure> {
             let mut set = Settings::new();
             for text in &settings {
                 set.add(text)?;
             }
             let limits = budget.as_deref().map_or(Ok(Limits::default()), Limits::parse);
-            let limits = limits.map_err(|wrong| Told::request("the budget can't be read", &wrong))?;
+            let limits = limits.map_err(|wrong| Failure::request("the budget can't be read", &wrong))?;
             Ok((syntax::parse(&page.text)?, set, limits))
         });
         let (file, settings, limits) = made.map_err(|told| told.raise(py, &page))?;
@@ -220,7 +209,7 @@ impl Model {
     pub(crate) fn run<T: Send + 'static>(
         &self,
         py: Python<'_>,
-        work: impl FnOnce(&mut Job) -> Result<T, Told> + Send + 'static,
+        work: impl FnOnce(&mut Job) -> Result<T, Failure> + Send + 'static,
     ) -> PyResult<Done<T>> {
         let source = Arc::clone(&self.source);
         let input = (source.page.text.len() + source.tables.bytes()) as u64;
@@ -263,24 +252,24 @@ impl Model {
             if used > 0.9 {
                 let exceeded = stopped.get_or_init(|| budget.stop(Limit::Time(seconds)));
                 if used > 1.0 {
-                    return Err(Told(vec![Diagnostic::from(exceeded)]).raise(py, &self.source.page));
+                    return Err(Failure(vec![Diagnostic::from(exceeded)]).raise(py, &self.source.page));
                 }
             }
         };
         let page = &self.source.page;
         if let Err(exceeded) = budget.check() {
             // Whatever else it ended with may only follow from that.
-            return Err(Told(vec![Diagnostic::from(&exceeded)]).raise(py, page));
+            return Err(Failure(vec![Diagnostic::from(&exceeded)]).raise(py, page));
         }
         let value = result.map_err(|told| told.raise(py, page))?;
-        Ok(Done { value, warnings: warnings.iter().map(|own| Shown::new(page, own)).collect() })
+        Ok(Done { value, warnings: py.detach(|| Shown::new(page, &warnings)) })
     }
 }
 
 /// What a command found.
 pub(crate) struct Done<T> {
     pub(crate) value: T,
-    pub(crate) warnings: Vec<Shown>,
+    pub(crate) warnings: Shown,
 }
 
 /// As many threads as there are cores.

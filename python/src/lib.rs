@@ -10,7 +10,7 @@ use librate::{explain, inertia, report, syntax};
 use pyo3::prelude::*;
 
 use answers::{Answer, Shown, digits};
-use job::{Page, Told};
+use job::{Failure, Page};
 
 /// The native half of the package.
 #[pymodule]
@@ -33,7 +33,7 @@ mod _native {
 /// A model in canonical layout.
 #[pyfunction]
 fn format(py: Python<'_>, text: String) -> PyResult<String> {
-    let done = py.detach(|| syntax::format(&text).map_err(Told::from));
+    let done = py.detach(|| syntax::format(&text).map_err(Failure::from));
     done.map_err(|told| told.raise(py, &Page { name: "model".to_owned(), text }))
 }
 
@@ -59,7 +59,7 @@ fn body(
     digits_wanted: i64,
 ) -> PyResult<Answer> {
     let text = points.clone().unwrap_or_default();
-    let done = py.detach(|| -> Result<Answer, Told> {
+    let done = py.detach(|| -> Result<Answer, Failure> {
         let digits = digits(digits_wanted, answers::MOST_DIGITS)?;
         let amount = match amount {
             Some((true, mass)) => inertia::Amount::mass(&mass)?,
@@ -71,7 +71,7 @@ fn body(
             (None, mesh) => inertia::Mesh::read_stl(&mesh.unwrap_or_default())?.body(&amount, digits)?,
         };
         let text = report::body_text("body", &body, digits, &report::Style::default());
-        Ok(Answer { json: report::body_json(&body, digits), text, warnings: Vec::<Shown>::new() })
+        Ok(Answer { json: report::body_json(&body, digits), text, warnings: Shown::default() })
     });
     done.map_err(|told| told.raise(py, &Page { name: "points".to_owned(), text }))
 }

@@ -20,7 +20,7 @@ use pyo3::prelude::*;
 
 use crate::answers::{Answer, MOST_DIGITS, bytes, digits, doubles, positive};
 use crate::commands::Written;
-use crate::job::{Job, Model, Size, Told, cores, in_parallel};
+use crate::job::{Failure, Job, Model, Size, cores, in_parallel};
 
 /// As many digits as a double-double holds.
 const FEW_DIGITS: usize = 30;
@@ -28,18 +28,18 @@ const FEW_DIGITS: usize = 30;
 const LANES: usize = 8;
 
 /// A number from outside.
-fn constant(text: &str) -> Result<Constant, Told> {
+fn constant(text: &str) -> Result<Constant, Failure> {
     Constant::parse(text).map_err(|error| {
         let reason = match error {
             ModelError::BadSetting { reason, .. } => reason,
             other => other.to_string(),
         };
-        Told::request(format!("can't read `{text}`: {reason}"), "a number is needed: `10`, `'1/2'`, `'2*pi'`")
+        Failure::request(format!("can't read `{text}`: {reason}"), "a number is needed: `10`, `'1/2'`, `'2*pi'`")
     })
 }
 
-fn range(text: &str, help: &str) -> Result<Range, Told> {
-    Range::parse(text).map_err(|error| Told::request(error.to_string(), help))
+fn range(text: &str, help: &str) -> Result<Range, Failure> {
+    Range::parse(text).map_err(|error| Failure::request(error.to_string(), help))
 }
 
 /// What is wanted of a sweep.
@@ -108,7 +108,7 @@ fn table(name: &str, rows: &[SweepRow]) -> String {
 }
 
 /// Says why places have no modes, each reason once; an error where none has.
-fn complain(job: &mut Job, name: &str, places: &mut [Place]) -> Result<(), Told> {
+fn complain(job: &mut Job, name: &str, places: &mut [Place]) -> Result<(), Failure> {
     let mut seen: Vec<Option<&'static str>> = Vec::new();
     let mut failed = 0;
     let mut first = None;
@@ -125,7 +125,7 @@ fn complain(job: &mut Job, name: &str, places: &mut [Place]) -> Result<(), Told>
         }
     }
     match first {
-        Some(error) if failed == places.len() => Err(Told(error.diagnostics())),
+        Some(error) if failed == places.len() => Err(Failure(error.diagnostics())),
         _ => Ok(()),
     }
 }
@@ -151,10 +151,10 @@ pub(crate) fn periods(py: Python<'_>, model: &Model, args: PeriodArgs) -> PyResu
             (Some(amplitude), None, None) => Ok(PeriodRequest::Amplitude(constant(amplitude)?)),
             (None, Some(energy), None) => Ok(PeriodRequest::Energy(constant(energy)?)),
             (None, None, Some(over)) => Err(range(over, help)?),
-            _ => return Err(Told::request("the motion is not specified", help)),
+            _ => return Err(Failure::request("the motion is not specified", help)),
         };
         if args.svg && request.is_ok() {
-            return Err(Told::request("a single period is no curve", "write `over=\"amplitude=0.1..3:30\"`"));
+            return Err(Failure::request("a single period is no curve", "write `over=\"amplitude=0.1..3:30\"`"));
         }
         let oscillator = Oscillator::of_model(&job.values(Size::Dense)?)?;
         let range = match request {
@@ -197,7 +197,7 @@ pub(crate) fn multipliers(
         let help = "write `map=(\"a=0..10:100\", \"q=0..5:100\")`";
         let Some((first, second)) = map else {
             if svg {
-                return Err(Told::request("multipliers at one place are no chart", help));
+                return Err(Failure::request("multipliers at one place are no chart", help));
             }
             let model = job.values(Size::Any)?;
             let found = floquet::floquet(&model, &FloquetOptions::default().digits(digits))?;
@@ -238,7 +238,7 @@ pub(crate) fn steady_response(py: Python<'_>, model: &Model, args: ResponseArgs)
         let range = range(&args.over, "write `over=\"omega=0..20:201\"`")?;
         if args.input.is_some() && range.name() != "omega" {
             let message = format!("the frequency of a force given with `input` is `omega`, not `{}`", range.name());
-            return Err(Told::request(message, "write `over=\"omega=0..20:201\"`"));
+            return Err(Failure::request(message, "write `over=\"omega=0..20:201\"`"));
         }
         let threads = positive("threads", args.threads)?;
         let digits = digits(args.digits, FEW_DIGITS)?;
@@ -306,7 +306,7 @@ fn written(model: &Elaborated, known: &Trajectory, digits: usize, svg: bool) -> 
 
 impl MotionArgs {
     /// The times, and the number of a mode.
-    fn check(&self) -> Result<(Times, Option<usize>), Told> {
+    fn check(&self) -> Result<(Times, Option<usize>), Failure> {
         let samples = positive("samples", Some(self.samples))?.unwrap_or(1);
         let times = match (&self.at, &self.until) {
             (Some(at), None) => {
@@ -314,23 +314,28 @@ impl MotionArgs {
                 Times::listed(&at)?
             }
             (None, Some(until)) => Times::new(&constant(until)?, samples)?,
-            _ => return Err(Told::request("the times are not specified", "give one of `until=10` and `at=[0, 1, 2]`")),
+            _ => {
+                return Err(Failure::request(
+                    "the times are not specified",
+                    "give one of `until=10` and `at=[0, 1, 2]`",
+                ));
+            }
         };
         let mode = positive("mode", self.mode)?;
         if self.start.is_some() == mode.is_some() || mode.is_some() != self.amplitude.is_some() {
             let help = "give either `start=\"x=1, x'=0\"` or `mode=1, amplitude=0.1`";
-            return Err(Told::request("the start is not specified", help));
+            return Err(Failure::request("the start is not specified", help));
         }
         if self.tolerance.is_some() && self.proved {
-            return Err(Told::request("`tolerance` and `proved` exclude each other", "leave out one of them"));
+            return Err(Failure::request("`tolerance` and `proved` exclude each other", "leave out one of them"));
         }
         if self.tolerance.is_some_and(|tolerance| !(1e-17..=0.1).contains(&tolerance)) {
-            return Err(Told::request("`tolerance` is out of range", "a number from 1e-17 to 0.1 is needed"));
+            return Err(Failure::request("`tolerance` is out of range", "a number from 1e-17 to 0.1 is needed"));
         }
         Ok((times, mode))
     }
 
-    fn start(&self, model: &Elaborated, system: &System, mode: Option<usize>) -> Result<Start, Told> {
+    fn start(&self, model: &Elaborated, system: &System, mode: Option<usize>) -> Result<Start, Failure> {
         // A motion needs no equilibrium, unless it starts there.
         let linearized = match linearize::linearize(model.clone()) {
             Ok(linearized) => {
@@ -449,7 +454,7 @@ fn number(outcome: Outcome) -> u8 {
 }
 
 /// The values of all parameters, set after set. One number a set is the value of all members of a family.
-fn interleaved(study: &Study, args: &BatchArgs) -> Result<Vec<f64>, Told> {
+fn interleaved(study: &Study, args: &BatchArgs) -> Result<Vec<f64>, Failure> {
     let parameters: Vec<&str> = study.parameters().collect();
     let width = study.width();
     let mut values = vec![f64::NAN; args.sets * width];
@@ -461,7 +466,7 @@ fn interleaved(study: &Study, args: &BatchArgs) -> Result<Vec<f64>, Told> {
         let given = column.len() / args.sets.max(1);
         if given != 1 && given != members {
             let message = format!("`{name}` has {members} members, not {given}");
-            return Err(Told::request(message, "an array of one row a set and one column a member is needed"));
+            return Err(Failure::request(message, "an array of one row a set and one column a member is needed"));
         }
         for (set, row) in column.chunks_exact(given).enumerate() {
             for member in 0..members {

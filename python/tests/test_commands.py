@@ -237,8 +237,12 @@ def test_cell_magic():
 
     shell = Shell()
     librate.load_ipython_extension(shell)
-    shown = shell.magics["cell", "librate"]("pendulum", PENDULUM)
+    magic = shell.magics["cell", "librate"]
+    shown = magic("pendulum", PENDULUM)
     assert shown.digits == ["3.132091953"] and shell.user_ns["pendulum"].coordinates == ["phi"]
+    with pytest.raises(librate.Error) as caught:
+        magic("", "coord x  T = y")
+    assert caught.value._render_traceback_() == str(caught.value).splitlines()
 
 
 def test_the_stubs_list_the_native_half():

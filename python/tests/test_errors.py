@@ -54,6 +54,13 @@ def test_all_errors_are_there_at_once():
     assert "model has 2 errors" in str(error)
 
 
+def test_texts_that_are_no_models_at_all():
+    many = failed("x = = 2 y\n" * 50_000)
+    assert len(many.diagnostics) == 1000 and many.diagnostics[-1].spans[0].line == 1000
+    for text in ("", "\0" * 1000, "coord x T = " + "(" * 100_000, "coord \ud800", "#" * 70_000_000):
+        assert failed(text).diagnostics
+
+
 def test_errors_are_drawn_as_the_command_line_does(command_line, tmp_path):
     path = tmp_path / "bad.lag"
     path.write_text("param l : m = 1\ncoord x : m\nT = 1/2*x'^2\nV = x + l^2 + q\n")
