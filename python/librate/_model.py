@@ -486,9 +486,16 @@ class Model:
             svg=svg,
         )
 
-    def equilibria(self, box: str | Mapping[str, Sequence[Number]]) -> Result:
-        """Every equilibrium in a box, `"x=-2..2, phi=-pi..pi"` or `{"x": (-2, 2)}`, none missed."""
-        return _result(_native.all_equilibria(self._native, _box(box)))
+    def equilibria(self, box: str | Mapping[str, Sequence[Number]], over: Range | None = None) -> Result:
+        """Every equilibrium in a box, `"x=-2..2, phi=-pi..pi"` or `{"x": (-2, 2)}`, none missed; with `over` the
+        `branches` of equilibria over a parameter, and their `bifurcations`."""
+        return _result(_native.all_equilibria(self._native, self._equilibria(box, over)))
+
+    @staticmethod
+    def _equilibria(
+        box: str | Mapping[str, Sequence[Number]], over: Range | None = None, svg: bool = False
+    ) -> dict:
+        return dict(region=_box(box), over=None if over is None else _range(over), svg=svg)
 
     def sensitivity(self, digits: int = 10, lowest: int | None = None) -> Result:
         """How much each frequency changes with each parameter: `modes` with their `derivatives`."""
@@ -509,8 +516,8 @@ class Model:
         return Page(answer["text"])
 
     def plot(self, kind: str, **arguments: Any) -> Picture:
-        """A picture of what a command answers: `modes`, `sweep`, `response`, `period`, `motion` or `floquet`, with the
-        arguments of that command."""
+        """A picture of what a command answers: `modes`, `sweep`, `response`, `period`, `motion`, `floquet` or
+        `equilibria`, with the arguments of that command."""
         native = self._native
         draw = {
             "modes": lambda: _native.plot_modes(native, self._modes(**arguments)),
@@ -518,6 +525,7 @@ class Model:
             "response": lambda: _native.steady_response(native, self._response(**arguments, svg=True)),
             "period": lambda: _native.periods(native, self._period(**arguments, svg=True)),
             "motion": lambda: _native.trajectory(native, self._motion(**arguments, svg=True)),
+            "equilibria": lambda: _native.all_equilibria(native, self._equilibria(**arguments, svg=True)),
             "floquet": lambda: _native.multipliers(native, self._map(**arguments), 10, True),
         }
         if kind not in draw:

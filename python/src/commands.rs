@@ -3,7 +3,7 @@
 use std::io;
 
 use librate::derive::{self, Parts};
-use librate::diagnostic::{Diagnostic, Severity};
+use librate::diagnostic::Diagnostic;
 use librate::equilibria::{self, Region};
 use librate::linearize::{self, Linearized};
 use librate::model;
@@ -16,7 +16,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::answers::{Answer, Derivation, MOST_DIGITS, Modes, Shown, digits, doubles, positive};
-use crate::job::{Done, Failure, Job, Model, Size, cores};
+use crate::job::{Done, Failure, Job, Model, Size, cores, range};
 
 /// Shapes to fewer digits would cost digits of the change of a frequency with the amplitude.
 const SHAPE_DIGITS: usize = 14;
@@ -302,20 +302,45 @@ pub(crate) fn amplitudes(py: Python<'_>, model: &Model, digits_wanted: i64) -> P
     Ok(done.into())
 }
 
-/// Every equilibrium in a box.
+/// What is wanted of the equilibria in a box.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct EquilibriaArgs {
+    region: String,
+    over: Option<String>,
+    svg: bool,
+}
+
+/// Every equilibrium in a box, or branches of them over a parameter.
 #[pyfunction]
-pub(crate) fn all_equilibria(py: Python<'_>, model: &Model, region: String) -> PyResult<Answer> {
+pub(crate) fn all_equilibria(py: Python<'_>, model: &Model, args: EquilibriaArgs) -> PyResult<Answer> {
     let done = model.run(py, move |job| {
+        let over = args.over.as_deref().map(|text| range(text, "write `over={\"P\": (0, 1, 101)}`")).transpose()?;
         let model = job.values(Size::Any)?;
-        let region = Region::parse(&region, &model)?;
-        let found = equilibria::find(&model, &region)?;
-        job.warnings.extend(found.reasons.iter().map(|reason| {
-            let mut told = Diagnostic::global(reason);
-            told.severity = Severity::Warning;
-            told
-        }));
-        let text = report::equilibria_text(&model, &found, &Style::default());
-        Ok(Written { json: report::equilibria_json(&model, &found), text })
+        let region = Region::parse(&args.region, &model)?;
+        let style = Style::default();
+        let (written, reasons) = if let Some(over) = over {
+            let found = equilibria::follow(&job.made_from(), &region, &over)?;
+            let written = if args.svg {
+                Written { json: String::new(), text: report::diagram_svg(&model, &found) }
+            } else {
+                let text = report::diagram_text(&model, &found, &style);
+                Written { json: report::diagram_json(&model, &found), text }
+            };
+            (written, found.reasons)
+        } else {
+            let found = equilibria::find(&model, &region)?;
+            let written = if args.svg {
+                let landscape = equilibria::landscape(&model, &region)?;
+                Written { json: String::new(), text: report::equilibria_svg(&model, &found, &landscape) }
+            } else {
+                let text = report::equilibria_text(&model, &found, &style);
+                Written { json: report::equilibria_json(&model, &found), text }
+            };
+            (written, found.reasons)
+        };
+        job.warnings.extend(reasons.iter().map(Diagnostic::remark));
+        Ok(written)
     })?;
     Ok(done.into())
 }

@@ -14,9 +14,9 @@ use librate::budget::{Budget, Limit, Limits};
 use librate::diagnostic::Diagnostic;
 use librate::inertia::{self, InertiaError};
 use librate::linearize::LinearizeError;
-use librate::model::{self, ModelError, Settings, TableTexts};
+use librate::model::{self, ModelError, Range, Settings, TableTexts};
 use librate::syntax::{self, StatementKind, SyntaxError};
-use librate::{Error, linearize, sensitivity};
+use librate::{Error, linearize, response, sensitivity};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
@@ -142,6 +142,12 @@ impl Job {
         let model = self.model(size)?;
         self.warnings.extend(sensitivity::ignored(&model));
         Ok(model)
+    }
+
+    /// For studies that make the model anew at each value of a parameter.
+    pub(crate) fn made_from(&self) -> response::Source {
+        let Source { file, tables, .. } = self.source.as_ref();
+        response::Source { file: file.clone(), tables: tables.clone(), settings: self.settings.clone() }
     }
 
     /// Of work in many parts, that one is done: the next has all of the time for itself.
@@ -270,6 +276,11 @@ impl Model {
 pub(crate) struct Done<T> {
     pub(crate) value: T,
     pub(crate) warnings: Shown,
+}
+
+/// A range from outside.
+pub(crate) fn range(text: &str, help: &str) -> Result<Range, Failure> {
+    Range::parse(text).map_err(|error| Failure::request(error.to_string(), help))
 }
 
 /// As many threads as there are cores.

@@ -7,7 +7,7 @@ use librate::batch::{self, Outcome, Solutions, Study};
 use librate::chart::{Chart, Place as ChartPlace};
 use librate::floquet::{self, Options as FloquetOptions};
 use librate::linearize::{self, LinearizeError};
-use librate::model::{Constant, Model as Elaborated, ModelError, Range};
+use librate::model::{Constant, Model as Elaborated, ModelError};
 use librate::modes::Options;
 use librate::motion::{Enclosed, Start, System, Times, Trajectory};
 use librate::oscillation;
@@ -20,7 +20,7 @@ use pyo3::prelude::*;
 
 use crate::answers::{Answer, MOST_DIGITS, bytes, digits, doubles, positive};
 use crate::commands::Written;
-use crate::job::{Failure, Job, Model, Size, cores, in_parallel};
+use crate::job::{Failure, Job, Model, Size, cores, in_parallel, range};
 
 /// As many digits as a double-double holds.
 const FEW_DIGITS: usize = 30;
@@ -36,10 +36,6 @@ fn constant(text: &str) -> Result<Constant, Failure> {
         };
         Failure::request(format!("can't read `{text}`: {reason}"), "a number is needed: `10`, `'1/2'`, `'2*pi'`")
     })
-}
-
-fn range(text: &str, help: &str) -> Result<Range, Failure> {
-    Range::parse(text).map_err(|error| Failure::request(error.to_string(), help))
 }
 
 /// What is wanted of a sweep.
@@ -243,13 +239,8 @@ pub(crate) fn steady_response(py: Python<'_>, model: &Model, args: ResponseArgs)
         let threads = positive("threads", args.threads)?;
         let digits = digits(args.digits, FEW_DIGITS)?;
         let model = job.values(Size::Dense)?;
-        let source = response::Source {
-            file: job.source.file.clone(),
-            tables: job.source.tables.clone(),
-            settings: job.settings.clone(),
-        };
         let request = response::Request { input: args.input, outputs: args.output, range, digits };
-        let study = response::Study::new(model, source, request)?;
+        let study = response::Study::new(model, job.made_from(), request)?;
         let values = in_parallel(threads, study.len(), || |place: usize| study.values(place));
         let values = values.into_iter().collect::<Result<Vec<Vec<Value>>, ResponseError>>()?;
         let response = study.response(values);

@@ -124,6 +124,14 @@ def test_equilibria_of_a_double_well():
     assert [one.stability for one in found.equilibria] == ["stable", "unstable", "stable"]
 
 
+def test_branches_of_equilibria_and_a_pitchfork():
+    well = librate.Model("param k = 1  coord x  T = 1/2*x'^2  V = 1/4*x^4 - 1/2*k*x^2")
+    found = well.equilibria({"x": (-2, 2)}, over={"k": (-1, 1, 11)})
+    assert len(found.branches) >= 2
+    [pitchfork] = found.bifurcations
+    assert pitchfork.kind == "pitchfork" and pitchfork.k == pytest.approx(0, abs=1e-9)
+
+
 def test_sensitivity_and_amplitude_of_a_pendulum():
     pendulum = librate.Model(PENDULUM)
     [mode] = pendulum.sensitivity().modes
@@ -205,6 +213,7 @@ def test_pictures_and_pages(models):
         "modes": {},
         "sweep": {"over": "k12=0..8:5"},
         "response": {"over": "omega=0..5:11", "input": "phi[1]"},
+        "equilibria": {"box": {"phi[1]": (-1, 1), "phi[2]": (-1, 1), "phi[3]": (-1, 1)}},
         "motion": {"start": "phi[1]=0.1", "until": 2},
     }
     pictures = [pendulums.plot(kind, **arguments) for kind, arguments in requests.items()]
