@@ -22,7 +22,7 @@ def register(shell: Any) -> None:
             shown = model if model.is_driven else model.modes()
         except Error as error:
             # What IPython prints instead of a traceback, which would lead into this package alone.
-            error._render_traceback_ = str(error).splitlines
+            error._render_traceback_ = str(error).splitlines  # type: ignore[attr-defined]
             raise
         if name:
             shell.user_ns[name] = model

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import decimal
+import functools
 import io
 import json
 import numbers
@@ -24,6 +25,7 @@ Range = str | Mapping[str, Sequence[Number]]
 _OUTCOMES = np.array(
     ["solved", "estimated", "not finite", "mass not positive", "no equilibrium", "not converged"], dtype=object
 )
+_PICTURES = ("modes", "sweep", "response", "period", "motion", "floquet", "equilibria")
 # Larger matrices are sparse, where SciPy is there.
 _DENSE = 500
 
@@ -90,6 +92,11 @@ def _array(data: bytes, *shape: int) -> np.ndarray:
 def _result(answer: dict, kind: type[Result] = Result) -> Result:
     fields = json.loads(answer["json"])
     return kind(fields, answer["text"], _warn(answer["warnings"], 3))
+
+
+def _picture(answer: dict) -> Any:
+    _warn(answer["warnings"], 4)
+    return Picture(answer["text"])
 
 
 def _read(folder: Path, path: str, roots: list[Path]) -> str:
@@ -208,36 +215,15 @@ class Model:
         normalize: str = "mass",
         unit: str | None = None,
         threads: int | None = None,
+        _svg: bool = False,
     ) -> Modes:
         """Frequencies and shapes about the equilibrium.
 
         `certify` has approximate shapes, one a row, of which only the bounds are computed.
         """
-        arguments = self._modes(digits, lowest, vectors, near, count, certify, normalize, unit, threads)
-        native, told = _native.modes(self._native, arguments)
-        fields = json.loads(native.json())
-        shapes = None
-        if vectors:
-            numbers = native.vectors()
-            shapes = _array(numbers["data"], len(fields["modes"]), -1) if fields["modes"] else np.empty((0, 0))
-            shapes = shapes.view(complex) if numbers["complex"] else shapes
-        return Modes(fields, native.text, _warn(told, 2), shapes)
-
-    @staticmethod
-    def _modes(
-        digits: int = 10,
-        lowest: int | None = None,
-        vectors: bool = True,
-        near: float | None = None,
-        count: int | None = None,
-        certify: Any = None,
-        normalize: str = "mass",
-        unit: str | None = None,
-        threads: int | None = None,
-    ) -> dict:
         if certify is not None:
             certify = np.ascontiguousarray(certify, dtype=float).tobytes()
-        return dict(
+        arguments = dict(
             digits=digits,
             lowest=lowest,
             vectors=vectors,
@@ -248,6 +234,16 @@ class Model:
             unit=unit,
             threads=threads,
         )
+        if _svg:
+            return _picture(_native.plot_modes(self._native, arguments))
+        native, told = _native.modes(self._native, arguments)
+        fields = json.loads(native.json())
+        shapes = None
+        if vectors:
+            numbers = native.vectors()
+            shapes = _array(numbers["data"], len(fields["modes"]), -1) if fields["modes"] else np.empty((0, 0))
+            shapes = shapes.view(complex) if numbers["complex"] else shapes
+        return Modes(fields, native.text, _warn(told, 2), shapes)
 
     def derive(
         self,
@@ -259,11 +255,11 @@ class Model:
         expand: tuple[str, int] | None = None,
     ) -> Derivation:
         """Equations of motion, matrices and closed forms, as expressions in the parameters."""
-        limits = [(name, _text(value)) for name, value in (limit or {}).items()]
+        limits = {name: _text(value) for name, value in (limit or {}).items()}
         only = only.split(",") if isinstance(only, str) else only
-        arguments = dict(cubic=cubic, quartic=quartic, limit=limits, expand=expand, only=only)
-        native, told = _native.derivation(self._native, arguments)
-        return Derivation(native, _warn(told, 2))
+        arguments: dict[str, Any] = dict(cubic=cubic, quartic=quartic, limit=limits, expand=expand, only=only)
+        native, told = _native.derivation(self._native, {**arguments, "limit": list(limits.items())})
+        return Derivation(native, _warn(told, 2), (functools.partial(Model.derive, **arguments), (self,)))
 
     def sweep(
         self,
@@ -273,14 +269,19 @@ class Model:
         vectors: bool = False,
         *,
         threads: int | None = None,
+        _svg: bool = False,
     ) -> Result:
         """The modes over a range of a parameter, `"k=0..8:17"` or `{"k": (0, 8, 17)}`.
 
         `over` has the values; `omega`, `growth` and `error_bound` one row a value, `nan` where there is no mode; `places`
         all of it, value by value.
         """
-        answer = _native.sweep(self._native, self._sweep(over, digits, lowest, vectors, threads))
-        name = _range(over).split("=", 1)[0].strip()
+        over = _range(over)
+        arguments = dict(over=over, digits=digits, lowest=lowest, vectors=vectors, threads=threads, svg=_svg)
+        answer = _native.sweep(self._native, arguments)
+        if _svg:
+            return _picture(answer)
+        name = over.split("=", 1)[0].strip()
         places = json.loads(answer["json"])
         most = max(len(place.get("modes", [])) for place in places)
         fields: dict = {"parameter": name, "over": [place[name] for place in places]}
@@ -295,17 +296,6 @@ class Model:
             ]
         result._fields["places"] = [Result(place) for place in places]
         return result
-
-    @staticmethod
-    def _sweep(
-        over: Range,
-        digits: int = 10,
-        lowest: int | None = None,
-        vectors: bool = False,
-        threads: int | None = None,
-        svg: bool = False,
-    ) -> dict:
-        return dict(over=_range(over), digits=digits, lowest=lowest, vectors=vectors, threads=threads, svg=svg)
 
     def batch(
         self,
@@ -355,9 +345,15 @@ class Model:
         energy: Number | None = None,
         over: Range | None = None,
         digits: int = 10,
+        *,
+        _svg: bool = False,
     ) -> Result:
         """The exact period of one coordinate at finite amplitude; with `over` a curve."""
-        answer = _native.periods(self._native, self._period(amplitude, energy, over, digits))
+        curve = None if over is None else _range(over)
+        amount = dict(amplitude=_optional(amplitude), energy=_optional(energy))
+        answer = _native.periods(self._native, dict(**amount, over=curve, digits=digits, svg=_svg))
+        if _svg:
+            return _picture(answer)
         if over is None:
             return _result(answer)
         places = json.loads(answer["json"])
@@ -366,41 +362,29 @@ class Model:
         result._fields["over"] = result._fields.pop("given")
         return result
 
-    @staticmethod
-    def _period(
-        amplitude: Number | None = None,
-        energy: Number | None = None,
-        over: Range | None = None,
-        digits: int = 10,
-        svg: bool = False,
-    ) -> dict:
-        over = None if over is None else _range(over)
-        return dict(amplitude=_optional(amplitude), energy=_optional(energy), over=over, digits=digits, svg=svg)
-
-    def floquet(self, map: Sequence[Range] | None = None, digits: int = 10) -> Result:
+    def floquet(self, map: Sequence[Range] | None = None, digits: int = 10, *, _svg: bool = False) -> Result:
         """Floquet multipliers of a driven model; with a `map` over two parameters a chart of stability.
 
         A chart has the values of both parameters, and `stable` (1, 0, or `nan` where there is no periodic motion) and
         `growth_rate` with one row a value of the first.
         """
-        answer = _native.multipliers(self._native, self._map(map), digits, False)
+        ranges = None
+        if map is not None:
+            first, second = map
+            ranges = (_range(first), _range(second))
+        answer = _native.multipliers(self._native, ranges, digits, _svg)
+        if _svg:
+            return _picture(answer)
         if map is None:
             return _result(answer)
         [head, *lines] = csv.reader(io.StringIO(answer["text"]))
         codes = {"true": 1.0, "false": 0.0, "": np.nan}
         cells = np.array([[codes[cell] if cell in codes else float(cell) for cell in line] for line in lines])
         rows = int(np.count_nonzero(cells[:, 1] == cells[0, 1]))
-        first, second, stable, rate = (cells[:, at].reshape(rows, -1) for at in range(4))
+        slow, fast, stable, rate = (cells[:, at].reshape(rows, -1) for at in range(4))
         result = Result({}, answer["text"], _warn(answer["warnings"], 2))
-        result._fields = {head[0]: first[:, 0], head[1]: second[0], "stable": stable, "growth_rate": rate}
+        result._fields = {head[0]: slow[:, 0], head[1]: fast[0], "stable": stable, "growth_rate": rate}
         return result
-
-    @staticmethod
-    def _map(map: Sequence[Range] | None) -> tuple[str, str] | None:
-        if map is None:
-            return None
-        first, second = map
-        return _range(first), _range(second)
 
     def response(
         self,
@@ -410,30 +394,23 @@ class Model:
         digits: int = 10,
         *,
         threads: int | None = None,
+        _svg: bool = False,
     ) -> Result:
         """The steady response to a harmonic force on `input`, or to the model's own drive.
 
         Its fields are called as the columns of the command line, `found["x amplitude"]` and `found["x phase"]`; `outputs`
         has them with their bounds.
         """
-        answer = _native.steady_response(self._native, self._response(over, input, output, digits, threads))
+        outputs = [output] if isinstance(output, str) else list(output)
+        arguments = dict(over=_range(over), input=input, output=outputs, digits=digits, threads=threads, svg=_svg)
+        answer = _native.steady_response(self._native, arguments)
+        if _svg:
+            return _picture(answer)
         found = _result(answer)
         for own in found.outputs:
             for part in ("amplitude", "phase"):
                 found._fields[f"{own.coordinate} {part}"] = own[part]
         return found
-
-    @staticmethod
-    def _response(
-        over: Range,
-        input: str | None = None,
-        output: str | Sequence[str] = (),
-        digits: int = 10,
-        threads: int | None = None,
-        svg: bool = False,
-    ) -> dict:
-        outputs = [output] if isinstance(output, str) else list(output)
-        return dict(over=_range(over), input=input, output=outputs, digits=digits, threads=threads, svg=svg)
 
     def motion(
         self,
@@ -447,33 +424,11 @@ class Model:
         digits: int = 10,
         proved: bool = False,
         tolerance: float | None = None,
+        _svg: bool = False,
     ) -> Result:
         """The motion from `start` (`"x=1, x'=0"` or a dict) or of a mode: `t`, and a field for each coordinate and
         each velocity (`motion["x'"]`), in SI."""
-        arguments = self._motion(start, until, samples, mode, amplitude, at, digits, proved, tolerance)
-        answer = _native.trajectory(self._native, arguments)
-        fields = json.loads(answer["json"])
-        columns = fields.pop("columns")
-        fields = {"t": fields.pop("times"), **{one["name"]: one["values"] for one in columns}, **fields}
-        for name in ("error_bounds", "error_estimates"):
-            if columns and name in columns[0]:
-                fields[name] = {one["name"]: one[name] for one in columns}
-        return Result(fields, answer["text"], _warn(answer["warnings"], 2))
-
-    @staticmethod
-    def _motion(
-        start: str | Mapping[str, Number] | None = None,
-        until: Number | None = None,
-        samples: int = 101,
-        mode: int | None = None,
-        amplitude: Number | None = None,
-        at: Sequence[Number] | None = None,
-        digits: int = 10,
-        proved: bool = False,
-        tolerance: float | None = None,
-        svg: bool = False,
-    ) -> dict:
-        return dict(
+        arguments = dict(
             start=_start(start),
             until=_optional(until),
             samples=samples,
@@ -483,19 +438,27 @@ class Model:
             digits=digits,
             proved=proved,
             tolerance=tolerance,
-            svg=svg,
+            svg=_svg,
         )
+        answer = _native.trajectory(self._native, arguments)
+        if _svg:
+            return _picture(answer)
+        fields = json.loads(answer["json"])
+        columns = fields.pop("columns")
+        fields = {"t": fields.pop("times"), **{one["name"]: one["values"] for one in columns}, **fields}
+        for name in ("error_bounds", "error_estimates"):
+            if columns and name in columns[0]:
+                fields[name] = {one["name"]: one[name] for one in columns}
+        return Result(fields, answer["text"], _warn(answer["warnings"], 2))
 
-    def equilibria(self, box: str | Mapping[str, Sequence[Number]], over: Range | None = None) -> Result:
+    def equilibria(
+        self, box: str | Mapping[str, Sequence[Number]], over: Range | None = None, *, _svg: bool = False
+    ) -> Result:
         """Every equilibrium in a box, `"x=-2..2, phi=-pi..pi"` or `{"x": (-2, 2)}`, none missed; with `over` the
         `branches` of equilibria over a parameter, and their `bifurcations`."""
-        return _result(_native.all_equilibria(self._native, self._equilibria(box, over)))
-
-    @staticmethod
-    def _equilibria(
-        box: str | Mapping[str, Sequence[Number]], over: Range | None = None, svg: bool = False
-    ) -> dict:
-        return dict(region=_box(box), over=None if over is None else _range(over), svg=svg)
+        arguments = dict(region=_box(box), over=None if over is None else _range(over), svg=_svg)
+        answer = _native.all_equilibria(self._native, arguments)
+        return _picture(answer) if _svg else _result(answer)
 
     def sensitivity(self, digits: int = 10, lowest: int | None = None) -> Result:
         """How much each frequency changes with each parameter: `modes` with their `derivatives`."""
@@ -518,21 +481,9 @@ class Model:
     def plot(self, kind: str, **arguments: Any) -> Picture:
         """A picture of what a command answers: `modes`, `sweep`, `response`, `period`, `motion`, `floquet` or
         `equilibria`, with the arguments of that command."""
-        native = self._native
-        draw = {
-            "modes": lambda: _native.plot_modes(native, self._modes(**arguments)),
-            "sweep": lambda: _native.sweep(native, self._sweep(**arguments, svg=True)),
-            "response": lambda: _native.steady_response(native, self._response(**arguments, svg=True)),
-            "period": lambda: _native.periods(native, self._period(**arguments, svg=True)),
-            "motion": lambda: _native.trajectory(native, self._motion(**arguments, svg=True)),
-            "equilibria": lambda: _native.all_equilibria(native, self._equilibria(**arguments, svg=True)),
-            "floquet": lambda: _native.multipliers(native, self._map(**arguments), 10, True),
-        }
-        if kind not in draw:
-            raise _request(f"there is no picture of {kind!r}", f"one of {', '.join(draw)}")
-        answer = draw[kind]()
-        _warn(answer["warnings"], 2)
-        return Picture(answer["text"])
+        if kind not in _PICTURES:
+            raise _request(f"there is no picture of {kind!r}", f"one of {', '.join(_PICTURES)}")
+        return getattr(self, kind)(**arguments, _svg=True)
 
     def matrices(self) -> dict[str, Any]:
         """M and K, and what there is of G, C and N; SciPy's sparse arrays for large models, where SciPy is there."""

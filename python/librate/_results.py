@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -39,7 +39,7 @@ class Result(Mapping):
 
     warnings: list[Diagnostic]
 
-    def __init__(self, fields: dict, text: str = "", warnings: list[Diagnostic] = ()) -> None:
+    def __init__(self, fields: dict, text: str = "", warnings: Iterable[Diagnostic] = ()) -> None:
         self._fields = {name: _value(name, value) for name, value in fields.items()}
         self._text = text
         self.warnings = list(warnings)
@@ -79,37 +79,35 @@ class Result(Mapping):
 class Modes(Result):
     """Frequencies, growth and shapes about an equilibrium: one entry, or one row, a mode."""
 
+    model: str | None
+    coordinates: list[str]
+    equilibrium: np.ndarray
+    stability: str
+    secular: bool | None
     omega: np.ndarray
     growth: np.ndarray
     error_bound: np.ndarray
     digits: list[str]
+    growth_digits: list[str]
+    digits_error_bound: np.ndarray
+    omega_squared: np.ndarray
+    kind: list[str]
+    symmetry: list[str | None]
     vectors: np.ndarray | None
 
-    _COLUMNS = {
-        "omega": float,
-        "growth": float,
-        "error_bound": float,
-        "digits_error_bound": float,
-        "omega_squared": float,
-        "omega_digits": None,
-        "growth_digits": None,
-        "kind": None,
-        "symmetry": None,
-    }
+    _NUMBERS = ("omega", "growth", "error_bound", "digits_error_bound", "omega_squared")
+    _TEXTS = ("omega_digits", "growth_digits", "kind", "symmetry")
 
-    def __init__(self, fields: dict, text: Any = "", warnings: list[Diagnostic] = (), vectors: Any = None) -> None:
+    def __init__(self, fields: dict, text: Any = "", warnings: Iterable[Diagnostic] = (), vectors: Any = None) -> None:
         modes = fields.pop("modes")
         super().__init__(fields, "", warnings)
         self._fields["equilibrium"] = np.array(fields["equilibrium"], dtype=float)
-        names = dict(self._COLUMNS)
-        for mode in modes:
-            for name, value in mode.items():
-                if name not in names and name != "vector":
-                    names[name] = float if _is_number(value) else None
-        for name, kind in names.items():
+        found = (name for mode in modes for name in mode if name != "vector")
+        for name in dict.fromkeys((*self._NUMBERS, *self._TEXTS, *found)):
             column = [mode.get(name) for mode in modes]
-            self._fields[name] = column if kind is None else np.array(column, dtype=kind)
-        self._fields["digits"] = self._fields.pop("omega_digits")
+            is_text = name in self._TEXTS or not all(map(_is_number, column))
+            self._fields[name] = column if is_text else np.array(column, dtype=float)
+        self._fields["digits"] = self._fields["omega_digits"]
         self._fields["vectors"] = vectors
         self._text = text
 
@@ -118,13 +116,15 @@ class Modes(Result):
             self._text = self._text()
         return super().__repr__()
 
+    def __getstate__(self) -> dict:
+        return {**self.__dict__, "_text": repr(self)}
+
     def _repr_html_(self) -> str:
-        has = lambda name, empty: any(one not in (empty, None) for one in self[name])  # noqa: E731
-        unit = {True: ("rad/s", "1/s"), False: ("", "")}["units" in self]
-        columns = [(f"ω {unit[0]}", "digits"), ("bound", "digits_error_bound"), ("kind", "kind")]
-        if has("growth_digits", "0"):
-            columns.insert(1, (f"growth {unit[1]}", "growth_digits"))
-        if has("symmetry", None):
+        omega, growth = ("ω (rad/s)", "growth (1/s)") if "units" in self else ("ω", "growth")
+        columns = [(omega, "digits"), ("bound", "digits_error_bound"), ("kind", "kind")]
+        if set(self.growth_digits) - {"0"}:
+            columns.insert(1, (growth, "growth_digits"))
+        if set(self.symmetry) - {None}:
             columns.append(("symmetry", "symmetry"))
         head = "".join(f"<th>{title}</th>" for title, _ in [("mode", ""), *columns])
         rows = []
@@ -140,13 +140,24 @@ class Modes(Result):
 class Derivation(Result):
     """Equations, matrices and closed forms; expressions are texts in the model language."""
 
+    mass: list[list[str]] | None
+    stiffness: list[list[str]] | None
+    gyroscopic: list[list[str]] | None
+    damping: list[list[str]] | None
+    circulatory: list[list[str]] | None
+    equations: list[str]
+    frequencies: list[dict[str, Any]]
+    exponents: list[dict[str, Any]]
+
     _OPTIONAL = {"gyroscopic": None, "damping": None, "circulatory": None, "mass": None, "stiffness": None}
 
-    def __init__(self, native: Any, warnings: list[Diagnostic] = ()) -> None:
+    def __init__(self, native: Any, warnings: Iterable[Diagnostic], again: tuple) -> None:
         super().__init__({}, "", warnings)
+        self._again = again
         # Expressions stay as they are.
-        self._fields = {**self._OPTIONAL, "equations": [], "frequencies": [], "exponents": []}
-        self._fields.update(json.loads(native.json()))
+        self._fields = {**self._OPTIONAL, **json.loads(native.json())}
+        for name in ("equations", "frequencies", "exponents"):
+            self._fields[name] = self._fields.get(name) or []
         self._native = native
 
     @property
@@ -170,6 +181,9 @@ class Derivation(Result):
 
         return converted(self)
 
+    def __reduce__(self) -> tuple:
+        return self._again
+
     def __repr__(self) -> str:
         return self._native.text(False).rstrip()
 
@@ -182,6 +196,18 @@ class Derivation(Result):
 
 class Batch(Result):
     """The modes of many parameter sets: arrays whose first index is the set, `vectors` with one row a mode."""
+
+    coordinates: list[str]
+    omega: np.ndarray
+    growth: np.ndarray
+    error_bound: np.ndarray
+    omega_squared: np.ndarray
+    omega_squared_error_bound: np.ndarray
+    outcome: np.ndarray
+    equilibrium: np.ndarray
+    vectors: np.ndarray | None
+    mass: np.ndarray | None
+    stiffness: np.ndarray | None
 
 
 class Picture(str):

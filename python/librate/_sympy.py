@@ -109,8 +109,8 @@ def converted(derivation: Derivation) -> Result:
     fields["equations"] = [sympy.Eq(reader.read(text, moving=True), 0, evaluate=False) for text in left]
     for name, key in (("frequencies", "omega_squared"), ("exponents", "exponent")):
         fields[name] = [{**one, key: reader.read(one[key])} for one in derivation[name]]
-    if "characteristic" in derivation:
-        fields["characteristic"] = [reader.read(text) for text in derivation["characteristic"]]
+    polynomial = derivation.get("characteristic")
+    fields["characteristic"] = polynomial and [reader.read(text) for text in polynomial]
     result = Result({})
     result._fields = {**fields, "symbols": dict(reader.symbols), "t": reader.time}
     return result

@@ -39,7 +39,7 @@ def test_a_chain_has_the_frequencies_of_the_closed_form():
 
 def test_every_digit_is_right():
     digits = librate.Model("coord x  T = 1/2*x'^2  V = x^2").modes(digits=60).digits[0]
-    with decimal.localcontext(prec=60):
+    with decimal.localcontext(decimal.Context(prec=60)):
         assert digits == str(decimal.Decimal(2).sqrt())
 
 
@@ -101,7 +101,11 @@ def test_parameters_are_set_by_numbers_and_texts():
     assert model.modes(digits=30).digits[1] == "3.16227766016837933199889354443"
 
 
-def test_a_model_and_its_errors_are_pickled(models):
+def test_models_results_and_errors_are_pickled(models):
+    pendulums = librate.Model.open(models / "three_pendulums.lag")
+    for result in (pendulums.modes(), pendulums.derive(limit={"k12": 0}), pendulums.sweep("k12=0..8:3")):
+        again = pickle.loads(pickle.dumps(result))
+        assert repr(again) == repr(result) and list(again) == list(result)
     model = pickle.loads(pickle.dumps(librate.Model.open(models / "body_from_table.lag")))
     assert model.modes().digits == librate.Model.open(models / "body_from_table.lag").modes().digits
     with pytest.raises(librate.Error) as caught:
