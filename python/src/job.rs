@@ -10,7 +10,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use librate::batch::StudyError;
-use librate::budget::{Budget, Limit, Limits};
+use librate::budget::{Budget, Exceeded, Limit, Limits};
 use librate::diagnostic::Diagnostic;
 use librate::inertia::{self, InertiaError};
 use librate::linearize::LinearizeError;
@@ -54,6 +54,12 @@ failures!(
     librate::floquet::FloquetError,
     librate::response::ResponseError
 );
+
+impl From<Exceeded> for Failure {
+    fn from(error: Exceeded) -> Self {
+        Self(vec![Diagnostic::from(&error)])
+    }
+}
 
 impl From<InertiaError> for Failure {
     fn from(error: InertiaError) -> Self {
@@ -112,6 +118,8 @@ pub(crate) struct Job {
     pub(crate) warnings: Vec<Diagnostic>,
     /// Whether points are wanted, for pictures.
     pub(crate) drawn: bool,
+    budget: Budget,
+    /// Set where the time begins anew.
     clock: Arc<AtomicBool>,
 }
 
@@ -148,11 +156,6 @@ impl Job {
     pub(crate) fn made_from(&self) -> response::Source {
         let Source { file, tables, .. } = self.source.as_ref();
         response::Source { file: file.clone(), tables: tables.clone(), settings: self.settings.clone() }
-    }
-
-    /// Of work in many parts, that one is done: the next has all of the time for itself.
-    pub(crate) fn go_on(&self) {
-        self.clock.store(true, Ordering::Relaxed);
     }
 }
 
@@ -223,7 +226,8 @@ impl Model {
         let budget = Budget::new(bytes);
         let settings = source.settings.clone().within(budget.clone());
         let clock = Arc::new(AtomicBool::new(false));
-        let mut job = Job { source, settings, warnings: Vec::new(), drawn: false, clock: Arc::clone(&clock) };
+        let (own, again) = (budget.clone(), Arc::clone(&clock));
+        let mut job = Job { source, settings, warnings: Vec::new(), drawn: false, budget: own, clock: again };
         let (done, mut wait) = mpsc::channel();
         let work = move || {
             let result = work(&mut job);
@@ -265,7 +269,7 @@ impl Model {
         let page = &self.source.page;
         if let Err(exceeded) = budget.check() {
             // Whatever else it ended with may only follow from that.
-            return Err(Failure(vec![Diagnostic::from(&exceeded)]).raise(py, page));
+            return Err(Failure::from(exceeded).raise(py, page));
         }
         let value = result.map_err(|told| told.raise(py, page))?;
         Ok(Done { value, warnings: py.detach(|| Shown::new(page, &warnings)) })
@@ -288,22 +292,24 @@ pub(crate) fn cores() -> usize {
     thread::available_parallelism().map_or(1, usize::from)
 }
 
-/// Results in order, each made by one of the threads.
+/// Results in order, each made by one of the threads, and each with all of the time for itself.
 pub(crate) fn in_parallel<T: Send, W: FnMut(usize) -> T>(
+    job: &Job,
     threads: Option<usize>,
     count: usize,
     worker: impl Fn() -> W + Sync,
-) -> Vec<T> {
+) -> Result<Vec<T>, Failure> {
     let next = AtomicUsize::new(0);
     let work = || {
         let mut work = worker();
         let mut own = Vec::new();
         loop {
             let at = next.fetch_add(1, Ordering::Relaxed);
-            if at >= count {
+            if at >= count || job.budget.is_spent() {
                 return own;
             }
             own.push((at, work(at)));
+            job.clock.store(true, Ordering::Relaxed);
         }
     };
     let mut all: Vec<(usize, T)> = Vec::with_capacity(count);
@@ -314,6 +320,7 @@ pub(crate) fn in_parallel<T: Send, W: FnMut(usize) -> T>(
             all.extend(thread.join().unwrap_or_else(|reason| panic::resume_unwind(reason)));
         }
     });
+    job.budget.check()?;
     all.sort_unstable_by_key(|(at, _)| *at);
-    all.into_iter().map(|(_, result)| result).collect()
+    Ok(all.into_iter().map(|(_, result)| result).collect())
 }

@@ -1,8 +1,5 @@
 //! The commands about ranges and motions, each as the command line has it, and batches.
 
-use std::panic;
-use std::thread;
-
 use librate::batch::{self, Outcome, Solutions, Study};
 use librate::chart::{Chart, Place as ChartPlace};
 use librate::floquet::{self, Options as FloquetOptions};
@@ -20,12 +17,12 @@ use pyo3::prelude::*;
 
 use crate::answers::{Answer, MOST_DIGITS, bytes, digits, doubles, positive};
 use crate::commands::Written;
-use crate::job::{Failure, Job, Model, Size, cores, in_parallel, range};
+use crate::job::{Failure, Job, Model, Size, in_parallel, range};
 
 /// As many digits as a double-double holds.
 const FEW_DIGITS: usize = 30;
-/// Sets are dealt out to threads in portions of a multiple of this many.
-const LANES: usize = 8;
+/// So many sets are solved at a time: a multiple of eight, which are worked on side by side.
+const PORTION: usize = 64;
 
 /// A number from outside.
 fn constant(text: &str) -> Result<Constant, Failure> {
@@ -62,8 +59,7 @@ pub(crate) fn sweep(py: Python<'_>, model: &Model, args: SweepArgs) -> PyResult<
         let name = range.name().to_owned();
         let source = &job.source;
         let sweep = Sweep::new(source.file.clone(), source.tables.clone(), job.settings.clone(), range, options);
-        let clock: &Job = job;
-        let mut places = in_parallel(threads, sweep.range().len(), || {
+        let mut places = in_parallel(job, threads, sweep.range().len(), || {
             |at: usize| {
                 let mut place = sweep.place(at);
                 if let Ok((linearized, modes)) = &mut place.result
@@ -71,10 +67,9 @@ pub(crate) fn sweep(py: Python<'_>, model: &Model, args: SweepArgs) -> PyResult<
                 {
                     place.result = Err(error.into());
                 }
-                clock.go_on();
                 place
             }
-        });
+        })?;
         complain(job, &name, &mut places)?;
         if args.svg {
             let branches = tracking::branches(&sweep, &places);
@@ -205,10 +200,10 @@ pub(crate) fn multipliers(
         let source = &job.source;
         let ranges = [range(&first, help)?, range(&second, help)?];
         let chart = Chart::new(&source.file, &source.tables, &job.settings, ranges)?;
-        let rows: Vec<Vec<ChartPlace>> = in_parallel(None, chart.len()[0], || {
+        let rows: Vec<Vec<ChartPlace>> = in_parallel(job, None, chart.len()[0], || {
             let mut worker = chart.worker();
             move |row| worker.row(row)
-        });
+        })?;
         let text = if svg { report::chart_svg(&chart, &rows) } else { report::chart_csv(&chart, &rows) };
         Ok(Written { json: String::new(), text })
     })?;
@@ -241,7 +236,7 @@ pub(crate) fn steady_response(py: Python<'_>, model: &Model, args: ResponseArgs)
         let model = job.values(Size::Dense)?;
         let request = response::Request { input: args.input, outputs: args.output, range, digits };
         let study = response::Study::new(model, job.made_from(), request)?;
-        let values = in_parallel(threads, study.len(), || |place: usize| study.values(place));
+        let values = in_parallel(job, threads, study.len(), || |place: usize| study.values(place))?;
         let values = values.into_iter().collect::<Result<Vec<Vec<Value>>, ResponseError>>()?;
         let response = study.response(values);
         job.warnings.extend(response.remarks());
@@ -406,7 +401,7 @@ impl Batch {
 #[pyfunction]
 pub(crate) fn solve_sets(py: Python<'_>, model: &Model, args: BatchArgs) -> PyResult<Batch> {
     let done = model.run(py, move |job| {
-        let threads = positive("threads", args.threads)?.unwrap_or_else(cores);
+        let threads = positive("threads", args.threads)?;
         let model = job.model(Size::Dense)?;
         let mut options = batch::Options::default();
         options.vectors = args.vectors;
@@ -417,15 +412,11 @@ pub(crate) fn solve_sets(py: Python<'_>, model: &Model, args: BatchArgs) -> PyRe
         let names: Vec<&str> = args.columns.iter().map(|(name, _)| name.as_str()).collect();
         let study = Study::with_options(model, &names, options)?;
         let values = interleaved(&study, &args)?;
-        let portion = args.sets.div_ceil(threads).next_multiple_of(LANES).max(LANES) * study.width();
-        let solved = thread::scope(|scope| {
-            let running: Vec<_> = values.chunks(portion).map(|sets| scope.spawn(|| study.solve(sets))).collect();
-            let done = running.into_iter().map(|thread| thread.join().unwrap_or_else(|why| panic::resume_unwind(why)));
-            done.collect::<Result<Vec<Solutions>, _>>()
-        })?;
+        let portions: Vec<&[f64]> = values.chunks(PORTION * study.width()).collect();
+        let solved = in_parallel(job, threads, portions.len(), || |at: usize| study.solve(portions[at]))?;
         let mut all = Batch { coordinates: study.model().coordinates.names().collect(), ..Batch::default() };
-        for own in &solved {
-            all.add(own);
+        for own in solved {
+            all.add(&own?);
         }
         Ok(all)
     })?;
@@ -454,7 +445,7 @@ fn interleaved(study: &Study, args: &BatchArgs) -> Result<Vec<f64>, Failure> {
         let column = doubles(column);
         let stem = format!("{name}[");
         let members = parameters.iter().filter(|own| *own == name || own.starts_with(&stem)).count();
-        let given = column.len() / args.sets.max(1);
+        let given = column.len().checked_div(args.sets).unwrap_or(1);
         if given != 1 && given != members {
             let message = format!("`{name}` has {members} members, not {given}");
             return Err(Failure::request(message, "an array of one row a set and one column a member is needed"));

@@ -83,6 +83,7 @@ def test_batch_agrees_with_numpy_and_with_certified_modes():
 def test_batch_of_sets_that_fail():
     found = librate.Model(PAIR).batch({"k": [1.0, np.nan], "m": [1.0, -1.0]})
     assert found.outcome.tolist() == ["solved", "not finite"] and np.all(np.isnan(found.omega[1]))
+    assert librate.Model(PAIR).batch({"k": []}).omega.shape == (0, 2)
 
 
 def test_motion_of_an_oscillator():

@@ -199,6 +199,28 @@ def test_an_interrupt_ends_a_computation():
     assert librate.Model(LONG, set={"N": 5}).modes().kind == ["oscillation"] * 5
 
 
+def test_work_in_many_parts_has_the_time_for_each_and_is_interrupted():
+    chain = """
+    param N = 10  param k = 1
+    coord x[1..N]
+    T = sum(i in 1..N, 1/2*x[i]'^2)
+    V = sum(i in 1..N-1, 1/2*k*(x[i+1] - x[i])^2)
+    """
+    model = librate.Model(chain, budget="1s")
+    requests = [lambda: model.sweep("k=1..2:100000", digits=40), lambda: model.batch({"k": [1.0] * 5_000_000})]
+    for request in requests:
+        # Beyond the budget of a part, and far from the end.
+        timer = threading.Timer(2.5, lambda: os.kill(os.getpid(), signal.SIGINT))
+        start = time.monotonic()
+        timer.start()
+        try:
+            with pytest.raises(KeyboardInterrupt):
+                request()
+        finally:
+            timer.cancel()
+        assert 2 < time.monotonic() - start < 10
+
+
 def test_a_budget_ends_what_takes_too_long_and_too_much():
     model = librate.Model(LONG, budget="1s")
     with pytest.raises(librate.Error) as caught:

@@ -176,9 +176,9 @@ impl From<&Exceeded> for Diagnostic {
             None => Self::global(message),
         };
         let raised = match error.limit {
-            Limit::Time(seconds) => format!("--budget {}s", 10 * seconds.max(1)),
+            Limit::Time(seconds) => format!("--budget {}s", seconds.max(1).saturating_mul(10)),
             Limit::Memory(bytes) | Limit::Text(bytes) => {
-                format!("--budget {}", Limit::Memory(4 * bytes)).replace(' ', "")
+                format!("--budget {}", Limit::Memory(bytes.saturating_mul(4))).replace(' ', "")
             }
         };
         let raised = raised.replacen("--budget", "--budget ", usize::from(!raised.contains(' ')));
