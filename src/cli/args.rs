@@ -14,8 +14,10 @@ use librate::report::FrequencyUnit;
 use super::equilibria::{self, Equilibria};
 use super::export::CodeLanguage;
 use super::guard::Guard;
+use super::repl::{self, Repl};
 use super::response::{RESPONSE, RESPONSE_EXAMPLE, ResponseArgs};
 use super::sweep::{Part, part};
+use super::watch::{self, Watch};
 
 /// Paragraphs without the line breaks that they have here: they are broken as the terminal is wide. What is indented and
 /// what stands behind a colon keeps its lines.
@@ -304,7 +306,7 @@ impl Command {
             Self::Export(args) => Some(&mut args.model),
             Self::Check(args) => Some(&mut args.model),
             Self::Derive(args) => Some(&mut args.model),
-            Self::Explain(_) | Self::Completions(_) | Self::Fmt(_) => None,
+            Self::Explain(_) | Self::Completions(_) | Self::Fmt(_) | Self::Watch(_) | Self::Repl(_) => None,
         }
     }
 }
@@ -385,6 +387,12 @@ pub(crate) enum Command {
     /// Put model files in canonical layout, comments kept
     #[command(long_about = flowing(FMT), after_help = flowing(FMT_EXAMPLE))]
     Fmt(Fmt),
+    /// A command again each time its model is saved
+    #[command(long_about = flowing(watch::ABOUT), after_help = flowing(watch::EXAMPLE))]
+    Watch(Watch),
+    /// A model line by line, and how its frequencies move
+    #[command(long_about = flowing(repl::ABOUT), after_help = flowing(repl::EXAMPLE))]
+    Repl(Repl),
 }
 
 #[derive(Debug, Args)]
@@ -426,6 +434,9 @@ pub(crate) struct Show {
     /// Write the page into a file; without it it goes to standard output
     #[arg(short, long, value_name = "FILE.html")]
     pub(crate) output: Option<PathBuf>,
+    /// Let the page look for a newer one beside it, as `watch` writes them
+    #[arg(long, hide = true, requires = "output")]
+    pub(crate) live: bool,
 }
 
 /// The commands whose answers can be drawn.

@@ -15,10 +15,12 @@ mod output;
 mod period;
 mod plot;
 mod progress;
+mod repl;
 mod response;
 mod show;
 mod sweep;
 mod threads;
+mod watch;
 
 use std::ffi::OsString;
 use std::io::{self, IsTerminal, Write};
@@ -118,6 +120,8 @@ pub(crate) fn run() -> ExitCode {
         Command::Completions(own) => Ok(Answer::new(completions(own.shell), None)),
         // Has several files, each with a result of its own.
         Command::Fmt(fmt) => return fmt::run(fmt, format),
+        Command::Repl(own) => return repl::run(own, format),
+        Command::Watch(watch) => return watch::run(watch, format),
     };
     let written = guard.finish(answer).and_then(|answer| {
         if let Some((source, warnings)) = answer.remarks

@@ -190,6 +190,12 @@ pub(super) fn write_messages(text: &str) {
     let _ = stream.lock().write_all(visible(text, color).as_bytes());
 }
 
+/// Leaves a terminal empty for what comes next.
+pub(super) fn clear_screen() {
+    let mut stream = io::stdout().lock();
+    let _ = stream.write_all(b"\x1b[2J\x1b[3J\x1b[H").and_then(|()| stream.flush());
+}
+
 /// What writes a file; it may be called more than once.
 pub(super) type Content<'a> = &'a dyn Fn(&File) -> io::Result<()>;
 

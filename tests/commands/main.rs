@@ -27,4 +27,5 @@ mod pictures;
 mod schema;
 mod snapshots;
 mod sweep;
+mod typing;
 mod written;

@@ -1,0 +1,425 @@
+//! `librate repl`: a model that is entered line by line, and how its frequencies move.
+
+use std::io::{self, BufRead, IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command as Process, ExitCode, Stdio};
+
+use clap::{Args, CommandFactory};
+use librate::diagnostic::Diagnostic;
+use librate::syntax::{self, FUNCTIONS, STATEMENT_WORDS, StatementKind};
+use rustyline::completion::Completer;
+use rustyline::error::ReadlineError;
+use rustyline::highlight::Highlighter;
+use rustyline::hint::Hinter;
+use rustyline::history::DefaultHistory;
+use rustyline::validate::Validator;
+use rustyline::{Editor, Helper};
+use serde_json::Value;
+
+use super::args::{Cli, MessageFormat};
+use super::input::{Source, read_model};
+use super::output::{write_file, write_messages, write_out};
+use super::{Failure, complain, fault};
+
+pub(super) const ABOUT: &str = "\
+A model that is entered line by line: each statement is checked at once, and once there are energies each change shows how the
+frequencies move. A statement takes the place of the one that declared the same name, and `k = 8` gives a parameter another value.
+Other commands are typed as in a shell, without the file: `derive --only mass`. `help` lists the rest.";
+
+pub(super) const EXAMPLE: &str = "\
+Examples:
+    librate repl
+    librate repl three_pendulums.lag";
+
+const HELP: &str = "\
+a statement          declares, or takes the place of what declared the same name: `param k = 8`
+NAME = VALUE         another value for a parameter
+modes, derive, …     a command of librate about the model, with its options: `modes --digits 20`
+text                 the model so far
+undo                 as before the last change
+save FILE            writes the model
+quit                 ends it, as Ctrl-D does
+";
+
+/// Words of our own, beside the commands.
+const WORDS: [&str; 6] = ["help", "text", "undo", "save", "quit", "exit"];
+/// Commands that have no model, or go on for ever.
+const OTHERS: [&str; 5] = ["fmt", "watch", "repl", "lsp", "completions"];
+
+/// What can be typed.
+#[derive(Debug, Args)]
+pub(crate) struct Repl {
+    /// A model to begin with
+    #[arg(value_name = "FILE")]
+    file: Option<PathBuf>,
+}
+
+/// The model so far.
+struct Session {
+    /// One statement each, with the comments above it.
+    entries: Vec<String>,
+    before: Vec<Vec<String>>,
+    /// The frequencies at the last change.
+    omegas: Vec<String>,
+    format: MessageFormat,
+}
+
+/// Reads and answers until the input ends.
+pub(super) fn run(repl: &Repl, format: MessageFormat) -> ExitCode {
+    let mut session = Session { entries: Vec::new(), before: Vec::new(), omegas: Vec::new(), format };
+    let mut go = || -> Result<(), Failure> {
+        if let Some(file) = &repl.file {
+            session.open(file)?;
+        }
+        if io::stdin().is_terminal() { session.converse() } else { session.read(io::stdin().lock()) }
+    };
+    match go() {
+        Ok(()) | Err(Failure::BrokenPipe) => ExitCode::SUCCESS,
+        Err(failure) => ExitCode::from(complain(failure, format)),
+    }
+}
+
+/// Whether the conversation goes on.
+type More = bool;
+
+impl Session {
+    /// With a prompt, history and completion.
+    fn converse(&mut self) -> Result<(), Failure> {
+        let cannot = |error: ReadlineError| fault(format!("can't read from the terminal: {error}"));
+        let mut editor: Editor<Words, DefaultHistory> = Editor::new().map_err(cannot)?;
+        let mut pending = String::new();
+        loop {
+            editor.set_helper(Some(Words { names: self.names() }));
+            let prompt = if pending.is_empty() { "librate> " } else { "       > " };
+            let line = match editor.readline(prompt) {
+                Ok(line) => line,
+                Err(ReadlineError::Interrupted) => {
+                    pending.clear();
+                    continue;
+                }
+                Err(ReadlineError::Eof) => return Ok(()),
+                Err(error) => return Err(cannot(error)),
+            };
+            let _ = editor.add_history_entry(&line);
+            if !self.take(&mut pending, &line)? {
+                return Ok(());
+            }
+        }
+    }
+
+    fn read(&mut self, input: impl BufRead) -> Result<(), Failure> {
+        let mut pending = String::new();
+        for line in input.lines() {
+            let line = line.map_err(|error| fault(format!("can't read from standard input: {error}")))?;
+            if !self.take(&mut pending, &line)? {
+                return Ok(());
+            }
+        }
+        Ok(())
+    }
+
+    /// One line more; within brackets a statement goes on.
+    fn take(&mut self, pending: &mut String, line: &str) -> Result<More, Failure> {
+        if !pending.is_empty() {
+            pending.push('\n');
+        }
+        pending.push_str(line);
+        let count = |set: &str| pending.chars().filter(|c| set.contains(*c)).count();
+        if count("([{") > count(")]}") {
+            return Ok(true);
+        }
+        let text = std::mem::take(pending);
+        match self.answer(text.trim()) {
+            Ok(more) => Ok(more),
+            Err(Failure::BrokenPipe) => Err(Failure::BrokenPipe),
+            Err(failure) => {
+                complain(failure, self.format);
+                Ok(true)
+            }
+        }
+    }
+
+    fn answer(&mut self, text: &str) -> Result<More, Failure> {
+        let words = split(text);
+        let Some(first) = words.first() else { return Ok(true) };
+        let declares = words.get(1).is_some_and(|word| word.starts_with(['=', ':', '[']));
+        match first.as_str() {
+            _ if declares => self.change(text)?,
+            "quit" | "exit" => return Ok(false),
+            "help" => write_out(HELP)?,
+            "text" => write_out(&self.text())?,
+            "undo" => match self.before.pop() {
+                Some(before) => {
+                    self.entries = before;
+                    self.show()?;
+                }
+                None => return Err(fault("nothing has been changed".to_owned())),
+            },
+            "save" => {
+                let file = words.get(1).ok_or_else(|| fault("save it where? `save model.lag`".to_owned()))?;
+                let mut source = Source { name: String::new(), text: String::new(), taken: Vec::new() };
+                write_file(Path::new(file), &self.text(), &mut source)?;
+            }
+            command if is_command(command) => self.run(&words)?,
+            _ => self.change(text)?,
+        }
+        Ok(true)
+    }
+
+    /// Begins with a file.
+    fn open(&mut self, file: &Path) -> Result<(), Failure> {
+        let source = read_model(file)?;
+        let parsed = match syntax::parse(&source.text) {
+            Ok(parsed) => parsed,
+            Err(errors) => return Err(Failure::Model(source, errors.iter().map(Diagnostic::from).collect())),
+        };
+        let mut done = 0;
+        for statement in &parsed.statements {
+            let end = statement.span.range().end;
+            self.entries.push(source.text[done..end].trim().to_owned());
+            done = end;
+        }
+        self.show()
+    }
+
+    fn text(&self) -> String {
+        self.entries.iter().map(|entry| format!("{entry}\n")).collect()
+    }
+
+    /// Statements, or another value.
+    fn change(&mut self, text: &str) -> Result<(), Failure> {
+        let before = self.entries.clone();
+        let value = text.split_once('=').map(|(name, value)| (name.trim(), value.trim()));
+        match value.filter(|(name, _)| is_name(name) && !STATEMENT_WORDS.contains(name)) {
+            Some((name, value)) => self.set(name, value)?,
+            None => self.declare(text)?,
+        }
+        self.before.push(before);
+        self.show()
+    }
+
+    fn declare(&mut self, text: &str) -> Result<(), Failure> {
+        let parsed = syntax::parse(text).map_err(|errors| wrong(text, &errors))?;
+        for statement in &parsed.statements {
+            let own = declared(&statement.kind);
+            let same = |entry: &String| {
+                let parsed = syntax::parse(entry).map(|file| file.statements).unwrap_or_default();
+                parsed.iter().any(|other| declared(&other.kind).iter().any(|name| own.contains(name)))
+            };
+            let new = text[statement.span.range()].to_owned();
+            match self.entries.iter().position(same) {
+                Some(at) => self.entries[at] = new,
+                // What others are made from stands above them.
+                None => {
+                    let own = rank(&statement.kind);
+                    let before = |entry: &String| {
+                        let parsed = syntax::parse(entry).map(|file| file.statements).unwrap_or_default();
+                        parsed.iter().all(|other| rank(&other.kind) <= own)
+                    };
+                    let at = self.entries.iter().rposition(before).map_or(0, |at| at + 1);
+                    self.entries.insert(at, new);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Puts another value into the statement of a parameter.
+    fn set(&mut self, name: &str, value: &str) -> Result<(), Failure> {
+        for entry in &mut self.entries {
+            let Ok(parsed) = syntax::parse(entry) else { continue };
+            let bindings = parsed.statements.iter().flat_map(|statement| statement.kind.parameters());
+            let mut named = bindings.filter(|binding| *binding.name.text == *name);
+            let Some(binding) = named.next() else { continue };
+            let shared = |other: &syntax::Binding| other.value == binding.value && other.name != binding.name;
+            if binding.indices.is_some() || parsed.statements.iter().any(|own| own.kind.parameters().iter().any(shared))
+            {
+                break;
+            }
+            let Some(old) = binding.value else { break };
+            let span = parsed.expr(old).span.range();
+            let new = format!("{}{value}{}", &entry[..span.start], &entry[span.end..]);
+            syntax::parse(&new).map_err(|errors| wrong(&new, &errors))?;
+            *entry = new;
+            return Ok(());
+        }
+        Err(fault(format!("no statement gives `{name}` alone a value: declare it with `param {name} = {value}`")))
+    }
+
+    /// All names that are declared.
+    fn names(&self) -> Vec<String> {
+        let parsed = syntax::parse(&self.text()).map(|file| file.statements).unwrap_or_default();
+        let names = parsed.iter().flat_map(|statement| declared(&statement.kind));
+        names.filter_map(|name| name.split_whitespace().last().map(str::to_owned)).collect()
+    }
+
+    /// The frequencies, and what they were, once there are energies.
+    fn show(&mut self) -> Result<(), Failure> {
+        let text = self.text();
+        let Ok(parsed) = syntax::parse(&text) else { return Ok(()) };
+        let has = |wanted: fn(&StatementKind) -> bool| parsed.statements.iter().any(|own| wanted(&own.kind));
+        let whole = has(|kind| matches!(kind, StatementKind::Coord { .. }))
+            && (has(|kind| matches!(kind, StatementKind::Lagrangian(_)))
+                || has(|kind| matches!(kind, StatementKind::Kinetic(_)))
+                    && has(|kind| matches!(kind, StatementKind::Potential(_))));
+        if !whole {
+            return Ok(());
+        }
+        let mut child = own_process(&["modes", "-", "--json", "--no-vectors"], Stdio::piped)?;
+        feed(&mut child, &text);
+        let output = child.wait_with_output().map_err(|error| fault(error.to_string()))?;
+        // Warnings are for a model that is finished.
+        let Ok(found) = serde_json::from_slice::<Value>(&output.stdout) else {
+            write_messages(&String::from_utf8_lossy(&output.stderr));
+            return Ok(());
+        };
+        let modes = found["modes"].as_array().map(Vec::as_slice).unwrap_or_default();
+        let word = |mode: &Value, name: &str| mode[name].as_str().unwrap_or_default().to_owned();
+        let omegas: Vec<String> = modes.iter().map(|mode| word(mode, "omega_digits")).collect();
+        let mut out = String::new();
+        for (at, (mode, omega)) in modes.iter().zip(&omegas).enumerate() {
+            let was = self.omegas.get(at).filter(|was| self.omegas.len() == omegas.len() && *was != omega);
+            let was = was.map_or_else(String::new, |was| format!("   was {was}"));
+            let growth = Some(word(mode, "growth_digits")).filter(|growth| growth != "0");
+            let growth = growth.map_or_else(String::new, |growth| format!("   growth {growth}"));
+            out.push_str(&format!("{:>4}  {:<12} omega {omega}{growth}{was}\n", at + 1, word(mode, "kind")));
+        }
+        self.omegas = omegas;
+        write_out(&out)
+    }
+
+    /// Another command, about the model so far.
+    fn run(&self, words: &[String]) -> Result<(), Failure> {
+        let mut words: Vec<&str> = words.iter().map(String::as_str).collect();
+        // `plot` has a word more before the file.
+        let at = if words.first() == Some(&"plot") { 2 } else { 1 };
+        if words.first() != Some(&"explain") {
+            words.insert(at.min(words.len()), "-");
+        }
+        let mut child = own_process(&words, Stdio::inherit)?;
+        feed(&mut child, &self.text());
+        child.wait().map(drop).map_err(|error| fault(error.to_string()))
+    }
+}
+
+/// This program once more, with what it says handed on or kept.
+fn own_process(words: &[&str], output: fn() -> Stdio) -> Result<Child, Failure> {
+    let start = |own| Process::new(own).args(words).stdin(Stdio::piped()).stdout(output()).stderr(output()).spawn();
+    let started = std::env::current_exe().and_then(start);
+    started.map_err(|error| fault(format!("can't run the command: {error}")))
+}
+
+/// Hands a text to the standard input of a command; one that does not want it has said why.
+fn feed(child: &mut Child, text: &str) {
+    if let Some(mut input) = child.stdin.take() {
+        let _ = input.write_all(text.as_bytes());
+    }
+}
+
+fn wrong(text: &str, errors: &[syntax::SyntaxError]) -> Failure {
+    let source = Source { name: "<input>".to_owned(), text: text.to_owned(), taken: Vec::new() };
+    Failure::Model(source, errors.iter().map(Diagnostic::from).collect())
+}
+
+fn is_command(word: &str) -> bool {
+    !OTHERS.contains(&word) && Cli::command().get_subcommands().any(|own| own.get_name() == word)
+}
+
+fn is_name(text: &str) -> bool {
+    let mut letters = text.chars();
+    letters.next().is_some_and(char::is_alphabetic) && letters.all(|c| c.is_alphanumeric() || c == '_')
+}
+
+/// What a statement declares; another one of the same takes its place.
+fn declared(kind: &StatementKind) -> Vec<String> {
+    match kind {
+        StatementKind::Model { .. } => vec!["model".to_owned()],
+        StatementKind::Param(bindings) => bindings.iter().map(|own| own.name.text.to_string()).collect(),
+        StatementKind::Coord { declarations } => declarations.iter().map(|own| own.name.text.to_string()).collect(),
+        StatementKind::Let(own) => vec![own.name.text.to_string()],
+        StatementKind::Table { name, .. } => vec![name.text.to_string()],
+        StatementKind::Kinetic(_) => vec!["T".to_owned()],
+        StatementKind::Potential(_) => vec!["V".to_owned()],
+        StatementKind::Lagrangian(_) => vec!["lagrangian".to_owned()],
+        StatementKind::Dissipation(_) => vec!["dissipation".to_owned()],
+        StatementKind::Period(_) => vec!["period".to_owned()],
+        StatementKind::Force(own) => vec![format!("force {}", own.name.text)],
+        StatementKind::Guess { binding, rate } => vec![format!("guess {rate} {}", binding.name.text)],
+        StatementKind::Equilibrium { binding, rate } => vec![format!("equilibrium {rate} {}", binding.name.text)],
+        StatementKind::Constraint { .. } | StatementKind::Assume(_) => Vec::new(),
+    }
+}
+
+/// Which statements need which: those of a rank only what has a lower one, or the same.
+fn rank(kind: &StatementKind) -> u8 {
+    match kind {
+        StatementKind::Model { .. } => 0,
+        StatementKind::Table { .. } => 1,
+        StatementKind::Param(_) => 2,
+        StatementKind::Coord { .. } => 3,
+        StatementKind::Let(_) => 4,
+        _ => 5,
+    }
+}
+
+/// Words between spaces, as a shell has them; quotes hold together.
+fn split(text: &str) -> Vec<String> {
+    let mut words: Vec<String> = Vec::new();
+    let mut quote = None;
+    let mut within = false;
+    for c in text.chars() {
+        match (quote, c) {
+            (Some(open), c) if c == open => quote = None,
+            (None, '\'' | '"') if !within || words.last().is_some_and(|word| word.ends_with('=')) => {
+                quote = Some(c);
+                if !within {
+                    words.push(String::new());
+                }
+                within = true;
+            }
+            (None, c) if c.is_whitespace() => within = false,
+            (_, c) => {
+                if !within {
+                    words.push(String::new());
+                }
+                within = true;
+                if let Some(word) = words.last_mut() {
+                    word.push(c);
+                }
+            }
+        }
+    }
+    words
+}
+
+/// Completion of words and names.
+struct Words {
+    names: Vec<String>,
+}
+
+impl Completer for Words {
+    type Candidate = String;
+
+    fn complete(&self, line: &str, at: usize, _: &rustyline::Context<'_>) -> rustyline::Result<(usize, Vec<String>)> {
+        let start = line[..at]
+            .rfind(|c: char| !c.is_alphanumeric() && c != '_')
+            .map_or(0, |found| found + line[found..].chars().next().map_or(1, char::len_utf8));
+        let begun = &line[start..at];
+        let command = Cli::command();
+        let commands = command.get_subcommands().map(clap::Command::get_name).filter(|own| !OTHERS.contains(own));
+        // Commands stand at the beginning.
+        let commands = commands.chain(WORDS).filter(|_| start == 0);
+        let all = commands.chain(STATEMENT_WORDS).chain(FUNCTIONS).chain(self.names.iter().map(String::as_str));
+        let mut found: Vec<String> = all.filter(|word| word.starts_with(begun)).map(str::to_owned).collect();
+        found.sort();
+        found.dedup();
+        Ok((start, found))
+    }
+}
+
+impl Hinter for Words {
+    type Hint = String;
+}
+impl Highlighter for Words {}
+impl Validator for Words {}
+impl Helper for Words {}

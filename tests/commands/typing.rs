@@ -1,0 +1,210 @@
+//! Answers while a model is being written: `watch` and `repl`.
+#![cfg(all(feature = "cli", unix))]
+
+use std::fs;
+use std::io::{BufRead, BufReader, Read};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::thread;
+use std::time::Duration;
+
+use crate::cli_support::*;
+
+const MODEL: &str = "param k = 1\ncoord x\nT = 1/2*x'^2\nV = 1/2*k*x^2\n";
+
+/// An empty folder of a test's own.
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("typing").join(name);
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+/// A command that goes on, with its lines as they come; it ends with this.
+struct Going {
+    child: Child,
+    lines: Receiver<String>,
+}
+
+fn lines(from: impl Read + Send + 'static, to: std::sync::mpsc::Sender<String>) {
+    thread::spawn(move || {
+        for line in BufReader::new(from).lines() {
+            let Ok(line) = line else { return };
+            if to.send(line).is_err() {
+                return;
+            }
+        }
+    });
+}
+
+impl Going {
+    fn new(folder: &Path, arguments: &[&str]) -> Self {
+        let mut command = command(arguments);
+        command.current_dir(folder).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = command.spawn().unwrap();
+        let (sender, received) = channel();
+        lines(child.stdout.take().unwrap(), sender.clone());
+        lines(child.stderr.take().unwrap(), sender);
+        Self { child, lines: received }
+    }
+
+    /// Waits for a line with this in it.
+    #[track_caller]
+    fn expect(&self, part: &str) {
+        let mut told = Vec::new();
+        loop {
+            match self.lines.recv_timeout(Duration::from_secs(60)) {
+                Ok(line) if line.contains(part) => return,
+                Ok(line) => told.push(line),
+                Err(_) => panic!("no `{part}` in {told:#?}"),
+            }
+        }
+    }
+}
+
+impl Drop for Going {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+#[test]
+fn a_saved_model_is_answered_again() {
+    let folder = folder("saved");
+    let file = folder.join("model.lag");
+    fs::write(&file, MODEL).unwrap();
+    let going = Going::new(&folder, &["watch", "model.lag", "--digits", "5"]);
+    going.expect("1.0000");
+    fs::write(&file, MODEL.replace("k = 1", "k = 4")).unwrap();
+    going.expect("2.0000");
+    fs::write(&file, MODEL.replace("k*x^2", "j*x^2")).unwrap();
+    going.expect("`j` is not declared");
+    // As editors do it: another file in place of this one.
+    let other = folder.join("model.lag~");
+    fs::write(&other, MODEL.replace("k = 1", "k = 9")).unwrap();
+    fs::rename(&other, &file).unwrap();
+    going.expect("3.0000");
+}
+
+#[test]
+fn a_saved_table_is_answered_again() {
+    let folder = folder("table");
+    fs::write(folder.join("k.csv"), "k\n16\n").unwrap();
+    let model = "table springs = \"k.csv\"\ncoord x\nT = 1/2*x'^2\nV = sum(s in springs, 1/2*s.k*x^2)\n";
+    fs::write(folder.join("model.lag"), model).unwrap();
+    let going = Going::new(&folder, &["watch", "derive", "model.lag", "--json"]);
+    going.expect("x'' + 16*x = 0");
+    fs::write(folder.join("k.csv"), "k\n25\n").unwrap();
+    going.expect("x'' + 25*x = 0");
+}
+
+#[test]
+fn a_page_knows_of_a_newer_one() {
+    let folder = folder("page");
+    fs::write(folder.join("model.lag"), MODEL).unwrap();
+    let version = || fs::read_to_string(folder.join("page.html.js")).unwrap_or_default();
+    let page = || fs::read_to_string(folder.join("page.html")).unwrap_or_default();
+    let own = |text: &str| text.split('"').nth(1).unwrap_or("none").to_owned();
+    let wait = |done: &dyn Fn() -> bool| {
+        assert!((0..600).any(|_| done() || {
+            thread::sleep(Duration::from_millis(100));
+            false
+        }));
+    };
+    let _going = Going::new(&folder, &["watch", "show", "model.lag", "-o", "page.html"]);
+    wait(&|| page().contains(&format!("'{}'", own(&version()))));
+    let first = version();
+    fs::write(folder.join("model.lag"), MODEL.replace("k = 1", "k = 4")).unwrap();
+    wait(&|| version() != first && page().contains(&format!("'{}'", own(&version()))));
+}
+
+#[test]
+fn what_can_not_be_watched() {
+    let told = |arguments: &[&str]| {
+        let run = run(arguments);
+        (run.status, run.err)
+    };
+    let (status, text) = told(&["watch", "fmt", "models/three_pendulums.lag"]);
+    assert!(status == 1 && text.contains("only commands that read one model"), "{text}");
+    let (status, text) = told(&["watch", "-"]);
+    assert!(status == 1 && text.contains("standard input is never saved"), "{text}");
+    let (status, text) = told(&["watch", "modes", "models/three_pendulums.lag", "--digit"]);
+    assert!(status == 2 && text.contains("--digit"), "{text}");
+    let (status, text) = told(&["watch", "nowhere/model.lag"]);
+    assert!(status == 1 && text.contains("can't watch `nowhere/model.lag`"), "{text}");
+}
+
+/// What a conversation prints.
+fn answers(folder: &Path, arguments: &[&str], typed: &str) -> Run {
+    let mut command = command(&[&["repl"], arguments].concat());
+    command.current_dir(folder);
+    finish(command, typed.as_bytes())
+}
+
+#[test]
+fn frequencies_move_with_what_is_typed() {
+    let folder = folder("typed");
+    let typed = "coord x\nT = 1/2*x'^2\nparam k = 4\nV = 1/2*k*x^2\nk = 9\nundo\n\
+                 V = 1/2*k*(\n  x^2 + x^2)\nparam c = 2\nV = 1/2*k*c^2*x^2\ntext\nsave model.lag\nquit\nV = nonsense\n";
+    let run = answers(&folder, &[], typed);
+    assert_eq!((run.status, run.err.as_str()), (0, ""));
+    let omegas: Vec<&str> = run.out.lines().filter(|line| line.contains("omega")).map(str::trim).collect();
+    assert_eq!(
+        omegas,
+        [
+            "1  oscillation  omega 2.000000000",
+            "1  oscillation  omega 3.000000000   was 2.000000000",
+            "1  oscillation  omega 2.000000000   was 3.000000000",
+            "1  oscillation  omega 2.828427125   was 2.000000000",
+            "1  oscillation  omega 2.828427125",
+            "1  oscillation  omega 4.000000000   was 2.828427125",
+        ]
+    );
+    // What others need stands above them.
+    let model = "param k = 4\nparam c = 2\ncoord x\nT = 1/2*x'^2\nV = 1/2*k*c^2*x^2\n";
+    assert!(run.out.ends_with(model), "{}", run.out);
+    assert_eq!(fs::read_to_string(folder.join("model.lag")).unwrap(), model);
+    let again = answers(&folder, &["model.lag"], "k = 1\n");
+    assert!(again.out.ends_with("omega 2.000000000   was 4.000000000\n"), "{}", again.out);
+}
+
+#[test]
+fn other_commands_have_the_model_typed_so_far() {
+    let folder = folder("commands");
+    fs::write(folder.join("model.lag"), MODEL).unwrap();
+    let run = answers(
+        &folder,
+        &["model.lag"],
+        "derive --only mass\nmodes --digits 4 --no-vectors\nplot motion --start 'x=1' --until 1 --samples 3 -o m.svg\nexplain E0101\n",
+    );
+    assert_eq!(run.status, 0, "{}", run.err);
+    assert!(
+        run.out.contains("mass matrix M") && run.out.contains("1.000 ") && run.out.contains("E0101"),
+        "{}",
+        run.out
+    );
+    assert!(fs::read_to_string(folder.join("m.svg")).unwrap().starts_with("<svg"));
+}
+
+/// Mistakes are told, and change nothing that was there.
+#[test]
+fn mistakes_do_not_end_the_conversation() {
+    let folder = folder("mistakes");
+    fs::write(folder.join("model.lag"), MODEL).unwrap();
+    let typed = "nonsense here\nj = 3\nundo\nV = 1/2*(\n)\nV = 1/2*z*x^2\nundo\nk = 1 +\n\nsave\ntext\n\u{1}\n";
+    let run = answers(&folder, &["model.lag"], typed);
+    assert_eq!(run.status, 0);
+    for part in [
+        "there is no statement `nonsense`",
+        "no statement gives `j`",
+        "nothing has been changed",
+        "`z` is not declared",
+        "save it where",
+    ] {
+        assert!(run.err.contains(part), "{part}: {}", run.err);
+    }
+    assert!(run.out.ends_with(MODEL), "{}", run.out);
+    assert_eq!(answers(&folder, &["nowhere.lag"], "").status, 1);
+}
