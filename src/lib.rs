@@ -102,7 +102,7 @@ pub mod span {
 
 /// Errors and warnings as data: a message, a code, places, the fix. In full: [`librate_core::diagnostic`].
 pub mod diagnostic {
-    pub use librate_core::diagnostic::{Diagnostic, Label, Severity};
+    pub use librate_core::diagnostic::{Diagnostic, Label, Replacement, Severity};
 }
 
 /// A page on each code. In full: [`librate_core::explain`].
@@ -116,8 +116,9 @@ pub mod syntax {
     pub use librate_core::syntax::format;
     pub use librate_core::syntax::{
         Binding, Comment, Comparison, Declaration, Expr, ExprKind, ExprRef, Expressions, FUNCTIONS, File, IndexEntry,
-        IndexKind, Indices, MOST_BYTES, Name, STATEMENT_WORDS, Statement, StatementKind, SyntaxError, Text, Unit,
-        UnitKind, UnitRef, Units, parse, print_expr, print_file, print_statement, print_unit,
+        IndexKind, Indices, MOST_BYTES, Name, NameKind, NamePlace, STATEMENT_WORDS, Statement, StatementKind,
+        SyntaxError, Text, Unit, UnitKind, UnitRef, Units, names, parse, parse_readable, print_expr, print_file,
+        print_statement, print_unit, signature,
     };
 }
 
@@ -158,8 +159,8 @@ pub mod expr {
 pub mod model {
     pub use librate_core::model::{
         Constant, Constraint, Coordinate, CoordinateFamily, Coordinates, Dimension, DimensionError, Feature, Model,
-        ModelError, Parameter, Point, Range, Settings, TableTexts, Tensor, Warning, coordinate_count, elaborate,
-        elaborate_drawn, elaborate_tensors, warnings,
+        ModelError, Parameter, Point, Range, Settings, TableTexts, Tensor, Warning, coordinate_count, dimensions,
+        elaborate, elaborate_drawn, elaborate_tensors, unit_dimension, unit_names, warnings,
     };
 }
 

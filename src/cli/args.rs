@@ -228,6 +228,12 @@ Puts model files in canonical layout: one statement a line, lines of at most 100
 spacing, no parentheses that aren't needed. Comments, blank lines and statements that share a line are
 kept; the meaning of the file never changes. A file with syntax errors is not changed.";
 
+const LSP: &str = "\
+A language server for editors, on standard input and output: errors while you type, values and dimensions of names, definitions,
+references, renaming, completion, layout, an outline, and the frequencies above the model.
+
+An editor starts it by itself once it is told to use `librate lsp` for files that end in .lag.";
+
 const FMT_EXAMPLE: &str = "\
 Examples:
     librate fmt models/*.lag
@@ -306,7 +312,7 @@ impl Command {
             Self::Export(args) => Some(&mut args.model),
             Self::Check(args) => Some(&mut args.model),
             Self::Derive(args) => Some(&mut args.model),
-            Self::Explain(_) | Self::Completions(_) | Self::Fmt(_) | Self::Watch(_) | Self::Repl(_) => None,
+            Self::Explain(_) | Self::Completions(_) | Self::Fmt(_) | Self::Watch(_) | Self::Repl(_) | Self::Lsp => None,
         }
     }
 }
@@ -393,6 +399,9 @@ pub(crate) enum Command {
     /// A model line by line, and how its frequencies move
     #[command(long_about = flowing(repl::ABOUT), after_help = flowing(repl::EXAMPLE))]
     Repl(Repl),
+    /// Answer an editor: errors while you type, values, completions, renaming
+    #[command(long_about = flowing(LSP))]
+    Lsp,
 }
 
 #[derive(Debug, Args)]

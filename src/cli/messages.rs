@@ -8,28 +8,58 @@ use super::input::Source;
 use super::output::visible_json;
 
 /// Where the lines of a text begin, so that every place is found without reading it again.
-struct Lines<'a> {
+pub(super) struct Lines<'a> {
     text: &'a str,
     starts: Vec<usize>,
 }
 
 impl<'a> Lines<'a> {
-    fn new(text: &'a str) -> Self {
+    pub(super) fn new(text: &'a str) -> Self {
         let mut starts = vec![0];
         starts.extend(text.match_indices('\n').map(|(at, _)| at + 1));
         Self { text, starts }
     }
 
-    /// Line and column, from 1; columns count characters.
-    fn place(&self, at: u32) -> (usize, usize) {
+    /// The line, from 1, and what stands on it before a place.
+    fn before(&self, at: u32) -> (usize, &'a str) {
         let mut at = (at as usize).min(self.text.len());
         while !self.text.is_char_boundary(at) {
             at -= 1;
         }
         let line = self.starts.partition_point(|start| *start <= at);
-        let start = self.starts[line - 1];
-        let before = self.text[start..at].trim_start_matches('\u{feff}');
-        (line, before.chars().count() + 1)
+        (line, &self.text[self.starts[line - 1]..at])
+    }
+
+    /// Line and column, from 1; columns count characters.
+    fn place(&self, at: u32) -> (usize, usize) {
+        let (line, before) = self.before(at);
+        (line, before.trim_start_matches('\u{feff}').chars().count() + 1)
+    }
+
+    /// A place as editors count: lines from 0, columns in units of UTF-16.
+    pub(super) fn position(&self, at: u32) -> Value {
+        let (line, before) = self.before(at);
+        json!({"line": line - 1, "character": before.encode_utf16().count()})
+    }
+
+    /// Start and end as editors count.
+    pub(super) fn range(&self, span: Span) -> Value {
+        json!({"start": self.position(span.start), "end": self.position(span.end)})
+    }
+
+    /// The offset of a place as editors count; what is behind the end of a line is its end.
+    pub(super) fn offset(&self, position: &Value) -> usize {
+        let count = |field: &str| usize::try_from(position[field].as_u64().unwrap_or(0)).unwrap_or(usize::MAX);
+        let Some(start) = self.starts.get(count("line")) else { return self.text.len() };
+        let line = self.text[*start..].lines().next().unwrap_or_default();
+        let mut left = count("character");
+        for (at, letter) in line.char_indices() {
+            match left.checked_sub(letter.len_utf16()) {
+                Some(rest) if left > 0 => left = rest,
+                _ => return start + at,
+            }
+        }
+        start + line.len()
     }
 
     fn label(&self, label: &Label) -> Value {

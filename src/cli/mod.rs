@@ -9,6 +9,7 @@ mod fmt;
 mod guard;
 mod inertia;
 mod input;
+mod lsp;
 mod messages;
 mod motion;
 mod output;
@@ -122,6 +123,8 @@ pub(crate) fn run() -> ExitCode {
         Command::Fmt(fmt) => return fmt::run(fmt, format),
         Command::Repl(own) => return repl::run(own, format),
         Command::Watch(watch) => return watch::run(watch, format),
+        // Answers as long as it is asked.
+        Command::Lsp => return lsp::run(),
     };
     let written = guard.finish(answer).and_then(|answer| {
         if let Some((source, warnings)) = answer.remarks

@@ -37,6 +37,16 @@ pub struct Label {
     pub text: String,
 }
 
+/// A change of the text: what stands at a place gives way to something else.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub struct Replacement {
+    /// What is replaced; empty for an insertion.
+    pub span: Span,
+    /// By what; empty for a removal.
+    pub text: String,
+}
+
 /// A message about a model file, ready to be drawn.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
@@ -54,6 +64,8 @@ pub struct Diagnostic {
     pub secondary: Vec<Label>,
     /// The fix, if there is one.
     pub help: Option<String>,
+    /// The fix as a change of the text, where it is certain enough to be made for the author.
+    pub replacement: Option<Replacement>,
 }
 
 impl Diagnostic {
@@ -67,6 +79,7 @@ impl Diagnostic {
             primary: Some(Label { span, text: readable(label.into()) }),
             secondary: Vec::new(),
             help: None,
+            replacement: None,
         }
     }
 
@@ -80,6 +93,7 @@ impl Diagnostic {
             primary: None,
             secondary: Vec::new(),
             help: None,
+            replacement: None,
         }
     }
 
@@ -112,6 +126,28 @@ impl Diagnostic {
     /// The same with a fix, if there is one.
     pub(crate) fn or_help(self, help: Option<String>) -> Self {
         Self { help: help.map(readable).or(self.help), ..self }
+    }
+
+    /// The same with a change of the text that is the fix.
+    #[must_use]
+    pub fn replacing(mut self, span: Span, text: impl Into<String>) -> Self {
+        self.replacement = Some(Replacement { span, text: text.into() });
+        self
+    }
+
+    /// The same with the fix to write something else at a place.
+    pub(crate) fn written(self, span: Span, text: impl Into<String>) -> Self {
+        let text = text.into();
+        self.with_help(format!("write `{text}`")).replacing(span, text)
+    }
+
+    /// The same with the name that was probably meant at a place, if there is one.
+    #[cfg(feature = "engine")]
+    pub(crate) fn or_meant(self, span: Span, nearest: Option<&String>) -> Self {
+        match nearest {
+            Some(name) => self.with_help(format!("did you mean `{name}`?")).replacing(span, name),
+            None => self,
+        }
     }
 
     /// The same with the code of its kind.

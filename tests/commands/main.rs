@@ -23,6 +23,7 @@ mod guide;
 mod inertia;
 mod inertia_meshes;
 mod layers;
+mod lsp;
 mod pictures;
 mod schema;
 mod snapshots;

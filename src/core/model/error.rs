@@ -25,11 +25,9 @@ Error ModelError {
             .with_help(format!(
                 "move the declaration of `{name}` before its first use"
             )),
-        None => at(*span, "unknown name").or_help(meant(nearest.as_ref()).or_else(|| {
-                Some(format!(
-                    "declare it: `param {name} = …`, `coord {name}` or `let {name} = …`"
-                ))
-            })),
+        None => at(*span, "unknown name")
+            .with_help(format!("declare it: `param {name} = …`, `coord {name}` or `let {name} = …`"))
+            .or_meant(*span, nearest.as_ref()),
     },
 
     /// A call of something that is no function.
@@ -41,15 +39,12 @@ Error ModelError {
         nearest: Option<String>,
         /// Whether the name is a declared quantity, so that a `*` is missing.
         quantity: bool,
-    } => at(*span, "not a function").or_help(if *quantity {
-        Some(format!(
-            "`{name}` is a quantity; to multiply, write `{name}*(…)`"
-        ))
-    } else {
-        function_elsewhere(name)
-            .map(str::to_owned)
-            .or_else(|| meant(nearest.as_ref()))
-    }),
+    } => match function_elsewhere(name) {
+        _ if *quantity => at(*span, "not a function")
+            .with_help(format!("`{name}` is a quantity; to multiply, write `{name}*(…)`")),
+        Some(own) => at(*span, "not a function").with_help(own),
+        None => at(*span, "not a function").or_meant(*span, nearest.as_ref()),
+    },
 
     /// A name declared twice, or a member given twice.
     #[error("{} is given twice", quoted(.name))]
@@ -205,7 +200,7 @@ Error ModelError {
         name: String,
         /// A parameter that it may have been meant to be.
         nearest: Option<String>,
-    } => nowhere().or_help(meant(nearest.as_ref())),
+    } => nowhere().or_help(nearest.as_ref().map(|name| format!("did you mean `{name}`?"))),
 
     /// A `--set` that can't be read.
     #[error("can't read the setting `{text}`: {reason}")]
@@ -249,7 +244,9 @@ Error ModelError {
         available: String,
         /// A column that it may have been meant to be.
         nearest: Option<String>,
-    } => at(*span, "unknown column").or_help(meant(nearest.as_ref()).or_else(|| Some(format!("its columns are {available}")))),
+    } => at(*span, "unknown column")
+        .with_help(format!("its columns are {available}"))
+        .or_meant(*span, nearest.as_ref()),
 
     /// More members or terms than fit into memory.
     #[error("{count} are too many")]
@@ -353,10 +350,7 @@ Error ModelError {
         name: String,
         /// A unit that it may have been meant to be.
         nearest: Option<String>,
-    } => {
-        let known = || Some(unit_elsewhere(name).to_owned());
-        at(*span, "unknown unit").or_help(meant(nearest.as_ref()).or_else(known))
-    },
+    } => at(*span, "unknown unit").with_help(unit_elsewhere(name)).or_meant(*span, nearest.as_ref()),
 
     /// A table or a row where a number is expected.
     #[error("`{name}` is a table, not a number")]
@@ -374,7 +368,7 @@ Error ModelError {
         name: String,
         /// A coordinate that it may have been meant to be.
         nearest: Option<String>,
-    } => at(*span, "not a coordinate").or_help(meant(nearest.as_ref())),
+    } => at(*span, "not a coordinate").or_meant(*span, nearest.as_ref()),
 
     /// A mistake that only follows from another one. It is never returned.
     #[error("this follows from another error")]
@@ -483,8 +477,4 @@ fn unit_elsewhere(name: &str) -> &'static str {
             "the units are SI base and derived units with prefixes, deg, rev, rpm, min, h, d, u, eV, cal, angstrom, bar, atm, in, ft, lb and lbf"
         }
     }
-}
-
-fn meant(nearest: Option<&String>) -> Option<String> {
-    nearest.map(|name| format!("did you mean `{name}`?"))
 }

@@ -44,7 +44,7 @@ mod warning;
 pub use assume::Assumption;
 pub use constant::Constant;
 pub use coordinates::{Coordinate, Coordinates, Symbols};
-pub use dimension::{Dimension, DimensionError, Inferred};
+pub use dimension::{Dimension, DimensionError, Inferred, dimensions};
 pub use error::ModelError;
 pub use feature::Feature;
 pub use given::{Given, Givens};
@@ -56,6 +56,7 @@ pub use table::TableTexts;
 pub use table::{Cell, Table};
 pub use tensors::Tensor;
 pub use terms::{Local, TermFamily};
+pub use units::{unit_dimension, unit_names};
 pub use warning::{Warning, warnings};
 
 use crate::expr::{ExprId, Pool};

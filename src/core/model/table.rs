@@ -44,6 +44,12 @@ impl TableTexts {
         texts.map(String::len).sum()
     }
 
+    /// The text of the file that the model calls `path`.
+    #[must_use]
+    pub fn text(&self, path: &str) -> Option<&str> {
+        self.get(path)?.as_deref().ok()
+    }
+
     fn get(&self, path: &str) -> Option<&Result<String, String>> {
         let found = self.texts.iter().rev().find(|(name, _)| name == path);
         found.map(|(_, text)| text)

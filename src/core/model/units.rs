@@ -2,7 +2,7 @@
 //!
 //! What the dimensions say about the energies is the business of [`super::dimension`].
 
-use super::ModelError;
+use super::{Dimension, ModelError};
 use crate::diagnostic::nearest;
 use crate::expr::{ExprId, Pool};
 use crate::number::Number;
@@ -105,6 +105,22 @@ const PREFIXES: &[(&str, i32)] = &[
     ("r", -27),
     ("q", -30),
 ];
+
+/// The names of the units, without prefixes.
+pub fn unit_names() -> impl Iterator<Item = &'static str> {
+    UNITS.iter().map(|known| known.name)
+}
+
+/// What is measured in a unit, which may have a prefix.
+///
+/// ```
+/// let force = librate::model::unit_dimension("kN").map(|own| own.to_string());
+/// assert_eq!(force.as_deref(), Some("a force"));
+/// ```
+#[must_use]
+pub fn unit_dimension(name: &str) -> Option<Dimension> {
+    exponents(name).map(Dimension::new)
+}
 
 fn named_factor(pool: &mut Pool, name: &str) -> Option<ExprId> {
     let (known, exponent) = look_up(name)?;

@@ -36,7 +36,7 @@ Error SyntaxError {
         /// The statement word probably meant.
         suggestion: Option<&'static str>,
     } => match suggestion {
-        Some(word) => at(*span, "not a statement word").with_help(format!("write `{word}`")),
+        Some(word) => at(*span, "not a statement word").written(*span, *word),
         None => at(*span, "a statement begins here").with_help(STATEMENTS),
     },
 
@@ -89,7 +89,7 @@ Error SyntaxError {
         left: String,
         /// The text right of it.
         right: String,
-    } => at(*span, "two factors without an operator between them").with_help(format!("write `{left}*{right}`")),
+    } => at(*span, "two factors without an operator between them").written(*span, format!("{left}*{right}")),
 
     /// `3 4`
     #[error("two numbers side by side")]
@@ -112,7 +112,7 @@ Error SyntaxError {
         function: String,
         /// The call as the language has it.
         fix: String,
-    } => at(*span, "a name and a point before a function").with_help(format!("write `{fix}`")),
+    } => at(*span, "a name and a point before a function").written(*span, fix),
 
     /// `sin^2(x)`
     #[error("the power of `{function}` is written after its argument")]
@@ -128,22 +128,22 @@ Error SyntaxError {
     "E0011" HalfNumber(span) {
         /// The number in full.
         fix: String,
-    } => at(*span, "not a complete number").with_help(format!("write `{fix}`")),
+    } => at(*span, "not a complete number").written(*span, fix),
 
     /// `9,81`
     #[error("the decimal sign is a point, not a comma")]
     "E0012" DecimalComma(span) {
         /// The number with a point.
         fix: String,
-    } => at(*span, "two numbers here").with_help(format!("write `{fix}`")),
+    } => at(*span, "two numbers here").written(*span, fix),
 
     /// `+x`
     #[error("a plus sign needs something on its left")]
-    "E0013" UnaryPlus(span) => at(*span, "positive numbers have no sign").with_help("remove the `+`"),
+    "E0013" UnaryPlus(span) => at(*span, "positive numbers have no sign").with_help("remove the `+`").replacing(*span, ""),
 
     /// `**`
     #[error("`**` is not an operator")]
-    "E0014" DoubleStar(span) => at(*span, "no such operator").with_help("a power is written `x^2`"),
+    "E0014" DoubleStar(span) => at(*span, "no such operator").with_help("a power is written `x^2`").replacing(*span, "^"),
 
     /// An operator without its right operand.
     #[error("something is missing after `{sign}`")]
@@ -255,11 +255,11 @@ Error SyntaxError {
 
     /// `=` inside a condition.
     #[error("a comparison is written `==`")]
-    "E0026" EqualsForComparison(span) => at(*span, "gives a value").with_help("write `==`"),
+    "E0026" EqualsForComparison(span) => at(*span, "gives a value").written(*span, "=="),
 
     /// `==` where a value is given.
     #[error("a value is given with a single `=`")]
-    "E0027" ComparisonForEquals(span) => at(*span, "compares two values").with_help("write `=`"),
+    "E0027" ComparisonForEquals(span) => at(*span, "compares two values").written(*span, "="),
 
     /// `:=`, or a colon without a unit.
     #[error("a unit is missing after the colon")]
@@ -471,7 +471,7 @@ Error SyntaxError {
     "E0055" BrokenName(span) {
         /// The name with underscores.
         fix: String,
-    } => at(*span, "not one name").with_help(format!("write `{fix}`")),
+    } => at(*span, "not one name").written(*span, fix),
 
     /// A point without a column behind it.
     #[error("the name of a column is missing after the point")]

@@ -21,6 +21,7 @@ mod format;
 mod grammar;
 mod lexer;
 mod lookalike;
+mod names;
 mod print;
 mod split;
 mod text;
@@ -35,9 +36,10 @@ pub use ast::{
 pub use error::SyntaxError;
 #[cfg(feature = "format")]
 pub use format::format;
+pub use names::{NameKind, NamePlace, names};
 pub use print::{print_expr, print_file, print_statement, print_unit};
 pub use text::Text;
-pub use words::{FUNCTIONS, STATEMENT_WORDS};
+pub use words::{FUNCTIONS, STATEMENT_WORDS, signature};
 
 use std::collections::HashSet;
 
@@ -69,12 +71,30 @@ pub fn parse(source: &str) -> Result<File, Vec<SyntaxError>> {
     parse_in_pieces(source, PIECE)
 }
 
+/// Parses as much of a text as can be read, for an editor in which it is being written: the tree of all statements
+/// without a mistake, and the mistakes of the others as [`parse`] reports them.
+///
+/// ```
+/// let (file, errors) = librate::syntax::parse_readable("param k = 2\nV = 2 x");
+/// assert_eq!((file.statements.len(), errors.len()), (1, 1));
+/// ```
+#[must_use]
+pub fn parse_readable(source: &str) -> (File, Vec<SyntaxError>) {
+    readable_in_pieces(source, PIECE)
+}
+
 /// Longer sums are given to pest in pieces of about this many bytes.
 const PIECE: u32 = 1 << 14;
 
 fn parse_in_pieces(source: &str, piece: u32) -> Result<File, Vec<SyntaxError>> {
+    let (file, errors) = readable_in_pieces(source, piece);
+    if errors.is_empty() { Ok(file) } else { Err(errors) }
+}
+
+fn readable_in_pieces(source: &str, piece: u32) -> (File, Vec<SyntaxError>) {
     if source.len() > MOST_BYTES {
-        return Err(vec![SyntaxError::FileTooLarge { bytes: source.len(), most: MOST_BYTES }]);
+        let error = SyntaxError::FileTooLarge { bytes: source.len(), most: MOST_BYTES };
+        return (File::default(), vec![error]);
     }
     let mark = '\u{feff}';
     let start = if source.starts_with(mark) { mark.len_utf8() as u32 } else { 0 };
@@ -98,13 +118,9 @@ fn parse_in_pieces(source: &str, piece: u32) -> Result<File, Vec<SyntaxError>> {
             }
         }
     }
-    if errors.is_empty() {
-        Ok(builder.finish())
-    } else {
-        errors.truncate(split::MOST_ERRORS);
-        errors.sort_by_key(SyntaxError::span);
-        Err(without_follow_ons(source, errors))
-    }
+    errors.truncate(split::MOST_ERRORS);
+    errors.sort_by_key(SyntaxError::span);
+    (builder.finish(), without_follow_ons(source, errors))
 }
 
 /// Drops what is said about the uses of a reserved word that the file tries to declare.

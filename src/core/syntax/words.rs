@@ -60,6 +60,56 @@ pub const FUNCTIONS: [&str; 32] = [
     "about",
 ];
 
+/// How each of [`FUNCTIONS`] is called, in their order, and what it gives; then the three that are words of the language.
+const SIGNATURES: [(&str, &str); 35] = [
+    ("sin(x)", "sine, of an angle in rad"),
+    ("cos(x)", "cosine, of an angle in rad"),
+    ("tan(x)", "tangent, of an angle in rad"),
+    ("asin(x)", "the angle in -pi/2..pi/2 whose sine is x"),
+    ("acos(x)", "the angle in 0..pi whose cosine is x"),
+    ("atan(x)", "the angle in -pi/2..pi/2 whose tangent is x"),
+    ("atan2(y, x)", "the angle of the point (x, y), in -pi..pi"),
+    ("sinh(x)", "hyperbolic sine"),
+    ("cosh(x)", "hyperbolic cosine"),
+    ("tanh(x)", "hyperbolic tangent"),
+    ("exp(x)", "exponential function"),
+    ("ln(x)", "natural logarithm"),
+    ("sqrt(x)", "square root"),
+    ("abs(x)", "absolute value"),
+    ("norm(v)", "length of a vector"),
+    ("dot(u, v)", "scalar product"),
+    ("cross(u, v)", "vector product in space"),
+    ("transpose(A)", "the matrix with rows and columns exchanged"),
+    ("mod(a, b)", "remainder of a divided by b, in ranges and indices"),
+    ("floor(a)", "the largest whole number up to a, in ranges and indices"),
+    ("rot_x(a)", "rotation by the angle a about the x axis: a matrix"),
+    ("rot_y(a)", "rotation by the angle a about the y axis: a matrix"),
+    ("rot_z(a)", "rotation by the angle a about the z axis: a matrix"),
+    ("angular_velocity(R)", "angular velocity of a rotation matrix, in the frame of the body"),
+    ("inertia_sphere(m, r)", "tensor of inertia of a solid sphere, about its centre"),
+    ("inertia_shell(m, r)", "tensor of inertia of a hollow sphere, about its centre"),
+    ("inertia_cylinder(m, r, h)", "tensor of inertia of a solid cylinder along z, about its centre"),
+    ("inertia_rod(m, l)", "tensor of inertia of a thin rod along z, about its centre"),
+    ("inertia_box(m, a, b, c)", "tensor of inertia of a box with edges along x, y and z, about its centre"),
+    ("inertia_point(m, r)", "tensor of inertia of a point mass at the vector r, about the origin"),
+    ("steiner(I, m, d)", "a tensor about the centre of mass, moved by the vector d"),
+    ("about(I, n)", "moment of inertia about the unit vector n"),
+    ("sum(i in a..b, EXPR)", "sum over an index, or over the rows of a table: `sum(b in TABLE, EXPR)`"),
+    ("integral(x in a..b, EXPR)", "integral over a variable, worked out in symbols"),
+    ("rows(TABLE)", "number of rows of a table"),
+];
+
+/// How a function is called, and what it gives.
+///
+/// ```
+/// let (call, meaning) = librate::syntax::signature("ln").unwrap_or_default();
+/// assert_eq!((call, meaning), ("ln(x)", "natural logarithm"));
+/// ```
+#[must_use]
+pub fn signature(function: &str) -> Option<(&'static str, &'static str)> {
+    SIGNATURES.into_iter().find(|(call, _)| call.split('(').next() == Some(function))
+}
+
 /// The function that is meant by a name behind a prefix, `np.arctan`.
 pub(super) fn function_meant(word: &str) -> Option<&'static str> {
     let own = FUNCTIONS.into_iter().find(|own| *own == word);

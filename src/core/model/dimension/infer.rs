@@ -1,6 +1,7 @@
 //! The equations that a file sets up, statement by statement.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
+use std::slice;
 
 use super::operations::{Context, Equations, Quantity, base, energy, power};
 use super::solve::Combination;
@@ -65,6 +66,25 @@ pub(in crate::model) fn infer(file: &File) -> Dimensions {
         inference.statement(statement);
     }
     inference.finish()
+}
+
+/// The dimensions of the parameters, coordinates and named expressions of a file with units, as far as these follow from the
+/// file and are those of all members.
+///
+/// ```
+/// use librate::{model, syntax};
+/// let file = syntax::parse("param k  coord x : m  T = 1/2*x'^2  V = 1/2*k*x^2")?;
+/// assert_eq!(model::dimensions(&file).get("k").map(ToString::to_string).as_deref(), Some("a spring constant"));
+/// # Ok::<(), Vec<librate::syntax::SyntaxError>>(())
+/// ```
+#[must_use]
+pub fn dimensions(file: &File) -> BTreeMap<String, Dimension> {
+    let known = infer(file).known.into_iter();
+    known
+        .filter_map(|(name, own)| {
+            Some((name, own.first()?.clone().filter(|first| own.iter().all(|x| x.as_ref() == Some(first)))?))
+        })
+        .collect()
 }
 
 /// The families that are indexed by more than literals somewhere: their members are alike.
@@ -393,12 +413,12 @@ impl<'a> Inference<'a> {
     fn finish(mut self) -> Dimensions {
         let mut result = Dimensions::default();
         for statement in &self.file.statements {
-            if let StatementKind::Let(binding) = &statement.kind
-                && let Some(quantity) = self.names.get(&*binding.name.text)
-            {
-                let known = self.of_all(quantity);
-                let name = binding.name.text.to_string();
-                result.known.insert(name, vec![known]);
+            let named = if let StatementKind::Let(binding) = &statement.kind { slice::from_ref(binding) } else { &[] };
+            for binding in named.iter().chain(statement.kind.parameters()) {
+                if let Some(quantity) = self.names.get(&*binding.name.text) {
+                    let known = self.of_all(quantity);
+                    result.known.insert(binding.name.text.to_string(), vec![known]);
+                }
             }
             let StatementKind::Coord { declarations } = &statement.kind else {
                 continue;

@@ -14,6 +14,7 @@ mod operations;
 mod solve;
 
 pub use error::{DimensionError, Inferred};
+pub use infer::dimensions;
 pub(super) use infer::{Dimensions, infer};
 
 use crate::number::Number;

@@ -1,0 +1,285 @@
+//! What is answered from a text and what is known of it.
+
+use librate::diagnostic::{Diagnostic, Replacement};
+use librate::model;
+use librate::span::Span;
+use librate::syntax::{self, Binding, ExprKind, NameKind, NamePlace, StatementKind, signature};
+use serde_json::{Value, json};
+
+use super::check::Facts;
+use super::document::{Document, is_renamable};
+use crate::cli::messages::Lines;
+
+/// So many members of a family are shown.
+const SHOWN: usize = 6;
+
+pub(super) fn hover(document: &Document, facts: &Facts, at: usize) -> Value {
+    let Some(name) = document.name_at(at) else { return Value::Null };
+    let text = match name.kind {
+        NameKind::Quantity => quantity(document, facts, &name),
+        NameKind::Function => called(name.text),
+        NameKind::Unit => model::unit_dimension(name.text)
+            .map(|own| format!("`{}` measures {own}: `{}` in SI", name.text, own.unit())),
+        NameKind::Index(around) => {
+            let whole = document.source(around).lines().next().unwrap_or_default();
+            Some(format!("an index of\n```librate\n{whole}\n```"))
+        }
+        NameKind::Column(table) => table.map(|own| format!("a column of the table `{own}`")),
+        NameKind::Model => None,
+    };
+    match text {
+        Some(text) => json!({
+            "contents": {"kind": "markdown", "value": text},
+            "range": document.lines().range(name.span),
+        }),
+        None => Value::Null,
+    }
+}
+
+fn called(function: &str) -> Option<String> {
+    signature(function).map(|(call, meaning)| format!("```librate\n{call}\n```\n{meaning}"))
+}
+
+/// The statements that declare a name, its value, its dimension.
+fn quantity(document: &Document, facts: &Facts, name: &NamePlace<'_>) -> Option<String> {
+    let declarations: Vec<Span> =
+        document.same(name).iter().filter(|own| own.is_declaration).map(|own| own.span).collect();
+    let statements = document.file.statements.iter();
+    let holds = |whole: Span| declarations.iter().any(|own| whole.start <= own.start && own.end <= whole.end);
+    let mut lines: Vec<String> = Vec::new();
+    for statement in statements.filter(|own| holds(own.span)) {
+        let rest = document.text.get(statement.span.end as usize..).unwrap_or_default();
+        let comment = rest.lines().next().filter(|rest| rest.trim_start().starts_with('#'));
+        lines.push(format!("{}{}", document.source(statement.span), comment.unwrap_or_default()));
+    }
+    if lines.is_empty() {
+        return None;
+    }
+    let mut text = format!("```librate\n{}\n```", lines.join("\n"));
+    let dimension = facts.dimensions.get(name.text);
+    let unit = dimension.filter(|own| !own.is_number()).map(|own| format!(" {}", own.unit())).unwrap_or_default();
+    if let Some(values) = facts.values.get(name.text) {
+        let mut shown: Vec<String> =
+            values.iter().take(SHOWN).map(|(member, digits)| format!("`{member} = {digits}{unit}`")).collect();
+        if values.len() > SHOWN {
+            shown.push("…".to_owned());
+        }
+        text = format!("{text}\n{}", shown.join(", "));
+    }
+    if let Some(dimension) = dimension {
+        text = format!("{text}\n\n{dimension}");
+    }
+    Some(text)
+}
+
+pub(super) fn definition(document: &Document, at: usize) -> Value {
+    let Some(name) = document.name_at(at) else { return Value::Null };
+    if let NameKind::Column(table) = name.kind {
+        let path = table.and_then(|table| document.table(table));
+        let start = json!({"line": 0, "character": 0});
+        return path.map_or(
+            Value::Null,
+            |path| json!([{"uri": document.beside(path), "range": {"start": start, "end": start}}]),
+        );
+    }
+    let lines = document.lines();
+    let places = document.same(&name).into_iter().filter(|own| own.is_declaration);
+    places.map(|own| document.location(&lines, own.span)).collect()
+}
+
+pub(super) fn references(document: &Document, at: usize, with_declaration: bool) -> Value {
+    let Some(name) = document.name_at(at) else { return Value::Null };
+    let lines = document.lines();
+    let places = document.same(&name).into_iter().filter(|own| with_declaration || !own.is_declaration);
+    places.map(|own| document.location(&lines, own.span)).collect()
+}
+
+/// What would be renamed here.
+pub(super) fn renamed_place(document: &Document, at: usize) -> Value {
+    match document.name_at(at).filter(is_renamable) {
+        Some(name) => json!({"range": document.lines().range(name.span), "placeholder": name.text}),
+        None => Value::Null,
+    }
+}
+
+/// The name that is asked for at all its places. The new text must read as the old one with other letters.
+pub(super) fn rename(document: &Document, at: usize, new: &str) -> Result<Value, String> {
+    let name = document.name_at(at).filter(is_renamable).ok_or("there is no name here that could be changed")?;
+    if !document.is_readable() {
+        return Err("first correct the mistakes: places of the name may be in what can't be read".to_owned());
+    }
+    let names = syntax::names(&document.file);
+    let is_taken = |own: &NamePlace<'_>| own.text == new && is_renamable(own) && own.kind != NameKind::Model;
+    if name.kind != NameKind::Model && names.iter().any(is_taken) {
+        return Err(format!("`{new}` is in use already"));
+    }
+    let places = document.same(&name);
+    let changes: Vec<Replacement> =
+        places.iter().filter_map(|own| Diagnostic::global("").replacing(own.span, new).replacement).collect();
+    let text = replaced(&document.text, &changes);
+    let reads = syntax::parse(&text).is_ok_and(|file| {
+        let again = syntax::names(&file);
+        let alike = |(old, other): (&NamePlace<'_>, &NamePlace<'_>)| {
+            old.text == other.text || (other.text == new && places.iter().any(|place| place.span == old.span))
+        };
+        again.len() == names.len() && names.iter().zip(&again).all(alike)
+    });
+    if !reads {
+        return Err(format!("`{new}` can't be used as a name"));
+    }
+    let lines = document.lines();
+    let edits: Vec<Value> = changes.iter().map(|own| edit(&lines, own)).collect();
+    Ok(json!({"changes": {document.uri.clone(): edits}}))
+}
+
+fn edit(lines: &Lines<'_>, own: &Replacement) -> Value {
+    json!({"range": lines.range(own.span), "newText": own.text})
+}
+
+/// The text with all changes made, which stand in their order; of two that overlap the first.
+fn replaced(text: &str, changes: &[Replacement]) -> String {
+    let (mut out, mut done) = (String::new(), 0);
+    for own in changes {
+        if let Some(kept) = text.get(done..own.span.start as usize) {
+            out.push_str(kept);
+            out.push_str(&own.text);
+            done = own.span.end as usize;
+        }
+    }
+    out.push_str(text.get(done..).unwrap_or_default());
+    out
+}
+
+/// The kinds of the protocol.
+fn symbol_kind(kind: &StatementKind) -> u8 {
+    match kind {
+        StatementKind::Model { .. } => 2,  // a module
+        StatementKind::Param(_) => 14,     // a constant
+        StatementKind::Coord { .. } => 8,  // a field
+        StatementKind::Let(_) => 13,       // a variable
+        StatementKind::Table { .. } => 18, // an array
+        StatementKind::Kinetic(_)
+        | StatementKind::Potential(_)
+        | StatementKind::Lagrangian(_)
+        | StatementKind::Dissipation(_)
+        | StatementKind::Force(_)
+        | StatementKind::Constraint { .. }
+        | StatementKind::Assume(_)
+        | StatementKind::Guess { .. }
+        | StatementKind::Equilibrium { .. }
+        | StatementKind::Period(_) => 12, // a function
+    }
+}
+
+/// The statements by what they declare, or by their first word.
+pub(super) fn outline(document: &Document) -> Value {
+    let lines = document.lines();
+    let names = syntax::names(&document.file);
+    let mut all = Vec::new();
+    for statement in &document.file.statements {
+        let Span { start, end } = statement.span;
+        let inside = names.iter().filter(|own| start <= own.span.start && own.span.end <= end);
+        let declared: Vec<&NamePlace<'_>> =
+            inside.filter(|own| own.is_declaration && !matches!(own.kind, NameKind::Index(_))).collect();
+        let text = document.source(statement.span);
+        let kind = symbol_kind(&statement.kind);
+        let mut push = |name: &str, place: Span| {
+            all.push(json!({
+                "name": name,
+                "detail": text.lines().next().unwrap_or_default(),
+                "kind": kind,
+                "range": lines.range(statement.span),
+                "selectionRange": lines.range(place),
+            }));
+        };
+        if declared.is_empty() {
+            let word = text.split(|c: char| c.is_whitespace() || c == '=').next().unwrap_or_default();
+            push(word, Span::new(start, start + word.len() as u32));
+        }
+        declared.iter().for_each(|own| push(own.text, own.span));
+    }
+    Value::Array(all)
+}
+
+pub(super) fn formatted(document: &Document) -> Value {
+    match syntax::format(&document.text) {
+        Ok(text) if *text == *document.text => json!([]),
+        Ok(text) => {
+            let whole = Span::new(0, document.text.len() as u32);
+            json!([{"range": document.lines().range(whole), "newText": text}])
+        }
+        Err(_) => Value::Null,
+    }
+}
+
+/// Values that parameters get from others, and units that are not written.
+pub(super) fn hints(document: &Document, facts: &Facts, range: &Value) -> Value {
+    let lines = document.lines();
+    let shown = lines.offset(&range["start"])..=lines.offset(&range["end"]);
+    let mut all = Vec::new();
+    let mut hint = |at: u32, label: String| {
+        if shown.contains(&(at as usize)) {
+            all.push(json!({"position": lines.position(at), "label": label, "kind": 1, "paddingLeft": true}));
+        }
+    };
+    let unit = |name: &str| facts.dimensions.get(name).map(|own| format!(": {}", own.unit()));
+    let behind = |binding: &Binding| binding.indices.as_ref().map_or(binding.name.span.end, |own| own.span.end);
+    for statement in &document.file.statements {
+        let bindings = match &statement.kind {
+            StatementKind::Param(bindings) => bindings.as_slice(),
+            StatementKind::Let(binding) => std::slice::from_ref(binding),
+            StatementKind::Coord { declarations } => {
+                for own in declarations.iter().filter(|own| own.unit.is_none()) {
+                    let end = own.indices.as_ref().map_or(own.name.span.end, |own| own.span.end);
+                    unit(&own.name.text).into_iter().for_each(|label| hint(end, label));
+                }
+                &[]
+            }
+            _ => &[],
+        };
+        for binding in bindings {
+            if binding.unit.is_none() {
+                unit(&binding.name.text).into_iter().for_each(|label| hint(behind(binding), label));
+            }
+            if let Some(value) = binding.value.map(|at| document.file.expr(at))
+                && !matches!(value.kind, ExprKind::Number(_) | ExprKind::Negate(_) | ExprKind::Vector(_))
+                && let Some([(_, digits)]) = facts.values.get(&*binding.name.text).map(Vec::as_slice)
+            {
+                hint(value.span.end, format!("= {digits}"));
+            }
+        }
+    }
+    Value::Array(all)
+}
+
+/// The frequencies, above the first line.
+pub(super) fn lens(facts: &Facts) -> Value {
+    let start = json!({"line": 0, "character": 0});
+    let lens =
+        |title: &String| json!({"range": {"start": start, "end": start}, "command": {"title": title, "command": ""}});
+    facts.modes.iter().map(lens).collect()
+}
+
+/// The changes that correct what is wrong in a range.
+pub(super) fn fixes(document: &Document, facts: &Facts, range: &Value) -> Value {
+    let lines = document.lines();
+    let (start, end) = (lines.offset(&range["start"]), lines.offset(&range["end"]));
+    let all = facts.diagnostics.iter().filter_map(|own| {
+        let change = own.replacement.as_ref()?;
+        let place = own.primary.as_ref()?.span.range();
+        if place.start > end || start > place.end {
+            return None;
+        }
+        let title = match change.text.as_str() {
+            "" => format!("Remove `{}`", document.source(change.span)),
+            text => format!("Write `{text}`"),
+        };
+        Some(json!({
+            "title": title,
+            "kind": "quickfix",
+            "isPreferred": true,
+            "edit": {"changes": {document.uri.clone(): [edit(&lines, change)]}},
+        }))
+    });
+    all.collect()
+}

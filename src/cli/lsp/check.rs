@@ -1,0 +1,286 @@
+//! What needs the model: mistakes, values, dimensions, modes. Worked out beside the server, for the newest text alone.
+
+use std::collections::{BTreeMap, HashMap, VecDeque};
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use librate::budget::Budget;
+use librate::diagnostic::{Diagnostic, Severity};
+use librate::model::{self, Dimension, Model, Settings, TableTexts};
+use librate::modes::{Options, Stability};
+use librate::precision::{Ball, decimal};
+use librate::syntax::StatementKind;
+use librate::{Error, linearize};
+use lsp_server::{Message, Notification, Request, RequestId};
+use serde_json::{Value, json};
+
+use super::document::Document;
+use crate::cli::args::ModelArgs;
+use crate::cli::guard::Guard;
+use crate::cli::input::{self, Source};
+use crate::cli::{Failure, Size, checked, solved};
+
+/// Modes are computed once nothing was typed for so long, of models up to so many coordinates.
+const PAUSE: Duration = Duration::from_millis(200);
+const MOST_COORDINATES: usize = 200;
+/// So many frequencies are shown, with so many digits.
+const SHOWN: usize = 6;
+const DIGITS: usize = 6;
+
+/// What is known of each text.
+pub(super) type Known = Arc<Mutex<HashMap<String, State>>>;
+
+#[derive(Default)]
+pub(super) struct State {
+    /// The number of the newest check.
+    pub(super) latest: u64,
+    pub(super) facts: Arc<Facts>,
+}
+
+/// What was found when the model was last in order; the mistakes are those of now.
+#[derive(Clone, Default)]
+pub(super) struct Facts {
+    pub(super) diagnostics: Vec<Diagnostic>,
+    /// The values of parameters in SI: by name, the members with their digits.
+    pub(super) values: BTreeMap<String, Vec<(String, String)>>,
+    pub(super) dimensions: BTreeMap<String, Dimension>,
+    /// The columns of the tables.
+    pub(super) columns: BTreeMap<String, Vec<String>>,
+    /// The frequencies in a line.
+    pub(super) modes: Option<String>,
+}
+
+/// A poisoned lock holds nothing that is half done.
+pub(super) fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// A text to be checked.
+pub(super) struct Job {
+    pub(super) document: Document,
+    pub(super) budget: Budget,
+    pub(super) number: u64,
+}
+
+/// Sends the editor a message, as long as there is one.
+type Editor = Box<dyn Fn(Message) + Send>;
+
+pub(super) struct Checker {
+    editor: Editor,
+    /// What the editor is able to ask for anew.
+    renewed: Vec<&'static str>,
+    pub(super) known: Known,
+}
+
+impl Checker {
+    pub(super) fn new(editor: Editor, workspace: &Value) -> Self {
+        let mut renewed = Vec::new();
+        for (field, method) in
+            [("codeLens", "workspace/codeLens/refresh"), ("inlayHint", "workspace/inlayHint/refresh")]
+        {
+            if workspace[field]["refreshSupport"] == json!(true) {
+                renewed.push(method);
+            }
+        }
+        Self { editor, renewed, known: Known::default() }
+    }
+
+    /// Works until nobody sends anything more.
+    pub(super) fn run(&self, jobs: &Receiver<Job>) {
+        let mut waiting = VecDeque::new();
+        loop {
+            waiting.extend(jobs.try_iter());
+            let job = match waiting.pop_front() {
+                Some(job) => job,
+                None => match jobs.recv() {
+                    Ok(job) => job,
+                    Err(_) => return,
+                },
+            };
+            let Some(model) = self.check(&job) else { continue };
+            match jobs.recv_timeout(PAUSE) {
+                Ok(newer) => waiting.push_back(newer),
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return,
+            }
+            if self.is_latest(&job) {
+                let modes = modes_line(model);
+                self.put(&job, |facts| facts.modes = modes);
+            }
+        }
+    }
+
+    fn is_latest(&self, job: &Job) -> bool {
+        lock(&self.known).get(&job.document.uri).is_some_and(|state| state.latest == job.number)
+    }
+
+    /// Changes what is known, unless the text is another one by now, and has it shown.
+    fn put(&self, job: &Job, change: impl FnOnce(&mut Facts)) {
+        let mut known = lock(&self.known);
+        let Some(state) = known.get_mut(&job.document.uri).filter(|state| state.latest == job.number) else { return };
+        change(Arc::make_mut(&mut state.facts));
+        drop(known);
+        for method in &self.renewed {
+            let id = RequestId::from(format!("{method} {}", job.number));
+            (self.editor)(Message::Request(Request::new(id, (*method).to_owned(), Value::Null)));
+        }
+    }
+
+    /// Reports what is wrong with a text; gives the model if nothing is.
+    fn check(&self, job: &Job) -> Option<Model> {
+        if !self.is_latest(job) {
+            return None;
+        }
+        let document = &job.document;
+        let (tables, unread) = tables(document);
+        let (diagnostics, model) = match checked_model(document, &tables, &job.budget) {
+            _ if !document.is_readable() => (document.errors.to_vec(), None),
+            _ if unread.is_some() => (unread.into_iter().collect(), None),
+            Ok((model, warnings)) => (warnings, Some(model)),
+            Err(error) => (error.diagnostics(), None),
+        };
+        if !self.is_latest(job) {
+            return None;
+        }
+        let shown = diagnostics.iter().map(|own| shown(document, own)).collect();
+        let told = published(&document.uri, document.version, shown);
+        let columns = columns(document, &tables);
+        self.put(job, |facts| {
+            facts.diagnostics = diagnostics;
+            facts.modes = None;
+            // A table that can't be read for the moment has the columns that it had.
+            facts.columns.extend(columns);
+            if let Some(model) = &model {
+                facts.values = values(model);
+                facts.dimensions = model::dimensions(&document.file);
+            }
+        });
+        // Only now, as an editor asks for corrections as soon as it has the mistakes.
+        (self.editor)(Message::Notification(told));
+        model
+    }
+}
+
+/// What the command line would be asked.
+fn arguments(document: &Document) -> ModelArgs {
+    let (settings, allow_paths) = (Vec::new(), Vec::new());
+    ModelArgs { file: document.path(), settings, allow_paths, guard: Guard::default(), drawn: false }
+}
+
+/// The tables of a model, or why none can be read.
+fn tables(document: &Document) -> (TableTexts, Option<Diagnostic>) {
+    let mut source = Source::of(&document.path(), String::new());
+    match input::read_tables(&arguments(document), &document.file, &mut source) {
+        Ok(tables) => (tables, None),
+        Err(Failure::Other { message, .. }) => (TableTexts::new(), Some(Diagnostic::global(message))),
+        Err(Failure::Model(..) | Failure::BrokenPipe) => (TableTexts::new(), None),
+    }
+}
+
+fn checked_model(document: &Document, tables: &TableTexts, budget: &Budget) -> Result<(Model, Vec<Diagnostic>), Error> {
+    let settings = Settings::new().within(budget.clone());
+    checked(&arguments(document), &document.file, tables, &settings, Size::Any)
+}
+
+/// The names in the first line of each table.
+fn columns(document: &Document, tables: &TableTexts) -> BTreeMap<String, Vec<String>> {
+    let named = document.file.statements.iter().filter_map(|own| {
+        let StatementKind::Table { name, path, .. } = &own.kind else { return None };
+        let columns = if path.ends_with(".mtx") { "i,j,v" } else { tables.text(path)?.lines().next()? };
+        let columns = columns.trim_start_matches('\u{feff}').split(',');
+        Some((name.text.to_string(), columns.map(|own| own.trim().trim_matches('"').to_owned()).collect()))
+    });
+    named.collect()
+}
+
+/// The digits of a value, without zeros at the end: it is often a short decimal.
+fn digits(value: &Ball) -> String {
+    let text = decimal(value, DIGITS).text;
+    if text.contains('.') && !text.contains('e') {
+        return text.trim_end_matches('0').trim_end_matches('.').to_owned();
+    }
+    text
+}
+
+fn values(model: &Model) -> BTreeMap<String, Vec<(String, String)>> {
+    let mut values: BTreeMap<String, Vec<(String, String)>> = BTreeMap::new();
+    for own in &model.parameters {
+        let value = own.value.and_then(|value| linearize::constant(&model.pool, value));
+        if let Some(value) = value {
+            let family = own.name.split('[').next().unwrap_or_default();
+            values.entry(family.to_owned()).or_default().push((own.name.clone(), digits(&value)));
+        }
+    }
+    values
+}
+
+/// The frequencies of a small model, or why there are none.
+fn modes_line(model: Model) -> Option<String> {
+    let count = model.coordinates.len();
+    if count > MOST_COORDINATES || model.time_dependent.is_some() {
+        return None;
+    }
+    let mut options = Options::default().digits(DIGITS);
+    (options.vectors, options.threads) = (false, 1);
+    let modes = match solved(model, &options) {
+        Ok((_, modes)) => modes,
+        Err(error) => return Some(error.to_string()),
+    };
+    let shown = modes.modes.iter().take(SHOWN).map(|mode| decimal(&mode.omega, DIGITS).text);
+    let mut all: Vec<String> = shown.collect();
+    if modes.modes.len() > SHOWN {
+        all.push("…".to_owned());
+    }
+    let stability = match modes.stability {
+        Stability::Stable => "stable",
+        Stability::Unstable => "unstable",
+        Stability::Neutral => "neutral",
+        Stability::Undecided => "undecided",
+    };
+    Some(format!("omega = {} rad/s, {stability}", all.join(", ")))
+}
+
+/// A message as an editor has it.
+fn shown(document: &Document, own: &Diagnostic) -> Value {
+    let lines = document.lines();
+    let primary = own.primary.as_ref();
+    let mut message = own.message.clone();
+    if let Some(label) = primary.filter(|label| !label.text.is_empty()) {
+        message = format!("{message}: {}", label.text);
+    }
+    if let Some(help) = &own.help {
+        message = format!("{message}\n{help}");
+    }
+    let related = own
+        .secondary
+        .iter()
+        .map(|label| json!({"location": document.location(&lines, label.span), "message": label.text}));
+    let severity = match own.severity {
+        Severity::Warning => 2,
+        _ => 1,
+    };
+    let mut shown = json!({
+        "range": lines.range(primary.map(|label| label.span).unwrap_or_default()),
+        "severity": severity,
+        "source": "librate",
+        "message": message,
+        "relatedInformation": related.collect::<Vec<Value>>(),
+    });
+    if let Some(code) = own.code {
+        shown["code"] = json!(code);
+    }
+    // What is never used is shown paler.
+    if matches!(own.code, Some("W0001" | "W0002" | "W0003" | "W0004")) {
+        shown["tags"] = json!([1]);
+    }
+    shown
+}
+
+pub(super) fn published(uri: &str, version: Option<i64>, diagnostics: Vec<Value>) -> Notification {
+    let mut told = json!({"uri": uri, "diagnostics": diagnostics});
+    if let Some(version) = version {
+        told["version"] = json!(version);
+    }
+    Notification::new("textDocument/publishDiagnostics".to_owned(), told)
+}

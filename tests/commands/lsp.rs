@@ -1,0 +1,319 @@
+//! `librate lsp` from outside: an editor that opens texts, changes them and asks.
+#![cfg(feature = "cli")]
+
+use crate::cli_support::command;
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::process::{Child, ChildStdin, ChildStdout, Stdio};
+use std::time::{Duration, Instant};
+
+use proptest::prelude::*;
+use serde_json::{Value, json};
+
+/// Letters of two bytes and one unit of UTF-16, and one of four bytes and two units.
+const PENDULUM: &str = "\
+model pendel
+param m : kg = 1  param g : m/s^2 = 9.81  # 𝒢 and φ before names
+param ℓ : m = 0.5
+param ω0 = sqrt(g/ℓ)
+coord φ : rad
+T = 1/2*m*ℓ^2*φ'^2
+V = m*g*ℓ*(1 - cos(φ))
+assume ω0 > 0
+";
+
+struct Editor {
+    server: Child,
+    input: Option<ChildStdin>,
+    output: BufReader<ChildStdout>,
+    asked: u64,
+    version: u64,
+}
+
+impl Editor {
+    fn new() -> Self {
+        let mut server = command(&["lsp"]).stdin(Stdio::piped()).spawn().unwrap();
+        let (input, output) = (server.stdin.take(), BufReader::new(server.stdout.take().unwrap()));
+        let mut editor = Self { server, input, output, asked: 0, version: 0 };
+        let answer = editor.ask("initialize", json!({"capabilities": {}}));
+        assert_eq!(answer["capabilities"]["renameProvider"]["prepareProvider"], json!(true));
+        editor.tell("initialized", json!({}));
+        editor
+    }
+
+    fn send(&mut self, message: &Value) {
+        let text = message.to_string();
+        let input = self.input.as_mut().unwrap();
+        write!(input, "Content-Length: {}\r\n\r\n{text}", text.len()).unwrap();
+        input.flush().unwrap();
+    }
+
+    fn receive(&mut self) -> Value {
+        let (mut line, mut length) = (String::new(), 0);
+        loop {
+            line.clear();
+            assert_ne!(self.output.read_line(&mut line).unwrap(), 0, "the server ended");
+            match line.trim().split_once(": ") {
+                Some(("Content-Length", count)) => length = count.parse().unwrap(),
+                Some(_) => {}
+                None => break,
+            }
+        }
+        let mut text = vec![0; length];
+        self.output.read_exact(&mut text).unwrap();
+        serde_json::from_slice(&text).unwrap()
+    }
+
+    fn tell(&mut self, method: &str, params: Value) {
+        self.send(&json!({"jsonrpc": "2.0", "method": method, "params": params}));
+    }
+
+    /// The whole response.
+    fn asked(&mut self, method: &str, params: Value) -> Value {
+        self.asked += 1;
+        let id = self.asked;
+        self.send(&json!({"jsonrpc": "2.0", "id": id, "method": method, "params": params}));
+        loop {
+            let message = self.receive();
+            if message["id"] == json!(id) {
+                return message;
+            }
+        }
+    }
+
+    fn ask(&mut self, method: &str, params: Value) -> Value {
+        let answer = self.asked(method, params);
+        assert!(answer.get("error").is_none(), "{answer}");
+        answer["result"].clone()
+    }
+
+    /// The mistakes that are shown for a text.
+    fn open(&mut self, uri: &str, text: &str) -> Vec<Value> {
+        self.version += 1;
+        let document = json!({"uri": uri, "version": self.version, "languageId": "librate", "text": text});
+        self.tell("textDocument/didOpen", json!({"textDocument": document}));
+        self.shown()
+    }
+
+    fn change(&mut self, uri: &str, text: &str) {
+        self.version += 1;
+        let document = json!({"uri": uri, "version": self.version});
+        self.tell("textDocument/didChange", json!({"textDocument": document, "contentChanges": [{"text": text}]}));
+    }
+
+    fn shown(&mut self) -> Vec<Value> {
+        loop {
+            let message = self.receive();
+            if message["params"]["version"] == json!(self.version) {
+                return message["params"]["diagnostics"].as_array().unwrap().clone();
+            }
+        }
+    }
+
+    /// At the place of `|` in a line of the text.
+    fn at(&mut self, method: &str, uri: &str, text: &str, place: &str, more: Value) -> Value {
+        let mut params = json!({"textDocument": {"uri": uri}, "position": position(text, place)});
+        for (key, value) in more.as_object().unwrap() {
+            params[key] = value.clone();
+        }
+        self.ask(&format!("textDocument/{method}"), params)
+    }
+
+    fn end(mut self) {
+        assert_eq!(self.ask("shutdown", Value::Null), Value::Null);
+        self.tell("exit", Value::Null);
+        assert_eq!(self.server.wait().unwrap().code(), Some(0));
+    }
+}
+
+/// As the protocol counts: units of UTF-16.
+fn position(text: &str, place: &str) -> Value {
+    let (before, after) = place.split_once('|').unwrap();
+    let at = text.find(&format!("{before}{after}")).unwrap() + before.len();
+    let start = text[..at].rfind('\n').map_or(0, |end| end + 1);
+    json!({"line": text[..at].matches('\n').count(), "character": text[start..at].encode_utf16().count()})
+}
+
+/// The texts at ranges, counted independently of the server.
+fn source(text: &str, range: &Value) -> String {
+    let line = |side: &str| range[side]["line"].as_u64().unwrap() as usize;
+    assert_eq!(line("start"), line("end"));
+    let units: Vec<u16> = text.lines().nth(line("start")).unwrap().encode_utf16().collect();
+    let unit = |side: &str| range[side]["character"].as_u64().unwrap() as usize;
+    String::from_utf16(&units[unit("start")..unit("end")]).unwrap()
+}
+
+const URI: &str = "untitled:pendel.lag";
+
+#[test]
+fn mistakes_are_shown_where_they_are() {
+    let mut editor = Editor::new();
+    let text = PENDULUM.to_owned();
+    assert_eq!(editor.open(URI, &text), Vec::<Value>::new());
+    // Two at once; what follows from them is not shown.
+    let wrong = text.replace("cos(φ)", "cos(ϕϕ)").replace("param ℓ", "parm ℓ");
+    editor.change(URI, &wrong);
+    let shown = editor.shown();
+    assert_eq!(shown.len(), 1, "{shown:?}");
+    assert_eq!((source(&wrong, &shown[0]["range"]).as_str(), &shown[0]["code"]), ("parm", &json!("E0002")));
+    let wrong = text.replace("assume ω0", "assume ωω0") + "let 𝒢 = 2 let b = ω1 + gg";
+    editor.change(URI, &wrong);
+    let shown = editor.shown();
+    let places: Vec<String> = shown.iter().map(|own| source(&wrong, &own["range"])).collect();
+    assert_eq!(places, ["ωω0", "ω1", "gg"]);
+    assert!(shown[0]["message"].as_str().unwrap().contains("did you mean `ω0`?"), "{}", shown[0]);
+    // The fix, and the text with it.
+    let range = shown[0]["range"].clone();
+    let params = json!({"textDocument": {"uri": URI}, "range": range, "context": {"diagnostics": []}});
+    let fixes = editor.ask("textDocument/codeAction", params);
+    assert_eq!(fixes[0]["title"], json!("Write `ω0`"));
+    let edit = &fixes[0]["edit"]["changes"][URI][0];
+    assert_eq!((source(&wrong, &edit["range"]).as_str(), &edit["newText"]), ("ωω0", &json!("ω0")));
+    // A second place.
+    let twice = PENDULUM.to_owned() + "param g = 2\n";
+    editor.change(URI, &twice);
+    let shown = editor.shown();
+    let related = &shown[0]["relatedInformation"][0]["location"];
+    assert_eq!((&related["uri"], source(&twice, &related["range"]).as_str()), (&json!(URI), "g"));
+    assert_eq!(related["range"]["start"]["line"], json!(1));
+    editor.end();
+}
+
+#[test]
+fn names_lead_to_each_other() {
+    let mut editor = Editor::new();
+    let text = PENDULUM.to_owned() + "let a = sum(i in 1..2, i*sum(j in 1..i, j)) + sum(i in 1..3, i)\n";
+    editor.open(URI, &text);
+    let hover = editor.at("hover", URI, &text, "sqrt(g/|ℓ)", json!({}));
+    let told = hover["contents"]["value"].as_str().unwrap();
+    for part in ["param ℓ : m = 0.5", "`ℓ = 0.5 m`", "a length"] {
+        assert!(told.contains(part), "{told}");
+    }
+    let told = editor.at("hover", URI, &text, "assume ω|0", json!({}))["contents"]["value"].to_string();
+    assert!(told.contains("ω0 = 4.42945 1/s") && told.contains("a rate"), "{told}");
+    let told = editor.at("hover", URI, &text, "co|s(", json!({}))["contents"]["value"].to_string();
+    assert!(told.contains("cos(x)"), "{told}");
+    let told = editor.at("hover", URI, &text, "coord φ : ra|d", json!({}))["contents"]["value"].to_string();
+    assert!(told.contains("a pure number"), "{told}");
+    let found = editor.at("definition", URI, &text, "cos(|φ)", json!({}));
+    assert_eq!(found[0]["range"]["start"], position(&text, "coord |φ"));
+    let context = json!({"context": {"includeDeclaration": true}});
+    let all = editor.at("references", URI, &text, "cos(|φ)", context.clone());
+    let lines: Vec<&Value> = all.as_array().unwrap().iter().map(|own| &own["range"]["start"]["line"]).collect();
+    assert_eq!(lines, [4, 5, 6]);
+    // An index is that of its sum alone.
+    let all = editor.at("references", URI, &text, "2, |i*sum", context);
+    assert_eq!(all.as_array().unwrap().len(), 3);
+    let edits = editor.at("rename", URI, &text, "g/|ℓ", json!({"newName": "länge"}));
+    let edits = edits["changes"][URI].as_array().unwrap().clone();
+    let old: Vec<String> = edits.iter().map(|own| source(&text, &own["range"])).collect();
+    assert_eq!(old, ["ℓ"; 4]);
+    for (place, new) in [("g/|ℓ", "φ"), ("g/|ℓ", "sin"), ("g/|ℓ", "a b"), ("g/|ℓ", "2"), ("co|s(φ", "f"), ("g/|ℓ", "j")]
+    {
+        let params = json!({"textDocument": {"uri": URI}, "position": position(&text, place), "newName": new});
+        let refused = editor.asked("textDocument/rename", params);
+        assert!(refused["error"]["message"].is_string(), "{new}: {refused}");
+    }
+    editor.end();
+}
+
+#[test]
+fn what_can_be_written_is_offered() {
+    let mut editor = Editor::new();
+    let folder = format!("file://{}/tests/language", env!("CARGO_MANIFEST_DIR"));
+    let uri = format!("{folder}/a%20new%20one.lag");
+    let text = "table s = \"springs.csv\"\nparam k : N/m = 2\ncoord x[1..3]\nT = sum(i in 1..3, x[i]'^2)\nV = sum(b in s, 1/2*b.k*x[b.i]^2)\n";
+    assert_eq!(editor.open(&uri, text).len(), 1, "k is never used");
+    let labels = |found: Value| -> Vec<String> {
+        found.as_array().unwrap().iter().map(|own| own["label"].as_str().unwrap().to_owned()).collect()
+    };
+    // While it is being written it can't be read.
+    let wrong = text.replace("b.k*x[b.i]^2)", "b.") + "let y = s[1].";
+    editor.change(&uri, &wrong);
+    assert!(!editor.shown().is_empty());
+    let header = std::fs::read_to_string("tests/language/springs.csv").unwrap();
+    let columns: Vec<&str> = header.lines().next().unwrap().split(',').collect();
+    assert_eq!(labels(editor.at("completion", &uri, &wrong, "1/2*b.|", json!({}))), columns);
+    assert_eq!(labels(editor.at("completion", &uri, &wrong, "s[1].|", json!({}))), columns);
+    let units = labels(editor.at("completion", &uri, &wrong, "k : |N", json!({})));
+    assert!(units.contains(&"lbf".to_owned()) && !units.contains(&"sin".to_owned()));
+    let names = labels(editor.at("completion", &uri, &wrong, "T = |sum", json!({})));
+    assert!(["k", "x", "s", "sin", "integral", "pi"].iter().all(|own| names.contains(&(*own).to_owned())), "{names:?}");
+    assert!(!names.contains(&"param".to_owned()));
+    let begun = labels(editor.at("completion", &uri, &wrong, "|param", json!({})));
+    assert!(begun.contains(&"constraint".to_owned()));
+    // A column is defined in its file.
+    editor.change(&uri, text);
+    editor.shown();
+    let found = editor.at("definition", &uri, text, "b.|k", json!({}));
+    assert_eq!(found[0]["uri"], json!(format!("{folder}/springs.csv")));
+    // Outside of the folder nothing is read.
+    editor.change(&uri, &text.replace("springs.csv", "../../Cargo.toml"));
+    assert!(editor.shown()[0]["message"].as_str().unwrap().contains("there is no such file"));
+    editor.end();
+}
+
+#[test]
+fn the_text_is_laid_out_and_summed_up() {
+    let mut editor = Editor::new();
+    let text = PENDULUM.replace("T = 1/2", "T  =  1/2");
+    editor.open(URI, &text);
+    let document = json!({"textDocument": {"uri": URI}});
+    let outline = editor.ask("textDocument/documentSymbol", document.clone());
+    let names: Vec<&str> = outline.as_array().unwrap().iter().map(|own| own["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["pendel", "m", "g", "ℓ", "ω0", "φ", "T", "V", "assume"]);
+    let whole = json!({"start": {"line": 0, "character": 0}, "end": {"line": 99, "character": 0}});
+    let hints = editor.ask("textDocument/inlayHint", json!({"textDocument": {"uri": URI}, "range": whole}));
+    let labels: Vec<&str> = hints.as_array().unwrap().iter().map(|own| own["label"].as_str().unwrap()).collect();
+    assert_eq!(labels, [": 1/s", "= 4.42945"]);
+    assert_eq!(hints[0]["position"], position(&text, "param ω0|"));
+    let edits = editor.ask("textDocument/formatting", document.clone());
+    assert_eq!(edits[0]["newText"].as_str().unwrap(), librate::syntax::format(&text).unwrap());
+    let start = Instant::now();
+    loop {
+        let lens = editor.ask("textDocument/codeLens", document.clone());
+        if let Some(title) = lens[0]["command"]["title"].as_str() {
+            assert_eq!(title, "omega = 4.42945 rad/s, stable");
+            break;
+        }
+        assert!(start.elapsed() < Duration::from_secs(60));
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    editor.tell("textDocument/didClose", document);
+    editor.end();
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 1, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Whatever is written and asked, there is an answer.
+    #[test]
+    fn any_text_is_survived(
+        edits in prop::collection::vec((0_usize..400, 0_usize..40, "[ -~\n\t\r\\u{feff}φ𝒢']{0,12}", 0_u32..12, 0_u32..40), 150),
+    ) {
+        const METHODS: [&str; 8] = [
+            "hover", "definition", "references", "completion", "documentSymbol", "formatting", "codeLens", "prepareRename",
+        ];
+        let mut editor = Editor::new();
+        let mut text = PENDULUM.to_owned();
+        editor.open(URI, &text);
+        for (number, (start, length, new, line, character)) in edits.into_iter().enumerate() {
+            let letters: Vec<char> = text.chars().collect();
+            let start = start.min(letters.len());
+            let end = (start + length).min(letters.len());
+            text = letters[..start].iter().copied().chain(new.chars()).chain(letters[end..].iter().copied()).collect();
+            if number % 25 == 24 {
+                text = PENDULUM.to_owned();
+            }
+            editor.change(URI, &text);
+            let params = json!({
+                "textDocument": {"uri": URI},
+                "position": {"line": line, "character": character},
+            });
+            editor.ask(&format!("textDocument/{}", METHODS[number % METHODS.len()]), params);
+        }
+        editor.change(URI, PENDULUM);
+        prop_assert_eq!(editor.shown(), Vec::<Value>::new());
+        editor.end();
+    }
+}
