@@ -102,7 +102,7 @@ pub mod span {
 
 /// Errors and warnings as data: a message, a code, places, the fix. In full: [`librate_core::diagnostic`].
 pub mod diagnostic {
-    pub use librate_core::diagnostic::{Diagnostic, Label, Replacement, Severity};
+    pub use librate_core::diagnostic::{Diagnostic, Label, Replacement, Severity, replaced};
 }
 
 /// A page on each code. In full: [`librate_core::explain`].

@@ -731,6 +731,9 @@ pub(crate) struct Export {
 pub(crate) struct Check {
     #[command(flatten)]
     pub(crate) model: ModelArgs,
+    /// Make the corrections that are certain enough, in the file itself, and show what changed
+    #[arg(long)]
+    pub(crate) fix: bool,
 }
 
 #[derive(Debug, Args)]

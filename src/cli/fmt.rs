@@ -44,25 +44,30 @@ fn one(file: &Path, check: bool) -> Result<bool, Failure> {
     let same = formatted == source.text;
     if check {
         if !same {
-            write_out(&visible(&difference(&source, &formatted), false))?;
+            write_out(&visible(&difference(&source, &formatted, "formatted"), false))?;
         }
         return Ok(same);
     }
     if input::is_stream(file) {
         write_data(&formatted)?;
     } else if !same {
-        output::replace(file, &|mut out| out.write_all(formatted.as_bytes()), Some(&source.text)).map_err(|error| {
-            let reason = output::in_words(&error);
-            fault(format!("can't write the model file `{}`: {reason}", source.name))
-        })?;
+        rewrite(file, &source, &formatted)?;
     }
     Ok(true)
 }
 
-/// A unified diff from the file to its canonical layout.
-fn difference(source: &Source, formatted: &str) -> String {
-    let diff = TextDiff::configure().timeout(PATIENCE).diff_lines(source.text.as_str(), formatted);
+/// Writes a model file anew, which is taken to hold what was read.
+pub(super) fn rewrite(file: &Path, source: &Source, new: &str) -> Result<(), Failure> {
+    output::replace(file, &|mut out| out.write_all(new.as_bytes()), Some(&source.text)).map_err(|error| {
+        let reason = output::in_words(&error);
+        fault(format!("can't write the model file `{}`: {reason}", source.name))
+    })
+}
+
+/// A unified diff from a file to what becomes of it.
+pub(super) fn difference(source: &Source, new: &str, what: &str) -> String {
+    let diff = TextDiff::configure().timeout(PATIENCE).diff_lines(source.text.as_str(), new);
     let mut unified = diff.unified_diff();
-    unified.context_radius(CONTEXT).header(&source.name, &format!("{} (formatted)", source.name));
+    unified.context_radius(CONTEXT).header(&source.name, &format!("{} ({what})", source.name));
     unified.to_string()
 }

@@ -69,6 +69,10 @@ impl Guard {
 
     /// The budget for a model and so many bytes of tables, whose time begins now.
     pub(crate) fn begin(&self, source: &Source, tables: usize) -> Budget {
+        // One command reads one model, if again where it corrects it.
+        if let Some(begun) = self.budget.get() {
+            return begun.clone();
+        }
         let input = (source.text.len() + tables) as u64;
         let (seconds, bytes) = (self.limits.seconds(input), self.limits.bytes(input));
         let budget = Budget::new(bytes);
@@ -85,7 +89,6 @@ impl Guard {
             let format = self.format;
             budget.listen(move |line| output::write_messages(&format.note(line)));
         }
-        // One command reads one model.
         let _ = self.budget.set(budget.clone());
         // Without a thread what is counted stays within the budget all the same.
         let _ = thread::Builder::new().spawn(move || watch.run());

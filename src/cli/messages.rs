@@ -1,6 +1,6 @@
 //! Diagnostics for programs: one JSON object a line.
 
-use librate::diagnostic::{Diagnostic, Label, Severity};
+use librate::diagnostic::{Diagnostic, Label, Replacement, Severity};
 use librate::span::Span;
 use serde_json::{Value, json};
 
@@ -62,12 +62,13 @@ impl<'a> Lines<'a> {
         start + line.len()
     }
 
-    fn label(&self, label: &Label) -> Value {
-        let Span { start, end } = label.span;
+    /// A place in the text, with what is to be said or written there.
+    fn at(&self, span: Span, key: &str, text: &str) -> Value {
+        let Span { start, end } = span;
         let (line, column) = self.place(start);
         let (end_line, end_column) = self.place(end);
         json!({
-            "label": label.text,
+            key: text,
             "start": start,
             "end": end,
             "line": line,
@@ -78,23 +79,31 @@ impl<'a> Lines<'a> {
     }
 }
 
+/// Where something is to be said, and what is to be written.
+#[derive(Default)]
+struct Places {
+    primary: Value,
+    secondary: Vec<Value>,
+    replacement: Value,
+}
+
 fn object(
     severity: &str,
     code: Option<&str>,
     message: &str,
     help: Option<&str>,
     file: Option<&str>,
-    places: (Value, Vec<Value>),
+    places: Places,
 ) -> String {
-    let (primary, secondary) = places;
     let value = json!({
         "severity": severity,
         "code": code,
         "message": message,
         "file": file,
-        "primary": primary,
-        "secondary": secondary,
+        "primary": places.primary,
+        "secondary": places.secondary,
         "help": help,
+        "replacement": places.replacement,
     });
     format!("{}\n", visible_json(&value.to_string()))
 }
@@ -104,26 +113,24 @@ pub(crate) fn diagnostics(source: &Source, all: &[Diagnostic]) -> String {
     let lines = Lines::new(&source.text);
     all.iter()
         .map(|one| {
-            let primary = one.primary.as_ref().map_or(Value::Null, |label| lines.label(label));
-            let secondary = one.secondary.iter().map(|label| lines.label(label)).collect();
-            object(
-                one.severity.as_str(),
-                one.code,
-                &one.message,
-                one.help.as_deref(),
-                Some(&source.name),
-                (primary, secondary),
-            )
+            let label = |own: &Label| lines.at(own.span, "label", &own.text);
+            let changed = |own: &Replacement| lines.at(own.span, "text", &own.text);
+            let places = Places {
+                primary: one.primary.as_ref().map_or(Value::Null, label),
+                secondary: one.secondary.iter().map(label).collect(),
+                replacement: one.replacement.as_ref().map_or(Value::Null, changed),
+            };
+            object(one.severity.as_str(), one.code, &one.message, one.help.as_deref(), Some(&source.name), places)
         })
         .collect()
 }
 
 /// A message that is not about a place in a model.
 pub(crate) fn message(text: &str, help: Option<&str>) -> String {
-    object(Severity::Error.as_str(), None, text, help, None, (Value::Null, Vec::new()))
+    object(Severity::Error.as_str(), None, text, help, None, Places::default())
 }
 
 /// A line that tells how something is computed.
 pub(crate) fn note(text: &str) -> String {
-    object("note", None, text, None, None, (Value::Null, Vec::new()))
+    object("note", None, text, None, None, Places::default())
 }

@@ -33,7 +33,7 @@ use anstream::{AutoStream, ColorChoice};
 use clap::{CommandFactory, Parser};
 use clap_complete::Shell;
 use librate::derive::{self, Parts};
-use librate::diagnostic::Diagnostic;
+use librate::diagnostic::{self, Diagnostic};
 use librate::model::{self, Model, Settings, TableTexts};
 use librate::number::Number;
 use librate::report::{self, Style};
@@ -311,8 +311,41 @@ fn floquet_text(args: &args::Floquet) -> Result<Answer, Failure> {
     Ok(Answer::new(text, Some((source, warnings))))
 }
 
+/// Corrections can show further mistakes: so often they are made.
+const ROUNDS: usize = 20;
+
+/// The file with all corrections made that are certain enough; says what changed, and what becomes of the model.
+fn corrected(args: &ModelArgs) -> Result<Loaded, Failure> {
+    if input::is_stream(&args.file) {
+        let message = "standard input can't be corrected in place".to_owned();
+        return Err(Failure::Other { message, help: Some("name a file".to_owned()), status: USAGE });
+    }
+    let source = input::read_model(&args.file)?;
+    let mut newer = source.clone();
+    let mut found = load_text(args, newer.clone(), Size::Any);
+    for _ in 0..ROUNDS {
+        let told = match &found {
+            Ok(loaded) => &loaded.warnings,
+            Err(Failure::Model(_, told)) => told,
+            Err(_) => break,
+        };
+        let text = diagnostic::replaced(&newer.text, told.iter().filter_map(|own| own.replacement.as_ref()));
+        if text == newer.text {
+            break;
+        }
+        newer.text = text;
+        found = load_text(args, newer.clone(), Size::Any);
+    }
+    if newer.text != source.text {
+        fmt::rewrite(&args.file, &source, &newer.text)?;
+        write_out(&output::visible(&fmt::difference(&source, &newer.text, "corrected"), false))?;
+    }
+    found
+}
+
 fn check_text(args: &args::Check) -> Result<Answer, Failure> {
-    let Loaded { source, model, warnings } = load(&args.model, Size::Any)?;
+    let loaded = if args.fix { corrected(&args.model) } else { load(&args.model, Size::Any) };
+    let Loaded { source, model, warnings } = loaded?;
     let name = model.name.clone().unwrap_or(source.shown().into_owned());
     let count = model.coordinates.len();
     let plural = if count == 1 { "" } else { "s" };
@@ -482,7 +515,11 @@ fn checked(
 
 /// The checked model, and its text for messages.
 fn load(args: &ModelArgs, size: Size) -> Result<Loaded, Failure> {
-    let Parsed { source, file, tables, settings } = parsed(args, input::read_model(&args.file)?)?;
+    load_text(args, input::read_model(&args.file)?, size)
+}
+
+fn load_text(args: &ModelArgs, source: Source, size: Size) -> Result<Loaded, Failure> {
+    let Parsed { source, file, tables, settings } = parsed(args, source)?;
     let progress = Progress::stages("reading the model", &args.guard);
     let checked = checked(args, &file, &tables, &settings, size);
     drop(progress);

@@ -47,6 +47,23 @@ pub struct Replacement {
     pub text: String,
 }
 
+/// A text with all changes made; of two that overlap the first.
+#[must_use]
+pub fn replaced<'a>(text: &str, changes: impl IntoIterator<Item = &'a Replacement>) -> String {
+    let mut changes: Vec<&Replacement> = changes.into_iter().collect();
+    changes.sort_by_key(|own| own.span.start);
+    let (mut out, mut done) = (String::new(), 0);
+    for own in changes {
+        if let Some(kept) = text.get(done..own.span.start as usize) {
+            out.push_str(kept);
+            out.push_str(&own.text);
+            done = own.span.end as usize;
+        }
+    }
+    out.push_str(text.get(done..).unwrap_or_default());
+    out
+}
+
 /// A message about a model file, ready to be drawn.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]

@@ -611,3 +611,56 @@ fn mistakes_are_explained() {
         });
     });
 }
+
+#[test]
+fn lists_set_families() {
+    let model = "param m[1..2] = 1  param k = 1\ncoord x[1..2]\nT = sum(i in 1..2, m[i]*x[i]'^2)/2\nV = k*(x[1]^2 + x[2]^2)/2\n";
+    let path = scratch("lists.lag", model.as_bytes());
+    let modes = |settings: &[&str]| {
+        let mut arguments = vec!["modes", path.to_str().unwrap(), "--no-vectors"];
+        settings.iter().for_each(|own| arguments.extend(["--set", own]));
+        run(&arguments)
+    };
+    let listed = modes(&["m=[4, 16]"]);
+    assert!(listed.out.contains("0.2500000000") && listed.out.contains("0.5000000000"), "{}", listed.out);
+    assert_eq!(listed.out, modes(&["m[1]=4", "m[2]=16"]).out);
+    // What is set of a member goes before, wherever it stands.
+    assert_eq!(listed.out, modes(&["m[2]=16", "m=[4, 1]"]).out);
+    for (setting, reason) in [
+        ("m=[1, 2, 3]", "`m` has 2 members, but a vector of 3 is given"),
+        ("k=[1, 2]", "`k` is one number"),
+        ("m[1]=[1, 2]", "one member is one number"),
+        ("k=1 +/- [1, 2]", "an uncertainty is one number"),
+    ] {
+        let refused = modes(&[setting]);
+        assert_eq!(refused.status, 1, "{setting}");
+        assert!(refused.err.contains(reason), "{}", refused.err);
+    }
+}
+
+#[test]
+fn what_can_only_have_been_meant_is_corrected() {
+    // Two names at once; what stands in a comment stays.
+    let wrong = "param mass = 2  param stiff = 3\ncoord x\nT = 1/2*mas*x'^2\nV = 1/2*stif*x^2  # stif\n";
+    let path = scratch("wrong.lag", wrong.as_bytes());
+    let file = path.to_str().unwrap();
+    let told = run(&["check", file, "--message-format", "json"]);
+    let told: Vec<Value> = told.err.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(told[0]["replacement"]["text"], "mass");
+    assert_eq!((&told[0]["replacement"]["line"], &told[0]["replacement"]["column"]), (&3.into(), &9.into()));
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), wrong);
+    let corrected = run(&["check", file, "--fix"]);
+    assert_eq!((corrected.status, corrected.err.as_str()), (0, ""));
+    assert!(corrected.out.contains("+T = 1/2*mass*x'^2"), "{}", corrected.out);
+    assert!(corrected.out.ends_with("1 coordinate, T and V are in order\n"), "{}", corrected.out);
+    let right = wrong.replace("mas*", "mass*").replace("stif*", "stiff*");
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), right);
+    // Nothing is left to do, and what has no correction stays.
+    assert!(!run(&["check", file, "--fix"]).out.contains('+'));
+    let hopeless = right + "let q = zzzz\n";
+    std::fs::write(&path, &hopeless).unwrap();
+    let refused = run(&["check", file, "--fix"]);
+    assert_eq!((refused.status, refused.out.as_str()), (1, ""));
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), hopeless);
+    assert_eq!(run(&["check", "-", "--fix"]).status, 2);
+}

@@ -1,6 +1,6 @@
 //! What is answered from a text and what is known of it.
 
-use librate::diagnostic::{Diagnostic, Replacement};
+use librate::diagnostic::{self, Diagnostic, Replacement};
 use librate::model;
 use librate::span::Span;
 use librate::syntax::{self, Binding, ExprKind, NameKind, NamePlace, StatementKind, signature};
@@ -116,7 +116,7 @@ pub(super) fn rename(document: &Document, at: usize, new: &str) -> Result<Value,
     let places = document.same(&name);
     let changes: Vec<Replacement> =
         places.iter().filter_map(|own| Diagnostic::global("").replacing(own.span, new).replacement).collect();
-    let text = replaced(&document.text, &changes);
+    let text = diagnostic::replaced(&document.text, &changes);
     let reads = syntax::parse(&text).is_ok_and(|file| {
         let again = syntax::names(&file);
         let alike = |(old, other): (&NamePlace<'_>, &NamePlace<'_>)| {
@@ -134,20 +134,6 @@ pub(super) fn rename(document: &Document, at: usize, new: &str) -> Result<Value,
 
 fn edit(lines: &Lines<'_>, own: &Replacement) -> Value {
     json!({"range": lines.range(own.span), "newText": own.text})
-}
-
-/// The text with all changes made, which stand in their order; of two that overlap the first.
-fn replaced(text: &str, changes: &[Replacement]) -> String {
-    let (mut out, mut done) = (String::new(), 0);
-    for own in changes {
-        if let Some(kept) = text.get(done..own.span.start as usize) {
-            out.push_str(kept);
-            out.push_str(&own.text);
-            done = own.span.end as usize;
-        }
-    }
-    out.push_str(text.get(done..).unwrap_or_default());
-    out
 }
 
 /// The kinds of the protocol.

@@ -78,6 +78,8 @@ pub(super) struct SetValue {
     /// Its uncertainty.
     pub(super) sigma: Option<Value>,
     pub(super) used: bool,
+    /// As it was written.
+    pub(super) text: String,
 }
 
 pub(super) struct Elaborator<'a> {

@@ -47,11 +47,14 @@ impl Elaborator<'_> {
                 (Some(ModelError::BadSetting { reason, .. }), _, _) => reason.clone(),
                 (Some(error), _, _) => error.to_string(),
                 (None, Some(Err(error)), _) | (None, _, Err(error)) => error.to_string(),
+                (None, Some(Ok(Value::Vector(_))), _) if setting.binding.indices.is_some() => {
+                    "one member is one number".to_owned()
+                }
+                (None, Some(_), Ok(Some(Value::Vector(_)))) => "an uncertainty is one number".to_owned(),
                 (None, Some(Ok(value)), Ok(sigma)) => {
                     let member = setting.binding.indices.as_deref().map(|_| key(&at));
                     let name = setting.binding.name.text.to_string();
-                    let used = false;
-                    let set = SetValue { value, sigma, used };
+                    let set = SetValue { value, sigma, used: false, text: setting.text.clone() };
                     self.set.insert((name, member), set);
                     continue;
                 }
@@ -99,6 +102,7 @@ impl Elaborator<'_> {
         let Some(keys) = self.add_members(family, &members) else {
             return;
         };
+        self.spread_setting(name, &members, &keys, known.is_some());
         // One value fills the family; a list gives the members; an index makes each its own.
         let mut shared: Option<Value> = None;
         if let Some(program) = &program
@@ -166,6 +170,30 @@ impl Elaborator<'_> {
             self.errors.push(ModelError::GivenTwice { name: name.text.to_string(), span: name.span, first });
         }
         known.map(Some)
+    }
+
+    /// A list that was set for a whole family gives each member its own; one that was set for a member goes before.
+    fn spread_setting(&mut self, name: &Name, members: &Members, keys: &[Key], is_later_piece: bool) {
+        let whole = (name.text.to_string(), None);
+        let Some(set) = self.set.get_mut(&whole) else { return };
+        let SetValue { value: value @ Value::Vector(_), sigma, text, .. } = &*set else { return };
+        let (value, sigma, text) = (value.clone(), sigma.clone(), text.clone());
+        set.used = true;
+        let scalars = value.scalars();
+        let reason = if is_later_piece {
+            format!("`{}` is declared in pieces: its members are set one at a time", name.text)
+        } else if members.rank == 0 {
+            format!("`{}` is one number", name.text)
+        } else if scalars.len() != keys.len() || !self.shape_fits(&value, members) {
+            format!("`{}` has {} members, but {} is given", name.text, keys.len(), value.describe())
+        } else {
+            for (at, own) in keys.iter().zip(scalars) {
+                let set = SetValue { value: Value::Scalar(own), sigma: sigma.clone(), used: true, text: text.clone() };
+                self.set.entry((name.text.to_string(), Some(*at))).or_insert(set);
+            }
+            return;
+        };
+        self.errors.push(ModelError::BadSetting { text, reason });
     }
 
     /// The members' values from a list of them.
