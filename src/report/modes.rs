@@ -40,7 +40,7 @@ const LEAST_SHAPE: usize = 30;
 #[must_use]
 pub fn modes_text(linearized: &Linearized, modes: &NormalModes, options: &Options, style: &Style) -> String {
     let model = linearized.model();
-    let count = linearized.coordinates() - linearized.constraints() - linearized.massless_directions();
+    let count = linearized.mode_count();
     let mut heading = headline(model.name.as_deref(), linearized.coordinates());
     if linearized.is_constrained() {
         let constraints = counted(linearized.constraints(), "constraint");

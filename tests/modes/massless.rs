@@ -175,3 +175,25 @@ fn free_bodies_joined_by_springs_and_dampers_in_series() {
         assert!((number("3/10") * s * s + number("5") * s + number("9/4")).contains_zero(), "{s:?}");
     }
 }
+
+#[test]
+fn two_directions_that_rotation_holds_make_one_mode() {
+    // A guiding centre: omega² = k p/B², for numbers that whole ones decide and others.
+    let drift = "coord x, y  lagrangian = B/2*(x*y' - y*x') - k/2*x^2 - p/2*y^2";
+    check(&format!("param B = 2  param k = 1  param p = 3  {drift}"), 0, &["3/4"]);
+    check(&format!("param B = sqrt(2)  param k = 1  param p = 3  {drift}"), 0, &["3/2"]);
+    // A coordinate and its momentum; beside it a node that follows, and a mass.
+    check("coord q, p  lagrangian = p*q' - p^2/4 - 3/2*q^2", 0, &["3/2"]);
+    check("coord q, p, w  lagrangian = p*q' - p^2/4 - 3/2*q^2 - (w - q)^2", 1, &["3/2"]);
+    check("coord q, p, x  lagrangian = p*q' - p^2/4 - 3/2*q^2 + 1/2*x'^2 - 3*x^2", 0, &["3/2", "6"]);
+    // On a saddle it runs away with -omega²; free it rests anywhere, in two directions that are one mode.
+    let (_, normal) = solved(&format!("param B = sqrt(2)  param k = 1  param p = -3  {drift}"));
+    let [mode] = &normal.modes[..] else { panic!("{normal:?}") };
+    assert_eq!((mode.kind, normal.stability), (Kind::Unstable, Stability::Unstable));
+    assert!((mode.growth * mode.growth - number("3/2")).contains_zero());
+    let (_, normal) = solved("coord x, y, z  lagrangian = x*y' + 1/2*z'^2 - 1/2*z^2");
+    let kinds: Vec<Kind> = normal.modes.iter().map(|mode| mode.kind).collect();
+    assert_eq!((kinds, normal.stability), (vec![Kind::Zero, Kind::Oscillation], Stability::Neutral));
+    // Of three one is left over, which a force at the others' velocities would have to move.
+    assert!(matches!(refused("coord x, y, z  lagrangian = x*y' - x^2 - y^2"), LinearizeError::SingularMass { .. }));
+}

@@ -1,10 +1,11 @@
-//! Coordinates without inertia that friction holds: equations of first order among those of second.
+//! Coordinates without inertia that friction or gyroscopic forces hold: equations of first order among those of second.
 //!
 //! For directions v with M v = 0 the equations vᵀ(s²M + sD + S)q = 0 are of first order, with D = G + C and S = K + N, or where D v = 0
 //! too, of none. In place of the equations of as many coordinates they are multiplied by s + σ, or by two such factors, each with a σ of its
 //! own. That adds the exponents -σ to those of the model, which are known, and nothing else. Where the leading matrix L of these rows is
 //! regular, steps on the rows of these coordinates alone make M of it with some more mass for each of them, which is positive: So exponents,
 //! bounds and digits are those of any other model, vectors stay as they are, and what friction does not reach keeps its form.
+//! With gyroscopic forces alone the exponents come in pairs ±s still, which then tells that a growth is 0.
 
 use super::Linearized;
 use super::constrained::choose_bound;
@@ -21,7 +22,7 @@ enum Order {
     Static,
 }
 
-/// The directions without inertia of a damped model.
+/// The directions without inertia of a model with forces that go with velocities.
 #[derive(Clone, Debug)]
 pub(crate) struct Flow {
     directions: Vec<(Direction, Order)>,
@@ -38,7 +39,7 @@ pub(crate) struct Flow {
 /// M, G + C and K + N, dense, column by column.
 pub(super) type Three<S> = [Vec<S>; 3];
 
-/// The directions without inertia of what is left of a damped model, where friction determines how they move. Where they are no coordinates,
+/// The directions without inertia of what is left of a model, where friction or gyroscopic forces determine how they move. Where they are no coordinates,
 /// those that follow the others are among them, and none follows before.
 pub(super) fn find(own: &mut Linearized) -> Option<Flow> {
     let mut directions: Vec<(Direction, Order)> =
@@ -115,6 +116,11 @@ impl Flow {
     /// The number of directions that follow the others.
     pub(super) fn following(&self) -> usize {
         self.directions.iter().filter(|(_, order)| *order == Order::Static).count()
+    }
+
+    /// Half the number of the other directions.
+    pub(super) fn pairs(&self) -> usize {
+        (self.directions.len() - self.following()) / 2
     }
 
     /// The number of the first of the coordinates.

@@ -335,7 +335,7 @@ fn linearize_in(
         linearized.massless = massless::find(&linearized).map(Box::new);
     }
     linearized.structure = linearized.find_structure();
-    if linearized.structure == Structure::Damped && !rolls {
+    if matches!(linearized.structure, Structure::Damped | Structure::Gyroscopic) && !rolls {
         linearized.flow = flow::find(&mut linearized).map(Box::new);
     }
     Ok(linearized)
@@ -533,6 +533,14 @@ impl Linearized {
         self.massless().map_or(0, Massless::count) + self.flow().map_or(0, Flow::following)
     }
 
+    /// The number of modes, those of equations of first order counted as pairs: that of the coordinates, less the constraints, the
+    /// directions that follow the others, and one of each two that gyroscopic forces alone hold.
+    #[must_use]
+    pub fn mode_count(&self) -> usize {
+        let flow = self.flow().filter(|_| self.structure == Structure::Gyroscopic);
+        self.coordinates() - self.constraints() - self.massless_directions() - flow.map_or(0, Flow::pairs)
+    }
+
     /// Refuses coordinates without inertia, for what has to have accelerations.
     ///
     /// # Errors
@@ -552,7 +560,7 @@ impl Linearized {
         }
     }
 
-    /// The coordinates without inertia that friction holds.
+    /// The coordinates without inertia that friction or gyroscopic forces hold.
     pub(crate) fn flow(&self) -> Option<&Flow> {
         self.flow.as_deref()
     }

@@ -6,10 +6,11 @@ use super::{NormalMode, NormalModes, Normalization, parts};
 use crate::linearize::{Flow, LinearizeError, Linearized, NO_FORCE, Structure, ZeroMode};
 use crate::modes::exponents::Structure as Form;
 use crate::modes::exponents::{
-    Exponent, Exponents, IntegerQuadratic, PreciseQuadratic, QuadraticProblem, QuadraticSource, Units, exponents,
+    Exponent, Exponents, IntegerQuadratic, Limit, PreciseQuadratic, QuadraticProblem, QuadraticSource, Units,
+    exponents, finish,
 };
 use crate::modes::{Kind, ModesError, Options, Stability};
-use crate::precision::{Ball, Enclosure};
+use crate::precision::{Ball, Big, Enclosure};
 
 /// The model as a source of matrices.
 pub(super) struct Source<'a> {
@@ -156,12 +157,54 @@ fn flowing(
             continue;
         }
         found.entries.retain(|entry| !flow.shifts().iter().any(|shift| added(entry, shift)));
+        if linearized.structure() == Structure::Gyroscopic {
+            found = paired(found, linearized.mode_count(), &every);
+        }
         found.entries.truncate(options.lowest.unwrap_or(usize::MAX));
         found.entries.iter_mut().for_each(|entry| normalise(entry, &problem.mass));
         return Ok(found);
     }
     let reason = "coordinates without inertia beside friction lead to exponents that bounds do not tell apart";
     Err(LinearizeError::NoModes { reason: reason.to_owned() })
+}
+
+/// The exponents of so many modes that are known to come in pairs ±s: one of each, half of the zeros.
+fn paired(found: Exponents, modes: usize, options: &Options) -> Exponents {
+    let Exponents { mut entries, level, .. } = found;
+    let all: Vec<[Ball; 2]> = entries.iter().map(|entry| [entry.growth, entry.omega]).collect();
+    for (at, entry) in entries.iter_mut().enumerate() {
+        // s and -s̄ are exponents; where there is no other one, s lies on the axis.
+        let is_apart = |(other, [growth, omega]): (usize, &[Ball; 2])| {
+            other == at
+                || !(*growth + entry.growth).contains_zero()
+                || !(*omega - entry.omega).contains_zero() && !(*omega + entry.omega).contains_zero()
+        };
+        let is_simple = entry.limit == Some(Limit::Open) && entry.omega.is_positive();
+        if is_simple && entry.growth.contains_zero() && all.iter().enumerate().all(is_apart) {
+            entry.kind = Kind::Oscillation;
+            entry.growth = Ball::ZERO;
+            entry.omega_squared = Some(entry.omega * entry.omega);
+            entry.limit = None;
+            if let Some(precise) = &mut entry.precise {
+                precise.growth = Big::zero(precise.omega.bits());
+                precise.omega_squared = &precise.omega * &precise.omega;
+            }
+        }
+    }
+    // The decaying partner of each that grows.
+    entries.retain(|entry| entry.kind != Kind::Overdamped);
+    // There may be more motions without frequency than half the multiplicity of the exponent 0.
+    let moving = entries.iter().filter(|entry| entry.kind != Kind::Zero).count();
+    let mut zeros = 0..modes.saturating_sub(moving);
+    entries.retain(|entry| entry.kind != Kind::Zero || zeros.next().is_some());
+    // Or fewer: then motions grow with powers of t, which have no shapes of their own.
+    let more = entries.iter().find(|entry| entry.kind == Kind::Zero).cloned();
+    let more: Vec<Exponent> = more.into_iter().flat_map(|zero| vec![zero; zeros.len()]).collect();
+    let grows = !more.is_empty();
+    entries.extend(more);
+    let mut found = finish(entries, level, options, &|_| false);
+    found.secular = if grows { Some(true) } else { found.secular };
+    found
 }
 
 /// Brings a vector to xᴴMx = 1 for a mass matrix that is singular; to a largest component of 1 where it has no inertia.

@@ -38,7 +38,7 @@ mod wide_columns;
 
 pub(crate) use exact::LARGEST as MOST_EXACT;
 pub use solve::exponents;
-pub(crate) use spectrum::joined;
+pub(crate) use spectrum::{finish, joined};
 
 use dashu_int::IBig;
 use faer::c64;

@@ -477,7 +477,7 @@ fn number(entries: &mut [Exponent]) {
 
 /// Sorted, numbered and judged; `semisimple` tells of an exponent that is not separated from others whether all of these
 /// are known to have their own vectors.
-pub(super) fn finish(
+pub(crate) fn finish(
     mut entries: Vec<Exponent>,
     level: PrecisionLevel,
     options: &Options,
