@@ -82,9 +82,9 @@ error of omega and growth as printed.";
 
 const MODES_EXAMPLE: &str = "\
 Examples:
-    librate modes molecule.lag --digits 15
-    librate modes chain.lag --set N=50 --set 'm[1]=3/2' --lowest 5
-    librate modes chain.lag --json --no-vectors
+    librate modes models/water.lag --digits 15
+    librate modes models/three_pendulums.lag --set k12=6 --set 'm[1]=3/2' --lowest 2
+    librate modes models/chain_walls.lag --json --no-vectors
     echo \"coord x  T = 1/2*x'^2  V = 2*x^2\" | librate modes -";
 
 const SWEEP: &str = "\
@@ -98,10 +98,10 @@ whole table. The time of --budget is that for a single value.";
 
 const SWEEP_EXAMPLE: &str = "\
 Examples:
-    librate sweep three_pendulums.lag --over k12=0..8:17
-    librate sweep bead_on_hoop.lag --over 'W=sqrt(50)..10:51' --digits 15
-    librate sweep three_pendulums.lag --over 'm[2]=1..4:4' --json
-    librate sweep chain.lag --over k=1..2:100000 --part 3/20 --resume part3.csv";
+    librate sweep models/three_pendulums.lag --over k12=0..8:17
+    librate sweep models/bead_on_hoop.lag --over 'W=sqrt(50)..10:51' --digits 15
+    librate sweep models/three_pendulums.lag --over 'm[2]=1..4:4' --json
+    librate sweep models/chain_walls.lag --over k=1..2:1000 --part 3/20 --resume part3.csv";
 
 const PERIOD: &str = "\
 The exact period of a model with one coordinate at finite amplitude, from energy conservation; the mass may depend
@@ -112,10 +112,10 @@ of V.";
 
 const PERIOD_EXAMPLE: &str = "\
 Examples:
-    librate period simple_pendulum.lag --amplitude 'pi/2'
-    librate period simple_pendulum.lag --amplitude 'pi - 1e-6' --digits 20
-    librate period double_well.lag --energy 3 --json
-    librate plot period simple_pendulum.lag --over 'amplitude=1/10..3:30' -o period.svg";
+    librate period models/simple_pendulum.lag --amplitude 'pi/2'
+    librate period models/simple_pendulum.lag --amplitude 'pi - 1e-6' --digits 20
+    librate period models/double_well.lag --energy 3 --json
+    librate plot period models/simple_pendulum.lag --over 'amplitude=1/10..3:30' -o period.svg";
 
 const SENSITIVITY: &str = "\
 d omega / d parameter for every mode and every parameter that has a value: how much a frequency changes with a
@@ -134,10 +134,10 @@ undecided. The file gives the period with `period`.";
 
 const FLOQUET_EXAMPLE: &str = "\
 Examples:
-    librate floquet child_on_swing.lag
-    librate floquet mathieu.lag --set q=0.5 --digits 15
-    librate floquet mathieu.lag --json
-    librate plot floquet mathieu.lag --map a=-2..10:400 q=0..10:400 -o chart.svg
+    librate floquet models/child_on_swing.lag
+    librate floquet models/mathieu.lag --set q=0.5 --digits 15
+    librate floquet models/mathieu.lag --json
+    librate plot floquet models/mathieu.lag --map a=-2..10:60 q=0..10:60 -o chart.svg
 
 A chart has a line for each point, the second parameter varying faster: both parameters, stable (true or false, empty
 where there is no periodic motion), and growth_rate in 1/s. It is computed in double precision, on all cores. --borders
@@ -151,8 +151,8 @@ A picture of what the other commands answer, as SVG: mode shapes, frequencies ov
 The arguments are those of the command. Pictures scale, text in them is text, and they follow the reader's light or dark colours.";
 const PLOT_EXAMPLE: &str = "\
 Examples:
-    librate plot modes three_pendulums.lag -o modes.svg
-    librate plot sweep three_pendulums_unequal.lag --over k12=0..8:81 -o sweep.svg";
+    librate plot modes models/three_pendulums.lag -o modes.svg
+    librate plot sweep models/three_pendulums_unequal.lag --over k12=0..8:81 -o sweep.svg";
 const SHOW: &str = "\
 One HTML page that needs nothing else: the model, its modes in motion, their digits, and the derivation. Points are drawn where \
 the model has them: vectors whose velocities are used (`let r = [...]`), coordinates that are read as vectors (`coord r[1..N, 1..3]`), \
@@ -160,8 +160,8 @@ and what is named x, y and z; rods are where distances can't change, springs whe
 coordinate is a bar.";
 const SHOW_EXAMPLE: &str = "\
 Examples:
-    librate show double_pendulum.lag -o page.html
-    librate show water.lag -o water.html";
+    librate show models/double_pendulum.lag -o page.html
+    librate show models/water.lag -o water.html";
 const INERTIA: &str = "\
 Principal moments and axes of inertia, every printed digit right. FILE is one of three, recognised by
 the extension of its name (.lag, .csv, .stl) or else by its first bytes:
@@ -178,9 +178,9 @@ single-precision numbers of the file, and results are in its units.";
 
 const INERTIA_EXAMPLE: &str = "\
 Examples:
-    librate inertia box_on_gimbals.lag --set a=0.5
-    librate inertia molecule.csv --digits 15
-    librate inertia part.stl --density 2700 --json";
+    librate inertia models/box_on_gimbals.lag --set a=0.5
+    librate inertia models/data/body_points.csv --digits 15
+    librate inertia models/data/box_with_cavity.stl --density 2700 --json";
 
 const EXPORT: &str = "\
 The matrices of M q'' + (G + C) q' + (K + N) q = 0 about the equilibrium, for other programs: mass and
@@ -201,10 +201,10 @@ stiffness(p) and acceleration(t, q, v, p), with p a dict or a list.";
 
 const EXPORT_EXAMPLE: &str = "\
 Examples:
-    librate export chain.lag --set N=1000 --matrix-market -o chain
-    librate export rotor.lag --npz -o rotor.npz
-    librate export chain.lag --petsc -o chain
-    librate export double_pendulum.lag --code c -o double_pendulum.c";
+    librate export models/chain_walls.lag --set N=1000 --matrix-market -o chain
+    librate export models/response/whirling_rotor.lag --npz -o rotor.npz
+    librate export models/chain_walls.lag --petsc -o chain
+    librate export models/double_pendulum.lag --code c -o double_pendulum.c";
 
 const EXPLAIN: &str = "\
 More about a kind of error or warning: what is wrong, why it matters, a model with it and one
@@ -214,6 +214,11 @@ const COMPLETIONS_EXAMPLE: &str = "\
 Examples:
     librate completions bash > ~/.local/share/bash-completion/completions/librate
     librate completions fish > ~/.config/fish/completions/librate.fish";
+
+const MAN_EXAMPLE: &str = "\
+Examples:
+    librate man modes | man -l -
+    librate man > ~/.local/share/man/man1/librate.1";
 
 const DERIVE: &str = "\
 Lagrange's equations, momenta, the Hamiltonian and conserved quantities; then the equilibrium, T and V to
@@ -237,15 +242,15 @@ An editor starts it by itself once it is told to use `librate lsp` for files tha
 const FMT_EXAMPLE: &str = "\
 Examples:
     librate fmt models/*.lag
-    librate fmt --check model.lag
-    librate fmt - < model.lag";
+    librate fmt --check models/water.lag
+    librate fmt - < models/water.lag";
 
 const DERIVE_EXAMPLE: &str = "\
 Examples:
-    librate derive double_pendulum.lag
-    librate derive three_pendulums.lag --expand k12 2
-    librate derive chain.lag --set N=4 --json
-    librate derive double_pendulum.lag --latex --standalone > page.tex";
+    librate derive models/double_pendulum.lag
+    librate derive models/three_pendulums.lag --expand k12 2
+    librate derive models/chain_walls.lag --set N=4 --json
+    librate derive models/double_pendulum.lag --latex --standalone > page.tex";
 
 const AMPLITUDE: &str = "\
 The leading change of the frequency of each mode with its amplitude: omega = omega_0*(1 + change*A^2 + ...), where A is the
@@ -268,9 +273,9 @@ With --proved the motion is enclosed step by step, with as many bits as are need
 reported on standard error.";
 const MOTION_EXAMPLE: &str = "\
 Examples:
-    librate motion double_pendulum.lag --start \"th[1]=3/10, th[2]=3/10\" --until 100 --samples 1001
-    librate motion double_pendulum.lag --start \"th[1]=3/10, th[2]=3/10\" --until 100 --digits 20 --proved
-    librate plot motion three_pendulums.lag --mode 2 --amplitude 0.5 --until 20 --linear -o motion.svg";
+    librate motion models/double_pendulum.lag --start \"th[1]=0.3\" --until 100 --samples 1001
+    librate motion models/double_pendulum.lag --start \"th[1]=0.3\" --until 10 --digits 20 --proved
+    librate plot motion models/three_pendulums.lag --mode 2 --amplitude 0.5 --until 20 -o motion.svg";
 
 /// The command line.
 #[derive(Debug, Parser)]
@@ -312,7 +317,13 @@ impl Command {
             Self::Export(args) => Some(&mut args.model),
             Self::Check(args) => Some(&mut args.model),
             Self::Derive(args) => Some(&mut args.model),
-            Self::Explain(_) | Self::Completions(_) | Self::Fmt(_) | Self::Watch(_) | Self::Repl(_) | Self::Lsp => None,
+            Self::Explain(_)
+            | Self::Completions(_)
+            | Self::Man(_)
+            | Self::Fmt(_)
+            | Self::Watch(_)
+            | Self::Repl(_)
+            | Self::Lsp => None,
         }
     }
 }
@@ -390,6 +401,9 @@ pub(crate) enum Command {
     /// Completions for a shell, to be put where it looks for them
     #[command(after_help = flowing(COMPLETIONS_EXAMPLE))]
     Completions(Completions),
+    /// A manual page, for man
+    #[command(after_help = flowing(MAN_EXAMPLE))]
+    Man(Man),
     /// Put model files in canonical layout, comments kept
     #[command(long_about = flowing(FMT), after_help = flowing(FMT_EXAMPLE))]
     Fmt(Fmt),
@@ -748,6 +762,13 @@ pub(crate) struct Completions {
     /// The shell
     #[arg(value_enum)]
     pub(crate) shell: Shell,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Man {
+    /// The page of a command: `modes`; without it that of librate
+    #[arg(value_name = "COMMAND")]
+    pub(crate) command: Option<String>,
 }
 
 #[derive(Debug, Args)]

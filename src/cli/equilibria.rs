@@ -24,10 +24,10 @@ crossings in which branches end or meet are proved and located. What begins and 
 
 pub(super) const EXAMPLE: &str = "\
 Examples:
-    librate equilibria double_well.lag --box x=-3..3
-    librate equilibria bead_on_hoop.lag --box th=-pi..pi --set W=10
-    librate equilibria bead_on_hoop.lag --box th=-1..1 --over W=0..20:41
-    librate equilibria earth_moon_l4.lag --box 'x=-2..2, y=-2..2' --json";
+    librate equilibria models/double_well.lag --box x=-3..3
+    librate equilibria models/bead_on_hoop.lag --box th=-pi..pi --set W=10
+    librate equilibria models/bead_on_hoop.lag --box th=-1..1 --over W=0..20:41
+    librate equilibria models/earth_moon_l4.lag --box 'x=-2..2, y=-2..2' --json";
 
 /// What can be typed.
 #[derive(Debug, Args)]

@@ -119,6 +119,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Derive(derive) => derive_text(derive),
         Command::Explain(explain) => explain_text(explain),
         Command::Completions(own) => Ok(Answer::new(completions(own.shell), None)),
+        Command::Man(own) => manual(own.command.as_deref()),
         // Has several files, each with a result of its own.
         Command::Fmt(fmt) => return fmt::run(fmt, format),
         Command::Repl(own) => return repl::run(own, format),
@@ -399,6 +400,23 @@ fn completions(shell: Shell) -> String {
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut Cli::command(), "librate", &mut script);
     String::from_utf8_lossy(&script).into_owned()
+}
+
+/// A page for `man`.
+fn manual(name: Option<&str>) -> Result<Answer, Failure> {
+    let mut program = Cli::command();
+    program.build();
+    let command = match name {
+        Some(name) => program.find_subcommand(name).ok_or_else(|| {
+            let message = format!("there is no command `{}`", output::visible(name, false));
+            Failure::Other { message, help: Some("`librate --help` lists them".to_owned()), status: USAGE }
+        })?,
+        None => &program,
+    };
+    let mut page = Vec::new();
+    let rendered = clap_mangen::Man::new(command.clone()).render(&mut page);
+    rendered.map_err(|error| fault(format!("the page can't be written: {error}")))?;
+    Ok(Answer::new(String::from_utf8_lossy(&page).into_owned(), None))
 }
 
 /// Wrong words behind `--limit` or `--expand`.

@@ -29,7 +29,7 @@ Other commands are typed as in a shell, without the file: `derive --only mass`. 
 pub(super) const EXAMPLE: &str = "\
 Examples:
     librate repl
-    librate repl three_pendulums.lag";
+    librate repl models/three_pendulums.lag";
 
 const HELP: &str = "\
 a statement          declares, or takes the place of what declared the same name: `param k = 8`
@@ -44,7 +44,7 @@ quit                 ends it, as Ctrl-D does
 /// Words of our own, beside the commands.
 const WORDS: [&str; 6] = ["help", "text", "undo", "save", "quit", "exit"];
 /// Commands that have no model, or go on for ever.
-const OTHERS: [&str; 5] = ["fmt", "watch", "repl", "lsp", "completions"];
+const OTHERS: [&str; 6] = ["fmt", "watch", "repl", "lsp", "completions", "man"];
 
 /// What can be typed.
 #[derive(Debug, Args)]

@@ -20,9 +20,9 @@ harmonic and leave M, C and K constant; `floquet` and `motion` are for others.";
 
 pub(super) const RESPONSE_EXAMPLE: &str = "\
 Examples:
-    librate response absorber.lag --input x1 --output x1 --over omega=0..20:401
-    librate response three_pendulums.lag --input 'phi[1]' --over 'omega=0..2*pi:101' --json
-    librate response unbalance.lag --over W=10..100:91";
+    librate response models/response/damped_absorber.lag --input x1 --over omega=0..20:401
+    librate response models/three_pendulums.lag --input 'phi[1]' --over 'omega=0..2*pi:101' --json
+    librate response models/response/unbalance.lag --over n=1..10:91";
 
 /// So many frequencies are worked on at a time.
 const BLOCK: usize = 64;

@@ -23,9 +23,9 @@ FILE`. In a terminal each answer takes the place of the last one. Ctrl-C ends it
 
 pub(super) const EXAMPLE: &str = "\
 Examples:
-    librate watch three_pendulums.lag
-    librate watch derive three_pendulums.lag --only mass,stiffness
-    librate watch show three_pendulums.lag -o page.html";
+    librate watch models/three_pendulums.lag
+    librate watch derive models/three_pendulums.lag --only mass,stiffness
+    librate watch show models/three_pendulums.lag -o page.html";
 
 /// Events within this time are one save.
 const SETTLE: Duration = Duration::from_millis(50);

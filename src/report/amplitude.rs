@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::json::{array, null, number, string};
+use super::json::{array, model_and_version, null, number, string};
 use super::table::{Column, draw};
 use super::{Style, Tone, Written, headline, shown_unit, with_unit};
 use librate_core::linearize::Linearized;
@@ -129,7 +129,7 @@ pub fn amplitude_json(linearized: &Linearized, modes: &NormalModes, amplitudes: 
     let names = model.coordinates.names().map(|own| string(&own));
     let mut out = format!(
         "{{\"model\": {},\n \"coordinates\": {},\n \"modes\": [",
-        model.name.as_deref().map_or_else(null, string),
+        model_and_version(model.name.as_deref()),
         array(names)
     );
     for (at, (mode, found)) in modes.modes.iter().zip(&amplitudes.modes).enumerate() {

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::json::{array, lines, null, number, string};
+use super::json::{array, lines, model_and_version, number, string};
 use super::table::{Column, draw};
 use super::{Style, Tone, Written, counted, headline, shown_unit, with_unit};
 use librate_core::linearize::short;
@@ -147,7 +147,7 @@ fn write_head(out: &mut String, model: &Model, region: &Region) {
     let _ = write!(
         out,
         "\"model\": {},\n \"coordinates\": {},\n \"box\": {{{}}}",
-        model.name.as_deref().map_or_else(null, string),
+        model_and_version(model.name.as_deref()),
         array(names.into_iter()),
         sides.join(", ")
     );

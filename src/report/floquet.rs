@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::json::{array, null, number, string};
+use super::json::{array, model_and_version, null, number, string};
 use super::plain::wrapped;
 use super::table::{Column, draw};
 use super::{Style, Tone, Written, headline};
@@ -64,7 +64,7 @@ pub fn floquet_json(model: &Model, floquet: &Floquet, digits: usize) -> String {
     let _ = write!(
         out,
         "{{\"model\": {},\n \"coordinates\": {},\n \"period\": {},\n \"period_proved\": {},\n \"cycles\": {},\n \"about\": \"{}\",\n \"place\": {},\n \"velocities\": {},\n \"place_error_bound\": {},\n \"multipliers\": {},\n \"multipliers_digits\": {},\n \"error_bound\": {},\n \"digits_error_bound\": {},\n \"moduli\": {},\n \"circle\": {},\n \"exponents\": {},\n \"stable\": {},\n \"growth_rate\": {},\n \"growth_rate_digits\": {},\n \"growth_rate_error_bound\": {},\n \"frequencies\": {},\n \"resonance\": {}}}\n",
-        model.name.as_deref().map_or_else(null, string),
+        model_and_version(model.name.as_deref()),
         array(names),
         number(floquet.period.mid_f64()),
         floquet.period_proved,

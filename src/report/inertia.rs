@@ -1,6 +1,6 @@
 //! Mass, centre of mass, tensors and their principal moments, as text and as JSON.
 
-use super::json::{array, lines, null, number, string};
+use super::json::{array, lines, model_and_version, null, number, string};
 use super::table::{Column, draw};
 use super::{Style, Tone, Written, counted, listed};
 use librate_core::precision::{Ball, Big, one_digit_up, one_digit_up_text};
@@ -163,7 +163,7 @@ pub fn tensors_json(model: Option<&str>, tensors: &[NamedTensor], digits: usize)
             principal_json(&tensor.principal, digits)
         )
     });
-    format!("{{\"model\": {},\n \"tensors\": {}}}\n", model.map_or_else(null, string), lines(all))
+    format!("{{\"model\": {},\n \"tensors\": {}}}\n", model_and_version(model), lines(all))
 }
 
 /// A body as a JSON object: `points`, or `triangles`, `surfaces`, `volume` and `density`; `mass`, `centre`, `tensor`,

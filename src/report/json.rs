@@ -54,7 +54,7 @@ pub(super) fn modes_with(
     let _ = write!(
         out,
         "{{\"model\": {},\n \"coordinates\": {},\n \"equilibrium\": {},\n \"equilibrium_error_bound\": {},\n \"stability\": \"{}\",\n \"secular\": {},\n \"modes\": [",
-        model.name.as_deref().map_or_else(null, string),
+        model_and_version(model.name.as_deref()),
         array(names),
         array(values),
         array(bounds),
@@ -167,7 +167,7 @@ pub fn derive_json(derivation: &Derivation) -> String {
     let texts = |texts: Vec<String>| lines(texts.iter().map(|text| string(text)));
     let names = &derivation.names.coordinates;
     let mut fields: Vec<(&str, String)> = vec![
-        ("model", derivation.model.as_deref().map_or_else(null, string)),
+        ("model", model_and_version(derivation.model.as_deref())),
         ("coordinates", array(names.iter().map(|name| string(name)))),
     ];
     match &derivation.linear {
@@ -530,6 +530,11 @@ pub(super) fn number(value: f64) -> String {
     } else {
         null()
     }
+}
+
+/// The name of a model as the value of `model`, and behind it which librate has answered.
+pub(super) fn model_and_version(name: Option<&str>) -> String {
+    format!("{},\n \"librate\": \"{}\"", name.map_or_else(null, string), env!("CARGO_PKG_VERSION"))
 }
 
 pub(super) fn string(text: &str) -> String {

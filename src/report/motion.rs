@@ -2,7 +2,7 @@
 
 use std::io::{self, Cursor, Read, Seek, SeekFrom, Write};
 
-use super::json::{array, null, number, string};
+use super::json::{array, model_and_version, null, number, string};
 use super::picture::{Axis, Curve, Panel, Picture, Stroke, titled};
 use super::{common, shown_unit, with_unit};
 use librate_core::model::Model;
@@ -167,7 +167,7 @@ impl<S: Read + Write + Seek> MotionJson<S> {
         let names = model.coordinates.names().map(|own| string(&own));
         let mut around = vec![format!(
             "{{\"model\": {},\n \"coordinates\": {},\n \"proved\": {},\n \"steps\": {},\n \"energy_drift\": {},\n \"times\": [",
-            model.name.as_deref().map_or_else(null, string),
+            model_and_version(model.name.as_deref()),
             array(names),
             known.proved.is_some(),
             known.steps,

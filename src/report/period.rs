@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::json::{null, number, string};
+use super::json::{model_and_version, null, number, string};
 use super::plain::wrapped;
 use super::{Style, Tone, Written, headline, shown_unit};
 use librate_core::model::Range;
@@ -123,7 +123,7 @@ fn write_period(out: &mut String, oscillator: &Oscillator, found: &Period, optio
     let _ = write!(
         out,
         "\"model\": {},\n \"coordinate\": {},\n \"motion\": \"{motion}\",\n \"period\": {},\n \"period_digits\": {},\n \"error_bound\": {},\n \"digits_error_bound\": {},\n \"small_amplitude_period\": {}",
-        model.name.as_deref().map_or_else(null, string),
+        model_and_version(model.name.as_deref()),
         string(&oscillator.coordinate_name()),
         value(&found.period),
         digits(&period),

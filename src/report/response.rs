@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::json::{array, null, number, string};
+use super::json::{array, model_and_version, null, number, string};
 use super::picture::{Axis, Curve, Panel, Picture, Stroke, titled};
 use super::{Written, common, with_unit};
 use librate_core::precision::{Ball, one_digit_up, quick_decimal};
@@ -44,7 +44,7 @@ pub fn response_json(response: &Response) -> String {
     let _ = write!(
         out,
         "{{\"model\": {},\n \"input\": {},\n \"parameter\": {},\n {}: {},\n \"outputs\": [",
-        optional(&response.model),
+        model_and_version(response.model.as_deref()),
         optional(&response.input),
         string(&response.name),
         string(&response.name),

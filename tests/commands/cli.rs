@@ -424,7 +424,17 @@ fn modes_as_json() {
     let json: Value = serde_json::from_str(&text).unwrap();
     assert_eq!(
         keys(&json),
-        ["model", "coordinates", "equilibrium", "equilibrium_error_bound", "stability", "secular", "modes", "units"]
+        [
+            "model",
+            "librate",
+            "coordinates",
+            "equilibrium",
+            "equilibrium_error_bound",
+            "stability",
+            "secular",
+            "modes",
+            "units"
+        ]
     );
     assert_eq!(json["model"], "three_pendulums");
     assert_eq!(json["coordinates"], serde_json::json!(["phi[1]", "phi[2]", "phi[3]"]));
@@ -497,6 +507,7 @@ fn matrices_as_json() {
         keys(&json),
         [
             "model",
+            "librate",
             "coordinates",
             "equilibrium",
             "mass",
@@ -547,7 +558,7 @@ fn completions_know_the_commands() {
 fn chapters_of_a_derivation() {
     let json: Value =
         serde_json::from_str(&printed(&["derive", PENDULUMS, "--json", "--only", "mass,exponents"])).unwrap();
-    assert_eq!(keys(&json), ["model", "coordinates", "mass", "exponents", "exponents_complete"]);
+    assert_eq!(keys(&json), ["model", "librate", "coordinates", "mass", "exponents", "exponents_complete"]);
     for options in [&["--ascii"][..], &["--latex"]] {
         for chapter in librate::derive::CHAPTERS {
             let page = printed(&[&["derive", "models/sleeping_top_fast.lag", "--only", chapter], options].concat());
@@ -663,4 +674,43 @@ fn what_can_only_have_been_meant_is_corrected() {
     assert_eq!((refused.status, refused.out.as_str()), (1, ""));
     assert_eq!(std::fs::read_to_string(&path).unwrap(), hopeless);
     assert_eq!(run(&["check", "-", "--fix"]).status, 2);
+}
+
+#[test]
+fn manual_pages_are_those_of_the_help() {
+    let whole = printed(&["man"]);
+    assert!(whole.contains(".TH librate 1") && whole.contains("librate\\-modes"), "{whole}");
+    let modes = printed(&["man", "modes"]);
+    assert!(modes.contains("librate\\-modes") && modes.contains("\\-\\-digits"), "{modes}");
+    let refused = run(&["man", "nodes"]);
+    assert_eq!((refused.status, refused.out.as_str()), (2, ""));
+}
+
+#[test]
+#[cfg(unix)]
+fn examples_of_the_help_run() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("examples");
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).unwrap();
+    std::os::unix::fs::symlink(std::fs::canonicalize("models").unwrap(), folder.join("models")).unwrap();
+    let help = printed(&["--help"]);
+    let commands = help.lines().skip_while(|line| *line != "Commands:").skip(1).take_while(|line| !line.is_empty());
+    let names: Vec<&str> = commands.filter_map(|line| line.split_whitespace().next()).collect();
+    assert!(names.len() > 20, "{names:?}");
+    // These go on until they are told to end; an editor's words are no example.
+    let endless = ["watch", "repl", "lsp", "help"];
+    let program = Path::new(env!("CARGO_BIN_EXE_librate")).parent().unwrap();
+    let path = format!("{}:{}", program.display(), std::env::var("PATH").unwrap());
+    let mut examples = 0;
+    for name in names.iter().filter(|name| !endless.contains(name)) {
+        let own = printed(&[name, "--help"]);
+        for line in own.lines().skip_while(|line| *line != "Examples:").filter(|line| line.contains("librate ")) {
+            let line = line.trim().split(" > ").next().unwrap().trim_end_matches(" | man -l -");
+            let mut shell = std::process::Command::new("sh");
+            let ran = shell.args(["-c", line]).current_dir(&folder).env("PATH", &path).output().unwrap();
+            assert!(ran.status.success(), "{line}\n{}", String::from_utf8_lossy(&ran.stderr));
+            examples += 1;
+        }
+    }
+    assert!(examples > 30, "{examples}");
 }
