@@ -223,18 +223,31 @@ fn readable(text: String) -> String {
     out
 }
 
+/// Longer names are not compared: no person writes them.
+const LONGEST_COMPARED: usize = 64;
+
 /// The name among `candidates` that `name` was probably meant to be, if one is near enough.
 ///
 /// Near means at most a third of the longer one's letters changed, inserted, dropped or swapped
-/// (optimal string alignment distance); a wrong case counts as half a change.
+/// (optimal string alignment distance), and one letter after the first in a name of two; a wrong case counts as half
+/// a change, and an index at the end may be left out or added: `k` for `k12`.
 #[must_use]
 pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    if name.len() > LONGEST_COMPARED {
+        return None;
+    }
+    let lower = name.to_lowercase();
     let mut best: Option<(usize, &'a str)> = None;
-    for candidate in candidates {
-        let distance = alignment_distance(name, candidate);
-        let longer = name.chars().count().max(candidate.chars().count());
-        // Distances are doubled so that a wrong case can cost half.
-        let allowed = if longer <= 2 { 1 } else { (2 * longer).div_ceil(3).max(2) };
+    for candidate in candidates.into_iter().filter(|own| own.len() <= LONGEST_COMPARED) {
+        // Doubled, so that a wrong case can cost half.
+        let distance = strsim::osa_distance(name, candidate) + strsim::osa_distance(&lower, &candidate.to_lowercase());
+        let [shorter, longer] = ordered(name.chars().count(), candidate.chars().count());
+        let allowed = match longer {
+            2 if shorter == 1 && name.chars().next() == candidate.chars().next() => 2,
+            0..=2 => 1,
+            _ if without_index(name) == candidate || without_index(candidate) == name => distance,
+            _ => (2 * longer).div_ceil(3).max(2),
+        };
         if distance <= allowed && best.is_none_or(|(least, _)| distance < least) {
             best = Some((distance, candidate));
         }
@@ -242,28 +255,11 @@ pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) ->
     best.map(|(_, candidate)| candidate)
 }
 
-fn alignment_distance(a: &str, b: &str) -> usize {
-    // Names far longer than any that a person writes are not compared.
-    let a: Vec<char> = a.chars().take(64).collect();
-    let b: Vec<char> = b.chars().take(64).collect();
-    let mut rows: Vec<Vec<usize>> = vec![(0..=b.len()).map(|j| 2 * j).collect()];
-    for i in 1..=a.len() {
-        let mut row = vec![2 * i; b.len() + 1];
-        for j in 1..=b.len() {
-            let (x, y) = (a[i - 1], b[j - 1]);
-            let change = if x == y {
-                0
-            } else if x.to_lowercase().eq(y.to_lowercase()) {
-                1
-            } else {
-                2
-            };
-            row[j] = (rows[i - 1][j - 1] + change).min(rows[i - 1][j] + 2).min(row[j - 1] + 2);
-            if i > 1 && j > 1 && x == b[j - 2] && a[i - 2] == y {
-                row[j] = row[j].min(rows[i - 2][j - 2] + 2);
-            }
-        }
-        rows.push(row);
-    }
-    rows[a.len()][b.len()]
+fn ordered(a: usize, b: usize) -> [usize; 2] {
+    [a.min(b), a.max(b)]
+}
+
+/// `k` of `k12` and `k_12`.
+fn without_index(name: &str) -> &str {
+    name.trim_end_matches(|c: char| c.is_ascii_digit()).trim_end_matches('_')
 }

@@ -24,6 +24,7 @@ mod inertia;
 mod inertia_meshes;
 mod layers;
 mod lsp;
+mod mistakes;
 mod pictures;
 mod schema;
 mod snapshots;

@@ -80,22 +80,30 @@ impl Compiler<'_> {
         }
     }
 
-    pub(super) fn undeclared(&mut self, name: &str, span: Span, scope: &Scope) {
+    /// Reports a name that is not declared, with the indices behind it; `span` is the place of both.
+    pub(super) fn undeclared(&mut self, name: &str, indices: &[ExprRef], span: Span, scope: &Scope) {
         if self.errors.len() >= MOST_ERRORS {
             return;
         }
         let later = self.later.get(name).copied();
         // Suggestions are for people, who neither make nor read hundreds of such mistakes.
-        let few = self.errors.len() < 50 && self.world.names.len() < 10_000;
-        let nearest = few.then(|| {
-            let mut known: Vec<&str> = self.world.names.keys().map(String::as_str).collect();
-            known.extend(scope.variables.iter().map(|(name, _)| name.as_str()));
-            known.extend(scope.integrated.iter().map(|(name, _)| name.as_str()));
-            known.sort_unstable();
-            nearest(name, known).map(str::to_owned)
-        });
-        let nearest = nearest.flatten();
-        self.errors.push(ModelError::UndeclaredName { name: name.to_owned(), span, nearest, later });
+        let few = later.is_none() && self.errors.len() < 50 && self.world.names.len() < 10_000;
+        let nearest = if few { self.meant(name, indices, scope) } else { None };
+        let coordinate = if few && nearest.is_none() { self.missing_coordinate(name, span) } else { None };
+        let again = |error: &ModelError| matches!(error, ModelError::UndeclaredName { name: own, coordinate: Some(_), .. } if own == name);
+        if coordinate.is_some() && self.errors.iter().any(again) {
+            return;
+        }
+        self.errors.push(ModelError::UndeclaredName { name: name.to_owned(), span, nearest, later, coordinate });
+    }
+
+    /// The same where a table or a row of one belongs.
+    pub(super) fn undeclared_table(&mut self, name: &str, span: Span, scope: &Scope) {
+        let rows = scope.variables.iter().filter(|(_, own)| matches!(own, Variable::Row(_)));
+        let known = rows.map(|(own, _)| own.as_str()).chain(self.world.tables.iter().map(|own| own.name.as_str()));
+        let nearest = nearest(name, known).map(str::to_owned);
+        let later = self.later.get(name).copied();
+        self.fail(ModelError::UndeclaredName { name: name.to_owned(), span, nearest, later, coordinate: None });
     }
 
     pub(super) fn entity(&self, name: &str) -> Option<Entity> {
@@ -135,12 +143,22 @@ impl Compiler<'_> {
                 tasks.push(Task::Emit(op, span));
             }
             ExprKind::Index { .. } => {
+                if let Some(error) = self.foreign_index(at, scope) {
+                    self.fail(error);
+                    tasks.push(Task::Emit(Op::Broken, span));
+                    return;
+                }
                 let (base, indices) = self.flatten_index(at);
                 let compiled: Vec<IndexProgram> = indices.iter().map(|index| self.index(*index, scope)).collect();
                 if let ExprKind::Name(name) = &file.expr(base).kind
                     && scope.find(name).is_none()
                 {
-                    let op = self.read(name, span, &compiled, scope);
+                    let op = if self.entity(name).is_some() {
+                        self.read(name, span, &compiled, scope)
+                    } else {
+                        self.undeclared(name, &indices, span, scope);
+                        Op::Broken
+                    };
                     tasks.push(Task::Emit(op, span));
                 } else {
                     then(tasks, Op::Component(compiled.into()), &[base]);
@@ -156,6 +174,11 @@ impl Compiler<'_> {
             ExprKind::Prime(inner) => then(tasks, Op::Prime, &[*inner]),
             ExprKind::Negate(inner) => then(tasks, Op::Negate, &[*inner]),
             ExprKind::Power { base, exponent } => {
+                if let Some(error) = self.foreign_power(at, scope) {
+                    self.fail(error);
+                    tasks.push(Task::Emit(Op::Broken, span));
+                    return;
+                }
                 tasks.push(Task::Emit(Op::Power, span));
                 tasks.push(Task::Emit(Op::EndExponent, span));
                 tasks.push(Task::Visit(*exponent));
@@ -178,7 +201,10 @@ impl Compiler<'_> {
                     tasks.push(Task::Emit(Op::Number(number), span));
                 }
                 name => {
-                    if let Some(builtin) = Builtin::from_name(name) {
+                    if let Some(error) = self.foreign_call(function, arguments, span) {
+                        self.fail(error);
+                        tasks.push(Task::Emit(Op::Broken, span));
+                    } else if let Some(builtin) = Builtin::from_name(name) {
                         if let Some(error) = builtin.check_count(function, arguments.len(), span) {
                             self.fail(error);
                             tasks.push(Task::Emit(Op::Broken, span));
@@ -280,7 +306,7 @@ impl Compiler<'_> {
             None if indices.is_empty() && name == "pi" => Op::Literal(self.world.pool.pi()),
             None if indices.is_empty() && name == "t" => Op::Time,
             None => {
-                self.undeclared(name, span, scope);
+                self.undeclared(name, &[], span, scope);
                 Op::Broken
             }
         }
@@ -293,6 +319,10 @@ impl Compiler<'_> {
         scope: &mut Scope,
     ) -> Option<(usize, IndexProgram, usize)> {
         let file = self.file;
+        if let Some(error) = self.foreign_field(base, field, scope) {
+            self.fail(error);
+            return None;
+        }
         let (head, indices) = self.flatten_index(base);
         let span = file.expr(base).span;
         let ExprKind::Name(name) = &file.expr(head).kind else {
@@ -314,7 +344,7 @@ impl Compiler<'_> {
                 return None;
             }
             (None, None, _) => {
-                self.undeclared(name, span, scope);
+                self.undeclared_table(name, file.expr(head).span, scope);
                 return None;
             }
             (Some(_), _, _) | (None, Some(_), _) => {
@@ -381,7 +411,7 @@ impl Compiler<'_> {
                         (Some(variable), Variable::Index, self.empty(entry.span))
                     }
                     None => {
-                        self.undeclared(&table.text, table.span, scope);
+                        self.undeclared_table(&table.text, table.span, scope);
                         (Some(variable), Variable::Index, self.empty(entry.span))
                     }
                 },

@@ -107,7 +107,7 @@ impl Compiler<'_> {
             (None, None) if name == "pi" => IndexOp::Pi,
             (None, None) if name == "t" => self.not_for_indices("the time".to_owned(), span),
             (None, None) => {
-                self.undeclared(name, span, scope);
+                self.undeclared(name, &[], span, scope);
                 IndexOp::Broken
             }
         }
@@ -123,7 +123,7 @@ impl Compiler<'_> {
             Some(Entity::Parameter(family)) => (IndexOp::Parameter { family, indices: indices.len() }, indices),
             Some(_) => (self.not_for_indices(format!("`{name}`"), file.expr(at).span), vec![]),
             None => {
-                self.undeclared(name, file.expr(base).span, scope);
+                self.undeclared(name, &indices, file.expr(at).span, scope);
                 (IndexOp::Broken, vec![])
             }
         }
@@ -166,7 +166,7 @@ impl Compiler<'_> {
                     }
                     if self.entity(name).is_none() {
                         let span = self.file.expr(*only).span;
-                        self.undeclared(name, span, scope);
+                        self.undeclared_table(name, span, scope);
                         return broken();
                     }
                 }

@@ -472,6 +472,11 @@ fn tidy(mut errors: Vec<ModelError>) -> Vec<ModelError> {
     errors.sort_by_key(place);
     let mut seen: Vec<ModelError> = Vec::new();
     let mut without_value: HashSet<String> = HashSet::new();
+    // What is said of the first coordinate that is missing is enough.
+    let missing = |error: &ModelError| matches!(error, ModelError::UndeclaredName { coordinate: Some(_), .. });
+    if errors.iter().any(missing) {
+        errors.retain(|error| *error != ModelError::NoCoordinates {});
+    }
     for error in errors {
         // A parameter without a value lacks it wherever it is used.
         if let ModelError::MissingValue { name, .. } = &error

@@ -19,12 +19,20 @@ Error ModelError {
         nearest: Option<String>,
         /// Where it is declared, but too late.
         later: Option<Span>,
+        /// Where it can be declared as a coordinate, if its time derivative is used.
+        coordinate: Option<u32>,
     } => match later {
         Some(later) => at(*span, "used here")
             .with_secondary(*later, "declared only here")
             .with_help(format!(
                 "move the declaration of `{name}` before its first use"
             )),
+        None if coordinate.is_some() => {
+            let shown = at(*span, "unknown name")
+                .with_help(format!("its time derivative is used, so it is a coordinate: declare it by `coord {name}`"));
+            let place = coordinate.unwrap_or_default();
+            shown.replacing(Span::new(place, place), format!("coord {name}\n"))
+        }
         None => at(*span, "unknown name")
             .with_help(format!("declare it: `param {name} = …`, `coord {name}` or `let {name} = …`"))
             .or_meant(*span, nearest.as_ref()),
@@ -45,6 +53,28 @@ Error ModelError {
         Some(own) => at(*span, "not a function").with_help(own),
         None => at(*span, "not a function").or_meant(*span, nearest.as_ref()),
     },
+
+    /// `Cos[phi]`
+    #[error("the argument of `{function}` stands in parentheses")]
+    "E0138" BracketedFunction(span) {
+        /// The function.
+        function: &'static str,
+        /// The call as the language has it.
+        fix: String,
+    } => at(*span, "square brackets are for members and components").written(*span, fix),
+
+    /// `phi[t]`, `phi(t)`
+    #[error("a coordinate takes no time as an argument")]
+    "E0139" TimeArgument(span) => at(*span, "not needed")
+        .with_help("remove it: coordinates depend on the time as they are")
+        .replacing(*span, ""),
+
+    /// `phi.dot`, `dot(phi)`
+    #[error("the time derivative is written with a prime")]
+    "E0140" ForeignDerivative(span) {
+        /// The derivative as the language has it.
+        fix: String,
+    } => at(*span, "a time derivative").written(*span, fix),
 
     /// A name declared twice, or a member given twice.
     #[error("{} is given twice", quoted(.name))]

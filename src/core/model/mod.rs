@@ -21,6 +21,7 @@ mod integral;
 mod interval;
 mod lets;
 mod matrix_market;
+mod meant;
 mod members;
 mod mistakes;
 mod names;

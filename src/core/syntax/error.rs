@@ -9,6 +9,11 @@ use crate::span::Span;
 const STATEMENTS: &str = "a statement starts with `model`, `param`, `coord`, `let`, `T`, `V`, `lagrangian`, \
      `dissipation`, `force`, `constraint`, `assume`, `guess`, `equilibrium`, `period` or `table`";
 
+/// Words of other languages that bring functions from elsewhere.
+pub(super) fn is_import(word: &str) -> bool {
+    matches!(word, "import" | "from" | "using")
+}
+
 fn partner(bracket: char) -> char {
     if bracket == '(' { ')' } else { ']' }
 }
@@ -37,6 +42,9 @@ Error SyntaxError {
         suggestion: Option<&'static str>,
     } => match suggestion {
         Some(word) => at(*span, "not a statement word").written(*span, *word),
+        None if is_import(word) => at(*span, "nothing has to be imported")
+            .with_help("remove the line: `sin`, `exp`, `pi` and the other functions are there without it")
+            .replacing(*span, ""),
         None => at(*span, "a statement begins here").with_help(STATEMENTS),
     },
 
@@ -85,11 +93,15 @@ Error SyntaxError {
     /// Two operands without a sign between them.
     #[error("the multiplication sign is missing")]
     "E0007" MissingMultiplication(span) {
-        /// The text left of the gap.
-        left: String,
-        /// The text right of it.
-        right: String,
-    } => at(*span, "two factors without an operator between them").written(*span, format!("{left}*{right}")),
+        /// The product as it should be, or its beginning.
+        fix: String,
+        /// What is replaced.
+        place: Span,
+        /// By what: the whole product, or a `*` in the gap.
+        text: String,
+    } => at(*span, "two factors without an operator between them")
+        .with_help(format!("write `{fix}`"))
+        .replacing(*place, text),
 
     /// `3 4`
     #[error("two numbers side by side")]
@@ -112,7 +124,15 @@ Error SyntaxError {
         function: String,
         /// The call as the language has it.
         fix: String,
-    } => at(*span, "a name and a point before a function").written(*span, fix),
+        /// What is replaced, where the whole of it is known, and by what.
+        change: Option<(Span, String)>,
+    } => {
+        let shown = at(*span, "a name and a point before a function").with_help(format!("write `{fix}`"));
+        match change {
+            Some((place, text)) => shown.replacing(*place, text),
+            None => shown,
+        }
+    },
 
     /// `sin^2(x)`
     #[error("the power of `{function}` is written after its argument")]
@@ -262,13 +282,12 @@ Error SyntaxError {
     "E0027" ComparisonForEquals(span) => at(*span, "compares two values").written(*span, "="),
 
     /// `:=`, or a colon without a unit.
-    #[error("a unit is missing after the colon")]
+    #[error("{}", if *.assignment { "a value is given with `=`, not with `:=`" } else { "a unit is missing after the colon" })]
     "E0028" MissingUnit(span) {
         /// Whether `=` follows at once.
         assignment: bool,
     } => if *assignment {
-        at(*span, "begins a unit")
-            .with_help("write `=` alone, or a unit after the colon: `g : m/s^2 = …`")
+        at(*span, "a colon begins a unit").written(*span, "=")
     } else {
         at(*span, "no unit follows")
             .with_help("write a unit, `: 1` for a pure number, or remove the colon")
@@ -481,6 +500,35 @@ Error SyntaxError {
     /// `table NAME` without a path in quotes.
     #[error("`table` needs the path of a CSV file in quotes")]
     "E0057" MissingPath(span) => at(*span, "no text in quotes").with_help("write `table NAME = \"file.csv\"`"),
+
+    /// `x'(t)`
+    #[error("a time derivative takes no argument")]
+    "E0062" ArgumentOfDerivative(span) => at(*span, "not needed")
+        .with_help("remove it: coordinates depend on the time as they are")
+        .replacing(*span, ""),
+
+    /// `// …`, `% …`
+    #[error("a comment begins with `#`")]
+    "E0063" ForeignComment(span) => at(*span, "begins no comment here").written(*span, "#"),
+
+    /// `x'' + k*x = 0`
+    #[error("an equation of motion is derived from the energies, not given")]
+    "E0064" EquationOfMotion(span) {
+        /// The coordinate whose acceleration is in it.
+        coordinate: String,
+    } => at(*span, "an equation of motion").with_help(format!(
+        "give the energies that it follows from, such as `T = 1/2*m*{coordinate}'^2` and `V = 1/2*k*{coordinate}^2`; \
+         `librate derive` gives the equation"
+    )),
+
+    /// `Sum[m[i], {i, 1, 3}]`
+    #[error("the index of {} comes first, and has no braces", if .fix.starts_with("sum") { "a sum" } else { "an integral" })]
+    "E0065" IndexInBraces(span) {
+        /// The sum as the language has it, or its beginning.
+        fix: String,
+        /// The same in full.
+        text: String,
+    } => at(*span, "the index behind what is summed").with_help(format!("write `{fix}`")).replacing(*span, text),
 
     /// Anything else.
     #[error("{found} is not allowed here")]

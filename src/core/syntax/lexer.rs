@@ -110,6 +110,12 @@ impl<'s> Lexer<'s> {
         self.source.get(self.at..self.end)?.chars().next()
     }
 
+    /// Goes on behind the end of the line.
+    pub(super) fn skip_line(&mut self) {
+        let rest = &self.source.as_bytes()[self.at..self.end];
+        self.at += rest.iter().position(|&b| b == b'\n').unwrap_or(rest.len());
+    }
+
     fn skip_space(&mut self) {
         while self.at < self.end {
             match self.source.as_bytes()[self.at] {
@@ -233,8 +239,7 @@ impl<'s> Lexer<'s> {
         let next = self.byte(1);
         match self.byte(0) {
             b'#' => {
-                let rest = &self.source.as_bytes()[self.at..self.end];
-                self.at += rest.iter().position(|&b| b == b'\n').unwrap_or(rest.len());
+                self.skip_line();
                 TokenKind::Comment
             }
             b'0'..=b'9' => self.number(),
@@ -263,6 +268,10 @@ impl<'s> Lexer<'s> {
             b'/' => self.sign(TokenKind::Slash, 1),
             b'^' => self.sign(TokenKind::Caret, 1),
             b'\\' if next.is_ascii_alphabetic() => self.command(),
+            b'{' => match self.group() {
+                Some(length) => self.sign(TokenKind::Illegal, length),
+                None => self.illegal('{'),
+            },
             // Not signs of the language, but meant as one.
             b'<' if next == b'>' => self.sign(TokenKind::Illegal, 2),
             b'=' if matches!(next, b'<' | b'>') => self.sign(TokenKind::Illegal, 2),

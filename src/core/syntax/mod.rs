@@ -39,6 +39,10 @@ pub use format::format;
 pub use names::{NameKind, NamePlace, names};
 pub use print::{print_expr, print_file, print_statement, print_unit};
 pub use text::Text;
+#[cfg(any(feature = "engine", feature = "format"))]
+pub(crate) use words::GREEK;
+#[cfg(feature = "engine")]
+pub(crate) use words::function_meant;
 pub use words::{FUNCTIONS, STATEMENT_WORDS, signature};
 
 use std::collections::HashSet;

@@ -20,6 +20,9 @@ pub(super) const MOST_LEVELS: usize = 256;
 /// More errors than anybody reads; the search ends there.
 pub(super) const MOST_ERRORS: usize = 1000;
 
+/// In bytes; a longer sum is not rewritten, since every index in braces would copy it.
+const LONGEST_SUMMAND: usize = 1000;
+
 /// A statement's place.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Piece {
@@ -54,6 +57,8 @@ struct Splitter<'s> {
     word: &'s str,
     /// Behind text that belongs to no statement, until the next one begins.
     lost: bool,
+    /// Whether a comment of another language interrupts `current`, so that nothing may go on behind it.
+    interrupted: bool,
     previous: Option<Token>,
     in_unit: bool,
     brackets: Vec<Bracket>,
@@ -73,6 +78,7 @@ pub(super) fn split(source: &str, start: u32) -> Pieces {
         current: None,
         word: "",
         lost: false,
+        interrupted: false,
         previous: None,
         in_unit: false,
         brackets: Vec::new(),
@@ -85,7 +91,9 @@ pub(super) fn split(source: &str, start: u32) -> Pieces {
         if splitter.found.errors.len() >= MOST_ERRORS {
             break;
         }
-        splitter.take(token, lexer);
+        if splitter.take(token, lexer) {
+            lexer.skip_line();
+        }
     }
     splitter.finish();
     splitter.found
@@ -113,7 +121,8 @@ pub(super) fn expects_operand(kind: TokenKind, text: &str) -> bool {
 }
 
 impl<'s> Splitter<'s> {
-    fn take(&mut self, token: Token, rest: Lexer<'s>) {
+    /// Reads a token; `true` if the rest of the line is of no use.
+    fn take(&mut self, token: Token, rest: Lexer<'s>) -> bool {
         if token.kind == TokenKind::Comment {
             let text = token.text(self.source).get(1..).unwrap_or("");
             self.found.comments.push(Comment {
@@ -121,20 +130,33 @@ impl<'s> Splitter<'s> {
                 span: token.span(),
                 trailing: !token.first_on_line,
             });
-            return;
+            return false;
         }
         if token.kind == TokenKind::Word && self.begins_statement(token, rest) {
             self.finish();
             self.current = Some(Piece { span: token.span(), broken: false });
             self.word = token.text(self.source);
             self.lost = false;
+        } else if let Some(error) =
+            explain::foreign_line(self.source, self.previous, token, rest, !self.brackets.is_empty())
+        {
+            if matches!(error, SyntaxError::ForeignComment { .. }) {
+                self.interrupted = self.current.is_some();
+            } else {
+                self.finish();
+                self.lost = true;
+                self.previous = Some(token);
+            }
+            self.found.errors.push(error);
+            return true;
         } else if token.kind == TokenKind::Semicolon && self.brackets.is_empty() {
             self.finish();
             self.lost = false;
             self.previous = None;
-            return;
+            return false;
         } else if let Some(current) = &mut self.current {
             current.span.end = token.end;
+            current.broken |= self.interrupted;
             self.inspect(token);
         } else if !self.lost {
             self.lost = true;
@@ -150,6 +172,7 @@ impl<'s> Splitter<'s> {
             self.found.errors.extend(error);
         }
         self.previous = Some(token);
+        false
     }
 
     /// Whether the word begins a statement, and isn't a unit, a column, or a mistake.
@@ -218,6 +241,9 @@ impl<'s> Splitter<'s> {
             TokenKind::OpenText => Some(SyntaxError::OpenText { span }),
             TokenKind::DoubleStar => Some(SyntaxError::DoubleStar { span }),
             TokenKind::Illegal => {
+                if let Some(error) = self.index_in_braces(token) {
+                    return Some(error);
+                }
                 let (fix, hint) = match lookalike::advice(text) {
                     Lookalike::Write(fix) => (Some(fix), None),
                     Lookalike::Say(hint) => (None, Some(hint)),
@@ -227,6 +253,36 @@ impl<'s> Splitter<'s> {
             }
             _ => None,
         }
+    }
+
+    /// `Sum[m[i], {i, 1, 3}]`, with `token` the index in braces.
+    fn index_in_braces(&self, token: Token) -> Option<SyntaxError> {
+        let open = self.brackets.last()?.span;
+        let head = self.source.get(..open.range().start)?;
+        let (foreign, own) = [("Sum", "sum"), ("sum", "sum"), ("Integrate", "integral")]
+            .into_iter()
+            .find(|(foreign, _)| head.ends_with(foreign))?;
+        let body = self.source.get(open.range().end..token.span().range().start)?.trim_end().strip_suffix(',')?.trim();
+        if body.len() > LONGEST_SUMMAND {
+            return None;
+        }
+        let close = token.span().range().end;
+        let blank = self.source.get(close..)?.find(|c: char| !c.is_whitespace())?;
+        let close = close + blank + 1;
+        if !self.source.get(close - 1..close)?.starts_with([')', ']']) {
+            return None;
+        }
+        let index = token.text(self.source).strip_prefix('{')?.strip_suffix('}')?;
+        let parts: Vec<&str> = index.split(',').map(str::trim).collect();
+        let range = match parts.as_slice() {
+            [name, to] => format!("{name} in 1..{to}"),
+            [name, from, to] => format!("{name} in {from}..{to}"),
+            _ => return None,
+        };
+        let text = format!("{own}({range}, {body})");
+        let fix = if text.chars().count() <= 60 { text.clone() } else { format!("{own}({range}, …)") };
+        let start = (open.range().start - foreign.len()) as u32;
+        Some(SyntaxError::IndexInBraces { fix, text, span: Span::new(start, close as u32) })
     }
 
     /// One more level; an error where it is one too many.
@@ -363,6 +419,7 @@ impl<'s> Splitter<'s> {
         }
         self.found.statements.push(piece);
         self.brackets.clear();
+        self.interrupted = false;
         self.chain = 0;
         self.nots = 0;
         self.levels = 0;

@@ -24,6 +24,45 @@ pub const STATEMENT_WORDS: [&str; 15] = [
 /// Words with a meaning inside expressions, besides the functions.
 const EXPRESSION_WORDS: [&str; 10] = ["t", "pi", "sum", "integral", "in", "where", "and", "or", "not", "rows"];
 
+/// The Greek letters by name: LaTeX, Unicode.
+#[cfg(any(feature = "engine", feature = "format"))]
+pub(crate) const GREEK: &[(&str, &str, &str)] = &[
+    ("alpha", r"\alpha", "α"),
+    ("beta", r"\beta", "β"),
+    ("gamma", r"\gamma", "γ"),
+    ("delta", r"\delta", "δ"),
+    ("epsilon", r"\varepsilon", "ε"),
+    ("zeta", r"\zeta", "ζ"),
+    ("eta", r"\eta", "η"),
+    ("theta", r"\theta", "θ"),
+    ("iota", r"\iota", "ι"),
+    ("kappa", r"\kappa", "κ"),
+    ("lambda", r"\lambda", "λ"),
+    ("mu", r"\mu", "μ"),
+    ("nu", r"\nu", "ν"),
+    ("xi", r"\xi", "ξ"),
+    ("pi", r"\pi", "π"),
+    ("rho", r"\rho", "ρ"),
+    ("sigma", r"\sigma", "σ"),
+    ("tau", r"\tau", "τ"),
+    ("upsilon", r"\upsilon", "υ"),
+    ("phi", r"\varphi", "φ"),
+    ("chi", r"\chi", "χ"),
+    ("psi", r"\psi", "ψ"),
+    ("omega", r"\omega", "ω"),
+    ("Gamma", r"\Gamma", "Γ"),
+    ("Delta", r"\Delta", "Δ"),
+    ("Theta", r"\Theta", "Θ"),
+    ("Lambda", r"\Lambda", "Λ"),
+    ("Xi", r"\Xi", "Ξ"),
+    ("Pi", r"\Pi", "Π"),
+    ("Sigma", r"\Sigma", "Σ"),
+    ("Upsilon", r"\Upsilon", "Υ"),
+    ("Phi", r"\Phi", "Φ"),
+    ("Psi", r"\Psi", "Ψ"),
+    ("Omega", r"\Omega", "Ω"),
+];
+
 /// The functions, `sum`, `integral` and `rows` apart.
 pub const FUNCTIONS: [&str; 32] = [
     "sin",
@@ -110,8 +149,8 @@ pub fn signature(function: &str) -> Option<(&'static str, &'static str)> {
     SIGNATURES.into_iter().find(|(call, _)| call.split('(').next() == Some(function))
 }
 
-/// The function that is meant by a name behind a prefix, `np.arctan`.
-pub(super) fn function_meant(word: &str) -> Option<&'static str> {
+/// The function that is meant by a name as other languages have it, `np.arctan`.
+pub(crate) fn function_meant(word: &str) -> Option<&'static str> {
     let own = FUNCTIONS.into_iter().find(|own| *own == word);
     own.or(match word {
         "arcsin" => Some("asin"),

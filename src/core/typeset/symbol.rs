@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::block::symbol_text;
+use crate::syntax::GREEK;
 
 /// A letter with its subscript, its dots and a prefix.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -31,44 +32,6 @@ pub enum Subscript {
     /// The coordinate that a momentum belongs to.
     Coordinate(Symbol),
 }
-
-/// The Greek letters by name: LaTeX, Unicode.
-const GREEK: &[(&str, &str, &str)] = &[
-    ("alpha", r"\alpha", "α"),
-    ("beta", r"\beta", "β"),
-    ("gamma", r"\gamma", "γ"),
-    ("delta", r"\delta", "δ"),
-    ("epsilon", r"\varepsilon", "ε"),
-    ("zeta", r"\zeta", "ζ"),
-    ("eta", r"\eta", "η"),
-    ("theta", r"\theta", "θ"),
-    ("iota", r"\iota", "ι"),
-    ("kappa", r"\kappa", "κ"),
-    ("lambda", r"\lambda", "λ"),
-    ("mu", r"\mu", "μ"),
-    ("nu", r"\nu", "ν"),
-    ("xi", r"\xi", "ξ"),
-    ("pi", r"\pi", "π"),
-    ("rho", r"\rho", "ρ"),
-    ("sigma", r"\sigma", "σ"),
-    ("tau", r"\tau", "τ"),
-    ("upsilon", r"\upsilon", "υ"),
-    ("phi", r"\varphi", "φ"),
-    ("chi", r"\chi", "χ"),
-    ("psi", r"\psi", "ψ"),
-    ("omega", r"\omega", "ω"),
-    ("Gamma", r"\Gamma", "Γ"),
-    ("Delta", r"\Delta", "Δ"),
-    ("Theta", r"\Theta", "Θ"),
-    ("Lambda", r"\Lambda", "Λ"),
-    ("Xi", r"\Xi", "Ξ"),
-    ("Pi", r"\Pi", "Π"),
-    ("Sigma", r"\Sigma", "Σ"),
-    ("Upsilon", r"\Upsilon", "Υ"),
-    ("Phi", r"\Phi", "Φ"),
-    ("Psi", r"\Psi", "Ψ"),
-    ("Omega", r"\Omega", "Ω"),
-];
 
 /// Names that are short for those of Greek letters.
 const SHORT: &[(&str, &str)] = &[

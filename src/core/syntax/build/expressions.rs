@@ -190,8 +190,9 @@ impl Builder {
         };
         if operand.span.end != at.start && !words::is_function(name) {
             self.object(SyntaxError::MissingMultiplication {
-                left: name.to_owned(),
-                right: "(…)".to_owned(),
+                fix: format!("{name}*(…)"),
+                place: Span::new(operand.span.end, at.start),
+                text: "*".to_owned(),
                 span: Span::new(operand.span.start, at.start + 1),
             });
         }

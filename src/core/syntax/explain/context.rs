@@ -255,7 +255,10 @@ impl<'s> Context<'s> {
             return Some(SyntaxError::MissingColumn { span: self.before.span() });
         }
         if self.before.kind == TokenKind::Colon && found.kind == TokenKind::Equals {
-            return Some(SyntaxError::MissingUnit { span: self.before.span(), assignment: found.glued });
+            return Some(SyntaxError::MissingUnit {
+                span: if found.glued { self.before.span().to(span) } else { self.before.span() },
+                assignment: found.glued,
+            });
         }
         if self.enclosures.is_empty()
             && let Some(error) = unknown_statement(self.source, self.before, found, self.after)
@@ -302,8 +305,18 @@ impl<'s> Context<'s> {
         None
     }
 
+    /// `:=`
+    fn assignment(&self, colon: Token) -> Option<SyntaxError> {
+        let equals = self.after.filter(|after| after.kind == TokenKind::Equals && after.glued)?;
+        let span = colon.span().to(equals.span());
+        (colon.kind == TokenKind::Colon).then_some(SyntaxError::MissingUnit { span, assignment: true })
+    }
+
     fn in_unit(&self, found: Token) -> SyntaxError {
         let span = found.span();
+        if let Some(error) = self.assignment(found) {
+            return error;
+        }
         if self.before.kind == TokenKind::Caret
             || self.before.kind == TokenKind::Open && self.before_last.is_some_and(|t| t.kind == TokenKind::Caret)
         {
@@ -345,6 +358,9 @@ impl<'s> Context<'s> {
             TokenKind::Comparison if naming && text == "==" => Some(SyntaxError::ComparisonForEquals { span }),
             TokenKind::Comma => self.comma(found, naming),
             TokenKind::Colon if self.enclosures.is_empty() => match self.part {
+                Part::Name if words::is_function_statement(statement) && self.assignment(found).is_some() => {
+                    self.assignment(found)
+                }
                 Part::Value if words::is_naming(statement) => Some(SyntaxError::UnitBehindValue {
                     fix: self.after.and_then(|unit| self.with_unit_behind_name(unit)),
                     span,

@@ -45,7 +45,7 @@ fn verbatim(source: &str, start: u32, end: u32) -> Option<String> {
     short(text.to_owned()).filter(|_| plain)
 }
 
-fn short(text: String) -> Option<String> {
+pub(super) fn short(text: String) -> Option<String> {
     (text.chars().count() <= MOST_CHARACTERS).then_some(text)
 }
 
@@ -85,7 +85,13 @@ impl Context<'_> {
             (Some(argument), false) if !argument.is_empty() => argument,
             (Some(_) | None, _) => "…".to_owned(),
         };
-        Some(SyntaxError::PrefixedFunction { function, fix: format!("{meant}({inside})"), span })
+        let fix = format!("{meant}({inside})");
+        let change = match (inside.as_str(), self.is_declared(prefix), self.closing(found)) {
+            ("…", true, _) | (_, true, None) => None,
+            (_, true, Some(close)) => Some((Span::new(span.start, close.end), fix.clone())),
+            (_, false, _) => Some((span, meant.to_owned())),
+        };
+        Some(SyntaxError::PrefixedFunction { function, fix, change, span })
     }
 
     /// Where the names and points begin that stand before the place.
@@ -105,22 +111,91 @@ impl Context<'_> {
     }
 
     /// What stands in the parentheses that open at a token, if it is short and has no points in it.
-    fn argument(&self, open: Token) -> Option<String> {
+    pub(super) fn argument(&self, open: Token) -> Option<String> {
+        let close = self.closing(open)?;
+        let inside = Span::new(open.end, close.start);
+        let strange = |token: Token| matches!(token.kind, TokenKind::Dot | TokenKind::Illegal | TokenKind::DoubleStar);
+        let text = self.source.get(inside.range())?;
+        let plain = !text.contains(['\n', '#']) && !Lexer::new(self.source, inside).any(strange);
+        short(text.trim().to_owned()).filter(|_| plain)
+    }
+
+    /// The bracket that closes the one at a token.
+    pub(super) fn closing(&self, open: Token) -> Option<Token> {
         let mut depth = 0_usize;
         for token in Lexer::new(self.source, Span::new(open.start, self.end)) {
             match token.kind {
                 TokenKind::Open => depth += 1,
                 TokenKind::Close => depth = depth.checked_sub(1)?,
-                TokenKind::Dot | TokenKind::Illegal | TokenKind::DoubleStar => return None,
                 _ => {}
             }
             if depth == 0 {
-                let inside = self.source.get(open.end as usize..token.start as usize)?;
-                let plain = !inside.contains(['\n', '#']);
-                return short(inside.trim().to_owned()).filter(|_| plain);
+                return Some(token);
             }
         }
         None
+    }
+
+    /// The product around the place with all the signs that are missing in it, and its place: `m*g*l*(1 - cos(phi))`.
+    pub(super) fn product_with_signs(&self) -> Option<(Span, String)> {
+        let start = self.chain?;
+        let mut out = String::new();
+        let mut depth = 0_usize;
+        let mut before: Option<Token> = None;
+        for token in Lexer::new(self.source, Span::new(start, self.end)) {
+            let text = self.text(token);
+            let inside = matches!(
+                token.kind,
+                TokenKind::Star | TokenKind::Slash | TokenKind::Caret | TokenKind::Prime | TokenKind::Open
+            );
+            match token.kind {
+                TokenKind::Word | TokenKind::Number if words::reserved_for(text) == Some("begins a statement") => break,
+                TokenKind::Word if depth == 0 && words::is_connective(text) => break,
+                TokenKind::Word | TokenKind::Number => {}
+                TokenKind::Close if depth == 0 => break,
+                TokenKind::Close => depth -= 1,
+                TokenKind::Comment | TokenKind::Illegal | TokenKind::DoubleStar | TokenKind::HalfNumber => return None,
+                _ if depth == 0 && !inside => break,
+                _ => {}
+            }
+            if let Some(before) = before {
+                if self.side_by_side_at(before, token)? {
+                    if token.first_on_line && depth == 0 {
+                        break;
+                    }
+                    out.push('*');
+                } else {
+                    out.push_str(self.source.get(before.end as usize..token.start as usize)?);
+                }
+            }
+            out.push_str(text);
+            depth += usize::from(token.kind == TokenKind::Open);
+            before = Some(token);
+        }
+        Some((Span::new(start, before?.end), out))
+    }
+
+    /// Whether a sign is missing between two tokens; `None` where something else is.
+    fn side_by_side_at(&self, before: Token, token: Token) -> Option<bool> {
+        let (left, right) = (self.text(before), self.text(token));
+        let ends = match before.kind {
+            TokenKind::Word => !words::is_connective(left),
+            TokenKind::Number | TokenKind::Close | TokenKind::Prime => true,
+            _ => false,
+        };
+        let begins = match token.kind {
+            TokenKind::Word => !words::is_connective(right),
+            TokenKind::Number => true,
+            TokenKind::Open => right == "(",
+            _ => false,
+        };
+        let call = before.kind == TokenKind::Word && right == "(" && (token.glued || words::is_function(left));
+        if !ends || !begins || call {
+            return Some(false);
+        }
+        let wrong = before.kind == TokenKind::Word && words::is_function(left)
+            || before.kind == TokenKind::Number && token.kind == TokenKind::Number;
+        (!wrong).then_some(true)
     }
 
     /// The product that ends before the place: `1/2` before the `x` of `1/2 x`.

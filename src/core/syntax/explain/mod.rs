@@ -6,6 +6,7 @@
 
 mod context;
 mod fixes;
+mod lines;
 mod operands;
 
 use super::error::SyntaxError;
@@ -15,6 +16,7 @@ use super::words;
 use crate::diagnostic::nearest;
 use crate::span::Span;
 use context::Context;
+pub(super) use lines::foreign_line;
 
 /// The mistake in the statement at `span` that the grammar could not read beyond `at`;
 /// `expected` is what it would have accepted, in plain words.

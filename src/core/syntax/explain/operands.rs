@@ -92,6 +92,10 @@ impl Context<'_> {
         if let Some(error) = self.prefixed_function(found) {
             return error;
         }
+        if before.kind == TokenKind::Prime && found.glued && self.argument(found).as_deref() == Some("t") {
+            let end = self.closing(found).map_or(found.end, |close| close.end);
+            return SyntaxError::ArgumentOfDerivative { span: Span::new(found.start, end) };
+        }
         let is_function = |token: Token| token.kind == TokenKind::Word && words::is_function(self.text(token));
         if is_function(before) {
             // What goes on behind it may or may not belong to the argument.
@@ -138,6 +142,16 @@ impl Context<'_> {
             }
             (text, _) => text.to_owned(),
         };
-        SyntaxError::MissingMultiplication { left, right, span: self.before.span().to(found.span()) }
+        let span = self.before.span().to(found.span());
+        match self.product_with_signs() {
+            Some((place, text)) => {
+                let fix = fixes::short(text.clone()).unwrap_or_else(|| format!("{left}*{right}"));
+                SyntaxError::MissingMultiplication { fix, place, text, span }
+            }
+            None => {
+                let place = Span::new(self.before.end, found.start);
+                SyntaxError::MissingMultiplication { fix: format!("{left}*{right}"), place, text: "*".to_owned(), span }
+            }
+        }
     }
 }
