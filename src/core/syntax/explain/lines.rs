@@ -8,8 +8,8 @@ use super::super::split::expects_operand;
 use super::super::words;
 use crate::span::Span;
 
-/// What begins a comment elsewhere, and whether only at the beginning of a line.
-const COMMENT_MARKS: [(&str, bool); 3] = [("//", false), ("%", false), ("--", true)];
+/// What begins a comment elsewhere and is nothing here; `--` is a sign twice.
+const COMMENT_MARKS: [&str; 2] = ["//", "%"];
 
 /// The mistake of a line that begins at `token`, or of its rest if that is a comment; `before` is the token before it.
 pub(in super::super) fn foreign_line(
@@ -21,16 +21,17 @@ pub(in super::super) fn foreign_line(
 ) -> Option<SyntaxError> {
     let complete = before.is_none_or(|before| {
         let text = before.text(source);
-        !expects_operand(before.kind, text) && !words::is_statement_word(text)
+        !expects_operand(before.kind, text) && before.kind != TokenKind::Dot && !words::is_statement_word(text)
     });
     let first = token.first_on_line && !in_brackets && complete;
     match token.kind {
-        TokenKind::Slash | TokenKind::Minus | TokenKind::Illegal => {
+        TokenKind::Slash | TokenKind::Illegal if !in_brackets || token.first_on_line => {
             let text = source.get(token.start as usize..)?;
-            let (mark, _) = COMMENT_MARKS.into_iter().find(|(mark, at_first)| {
-                text.starts_with(mark) && (token.first_on_line && complete || !at_first && !in_brackets)
-            })?;
-            Some(SyntaxError::ForeignComment { span: Span::new(token.start, token.start + mark.len() as u32) })
+            let mark = COMMENT_MARKS.into_iter().find(|mark| text.starts_with(mark))?;
+            // `param p : % = 5` is meant as a unit.
+            let unit = before.is_some_and(|before| before.kind == TokenKind::Colon);
+            let span = Span::new(token.start, token.start + mark.len() as u32);
+            (!unit).then_some(SyntaxError::ForeignComment { span })
         }
         TokenKind::Word | TokenKind::Number if first => of_another_language(source, token, rest),
         _ => None,
