@@ -212,8 +212,8 @@ impl Compiler<'_> {
         })
     }
 
-    /// Where a coordinate has to be declared that is missing: before the statement at a place that uses it, if somewhere
-    /// in the file its time derivative is.
+    /// Where a coordinate that is missing has to be declared: before the statement at a place that uses it, if its time
+    /// derivative is used somewhere in the file.
     pub(super) fn missing_coordinate(&self, name: &str, span: Span) -> Option<u32> {
         let moves = self.file.expressions.iter().any(|expr| {
             matches!(expr.kind, ExprKind::Prime(inner)

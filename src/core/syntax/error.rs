@@ -282,7 +282,10 @@ Error SyntaxError {
     "E0027" ComparisonForEquals(span) => at(*span, "compares two values").written(*span, "="),
 
     /// `:=`, or a colon without a unit.
-    #[error("{}", if *.assignment { "a value is given with `=`, not with `:=`" } else { "a unit is missing after the colon" })]
+    #[error("{}", match .assignment {
+        true => "a value is given with `=`, not with `:=`",
+        false => "a unit is missing after the colon",
+    })]
     "E0028" MissingUnit(span) {
         /// Whether `=` follows at once.
         assignment: bool,

@@ -140,14 +140,19 @@ impl<'s> Splitter<'s> {
         } else if let Some(error) =
             explain::foreign_line(self.source, self.previous, token, rest, !self.brackets.is_empty())
         {
-            if matches!(error, SyntaxError::ForeignComment { .. }) {
+            let comment = matches!(error, SyntaxError::ForeignComment { .. });
+            let passed = comment && self.lost && !token.first_on_line;
+            if comment {
                 self.interrupted = self.current.is_some();
             } else {
                 self.finish();
                 self.lost = true;
                 self.previous = Some(token);
             }
-            self.found.errors.push(error);
+            // Where all is lost already, the sign need not be one of a comment.
+            if !passed {
+                self.found.errors.push(error);
+            }
             return true;
         } else if token.kind == TokenKind::Semicolon && self.brackets.is_empty() {
             self.finish();
