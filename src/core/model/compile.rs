@@ -195,31 +195,7 @@ impl Compiler<'_> {
                 let children: Vec<ExprRef> = terms.iter().map(|term| term.value()).collect();
                 then(tasks, Op::Sum(subtracted), &children);
             }
-            ExprKind::Call { function, arguments } => match function.text.as_str() {
-                "mod" | "floor" | "rows" => {
-                    let number = self.index(at, scope);
-                    tasks.push(Task::Emit(Op::Number(number), span));
-                }
-                name => {
-                    if let Some(error) = self.foreign_call(function, arguments, span) {
-                        self.fail(error);
-                        tasks.push(Task::Emit(Op::Broken, span));
-                    } else if let Some(builtin) = Builtin::from_name(name) {
-                        if let Some(error) = builtin.check_count(function, arguments.len(), span) {
-                            self.fail(error);
-                            tasks.push(Task::Emit(Op::Broken, span));
-                        }
-                        self.world.rigid |=
-                            matches!(builtin, Builtin::AngularVelocity | Builtin::Steiner | Builtin::About);
-                        then(tasks, Op::Call(builtin, arguments.len()), arguments);
-                    } else {
-                        self.unknown_function(function, scope);
-                        then(tasks, Op::Vector(arguments.len()), arguments);
-                        // Stands before what its arguments leave: the run ends there.
-                        tasks.push(Task::Emit(Op::Broken, span));
-                    }
-                }
-            },
+            ExprKind::Call { function, arguments } => self.call(at, function, arguments, scope, tasks),
             ExprKind::SumOver { indices, body } => {
                 let outer = scope.variables.len();
                 let (binders, filter) = self.binders(indices, scope);
@@ -237,6 +213,38 @@ impl Compiler<'_> {
                 });
                 tasks.push(Task::Emit(Op::Broken, span));
             }
+        }
+    }
+
+    fn call(&mut self, at: ExprRef, function: &Name, arguments: &[ExprRef], scope: &mut Scope, tasks: &mut Vec<Task>) {
+        let span = self.file.expr(at).span;
+        if matches!(function.text.as_str(), "mod" | "floor" | "rows") {
+            let number = self.index(at, scope);
+            tasks.push(Task::Emit(Op::Number(number), span));
+            return;
+        }
+        if let Some(error) = self.foreign_call(function, arguments, span) {
+            self.fail(error);
+            tasks.push(Task::Emit(Op::Broken, span));
+            return;
+        }
+        let op = if let Some(builtin) = Builtin::from_name(&function.text) {
+            if let Some(error) = builtin.check_count(function, arguments.len(), span) {
+                self.fail(error);
+                tasks.push(Task::Emit(Op::Broken, span));
+            }
+            self.world.rigid |= matches!(builtin, Builtin::AngularVelocity | Builtin::Steiner | Builtin::About);
+            Op::Call(builtin, arguments.len())
+        } else {
+            self.unknown_function(function, scope);
+            Op::Vector(arguments.len())
+        };
+        let is_known = matches!(op, Op::Call(..));
+        tasks.push(Task::Emit(op, span));
+        tasks.extend(arguments.iter().rev().map(|argument| Task::Visit(*argument)));
+        if !is_known {
+            // Stands before what its arguments leave: the run ends there.
+            tasks.push(Task::Emit(Op::Broken, span));
         }
     }
 
