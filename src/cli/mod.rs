@@ -3,6 +3,7 @@
 mod amplitude;
 mod args;
 mod chart;
+mod check;
 mod equilibria;
 mod export;
 mod fmt;
@@ -33,7 +34,7 @@ use anstream::{AutoStream, ColorChoice};
 use clap::{CommandFactory, Parser};
 use clap_complete::Shell;
 use librate::derive::{self, Parts};
-use librate::diagnostic::{self, Diagnostic};
+use librate::diagnostic::Diagnostic;
 use librate::model::{self, Model, Settings, TableTexts};
 use librate::number::Number;
 use librate::report::{self, Style};
@@ -115,7 +116,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Equilibria(equilibria) => equilibria::text(equilibria),
         Command::Inertia(inertia) => inertia::text(inertia),
         Command::Export(export) => export::text(export),
-        Command::Check(check) => check_text(check),
+        Command::Check(check) => check::text(check),
         Command::Derive(derive) => derive_text(derive),
         Command::Explain(explain) => explain_text(explain),
         Command::Completions(own) => Ok(Answer::new(completions(own.shell), None)),
@@ -309,55 +310,6 @@ fn floquet_text(args: &args::Floquet) -> Result<Answer, Failure> {
     } else {
         report::floquet_text(&model, &found, args.digits, &style())
     };
-    Ok(Answer::new(text, Some((source, warnings))))
-}
-
-/// Corrections can show further mistakes: so often they are made.
-const ROUNDS: usize = 20;
-
-/// The file with all corrections made that are certain enough; says what changed, and what becomes of the model.
-fn corrected(args: &ModelArgs) -> Result<Loaded, Failure> {
-    if input::is_stream(&args.file) {
-        let message = "standard input can't be corrected in place".to_owned();
-        return Err(Failure::Other { message, help: Some("name a file".to_owned()), status: USAGE });
-    }
-    let source = input::read_model(&args.file)?;
-    let mut newer = source.clone();
-    let mut found = load_text(args, newer.clone(), Size::Any);
-    for _ in 0..ROUNDS {
-        let told = match &found {
-            Ok(loaded) => &loaded.warnings,
-            Err(Failure::Model(_, told)) => told,
-            Err(_) => break,
-        };
-        let text = diagnostic::replaced(&newer.text, told.iter().filter_map(|own| own.replacement.as_ref()));
-        if text == newer.text {
-            break;
-        }
-        newer.text = text;
-        found = load_text(args, newer.clone(), Size::Any);
-    }
-    if newer.text != source.text {
-        fmt::rewrite(&args.file, &source, &newer.text)?;
-        write_out(&output::visible(&fmt::difference(&source, &newer.text, "corrected"), false))?;
-    }
-    found
-}
-
-fn check_text(args: &args::Check) -> Result<Answer, Failure> {
-    let loaded = if args.fix { corrected(&args.model) } else { load(&args.model, Size::Any) };
-    let Loaded { source, model, warnings } = loaded?;
-    let name = model.name.clone().unwrap_or(source.shown().into_owned());
-    let count = model.coordinates.len();
-    let plural = if count == 1 { "" } else { "s" };
-    let energies = if model.lagrangian {
-        "the lagrangian is in order"
-    } else if model.potential.is_empty() {
-        "T is in order, V is 0"
-    } else {
-        "T and V are in order"
-    };
-    let text = format!("{name}: {count} coordinate{plural}, {energies}\n");
     Ok(Answer::new(text, Some((source, warnings))))
 }
 

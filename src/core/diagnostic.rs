@@ -47,6 +47,14 @@ pub struct Replacement {
     pub text: String,
 }
 
+impl Replacement {
+    /// What stands at a place gives way to a text.
+    #[must_use]
+    pub fn new(span: Span, text: impl Into<String>) -> Self {
+        Self { span, text: text.into() }
+    }
+}
+
 /// A text with all changes made; of two that overlap the first.
 #[must_use]
 pub fn replaced<'a>(text: &str, changes: impl IntoIterator<Item = &'a Replacement>) -> String {
@@ -148,7 +156,7 @@ impl Diagnostic {
     /// The same with a change of the text that is the fix.
     #[must_use]
     pub fn replacing(mut self, span: Span, text: impl Into<String>) -> Self {
-        self.replacement = Some(Replacement { span, text: text.into() });
+        self.replacement = Some(Replacement::new(span, text));
         self
     }
 

@@ -3,7 +3,7 @@
 
 use std::fmt::Write;
 
-use librate::diagnostic::{Diagnostic, Replacement};
+use librate::diagnostic::{Diagnostic, Replacement, replaced};
 use librate::model::{Settings, TableTexts, elaborate};
 use librate::span::Span;
 use librate::syntax::parse;
@@ -20,15 +20,9 @@ fn mistakes(source: &str) -> Vec<Diagnostic> {
     errors.iter().map(Diagnostic::from).collect()
 }
 
-fn made(source: &str, change: &Replacement) -> String {
-    let mut text = source.to_owned();
-    text.replace_range(change.span.range(), &change.text);
-    text
-}
-
 /// Applies a fix alone: nothing of the new text may be wrong, and all that was wrong elsewhere is so still, or solved.
 fn check_alone(source: &str, change: &Replacement, before: &[Diagnostic]) {
-    let text = made(source, change);
+    let text = replaced(source, [change]);
     let end = change.span.start + u32::try_from(change.text.len()).unwrap();
     let inside = Span::new(change.span.start, end);
     let others: Vec<String> = before.iter().map(|own| own.message.clone()).collect();
@@ -55,19 +49,11 @@ fn report(source: &str) -> String {
                 check_alone(&text, change, &found);
             }
         }
-        let mut changes: Vec<&Replacement> = found.iter().filter_map(|own| own.replacement.as_ref()).collect();
+        let changes: Vec<&Replacement> = found.iter().filter_map(|own| own.replacement.as_ref()).collect();
         if changes.is_empty() || round + 1 == ROUNDS {
             break;
         }
-        // From the end, so that places before stay; of two that overlap the one for the longer text.
-        changes.sort_by_key(|change| std::cmp::Reverse((change.span.start, change.span.end)));
-        let mut least = u32::MAX;
-        for change in changes {
-            if change.span.end <= least {
-                least = change.span.start;
-                text = made(&text, change);
-            }
-        }
+        text = replaced(&text, changes);
         writeln!(out, "---\n{text}---").unwrap();
     }
     out

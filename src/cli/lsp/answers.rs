@@ -1,9 +1,9 @@
 //! What is answered from a text and what is known of it.
 
-use librate::diagnostic::{self, Diagnostic, Replacement};
+use librate::diagnostic::{self, Replacement};
 use librate::model;
 use librate::span::Span;
-use librate::syntax::{self, Binding, ExprKind, NameKind, NamePlace, StatementKind, signature};
+use librate::syntax::{self, ExprKind, Indices, Name, NameKind, NamePlace, StatementKind, signature};
 use serde_json::{Value, json};
 
 use super::check::Facts;
@@ -114,8 +114,7 @@ pub(super) fn rename(document: &Document, at: usize, new: &str) -> Result<Value,
         return Err(format!("`{new}` is in use already"));
     }
     let places = document.same(&name);
-    let changes: Vec<Replacement> =
-        places.iter().filter_map(|own| Diagnostic::global("").replacing(own.span, new).replacement).collect();
+    let changes: Vec<Replacement> = places.iter().map(|own| Replacement::new(own.span, new)).collect();
     let text = diagnostic::replaced(&document.text, &changes);
     let reads = syntax::parse(&text).is_ok_and(|file| {
         let again = syntax::names(&file);
@@ -209,14 +208,14 @@ pub(super) fn hints(document: &Document, facts: &Facts, range: &Value) -> Value 
         }
     };
     let unit = |name: &str| facts.dimensions.get(name).map(|own| format!(": {}", own.unit()));
-    let behind = |binding: &Binding| binding.indices.as_ref().map_or(binding.name.span.end, |own| own.span.end);
+    let behind = |name: &Name, indices: Option<&Indices>| indices.map_or(name.span.end, |own| own.span.end);
     for statement in &document.file.statements {
         let bindings = match &statement.kind {
             StatementKind::Param(bindings) => bindings.as_slice(),
             StatementKind::Let(binding) => std::slice::from_ref(binding),
             StatementKind::Coord { declarations } => {
                 for own in declarations.iter().filter(|own| own.unit.is_none()) {
-                    let end = own.indices.as_ref().map_or(own.name.span.end, |own| own.span.end);
+                    let end = behind(&own.name, own.indices.as_deref());
                     unit(&own.name.text).into_iter().for_each(|label| hint(end, label));
                 }
                 &[]
@@ -225,7 +224,8 @@ pub(super) fn hints(document: &Document, facts: &Facts, range: &Value) -> Value 
         };
         for binding in bindings {
             if binding.unit.is_none() {
-                unit(&binding.name.text).into_iter().for_each(|label| hint(behind(binding), label));
+                let end = behind(&binding.name, binding.indices.as_deref());
+                unit(&binding.name.text).into_iter().for_each(|label| hint(end, label));
             }
             if let Some(value) = binding.value.map(|at| document.file.expr(at))
                 && !matches!(value.kind, ExprKind::Number(_) | ExprKind::Negate(_) | ExprKind::Vector(_))

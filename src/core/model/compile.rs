@@ -61,6 +61,12 @@ enum Task {
     Emit(Op, Span),
 }
 
+/// An operation on what its children leave.
+fn then(tasks: &mut Vec<Task>, op: Op, span: Span, children: &[ExprRef]) {
+    tasks.push(Task::Emit(op, span));
+    tasks.extend(children.iter().rev().map(|child| Task::Visit(*child)));
+}
+
 impl<'a> Compiler<'a> {
     pub(super) fn new(
         file: &'a File,
@@ -128,10 +134,7 @@ impl Compiler<'_> {
         let file = self.file;
         let expr = file.expr(at);
         let span = expr.span;
-        let then = |tasks: &mut Vec<Task>, op: Op, children: &[ExprRef]| {
-            tasks.push(Task::Emit(op, span));
-            tasks.extend(children.iter().rev().map(|child| Task::Visit(*child)));
-        };
+        let then = |tasks: &mut Vec<Task>, op: Op, children: &[ExprRef]| then(tasks, op, span, children);
         match &expr.kind {
             ExprKind::Number(text) => {
                 let number = self.literal(text, span);
@@ -228,21 +231,16 @@ impl Compiler<'_> {
             tasks.push(Task::Emit(Op::Broken, span));
             return;
         }
-        let op = if let Some(builtin) = Builtin::from_name(&function.text) {
+        if let Some(builtin) = Builtin::from_name(&function.text) {
             if let Some(error) = builtin.check_count(function, arguments.len(), span) {
                 self.fail(error);
                 tasks.push(Task::Emit(Op::Broken, span));
             }
             self.world.rigid |= matches!(builtin, Builtin::AngularVelocity | Builtin::Steiner | Builtin::About);
-            Op::Call(builtin, arguments.len())
+            then(tasks, Op::Call(builtin, arguments.len()), span, arguments);
         } else {
             self.unknown_function(function, scope);
-            Op::Vector(arguments.len())
-        };
-        let is_known = matches!(op, Op::Call(..));
-        tasks.push(Task::Emit(op, span));
-        tasks.extend(arguments.iter().rev().map(|argument| Task::Visit(*argument)));
-        if !is_known {
+            then(tasks, Op::Vector(arguments.len()), span, arguments);
             // Stands before what its arguments leave: the run ends there.
             tasks.push(Task::Emit(Op::Broken, span));
         }

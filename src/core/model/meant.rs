@@ -41,7 +41,7 @@ fn spelling(name: &str) -> String {
 impl Compiler<'_> {
     /// What `name` with these indices behind it was probably meant to be, as text for the whole.
     pub(super) fn meant(&self, name: &str, indices: &[ExprRef], scope: &Scope) -> Option<String> {
-        let fits = |entity: Entity| match self.world.family(entity).map(|family| family.grid.rank) {
+        let fits = |entity: Entity| match self.rank(entity) {
             Some(rank) if matches!(entity, Entity::Let(_)) => rank <= indices.len(),
             rank => rank == Some(indices.len()),
         };
