@@ -272,7 +272,9 @@ pub mod figure {
 /// The steady response to a harmonic force. In full: [`librate_studies::response`].
 #[cfg(feature = "engine")]
 pub mod response {
-    pub use librate_studies::response::{Output, Request, Response, ResponseError, Source, Study, Value};
+    pub use librate_studies::response::{
+        Output, Peak, PeakKind, Peaks, Request, Response, ResponseError, Source, Study, Value,
+    };
 }
 
 /// Every equilibrium in a box. In full: [`librate_studies::equilibria`].

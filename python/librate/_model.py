@@ -61,11 +61,11 @@ def _optional(value: Any) -> str | None:
 
 
 def _range(value: Range) -> str:
-    """`k=0..8:17`, or `{"k": (0, 8, 17)}`."""
+    """`k=0..8:17`, or `{"k": (0, 8, 17)}`; where no count is wanted without it."""
     if isinstance(value, str):
         return value
-    [(name, (first, last, count))] = value.items()
-    return f"{name}={_text(first)}..{_text(last)}:{_text(count)}"
+    [(name, (first, last, *count))] = value.items()
+    return ":".join([f"{name}={_text(first)}..{_text(last)}", *map(_text, count)])
 
 
 def _box(value: str | Mapping[str, Sequence[Number]]) -> str:
@@ -402,8 +402,8 @@ class Model:
         has them with their bounds.
         """
         outputs = [output] if isinstance(output, str) else list(output)
-        arguments = dict(over=_range(over), input=input, output=outputs, digits=digits, threads=threads, svg=_svg)
-        answer = _native.steady_response(self._native, arguments)
+        arguments = dict(over=_range(over), input=input, output=outputs, digits=digits, threads=threads)
+        answer = _native.steady_response(self._native, arguments | dict(svg=_svg, peaks=False))
         if _svg:
             return _picture(answer)
         found = _result(answer)
@@ -411,6 +411,22 @@ class Model:
             for part in ("amplitude", "phase"):
                 found._fields[f"{own.coordinate} {part}"] = own[part]
         return found
+
+    def peaks(
+        self,
+        over: Range,
+        input: str | None = None,
+        output: str | Sequence[str] = (),
+        digits: int = 10,
+        *,
+        threads: int | None = None,
+    ) -> Result:
+        """All maxima and minima of the steady response between the ends of a range, none missed: `outputs`, each with its
+        `peaks` and the pieces of the range that are `undecided`.
+        """
+        outputs = [output] if isinstance(output, str) else list(output)
+        arguments = dict(over=_range(over), input=input, output=outputs, digits=digits, threads=threads)
+        return _result(_native.steady_response(self._native, arguments | dict(svg=False, peaks=True)))
 
     def motion(
         self,

@@ -4,13 +4,13 @@ use librate::batch::{self, Outcome, Solutions, Study};
 use librate::chart::{Chart, Place as ChartPlace};
 use librate::floquet::{self, Options as FloquetOptions};
 use librate::linearize::{self, LinearizeError};
-use librate::model::{Constant, Model as Elaborated, ModelError};
+use librate::model::{Constant, Model as Elaborated, ModelError, Range};
 use librate::modes::Options;
 use librate::motion::{Enclosed, Start, System, Times, Trajectory};
 use librate::oscillation;
 use librate::period::{self, Oscillator, Request as PeriodRequest};
 use librate::report::{self, Style, SweepColumns, SweepCsv, SweepRow};
-use librate::response::{self, ResponseError, Value};
+use librate::response::{self, Peaks, ResponseError, Value};
 use librate::sweep::{Place, Sweep};
 use librate::{sensitivity, tracking};
 use pyo3::prelude::*;
@@ -220,22 +220,36 @@ pub(crate) struct ResponseArgs {
     digits: i64,
     threads: Option<i64>,
     svg: bool,
+    peaks: bool,
 }
 
 /// The steady response to a harmonic force.
 #[pyfunction]
 pub(crate) fn steady_response(py: Python<'_>, model: &Model, args: ResponseArgs) -> PyResult<Answer> {
     let done = model.run(py, move |job| {
-        let range = range(&args.over, "write `over=\"omega=0..20:201\"`")?;
+        let help = "write `over=\"omega=0..20:201\"`";
+        let range = if args.peaks {
+            Range::parse_ends(&args.over).map_err(|error| Failure::request(error.to_string(), help))?
+        } else {
+            range(&args.over, help)?
+        };
         if args.input.is_some() && range.name() != "omega" {
             let message = format!("the frequency of a force given with `input` is `omega`, not `{}`", range.name());
-            return Err(Failure::request(message, "write `over=\"omega=0..20:201\"`"));
+            return Err(Failure::request(message, help));
         }
         let threads = positive("threads", args.threads)?;
         let digits = digits(args.digits, FEW_DIGITS)?;
         let model = job.values(Size::Dense)?;
         let request = response::Request { input: args.input, outputs: args.output, range, digits };
         let study = response::Study::new(model, job.made_from(), request)?;
+        if args.peaks {
+            let found = in_parallel(job, threads, study.outputs(), || |output: usize| study.peaks(output))?;
+            let found = found.into_iter().collect::<Result<Vec<Peaks>, ResponseError>>()?;
+            let response = study.response([]);
+            job.warnings.extend(found.iter().filter_map(|own| own.remark(&response.name)));
+            let text = report::peaks_csv(&response, &found, digits);
+            return Ok(Written { json: report::peaks_json(&response, &found), text });
+        }
         let values = in_parallel(job, threads, study.len(), || |place: usize| study.values(place))?;
         let values = values.into_iter().collect::<Result<Vec<Vec<Value>>, ResponseError>>()?;
         let response = study.response(values);

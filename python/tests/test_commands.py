@@ -118,6 +118,15 @@ def test_response_of_a_damped_oscillator():
     assert np.allclose(np.nan_to_num(output.phase), np.angle(exact), atol=1e-14)
 
 
+def test_peaks_of_a_damped_oscillator():
+    model = librate.Model("coord x  T = 1/2*x'^2  V = 1/2*x^2  dissipation = 1/20*x'^2")
+    [output] = model.peaks({"omega": (0, 2)}, input="x").outputs
+    [peak] = output.peaks
+    assert peak.kind == "maximum" and output.undecided == []
+    assert peak.at == pytest.approx(np.sqrt(1 - 0.1**2 / 2), rel=1e-15)
+    assert peak.half_power_from < peak.at < peak.half_power_to
+
+
 def test_equilibria_of_a_double_well():
     found = librate.Model("coord x  T = 1/2*x'^2  V = 1/4*x^4 - 1/2*x^2").equilibria({"x": (-2, 2)})
     assert found.complete

@@ -2,7 +2,7 @@
 
 use clap::Args;
 use librate::model::Range;
-use librate::response::{Request, Response, ResponseError, Source, Study, Value};
+use librate::response::{Peaks, Request, Response, ResponseError, Source, Study, Value};
 use librate::{report, sensitivity};
 
 use super::args::{ModelArgs, few_digits, positive};
@@ -16,13 +16,17 @@ undamped resonance the amplitude is `inf`, which is only said where it is proved
 
 With --input the force is cos(omega*t) on that coordinate, in N for a length and N m for an angle. Without it the force is the model's own drive,
 a moving support or a `force` with the time in it: --over then has the parameter in its frequency. The drive has to be
-harmonic and leave M, C and K constant; `floquet` and `motion` are for others.";
+harmonic and leave M, C and K constant; `floquet` and `motion` are for others.
+
+With --peaks all maxima, minima, resonances and antiresonances of each amplitude between the ends of the range are found, none missed, and for a maximum where on
+both sides the amplitude has fallen to 1/sqrt(2) of it (half the power).";
 
 pub(super) const RESPONSE_EXAMPLE: &str = "\
 Examples:
     librate response models/response/damped_absorber.lag --input x1 --over omega=0..20:401
     librate response models/three_pendulums.lag --input 'phi[1]' --over 'omega=0..2*pi:101' --json
-    librate response models/response/unbalance.lag --over n=1..10:91";
+    librate response models/response/unbalance.lag --over n=1..10:91
+    librate response models/response/damped_absorber.lag --input x1 --over omega=0..20 --peaks";
 
 /// So many frequencies are worked on at a time.
 const BLOCK: usize = 64;
@@ -42,6 +46,9 @@ pub(crate) struct ResponseArgs {
     /// The angular frequencies in rad/s, or the values of the parameter in the drive's: first, last and how many
     #[arg(long, value_name = "NAME=a..b:count")]
     pub(crate) over: String,
+    /// The maxima and minima of each amplitude in place of its values; the range needs no count
+    #[arg(long)]
+    pub(crate) peaks: bool,
     /// Significant digits, up to 30
     #[arg(long, value_name = "D", default_value = "10", value_parser = few_digits)]
     pub(crate) digits: usize,
@@ -58,7 +65,8 @@ pub(super) fn text(args: &ResponseArgs) -> Result<Answer, Failure> {
         Some(_) => "write `--over omega=a..b:count`, for example `--over omega=0..20:201`",
         None => "write `--over NAME=a..b:count` with the parameter in the frequency of the drive: `--over W=0..20:201`",
     };
-    let range = Range::parse(&args.over).map_err(|error| wrong_request(error.to_string(), help))?;
+    let range = if args.peaks { Range::parse_ends(&args.over) } else { Range::parse(&args.over) };
+    let range = range.map_err(|error| wrong_request(error.to_string(), help))?;
     if args.input.is_some() && range.name() != "omega" {
         let message = format!("the frequency of a force given with --input is `omega`, not `{}`", range.name());
         return Err(wrong_request(message, help));
@@ -75,6 +83,9 @@ pub(super) fn text(args: &ResponseArgs) -> Result<Answer, Failure> {
         Err(error) => return Err(failed(source, warnings, error)),
     };
     let loaded = Loaded { source, model: study.model().clone(), warnings };
+    if args.peaks && !args.model.drawn {
+        return peaks(args, &study, loaded);
+    }
     let response = computed(args, &study, loaded)?;
     let (response, Loaded { source, mut warnings, .. }) = response;
     warnings.extend(response.remarks());
@@ -85,6 +96,29 @@ pub(super) fn text(args: &ResponseArgs) -> Result<Answer, Failure> {
     } else {
         report::response_csv(&response, args.digits)
     };
+    Ok(Answer::new(text, Some((source, warnings))))
+}
+
+/// The maxima and minima, outputs on all cores.
+fn peaks(args: &ResponseArgs, study: &Study, loaded: Loaded) -> Result<Answer, Failure> {
+    let (mut all, mut fault) = (Vec::new(), None);
+    let found = |found: Result<Peaks, ResponseError>| {
+        match found {
+            Ok(found) => all.push(found),
+            Err(error) => fault = Some(error),
+        }
+        Ok(())
+    };
+    in_order(args.threads, study.outputs(), "looking for peaks", || |output| study.peaks(output), found)?;
+    let Loaded { source, mut warnings, .. } = loaded;
+    if let Some(error) = fault {
+        return Err(failed(source, warnings, error));
+    }
+    let response = study.response([]);
+    warnings.extend(response.remarks());
+    warnings.extend(all.iter().filter_map(|own| own.remark(&response.name)));
+    let text =
+        if args.json { report::peaks_json(&response, &all) } else { report::peaks_csv(&response, &all, args.digits) };
     Ok(Answer::new(text, Some((source, warnings))))
 }
 

@@ -6,7 +6,7 @@ use super::json::{array, model_and_version, null, number, string};
 use super::picture::{Axis, Curve, Panel, Picture, Stroke, titled};
 use super::{Written, common, with_unit};
 use librate_core::precision::{Ball, one_digit_up, quick_decimal};
-use librate_studies::response::{Response, Value};
+use librate_studies::response::{Peak, PeakKind, Peaks, Response, Value};
 
 /// A number for a cell: all digits, or those that are certain.
 fn cell(value: &Ball, digits: usize) -> String {
@@ -34,23 +34,88 @@ pub fn response_csv(response: &Response, digits: usize) -> String {
     String::from_utf8(table.into_inner().unwrap_or_default()).unwrap_or_default()
 }
 
+/// A line a maximum or minimum: the output, what it is, where, the amplitude, and where it has fallen to 1/√2 of a maximum on both sides.
+#[must_use]
+pub fn peaks_csv(response: &Response, peaks: &[Peaks], digits: usize) -> String {
+    let mut table = csv::Writer::from_writer(Vec::new());
+    let _ = table.write_record(["output", "kind", &response.name, "amplitude", "half power from", "half power to"]);
+    for (output, peak) in peaks.iter().flat_map(|own| own.found.iter().map(|peak| (&own.coordinate, peak))) {
+        let cell_of = |value: &Option<Ball>| value.as_ref().map_or_else(String::new, |value| cell(value, digits));
+        let amplitude = if is_infinite(peak) { "inf".to_owned() } else { cell_of(&peak.amplitude) };
+        let [from, to] = peak.half_power.each_ref().map(cell_of);
+        let kind = peak.kind.name().to_owned();
+        let _ = table.write_record([output.clone(), kind, cell(&peak.place, digits), amplitude, from, to]);
+    }
+    String::from_utf8(table.into_inner().unwrap_or_default()).unwrap_or_default()
+}
+
+fn is_infinite(peak: &Peak) -> bool {
+    peak.kind == PeakKind::Resonance
+}
+
+/// The maxima and minima as a JSON object: `model`, `input`, `parameter`, and `outputs`, each with `coordinate`, `unit`, `peaks` and the pieces of the
+/// range that are `undecided`.
+#[must_use]
+pub fn peaks_json(response: &Response, peaks: &[Peaks]) -> String {
+    let with_bound = |name: &str, value: Option<&Ball>| {
+        let [own, bound] = value.map_or_else(|| [null(), null()], |value| [number(value.mid_f64()), bound(value)]);
+        format!("\"{name}\": {own}, \"{name}_error_bound\": {bound}")
+    };
+    let of_peak = |peak: &Peak| {
+        let amplitude = with_bound("amplitude", peak.amplitude.as_ref());
+        let amplitude = if is_infinite(peak) { amplitude.replacen("null", "\"inf\"", 1) } else { amplitude };
+        let [from, to] = peak.half_power.each_ref().map(Option::as_ref);
+        format!(
+            "\n    {{\"kind\": {}, {}, {amplitude},\n     {}, {}}}",
+            string(peak.kind.name()),
+            with_bound("at", Some(&peak.place)),
+            with_bound("half_power_from", from),
+            with_bound("half_power_to", to),
+        )
+    };
+    let of_output = |own: &Peaks| {
+        format!(
+            "\n  {{\"coordinate\": {},\n   \"unit\": {},\n   \"peaks\": {},\n   \"undecided\": {}}}",
+            string(&own.coordinate),
+            optional(own.unit.as_ref()),
+            array(own.found.iter().map(of_peak)),
+            array(own.undecided.iter().map(|piece| array(piece.iter().map(|end| number(*end))))),
+        )
+    };
+    let outputs = array(peaks.iter().map(of_output));
+    format!("{},\n \"outputs\": {outputs}{}}}\n", head(response), unproved(response))
+}
+
+fn optional(text: Option<&String>) -> String {
+    text.map_or_else(null, |text| string(text))
+}
+
+fn bound(value: &Ball) -> String {
+    number(one_digit_up(value.mid_f64_error()))
+}
+
+/// The beginning of an object.
+fn head(response: &Response) -> String {
+    format!(
+        "{{\"model\": {},\n \"input\": {},\n \"parameter\": {}",
+        model_and_version(response.model.as_deref()),
+        optional(response.input.as_ref()),
+        string(&response.name),
+    )
+}
+
+fn unproved(response: &Response) -> &'static str {
+    if response.proved { "" } else { ",\n \"equilibrium_proved\": false" }
+}
+
 /// The response as a JSON object: `model`, `input`, the frequencies under the name of their column, and `outputs`, each with
 /// `coordinate`, `amplitude`, `phase` and their bounds, one a frequency. An amplitude is `"inf"` at a resonance, and what is not decided is
 /// `null`, as is the phase of an amplitude that is 0 or infinite.
 #[must_use]
 pub fn response_json(response: &Response) -> String {
-    let optional = |text: &Option<String>| text.as_deref().map_or_else(null, string);
-    let mut out = String::new();
-    let _ = write!(
-        out,
-        "{{\"model\": {},\n \"input\": {},\n \"parameter\": {},\n {}: {},\n \"outputs\": [",
-        model_and_version(response.model.as_deref()),
-        optional(&response.input),
-        string(&response.name),
-        string(&response.name),
-        array(response.places.iter().map(|place| number(*place))),
-    );
-    let bound = |value: &Ball| number(one_digit_up(value.mid_f64_error()));
+    let mut out = head(response);
+    let places = array(response.places.iter().map(|place| number(*place)));
+    let _ = write!(out, ",\n {}: {places},\n \"outputs\": [", string(&response.name));
     for (at, output) in response.outputs.iter().enumerate() {
         let values = || output.values.iter();
         let known = |value: &Value| match value {
@@ -69,18 +134,14 @@ pub fn response_json(response: &Response) -> String {
             "{}{{\"coordinate\": {},\n   \"unit\": {},\n   \"amplitude\": {},\n   \"amplitude_error_bound\": {},\n   \"phase\": {},\n   \"phase_error_bound\": {}}}",
             if at == 0 { "\n  " } else { ",\n  " },
             string(&output.coordinate),
-            optional(&output.unit),
+            optional(output.unit.as_ref()),
             array(amplitudes),
             array(amplitude_bounds),
             array(phases),
             array(phase_bounds),
         );
     }
-    out.push(']');
-    if !response.proved {
-        out.push_str(",\n \"equilibrium_proved\": false");
-    }
-    out.push_str("}\n");
+    let _ = writeln!(out, "]{}}}", unproved(response));
     out
 }
 

@@ -149,7 +149,49 @@ fn responses() {
         schema.check(&file, &value);
         value["outputs"][0]["amplitude"][0] = "large".into();
         assert!(schema.refuses(&value), "{file}");
+        let run = crate::cli_support::run(&[&arguments[..], &["--peaks"]].concat());
+        let mut value: Value = serde_json::from_str(&run.out).unwrap();
+        schema.check(&file, &value);
+        assert!(value["outputs"][0]["peaks"].as_array().is_some_and(|all| !all.is_empty()), "{file}");
+        value["outputs"][0]["peaks"][0]["kind"] = "large".into();
+        assert!(schema.refuses(&value), "{file}");
     }
+}
+
+/// What `response --peaks` prints and says of two masses, of a maximum between its half-power points, and of ranges without a count.
+#[test]
+fn peaks_as_csv() {
+    let found = run(&[
+        "response",
+        "models/response/two_masses_driven.lag",
+        "--input",
+        "x[1]",
+        "--over",
+        "omega=0..5",
+        "--peaks",
+    ]);
+    let expected = "output,kind,omega,amplitude,half power from,half power to
+x[1],resonance,2.000000000,inf,,
+x[1],antiresonance,2.828427125,0,,
+x[1],resonance,3.464101615,inf,,
+x[2],resonance,2.000000000,inf,,
+x[2],minimum,2.828427125,0.2500000000,,
+x[2],resonance,3.464101615,inf,,
+";
+    assert_eq!((found.status, found.out.as_str(), found.err.as_str()), (0, expected, ""));
+    let silent = [
+        "response",
+        "models/three_pendulums.lag",
+        "--input",
+        "phi[2]",
+        "--output",
+        "phi[1]",
+        "--over",
+        "omega=0..6",
+        "--peaks",
+    ];
+    let found = run(&silent);
+    assert!(found.err.contains("peaks of phi[1] are not decided at omega near 3.18904"), "{}", found.err);
 }
 
 #[test]

@@ -19,5 +19,6 @@ mod motion_proved;
 mod motion_steps;
 #[cfg(feature = "cli")]
 mod motion_support;
+mod peaks;
 mod period;
 mod response;

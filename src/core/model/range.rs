@@ -53,6 +53,16 @@ impl Range {
         Ok(range)
     }
 
+    /// Reads `NAME=a..b`, whose two ends are all places that it has; a count is allowed.
+    ///
+    /// # Errors
+    /// As [`Range::parse`].
+    pub fn parse_ends(text: &str) -> Result<Self, ModelError> {
+        let has_count = text.rsplit_once("..").is_some_and(|(_, end)| end.contains(':'));
+        let range = if has_count { Self::parse(text) } else { Self::parse(&format!("{text}:2")) };
+        range.map(|range| Self { count: range.count.max(2), ..range })
+    }
+
     /// The parameter.
     #[must_use]
     pub fn name(&self) -> &str {

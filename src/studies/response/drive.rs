@@ -38,7 +38,7 @@ pub(super) type Driven<S> = (S, Vec<(usize, Complex<S>)>);
 pub(super) struct Drive {
     /// The coordinates on which it acts.
     coordinates: Vec<usize>,
-    /// The frequency, then what goes with the cosine and with the sine for each coordinate.
+    /// The frequency, then what goes with the cosine and with the sine for each coordinate; then the slopes of all over the parameter.
     tape: Tape,
     /// The frequency once more, as an expression in the parameter.
     pool: Pool,
@@ -76,16 +76,32 @@ pub(super) fn averaged(model: &Model, parameter: usize) -> Result<Averaged, Resp
     }
     own.time_dependent = None;
     own.period = None;
-    let named = |symbol| symbol == model.parameters[parameter].symbol;
-    let given = [&own.equilibria, &own.guesses].into_iter();
-    let given = given.flat_map(|all| all.given().map(|given| given.symbolic).collect::<Vec<_>>());
-    let bodies = signed_terms(&own).map(|(_, family)| family).chain(&own.forces);
-    let bodies = bodies.flat_map(|family| family.constants.iter().chain([&family.body]).copied());
-    let constraints = own.constraints.iter().map(|own| own.expression);
-    let all: Vec<ExprId> = given.chain(bodies).chain(constraints).collect();
-    let is_fixed = pool.substitute(&all, &known).into_iter().all(|e| !pool.depends_on(e, &named));
+    let is_fixed = is_fixed(&own, &mut pool, &known, model.parameters[parameter].symbol);
     own.pool = pool;
     Ok(Averaged { model: own, is_fixed, rate, driven_at })
+}
+
+/// Whether a model does not depend on a parameter, but for parts of its energies that contain neither coordinates nor velocities.
+fn is_fixed(model: &Model, pool: &mut Pool, known: &Substitution, parameter: Symbol) -> bool {
+    let given = [&model.equilibria, &model.guesses].into_iter();
+    let given = given.flat_map(|all| all.given().map(|given| given.symbolic).collect::<Vec<_>>());
+    let energies = || signed_terms(model).map(|(_, family)| family);
+    let constants = energies().chain(&model.forces).flat_map(|family| family.constants.iter().copied());
+    let constraints = model.constraints.iter().map(|own| own.expression);
+    let rest: Vec<ExprId> = given.chain(constants).chain(constraints).collect();
+    let rest = pool.substitute(&rest, known);
+    if rest.into_iter().any(|e| pool.depends_on(e, &|symbol| symbol == parameter)) {
+        return false;
+    }
+    let bodies: Vec<ExprId> = energies().map(|family| family.body).collect();
+    let drags: Vec<ExprId> = model.forces.iter().flat_map(|family| family.drags(pool)).map(|(_, drag)| drag).collect();
+    let bodies = pool.substitute(&bodies, known);
+    let changes: Vec<ExprId> = bodies.into_iter().map(|body| pool.diff(body, parameter)).collect();
+    let slopes = changes.into_iter().flat_map(|change| pool.slopes(change, |symbol| symbol != parameter));
+    let mut all: Vec<ExprId> = slopes.map(|(_, slope)| slope).collect();
+    let drags = pool.substitute(&drags, known);
+    all.extend(drags.into_iter().map(|drag| pool.diff(drag, parameter)));
+    all.into_iter().all(|own| pool.is_zero(own) == ZeroVerdict::Zero)
 }
 
 /// Refuses what can't be taken apart; tells where the time occurs.
@@ -240,6 +256,9 @@ impl Averaged {
             driven.push(at);
         }
         let mut inputs = vec![model.parameters[parameter].symbol];
+        for at in 0..roots.len() {
+            roots.push(pool.diff(roots[at], inputs[0]));
+        }
         inputs.extend(&coordinates);
         let tape =
             Tape::compile(&pool, &roots, &inputs).map_err(|unbound| match model.symbols.get(unbound.symbol) {
@@ -299,13 +318,23 @@ impl Drive {
         Some(Frequency { square: pool.as_number(square)?.clone(), value: pool.as_number(rate).cloned() })
     }
 
-    /// The angular frequency and the force on each coordinate, for a value of the parameter: F cos(Ωt) + F' sin(Ωt) is the real part of (F - iF') e^(iΩt).
-    pub(super) fn at<S: Enclosure>(&self, parameter: &S, point: &[S], precision: S::Precision) -> Option<Driven<S>> {
+    /// The angular frequency and the force on each coordinate, for a value of the parameter; then their slopes over it. F cos(Ωt) + F' sin(Ωt) is
+    /// the real part of (F - iF') e^(iΩt).
+    pub(super) fn at<S: Enclosure>(
+        &self,
+        parameter: &S,
+        point: &[S],
+        precision: S::Precision,
+    ) -> Option<[Driven<S>; 2]> {
         let inputs: Vec<S> = std::iter::once(parameter).chain(point).cloned().collect();
         let numbers = self.tape.prepare::<S>(precision).evaluate(&inputs, &mut Vec::new());
-        let (rate, forces) = numbers.split_first()?;
-        let forces = self.coordinates.iter().zip(forces.chunks_exact(2));
-        let forces = forces.map(|(at, pair)| (*at, Complex::new(pair[0].clone(), pair[1].neg())));
-        numbers.iter().all(S::is_finite).then(|| (rate.clone(), forces.collect()))
+        let own = |numbers: &[S]| {
+            let (rate, forces) = numbers.split_first()?;
+            let forces = self.coordinates.iter().zip(forces.chunks_exact(2));
+            let forces = forces.map(|(at, pair)| (*at, Complex::new(pair[0].clone(), pair[1].neg())));
+            numbers.iter().all(S::is_finite).then(|| (rate.clone(), forces.collect()))
+        };
+        let (values, slopes) = numbers.split_at(numbers.len() / 2);
+        Some([own(values)?, own(slopes)?])
     }
 }

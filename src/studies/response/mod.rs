@@ -11,11 +11,13 @@ mod drive;
 mod error;
 mod exact;
 mod order;
+mod peaks;
 mod remarks;
 mod solve;
 
 pub use crate::source::Source;
 pub use error::ResponseError;
+pub use peaks::{Peak, PeakKind, Peaks};
 
 use std::sync::OnceLock;
 
@@ -148,6 +150,15 @@ impl End {
     }
 }
 
+/// What is at a share of the way from one end to the other.
+fn between<S: Enclosure>(ends: &[End; 2], share: &Number, precision: S::Precision) -> Option<S> {
+    let [from, to] = ends;
+    let from: S = evaluate_closed(&from.pool, from.value, precision)?;
+    let to: S = evaluate_closed(&to.pool, to.value, precision)?;
+    let share = S::from_number(share, precision);
+    Some(from.add(&to.sub(&from).mul(&share)))
+}
+
 /// A model whose response is asked for at many frequencies.
 #[derive(Debug)]
 pub struct Study {
@@ -189,7 +200,7 @@ impl System {
     fn driven<S: Enclosure>(&self, quantity: &S, point: &[S], precision: S::Precision) -> Option<Driven<S>> {
         match &self.force {
             Force::Unit(at) => Some((quantity.clone(), vec![(*at, Complex::real(1.0, precision))])),
-            Force::Own(drive) => drive.at(quantity, point, precision),
+            Force::Own(drive) => drive.at(quantity, point, precision).map(|[values, _]| values),
         }
     }
 
@@ -246,11 +257,7 @@ impl Study {
         let last = range.len() - 1;
         let (ends, fixed, model) = match (input, model.time_dependent) {
             (Some(at), None) => {
-                let end = |place| -> Result<End, ResponseError> {
-                    let constant = Constant::parse(&range.expression(place))?;
-                    Ok(End { pool: constant.pool().clone(), value: constant.value() })
-                };
-                let ends = [end(0)?, end(last)?];
+                let ends = given_ends(range)?;
                 check_sign(&ends)?;
                 let linearized = linearize::linearize(model.clone())?;
                 (ends, Some(System::new(&linearized, Force::Unit(at))), model)
@@ -391,20 +398,25 @@ impl Study {
         if let Some(value) = self.rational(place) {
             return Some(S::from_number(&value, precision));
         }
-        let [from, to] = &self.ends;
-        let from: S = evaluate_closed(&from.pool, from.value, precision)?;
-        let to: S = evaluate_closed(&to.pool, to.value, precision)?;
-        let share = S::from_number(&self.share(place)?, precision);
-        Some(from.add(&to.sub(&from).mul(&share)))
+        between(&self.ends, &self.share(place)?, precision)
+    }
+
+    /// The unit of a coordinate, where the file tells.
+    fn unit(&self, coordinate: usize) -> Option<String> {
+        self.model.coordinates.at(coordinate).unit.filter(|unit| *unit != "1").map(str::to_owned)
+    }
+
+    /// The unit of the parameter of the range, where it is one.
+    fn unit_over(&self) -> Option<String> {
+        self.request.input.is_none().then(|| unit_of(&self.source.file, self.request.range.name())).flatten()
     }
 
     /// All of it, from the values at each place.
     #[must_use]
     pub fn response(&self, values: impl IntoIterator<Item = Vec<Value>>) -> Response {
         let named = |at: &usize| {
-            let coordinate = self.model.coordinates.at(*at);
-            let unit = coordinate.unit.filter(|unit| *unit != "1").map(str::to_owned);
-            Output { coordinate: coordinate.name(), unit, values: Vec::with_capacity(self.len()) }
+            let coordinate = self.model.coordinates.at(*at).name();
+            Output { coordinate, unit: self.unit(*at), values: Vec::with_capacity(self.len()) }
         };
         let mut outputs: Vec<Output> = self.outputs.iter().map(named).collect();
         let mut places = Vec::with_capacity(self.len());
@@ -419,7 +431,7 @@ impl Study {
             model: self.model.name.clone(),
             input: self.request.input.clone(),
             name: self.request.range.name().to_owned(),
-            unit: self.request.input.is_none().then(|| unit_of(&self.source.file, self.request.range.name())).flatten(),
+            unit: self.unit_over(),
             places,
             outputs,
             proved: system.is_none_or(|system| system.linearized.equilibrium().proved),
@@ -435,6 +447,15 @@ fn parameter(model: &Model, range: &Range) -> Result<usize, ResponseError> {
         rate: None,
         span,
     })
+}
+
+/// The ends of a range as they are written.
+fn given_ends(range: &Range) -> Result<[End; 2], ResponseError> {
+    let end = |place| -> Result<End, ResponseError> {
+        let constant = Constant::parse(&range.expression(place))?;
+        Ok(End { pool: constant.pool().clone(), value: constant.value() })
+    };
+    Ok([end(0)?, end(range.len() - 1)?])
 }
 
 /// The value of the parameter that a model was made with.

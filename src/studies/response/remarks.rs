@@ -1,6 +1,6 @@
 //! What is to be said of a response beside its numbers.
 
-use super::{Response, Value};
+use super::{Peaks, Response, Value};
 use librate_core::diagnostic::Diagnostic;
 
 /// Which values a remark is about.
@@ -42,5 +42,26 @@ impl Response {
             );
         }
         all
+    }
+}
+
+impl Peaks {
+    /// Where bounds do not decide on maxima and minima of this output.
+    #[must_use]
+    pub fn remark(&self, parameter: &str) -> Option<Diagnostic> {
+        const MOST: usize = 3;
+        let shown = |[from, to]: &[f64; 2]| {
+            if (to - from).abs() <= 1e-6 * to.abs() {
+                format!("near {from:.7}")
+            } else {
+                format!("from {from:.7} to {to:.7}")
+            }
+        };
+        let named: Vec<String> = self.undecided.iter().take(MOST).map(shown).collect();
+        let more = self.undecided.len().saturating_sub(MOST);
+        let more = if more > 0 { format!(" and at {more} more places") } else { String::new() };
+        let message = format!("peaks of {} are not decided at {parameter} {}{more}", self.coordinate, named.join(", "));
+        let help = "a mode that the force does not excite, or that does not move this coordinate, looks like this without friction; elsewhere none is missed";
+        (!named.is_empty()).then(|| Diagnostic::remark(message).with_help(help))
     }
 }

@@ -19,6 +19,21 @@ struct Coefficient<S> {
     stiffness: S,
 }
 
+/// Terms of the response in powers of the frequency, beside the first.
+const TERMS: usize = 3;
+
+/// The derivative of an entry of -ω²M + iωD + S over ω.
+fn first_order<S: Enclosure>(own: &Coefficient<S>, omega: &S) -> Complex<S> {
+    Complex::new(omega.mul(&own.mass).times_power_of_two(1).neg(), own.velocity.clone())
+}
+
+/// A frequency and the forces on coordinates, with their slopes over a quantity on which they depend; in SI.
+pub(super) struct Slope<S> {
+    pub(super) omega: [S; 2],
+    pub(super) forces: Vec<(usize, Complex<S>)>,
+    pub(super) slopes: Vec<(usize, Complex<S>)>,
+}
+
 /// The linear system at any frequency.
 #[derive(Clone, Debug)]
 pub(super) struct Matrices<S: Enclosure> {
@@ -82,17 +97,25 @@ impl<S: Enclosure> Matrices<S> {
                 }
             }
         }
-        let pattern: Vec<(usize, usize)> = entries.iter().map(|own| (own.row, own.column)).collect();
-        let places = narrow(n, &pattern);
-        let mut band = [0; 2];
-        for own in &mut entries {
-            (own.row, own.column) = (places[own.row], places[own.column]);
-            band[0] = band[0].max(own.row.saturating_sub(own.column));
-            band[1] = band[1].max(own.column.saturating_sub(own.row));
-        }
         let is_real = entries.iter().all(|own| own.velocity.is_exact_zero());
         let units = own.units().cloned();
-        Self { order: n, entries, band, places, is_real, directions, units, point, precision }
+        let (places, band) = ((0..n).collect(), [0; 2]);
+        let mut all = Self { order: n, entries, band, places, is_real, directions, units, point, precision };
+        all.arrange();
+        all
+    }
+
+    /// Puts rows and columns in an order that keeps the matrix narrow.
+    fn arrange(&mut self) {
+        let pattern: Vec<(usize, usize)> = self.entries.iter().map(|own| (own.row, own.column)).collect();
+        let places = narrow(self.order, &pattern);
+        self.band = [0; 2];
+        for own in &mut self.entries {
+            (own.row, own.column) = (places[own.row], places[own.column]);
+            self.band[0] = self.band[0].max(own.row.saturating_sub(own.column));
+            self.band[1] = self.band[1].max(own.column.saturating_sub(own.row));
+        }
+        self.places.iter_mut().for_each(|place| *place = places[*place]);
     }
 
     /// About the multiplications of an elimination.
@@ -107,40 +130,139 @@ impl<S: Enclosure> Matrices<S> {
         forces: &[(usize, Complex<S>)],
         outputs: &[usize],
     ) -> Option<Vec<Complex<S>>> {
-        let omega = match &self.units {
-            Some(units) => omega.times_power_of_two(-units.rate()),
-            None => omega.clone(),
+        let solution = self.solution(&self.rate(omega), self.right(forces)?)?;
+        outputs.iter().map(|at| self.motion(&solution, *at)).collect()
+    }
+
+    /// The response of a coordinate and its slope over a quantity on which the frequency and the forces depend, each with its own slope:
+    /// from A x = f follows A x' = f' - A' x.
+    pub(super) fn with_slope(&self, force: &Slope<S>, output: usize) -> Option<[Complex<S>; 2]> {
+        let [omega, rise] = force.omega.each_ref().map(|omega| self.rate(omega));
+        let x = self.solution(&omega, self.right(&force.forces)?)?;
+        let mut right = self.right(&force.slopes)?;
+        let change = self.product(|own| first_order(own, &omega).times(&rise), &x);
+        right.iter_mut().zip(&change).for_each(|(right, change)| *right = right.sub(change));
+        let slope = self.solution(&omega, right)?;
+        Some([self.motion(&x, output)?, self.motion(&slope, output)?])
+    }
+
+    /// The same over all frequencies of a reach about one, for constant forces, with the slope over the frequency.
+    ///
+    /// With A(ω + h) = A + h A₁ + h² A₂ the terms of x = Σ hᵏ xₖ + e solve A xₖ = -A₁ xₖ₋₁ - A₂ xₖ₋₂ at one frequency, where nothing is lost to
+    /// wide intervals, and the remainder, for which all of A(ω + h) has to be eliminated, has a high power of h for a factor.
+    pub(super) fn with_slope_over(
+        &self,
+        [omega, reach]: [&S; 2],
+        forces: &[(usize, Complex<S>)],
+        output: usize,
+    ) -> Option<[Complex<S>; 2]> {
+        let [omega, h] = [omega, reach].map(|omega| self.rate(omega));
+        let inertia = |own: &Coefficient<S>| Complex::new(own.mass.neg(), S::exact(0.0, self.precision));
+        let first = |x: &[Complex<S>]| self.product(|own| first_order(own, &omega), x);
+        let second = |x: &[Complex<S>]| self.product(inertia, x);
+        let sum = |x: Vec<Complex<S>>, by: &[Complex<S>]| x.iter().zip(by).map(|(x, by)| x.add(by)).collect::<Vec<_>>();
+        let scaled = |x: &[Complex<S>], by: &S| x.iter().map(|x| x.times(by)).collect::<Vec<_>>();
+        let opposite = |x: Vec<Complex<S>>| x.iter().map(|x| Complex::new(x.re.neg(), x.im.neg())).collect::<Vec<_>>();
+        let mut terms = vec![self.solution(&omega, self.right(forces)?)?];
+        let mut left = first(&terms[0]);
+        for k in 1..=TERMS {
+            terms.push(self.solution(&omega, opposite(left))?);
+            left = sum(first(&terms[k]), &second(&terms[k - 1]));
+        }
+        // What is left of A(ω + h) Σ hᵏ xₖ, and its slope.
+        let last = second(&terms[TERMS]);
+        let power = |exponent: usize| h.powi(exponent as i32);
+        let times = |factor: usize, x: S| x.mul(&S::exact(factor as f64, self.precision));
+        let rest = sum(scaled(&left, &power(TERMS + 1)), &scaled(&last, &power(TERMS + 2)));
+        let [low, high] = [times(TERMS + 1, power(TERMS)), times(TERMS + 2, power(TERMS + 1))];
+        let rest_slope = sum(scaled(&left, &low), &scaled(&last, &high));
+        let all = omega.add(&h);
+        let error = self.solution(&all, opposite(rest))?;
+        let change = self.product(|own| first_order(own, &all), &error);
+        let error_slope = self.solution(&all, opposite(sum(change, &rest_slope)))?;
+        let mut x = self.motion(&error, output)?;
+        let mut slope = self.motion(&error_slope, output)?;
+        for (k, term) in terms.iter().enumerate() {
+            let own = self.motion(term, output)?;
+            x = x.add(&own.times(&power(k)));
+            if k > 0 {
+                slope = slope.add(&own.times(&times(k, power(k - 1))));
+            }
+        }
+        let unit = self.units.as_ref().map_or(0, |units| -units.rate());
+        Some([x, slope.scale(unit)])
+    }
+
+    /// A matrix with the places of this one, times a vector.
+    fn product(&self, entry: impl Fn(&Coefficient<S>) -> Complex<S>, x: &[Complex<S>]) -> Vec<Complex<S>> {
+        let mut product = vec![Complex::zero(self.precision); self.order];
+        for own in &self.entries {
+            product[own.row] = product[own.row].add(&entry(own).mul(&x[own.column]));
+        }
+        product
+    }
+
+    /// The reciprocal y of the response of a coordinate to real forces, in some unit: y and z = x y solve A z = f y with z = 1 for that
+    /// coordinate, which is regular at a resonance, too.
+    pub(super) fn reciprocal(&self, force: &Slope<S>, output: usize) -> Option<Complex<S>> {
+        let mut own = self.clone();
+        let last = own.order;
+        let entry = |row, column, stiffness| {
+            let zero = S::exact(0.0, self.precision);
+            Coefficient { row, column, mass: zero.clone(), velocity: zero, stiffness }
         };
-        let zero = S::exact(0.0, self.precision);
-        let mut right = vec![Complex::new(zero.clone(), zero); self.order];
+        own.entries.extend(self.shares(output)?.into_iter().map(|(place, share)| entry(last, place, share)));
+        let forces = self.right(&force.forces)?.into_iter().enumerate();
+        let forces = forces.filter(|(_, own)| !own.re.is_exact_zero());
+        own.entries.extend(forces.map(|(row, force)| entry(row, last, force.re.neg())));
+        own.order += 1;
+        own.places.push(last);
+        own.arrange();
+        let mut right = vec![Complex::zero(self.precision); own.order];
+        right[own.places[last]] = Complex::real(1.0, self.precision);
+        let solution = own.solution(&self.rate(&force.omega[0]), right)?;
+        Some(solution[own.places[last]].clone())
+    }
+
+    /// A frequency in units of the matrices.
+    fn rate(&self, omega: &S) -> S {
+        self.units.as_ref().map_or_else(|| omega.clone(), |units| omega.times_power_of_two(-units.rate()))
+    }
+
+    /// Forces as a right side.
+    fn right(&self, forces: &[(usize, Complex<S>)]) -> Option<Vec<Complex<S>>> {
+        let mut right = vec![Complex::zero(self.precision); self.order];
         for (coordinate, force) in forces {
             let by = self.units.as_ref().map_or(0, |units| units.length(*coordinate) - units.energy());
             let force = force.scale(by);
-            match &self.directions {
-                Some(rows) => {
-                    for (place, share) in self.places.iter().zip(rows.get(*coordinate)?) {
-                        right[*place] = right[*place].add(&force.times(share));
-                    }
-                }
-                None => right[*self.places.get(*coordinate)?] = force,
+            for (place, share) in self.shares(*coordinate)? {
+                right[place] = right[place].add(&force.times(&share));
             }
         }
-        let solution = if self.is_real { self.real(&omega, right)? } else { self.complex(&omega, right)? };
-        let motion = |coordinate: usize| -> Option<Complex<S>> {
-            let own = match &self.directions {
-                Some(rows) => {
-                    let shares = rows.get(coordinate)?.iter().zip(&self.places);
-                    let mut shares = shares.filter(|(share, _)| !share.is_exact_zero());
-                    let (first, place) = shares.next()?;
-                    shares.fold(solution[*place].times(first), |sum, (share, place)| {
-                        sum.add(&solution[*place].times(share))
-                    })
-                }
-                None => solution[*self.places.get(coordinate)?].clone(),
-            };
-            Some(own.scale(self.units.as_ref().map_or(0, |units| units.length(coordinate))))
-        };
-        outputs.iter().map(|at| motion(*at)).collect()
+        Some(right)
+    }
+
+    /// The unknowns that a coordinate is a sum of, each with its factor.
+    fn shares(&self, coordinate: usize) -> Option<Vec<(usize, S)>> {
+        match &self.directions {
+            Some(rows) => {
+                let shares = rows.get(coordinate)?.iter().zip(&self.places);
+                let shares = shares.filter(|(share, _)| !share.is_exact_zero());
+                Some(shares.map(|(share, place)| (*place, share.clone())).collect())
+            }
+            None => Some(vec![(*self.places.get(coordinate)?, S::exact(1.0, self.precision))]),
+        }
+    }
+
+    fn motion(&self, solution: &[Complex<S>], coordinate: usize) -> Option<Complex<S>> {
+        let mut shares = self.shares(coordinate)?.into_iter().map(|(place, share)| solution[place].times(&share));
+        let first = shares.next()?;
+        let own = shares.fold(first, |sum, own| sum.add(&own));
+        Some(own.scale(self.units.as_ref().map_or(0, |units| units.length(coordinate))))
+    }
+
+    fn solution(&self, omega: &S, right: Vec<Complex<S>>) -> Option<Vec<Complex<S>>> {
+        if self.is_real { self.real(omega, right) } else { self.complex(omega, right) }
     }
 
     fn real(&self, omega: &S, right: Vec<Complex<S>>) -> Option<Vec<Complex<S>>> {

@@ -1,0 +1,398 @@
+//! Where an amplitude has its maxima and minima between the ends of a range: all of them, each enclosed.
+//!
+//! The slope of |x|² over the range is 2 Re(x* x'), with x' from a second elimination (`solve`). Where it excludes 0 over a whole piece of the range,
+//! nothing is missed there; other pieces are halved (branch and bound) until what is left is so narrow that the signs at its ends decide: from
+//! rising to falling is a maximum. Without friction x is real, and where its sign changes the maximum is a pole if 1/x is finite throughout, and
+//! the minimum a zero if x is. Pieces without a change that can't be excluded are reported, not passed over: a mode that the force does not excite
+//! makes the linear system singular, too.
+
+use super::solve::{Matrices, Slope};
+use super::{End, Force, LEVELS, ResponseError, Study, System, between, given_ends};
+use librate_core::number::Number;
+use librate_core::precision::{Ball, Complex, Enclosure, Scalar};
+
+/// Pieces of the range are not halved beyond this.
+const NARROWEST: usize = 40;
+/// Multiplications for one output.
+const MOST_WORK: f64 = 1e8;
+/// Halvings of an enclosure at most.
+const MOST_HALVINGS: usize = 200;
+
+/// What an amplitude does at a place.
+#[derive(Clone, Copy, Debug, Eq, PartialEq)]
+#[non_exhaustive]
+pub enum PeakKind {
+    /// A finite largest amplitude.
+    Maximum,
+    /// An infinite amplitude: an undamped resonance.
+    Resonance,
+    /// A smallest amplitude.
+    Minimum,
+    /// The coordinate rests.
+    Antiresonance,
+}
+
+impl PeakKind {
+    /// In words.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Maximum => "maximum",
+            Self::Resonance => "resonance",
+            Self::Minimum => "minimum",
+            Self::Antiresonance => "antiresonance",
+        }
+    }
+}
+
+/// A maximum or a minimum of an amplitude.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Peak {
+    /// Which.
+    pub kind: PeakKind,
+    /// The frequency, or the parameter in it in the unit that it is declared with.
+    pub place: Ball,
+    /// The amplitude in SI; `None` where it is infinite.
+    pub amplitude: Option<Ball>,
+    /// Where on both sides of a maximum the amplitude has fallen to 1/√2 of it, half the power; `None` where it does not before the next minimum or
+    /// the end of the range.
+    pub half_power: [Option<Ball>; 2],
+}
+
+/// The maxima and minima of one output.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Peaks {
+    /// The coordinate.
+    pub coordinate: String,
+    /// The unit of its amplitude in SI, where the file tells.
+    pub unit: Option<String>,
+    /// In the order of the range.
+    pub found: Vec<Peak>,
+    /// Pieces of the range in which bounds do not decide. There may be more in them, in the rest there is none.
+    pub undecided: Vec<[f64; 2]>,
+}
+
+/// A piece of the range: shares of the way from its first value to its last.
+type Piece = [Number; 2];
+
+/// The response of an output over a piece.
+struct Sample {
+    x: Complex<Ball>,
+    square: Ball,
+    /// Half the slope of the square over the share of the range.
+    slope: Ball,
+}
+
+/// The search for the maxima and minima of one output.
+struct Search<'a> {
+    system: &'a System,
+    /// The ends in SI, and as they are written.
+    ends: [&'a [End; 2]; 2],
+    output: usize,
+    accuracy: f64,
+}
+
+fn middle([from, to]: &Piece) -> Number {
+    from.add(to).mul(&Number::half())
+}
+
+impl Study {
+    /// The maxima and minima of the amplitude of one of the outputs (from 0) between the ends of the range.
+    ///
+    /// # Errors
+    /// [`ResponseError::Unsupported`] where M, C, K or the equilibrium depend on the parameter of the range.
+    pub fn peaks(&self, output: usize) -> Result<Peaks, ResponseError> {
+        let span = self.model.time_dependent.unwrap_or_default();
+        let what = "the peaks over a parameter on which more than the drive depends";
+        let Some(system) = &self.fixed else { return Err(ResponseError::Unsupported { what, span }) };
+        let given = given_ends(&self.request.range)?;
+        let number = self.outputs[output];
+        // As many as a double has for JSON; an enclosure is not narrower than double-double.
+        let accuracy = 10_f64.powi(-3 - self.request.digits.max(16) as i32).max(1e-30);
+        let search = Search { system, ends: [&self.ends, &given], output: number, accuracy };
+        let (found, undecided) = search.run();
+        let unit = self.unit(number);
+        Ok(Peaks { coordinate: self.model.coordinates.at(number).name(), unit, found, undecided })
+    }
+
+    /// How many coordinates are wanted.
+    #[must_use]
+    pub fn outputs(&self) -> usize {
+        self.outputs.len()
+    }
+}
+
+impl Search<'_> {
+    fn run(&self) -> (Vec<Peak>, Vec<[f64; 2]>) {
+        let (pieces, mut undecided) = self.narrowed();
+        let [first, last] = [Number::ZERO, Number::ONE];
+        let mut turns: Vec<(Piece, bool)> = Vec::new();
+        for piece in pieces {
+            // An end of the range is no extremum, whatever the slope is there.
+            if piece[0] == first || piece[1] == last {
+                continue;
+            }
+            match piece.each_ref().map(|end| self.rises(end)) {
+                [Some(true), Some(false)] => turns.push((piece, true)),
+                [Some(false), Some(true)] => turns.push((piece, false)),
+                _ => undecided.push(piece),
+            }
+        }
+        let exact: Vec<(Piece, bool)> =
+            turns.iter().map(|(piece, is_top)| (self.halved(piece, *is_top), *is_top)).collect();
+        let mut found = Vec::with_capacity(exact.len());
+        for (at, (piece, is_top)) in exact.iter().enumerate() {
+            let before = at.checked_sub(1).map_or(&first, |before| &exact[before].0[1]);
+            let after = exact.get(at + 1).map_or(&last, |(after, _)| &after[0]);
+            match self.peak(piece, *is_top, [before, after]) {
+                Some(peak) => found.push(peak),
+                None => undecided.push(piece.clone()),
+            }
+        }
+        undecided.sort_by(|left, right| left[0].to_f64().total_cmp(&right[0].to_f64()));
+        let place = |share: &Number| self.place([share, share]).map_or(f64::NAN, |place| place.mid_f64());
+        (found, undecided.iter().map(|piece| piece.each_ref().map(place)).collect())
+    }
+
+    /// The narrow pieces in which the slope may be 0, and those that there was no time for.
+    fn narrowed(&self) -> (Vec<Piece>, Vec<Piece>) {
+        let mut left = MOST_WORK / (2.0 * self.system.balls.work()).max(1.0);
+        let (mut narrow, mut undecided) = (Vec::<Piece>::new(), Vec::<Piece>::new());
+        let mut open = vec![(0, [Number::ZERO, Number::ONE])];
+        while let Some((depth, piece)) = open.pop() {
+            left -= 1.0;
+            let sample = self.sample(&piece, None);
+            let is_monotonic = |own: &Sample| own.square.is_zero() || !own.slope.contains_zero();
+            if sample.as_ref().is_some_and(is_monotonic) {
+                continue;
+            }
+            if depth == NARROWEST || left < 0.0 {
+                let all = if left < 0.0 { &mut undecided } else { &mut narrow };
+                match all.last_mut().filter(|last| last[1] == piece[0]) {
+                    Some(last) => last[1] = piece[1].clone(),
+                    None => all.push(piece),
+                }
+                continue;
+            }
+            let half = middle(&piece);
+            let [from, to] = piece;
+            open.push((depth + 1, [half.clone(), to]));
+            open.push((depth + 1, [from, half]));
+        }
+        (narrow, undecided)
+    }
+
+    /// What the response is over a piece: in double-double, or at a level above.
+    fn sample(&self, piece: &Piece, level: Option<usize>) -> Option<Sample> {
+        match level {
+            None => self.sample_in(&self.system.balls, piece, ()),
+            Some(level) => {
+                let matrices = self.system.level(level)?;
+                self.sample_in(matrices, piece, matrices.bits().max(LEVELS[level].0))
+            }
+        }
+    }
+
+    fn sample_in<S: Enclosure>(
+        &self,
+        matrices: &Matrices<S>,
+        piece: &Piece,
+        precision: S::Precision,
+    ) -> Option<Sample> {
+        let force = self.force(matrices, piece, precision)?;
+        let [x, slope] = match self.system.force {
+            Force::Unit(_) if piece[0] != piece[1] => {
+                let [omega, way] = &force.omega;
+                let center = omega.center();
+                let reach = omega.sub(&center);
+                let [x, slope] = matrices.with_slope_over([&center, &reach], &force.forces, self.output)?;
+                [x, slope.times(way)]
+            }
+            _ => matrices.with_slope(&force, self.output)?,
+        };
+        let slope = x.re.mul(&slope.re).add(&x.im.mul(&slope.im)).to_ball();
+        let square = axis(&x).map_or_else(|| x.square_of_modulus(), |axis| axis.part(&x).powi(2));
+        let (x, square) = (Complex::new(x.re.to_ball(), x.im.to_ball()), square.to_ball());
+        let is_usable = slope.is_finite() && square.is_finite();
+        is_usable.then_some(Sample { x, square, slope })
+    }
+
+    /// What drives the model over a piece.
+    fn force<S: Enclosure>(&self, matrices: &Matrices<S>, piece: &Piece, precision: S::Precision) -> Option<Slope<S>> {
+        let [from, to] = piece.each_ref().map(|share| between::<S>(self.ends[0], share, precision));
+        let (from, to) = (from?, to?);
+        let quantity = if piece[0] == piece[1] { from } else { from.hull(&to) };
+        let [start, end] = [Number::ZERO, Number::ONE].map(|share| between::<S>(self.ends[0], &share, precision));
+        let way = end?.sub(&start?);
+        match &self.system.force {
+            Force::Unit(at) => {
+                let forces = vec![(*at, Complex::real(1.0, precision))];
+                Some(Slope { omega: [quantity, way], forces, slopes: Vec::new() })
+            }
+            Force::Own(drive) => {
+                let [(omega, forces), (rise, slopes)] = drive.at(&quantity, &matrices.point, precision)?;
+                let slopes = slopes.into_iter().map(|(at, slope)| (at, slope.times(&way))).collect();
+                Some(Slope { omega: [omega, rise.mul(&way)], forces, slopes })
+            }
+        }
+    }
+
+    fn levels() -> impl Iterator<Item = Option<usize>> {
+        std::iter::once(None).chain((0..LEVELS.len()).map(Some))
+    }
+
+    /// Whether the amplitude rises at a place.
+    fn rises(&self, at: &Number) -> Option<bool> {
+        let piece = [at.clone(), at.clone()];
+        Self::levels().find_map(|level| sign(&self.sample(&piece, level)?.slope))
+    }
+
+    /// A piece in units of the range as it is written.
+    fn place(&self, [from, to]: [&Number; 2]) -> Option<Ball> {
+        let [from, to] = [from, to].map(|share| between::<Ball>(self.ends[1], share, ()));
+        Some(from?.hull(&to?))
+    }
+
+    /// Halves a piece around a change from true to false until its digits are decided.
+    fn closed_in(&self, piece: &Piece, is_before: impl Fn(&Number) -> Option<bool>) -> Piece {
+        let mut piece = piece.clone();
+        for _ in 0..MOST_HALVINGS {
+            let is_known = |place: Ball| place.radius <= self.accuracy * place.mid_f64().abs();
+            if self.place(piece.each_ref()).is_none_or(is_known) {
+                break;
+            }
+            let half = middle(&piece);
+            // The place itself may be hit, where nothing is decided.
+            let quarters = || [middle(&[piece[0].clone(), half.clone()]), middle(&[half.clone(), piece[1].clone()])];
+            let tried = match is_before(&half) {
+                Some(_) => vec![half],
+                None => quarters().to_vec(),
+            };
+            let before = piece.clone();
+            for at in tried {
+                match is_before(&at) {
+                    Some(true) => piece[0] = at,
+                    Some(false) => {
+                        piece[1] = at;
+                        break;
+                    }
+                    None => {}
+                }
+            }
+            if piece == before {
+                break;
+            }
+        }
+        piece
+    }
+
+    fn halved(&self, piece: &Piece, is_top: bool) -> Piece {
+        self.closed_in(piece, |at| Some(self.rises(at)? == is_top))
+    }
+
+    /// What is in a piece around a change of the slope's sign, `None` where bounds do not tell.
+    fn peak(&self, piece: &Piece, is_top: bool, neighbours: [&Number; 2]) -> Option<Peak> {
+        let place = self.place(piece.each_ref())?;
+        let ends = piece.each_ref().map(|end| {
+            let x = Self::levels().find_map(|level| self.sample(&[end.clone(), end.clone()], level))?.x;
+            let axis = axis(&x)?;
+            Some((axis, sign(axis.part(&x))?))
+        });
+        let turned = match ends {
+            [Some((axis, left)), Some((other, right))] if axis == other && left != right => Some(axis),
+            _ => None,
+        };
+        let of = |kind, amplitude| Some(Peak { kind, place, amplitude, half_power: [None, None] });
+        if let Some(turned) = turned {
+            let stays = |x: Option<Complex<Ball>>| x.is_some_and(|x| axis(&x) == Some(turned));
+            return if is_top {
+                let is_pole = Self::levels().any(|level| stays(self.reciprocal(piece, level)));
+                if is_pole { of(PeakKind::Resonance, None) } else { None }
+            } else {
+                let is_zero = Self::levels().any(|level| stays(self.sample(piece, level).map(|own| own.x)));
+                if is_zero { of(PeakKind::Antiresonance, Some(Ball::ZERO)) } else { None }
+            };
+        }
+        let square = Self::levels().find_map(|level| self.square(piece, level))?;
+        let amplitude = Some(square.sqrt());
+        if !is_top {
+            return of(PeakKind::Minimum, amplitude);
+        }
+        let half = square * Ball::exact(0.5);
+        let half_power = [self.fall(neighbours[0], &piece[0], half), self.fall(neighbours[1], &piece[1], half)];
+        Some(Peak { kind: PeakKind::Maximum, place, amplitude, half_power })
+    }
+
+    /// 1/x over a piece, in some unit, where it is finite.
+    fn reciprocal(&self, piece: &Piece, level: Option<usize>) -> Option<Complex<Ball>> {
+        fn of<S: Enclosure>(
+            own: &Search<'_>,
+            matrices: &Matrices<S>,
+            piece: &Piece,
+            precision: S::Precision,
+        ) -> Option<Complex<Ball>> {
+            let force = own.force(matrices, piece, precision)?;
+            let found = matrices.reciprocal(&force, own.output)?;
+            Some(Complex::new(found.re.to_ball(), found.im.to_ball()))
+        }
+        match level {
+            None => of(self, &self.system.balls, piece, ()),
+            Some(level) => {
+                let matrices = self.system.level(level)?;
+                of(self, matrices, piece, matrices.bits().max(LEVELS[level].0))
+            }
+        }
+    }
+
+    /// |x|² at a maximum or minimum in a piece, by the mean value theorem, where its digits are decided.
+    fn square(&self, piece: &Piece, level: Option<usize>) -> Option<Ball> {
+        let half = middle(piece);
+        let there = self.sample(&[half.clone(), half], level)?.square;
+        let width = Ball::from_number(&piece[1].sub(&piece[0]), ());
+        let change = self.sample(piece, level)?.slope * width;
+        let square = there.with_added_radius(change.abs_upper());
+        (square.radius <= self.accuracy * square.mid_f64()).then_some(square)
+    }
+
+    /// Where |x|² falls to a value between a maximum and what is next to it on one side.
+    fn fall(&self, far: &Number, near: &Number, value: Ball) -> Option<Ball> {
+        let is_over = |at: &Number| {
+            let piece = [at.clone(), at.clone()];
+            Self::levels().find_map(|level| sign(&(self.sample(&piece, level)?.square - value)))
+        };
+        if is_over(far)? {
+            return None;
+        }
+        let to_the_left = far.sub(near).is_negative();
+        let piece = if to_the_left { [far.clone(), near.clone()] } else { [near.clone(), far.clone()] };
+        let piece = self.closed_in(&piece, |at| Some(is_over(at)? != to_the_left));
+        self.place(piece.each_ref())
+    }
+}
+
+/// The axis of the complex plane that a number is on for certain.
+#[derive(Clone, Copy, PartialEq)]
+enum Axis {
+    Real,
+    Imaginary,
+}
+
+impl Axis {
+    fn part<S: Scalar>(self, x: &Complex<S>) -> &S {
+        match self {
+            Self::Real => &x.re,
+            Self::Imaginary => &x.im,
+        }
+    }
+}
+
+fn axis<S: Enclosure>(x: &Complex<S>) -> Option<Axis> {
+    if x.im.is_exact_zero() { Some(Axis::Real) } else { x.re.is_exact_zero().then_some(Axis::Imaginary) }
+}
+
+/// Whether a number is positive, where that is decided.
+fn sign(value: &Ball) -> Option<bool> {
+    (value.is_positive() || value.is_negative()).then(|| value.is_positive())
+}
