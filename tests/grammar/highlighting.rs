@@ -12,7 +12,7 @@ use librate_core::syntax::*;
 use serde_json::Value;
 use textmate::{Grammar, Scoped};
 
-const FOLDER: &str = "editors/textmate";
+const FOLDER: &str = "editors/vscode";
 
 fn json(name: &str) -> Value {
     let text = std::fs::read_to_string(format!("{FOLDER}/{name}")).unwrap();
@@ -293,4 +293,11 @@ fn an_editor_finds_the_parts() {
     let configuration = named(&language["configuration"]);
     assert_eq!(configuration["comments"]["lineComment"], "#");
     assert_eq!(configuration["brackets"].as_array().unwrap().len(), 2);
+    // What is declared is what the extension has.
+    assert_eq!(package["version"], env!("CARGO_PKG_VERSION"));
+    let script = std::fs::read_to_string(format!("{FOLDER}/{}", package["main"].as_str().unwrap())).unwrap();
+    let command = package["contributes"]["commands"][0]["command"].as_str().unwrap();
+    assert!(script.contains(&format!("registerCommand('{command}'")));
+    let settings = package["contributes"]["configuration"]["properties"].as_object().unwrap();
+    assert!(settings.keys().all(|own| script.contains(&format!("'{own}'"))));
 }
