@@ -1,6 +1,7 @@
 //! The command line, its files, messages and schemas; documents; the layout of the house.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "tests stop at the first surprise")]
 
+mod book;
 mod budget;
 mod cli;
 mod cli_files;

@@ -12,7 +12,7 @@
 use crate::common;
 
 use common::{load, model};
-use librate::derive::{Parts, derive};
+use librate::derive::{Derivation, Parts, derive};
 use librate::expect::Expected;
 use librate::number::Number;
 use librate::report::{Style, derive_text};
@@ -161,6 +161,17 @@ fn a_double_pendulum_has_one_bar_and_its_limit_no_root() {
     let mut all: Vec<String> = case.frequencies.iter().map(|own| derivation.pool.display(own.omega_squared)).collect();
     all.sort();
     assert_eq!(all, ["g/l1", "g/l2"]);
+}
+
+/// In `--limit m2=0` equal masses would both go to 0: where all is known without that it is not said.
+#[test]
+fn a_limit_separates_what_was_equal() {
+    let text = std::fs::read_to_string("models/double_pendulum.lag").unwrap();
+    let mut derivation = derive(&model(&text), &Parts::default().frequencies(true)).unwrap();
+    let frequencies = |derivation: &Derivation| derivation.linear.as_ref().unwrap().frequencies.clone().unwrap();
+    assert!(frequencies(&derivation).tied.is_some());
+    derivation.limit("m[2]", &Number::ZERO);
+    assert!(frequencies(&derivation).tied.is_none());
 }
 
 #[test]

@@ -58,6 +58,11 @@ impl Frequencies {
         name: &str,
         change: impl Fn(&mut Pool, ExprId, Symbol) -> ExprId,
     ) {
+        // Where all is known without equalities, one that the parameter would have to drag along says nothing of this limit.
+        let drags = |tied: &mut Case| tied.ties.iter().flatten().any(|own| own == name);
+        if self.general.complete {
+            self.tied.take_if(drags);
+        }
         for case in [Some(&mut self.general), self.tied.as_mut()].into_iter().flatten() {
             // Where several are equal the first stands for all.
             let set = case.ties.iter().find(|set| set.iter().any(|own| own == name));

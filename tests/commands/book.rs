@@ -1,0 +1,176 @@
+//! The book: what it shows is what is printed, its models run, its gallery is made from the headers of the models, its links lead somewhere.
+//! With `UPDATE_BOOK=1` outputs and gallery are written anew.
+#![cfg(feature = "cli")]
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use crate::cli_support::run;
+use librate::linearize::linearize;
+use librate::model::{Settings, TableTexts, elaborate};
+use librate::modes::Options;
+use librate::oscillation::normal_modes;
+
+const BOOK: &str = "docs/book/src";
+
+fn read(path: &Path) -> String {
+    std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+/// The pages, chapters of the course among them.
+fn pages() -> Vec<PathBuf> {
+    let of = |folder: String| std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let all = of(BOOK.to_owned()).chain(of(format!("{BOOK}/course")));
+    let mut pages: Vec<PathBuf> = all.filter(|path| path.extension().is_some_and(|own| own == "md")).collect();
+    pages.sort();
+    pages
+}
+
+/// Compares a page with what it is to be, or writes that.
+fn hold(page: &Path, wanted: &str) {
+    if std::env::var_os("UPDATE_BOOK").is_some() {
+        std::fs::write(page, wanted).unwrap();
+    } else {
+        similar_asserts(&read(page), wanted, page);
+    }
+}
+
+fn similar_asserts(found: &str, wanted: &str, page: &Path) {
+    let first = found.lines().zip(wanted.lines()).find(|(found, wanted)| found != wanted);
+    assert!(found == wanted, "{} is not up to date (UPDATE_BOOK=1 writes it anew): {first:?}", page.display());
+}
+
+/// What a command of a block prints; errors where that is nothing.
+fn answer(line: &str) -> String {
+    let words: Vec<String> = line.split_whitespace().map(|word| word.replace('\'', "")).collect();
+    let [program, arguments @ ..] = &words[..] else { panic!("{line}") };
+    assert_eq!(program, "librate", "{line}");
+    let found = run(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
+    let text = if found.out.is_empty() { found.err } else { found.out };
+    let lines: Vec<&str> = text.lines().map(str::trim_end).collect();
+    lines.join("\n").trim_end().to_owned()
+}
+
+#[test]
+fn the_book_shows_what_is_printed() {
+    let mut commands = 0;
+    for page in pages() {
+        let text = read(&page);
+        let mut parts = text.split("```console\n");
+        let mut wanted = parts.next().unwrap().to_owned();
+        for part in parts {
+            let (block, rest) = part.split_once("```").unwrap();
+            let answers = block.lines().filter_map(|line| line.strip_prefix("$ "));
+            let answers: Vec<String> = answers.map(|line| format!("$ {line}\n{}\n", answer(line))).collect();
+            commands += answers.len();
+            let _ = write!(wanted, "```console\n{}```{rest}", answers.join("\n"));
+        }
+        hold(&page, &wanted);
+    }
+    assert!(commands > 50);
+}
+
+#[test]
+fn models_of_the_book_run() {
+    let mut models = 0;
+    for page in pages() {
+        let text = read(&page);
+        for block in text.split("```lag\n").skip(1).map(|rest| rest.split_once("```").unwrap().0) {
+            models += 1;
+            if let Some(included) = included(block, &page) {
+                assert!(included.is_file(), "{}: {block}", page.display());
+                continue;
+            }
+            let file = librate::syntax::parse(block).unwrap_or_else(|e| panic!("{block}\n{e:?}"));
+            let model = elaborate(&file, &TableTexts::new(), &Settings::new()).unwrap();
+            let linearized = linearize(model).unwrap_or_else(|e| panic!("{block}\n{e}"));
+            let normal = normal_modes(&linearized, &Options::default()).unwrap();
+            assert_eq!(normal.modes.len(), linearized.dimension());
+        }
+    }
+    assert!(models > 12);
+}
+
+/// The file that a text puts in.
+fn included(text: &str, page: &Path) -> Option<PathBuf> {
+    let (_, rest) = text.split_once("{{#include ")?;
+    Some(page.parent()?.join(rest.split_once("}}")?.0))
+}
+
+/// Ends of links in a text, without those of the web and places on the page itself.
+fn links(text: &str) -> impl Iterator<Item = &str> {
+    let ends = text.split("](").skip(1).filter_map(|rest| rest.split_once(')')).map(|(end, _)| end);
+    let ends = ends.map(|end| end.split('#').next().unwrap_or_default());
+    ends.filter(|end| !end.is_empty() && !end.contains("://"))
+}
+
+#[test]
+fn links_lead_somewhere() {
+    let summary = read(&Path::new(BOOK).join("SUMMARY.md"));
+    let listed: BTreeSet<PathBuf> = links(&summary).map(|end| Path::new(BOOK).join(end)).collect();
+    let all: BTreeSet<PathBuf> = pages().into_iter().filter(|page| !page.ends_with("SUMMARY.md")).collect();
+    assert_eq!(listed, all);
+    let documents = std::fs::read_dir("docs").unwrap().map(|entry| entry.unwrap().path());
+    let documents = documents.filter(|path| path.extension().is_some_and(|own| own == "md"));
+    let more = ["README.md", "ARCHITECTURE.md", "python/README.md"].map(PathBuf::from);
+    for page in documents.chain(all).chain(more) {
+        let text = read(&page);
+        for end in links(&text).filter(|end| !end.starts_with("pictures/")) {
+            let target = page.parent().unwrap().join(end);
+            assert!(target.exists(), "{}: {end}", page.display());
+        }
+        if let Some(included) = included(&text, &page) {
+            assert!(included.is_file(), "{}", page.display());
+        }
+    }
+}
+
+/// The comment at the beginning of a model, by lines.
+fn header(text: &str) -> Vec<&str> {
+    text.lines().map_while(|line| line.strip_prefix('#')).map(str::trim).collect()
+}
+
+/// A name in words.
+fn title(name: &str) -> String {
+    let words = name.replace('_', " ");
+    let (first, rest) = words.split_at(1);
+    first.to_uppercase() + rest
+}
+
+/// For Markdown.
+fn plain(text: &str) -> String {
+    text.replace('*', "\\*").replace('_', "\\_").replace('<', "&lt;")
+}
+
+#[test]
+fn the_gallery_is_made_from_headers() {
+    let mut chapters: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    let mut files: Vec<PathBuf> = std::fs::read_dir("models").unwrap().map(|entry| entry.unwrap().path()).collect();
+    files.retain(|path| path.extension().is_some_and(|own| own == "lag"));
+    files.sort();
+    assert!(files.len() > 100);
+    for file in files {
+        let text = read(&file);
+        let name = file.file_stem().unwrap().to_str().unwrap();
+        let header = header(&text);
+        assert!(header.len() > 1, "{name} says nothing of itself");
+        let is_source = |line: &&&str| line.starts_with("A mechanics course on ") || line.starts_with("A course on ");
+        let course = header.iter().find(is_source).and_then(|line| line.split_once("course on ")).map(|(_, rest)| rest);
+        let subject = course.map_or("other books", |rest| rest.split([';', '.']).next().unwrap_or(rest));
+        let lines: Vec<String> = header.iter().map(|line| plain(line)).collect();
+        let entry = format!(
+            "### {}\n\n![](pictures/{name}.svg)\n\n{}\n\n`models/{name}.lag`\n",
+            title(name),
+            lines.join("\n"),
+        );
+        chapters.entry(subject.to_owned()).or_default().push(entry);
+    }
+    let mut gallery = "# Gallery of models\n\nThe models of the folder `models`, by the subject of the lecture, with their sources and what is known of them. \
+        A test makes this page from\ntheir headers; each is compared with a reference of 40 digits.\n"
+        .to_owned();
+    for (subject, entries) in chapters {
+        let _ = write!(gallery, "\n## {}\n\n{}", title(&subject), entries.join("\n"));
+    }
+    hold(&Path::new(BOOK).join("gallery.md"), &gallery);
+}
