@@ -255,7 +255,7 @@ pub(crate) fn steady_response(py: Python<'_>, model: &Model, args: ResponseArgs)
         let response = study.response(values);
         job.warnings.extend(response.remarks());
         if args.svg {
-            return Ok(Written { json: String::new(), text: report::response_svg(&response) });
+            return Ok(Written { json: String::new(), text: report::response_svg(&response, &[]) });
         }
         Ok(Written { json: report::response_json(&response), text: report::response_csv(&response, digits) })
     })?;

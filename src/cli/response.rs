@@ -65,7 +65,7 @@ pub(super) fn text(args: &ResponseArgs) -> Result<Answer, Failure> {
         Some(_) => "write `--over omega=a..b:count`, for example `--over omega=0..20:201`",
         None => "write `--over NAME=a..b:count` with the parameter in the frequency of the drive: `--over W=0..20:201`",
     };
-    let range = if args.peaks { Range::parse_ends(&args.over) } else { Range::parse(&args.over) };
+    let range = if args.peaks && !args.model.drawn { Range::parse_ends(&args.over) } else { Range::parse(&args.over) };
     let range = range.map_err(|error| wrong_request(error.to_string(), help))?;
     if args.input.is_some() && range.name() != "omega" {
         let message = format!("the frequency of a force given with --input is `omega`, not `{}`", range.name());
@@ -83,24 +83,23 @@ pub(super) fn text(args: &ResponseArgs) -> Result<Answer, Failure> {
         Err(error) => return Err(failed(source, warnings, error)),
     };
     let loaded = Loaded { source, model: study.model().clone(), warnings };
-    if args.peaks && !args.model.drawn {
-        return peaks(args, &study, loaded);
-    }
-    let response = computed(args, &study, loaded)?;
-    let (response, Loaded { source, mut warnings, .. }) = response;
+    let (peaks, loaded) = if args.peaks { peaks(args, &study, loaded)? } else { (Vec::new(), loaded) };
+    let has_values = !args.peaks || args.model.drawn;
+    let (response, loaded) = if has_values { computed(args, &study, loaded)? } else { (study.response([]), loaded) };
+    let Loaded { source, mut warnings, .. } = loaded;
     warnings.extend(response.remarks());
-    let text = if args.model.drawn {
-        report::response_svg(&response)
-    } else if args.json {
-        report::response_json(&response)
-    } else {
-        report::response_csv(&response, args.digits)
+    let text = match (args.model.drawn, args.peaks, args.json) {
+        (true, ..) => report::response_svg(&response, &peaks),
+        (false, true, true) => report::peaks_json(&response, &peaks),
+        (false, true, false) => report::peaks_csv(&response, &peaks, args.digits),
+        (false, false, true) => report::response_json(&response),
+        (false, false, false) => report::response_csv(&response, args.digits),
     };
     Ok(Answer::new(text, Some((source, warnings))))
 }
 
 /// The maxima and minima, outputs on all cores.
-fn peaks(args: &ResponseArgs, study: &Study, loaded: Loaded) -> Result<Answer, Failure> {
+fn peaks(args: &ResponseArgs, study: &Study, loaded: Loaded) -> Result<(Vec<Peaks>, Loaded), Failure> {
     let (mut all, mut fault) = (Vec::new(), None);
     let found = |found: Result<Peaks, ResponseError>| {
         match found {
@@ -110,16 +109,12 @@ fn peaks(args: &ResponseArgs, study: &Study, loaded: Loaded) -> Result<Answer, F
         Ok(())
     };
     in_order(args.threads, study.outputs(), "looking for peaks", || |output| study.peaks(output), found)?;
-    let Loaded { source, mut warnings, .. } = loaded;
+    let Loaded { source, model, mut warnings } = loaded;
     if let Some(error) = fault {
         return Err(failed(source, warnings, error));
     }
-    let response = study.response([]);
-    warnings.extend(response.remarks());
-    warnings.extend(all.iter().filter_map(|own| own.remark(&response.name)));
-    let text =
-        if args.json { report::peaks_json(&response, &all) } else { report::peaks_csv(&response, &all, args.digits) };
-    Ok(Answer::new(text, Some((source, warnings))))
+    warnings.extend(all.iter().filter_map(|own| own.remark(args.over.split('=').next().unwrap_or_default())));
+    Ok((all, Loaded { source, model, warnings }))
 }
 
 /// All frequencies, on all cores.

@@ -221,6 +221,7 @@ const PAGES: &[(&str, &str)] = &[
     ("E1107", include_str!("../../docs/errors/E1107.md")),
     ("E1108", include_str!("../../docs/errors/E1108.md")),
     ("E1109", include_str!("../../docs/errors/E1109.md")),
+    ("E1110", include_str!("../../docs/errors/E1110.md")),
     ("W0001", include_str!("../../docs/errors/W0001.md")),
     ("W0002", include_str!("../../docs/errors/W0002.md")),
     ("W0003", include_str!("../../docs/errors/W0003.md")),

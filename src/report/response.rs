@@ -150,9 +150,9 @@ const TALLEST: f64 = 25.0;
 /// More curves than this tell nobody anything.
 const MOST_CURVES: usize = 10;
 
-/// Amplitude and phase over the frequency as an SVG picture, one below the other; of many outputs the first ten.
+/// Amplitude and phase over the frequency as an SVG picture, one below the other, of many outputs the first ten; rings mark finite peaks.
 #[must_use]
-pub fn response_svg(response: &Response) -> String {
+pub fn response_svg(response: &Response, peaks: &[Peaks]) -> String {
     let shown = response.outputs.iter().take(MOST_CURVES);
     let curves = |pick: fn(&Value) -> f64, jump: f64| -> Vec<Curve> {
         let one = |(colour, output): (usize, &librate_studies::response::Output)| {
@@ -170,7 +170,12 @@ pub fn response_svg(response: &Response) -> String {
         };
         shown.clone().enumerate().map(one).collect()
     };
-    let [amplitudes, phases] = [curves(Value::amplitude, f64::INFINITY), curves(Value::phase, std::f64::consts::PI)];
+    let [mut amplitudes, phases] =
+        [curves(Value::amplitude, f64::INFINITY), curves(Value::phase, std::f64::consts::PI)];
+    amplitudes.extend(peaks.iter().take(MOST_CURVES).enumerate().map(|(colour, own)| {
+        let points = own.found.iter().filter_map(|peak| Some([peak.place.mid_f64(), peak.amplitude?.mid_f64()]));
+        Curve { name: String::new(), colour, stroke: Stroke::Rings, points: points.collect() }
+    }));
     let points = || amplitudes.iter().flat_map(|own| &own.points).map(|point| point[1]);
     let mut sizes: Vec<f64> = points().filter(|size| *size > 0.0).collect();
     sizes.sort_by(f64::total_cmp);

@@ -79,6 +79,8 @@ fn assert_shows(shown: &str, printed: &str) {
 #[test]
 fn the_readme_shows_what_is_printed() {
     let readme = std::fs::read_to_string("README.md").unwrap();
+    let (version, _) = env!("CARGO_PKG_VERSION").rsplit_once('.').unwrap();
+    assert!(readme.contains(&format!("librate = {{ version = \"{version}\", ")));
     let file = "models/three_pendulums.lag";
     let modes = printed(&["modes", file]);
     assert_eq!(shown(&readme, &format!("modes {file}")).trim_end(), modes.trim_end());

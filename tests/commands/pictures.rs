@@ -71,6 +71,9 @@ fn each_kind_is_drawn() {
     let chart = picture(&["floquet", "models/mathieu.lag", "--map", "a=0..4:9", "q=0..4:9"]);
     assert!(texts(&chart).contains(&"stable".to_owned()) && chart.contains("fill-opacity"));
     let driven = ["response", "models/response/damped_absorber.lag", "--input", "x1", "--over", "omega=0..20:101"];
+    let with_peaks = picture(&[&driven[..], &["--peaks"]].concat());
+    let rings = |text: &str| text.matches(" ring\"").count();
+    assert_eq!([rings(&with_peaks), rings(&picture(&driven))], [6, 0]);
     let response = texts(&picture(&driven));
     assert!(
         response.contains(&"omega (rad/s)".to_owned()) && response.contains(&"phase (rad)".to_owned()),

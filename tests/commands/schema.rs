@@ -191,7 +191,7 @@ x[2],resonance,3.464101615,inf,,
         "--peaks",
     ];
     let found = run(&silent);
-    assert!(found.err.contains("peaks of phi[1] are not decided at omega near 3.18904"), "{}", found.err);
+    assert!(found.err.contains("peaks of phi[1] are not decided at omega near 3.189044"), "{}", found.err);
 }
 
 #[test]

@@ -118,6 +118,16 @@ fn modes_that_rest_are_reported() {
     }
 }
 
+/// What does not hang together with the driven coordinate rests, and its frequencies are none of the response.
+#[test]
+fn other_systems_in_the_same_model_are_left_alone() {
+    let text = "coord x, y  T = 1/2*(x'^2 + y'^2)  V = 1/2*(4*x^2 + 9*y^2)";
+    let [own, other] = &peaks(text, Some("x"), "omega=0..5")[..] else { panic!() };
+    let [resonance] = &of(PeakKind::Resonance, own)[..] else { panic!("{own:?}") };
+    is(resonance, 2.0);
+    assert!(own.undecided.is_empty() && other.found.is_empty() && other.undecided.is_empty());
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(12))]
 

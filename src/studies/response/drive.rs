@@ -37,7 +37,7 @@ pub(super) type Driven<S> = (S, Vec<(usize, Complex<S>)>);
 #[derive(Debug)]
 pub(super) struct Drive {
     /// The coordinates on which it acts.
-    coordinates: Vec<usize>,
+    pub(super) coordinates: Vec<usize>,
     /// The frequency, then what goes with the cosine and with the sine for each coordinate; then the slopes of all over the parameter.
     tape: Tape,
     /// The frequency once more, as an expression in the parameter.

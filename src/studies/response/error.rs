@@ -91,6 +91,13 @@ Error ResponseError {
         to: String,
     } => nowhere().with_help("the response at -omega is the complex conjugate of that at omega: give a range from 0 on"),
 
+    /// A range for peaks that has no inside.
+    #[error("there is nothing between the ends of the range: both are {range}")]
+    "E1110" EmptyRange {
+        /// Both of its ends.
+        range: String,
+    } => nowhere().with_help("give the frequencies between which peaks are wanted: `--over omega=0..20`"),
+
     /// Too much to write out.
     #[error("{coordinates} coordinates with {terms} terms are too many for the response to the model's own drive")]
     "E1109" TooLarge {

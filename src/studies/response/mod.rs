@@ -127,6 +127,16 @@ enum Force {
     Own(Box<Drive>),
 }
 
+impl Force {
+    /// The coordinates on which it acts.
+    fn coordinates(&self) -> &[usize] {
+        match self {
+            Self::Unit(at) => std::slice::from_ref(at),
+            Self::Own(drive) => &drive.coordinates,
+        }
+    }
+}
+
 /// The linear system and its force.
 #[derive(Debug)]
 struct System {
@@ -186,13 +196,14 @@ fn coordinate(model: &Model, name: &str, what: &'static str) -> Result<usize, Re
 impl System {
     fn new(linearized: &Linearized, force: Force) -> Self {
         let linearized = linearized.with_massless();
-        let balls = Matrices::in_balls(&linearized);
+        let balls = Matrices::in_balls(&linearized, force.coordinates());
         Self { linearized, force, balls, levels: Default::default(), exact: OnceLock::new() }
     }
 
     fn level(&self, level: usize) -> Option<&Matrices<Big>> {
         let (bits, most) = LEVELS[level];
-        let found = || (self.balls.work() <= most).then(|| Matrices::in_bits(&self.linearized, bits)).flatten();
+        let matrices = || Matrices::in_bits(&self.linearized, self.force.coordinates(), bits);
+        let found = || (self.balls.work() <= most).then(matrices).flatten();
         self.levels[level].get_or_init(found).as_ref()
     }
 

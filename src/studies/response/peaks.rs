@@ -11,10 +11,11 @@ use super::{End, Force, LEVELS, ResponseError, Study, System, between, given_end
 use librate_core::number::Number;
 use librate_core::precision::{Ball, Complex, Enclosure, Scalar};
 
-/// Pieces of the range are not halved beyond this.
+/// Pieces of the range are not halved more often: two maxima so close are taken for one.
 const NARROWEST: usize = 40;
-/// Multiplications for one output.
+/// Multiplications for one output, and pieces that are looked at.
 const MOST_WORK: f64 = 1e8;
+const MOST_PIECES: f64 = 5e4;
 /// Halvings of an enclosure at most.
 const MOST_HALVINGS: usize = 200;
 
@@ -99,7 +100,8 @@ fn middle([from, to]: &Piece) -> Number {
 }
 
 impl Study {
-    /// The maxima and minima of the amplitude of one of the outputs (from 0) between the ends of the range.
+    /// The maxima and minima of the amplitude of one of the outputs (from 0) between the ends of the range: all that are farther apart than
+    /// 2⁻⁴⁰ of it, or in [`Peaks::undecided`].
     ///
     /// # Errors
     /// [`ResponseError::Unsupported`] where M, C, K or the equilibrium depend on the parameter of the range.
@@ -108,6 +110,10 @@ impl Study {
         let what = "the peaks over a parameter on which more than the drive depends";
         let Some(system) = &self.fixed else { return Err(ResponseError::Unsupported { what, span }) };
         let given = given_ends(&self.request.range)?;
+        let is_empty = given.each_ref().map(End::rational);
+        if matches!(is_empty, [Some(from), Some(to)] if from == to) {
+            return Err(ResponseError::EmptyRange { range: self.request.range.expression(0) });
+        }
         let number = self.outputs[output];
         // As many as a double has for JSON; an enclosure is not narrower than double-double.
         let accuracy = 10_f64.powi(-3 - self.request.digits.max(16) as i32).max(1e-30);
@@ -158,14 +164,17 @@ impl Search<'_> {
 
     /// The narrow pieces in which the slope may be 0, and those that there was no time for.
     fn narrowed(&self) -> (Vec<Piece>, Vec<Piece>) {
-        let mut left = MOST_WORK / (2.0 * self.system.balls.work()).max(1.0);
+        let mut left = (MOST_WORK / (2.0 * self.system.balls.work()).max(1.0)).min(MOST_PIECES);
         let (mut narrow, mut undecided) = (Vec::<Piece>::new(), Vec::<Piece>::new());
         let mut open = vec![(0, [Number::ZERO, Number::ONE])];
         while let Some((depth, piece)) = open.pop() {
             left -= 1.0;
             let sample = self.sample(&piece, None);
-            let is_monotonic = |own: &Sample| own.square.is_zero() || !own.slope.contains_zero();
-            if sample.as_ref().is_some_and(is_monotonic) {
+            if sample.as_ref().is_some_and(|own| own.square.is_zero()) {
+                // What rests over a piece of its range rests everywhere.
+                return (Vec::new(), Vec::new());
+            }
+            if sample.is_some_and(|own| !own.slope.contains_zero()) {
                 continue;
             }
             if depth == NARROWEST || left < 0.0 {

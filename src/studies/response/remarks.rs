@@ -50,12 +50,11 @@ impl Peaks {
     #[must_use]
     pub fn remark(&self, parameter: &str) -> Option<Diagnostic> {
         const MOST: usize = 3;
-        let shown = |[from, to]: &[f64; 2]| {
-            if (to - from).abs() <= 1e-6 * to.abs() {
-                format!("near {from:.7}")
-            } else {
-                format!("from {from:.7} to {to:.7}")
-            }
+        // Seven digits tell the place.
+        let short = |place: f64| format!("{place:.6e}").parse::<f64>().unwrap_or(place);
+        let shown = |piece: &[f64; 2]| match piece.map(short) {
+            [from, to] if from == to => format!("near {from}"),
+            [from, to] => format!("from {from} to {to}"),
         };
         let named: Vec<String> = self.undecided.iter().take(MOST).map(shown).collect();
         let more = self.undecided.len().saturating_sub(MOST);

@@ -53,21 +53,21 @@ pub(super) struct Matrices<S: Enclosure> {
 }
 
 impl Matrices<Ball> {
-    pub(super) fn in_balls(own: &Linearized) -> Self {
+    pub(super) fn in_balls(own: &Linearized, driven: &[usize]) -> Self {
         let (velocity, stiffness) = own.velocity_and_stiffness();
         let point = own.equilibrium().values.clone();
-        Self::new(own, [&own.mass(), &velocity, &stiffness], own.directions(), point, ())
+        Self::new(own, [&own.mass(), &velocity, &stiffness], own.directions(), point, ()).coupled(driven)
     }
 }
 
 impl Matrices<Big> {
     /// With so many bits at least; `None` where that is not to be had.
-    pub(super) fn in_bits(own: &Linearized, bits: usize) -> Option<Self> {
+    pub(super) fn in_bits(own: &Linearized, driven: &[usize], bits: usize) -> Option<Self> {
         let precise = own.precisely(bits)?;
         let directions = precise.directions();
         let Precise { bits, mass, velocity, stiffness, equilibrium, .. } = precise;
         let velocity = velocity.unwrap_or_else(|| vec![Big::zero(bits); stiffness.len()]);
-        Some(Self::new(own, [&mass, &velocity, &stiffness], directions, equilibrium, bits))
+        Some(Self::new(own, [&mass, &velocity, &stiffness], directions, equilibrium, bits).coupled(driven))
     }
 }
 
@@ -103,6 +103,32 @@ impl<S: Enclosure> Matrices<S> {
         let mut all = Self { order: n, entries, band, places, is_real, directions, units, point, precision };
         all.arrange();
         all
+    }
+
+    /// With 1 on the diagonal for what no chain of entries joins to the coordinates that forces act on. It rests, and its own resonances
+    /// are none of the response.
+    fn coupled(mut self, driven: &[usize]) -> Self {
+        let mut neighbours = vec![Vec::new(); self.order];
+        for own in &self.entries {
+            neighbours[own.row].push(own.column);
+            neighbours[own.column].push(own.row);
+        }
+        let mut is_reached = vec![false; self.order];
+        let shares = driven.iter().filter_map(|coordinate| self.shares(*coordinate)).flatten();
+        let mut open: Vec<usize> = shares.map(|(place, _)| place).collect();
+        while let Some(place) = open.pop() {
+            if !std::mem::replace(&mut is_reached[place], true) {
+                open.extend(&neighbours[place]);
+            }
+        }
+        self.entries.retain(|own| is_reached[own.row]);
+        let (zero, one) = (S::exact(0.0, self.precision), S::exact(1.0, self.precision));
+        let alone = (0..self.order).filter(|place| !is_reached[*place]);
+        let own =
+            |row| Coefficient { row, column: row, mass: zero.clone(), velocity: zero.clone(), stiffness: one.clone() };
+        self.entries.extend(alone.map(own));
+        self.is_real = self.entries.iter().all(|own| own.velocity.is_exact_zero());
+        self
     }
 
     /// Puts rows and columns in an order that keeps the matrix narrow.
