@@ -113,7 +113,8 @@ fn links_lead_somewhere() {
     assert_eq!(listed, all);
     let documents = std::fs::read_dir("docs").unwrap().map(|entry| entry.unwrap().path());
     let documents = documents.filter(|path| path.extension().is_some_and(|own| own == "md"));
-    let more = ["README.md", "ARCHITECTURE.md", "python/README.md"].map(PathBuf::from);
+    let more = ["README.md", "ARCHITECTURE.md", "python/README.md", "editors/README.md", "editors/vscode/README.md"]
+        .map(PathBuf::from);
     for page in documents.chain(all).chain(more) {
         let text = read(&page);
         for end in links(&text).filter(|end| !end.starts_with("pictures/")) {
