@@ -14,7 +14,7 @@ use librate_core::precision::{Ball, Complex, Enclosure, Scalar};
 /// Pieces of the range are not halved more often: two maxima so close are taken for one.
 const NARROWEST: usize = 40;
 /// Multiplications for one output, and pieces that are looked at.
-const MOST_WORK: f64 = 1e8;
+const MOST_WORK: f64 = 3e7;
 const MOST_PIECES: f64 = 5e4;
 /// Halvings of an enclosure at most.
 const MOST_HALVINGS: usize = 200;
@@ -164,16 +164,17 @@ impl Search<'_> {
 
     /// The narrow pieces in which the slope may be 0, and those that there was no time for.
     fn narrowed(&self) -> (Vec<Piece>, Vec<Piece>) {
-        let mut left = (MOST_WORK / (2.0 * self.system.balls.work()).max(1.0)).min(MOST_PIECES);
+        let mut left = (MOST_WORK / self.system.balls.work_over()).min(MOST_PIECES);
         let (mut narrow, mut undecided) = (Vec::<Piece>::new(), Vec::<Piece>::new());
+        // What rests over a piece of the range rests everywhere.
+        let somewhere = [333, 334].map(|share| Number::ratio(share, 1000).unwrap_or_default());
+        if self.eliminated(&somewhere, None, false).is_some_and(|x| x.re.is_zero() && x.im.is_zero()) {
+            return (narrow, undecided);
+        }
         let mut open = vec![(0, [Number::ZERO, Number::ONE])];
         while let Some((depth, piece)) = open.pop() {
             left -= 1.0;
             let sample = self.sample(&piece, None);
-            if sample.as_ref().is_some_and(|own| own.square.is_zero()) {
-                // What rests over a piece of its range rests everywhere.
-                return (Vec::new(), Vec::new());
-            }
             if sample.is_some_and(|own| !own.slope.contains_zero()) {
                 continue;
             }
@@ -317,10 +318,10 @@ impl Search<'_> {
         if let Some(turned) = turned {
             let stays = |x: Option<Complex<Ball>>| x.is_some_and(|x| axis(&x) == Some(turned));
             return if is_top {
-                let is_pole = Self::levels().any(|level| stays(self.reciprocal(piece, level)));
+                let is_pole = Self::levels().any(|level| stays(self.eliminated(piece, level, true)));
                 if is_pole { of(PeakKind::Resonance, None) } else { None }
             } else {
-                let is_zero = Self::levels().any(|level| stays(self.sample(piece, level).map(|own| own.x)));
+                let is_zero = Self::levels().any(|level| stays(self.eliminated(piece, level, false)));
                 if is_zero { of(PeakKind::Antiresonance, Some(Ball::ZERO)) } else { None }
             };
         }
@@ -334,23 +335,24 @@ impl Search<'_> {
         Some(Peak { kind: PeakKind::Maximum, place, amplitude, half_power })
     }
 
-    /// 1/x over a piece, in some unit, where it is finite.
-    fn reciprocal(&self, piece: &Piece, level: Option<usize>) -> Option<Complex<Ball>> {
+    /// x or, in some unit, 1/x over a piece, where it is finite, with parts that are exactly 0 as such.
+    fn eliminated(&self, piece: &Piece, level: Option<usize>, is_reciprocal: bool) -> Option<Complex<Ball>> {
         fn of<S: Enclosure>(
             own: &Search<'_>,
             matrices: &Matrices<S>,
             piece: &Piece,
-            precision: S::Precision,
+            (precision, is_reciprocal): (S::Precision, bool),
         ) -> Option<Complex<Ball>> {
             let force = own.force(matrices, piece, precision)?;
-            let found = matrices.reciprocal(&force, own.output)?;
+            let response = || matrices.response(&force.omega[0], &force.forces, &[own.output])?.pop();
+            let found = if is_reciprocal { matrices.reciprocal(&force, own.output) } else { response() }?;
             Some(Complex::new(found.re.to_ball(), found.im.to_ball()))
         }
         match level {
-            None => of(self, &self.system.balls, piece, ()),
+            None => of(self, &self.system.balls, piece, ((), is_reciprocal)),
             Some(level) => {
                 let matrices = self.system.level(level)?;
-                of(self, matrices, piece, matrices.bits().max(LEVELS[level].0))
+                of(self, matrices, piece, (matrices.bits().max(LEVELS[level].0), is_reciprocal))
             }
         }
     }
