@@ -5,19 +5,11 @@
 mod syntax_common;
 
 use librate::diagnostic::Diagnostic;
-use librate::model::{self, Settings, TableTexts};
-use librate::modes::Options;
-use librate::precision::Ball;
 use librate::span::Span;
 use librate::syntax::{self, File};
-use librate::{Error, linearize, oscillation};
 use syntax_common::strip_spans;
-
-/// The longest text that [`trip`] takes, in bytes.
-const MOST_BYTES: usize = 4096;
-
-/// The most coordinates that [`trip`] takes.
-const MOST_COORDINATES: usize = 12;
+#[cfg(feature = "engine")]
+pub(crate) use trip::trip;
 
 /// Parsing answers with a tree that prints to itself, or with mistakes that have a place.
 pub(crate) fn parse(text: &str) {
@@ -56,64 +48,6 @@ pub(crate) fn format(text: &str) {
     assert_eq!(syntax::format(&formatted).as_ref(), Ok(&formatted));
 }
 
-/// A small model is answered with finite modes, or with mistakes that have a place.
-pub(crate) fn trip(text: &str) {
-    // A model may ask for as much work as it likes: with four digits for a million instances.
-    let long_number = text.as_bytes().windows(4).any(|bytes| bytes.iter().all(u8::is_ascii_digit));
-    if text.len() > MOST_BYTES || long_number {
-        return;
-    }
-    if let Err(error) = modes(text) {
-        let diagnostics = error.diagnostics();
-        assert!(!diagnostics.is_empty(), "{error:?}");
-        for diagnostic in &diagnostics {
-            answered(text, diagnostic);
-        }
-    }
-}
-
-fn modes(text: &str) -> Result<(), Error> {
-    let file = syntax::parse(text)?;
-    let mut tables = TableTexts::new();
-    for name in ["bonds.csv", "springs.csv", "atoms.csv", "data.csv"] {
-        tables = tables.with(name, "i,j,k,d,mass,x,y,z,name\n1,2,3,0.5,12,0,0,1,C\n2,3,4,1,16,1,0,0,O\n");
-    }
-    let model = model::elaborate(&file, &tables, &Settings::new())?;
-    if model.coordinates.len() > MOST_COORDINATES {
-        return Ok(());
-    }
-    let derived = linearize::derive(model.clone());
-    if let Ok(matrices) = &derived {
-        for entry in matrices.mass.iter().chain(&matrices.stiffness).flatten() {
-            assert!(!matrices.pool.display(*entry).is_empty());
-        }
-    }
-    let linearized = linearize::linearize(model)?;
-    let normal = oscillation::normal_modes(&linearized, &Options::default())?;
-    derived?;
-    for mode in &normal.modes {
-        let square = mode.omega_squared.as_ref();
-        for ball in square.into_iter().chain([&mode.omega, &mode.growth]) {
-            finite(ball);
-        }
-        assert!(mode.omega.upper() >= 0.0);
-        let conservative = linearized.structure() == linearize::Structure::Conservative;
-        assert!(mode.growth.upper() >= 0.0 || !conservative);
-        let parts = mode.vector.iter().chain(&mode.imaginary);
-        assert!(parts.clone().all(|component| component.is_finite()));
-        // In a group of exponents that are not told apart nothing may be known of a shape.
-        assert!(mode.vector_error_bound.is_finite() || !conservative);
-        assert!(mode.vector_error_bound >= 0.0);
-    }
-    Ok(())
-}
-
-fn finite(ball: &Ball) {
-    assert!(ball.is_finite(), "{ball:?}");
-    assert!(ball.lower() <= ball.upper(), "{ball:?}");
-    assert!(ball.mid_f64_error() >= 0.0, "{ball:?}");
-}
-
 fn within(text: &str, span: Span) -> bool {
     text.get(span.range()).is_some()
 }
@@ -137,5 +71,79 @@ fn answered(text: &str, diagnostic: &Diagnostic) {
     assert!(!diagnostic.message.is_empty(), "{diagnostic:?}");
     for label in diagnostic.primary.iter().chain(&diagnostic.secondary) {
         assert!(within(text, label.span), "{diagnostic:?}");
+    }
+}
+
+#[cfg(feature = "engine")]
+mod trip {
+    use librate::model::{self, Settings, TableTexts};
+    use librate::modes::Options;
+    use librate::precision::Ball;
+    use librate::{Error, linearize, oscillation, syntax};
+
+    use super::answered;
+
+    /// The longest text that [`trip`] takes, in bytes.
+    const MOST_BYTES: usize = 4096;
+
+    /// The most coordinates that [`trip`] takes.
+    const MOST_COORDINATES: usize = 12;
+
+    /// A small model is answered with finite modes, or with mistakes that have a place.
+    pub(crate) fn trip(text: &str) {
+        // A model may ask for as much work as it likes: with four digits for a million instances.
+        let long_number = text.as_bytes().windows(4).any(|bytes| bytes.iter().all(u8::is_ascii_digit));
+        if text.len() > MOST_BYTES || long_number {
+            return;
+        }
+        if let Err(error) = modes(text) {
+            let diagnostics = error.diagnostics();
+            assert!(!diagnostics.is_empty(), "{error:?}");
+            for diagnostic in &diagnostics {
+                answered(text, diagnostic);
+            }
+        }
+    }
+
+    fn modes(text: &str) -> Result<(), Error> {
+        let file = syntax::parse(text)?;
+        let mut tables = TableTexts::new();
+        for name in ["bonds.csv", "springs.csv", "atoms.csv", "data.csv"] {
+            tables = tables.with(name, "i,j,k,d,mass,x,y,z,name\n1,2,3,0.5,12,0,0,1,C\n2,3,4,1,16,1,0,0,O\n");
+        }
+        let model = model::elaborate(&file, &tables, &Settings::new())?;
+        if model.coordinates.len() > MOST_COORDINATES {
+            return Ok(());
+        }
+        let derived = linearize::derive(model.clone());
+        if let Ok(matrices) = &derived {
+            for entry in matrices.mass.iter().chain(&matrices.stiffness).flatten() {
+                assert!(!matrices.pool.display(*entry).is_empty());
+            }
+        }
+        let linearized = linearize::linearize(model)?;
+        let normal = oscillation::normal_modes(&linearized, &Options::default())?;
+        derived?;
+        for mode in &normal.modes {
+            let square = mode.omega_squared.as_ref();
+            for ball in square.into_iter().chain([&mode.omega, &mode.growth]) {
+                finite(ball);
+            }
+            assert!(mode.omega.upper() >= 0.0);
+            let conservative = linearized.structure() == linearize::Structure::Conservative;
+            assert!(mode.growth.upper() >= 0.0 || !conservative);
+            let parts = mode.vector.iter().chain(&mode.imaginary);
+            assert!(parts.clone().all(|component| component.is_finite()));
+            // In a group of exponents that are not told apart nothing may be known of a shape.
+            assert!(mode.vector_error_bound.is_finite() || !conservative);
+            assert!(mode.vector_error_bound >= 0.0);
+        }
+        Ok(())
+    }
+
+    fn finite(ball: &Ball) {
+        assert!(ball.is_finite(), "{ball:?}");
+        assert!(ball.lower() <= ball.upper(), "{ball:?}");
+        assert!(ball.mid_f64_error() >= 0.0, "{ball:?}");
     }
 }
