@@ -65,18 +65,6 @@ impl Number {
     /// The number -1.
     pub const MINUS_ONE: Number = Number(Repr::Small(-1, UNIT));
 
-    /// The number 0.
-    #[must_use]
-    pub const fn zero() -> Number {
-        Number::ZERO
-    }
-
-    /// The number 1.
-    #[must_use]
-    pub const fn one() -> Number {
-        Number::ONE
-    }
-
     /// One half.
     #[must_use]
     pub fn half() -> Number {
@@ -432,13 +420,13 @@ impl Number {
 }
 
 /// The inverse of `a` modulo `p` by the extended Euclidean algorithm; `None` where there is none.
-fn inverse_modulo(a: u64, p: u64) -> Option<u64> {
-    let (mut r0, mut r1) = (i128::from(p), i128::from(a % p));
+pub(crate) fn inverse_modulo(a: u64, p: u64) -> Option<u64> {
+    let (mut r0, mut r1) = (p, a % p);
     let (mut t0, mut t1) = (0i128, 1i128);
     while r1 != 0 {
         let q = r0 / r1;
         (r0, r1) = (r1, r0 - q * r1);
-        (t0, t1) = (t1, t0 - q * t1);
+        (t0, t1) = (t1, t0 - i128::from(q) * t1);
     }
     (r0 == 1).then(|| t0.rem_euclid(i128::from(p)) as u64)
 }

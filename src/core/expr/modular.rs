@@ -4,6 +4,8 @@
 //! `2^6 * 3^3 * 5 * 7 * 11 * 13 * 17 * 19 * 23 * 29 * 31 * 41 * 797`: i and many other roots of
 //! unity exist modulo p, and all primes up to 101 have square roots.
 
+use crate::number::inverse_modulo;
+
 /// The prime.
 pub const PRIME: u64 = 1_887_469_959_161_666_881;
 
@@ -63,15 +65,7 @@ pub fn pow_mod(mut base: u64, mut exponent: u64) -> u64 {
 /// The inverse; `None` of 0.
 #[must_use]
 pub fn inverse_mod(a: u64) -> Option<u64> {
-    // Extended Euclid; cofactors stay below p in absolute value.
-    let (mut r0, mut r1) = (PRIME, a % PRIME);
-    let (mut t0, mut t1) = (0i64, 1i64);
-    while r1 != 0 {
-        let q = r0 / r1;
-        (r0, r1) = (r1, r0 - q * r1);
-        (t0, t1) = (t1, t0 - (q as i64) * t1);
-    }
-    (r0 == 1).then(|| if t0 < 0 { (t0 + PRIME as i64) as u64 } else { t0 as u64 })
+    inverse_modulo(a, PRIME)
 }
 
 /// The smaller of the two square roots, where there are any.

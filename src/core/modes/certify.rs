@@ -36,8 +36,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 use super::dense::Plain;
-use super::product::kernel;
-use crate::precision::up;
+use crate::precision::{kernel, up};
 
 /// Neighbouring eigenvalues that the bounds do not separate, or a single one.
 pub(super) struct Cluster {
@@ -156,7 +155,7 @@ struct Rows<'a> {
 
 /// A bound of the relative error of a sum of `terms` nonnegative doubles that are themselves within
 /// a factor 1 ± 2^-50.
-fn slack(terms: usize) -> f64 {
+pub(super) fn slack(terms: usize) -> f64 {
     4.0 * (terms as f64 + 16.0) * f64::EPSILON
 }
 

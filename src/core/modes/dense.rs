@@ -40,6 +40,17 @@ impl Matrix {
         Self { rows, columns, stride, hi: vec![0.0; length], lo: vec![0.0; length] }
     }
 
+    /// From the entry of each row and column.
+    pub(super) fn from_fn(rows: usize, columns: usize, entry: impl Fn(usize, usize) -> DoubleDouble) -> Self {
+        let mut result = Self::zeros(rows, columns);
+        for column in 0..columns {
+            for row in 0..rows {
+                result.set(row, column, entry(row, column));
+            }
+        }
+        result
+    }
+
     pub(super) fn get(&self, row: usize, column: usize) -> DoubleDouble {
         let at = column * self.stride + row;
         DoubleDouble { hi: self.hi[at], lo: self.lo[at] }
@@ -62,11 +73,7 @@ impl Matrix {
     }
 
     pub(super) fn from_doubles(doubles: MatRef<'_, f64>) -> Self {
-        let mut result = Self::zeros(doubles.nrows(), doubles.ncols());
-        for (j, column) in doubles.col_iter().enumerate() {
-            result.column_mut(j).0.iter_mut().zip(column.iter()).for_each(|(to, x)| *to = *x);
-        }
-        result
+        Self::from_fn(doubles.nrows(), doubles.ncols(), |i, j| DoubleDouble::exact(doubles[(i, j)]))
     }
 
     /// The high parts, to be multiplied.
@@ -102,11 +109,7 @@ impl Matrix {
 
     /// Adds another matrix of the same shape.
     pub(super) fn add_assign(&mut self, other: &Self) {
-        for column in 0..self.columns {
-            for row in 0..self.rows {
-                self.set(row, column, self.get(row, column) + other.get(row, column));
-            }
-        }
+        *self = Self::from_fn(self.rows, self.columns, |i, j| self.get(i, j) + other.get(i, j));
     }
 
     /// Changes the sign of every entry.
@@ -128,13 +131,7 @@ impl Matrix {
 
     /// The given rows, in the given order.
     pub(super) fn gather_rows(&self, rows: &[usize]) -> Self {
-        let mut result = Self::zeros(rows.len(), self.columns);
-        for column in 0..self.columns {
-            for (to, &from) in rows.iter().enumerate() {
-                result.set(to, column, self.get(from, column));
-            }
-        }
-        result
+        Self::from_fn(rows.len(), self.columns, |to, column| self.get(rows[to], column))
     }
 
     /// Writes the columns of `other` over the given columns.
@@ -151,6 +148,17 @@ impl Plain {
     pub(super) fn zeros(rows: usize, columns: usize) -> Self {
         let stride = padded(rows);
         Self { rows, columns, stride, data: vec![0.0; stride * columns] }
+    }
+
+    /// From the entry of each row and column.
+    pub(super) fn from_fn(rows: usize, columns: usize, mut entry: impl FnMut(usize, usize) -> f64) -> Self {
+        let mut result = Self::zeros(rows, columns);
+        for column in 0..columns {
+            for (row, to) in result.column_mut(column).iter_mut().enumerate() {
+                *to = entry(row, column);
+            }
+        }
+        result
     }
 
     pub(super) fn get(&self, row: usize, column: usize) -> f64 {

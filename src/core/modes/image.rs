@@ -119,18 +119,15 @@ impl<'a> Operator<'a> {
     /// (A X)ᵀ from Xᵀ; `lengths` are bounds of the lengths of the columns of X, `slices` says how many
     /// slices of a dense matrix are taken.
     pub(super) fn image(&self, xt: &Matrix, lengths: &[f64], slices: usize) -> Image {
-        match &self.columns {
-            Some(columns) => Image { value: product_sparse(xt, columns), error: self.sparse_error(columns, xt) },
-            None => {
-                let (value, mut error) = sliced_product(xt, &self.matrix.mid, lengths, slices);
-                // |Σ_k r_ik x_k| over i in length, for entries r of A's error: at most the Frobenius
-                // norm times the length of x.
-                for (error, length) in error.iter_mut().zip(lengths) {
-                    *error = up(*error + self.norm * length);
-                }
-                Image { value, error }
-            }
+        if let Some(columns) = &self.columns {
+            return self.sparse_image(columns, xt);
         }
+        let (value, mut error) = sliced_product(xt, &self.matrix.mid, lengths, slices);
+        // |Σ_k r_ik x_k| over i in length, for entries r of A's error: at most the Frobenius norm times the length of x.
+        for (error, length) in error.iter_mut().zip(lengths) {
+            *error = up(*error + self.norm * length);
+        }
+        Image { value, error }
     }
 
     /// (A X')ᵀ from (A X)ᵀ for columns X' that were moved by D, with the products x'ᵀA x'.
@@ -149,7 +146,7 @@ impl<'a> Operator<'a> {
     pub(super) fn image_after(&self, before: Image, moved: &Moved<'_>) -> (Image, Vec<Ball>) {
         let (xt, change) = (&moved.xt, moved.change);
         if let Some(columns) = &self.columns {
-            let image = Image { value: product_sparse(xt, columns), error: self.sparse_error(columns, xt) };
+            let image = self.sparse_image(columns, xt);
             let products = image.products_with(xt, &moved.lengths);
             return (image, products);
         }
@@ -181,7 +178,7 @@ impl<'a> Operator<'a> {
     }
 
     /// The weights hold the radii of A and the rounding of products, per unit of |x|.
-    fn sparse_error(&self, columns: &Columns, xt: &Matrix) -> Vec<f64> {
+    fn sparse_image(&self, columns: &Columns, xt: &Matrix) -> Image {
         let m = xt.rows;
         let mut squares = vec![0.0; m];
         let mut sum = vec![0.0; m];
@@ -199,7 +196,8 @@ impl<'a> Operator<'a> {
         }
         // Sums of less than 2^20 terms in doubles, and the low parts of x: covered by 1e-6. Nothing
         // counts below 1e-150, as its square is lost.
-        squares.iter().map(|square| square.sqrt() * (1.0 + 1e-6) + 1e-150).collect()
+        let error = squares.iter().map(|square| square.sqrt() * (1.0 + 1e-6) + 1e-150).collect();
+        Image { value: product_sparse(xt, columns), error }
     }
 }
 

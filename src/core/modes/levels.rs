@@ -88,15 +88,7 @@ impl Gram {
     pub(super) fn block(&self, columns: &[usize]) -> Matrix {
         match self {
             Self::Factors(round) => round.gram(columns),
-            Self::Entries(g) => {
-                let mut block = Matrix::zeros(columns.len(), columns.len());
-                for (q, &j) in columns.iter().enumerate() {
-                    for (p, &i) in columns.iter().enumerate() {
-                        block.set(p, q, g.mid.get(i, j));
-                    }
-                }
-                block
-            }
+            Self::Entries(g) => Matrix::from_fn(columns.len(), columns.len(), |p, q| g.mid.get(columns[p], columns[q])),
         }
     }
 }
@@ -148,15 +140,7 @@ pub(super) fn careful(scaled: &Scaled, zero: &Matrix) -> Result<Matrix, ModesErr
     let mass = |i: usize, j: usize| Ball::from(scaled.mass.mid.get(i, j));
     let stiffness = |i: usize, j: usize| Ball::from(scaled.stiffness.mid.get(i, j));
     match careful_eigenvectors(&mass, &stiffness, &zero.doubles(), NOISE * n as f64, ()) {
-        Ok(columns) => {
-            let mut x = Matrix::zeros(n, columns.len());
-            for (j, column) in columns.iter().enumerate() {
-                for (i, value) in column.iter().enumerate() {
-                    x.set(i, j, value.mid);
-                }
-            }
-            Ok(x)
-        }
+        Ok(columns) => Ok(Matrix::from_fn(n, columns.len(), |i, j| columns[j][i].mid)),
         Err(Failure::NoConvergence) => Err(ModesError::NoConvergence),
         Err(Failure::NotPositiveDefinite(direction)) => Err(not_positive_definite(scaled, &direction)),
     }

@@ -151,14 +151,9 @@ impl Enclosed {
             return Bounded { mid, radius };
         }
         // A product of two double-doubles is off by 5 u² of itself, less than [`TERM`]: no noise.
-        let (mut mid, mut radius) = (Matrix::zeros(x.rows, x.columns), sizes);
-        for column in 0..x.columns {
-            for row in 0..x.rows {
-                mid.set(row, column, self.mid.get(row, row) * x.get(row, column));
-                radius.set(row, column, up(self.weight(row, row) * radius.get(row, column)));
-            }
-        }
-        Bounded { mid, radius }
+        let mid = Matrix::from_fn(x.rows, x.columns, |row, column| self.mid.get(row, row) * x.get(row, column));
+        let radius = |row: usize, column: usize| up(self.weight(row, row) * sizes.get(row, column));
+        Bounded { mid, radius: Plain::from_fn(x.rows, x.columns, radius) }
     }
 
     /// XᵀAX for a symmetric A.
@@ -336,16 +331,10 @@ impl ZeroSpace {
         }
         let Orthonormal { vectors: basis, images, defect } =
             Orthonormal::new(vectors, &|v| mass.transpose_times(v), ())?;
-        let mut mid = Matrix::zeros(n, z);
-        let mut image = Matrix::zeros(z, n);
-        let mut image_radius = Plain::zeros(z, n);
-        for (p, (b, y)) in basis.iter().zip(&images).enumerate() {
-            for i in 0..n {
-                mid.set(i, p, b[i].mid);
-                image.set(p, i, y[i].mid);
-                image_radius.set(p, i, up(y[i].radius + product_bound(n) * y[i].mid.hi.abs()));
-            }
-        }
+        let mid = Matrix::from_fn(n, z, |i, p| basis[p][i].mid);
+        let image = Matrix::from_fn(z, n, |p, i| images[p][i].mid);
+        let radius = |y: &Ball| up(y.radius + product_bound(n) * y.mid.hi.abs());
+        let image_radius = Plain::from_fn(z, n, |p, i| radius(&images[p][i]));
         Ok(Self { vectors: basis, mid, image, image_radius, defect })
     }
 }
@@ -381,12 +370,7 @@ pub(super) fn pencil(problem: &Scaled, factored: Option<&Factored>, zero: &ZeroS
                 .sum();
             *leak = up((square / (1.0 - zero.defect)).sqrt() * (1.0 + 1e-12));
         }
-        for column in 0..m {
-            for row in 0..m {
-                let radius = up(g.radius.get(row, column) + leak[row] * leak[column]);
-                g.radius.set(row, column, radius);
-            }
-        }
+        g.radius = Plain::from_fn(m, m, |row, column| up(g.radius.get(row, column) + leak[row] * leak[column]));
     }
     Pencil { s, g, overlap, leak }
 }

@@ -1,7 +1,7 @@
 //! Products of matrices in double-double with a proved error bound.
 
 use super::dense::{Columns, Matrix, Plain, mirror, multiply};
-use crate::precision::{DoubleDouble, two_sum};
+use crate::precision::{DoubleDouble, kernel, two_sum};
 
 /// Terms summed before the result is carried over into a double-double total: with more, bounds are
 /// larger; with fewer, products slower.
@@ -9,37 +9,7 @@ const BLOCK: usize = 4;
 /// u = 2^-53.
 const UNIT: f64 = 0.5 * f64::EPSILON;
 
-/// Wraps loops in a function that runs them compiled for fused multiply-add and four lanes where the
-/// machine has these: without them they cost five times as much. The results are the same.
-macro_rules! kernel {
-    ($name:ident, $loops:ident, ($($argument:ident: $type:ty),*)) => {
-        fn $name($($argument: $type),*) {
-            #[cfg(target_arch = "x86_64")]
-            if std::arch::is_x86_feature_detected!("avx2")
-                && std::arch::is_x86_feature_detected!("fma")
-            {
-                #[target_feature(enable = "avx2,fma")]
-                fn fused($($argument: $type),*) {
-                    $loops::<true>($($argument),*);
-                }
-                #[allow(unsafe_code)]
-                // SAFETY: the features that the function is compiled for were detected just above.
-                unsafe {
-                    fused($($argument),*);
-                }
-                return;
-            }
-            $loops::<{ cfg!(any(target_feature = "fma", target_arch = "aarch64")) }>($($argument),*);
-        }
-    };
-}
-
-pub(super) use kernel;
-
 kernel!(run_product, product_loops, (a: &Matrix, b: &Matrix, c: &mut Matrix, noise: &mut [f64], part: Part));
-kernel!(run_sparse, sparse_loops, (a: &Matrix, b: &Columns, c: &mut Matrix));
-kernel!(run_rows, row_loops, (a: &Matrix, b: &Matrix, result: &mut Vec<DoubleDouble>));
-kernel!(run_residuals, residual_loops, (y: &Matrix, z: &Matrix, quotient: &[DoubleDouble], r: &mut Plain));
 
 /// Which part of a product is computed.
 #[derive(Clone, Copy, PartialEq)]
@@ -218,15 +188,13 @@ fn carry_over<const N: usize>(total: &mut [DoubleDouble; N], s: &[f64; N], t: &[
     }
 }
 
+kernel!(
 /// The matrix product a b for a sparse b, with the bound of [`product`].
-pub(super) fn product_sparse(a: &Matrix, b: &Columns) -> Matrix {
-    let mut c = Matrix::zeros(a.rows, b.starts.len().saturating_sub(1));
-    run_sparse(a, b, &mut c);
-    c
-}
+pub(super) product_sparse, sparse_loops, (a: &Matrix, b: &Columns) -> Matrix);
 
 #[inline(always)]
-fn sparse_loops<const FUSED: bool>(a: &Matrix, b: &Columns, c: &mut Matrix) {
+fn sparse_loops<const FUSED: bool>(a: &Matrix, b: &Columns) -> Matrix {
+    let mut c = Matrix::zeros(a.rows, b.starts.len().saturating_sub(1));
     for column in 0..c.columns {
         let range = b.starts[column]..b.starts[column + 1];
         let numbers = (&b.hi[range.clone()], &b.lo[range.clone()]);
@@ -234,25 +202,23 @@ fn sparse_loops<const FUSED: bool>(a: &Matrix, b: &Columns, c: &mut Matrix) {
         let to = column * c.stride;
         let mut row = 0;
         while row + 8 <= a.stride {
-            tile::<FUSED, false, 8>(a, row, |k| places[k], numbers, (c, &mut []), to + row);
+            tile::<FUSED, false, 8>(a, row, |k| places[k], numbers, (&mut c, &mut []), to + row);
             row += 8;
         }
         if row < a.stride {
-            tile::<FUSED, false, 4>(a, row, |k| places[k], numbers, (c, &mut []), to + row);
+            tile::<FUSED, false, 4>(a, row, |k| places[k], numbers, (&mut c, &mut []), to + row);
         }
     }
+    c
 }
 
+kernel!(
 /// Σ_k a_ik b_ik for every row i, with the bound of [`product`].
-pub(super) fn row_products(a: &Matrix, b: &Matrix) -> Vec<DoubleDouble> {
-    let mut result = Vec::with_capacity(a.stride);
-    run_rows(a, b, &mut result);
-    result.truncate(a.rows);
-    result
-}
+pub(super) row_products, row_loops, (a: &Matrix, b: &Matrix) -> Vec<DoubleDouble>);
 
 #[inline(always)]
-fn row_loops<const FUSED: bool>(a: &Matrix, b: &Matrix, result: &mut Vec<DoubleDouble>) {
+fn row_loops<const FUSED: bool>(a: &Matrix, b: &Matrix) -> Vec<DoubleDouble> {
+    let mut result = Vec::with_capacity(a.stride);
     for row in (0..a.stride).step_by(4) {
         let mut total = [DoubleDouble::ZERO; 4];
         for first in (0..a.columns).step_by(BLOCK) {
@@ -268,22 +234,22 @@ fn row_loops<const FUSED: bool>(a: &Matrix, b: &Matrix, result: &mut Vec<DoubleD
         }
         result.extend(total);
     }
+    result.truncate(a.rows);
+    result
 }
 
+kernel!(
 /// y_j - μ_j z_j for every row j, rounded to doubles: off by at most 16 u² (|y_j| + |μ_j| |z_j|) and u of
 /// the result.
 ///
 /// The product costs 8 u² |μ z|, as in [`product_bound`]; the difference of the high parts is exact, and what it
 /// leaves over, together with the low part of the product, is at most u |y| + 4 u |μ z|, whose sum is rounded
 /// by u of that; the low part of y makes it 2 u |y| + 4 u |μ z|, rounded once more.
-pub(super) fn residuals(y: &Matrix, z: &Matrix, quotient: &[DoubleDouble]) -> Plain {
-    let mut r = Plain::zeros(y.rows, y.columns);
-    run_residuals(y, z, quotient, &mut r);
-    r
-}
+pub(super) residuals, residual_loops, (y: &Matrix, z: &Matrix, quotient: &[DoubleDouble]) -> Plain);
 
 #[inline(always)]
-fn residual_loops<const FUSED: bool>(y: &Matrix, z: &Matrix, quotient: &[DoubleDouble], r: &mut Plain) {
+fn residual_loops<const FUSED: bool>(y: &Matrix, z: &Matrix, quotient: &[DoubleDouble]) -> Plain {
+    let mut r = Plain::zeros(y.rows, y.columns);
     for column in 0..y.columns {
         let (yh, yl) = (y.column_hi(column), y.column_lo(column));
         let (zh, zl) = (z.column_hi(column), z.column_lo(column));
@@ -294,6 +260,7 @@ fn residual_loops<const FUSED: bool>(y: &Matrix, z: &Matrix, quotient: &[DoubleD
             *to = s + t;
         }
     }
+    r
 }
 
 /// An upper bound, entry by entry, of the product of two matrices of nonnegative doubles.

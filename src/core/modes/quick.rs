@@ -22,8 +22,8 @@ use super::certify::{Couplings, Known};
 use super::dense::{Matrix, Plain, add_to, gamma, multiply};
 use super::image::{Image, Moved, Operator, lengths_of_rows, row_lengths};
 use super::pencil::{Scaled, ZeroSpace, ordered};
-use super::product::{Part, kernel, product, residuals};
-use crate::precision::{Ball, DoubleDouble, U2, up};
+use super::product::{Part, product, residuals};
+use crate::precision::{Ball, DoubleDouble, U2, kernel, up};
 
 /// The problem, prepared for several rounds.
 pub(super) struct Quick<'a> {
@@ -330,9 +330,7 @@ impl Round {
         let mut g = h.transposed();
         let hi: Vec<f64> = self.quotient.iter().map(|mu| mu.hi).collect();
         let lo: Vec<f64> = self.quotient.iter().map(|mu| mu.lo).collect();
-        let mut largest = 0.0;
-        run_overlaps((&hi, &lo), &h, &mut g, &mut largest);
-        if largest > most {
+        if run_overlaps((&hi, &lo), &h, &mut g) > most {
             return None;
         }
         let mut close = Vec::new();
@@ -357,12 +355,13 @@ impl Round {
     }
 }
 
-kernel!(run_overlaps, overlap_loops, (quotient: (&[f64], &[f64]), h: &Plain, g: &mut Plain, largest: &mut f64));
+kernel!(run_overlaps, overlap_loops, (quotient: (&[f64], &[f64]), h: &Plain, g: &mut Plain) -> f64);
 
 /// (g_ij + h_ij) / |μ_i - μ_j| in the place of g_ij, and the largest of them off the diagonal.
 #[inline(always)]
-fn overlap_loops<const FUSED: bool>((hi, lo): (&[f64], &[f64]), h: &Plain, g: &mut Plain, largest: &mut f64) {
+fn overlap_loops<const FUSED: bool>((hi, lo): (&[f64], &[f64]), h: &Plain, g: &mut Plain) -> f64 {
     let m = hi.len();
+    let mut largest = 0.0;
     for j in 0..m {
         let (mu_hi, mu_lo) = (hi[j], lo[j]);
         let columns = g.column_mut(j).iter_mut().zip(h.column(j));
@@ -375,7 +374,7 @@ fn overlap_loops<const FUSED: bool>((hi, lo): (&[f64], &[f64]), h: &Plain, g: &m
         }
         g.set(j, j, 0.0);
         let (lanes, rest) = g.column(j).as_chunks::<4>();
-        let mut most = [*largest; 4];
+        let mut most = [largest; 4];
         for lane in lanes {
             for l in 0..4 {
                 // What is negative, or no number, is close without a bound.
@@ -386,8 +385,9 @@ fn overlap_loops<const FUSED: bool>((hi, lo): (&[f64], &[f64]), h: &Plain, g: &m
         for x in rest {
             most[0] = most[0].max(if *x >= 0.0 { *x } else { f64::INFINITY });
         }
-        *largest = most.iter().fold(0.0, |most: f64, x| most.max(*x));
+        largest = most.iter().fold(0.0, |most: f64, x| most.max(*x));
     }
+    largest
 }
 
 /// A row of a matrix that is stored column by column.

@@ -36,13 +36,7 @@ pub(super) trait Mixed {
     fn coupling(&self, i: usize, j: usize) -> f64;
     /// The same for all m columns.
     fn couplings(&self, m: usize) -> Cow<'_, Plain> {
-        let mut all = Plain::zeros(m, m);
-        for j in 0..m {
-            for (i, to) in all.column_mut(j).iter_mut().enumerate() {
-                *to = self.coupling(i, j);
-            }
-        }
-        Cow::Owned(all)
+        Cow::Owned(Plain::from_fn(m, m, |i, j| self.coupling(i, j)))
     }
     /// About g_ij.
     fn overlap(&self, i: usize, j: usize) -> f64;
@@ -232,21 +226,16 @@ pub(super) fn block(
     // A narrow cluster is measured from its centre, so that small splittings keep their digits; a
     // wide one from zero, so that small eigenvalues keep theirs.
     let narrow = difference(high, low) < 1e-3 * quotient(high).abs().max(quotient(low).abs());
-    let mut block = Plain::zeros(count, count);
-    for q in 0..count {
-        for p in 0..count {
-            let value = if p != q {
-                // With the mean of both quotients in place of either.
-                0.5 * (coupling(p, q) + coupling(q, p))
-            } else if narrow {
-                0.5 * (difference(p, low) + difference(p, high))
-            } else {
-                quotient(p)
-            };
-            block.set(p, q, value);
+    Plain::from_fn(count, count, |p, q| {
+        if p != q {
+            // With the mean of both quotients in place of either.
+            0.5 * (coupling(p, q) + coupling(q, p))
+        } else if narrow {
+            0.5 * (difference(p, low) + difference(p, high))
+        } else {
+            quotient(p)
         }
-    }
-    block
+    })
 }
 
 /// Eigenvectors of a symmetric matrix by cyclic Jacobi rotations (Golub, Van Loan, 8.5). An entry
@@ -254,10 +243,7 @@ pub(super) fn block(
 /// more accurate than QR", SIAM J. Matrix Anal. 13 (1992)).
 pub(super) fn jacobi(mut a: Plain) -> Plain {
     let n = a.rows;
-    let mut v = Plain::zeros(n, n);
-    for i in 0..n {
-        v.set(i, i, 1.0);
-    }
+    let mut v = Plain::from_fn(n, n, |i, j| if i == j { 1.0 } else { 0.0 });
     for _ in 0..40 {
         let mut rotated = false;
         for q in 1..n {

@@ -5,9 +5,9 @@ use super::certify::Cluster;
 use super::dense::{Matrix, Plain};
 use super::image::lengths_of_rows;
 use super::pencil::{Scaled, ZeroSpace};
-use super::product::{Part, add_product, bound_product, kernel, product, product_bound};
+use super::product::{Part, add_product, bound_product, product, product_bound};
 use super::{Certificate, Solution};
-use crate::precision::{Ball, DoubleDouble, U2, clear_column, fast_two_sum, power_of_two, sum_of_products, up};
+use crate::precision::{Ball, DoubleDouble, U2, clear_column, fast_two_sum, kernel, power_of_two, sum_of_products, up};
 
 /// A component this near the largest one decides the sign of a vector.
 const NEARLY_LARGEST: f64 = 1.0 - 1e-6;
@@ -270,16 +270,18 @@ impl Single<'_> {
     }
 }
 
+/// The entries of the unit matrix.
+pub(super) fn unit(i: usize, j: usize) -> DoubleDouble {
+    if i == j { DoubleDouble::ONE } else { DoubleDouble::ZERO }
+}
+
 /// The zero vectors, M-orthonormal, in the original coordinates.
 pub(super) fn zero_shapes(problem: &Scaled, zero: &ZeroSpace) -> Vec<Shape> {
     let z = zero.vectors.len();
     if z == 0 {
         return Vec::new();
     }
-    let mut unit = Matrix::zeros(z, z);
-    for p in 0..z {
-        unit.set(p, p, DoubleDouble::ONE);
-    }
+    let unit = Matrix::from_fn(z, z, unit);
     let transform = echelon(&zero.mid, &unit);
     (0..z)
         .map(|q| {
@@ -338,10 +340,9 @@ pub(super) fn finish(mut vector: Vec<f64>, error_bound: f64) -> Shape {
 fn echelon(basis: &Matrix, gram: &Matrix) -> Matrix {
     let c = basis.columns;
     let pivots = pivot_rows(basis);
-    let unit = |is: bool| if is { DoubleDouble::ONE } else { DoubleDouble::ZERO };
     let row = |(p, &row): (usize, &usize)| {
         let own = (0..c).map(|q| basis.get(row, q));
-        own.chain((0..c).map(|q| unit(p == q))).collect()
+        own.chain((0..c).map(|q| unit(p, q))).collect()
     };
     let inverse = invert(pivots.iter().enumerate().map(row).collect());
     let mut transform = inverse.clone();
@@ -380,12 +381,10 @@ fn one_by_one(transform: &mut Matrix, gram: &Matrix) {
                 *x = *x / length;
             }
         }
-        for (row, x) in own.iter().enumerate() {
-            transform.set(row, k, *x);
-        }
         images.push(image(&own));
         columns.push(own);
     }
+    *transform = Matrix::from_fn(c, c, |row, k| columns[k][row]);
 }
 
 /// Gram-Schmidt on the columns of T by the Cholesky factor of TᵀGT; the least pivot beside the largest.
@@ -400,10 +399,8 @@ fn by_cholesky(transform: &mut Matrix, gram: &Matrix) -> f64 {
             return 0.0;
         }
         (least, largest) = (least.min(pivot.hi), largest.max(pivot.hi));
-        for row in k..c {
-            let value = if row == k { pivot } else { l.get(row, k) / pivot };
-            l.set(row, k, value);
-        }
+        l.set(k, k, pivot);
+        (k + 1..c).for_each(|row| l.set(row, k, l.get(row, k) / pivot));
         for column in k + 1..c {
             let factor = l.get(column, k);
             for row in column..c {
@@ -466,13 +463,7 @@ fn invert(mut rows: Vec<Vec<DoubleDouble>>) -> Matrix {
         rows.swap(k, best);
         clear_column(&mut rows, k, k, ());
     }
-    let mut inverse = Matrix::zeros(n, n);
-    for (i, row) in rows.iter().enumerate() {
-        for (j, entry) in row[n..].iter().enumerate() {
-            inverse.set(i, j, *entry);
-        }
-    }
-    inverse
+    Matrix::from_fn(n, n, |i, j| rows[i][n + j])
 }
 
 /// A quick upper estimate of the vector errors of a cluster, for deciding whether to refine.

@@ -2,7 +2,6 @@
 
 use std::fmt;
 
-use dashu_int::ops::{BitTest, UnsignedAbs};
 use dashu_int::{IBig, Sign, UBig};
 use dashu_ratio::RBig;
 
@@ -109,69 +108,6 @@ impl Number {
         }
         RBig::try_from(value).ok().map(Number::from_big)
     }
-
-    /// The number in decimal notation, rounded to the nearest with `digits` significant digits
-    /// (ties to even, at least one digit): `0.3333`, `-12.50`, and `6.022e23` outside
-    /// 1e-6 .. 1e`digits`.
-    #[must_use]
-    pub fn to_decimal(&self, digits: usize) -> String {
-        let digits = digits.max(1);
-        if self.is_zero() {
-            return place_point("0".repeat(digits).as_str(), 0);
-        }
-        let numerator = self.numerator().unsigned_abs();
-        let denominator = self.denominator();
-        // log10 estimated from the lengths in bits is off by at most one; corrected below.
-        let bits = numerator.bit_len() as f64 - denominator.bit_len() as f64;
-        let mut exponent = (bits * std::f64::consts::LOG10_2).floor() as i64;
-        let limit = UBig::from(10u8).pow(digits);
-        let lowest = UBig::from(10u8).pow(digits - 1);
-        let mut text = String::new();
-        for _ in 0..4 {
-            let shift = digits as i64 - 1 - exponent;
-            let power = UBig::from(10u8).pow(shift.unsigned_abs() as usize);
-            let (n, d) = if shift >= 0 {
-                (&numerator * &power, denominator.clone())
-            } else {
-                (numerator.clone(), &denominator * &power)
-            };
-            let quotient = &n / &d;
-            let twice = (&n - &quotient * &d) << 1;
-            let up = twice > d || (twice == d && quotient.bit(0));
-            let rounded = if up { &quotient + UBig::ONE } else { quotient.clone() };
-            // Judged before rounding, so that 9.99… that rounds up to 10.0 is not divided twice.
-            if quotient >= limit {
-                exponent += 1;
-            } else if quotient < lowest {
-                exponent -= 1;
-            } else {
-                text = rounded.to_string();
-                if rounded >= limit {
-                    text.pop();
-                    exponent += 1;
-                }
-                break;
-            }
-        }
-        let sign = if self.is_negative() { "-" } else { "" };
-        let body = if (-6..digits as i64).contains(&exponent) {
-            place_point(&text, exponent)
-        } else {
-            format!("{}e{exponent}", place_point(&text, 0))
-        };
-        format!("{sign}{body}")
-    }
-}
-
-/// The digits `d₁d₂…` read as d₁.d₂… times ten to `exponent`, with `exponent` below their number.
-fn place_point(digits: &str, exponent: i64) -> String {
-    if exponent < 0 {
-        let zeros = "0".repeat(exponent.unsigned_abs() as usize - 1);
-        return format!("0.{zeros}{digits}");
-    }
-    let split = (exponent as usize + 1).min(digits.len());
-    let (whole, fraction) = digits.split_at(split);
-    if fraction.is_empty() { whole.to_string() } else { format!("{whole}.{fraction}") }
 }
 
 /// A number of few digits; `None` for any other.

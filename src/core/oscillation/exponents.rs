@@ -25,8 +25,7 @@ impl QuadraticSource for Source<'_> {
         if let Some(flow) = self.flow {
             all = flow.regular(&all, Enclosure::certain_size, precise.bits)?;
         }
-        let [mass, velocity, stiffness] = all;
-        Some(PreciseQuadratic { mass, velocity, stiffness })
+        Some(all)
     }
 
     fn integers(&self) -> Option<IntegerQuadratic> {

@@ -38,12 +38,7 @@ fn piece<N: Clone>(vector: &[N], own: &[usize]) -> Vec<N> {
 impl QuadraticSource for Part<'_> {
     fn precisely(&self, bits: usize) -> Option<PreciseQuadratic> {
         let whole = self.whole.precisely(bits)?;
-        let n = whole.mass.len().isqrt();
-        Some(PreciseQuadratic {
-            mass: block(&whole.mass, n, self.own),
-            velocity: block(&whole.velocity, n, self.own),
-            stiffness: block(&whole.stiffness, n, self.own),
-        })
+        Some(whole.map(|matrix| block(&matrix, matrix.len().isqrt(), self.own)))
     }
 
     fn integers(&self) -> Option<IntegerQuadratic> {

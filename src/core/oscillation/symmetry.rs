@@ -106,11 +106,20 @@ fn of_enclosures(mass: &SparseMatrix, stiffness: &SparseMatrix) -> Option<Patter
     if diagonal_differs() {
         return None;
     }
+    let classes = |matrix: &SparseMatrix| -> Option<Vec<(usize, usize, Class)>> {
+        let values: Vec<Ball> = matrix.entries().map(|(_, _, value)| *value).collect();
+        let classes = value_classes(&values)?;
+        Some(matrix.entries().zip(classes).map(|((i, j, _), class)| (i, j, class)).collect())
+    };
+    Some(pattern(n, &classes(mass)?, &classes(stiffness)?))
+}
+
+/// The pattern of both matrices from the classes of their entries, those of one triangle.
+fn pattern(n: usize, masses: &[(usize, usize, Class)], stiffnesses: &[(usize, usize, Class)]) -> Pattern {
     // Every entry with its mirror image: row, column and the class of the mass, or of the stiffness.
     let mut entries: Vec<(usize, usize, Class, Class)> = Vec::new();
-    for (matrix, is_mass) in [(mass, true), (stiffness, false)] {
-        let values: Vec<Ball> = matrix.entries().map(|(_, _, value)| *value).collect();
-        for ((i, j, _), class) in matrix.entries().zip(value_classes(&values)?) {
+    for (own, is_mass) in [(masses, true), (stiffnesses, false)] {
+        for &(i, j, class) in own {
             let (m, k) = if is_mass { (class, 0) } else { (0, class) };
             entries.push((i, j, m, k));
             if i != j {
@@ -119,25 +128,23 @@ fn of_enclosures(mass: &SparseMatrix, stiffness: &SparseMatrix) -> Option<Patter
         }
     }
     entries.sort_unstable_by_key(|(i, j, ..)| (*i, *j));
-    let same = |a: &(usize, usize, Class, Class), b: &(usize, usize, Class, Class)| (a.0, a.1) == (b.0, b.1);
-    let sums = entries.chunk_by(same).filter_map(|own| {
-        let (i, j, ..) = own.first()?;
-        Some((*i, *j, own.iter().map(|own| own.2).sum::<Class>(), own.iter().map(|own| own.3).sum::<Class>()))
-    });
-    let sums: Vec<(usize, usize, Class, Class)> = sums.collect();
     let mut labels = Numbering::default();
     let mut pattern = Pattern::new(n);
-    let mut rows = sums.chunk_by(|a, b| a.0 == b.0).peekable();
-    for i in 0..n {
-        let row = rows.next_if(|row| row[0].0 == i).unwrap_or_default();
-        let (m, k) = row.iter().find(|own| own.1 == i).map_or((0, 0), |own| (own.2, own.3));
-        // The mass is positive, so is its label.
-        pattern.set_diagonal(i, labels.of(m, k).unsigned_abs(), k != 0);
-        for (_, j, m, k) in row.iter().filter(|own| own.1 != i && (own.2, own.3) != (0, 0)) {
-            pattern.push(i, *j, labels.of(*m, *k), *k != 0);
+    for own in entries.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+        let (i, j, ..) = own[0];
+        let (m, k) = own.iter().fold((0, 0), |(m, k), own| (m + own.2, k + own.3));
+        if (m, k) == (0, 0) {
+            continue;
+        }
+        let label = labels.of(m, k);
+        if i == j {
+            // The mass is positive, so is its label.
+            pattern.set_diagonal(i, label.unsigned_abs(), k != 0);
+        } else {
+            pattern.push(i, j, label, k != 0);
         }
     }
-    Some(pattern)
+    pattern
 }
 
 /// Numbers values so that those whose balls meet have the same number, and opposite ones opposite
@@ -205,32 +212,9 @@ impl BigClasses {
 }
 
 fn of_entries(n: usize, entries: &Entries) -> Pattern {
-    let (mut masses, mut stiffnesses) = (BigClasses::default(), BigClasses::default());
-    let mut pairs: BTreeMap<(usize, usize), (Class, Class)> = BTreeMap::new();
-    for ((i, j), value) in &entries.mass {
-        let class = masses.of(value);
-        for place in [(*i, *j), (*j, *i)] {
-            pairs.entry(place).or_default().0 = class;
-        }
-    }
-    for ((i, j), value) in &entries.stiffness {
-        let class = stiffnesses.of(value);
-        for place in [(*i, *j), (*j, *i)] {
-            pairs.entry(place).or_default().1 = class;
-        }
-    }
-    let mut labels = Numbering::default();
-    let mut pattern = Pattern::new(n);
-    for ((i, j), (m, k)) in pairs {
-        if (m, k) == (0, 0) {
-            continue;
-        }
-        let label = labels.of(m, k);
-        if i == j {
-            pattern.set_diagonal(i, label.unsigned_abs(), k != 0);
-        } else {
-            pattern.push(i, j, label, k != 0);
-        }
-    }
-    pattern
+    let classes = |entries: &BTreeMap<(usize, usize), Big>| -> Vec<(usize, usize, Class)> {
+        let mut known = BigClasses::default();
+        entries.iter().map(|((i, j), value)| (*i, *j, known.of(value))).collect()
+    };
+    pattern(n, &classes(&entries.mass), &classes(&entries.stiffness))
 }

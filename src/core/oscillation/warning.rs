@@ -153,9 +153,15 @@ fn feeds_moving(linearized: &Linearized, span: Span) -> Option<Warning> {
     let damping = linearized.damping()?;
     let direction = super::exponents::falling_direction(&linearized.mass(), &damping)?;
     let (whole, _) = linearized.embed(&direction, 0.0);
-    let sizes = whole.iter().map(|x| x.abs()).enumerate();
-    let (most, _) = sizes.reduce(|a, b| if b.1 > a.1 * (1.0 + 1e-6) { b } else { a })?;
+    let most = largest(&whole)?;
     Some(Warning::FeedsEnergy { span, coordinate: linearized.model().coordinates.get(most)?.name(), other: None })
+}
+
+/// The place of the first component within 1e-6 of the largest, about.
+fn largest(vector: &[f64]) -> Option<usize> {
+    let sizes = vector.iter().map(|x| x.abs()).enumerate();
+    let most = sizes.reduce(|a, b| if b.1 > a.1 * (1.0 + 1e-6) { b } else { a });
+    most.map(|(at, _)| at)
 }
 
 /// Terms that are so many times as large as ω² nearly cancel.
@@ -200,11 +206,7 @@ fn ill_conditioned(linearized: &Linearized, modes: &NormalModes) -> Option<Warni
             let parameter = &model.parameters[number];
             (parameter.span, Some(parameter.name.clone()), change(rate))
         }
-        None => {
-            let sizes = shape.vector.iter().map(|x| x.abs()).enumerate();
-            let most = sizes.reduce(|a, b| if b.1 > a.1 * (1.0 + 1e-6) { b } else { a })?;
-            (model.coordinates.get(most.0)?.span, None, change(ratio))
-        }
+        None => (model.coordinates.get(largest(shape.vector)?)?.span, None, change(ratio)),
     };
     Some(Warning::IllConditioned { span, mode: at + 1, parameter: name, share: format!("{:.0e}", 1.0 / ratio), change })
 }
@@ -230,11 +232,8 @@ fn runs_away(linearized: &Linearized, modes: &NormalModes) -> Vec<Warning> {
         return Vec::new();
     }
     let coordinates = &linearized.model().coordinates;
-    let largest = modes.modes.first().and_then(|mode| {
-        let sizes = mode.vector.iter().map(|x| x.abs()).enumerate();
-        sizes.reduce(|a, b| if b.1 > a.1 * (1.0 + 1e-6) { b } else { a })
-    });
-    let Some(coordinate) = coordinates.get(largest.map_or(0, |(at, _)| at)) else {
+    let largest = modes.modes.first().and_then(|mode| largest(&mode.vector));
+    let Some(coordinate) = coordinates.get(largest.unwrap_or(0)) else {
         return Vec::new();
     };
     let (span, name) = (coordinate.span, coordinate.name());

@@ -9,6 +9,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use super::double::{DoubleDouble, power_of_two, scale, two_prod, two_sum};
 use super::magnitude::Magnitude;
+use super::scalar::power;
 
 /// u^2 = 2^-106, the unit of the double-double bounds.
 pub const U2: f64 = power_of_two(-106);
@@ -255,18 +256,7 @@ impl Ball {
 
     /// Integer power by repeated squaring, negative exponents included.
     pub fn powi(&self, exponent: i32) -> Self {
-        let mut left = exponent.unsigned_abs();
-        let mut square = *self;
-        let mut power = Self::ONE;
-        while left > 0 {
-            if left & 1 == 1 {
-                power = if power == Self::ONE { square } else { power * square };
-            }
-            left >>= 1;
-            if left > 0 {
-                square = square * square;
-            }
-        }
+        let power = power(self, exponent.unsigned_abs(), |x, y| *x * *y).unwrap_or(Self::ONE);
         if exponent < 0 { Self::ONE / power } else { power }
     }
 

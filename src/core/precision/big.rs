@@ -45,15 +45,6 @@ pub struct Big {
     radius: Magnitude,
 }
 
-/// How many bits the magnitude has.
-fn length(value: &IBig) -> usize {
-    let (_, words) = value.as_sign_words();
-    match words.last() {
-        Some(top) => words.len() * Word::BITS as usize - top.leading_zeros() as usize,
-        None => 0,
-    }
-}
-
 /// The leading bits of a magnitude.
 struct Leading {
     /// 53 of them, fewer if it has fewer.
@@ -66,7 +57,7 @@ struct Leading {
 
 fn leading(value: &IBig) -> Leading {
     let (_, words) = value.as_sign_words();
-    let shift = length(value).saturating_sub(53);
+    let shift = value.bit_len().saturating_sub(53);
     let size = Word::BITS as usize;
     let (first, offset) = (shift / size, shift % size);
     let mut bits: u128 = 0;
@@ -106,7 +97,7 @@ impl Big {
     /// half a unit of the last place if bits that are not 0 are dropped.
     fn rounded(significand: IBig, exponent: i64, bits: usize, radius: Magnitude) -> Self {
         let bits = bits.clamp(2, MOST_BITS);
-        let length = length(&significand);
+        let length = significand.bit_len();
         if length == 0 {
             return Self { significand, exponent: 0, bits, radius };
         }
@@ -202,7 +193,7 @@ impl Big {
             if last > -1020 {
                 low = double(next.bits, last);
             } else {
-                rest = Magnitude::power_of_two(self.exponent + length(&tail) as i64);
+                rest = Magnitude::power_of_two(self.exponent + tail.bit_len() as i64);
             }
             if next.more {
                 rest = rest.add(Magnitude::power_of_two(last));
@@ -265,7 +256,7 @@ impl Big {
 
     /// The exponent e with |mid| < 2^e, 2^(e-1) <= |mid|; very small for 0.
     fn top(&self) -> i64 {
-        match length(&self.significand) {
+        match self.significand.bit_len() {
             0 => -4 * LARGEST,
             length => self.exponent + length as i64,
         }

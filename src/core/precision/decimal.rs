@@ -2,11 +2,15 @@
 //!
 //! Everything is done in exact integers, so the printed digits are a function of the ball alone.
 
+use std::ops::Range;
+
+use dashu_int::ops::UnsignedAbs;
 use dashu_int::{IBig, UBig};
 
 use super::ball::Ball;
 use super::big::Big;
 use super::magnitude::Magnitude;
+use crate::number::Number;
 
 /// More digits than this are not printed whatever is asked for; a ball holds about 32.
 const MOST_DIGITS: usize = 1000;
@@ -118,6 +122,20 @@ impl Wanted {
 
     fn to(self, place: i32) -> Self {
         Self { place: Some(place), ..self }
+    }
+}
+
+impl Number {
+    /// The number in decimal notation, rounded to the nearest with `digits` significant digits
+    /// (ties to even, at least one digit): `0.3333`, `-12.50`, and `6.022e23` outside
+    /// 1e-6 .. 1e`digits`.
+    #[must_use]
+    pub fn to_decimal(&self, digits: usize) -> String {
+        let digits = digits.max(1);
+        let value = Fraction { numerator: self.numerator().unsigned_abs(), denominator: self.denominator() };
+        let rounded = round(&value, digits, &Direction::Nearest);
+        let text = if self.is_zero() { "0".repeat(digits) } else { rounded.digits.to_string() };
+        placed(&text, rounded.exponent, self.is_negative(), -6..digits as i32)
     }
 }
 
@@ -292,19 +310,21 @@ impl Rounded {
 
 /// Digits, the first of which belongs to this power of ten.
 fn layout(digits: &str, exponent: i32, negative: bool) -> String {
+    placed(digits, exponent, negative, -5..digits.len().min(16) as i32)
+}
+
+/// The same, positional for these powers, of which none is beyond the digits, else scientific.
+fn placed(digits: &str, exponent: i32, negative: bool, positional: Range<i32>) -> String {
     let sign = if negative { "-" } else { "" };
-    if (0..=15).contains(&exponent) && exponent < digits.len() as i32 {
-        let (whole, rest) = digits.split_at((exponent + 1) as usize);
-        let point = if rest.is_empty() { "" } else { "." };
-        format!("{sign}{whole}{point}{rest}")
-    } else if (-5..0).contains(&exponent) {
+    let is_positional = positional.contains(&exponent);
+    if is_positional && exponent < 0 {
         let zeros = "0".repeat((-exponent - 1) as usize);
-        format!("{sign}0.{zeros}{digits}")
-    } else {
-        let (whole, rest) = digits.split_at(1);
-        let point = if rest.is_empty() { "" } else { "." };
-        format!("{sign}{whole}{point}{rest}e{exponent}")
+        return format!("{sign}0.{zeros}{digits}");
     }
+    let (whole, rest) = digits.split_at(if is_positional { exponent as usize + 1 } else { 1 });
+    let point = if rest.is_empty() { "" } else { "." };
+    let power = if is_positional { String::new() } else { format!("e{exponent}") };
+    format!("{sign}{whole}{point}{rest}{power}")
 }
 
 fn power_of_ten(exponent: u32) -> UBig {

@@ -8,11 +8,9 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use super::ball::Ball;
-
-/// The exact sum a + b = s + e with s the rounded sum (Knuth, TAOCP 2, 4.2.2, theorem B).
+/// The exact sum a + b = s + e with s the rounded sum (Knuth, TAOCP 2, 4.2.2, theorem B); of doubles, or of lanes of them.
 #[inline(always)]
-pub fn two_sum(a: f64, b: f64) -> (f64, f64) {
+pub fn two_sum<T: Copy + Add<Output = T> + Sub<Output = T>>(a: T, b: T) -> (T, T) {
     let s = a + b;
     let t = s - a;
     (s, (a - (s - t)) + (b - t))
@@ -174,71 +172,6 @@ impl DoubleDouble {
         let rest = ((self.hi - p) - e) + self.lo;
         let (hi, lo) = fast_two_sum(s, rest / (2.0 * s));
         Self { hi, lo }
-    }
-}
-
-/// The elementary functions, each the midpoint of the rigorous enclosure computed by [`Ball`];
-/// the relative error is some 1e-31, and [`Ball`] states a proved bound with
-/// every result, some 1e-30.
-impl DoubleDouble {
-    /// Sine.
-    pub fn sin(self) -> Self {
-        Ball::from(self).sin().mid
-    }
-
-    /// Cosine.
-    pub fn cos(self) -> Self {
-        Ball::from(self).cos().mid
-    }
-
-    /// Tangent.
-    pub fn tan(self) -> Self {
-        Ball::from(self).tan().mid
-    }
-
-    /// Arc sine, not a number outside [-1, 1].
-    pub fn asin(self) -> Self {
-        Ball::from(self).asin().mid
-    }
-
-    /// Arc cosine, not a number outside [-1, 1].
-    pub fn acos(self) -> Self {
-        Ball::from(self).acos().mid
-    }
-
-    /// Arc tangent.
-    pub fn atan(self) -> Self {
-        Ball::from(self).atan().mid
-    }
-
-    /// The angle of the point (x, y), in (-pi, pi].
-    pub fn atan2(self, x: Self) -> Self {
-        Ball::from(self).atan2(&Ball::from(x)).mid
-    }
-
-    /// Hyperbolic sine.
-    pub fn sinh(self) -> Self {
-        Ball::from(self).sinh().mid
-    }
-
-    /// Hyperbolic cosine.
-    pub fn cosh(self) -> Self {
-        Ball::from(self).cosh().mid
-    }
-
-    /// Hyperbolic tangent.
-    pub fn tanh(self) -> Self {
-        Ball::from(self).tanh().mid
-    }
-
-    /// Exponential function.
-    pub fn exp(self) -> Self {
-        Ball::from(self).exp().mid
-    }
-
-    /// Natural logarithm, not a number for x <= 0.
-    pub fn ln(self) -> Self {
-        Ball::from(self).ln().mid
     }
 }
 

@@ -311,21 +311,17 @@ impl Ball {
 
     /// Arc sine. A ball across the end of [-1, 1] is cut off there; one outside is not finite.
     pub fn asin(&self) -> Self {
-        self.arc(|x| {
-            let rest = (Ball::ONE - x) * (Ball::ONE + x);
-            x.atan2(&rest.sqrt())
-        })
+        self.arc(|x, rest| x.atan2(&rest))
     }
 
     /// Arc cosine. A ball across the end of [-1, 1] is cut off there; one outside is not finite.
     pub fn acos(&self) -> Self {
-        self.arc(|x| {
-            let rest = (Ball::ONE - x) * (Ball::ONE + x);
-            rest.sqrt().atan2(&x)
-        })
+        self.arc(|x, rest| rest.atan2(&x))
     }
 
-    fn arc(&self, point: impl Fn(Ball) -> Ball) -> Self {
+    /// The angle from the point (x, sqrt(1 - x^2)).
+    fn arc(&self, angle: impl Fn(Ball, Ball) -> Ball) -> Self {
+        let point = |x: Ball| angle(x, ((Ball::ONE - x) * (Ball::ONE + x)).sqrt());
         let largest = self.abs_upper();
         if self.radius > 0.0 && largest < 1.0 - 1e-6 {
             // The derivative is 1/sqrt(1 - x^2); 1 - largest^2 > 1e-6 has its rounding error in

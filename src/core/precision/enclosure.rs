@@ -15,13 +15,19 @@ pub trait Enclosure: Scalar {
     /// An upper bound of the distance between [`Enclosure::mid_f64`] and the number.
     fn mid_f64_error(&self) -> f64;
     /// An upper bound of the distance from the midpoint; infinite where the number is none.
-    fn radius(&self) -> f64;
+    fn radius(&self) -> f64 {
+        self.radius_magnitude().to_f64()
+    }
     /// An upper bound of the absolute value; infinite where the number is none.
-    fn abs_upper(&self) -> f64;
+    fn abs_upper(&self) -> f64 {
+        self.abs_upper_magnitude().to_f64()
+    }
     /// About the absolute value, 0 where the number may be 0.
     fn certain_size(&self) -> f64;
     /// With a radius larger by so much, which is not negative.
-    fn with_added_radius(&self, by: f64) -> Self;
+    fn with_added_radius(&self, by: f64) -> Self {
+        self.with_added_magnitude(Magnitude::from_f64(by))
+    }
     /// An upper bound of the absolute value, with an exponent of its own.
     fn abs_upper_magnitude(&self) -> Magnitude;
     /// A lower bound of the absolute value, with an exponent of its own; 0 where the number may be 0.
@@ -39,7 +45,9 @@ pub trait Enclosure: Scalar {
     /// Whether the number is certainly negative.
     fn is_negative(&self) -> bool;
     /// Whether the number is zero, exactly.
-    fn is_zero(&self) -> bool;
+    fn is_zero(&self) -> bool {
+        self.is_exact_zero()
+    }
     /// An enclosure of all that lies between the two.
     fn hull(&self, other: &Self) -> Self;
     /// As a ball in double-double.
@@ -135,10 +143,6 @@ impl Enclosure for Ball {
         Ball::is_negative(self)
     }
 
-    fn is_zero(&self) -> bool {
-        Ball::is_zero(self)
-    }
-
     fn hull(&self, other: &Self) -> Self {
         Ball::hull(self, other)
     }
@@ -199,22 +203,6 @@ impl Enclosure for Big {
         if self.contains_zero() { 0.0 } else { Big::abs_upper(self).to_f64() }
     }
 
-    fn radius(&self) -> f64 {
-        Big::radius(self).to_f64()
-    }
-
-    fn abs_upper(&self) -> f64 {
-        Big::abs_upper(self).to_f64()
-    }
-
-    fn with_added_radius(&self, by: f64) -> Self {
-        if by >= 0.0 && by.is_finite() {
-            self.clone().with_added_radius(Magnitude::from_f64(by))
-        } else {
-            Big::not_finite(self.bits())
-        }
-    }
-
     fn abs_upper_magnitude(&self) -> Magnitude {
         Big::abs_upper(self)
     }
@@ -248,10 +236,6 @@ impl Enclosure for Big {
         Big::is_negative(self)
     }
 
-    fn is_zero(&self) -> bool {
-        Big::is_zero(self)
-    }
-
     fn hull(&self, other: &Self) -> Self {
         Big::hull(self, other)
     }
@@ -277,7 +261,7 @@ impl Enclosure for Big {
     }
 
     fn from_ball(value: &Ball, bits: usize) -> Self {
-        if value.is_finite() { Big::from_ball(value, bits) } else { Big::not_finite(bits) }
+        Big::from_ball(value, bits)
     }
 
     fn rounding(bits: usize) -> f64 {

@@ -6,8 +6,6 @@
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
-use pulp::{Arch, Simd, WithSimd};
-
 /// How many numbers are worked on at once.
 pub const LANES: usize = 8;
 
@@ -152,32 +150,28 @@ impl SubAssign for Lane {
     }
 }
 
-/// A loop over numbers that takes products apart: the same bits with fused multiplications and without.
-pub trait Kernel: Sized {
-    /// What comes of it.
-    type Output;
-
-    /// Runs it. Implementations are always inlined, so that the loop has the instructions of its caller.
-    fn run<const FUSED: bool>(self) -> Self::Output;
-}
-
-struct Dispatched<K>(K);
-
-impl<K: Kernel> WithSimd for Dispatched<K> {
-    type Output = K::Output;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> K::Output {
-        // Where there are vectors in what is chosen at run time, there are fused products.
-        if size_of::<S::f64s>() > size_of::<f64>() {
-            self.0.run::<true>()
-        } else {
-            self.0.run::<{ cfg!(any(target_feature = "fma", target_arch = "aarch64")) }>()
+/// Wraps loops over numbers in a function that runs them compiled for fused multiply-add and four lanes where the machine
+/// has these: without them they cost five times as much. Loops take products apart, so that they give the same bits with
+/// fused multiplications and without; they are always inlined, so that they have the instructions of their caller.
+macro_rules! kernel {
+    ($(#[$doc:meta])* $visibility:vis $name:ident, $loops:ident, ($($argument:ident: $type:ty),*) $(-> $result:ty)?) => {
+        $(#[$doc])*
+        $visibility fn $name($($argument: $type),*) $(-> $result)? {
+            #[cfg(target_arch = "x86_64")]
+            if std::arch::is_x86_feature_detected!("avx2")
+                && std::arch::is_x86_feature_detected!("fma")
+            {
+                #[target_feature(enable = "avx2,fma")]
+                fn fused($($argument: $type),*) $(-> $result)? {
+                    $loops::<true>($($argument),*)
+                }
+                #[allow(unsafe_code)]
+                // SAFETY: the features that the function is compiled for were detected just above.
+                return unsafe { fused($($argument),*) };
+            }
+            $loops::<{ cfg!(any(target_feature = "fma", target_arch = "aarch64")) }>($($argument),*)
         }
-    }
+    };
 }
 
-/// Runs a kernel with the vector instructions that the machine has.
-pub fn dispatch<K: Kernel>(kernel: K) -> K::Output {
-    Arch::new().dispatch(Dispatched(kernel))
-}
+pub(crate) use kernel;

@@ -154,6 +154,22 @@ macro_rules! functions {
 
 pub(super) use {functions, operators};
 
+/// A power by repeated squaring; `None` for the exponent 0.
+pub fn power<T: Clone>(base: &T, exponent: u32, mut product: impl FnMut(&T, &T) -> T) -> Option<T> {
+    let (mut left, mut square) = (exponent, base.clone());
+    let mut power: Option<T> = None;
+    while left > 0 {
+        if left & 1 == 1 {
+            power = Some(power.map_or_else(|| square.clone(), |power| product(&power, &square)));
+        }
+        left >>= 1;
+        if left > 0 {
+            square = product(&square, &square);
+        }
+    }
+    power
+}
+
 /// [`Scalar::convolution`], one product after the other.
 pub(super) fn one_by_one<S: Scalar>(left: &[S], right: &[S]) -> Option<S> {
     let mut products = left.iter().zip(right.iter().rev());

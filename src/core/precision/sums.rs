@@ -2,7 +2,7 @@
 
 use super::ball::{Ball, U2};
 use super::double::{DoubleDouble, power_of_two, product_error, two_sum};
-use super::lane::{Kernel, LANES, Lane, dispatch};
+use super::lane::{LANES, Lane, kernel};
 
 /// Rows shorter than this are not worth several sums.
 const SHORT: usize = 4;
@@ -17,33 +17,26 @@ pub(super) fn convolution(left: &[DoubleDouble], right: &[DoubleDouble]) -> Opti
         let products = left.iter().zip(right.iter().rev());
         return products.map(|(x, y)| *x * *y).reduce(|sum, x| sum + x);
     }
-    Some(dispatch(Doubled { left, right }))
+    Some(doubled(left, right))
 }
 
-struct Doubled<'a> {
-    left: &'a [DoubleDouble],
-    right: &'a [DoubleDouble],
-}
+kernel!(doubled, doubled_loops, (left: &[DoubleDouble], right: &[DoubleDouble]) -> DoubleDouble);
 
-impl Kernel for Doubled<'_> {
-    type Output = DoubleDouble;
-
-    #[inline(always)]
-    fn run<const FUSED: bool>(self) -> DoubleDouble {
-        let (blocks, left) = self.left.as_chunks::<4>();
-        let (right, mirrored) = self.right.as_rchunks::<4>();
-        let (mut high, mut low) = ([0.0; 4], [0.0; 4]);
-        for (x, y) in blocks.iter().zip(mirrored.iter().rev()) {
-            for i in 0..4 {
-                add_product::<FUSED>(x[i], y[3 - i], &mut high[i], &mut low[i]);
-            }
+#[inline(always)]
+fn doubled_loops<const FUSED: bool>(left: &[DoubleDouble], right: &[DoubleDouble]) -> DoubleDouble {
+    let (blocks, left) = left.as_chunks::<4>();
+    let (right, mirrored) = right.as_rchunks::<4>();
+    let (mut high, mut low) = ([0.0; 4], [0.0; 4]);
+    for (x, y) in blocks.iter().zip(mirrored.iter().rev()) {
+        for i in 0..4 {
+            add_product::<FUSED>(x[i], y[3 - i], &mut high[i], &mut low[i]);
         }
-        for (i, (x, y)) in left.iter().zip(right.iter().rev()).enumerate() {
-            add_product::<FUSED>(*x, *y, &mut high[i], &mut low[i]);
-        }
-        let part = |i: usize| DoubleDouble::new(high[i], low[i]);
-        (part(0) + part(1)) + (part(2) + part(3))
     }
+    for (i, (x, y)) in left.iter().zip(right.iter().rev()).enumerate() {
+        add_product::<FUSED>(*x, *y, &mut high[i], &mut low[i]);
+    }
+    let part = |i: usize| DoubleDouble::new(high[i], low[i]);
+    (part(0) + part(1)) + (part(2) + part(3))
 }
 
 /// high + low <- high + low + x y; gives what was added to `low`.
@@ -59,6 +52,7 @@ fn add_product<const FUSED: bool>(x: DoubleDouble, y: DoubleDouble, high: &mut f
     left
 }
 
+kernel!(
 /// Σ left_j right_(n-1-j), enclosed. `None` where a factor is none, or so large or small that products leave their range: then
 /// each operation has to look after itself.
 ///
@@ -74,17 +68,10 @@ fn add_product<const FUSED: bool>(x: DoubleDouble, y: DoubleDouble, high: &mut f
 /// neither lower part nor radius, nothing was lost at all. The product of numbers in the balls is off from that of the middles by at most |a| r' + |a'| r + r r', that is R (1 + u)
 /// in all. Every bound is a sum of at most 4 n + 16 nonnegative roundings, each of them worth a factor 1 + u, and of 3 n that lose at most
 /// 2^-1074 to underflow.
-pub(super) fn convolution_of_balls(left: &[Ball], right: &[Ball]) -> Option<Ball> {
-    dispatch(Enclosed { left, right })
-}
+pub(super) convolution_of_balls, ball_loops, (left: &[Ball], right: &[Ball]) -> Option<Ball>);
 
 /// Rows of balls shorter than this are multiplied one by one.
 pub(super) const SHORT_FOR_BALLS: usize = SHORT;
-
-struct Enclosed<'a> {
-    left: &'a [Ball],
-    right: &'a [Ball],
-}
 
 /// One of the sums side by side; the letters are those of [`convolution_of_balls`].
 #[derive(Clone, Copy)]
@@ -120,40 +107,37 @@ impl Sums {
 const LEAST: f64 = power_of_two(-480);
 const MOST: f64 = power_of_two(480);
 
-impl Kernel for Enclosed<'_> {
-    type Output = Option<Ball>;
-
-    #[inline(always)]
-    fn run<const FUSED: bool>(self) -> Option<Ball> {
-        let (blocks, left) = self.left.as_chunks::<4>();
-        let (right, mirrored) = self.right.as_rchunks::<4>();
-        let zero = [0.0; 4];
-        let mut sums = Sums { high: zero, low: zero, p: zero, q: zero, r: zero, rest: zero, fine: [true; 4] };
-        for (x, y) in blocks.iter().zip(mirrored.iter().rev()) {
-            for i in 0..4 {
-                sums.add::<FUSED>(i, &x[i], &y[3 - i]);
-            }
+#[inline(always)]
+fn ball_loops<const FUSED: bool>(left: &[Ball], right: &[Ball]) -> Option<Ball> {
+    let terms = left.len();
+    let (blocks, left) = left.as_chunks::<4>();
+    let (right, mirrored) = right.as_rchunks::<4>();
+    let zero = [0.0; 4];
+    let mut sums = Sums { high: zero, low: zero, p: zero, q: zero, r: zero, rest: zero, fine: [true; 4] };
+    for (x, y) in blocks.iter().zip(mirrored.iter().rev()) {
+        for i in 0..4 {
+            sums.add::<FUSED>(i, &x[i], &y[3 - i]);
         }
-        for (i, (x, y)) in left.iter().zip(right.iter().rev()).enumerate() {
-            sums.add::<FUSED>(i, x, y);
-        }
-        if sums.fine != [true; 4] {
-            return None;
-        }
-        #[allow(clippy::cast_precision_loss)] // rows are short
-        let (n, m) = (self.left.len() as f64, (blocks.len() + 1) as f64);
-        let part = |i: usize| {
-            let mid = DoubleDouble::new(sums.high[i], sums.low[i]);
-            if sums.q[i] == 0.0 && sums.rest[i] == 0.0 {
-                return Ball::new(mid, 0.0);
-            }
-            let u = 0.5 * f64::EPSILON;
-            let lost = 8.5 * U2 * sums.p[i] + (m * u * (1.0 + m * u)) * sums.q[i];
-            let slack = 1.0 + (4.0 * n + 32.0) * f64::EPSILON;
-            Ball::new(mid, (sums.r[i] + lost) * slack + n * power_of_two(-1072))
-        };
-        Some((part(0) + part(1)) + (part(2) + part(3)))
     }
+    for (i, (x, y)) in left.iter().zip(right.iter().rev()).enumerate() {
+        sums.add::<FUSED>(i, x, y);
+    }
+    if sums.fine != [true; 4] {
+        return None;
+    }
+    #[allow(clippy::cast_precision_loss)] // rows are short
+    let (n, m) = (terms as f64, (blocks.len() + 1) as f64);
+    let part = |i: usize| {
+        let mid = DoubleDouble::new(sums.high[i], sums.low[i]);
+        if sums.q[i] == 0.0 && sums.rest[i] == 0.0 {
+            return Ball::new(mid, 0.0);
+        }
+        let u = 0.5 * f64::EPSILON;
+        let lost = 8.5 * U2 * sums.p[i] + (m * u * (1.0 + m * u)) * sums.q[i];
+        let slack = 1.0 + (4.0 * n + 32.0) * f64::EPSILON;
+        Ball::new(mid, (sums.r[i] + lost) * slack + n * power_of_two(-1072))
+    };
+    Some((part(0) + part(1)) + (part(2) + part(3)))
 }
 
 /// The same for eight rows at once, in doubles.
@@ -161,25 +145,18 @@ pub(super) fn convolution_of_lanes(left: &[Lane], right: &[Lane]) -> Option<Lane
     if left.is_empty() {
         return None;
     }
-    Some(dispatch(SideBySide { left, right }))
+    Some(side_by_side(left, right))
 }
 
-struct SideBySide<'a> {
-    left: &'a [Lane],
-    right: &'a [Lane],
-}
+kernel!(side_by_side, lane_loops, (left: &[Lane], right: &[Lane]) -> Lane);
 
-impl Kernel for SideBySide<'_> {
-    type Output = Lane;
-
-    #[inline(always)]
-    fn run<const FUSED: bool>(self) -> Lane {
-        let mut sum = Lane::ZERO;
-        for (x, y) in self.left.iter().zip(self.right.iter().rev()) {
-            for i in 0..LANES {
-                sum.0[i] += x.0[i] * y.0[i];
-            }
+#[inline(always)]
+fn lane_loops<const FUSED: bool>(left: &[Lane], right: &[Lane]) -> Lane {
+    let mut sum = Lane::ZERO;
+    for (x, y) in left.iter().zip(right.iter().rev()) {
+        for i in 0..LANES {
+            sum.0[i] += x.0[i] * y.0[i];
         }
-        sum
     }
+    sum
 }

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use super::super::Function;
 use super::super::tape::{Code, Exponent, Factor, Operation, Weight};
+use crate::precision::power;
 
 /// One operation on series; its coefficients go to the row of its own number.
 #[derive(Clone, Debug)]
@@ -188,26 +189,8 @@ impl Lowering {
 
     /// A power by products, so that a base that begins with 0 is as good as any other.
     fn whole_power(&mut self, base: usize, exponent: i32) -> usize {
-        let exponent = exponent.unsigned_abs();
-        let mut power = None;
-        let mut square = base;
-        let mut left = exponent;
-        while left > 0 {
-            if left & 1 == 1 {
-                power = Some(match power {
-                    None => square,
-                    Some(power) => self.times(power, square),
-                });
-            }
-            left >>= 1;
-            if left > 0 {
-                square = self.times(square, square);
-            }
-        }
-        match power {
-            Some(power) => power,
-            None => self.push(Step::Constant(0)),
-        }
+        let whole = power(&base, exponent.unsigned_abs(), |x, y| self.times(*x, *y));
+        whole.unwrap_or_else(|| self.push(Step::Constant(0)))
     }
 
     /// A product that may be there already.

@@ -20,14 +20,12 @@ pub(super) struct Metric<'a> {
 impl Metric<'_> {
     /// Mx, of the first n components.
     fn image(&self, x: &[Wide]) -> Vec<Wide> {
-        let row = |i: usize| {
-            let terms = x.iter().take(self.n).enumerate();
-            let mut terms = terms.map(|(j, x)| x.times(&(self.mass)(i, j))).filter(|x| !x.is_zero());
-            let first = terms.next();
-            first.map(|first| terms.fold(first, |sum, x| sum.add(&x)))
-        };
         let bits = x.first().map_or(64, |x| x.re.bits());
-        (0..self.n).map(|i| row(i).unwrap_or_else(|| Wide::zero(bits))).collect()
+        let row = |i: usize| {
+            let terms = x.iter().take(self.n).enumerate().map(|(j, x)| x.times(&(self.mass)(i, j)));
+            terms.filter(|x| !x.is_zero()).fold(Wide::zero(bits), |sum, x| sum.add(&x))
+        };
+        (0..self.n).map(row).collect()
     }
 
     /// An orthonormal basis, of `count` vectors, of what the candidates span beside the orthonormal `known` ones: their

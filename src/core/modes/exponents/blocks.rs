@@ -20,7 +20,7 @@ use super::IntegerQuadratic;
 use super::basis::Metric;
 use super::complex::Wide;
 use super::polynomial::{Polynomial, rank};
-use crate::precision::{Big, Magnitude, clear_column};
+use crate::precision::{Big, Magnitude, clear_column, sum_of_products};
 
 /// Products of words that an exact rank may cost, about: a second.
 const MOST_WORK: f64 = 1e9;
@@ -187,11 +187,7 @@ impl Pencil<'_> {
     /// (2λM + D)x
     pub(super) fn slope(&self, lambda: &Wide, x: &[Wide]) -> Vec<Wide> {
         let rows = self.chains(lambda, 2, 0).into_iter().skip(self.n);
-        rows.map(|row| {
-            let terms = row.iter().zip(x).map(|(a, x)| a.mul(x));
-            terms.fold(Wide::zero(lambda.re.bits()), |sum, term| sum.add(&term))
-        })
-        .collect()
+        rows.map(|row| sum_of_products(&row, x, lambda.re.bits())).collect()
     }
 
     /// T_k at λ, of a conjugate.

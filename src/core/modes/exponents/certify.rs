@@ -25,6 +25,7 @@
 //! A vector a with H(λ) a = 0 for λ in the region has |a_i| <= τ_i max_C |a_c|, since the comparison matrix
 //! of the rows outside is a nonsingular M-matrix.
 
+use super::super::certify::slack;
 use super::couplings::Couplings;
 use crate::precision::up;
 
@@ -69,11 +70,6 @@ pub(super) struct Disc {
     pub(super) radius: f64,
     /// How many exponents are in the component of the disc.
     pub(super) shared: usize,
-}
-
-/// A bound of the relative error of a sum of so many nonnegative doubles.
-fn slack(terms: usize) -> f64 {
-    4.0 * (terms as f64 + 16.0) * f64::EPSILON
 }
 
 /// Whether a > b; false where one is not a number.

@@ -222,14 +222,8 @@ fn column(image: &Bounded, j: usize) -> Vec<Complex> {
 
 fn stacked<'a>(n: usize, columns: impl Iterator<Item = &'a Vec<Complex>>) -> Matrix {
     let columns: Vec<_> = columns.collect();
-    let mut matrix = Matrix::zeros(n, 2 * columns.len());
-    for (j, column) in columns.into_iter().enumerate() {
-        for (i, x) in column.iter().enumerate() {
-            matrix.set(i, 2 * j, x.re.mid);
-            matrix.set(i, 2 * j + 1, x.im.mid);
-        }
-    }
-    matrix
+    let part = |x: &Complex, real: bool| if real { x.re.mid } else { x.im.mid };
+    Matrix::from_fn(n, 2 * columns.len(), |i, j| part(&columns[j / 2][i], j % 2 == 0))
 }
 
 /// A number in doubles.

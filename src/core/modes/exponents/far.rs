@@ -14,7 +14,7 @@ use super::complex::Wide;
 use super::exact::exact;
 use super::scale::Scaled;
 use super::{IntegerQuadratic, Options, Units};
-use crate::precision::Big;
+use crate::precision::{Big, sum_of_products};
 
 /// Digits of the exponents.
 const DIGITS: usize = 20;
@@ -42,8 +42,7 @@ pub(super) fn far_start(scaled: &Scaled) -> Option<Columns> {
         // yᵀ(2λM + D)x = 1, and |x|² = 1 / |λ| as in `start`.
         let slope = pencil.slope(&lambda, &x);
         let bits = lambda.re.bits();
-        let zero = || Wide::zero(bits);
-        let product = y.iter().zip(&slope).fold(zero(), |sum, (y, s)| sum.add(&y.mul(s)));
+        let product = sum_of_products(&y, &slope, bits);
         let square = x.iter().fold(Big::zero(bits), |sum, x| &sum + &x.square_of_modulus());
         let length = (&Big::one(bits) / &(&square * &lambda.square_of_modulus().sqrt())).sqrt();
         let inverse = Wide::real(1.0, bits).div(&product.times(&length));

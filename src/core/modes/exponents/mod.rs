@@ -79,16 +79,8 @@ pub enum Structure {
     Damped,
 }
 
-/// The matrices of a [`QuadraticProblem`] at a higher precision.
-#[derive(Clone, Debug)]
-pub struct PreciseQuadratic {
-    /// M.
-    pub mass: Vec<Big>,
-    /// D.
-    pub velocity: Vec<Big>,
-    /// S.
-    pub stiffness: Vec<Big>,
-}
+/// M, D and S of a [`QuadraticProblem`] at a higher precision.
+pub type PreciseQuadratic = [Vec<Big>; 3];
 
 /// M, D and S in [`Units`], all three times one positive number, exactly, column by column; where [`Units::roots`] are given,
 /// so many matrices as these have subsets, one after the other: coefficients of the square root of the product of each, counted in

@@ -56,9 +56,8 @@ impl Matrices {
         bits: usize,
     ) -> Option<Self> {
         let n = scaled.n;
-        let precise = source.precisely(bits).or_else(|| as_it_is(problem, bits))?;
+        let whole = source.precisely(bits).or_else(|| as_it_is(problem, bits))?;
         let square = n * n;
-        let whole = [&precise.mass, &precise.velocity, &precise.stiffness];
         if whole.iter().any(|m| m.len() != square || m.iter().any(|x| !x.is_finite())) {
             return None;
         }
@@ -75,14 +74,9 @@ impl Matrices {
 
 /// Enclosures without radius are the matrices to any precision.
 fn as_it_is(problem: &QuadraticProblem, bits: usize) -> Option<PreciseQuadratic> {
-    let wide = |entries: &[Ball]| -> Option<Vec<Big>> {
-        entries.iter().map(|x| x.is_exact().then(|| Big::from_ball(x, bits))).collect()
-    };
-    Some(PreciseQuadratic {
-        mass: wide(&problem.mass)?,
-        velocity: wide(&problem.velocity)?,
-        stiffness: wide(&problem.stiffness)?,
-    })
+    let all = [&problem.mass, &problem.velocity, &problem.stiffness];
+    let is_exact = all.iter().all(|matrix| matrix.iter().all(Ball::is_exact));
+    is_exact.then(|| all.map(|matrix| matrix.iter().map(|x| Big::from_ball(x, bits)).collect()))
 }
 
 /// A column of many bits.

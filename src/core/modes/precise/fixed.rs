@@ -1,6 +1,7 @@
 //! Vectors and symmetric matrices of whole numbers over a common power of two. Sums of products are
 //! exact; what is rounded is a conversion, by less than one unit, and says so.
 
+use dashu_int::ops::BitTest;
 use dashu_int::{IBig, Sign, UBig, Word};
 
 use crate::modes::dense::Plain;
@@ -11,15 +12,6 @@ const LEADING: usize = 106;
 
 /// What a conversion to double-double loses, per unit of the number: see [`double_double`].
 pub(super) const LOST: f64 = 2.0 * crate::precision::U2;
-
-/// The length of the magnitude in bits, 0 for zero.
-pub(super) fn length(x: &IBig) -> usize {
-    let (_, words) = x.as_sign_words();
-    match words.last() {
-        Some(top) => words.len() * Word::BITS as usize - top.leading_zeros() as usize,
-        None => 0,
-    }
-}
 
 /// x 2^shift, rounded towards minus infinity.
 pub(super) fn shifted(x: &IBig, shift: i64) -> IBig {
@@ -32,7 +24,7 @@ pub(super) fn shifted(x: &IBig, shift: i64) -> IBig {
 /// magnitude is at least 2^(l-1); so the relative error is below 2^-105. Numbers below 2^-960
 /// become 0.
 pub(super) fn double_double(x: &IBig, exponent: i64) -> DoubleDouble {
-    let length = length(x);
+    let length = x.bit_len();
     if length == 0 || length as i64 + exponent < -960 {
         return DoubleDouble::ZERO;
     }
@@ -66,13 +58,9 @@ pub(super) fn double(x: &IBig, exponent: i64) -> f64 {
 
 /// x 2^scale for a double, rounded down to a whole number.
 fn whole(x: f64, scale: i64) -> IBig {
-    if x == 0.0 || !x.is_finite() {
-        return IBig::ZERO;
-    }
-    let exponent = crate::precision::exponent_of(x).max(-1000);
-    // x = m 2^(exponent - 52); subnormal numbers are below any unit in use.
-    let mantissa = DoubleDouble::exact(x).scale(52 - exponent).hi as i64;
-    shifted(&IBig::from(mantissa), i64::from(exponent) - 52 + scale)
+    let x = Big::from_f64(x, 53);
+    let (significand, exponent) = x.mid();
+    shifted(significand, exponent + scale)
 }
 
 /// x 2^scale as a whole number, off by less than 2.
@@ -151,7 +139,7 @@ pub(super) fn dot(x: &[IBig], y: &[IBig], sum: &mut Sum) -> IBig {
 
 /// A symmetric matrix over 2^scale: entries known up to a radius.
 pub(super) struct Symmetric {
-    /// The entries that are not 0, by column: row and number.
+    /// The entries that are not 0, by column: row, rising, and number.
     columns: Vec<Vec<(usize, IBig)>>,
     words: usize,
     /// By how many units an entry may be off; `None` where all are exact.
@@ -209,18 +197,10 @@ impl Symmetric {
             .collect()
     }
 
-    /// The entries, dense, row by row of the lower triangle and the rest zero.
-    pub(super) fn lower(&self) -> Vec<Vec<IBig>> {
-        let n = self.columns.len();
-        let mut rows: Vec<Vec<IBig>> = (0..n).map(|row| vec![IBig::ZERO; row + 1]).collect();
-        for (column, entries) in self.columns.iter().enumerate() {
-            for (row, entry) in entries {
-                if *row >= column {
-                    rows[*row][column] = entry.clone();
-                }
-            }
-        }
-        rows
+    pub(super) fn entry(&self, row: usize, column: usize) -> IBig {
+        let entries = &self.columns[column];
+        let found = entries.binary_search_by_key(&row, |(row, _)| *row);
+        found.map_or(IBig::ZERO, |at| entries[at].1.clone())
     }
 
     /// How many entries are not 0.

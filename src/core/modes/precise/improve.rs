@@ -13,6 +13,7 @@ use super::measure::{Columns, Measured};
 use crate::modes::dense::Matrix;
 use crate::modes::product::{Part, product};
 use crate::modes::refine::{NEAR, SMALL, TINY, block, groups, jacobi, join, root};
+use crate::modes::shape::unit;
 use crate::modes::start::symmetric_eigenvectors;
 use crate::precision::{DoubleDouble, exponent_of};
 
@@ -158,14 +159,8 @@ fn rotation(pairs: &Pairs<'_>, cluster: &[usize], places: &[usize]) -> Option<Ma
         Matrix::from_doubles(symmetric_eigenvectors(block.view().matrix())?.as_ref())
     };
     // V <- V (3 - VᵀV) / 2: orthogonal up to the square of what it was (Newton and Schulz).
-    let mut defect = product(&v.transposed(), &v, Part::Lower);
-    for q in 0..c {
-        for p in 0..c {
-            let unit = if p == q { DoubleDouble::ONE } else { DoubleDouble::ZERO };
-            let value = (unit - defect.get(p, q)) * DoubleDouble::exact(0.5);
-            defect.set(p, q, value);
-        }
-    }
+    let square = product(&v.transposed(), &v, Part::Lower);
+    let defect = Matrix::from_fn(c, c, |p, q| (unit(p, q) - square.get(p, q)) * DoubleDouble::exact(0.5));
     let mut better = product(&v, &defect, Part::All);
     better.add_assign(&v);
     Some(better)

@@ -8,9 +8,10 @@
 //! quotients are so close that this is not enough, the product is taken at full precision.
 
 use dashu_int::IBig;
+use dashu_int::ops::BitTest;
 
 use super::data::Data;
-use super::fixed::{LOST, Sum, dot, double, double_double, from_double_double, length, scaled, shifted};
+use super::fixed::{LOST, Sum, dot, double, double_double, from_double_double, scaled, shifted};
 use crate::modes::certify::Couplings;
 use crate::modes::dense::{Matrix, Plain};
 use crate::modes::pencil::Bounded;
@@ -195,7 +196,7 @@ impl<'a> Setting<'a> {
         let (mut residual, mut mass_times) = (Matrix::zeros(n, k), Matrix::zeros(n, k));
         let mut place = Vec::with_capacity(k);
         for (at, image) in self.images.iter().enumerate() {
-            let top = image.residual.iter().map(length).max().unwrap_or(0) as i64 - p;
+            let top = image.residual.iter().map(BitTest::bit_len).max().unwrap_or(0) as i64 - p;
             for row in 0..n {
                 residual.set(row, at, double_double(&image.residual[row], -p - top));
                 mass_times.set(row, at, double_double(&image.mass_times[row], -p));

@@ -14,6 +14,7 @@ mod measure;
 mod plan;
 
 use dashu_int::IBig;
+use dashu_int::ops::BitTest;
 use faer::Mat;
 
 use super::certify::{Cluster, Couplings, Enclosures, certify};
@@ -24,7 +25,7 @@ use super::start::careful_eigenvectors;
 use super::{Certificate, Gram, ModesError, Options, PrecisionLevel, Solution, Source, covered};
 use crate::precision::{Big, Magnitude};
 use data::Data;
-use fixed::{LOST, length};
+use fixed::{LOST, Symmetric};
 use measure::{Background, Columns, Measured, measure};
 use plan::{Goal, Plan};
 
@@ -249,10 +250,9 @@ fn begin(matrices: &mut Matrices<'_>) -> Option<Columns> {
 /// what is below that is not told from 0.
 fn start(data: &Data) -> Option<Columns> {
     let (p, bits) = (data.scale, usize::try_from(data.scale).ok()?);
-    let number = |x: &IBig| Big::from_parts(x.clone(), -p, bits);
-    let (mass, stiffness) = (data.mass.lower(), data.stiffness.lower());
-    let mass = |i: usize, j: usize| number(&mass[i.max(j)][i.min(j)]);
-    let stiffness = |i: usize, j: usize| number(&stiffness[i.max(j)][i.min(j)]);
+    let entries = |matrix: &'_ Symmetric, i: usize, j: usize| Big::from_parts(matrix.entry(i, j), -p, bits);
+    let mass = |i: usize, j: usize| entries(&data.mass, i, j);
+    let stiffness = |i: usize, j: usize| entries(&data.stiffness, i, j);
     let zero = &data.zero.vectors;
     let zero = Mat::from_fn(data.n, zero.len(), |i, j| fixed::double(&zero[j][i], -p));
     let found = careful_eigenvectors(&mass, &stiffness, &zero, (-0.5 * p as f64).exp2(), bits).ok()?;
@@ -408,7 +408,7 @@ fn assemble(
     let mut eigenvalues = Vec::with_capacity(m);
     for (position, (&i, &radius)) in order.iter().zip(&enclosures.radii).enumerate() {
         let quotient = &measured.quotient[i];
-        let bits = (length(quotient) + 8).max(64);
+        let bits = (quotient.bit_len() + 8).max(64);
         let value = Big::from_parts(quotient.clone(), -data.quotient_scale(), bits)
             .with_added_radius(Magnitude::from_f64(radius));
         // Both bounds hold for the same eigenvalue.

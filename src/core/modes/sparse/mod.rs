@@ -95,7 +95,7 @@ pub fn solve_sparse(
         return Ok(None);
     }
     budget.tell(|| solver(&pencil, wanted));
-    let search = Search { pencil: &pencil, zeros: Zeros::none(), base: None, options, budget };
+    let search = Search { pencil: &pencil, zeros: Zeros::default(), base: None, options, budget };
     let mut whole = || search.with_zeros(zero_vectors);
     match wanted {
         Wanted::Lowest(count) => whole().map_or(Ok(None), |search| search.lowest(count)),
@@ -220,7 +220,7 @@ impl<'a> Search<'a> {
     fn with_zeros(&self, zero_vectors: &mut dyn FnMut() -> Vec<Vec<Ball>>) -> Option<Self> {
         let is_positive = |own: &Factor<'_>| own.negative == 0;
         let search = |vectors: Vec<Vec<Ball>>, base: Option<Factor<'a>>| {
-            Some(Self { zeros: Zeros::new(self.pencil, &vectors)?, base: base.map(Rc::new), ..*self })
+            Some(Self { zeros: Zeros::new(self.pencil, vectors)?, base: base.map(Rc::new), ..*self })
         };
         // What is next to a singular K is positive definite, too, and tells whether K is singular, so that one elimination does.
         let shift = -NEXT * self.pencil.stiffness_norms.0;
@@ -451,7 +451,7 @@ impl<'a> Search<'a> {
             }
             let low = low.map(|low| low.shift + up(low.error));
             let window = Window { low, high: Some(below(high.shift, high.error)) };
-            let none = Zeros::none();
+            let none = Zeros::default();
             let zeros = if lowest { &self.zeros } else { &none };
             let positive = if lowest { self.positive() } else { None };
             if let Some(proof) = self.prove(&columns, zeros, window, positive.as_deref())? {
@@ -481,7 +481,7 @@ impl<'a> Search<'a> {
             keep_nearest(&mut spectrum.modes, count, |mode| (mode.omega.mid_f64() - omega).abs());
             return Ok(Some((spectrum, method)));
         };
-        let zeros = Zeros::none();
+        let zeros = Zeros::default();
         let proof = self.prove(&columns, &zeros, window, None)?;
         Ok(proof.map(|proof| {
             let mut spectrum = self.spectrum(&columns, &zeros, proof);

@@ -17,12 +17,13 @@
 //! one whose entries are enclosed, counted and in order (S grows with λ, so that each eigenvalue of Θ - S meets λ once), and that is solved as any other. Proved zero vectors are a block
 //! of their own: K is 0 there, and X is made orthogonal to them, which leaves XᵀKX as it is.
 
+use super::super::pencil::Orthonormal;
 use super::super::{ModesError, Options, Problem, Spectrum, solve};
 use super::rows::{
-    InnerProducts, Leftovers, Panel, Residuals, U, inner_product_error, products, products_error, squares,
+    Panel, U, inner_product_error, inner_products, leftovers, products, products_error, residuals, squares,
 };
 use super::shifted::{Factor, Pencil};
-use crate::precision::{Ball, DoubleDouble, LANES, Lane, U2, dispatch, up};
+use crate::precision::{Ball, DoubleDouble, LANES, Lane, U2, sum_of_products, up};
 
 /// Added to every length, for what underflows.
 const TINY: f64 = 1e-280;
@@ -35,9 +36,11 @@ pub(super) struct Columns {
 }
 
 /// Vectors of the kernel of K.
+#[derive(Default)]
 pub(super) struct Zeros {
-    /// Enclosures of their components.
+    /// Enclosures of their components, and M times them.
     pub(super) vectors: Vec<Vec<Ball>>,
+    images: Vec<Vec<Ball>>,
     /// ZᵀMZ.
     pub(super) gram: Vec<Ball>,
     /// A bound from below of its least eigenvalue.
@@ -90,7 +93,7 @@ impl Columns {
     /// Products of all columns with the eight of a panel, column by column.
     fn products(&self, pencil: &Pencil, panel: &[Lane], mass: bool, mut put: impl FnMut(usize, usize, DoubleDouble)) {
         for (p, x) in self.panels.iter().enumerate() {
-            let own = dispatch(InnerProducts { x, matrix: mass.then_some(&pencil.mass), y: panel });
+            let own = inner_products(x, mass.then_some(&pencil.mass), panel);
             for (a, row) in own.iter().enumerate().filter(|(a, _)| p * LANES + a < self.count()) {
                 row.iter().enumerate().for_each(|(b, value)| put(p * LANES + a, b, *value));
             }
@@ -122,7 +125,7 @@ impl Forms {
         let mut r = vec![Lane::ZERO; size];
         for (number, x) in columns.panels.iter().enumerate() {
             let theta = columns.theta(number);
-            dispatch(Residuals { stiffness: &pencil.stiffness, mass: &pencil.mass, x, theta, out: &mut r });
+            residuals(&pencil.stiffness, &pencil.mass, x, theta, &mut r);
             let rounded = length(&r, &pencil.roots);
             let first = number * LANES;
             let here = LANES.min(n - first);
@@ -151,8 +154,7 @@ impl Forms {
                 factor.solve_panel(&mut z);
                 let products = products(&r, &z);
                 let shift = factor.shift;
-                let (stiffness, mass_rows, roots) = (&pencil.stiffness, &pencil.mass, &pencil.roots);
-                let left = dispatch(Leftovers { stiffness, mass: mass_rows, z: &z, shift, r: &r, roots });
+                let left = leftovers([&pencil.stiffness, &pencil.mass], &z, shift, &r, &pencil.roots);
                 let z = length(&z, &pencil.weights);
                 // Products of Fz are off by little of |F| |z|, differences by roundings of what they are taken from.
                 let rounding = 4.0 * U * (own.0 + shift.abs() * mass.0) + own.1 + shift.abs() * mass.1;
@@ -196,7 +198,7 @@ pub(super) fn prove(
 ) -> Result<Option<Proof>, ModesError> {
     let forms = Forms::new(pencil, columns, positive);
     let n = columns.count();
-    let leak = zeros.leak(pencil, columns);
+    let leak = zeros.leak(columns);
     let least = forms.least_gram();
     if least.is_nan() || least <= 0.5 {
         return Ok(None);
@@ -349,21 +351,17 @@ impl Forms {
 }
 
 impl Zeros {
-    pub(super) fn none() -> Self {
-        Self { vectors: Vec::new(), gram: Vec::new(), least: f64::INFINITY }
-    }
-
     /// Bounds of what the columns have of the zero vectors, in the length of M.
-    fn leak(&self, pencil: &Pencil, columns: &Columns) -> Vec<f64> {
+    fn leak(&self, columns: &Columns) -> Vec<f64> {
         let n = columns.count();
         if self.vectors.is_empty() {
             return vec![0.0; n];
         }
-        let images: Vec<Vec<Ball>> = self.vectors.iter().map(|z| pencil.mass.times_balls(z)).collect();
         (0..n)
             .map(|j| {
                 let (panel, lane) = (&columns.panels[j / LANES], j % LANES);
-                let square: f64 = images
+                let square: f64 = self
+                    .images
                     .iter()
                     .map(|image| {
                         let parts = image.iter().zip(panel).map(|(m, x)| *m * Ball::exact(x.0[lane]));
@@ -375,38 +373,12 @@ impl Zeros {
             .collect()
     }
 
-    /// Vectors of the kernel, made orthogonal to each other as doubles allow; `None` where they are not independent.
-    pub(super) fn new(pencil: &Pencil, vectors: &[Vec<Ball>]) -> Option<Self> {
-        if vectors.is_empty() {
-            return Some(Self::none());
-        }
-        let mut own: Vec<Vec<Ball>> = Vec::new();
-        for vector in vectors {
-            let mut vector = vector.clone();
-            for _ in 0..2 {
-                for other in &own {
-                    let image = pencil.mass.times_balls(&vector);
-                    let part = Ball::exact(-dot(other, &image).mid_f64());
-                    vector.iter_mut().zip(other).for_each(|(x, y)| *x = *x + *y * part);
-                }
-            }
-            let length = dot(&vector, &pencil.mass.times_balls(&vector)).mid_f64().sqrt();
-            let scale = Ball::exact(1.0 / length);
-            vector.iter_mut().for_each(|x| *x = *x * scale);
-            own.push(vector);
-        }
-        let images: Vec<Vec<Ball>> = own.iter().map(|z| pencil.mass.times_balls(z)).collect();
-        let z = own.len();
-        let gram: Vec<Ball> = (0..z * z).map(|at| dot(&own[at % z], &images[at / z])).collect();
-        let row = |i: usize| {
-            let rest: f64 = (0..z).filter(|j| *j != i).map(|j| gram[i * z + j].abs_upper()).sum();
-            gram[i * z + i].lower() - up(rest)
-        };
-        let least = (0..z).map(row).fold(f64::INFINITY, f64::min);
-        (least > 0.5).then_some(Self { vectors: own, gram, least })
+    /// Vectors of the kernel, made orthonormal as balls allow; `None` where they are not independent.
+    pub(super) fn new(pencil: &Pencil, vectors: Vec<Vec<Ball>>) -> Option<Self> {
+        let image = |x: &[Ball]| pencil.mass.times_balls(x);
+        let Orthonormal { vectors, images, defect } = Orthonormal::new(vectors, &image, ()).ok()?;
+        let z = vectors.len();
+        let gram = (0..z * z).map(|at| sum_of_products(&vectors[at % z], &images[at / z], ())).collect();
+        Some(Self { vectors, images, gram, least: 1.0 - defect })
     }
-}
-
-fn dot(x: &[Ball], y: &[Ball]) -> Ball {
-    x.iter().zip(y).fold(Ball::ZERO, |sum, (x, y)| sum + *x * *y)
 }

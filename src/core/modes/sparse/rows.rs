@@ -1,6 +1,6 @@
 //! Sparse symmetric matrices by whole rows, and what is computed with eight vectors at once.
 
-use crate::precision::{Ball, DoubleDouble, Kernel, LANES, Lane, SparseMatrix, product_error};
+use crate::precision::{Ball, DoubleDouble, LANES, Lane, SparseMatrix, kernel, product_error, two_sum};
 
 /// u, the rounding of a double.
 pub(super) const U: f64 = 0.5 * f64::EPSILON;
@@ -144,7 +144,7 @@ impl Pair {
     #[inline(always)]
     fn add_product<const FUSED: bool>(&mut self, (high, low): (f64, f64), y: Lane) {
         let (product, error) = lane_product::<FUSED>(Lane::splat(high), y);
-        let (sum, rest) = lane_sum(self.high, product);
+        let (sum, rest) = two_sum(self.high, product);
         self.high = sum;
         self.low += rest + (error + Lane::splat(low) * y);
     }
@@ -153,7 +153,7 @@ impl Pair {
     #[inline(always)]
     fn add_products<const FUSED: bool>(&mut self, x: Lane, y: &Self) {
         let (product, error) = lane_product::<FUSED>(x, y.high);
-        let (sum, rest) = lane_sum(self.high, product);
+        let (sum, rest) = two_sum(self.high, product);
         self.high = sum;
         self.low += rest + (error + x * y.low);
     }
@@ -161,17 +161,9 @@ impl Pair {
     /// Its parts as they should be: the lower one less than a rounding of the higher one.
     #[inline(always)]
     pub(super) fn settled(&self) -> Self {
-        let (high, low) = lane_sum(self.high, self.low);
+        let (high, low) = two_sum(self.high, self.low);
         Self { high, low }
     }
-}
-
-/// See [`two_sum`](crate::precision::two_sum).
-#[inline(always)]
-pub(super) fn lane_sum(a: Lane, b: Lane) -> (Lane, Lane) {
-    let s = a + b;
-    let t = s - a;
-    (s, (a - (s - t)) + (b - t))
 }
 
 /// See [`two_prod`](crate::precision::two_prod).
@@ -185,18 +177,13 @@ pub(super) fn lane_product<const FUSED: bool>(a: Lane, b: Lane) -> (Lane, Lane) 
     (p, error)
 }
 
+kernel!(
 /// K x - θ M x of eight vectors, summed in double-double and rounded to doubles.
 ///
 /// With m entries in the widest row of K and of M: the products of higher parts are taken apart exactly, as are the additions of
 /// their roundings; what is added to the lower parts is at most u (m + 2) times the sum P of magnitudes and is rounded at most
 /// 2 m + 8 times, so that a component is off by ((m + 3)² + 16) u² P (|K| and |θ| |M| together), and by u of itself.
-pub(super) struct Residuals<'a> {
-    pub(super) stiffness: &'a Rows,
-    pub(super) mass: &'a Rows,
-    pub(super) x: &'a [Lane],
-    pub(super) theta: Lane,
-    pub(super) out: &'a mut [Lane],
-}
+pub(super) residuals, residual_loops, (stiffness: &Rows, mass: &Rows, x: &[Lane], theta: Lane, out: &mut [Lane]));
 
 /// A row of A times eight vectors, in double-double.
 #[inline(always)]
@@ -209,53 +196,43 @@ fn row_times<const FUSED: bool>(rows: &Rows, i: usize, x: &[Lane]) -> Pair {
     sum
 }
 
-impl Kernel for Residuals<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<const FUSED: bool>(self) {
-        let Self { stiffness, mass, x, theta, out } = self;
-        for (i, out) in out.iter_mut().enumerate() {
-            let mut sum = row_times::<FUSED>(stiffness, i, x);
-            let inertia = row_times::<FUSED>(mass, i, x).settled();
-            sum.add_products::<FUSED>(-theta, &inertia);
-            *out = sum.high + sum.low;
-        }
+#[inline(always)]
+fn residual_loops<const FUSED: bool>(stiffness: &Rows, mass: &Rows, x: &[Lane], theta: Lane, out: &mut [Lane]) {
+    for (i, out) in out.iter_mut().enumerate() {
+        let mut sum = row_times::<FUSED>(stiffness, i, x);
+        let inertia = row_times::<FUSED>(mass, i, x).settled();
+        sum.add_products::<FUSED>(-theta, &inertia);
+        *out = sum.high + sum.low;
     }
 }
 
-/// ‖K z - σ M z - r‖ of eight vectors, squared, with weights; see [`Residuals`] and [`squares`].
-pub(super) struct Leftovers<'a> {
-    pub(super) stiffness: &'a Rows,
-    pub(super) mass: &'a Rows,
-    pub(super) z: &'a [Lane],
-    pub(super) shift: f64,
-    pub(super) r: &'a [Lane],
-    pub(super) roots: &'a [f64],
-}
+kernel!(
+/// ‖K z - σ M z - r‖ of eight vectors, squared, with weights; see [`residuals`] and [`squares`].
+pub(super) leftovers, leftover_loops, (matrices: [&Rows; 2], z: &[Lane], shift: f64, r: &[Lane], roots: &[f64]) -> Lane);
 
-impl Kernel for Leftovers<'_> {
-    type Output = Lane;
-
-    #[inline(always)]
-    fn run<const FUSED: bool>(self) -> Lane {
-        let Self { stiffness, mass, z, shift, r, roots } = self;
-        let theta = Lane::splat(-shift);
-        let (mut total, mut sum) = (Lane::ZERO, Lane::ZERO);
-        for (i, r) in r.iter().enumerate() {
-            let mut own = row_times::<FUSED>(stiffness, i, z);
-            if shift != 0.0 {
-                own.add_products::<FUSED>(theta, &row_times::<FUSED>(mass, i, z).settled());
-            }
-            let left = ((own.high - *r) + own.low) * Lane::splat(roots[i]);
-            sum += left * left;
-            if i % PIECE == PIECE - 1 {
-                total += sum;
-                sum = Lane::ZERO;
-            }
+#[inline(always)]
+fn leftover_loops<const FUSED: bool>(
+    [stiffness, mass]: [&Rows; 2],
+    z: &[Lane],
+    shift: f64,
+    r: &[Lane],
+    roots: &[f64],
+) -> Lane {
+    let theta = Lane::splat(-shift);
+    let (mut total, mut sum) = (Lane::ZERO, Lane::ZERO);
+    for (i, r) in r.iter().enumerate() {
+        let mut own = row_times::<FUSED>(stiffness, i, z);
+        if shift != 0.0 {
+            own.add_products::<FUSED>(theta, &row_times::<FUSED>(mass, i, z).settled());
         }
-        rounded_up(total + sum, r.len())
+        let left = ((own.high - *r) + own.low) * Lane::splat(roots[i]);
+        sum += left * left;
+        if i % PIECE == PIECE - 1 {
+            total += sum;
+            sum = Lane::ZERO;
+        }
     }
+    rounded_up(total + sum, r.len())
 }
 
 /// Products of eight vectors with eight others, each with its own: Σ x_i y_i. Off by at most [`products_error`] times the lengths.
@@ -283,48 +260,39 @@ fn rounded_up(sum: Lane, n: usize) -> Lane {
 /// Products of eight vectors with eight others: `[a][b]`.
 pub(super) type Products = [[DoubleDouble; LANES]; LANES];
 
-const NO_PRODUCTS: Products = [[DoubleDouble::ZERO; LANES]; LANES];
-
+kernel!(
 /// x_a · A y_b in double-double, x_a · y_b where A is none: a sum of n products, added in pieces. What it is off by is at
 /// most u² ((m + 3)² + (PIECE + 3)² + n / PIECE + 32) times the sum of all magnitudes.
-pub(super) struct InnerProducts<'a> {
-    pub(super) x: &'a [Lane],
-    pub(super) matrix: Option<&'a Rows>,
-    pub(super) y: &'a [Lane],
-}
+pub(super) inner_products, inner_loops, (x: &[Lane], matrix: Option<&Rows>, y: &[Lane]) -> Products);
 
-/// See [`InnerProducts`], in units of u² of the sum of magnitudes.
+/// See [`inner_products`], in units of u² of the sum of magnitudes.
 pub(super) fn inner_product_error(n: usize, widest: usize) -> f64 {
     let square = |x: usize| (x as f64 + 3.0) * (x as f64 + 3.0);
     square(widest) + square(PIECE) + (n / PIECE) as f64 + 32.0
 }
 
-impl Kernel for InnerProducts<'_> {
-    type Output = Products;
-
-    #[inline(always)]
-    fn run<const FUSED: bool>(self) -> Products {
-        let mut total = NO_PRODUCTS;
-        let n = self.x.len();
-        for start in (0..n).step_by(PIECE) {
-            let mut sums = [Pair::ZERO; LANES];
-            for i in start..n.min(start + PIECE) {
-                let y = match self.matrix {
-                    Some(rows) => row_times::<FUSED>(rows, i, self.y).settled(),
-                    None => Pair { high: self.y[i], low: Lane::ZERO },
-                };
-                for (a, sum) in sums.iter_mut().enumerate() {
-                    sum.add_products::<FUSED>(Lane::splat(self.x[i].0[a]), &y);
-                }
-            }
-            for (total, sum) in total.iter_mut().zip(&sums) {
-                for (b, total) in total.iter_mut().enumerate() {
-                    *total = *total + DoubleDouble::new(sum.high.0[b], sum.low.0[b]);
-                }
+#[inline(always)]
+fn inner_loops<const FUSED: bool>(x: &[Lane], matrix: Option<&Rows>, y: &[Lane]) -> Products {
+    let mut total = [[DoubleDouble::ZERO; LANES]; LANES];
+    let n = x.len();
+    for start in (0..n).step_by(PIECE) {
+        let mut sums = [Pair::ZERO; LANES];
+        for i in start..n.min(start + PIECE) {
+            let own = match matrix {
+                Some(rows) => row_times::<FUSED>(rows, i, y).settled(),
+                None => Pair { high: y[i], low: Lane::ZERO },
+            };
+            for (a, sum) in sums.iter_mut().enumerate() {
+                sum.add_products::<FUSED>(Lane::splat(x[i].0[a]), &own);
             }
         }
-        total
+        for (total, sum) in total.iter_mut().zip(&sums) {
+            for (b, total) in total.iter_mut().enumerate() {
+                *total = *total + DoubleDouble::new(sum.high.0[b], sum.low.0[b]);
+            }
+        }
     }
+    total
 }
 
 /// Lengths of eight vectors, squared, with weights: Σ (w_i x_i)², each not below the exact value.

@@ -5,9 +5,9 @@
 //! (I. Dhillon, B. Parlett, "Orthogonal eigenvectors and relative gaps", SIAM J. Matrix Anal. Appl. 25 (2004) 858). With pivots of
 //! 31 digits the vectors are right to rounding also where eigenvalues are 1e-16 of the largest. Nothing is proved here.
 
-use super::rows::{Panel, Rows, lane_product, lane_sum, squares};
+use super::rows::{Pair, Panel, Rows, lane_product, squares};
 use super::shifted::Pencil;
-use crate::precision::{DoubleDouble, Kernel, LANES, Lane, dispatch, fast_two_sum, two_sum};
+use crate::precision::{DoubleDouble, LANES, Lane, fast_two_sum, kernel, two_sum};
 
 /// Eigenvalues are found to this part of their size before vectors are.
 const START: f64 = 1e-4;
@@ -70,23 +70,23 @@ impl<'a> Bands<'a> {
 
     /// The entry of K - θ M on the diagonal.
     #[inline(always)]
-    fn diagonal<const FUSED: bool>(&self, i: usize, theta: &Pivot) -> Pivot {
-        Pivot::shifted::<FUSED>(self.stiffness.diagonal[i], theta, self.mass.diagonal[i])
+    fn diagonal<const FUSED: bool>(&self, i: usize, theta: &Pair) -> Pair {
+        Pair::shifted::<FUSED>(self.stiffness.diagonal[i], theta, self.mass.diagonal[i])
     }
 
     /// The entry left of it, 0 in the first row.
     #[inline(always)]
-    fn side<const FUSED: bool>(&self, i: usize, theta: &Pivot) -> Pivot {
+    fn side<const FUSED: bool>(&self, i: usize, theta: &Pair) -> Pair {
         let own = self.stiffness.side(i);
         if self.mass.side.is_empty() {
-            return Pivot { high: Lane::splat(own.hi), low: Lane::splat(own.lo) };
+            return Pair { high: Lane::splat(own.hi), low: Lane::splat(own.lo) };
         }
-        Pivot::shifted::<FUSED>(own, theta, self.mass.side(i))
+        Pair::shifted::<FUSED>(own, theta, self.mass.side(i))
     }
 
     /// The number of eigenvalues below a shift, as doubles see it.
     pub(super) fn count(&self, shift: f64) -> usize {
-        dispatch(Counts { bands: self, shifts: Lane::splat(shift) })[0]
+        counts(self, Lane::splat(shift))[0]
     }
 
     /// Eigenvalues next to these and their vectors, with xᵀMx = 1 nearly; `None` where they are not found.
@@ -97,12 +97,12 @@ impl<'a> Bands<'a> {
         let mut down = vec![Lane::ZERO; n];
         for chunk in starts.chunks(LANES) {
             let last = chunk.last().copied().unwrap_or(0.0);
-            let mut theta = Pivot { high: Lane::splat(last), low: Lane::ZERO };
+            let mut theta = Pair { high: Lane::splat(last), low: Lane::ZERO };
             theta.high.0.iter_mut().zip(chunk).for_each(|(own, start)| *own = *start);
             let mut z = vec![Lane::ZERO; n];
             let mut settled = false;
             for _ in 0..ROUNDS {
-                let meet = dispatch(Twisted { bands: self, theta, down: &mut down, z: &mut z });
+                let meet = twisted(self, theta, &mut down, &mut z);
                 let lengths = squares(&z, &self.pencil.weights);
                 let mut worst = 0.0_f64;
                 for l in 0..LANES {
@@ -158,7 +158,7 @@ impl<'a> Bands<'a> {
             points.truncate(LANES);
             let mut shifts = Lane::splat(points.first().copied()?);
             shifts.0.iter_mut().zip(&points).for_each(|(own, point)| *own = *point);
-            let counts = dispatch(Counts { bands: self, shifts });
+            let counts = counts(self, shifts);
             let mut moved = false;
             for (shift, count) in shifts.0.iter().zip(counts) {
                 for (number, own) in wanted.iter().zip(&mut brackets) {
@@ -198,55 +198,38 @@ fn between(low: f64, high: f64, part: f64, floor: f64) -> f64 {
     }
 }
 
+kernel!(
 /// The number of eigenvalues below each of eight shifts, by the signs of pivots.
-struct Counts<'a> {
-    bands: &'a Bands<'a>,
-    shifts: Lane,
-}
+counts, count_loops, (bands: &Bands<'_>, shifts: Lane) -> [usize; LANES]);
 
-impl Kernel for Counts<'_> {
-    type Output = [usize; LANES];
-
-    #[inline(always)]
-    fn run<const FUSED: bool>(self) -> [usize; LANES] {
-        let Self { bands, shifts } = self;
-        let (mut pivot, mut counts) = (Lane::ONE, Lane::ZERO);
-        for i in 0..bands.pencil.dimension() {
-            let diagonal =
-                Lane::splat(bands.stiffness.diagonal[i].hi) - shifts * Lane::splat(bands.mass.diagonal[i].hi);
-            let side = Lane::splat(bands.stiffness.side(i).hi) - shifts * Lane::splat(bands.mass.side(i).hi);
-            let next = diagonal - side * side / pivot;
-            let is_small = Lane::splat(bands.least).above(next.abs());
-            pivot = Lane::splat(-bands.least).choose(is_small, next);
-            counts += Lane::ZERO.above(pivot);
-        }
-        counts.0.map(|count| count as usize)
+#[inline(always)]
+fn count_loops<const FUSED: bool>(bands: &Bands<'_>, shifts: Lane) -> [usize; LANES] {
+    let (mut pivot, mut counts) = (Lane::ONE, Lane::ZERO);
+    for i in 0..bands.pencil.dimension() {
+        let diagonal = Lane::splat(bands.stiffness.diagonal[i].hi) - shifts * Lane::splat(bands.mass.diagonal[i].hi);
+        let side = Lane::splat(bands.stiffness.side(i).hi) - shifts * Lane::splat(bands.mass.side(i).hi);
+        let next = diagonal - side * side / pivot;
+        let is_small = Lane::splat(bands.least).above(next.abs());
+        pivot = Lane::splat(-bands.least).choose(is_small, next);
+        counts += Lane::ZERO.above(pivot);
     }
+    counts.0.map(|count| count as usize)
 }
 
-/// A double-double in each lane.
-#[derive(Clone, Copy)]
-struct Pivot {
-    high: Lane,
-    low: Lane,
-}
-
-impl Pivot {
-    const ZERO: Self = Self { high: Lane::ZERO, low: Lane::ZERO };
-
+impl Pair {
     /// The number k - θ m.
     #[inline(always)]
     fn shifted<const FUSED: bool>(k: DoubleDouble, theta: &Self, m: DoubleDouble) -> Self {
         let t = -theta.high;
         let (p, error) = lane_product::<FUSED>(t, Lane::splat(m.hi));
-        let (high, rest) = lane_sum(Lane::splat(k.hi), p);
+        let (high, rest) = two_sum(Lane::splat(k.hi), p);
         let low = rest + (error + (t * Lane::splat(m.lo) - theta.low * Lane::splat(m.hi)) + Lane::splat(k.lo));
-        Self::settled(high, low)
+        Self::nearly_settled(high, low)
     }
 
     /// The sum of two parts of which the second is small.
     #[inline(always)]
-    fn settled(high: Lane, low: Lane) -> Self {
+    fn nearly_settled(high: Lane, low: Lane) -> Self {
         let sum = high + low;
         Self { high: sum, low: low - (sum - high) }
     }
@@ -259,66 +242,56 @@ impl Pivot {
         let first = square / pivot.high;
         let (p, error) = lane_product::<FUSED>(first, pivot.high);
         let left = ((square - p) - error) + (rest - first * pivot.low);
-        let quotient = Self::settled(first, left / pivot.high);
-        let (high, low) = lane_sum(self.high, -quotient.high);
-        let own = Self::settled(high, low + (self.low - quotient.low));
+        let quotient = Self::nearly_settled(first, left / pivot.high);
+        let (high, low) = two_sum(self.high, -quotient.high);
+        let own = Self::nearly_settled(high, low + (self.low - quotient.low));
         let is_small = Lane::splat(least).above(own.high.abs());
         Self { high: Lane::splat(least).choose(is_small, own.high), low: Lane::ZERO.choose(is_small, own.low) }
     }
 }
 
-/// One twisted factorization for each of eight θ and its vector; gives γ where the two ends meet.
-struct Twisted<'a> {
-    bands: &'a Bands<'a>,
-    theta: Pivot,
-    /// The pivots from the first row on, then the components before the meeting.
-    down: &'a mut [Lane],
-    /// The pivots from the last row on, then the vector.
-    z: &'a mut [Lane],
-}
+kernel!(
+/// One twisted factorization for each of eight θ and its vector; gives γ where the two ends meet. In `down` are the pivots from the
+/// first row on, then the components before the meeting; in `z` the pivots from the last row on, then the vector.
+twisted, twisted_loops, (bands: &Bands<'_>, theta: Pair, down: &mut [Lane], z: &mut [Lane]) -> Lane);
 
-impl Kernel for Twisted<'_> {
-    type Output = Lane;
-
-    #[inline(always)]
-    fn run<const FUSED: bool>(self) -> Lane {
-        let Self { bands, theta, down, z } = self;
-        let n = down.len();
-        let mut pivot = Pivot { high: Lane::ONE, low: Lane::ZERO };
-        for (i, down) in down.iter_mut().enumerate() {
-            let side = bands.side::<FUSED>(i, &theta);
-            pivot = bands.diagonal::<FUSED>(i, &theta).eliminated::<FUSED>(&side, &pivot, bands.least);
-            *down = pivot.high;
-        }
-        let mut pivot = Pivot { high: Lane::ONE, low: Lane::ZERO };
-        let (mut meet, mut twist) = (Lane::splat(f64::INFINITY), Lane::ZERO);
-        let mut side = Pivot::ZERO;
-        for i in (0..n).rev() {
-            let here = bands.diagonal::<FUSED>(i, &theta);
-            pivot = here.eliminated::<FUSED>(&side, &pivot, bands.least);
-            side = bands.side::<FUSED>(i, &theta);
-            z[i] = pivot.high;
-            let gamma = down[i] + ((pivot.high - here.high) + (pivot.low - here.low));
-            let nearer = meet.abs().above(gamma.abs());
-            meet = gamma.choose(nearer, meet);
-            twist = Lane::splat(i as f64).choose(nearer, twist);
-        }
-        let (mut before, mut side) = (Lane::ZERO, Lane::ZERO);
-        for i in (0..n).rev() {
-            let at = Lane::splat(i as f64);
-            let value = -(side / down[i]) * before;
-            // 1 where the two meet.
-            let not_there = (at - twist).abs();
-            before = value.choose(not_there, Lane::ONE);
-            down[i] = before;
-            side = bands.side::<FUSED>(i, &theta).high;
-        }
-        for i in 0..n {
-            let side = bands.side::<FUSED>(i, &theta).high;
-            let value = -(side / z[i]) * before;
-            before = value.choose(Lane::splat(i as f64).above(twist), down[i]);
-            z[i] = before;
-        }
-        meet
+#[inline(always)]
+fn twisted_loops<const FUSED: bool>(bands: &Bands<'_>, theta: Pair, down: &mut [Lane], z: &mut [Lane]) -> Lane {
+    let n = down.len();
+    let mut pivot = Pair { high: Lane::ONE, low: Lane::ZERO };
+    for (i, down) in down.iter_mut().enumerate() {
+        let side = bands.side::<FUSED>(i, &theta);
+        pivot = bands.diagonal::<FUSED>(i, &theta).eliminated::<FUSED>(&side, &pivot, bands.least);
+        *down = pivot.high;
     }
+    let mut pivot = Pair { high: Lane::ONE, low: Lane::ZERO };
+    let (mut meet, mut twist) = (Lane::splat(f64::INFINITY), Lane::ZERO);
+    let mut side = Pair::ZERO;
+    for i in (0..n).rev() {
+        let here = bands.diagonal::<FUSED>(i, &theta);
+        pivot = here.eliminated::<FUSED>(&side, &pivot, bands.least);
+        side = bands.side::<FUSED>(i, &theta);
+        z[i] = pivot.high;
+        let gamma = down[i] + ((pivot.high - here.high) + (pivot.low - here.low));
+        let nearer = meet.abs().above(gamma.abs());
+        meet = gamma.choose(nearer, meet);
+        twist = Lane::splat(i as f64).choose(nearer, twist);
+    }
+    let (mut before, mut side) = (Lane::ZERO, Lane::ZERO);
+    for i in (0..n).rev() {
+        let at = Lane::splat(i as f64);
+        let value = -(side / down[i]) * before;
+        // 1 where the two meet.
+        let not_there = (at - twist).abs();
+        before = value.choose(not_there, Lane::ONE);
+        down[i] = before;
+        side = bands.side::<FUSED>(i, &theta).high;
+    }
+    for i in 0..n {
+        let side = bands.side::<FUSED>(i, &theta).high;
+        let value = -(side / z[i]) * before;
+        before = value.choose(Lane::splat(i as f64).above(twist), down[i]);
+        z[i] = before;
+    }
+    meet
 }

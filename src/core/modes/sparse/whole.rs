@@ -22,8 +22,8 @@ use super::super::shape::{Shape, finish};
 use super::super::spectrum::{mode, stability};
 use super::super::{Kind, Mode, Options, PrecisionLevel, Spectrum};
 use super::SparseProblem;
-use super::rows::{Pair, U, lane_product, lane_sum};
-use crate::precision::{Ball, DoubleDouble, Kernel, LANES, Lane, U2, dispatch, up};
+use super::rows::{Pair, U, lane_product};
+use crate::precision::{Ball, DoubleDouble, LANES, Lane, U2, kernel, two_sum, up};
 
 /// Most steps of Newton's method.
 const STEPS: usize = 3;
@@ -180,9 +180,9 @@ impl Band {
                 let above = starts.get(at + 1).map_or(f64::INFINITY, |next| next - start);
                 (theta.0[l], gaps.0[l]) = (*start, below.min(above));
             }
-            let measured = dispatch(Eight { band: self, theta, gaps, work: &mut work });
+            let measured = eight(self, theta, gaps, &mut work);
             let mut own = vec![vec![0.0; n]; if vectors { chunk.len() } else { 0 }];
-            let rounded = dispatch(Shapes { band: self, x: &work.x, measured: &measured, vectors: &mut own });
+            let rounded = eight_shapes(self, &work.x, &measured, &mut own);
             let mut own = own.into_iter();
             pairs.extend((0..chunk.len()).map(|l| {
                 let theta = DoubleDouble { hi: measured.theta.high.0[l], lo: measured.theta.low.0[l] };
@@ -250,14 +250,6 @@ impl Work {
     }
 }
 
-/// Eight eigenpairs from eigenvalues in doubles.
-struct Eight<'a> {
-    band: &'a Band,
-    theta: Lane,
-    gaps: Lane,
-    work: &'a mut Work,
-}
-
 /// What is measured of eight pairs: ‖x‖², xᵀ(T x - θ x) / ‖x‖², ‖T x - θ x‖ / ‖x‖.
 struct Measured {
     theta: Pair,
@@ -266,29 +258,28 @@ struct Measured {
     residual: Lane,
 }
 
-impl Kernel for Eight<'_> {
-    type Output = Measured;
+kernel!(
+/// Eight eigenpairs from eigenvalues in doubles.
+eight, eight_loops, (band: &Band, theta: Lane, gaps: Lane, work: &mut Work) -> Measured);
 
-    #[inline(always)]
-    fn run<const FUSED: bool>(self) -> Measured {
-        let Self { band, theta, gaps, work } = self;
-        let twist = work.factor(band, theta);
-        work.vector(twist);
-        let mut theta = Pair { high: theta, low: Lane::ZERO };
-        let enough = gaps * Lane::splat(ENOUGH);
-        let mut steps = 0;
-        loop {
-            let (square, product, rest) = work.measure::<FUSED>(band, &theta);
-            let step = product / square.high;
-            let residual = (rest / square.high).sqrt();
-            if steps == STEPS || !residual.above(enough).any() {
-                return Measured { theta, square, step, residual };
-            }
-            let (high, low) = lane_sum(theta.high, step);
-            theta = Pair { high, low: theta.low + low }.settled();
-            work.correct(band, twist, step);
-            steps += 1;
+#[inline(always)]
+fn eight_loops<const FUSED: bool>(band: &Band, theta: Lane, gaps: Lane, work: &mut Work) -> Measured {
+    let twist = work.factor(band, theta);
+    work.vector(twist);
+    let mut theta = Pair { high: theta, low: Lane::ZERO };
+    let enough = gaps * Lane::splat(ENOUGH);
+    let mut steps = 0;
+    loop {
+        let (square, product, rest) = work.measure::<FUSED>(band, &theta);
+        let step = product / square.high;
+        let residual = (rest / square.high).sqrt();
+        if steps == STEPS || !residual.above(enough).any() {
+            return Measured { theta, square, step, residual };
         }
+        let (high, low) = two_sum(theta.high, step);
+        theta = Pair { high, low: theta.low + low }.settled();
+        work.correct(band, twist, step);
+        steps += 1;
     }
 }
 
@@ -404,7 +395,7 @@ impl Work {
             } else {
                 d = self.c[i];
             }
-            let (high, low) = lane_sum(self.x[i].high, d);
+            let (high, low) = two_sum(self.x[i].high, d);
             self.x[i] = Pair { high, low: self.x[i].low + low }.settled();
         }
     }
@@ -414,48 +405,39 @@ impl Work {
 #[inline(always)]
 fn add_product<const FUSED: bool>(sum: &mut Pair, a: &Pair, x: &Pair) {
     let (product, error) = lane_product::<FUSED>(a.high, x.high);
-    let (high, rest) = lane_sum(sum.high, product);
+    let (high, rest) = two_sum(sum.high, product);
     sum.high = high;
     sum.low += rest + (error + (a.high * x.low + a.low * x.high));
 }
 
+kernel!(
 /// Eight vectors as shapes: x / ‖x‖ times 1/√m, rounded to doubles; gives what components are off by at most.
 ///
 /// ‖x‖² is off by less than 4 (n + 8)² u² of itself, which the root halves, root, quotient and products by 40 u², the weights by their
 /// radii.
-struct Shapes<'a> {
-    band: &'a Band,
-    x: &'a [Pair],
-    measured: &'a Measured,
-    vectors: &'a mut [Vec<f64>],
-}
+eight_shapes, shape_loops, (band: &Band, x: &[Pair], measured: &Measured, vectors: &mut [Vec<f64>]) -> Lane);
 
-impl Kernel for Shapes<'_> {
-    type Output = Lane;
-
-    #[inline(always)]
-    fn run<const FUSED: bool>(self) -> Lane {
-        let Self { band, x, measured, vectors } = self;
-        let mut scale = Pair::ZERO;
-        for l in 0..vectors.len() {
-            let own = DoubleDouble::ONE / DoubleDouble::new(measured.square.high.0[l], measured.square.low.0[l]).sqrt();
-            (scale.high.0[l], scale.low.0[l]) = (own.hi, own.lo);
-        }
-        let n = x.len() as f64 + 8.0;
-        let (mut largest, mut left) = (Lane::ZERO, Lane::ZERO);
-        for (i, (x, w)) in x.iter().zip(&band.weights).enumerate() {
-            let (mut unit, mut own) = (Pair::ZERO, Pair::ZERO);
-            add_product::<FUSED>(&mut unit, x, &scale);
-            let weight = Pair { high: Lane::splat(w.mid.hi), low: Lane::splat(w.mid.lo) };
-            add_product::<FUSED>(&mut own, &unit.settled(), &weight);
-            let own = own.settled();
-            largest = largest.max(own.high.abs());
-            left = left.max(own.low.abs());
-            for (l, vector) in vectors.iter_mut().enumerate() {
-                vector[i] = own.high.0[l];
-            }
-        }
-        let relative = 2.0 * U2 * n * n + 40.0 * U2 + 2e-25;
-        (left + largest * Lane::splat(relative)).map(|error| up(error + TINY))
+#[inline(always)]
+fn shape_loops<const FUSED: bool>(band: &Band, x: &[Pair], measured: &Measured, vectors: &mut [Vec<f64>]) -> Lane {
+    let mut scale = Pair::ZERO;
+    for l in 0..vectors.len() {
+        let own = DoubleDouble::ONE / DoubleDouble::new(measured.square.high.0[l], measured.square.low.0[l]).sqrt();
+        (scale.high.0[l], scale.low.0[l]) = (own.hi, own.lo);
     }
+    let n = x.len() as f64 + 8.0;
+    let (mut largest, mut left) = (Lane::ZERO, Lane::ZERO);
+    for (i, (x, w)) in x.iter().zip(&band.weights).enumerate() {
+        let (mut unit, mut own) = (Pair::ZERO, Pair::ZERO);
+        add_product::<FUSED>(&mut unit, x, &scale);
+        let weight = Pair { high: Lane::splat(w.mid.hi), low: Lane::splat(w.mid.lo) };
+        add_product::<FUSED>(&mut own, &unit.settled(), &weight);
+        let own = own.settled();
+        largest = largest.max(own.high.abs());
+        left = left.max(own.low.abs());
+        for (l, vector) in vectors.iter_mut().enumerate() {
+            vector[i] = own.high.0[l];
+        }
+    }
+    let relative = 2.0 * U2 * n * n + 40.0 * U2 + 2e-25;
+    (left + largest * Lane::splat(relative)).map(|error| up(error + TINY))
 }

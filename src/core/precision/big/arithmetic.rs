@@ -6,7 +6,8 @@ use dashu_int::ops::{BitTest, DivRem, SquareRootRem, UnsignedAbs};
 use dashu_int::{IBig, Sign, UBig};
 
 use super::super::magnitude::Magnitude;
-use super::{Big, length};
+use super::super::scalar::power;
+use super::Big;
 
 /// Bits that a quotient or root has beyond those asked for before it is rounded.
 const EXTRA: usize = 8;
@@ -28,7 +29,7 @@ impl Big {
         }
         // floor(sqrt(s 4^k)) / 2^k with an even exponent left: off by less than one unit.
         let wanted = 2 * (self.bits + EXTRA);
-        let mut shift = wanted.saturating_sub(length(&self.significand));
+        let mut shift = wanted.saturating_sub(self.significand.bit_len());
         if (self.exponent - shift as i64).rem_euclid(2) == 1 {
             shift += 1;
         }
@@ -47,22 +48,7 @@ impl Big {
     /// Integer power by repeated squaring, negative exponents included.
     #[must_use]
     pub fn powi(&self, exponent: i32) -> Self {
-        let mut left = exponent.unsigned_abs();
-        let mut square = self.clone();
-        let mut power: Option<Self> = None;
-        while left > 0 {
-            if left & 1 == 1 {
-                power = Some(match power {
-                    None => square.clone(),
-                    Some(power) => &power * &square,
-                });
-            }
-            left >>= 1;
-            if left > 0 {
-                square = &square * &square;
-            }
-        }
-        let power = power.unwrap_or_else(|| Self::one(self.bits));
+        let power = power(self, exponent.unsigned_abs(), |x, y| x * y).unwrap_or_else(|| Self::one(self.bits));
         if exponent < 0 { &Self::one(self.bits) / &power } else { power }
     }
 }
@@ -72,7 +58,7 @@ impl Big {
 /// The quotient of the integers is rounded towards 0: off by less than one unit, and by nothing
 /// where the division leaves no rest.
 pub(super) fn quotient(numerator: IBig, denominator: &UBig, exponent: i64, bits: usize, radius: Magnitude) -> Big {
-    let wanted = (bits + EXTRA + denominator.bit_len()).saturating_sub(length(&numerator));
+    let wanted = (bits + EXTRA + denominator.bit_len()).saturating_sub(numerator.bit_len());
     let (sign, magnitude) = numerator.into_parts();
     let (digits, rest) = (magnitude << wanted).div_rem(denominator);
     let exponent = exponent.saturating_sub(wanted as i64);

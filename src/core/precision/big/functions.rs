@@ -104,13 +104,18 @@ impl Big {
         self.center().point(f)
     }
 
-    /// Sines and cosines never leave [-1, 1], however wide the argument.
-    fn within_unit(self) -> Self {
-        if self.is_finite() && self.radius() > Magnitude::ONE {
-            Self::zero(self.bits()).with_added_radius(Magnitude::ONE)
-        } else {
-            self
+    /// A sine or cosine from that at the midpoint: |sin(m + h) - sin m| <= |h|, and they never leave [-1, 1], however wide
+    /// the argument.
+    fn wave(&self, at: impl FnOnce() -> Self) -> Self {
+        if !self.is_finite() {
+            return self.clone();
         }
+        let anywhere = || Self::zero(self.bits()).with_added_radius(Magnitude::ONE);
+        if self.turns_too_often() {
+            return anywhere();
+        }
+        let value = at().with_added_radius(self.radius());
+        if value.is_finite() && value.radius() > Magnitude::ONE { anywhere() } else { value }
     }
 
     /// Whether the angle is too large to be reduced by multiples of pi.
@@ -121,28 +126,13 @@ impl Big {
     /// Sine; [-1, 1] for arguments beyond 2^16384.
     #[must_use]
     pub fn sin(&self) -> Self {
-        if !self.is_finite() {
-            return self.clone();
-        }
-        if self.turns_too_often() {
-            return Self::zero(self.bits()).with_added_radius(Magnitude::ONE);
-        }
-        // |sin(m + h) - sin m| <= |h|
-        let value = self.odd(|context, x, cache| context.sin::<2>(x, cache));
-        value.with_added_radius(self.radius()).within_unit()
+        self.wave(|| self.odd(|context, x, cache| context.sin::<2>(x, cache)))
     }
 
     /// Cosine; [-1, 1] for arguments beyond 2^16384.
     #[must_use]
     pub fn cos(&self) -> Self {
-        if !self.is_finite() {
-            return self.clone();
-        }
-        if self.turns_too_often() {
-            return Self::zero(self.bits()).with_added_radius(Magnitude::ONE);
-        }
-        let value = self.even(|context, x, cache| context.cos::<2>(x, cache));
-        value.with_added_radius(self.radius()).within_unit()
+        self.wave(|| self.even(|context, x, cache| context.cos::<2>(x, cache)))
     }
 
     /// Tangent; not finite where the cosine may be 0.
