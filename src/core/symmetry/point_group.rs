@@ -240,24 +240,11 @@ impl PointGroup {
         // squared, or where a pair is complex over 2.
         let squares: f64 = character.iter().map(|value| value * value).sum();
         let together = character.len() as f64 / squares;
-        let number = |at: Option<usize>| at.map_or("", |at| if sign(at) { "1" } else { "2" });
-        let parity = match (self.inversion, self.level) {
-            (Some(at), _) => {
-                if sign(at) {
-                    "g"
-                } else {
-                    "u"
-                }
-            }
-            (None, Some(at)) => {
-                if sign(at) {
-                    "'"
-                } else {
-                    "''"
-                }
-            }
-            (None, None) => "",
-        };
+        let told =
+            |at: Option<usize>, [even, odd]: [&'static str; 2]| at.map_or("", |at| if sign(at) { even } else { odd });
+        let number = |at| told(at, ["1", "2"]);
+        // Groups with inversion have no mirror that counts.
+        let parity = told(self.inversion, ["g", "u"]).to_owned() + told(self.level, ["'", "''"]);
         let name = if together > 20.0 {
             "H".to_owned()
         } else if together > 12.0 {
@@ -284,7 +271,7 @@ impl PointGroup {
             let letter = if self.main.is_none_or(|(at, _)| sign(at)) { "A" } else { "B" };
             format!("{letter}{}", number(self.number))
         };
-        name + parity
+        name + &parity
     }
 
     /// The same for bodies in a row about which all turns freely.
