@@ -12,7 +12,7 @@ use super::facts::{Facts, Variable};
 use super::parameters::parameters_of;
 use super::symbolic;
 use crate::expr::{ExprId, Node, Pool, Symbol, Tape};
-use crate::model::{Model, TermFamily};
+use crate::model::{Model, TermFamily, slopes_by};
 use crate::number::Number;
 use crate::precision::{Function, Scalar};
 
@@ -163,26 +163,12 @@ struct Derivatives {
     rest: Vec<(usize, ExprId)>,
 }
 
-fn slopes(pool: &mut Pool, e: ExprId, variables: &[Symbol]) -> Vec<(usize, ExprId)> {
-    let found = pool.slopes(e, |symbol| variables.contains(&symbol));
-    let mut slopes: Vec<(usize, ExprId)> = found
-        .into_iter()
-        .filter(|(_, slope)| !slope.is_zero())
-        .filter_map(|(symbol, slope)| {
-            let place = variables.iter().position(|other| *other == symbol)?;
-            Some((place, slope))
-        })
-        .collect();
-    slopes.sort_unstable();
-    slopes
-}
-
 fn gyroscopic(pool: &mut Pool, linear: &VelocityLinear) -> Derivatives {
     let locals = &linear.family.locals;
     let coordinates: Vec<Symbol> = locals.iter().map(|local| local.coordinate).collect();
     let mut entries = Vec::new();
     for (i, coefficient) in &linear.coefficients {
-        for (j, slope) in slopes(pool, *coefficient, &coordinates) {
+        for (j, slope) in slopes_by(pool, *coefficient, &coordinates) {
             if j != *i {
                 entries.push((Matrix::Gyroscopic, *i, j, slope));
             }
@@ -197,7 +183,7 @@ fn friction(pool: &mut Pool, family: &TermFamily) -> Derivatives {
     let at_rest = family.at_rest(pool);
     let (mut entries, mut rest) = (Vec::new(), Vec::new());
     for (i, force) in family.drags(pool) {
-        for (j, entry) in slopes(pool, force, &velocities) {
+        for (j, entry) in slopes_by(pool, force, &velocities) {
             let entry = pool.substitute_one(entry, &at_rest);
             if entry.is_zero() {
                 continue;
@@ -212,7 +198,7 @@ fn friction(pool: &mut Pool, family: &TermFamily) -> Derivatives {
             entries.push((Matrix::Gyroscopic, i, j, half));
         }
         let force = pool.substitute_one(force, &at_rest);
-        for (j, entry) in slopes(pool, force, &coordinates) {
+        for (j, entry) in slopes_by(pool, force, &coordinates) {
             entries.push((Matrix::Circulatory, i, j, entry));
         }
         if !force.is_zero() {

@@ -171,10 +171,7 @@ impl Elaborator<'_> {
         if self.errors.len() > before {
             return;
         }
-        let keys: Vec<Key> = match &members.block {
-            Some(block) => block.keys().collect(),
-            None => members.keys.clone(),
-        };
+        let keys = members.keys();
         for (position, at) in keys.iter().enumerate() {
             let value = self.world.run_written_out(&program, &mut at[..members.rank].to_vec());
             let Some(value) = self.note(value) else {
@@ -251,9 +248,7 @@ impl Elaborator<'_> {
             });
             return false;
         }
-        let Some(symbolic) = self.scaled(symbolic, factor) else {
-            return false;
-        };
+        let symbolic = self.scaled(symbolic, factor);
         if let Some(first) = into.get(number) {
             self.errors.push(ModelError::GivenTwice {
                 name: format!("{what} of {}", self.world.coordinates.at(number).name()),

@@ -150,11 +150,7 @@ impl Elaborator<'_> {
         }
     }
 
-    #[allow(clippy::unnecessary_wraps)] // used in chains of options
-    pub(super) fn scaled(&mut self, value: ExprId, factor: Option<ExprId>) -> Option<ExprId> {
-        Some(match factor {
-            Some(factor) => self.world.pool.mul(factor, value),
-            None => value,
-        })
+    pub(super) fn scaled(&mut self, value: ExprId, factor: Option<ExprId>) -> ExprId {
+        factor.map_or(value, |factor| self.world.pool.mul(factor, value))
     }
 }
