@@ -8,7 +8,7 @@ use super::velocity::{Matrix, sum};
 use super::zero::{self, ZeroMode};
 use super::{Linearized, tied};
 use crate::model::Model;
-use crate::precision::{Big, Enclosure};
+use crate::precision::Big;
 
 /// With fewer bits than double-double has there is nothing to gain.
 const LEAST_BITS: usize = 128;
