@@ -236,24 +236,11 @@ impl SymbolicRolling {
         at: &[Ball],
         visible: usize,
     ) -> Result<Self, LinearizeError> {
-        let mut pool = std::mem::take(&mut whole.pool);
-        let found = Self::reduced(model, &mut pool, whole, point, at, visible);
-        whole.pool = pool;
-        found
-    }
-
-    fn reduced(
-        model: &Model,
-        pool: &mut Pool,
-        whole: &SymbolicMatrices,
-        point: &[ExprId],
-        at: &[Ball],
-        visible: usize,
-    ) -> Result<Self, LinearizeError> {
+        let SymbolicMatrices { pool, mass, stiffness: whole, gyroscopic, damping, circulatory, .. } = whole;
         let span = model.rolling.first().map(|own| own.span).unwrap_or_default();
         let refused = |reason| LinearizeError::RollingNotCovered { reason, span };
         let rates: Vec<Option<ExprId>> = model.rates.iter().map(|rate| rate.map(|rate| rate.symbolic)).collect();
-        let conditions = Conditions::new(model, pool, point, &whole.stiffness, visible, &rates)?;
+        let conditions = Conditions::new(model, pool, point, whole, visible, &rates)?;
         for own in &model.rolling {
             let part = model.at_rest(pool, own.expression);
             if !is_zero(pool, part) {
@@ -261,7 +248,7 @@ impl SymbolicRolling {
             }
         }
         let dependent = "they depend on each other there";
-        let bound = conditions.choose(model, pool, &whole.stiffness, at);
+        let bound = conditions.choose(model, pool, whole, at);
         let bound = bound.ok_or_else(|| refused(dependent))?;
         let free: Vec<usize> = (0..visible).filter(|i| !bound.contains(i)).collect();
         let loose = |i: &&usize| conditions.rows.iter().take(conditions.constraints).all(|row| row[**i].is_zero());
@@ -289,9 +276,9 @@ impl SymbolicRolling {
             let [first, second] = [first, second].map(|rows| rows.map_or_else(|| nothing.clone(), block));
             added(pool, &first, &second)
         };
-        let mass = total(Some(&whole.mass), None);
-        let velocity = total(whole.gyroscopic.as_ref(), whole.damping.as_ref());
-        let stiffness = total(Some(&whole.stiffness), whole.circulatory.as_ref());
+        let mass = total(Some(mass), None);
+        let velocity = total(gyroscopic.as_ref(), damping.as_ref());
+        let stiffness = total(Some(whole), circulatory.as_ref());
         let mut both = |matrix: &Rows| {
             let image = product(pool, &back, matrix);
             (product(pool, &image, &directions), product(pool, &image, &others))

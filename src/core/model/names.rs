@@ -191,7 +191,7 @@ pub(super) fn member_name(name: &str, rank: usize, at: &Key) -> String {
     format!("{name}[{}]", indices.join(","))
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Family {
     pub(super) name: String,
     pub(super) span: Span,
@@ -238,7 +238,7 @@ impl Family {
 }
 
 /// One `let` name: its pieces, and the members that have been written out so far.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct LetFamily {
     pub(super) family: Family,
     pub(super) pieces: Vec<LetPiece>,

@@ -5,7 +5,7 @@
 //! pendulum's prefix sums) is written out into a single further term. Nothing is expanded and
 //! nothing is differentiated here.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
 
 use super::ModelError;
@@ -555,7 +555,8 @@ struct Finisher {
     value_sources: Vec<usize>,
 }
 
-#[derive(Clone, Copy)]
+/// Slots come before what all instances share.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Source {
     Leaf(usize),
     Shared(usize),
@@ -564,17 +565,15 @@ enum Source {
 impl Finisher {
     fn new(world: &World, acts_on: Option<Symbol>, body: ExprId, span: Span) -> Self {
         let mut family = TermFamily { count: 0, ..TermFamily::single(span, body, Vec::new(), Vec::new()) };
-        let mut local_sources: Vec<Source> = Vec::new();
         let mut value_sources = Vec::new();
-        let mut slots_seen = std::collections::BTreeSet::new();
-        let mut shared_seen = std::collections::BTreeSet::new();
+        let mut sources = BTreeSet::new();
         for symbol in world.pool.symbols_of(&[body]).into_iter().chain(acts_on) {
             match world.kinds.get(symbol) {
                 Some(SymbolKind::CoordinateSlot(k) | SymbolKind::VelocitySlot(k) | SymbolKind::AccelerationSlot(k)) => {
-                    slots_seen.insert(k);
+                    sources.insert(Source::Leaf(k));
                 }
                 Some(SymbolKind::Coordinate(i) | SymbolKind::Velocity(i) | SymbolKind::Acceleration(i)) => {
-                    shared_seen.insert(i);
+                    sources.insert(Source::Shared(i));
                 }
                 Some(SymbolKind::ValueSlot(k)) => {
                     family.values.push(symbol);
@@ -583,18 +582,12 @@ impl Finisher {
                 Some(SymbolKind::Parameter(_) | SymbolKind::Time) | None => {}
             }
         }
-        for k in slots_seen {
-            let [coordinate, velocity, _] = world.coordinate_slots[k];
-            family.locals.push(Local { coordinate, velocity });
-            local_sources.push(Source::Leaf(k));
-        }
-        for i in shared_seen {
-            let own = world.coordinates.at(i);
-            family.locals.push(Local { coordinate: own.symbol, velocity: own.velocity });
-            local_sources.push(Source::Shared(i));
-        }
+        family.locals.extend(sources.iter().map(|source| match source {
+            Source::Leaf(k) => Local::new(world.coordinate_slots[*k][0], world.coordinate_slots[*k][1]),
+            Source::Shared(i) => Local::new(world.coordinates.at(*i).symbol, world.coordinates.at(*i).velocity),
+        }));
         family.acts_on = acts_on.and_then(|on| family.locals.iter().position(|local| local.coordinate == on));
-        Self { family, local_sources, value_sources }
+        Self { family, local_sources: sources.into_iter().collect(), value_sources }
     }
 
     /// Adds the instance that comes so many steps after the one with these leaves.

@@ -89,7 +89,7 @@ impl Turn {
 }
 
 /// A finite point group.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct PointGroup {
     pub(super) elements: Vec<Element>,
     /// Its name after Schoenflies.
@@ -143,17 +143,7 @@ impl PointGroup {
         let count = elements.len();
         let find = |which: &dyn Fn(&Turn) -> bool| turns.iter().position(which);
         let all = |which: &dyn Fn(&Turn) -> bool| -> Vec<usize> { (0..count).filter(|i| which(&turns[*i])).collect() };
-        let mut own = Self {
-            elements: Vec::new(),
-            name: String::new(),
-            inversion: find(&|turn| turn.is(false, PI)),
-            level: None,
-            main: None,
-            cubic: false,
-            triple: None,
-            number: None,
-            halves: None,
-        };
+        let mut own = Self { inversion: find(&|turn| turn.is(false, PI)), ..Self::default() };
         let mut axes: Vec<(Vector3<f64>, usize)> = Vec::new();
         for turn in turns.iter().filter(|turn| turn.proper) {
             let Some(axis) = turn.axis else { continue };

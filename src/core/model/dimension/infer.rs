@@ -8,7 +8,6 @@ use super::solve::Combination;
 use super::{Dimension, DimensionError};
 use crate::model::survey::mentions;
 use crate::model::units;
-use crate::number::Number;
 use crate::span::Span;
 use crate::syntax::{
     Binding, Declaration, ExprKind, ExprRef, File, IndexKind, Indices, Name, Statement, StatementKind, UnitKind,
@@ -187,10 +186,6 @@ impl<'a> Inference<'a> {
     /// A quantity of its own for a name without a unit; one for each member of a small family whose
     /// members are told apart wherever they are used.
     fn fresh(&mut self, name: &'a Name, indices: Option<&Indices>) -> Quantity {
-        let literal = |at: ExprRef| match self.file.expr(at).kind {
-            ExprKind::Number(text) => Number::parse(text)?.to_i64(),
-            _ => None,
-        };
         let members = indices.and_then(|indices| {
             let [entry] = &*indices.entries else {
                 return None;
@@ -198,7 +193,7 @@ impl<'a> Inference<'a> {
             let IndexKind::Range { variable: None, from, to } = &entry.kind else {
                 return None;
             };
-            let (from, to) = (literal(*from)?, literal(*to)?);
+            let (from, to) = (self.whole(*from)?, self.whole(*to)?);
             (from == 1 && (2..=MOST_OWN_DIMENSIONS).contains(&to)).then_some(to)
         });
         match members {
@@ -403,17 +398,12 @@ impl<'a> Inference<'a> {
                 let Some(quantity) = self.names.get(one.name.text.as_str()).cloned() else {
                     continue;
                 };
-                let known = match quantity {
-                    Quantity::Any => vec![None],
-                    Quantity::Of(own) => vec![self.equations.known(&own)],
-                    Quantity::List(parts) => parts
-                        .iter()
-                        .map(|part| match part {
-                            Quantity::Of(own) => self.equations.known(own),
-                            Quantity::Any | Quantity::List(_) => None,
-                        })
-                        .collect(),
-                };
+                let parts = if let Quantity::List(parts) = quantity { parts } else { vec![quantity] };
+                let known = parts.iter().map(|part| match part {
+                    Quantity::Of(own) => self.equations.known(own),
+                    Quantity::Any | Quantity::List(_) => None,
+                });
+                let known = known.collect();
                 result.known.insert(one.name.text.to_string(), known);
                 if one.unit.is_some_and(|unit| self.is_angle(unit)) {
                     result.angles.insert(one.name.text.to_string());
