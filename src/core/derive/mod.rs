@@ -463,7 +463,7 @@ fn symbols(model: &Model, pool: &mut Pool) -> BTreeMap<String, ExprId> {
     for parameter in &model.parameters {
         symbols.insert(parameter.name.clone(), parameter.symbolic);
     }
-    for coordinate in &model.coordinates {
+    for coordinate in model.coordinates.iter() {
         symbols.insert(coordinate.name(), pool.symbol_expr(coordinate.symbol));
         let velocity = pool.symbol_expr(coordinate.velocity);
         symbols.insert(format!("{}'", coordinate.name()), velocity);

@@ -4,34 +4,19 @@ use nalgebra::DMatrix;
 
 use super::equilibrium::{Search, short};
 use super::error::{LinearizeError, combination_words};
+use super::exact::simplest;
 use super::newton::Spectrum;
 use super::symbolic::{constant_along, constant_force};
 use crate::number::Number;
 use crate::precision::{Ball, Scalar};
 
 /// Combinations with larger denominators are not tried.
-const LARGEST_DENOMINATOR: i64 = 10_000;
+const LARGEST_DENOMINATOR: u64 = 10_000;
 
 /// The fraction that a double seems to stand for.
 fn fraction(x: f64) -> Option<Number> {
-    let (mut rest, mut before, mut now) = (x, (0_i64, 1_i64), (1_i64, 0_i64));
-    for _ in 0..16 {
-        let whole = rest.floor();
-        if whole.abs() > 1e9 {
-            return None;
-        }
-        let part = whole as i64;
-        let next = (part.checked_mul(now.0)?.checked_add(before.0)?, part.checked_mul(now.1)?.checked_add(before.1)?);
-        (before, now) = (now, next);
-        if now.1 > LARGEST_DENOMINATOR {
-            return None;
-        }
-        if (now.0 as f64 / now.1 as f64 - x).abs() <= 1e-9 {
-            return Number::ratio(now.0, now.1);
-        }
-        rest = 1.0 / (rest - whole);
-    }
-    None
+    let near = simplest(&Number::from_f64_exact(x)?, &Number::from_f64_exact(1e-9)?)?;
+    near.small_parts().filter(|(_, denominator)| *denominator <= LARGEST_DENOMINATOR).map(|_| near)
 }
 
 /// The columns in reduced echelon form, by the largest pivots.

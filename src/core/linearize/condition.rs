@@ -7,12 +7,11 @@
 //! is a bound; a leading digit is all that is asked for.
 
 use super::Linearized;
-use super::assemble::{Part, Values, evaluate_closed, head};
+use super::assemble::{Part, Values, head};
 use super::constrained::solve;
 use super::equilibrium::Origin;
 use super::existence::Proof;
-use super::parameters::parameters_of;
-use crate::expr::{Symbol, Tape};
+use super::parameters::{Formulas, parameters_of};
 use crate::precision::{Ball, Big, Scalar};
 
 /// A parameter is changed by this power of 1/2 ...
@@ -151,18 +150,8 @@ impl Linearized {
             };
             at.push(match (origin, stated) {
                 (Origin::Given | Origin::Found, Some(given)) => {
-                    let parameters = parameters_of(model, &[given.symbolic]);
-                    let symbol = |number: &usize| model.parameters[*number].symbol;
-                    let symbols: Vec<Symbol> = parameters.iter().map(symbol).collect();
-                    let tape = Tape::compile(&model.pool, &[given.symbolic], &symbols).ok()?;
-                    let mut inputs = Vec::with_capacity(parameters.len());
-                    for number in parameters {
-                        let closed = model.parameters[number].value?;
-                        let own = evaluate_closed(&model.pool, closed, bits)?;
-                        inputs.push(larger(number, own));
-                    }
-                    let prepared = tape.prepare::<Big>(bits);
-                    let found = prepared.evaluate(&inputs, &mut Vec::new());
+                    let formulas = Formulas::new(model, &model.pool, &[given.symbolic])?;
+                    let found = formulas.at_where(model, &[], bits, |number, value| Some(larger(number, value?)))?;
                     found.into_iter().next()?
                 }
                 (Origin::Found, None) => Big::from_ball(value, bits).center(),

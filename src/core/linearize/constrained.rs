@@ -7,11 +7,11 @@
 //! of U by q are then the stiffness with the curvature of the constraints, V'' - sum of lambda c'', and
 //! those by lambda and q are -∂c/∂q, from which the directions are worked out that the constraints allow.
 
-use super::parameters::known_values;
-
 use super::elimination::Elimination;
-use crate::expr::{ExprId, Symbol, Tape};
+use super::parameters::{Formulas, known_values};
+use crate::expr::{ExprId, Symbol};
 use crate::model::{Constraint, Local, Model, SymbolKind, TermFamily};
+use crate::number::Number;
 use crate::precision::{Ball, Big, Enclosure, Scalar, clear_column};
 
 /// A model whose multipliers are coordinates behind its own.
@@ -128,7 +128,7 @@ pub(crate) struct Tangent<S: Scalar> {
 
 /// Which coordinates follow the others: one for each constraint.
 pub(crate) fn choose_bound<S: Enclosure>(gradients: &[Vec<S>], precision: S::Precision) -> Option<Vec<usize>> {
-    eliminate(gradients.to_vec(), None, precision).map(|(pivots, _)| pivots)
+    eliminate(gradients.to_vec(), largest_among(None), precision).map(|(pivots, _)| pivots)
 }
 
 /// The same, of some coordinates alone.
@@ -137,32 +137,37 @@ pub(super) fn choose_bound_among<S: Enclosure>(
     among: &[usize],
     precision: S::Precision,
 ) -> Option<Vec<usize>> {
-    eliminate(gradients.to_vec(), Some(among), precision).map(|(pivots, _)| pivots)
+    eliminate(gradients.to_vec(), largest_among(Some(among)), precision).map(|(pivots, _)| pivots)
 }
 
-/// Gauss-Jordan elimination in enclosures. Pivots are the largest that exclude 0, or as given.
-fn eliminate<S: Enclosure>(
+/// The largest pivots that exclude 0, in some columns or in all.
+fn largest_among(columns: Option<&[usize]>) -> impl Fn(usize, f64) -> Option<f64> {
+    move |column, size| (size > 0.0 && columns.is_none_or(|given| given.contains(&column))).then_some(size)
+}
+
+/// Gauss-Jordan elimination in enclosures. The next pivot is always the entry of the highest rank, from its column and its size beside
+/// what else its row has, so that the units of a constraint do not matter; an entry without a rank is none.
+pub(super) fn eliminate<S: Enclosure, R: PartialOrd>(
     mut rows: Vec<Vec<S>>,
-    given: Option<&[usize]>,
+    rank: impl Fn(usize, f64) -> Option<R>,
     precision: S::Precision,
 ) -> Option<(Vec<usize>, Vec<Vec<S>>)> {
     let mut pivots = Vec::with_capacity(rows.len());
     let mut order: Vec<usize> = Vec::with_capacity(rows.len());
     for _ in 0..rows.len() {
         let open = (0..rows.len()).filter(|row| !order.contains(row));
-        let mut best: Option<(usize, usize, f64)> = None;
+        let mut best: Option<(R, usize, usize)> = None;
         for row in open {
             let largest = rows[row].iter().map(S::certain_size).fold(0.0, f64::max);
             for (column, entry) in rows[row].iter().enumerate() {
-                let wanted = given.is_none_or(|given| given.contains(&column));
-                // Beside what else the row has, so that the units of the constraint do not matter.
-                let size = entry.certain_size() / largest;
-                if wanted && size > 0.0 && best.is_none_or(|(.., other)| size > other) {
-                    best = Some((row, column, size));
+                if let Some(own) = rank(column, entry.certain_size() / largest)
+                    && best.as_ref().is_none_or(|(other, ..)| own > *other)
+                {
+                    best = Some((own, row, column));
                 }
             }
         }
-        let (row, column, _) = best?;
+        let (_, row, column) = best?;
         clear_column(&mut rows, row, column, precision);
         order.push(row);
         pivots.push(column);
@@ -171,11 +176,28 @@ fn eliminate<S: Enclosure>(
     Some((pivots, sorted))
 }
 
+/// Gauss-Jordan elimination with the largest pivots in given columns, one a row, which are brought to that order; `size` is positive for what
+/// may be divided by.
+pub(super) fn solve_for<S: Scalar>(
+    rows: &mut [Vec<S>],
+    columns: impl IntoIterator<Item = usize>,
+    size: impl Fn(&S) -> f64,
+    precision: S::Precision,
+) -> Option<()> {
+    for (at, column) in columns.into_iter().enumerate() {
+        let largest = |a: &usize, b: &usize| size(&rows[*a][column]).total_cmp(&size(&rows[*b][column]));
+        let pivot = (at..rows.len()).max_by(largest).filter(|row| size(&rows[*row][column]) > 0.0)?;
+        rows.swap(at, pivot);
+        clear_column(rows, at, column, precision);
+    }
+    Some(())
+}
+
 /// The solution of linear equations, each with its right side for a last entry; `None` where they
 /// are not shown to have just one.
 pub(crate) fn solve<S: Enclosure>(equations: Vec<Vec<S>>, precision: S::Precision) -> Option<Vec<S>> {
     let unknowns: Vec<usize> = (0..equations.len()).collect();
-    let (pivots, rows) = eliminate(equations, Some(&unknowns), precision)?;
+    let (pivots, rows) = eliminate(equations, largest_among(Some(&unknowns)), precision)?;
     let mut solution: Vec<Option<S>> = vec![None; unknowns.len()];
     for (pivot, row) in pivots.iter().zip(&rows) {
         solution[*pivot] = row.last().cloned();
@@ -203,26 +225,23 @@ impl Tangent<Big> {
     }
 }
 
-impl<S: Enclosure> Tangent<S> {
+impl<S: Scalar> Tangent<S> {
     /// From how each bound coordinate follows the free ones.
     pub(super) fn following(free: Vec<usize>, bound: Vec<usize>, slopes: Vec<Vec<S>>, precision: S::Precision) -> Self {
         Self { free, bound, slopes, precision }
     }
 
-    /// From the gradients of the constraints, one row each, and the coordinates that are to follow;
-    /// `None` where these can't be shown to.
-    pub(crate) fn new(gradients: &[Vec<S>], bound: &[usize], precision: S::Precision) -> Option<Self> {
-        let n = gradients.first().map_or(0, Vec::len);
-        let (pivots, rows) = eliminate(gradients.to_vec(), Some(bound), precision)?;
-        let free: Vec<usize> = (0..n).filter(|at| !pivots.contains(at)).collect();
+    /// From gradients by `n` coordinates solved for those that follow, one row each.
+    pub(super) fn solved(n: usize, rows: &[Vec<S>], bound: Vec<usize>, precision: S::Precision) -> Self {
+        let free: Vec<usize> = (0..n).filter(|at| !bound.contains(at)).collect();
         let slopes = rows.iter().map(|row| free.iter().map(|at| row[*at].neg()).collect()).collect();
-        Some(Self { free, bound: pivots, slopes, precision })
+        Self { free, bound, slopes, precision }
     }
 
     /// ZᵀAZ for a matrix (column by column) whose first rows and columns are those of the coordinates.
     pub(crate) fn reduce(&self, matrix: &[S], order: usize) -> Vec<S> {
         let m = self.free.len();
-        let zero = S::exact(0.0, self.precision);
+        let zero = S::from_number(&Number::ZERO, self.precision);
         // A Z, column by column, for rows of the coordinates.
         let n = m + self.bound.len();
         let mut image = vec![zero.clone(); n * m];
@@ -266,6 +285,20 @@ impl<S: Enclosure> Tangent<S> {
         reduced
     }
 
+    /// The components of a direction that the constraints allow, for the free coordinates.
+    pub(crate) fn restrict(&self, vector: &[S]) -> Vec<S> {
+        self.free.iter().map(|at| vector[*at].clone()).collect()
+    }
+}
+
+impl<S: Enclosure> Tangent<S> {
+    /// From the gradients of the constraints, one row each, and the coordinates that are to follow;
+    /// `None` where these can't be shown to.
+    pub(crate) fn new(gradients: &[Vec<S>], bound: &[usize], precision: S::Precision) -> Option<Self> {
+        let (pivots, rows) = eliminate(gradients.to_vec(), largest_among(Some(bound)), precision)?;
+        Some(Self::solved(rows.first().map_or(0, Vec::len), &rows, pivots, precision))
+    }
+
     /// Z, one row a coordinate.
     pub(super) fn rows(&self) -> Vec<Vec<S>> {
         let m = self.free.len();
@@ -277,11 +310,6 @@ impl<S: Enclosure> Tangent<S> {
             rows[*bound].clone_from(slopes);
         }
         rows
-    }
-
-    /// The components of a direction that the constraints allow, for the free coordinates.
-    pub(crate) fn restrict(&self, vector: &[S]) -> Vec<S> {
-        self.free.iter().map(|at| vector[*at].clone()).collect()
     }
 
     /// Z y for a y whose components are off by up to `error`, and what those of Z y are off by: for a row z
@@ -318,17 +346,6 @@ pub(crate) fn gradients<S: Scalar>(second: &[S], visible: usize, order: usize) -
 /// What the sides of a constraint differ by at a point; `None` where parameters have no values.
 pub(crate) fn difference(model: &Model, number: usize, at: &[Ball]) -> Option<Ball> {
     let mut pool = model.pool.clone();
-    let expression = model.constraints.get(number)?.expression;
-    let expression = pool.substitute_one(expression, &known_values(model));
-    let symbols = pool.symbols_of(&[expression]);
-    let values: Option<Vec<Ball>> = symbols
-        .iter()
-        .map(|symbol| match model.symbols.get(*symbol) {
-            Some(SymbolKind::Coordinate(place)) => at.get(place).copied(),
-            Some(_) | None => None,
-        })
-        .collect();
-    let tape = Tape::compile(&pool, &[expression], &symbols).ok()?;
-    let found = tape.prepare::<Ball>(()).evaluate(&values?, &mut Vec::new());
-    found.first().copied()
+    let expression = pool.substitute_one(model.constraints.get(number)?.expression, &known_values(model));
+    Formulas::new(model, &pool, &[expression])?.at(model, at, ())?.first().copied()
 }

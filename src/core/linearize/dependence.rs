@@ -3,10 +3,9 @@
 //! In doubles x = y and x (1 + 1e-32) = y are one constraint. Two numbers made of numbers of b bits that differ at all
 //! differ, but for high powers and deep formulas, by more than 2^-(4b): so many bits and more are taken.
 
-use super::assemble::evaluate_closed;
 use super::constrained::{choose_bound, solve};
-use super::parameters::known_values;
-use crate::expr::{ExprId, Symbol, Tape};
+use super::parameters::{Formulas, known_values};
+use crate::expr::{ExprId, Symbol};
 use crate::model::{Model, SymbolKind};
 use crate::precision::{Ball, Big, Magnitude, Scalar};
 
@@ -21,19 +20,11 @@ const MOST_STEPS: usize = 40;
 
 /// Constraints and their gradients, with the values of parameters put in.
 struct Surface {
-    tape: Tape,
-    /// What the inputs of the tape are.
-    inputs: Vec<Input>,
+    formulas: Formulas,
     count: usize,
     /// Constraint and coordinate of each slope, which stand behind the constraints.
     slopes: Vec<(usize, usize)>,
     coordinates: usize,
-}
-
-#[derive(Clone, Copy)]
-enum Input {
-    Coordinate(usize),
-    Parameter(ExprId),
 }
 
 /// So many bits tell numbers of a model's constraints apart; `None` where that would be too many.
@@ -53,7 +44,7 @@ pub(super) fn bits(model: &Model) -> Option<usize> {
 }
 
 impl Surface {
-    /// Some constraints, by number; `None` where a parameter has no value.
+    /// Some constraints, by number.
     fn new(model: &Model, numbers: &[usize]) -> Option<Self> {
         let mut pool = model.pool.clone();
         let expressions: Vec<ExprId> =
@@ -70,18 +61,8 @@ impl Surface {
                 roots.push(slope);
             }
         }
-        let symbols = pool.symbols_of(&roots);
-        let inputs = symbols
-            .iter()
-            .map(|symbol| match model.symbols.get(*symbol)? {
-                SymbolKind::Coordinate(place) => Some(Input::Coordinate(place)),
-                SymbolKind::Parameter(number) => Some(Input::Parameter(model.parameters.get(number)?.value?)),
-                _ => None,
-            })
-            .collect::<Option<_>>()?;
         Some(Self {
-            tape: Tape::compile(&pool, &roots, &symbols).ok()?,
-            inputs,
+            formulas: Formulas::new(model, &pool, &roots)?,
             count: expressions.len(),
             slopes,
             coordinates: model.coordinates.len(),
@@ -90,12 +71,7 @@ impl Surface {
 
     /// The constraints and their gradients at a point.
     fn at(&self, model: &Model, point: &[Big], bits: usize) -> Option<(Vec<Big>, Vec<Vec<Big>>)> {
-        let inputs = self.inputs.iter().map(|input| match input {
-            Input::Coordinate(place) => point.get(*place).cloned(),
-            Input::Parameter(value) => evaluate_closed(&model.pool, *value, bits),
-        });
-        let inputs = inputs.collect::<Option<Vec<Big>>>()?;
-        let mut numbers = self.tape.prepare(bits).evaluate(&inputs, &mut Vec::new());
+        let mut numbers = self.formulas.at(model, point, bits)?;
         if !numbers.iter().all(Big::is_finite) {
             return None;
         }

@@ -43,8 +43,7 @@ pub(crate) struct Splitter {
     pub(crate) facts: Facts,
     /// Derivatives of simple terms by coordinates and by velocities, which the sums of a chain of
     /// links have in common.
-    by_coordinate: HashMap<ExprId, Box<[(Symbol, ExprId)]>>,
-    by_velocity: HashMap<ExprId, Box<[(Symbol, ExprId)]>>,
+    known: [HashMap<ExprId, Box<[(Symbol, ExprId)]>>; 2],
 }
 
 /// Takes an expression apart into elements with respect to `variables`, which are all the
@@ -79,41 +78,25 @@ pub(crate) fn elements(
                 }
             }
             Node::Product(factors) => {
-                let inner: Vec<&(ExprId, Number)> =
-                    factors.iter().filter(|(base, _)| splitter.facts.varies(pool, *base, kind)).collect();
-                if let [(base, exponent)] = inner.as_slice() {
-                    let mut outside = vec![weight];
-                    for (other, power) in factors.iter().filter(|(other, _)| other != base) {
-                        outside.push(pool.powr(*other, power));
-                    }
-                    let weight = pool.product(&outside);
-                    if exponent.is_one() {
+                let varies = |(base, _): &(ExprId, Number)| splitter.facts.varies(pool, *base, kind);
+                let (inner, constant): (Vec<_>, Vec<_>) = factors.iter().cloned().partition(varies);
+                let mut outside = vec![weight];
+                outside.extend(constant.iter().map(|(base, power)| pool.powr(*base, power)));
+                let weight = pool.product(&outside);
+                let (outer, s) = match inner.as_slice() {
+                    [(base, exponent)] if exponent.is_one() => {
                         weights.entry(*base).or_default().push(weight);
-                    } else {
-                        let (outer, s) = if let Node::Function(Function::Abs, s) = pool.node(*base)
-                            && *exponent > Number::from(2)
-                        {
-                            (Outer::PowerOfModulus(exponent.clone()), *s)
-                        } else {
-                            (Outer::Power(exponent.clone()), *base)
-                        };
-                        result.push(element(pool, splitter, weight, &outer, s, &variables));
+                        continue;
                     }
-                } else {
-                    let constant: Vec<ExprId> = factors
-                        .iter()
-                        .filter(|(base, _)| !splitter.facts.varies(pool, *base, kind))
-                        .map(|(base, power)| (*base, power.clone()))
-                        .collect::<Vec<_>>()
-                        .into_iter()
-                        .map(|(base, power)| pool.powr(base, &power))
-                        .chain(std::iter::once(weight))
-                        .collect();
-                    let weight = pool.product(&constant);
-                    let parts: Vec<(ExprId, Number)> = inner.into_iter().cloned().collect();
-                    let s = pool.product_of_powers(&parts);
-                    result.push(element(pool, splitter, weight, &Outer::Identity, s, &variables));
-                }
+                    [(base, exponent)] => match pool.node(*base) {
+                        Node::Function(Function::Abs, s) if *exponent > Number::from(2) => {
+                            (Outer::PowerOfModulus(exponent.clone()), *s)
+                        }
+                        _ => (Outer::Power(exponent.clone()), *base),
+                    },
+                    parts => (Outer::Identity, pool.product_of_powers(parts)),
+                };
+                result.push(element(pool, splitter, weight, &outer, s, &variables));
             }
             Node::Function(function, inner) => {
                 let outer = Outer::Function(function);
@@ -252,10 +235,7 @@ impl Splitter {
         kind: Variable,
     ) -> Vec<(Symbol, ExprId)> {
         let facts = &self.facts;
-        let known = match kind {
-            Variable::Coordinate => &mut self.by_coordinate,
-            Variable::Velocity => &mut self.by_velocity,
-        };
+        let known = &mut self.known[kind as usize];
         let mut parts: Vec<(Symbol, ExprId, &Number)> = Vec::with_capacity(terms.len());
         for (term, coefficient) in terms {
             let slopes = known

@@ -28,26 +28,15 @@ fn combined(row: &[(u32, u64)], factor: u64, other: &[(u32, u64)]) -> Row {
     let mut sum = Row::with_capacity(row.len() + other.len());
     let (mut row, mut other) = (row.iter().peekable(), other.iter().peekable());
     loop {
-        let (place, value) = match (row.peek(), other.peek()) {
+        let place = match (row.peek(), other.peek()) {
             (None, None) => return sum,
-            (Some((i, x)), Some((j, y))) if i == j => {
-                let value = (*i, add_mod(*x, mul_mod(factor, *y)));
-                row.next();
-                other.next();
-                value
-            }
-            (Some((i, x)), other) if other.is_none_or(|(j, _)| i < j) => {
-                let value = (*i, *x);
-                row.next();
-                value
-            }
-            (_, Some((j, y))) => {
-                let value = (*j, mul_mod(factor, *y));
-                other.next();
-                value
-            }
-            (Some(_), None) => return sum,
+            (Some((i, _)), None) | (None, Some((i, _))) => *i,
+            (Some((i, _)), Some((j, _))) => *i.min(j),
         };
+        let mut value = row.next_if(|(i, _)| *i == place).map_or(0, |(_, x)| *x);
+        if let Some((_, y)) = other.next_if(|(j, _)| *j == place) {
+            value = add_mod(value, mul_mod(factor, *y));
+        }
         if value != 0 {
             sum.push((place, value));
         }

@@ -26,7 +26,7 @@ use super::symmetry::symmetries;
 use super::undefined::{given_not_finite, point_text};
 use super::zero::independent_symmetries;
 use crate::expr::ExprId;
-use crate::model::Model;
+use crate::model::{Given, Model};
 use crate::precision::{Ball, Big, DoubleDouble, Scalar};
 
 /// Where a coordinate of the equilibrium comes from.
@@ -81,6 +81,20 @@ impl Equilibrium {
             Origin::Found | Origin::Zero => return None,
         };
         stated.get(coordinate)?.value
+    }
+
+    /// The point in numbers of another type: what the model says exactly, and for the rest what `other` makes of it.
+    pub(super) fn in_numbers<S: Scalar>(
+        &self,
+        model: &Model,
+        precision: S::Precision,
+        other: impl Fn(&Ball) -> Option<S>,
+    ) -> Option<Vec<S>> {
+        let exact = |(i, value): (usize, &Ball)| match self.expression(model, i) {
+            Some(exact) => evaluate_closed(&model.pool, exact, precision),
+            None => other(value),
+        };
+        self.values.iter().enumerate().map(exact).collect()
     }
 
     /// What belongs to the first coordinates: those before multipliers.
@@ -240,19 +254,22 @@ impl Search<'_> {
         Ok(())
     }
 
+    /// A point in numbers of so many bits: what is given exactly, and for the rest what `other` makes of it.
+    pub(super) fn in_bits(&self, at: &[Ball], bits: usize, other: impl Fn(&Ball) -> Option<Big>) -> Option<Vec<Big>> {
+        let number = |(given, value): (Option<Given>, &Ball)| match given.and_then(|given| given.value) {
+            Some(given) => evaluate_closed(&self.model.pool, given, bits),
+            None => other(value),
+        };
+        self.model.equilibria.iter().zip(at).map(number).collect()
+    }
+
     /// The forces with [`BITS_TO_VERIFY`] bits, if the place is known as well.
     fn closer_force(&self, at: &[Ball], proof: Option<&Proof>) -> Option<Vec<Ball>> {
         let bits = BITS_TO_VERIFY.max(proof.map_or(0, Proof::bits));
         let values = self.assembly.values::<Big>(self.model, bits).ok()?;
         let gradient = |at: &[Big]| self.assembly.gradient(at, &values);
-        let mut point = Vec::with_capacity(at.len());
-        for (i, value) in at.iter().enumerate() {
-            point.push(match self.model.equilibria.get(i).and_then(|given| given.value) {
-                Some(given) => evaluate_closed(&self.model.pool, given, bits)?,
-                None if value.is_exact() || proof.is_some() => Big::from_ball(value, bits),
-                None => return None,
-            });
-        }
+        let known = |value: &Ball| value.is_exact() || proof.is_some();
+        let mut point = self.in_bits(at, bits, |value| known(value).then(|| Big::from_ball(value, bits)))?;
         if let Some(proof) = proof {
             point = proof.refine(point, bits, gradient)?;
         }

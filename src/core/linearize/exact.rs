@@ -217,15 +217,9 @@ pub(super) fn forces_vanish(model: &Model, assembly: &Assembly, equilibrium: &Eq
 /// The equilibrium in exact numbers, if it is known in such; `other` is asked for coordinates that are neither given nor
 /// exact.
 fn point(model: &Model, equilibrium: &Equilibrium, other: impl Fn(&Ball) -> Exact) -> Option<Vec<Exact>> {
-    let place = |(i, value): (usize, &Ball)| {
-        let exact = match equilibrium.expression(model, i) {
-            Some(given) => super::assemble::evaluate_closed::<Exact>(&model.pool, given, ())?,
-            None if value.is_exact() => Exact::rational(exact_number(value.mid)),
-            None => other(value),
-        };
-        exact.is_finite().then_some(exact)
-    };
-    equilibrium.values.iter().enumerate().map(place).collect()
+    let number =
+        |value: &Ball| Some(if value.is_exact() { Exact::rational(exact_number(value.mid)) } else { other(value) });
+    equilibrium.in_numbers(model, (), number).filter(|place| place.iter().all(Exact::is_finite))
 }
 
 /// The same for one that was searched for and proved: fractions and square roots of fractions within the radii, where all
@@ -338,7 +332,7 @@ fn most_bits(value: &Ball) -> usize {
 const MOST_GUESSED: usize = 60;
 
 /// The last convergent that is needed to come within the radius (Khinchin, Continued Fractions, 6).
-fn simplest(mid: &Number, radius: &Number) -> Option<Number> {
+pub(super) fn simplest(mid: &Number, radius: &Number) -> Option<Number> {
     let (mut before, mut last) = ((Number::ZERO, Number::ONE), (Number::ONE, Number::ZERO));
     let mut rest = mid.clone();
     loop {

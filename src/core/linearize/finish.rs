@@ -12,11 +12,10 @@
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
-use super::assemble::{Values, evaluate_closed};
+use super::assemble::Values;
 use super::equilibrium::Search;
 use super::existence::{Axes, Products, Proof, Setting, congruent};
 use super::symmetry::Symmetry;
-use crate::model::Given;
 use crate::precision::{Ball, Big, Magnitude};
 
 /// Products of matrices of so many bits take seconds beyond this.
@@ -65,17 +64,13 @@ impl Search<'_> {
         let [bits, _] = BITS;
         let values = self.assembly.values::<Big>(self.model, bits).ok()?;
         let gradient = |at: &[Big]| self.assembly.gradient(at, &values);
-        let point = proof.refine(self.in_bits(at, bits)?, bits, gradient)?;
+        let point = proof.refine(self.middle(at, bits)?, bits, gradient)?;
         Some(self.free.iter().map(|i| point[*i].to_ball()).collect())
     }
 
     /// A point in numbers of so many bits: what is given exactly, of the rest the middle.
-    fn in_bits(&self, at: &[Ball], bits: usize) -> Option<Vec<Big>> {
-        let number = |(given, value): (Option<Given>, &Ball)| match given.and_then(|given| given.value) {
-            Some(given) => evaluate_closed(&self.model.pool, given, bits),
-            None => Some(Big::from_ball(value, bits).center()),
-        };
-        self.model.equilibria.iter().zip(at).map(number).collect()
+    fn middle(&self, at: &[Ball], bits: usize) -> Option<Vec<Big>> {
+        self.in_bits(at, bits, |value| Some(Big::from_ball(value, bits).center()))
     }
 
     fn finish_with(
@@ -86,7 +81,7 @@ impl Search<'_> {
         symmetries: &[Symmetry],
     ) -> Option<(Proof, Vec<Ball>)> {
         let values = self.assembly.values::<Big>(self.model, bits).ok()?;
-        let mut point = self.in_bits(at, bits)?;
+        let mut point = self.middle(at, bits)?;
         let setting = Setting {
             assembly: self.assembly,
             values: &values,

@@ -8,10 +8,10 @@
 //! With gyroscopic forces alone the exponents come in pairs ±s still, which then tells that a growth is 0.
 
 use super::Linearized;
-use super::constrained::choose_bound;
+use super::constrained::{choose_bound, solve_for};
 use super::massless::{self, Direction, product, rows};
 use crate::number::Number;
-use crate::precision::{Ball, Enclosure, Scalar, clear_column};
+use crate::precision::{Ball, Enclosure, Scalar};
 
 /// What an equation is multiplied by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -176,7 +176,7 @@ impl Flow {
             leading.chain(self.places.iter().map(|place| all[0][place + n * c].clone())).collect()
         };
         let mut factors: Vec<Vec<S>> = (0..n).map(column).collect();
-        solve(&mut factors, &size, precision)?;
+        solve_for(&mut factors, 0..n, &size, precision)?;
         for (at, place) in self.places.iter().enumerate() {
             for c in 0..n {
                 for matrix in [1, 2] {
@@ -193,15 +193,4 @@ impl Flow {
         }
         Some(all)
     }
-}
-
-/// Gauss-Jordan elimination of as many columns as there are rows.
-fn solve<S: Scalar>(rows: &mut [Vec<S>], size: impl Fn(&S) -> f64, precision: S::Precision) -> Option<()> {
-    for at in 0..rows.len() {
-        let largest = |a: &usize, b: &usize| size(&rows[*a][at]).total_cmp(&size(&rows[*b][at]));
-        let pivot = (at..rows.len()).max_by(largest).filter(|row| size(&rows[*row][at]) > 0.0)?;
-        rows.swap(at, pivot);
-        clear_column(rows, at, at, precision);
-    }
-    Some(())
 }

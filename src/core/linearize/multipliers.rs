@@ -7,7 +7,7 @@ use super::assemble::{Assembly, evaluate_closed};
 use super::parameters::known_values;
 use super::symbolic::gradient;
 use crate::expr::{ExprId, Pool, Symbol, ZeroVerdict};
-use crate::model::Model;
+use crate::model::{Model, slopes_by};
 use crate::precision::Ball;
 
 /// Constraints and their multipliers.
@@ -80,10 +80,8 @@ pub(super) fn gradients(model: &Model, pool: &mut Pool, point: &[ExprId], expres
     let mut rows = Vec::with_capacity(expressions.len());
     for expression in expressions {
         let mut row = vec![pool.zero(); point.len()];
-        for (symbol, slope) in pool.slopes(*expression, |symbol| coordinates.contains(&symbol)) {
-            if let Some(at) = coordinates.iter().position(|own| *own == symbol) {
-                row[at] = pool.substitute_one(slope, &map);
-            }
+        for (at, slope) in slopes_by(pool, *expression, &coordinates) {
+            row[at] = pool.substitute_one(slope, &map);
         }
         rows.push(row);
     }

@@ -1,8 +1,9 @@
 //! The parameters in expressions, and their values.
 
-use super::assemble::signed_terms;
-use crate::expr::{ExprId, Node, Substitution, Symbol};
+use super::assemble::{evaluate_closed, signed_terms};
+use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, Tape};
 use crate::model::{Model, Parameter, SymbolKind};
+use crate::precision::Scalar;
 
 /// Gives parameters in exponents their exact values.
 ///
@@ -70,4 +71,56 @@ pub(crate) fn parameters_of(model: &Model, roots: &[ExprId]) -> Vec<usize> {
         .collect();
     found.sort_unstable();
     found
+}
+
+/// Expressions in the coordinates and parameters of a model, to be evaluated at points.
+#[derive(Clone, Debug)]
+pub(super) struct Formulas {
+    tape: Tape,
+    /// What the inputs of the tape are.
+    inputs: Vec<SymbolKind>,
+}
+
+impl Formulas {
+    /// From a pool that builds on the model's; `None` where other symbols are in them.
+    pub(super) fn new(model: &Model, pool: &Pool, roots: &[ExprId]) -> Option<Self> {
+        let symbols = pool.symbols_of(roots);
+        let known = |kind: &SymbolKind| matches!(kind, SymbolKind::Coordinate(_) | SymbolKind::Parameter(_));
+        let inputs = symbols.iter().map(|symbol| model.symbols.get(*symbol).filter(known));
+        Some(Self { inputs: inputs.collect::<Option<_>>()?, tape: Tape::compile(pool, roots, &symbols).ok()? })
+    }
+
+    /// The first parameter in them without a value.
+    pub(super) fn missing(&self, model: &Model) -> Option<usize> {
+        let missing = |kind: &SymbolKind| match kind {
+            SymbolKind::Parameter(number) if model.parameters[*number].value.is_none() => Some(*number),
+            _ => None,
+        };
+        self.inputs.iter().filter_map(missing).min()
+    }
+
+    /// Their numbers at a point; `None` where a parameter has no value.
+    pub(super) fn at<S: Scalar>(&self, model: &Model, point: &[S], precision: S::Precision) -> Option<Vec<S>> {
+        self.at_where(model, point, precision, |_, value| value)
+    }
+
+    /// The same with other values of parameters, from their numbers and values.
+    pub(super) fn at_where<S: Scalar>(
+        &self,
+        model: &Model,
+        point: &[S],
+        precision: S::Precision,
+        other: impl Fn(usize, Option<S>) -> Option<S>,
+    ) -> Option<Vec<S>> {
+        let input = |kind: &SymbolKind| match kind {
+            SymbolKind::Coordinate(place) => point.get(*place).cloned(),
+            SymbolKind::Parameter(number) => {
+                let value = model.parameters.get(*number)?.value;
+                other(*number, value.and_then(|value| evaluate_closed(&model.pool, value, precision)))
+            }
+            _ => None,
+        };
+        let inputs = self.inputs.iter().map(input).collect::<Option<Vec<S>>>()?;
+        Some(self.tape.prepare(precision).evaluate(&inputs, &mut Vec::new()))
+    }
 }

@@ -78,7 +78,7 @@ pub fn parametric(mut model: Model, varying: &[usize]) -> Result<Parametric, Lin
         .collect();
     let searched = origins
         .iter()
-        .zip(&model.coordinates)
+        .zip(model.coordinates.iter())
         .map(|(origin, coordinate)| (*origin == Origin::Found).then_some(coordinate.symbol))
         .collect();
     let place = Equilibrium::exactly(vec![Ball::ZERO; count], origins);

@@ -1,14 +1,14 @@
 //! The linearization once more in numbers of any precision.
 
-use super::assemble::{Assembly, Values, evaluate_closed};
+use super::assemble::{Assembly, Values};
 use super::constrained::{Tangent, gradients};
-use super::equilibrium::{Equilibrium, Origin};
+use super::equilibrium::Equilibrium;
 use super::existence::Proof;
 use super::velocity::{Matrix, sum};
 use super::zero::{self, ZeroMode};
 use super::{Linearized, tied};
 use crate::model::Model;
-use crate::precision::{Big, Enclosure};
+use crate::precision::Big;
 
 /// With fewer bits than double-double has there is nothing to gain.
 const LEAST_BITS: usize = 128;
@@ -44,15 +44,7 @@ pub(super) fn equilibrium(
     values: &Values<Big>,
 ) -> Option<Vec<Big>> {
     let bits = values.precision();
-    let mut equilibrium = Vec::with_capacity(found.values.len());
-    for (i, value) in found.values.iter().enumerate() {
-        equilibrium.push(match (found.expression(model, i), found.origins[i]) {
-            (Some(exact), _) => evaluate_closed(&model.pool, exact, bits)?,
-            (None, Origin::Found) => Big::from_ball(value, bits),
-            (None, Origin::Zero) => Big::zero(bits),
-            (None, Origin::Given) => return None,
-        });
-    }
+    let equilibrium = found.in_numbers(model, bits, |value| Some(Big::from_ball(value, bits)))?;
     match found.proof.as_deref() {
         Some(proof) => {
             let gradient = |at: &[Big]| assembly.gradient(at, values);
@@ -94,28 +86,22 @@ impl Linearized {
             let bound = &own.bound;
             tied::put_multipliers_in(&self.assembly, &values, &mut point, visible, bound)?;
         }
-        if let Some(own) = self.rolling() {
-            let (matrices, tangent) = own.numbers::<Big>(&self.model, &point, bits)?;
-            let [mass, gyroscopic, damping, stiffness, circulatory] = matrices;
-            let nothing = || mass.iter().flatten().map(|_| <Big as Enclosure>::exact(0.0, bits)).collect();
-            let stiffness = stiffness.unwrap_or_else(nothing);
-            return Some(Precise {
-                bits,
-                equilibrium: point[..visible].to_vec(),
-                mass: mass?,
-                stiffness: sum(Some(stiffness), circulatory)?,
-                velocity: sum(gyroscopic, damping),
-                point,
-                tangents: vec![tangent],
-                values,
-            });
-        }
-        let mut mass = self.assembly.mass(&point, &values);
-        let mut stiffness = self.assembly.stiffness(&point, &values);
-        let part = |matrix| self.assembly.velocity_matrix(matrix, &point, &values);
-        let mut velocity = sum(part(Matrix::Gyroscopic), part(Matrix::Damping));
-        let mut circulatory = part(Matrix::Circulatory);
         let mut tangents = Vec::new();
+        let [mass, gyroscopic, damping, stiffness, mut circulatory] = match self.rolling() {
+            Some(own) => {
+                let (matrices, tangent) = own.numbers::<Big>(&self.model, &point, bits)?;
+                tangents.push(tangent);
+                matrices
+            }
+            None => {
+                let part = |matrix| self.assembly.velocity_matrix(matrix, &point, &values);
+                let [gyroscopic, damping] = [Matrix::Gyroscopic, Matrix::Damping].map(part);
+                let mass = self.assembly.mass(&point, &values);
+                let stiffness = self.assembly.stiffness(&point, &values);
+                [Some(mass), gyroscopic, damping, Some(stiffness), part(Matrix::Circulatory)]
+            }
+        };
+        let (mut mass, mut stiffness, mut velocity) = (mass?, stiffness?, sum(gyroscopic, damping));
         if let Some(own) = self.constrained.as_ref().filter(|own| !own.bound.is_empty()) {
             let rows = gradients(&stiffness, visible, order);
             let own = Tangent::new(&rows, &own.bound, bits)?;

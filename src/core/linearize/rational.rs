@@ -6,6 +6,7 @@
 
 use super::Linearized;
 use super::assemble::evaluate_closed;
+use super::constrained::{Tangent, solve_for};
 use super::equilibrium::Origin;
 use super::exact::recognised;
 use super::flow::Flow;
@@ -17,7 +18,7 @@ use super::rolling::Rolling;
 use super::symbolic::{forces_vanish, matrices_at};
 use crate::expr::{ExprId, Pool, Substitution, ZeroVerdict};
 use crate::number::Number;
-use crate::precision::{Ball, Function, Scalar, clear_column};
+use crate::precision::{Ball, Function, Scalar};
 
 /// Matrices of more rows are not written out.
 const MOST: usize = 20;
@@ -73,16 +74,15 @@ pub(super) fn integers(linearized: &Linearized, flow: Option<&Flow>) -> Option<I
     let mut all = [mass, velocity, stiffness];
     if let Some(constrained) = &linearized.constrained {
         let tangent = directions(gradients, &constrained.bound, visible)?;
-        all = all.map(|matrix| reduced(&matrix, order, &tangent));
+        all = all.map(|matrix| tangent.reduce(&matrix, order));
     }
     if let Some(massless) = linearized.massless() {
         let left = all[0].len().isqrt();
         let tangent = directions(massless.rows(&all[2], ()), &massless.following, left)?;
-        all = all.map(|matrix| reduced(&matrix, left, &tangent));
+        all = all.map(|matrix| tangent.reduce(&matrix, left));
     }
     if let Some(flow) = flow {
-        let size = |entry: &Exact| if entry.is_finite() && !entry.is_exact_zero() { 1.0 } else { 0.0 };
-        all = flow.regular(&all, size, ())?;
+        all = flow.regular(&all, pivot_size, ())?;
     }
     Integers::of(&all)
 }
@@ -103,7 +103,7 @@ fn rolled(rolling: &Rolling, pool: &mut Pool, known: &Substitution) -> Option<In
     }
     let [mass, gyroscopic, damping, stiffness, circulatory] = all;
     let mass = mass?;
-    let nothing = vec![zero(); mass.len()];
+    let nothing = vec![Exact::rational(Some(Number::ZERO)); mass.len()];
     let sum = |a: Option<Entries>, b: Option<Entries>| super::velocity::sum(a, b).unwrap_or_else(|| nothing.clone());
     let (velocity, stiffness) = (sum(gyroscopic, damping), sum(stiffness, circulatory));
     Integers::of(&[mass, velocity, stiffness])
@@ -192,51 +192,13 @@ fn exact(pool: &Pool, e: ExprId) -> Option<Exact> {
     })
 }
 
-/// Directions that constraints allow: row by row, one column a free coordinate.
-fn directions(mut rows: Vec<Vec<Exact>>, bound: &[usize], visible: usize) -> Option<Vec<Vec<Exact>>> {
-    for (at, column) in bound.iter().enumerate() {
-        let found = (at..rows.len()).find(|row| !rows[*row][*column].is_exact_zero())?;
-        rows.swap(at, found);
-        clear_column(&mut rows, at, *column, ());
-    }
-    let free: Vec<usize> = (0..visible).filter(|i| !bound.contains(i)).collect();
-    let direction = |i: usize| {
-        let follows = bound.iter().position(|own| *own == i);
-        let component = |own: &usize| match follows {
-            Some(row) => rows[row][*own].neg(),
-            None if *own == i => one(),
-            None => zero(),
-        };
-        free.iter().map(component).collect()
-    };
-    Some((0..visible).map(direction).collect())
+/// Directions that constraints allow.
+fn directions(mut rows: Vec<Vec<Exact>>, bound: &[usize], visible: usize) -> Option<Tangent<Exact>> {
+    solve_for(&mut rows, bound.iter().copied(), pivot_size, ())?;
+    Some(Tangent::solved(visible, &rows, bound.to_vec(), ()))
 }
 
-/// ZᵀAZ.
-fn reduced(matrix: &Entries, order: usize, z: &[Vec<Exact>]) -> Entries {
-    let m = z.first().map_or(0, Vec::len);
-    let mut result = vec![zero(); m * m];
-    for (i, left) in z.iter().enumerate() {
-        for (j, right) in z.iter().enumerate() {
-            let entry = &matrix[i + order * j];
-            if entry.is_exact_zero() {
-                continue;
-            }
-            for (a, x) in left.iter().enumerate().filter(|(_, x)| !x.is_exact_zero()) {
-                let part = entry.mul(x);
-                for (b, y) in right.iter().enumerate().filter(|(_, y)| !y.is_exact_zero()) {
-                    result[a + m * b] = result[a + m * b].add(&part.mul(y));
-                }
-            }
-        }
-    }
-    result
-}
-
-fn one() -> Exact {
-    Exact::from_number(&Number::ONE, ())
-}
-
-fn zero() -> Exact {
-    Exact::from_number(&Number::ZERO, ())
+/// Any number but 0 will do for a pivot.
+fn pivot_size(entry: &Exact) -> f64 {
+    if entry.is_finite() && !entry.is_exact_zero() { 1.0 } else { 0.0 }
 }

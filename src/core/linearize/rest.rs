@@ -2,7 +2,7 @@
 
 use super::error::{Feature, LinearizeError};
 use super::parameters::put_exponents_in;
-use super::symbolic::{instance, written_out};
+use super::symbolic::{drags_at_rest, written_out};
 use super::{assemble::signed_terms, missing_value, steady};
 use crate::expr::{ExprId, Pool, Substitution, Symbol};
 use crate::model::{Model, SymbolKind};
@@ -47,16 +47,8 @@ pub fn at_rest(mut model: Model, varying: &[usize]) -> Result<AtRest, LinearizeE
     let terms = signed_terms(&model).map(|(negative, family)| (!negative, family));
     let potential = written_out(&model, &mut pool, terms, None, &none);
     let mut others = vec![Vec::new(); model.coordinates.len()];
-    for family in &model.forces {
-        let at_rest = family.at_rest(&pool);
-        for (place, drag) in family.drags(&mut pool) {
-            let drag = pool.substitute_one(drag, &at_rest);
-            for at in 0..family.count {
-                let map = instance(&model, &mut pool, family, at, None);
-                let force = pool.substitute_one(drag, &map);
-                others[family.coordinates_of(at)[place] as usize].push(force);
-            }
-        }
+    for (coordinate, share) in drags_at_rest(&model, &mut pool) {
+        others[coordinate].push(share);
     }
     let mut all = vec![potential];
     all.extend(others.iter().map(|parts| pool.sum(parts)));

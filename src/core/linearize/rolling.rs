@@ -15,16 +15,16 @@
 //! at any precision. Holonomic constraints beside them are rows of A with B = 0. *Nothing is integrated but conditions with
 //! constant coefficients.*
 
-use super::assemble::{Assembly, evaluate_closed};
-use super::constrained::Tangent;
+use super::assemble::Assembly;
+use super::constrained::{self, Tangent};
 use super::equilibrium::Equilibrium;
 use super::error::LinearizeError;
 use super::multipliers::clear_column;
-use super::parameters::known_values;
+use super::parameters::{Formulas, known_values};
 use super::symbolic::{SymbolicMatrices, equilibrium_expressions, matrices_at};
-use crate::expr::{ExprId, Pool, Substitution, Symbol, Tape, ZeroVerdict, nullspace_mod};
+use crate::expr::{ExprId, Pool, Substitution, Symbol, ZeroVerdict, nullspace_mod};
 use crate::model::{Constraint, Model, SymbolKind};
-use crate::precision::{Ball, Enclosure, Scalar};
+use crate::precision::{Ball, Enclosure};
 
 /// Models with more coordinates, multipliers included, are not written out.
 const MOST_COORDINATES: usize = 60;
@@ -60,8 +60,7 @@ pub struct SymbolicRolling {
 pub(super) struct Rolling {
     pub(super) symbolic: SymbolicRolling,
     /// The matrices, and how each of `bound` follows `free`, one after another.
-    tape: Tape,
-    parameters: Vec<usize>,
+    formulas: Formulas,
 }
 
 /// Conditions with constant coefficients, integrated: relations of the coordinates that hold where the search starts.
@@ -160,33 +159,6 @@ fn eliminate(pool: &mut Pool, mut rows: Rows, columns: &[usize]) -> Option<Rows>
     Some(rows)
 }
 
-/// Numbers of expressions at the equilibrium.
-fn numbers<S: Scalar>(
-    model: &Model,
-    tape: &Tape,
-    parameters: &[usize],
-    at: &[S],
-    precision: S::Precision,
-) -> Option<Vec<S>> {
-    let mut inputs = at.to_vec();
-    for number in parameters {
-        inputs.push(evaluate_closed(&model.pool, model.parameters.get(*number)?.value?, precision)?);
-    }
-    Some(tape.prepare::<S>(precision).evaluate(&inputs, &mut Vec::new()))
-}
-
-fn compiled(model: &Model, pool: &Pool, roots: &[ExprId]) -> Option<(Tape, Vec<usize>)> {
-    let valued = |symbol| match model.symbols.get(symbol) {
-        Some(SymbolKind::Parameter(number)) => Some(number),
-        _ => None,
-    };
-    let mut parameters: Vec<usize> = pool.symbols_of(roots).into_iter().filter_map(valued).collect();
-    parameters.sort_unstable();
-    let mut inputs: Vec<Symbol> = model.coordinates.iter().map(|own| own.symbol).collect();
-    inputs.extend(parameters.iter().map(|number| model.parameters[*number].symbol));
-    Some((Tape::compile(pool, roots, &inputs).ok()?, parameters))
-}
-
 /// The conditions at a point, in symbols.
 struct Conditions {
     /// Of constraints and of conditions: the coefficients of the velocities, then those of the coordinates.
@@ -239,43 +211,18 @@ impl Conditions {
     fn choose(&self, model: &Model, pool: &Pool, stiffness: &Rows, at: &[Ball]) -> Option<Vec<usize>> {
         let visible = self.rows.first()?.len() / 2;
         let all: Vec<ExprId> = self.rows.iter().flat_map(|row| &row[..visible]).copied().collect();
-        let (tape, parameters) = compiled(model, pool, &all)?;
-        let mut inputs = at.to_vec();
-        for number in parameters {
-            let value = model.parameters.get(number)?.value;
-            let value = value.and_then(|value| evaluate_closed(&model.pool, value, ()));
-            // A page needs no values: any will do for what is not 0 identically.
-            #[allow(clippy::cast_precision_loss)] // there are few parameters
-            inputs.push(value.unwrap_or_else(|| Ball::exact(DRAWN + number as f64 / 8.0)));
-        }
-        let numbers = tape.prepare::<Ball>(()).evaluate(&inputs, &mut Vec::new());
-        let mut rows: Vec<Vec<Ball>> = numbers.chunks(visible).map(<[Ball]>::to_vec).collect();
+        // A page needs no values: any will do for what is not 0 identically.
+        let drawn = |number: usize| Ball::exact(DRAWN + number as f64 / 8.0);
+        let known = |number, value: Option<Ball>| Some(value.unwrap_or_else(|| drawn(number)));
+        let numbers = Formulas::new(model, pool, &all)?.at_where(model, at, (), known)?;
+        let rows: Vec<Vec<Ball>> = numbers.chunks(visible).map(<[Ball]>::to_vec).collect();
         let tier = |column: usize| {
             let held = stiffness.iter().take(visible).any(|row| !row[column].is_zero());
             let steers = self.rows.iter().any(|row| !row[visible + column].is_zero());
             if held { 0 } else { 2 - usize::from(steers) }
         };
-        let mut pivots = Vec::with_capacity(rows.len());
-        let mut open: Vec<usize> = (0..rows.len()).collect();
-        while !open.is_empty() {
-            let mut best: Option<(usize, f64, usize, usize)> = None;
-            for row in &open {
-                let largest = rows[*row].iter().map(Ball::certain_size).fold(0.0, f64::max);
-                for (column, entry) in rows[*row].iter().enumerate() {
-                    let size = entry.certain_size() / largest;
-                    let own = (tier(column), size);
-                    // Beside what else the row has, so that the units of the condition do not matter.
-                    if size > 1e-9 && best.is_none_or(|(tier, size, ..)| own > (tier, size)) {
-                        best = Some((own.0, own.1, *row, column));
-                    }
-                }
-            }
-            let (_, _, row, column) = best?;
-            crate::precision::clear_column(&mut rows, row, column, ());
-            open.retain(|own| *own != row);
-            pivots.push(column);
-        }
-        Some(pivots)
+        let rank = |column: usize, size: f64| (size > 1e-9).then(|| (tier(column), size));
+        constrained::eliminate(rows, rank, ()).map(|(pivots, _)| pivots)
     }
 }
 
@@ -289,24 +236,11 @@ impl SymbolicRolling {
         at: &[Ball],
         visible: usize,
     ) -> Result<Self, LinearizeError> {
-        let mut pool = std::mem::take(&mut whole.pool);
-        let found = Self::reduced(model, &mut pool, whole, point, at, visible);
-        whole.pool = pool;
-        found
-    }
-
-    fn reduced(
-        model: &Model,
-        pool: &mut Pool,
-        whole: &SymbolicMatrices,
-        point: &[ExprId],
-        at: &[Ball],
-        visible: usize,
-    ) -> Result<Self, LinearizeError> {
+        let SymbolicMatrices { pool, mass, stiffness: whole, gyroscopic, damping, circulatory, .. } = whole;
         let span = model.rolling.first().map(|own| own.span).unwrap_or_default();
         let refused = |reason| LinearizeError::RollingNotCovered { reason, span };
         let rates: Vec<Option<ExprId>> = model.rates.iter().map(|rate| rate.map(|rate| rate.symbolic)).collect();
-        let conditions = Conditions::new(model, pool, point, &whole.stiffness, visible, &rates)?;
+        let conditions = Conditions::new(model, pool, point, whole, visible, &rates)?;
         for own in &model.rolling {
             let part = model.at_rest(pool, own.expression);
             if !is_zero(pool, part) {
@@ -314,7 +248,7 @@ impl SymbolicRolling {
             }
         }
         let dependent = "they depend on each other there";
-        let bound = conditions.choose(model, pool, &whole.stiffness, at);
+        let bound = conditions.choose(model, pool, whole, at);
         let bound = bound.ok_or_else(|| refused(dependent))?;
         let free: Vec<usize> = (0..visible).filter(|i| !bound.contains(i)).collect();
         let loose = |i: &&usize| conditions.rows.iter().take(conditions.constraints).all(|row| row[**i].is_zero());
@@ -342,9 +276,9 @@ impl SymbolicRolling {
             let [first, second] = [first, second].map(|rows| rows.map_or_else(|| nothing.clone(), block));
             added(pool, &first, &second)
         };
-        let mass = total(Some(&whole.mass), None);
-        let velocity = total(whole.gyroscopic.as_ref(), whole.damping.as_ref());
-        let stiffness = total(Some(&whole.stiffness), whole.circulatory.as_ref());
+        let mass = total(Some(mass), None);
+        let velocity = total(gyroscopic.as_ref(), damping.as_ref());
+        let stiffness = total(Some(whole), circulatory.as_ref());
         let mut both = |matrix: &Rows| {
             let image = product(pool, &back, matrix);
             (product(pool, &image, &directions), product(pool, &image, &others))
@@ -412,13 +346,13 @@ impl Rolling {
         let symbolic = SymbolicRolling::new(model, &mut whole, &point, &equilibrium.values, visible)?;
         let slopes = symbolic.bound.iter().flat_map(|i| &symbolic.directions[*i]);
         let all: Vec<ExprId> = symbolic.matrices.iter().flatten().flatten().flatten().chain(slopes).copied().collect();
-        let (tape, parameters) =
-            compiled(model, &whole.pool, &all).ok_or_else(|| refused("their matrices have no numbers there"))?;
-        if let Some(missing) = parameters.iter().find(|number| model.parameters[**number].value.is_none()) {
-            return Err(super::missing_value(model, *missing));
+        let formulas = Formulas::new(model, &whole.pool, &all);
+        let formulas = formulas.ok_or_else(|| refused("their matrices have no numbers there"))?;
+        if let Some(missing) = formulas.missing(model) {
+            return Err(super::missing_value(model, missing));
         }
         model.pool = whole.pool;
-        Ok(Self { symbolic, tape, parameters })
+        Ok(Self { symbolic, formulas })
     }
 
     /// M, G, C, K and N column by column, where they are there, and the directions.
@@ -428,7 +362,7 @@ impl Rolling {
         at: &[S],
         precision: S::Precision,
     ) -> Option<(Numbers<S>, Tangent<S>)> {
-        let mut numbers = numbers::<S>(model, &self.tape, &self.parameters, at, precision)?.into_iter();
+        let mut numbers = self.formulas.at(model, at, precision)?.into_iter();
         let n = self.symbolic.free.len();
         let matrices = self.symbolic.matrices.each_ref().map(|matrix| {
             matrix.as_ref()?;
@@ -524,69 +458,60 @@ fn not_integrable(model: &Model, pool: &mut Pool, bound: &[usize], visible: usiz
     }
     let free: Vec<usize> = (0..visible).filter(|i| !bound.contains(i)).collect();
     let rows = eliminate(pool, rows, bound)?;
-    // The field of each free coordinate: its velocity is 1, and those of the bound ones follow.
-    let fields: Rows = free.iter().map(|i| rows.iter().map(|row| pool.neg(row[*i])).collect()).collect();
-    let mut found: Rows = Vec::new();
+    let speeds = |pool: &mut Pool, i: usize| rows.iter().map(|row| pool.neg(row[i])).collect();
+    let fields: Vec<Field> = free.iter().map(|i| Field { free: Some(*i), speeds: speeds(pool, *i) }).collect();
+    let bound: Vec<Symbol> = bound.iter().map(|i| coordinates[*i]).collect();
+    let bracket = |pool: &mut Pool, x: &Field, y: &Field| -> Field {
+        let component = |k: usize| {
+            let forth = x.along(pool, &coordinates, &bound, y.speeds[k]);
+            let back = y.along(pool, &coordinates, &bound, x.speeds[k]);
+            pool.sub(forth, back)
+        };
+        Field { free: None, speeds: (0..bound.len()).map(component).collect() }
+    };
+    // Of fields that are independent of each other and of those allowed.
     let mut samples: Vec<Vec<u64>> = Vec::new();
-    let mut rank = 0;
-    let mut last: Rows = Vec::new();
-    let mut brackets: Vec<Vec<ExprId>> = Vec::new();
-    for a in 0..free.len() {
-        for b in a + 1..free.len() {
-            let mut bracket = Vec::with_capacity(bound.len());
-            for k in 0..bound.len() {
-                let forth = along(pool, &coordinates, (free[a], &fields[a]), bound, fields[b][k]);
-                let back = along(pool, &coordinates, (free[b], &fields[b]), bound, fields[a][k]);
-                bracket.push(pool.sub(forth, back));
-            }
-            brackets.push(bracket);
-        }
+    let mut last: Vec<Field> = Vec::new();
+    let mut brackets: Vec<Field> = Vec::new();
+    for (at, x) in fields.iter().enumerate() {
+        brackets.extend(fields[at + 1..].iter().map(|y| bracket(pool, x, y)));
     }
     loop {
-        for bracket in brackets.drain(..) {
-            let residues = pool.evaluate_at_random(&bracket, 3)?;
+        for field in brackets.drain(..) {
+            let residues = pool.evaluate_at_random(&field.speeds, 3)?;
             let mut tried = samples.clone();
             tried.push(residues.clone());
             let kernel = nullspace_mod(&mut tried, bound.len()).len();
-            if bound.len() - kernel > rank {
-                rank = bound.len() - kernel;
+            if bound.len() - kernel > samples.len() {
                 samples.push(residues);
-                found.push(bracket.clone());
-                last.push(bracket);
+                last.push(field);
             }
         }
-        if rank == bound.len() || last.is_empty() {
-            return Some(rank);
+        if samples.len() == bound.len() || last.is_empty() {
+            return Some(samples.len());
         }
         for field in std::mem::take(&mut last) {
-            for (i, own) in free.iter().zip(&fields) {
-                let mut bracket = Vec::with_capacity(bound.len());
-                for k in 0..bound.len() {
-                    let forth = along(pool, &coordinates, (*i, own), bound, field[k]);
-                    let back: Vec<ExprId> = bound
-                        .iter()
-                        .zip(&field)
-                        .map(|(j, speed)| {
-                            let slope = pool.diff(own[k], coordinates[*j]);
-                            pool.mul(*speed, slope)
-                        })
-                        .collect();
-                    let back = pool.sum(&back);
-                    bracket.push(pool.sub(forth, back));
-                }
-                brackets.push(bracket);
-            }
+            brackets.extend(fields.iter().map(|own| bracket(pool, own, &field)));
         }
     }
 }
 
-/// The derivative of an expression along the field of a free coordinate.
-fn along(pool: &mut Pool, coordinates: &[Symbol], field: (usize, &Vec<ExprId>), bound: &[usize], e: ExprId) -> ExprId {
-    let (free, speeds) = field;
-    let mut parts = vec![pool.diff(e, coordinates[free])];
-    for (i, speed) in bound.iter().zip(speeds) {
-        let slope = pool.diff(e, coordinates[*i]);
-        parts.push(pool.mul(*speed, slope));
+/// A field of allowed velocities, or a Lie bracket of such.
+struct Field {
+    /// The free coordinate whose velocity is 1; those of all others are 0.
+    free: Option<usize>,
+    /// The velocities of the bound coordinates.
+    speeds: Vec<ExprId>,
+}
+
+impl Field {
+    /// The derivative of an expression along it.
+    fn along(&self, pool: &mut Pool, coordinates: &[Symbol], bound: &[Symbol], e: ExprId) -> ExprId {
+        let mut parts: Vec<ExprId> = self.free.iter().map(|i| pool.diff(e, coordinates[*i])).collect();
+        for (own, speed) in bound.iter().zip(&self.speeds) {
+            let slope = pool.diff(e, *own);
+            parts.push(pool.mul(*speed, slope));
+        }
+        pool.sum(&parts)
     }
-    pool.sum(&parts)
 }

@@ -85,8 +85,7 @@ impl Linearized {
         };
         let values = self.assembly.values_where(&self.model, (), varied).ok()?;
         let moving = self.equilibrium_slope(parameter, &values)?;
-        let at: Vec<Dual<Ball>> =
-            self.equilibrium.values.iter().zip(moving).map(|(value, slope)| Dual { value: *value, slope }).collect();
+        let at = self.moving(&moving);
         let slopes = |matrix: Vec<Dual<Ball>>| -> Vec<Ball> { matrix.into_iter().map(|entry| entry.slope).collect() };
         let part = |matrix| self.assembly.velocity_matrix(matrix, &at, &values).map(slopes);
         let stiffness = slopes(self.assembly.stiffness(&at, &values));
@@ -142,16 +141,15 @@ impl Linearized {
         self.balanced(&all, &all, &force)
     }
 
+    /// The equilibrium, moving like that.
+    fn moving(&self, slope: &[Ball]) -> Vec<Dual<Ball>> {
+        let both = self.equilibrium.values.iter().zip(slope);
+        both.map(|(value, slope)| Dual { value: *value, slope: *slope }).collect()
+    }
+
     /// The derivatives of the forces by the parameter, for coordinates that move like that.
     fn force_slope(&self, moving: &[Ball], values: &Values<Dual<Ball>>) -> Option<Vec<Ball>> {
-        let at: Vec<Dual<Ball>> = self
-            .equilibrium
-            .values
-            .iter()
-            .zip(moving)
-            .map(|(value, slope)| Dual { value: *value, slope: *slope })
-            .collect();
-        let force = self.assembly.gradient(&at, values).into_iter();
+        let force = self.assembly.gradient(&self.moving(moving), values).into_iter();
         let force: Vec<Ball> = force.map(|force| force.slope).collect();
         force.iter().all(Ball::is_finite).then_some(force)
     }

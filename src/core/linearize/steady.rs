@@ -6,7 +6,7 @@
 //! which is checked.
 
 use super::error::LinearizeError;
-use super::symbolic::instance;
+use super::symbolic::{drags_at_rest, instance};
 use crate::expr::{ExprId, Substitution, Symbol, ZeroVerdict};
 use crate::model::{Model, SymbolKind, TermFamily};
 use crate::span::Span;
@@ -35,9 +35,12 @@ pub(crate) fn put_rates_in(model: &mut Model) -> Result<(), LinearizeError> {
     model.kinetic = kinetic;
     model.potential = potential;
     model.forces = forces;
+    let mut pool = std::mem::take(&mut model.pool);
+    let drags = drags_at_rest(model, &mut pool);
+    model.pool = pool;
     for coordinate in 0..model.coordinates.len() {
         if let Some(rate) = model.rates.get(coordinate) {
-            check_kept(model, coordinate, rate.span)?;
+            check_kept(model, &drags, coordinate, rate.span)?;
         }
     }
     Ok(())
@@ -45,39 +48,22 @@ pub(crate) fn put_rates_in(model: &mut Model) -> Result<(), LinearizeError> {
 
 /// Whether friction and other forces leave a rate alone. A force that depends on where the other coordinates are is left to the
 /// search for an equilibrium.
-fn check_kept(model: &mut Model, coordinate: usize, rate: Span) -> Result<(), LinearizeError> {
-    let mut pool = std::mem::take(&mut model.pool);
-    let mut parts = Vec::new();
-    for family in &model.forces {
-        let at_rest = family.at_rest(&pool);
-        let drags = family.drags(&mut pool);
-        for at in 0..family.count {
-            let numbers = family.coordinates_of(at);
-            for (place, force) in &drags {
-                if numbers[*place] as usize != coordinate {
-                    continue;
-                }
-                let force = pool.substitute_one(*force, &at_rest);
-                let map = instance(model, &mut pool, family, at, None);
-                let force = pool.substitute_one(force, &map);
-                parts.push(pool.neg(force));
-            }
-        }
-    }
+fn check_kept(
+    model: &mut Model,
+    drags: &[(usize, ExprId)],
+    coordinate: usize,
+    rate: Span,
+) -> Result<(), LinearizeError> {
+    let Model { pool, symbols, coordinates, .. } = model;
+    let own = drags.iter().filter(|(at, _)| *at == coordinate);
+    let parts: Vec<ExprId> = own.map(|(_, drag)| pool.neg(*drag)).collect();
     let force = pool.sum(&parts);
-    let fixed = pool
-        .symbols_of(&[force])
-        .iter()
-        .all(|symbol| !matches!(model.symbols.get(*symbol), Some(SymbolKind::Coordinate(_))));
-    let acts = fixed && pool.is_zero(force) == ZeroVerdict::NonZero;
-    let words = acts.then(|| pool.display(force));
-    model.pool = pool;
-    match words {
-        Some(force) => {
-            Err(LinearizeError::RateNotKept { coordinate: model.coordinates.at(coordinate).name(), force, span: rate })
-        }
-        None => Ok(()),
+    let moves = |symbol| matches!(symbols.get(symbol), Some(SymbolKind::Coordinate(_)));
+    if pool.depends_on(force, &moves) || pool.is_zero(force) != ZeroVerdict::NonZero {
+        return Ok(());
     }
+    let name = coordinates.at(coordinate).name();
+    Err(LinearizeError::RateNotKept { coordinate: name, force: pool.display(force), span: rate })
 }
 
 /// v becomes v + w in the body, where the instances fill w with a rate or 0.

@@ -135,6 +135,20 @@ pub fn forces_of(model: &Model, pool: &mut Pool, family: &TermFamily) -> Vec<(us
     forces.collect()
 }
 
+/// What forces that no energy gives add to the left sides of Lagrange's equations at rest: coordinates and shares.
+pub(super) fn drags_at_rest(model: &Model, pool: &mut Pool) -> Vec<(usize, ExprId)> {
+    let mut shares = Vec::new();
+    for family in &model.forces {
+        let at_rest = family.at_rest(pool);
+        for (place, drag) in family.drags(pool) {
+            let drag = pool.substitute_one(drag, &at_rest);
+            let own = instances(model, pool, family, drag, None).into_iter().enumerate();
+            shares.extend(own.map(|(at, share)| (family.coordinates_of(at)[place] as usize, share)));
+        }
+    }
+    shares
+}
+
 /// The generalised force -∂V/∂q at velocity zero, as an expression; `None` where there are too
 /// many terms to write out.
 fn force(model: &Model, pool: &mut Pool, coordinate: usize) -> Option<ExprId> {

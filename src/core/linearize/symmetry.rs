@@ -7,7 +7,7 @@
 //! holds is decided family by family at random points modulo a large prime.
 
 use std::borrow::Cow;
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{BTreeMap, HashSet};
 
 use super::assemble::{Assembly, ElementFamily};
 use super::elimination::{Elimination, Row};
@@ -40,8 +40,7 @@ pub(crate) struct Symmetry {
 enum Generator {
     /// The same everywhere.
     Constant(Vec<Number>),
-    /// Coordinates, and which one is the velocity of each, with a minus or not.
-    Rotation(Vec<(u32, u32, bool)>),
+    Rotation(Rotation),
 }
 
 impl Symmetry {
@@ -54,9 +53,9 @@ impl Symmetry {
     pub(crate) fn vector<S: Scalar>(&self, at: &[S], precision: S::Precision) -> Vec<S> {
         match &self.generator {
             Generator::Constant(vector) => vector.iter().map(|number| S::from_number(number, precision)).collect(),
-            Generator::Rotation(parts) => {
+            Generator::Rotation(rotation) => {
                 let mut vector = vec![S::from_number(&Number::ZERO, precision); at.len()];
-                for (i, partner, minus) in parts {
+                for (i, (partner, minus)) in &rotation.partner {
                     let value = &at[*partner as usize];
                     vector[*i as usize] = if *minus { value.neg() } else { value.clone() };
                 }
@@ -77,7 +76,7 @@ impl Symmetry {
     fn moves_only(&self, allowed: &[bool]) -> bool {
         match &self.generator {
             Generator::Constant(vector) => vector.iter().zip(allowed).all(|(x, ok)| *ok || x.is_zero()),
-            Generator::Rotation(parts) => parts.iter().all(|(i, _, _)| allowed[*i as usize]),
+            Generator::Rotation(rotation) => rotation.partner.keys().all(|i| allowed[*i as usize]),
         }
     }
 }
@@ -230,9 +229,10 @@ fn functionals(pool: &Pool, gradient: &[ExprId]) -> Option<Vec<Vec<u64>>> {
 }
 
 /// A rotation in the plane of two axes: what each coordinate's velocity is.
+#[derive(Clone, Debug)]
 pub(crate) struct Rotation {
     /// By coordinate: the coordinate that its velocity is, and whether with a minus.
-    partner: HashMap<u32, (u32, bool)>,
+    partner: BTreeMap<u32, (u32, bool)>,
     /// The axis it is about, from 0, in space.
     about: Option<usize>,
 }
@@ -240,11 +240,7 @@ pub(crate) struct Rotation {
 impl Rotation {
     /// The coordinates in ascending order, with the one that is the velocity of each, and whether with a minus.
     pub(crate) fn parts(&self) -> Vec<(usize, usize, bool)> {
-        let parts = self.partner.iter();
-        let mut parts: Vec<(usize, usize, bool)> =
-            parts.map(|(i, (j, minus))| (*i as usize, *j as usize, *minus)).collect();
-        parts.sort_unstable();
-        parts
+        self.partner.iter().map(|(i, (j, minus))| (*i as usize, *j as usize, *minus)).collect()
     }
 
     /// Whether nothing else is there that could turn.
@@ -259,8 +255,7 @@ impl Rotation {
 
 /// What a rotation is called.
 pub(crate) fn rotation_name(model: &Model, rotation: &Rotation) -> String {
-    let turned = rotation.parts().into_iter().map(|(i, _, _)| i as u32);
-    let turned: Vec<u32> = turned.collect();
+    let turned: Vec<u32> = rotation.partner.keys().copied().collect();
     naming::rotation(model, &turned, rotation.about, rotation.turns_all(model))
 }
 
@@ -343,7 +338,7 @@ pub(crate) fn candidate_rotations(model: &Model) -> Vec<Rotation> {
         let in_space = axes.len() == 3 && (number < vectors || named(&axes));
         for a in 0..axes.len() {
             for b in a + 1..axes.len() {
-                let mut partner = HashMap::new();
+                let mut partner = BTreeMap::new();
                 for (i, j) in axes[a].iter().zip(&axes[b]) {
                     let (i, j) = (*i as u32, *j as u32);
                     partner.insert(i, (j, true));
@@ -367,16 +362,15 @@ fn rotations(model: &Model, assembly: &Assembly, pool: &Pool, bodies: &[Body<'_>
         let components = components(model.coordinates.len(), assembly, &rotation);
         let whole = components.len() == 1 && rotation.turns_all(model);
         for component in &components {
-            let parts = component.iter();
-            let parts = parts.filter_map(|i| rotation.partner.get(i).map(|own| (*i, *own)));
-            let own = Rotation { partner: parts.clone().collect(), about: rotation.about };
+            let parts = component.iter().filter_map(|i| rotation.partner.get_key_value(i));
+            let partner = parts.map(|(i, own)| (*i, *own)).collect();
+            let own = Rotation { partner, about: rotation.about };
             // What one part gains may be what another loses.
             if together && components.len() > 1 && !holds(&own) {
                 continue;
             }
-            let parts = parts.map(|(i, (j, minus))| (i, j, minus)).collect();
             let meaning = naming::rotation(model, component, rotation.about, whole);
-            found.push(Symmetry { generator: Generator::Rotation(parts), meaning });
+            found.push(Symmetry { generator: Generator::Rotation(own), meaning });
         }
     }
     found

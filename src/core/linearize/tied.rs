@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::assemble::{Assembly, Values, evaluate_closed};
+use super::assemble::{Assembly, Values};
 use super::constrained::{choose_bound, gradients, solve};
 use super::dependence;
 use super::equilibrium::{Equilibrium, Origin, Search, short};
@@ -65,7 +65,7 @@ impl Search<'_> {
         let all_given = origins[..visible].iter().all(|origin| *origin == Origin::Given);
         let guessed = self.model.guesses.any();
         if all_given || !guessed {
-            match self.settled(&mut point, &origins)? {
+            match self.settled(&mut point)? {
                 None => {
                     return Ok(Equilibrium { multipliers_given: true, ..Equilibrium::exactly(point, origins) });
                 }
@@ -125,7 +125,7 @@ impl Search<'_> {
         let broken = |force: &Ball| !force.is_finite() || !force.contains_zero();
         if force[visible..].iter().any(broken)
             || !self.vanishes_with_multipliers()
-            || self.settled(&mut values, &origins)?.is_some()
+            || self.settled(&mut values)?.is_some()
         {
             return Ok(None);
         }
@@ -134,7 +134,7 @@ impl Search<'_> {
     }
 
     /// Multipliers from the coordinates as they are given, or 0; what speaks against an equilibrium there.
-    fn settled(&self, point: &mut [Ball], origins: &[Origin]) -> Result<Option<LinearizeError>, LinearizeError> {
+    fn settled(&self, point: &mut [Ball]) -> Result<Option<LinearizeError>, LinearizeError> {
         let visible = self.visible;
         let rows = gradients(&self.assembly.stiffness(point, self.values), visible, point.len());
         let singular = LinearizeError::ConstraintsSingular {
@@ -142,7 +142,10 @@ impl Search<'_> {
             span: self.model.coordinates.at(visible).span,
         };
         let bits = dependence::bits(self.model).unwrap_or(BITS_TO_VERIFY);
-        let in_bits = || self.coordinates_in_bits(point, origins, bits);
+        let in_bits = || {
+            let values = self.assembly.values::<Big>(self.model, bits).ok()?;
+            Some((self.in_bits(point, bits, |value| Some(Big::from_ball(value, bits)))?, values))
+        };
         let bound = choose_bound(&rows, ()).or_else(|| {
             let (at, values) = in_bits()?;
             let rows = gradients(&self.assembly.stiffness(&at, &values), visible, at.len());
@@ -190,20 +193,6 @@ impl Search<'_> {
             }));
         }
         Ok(None)
-    }
-
-    /// The coordinates, and the values of parameters, with so many bits.
-    fn coordinates_in_bits(&self, point: &[Ball], origins: &[Origin], bits: usize) -> Option<(Vec<Big>, Values<Big>)> {
-        let values = self.assembly.values::<Big>(self.model, bits).ok()?;
-        let mut at = Vec::with_capacity(point.len());
-        for (i, value) in point.iter().enumerate() {
-            let given = self.model.equilibria.get(i).and_then(|given| given.value);
-            at.push(match (origins[i], given) {
-                (Origin::Given, Some(given)) => evaluate_closed(&self.model.pool, given, bits)?,
-                _ => Big::from_ball(value, bits),
-            });
-        }
-        Some((at, values))
     }
 
     /// Multipliers that leave the least force.

@@ -12,7 +12,7 @@ use super::facts::{Facts, Variable};
 use super::parameters::parameters_of;
 use super::symbolic;
 use crate::expr::{ExprId, Node, Pool, Symbol, Tape};
-use crate::model::{Model, TermFamily};
+use crate::model::{Model, TermFamily, slopes_by};
 use crate::number::Number;
 use crate::precision::{Function, Scalar};
 
@@ -100,24 +100,30 @@ impl VelocityFamily {
 
     /// The first instance whose entries at a point are not finite.
     pub(super) fn not_finite<S: Scalar>(&self, at: &[S], values: &Values<S>) -> Option<usize> {
-        let zero = S::from_number(&Number::ZERO, values.precision());
-        let prepared = self.tape.prepare::<S>(values.precision());
-        (0..self.terms.count).find(|instance| {
-            let inputs = self.inputs(*instance, at, values, &zero);
-            let numbers = prepared.evaluate(&inputs, &mut Vec::new());
-            !numbers.iter().all(S::is_finite)
-        })
+        let mut found = None;
+        self.run(&self.tape, at, values, |instance, numbers| {
+            if !numbers.iter().all(S::is_finite) {
+                found.get_or_insert(instance);
+            }
+        });
+        found
     }
 
-    fn inputs<S: Scalar>(&self, at: usize, point: &[S], values: &Values<S>, zero: &S) -> Vec<S> {
+    /// Runs a tape for all instances: `scatter` gets the number of each and what comes of it.
+    fn run<S: Scalar>(&self, tape: &Tape, point: &[S], values: &Values<S>, mut scatter: impl FnMut(usize, Vec<S>)) {
+        let zero = S::from_number(&Number::ZERO, values.precision());
+        let prepared = tape.prepare::<S>(values.precision());
         let width = self.terms.values.len();
-        let coordinates = self.terms.coordinates_of(at).iter();
-        let constants = self.constants[at * width..(at + 1) * width].iter();
-        coordinates
-            .map(|number| point.get(*number as usize).unwrap_or(zero).clone())
-            .chain(constants.map(|number| values.constants[*number as usize].clone()))
-            .chain(self.parameters.iter().map(|number| values.parameter(*number, zero)))
-            .collect()
+        for at in 0..self.terms.count {
+            let coordinates = self.terms.coordinates_of(at).iter();
+            let constants = self.constants[at * width..(at + 1) * width].iter();
+            let inputs: Vec<S> = coordinates
+                .map(|number| point.get(*number as usize).unwrap_or(&zero).clone())
+                .chain(constants.map(|number| values.constants[*number as usize].clone()))
+                .chain(self.parameters.iter().map(|number| values.parameter(*number, &zero)))
+                .collect();
+            scatter(at, prepared.evaluate(&inputs, &mut Vec::new()));
+        }
     }
 }
 
@@ -163,26 +169,12 @@ struct Derivatives {
     rest: Vec<(usize, ExprId)>,
 }
 
-fn slopes(pool: &mut Pool, e: ExprId, variables: &[Symbol]) -> Vec<(usize, ExprId)> {
-    let found = pool.slopes(e, |symbol| variables.contains(&symbol));
-    let mut slopes: Vec<(usize, ExprId)> = found
-        .into_iter()
-        .filter(|(_, slope)| !slope.is_zero())
-        .filter_map(|(symbol, slope)| {
-            let place = variables.iter().position(|other| *other == symbol)?;
-            Some((place, slope))
-        })
-        .collect();
-    slopes.sort_unstable();
-    slopes
-}
-
 fn gyroscopic(pool: &mut Pool, linear: &VelocityLinear) -> Derivatives {
     let locals = &linear.family.locals;
     let coordinates: Vec<Symbol> = locals.iter().map(|local| local.coordinate).collect();
     let mut entries = Vec::new();
     for (i, coefficient) in &linear.coefficients {
-        for (j, slope) in slopes(pool, *coefficient, &coordinates) {
+        for (j, slope) in slopes_by(pool, *coefficient, &coordinates) {
             if j != *i {
                 entries.push((Matrix::Gyroscopic, *i, j, slope));
             }
@@ -197,7 +189,7 @@ fn friction(pool: &mut Pool, family: &TermFamily) -> Derivatives {
     let at_rest = family.at_rest(pool);
     let (mut entries, mut rest) = (Vec::new(), Vec::new());
     for (i, force) in family.drags(pool) {
-        for (j, entry) in slopes(pool, force, &velocities) {
+        for (j, entry) in slopes_by(pool, force, &velocities) {
             let entry = pool.substitute_one(entry, &at_rest);
             if entry.is_zero() {
                 continue;
@@ -212,7 +204,7 @@ fn friction(pool: &mut Pool, family: &TermFamily) -> Derivatives {
             entries.push((Matrix::Gyroscopic, i, j, half));
         }
         let force = pool.substitute_one(force, &at_rest);
-        for (j, entry) in slopes(pool, force, &coordinates) {
+        for (j, entry) in slopes_by(pool, force, &coordinates) {
             entries.push((Matrix::Circulatory, i, j, entry));
         }
         if !force.is_zero() {
@@ -242,18 +234,14 @@ impl Assembly {
 
     /// ∂F/∂q' at rest is added to a gradient.
     pub(super) fn add_friction_at_rest<S: Scalar>(&self, at: &[S], values: &Values<S>, gradient: &mut [S]) {
-        let zero = S::from_number(&Number::ZERO, values.precision());
         for family in self.velocity.iter().filter(|family| family.acts_at_rest()) {
-            let prepared = family.rest_tape.prepare::<S>(values.precision());
-            for instance in 0..family.terms.count {
-                let inputs = family.inputs(instance, at, values, &zero);
-                let numbers = prepared.evaluate(&inputs, &mut Vec::new());
+            family.run(&family.rest_tape, at, values, |instance, numbers| {
                 let coordinates = family.terms.coordinates_of(instance);
                 for (place, number) in family.rest.iter().zip(numbers) {
                     let entry = &mut gradient[coordinates[*place] as usize];
                     *entry = entry.add(&number);
                 }
-            }
+            });
         }
     }
 
@@ -273,11 +261,8 @@ impl Assembly {
             if family.entries.iter().all(|(own, ..)| *own != matrix) {
                 continue;
             }
-            let prepared = family.tape.prepare::<S>(values.precision());
-            for instance in 0..family.terms.count {
+            family.run(&family.tape, at, values, |instance, numbers| {
                 let entries = result.get_or_insert_with(|| vec![zero.clone(); n * n]);
-                let inputs = family.inputs(instance, at, values, &zero);
-                let numbers = prepared.evaluate(&inputs, &mut Vec::new());
                 let coordinates = family.terms.coordinates_of(instance);
                 for ((own, i, j), number) in family.entries.iter().zip(numbers) {
                     if *own != matrix || number.is_exact_zero() {
@@ -295,7 +280,7 @@ impl Assembly {
                         }
                     }
                 }
-            }
+            });
         }
         result
     }

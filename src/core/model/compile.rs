@@ -56,13 +56,14 @@ pub(super) struct Compiler<'a> {
     pub(super) current_let: Option<usize>,
 }
 
-enum Task {
+/// What is left to do: an expression, or an operation on what others leave.
+pub(super) enum Task<O = Op> {
     Visit(ExprRef),
-    Emit(Op, Span),
+    Emit(O, Span),
 }
 
 /// An operation on what its children leave.
-fn then(tasks: &mut Vec<Task>, op: Op, span: Span, children: &[ExprRef]) {
+pub(super) fn then<O>(tasks: &mut Vec<Task<O>>, op: O, span: Span, children: &[ExprRef]) {
     tasks.push(Task::Emit(op, span));
     tasks.extend(children.iter().rev().map(|child| Task::Visit(*child)));
 }
@@ -84,6 +85,12 @@ impl Compiler<'_> {
         if self.errors.len() < MOST_ERRORS {
             self.errors.push(error);
         }
+    }
+
+    /// The same for an expression that can't be compiled.
+    fn refuse(&mut self, error: ModelError, span: Span, tasks: &mut Vec<Task>) {
+        self.fail(error);
+        tasks.push(Task::Emit(Op::Broken, span));
     }
 
     /// Reports a name that is not declared, with the indices behind it; `span` is the place of both.
@@ -147,9 +154,7 @@ impl Compiler<'_> {
             }
             ExprKind::Index { .. } => {
                 if let Some(error) = self.foreign_index(at, scope) {
-                    self.fail(error);
-                    tasks.push(Task::Emit(Op::Broken, span));
-                    return;
+                    return self.refuse(error, span, tasks);
                 }
                 let (base, indices) = self.flatten_index(at);
                 let compiled: Vec<IndexProgram> = indices.iter().map(|index| self.index(*index, scope)).collect();
@@ -178,9 +183,7 @@ impl Compiler<'_> {
             ExprKind::Negate(inner) => then(tasks, Op::Negate, &[*inner]),
             ExprKind::Power { base, exponent } => {
                 if let Some(error) = self.foreign_power(at, scope) {
-                    self.fail(error);
-                    tasks.push(Task::Emit(Op::Broken, span));
-                    return;
+                    return self.refuse(error, span, tasks);
                 }
                 tasks.push(Task::Emit(Op::Power, span));
                 tasks.push(Task::Emit(Op::EndExponent, span));
@@ -210,11 +213,8 @@ impl Compiler<'_> {
             ExprKind::IntegralOver { indices, body } => self.integral(indices, *body, span, scope, tasks),
             ExprKind::Vector(parts) => then(tasks, Op::Vector(parts.len()), parts),
             ExprKind::Compare { .. } | ExprKind::Not(_) | ExprKind::And(_) | ExprKind::Or(_) => {
-                self.fail(ModelError::ConditionOrValue {
-                    what: "a condition where a value is expected; conditions are allowed only after `where`",
-                    span,
-                });
-                tasks.push(Task::Emit(Op::Broken, span));
+                let what = "a condition where a value is expected; conditions are allowed only after `where`";
+                self.refuse(ModelError::ConditionOrValue { what, span }, span, tasks);
             }
         }
     }
@@ -227,14 +227,11 @@ impl Compiler<'_> {
             return;
         }
         if let Some(error) = self.foreign_call(function, arguments, span) {
-            self.fail(error);
-            tasks.push(Task::Emit(Op::Broken, span));
-            return;
+            return self.refuse(error, span, tasks);
         }
         if let Some(builtin) = Builtin::from_name(&function.text) {
             if let Some(error) = builtin.check_count(function, arguments.len(), span) {
-                self.fail(error);
-                tasks.push(Task::Emit(Op::Broken, span));
+                self.refuse(error, span, tasks);
             }
             self.world.rigid |= matches!(builtin, Builtin::AngularVelocity | Builtin::Steiner | Builtin::About);
             then(tasks, Op::Call(builtin, arguments.len()), span, arguments);

@@ -1,8 +1,8 @@
 //! From syntax to index programs: indices, bounds and conditions.
 
 use super::ModelError;
-use super::compile::{Compiler, Scope};
-use super::functions::Builtin;
+use super::compile::{Compiler, Scope, Task, then};
+use super::functions::{Builtin, check_count};
 use super::names::Entity;
 use super::program::{IndexForm, IndexOp, IndexProgram};
 use crate::number::Number;
@@ -40,10 +40,6 @@ impl Compiler<'_> {
     }
 
     fn index_ops(&mut self, root: ExprRef, scope: &mut Scope) -> IndexProgram {
-        enum Task {
-            Visit(ExprRef),
-            Emit(IndexOp, Span),
-        }
         let file = self.file;
         let mut ops: Vec<(IndexOp, Span)> = Vec::new();
         let mut tasks = vec![Task::Visit(root)];
@@ -92,8 +88,7 @@ impl Compiler<'_> {
             for child in &children {
                 self.expect(*child, matches!(op, IndexOp::Not | IndexOp::And(_) | IndexOp::Or(_)));
             }
-            tasks.push(Task::Emit(op, span));
-            tasks.extend(children.iter().rev().map(|child| Task::Visit(*child)));
+            then(&mut tasks, op, span, &children);
         }
         IndexProgram::from_ops(ops, file.expr(root).span)
     }
@@ -189,13 +184,8 @@ impl Compiler<'_> {
                 }
             },
         };
-        if arguments.len() != expected {
-            self.fail(ModelError::ArgumentCount {
-                function: function.text.to_string(),
-                expected: super::functions::count_words(expected),
-                found: arguments.len(),
-                span,
-            });
+        if let Some(error) = check_count(function, expected, arguments.len(), span) {
+            self.fail(error);
             return broken();
         }
         (op, arguments.to_vec())

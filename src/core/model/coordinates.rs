@@ -2,7 +2,6 @@
 //! its name, its symbols and its unit follow from its number.
 
 use std::collections::HashMap;
-use std::ops::Range;
 use std::sync::Arc;
 
 use super::dimension::Dimensions;
@@ -154,9 +153,8 @@ impl Coordinates {
     }
 
     /// All of them, in order.
-    #[must_use]
-    pub fn iter(&self) -> Iter<'_> {
-        Iter { all: self, left: 0..self.count }
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = Coordinate<'_>> + Clone {
+        (0..self.count).map(|number| self.at(number))
     }
 
     /// The names of all of them, in order.
@@ -199,40 +197,6 @@ impl Coordinates {
         for (row, end) in self.rows.iter_mut().zip(ends) {
             row.units = dimensions.units(&row.names.name, end - row.first);
         }
-    }
-}
-
-/// The coordinates of a model, one after another.
-#[derive(Clone, Debug)]
-pub struct Iter<'a> {
-    all: &'a Coordinates,
-    left: Range<usize>,
-}
-
-impl<'a> Iterator for Iter<'a> {
-    type Item = Coordinate<'a>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        self.left.next().map(|number| self.all.at(number))
-    }
-
-    fn size_hint(&self) -> (usize, Option<usize>) {
-        self.left.size_hint()
-    }
-
-    fn nth(&mut self, count: usize) -> Option<Self::Item> {
-        self.left.nth(count).map(|number| self.all.at(number))
-    }
-}
-
-impl ExactSizeIterator for Iter<'_> {}
-
-impl<'a> IntoIterator for &'a Coordinates {
-    type Item = Coordinate<'a>;
-    type IntoIter = Iter<'a>;
-
-    fn into_iter(self) -> Iter<'a> {
-        self.iter()
     }
 }
 

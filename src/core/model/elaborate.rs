@@ -142,9 +142,10 @@ impl<'a> Elaborator<'a> {
     }
 
     fn declare(&mut self, kind: &StatementKind, span: Span, tables: &TableTexts) {
+        let energies = &mut self.energies;
         match kind {
             StatementKind::Model { name } => {
-                self.once(&mut |e| &mut e.model_name, name.text.to_string(), span, "model");
+                once(&mut self.model_name, name.text.to_string(), span, "model", &mut self.errors);
             }
             StatementKind::Param(bindings) => bindings.iter().for_each(|binding| self.parameter(binding)),
             StatementKind::Coord { declarations } => {
@@ -153,21 +154,13 @@ impl<'a> Elaborator<'a> {
                 }
             }
             StatementKind::Let(binding) => self.named_expression(binding),
-            StatementKind::Kinetic(at) => {
-                self.once(&mut |e| &mut e.energies.kinetic, *at, span, "T");
-            }
-            StatementKind::Potential(at) => {
-                self.once(&mut |e| &mut e.energies.potential, *at, span, "V");
-            }
-            StatementKind::Lagrangian(at) => {
-                self.once(&mut |e| &mut e.energies.lagrangian, *at, span, "lagrangian");
-            }
+            StatementKind::Kinetic(at) => once(&mut energies.kinetic, *at, span, "T", &mut self.errors),
+            StatementKind::Potential(at) => once(&mut energies.potential, *at, span, "V", &mut self.errors),
+            StatementKind::Lagrangian(at) => once(&mut energies.lagrangian, *at, span, "lagrangian", &mut self.errors),
             StatementKind::Dissipation(at) => {
-                self.once(&mut |e| &mut e.energies.dissipation, *at, span, "dissipation");
+                once(&mut energies.dissipation, *at, span, "dissipation", &mut self.errors);
             }
-            StatementKind::Period(at) => {
-                self.once(&mut |e| &mut e.energies.period, *at, span, "period");
-            }
+            StatementKind::Period(at) => once(&mut energies.period, *at, span, "period", &mut self.errors),
             StatementKind::Table { name, path, path_span } => {
                 let table = Table::read(&name.text, path, name.span, *path_span, tables);
                 // A table that can't be read is declared all the same, lest every use of it err.
@@ -203,23 +196,6 @@ impl<'a> Elaborator<'a> {
             if let Some((entity, _)) = self.world.names.get(name.text.as_str()) {
                 self.world.broken.insert(*entity);
             }
-        }
-    }
-
-    /// Fills something that a model has once.
-    fn once<T>(
-        &mut self,
-        field: &mut dyn FnMut(&mut Self) -> &mut Option<(T, Span)>,
-        value: T,
-        span: Span,
-        what: &'static str,
-    ) {
-        let slot = field(self);
-        if let Some((_, first)) = slot {
-            let first = *first;
-            self.errors.push(ModelError::SecondStatement { what, span, first });
-        } else {
-            *slot = Some((value, span));
         }
     }
 
@@ -294,15 +270,11 @@ impl<'a> Elaborator<'a> {
         }
         let mut found = Vec::new();
         for at in members.keys() {
-            let mut values = [None, None];
-            for (program, value) in programs.iter().zip(&mut values) {
-                let mut slots = at[..members.rank].to_vec();
-                let side = self.world.run_written_out(program, &mut slots);
-                *value = Some(self.note(side)?);
-            }
-            let [Some(left), Some(right)] = values else {
-                return None;
+            let mut value = |program| {
+                let side = self.world.run_written_out(program, &mut at[..members.rank].to_vec());
+                self.note(side)
             };
+            let [left, right] = [value(&programs[0])?, value(&programs[1])?];
             let Ok(difference) = sum(&mut self.world.pool, &[(false, left.clone()), (true, right.clone())]) else {
                 self.errors.push(ModelError::Shape {
                     what: format!(
@@ -461,6 +433,14 @@ impl<'a> Elaborator<'a> {
             let symbols = self.world.pool.symbols_of(&[e]);
             symbols.contains(&time).then_some(span)
         })
+    }
+}
+
+/// Fills something that a model has once.
+fn once<T>(slot: &mut Option<(T, Span)>, value: T, span: Span, what: &'static str, errors: &mut Vec<ModelError>) {
+    match slot {
+        Some((_, first)) => errors.push(ModelError::SecondStatement { what, span, first: *first }),
+        None => *slot = Some((value, span)),
     }
 }
 

@@ -429,6 +429,13 @@ impl From<DimensionError> for ModelError {
     }
 }
 
+impl ModelError {
+    /// A name that is not declared, with what it may have been meant to be.
+    pub(super) fn undeclared(name: &str, nearest: Option<String>, span: Span) -> Self {
+        Self::UndeclaredName { name: name.to_owned(), nearest, later: None, coordinate: None, span }
+    }
+}
+
 /// A name in the quotes of code; a description in words as it is.
 fn quoted(name: &str) -> String {
     if name.contains(' ') { name.to_owned() } else { format!("`{name}`") }

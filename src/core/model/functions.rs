@@ -117,13 +117,7 @@ impl Builtin {
     }
 
     pub(super) fn check_count(self, name: &Name, found: usize, span: Span) -> Option<ModelError> {
-        let expected = self.arguments();
-        (expected != found).then(|| ModelError::ArgumentCount {
-            function: name.text.to_string(),
-            expected: count_words(expected),
-            found,
-            span,
-        })
+        check_count(name, self.arguments(), found, span)
     }
 
     /// Applies the function.
@@ -218,14 +212,17 @@ impl Builtin {
     }
 }
 
-pub(super) fn count_words(count: usize) -> String {
-    match count {
+/// The mistake of a call with a wrong number of arguments.
+pub(super) fn check_count(name: &Name, expected: usize, found: usize, span: Span) -> Option<ModelError> {
+    let words = match expected {
         1 => "one argument".to_owned(),
         2 => "two arguments".to_owned(),
         3 => "three arguments".to_owned(),
         4 => "four arguments".to_owned(),
         n => format!("{n} arguments"),
-    }
+    };
+    let function = name.text.to_string();
+    (expected != found).then_some(ModelError::ArgumentCount { function, expected: words, found, span })
 }
 
 fn rotation(pool: &mut Pool, axis: usize, angle: ExprId) -> Value {

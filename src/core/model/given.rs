@@ -89,18 +89,11 @@ impl Elaborator<'_> {
     /// The coordinates that a statement is about: their family, and the members that it names.
     fn concerned(&mut self, binding: &Binding) -> Option<(usize, Members)> {
         let name = &binding.name;
-        let Some(&(entity, _)) = self.world.names.get(name.text.as_str()) else {
-            let known: Vec<&str> = self.world.coordinate_families.iter().map(|family| family.name.as_str()).collect();
-            let nearest = nearest(&name.text, known).map(str::to_owned);
+        let entity = self.world.names.get(name.text.as_str()).map(|(entity, _)| *entity);
+        let Some(entity @ Entity::Coordinate(family)) = entity else {
+            let known = self.world.coordinate_families.iter().map(|family| family.name.as_str());
+            let nearest = nearest(&name.text, known.filter(|_| entity.is_none())).map(str::to_owned);
             self.errors.push(ModelError::NotACoordinate { name: name.text.to_string(), span: name.span, nearest });
-            return None;
-        };
-        let Entity::Coordinate(family) = entity else {
-            self.errors.push(ModelError::NotACoordinate {
-                name: name.text.to_string(),
-                span: name.span,
-                nearest: None,
-            });
             return None;
         };
         // What members there are is not known where the declaration has a mistake of its own.
@@ -171,10 +164,7 @@ impl Elaborator<'_> {
         if self.errors.len() > before {
             return;
         }
-        let keys: Vec<Key> = match &members.block {
-            Some(block) => block.keys().collect(),
-            None => members.keys.clone(),
-        };
+        let keys = members.keys();
         for (position, at) in keys.iter().enumerate() {
             let value = self.world.run_written_out(&program, &mut at[..members.rank].to_vec());
             let Some(value) = self.note(value) else {
@@ -251,9 +241,7 @@ impl Elaborator<'_> {
             });
             return false;
         }
-        let Some(symbolic) = self.scaled(symbolic, factor) else {
-            return false;
-        };
+        let symbolic = self.scaled(symbolic, factor);
         if let Some(first) = into.get(number) {
             self.errors.push(ModelError::GivenTwice {
                 name: format!("{what} of {}", self.world.coordinates.at(number).name()),

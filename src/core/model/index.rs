@@ -22,6 +22,9 @@ pub(super) enum Quantity {
     Truth(bool),
 }
 
+/// Stands for an operand that is missing.
+static NOTHING: Quantity = Quantity::Truth(false);
+
 impl Quantity {
     pub(super) fn ball(&self) -> Ball {
         match self {
@@ -168,54 +171,40 @@ impl World {
         for (op, span) in ops {
             let span = *span;
             let undefined = |what: &str| ModelError::Undefined { what: what.to_owned(), span, help: None };
-            let count = match op {
-                IndexOp::Parameter { indices: count, .. } => *count,
-                IndexOp::Norm(count) | IndexOp::And(count) | IndexOp::Or(count) => *count,
-                IndexOp::Product(signs) | IndexOp::Sum(signs) => signs.len(),
-                _ => 0,
-            };
-            let operands = stack.split_off(stack.len().saturating_sub(count));
-            let mut pop = || stack.pop().unwrap_or(Quantity::Truth(false));
+            let at = stack.len().saturating_sub(op.operands());
+            let operands = stack.get(at..).unwrap_or_default();
+            let operand = |place: usize| operands.get(place).unwrap_or(&NOTHING);
             let result = match op {
                 IndexOp::Number(number) => Quantity::Exact(number.clone()),
                 IndexOp::Broken => return Err(ModelError::FollowOn {}),
                 IndexOp::Pi => Quantity::Enclosed(Ball::pi(())),
                 IndexOp::Variable(slot) => Quantity::Exact(Number::from(slots.get(*slot).copied().unwrap_or(0))),
-                IndexOp::Parameter { family, .. } => self.member_quantity(*family, &operands, span)?,
+                IndexOp::Parameter { family, .. } => self.member_quantity(*family, operands, span)?,
                 IndexOp::Field { table, column } => {
-                    let row = match pop() {
+                    let row = match operand(0) {
                         Quantity::Exact(number) => number.to_i64(),
                         Quantity::Enclosed(_) | Quantity::Truth(_) => None,
                     };
                     let row = row.ok_or_else(|| ModelError::NotAnInteger { value: "the row".to_owned(), span })?;
                     Quantity::Exact(self.field(*table, row, *column, span)?.clone())
                 }
-                IndexOp::Negate => match pop() {
+                IndexOp::Negate => match operand(0) {
                     Quantity::Exact(a) => Quantity::Exact(a.neg()),
                     other => Quantity::Enclosed(other.ball().neg()),
                 },
-                IndexOp::Power => {
-                    let (exponent, base) = (pop(), pop());
-                    power(&base, &exponent).ok_or_else(|| undefined("this power"))?
-                }
+                IndexOp::Power => power(operand(0), operand(1)).ok_or_else(|| undefined("this power"))?,
                 IndexOp::Product(divided) => {
-                    product(&operands, divided).ok_or_else(|| undefined("a quotient with divisor 0"))?
+                    product(operands, divided).ok_or_else(|| undefined("a quotient with divisor 0"))?
                 }
-                IndexOp::Sum(subtracted) => total(&operands, subtracted),
-                IndexOp::Mod => {
-                    let (b, a) = (pop(), pop());
-                    match (&a, &b) {
-                        (Quantity::Exact(a), Quantity::Exact(b)) => {
-                            Quantity::Exact(a.rem_floor(b).ok_or_else(|| undefined("`mod` by zero"))?)
-                        }
-                        _ => return Err(undefined("`mod` of numbers that are not rational")),
+                IndexOp::Sum(subtracted) => total(operands, subtracted),
+                IndexOp::Mod => match (operand(0), operand(1)) {
+                    (Quantity::Exact(a), Quantity::Exact(b)) => {
+                        Quantity::Exact(a.rem_floor(b).ok_or_else(|| undefined("`mod` by zero"))?)
                     }
-                }
-                IndexOp::Floor => Quantity::Exact(floor(&pop(), span)?),
-                IndexOp::Sqrt => {
-                    let radicand = pop();
-                    root(&radicand).ok_or_else(|| undefined("the root of a negative number"))?
-                }
+                    _ => return Err(undefined("`mod` of numbers that are not rational")),
+                },
+                IndexOp::Floor => Quantity::Exact(floor(operand(0), span)?),
+                IndexOp::Sqrt => root(operand(0)).ok_or_else(|| undefined("the root of a negative number"))?,
                 IndexOp::Norm(_) => {
                     let two = Quantity::Exact(Number::from(2));
                     let squares: Option<Vec<Quantity>> = operands.iter().map(|part| power(part, &two)).collect();
@@ -223,16 +212,16 @@ impl World {
                     let square = total(&squares, &vec![false; squares.len()]);
                     root(&square).ok_or_else(|| undefined("this `norm`"))?
                 }
-                IndexOp::Apply(function) => applied(*function, &pop(), span)?,
+                IndexOp::Apply(function) => applied(*function, operand(0), span)?,
                 IndexOp::Compare(comparison) => {
-                    let (b, a) = (pop(), pop());
-                    let truth = compare(&a, &b, *comparison);
+                    let truth = compare(operand(0), operand(1), *comparison);
                     Quantity::Truth(truth.ok_or(ModelError::UndecidedComparison { span })?)
                 }
-                IndexOp::Not => Quantity::Truth(!pop().is_true()),
+                IndexOp::Not => Quantity::Truth(!operand(0).is_true()),
                 IndexOp::And(_) => Quantity::Truth(operands.iter().all(Quantity::is_true)),
                 IndexOp::Or(_) => Quantity::Truth(operands.iter().any(Quantity::is_true)),
             };
+            stack.truncate(at);
             stack.push(result);
         }
         stack.pop().ok_or(ModelError::Undefined { what: "this".to_owned(), span: whole, help: None })

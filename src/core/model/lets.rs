@@ -1,6 +1,5 @@
 //! `let` statements: pieces of families and the members they have.
 
-use std::collections::HashMap;
 use std::sync::Arc;
 
 use super::ModelError;
@@ -95,15 +94,8 @@ impl Elaborator<'_> {
     fn new_let(&mut self, name: &Name, rank: usize) -> usize {
         let number = self.world.lets.len();
         let grid = Grid { rank, ..Default::default() };
-        self.world.lets.push(LetFamily {
-            family: Family { name: name.text.to_string(), span: name.span, grid },
-            pieces: Vec::new(),
-            members: HashMap::new(),
-            recursive: false,
-            depth: 0,
-            cost: 0,
-            progress: None,
-        });
+        let family = Family { name: name.text.to_string(), span: name.span, grid };
+        self.world.lets.push(LetFamily { family, ..LetFamily::default() });
         if rank > 0 {
             // A member may use lower ones.
             self.introduce(name, Entity::Let(number));

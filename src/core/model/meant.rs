@@ -165,15 +165,8 @@ impl Compiler<'_> {
         let ExprKind::Power { base, exponent } = expr.kind else { return None };
         let ExprKind::Name(name) = &self.file.expr(base).kind else { return None };
         let free = self.entity(name).is_none() && scope.find(name).is_none() && scope.integrated(name).is_none();
-        (matches!(&**name, "e" | "E") && free && !self.later.contains_key(&**name)).then(|| {
-            ModelError::UndeclaredName {
-                name: name.to_string(),
-                nearest: Some(format!("exp({})", print_expr(self.file, exponent))),
-                later: None,
-                coordinate: None,
-                span: expr.span,
-            }
-        })
+        (matches!(&**name, "e" | "E") && free && !self.later.contains_key(&**name))
+            .then(|| ModelError::undeclared(name, Some(format!("exp({})", print_expr(self.file, exponent))), expr.span))
     }
 
     /// `dot(phi)`, `diff(phi, t)`, `phi(t)`.
@@ -203,13 +196,7 @@ impl Compiler<'_> {
         }
         let ExprKind::Name(name) = &self.file.expr(base).kind else { return None };
         let free = self.entity(name).is_none() && scope.find(name).is_none();
-        (free && field.text.as_str() == "pi").then(|| ModelError::UndeclaredName {
-            name: name.to_string(),
-            nearest: Some("pi".to_owned()),
-            later: None,
-            coordinate: None,
-            span,
-        })
+        (free && field.text.as_str() == "pi").then(|| ModelError::undeclared(name, Some("pi".to_owned()), span))
     }
 
     /// Where a coordinate that is missing has to be declared: before the statement at a place that uses it, if its time

@@ -14,6 +14,7 @@ use crate::syntax::{IndexKind, Indices, Name, UnitRef};
 const MOST_MEMBERS: usize = 20_000_000;
 
 /// The indices of a binding, compiled: where the members are.
+#[derive(Default)]
 pub(super) struct Members {
     pub(super) rank: usize,
     /// A full box, or the members one by one.
@@ -67,15 +68,7 @@ impl Elaborator<'_> {
         let before = self.errors.len();
         let mut scope = Scope::default();
         let Some(indices) = indices else {
-            return Some(Members {
-                rank: 0,
-                block: None,
-                keys: vec![[0; 3]],
-                filter: None,
-                scope,
-                named: false,
-                span: name.span,
-            });
+            return Some(Members { keys: vec![[0; 3]], span: name.span, ..Members::default() });
         };
         let rank = indices.entries.len();
         if rank > 3 {
@@ -150,11 +143,7 @@ impl Elaborator<'_> {
         }
     }
 
-    #[allow(clippy::unnecessary_wraps)] // used in chains of options
-    pub(super) fn scaled(&mut self, value: ExprId, factor: Option<ExprId>) -> Option<ExprId> {
-        Some(match factor {
-            Some(factor) => self.world.pool.mul(factor, value),
-            None => value,
-        })
+    pub(super) fn scaled(&mut self, value: ExprId, factor: Option<ExprId>) -> ExprId {
+        factor.map_or(value, |factor| self.world.pool.mul(factor, value))
     }
 }

@@ -56,6 +56,7 @@ pub use settings::Settings;
 pub use table::TableTexts;
 pub use table::{Cell, Table};
 pub use tensors::Tensor;
+pub(crate) use terms::slopes_by;
 pub use terms::{Local, TermFamily};
 pub use units::{unit_dimension, unit_names};
 pub use warning::{Warning, warnings};

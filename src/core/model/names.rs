@@ -96,9 +96,12 @@ pub(super) struct Grid {
 impl Grid {
     /// The number of a member, the box that holds it where there is one.
     pub(super) fn find(&self, at: &Key) -> Option<usize> {
+        self.find_by(at, |block| block.base + block.offset(at))
+    }
+
+    fn find_by(&self, at: &Key, number: impl Fn(&Block) -> usize) -> Option<usize> {
         let block = self.blocks.iter().find(|block| block.contains(at));
-        let single = self.singles.get(at).map(|(number, _)| *number);
-        single.or_else(|| block.map(|block| block.base + block.offset(at)))
+        self.singles.get(at).map(|(number, _)| *number).or_else(|| block.map(number))
     }
 
     /// The indices of all members, ascending.
@@ -117,8 +120,7 @@ impl Grid {
 
     /// The number of the box (not of the member) that holds an index.
     pub(super) fn find_block(&self, at: &Key) -> Option<usize> {
-        let block = self.blocks.iter().find(|block| block.contains(at));
-        self.singles.get(at).map(|(number, _)| *number).or(block.map(|block| block.base))
+        self.find_by(at, |block| block.base)
     }
 
     /// Where a member that is to be added is given already.
@@ -189,7 +191,7 @@ pub(super) fn member_name(name: &str, rank: usize, at: &Key) -> String {
     format!("{name}[{}]", indices.join(","))
 }
 
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Family {
     pub(super) name: String,
     pub(super) span: Span,
@@ -236,7 +238,7 @@ impl Family {
 }
 
 /// One `let` name: its pieces, and the members that have been written out so far.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct LetFamily {
     pub(super) family: Family,
     pub(super) pieces: Vec<LetPiece>,
@@ -249,6 +251,13 @@ pub(super) struct LetFamily {
     pub(super) cost: u64,
     /// Members written out, ascending, of a recursive family.
     pub(super) progress: Option<Progress>,
+}
+
+impl LetFamily {
+    /// The indices of all members, ascending.
+    pub(super) fn keys(&self) -> Vec<Key> {
+        if self.family.grid.rank == 0 { vec![[0; 3]] } else { self.family.grid.keys() }
+    }
 }
 
 /// How far a recursive family is written out.
@@ -364,14 +373,9 @@ impl World {
     pub(super) fn coordinate_slot(&mut self, k: usize) -> [Symbol; 3] {
         while self.coordinate_slots.len() <= k {
             let k = self.coordinate_slots.len();
-            let symbols = [
-                self.pool.fresh_symbol(&format!("q{}", k + 1)),
-                self.pool.fresh_symbol(&format!("q{}'", k + 1)),
-                self.pool.fresh_symbol(&format!("q{}''", k + 1)),
-            ];
-            self.kinds.insert(symbols[0], SymbolKind::CoordinateSlot(k));
-            self.kinds.insert(symbols[1], SymbolKind::VelocitySlot(k));
-            self.kinds.insert(symbols[2], SymbolKind::AccelerationSlot(k));
+            let symbols = ["", "'", "''"].map(|primes| self.pool.fresh_symbol(&format!("q{}{primes}", k + 1)));
+            let kinds = [SymbolKind::CoordinateSlot, SymbolKind::VelocitySlot, SymbolKind::AccelerationSlot];
+            symbols.into_iter().zip(kinds).for_each(|(symbol, kind)| self.kinds.insert(symbol, kind(k)));
             self.coordinate_slots.push(symbols);
         }
         self.coordinate_slots[k]

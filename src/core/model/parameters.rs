@@ -120,7 +120,7 @@ impl Elaborator<'_> {
             let value = self.world.run_written_out(&program, &mut Vec::new());
             let value = self.note(value)?;
             let value = self.one_scalar(&value, "an uncertainty", program.span)?;
-            self.scaled(value, factor)
+            Some(self.scaled(value, factor))
         });
         let list: Option<Vec<ExprId>> = match &shared {
             Some(value @ Value::Vector(_)) => {
@@ -148,7 +148,7 @@ impl Elaborator<'_> {
                     value
                 }
             };
-            let own = own.and_then(|own| self.scaled(own, factor));
+            let own = own.map(|own| self.scaled(own, factor));
             let span = program.as_ref().map_or(name.span, |program| program.span);
             self.add_parameter(&name.text, name.span, members.rank, *at, own, sigma, factor, span);
         }
@@ -330,12 +330,9 @@ impl Elaborator<'_> {
             let sigma = set.sigma.as_ref().and_then(|sigma| sigma.scalar("").ok());
             Some((set.value.scalar("").ok()?, sigma))
         });
-        let Some((value, sigma)) = found else {
-            return (None, None);
-        };
+        let (value, sigma) = found.map_or((None, None), |(value, sigma)| (Some(value), sigma));
         // It is in the unit that the file declares, as in the file itself.
-        let sigma = sigma.and_then(|sigma| self.scaled(sigma, factor));
-        (self.scaled(value, factor), sigma)
+        [value, sigma].map(|own| own.map(|own| self.scaled(own, factor))).into()
     }
 }
 

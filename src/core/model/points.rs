@@ -115,13 +115,8 @@ impl Elaborator<'_> {
         match self.world.names.get(name)?.0 {
             Entity::Coordinate(family) => {
                 let grid = self.world.coordinate_families[family].grid.clone();
-                let keys = if grid.rank == 0 { vec![[0; 3]] } else { grid.keys() };
-                let all = keys.into_iter().take(MOST_MEMBERS);
-                let one = |key: Key| {
-                    let number = grid.find(&key).or_else(|| grid.singles.values().map(|(number, _)| *number).next())?;
-                    Some((key, self.coordinate_expression(number)))
-                };
-                all.map(one).collect()
+                let all = grid.keys().into_iter().take(MOST_MEMBERS);
+                all.map(|key| Some((key, self.coordinate_expression(grid.find(&key)?)))).collect()
             }
             Entity::Let(number) => {
                 let members = self.members_of_let(number)?;
@@ -132,12 +127,11 @@ impl Elaborator<'_> {
     }
 
     fn members_of_let(&mut self, number: usize) -> Option<Vec<(Key, super::values::Value)>> {
-        let family = self.world.lets[number].family.clone();
-        let keys = if family.grid.rank == 0 { vec![[0; 3]] } else { family.grid.keys() };
+        let (keys, span) = (self.world.lets[number].keys(), self.world.lets[number].family.span);
         if keys.len() > MOST_MEMBERS {
             return None;
         }
-        keys.into_iter().map(|key| Some((key, self.world.let_member(number, key, family.span, None).ok()?))).collect()
+        keys.into_iter().map(|key| Some((key, self.world.let_member(number, key, span, None).ok()?))).collect()
     }
 
     /// What is named like x, y and z, one of which moves.

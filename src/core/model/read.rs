@@ -19,11 +19,15 @@ impl World {
         Stop::from(family.out_of_range(at, span))
     }
 
-    fn too_many(&self, entity: Entity, span: Span) -> Stop {
-        let Some(family) = self.family(entity) else {
-            return Stop::WriteOut;
-        };
-        Stop::from(ModelError::TooManyIndices { what: format!("`{}`", family.name), available: family.grid.rank, span })
+    /// The number of a parameter or coordinate, which has no components.
+    fn number_of(&self, entity: Entity, at: &Key, has_more: bool, span: Span) -> Result<usize, Stop> {
+        let family = self.family(entity).ok_or(Stop::WriteOut)?;
+        let rank = family.grid.rank;
+        if has_more {
+            let what = format!("`{}`", family.name);
+            return Err(Stop::from(ModelError::TooManyIndices { what, available: rank, span }));
+        }
+        family.grid.find(at).ok_or_else(|| Stop::from(family.out_of_range(&at[..rank], span)))
     }
 
     /// The value of a member, a slice or a family.
@@ -57,11 +61,8 @@ impl World {
         let (own, rest) = at.split_at(rank);
         let own = key(own);
         match entity {
-            Entity::Parameter(_) | Entity::Coordinate(_) if !rest.is_empty() => Err(self.too_many(entity, span)),
             Entity::Parameter(family) => {
-                let Some(number) = self.parameter_families[family].grid.find(&own) else {
-                    return Err(self.out_of_range(entity, &own[..rank], span));
-                };
+                let number = self.number_of(entity, &own, !rest.is_empty(), span)?;
                 match instance {
                     // A parameter without indices is the same for all instances.
                     Some(instance) if rank > 0 => {
@@ -79,10 +80,8 @@ impl World {
                     },
                 }
             }
-            Entity::Coordinate(family) => {
-                let Some(number) = self.coordinate_families[family].grid.find(&own) else {
-                    return Err(self.out_of_range(entity, &own[..rank], span));
-                };
+            Entity::Coordinate(_) => {
+                let number = self.number_of(entity, &own, !rest.is_empty(), span)?;
                 let symbol = match instance {
                     Some(instance) => {
                         let slot = instance.slot(Leaf::Coordinate(number), 0);
@@ -133,23 +132,16 @@ impl World {
         }
         let (indices, rest) = at.split_at(rank);
         match entity {
-            Entity::Parameter(_) | Entity::Coordinate(_) if !rest.is_empty() => Err(self.too_many(entity, span)),
             Entity::Parameter(family) => {
-                let grid = &self.parameter_families[family].grid;
-                let Some(number) = grid.find(&own) else {
-                    return Err(self.out_of_range(entity, &own[..rank], span));
-                };
+                let number = self.number_of(entity, &own, !rest.is_empty(), span)?;
                 if rank > 0 {
-                    instance.slot(Leaf::Parameter(number), grid.growth(indices));
+                    instance.slot(Leaf::Parameter(number), self.parameter_families[family].grid.growth(indices));
                 }
                 Ok(())
             }
             Entity::Coordinate(family) => {
-                let grid = &self.coordinate_families[family].grid;
-                let Some(number) = grid.find(&own) else {
-                    return Err(self.out_of_range(entity, &own[..rank], span));
-                };
-                instance.slot(Leaf::Coordinate(number), grid.growth(indices));
+                let number = self.number_of(entity, &own, !rest.is_empty(), span)?;
+                instance.slot(Leaf::Coordinate(number), self.coordinate_families[family].grid.growth(indices));
                 Ok(())
             }
             Entity::Let(family) => {

@@ -423,42 +423,24 @@ impl World {
 
     /// Refuses a sum with too many terms before the first is worked out: the ranges of all indices
     /// but the last are walked through, those of the last added up.
-    fn check_count(&self, binders: &[Binder], slots: &mut Vec<i64>, span: Span) -> Result<(), ModelError> {
-        let [first, .., last] = binders else {
+    fn check_count(&mut self, binders: &[Binder], slots: &mut Vec<i64>, span: Span) -> Result<(), ModelError> {
+        let Some((last, outer)) = binders.split_last().filter(|(_, outer)| !outer.is_empty()) else {
             // A single range is checked where it is read.
             return Ok(());
         };
-        let base = slots.len();
         if let Some(count) = self.fixed_count(binders) {
             return if count > MOST_INSTANCES { Err(too_many_terms(span)) } else { Ok(()) };
         }
-        let outer = binders.len() - 1;
-        let (mut count, mut steps) = (0_u64, 0_u64);
-        let mut levels = vec![self.binder_range(first, slots)?];
-        while let Some((next, end)) = levels.last_mut() {
-            let (value, past) = (*next, *next > *end);
-            *next += 1;
-            let depth = levels.len();
-            slots.truncate(base + depth - 1);
-            if past {
-                levels.pop();
-                continue;
-            }
-            slots.push(value);
-            steps += 1;
-            if depth < outer {
-                levels.push(self.binder_range(&binders[depth], slots)?);
-            } else {
-                let (from, to) = self.binder_range(last, slots)?;
-                count += u64::try_from(to - from + 1).unwrap_or(0);
-            }
-            if count.max(steps) > MOST_INSTANCES {
-                slots.truncate(base);
-                return Err(too_many_terms(span));
-            }
-        }
+        let (base, steps, mut count) = (slots.len(), self.steps, 0_u64);
+        self.steps = 0;
+        let counted = self.instances(outer, &[], slots, span, |world, slots| {
+            let (from, to) = world.binder_range(last, slots)?;
+            count += u64::try_from(to - from + 1).unwrap_or(0);
+            if count > MOST_INSTANCES { Err(too_many_terms(span)) } else { Ok(()) }
+        });
+        self.steps = steps;
         slots.truncate(base);
-        Ok(())
+        counted
     }
 
     /// How many values indices take whose ranges depend on no index.

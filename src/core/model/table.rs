@@ -66,7 +66,7 @@ pub enum Cell {
 }
 
 /// A table of exact numbers.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Table {
     pub(crate) name: String,
     pub(crate) span: Span,
@@ -127,15 +127,7 @@ impl Table {
 
     /// Stands for a table that could not be read.
     pub(crate) fn unread(name: &str, span: Span) -> Self {
-        Self {
-            name: name.to_owned(),
-            path: String::new(),
-            span,
-            columns: Vec::new(),
-            cells: Vec::new(),
-            texts: Vec::new(),
-            lines: Vec::new(),
-        }
+        Self { name: name.to_owned(), span, ..Self::default() }
     }
 
     /// From the text of a CSV file, or of a Matrix Market file if its name ends in `.mtx`.
@@ -148,20 +140,13 @@ impl Table {
         };
         let bad =
             |line: u64, reason: String| ModelError::BadTable { path: path.to_owned(), line, reason, span: path_span };
+        let own = Self { path: path.to_owned(), ..Self::unread(name, span) };
         if path.to_ascii_lowercase().ends_with(".mtx") {
             let entries = matrix_market::entries(text).map_err(|(line, reason)| bad(line, reason))?;
             let lines = entries.iter().map(|(_, line)| *line).collect();
             let cells = entries.into_iter().flat_map(|(fields, _)| fields).map(Cell::Number).collect();
-            let columns = ["i", "j", "v"].map(str::to_owned).to_vec();
-            return Ok(Self {
-                name: name.to_owned(),
-                span,
-                texts: vec![false; columns.len()],
-                columns,
-                path: path.to_owned(),
-                cells,
-                lines,
-            });
+            let (columns, texts) = (["i", "j", "v"].map(str::to_owned).to_vec(), vec![false; 3]);
+            return Ok(Self { columns, cells, texts, lines, ..own });
         }
         let mut reader =
             csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
@@ -204,7 +189,7 @@ impl Table {
             }
             lines.push(record.position().map_or(0, csv::Position::line));
         }
-        Ok(Self { name: name.to_owned(), span, columns, path: path.to_owned(), cells, texts, lines })
+        Ok(Self { columns, cells, texts, lines, ..own })
     }
 }
 

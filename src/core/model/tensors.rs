@@ -7,7 +7,7 @@ use std::collections::HashMap;
 use super::compile::Scope;
 use super::dimension::Dimensions;
 use super::elaborate::Elaborator;
-use super::names::{Entity, Family, Key, member_name};
+use super::names::{Entity, Family, member_name};
 use super::values::Value;
 use crate::expr::ExprId;
 use crate::span::Span;
@@ -48,14 +48,10 @@ impl Elaborator<'_> {
         let mut rotations = None;
         for number in 0..self.world.lets.len() {
             let Family { name, span, grid } = self.world.lets[number].family.clone();
-            let mut keys: Vec<Key> = vec![[0; 3]];
-            if grid.rank > 0 {
-                if !families || grid.numbers().count() > MOST_MEMBERS {
-                    continue;
-                }
-                keys = grid.keys();
+            if grid.rank > 0 && (!families || grid.numbers().count() > MOST_MEMBERS) {
+                continue;
             }
-            for (place, at) in keys.into_iter().enumerate() {
+            for (place, at) in self.world.lets[number].keys().into_iter().enumerate() {
                 // A member that can't be worked out and that no energy uses is not asked for here either.
                 let value = self.world.let_member(number, at, span, None);
                 let Some(entries) = value.ok().as_ref().and_then(three_by_three) else {

@@ -5,7 +5,7 @@
 //! pendulum's prefix sums) is written out into a single further term. Nothing is expanded and
 //! nothing is differentiated here.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
 
 use super::ModelError;
@@ -60,6 +60,16 @@ impl Local {
     }
 }
 
+/// The derivatives by some variables, by their places, without those that vanish identically.
+pub(crate) fn slopes_by(pool: &mut Pool, e: ExprId, variables: &[Symbol]) -> Vec<(usize, ExprId)> {
+    let place = |symbol: Symbol| variables.iter().position(|own| *own == symbol);
+    let slopes = pool.slopes(e, |symbol| place(symbol).is_some());
+    let slopes = slopes.into_iter().filter(|(_, slope)| !slope.is_zero());
+    let mut slopes: Vec<(usize, ExprId)> = slopes.filter_map(|(symbol, slope)| Some((place(symbol)?, slope))).collect();
+    slopes.sort_unstable();
+    slopes
+}
+
 impl TermFamily {
     /// A term with a single instance.
     pub(crate) fn single(span: Span, body: ExprId, locals: Vec<Local>, coordinates: Vec<u32>) -> Self {
@@ -77,13 +87,8 @@ impl TermFamily {
         if let Some(place) = self.acts_on {
             return vec![(place, pool.neg(self.body))];
         }
-        let place = |symbol: Symbol| self.locals.iter().position(|local| local.velocity == symbol);
-        let slopes = pool.slopes(self.body, |symbol| place(symbol).is_some());
-        let slopes = slopes.into_iter().filter(|(_, slope)| !slope.is_zero());
-        let mut drags: Vec<(usize, ExprId)> =
-            slopes.filter_map(|(symbol, slope)| Some((place(symbol)?, slope))).collect();
-        drags.sort_unstable();
-        drags
+        let velocities: Vec<Symbol> = self.locals.iter().map(|local| local.velocity).collect();
+        slopes_by(pool, self.body, &velocities)
     }
 
     /// The coordinates of an instance, one number a local.
@@ -227,8 +232,9 @@ fn work_out(compiler: &mut Compiler<'_>, whole: Part) -> Result<Vec<TermFamily>,
         if !broken && compiler.errors.len() == before {
             let world = &mut *compiler.world;
             let before = mistakes.len();
-            let worked_out = instantiate(world, &part, &program, &mut result, &mut written_out, &mut mistakes);
-            if let Err(error) = worked_out
+            let mut work =
+                Work { part: &part, program: &program, written_out: &mut written_out, mistakes: &mut mistakes };
+            if let Err(error) = instantiate(world, &mut work, &mut result)
                 && mistakes.len() == before
             {
                 mistakes.push(error);
@@ -394,25 +400,26 @@ fn given(world: &World, part: &Part, value: &Value, span: Span) -> Result<Writte
     Ok(on.into_iter().zip(forces).map(|(on, force)| (world.pool.as_symbol(on), force)).collect())
 }
 
+/// A part that is worked out, and what comes of it beside families of terms.
+struct Work<'a> {
+    part: &'a Part,
+    program: &'a Program,
+    written_out: &'a mut WrittenOut,
+    mistakes: &'a mut Vec<ModelError>,
+}
+
 /// What is left to do for an instance whose form can't be had: its mistakes, or the term written out.
-fn stopped(
-    world: &mut World,
-    part: &Part,
-    program: &Program,
-    slots: &mut Vec<i64>,
-    stop: Stop,
-    written_out: &mut WrittenOut,
-    mistakes: &mut Vec<ModelError>,
-) -> Result<(), ModelError> {
+fn stopped(world: &mut World, work: &mut Work<'_>, slots: &mut Vec<i64>, stop: Stop) -> Result<(), ModelError> {
+    let program = work.program;
     match stop {
         Stop::Error(error) => {
-            mistakes.push((*error).clone());
-            world.find_mistakes(program, slots, mistakes);
+            work.mistakes.push((*error).clone());
+            world.find_mistakes(program, slots, work.mistakes);
             Err(*error)
         }
         Stop::WriteOut => {
             let value = world.run_written_out(program, slots)?;
-            written_out.extend(given(world, part, &value, program.span)?);
+            work.written_out.extend(given(world, work.part, &value, program.span)?);
             Ok(())
         }
     }
@@ -422,20 +429,14 @@ fn stopped(
 const SHORT_INDICES: u64 = 16;
 
 /// Runs a part for all its instances; where one has mistakes, all of these are told.
-fn instantiate(
-    world: &mut World,
-    part: &Part,
-    program: &Program,
-    result: &mut Vec<TermFamily>,
-    written_out: &mut WrittenOut,
-    mistakes: &mut Vec<ModelError>,
-) -> Result<(), ModelError> {
+fn instantiate(world: &mut World, work: &mut Work<'_>, result: &mut Vec<TermFamily>) -> Result<(), ModelError> {
+    let (part, span) = (work.part, work.program.span);
     if part.binders.is_empty() {
-        let value = match world.run_written_out(program, &mut Vec::new()) {
+        let value = match world.run_written_out(work.program, &mut Vec::new()) {
             Ok(value) => value,
-            Err(error) => return stopped(world, part, program, &mut Vec::new(), error.into(), written_out, mistakes),
+            Err(error) => return stopped(world, work, &mut Vec::new(), error.into()),
         };
-        written_out.extend(given(world, part, &value, program.span)?);
+        work.written_out.extend(given(world, part, &value, span)?);
         return Ok(());
     }
     // Stretches run along the last index that is not short.
@@ -448,18 +449,17 @@ fn instantiate(
         inner_filters.into_iter().map(|(after, filter)| (after - along, filter)).collect();
     let mut forms = Forms::default();
     let (mut slots, mut steps) = (Vec::new(), Vec::new());
-    world.stretches::<ModelError>(outer, &outer_filters, &mut slots, program.span, |world, slots, most| {
+    world.stretches::<ModelError>(outer, &outer_filters, &mut slots, span, |world, slots, most| {
         steps.clear();
         steps.resize(slots.len(), 0);
         steps.last_mut().into_iter().for_each(|last| *last = 1);
         forms.begin(most);
         if inner.is_empty() {
-            forms.add(world, part, program, slots, &mut steps, written_out, mistakes)?;
+            forms.add(world, work, slots, &mut steps)?;
         } else {
             world.push_growth(inner, &inner_filters, &mut steps, &mut forms.current);
-            let span = program.span;
             world.instances(inner, &inner_filters, slots, span, |world, slots| {
-                forms.add(world, part, program, slots, &mut steps, written_out, mistakes)
+                forms.add(world, work, slots, &mut steps)
             })?;
         }
         Ok(forms.push(world))
@@ -489,21 +489,18 @@ impl Forms {
     }
 
     /// Adds an instance, with all that are like it.
-    #[allow(clippy::too_many_arguments)] // what an instance is made of, and where it goes
     fn add(
         &mut self,
         world: &mut World,
-        part: &Part,
-        program: &Program,
+        work: &mut Work<'_>,
         slots: &mut Vec<i64>,
         steps: &mut Vec<i64>,
-        written_out: &mut WrittenOut,
-        mistakes: &mut Vec<ModelError>,
     ) -> Result<(), ModelError> {
+        let program = work.program;
         self.current.clear(self.current.reach);
         if let Err(stop) = world.run_light(program, slots, steps, &mut self.current) {
             self.current.limit(0);
-            return stopped(world, part, program, slots, stop, written_out, mistakes);
+            return stopped(world, work, slots, stop);
         }
         let form = if let Some(form) = self.numbers.get(&self.current.signature) {
             form.clone()
@@ -513,11 +510,11 @@ impl Forms {
                 Ok(value) => value,
                 Err(stop) => {
                     self.current.limit(0);
-                    return stopped(world, part, program, slots, stop, written_out, mistakes);
+                    return stopped(world, work, slots, stop);
                 }
             };
             let before = self.finishers.len();
-            for (acts_on, body) in given(world, part, &value, program.span)? {
+            for (acts_on, body) in given(world, work.part, &value, program.span)? {
                 self.finishers.push(Finisher::new(world, acts_on, body, program.span));
             }
             let form = before..self.finishers.len();
@@ -558,7 +555,8 @@ struct Finisher {
     value_sources: Vec<usize>,
 }
 
-#[derive(Clone, Copy)]
+/// Slots come before what all instances share.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Source {
     Leaf(usize),
     Shared(usize),
@@ -567,17 +565,15 @@ enum Source {
 impl Finisher {
     fn new(world: &World, acts_on: Option<Symbol>, body: ExprId, span: Span) -> Self {
         let mut family = TermFamily { count: 0, ..TermFamily::single(span, body, Vec::new(), Vec::new()) };
-        let mut local_sources: Vec<Source> = Vec::new();
         let mut value_sources = Vec::new();
-        let mut slots_seen = std::collections::BTreeSet::new();
-        let mut shared_seen = std::collections::BTreeSet::new();
+        let mut sources = BTreeSet::new();
         for symbol in world.pool.symbols_of(&[body]).into_iter().chain(acts_on) {
             match world.kinds.get(symbol) {
                 Some(SymbolKind::CoordinateSlot(k) | SymbolKind::VelocitySlot(k) | SymbolKind::AccelerationSlot(k)) => {
-                    slots_seen.insert(k);
+                    sources.insert(Source::Leaf(k));
                 }
                 Some(SymbolKind::Coordinate(i) | SymbolKind::Velocity(i) | SymbolKind::Acceleration(i)) => {
-                    shared_seen.insert(i);
+                    sources.insert(Source::Shared(i));
                 }
                 Some(SymbolKind::ValueSlot(k)) => {
                     family.values.push(symbol);
@@ -586,18 +582,12 @@ impl Finisher {
                 Some(SymbolKind::Parameter(_) | SymbolKind::Time) | None => {}
             }
         }
-        for k in slots_seen {
-            let [coordinate, velocity, _] = world.coordinate_slots[k];
-            family.locals.push(Local { coordinate, velocity });
-            local_sources.push(Source::Leaf(k));
-        }
-        for i in shared_seen {
-            let own = world.coordinates.at(i);
-            family.locals.push(Local { coordinate: own.symbol, velocity: own.velocity });
-            local_sources.push(Source::Shared(i));
-        }
+        family.locals.extend(sources.iter().map(|source| match source {
+            Source::Leaf(k) => Local::new(world.coordinate_slots[*k][0], world.coordinate_slots[*k][1]),
+            Source::Shared(i) => Local::new(world.coordinates.at(*i).symbol, world.coordinates.at(*i).velocity),
+        }));
         family.acts_on = acts_on.and_then(|on| family.locals.iter().position(|local| local.coordinate == on));
-        Self { family, local_sources, value_sources }
+        Self { family, local_sources: sources.into_iter().collect(), value_sources }
     }
 
     /// Adds the instance that comes so many steps after the one with these leaves.

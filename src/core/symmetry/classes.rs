@@ -13,7 +13,7 @@ use nalgebra::DMatrix;
 
 use super::point_group::Element;
 use super::points::Moves;
-use super::{GroupKind, SignedPermutation, Symmetry};
+use super::{GroupKind, SignedPermutation, Symmetry, products};
 
 /// Sums of more elements are not made.
 const MOST_CONJUGATES: usize = 2000;
@@ -198,13 +198,9 @@ fn of_other(symmetry: &Symmetry) -> Option<Told> {
         return None;
     }
     let mut sums: Vec<BTreeSet<SignedPermutation>> = Vec::new();
-    let products = generators.iter().enumerate().flat_map(|(i, g)| {
-        let others = generators.iter().skip(i + 1);
-        others.map(|h| g.after(h))
-    });
     let all = symmetry.points.iter().flat_map(Moves::all);
     let mut effort = MOST_EFFORT;
-    for element in generators.iter().cloned().chain(products).chain(all) {
+    for element in generators.iter().cloned().chain(products(generators)).chain(all) {
         if sums.iter().all(|sum| !sum.contains(&element))
             && !element.is_identity()
             && let Some(sum) = conjugates(&element, generators, &mut effort)

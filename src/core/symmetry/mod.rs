@@ -174,24 +174,17 @@ impl SignedPermutation {
     /// The length of the cycles of the coordinates in `active`, if they all have the same and no sign
     /// changes.
     fn common_cycle(&self, active: &[bool]) -> Option<usize> {
-        let mut seen = vec![false; self.len()];
-        let mut common = None;
-        for start in (0..self.len()).filter(|i| active.get(*i) == Some(&true)) {
-            let (mut at, mut length) = (start, 0);
-            while !seen[at] {
-                seen[at] = true;
-                let (to, negative) = self.of(at);
-                if negative {
-                    return None;
-                }
-                at = to;
-                length += 1;
-            }
-            if length > 0 && *common.get_or_insert(length) != length {
+        let cycle = cycles(self);
+        let mut lengths = vec![0; self.len()];
+        for (i, own) in cycle.iter().enumerate() {
+            lengths[*own] += 1;
+            if active[*own] && self.of(i).1 {
                 return None;
             }
         }
-        common
+        let mut active = (0..self.len()).filter(|i| active[*i]).map(|i| lengths[cycle[i]]);
+        let common = active.next()?;
+        active.all(|length| length == common).then_some(common)
     }
 }
 
@@ -417,11 +410,7 @@ fn mirrors(generators: &[SignedPermutation]) -> Option<GroupKind> {
 /// A ring: a turn in equal cycles which all other elements keep or turn back, in a group with nothing
 /// but turns and the mirrors of a polygon, none of which joins two cycles.
 fn ring(generators: &[SignedPermutation], order: f64, active: &[bool]) -> Option<GroupKind> {
-    let products = generators.iter().enumerate().flat_map(|(i, g)| {
-        let others = generators.iter().skip(i + 1);
-        others.map(|h| g.after(h))
-    });
-    for turn in generators.iter().cloned().chain(products) {
+    for turn in generators.iter().cloned().chain(products(generators)) {
         let Some(length) = turn.common_cycle(active).filter(|length| *length >= 3) else {
             continue;
         };
@@ -438,6 +427,12 @@ fn ring(generators: &[SignedPermutation], order: f64, active: &[bool]) -> Option
         }
     }
     None
+}
+
+/// The products of two generators each, in one order.
+fn products(generators: &[SignedPermutation]) -> impl Iterator<Item = SignedPermutation> {
+    let pairs = generators.iter().enumerate();
+    pairs.flat_map(|(i, g)| generators.iter().skip(i + 1).map(|h| g.after(h)))
 }
 
 /// The cycle that each coordinate is in, named by its first coordinate.

@@ -89,7 +89,7 @@ impl Turn {
 }
 
 /// A finite point group.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct PointGroup {
     pub(super) elements: Vec<Element>,
     /// Its name after Schoenflies.
@@ -143,17 +143,7 @@ impl PointGroup {
         let count = elements.len();
         let find = |which: &dyn Fn(&Turn) -> bool| turns.iter().position(which);
         let all = |which: &dyn Fn(&Turn) -> bool| -> Vec<usize> { (0..count).filter(|i| which(&turns[*i])).collect() };
-        let mut own = Self {
-            elements: Vec::new(),
-            name: String::new(),
-            inversion: find(&|turn| turn.is(false, PI)),
-            level: None,
-            main: None,
-            cubic: false,
-            triple: None,
-            number: None,
-            halves: None,
-        };
+        let mut own = Self { inversion: find(&|turn| turn.is(false, PI)), ..Self::default() };
         let mut axes: Vec<(Vector3<f64>, usize)> = Vec::new();
         for turn in turns.iter().filter(|turn| turn.proper) {
             let Some(axis) = turn.axis else { continue };
@@ -240,24 +230,11 @@ impl PointGroup {
         // squared, or where a pair is complex over 2.
         let squares: f64 = character.iter().map(|value| value * value).sum();
         let together = character.len() as f64 / squares;
-        let number = |at: Option<usize>| at.map_or("", |at| if sign(at) { "1" } else { "2" });
-        let parity = match (self.inversion, self.level) {
-            (Some(at), _) => {
-                if sign(at) {
-                    "g"
-                } else {
-                    "u"
-                }
-            }
-            (None, Some(at)) => {
-                if sign(at) {
-                    "'"
-                } else {
-                    "''"
-                }
-            }
-            (None, None) => "",
-        };
+        let told =
+            |at: Option<usize>, [even, odd]: [&'static str; 2]| at.map_or("", |at| if sign(at) { even } else { odd });
+        let number = |at| told(at, ["1", "2"]);
+        // Groups with inversion have no mirror that counts.
+        let parity = told(self.inversion, ["g", "u"]).to_owned() + told(self.level, ["'", "''"]);
         let name = if together > 20.0 {
             "H".to_owned()
         } else if together > 12.0 {
@@ -284,7 +261,7 @@ impl PointGroup {
             let letter = if self.main.is_none_or(|(at, _)| sign(at)) { "A" } else { "B" };
             format!("{letter}{}", number(self.number))
         };
-        name + parity
+        name + &parity
     }
 
     /// The same for bodies in a row about which all turns freely.

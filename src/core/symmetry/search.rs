@@ -148,15 +148,7 @@ impl Graph {
         };
         // Edges have one label for both directions: where the rows of those that move are kept, so are
         // all others.
-        let mut row_image: Vec<(usize, u64)> = Vec::new();
-        let kept = moved.iter().all(|(from, to)| {
-            let row = self.rows[*from].iter();
-            row_image.clear();
-            row_image.extend(row.map(|(j, label)| (image(*j), *label)));
-            row_image.sort_unstable();
-            self.colours[*from] == self.colours[*to] && self.rows[*to] == row_image
-        });
-        kept.then(|| (0..self.rows.len()).map(image).collect())
+        self.keeps(image, moved.iter().map(|(from, _)| *from)).then(|| (0..self.rows.len()).map(image).collect())
     }
 
     fn level(&self, mixed: &[Vec<(usize, u64)>], mut colours: Vec<u64>, effort: &mut Effort) -> Option<Level> {
@@ -165,17 +157,14 @@ impl Graph {
         Some(Level { colours, sorted, base })
     }
 
-    /// Whether a permutation keeps colours and edges.
-    fn keeps(&self, image: &[usize]) -> bool {
+    /// Whether a permutation keeps the colours and edges of some vertices.
+    fn keeps(&self, image: impl Fn(usize) -> usize, mut vertices: impl Iterator<Item = usize>) -> bool {
         let mut row_image: Vec<(usize, u64)> = Vec::new();
-        self.rows.iter().zip(&self.colours).enumerate().all(|(i, (row, colour))| {
-            let Some(to) = image.get(i).copied() else {
-                return false;
-            };
+        vertices.all(|i| {
             row_image.clear();
-            row_image.extend(row.iter().filter_map(|(j, label)| Some((*image.get(*j)?, *label))));
+            row_image.extend(self.rows[i].iter().map(|(j, label)| (image(*j), *label)));
             row_image.sort_unstable();
-            self.colours.get(to) == Some(colour) && self.rows.get(to) == Some(&row_image)
+            self.colours[i] == self.colours[image(i)] && self.rows[image(i)] == row_image
         })
     }
 
@@ -266,7 +255,7 @@ impl Graph {
                         })
                         .collect();
                     effort.spend(self.edges())?;
-                    if image.len() == colours.len() && self.keeps(&image) {
+                    if image.len() == colours.len() && self.keeps(|i| image[i], 0..image.len()) {
                         return Some(Some(image));
                     }
                 }

@@ -127,11 +127,7 @@ impl<'a> Inference<'a> {
                 let whole = self.take(base);
                 let mut part = whole;
                 for index in indices {
-                    let literal = match file.expr(*index).kind {
-                        ExprKind::Number(text) => Number::parse(text).and_then(|n| n.to_i64()),
-                        _ => None,
-                    };
-                    part = match literal.and_then(|at| usize::try_from(at - 1).ok()) {
+                    part = match self.whole(*index).and_then(|at| usize::try_from(at - 1).ok()) {
                         Some(at) => part.element(at).unwrap_or(Quantity::Any),
                         None => self.equations.uniform(part, "the elements of a list", span),
                     };
@@ -227,6 +223,14 @@ impl<'a> Inference<'a> {
                 _ => Quantity::Any,
             },
             Quantity::Any | Quantity::List(_) => Quantity::Any,
+        }
+    }
+
+    /// The value of a whole number that is written in digits.
+    pub(super) fn whole(&self, at: ExprRef) -> Option<i64> {
+        match self.file.expr(at).kind {
+            ExprKind::Number(text) => Number::parse(text)?.to_i64(),
+            _ => None,
         }
     }
 

@@ -6,8 +6,8 @@ use std::slice;
 use super::operations::{Context, Equations, Quantity, base, energy, power};
 use super::solve::Combination;
 use super::{Dimension, DimensionError};
+use crate::model::survey::mentions;
 use crate::model::units;
-use crate::number::Number;
 use crate::span::Span;
 use crate::syntax::{
     Binding, Declaration, ExprKind, ExprRef, File, IndexKind, Indices, Name, Statement, StatementKind, UnitKind,
@@ -179,21 +179,13 @@ impl<'a> Inference<'a> {
 
     /// The dimension of a unit; what is not known as one fits everything.
     fn unit(&self, at: UnitRef) -> Quantity {
-        let mut product = Combination::default();
-        for (name, _, exponent) in units::powers(self.file, at) {
-            let Some(exponents) = units::exponents(name) else { return Quantity::Any };
-            product = product.times_power(&Combination::from_exponents(&exponents), &exponent);
-        }
-        Quantity::Of(product)
+        let exponents = units::dimension(self.file, at);
+        exponents.map_or(Quantity::Any, |exponents| Quantity::Of(Combination::from_exponents(exponents)))
     }
 
     /// A quantity of its own for a name without a unit; one for each member of a small family whose
     /// members are told apart wherever they are used.
     fn fresh(&mut self, name: &'a Name, indices: Option<&Indices>) -> Quantity {
-        let literal = |at: ExprRef| match self.file.expr(at).kind {
-            ExprKind::Number(text) => Number::parse(text)?.to_i64(),
-            _ => None,
-        };
         let members = indices.and_then(|indices| {
             let [entry] = &*indices.entries else {
                 return None;
@@ -201,7 +193,7 @@ impl<'a> Inference<'a> {
             let IndexKind::Range { variable: None, from, to } = &entry.kind else {
                 return None;
             };
-            let (from, to) = (literal(*from)?, literal(*to)?);
+            let (from, to) = (self.whole(*from)?, self.whole(*to)?);
             (from == 1 && (2..=MOST_OWN_DIMENSIONS).contains(&to)).then_some(to)
         });
         match members {
@@ -219,18 +211,7 @@ impl<'a> Inference<'a> {
 
     /// Whether an expression names a quantity of the file, so that units do not convert it.
     fn names_something(&self, root: ExprRef) -> bool {
-        let mut todo = vec![root];
-        while let Some(at) = todo.pop() {
-            match self.file.expr(at).kind {
-                ExprKind::Name(name) => {
-                    if self.names.contains_key(name) {
-                        return true;
-                    }
-                }
-                _ => self.file.children(at, &mut todo),
-            }
-        }
-        false
+        mentions(self.file, root, |name| self.names.contains_key(name))
     }
 
     fn declare(&mut self, name: &'a str, quantity: Quantity) -> Quantity {
@@ -345,20 +326,13 @@ impl<'a> Inference<'a> {
         for (quantity, value) in wanted {
             match (quantity, value) {
                 (Quantity::Of(own), Quantity::Of(value)) => {
-                    if !self.equations.solver.equate(&own, &value, span)
-                        && let (Some(declared), Some(found)) =
-                            (self.equations.known(&own), self.equations.known(&value))
-                    {
-                        let inferred = self.equations.inferred([&value, &own]);
-                        self.equations.errors.push(DimensionError::WrongSide {
-                            name: name.text.to_string(),
-                            declared,
-                            declared_span,
-                            side,
-                            found,
-                            span,
-                            inferred,
-                        });
+                    let error = |found, declared, inferred| {
+                        let name = name.text.to_string();
+                        DimensionError::WrongSide { name, declared, declared_span, side, found, span, inferred }
+                    };
+                    let before = self.equations.errors.len();
+                    self.equations.require([&value, &own], span, error);
+                    if self.equations.errors.len() > before {
                         return;
                     }
                 }
@@ -393,19 +367,16 @@ impl<'a> Inference<'a> {
             }
             let span = self.file.expr(at).span;
             let value = self.evaluate(at, scope);
-            if let Quantity::Of(own) = self.equations.uniform(value, "the terms", span)
-                && !self.equations.solver.equate(&own, wanted, span)
-                && let (Some(found), Some(wanted)) = (self.equations.known(&own), self.equations.known(wanted))
-            {
-                let inferred = self.equations.inferred([&own, &own]);
-                self.equations.errors.push(DimensionError::WrongEnergy {
+            if let Quantity::Of(own) = self.equations.uniform(value, "the terms", span) {
+                let error = |found, wanted, inferred| DimensionError::WrongEnergy {
                     what,
                     found,
                     wanted,
                     span,
                     statement,
                     inferred,
-                });
+                };
+                self.equations.require([&own, wanted], span, error);
             }
         }
     }
@@ -427,17 +398,12 @@ impl<'a> Inference<'a> {
                 let Some(quantity) = self.names.get(one.name.text.as_str()).cloned() else {
                     continue;
                 };
-                let known = match quantity {
-                    Quantity::Any => vec![None],
-                    Quantity::Of(own) => vec![self.equations.known(&own)],
-                    Quantity::List(parts) => parts
-                        .iter()
-                        .map(|part| match part {
-                            Quantity::Of(own) => self.equations.known(own),
-                            Quantity::Any | Quantity::List(_) => None,
-                        })
-                        .collect(),
-                };
+                let parts = if let Quantity::List(parts) = quantity { parts } else { vec![quantity] };
+                let known = parts.iter().map(|part| match part {
+                    Quantity::Of(own) => self.equations.known(own),
+                    Quantity::Any | Quantity::List(_) => None,
+                });
+                let known = known.collect();
                 result.known.insert(one.name.text.to_string(), known);
                 if one.unit.is_some_and(|unit| self.is_angle(unit)) {
                     result.angles.insert(one.name.text.to_string());

@@ -46,7 +46,7 @@ impl Quantity {
 
     /// The time derivative.
     pub(super) fn rate(self) -> Self {
-        let time = Combination::base(2);
+        let time = base("s");
         self.map(&|own| own.over(&time))
     }
 
@@ -83,9 +83,21 @@ impl Equations {
         self.solver.resolve(own)?.dimension()
     }
 
-    /// The name that makes one of two sides what it is.
-    pub(super) fn inferred(&self, sides: [&Combination; 2]) -> Option<Inferred> {
-        sides.iter().find_map(|side| self.solver.last_found(side))
+    /// Requires two sides to be equal, the `error` of which gets what they are, and a name that makes one of them so; `false` if
+    /// they differ.
+    pub(super) fn require(
+        &mut self,
+        sides: [&Combination; 2],
+        span: Span,
+        error: impl FnOnce(Dimension, Dimension, Option<Inferred>) -> DimensionError,
+    ) -> bool {
+        let [found, wanted] = sides;
+        let equal = self.solver.equate(found, wanted, span);
+        if !equal && let (Some(left), Some(right)) = (self.known(found), self.known(wanted)) {
+            let inferred = sides.iter().find_map(|side| self.solver.last_found(side));
+            self.errors.push(error(left, right, inferred));
+        }
+        equal
     }
 
     /// Requires terms, or arguments, to be alike; what they are.
@@ -122,35 +134,22 @@ impl Equations {
         };
         let mut contradiction = false;
         for (term, span) in &own {
-            if !self.solver.equate(term, reference, *span) && !contradiction {
-                contradiction = true;
-                self.unlike((term, *span), (reference, at), context);
+            let (span, other_span) = (*span, at);
+            let unlike = |found, other, inferred| match context {
+                Context::Sum => DimensionError::UnlikeTerms { found, span, other, other_span, inferred },
+                Context::Arguments(what) => {
+                    let what = (*what).to_owned();
+                    DimensionError::UnlikeArguments { what, found, span, other, other_span, inferred }
+                }
+            };
+            // The first one is told.
+            if contradiction {
+                self.solver.equate(term, reference, span);
+            } else {
+                contradiction = !self.require([term, reference], span, unlike);
             }
         }
-        if contradiction {
-            return Quantity::Any;
-        }
-        Quantity::Of(reference.clone())
-    }
-
-    fn unlike(&mut self, one: (&Combination, Span), other: (&Combination, Span), context: &Context<'_>) {
-        let (Some(found), Some(expected)) = (self.known(one.0), self.known(other.0)) else {
-            return;
-        };
-        let inferred = self.inferred([one.0, other.0]);
-        self.errors.push(match context {
-            Context::Sum => {
-                DimensionError::UnlikeTerms { found, span: one.1, other: expected, other_span: other.1, inferred }
-            }
-            Context::Arguments(what) => DimensionError::UnlikeArguments {
-                what: (*what).to_owned(),
-                found,
-                span: one.1,
-                other: expected,
-                other_span: other.1,
-                inferred,
-            },
-        });
+        if contradiction { Quantity::Any } else { Quantity::Of(reference.clone()) }
     }
 
     /// The term that the others are held against: of those fully known the commonest kind, lest one
@@ -178,12 +177,9 @@ impl Equations {
         match value {
             Quantity::Any => {}
             Quantity::Of(own) => {
-                if !self.solver.equate(own, &Combination::default(), span)
-                    && let Some(found) = self.known(own)
-                {
-                    let inferred = self.inferred([own, own]);
-                    self.errors.push(DimensionError::NotANumber { what: what.to_owned(), found, span, inferred });
-                }
+                let error =
+                    |found, _, inferred| DimensionError::NotANumber { what: what.to_owned(), found, span, inferred };
+                self.require([own, &Combination::default()], span, error);
             }
             Quantity::List(parts) => {
                 for part in parts {
@@ -248,15 +244,16 @@ impl Equations {
 
 /// The generators of an energy.
 pub(super) fn energy() -> Combination {
-    Combination::from_exponents(&[1, 2, -2, 0, 0, 0, 0])
+    Combination::from_exponents([1, 2, -2, 0, 0, 0, 0].map(Number::from))
 }
 
 /// The generators of a power.
 pub(super) fn power() -> Combination {
-    Combination::from_exponents(&[1, 2, -3, 0, 0, 0, 0])
+    Combination::from_exponents([1, 2, -3, 0, 0, 0, 0].map(Number::from))
 }
 
 /// The generator of a base unit.
 pub(super) fn base(symbol: &str) -> Combination {
-    BASE.iter().position(|own| *own == symbol).map_or_else(Combination::default, Combination::base)
+    let place = (0..).zip(BASE).find(|(_, own)| *own == symbol);
+    place.map_or_else(Combination::default, |(at, _)| Combination::generator(at))
 }

@@ -20,17 +20,12 @@ const MOST_GENERATORS: usize = 64;
 pub(super) struct Combination(Vec<(Generator, Number)>);
 
 impl Combination {
-    pub(super) fn base(at: usize) -> Self {
-        Self(vec![(at as Generator, Number::from(1))])
-    }
-
-    fn generator(at: Generator) -> Self {
+    pub(super) fn generator(at: Generator) -> Self {
         Self(vec![(at, Number::from(1))])
     }
 
-    pub(super) fn from_exponents(exponents: &[i8; 7]) -> Self {
-        let powers = (0..).zip(exponents).filter(|(_, e)| **e != 0);
-        Self(powers.map(|(at, e)| (at, Number::from(i64::from(*e)))).collect())
+    pub(super) fn from_exponents(exponents: [Number; 7]) -> Self {
+        Self((0..).zip(exponents).filter(|(_, e)| !e.is_zero()).collect())
     }
 
     /// `self · other^factor`
