@@ -1,13 +1,11 @@
 //! How frequencies change with the amplitude, as text and as JSON.
 
-use std::fmt::Write;
-
-use super::json::{array, model_and_version, null, number, string};
+use super::json::{Object, array, lines, model_and_version, null, number, string};
 use super::table::{Column, draw};
-use super::{Style, Tone, Written, headline, shown_unit, with_unit};
+use super::{Style, Tone, Written, bound_text, headline, shown_unit, with_unit};
 use librate_core::linearize::Linearized;
 use librate_core::oscillation::{NormalMode, NormalModes};
-use librate_core::precision::{Ball, one_digit_up, one_digit_up_text};
+use librate_core::precision::{Ball, one_digit_up};
 use librate_studies::amplitude::{Amplitudes, ModeAmplitude, Obstacle};
 
 /// Digits of a change.
@@ -27,10 +25,6 @@ fn change_text(change: &Ball) -> (String, String) {
     }
     let written = Written::new(change, DIGITS);
     (written.text(), bound_text(written.bound))
-}
-
-fn bound_text(bound: f64) -> String {
-    if bound == 0.0 { "0".to_owned() } else { one_digit_up_text(bound) }
 }
 
 fn obstacle_words(obstacle: Obstacle) -> String {
@@ -95,7 +89,7 @@ pub fn amplitude_text(
         (None, None) => String::new(),
     });
     let mut columns = vec![
-        Column::right("mode", (1..=rows).map(|at| at.to_string()).collect()),
+        Column::counting("mode", rows),
         Column::numbers(frequency, modes.modes.iter().map(|mode| omega(mode, digits).text()).collect()),
         Column::numbers("change", changes),
         Column::words("bound", bounds),
@@ -127,23 +121,14 @@ fn plain(value: f64) -> String {
 pub fn amplitude_json(linearized: &Linearized, modes: &NormalModes, amplitudes: &Amplitudes, digits: usize) -> String {
     let model = linearized.model();
     let names = model.coordinates.names().map(|own| string(&own));
-    let mut out = format!(
-        "{{\"model\": {},\n \"coordinates\": {},\n \"modes\": [",
-        model_and_version(model.name.as_deref()),
-        array(names)
-    );
-    for (at, (mode, found)) in modes.modes.iter().zip(&amplitudes.modes).enumerate() {
-        out.push_str(if at == 0 { "\n  " } else { ",\n  " });
+    let objects = modes.modes.iter().zip(&amplitudes.modes).map(|(mode, found)| {
         let written = omega(mode, digits);
-        let _ = write!(
-            out,
-            "{{\"omega\": {}, \"omega_digits\": {}, \"error_bound\": {}, \"digits_error_bound\": {}, \"coordinate\": {}",
-            number(mode.omega.mid_f64()),
-            written.digits.as_deref().map_or_else(null, string),
-            number(one_digit_up(mode.omega.mid_f64_error())),
-            number(written.bound),
-            string(&model.coordinates.at(found.coordinate).name()),
-        );
+        let mut object = Object::new(", ");
+        object.field("omega", number(mode.omega.mid_f64()));
+        object.field("omega_digits", written.digits.as_deref().map_or_else(null, string));
+        object.field("error_bound", number(one_digit_up(mode.omega.mid_f64_error())));
+        object.field("digits_error_bound", number(written.bound));
+        object.field("coordinate", string(&model.coordinates.at(found.coordinate).name()));
         match &found.change {
             Some(change) => {
                 let (own, bound) = if change.contains_zero() {
@@ -151,15 +136,11 @@ pub fn amplitude_json(linearized: &Linearized, modes: &NormalModes, amplitudes: 
                 } else {
                     (change.mid_f64(), change.mid_f64_error())
                 };
-                let _ = write!(
-                    out,
-                    ", \"frequency_change\": {}, \"frequency_change_error_bound\": {}, \"up_to\": {}",
-                    number(own),
-                    number(one_digit_up(bound)),
-                    found.reach.map_or_else(null, number)
-                );
+                object.field("frequency_change", number(own));
+                object.field("frequency_change_error_bound", number(one_digit_up(bound)));
+                object.field("up_to", found.reach.map_or_else(null, number));
             }
-            None => out.push_str(", \"frequency_change\": null"),
+            None => object.field("frequency_change", null()),
         }
         if let Some(obstacle) = found.obstacle {
             let (kind, with) = match obstacle {
@@ -170,25 +151,20 @@ pub fn amplitude_json(linearized: &Linearized, modes: &NormalModes, amplitudes: 
                 Obstacle::OneToThree { with } => ("1:3", Some(with)),
                 Obstacle::Undecided => ("undecided", None),
             };
-            let _ = write!(out, ", \"obstacle\": {{\"kind\": \"{kind}\"");
-            if let Some(with) = with {
-                let _ = write!(out, ", \"mode\": {}", with + 1);
-            }
-            out.push('}');
+            let mut own = Object::new(", ");
+            own.field("kind", string(kind));
+            own.optional("mode", with.map(|with| with + 1));
+            object.field("obstacle", own.end());
         }
-        if let Some(slow) = found.drives {
-            let _ = write!(out, ", \"drives\": {}", slow + 1);
-        }
-        if !found.equal.is_empty() {
-            let equal = found.equal.iter().map(|k| (k + 1).to_string());
-            let _ = write!(out, ", \"equal\": {}", array(equal));
-        }
-        out.push('}');
-    }
-    out.push(']');
-    if !linearized.equilibrium().proved {
-        out.push_str(",\n \"equilibrium_proved\": false");
-    }
-    out.push_str("}\n");
-    out
+        object.optional("drives", found.drives.map(|slow| slow + 1));
+        let equal = || array(found.equal.iter().map(|k| (k + 1).to_string()));
+        object.optional("equal", (!found.equal.is_empty()).then(equal));
+        object.end()
+    });
+    let mut object = Object::new(",\n ");
+    object.field("model", model_and_version(model.name.as_deref()));
+    object.field("coordinates", array(names));
+    object.field("modes", lines(objects));
+    object.optional("equilibrium_proved", (!linearized.equilibrium().proved).then_some(false));
+    object.end() + "\n"
 }

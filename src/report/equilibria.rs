@@ -2,13 +2,13 @@
 
 use std::fmt::Write;
 
-use super::json::{array, lines, model_and_version, number, string};
+use super::json::{Object, array, lines, model_and_version, null, number, record, string};
+use super::modes::stability_tone;
 use super::table::{Column, draw};
-use super::{Style, Tone, Written, counted, headline, shown_unit, with_unit};
+use super::{Style, Tone, Written, bound_text, counted, headline, shown_unit, with_unit};
 use librate_core::linearize::short;
 use librate_core::model::{Coordinate, Model};
-use librate_core::modes::Stability;
-use librate_core::precision::{Ball, one_digit_up, one_digit_up_text};
+use librate_core::precision::{Ball, one_digit_up};
 use librate_studies::equilibria::{Branch, Diagram, Equilibrium, Found, Region};
 
 /// Digits of coordinates and frequencies.
@@ -30,27 +30,10 @@ pub fn equilibria_text(model: &Model, found: &Found, style: &Style) -> String {
         return out;
     }
     out.push('\n');
-    let rows = all.len();
-    let numbers = Column::right("", (1..=rows).map(|at| at.to_string()).collect());
     let places = point_columns(model, || all.iter().map(|own| own.point.as_slice()));
-    let last = modes_columns(model, all);
-    let width: usize = [&numbers].into_iter().chain(&places).chain(&last).map(Column::width).sum();
-    let painted = |at: usize| {
-        let tone = match all[at].stability {
-            Stability::Stable => Tone::Good,
-            Stability::Unstable => Tone::Bad,
-            Stability::Neutral | Stability::Undecided => Tone::Careful,
-        };
-        Some((tone, all[at].stability.as_str()))
-    };
-    if width <= style.width {
-        let columns: Vec<Column> = [numbers].into_iter().chain(places).chain(last).collect();
-        out.push_str(&draw(&columns, rows, painted, style));
-        return out;
-    }
-    let columns: Vec<Column> = [numbers].into_iter().chain(last).collect();
-    out.push_str(&draw(&columns, rows, painted, style));
-    push_side_by_side(&mut out, places, rows, style);
+    let painted = |at: usize| Some((stability_tone(all[at].stability), all[at].stability.as_str()));
+    let numbers = vec![Column::counting("", all.len())];
+    push_table(&mut out, [numbers, places, modes_columns(model, all)], all.len(), painted, style);
     out
 }
 
@@ -74,13 +57,24 @@ fn point_columns<'a, I: Iterator<Item = &'a [Ball]>>(model: &Model, points: impl
     model.coordinates.iter().enumerate().map(column).collect()
 }
 
-/// Columns in tables of their own, as many side by side as there is space for.
-fn push_side_by_side(out: &mut String, places: Vec<Column>, rows: usize, style: &Style) {
-    let mut places = places.into_iter().peekable();
-    while places.peek().is_some() {
-        let mut columns = vec![Column::right("", (1..=rows).map(|at| at.to_string()).collect())];
+/// A table with columns for the coordinates among others; where they don't fit, tables of their own follow, with as many side by
+/// side as there is space for.
+fn push_table<'a>(
+    out: &mut String,
+    [mut columns, places, last]: [Vec<Column>; 3],
+    rows: usize,
+    painted: impl Fn(usize) -> Option<(Tone, &'a str)>,
+    style: &Style,
+) {
+    let width: usize = columns.iter().chain(&places).chain(&last).map(Column::width).sum();
+    let (beside, below) = if width <= style.width { (places, Vec::new()) } else { (Vec::new(), places) };
+    columns.extend(beside.into_iter().chain(last));
+    out.push_str(&draw(&columns, rows, painted, style));
+    let mut below = below.into_iter().peekable();
+    while below.peek().is_some() {
+        let mut columns = vec![Column::counting("", rows)];
         let mut width = columns[0].width();
-        while let Some(next) = places.next_if(|next| columns.len() == 1 || width + next.width() <= style.width) {
+        while let Some(next) = below.next_if(|next| columns.len() == 1 || width + next.width() <= style.width) {
             width += next.width();
             columns.push(next);
         }
@@ -91,27 +85,16 @@ fn push_side_by_side(out: &mut String, places: Vec<Column>, rows: usize, style: 
 
 /// Bound, stability, and the lowest frequency or the fastest growth.
 fn modes_columns(model: &Model, all: &[Equilibrium]) -> Vec<Column> {
-    let radius = |own: &Equilibrium| match own.radius() {
-        0.0 => "0".to_owned(),
-        radius => one_digit_up_text(radius),
-    };
     let written = |ball: &Ball| Written::new(ball, DIGITS).text();
-    let lowest = |own: &Equilibrium| {
-        let oscillating = own.omega.iter().find(|omega| omega.is_positive());
-        oscillating.map_or_else(String::new, written)
-    };
-    let fastest = |own: &Equilibrium| {
-        let growing = own.growth.iter().find(|growth| growth.is_positive());
-        growing.map_or_else(String::new, written)
-    };
+    let first = |all: &[Ball]| all.iter().find(|own| own.is_positive()).map_or_else(String::new, written);
     let [frequency, rate] =
         if model.has_units { ["lowest omega (rad/s)", "growth (1/s)"] } else { ["lowest omega", "growth"] };
     let mut columns = vec![
-        Column::words("bound", all.iter().map(radius).collect()),
+        Column::words("bound", all.iter().map(|own| bound_text(own.radius())).collect()),
         Column::words("stability", all.iter().map(|own| own.stability.as_str().to_owned()).collect()),
-        Column::numbers(frequency, all.iter().map(lowest).collect()),
+        Column::numbers(frequency, all.iter().map(|own| first(&own.omega)).collect()),
     ];
-    let growth: Vec<String> = all.iter().map(fastest).collect();
+    let growth: Vec<String> = all.iter().map(|own| first(&own.growth)).collect();
     if growth.iter().any(|own| !own.is_empty()) {
         columns.push(Column::numbers(rate, growth));
     }
@@ -123,34 +106,26 @@ fn modes_columns(model: &Model, all: &[Equilibrium]) -> Vec<Column> {
 /// `stability`, `omega` and `growth` (one a mode, in the order of `modes`), `undecided` places and `messages`, why it is not complete.
 #[must_use]
 pub fn equilibria_json(model: &Model, found: &Found) -> String {
-    let mut out = String::from("{");
-    write_head(&mut out, model, &found.region);
-    let equilibria = found.equilibria.iter().map(equilibrium_object);
-    let _ = write!(out, ",\n \"complete\": {},\n \"equilibria\": {}", found.complete, lines(equilibria));
+    let mut object = head(model, &found.region);
+    object.field("complete", found.complete);
+    object.field("equilibria", lines(found.equilibria.iter().map(equilibrium_object)));
     let undecided = found.undecided.iter().map(|own| {
         let point = array(own.point.iter().map(|x| number(*x)));
         format!("{{\"point\": {point}, \"radius\": {}}}", number(one_digit_up(own.radius)))
     });
-    let _ = write!(out, ",\n \"undecided\": {}", array(undecided));
-    let _ = write!(out, ",\n \"messages\": {}", array(found.reasons.iter().map(|reason| string(reason))));
-    out.push_str("}\n");
-    out
+    object.field("undecided", array(undecided));
+    object.field("messages", array(found.reasons.iter().map(|reason| string(reason))));
+    object.end() + "\n"
 }
 
-fn write_head(out: &mut String, model: &Model, region: &Region) {
-    let names: Vec<String> = model.coordinates.names().map(|name| string(&name)).collect();
-    let sides = names.iter().zip(&region.sides).map(|(name, side)| match side {
-        Some([from, to]) => format!("{name}: [{}, {}]", number(from.mid_f64()), number(to.mid_f64())),
-        None => format!("{name}: null"),
-    });
-    let sides: Vec<String> = sides.collect();
-    let _ = write!(
-        out,
-        "\"model\": {},\n \"coordinates\": {},\n \"box\": {{{}}}",
-        model_and_version(model.name.as_deref()),
-        array(names.into_iter()),
-        sides.join(", ")
-    );
+fn head(model: &Model, region: &Region) -> Object {
+    let names = || model.coordinates.names();
+    let ends = |side: &Option<[Ball; 2]>| side.as_ref().map_or_else(null, |ends| values(ends));
+    let mut object = Object::new(",\n ");
+    object.field("model", model_and_version(model.name.as_deref()));
+    object.field("coordinates", array(names().map(|name| string(&name))));
+    object.field("box", record(names().zip(region.sides.iter().map(ends))));
+    object
 }
 
 fn equilibrium_object(own: &Equilibrium) -> String {
@@ -186,55 +161,36 @@ pub fn diagram_text(model: &Model, diagram: &Diagram, style: &Style) -> String {
         completeness(diagram.complete, branches.is_empty(), style)
     );
     let parameter = with_unit(name, diagram.unit.as_deref());
-    let numbered = |rows: usize| Column::right("", (1..=rows).map(|at| at.to_string()).collect());
     if !branches.is_empty() && count > 0 {
         out.push('\n');
         let end = |at: &dyn Fn(&Branch) -> Option<usize>| -> Vec<String> {
             branches.iter().map(|own| at(own).map_or_else(String::new, |place| short(values[place]))).collect()
         };
-        let mut columns = vec![
-            numbered(branches.len()),
+        let columns = vec![
+            Column::counting("", branches.len()),
             Column::numbers(&format!("from {parameter}"), end(&|own| Some(own.at.first()?.0))),
             Column::numbers("to", end(&|own| Some(own.at.last()?.0))),
             Column::words("stability", branches.iter().map(|own| stabilities(own, values)).collect()),
         ];
         let lasts = || branches.iter().filter_map(|own| Some(own.at.last()?.1.point.as_slice()));
-        let places = point_columns(model, lasts);
-        let width: usize = columns.iter().chain(&places).map(Column::width).sum();
-        if width <= style.width {
-            columns.extend(places);
-            out.push_str(&draw(&columns, branches.len(), |_| None, style));
-        } else {
-            out.push_str(&draw(&columns, branches.len(), |_| None, style));
-            push_side_by_side(&mut out, places, branches.len(), style);
-        }
+        let all = [columns, point_columns(model, lasts), Vec::new()];
+        push_table(&mut out, all, branches.len(), |_| None, style);
         out.push_str("coordinates are those at the last value of a branch\n");
     }
     if !bifurcations.is_empty() {
         let rows = bifurcations.len();
-        let bound = |own: &Ball| match own.mid_f64_error() {
-            0.0 => "0".to_owned(),
-            radius => one_digit_up_text(radius),
-        };
-        let mut columns = vec![
-            numbered(rows),
+        let columns = vec![
+            Column::counting("", rows),
             Column::words("bifurcation", bifurcations.iter().map(|own| own.kind.as_str().to_owned()).collect()),
             Column::numbers(
                 &parameter,
                 bifurcations.iter().map(|own| Written::new(&own.value, DIGITS).text()).collect(),
             ),
-            Column::words("bound", bifurcations.iter().map(|own| bound(&own.value)).collect()),
+            Column::words("bound", bifurcations.iter().map(|own| bound_text(own.value.mid_f64_error())).collect()),
         ];
         let places = point_columns(model, || bifurcations.iter().map(|own| own.point.as_slice()));
-        let width: usize = columns.iter().chain(&places).map(Column::width).sum();
         out.push('\n');
-        if width <= style.width {
-            columns.extend(places);
-            out.push_str(&draw(&columns, rows, |_| None, style));
-        } else {
-            out.push_str(&draw(&columns, rows, |_| None, style));
-            push_side_by_side(&mut out, places, rows, style);
-        }
+        push_table(&mut out, [columns, places, Vec::new()], rows, |_| None, style);
     }
     out
 }
@@ -258,11 +214,11 @@ fn stabilities(branch: &Branch, values: &[f64]) -> String {
 /// `bifurcations` with `kind`, the parameter's value under its name, its bound, `point` and `radius`.
 #[must_use]
 pub fn diagram_json(model: &Model, diagram: &Diagram) -> String {
-    let mut out = String::from("{");
-    write_head(&mut out, model, &diagram.region);
+    let mut object = head(model, &diagram.region);
     let name = string(&diagram.name);
     let all = array(diagram.values.iter().map(|value| number(*value)));
-    let _ = write!(out, ",\n \"parameter\": {name},\n {name}: {all},\n \"complete\": {}", diagram.complete);
+    object.field("parameter", format!("{name},\n {name}: {all}"));
+    object.field("complete", diagram.complete);
     let branches = diagram.branches.iter().map(|branch| {
         let own = || branch.at.iter().map(|(_, own)| own);
         format!(
@@ -275,7 +231,7 @@ pub fn diagram_json(model: &Model, diagram: &Diagram) -> String {
             array(own().map(|own| values(&own.growth))),
         )
     });
-    let _ = write!(out, ",\n \"branches\": {}", lines(branches));
+    object.field("branches", lines(branches));
     let bifurcations = diagram.bifurcations.iter().map(|own| {
         format!(
             "{{\"kind\": \"{}\", {name}: {}, \"error_bound\": {}, \"point\": {}, \"radius\": {}}}",
@@ -286,8 +242,7 @@ pub fn diagram_json(model: &Model, diagram: &Diagram) -> String {
             number(one_digit_up(own.radius())),
         )
     });
-    let _ = write!(out, ",\n \"bifurcations\": {}", lines(bifurcations));
-    let _ = write!(out, ",\n \"messages\": {}", array(diagram.reasons.iter().map(|reason| string(reason))));
-    out.push_str("}\n");
-    out
+    object.field("bifurcations", lines(bifurcations));
+    object.field("messages", array(diagram.reasons.iter().map(|reason| string(reason))));
+    object.end() + "\n"
 }

@@ -1,5 +1,6 @@
 //! Exponents and stability in symbols, to read.
 
+use super::page::{Form, Line, Part, section};
 use librate_core::derive::{ClosedExponent, Derivation, Linear};
 use librate_core::expr::{ExprId, Node, Pool};
 use librate_core::number::Number;
@@ -9,15 +10,12 @@ const MOST_CHARACTERS: usize = 2000;
 /// Where one condition has more than these, there are none on the page.
 const MOST_IN_CONDITION: usize = 240;
 
-/// A heading with formulas of the model language, each with a remark behind it.
-pub(super) type Section = (String, Vec<(String, String)>);
-
 /// What the page has beside frequencies: of conservative models what stability needs, of others the characteristic equation and its
 /// zeros too. `names` are those of the whole model.
-pub(super) fn exponent_sections(derivation: &Derivation, linear: &Linear, names: &Derivation) -> Vec<Section> {
-    let mut sections = Vec::new();
+pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &Derivation) -> Vec<Part> {
+    let mut parts = Vec::new();
     let Some(own) = &linear.exponents else {
-        return sections;
+        return parts;
     };
     let pool = &mut derivation.pool.clone();
     let zero = pool.zero();
@@ -27,12 +25,13 @@ pub(super) fn exponent_sections(derivation: &Derivation, linear: &Linear, names:
         let equation = own.characteristic.as_ref().map(|all| characteristic_text(derivation, all, s));
         let shown = names.shows("characteristic");
         if let Some(equation) = equation.filter(|text| shown && text.len() <= MOST_CHARACTERS) {
-            sections.push(("characteristic equation".to_owned(), vec![(equation, String::new())]));
+            parts.push(section("characteristic equation", [equation]));
         }
         let undamped = linear.damping.is_none() && own.exponents.iter().all(|own| own.real == zero);
         let omega = free(["omega", "w", "Omega"]);
         // Of a conjugate pair the one with the positive imaginary part comes first.
-        let mut lines: Vec<(String, String)> = Vec::new();
+        let shown = names.shows(if undamped { "frequencies" } else { "exponents" });
+        let mut lines = Vec::new();
         let mut told: Vec<&ClosedExponent> = Vec::new();
         for exponent in &own.exponents {
             let opposite = pool.neg(exponent.imaginary);
@@ -57,26 +56,25 @@ pub(super) fn exponent_sections(derivation: &Derivation, linear: &Linear, names:
                 }
                 format!("{s} = {}", exponent_text(pool, exponent, imaginary_unit(names)))
             };
-            lines.push((text, remark));
+            if shown && text.len() <= MOST_CHARACTERS {
+                lines.push(Line::Formula(text, remark));
+            }
         }
-        let shown = names.shows(if undamped { "frequencies" } else { "exponents" });
-        lines.retain(|(text, _)| shown && text.len() <= MOST_CHARACTERS);
         if !lines.is_empty() {
             let title = if undamped { "frequencies" } else { "exponents" };
             let rest = if own.complete { "" } else { " with a closed form" };
-            sections.push((format!("{title}{rest}"), lines));
+            parts.push(Part::Section(format!("{title}{rest}"), lines, Form::Apart));
         }
         let mut ratios: Vec<ExprId> = own.exponents.iter().filter_map(|own| own.damping_ratio).collect();
         ratios.dedup();
         if !ratios.is_empty() && names.shows("exponents") {
             let zeta = free(["zeta", "D", "xi"]);
             let lines = ratios.iter().map(|own| format!("{zeta} = {}", pool.display(*own)));
-            let lines = lines.map(|text| (text, String::new()));
-            sections.push((format!("damping ratio, -Re {s}/|{s}|"), lines.collect()));
+            parts.push(section(&format!("damping ratio, -Re {s}/|{s}|"), lines));
         }
     }
     let Some(all) = own.stability.as_ref().filter(|_| names.shows("stability")) else {
-        return sections;
+        return parts;
     };
     let open: Vec<ExprId> = all.iter().filter_map(|own| own.open).collect();
     let by_signs = all.iter().any(|own| own.open != Some(own.positive));
@@ -85,17 +83,16 @@ pub(super) fn exponent_sections(derivation: &Derivation, linear: &Linear, names:
     let only_zeros = own.complete && own.exponents.iter().all(|own| own.real == own.imaginary);
     if open.iter().any(|own| pool.as_number(*own).is_some()) {
         // Numbers that are positive are no conditions.
-        sections.push((format!("unstable{with}{always}"), Vec::new()));
+        parts.push(section(&format!("unstable{with}{always}"), []));
     } else if !open.is_empty() {
-        let lines = open.into_iter().map(|own| (condition_text(pool, own), String::new()));
-        let lines: Vec<(String, String)> = lines.collect();
-        if lines.iter().all(|(text, _)| text.len() <= MOST_IN_CONDITION) {
-            sections.push((format!("stable while{with}"), lines));
+        let texts: Vec<String> = open.into_iter().map(|own| condition_text(pool, own)).collect();
+        if texts.iter().all(|text| text.len() <= MOST_IN_CONDITION) {
+            parts.push(section(&format!("stable while{with}"), texts));
         }
     } else if !linear.is_conservative() && !only_zeros {
-        sections.push((format!("stable{with}{always}"), Vec::new()));
+        parts.push(section(&format!("stable{with}{always}"), []));
     }
-    sections
+    parts
 }
 
 /// `a > b` for the difference of the two.
@@ -138,11 +135,20 @@ pub(super) fn exponent_text(pool: &mut Pool, own: &ClosedExponent, unit: &str) -
     let unit = pool.variable(unit);
     let imaginary = pool.mul(unit, own.imaginary);
     let imaginary = pool.display(imaginary);
-    match (real.as_str(), imaginary.strip_prefix('-')) {
-        ("0", _) => imaginary,
-        (_, Some(size)) => format!("{real} - {size}"),
-        (_, None) => format!("{real} + {imaginary}"),
+    if real == "0" { imaginary } else { sum_text([real, imaginary]) }
+}
+
+/// The sum of some terms, minus signs between them.
+pub(super) fn sum_text(terms: impl IntoIterator<Item = String>) -> String {
+    let mut out = String::new();
+    for term in terms {
+        match (out.is_empty(), term.strip_prefix('-')) {
+            (true, _) => out.push_str(&term),
+            (false, Some(size)) => out.push_str(&format!(" - {size}")),
+            (false, None) => out.push_str(&format!(" + {term}")),
+        }
     }
+    out
 }
 
 /// `m*s^2 + c*s + k = 0`

@@ -1,5 +1,6 @@
 //! Symmetry and closed forms on a page.
 
+use super::exponents::sum_text;
 use super::page::{Form, Line, Matrix, Part, Words, ticked, with};
 use librate_core::derive::{
     Abbreviation, Approximation, Block, Case, Derivation, Exchange, Frequencies, Frequency, Linear, NormalCoordinates,
@@ -207,8 +208,7 @@ fn case_parts(derivation: &Derivation, frequencies: &Frequencies, case: &Case, p
     if case.series.is_empty() || (!case.complete && case.frequencies.len() <= MOST_LISTED) {
         lines.extend(alone(case).map(|frequency| frequency_line(derivation, frequency)));
     }
-    let formulas = |all: Vec<(String, Words)>| all.into_iter().map(|(text, remark)| Line::Formula(text, remark));
-    lines.extend(case.solved.iter().flat_map(|solved| formulas(solved_lines(derivation, solved))));
+    lines.extend(case.solved.iter().flat_map(|solved| solved_lines(derivation, solved)));
     parts.push(Part::Section(title, lines, Form::Close));
     let lines = match &case.normal {
         Some(normal) => normal_lines(derivation, normal),
@@ -216,7 +216,7 @@ fn case_parts(derivation: &Derivation, frequencies: &Frequencies, case: &Case, p
     };
     if !lines.is_empty() {
         let title = format!("normal coordinates{}", with(&assumed));
-        parts.push(Part::Section(title, formulas(lines).collect(), Form::Apart));
+        parts.push(Part::Section(title, lines, Form::Apart));
     }
 }
 
@@ -231,7 +231,7 @@ fn alone(case: &Case) -> impl Iterator<Item = &Frequency> {
 }
 
 /// Relations in the model language with remarks behind them: the zeros of a cubic or quartic, and what is abbreviated there.
-fn solved_lines(derivation: &Derivation, solved: &Solved) -> Vec<(String, String)> {
+fn solved_lines(derivation: &Derivation, solved: &Solved) -> Vec<Line> {
     let pool = &derivation.pool;
     let class = solved.symmetry.iter();
     let class: String = class.map(|class| format!("  ({class})")).collect();
@@ -241,16 +241,8 @@ fn solved_lines(derivation: &Derivation, solved: &Solved) -> Vec<(String, String
             format!(", `{letter}` = {}", numbers.join(", "))
         });
         let remark: String = numbers.chain([class.clone()]).collect();
-        let mut text = "omega^2 =".to_owned();
-        for (at, term) in formula.terms.iter().enumerate() {
-            let term = pool.display(*term);
-            match (at, term.strip_prefix('-')) {
-                (0, _) => text.push_str(&format!(" {term}")),
-                (_, Some(rest)) => text.push_str(&format!(" - {rest}")),
-                (_, None) => text.push_str(&format!(" + {term}")),
-            }
-        }
-        (text, remark)
+        let sum = sum_text(formula.terms.iter().map(|term| pool.display(*term)));
+        Line::Formula(format!("omega^2 = {sum}"), remark)
     });
     formulas.chain(abbreviation_lines(derivation, &solved.abbreviations)).collect()
 }
@@ -266,24 +258,20 @@ fn on_request(frequencies: &Frequencies) -> Option<&'static str> {
 
 /// Relations in the model language with remarks behind them: `x = ...`, one a coordinate, the abbreviations in them,
 /// and `L = ...`.
-fn normal_lines(derivation: &Derivation, normal: &NormalCoordinates) -> Vec<(String, String)> {
+fn normal_lines(derivation: &Derivation, normal: &NormalCoordinates) -> Vec<Line> {
     let names = &derivation.names;
     let coordinates = names.displacements.iter().zip(&normal.coordinates);
-    let mut lines: Vec<(String, String)> = coordinates
-        .map(|(name, sum)| {
-            let sum = derivation.displaced_text(sum);
-            (format!("{name} = {sum}"), String::new())
-        })
-        .collect();
+    let mut lines: Vec<Line> =
+        coordinates.map(|(name, sum)| Line::plain(format!("{name} = {}", derivation.displaced_text(sum)))).collect();
     lines.extend(abbreviation_lines(derivation, &normal.abbreviations));
     let lagrangian = derivation.displaced_text(&normal.lagrangian);
     let name = &normal.lagrangian_name;
-    lines.push((format!("{name} = {lagrangian}"), String::new()));
+    lines.push(Line::plain(format!("{name} = {lagrangian}")));
     lines
 }
 
 /// The displacements of chains, rings and nets as sums over their normal coordinates, and L in them.
-fn waves_lines(derivation: &Derivation, all: &[NormalWaves]) -> Vec<(String, String)> {
+fn waves_lines(derivation: &Derivation, all: &[NormalWaves]) -> Vec<Line> {
     let letters = |numbers: &[(String, i64, i64)]| {
         let names: Vec<&str> = numbers.iter().map(|(name, _, _)| name.as_str()).collect();
         names.join(", ")
@@ -309,8 +297,7 @@ fn waves_lines(derivation: &Derivation, all: &[NormalWaves]) -> Vec<(String, Str
     }
     if !lines.is_empty() {
         let name = unused(derivation, &["L", "lagrangian"]);
-        let text = format!("{name} = {}", lagrangian.join(" + "));
-        lines.push((text, String::new()));
+        lines.push(Line::plain(format!("{name} = {}", lagrangian.join(" + "))));
     }
     lines
 }
@@ -326,7 +313,7 @@ fn displacement_lines(
     derivation: &Derivation,
     waves: &NormalWaves,
     letters: &impl Fn(&[(String, i64, i64)]) -> String,
-) -> Vec<(String, String)> {
+) -> Vec<Line> {
     let pool = &derivation.pool;
     let parts: Vec<String> = waves
         .sums
@@ -360,9 +347,9 @@ fn displacement_lines(
     });
     let places = waves.places.iter();
     let places: String = places.map(|(name, last)| format!(", `{name}` = 1..{last}")).collect();
-    let mut lines = vec![(format!("{left} = {}", parts.join(" + ")), places)];
+    let mut lines = vec![Line::Formula(format!("{left} = {}", parts.join(" + ")), places)];
     if family.is_none() {
-        lines.push((format!("{own} = [{}]", along.join(", ")), String::new()));
+        lines.push(Line::plain(format!("{own} = [{}]", along.join(", "))));
     }
     lines
 }
@@ -411,10 +398,7 @@ fn family(along: &[&str], places: &[(String, i64)]) -> Option<String> {
 }
 
 /// What names stand for, and for which modes.
-fn abbreviation_lines(
-    derivation: &Derivation,
-    abbreviations: &[Abbreviation],
-) -> impl Iterator<Item = (String, String)> {
+fn abbreviation_lines(derivation: &Derivation, abbreviations: &[Abbreviation]) -> impl Iterator<Item = Line> {
     abbreviations.iter().map(|abbreviation| {
         let names = abbreviation.names.join(" = ");
         let value = derivation.pool.display(abbreviation.value);
@@ -425,7 +409,7 @@ fn abbreviation_lines(
                 format!(", `{letter}` = {}", modes.join(", "))
             }
         };
-        (format!("{names} = {value}"), remark)
+        Line::Formula(format!("{names} = {value}"), remark)
     })
 }
 

@@ -1,10 +1,24 @@
 //! A page as HTML with MathML.
 
-use super::page::{Line, Matrix, Page, Part, capitalized, words};
-use librate_core::typeset::{Formula, Notation};
+use super::markup::Markup;
+use super::page::Page;
 
-/// Matrices of more columns than this are given by their entries.
-const MOST_COLUMNS: usize = 12;
+const HTML: Markup = Markup {
+    heading: ["<h3>", "</h3>\n"],
+    paragraph: ["<p>", ".</p>\n"],
+    list: ["<p>", ".</p>\n"],
+    lead: ["<p>", ":</p>\n"],
+    gap: "",
+    most_columns: 12,
+    has_lines: false,
+    formula: |formula| formula.mathml(false),
+    escaped,
+    display: |writer, formula, remark| {
+        let remark = writer.marked(remark);
+        let remark = if remark.is_empty() { remark } else { format!("<span>{remark}</span>") };
+        format!("<div class=\"formula\">{}{remark}</div>\n", formula.mathml(true))
+    },
+};
 
 const STYLE: &str = "<style>
 .librate { max-width: 60rem; counter-reset: equation; }
@@ -16,70 +30,13 @@ const STYLE: &str = "<style>
 
 /// Writes a page: an element `article`, which is well-formed XML.
 pub(super) fn write(page: &Page) -> String {
-    let notation = &page.notation;
     let mut out = format!("<article class=\"librate\">\n{STYLE}");
     if let Some(name) = &page.model {
         out.push_str(&format!("<h2>{}</h2>\n", escaped(&name.replace('_', " "))));
     }
-    for part in &page.parts {
-        match part {
-            Part::List(title, items) => {
-                let items = items.join(", ");
-                out.push_str(&format!("<p>{}.</p>\n", sentence(&format!("{title}: {items}"), notation)));
-            }
-            Part::Section(title, lines, _) => {
-                out.push_str(&format!("<h3>{}</h3>\n", sentence(title, notation)));
-                lines.iter().for_each(|own| out.push_str(&line(own, notation)));
-            }
-            Part::Matrix(own) => {
-                out.push_str(&format!("<h3>{}</h3>\n{}", sentence(&own.title, notation), entries(own, notation)));
-            }
-            Part::Paragraph(words) => out.push_str(&format!("<p>{}.</p>\n", sentence(words, notation))),
-            Part::Gap => {}
-        }
-    }
+    out.push_str(&HTML.parts(page));
     out.push_str("</article>\n");
     out
-}
-
-fn line(line: &Line, notation: &Notation) -> String {
-    match line {
-        Line::Formula(text, remark) => {
-            let remark = marked(remark.trim_start_matches([',', ' ']), notation);
-            let remark = if remark.is_empty() { remark } else { format!("<span>{remark}</span>") };
-            display(&notation.relation(text), &remark)
-        }
-        Line::Below(matrix) => entries(matrix, notation),
-        Line::Item(text, words) => {
-            format!("<p>{}: {}.</p>\n", notation.relation(text).mathml(false), marked(words, notation))
-        }
-        Line::Words(words) => format!("<p>{}.</p>\n", sentence(words, notation)),
-    }
-}
-
-fn display(formula: &Formula, remark: &str) -> String {
-    format!("<div class=\"formula\">{}{remark}</div>\n", formula.mathml(true))
-}
-
-/// A small matrix as a whole, of a large one the entries that are not zero.
-fn entries(matrix: &Matrix, notation: &Notation) -> String {
-    match matrix.formula(notation, MOST_COLUMNS) {
-        Some(formula) => display(&formula, ""),
-        None => {
-            let (remark, entries) = matrix.listed();
-            let remark = sentence(&format!("{remark}the entries that are not zero"), notation);
-            let entries = entries.map(|text| display(&notation.relation(&text), ""));
-            format!("<p>{remark}:</p>\n") + &entries.collect::<String>()
-        }
-    }
-}
-
-fn sentence(text: &str, notation: &Notation) -> String {
-    marked(&capitalized(text), notation)
-}
-
-fn marked(text: &str, notation: &Notation) -> String {
-    words(text, escaped, |formula| notation.relation(formula).mathml(false))
 }
 
 /// Text, not markup.

@@ -2,7 +2,7 @@
 
 use super::json::{array, lines, model_and_version, null, number, string};
 use super::table::{Column, draw};
-use super::{Style, Tone, Written, counted, listed};
+use super::{Style, Tone, Written, counted, headed, listed, with_unit};
 use librate_core::precision::{Ball, Big, one_digit_up, one_digit_up_text};
 use librate_studies::inertia::{Body, Equal, Made, Moment, NamedTensor, Principal};
 
@@ -20,12 +20,7 @@ fn written(value: &Big, digits: usize) -> Written {
 /// Moments have `digits` correctly rounded digits, as [`of_model`](librate_studies::inertia::of_model) was asked for.
 #[must_use]
 pub fn tensors_text(model: Option<&str>, tensors: &[NamedTensor], digits: usize, style: &Style) -> String {
-    let count = counted(tensors.len(), "tensor");
-    let heading = match model {
-        Some(name) => format!("{name}: {count}"),
-        None => count,
-    };
-    let mut out = style.paint(Tone::Heading, &heading);
+    let mut out = style.paint(Tone::Heading, &headed(model, counted(tensors.len(), "tensor")));
     out.push('\n');
     for tensor in tensors {
         out.push_str(&format!("\n{}\n", style.paint(Tone::Heading, &tensor.name)));
@@ -87,13 +82,9 @@ fn moment_digits(moment: &Moment, digits: usize) -> Written {
 fn principal_text(principal: &Principal, unit: Option<&str>, digits: usize, style: &Style) -> String {
     let moments = &principal.moments;
     let all: Vec<Written> = moments.iter().map(|m| moment_digits(m, digits)).collect();
-    let heading = match unit {
-        Some(unit) => format!("moment ({unit})"),
-        None => "moment".to_owned(),
-    };
     let mut columns = vec![
-        Column::right("axis", (1..=moments.len()).map(|n| n.to_string()).collect()),
-        Column::numbers(&heading, all.iter().map(Written::text).collect()),
+        Column::counting("axis", moments.len()),
+        Column::numbers(&with_unit("moment", unit), all.iter().map(Written::text).collect()),
         Column::right("bound", all.iter().map(|one| one_digit_up_text(one.bound)).collect()),
     ];
     columns.extend(AXES.iter().enumerate().map(|(at, axis)| {

@@ -3,7 +3,7 @@
 //! The text is written directly: a tree of values of a problem with thousands of coordinates would
 //! need several times the memory of its text.
 
-use std::fmt::Write;
+use std::fmt::{Display, Write};
 
 use super::constraints::{constraint_texts, follow_texts, independent_names, reduced_texts};
 use super::exponents::{exponent_text, imaginary_unit};
@@ -50,80 +50,56 @@ pub(super) fn modes_with(
     let equilibrium = linearized.equilibrium();
     let values = equilibrium.values.iter().map(|value| number(value.mid_f64()));
     let bounds = equilibrium.values.iter().map(|value| number(one_digit_up(value.mid_f64_error())));
-    let mut out = String::new();
-    let _ = write!(
-        out,
-        "{{\"model\": {},\n \"coordinates\": {},\n \"equilibrium\": {},\n \"equilibrium_error_bound\": {},\n \"stability\": \"{}\",\n \"secular\": {},\n \"modes\": [",
-        model_and_version(model.name.as_deref()),
-        array(names),
-        array(values),
-        array(bounds),
-        modes.stability.as_str(),
-        modes.secular.map_or_else(null, |secular| secular.to_string()),
-    );
+    let mut object = Object::new(",\n ");
+    object.field("model", model_and_version(model.name.as_deref()));
+    object.field("coordinates", array(names));
+    object.field("equilibrium", array(values));
+    object.field("equilibrium_error_bound", array(bounds));
+    object.field("stability", string(modes.stability.as_str()));
+    object.field("secular", modes.secular.map_or_else(null, |secular| secular.to_string()));
+    let out = object.begin("modes");
+    out.push('[');
     for (at, mode) in modes.modes.iter().enumerate() {
         out.push_str(if at == 0 { "\n  " } else { ",\n  " });
-        write_mode(&mut out, mode, options, &more(at));
+        out.push_str(&mode_object(mode, options, &more(at)));
     }
     out.push(']');
-    if model.rates.any() {
-        let rates = linearized.rates().into_iter();
-        let rates = rates.map(|rate| number(rate.mid_f64()));
-        let _ = write!(out, ",\n \"rates\": {}", array(rates));
-    }
-    if modes.normalization == Normalization::Largest {
-        out.push_str(",\n \"normalization\": \"max\"");
-    }
-    if modes.gyroscopically_stabilised {
-        out.push_str(",\n \"gyroscopically_stabilised\": true");
-    }
-    if let Some(group) = &modes.point_group {
-        let _ = write!(out, ",\n \"point_group\": {}", string(group));
-    }
+    let rates = || array(linearized.rates().into_iter().map(|rate| number(rate.mid_f64())));
+    object.optional("rates", model.rates.any().then(rates));
+    object.optional("normalization", (modes.normalization == Normalization::Largest).then_some("\"max\""));
+    object.optional("gyroscopically_stabilised", modes.gyroscopically_stabilised.then_some(true));
+    object.optional("point_group", modes.point_group.as_deref().map(string));
     let motions = zero_motions(modes, linearized.dimension());
-    if !motions.is_empty() {
-        let _ = write!(out, ",\n \"zero_motions\": {}", array(motions.into_iter().map(string)));
-    }
-    if model.has_units {
-        let units = model.coordinates.iter().map(|coordinate| coordinate.unit.map_or_else(null, string));
-        let _ = write!(
-            out,
-            ",\n \"units\": {{\"coordinates\": {}, \"omega\": \"rad/s\", \"growth\": \"1/s\"}}",
-            array(units)
-        );
-    }
-    out.push_str("}\n");
-    out
+    object.optional("zero_motions", (!motions.is_empty()).then(|| array(motions.into_iter().map(string))));
+    let units = || array(model.coordinates.iter().map(|coordinate| coordinate.unit.map_or_else(null, string)));
+    let units = || format!("{{\"coordinates\": {}, \"omega\": \"rad/s\", \"growth\": \"1/s\"}}", units());
+    object.optional("units", model.has_units.then(units));
+    object.end() + "\n"
 }
 
-fn write_mode(out: &mut String, mode: &NormalMode, options: &Options, more: &str) {
+fn mode_object(mode: &NormalMode, options: &Options, more: &str) -> String {
     let precise = mode.precise.as_deref();
     let omega = Written::finest(&mode.omega, precise.map(|x| &x.omega), options.digits);
     let growth = Written::finest(&mode.growth, precise.map(|x| &x.growth), options.digits);
     let digits = |written: &Written| written.digits.as_deref().map_or_else(null, string);
     let error = mode.omega.mid_f64_error().max(mode.growth.mid_f64_error());
-    let _ = write!(
-        out,
-        "{{\"omega\": {}, \"omega_digits\": {}, \"omega_squared\": {}, \"growth\": {}, \"growth_digits\": {}, \"error_bound\": {}, \"digits_error_bound\": {}, \"kind\": \"{}\"",
-        number(mode.omega.mid_f64()),
-        digits(&omega),
-        mode.omega_squared.as_ref().map_or_else(null, |square| number(square.mid_f64())),
-        number(mode.growth.mid_f64()),
-        digits(&growth),
-        number(one_digit_up(error)),
-        number(omega.bound.max(growth.bound)),
-        mode.kind.as_str(),
-    );
-    let bare = |written: &Written| written.digits.clone().unwrap_or_else(null);
+    let mut object = Object::new(", ");
+    object.field("omega", number(mode.omega.mid_f64()));
+    object.field("omega_digits", digits(&omega));
+    let square = mode.omega_squared.as_ref();
+    object.field("omega_squared", square.map_or_else(null, |square| number(square.mid_f64())));
+    object.field("growth", number(mode.growth.mid_f64()));
+    object.field("growth_digits", digits(&growth));
+    object.field("error_bound", number(one_digit_up(error)));
+    object.field("digits_error_bound", number(omega.bound.max(growth.bound)));
+    object.field("kind", string(mode.kind.as_str()));
     if let Some([ratio, quality]) = damping(mode, options.digits) {
-        let _ = write!(out, ", \"damping_ratio\": {}, \"quality_factor\": {}", bare(&ratio), bare(&quality));
+        let bare = |written: Written| written.digits.unwrap_or_else(null);
+        object.field("damping_ratio", bare(ratio));
+        object.field("quality_factor", bare(quality));
     }
-    if let Some(limit) = &mode.limit {
-        let _ = write!(out, ", \"limit\": {}", string(&super::limit_words(limit, mode.kind)));
-    }
-    if let Some(symmetry) = &mode.symmetry {
-        let _ = write!(out, ", \"symmetry\": {}", string(symmetry));
-    }
+    object.optional("limit", mode.limit.as_ref().map(|limit| string(&super::limit_words(limit, mode.kind))));
+    object.optional("symmetry", mode.symmetry.as_deref().map(string));
     if options.vectors {
         let components = mode.vector.iter().enumerate().map(|(at, component)| {
             let real = number(*component);
@@ -132,27 +108,19 @@ fn write_mode(out: &mut String, mode: &NormalMode, options: &Options, more: &str
                 None => real,
             }
         });
-        let _ = write!(
-            out,
-            ", \"vector\": {}, \"vector_error_bound\": {}",
-            array(components),
-            number(one_digit_up(mode.vector_error_bound)),
-        );
-        if !mode.component_error_bounds.is_empty() {
-            let bounds = mode.component_error_bounds.iter();
-            let bounds = bounds.map(|bound| number(one_digit_up(*bound)));
-            let _ = write!(out, ", \"component_error_bounds\": {}", array(bounds));
-        }
+        object.field("vector", array(components));
+        object.field("vector_error_bound", number(one_digit_up(mode.vector_error_bound)));
+        let bounds = &mode.component_error_bounds;
+        let all = || array(bounds.iter().map(|bound| number(one_digit_up(*bound))));
+        object.optional("component_error_bounds", (!bounds.is_empty()).then(all));
     }
     if let Some(own) = &mode.uncertainty {
         let sigma = |own: Option<Ball>| own.map_or_else(null, |own| number(own.mid_f64()));
-        let _ = write!(out, ", \"omega_sigma\": {}", sigma(own.omega));
-        if !mode.growth.is_zero() {
-            let _ = write!(out, ", \"growth_sigma\": {}", sigma(own.growth));
-        }
+        object.field("omega_sigma", sigma(own.omega));
+        object.optional("growth_sigma", (!mode.growth.is_zero()).then(|| sigma(own.growth)));
     }
-    out.push_str(more);
-    out.push('}');
+    object.out.push_str(more);
+    object.end()
 }
 
 /// The derivation as a JSON object: `model`, `coordinates`, then what there is of `equilibrium`, `mass`,
@@ -187,9 +155,8 @@ pub fn derive_json(derivation: &Derivation) -> String {
     if let Some(own) = &derivation.independent {
         let names = independent_names(derivation, own);
         fields.push(("independent_velocities", array(names.iter().map(|name| string(name)))));
-        let follows = follow_texts(derivation, own).into_iter();
-        let follows = follows.map(|(name, speed)| format!("{}: {}", string(&name), string(&speed)));
-        fields.push(("dependent_velocities", format!("{{{}}}", follows.collect::<Vec<_>>().join(", "))));
+        let follows = follow_texts(derivation, own).into_iter().map(|(name, speed)| (name, string(&speed)));
+        fields.push(("dependent_velocities", record(follows)));
         fields.push(("reduced_equations", texts(reduced_texts(derivation, own))));
     }
     let page = derivation.reduced();
@@ -278,52 +245,60 @@ fn chapter(field: &str) -> Option<&str> {
 /// The equilibrium and the matrices there.
 fn linear_fields(derivation: &Derivation, linear: &Linear, fields: &mut Vec<(&str, String)>) {
     let expression = |at: &ExprId| string(&derivation.pool.display(*at));
-    let matrix = |rows: &[Vec<ExprId>]| lines(rows.iter().map(|row| array(row.iter().map(expression))));
     if !derivation.assumptions.is_empty() {
         let assumed = assumption_texts(derivation);
         fields.push(("assumptions", array(assumed.iter().map(|text| string(text)))));
     }
     fields.push(("equilibrium", array(linear.equilibrium.iter().map(expression))));
     if !derivation.rates.is_empty() {
-        let rates = derivation.rates.iter();
-        let rates = rates.map(|(name, rate)| format!("{}: {}", string(name), expression(rate)));
-        let rates: Vec<String> = rates.collect();
-        fields.push(("rates", format!("{{{}}}", rates.join(", "))));
+        let rates = derivation.rates.iter().map(|(name, rate)| (name, expression(rate)));
+        fields.push(("rates", record(rates)));
     }
-    fields.push(("mass", matrix(&linear.mass)));
-    fields.push(("stiffness", matrix(&linear.stiffness)));
-    for (_, letter, rows) in linear.others() {
-        let name = match letter {
-            "G" => "gyroscopic",
-            "C" => "damping",
-            _ => "circulatory",
-        };
-        fields.push((name, matrix(rows)));
-    }
-    let taken = signs(derivation, &linear.signs);
-    if !taken.is_empty() {
-        fields.push(("signs", array(taken.iter().map(|sign| string(sign)))));
-    }
+    matrix_fields(derivation, linear, &MATRICES, fields);
     if let Some(tangent) = &linear.tangent {
         tangent_fields(derivation, tangent, fields);
     }
 }
 
+/// What M, K, G, C, N and what is assumed for them are called, and those of the motions that constraints allow.
+const MATRICES: [&str; 6] = ["mass", "stiffness", "gyroscopic", "damping", "circulatory", "signs"];
+const REDUCED: [&str; 6] = [
+    "reduced_mass",
+    "reduced_stiffness",
+    "reduced_gyroscopic",
+    "reduced_damping",
+    "reduced_circulatory",
+    "reduced_signs",
+];
+
+fn matrix_fields(
+    derivation: &Derivation,
+    linear: &Linear,
+    names: &[&'static str; 6],
+    fields: &mut Vec<(&str, String)>,
+) {
+    let others = [&linear.gyroscopic, &linear.damping, &linear.circulatory].map(Option::as_ref);
+    let all = [Some(&linear.mass), Some(&linear.stiffness)].into_iter().chain(others);
+    let all = names.iter().zip(all).filter_map(|(name, rows)| Some((*name, matrix(derivation, rows?))));
+    fields.extend(all);
+    let taken = signs(derivation, &linear.signs);
+    if !taken.is_empty() {
+        fields.push((names[5], array(taken.iter().map(|sign| string(sign)))));
+    }
+}
+
+fn matrix(derivation: &Derivation, rows: &[Vec<ExprId>]) -> String {
+    let expression = |at: &ExprId| string(&derivation.pool.display(*at));
+    lines(rows.iter().map(|row| array(row.iter().map(expression))))
+}
+
 /// Multipliers, gradients of the constraints, and the matrices of the motions that these allow, or that massless coordinates follow.
 fn tangent_fields(derivation: &Derivation, tangent: &Tangent, fields: &mut Vec<(&str, String)>) {
-    let matrix = |page: &Derivation, rows: &[Vec<ExprId>]| {
-        let expression = |at: &ExprId| string(&page.pool.display(*at));
-        let rows = rows.iter().map(|row| array(row.iter().map(expression)));
-        lines(rows)
-    };
-    let names = derivation.constraints.iter().flat_map(|own| &own.names);
-    let multipliers = names.zip(&tangent.multipliers).map(|(name, value)| {
-        let value = string(&derivation.pool.display(*value));
-        format!("{}: {value}", string(name))
-    });
-    let multipliers: Vec<String> = multipliers.collect();
     if tangent.massless.is_empty() {
-        fields.push(("multipliers", format!("{{{}}}", multipliers.join(", "))));
+        let names = derivation.constraints.iter().flat_map(|own| &own.names);
+        let multipliers = names.zip(&tangent.multipliers);
+        let multipliers = multipliers.map(|(name, value)| (name, string(&derivation.pool.display(*value))));
+        fields.push(("multipliers", record(multipliers)));
         fields.push(("constraint_gradients", matrix(derivation, &tangent.gradients)));
     }
     let Some(reduced) = &tangent.reduced else {
@@ -334,20 +309,7 @@ fn tangent_fields(derivation: &Derivation, tangent: &Tangent, fields: &mut Vec<(
     fields.push(("free_coordinates", array(free)));
     fields.push(("directions", matrix(derivation, &reduced.directions)));
     if let Ok(linear) = &page.linear {
-        fields.push(("reduced_mass", matrix(page, &linear.mass)));
-        fields.push(("reduced_stiffness", matrix(page, &linear.stiffness)));
-        for (_, letter, rows) in linear.others() {
-            let name = match letter {
-                "G" => "reduced_gyroscopic",
-                "C" => "reduced_damping",
-                _ => "reduced_circulatory",
-            };
-            fields.push((name, matrix(page, rows)));
-        }
-        let taken = signs(page, &linear.signs);
-        if !taken.is_empty() {
-            fields.push(("reduced_signs", array(taken.iter().map(|sign| string(sign)))));
-        }
+        matrix_fields(page, linear, &REDUCED, fields);
     }
 }
 
@@ -435,16 +397,11 @@ fn frequency_fields(derivation: &Derivation, found: &Frequencies, fields: &mut V
         return;
     }
     let entries = case.frequencies.iter().map(|frequency| {
-        let mut entry = format!(
-            "{{\"omega_squared\": {}, \"multiplicity\": {}",
-            string(&derivation.pool.display(frequency.omega_squared)),
-            frequency.multiplicity
-        );
-        if let Some(class) = &frequency.symmetry {
-            let _ = write!(entry, ", \"symmetry\": {}", string(class));
-        }
-        entry.push('}');
-        entry
+        let mut entry = Object::new(", ");
+        entry.field("omega_squared", string(&derivation.pool.display(frequency.omega_squared)));
+        entry.field("multiplicity", frequency.multiplicity);
+        entry.optional("symmetry", frequency.symmetry.as_deref().map(string));
+        entry.end()
     });
     fields.push(("frequencies", lines(entries)));
     fields.push(("frequencies_complete", case.complete.to_string()));
@@ -467,21 +424,13 @@ fn frequency_fields(derivation: &Derivation, found: &Frequencies, fields: &mut V
 fn normal_modes(derivation: &Derivation, normal: &NormalCoordinates) -> String {
     let expression = |at: &ExprId| string(&derivation.pool.display(*at));
     let modes = normal.modes.iter().enumerate().map(|(r, mode)| {
-        let name = derivation.names.of(Motion::Normal(r));
-        let mut entry = format!(
-            "{{\"name\": {}, \"omega_squared\": {}, \"amplitudes\": {}",
-            string(&name),
-            expression(&mode.omega_squared),
-            array(mode.amplitudes.iter().map(expression))
-        );
-        if let Some(omega) = &mode.omega {
-            let _ = write!(entry, ", \"omega\": {}", expression(omega));
-        }
-        if let Some(class) = &mode.symmetry {
-            let _ = write!(entry, ", \"symmetry\": {}", string(class));
-        }
-        entry.push('}');
-        entry
+        let mut entry = Object::new(", ");
+        entry.field("name", string(&derivation.names.of(Motion::Normal(r))));
+        entry.field("omega_squared", expression(&mode.omega_squared));
+        entry.field("amplitudes", array(mode.amplitudes.iter().map(expression)));
+        entry.optional("omega", mode.omega.as_ref().map(expression));
+        entry.optional("symmetry", mode.symmetry.as_deref().map(string));
+        entry.end()
     });
     lines(modes)
 }
@@ -491,25 +440,65 @@ fn normal_waves(derivation: &Derivation, waves: &NormalWaves) -> String {
     let expression = |at: &ExprId| string(&derivation.pool.display(*at));
     let names = &derivation.names.displacements;
     let order = waves.order.iter().filter_map(|i| names.get(*i));
-    let places = waves.places.iter();
-    let places = places.map(|(name, last)| format!("{}: [1, {last}]", string(name)));
+    let places = waves.places.iter().map(|(name, last)| (name, format!("[1, {last}]")));
     let sums = waves.sums.iter().map(|sum| {
-        let numbers = sum.numbers.iter();
-        let numbers = numbers.map(|(name, first, last)| format!("{}: [{first}, {last}]", string(name)));
+        let numbers = sum.numbers.iter().map(|(name, first, last)| (name, format!("[{first}, {last}]")));
         format!(
-            "{{\"numbers\": {{{}}}, \"factor\": {}, \"shape\": {}}}",
-            numbers.collect::<Vec<_>>().join(", "),
+            "{{\"numbers\": {}, \"factor\": {}, \"shape\": {}}}",
+            record(numbers),
             expression(&sum.factor),
             expression(&sum.shape)
         )
     });
     format!(
-        "{{\"name\": {}, \"order\": {}, \"places\": {{{}}}, \"sums\": {}}}",
+        "{{\"name\": {}, \"order\": {}, \"places\": {}, \"sums\": {}}}",
         string(&waves.normal),
         array(order.map(|name| string(name))),
-        places.collect::<Vec<_>>().join(", "),
+        record(places),
         array(sums)
     )
+}
+
+/// An object on its way, with some text between its fields.
+pub(super) struct Object {
+    pub(super) out: String,
+    between: &'static str,
+}
+
+impl Object {
+    pub(super) fn new(between: &'static str) -> Self {
+        Self { out: "{".to_owned(), between }
+    }
+
+    /// The text behind the name of a field, to which its value is to be added.
+    pub(super) fn begin(&mut self, name: &str) -> &mut String {
+        if self.out.len() > 1 {
+            self.out.push_str(self.between);
+        }
+        let _ = write!(self.out, "\"{name}\": ");
+        &mut self.out
+    }
+
+    pub(super) fn field(&mut self, name: &str, value: impl Display) {
+        let _ = write!(self.begin(name), "{value}");
+    }
+
+    /// A field that is left out where there is no value.
+    pub(super) fn optional(&mut self, name: &str, value: Option<impl Display>) {
+        if let Some(value) = value {
+            self.field(name, value);
+        }
+    }
+
+    pub(super) fn end(self) -> String {
+        self.out + "}"
+    }
+}
+
+/// An object on one line, of names and values.
+pub(super) fn record(fields: impl Iterator<Item = (impl AsRef<str>, String)>) -> String {
+    let fields = fields.map(|(name, value)| format!("{}: {value}", string(name.as_ref())));
+    format!("{{{}}}", fields.collect::<Vec<_>>().join(", "))
 }
 
 /// An array, one item a line.

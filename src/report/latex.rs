@@ -1,19 +1,27 @@
 //! A page in LaTeX.
 
-use super::page::{Line, Matrix, Page, Part, capitalized, words};
-use librate_core::typeset::{Formula, Notation};
+use super::markup::{Markup, Writer};
+use super::page::{Page, words};
+use librate_core::typeset::Formula;
 
-/// Matrices of more columns than this are given by their entries: `amsmath` has no more.
-const MOST_COLUMNS: usize = 10;
+const LATEX: Markup = Markup {
+    heading: ["\n\\subsection*{", "}\n"],
+    paragraph: ["\n", ".\n"],
+    list: ["", ".\n\n"],
+    lead: ["", ":\n"],
+    gap: "\n",
+    // `amsmath` has no more.
+    most_columns: 10,
+    has_lines: true,
+    formula: |formula| format!("${}$", formula.latex()),
+    escaped,
+    display,
+};
 
 /// Writes a page: headings and displayed formulas to be read into a document that has the package `amsmath`, or with
 /// `standalone` a whole document.
 pub(super) fn write(page: &Page, standalone: bool) -> String {
-    let writer = Writer { notation: &page.notation };
-    let mut out = String::new();
-    for part in &page.parts {
-        out.push_str(&writer.part(part));
-    }
+    let out = LATEX.parts(page);
     if !standalone {
         return out;
     }
@@ -26,82 +34,22 @@ pub(super) fn write(page: &Page, standalone: bool) -> String {
     )
 }
 
-struct Writer<'a> {
-    notation: &'a Notation,
+/// With a remark beside the formula, or below where there is no room.
+fn display(writer: &Writer<'_>, formula: &Formula, remark: &str) -> String {
+    let text = formula.latex_display();
+    let fits = formula.fits_line(remark.chars().count());
+    let (beside, below) = match () {
+        () if remark.is_empty() => (String::new(), String::new()),
+        () if fits => (format!(" \\qquad {}", beside(writer, remark)), String::new()),
+        () => (String::new(), format!("{}.\n", writer.sentence(remark))),
+    };
+    format!("\\begin{{equation}}\n{text}{beside}\n\\end{{equation}}\n{below}")
 }
 
-impl Writer<'_> {
-    fn part(&self, part: &Part) -> String {
-        match part {
-            Part::List(title, items) => {
-                let items: Vec<String> = items.iter().map(|item| self.words(item)).collect();
-                format!("{}: {}.\n\n", self.sentence(title), items.join(", "))
-            }
-            Part::Section(title, lines, _) => {
-                let mut out = self.heading(title);
-                lines.iter().for_each(|line| out.push_str(&self.line(line)));
-                out
-            }
-            Part::Matrix(matrix) => self.heading(&matrix.title) + &self.entries(matrix),
-            Part::Paragraph(words) => format!("\n{}.\n", self.sentence(words)),
-            Part::Gap => "\n".to_owned(),
-        }
-    }
-
-    fn heading(&self, title: &str) -> String {
-        format!("\n\\subsection*{{{}}}\n", self.sentence(title))
-    }
-
-    fn line(&self, line: &Line) -> String {
-        match line {
-            Line::Formula(text, remark) => self.display(&self.notation.relation(text), remark),
-            Line::Below(matrix) => self.entries(matrix),
-            Line::Item(text, words) => {
-                let formula = self.notation.relation(text).latex();
-                format!("\n${formula}$: {}.\n", self.words(words))
-            }
-            Line::Words(words) => format!("\n{}.\n", self.sentence(words)),
-        }
-    }
-
-    /// With a remark beside the formula, or below where there is no room.
-    fn display(&self, formula: &Formula, remark: &str) -> String {
-        let remark = remark.trim_start_matches([',', ' ']);
-        let text = formula.latex_display();
-        let fits = formula.fits_line(remark.chars().count());
-        let (beside, below) = match () {
-            () if remark.is_empty() => (String::new(), String::new()),
-            () if fits => (format!(" \\qquad {}", self.beside(remark)), String::new()),
-            () => (String::new(), format!("{}.\n", self.sentence(remark))),
-        };
-        format!("\\begin{{equation}}\n{text}{beside}\n\\end{{equation}}\n{below}")
-    }
-
-    /// Words within a formula.
-    fn beside(&self, remark: &str) -> String {
-        let text = |text: &str| if text.is_empty() { String::new() } else { format!("\\text{{{}}}", escaped(text)) };
-        words(remark, text, |formula| self.notation.relation(formula).latex())
-    }
-
-    /// A small matrix as a whole; of a large one the entries that are not zero, the upper triangle standing for both.
-    fn entries(&self, matrix: &Matrix) -> String {
-        match matrix.formula(self.notation, MOST_COLUMNS).filter(|formula| formula.fits_line(0)) {
-            Some(formula) => self.display(&formula, ""),
-            None => {
-                let (remark, entries) = matrix.listed();
-                let entries = entries.map(|text| self.display(&self.notation.relation(&text), ""));
-                self.sentence(&format!("{remark}the entries that are not zero:\n")) + &entries.collect::<String>()
-            }
-        }
-    }
-
-    fn sentence(&self, text: &str) -> String {
-        self.words(&capitalized(text))
-    }
-
-    fn words(&self, text: &str) -> String {
-        words(text, escaped, |formula| format!("${}$", self.notation.relation(formula).latex()))
-    }
+/// Words within a formula.
+fn beside(writer: &Writer<'_>, remark: &str) -> String {
+    let text = |text: &str| if text.is_empty() { String::new() } else { format!("\\text{{{}}}", escaped(text)) };
+    words(remark, text, |formula| writer.notation.relation(formula).latex())
 }
 
 /// Text, not formula.

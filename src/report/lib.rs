@@ -19,6 +19,7 @@ mod html;
 mod inertia;
 mod json;
 mod latex;
+mod markup;
 mod matrices;
 mod mode_pictures;
 mod modes;
@@ -65,7 +66,9 @@ use librate_core::modes::Kind;
 use librate_core::modes::exponents::Limit;
 use librate_core::number::Number;
 use librate_core::oscillation::{NormalMode, NormalModes};
-use librate_core::precision::{Ball, Big, Decimal, Rounding, decimal, decimal_to_place, one_digit_up};
+use librate_core::precision::{
+    Ball, Big, Decimal, Rounding, decimal, decimal_to_place, one_digit_up, one_digit_up_text,
+};
 
 /// How text is laid out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -304,6 +307,11 @@ fn damping(mode: &NormalMode, digits: usize) -> Option<[Written; 2]> {
     ])
 }
 
+/// A bound in one digit.
+fn bound_text(bound: f64) -> String {
+    if bound == 0.0 { "0".to_owned() } else { one_digit_up_text(bound) }
+}
+
 /// The unit of a coordinate, in SI; none where there is nothing to say.
 fn shown_unit(coordinate: Coordinate<'_>) -> Option<&str> {
     coordinate.unit.filter(|unit| *unit != "1")
@@ -322,11 +330,12 @@ fn with_unit(name: &str, unit: Option<&str>) -> String {
 
 /// `three_pendulums: 3 coordinates`
 fn headline(name: Option<&str>, coordinates: usize) -> String {
-    let count = counted(coordinates, "coordinate");
-    match name {
-        Some(name) => format!("{name}: {count}"),
-        None => count,
-    }
+    headed(name, counted(coordinates, "coordinate"))
+}
+
+/// Behind the name of a model.
+fn headed(name: Option<&str>, what: String) -> String {
+    name.map_or_else(|| what.clone(), |name| format!("{name}: {what}"))
 }
 
 /// `1 coordinate`, `3 coordinates`

@@ -104,7 +104,7 @@ pub fn modes_text(linearized: &Linearized, modes: &NormalModes, options: &Option
     out
 }
 
-fn stability_tone(stability: Stability) -> Tone {
+pub(super) fn stability_tone(stability: Stability) -> Tone {
     match stability {
         Stability::Stable => Tone::Good,
         Stability::Neutral | Stability::Undecided => Tone::Careful,
@@ -277,7 +277,8 @@ fn table(
     let heading = |plain: &str, unit: &str| {
         if has_units { format!("{plain} ({unit})") } else { plain.to_owned() }
     };
-    let mut columns = vec![counting(modes), Column::numbers(&heading("omega", "rad/s"), of(|row| &row.omega))];
+    let mut columns =
+        vec![Column::counting("mode", modes.len()), Column::numbers(&heading("omega", "rad/s"), of(|row| &row.omega))];
     let uncertain = modes.iter().any(|mode| mode.uncertainty.is_some());
     if uncertain {
         columns.push(Column::numbers("sigma", of(|row| &row.omega_sigma)));
@@ -321,7 +322,7 @@ fn table(
             .map(|(name, at)| Column::numbers(name, rows.iter().map(|row| row.damping[at].clone()).collect()));
         // Nothing separates the last column from a next one.
         if width(&columns) + width(&damping) > style.width + GAP {
-            tables.push(std::mem::replace(&mut columns, vec![counting(modes)]));
+            tables.push(std::mem::replace(&mut columns, vec![Column::counting("mode", modes.len())]));
         }
         columns.extend(damping);
     }
@@ -334,17 +335,12 @@ fn table(
     tables.push(columns);
     if !has_room {
         // No room beside the frequencies: the shapes have a table of their own.
-        let room = style.width.saturating_sub(counting(modes).width());
+        let room = style.width.saturating_sub(Column::counting("mode", modes.len()).width());
         let shapes = shape(modes, names, room).unwrap_or_else(|| vec![by_name(modes, names, room)]);
-        tables.push(std::iter::once(counting(modes)).chain(shapes).collect());
+        tables.push(std::iter::once(Column::counting("mode", modes.len())).chain(shapes).collect());
     }
     let tables = tables.iter().map(|columns| draw(columns, modes.len(), painted, style));
     tables.collect::<Vec<_>>().join("\n")
-}
-
-fn counting(modes: &[NormalMode]) -> Column {
-    let numbers = (1..=modes.len()).map(|at| at.to_string()).collect();
-    Column::right("mode", numbers)
 }
 
 /// The shapes: a column a coordinate where there are few, else the largest components by name;

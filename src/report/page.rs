@@ -5,7 +5,7 @@ use super::constraints::{
     FOLLOWS_TITLE, REDUCED_TITLE, constraint_texts, constraints_title, direction_texts, displacements_title,
     follow_texts, multiplier_texts, reduced_texts, unsolved,
 };
-use super::exponents::exponent_sections;
+use super::exponents::exponent_parts;
 use super::frequencies::{frequency_parts, signs};
 use librate_core::derive::{
     Condition, Conserved, Definition, Derivation, Energy, Linear, Motion, Names, Relation, Root, SecondOrder,
@@ -67,7 +67,7 @@ pub(super) enum Line {
 }
 
 impl Line {
-    fn plain(text: String) -> Self {
+    pub(super) fn plain(text: String) -> Self {
         Self::Formula(text, String::new())
     }
 }
@@ -154,7 +154,7 @@ pub(super) fn with(assumed: &[Words]) -> Words {
     if assumed.is_empty() { String::new() } else { format!(", with {}", assumed.join(", ")) }
 }
 
-fn section(title: &str, texts: impl IntoIterator<Item = String>) -> Part {
+pub(super) fn section(title: &str, texts: impl IntoIterator<Item = String>) -> Part {
     Part::Section(title.to_owned(), texts.into_iter().map(Line::plain).collect(), Form::Apart)
 }
 
@@ -312,10 +312,7 @@ impl Page {
         if whole.shows("frequencies") {
             frequency_parts(derivation, linear, &mut self.parts);
         }
-        for (title, lines) in exponent_sections(derivation, linear, whole) {
-            let lines = lines.into_iter().map(|(text, remark)| Line::Formula(text, remark));
-            self.parts.push(Part::Section(title, lines.collect(), Form::Apart));
-        }
+        self.parts.extend(exponent_parts(derivation, linear, whole));
     }
 
     fn second_order(&mut self, derivation: &Derivation, part: &SecondOrder, potential: &str) {

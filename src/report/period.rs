@@ -1,12 +1,10 @@
 //! Periods of one coordinate, as text, JSON and CSV.
 
-use std::fmt::Write;
-
-use super::json::{model_and_version, null, number, string};
+use super::json::{Object, array, model_and_version, null, number, string};
 use super::plain::wrapped;
 use super::{Style, Tone, Written, headline, shown_unit};
 use librate_core::model::Range;
-use librate_core::precision::{Ball, Scalar, one_digit_up};
+use librate_core::precision::{Ball, Scalar, one_digit_up, one_digit_up_text};
 use librate_studies::period::{Motion, Options, Oscillator, Period, Place};
 
 /// Digits of the leading change of the frequency.
@@ -35,7 +33,8 @@ pub fn period_text(oscillator: &Oscillator, found: &Period, options: &Options, s
     let coordinate = model.coordinates.first();
     let unit =
         coordinate.and_then(shown_unit).filter(|_| model.has_units).map_or_else(String::new, |unit| format!(" {unit}"));
-    let mut rows = vec![("period", format!("{}{}  bound {}", period.text(), behind(" s"), one_digit(period.bound)))];
+    let mut rows =
+        vec![("period", format!("{}{}  bound {}", period.text(), behind(" s"), one_digit_up_text(period.bound)))];
     match &found.motion {
         Motion::Libration { turning } => {
             rows.push((
@@ -73,7 +72,7 @@ pub fn period_text(oscillator: &Oscillator, found: &Period, options: &Options, s
         let own = if bend.is_zero() {
             "0".to_owned()
         } else if bend.contains_zero() {
-            format!("0, to within {},", one_digit(bend.abs_upper()))
+            format!("0, to within {},", one_digit_up_text(bend.abs_upper()))
         } else {
             Written::new(bend, DIGITS).text()
         };
@@ -95,23 +94,18 @@ pub fn period_text(oscillator: &Oscillator, found: &Period, options: &Options, s
     out
 }
 
-fn one_digit(bound: f64) -> String {
-    librate_core::precision::one_digit_up_text(bound)
-}
-
 /// The period of a motion as a JSON object: `period` with `error_bound`, `period_digits` with `digits_error_bound`,
 /// `small_amplitude_period` (`null` where the stiffness is not positive), `motion`, `amplitude` and `turning_points` of a
 /// libration or the `advance` of a rotation, `equilibrium`, `energy`, `frequency_change` (omega = omega_0 (1 +
 /// frequency_change A² + …)).
 #[must_use]
 pub fn period_json(oscillator: &Oscillator, found: &Period, options: &Options) -> String {
-    let mut out = String::from("{");
-    write_period(&mut out, oscillator, found, options);
-    out.push_str("}\n");
-    out
+    let mut object = Object::new(",\n ");
+    period_fields(&mut object, oscillator, found, options);
+    object.end() + "\n"
 }
 
-fn write_period(out: &mut String, oscillator: &Oscillator, found: &Period, options: &Options) {
+fn period_fields(object: &mut Object, oscillator: &Oscillator, found: &Period, options: &Options) {
     let model = oscillator.model();
     let value = |ball: &Ball| number(ball.mid_f64());
     let period = Written::finest(&found.period, found.precise.as_ref(), options.digits);
@@ -120,49 +114,32 @@ fn write_period(out: &mut String, oscillator: &Oscillator, found: &Period, optio
         Motion::Libration { .. } => "libration",
         Motion::Rotation { .. } => "rotation",
     };
-    let _ = write!(
-        out,
-        "\"model\": {},\n \"coordinate\": {},\n \"motion\": \"{motion}\",\n \"period\": {},\n \"period_digits\": {},\n \"error_bound\": {},\n \"digits_error_bound\": {},\n \"small_amplitude_period\": {}",
-        model_and_version(model.name.as_deref()),
-        string(&oscillator.coordinate_name()),
-        value(&found.period),
-        digits(&period),
-        number(one_digit_up(found.period.mid_f64_error())),
-        number(period.bound),
-        found.small.as_ref().map_or_else(null, value),
-    );
-    if let Some(small) = &found.small {
-        let written = Written::finest(small, found.small_precise.as_ref(), options.digits);
-        let _ = write!(out, ",\n \"small_amplitude_period_digits\": {}", digits(&written));
-    }
-    let _ = write!(out, ",\n \"equilibrium\": {}", value(&found.equilibrium));
-    if !found.proved {
-        out.push_str(",\n \"equilibrium_proved\": false");
-    }
+    object.field("model", model_and_version(model.name.as_deref()));
+    object.field("coordinate", string(&oscillator.coordinate_name()));
+    object.field("motion", string(motion));
+    object.field("period", value(&found.period));
+    object.field("period_digits", digits(&period));
+    object.field("error_bound", number(one_digit_up(found.period.mid_f64_error())));
+    object.field("digits_error_bound", number(period.bound));
+    object.field("small_amplitude_period", found.small.as_ref().map_or_else(null, value));
+    let small = found.small.as_ref();
+    let small = small.map(|small| Written::finest(small, found.small_precise.as_ref(), options.digits));
+    object.optional("small_amplitude_period_digits", small.as_ref().map(digits));
+    object.field("equilibrium", value(&found.equilibrium));
+    object.optional("equilibrium_proved", (!found.proved).then_some(false));
     match &found.motion {
         Motion::Libration { turning } => {
-            let _ = write!(
-                out,
-                ",\n \"amplitude\": {},\n \"turning_points\": [{}, {}]",
-                amplitude(found).as_ref().map_or_else(null, value),
-                value(&turning[0]),
-                value(&turning[1])
-            );
+            object.field("amplitude", amplitude(found).as_ref().map_or_else(null, value));
+            object.field("turning_points", array(turning.iter().map(value)));
         }
-        Motion::Rotation { advance } => {
-            let _ = write!(out, ",\n \"advance\": {}", value(advance));
-        }
+        Motion::Rotation { advance } => object.field("advance", value(advance)),
     }
-    let _ = write!(out, ",\n \"energy\": {}", value(&found.energy));
+    object.field("energy", value(&found.energy));
     if let Some(bend) = &found.bend {
         let own = if bend.contains_zero() { 0.0 } else { bend.mid_f64() };
         let bound = if own == 0.0 { bend.abs_upper() } else { bend.mid_f64_error() };
-        let _ = write!(
-            out,
-            ",\n \"frequency_change\": {}, \"frequency_change_error_bound\": {}",
-            number(own),
-            number(one_digit_up(bound))
-        );
+        let bound = number(one_digit_up(bound));
+        object.field("frequency_change", format!("{}, \"frequency_change_error_bound\": {bound}", number(own)));
     }
 }
 
@@ -192,15 +169,13 @@ pub fn period_csv(range: &Range, places: &[Place], options: &Options) -> String 
 #[must_use]
 pub fn period_curve_json(oscillator: &Oscillator, places: &[Place], options: &Options) -> String {
     let objects = places.iter().map(|place| {
-        let mut out = format!("{{\"given\": {}, ", number(place.value));
+        let given = number(place.value);
+        let mut object = Object::new(",\n ");
         match &place.result {
-            Ok(found) => write_period(&mut out, oscillator, found, options),
-            Err(error) => {
-                let _ = write!(out, "\"error\": {}", string(&error.to_string()));
-            }
+            Ok(found) => period_fields(&mut object, oscillator, found, options),
+            Err(error) => object.field("error", string(&error.to_string())),
         }
-        out.push('}');
-        out
+        format!("{{\"given\": {given}, {}", object.end().trim_start_matches('{'))
     });
     format!("[{}]\n", objects.collect::<Vec<_>>().join(",\n"))
 }

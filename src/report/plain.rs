@@ -4,7 +4,7 @@ use std::ops::Deref;
 
 use unicode_width::UnicodeWidthStr;
 
-use super::page::{Form, Line, Matrix, Page, Part};
+use super::page::{self, Form, Line, Matrix, Page, Part};
 use super::table::{lines, plain};
 use super::{Style, Tone, headline, listed};
 use librate_core::typeset::{Block, Formula, Notation};
@@ -88,14 +88,13 @@ impl Layout<'_> {
 
     /// Words with formulas of one line; what needs more stays as it is.
     fn words(&self, words: &str) -> String {
-        let parts = words.split('`').enumerate().map(|(at, part)| {
-            let formula = self.notation.filter(|_| at % 2 == 1).and_then(|notation| notation.read_relation(part));
+        page::words(words, str::to_owned, |part| {
+            let formula = self.notation.and_then(|notation| notation.read_relation(part));
             match formula.map(|formula| formula.block()) {
                 Some(block) if block.height() == 1 => block.lines().collect(),
                 Some(_) | None => part.to_owned(),
             }
-        });
-        parts.collect()
+        })
     }
 
     fn section(&self, title: &str, all: &[Line], form: Form) -> String {

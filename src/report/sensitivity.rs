@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::json::{modes_with, null, number, string};
+use super::json::{modes_with, null, number, record};
 use super::table::{Column, draw};
 use super::{Exponent, Style, Tone, UNDECIDED, Written, headline, listed};
 use librate_core::linearize::Linearized;
@@ -32,17 +32,11 @@ pub fn sensitivity_json(
     let grows = modes.modes.iter().any(|mode| !mode.growth.is_zero())
         || sensitivities.growth.iter().flatten().flatten().any(begins);
     let object = |derivatives: &[Option<Ball>], part: fn(&Ball) -> f64| {
-        let fields: Vec<String> = sensitivities
-            .parameters
-            .iter()
-            .zip(derivatives)
-            .map(|(parameter, derivative)| {
-                let name = string(&model.parameters[*parameter].name);
-                let value = derivative.as_ref().map(part);
-                format!("{name}: {}", value.map_or_else(null, number))
-            })
-            .collect();
-        format!("{{{}}}", fields.join(", "))
+        let fields = sensitivities.parameters.iter().zip(derivatives);
+        record(fields.map(|(parameter, derivative)| {
+            let value = derivative.as_ref().map(part);
+            (&model.parameters[*parameter].name, value.map_or_else(null, number))
+        }))
     };
     let both = |more: &mut String, names: [&str; 2], derivatives: &[Option<Ball>]| {
         for (name, part) in names.into_iter().zip([nearest, bound]) {
@@ -90,11 +84,10 @@ pub fn sensitivity_text(
         Some(value) if value.contains_zero() => UNDECIDED.to_owned(),
         Some(value) => Written::new(&value, DIGITS).text(),
     };
-    let numbers = (1..=modes.modes.len()).map(|at| at.to_string()).collect();
     let rows = modes.modes.iter();
     let rows: Vec<Exponent> = rows.map(|mode| Exponent::new(mode, options.digits)).collect();
     let omega = rows.iter().map(|row| row.omega.text());
-    let mut columns = vec![Column::right("mode", numbers), Column::numbers("omega", omega.collect())];
+    let mut columns = vec![Column::counting("mode", modes.modes.len()), Column::numbers("omega", omega.collect())];
     if modes.modes.iter().any(|mode| mode.uncertainty.is_some()) {
         let cells = rows.iter().map(|row| row.omega_sigma.clone());
         columns.push(Column::numbers("sigma", cells.collect()));

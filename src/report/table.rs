@@ -20,6 +20,11 @@ impl Column {
         Self { heading: heading.to_owned(), cells, alignment: CellAlignment::Right }
     }
 
+    /// 1, 2, …
+    pub(super) fn counting(heading: &str, count: usize) -> Self {
+        Self::right(heading, (1..=count).map(|at| at.to_string()).collect())
+    }
+
     /// Cells that begin in one column.
     pub(super) fn words(heading: &str, cells: Vec<String>) -> Self {
         Self { heading: heading.to_owned(), cells, alignment: CellAlignment::Left }

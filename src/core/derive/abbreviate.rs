@@ -6,7 +6,7 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use super::motion::MotionSum;
-use super::simplify::{Simplifier, rebuild};
+use super::simplify::{Weights, rebuild};
 use super::{Derivation, Names};
 use crate::expr::{ExprId, Node, Pool, Substitution, Symbol};
 use crate::number::Number;
@@ -69,8 +69,8 @@ impl Derivation {
             linear: self.linear.as_ref().ok().cloned(),
         };
         page.for_each(&mut |e| roots.push(*e));
-        let mut weights = Simplifier::default();
-        let before = weights.weight_of(&self.pool, &roots);
+        let mut weights = Weights::default();
+        let before = weights.of_all(&self.pool, &roots);
         if candidates(&self.pool, &mut weights, &roots, &page.entries()).is_empty() {
             return None;
         }
@@ -106,7 +106,7 @@ impl Derivation {
             page.for_each(&mut |e| *e = images.of(*e));
         }
         let definitions: Vec<ExprId> = named.iter().map(|own| own.value).collect();
-        let after = weights.weight_of(&pool, &roots).saturating_add(weights.weight_of(&pool, &definitions));
+        let after = weights.of_all(&pool, &roots).saturating_add(weights.of_all(&pool, &definitions));
         // A tenth at least.
         if named.is_empty() || after.saturating_add(before / 10) > before {
             return None;
@@ -172,7 +172,7 @@ impl PageOf {
 }
 
 /// What is worth a name, the most saving first; none of them is a part of another.
-fn candidates(pool: &Pool, weights: &mut Simplifier, roots: &[ExprId], entries: &BTreeSet<ExprId>) -> Vec<Candidate> {
+fn candidates(pool: &Pool, weights: &mut Weights, roots: &[ExprId], entries: &BTreeSet<ExprId>) -> Vec<Candidate> {
     let ids = pool.reachable(roots);
     // How often each stands on the page, and how often below a root or a fractional power.
     let mut times: HashMap<ExprId, u64> = HashMap::with_capacity(ids.len());
@@ -202,7 +202,7 @@ fn candidates(pool: &Pool, weights: &mut Simplifier, roots: &[ExprId], entries: 
             continue;
         }
         let root = below_root.get(&id).is_some_and(|of| 2 * of >= count);
-        let weight = weights.weight(pool, id) + 2;
+        let weight = weights.of(pool, id) + 2;
         if weight < LEAST_SYMBOLS {
             continue;
         }
@@ -454,9 +454,8 @@ fn in_order(pool: &Pool, named: Vec<Named>) -> Vec<Named> {
         .collect();
     let mut done = vec![false; named.len()];
     let mut order = Vec::new();
-    let mut short = Simplifier::default();
-    let values = named.iter().map(|own| short.weight(pool, own.value));
-    let weights: Vec<u64> = values.collect();
+    let mut weights = Weights::default();
+    let weights: Vec<u64> = named.iter().map(|own| weights.of(pool, own.value)).collect();
     // Distances first, by their names; then the shorter ones, so that sums of masses grow term by term.
     let rank = |at: &usize| {
         let own = &named[*at];

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::pair::{Pair, Sparse};
 use super::roots::of_polynomial;
-use super::simplify::Simplifier;
+use super::simplify::Algebra;
 use crate::expr::{ExprId, Pool, Substitution, Symbol};
 use crate::number::Number;
 use crate::symmetry::{GroupKind, SignedPermutation, Symmetry};
@@ -108,13 +108,7 @@ pub(super) struct Waves {
 /// entries A_ab = sum over r of A(a_0, b_r) exp(i r theta). For two coordinates
 /// det(K - z M) has |K_ab|^2, |M_ab|^2 and Re(conj(M_ab) K_ab), which are sums of products with cosines
 /// of the differences of the places.
-pub(super) fn waves(
-    pool: &mut Pool,
-    short: &mut Simplifier,
-    pair: &Pair,
-    symmetry: &Symmetry,
-    coordinates: &[usize],
-) -> Option<Waves> {
+pub(super) fn waves(pool: &mut Algebra<'_>, pair: &Pair, symmetry: &Symmetry, coordinates: &[usize]) -> Option<Waves> {
     let GroupKind::Ring { turn, length } = &symmetry.kind else {
         return None;
     };
@@ -165,8 +159,8 @@ pub(super) fn waves(
         _ => return None,
     };
     let coefficients = coefficients.into_iter();
-    let coefficients: Vec<ExprId> = coefficients.map(|c| short.simplify(pool, c)).collect();
-    let omega_squared = of_polynomial(pool, short, &coefficients)?;
+    let coefficients: Vec<ExprId> = coefficients.map(|c| pool.simplify(c)).collect();
+    let omega_squared = of_polynomial(pool, &coefficients)?;
     if omega_squared.iter().any(|value| pool.is_undefined(*value)) {
         return None;
     }
@@ -236,12 +230,12 @@ impl Waves {
     }
 
     /// The branches at an angle theta/2, where roots may be drawn that can't be in general.
-    pub(super) fn at(&self, pool: &mut Pool, short: &mut Simplifier, angle: ExprId) -> Vec<ExprId> {
+    pub(super) fn at(&self, pool: &mut Algebra<'_>, angle: ExprId) -> Vec<ExprId> {
         let map = self.with(pool, angle);
         let coefficients = pool.substitute(&self.coefficients, &map);
         let coefficients = coefficients.into_iter();
-        let coefficients: Vec<ExprId> = coefficients.map(|c| short.simplify(pool, c)).collect();
-        of_polynomial(pool, short, &coefficients).unwrap_or_default()
+        let coefficients: Vec<ExprId> = coefficients.map(|c| pool.simplify(c)).collect();
+        of_polynomial(pool, &coefficients).unwrap_or_default()
     }
 
     fn with(&self, pool: &mut Pool, angle: ExprId) -> Substitution {

@@ -6,12 +6,12 @@
 //! enclosures meet it, each mode counted once.
 
 use std::cell::OnceCell;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use super::cubic::Solved;
 use super::frequencies::{Case, Frequency};
 use super::pair::Pair;
-use super::simplify::{Simplifier, rebuild};
+use super::simplify::Algebra;
 use crate::expr::{ExprId, Node, Pool, Symbol, Tape, ZeroVerdict, mix};
 use crate::linearize::{self, LinearizeError, Linearized, Units, evaluate_closed, may_be_singular};
 use crate::model::Model;
@@ -186,16 +186,14 @@ impl<'a> Checker<'a> {
 
     /// M and K without absolute values of what has a sign at the values of the parameters, with acos(cos(x))
     /// as x where that is between 0 and pi; and what signs these are.
-    pub(super) fn signed(&self, pool: &mut Pool, short: &mut Simplifier, pair: &Pair) -> (Pair, Signs) {
+    pub(super) fn signed(&self, pool: &mut Algebra<'_>, pair: &Pair) -> (Pair, Signs) {
         let mut pair = pair.clone();
         let mut signs = Signs::new();
         // With its angle a term may vanish, and with it what has a sign in it.
         for only in [Resolve::Angles, Resolve::Sizes] {
-            let entries = pair.values();
-            let (images, found) = self.resolved(pool, &entries, only);
+            let images = self.resolved(pool, &pair.values(), only, &mut signs);
             if !images.is_empty() {
-                pair = pair.replaced(pool, short, &images);
-                signs.extend(found);
+                pair = pair.with_parts(pool, &images);
             }
         }
         signs.sort_unstable();
@@ -203,29 +201,27 @@ impl<'a> Checker<'a> {
         (pair, signs)
     }
 
-    /// What each expression and each of its parts becomes without some functions, where anything changes.
-    fn resolved(&self, pool: &mut Pool, roots: &[ExprId], only: Resolve) -> (HashMap<ExprId, ExprId>, Signs) {
+    /// What functions in some expressions become where they can be told from the values.
+    fn resolved(&self, pool: &mut Pool, roots: &[ExprId], only: Resolve, signs: &mut Signs) -> HashMap<ExprId, ExprId> {
         let mut images: HashMap<ExprId, ExprId> = HashMap::new();
-        let mut signs = Signs::new();
         if !self.complete {
-            return (images, signs);
+            return images;
         }
-        let ids = pool.reachable(roots);
         // What may be replaced, and by what.
         let mut arguments: Vec<(ExprId, ExprId)> = Vec::new();
-        for id in &ids {
-            if let Node::Function(function, x) = *pool.node(*id) {
+        for id in pool.reachable(roots) {
+            if let Node::Function(function, x) = *pool.node(id) {
                 match (only, function, pool.node(x)) {
-                    (Resolve::Sizes, Function::Abs, _) => arguments.push((*id, x)),
+                    (Resolve::Sizes, Function::Abs, _) => arguments.push((id, x)),
                     (Resolve::Angles, Function::Acos, Node::Function(Function::Cos, angle)) => {
-                        arguments.push((*id, *angle));
+                        arguments.push((id, *angle));
                     }
                     (Resolve::Sizes | Resolve::Angles, _, _) => {}
                 }
             }
         }
         if arguments.is_empty() {
-            return (images, signs);
+            return images;
         }
         let inner: Vec<ExprId> = arguments.iter().map(|(_, x)| *x).collect();
         let values = self.evaluate(pool, &inner).unwrap_or_default();
@@ -253,18 +249,7 @@ impl<'a> Checker<'a> {
                 }
             }
         }
-        signs.sort_unstable();
-        signs.dedup();
-        if images.is_empty() {
-            return (images, signs);
-        }
-        for id in ids {
-            if !images.contains_key(&id) {
-                let new = rebuild(pool, id, &images);
-                images.insert(id, new);
-            }
-        }
-        (images, signs)
+        images
     }
 
     /// The place of each of some values in ascending order.
@@ -301,14 +286,10 @@ impl<'a> Checker<'a> {
         Some(found)
     }
 
-    /// Whether the columns are the modes: to each its omega^2 and xᵀMx, in the order of rising omega^2. They have to solve
-    /// K x = omega^2 M x with the numbers of the other path, one by one, and to be orthogonal.
+    /// Whether the columns are the modes: to each its omega^2 and xᵀMx, in the order of rising omega^2.
     pub(super) fn are_modes(&self, pool: &Pool, pair: &Pair, columns: &[Column]) -> bool {
         let n = pair.len();
-        let Some(modes) = self.references(pool, pair) else {
-            return false;
-        };
-        let Some((mass, stiffness)) = self.matrices(pool, pair) else {
+        let Some(mut modes) = self.references(pool, pair) else {
             return false;
         };
         let mut all = Vec::new();
@@ -319,32 +300,47 @@ impl<'a> Checker<'a> {
         let Some(values) = self.measured_columns(pool, &all, n) else {
             return false;
         };
-        let columns: Vec<&[Ball]> = values.chunks_exact(n + 2).collect();
-        let product = |matrix: &[Ball], x: &[Ball]| -> Vec<Ball> {
-            (0..n).map(|i| sum((0..n).map(|j| matrix[i + n * j].mul(&x[j])))).collect()
-        };
         let largest = modes.iter().map(|mode| mode.omega_squared.abs_upper()).fold(0.0, f64::max);
-        let mut squares: Vec<&Reference> = modes.iter().collect();
-        squares.sort_by(|a, b| a.omega_squared.mid_f64().total_cmp(&b.omega_squared.mid_f64()));
-        if columns.len() != n || squares.len() != n {
+        modes.sort_by(|a, b| a.omega_squared.mid_f64().total_cmp(&b.omega_squared.mid_f64()));
+        let columns = || values.chunks_exact(n + 2);
+        let meets = |(column, mode): (&[Ball], &Reference)| is_zero(&column[0].sub(&mode.omega_squared), largest);
+        columns().len() == n
+            && modes.len() == n
+            && columns().zip(&modes).all(meets)
+            && self.are_solutions(pool, pair, columns().map(|own| (own[0], own[1], &own[2..])))
+    }
+
+    /// Whether columns, each with its omega^2 and xᵀMx, solve K x = omega^2 M x with the numbers of the other path, one by one, and are
+    /// orthogonal.
+    fn are_solutions<'c>(
+        &self,
+        pool: &Pool,
+        pair: &Pair,
+        mut columns: impl Iterator<Item = (Ball, Ball, &'c [Ball])>,
+    ) -> bool {
+        let Some((mass, stiffness)) = self.matrices(pool, pair) else {
             return false;
-        }
-        let images: Vec<Vec<Ball>> = columns.iter().map(|c| product(&mass, &c[2..])).collect();
-        columns.iter().zip(&squares).enumerate().all(|(at, (column, reference))| {
-            let (square, norm, x) = (&column[0], &column[1], &column[2..]);
-            let forces = product(&stiffness, x);
-            let inertia: Vec<Ball> = images[at].iter().map(|m| m.mul(square)).collect();
-            let scale = size(&stiffness) * size(x) + size(&inertia);
+        };
+        let n = pair.len();
+        let product = |matrix: &[Ball], rows: &[BTreeMap<usize, ExprId>], x: &[Ball]| -> Vec<Ball> {
+            let row =
+                |(i, row): (usize, &BTreeMap<usize, ExprId>)| sum(row.keys().map(|j| matrix[i + n * j].mul(&x[*j])));
+            rows.iter().enumerate().map(row).collect()
+        };
+        let largest = size(&stiffness);
+        let mut before: Vec<(&[Ball], Vec<Ball>)> = Vec::new();
+        columns.all(|(square, norm, x)| {
+            let image = product(&mass, &pair.mass, x);
+            let forces = product(&stiffness, &pair.stiffness, x);
+            let inertia: Vec<Ball> = image.iter().map(|m| m.mul(&square)).collect();
+            let scale = largest * size(x) + size(&inertia);
             let solves = forces.iter().zip(&inertia).all(|(f, m)| is_zero(&f.sub(m), scale));
-            let own = dot(x, &images[at]);
-            solves
-                && norm.is_positive()
-                && is_zero(&square.sub(&reference.omega_squared), largest)
-                && is_zero(&own.sub(norm), norm.abs_upper())
-                && columns[..at].iter().zip(&images).all(|(other, image)| {
-                    let scale = size(x) * size(image) + size(&other[2..]) * size(&images[at]);
-                    is_zero(&dot(x, image), scale)
-                })
+            let unit = norm.is_positive() && is_zero(&dot(x, &image).sub(&norm), norm.abs_upper());
+            let orthogonal = before
+                .iter()
+                .all(|(other, theirs)| is_zero(&dot(x, theirs), size(x) * size(theirs) + size(other) * size(&image)));
+            before.push((x, image));
+            solves && unit && orthogonal
         })
     }
 
@@ -376,34 +372,7 @@ impl<'a> Checker<'a> {
 
     /// Whether such columns, omega^2 in front, are modes with xᵀMx = 1, orthogonal to each other.
     pub(super) fn are_waves(&self, pool: &Pool, pair: &Pair, columns: &[Vec<Ball>]) -> bool {
-        let n = pair.len();
-        let Some((mass, stiffness)) = self.matrices(pool, pair) else {
-            return false;
-        };
-        let product = |matrix: &[Ball], rows: &[std::collections::BTreeMap<usize, ExprId>], x: &[Ball]| {
-            let row = |(i, row): (usize, &std::collections::BTreeMap<usize, ExprId>)| {
-                sum(row.keys().map(|j| matrix[i + n * j].mul(&x[*j])))
-            };
-            rows.iter().enumerate().map(row).collect::<Vec<Ball>>()
-        };
-        let largest = size(&stiffness);
-        let mut images: Vec<Vec<Ball>> = Vec::new();
-        columns.iter().enumerate().all(|(at, column)| {
-            let [square, x @ ..] = column.as_slice() else {
-                return false;
-            };
-            let image = product(&mass, &pair.mass, x);
-            let forces = product(&stiffness, &pair.stiffness, x);
-            let scale = largest * size(x);
-            let solves = forces.iter().zip(&image).all(|(force, m)| is_zero(&force.sub(&m.mul(square)), scale));
-            let others = columns[..at].iter().zip(&images);
-            // xᵀMx is 1 for all.
-            let mut others = others.map(|(_, image)| dot(x, image));
-            let orthogonal = others.all(|product| is_zero(&product, 1.0));
-            let unit = is_zero(&dot(x, &image).sub(&Ball::ONE), 1.0);
-            images.push(image);
-            solves && orthogonal && unit
-        })
+        self.are_solutions(pool, pair, columns.iter().map(|own| (own[0], Ball::ONE, &own[1..])))
     }
 
     /// M and K in numbers, column by column: from the other path where all parameters have values. Under constraints that
@@ -550,7 +519,7 @@ impl<'a> Checker<'a> {
         let entries = pair.values();
         let values = self.evaluate(pool, &entries)?;
         let value: HashMap<ExprId, Ball> = entries.into_iter().zip(values).collect();
-        let dense = |rows: &[std::collections::BTreeMap<usize, ExprId>]| {
+        let dense = |rows: &[BTreeMap<usize, ExprId>]| {
             let mut matrix = vec![Ball::ZERO; n * n];
             for (i, row) in rows.iter().enumerate() {
                 for (j, entry) in row {

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 
 use super::lagrangian::{Lagrangian, Variables};
 use super::motion::{Motion, MotionSum, MotionTerm};
-use super::simplify::Simplifier;
+use super::simplify::Algebra;
 use crate::expr::{ExprId, Pool, ZeroVerdict, nullspace_mod, rational_reconstruct};
 use crate::linearize::{Rotation, candidate_rotations, rotation_name, translation_name};
 use crate::model::Model;
@@ -42,13 +42,12 @@ pub enum Conserved {
 /// The conserved quantities that L shows: momenta of coordinates that don't occur in it, sums of momenta for
 /// motions that leave it unchanged, and the energy where the time doesn't occur: the work of other forces is not looked at.
 pub(super) fn conserved(
-    pool: &mut Pool,
+    pool: &mut Algebra<'_>,
     variables: &Variables,
     lagrangian: &Lagrangian,
     momenta: &[MotionSum],
     drags: &[(usize, ExprId)],
     model: &Model,
-    short: &mut Simplifier,
 ) -> Vec<Conserved> {
     let mut occurs = vec![false; variables.coordinates.len()];
     let mut drives = false;
@@ -77,7 +76,7 @@ pub(super) fn conserved(
     if moving.len() > 1 && occurs.len() <= MOST_COORDINATES {
         let mut search = Search { model, pool: &mut *pool, variables, lagrangian, drags };
         for (motion, generator) in search.generators(&moving) {
-            let (momenta, value) = sum_of_momenta(pool, short, &generator, momenta);
+            let (momenta, value) = sum_of_momenta(pool, &generator, momenta);
             result.push(Conserved::Motion { motion, momenta, value });
         }
     }
@@ -213,45 +212,25 @@ impl Search<'_> {
         if self.pool.is_zero(sum) != ZeroVerdict::Zero {
             return None;
         }
+        let mut terms = self.lagrangian.other.clone();
+        let mut velocity = |i: usize| self.pool.symbol_expr(self.variables.velocities[i]);
+        let squares: Vec<_> =
+            self.lagrangian.inertia.iter().map(|((i, j), a)| [*a, velocity(*i), velocity(*j)]).collect();
+        let products: Vec<_> = self.lagrangian.linear.iter().map(|(i, b)| [*b, velocity(*i)]).collect();
+        for factors in squares {
+            let share = if factors[1] == factors[2] { Number::half() } else { Number::ONE };
+            let product = self.pool.product(&factors);
+            terms.push(self.pool.scale(product, &share));
+        }
+        terms.extend(products.iter().map(|factors| self.pool.product(factors)));
         let mut change = Vec::new();
-        let velocity = |pool: &mut Pool, i: usize| {
-            let symbol = self.variables.velocities.get(i).copied();
-            symbol.map_or(pool.undefined(), |symbol| pool.symbol_expr(symbol))
-        };
-        for ((i, j), value) in &self.lagrangian.inertia {
-            let (a, b) = (velocity(self.pool, *i), velocity(self.pool, *j));
-            let share = if i == j { Number::half() } else { Number::ONE };
-            for (k, slope) in self.variables.slopes(self.pool, *value) {
-                if let Some((xi, _)) = at.get(&k) {
-                    let term = self.pool.product(&[*xi, slope, a, b]);
-                    change.push(self.pool.scale(term, &share));
-                }
-            }
-            for (own, other) in [(i, b), (j, a)] {
-                if let Some((_, rate)) = at.get(own) {
-                    let term = self.pool.product(&[*rate, *value, other]);
-                    change.push(self.pool.scale(term, &share));
-                }
-            }
-        }
-        for (i, value) in &self.lagrangian.linear {
-            let own = velocity(self.pool, *i);
-            for (k, slope) in self.variables.slopes(self.pool, *value) {
-                if let Some((xi, _)) = at.get(&k) {
-                    change.push(self.pool.product(&[*xi, slope, own]));
-                }
-            }
-            if let Some((_, rate)) = at.get(i) {
-                change.push(self.pool.mul(*rate, *value));
-            }
-        }
-        for term in &self.lagrangian.other {
-            for (k, slope) in self.variables.slopes(self.pool, *term) {
+        for term in terms {
+            for (k, slope) in self.variables.slopes(self.pool, term) {
                 if let Some((xi, _)) = at.get(&k) {
                     change.push(self.pool.mul(*xi, slope));
                 }
             }
-            for (k, slope) in self.variables.velocity_slopes(self.pool, *term) {
+            for (k, slope) in self.variables.velocity_slopes(self.pool, term) {
                 if let Some((_, rate)) = at.get(&k) {
                     change.push(self.pool.mul(*rate, slope));
                 }
@@ -282,12 +261,7 @@ impl Search<'_> {
 }
 
 /// The sum of xi_i p_i, in momenta and in velocities.
-fn sum_of_momenta(
-    pool: &mut Pool,
-    short: &mut Simplifier,
-    generator: &Generator,
-    momenta: &[MotionSum],
-) -> (MotionSum, MotionSum) {
+fn sum_of_momenta(pool: &mut Algebra<'_>, generator: &Generator, momenta: &[MotionSum]) -> (MotionSum, MotionSum) {
     let mut named = Vec::new();
     let mut parts: BTreeMap<Vec<(Motion, u32)>, Vec<ExprId>> = BTreeMap::new();
     for (i, xi) in generator {
@@ -305,5 +279,5 @@ fn sum_of_momenta(
         term.motion.first().and_then(|(motion, _)| if let Motion::Momentum(i) = motion { own(*i) } else { None })
     };
     named.terms.sort_by_key(place);
-    (named, MotionSum::of_parts(pool, short, parts))
+    (named, MotionSum::of_parts(pool, parts))
 }

@@ -8,7 +8,7 @@ use super::check::Checker;
 use super::lagrangian::Variables;
 use super::motion::{Motion, MotionSum, MotionTerm, Names};
 use super::shapes::determinant;
-use super::simplify::Simplifier;
+use super::simplify::Algebra;
 use super::{Derivation, Linear, Parts};
 use crate::expr::{ExprId, Pool, Symbol};
 use crate::linearize::{self, Eliminated, SymbolicMatrices, SymbolicRolling, Tied};
@@ -150,19 +150,15 @@ impl Tangent {
 
 /// Simplifies what constraints add to a page, and works out what moves under them. Comes last: the page of what moves has a copy
 /// of all expressions.
-pub(super) fn reduce(page: &mut Derivation, short: &mut Simplifier, checker: &Checker<'_>, parts: &Parts) {
-    let (pool, names) = (&mut page.pool, &page.names);
-    let Ok(linear) = &mut page.linear else {
-        return;
-    };
+pub(super) fn reduce(pool: &mut Algebra<'_>, linear: &mut Linear, names: &Names, checker: &Checker<'_>, parts: &Parts) {
     let Some(mut tangent) = linear.tangent.take() else {
         return;
     };
     let gradients = tangent.gradients.iter_mut().flatten();
     for entry in tangent.multipliers.iter_mut().chain(gradients) {
-        *entry = short.simplify(pool, *entry);
+        *entry = pool.simplify(*entry);
     }
-    if let Some((free, directions, matrices)) = reduction(pool, short, checker, linear, &mut tangent)
+    if let Some((free, directions, matrices)) = reduction(pool, checker, linear, &mut tangent)
         && !free.is_empty()
     {
         let of = |list: &[String]| -> Vec<String> { free.iter().filter_map(|at| list.get(*at).cloned()).collect() };
@@ -174,32 +170,15 @@ pub(super) fn reduce(page: &mut Derivation, short: &mut Simplifier, checker: &Ch
             gyroscopic,
             damping,
             circulatory,
-            signs: Vec::new(),
-            second_order: None,
-            frequencies: None,
-            exponents: None,
-            tangent: None,
+            ..Linear::default()
         };
-        reduced.finish(pool, short, checker, parts);
-        let derivation = Derivation {
-            pool: pool.clone(),
-            model: checker.model.name.clone(),
-            assumptions: Vec::new(),
-            names: Names {
-                coordinates: of(&names.coordinates),
-                displacements: of(&names.displacements),
-                normal: names.normal.clone(),
-            },
-            rates: Vec::new(),
-            symbols: std::collections::BTreeMap::new(),
-            linear: Ok(reduced),
-            equations: None,
-            independent: None,
-            energy: None,
-            equilibria: None,
-            constraints: None,
-            only: None,
+        reduced.finish(pool, checker, parts);
+        let own = Names {
+            coordinates: of(&names.coordinates),
+            displacements: of(&names.displacements),
+            normal: names.normal.clone(),
         };
+        let derivation = Derivation::of_matrices((**pool).clone(), checker.model, own, Ok(reduced));
         let others = (0..directions.len()).filter(|i| !free.contains(i));
         let follows = others
             .map(|i| {
@@ -215,22 +194,21 @@ pub(super) fn reduce(page: &mut Derivation, short: &mut Simplifier, checker: &Ch
 
 /// The free coordinates, Z, and M, G, C, K and N of what is left.
 fn reduction(
-    pool: &mut Pool,
-    short: &mut Simplifier,
+    pool: &mut Algebra<'_>,
     checker: &Checker<'_>,
     linear: &Linear,
     tangent: &mut Tangent,
 ) -> Option<(Vec<usize>, Rows, [Option<Rows>; 5])> {
     if let Some(mut own) = tangent.rolling.take() {
         for entry in own.directions.iter_mut().flatten() {
-            *entry = short.simplify(pool, *entry);
+            *entry = pool.simplify(*entry);
         }
         return Some((own.free, own.directions, own.matrices));
     }
-    let (free, directions, stiffness) = match condensed(pool, short, checker, linear, tangent) {
+    let (free, directions, stiffness) = match condensed(pool, checker, linear, tangent) {
         Some((free, directions, stiffness)) => (free, directions, Some(stiffness)),
         None => {
-            let (free, directions) = directions(pool, short, checker, tangent)?;
+            let (free, directions) = directions(pool, checker, tangent)?;
             (free, directions, None)
         }
     };
@@ -247,8 +225,7 @@ fn reduction(
 
 /// The free coordinates and Z, row by row; `None` where the rows are not shown to be independent.
 fn directions(
-    pool: &mut Pool,
-    short: &mut Simplifier,
+    pool: &mut Algebra<'_>,
     checker: &Checker<'_>,
     tangent: &Tangent,
 ) -> Option<(Vec<usize>, Vec<Vec<ExprId>>)> {
@@ -267,8 +244,7 @@ fn directions(
     }
     for (bound, row) in bound.iter().zip(rows) {
         for (at, own) in free.iter().enumerate() {
-            let entry = pool.neg(row[*own]);
-            directions[*bound][at] = short.simplify(pool, entry);
+            directions[*bound][at] = pool.short(|pool| pool.neg(row[*own]));
         }
     }
     Some((free, directions))
@@ -305,21 +281,14 @@ pub(super) fn solved_for(
 
 /// The free coordinates, Z and K of what is left, where so few massless coordinates follow that determinants give them in short: with
 /// D = det K₂₂ and Nⱼ from Cramer's rule, Z₂ = N/D and (D K₁₁ + K₁₂ N)/D, in which D cancels what it can.
-fn condensed(
-    pool: &mut Pool,
-    short: &mut Simplifier,
-    checker: &Checker<'_>,
-    linear: &Linear,
-    tangent: &Tangent,
-) -> Option<Condensed> {
+fn condensed(pool: &mut Algebra<'_>, checker: &Checker<'_>, linear: &Linear, tangent: &Tangent) -> Option<Condensed> {
     let (massless, k) = (&tangent.massless, &linear.stiffness);
     if !(1..=MOST_BY_DETERMINANTS).contains(&massless.len()) || linear.circulatory.is_some() {
         return None;
     }
     let free: Vec<usize> = (0..k.len()).filter(|i| !massless.contains(i)).collect();
     let block: Vec<Vec<ExprId>> = massless.iter().map(|i| massless.iter().map(|j| k[*i][*j]).collect()).collect();
-    let whole = determinant(pool, &block);
-    let whole = short.simplify(pool, whole);
+    let whole = pool.short(|pool| determinant(pool, &block));
     if !checker.differs_from_zero(pool, whole) {
         return None;
     }
@@ -332,7 +301,7 @@ fn condensed(
                 row[b] = pool.neg(k[*i][*j]);
             }
             let part = determinant(pool, &replaced);
-            parts.push(short.simplify(pool, part));
+            parts.push(pool.simplify(part));
         }
     }
     let (zero, one) = (pool.zero(), pool.one());
@@ -342,8 +311,7 @@ fn condensed(
     }
     for (b, parts) in massless.iter().zip(&parts) {
         for (slot, part) in directions[*b].iter_mut().zip(parts) {
-            let ratio = pool.div(*part, whole);
-            *slot = short.simplify(pool, ratio);
+            *slot = pool.short(|pool| pool.div(*part, whole));
         }
     }
     let mut stiffness = vec![vec![zero; free.len()]; free.len()];
@@ -351,8 +319,7 @@ fn condensed(
         for (column, j) in free.iter().enumerate() {
             let mut terms = vec![pool.mul(whole, k[*i][*j])];
             terms.extend(massless.iter().zip(&parts).map(|(b, parts)| pool.mul(k[*i][*b], parts[column])));
-            let sum = pool.sum(&terms);
-            let sum = short.simplify(pool, sum);
+            let sum = pool.short(|pool| pool.sum(&terms));
             stiffness[row][column] = pool.div(sum, whole);
         }
     }

@@ -25,7 +25,7 @@
 
 use super::normal::Abbreviation;
 use super::roots::root;
-use super::simplify::Simplifier;
+use super::simplify::Algebra;
 use crate::expr::{ExprId, Pool, ZeroVerdict};
 use crate::model::Model;
 use crate::number::Number;
@@ -82,22 +82,15 @@ struct Names<'a> {
 }
 
 impl Names<'_> {
-    fn name(&mut self, pool: &mut Pool, short: &mut Simplifier, letters: &[&str], value: ExprId) -> ExprId {
-        self.numbered(pool, short, letters, None, value)
+    fn name(&mut self, pool: &mut Algebra<'_>, letters: &[&str], value: ExprId) -> ExprId {
+        self.numbered(pool, letters, None, value)
     }
 
-    fn numbered(
-        &mut self,
-        pool: &mut Pool,
-        short: &mut Simplifier,
-        letters: &[&str],
-        number: Option<usize>,
-        value: ExprId,
-    ) -> ExprId {
+    fn numbered(&mut self, pool: &mut Algebra<'_>, letters: &[&str], number: Option<usize>, value: ExprId) -> ExprId {
         let Some(model) = self.model else {
             return value;
         };
-        if short.weight(pool, value) <= MOST_WITHOUT_NAME {
+        if pool.weight(value) <= MOST_WITHOUT_NAME {
             return value;
         }
         let letter = model.unused_name(letters);
@@ -113,13 +106,7 @@ impl Names<'_> {
 
 /// The zeros of z^n - s_1 z^(n-1) + s_2 z^(n-2) - …, n = 2 to 4, for a page that has `before` such blocks already. `None` where
 /// the formulas would be too long; else with the symbols that they and their names take.
-pub(super) fn solve(
-    pool: &mut Pool,
-    short: &mut Simplifier,
-    model: &Model,
-    sums: &[ExprId],
-    before: usize,
-) -> Option<(u64, Solved)> {
+pub(super) fn solve(pool: &mut Algebra<'_>, model: &Model, sums: &[ExprId], before: usize) -> Option<(u64, Solved)> {
     let letter = model.unused_name(&["n", "j", "r", "u"]);
     let mut written = Names { model: None, suffix: String::new(), coefficients: false, given: Vec::new() };
     let biquadratic = match sums {
@@ -129,7 +116,7 @@ pub(super) fn solve(
         }
         _ => false,
     };
-    let found = zeros(pool, short, &mut written, sums, biquadratic, &letter);
+    let found = zeros(pool, &mut written, sums, biquadratic, &letter);
     let all: Vec<ExprId> = found.all.iter().map(|terms| pool.sum(terms)).collect();
     let mut best: Option<(u64, Solved)> = None;
     // Without names, with names for p and q alone, and for the coefficients too.
@@ -140,7 +127,7 @@ pub(super) fn solve(
             coefficients,
             given: Vec::new(),
         };
-        let found = zeros(pool, short, &mut names, sums, biquadratic, &letter);
+        let found = zeros(pool, &mut names, sums, biquadratic, &letter);
         let numbers = found.family.as_ref().map(|_| (letter.clone(), vec![0, 1, 2]));
         let shown = found.family.map_or(found.all, |family| vec![family]);
         let formulas: Vec<SolvedFormula> = shown
@@ -149,7 +136,7 @@ pub(super) fn solve(
             .collect();
         let shown = formulas.iter().map(|formula| formula.omega_squared);
         let shown: Vec<ExprId> = shown.chain(names.given.iter().map(|(_, e)| *e)).collect();
-        let weight = short.weight_of(pool, &shown);
+        let weight = pool.weight_of(&shown);
         if best.as_ref().is_none_or(|(least, _)| weight < *least) {
             let abbreviations = names.given.into_iter();
             let abbreviations =
@@ -162,24 +149,17 @@ pub(super) fn solve(
     best.filter(|(weight, _)| *weight <= MOST_ON_PAGE)
 }
 
-fn zeros(
-    pool: &mut Pool,
-    short: &mut Simplifier,
-    names: &mut Names<'_>,
-    sums: &[ExprId],
-    biquadratic: bool,
-    letter: &str,
-) -> Zeros {
+fn zeros(pool: &mut Algebra<'_>, names: &mut Names<'_>, sums: &[ExprId], biquadratic: bool, letter: &str) -> Zeros {
     let mut sums = sums.to_vec();
     if names.coefficients {
         for (at, sum) in sums.iter_mut().enumerate() {
-            *sum = names.numbered(pool, short, &["s", "sigma", "S"], Some(at + 1), *sum);
+            *sum = names.numbered(pool, &["s", "sigma", "S"], Some(at + 1), *sum);
         }
     }
     match *sums.as_slice() {
-        [a, b] => quadratic(pool, short, [a, b]),
-        [a, b, c] => cubic(pool, short, names, [a, b, c], letter),
-        [a, b, c, d] => quartic(pool, short, names, [a, b, c, d], biquadratic),
+        [a, b] => quadratic(pool, [a, b]),
+        [a, b, c] => cubic(pool, names, [a, b, c], letter),
+        [a, b, c, d] => quartic(pool, names, [a, b, c, d], biquadratic),
         _ => Zeros { all: Vec::new(), family: None },
     }
 }
@@ -188,47 +168,41 @@ fn ratio(numerator: i64, denominator: i64) -> Number {
     Number::ratio(numerator, denominator).unwrap_or_default()
 }
 
-fn shortened(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> ExprId {
-    if short.weight(pool, e) <= MOST_TO_SIMPLIFY { short.simplify(pool, e) } else { e }
+fn shortened(pool: &mut Algebra<'_>, e: ExprId) -> ExprId {
+    if pool.weight(e) <= MOST_TO_SIMPLIFY { pool.simplify(e) } else { e }
 }
 
 /// s_1/2 ± sqrt(s_1^2/4 - s_2)
-fn quadratic(pool: &mut Pool, short: &mut Simplifier, [a, b]: [ExprId; 2]) -> Zeros {
+fn quadratic(pool: &mut Algebra<'_>, [a, b]: [ExprId; 2]) -> Zeros {
     let half = pool.scale(a, &Number::half());
     let square = pool.square(a);
     let inside = pool.linear(&[(square, ratio(1, 4)), (b, Number::MINUS_ONE)]);
-    let inside = shortened(pool, short, inside);
-    let (size, _) = root(pool, short, inside);
+    let inside = shortened(pool, inside);
+    let (size, _) = root(pool, inside);
     let signs = [Number::MINUS_ONE, Number::ONE];
     let all = signs.map(|sign| vec![half, pool.scale(size, &sign)]);
     Zeros { all: all.to_vec(), family: None }
 }
 
-fn cubic(
-    pool: &mut Pool,
-    short: &mut Simplifier,
-    names: &mut Names<'_>,
-    [a, b, c]: [ExprId; 3],
-    letter: &str,
-) -> Zeros {
+fn cubic(pool: &mut Algebra<'_>, names: &mut Names<'_>, [a, b, c]: [ExprId; 3], letter: &str) -> Zeros {
     let middle = pool.scale(a, &ratio(1, 3));
     let square = pool.square(a);
     let p = pool.linear(&[(square, ratio(1, 9)), (b, ratio(-1, 3))]);
     if pool.is_zero(p) == ZeroVerdict::Zero {
         return Zeros { all: vec![vec![middle]; 3], family: None };
     }
-    let p = shortened(pool, short, p);
+    let p = shortened(pool, p);
     let (cube, product) = (pool.powi(a, 3), pool.mul(a, b));
     let q = [(cube, ratio(1, 27)), (product, ratio(-1, 6)), (c, ratio(1, 2))];
     let q = pool.linear(&q);
-    let q = shortened(pool, short, q);
-    let p = names.name(pool, short, &["p", "P", "rho"], p);
-    let q = names.name(pool, short, &["q", "kappa", "chi"], q);
-    let (size, _) = root(pool, short, p);
+    let q = shortened(pool, q);
+    let p = names.name(pool, &["p", "P", "rho"], p);
+    let q = names.name(pool, &["q", "kappa", "chi"], q);
+    let (size, _) = root(pool, p);
     let cosine = pool.product_of_powers(&[(q, Number::ONE), (size, ratio(-3, 1))]);
-    let cosine = shortened(pool, short, cosine);
+    let cosine = shortened(pool, cosine);
     let phi = pool.apply(Function::Acos, cosine);
-    let phi = names.name(pool, short, &["phi", "psi", "beta"], phi);
+    let phi = names.name(pool, &["phi", "psi", "beta"], phi);
     let zero = |pool: &mut Pool, n: ExprId| {
         let pi = pool.pi();
         let turns = pool.mul(pi, n);
@@ -250,30 +224,24 @@ fn middle(pool: &mut Pool, a: ExprId, b: ExprId, c: ExprId) -> ExprId {
     pool.linear(&[(c, Number::MINUS_ONE), (product, Number::half()), (cube, ratio(-1, 8))])
 }
 
-fn quartic(
-    pool: &mut Pool,
-    short: &mut Simplifier,
-    names: &mut Names<'_>,
-    [a, b, c, d]: [ExprId; 4],
-    biquadratic: bool,
-) -> Zeros {
+fn quartic(pool: &mut Algebra<'_>, names: &mut Names<'_>, [a, b, c, d]: [ExprId; 4], biquadratic: bool) -> Zeros {
     let one = Number::ONE;
     let square = pool.square(a);
     let p = pool.linear(&[(b, one.clone()), (square, ratio(-3, 8))]);
-    let p = shortened(pool, short, p);
+    let p = shortened(pool, p);
     let (ac, aab) = (pool.mul(a, c), pool.mul(square, b));
     let fourth = pool.powi(a, 4);
     let r = pool.linear(&[(d, one.clone()), (ac, ratio(-1, 4)), (aab, ratio(1, 16)), (fourth, ratio(-3, 256))]);
-    let r = shortened(pool, short, r);
-    let p = names.name(pool, short, &["p", "P", "rho"], p);
+    let r = shortened(pool, r);
+    let p = names.name(pool, &["p", "P", "rho"], p);
     let quarter = pool.scale(a, &ratio(1, 4));
     let mut all = Vec::new();
     if biquadratic {
         // x^2 = -p/2 ± sqrt(p^2/4 - r)
         let square = pool.square(p);
         let inside = pool.linear(&[(square, ratio(1, 4)), (r, ratio(-1, 1))]);
-        let inside = shortened(pool, short, inside);
-        let (size, _) = root(pool, short, inside);
+        let inside = shortened(pool, inside);
+        let (size, _) = root(pool, inside);
         for sign in [-1, 1] {
             let square = pool.linear(&[(p, ratio(-1, 2)), (size, ratio(sign, 1))]);
             let x = pool.sqrt(square);
@@ -284,25 +252,25 @@ fn quartic(
         return Zeros { all, family: None };
     }
     let q = middle(pool, a, b, c);
-    let q = shortened(pool, short, q);
-    let q = names.name(pool, short, &["q", "kappa", "chi"], q);
-    let r = names.name(pool, short, &["r", "R", "mu"], r);
+    let q = shortened(pool, q);
+    let q = names.name(pool, &["q", "kappa", "chi"], q);
+    let r = names.name(pool, &["r", "R", "mu"], r);
     // The resolvent with y = t - 2 p/3: t^3 - (p^2 + 12 r)/3 t - (2 p^3 - 72 p r + 27 q^2)/27 = 0.
     let (square, cube) = (pool.square(p), pool.powi(p, 3));
     let size = pool.linear(&[(square, one.clone()), (r, Number::from(12))]);
-    let size = shortened(pool, short, size);
-    let (size, _) = root(pool, short, size);
+    let size = shortened(pool, size);
+    let (size, _) = root(pool, size);
     let (pr, qq) = (pool.mul(p, r), pool.square(q));
     let above = pool.linear(&[(cube, one.clone()), (pr, Number::from(-36)), (qq, ratio(27, 2))]);
-    let above = shortened(pool, short, above);
+    let above = shortened(pool, above);
     let cosine = pool.product_of_powers(&[(above, one.clone()), (size, ratio(-3, 1))]);
     let phi = pool.apply(Function::Acos, cosine);
-    let phi = names.name(pool, short, &["phi", "psi", "beta"], phi);
+    let phi = names.name(pool, &["phi", "psi", "beta"], phi);
     let third = pool.scale(phi, &ratio(1, 3));
     let cosine = pool.cos(third);
     let product = pool.mul(size, cosine);
     let y = pool.linear(&[(product, ratio(2, 3)), (p, ratio(-2, 3))]);
-    let y = names.name(pool, short, &["y", "Y", "eta"], y);
+    let y = names.name(pool, &["y", "Y", "eta"], y);
     let width = pool.sqrt(y);
     let slope = pool.div(q, width);
     for sign in [-1, 1] {

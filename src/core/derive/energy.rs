@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use super::lagrangian::{Lagrangian, Variables};
 use super::motion::{Factor, Motion, MotionSum, MotionTerm};
-use super::simplify::Simplifier;
+use super::pair::connected;
+use super::simplify::Algebra;
 use crate::expr::{ExprId, Pool, ZeroVerdict};
 use crate::number::Number;
 
@@ -12,12 +13,7 @@ use crate::number::Number;
 const MOST_IN_SQUARES: u64 = 300;
 
 /// The generalized momenta p_i = dL/dq_i', one a coordinate.
-pub(super) fn momenta(
-    pool: &mut Pool,
-    short: &mut Simplifier,
-    variables: &Variables,
-    lagrangian: &Lagrangian,
-) -> Vec<MotionSum> {
+pub(super) fn momenta(pool: &mut Algebra<'_>, variables: &Variables, lagrangian: &Lagrangian) -> Vec<MotionSum> {
     let mut rows: Vec<Vec<MotionTerm>> = vec![Vec::new(); variables.coordinates.len()];
     let mut push = |i: usize, term: MotionTerm| {
         if let Some(row) = rows.get_mut(i) {
@@ -40,20 +36,14 @@ pub(super) fn momenta(
         }
     }
     for (i, parts) in rest {
-        let sum = pool.sum(&parts);
-        push(i, MotionTerm::new(short.simplify(pool, sum), &[]));
+        push(i, MotionTerm::new(pool.short(|pool| pool.sum(&parts)), &[]));
     }
     let rows = rows.into_iter();
     rows.map(|terms| MotionSum::new(pool, terms)).collect()
 }
 
 /// U = V - T0 and what is left of the terms of any form, in short.
-fn without_velocities(
-    pool: &mut Pool,
-    short: &mut Simplifier,
-    variables: &Variables,
-    lagrangian: &Lagrangian,
-) -> ExprId {
+fn without_velocities(pool: &mut Algebra<'_>, variables: &Variables, lagrangian: &Lagrangian) -> ExprId {
     let mut parts = lagrangian.potential.clone();
     for term in &lagrangian.other {
         parts.push(pool.neg(*term));
@@ -64,17 +54,11 @@ fn without_velocities(
             }
         }
     }
-    let sum = pool.sum(&parts);
-    short.simplify(pool, sum)
+    pool.short(|pool| pool.sum(&parts))
 }
 
 /// h = sum q_i' dL/dq_i' - L in coordinates and velocities. Terms linear in the velocities drop out.
-pub(super) fn energy_function(
-    pool: &mut Pool,
-    short: &mut Simplifier,
-    variables: &Variables,
-    lagrangian: &Lagrangian,
-) -> MotionSum {
+pub(super) fn energy_function(pool: &mut Algebra<'_>, variables: &Variables, lagrangian: &Lagrangian) -> MotionSum {
     let mut terms = Vec::new();
     for ((i, j), value) in &lagrangian.inertia {
         terms.push(if i == j {
@@ -84,7 +68,7 @@ pub(super) fn energy_function(
             MotionTerm::new(*value, &[(Motion::Velocity(*i), 1), (Motion::Velocity(*j), 1)])
         });
     }
-    let rest = without_velocities(pool, short, variables, lagrangian);
+    let rest = without_velocities(pool, variables, lagrangian);
     terms.push(MotionTerm::new(rest, &[]));
     MotionSum::new(pool, terms)
 }
@@ -94,43 +78,30 @@ pub(super) fn energy_function(
 ///
 /// A = L D Lᵀ makes squares of sums of momenta of it, one for each coordinate; of two coordinates A⁻¹ is written out instead where
 /// that is not much longer.
-pub(super) fn hamiltonian(
-    pool: &mut Pool,
-    short: &mut Simplifier,
-    variables: &Variables,
-    lagrangian: &Lagrangian,
-) -> Option<MotionSum> {
+pub(super) fn hamiltonian(pool: &mut Algebra<'_>, variables: &Variables, lagrangian: &Lagrangian) -> Option<MotionSum> {
     if !lagrangian.other.is_empty() {
         return None;
     }
     let inertia = &lagrangian.inertia;
-    let mut left: Vec<usize> = (0..variables.coordinates.len()).collect();
     let (mut terms, mut squares) = (Vec::new(), Vec::new());
-    while !left.is_empty() {
-        let mut part = vec![left.remove(0)];
-        let mut at = 0;
-        while let Some(i) = part.get(at).copied() {
-            part.extend(left.extract_if(.., |j| inertia.contains_key(&(i.min(*j), i.max(*j)))));
-            at += 1;
-        }
-        part.sort_unstable();
+    for part in connected(variables.coordinates.len(), |i, j| inertia.contains_key(&(i.min(j), i.max(j)))) {
         if part.len() > 2 {
             return None;
         }
         let plain = part.iter().all(|i| !lagrangian.linear.contains_key(i));
-        let found = squared(pool, short, &part, lagrangian)?;
-        let weight: u64 = found.iter().map(|(factor, sum)| short.weight(pool, *factor) + sum.weight(pool, short)).sum();
+        let found = squared(pool, &part, lagrangian)?;
+        let weight: u64 = found.iter().map(|(factor, sum)| pool.weight(*factor) + sum.weight(pool)).sum();
         let expanded =
-            if let ([i, j], true) = (part.as_slice(), plain) { inverse(pool, short, [*i, *j], inertia) } else { None };
+            if let ([i, j], true) = (part.as_slice(), plain) { inverse(pool, [*i, *j], inertia) } else { None };
         match expanded {
-            Some(own) if own.iter().map(|term| short.weight(pool, term.coefficient) + 3).sum::<u64>() <= 2 * weight => {
+            Some(own) if own.iter().map(|term| pool.weight(term.coefficient) + 3).sum::<u64>() <= 2 * weight => {
                 terms.extend(own);
             }
             _ if part.len() > 1 && weight > MOST_IN_SQUARES => return None,
             _ => squares.extend(found),
         }
     }
-    let rest = without_velocities(pool, short, variables, lagrangian);
+    let rest = without_velocities(pool, variables, lagrangian);
     terms.push(MotionTerm::new(rest, &[]));
     // The square of a momentum is a term.
     let one = pool.one();
@@ -145,12 +116,7 @@ pub(super) fn hamiltonian(
 }
 
 /// 1/(2 d) and p - b for each row of L⁻¹ (p - b), the pivots d of the part in the order of their lengths.
-fn squared(
-    pool: &mut Pool,
-    short: &mut Simplifier,
-    part: &[usize],
-    lagrangian: &Lagrangian,
-) -> Option<Vec<(ExprId, MotionSum)>> {
+fn squared(pool: &mut Algebra<'_>, part: &[usize], lagrangian: &Lagrangian) -> Option<Vec<(ExprId, MotionSum)>> {
     let n = part.len();
     let zero = pool.zero();
     let entry = |i: usize, j: usize| lagrangian.inertia.get(&(part[i].min(part[j]), part[i].max(part[j])));
@@ -165,22 +131,20 @@ fn squared(
     let mut open: Vec<usize> = (0..n).collect();
     let mut found = Vec::new();
     while !open.is_empty() {
-        let pivots = open.iter().copied().filter(|i| pool.is_zero(rows[*i][*i]) == ZeroVerdict::NonZero);
-        let pivot = pivots.min_by_key(|i| short.weight(pool, rows[*i][*i]))?;
+        let pivots = open.iter().filter(|i| pool.is_zero(rows[**i][**i]) == ZeroVerdict::NonZero);
+        let pivots: Vec<usize> = pivots.copied().collect();
+        let pivot = pivots.into_iter().min_by_key(|i| pool.weight(rows[*i][*i]))?;
         open.retain(|i| *i != pivot);
         let size = rows[pivot][pivot];
         for i in open.iter().copied().filter(|i| !rows[*i][pivot].is_zero()).collect::<Vec<_>>() {
-            let share = pool.div(rows[i][pivot], size);
-            let share = short.simplify(pool, share);
+            let share = pool.short(|pool| pool.div(rows[i][pivot], size));
             for j in &open {
                 let product = pool.mul(share, rows[pivot][*j]);
-                let difference = pool.sub(rows[i][*j], product);
-                rows[i][*j] = short.simplify(pool, difference);
+                rows[i][*j] = pool.short(|pool| pool.sub(rows[i][*j], product));
             }
             for (own, by) in std::mem::take(&mut sums[i]).into_iter().zip(sums[pivot].clone()) {
                 let product = pool.mul(share, by);
-                let difference = pool.sub(own, product);
-                sums[i].push(short.simplify(pool, difference));
+                sums[i].push(pool.short(|pool| pool.sub(own, product)));
             }
         }
         let half = pool.scale(size, &Number::from(2));
@@ -194,8 +158,7 @@ fn squared(
 
 /// The terms of 1/2 pᵀ A⁻¹ p for two coordinates.
 fn inverse(
-    pool: &mut Pool,
-    short: &mut Simplifier,
+    pool: &mut Algebra<'_>,
     [i, j]: [usize; 2],
     inertia: &BTreeMap<(usize, usize), ExprId>,
 ) -> Option<Vec<MotionTerm>> {
@@ -203,8 +166,7 @@ fn inverse(
     let (a, b, c) = (a?, b?, c?);
     let diagonal = pool.mul(a, c);
     let square = pool.square(b);
-    let determinant = pool.sub(diagonal, square);
-    let determinant = short.simplify(pool, determinant);
+    let determinant = pool.short(|pool| pool.sub(diagonal, square));
     if pool.is_zero(determinant) != ZeroVerdict::NonZero {
         return None;
     }
@@ -214,7 +176,7 @@ fn inverse(
     let terms = own.into_iter().map(|(value, half, motion)| {
         let value = pool.div(value, determinant);
         let value = if half { pool.scale(value, &Number::half()) } else { value };
-        MotionTerm::new(short.simplify(pool, value), &motion)
+        MotionTerm::new(pool.simplify(value), &motion)
     });
     Some(terms.collect())
 }

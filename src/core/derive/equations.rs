@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 use super::Linear;
 use super::lagrangian::{Lagrangian, Variables};
 use super::motion::{Motion, MotionSum, MotionTerm};
-use super::simplify::Simplifier;
+use super::simplify::Algebra;
 use crate::expr::{ExprId, Pool};
 use crate::number::Number;
 
@@ -39,8 +39,7 @@ fn single(motion: Motion) -> Factors {
 
 /// The left sides of the equations of motion by equation and what moves.
 pub(super) fn coefficients(
-    pool: &mut Pool,
-    short: &mut Simplifier,
+    pool: &mut Algebra<'_>,
     variables: &Variables,
     lagrangian: &Lagrangian,
     drags: &[(usize, ExprId)],
@@ -60,7 +59,7 @@ pub(super) fn coefficients(
     let mut coefficients = BTreeMap::new();
     for (key, parts) in parts {
         let coefficient = pool.linear(&parts);
-        coefficients.insert(key, short.simplify(pool, coefficient));
+        coefficients.insert(key, pool.simplify(coefficient));
     }
     coefficients
 }

@@ -6,7 +6,7 @@
 
 use super::check::{Checker, Signs};
 use super::lagrangian::{Lagrangian, Variables};
-use super::simplify::Simplifier;
+use super::simplify::Algebra;
 use crate::expr::{ExprId, Node, Pool, Substitution};
 use crate::model::Model;
 use crate::number::Number;
@@ -55,8 +55,7 @@ pub enum Relation {
 
 /// The roots of the forces that can be solved, coordinate by coordinate.
 pub(super) fn roots(
-    pool: &mut Pool,
-    short: &mut Simplifier,
+    pool: &mut Algebra<'_>,
     variables: &Variables,
     lagrangian: &Lagrangian,
     drags: &[(usize, ExprId)],
@@ -81,7 +80,7 @@ pub(super) fn roots(
         });
         // With b_i(t) there is a force db_i/dt besides.
         if alone && !lagrangian.linear.contains_key(i) {
-            let mut roots = roots_of(pool, short, variables, *i, *force).unwrap_or_default();
+            let mut roots = roots_of(pool, variables, *i, *force).unwrap_or_default();
             if roots.iter().any(|root| angle(pool, root.left).is_some()) {
                 let checker = checker.get_or_insert_with(|| Checker::new(model));
                 add_conditions(pool, checker, &mut roots);
@@ -93,13 +92,7 @@ pub(super) fn roots(
 }
 
 /// The roots of all factors; `None` where one can't be solved.
-fn roots_of(
-    pool: &mut Pool,
-    short: &mut Simplifier,
-    variables: &Variables,
-    coordinate: usize,
-    force: ExprId,
-) -> Option<Vec<Root>> {
+fn roots_of(pool: &mut Algebra<'_>, variables: &Variables, coordinate: usize, force: ExprId) -> Option<Vec<Root>> {
     let (_, core) = pool.split_content(force);
     let factors = pool.factors(core);
     let mut roots = Vec::new();
@@ -111,7 +104,7 @@ fn roots_of(
             // Where it has a value is not told here.
             return None;
         }
-        roots.push(root(pool, short, variables, coordinate, base)?);
+        roots.push(root(pool, variables, coordinate, base)?);
     }
     Some(roots)
 }
@@ -121,20 +114,14 @@ fn moves(pool: &Pool, variables: &Variables, coordinate: usize, e: ExprId) -> bo
 }
 
 /// The root of a factor that is A + B*u, with u the coordinate or a sine or cosine.
-fn root(
-    pool: &mut Pool,
-    short: &mut Simplifier,
-    variables: &Variables,
-    coordinate: usize,
-    factor: ExprId,
-) -> Option<Root> {
+fn root(pool: &mut Algebra<'_>, variables: &Variables, coordinate: usize, factor: ExprId) -> Option<Root> {
     let symbol = *variables.coordinates.get(coordinate)?;
     let slope = pool.diff(factor, symbol);
     if !moves(pool, variables, coordinate, slope) {
         let zero = Substitution::from([(symbol, pool.zero())]);
         let rest = pool.substitute_one(factor, &zero);
         let left = pool.symbol_expr(symbol);
-        return Some(quotient(pool, short, coordinate, left, rest, slope));
+        return Some(quotient(pool, coordinate, left, rest, slope));
     }
     if !pool.is_sum(factor) && pool.as_function(factor).is_none() {
         return None;
@@ -170,21 +157,14 @@ fn root(
     }
     let slope = pool.linear(&slope);
     let rest = pool.linear(&rest);
-    Some(quotient(pool, short, coordinate, left, rest, slope))
+    Some(quotient(pool, coordinate, left, rest, slope))
 }
 
 /// The root -rest/slope.
-fn quotient(
-    pool: &mut Pool,
-    short: &mut Simplifier,
-    coordinate: usize,
-    left: ExprId,
-    rest: ExprId,
-    slope: ExprId,
-) -> Root {
+fn quotient(pool: &mut Algebra<'_>, coordinate: usize, left: ExprId, rest: ExprId, slope: ExprId) -> Root {
     let quotient = pool.div(rest, slope);
     let value = pool.neg(quotient);
-    Root { coordinate, left, value: short.simplify(pool, value), condition: None }
+    Root { coordinate, left, value: pool.simplify(value), condition: None }
 }
 
 /// The angle of a sine or cosine.

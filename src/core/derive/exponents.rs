@@ -10,12 +10,12 @@ use super::Linear;
 use super::blocks::{adapted, commuting_mirrors};
 use super::check::{Checker, WIDEST};
 use super::frequencies::Case;
-use super::pair::Pair;
+use super::pair::{Pair, connected};
 use super::polynomial::{Polynomial, determinant};
 use super::ring::{EXPONENT, Expanded, Ring};
 use super::roots::{MOST_COORDINATES, determinant_of_polynomials, root, with_common_bar};
 use super::shapes::on_one_bar;
-use super::simplify::Simplifier;
+use super::simplify::Algebra;
 use super::stability::{Sign, Signs, conditions, essential};
 use crate::expr::{ExprId, Pool, ZeroVerdict};
 use crate::number::Number;
@@ -54,7 +54,7 @@ impl Exponents {
     /// where nothing is damped.
     #[must_use]
     pub fn squares_of_frequencies(&self, pool: &mut Pool) -> Vec<(String, usize)> {
-        let mut short = Simplifier::default();
+        let pool = &mut Algebra::new(pool);
         let mut all: Vec<(ExprId, usize)> = Vec::new();
         for own in &self.exponents {
             let square = match (own.real.is_zero(), own.imaginary.is_zero()) {
@@ -65,7 +65,7 @@ impl Exponents {
                 }
                 (false, false) => continue,
             };
-            let square = short.simplify(pool, square);
+            let square = pool.simplify(square);
             match all.iter_mut().find(|(other, _)| *other == square) {
                 Some((_, times)) => *times += own.multiplicity,
                 None => all.push((square, own.multiplicity)),
@@ -122,14 +122,14 @@ struct Factored {
 }
 
 /// The exponents, of conservative models from their frequencies.
-pub(super) fn exponents(checker: &Checker<'_>, pool: &mut Pool, short: &mut Simplifier, linear: &Linear) -> Exponents {
+pub(super) fn exponents(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear: &Linear) -> Exponents {
     pool.budget().at("the exponents in symbols", None);
     let mut own = Exponents::default();
-    let parts = Factored::new(checker, pool, short, linear);
+    let parts = Factored::new(checker, pool, linear);
     if let Some(parts) = &parts {
-        own.characteristic = Some(parts.characteristic(checker, pool, short));
+        own.characteristic = Some(parts.characteristic(checker, pool));
     }
-    let mut found = Found { checker, pool, short, own: &mut own };
+    let mut found = Found { checker, pool, own: &mut own };
     if let Some(frequencies) = &linear.frequencies {
         found.of_frequencies(frequencies.best());
     } else if let Some(parts) = &parts {
@@ -141,10 +141,10 @@ pub(super) fn exponents(checker: &Checker<'_>, pool: &mut Pool, short: &mut Simp
         let conservative = linear.is_conservative();
         let all = all.map(|factor| conditions(factor, &parts.signs, pool, conservative)).collect::<Option<Vec<_>>>();
         let kept = all.map(|all| essential(&all.concat(), &parts.signs, pool));
-        own.stability = kept.and_then(|kept| parts.conditions(checker, pool, short, &kept));
+        own.stability = kept.and_then(|kept| parts.conditions(checker, pool, &kept));
     } else if let Some(case) = case {
         let squares: Vec<ExprId> = case.frequencies.iter().map(|own| own.omega_squared).collect();
-        own.stability = of_squares(checker, pool, short, linear, &squares);
+        own.stability = of_squares(checker, pool, linear, &squares);
     }
     if pool.is_spent() { Exponents::default() } else { own }
 }
@@ -152,8 +152,7 @@ pub(super) fn exponents(checker: &Checker<'_>, pool: &mut Pool, short: &mut Simp
 /// That squares of frequencies are positive.
 fn of_squares(
     checker: &Checker<'_>,
-    pool: &mut Pool,
-    short: &mut Simplifier,
+    pool: &mut Algebra<'_>,
     linear: &Linear,
     squares: &[ExprId],
 ) -> Option<Vec<StabilityCondition>> {
@@ -166,7 +165,7 @@ fn of_squares(
     let all: Vec<Polynomial> = signed.iter().map(|own| own.product(ring.variables())).collect();
     let kept = essential(&all, &signs, pool);
     let parts = Factored { ring, factors: Vec::new(), zeros: 0, signs };
-    parts.conditions(checker, pool, short, &kept)
+    parts.conditions(checker, pool, &kept)
 }
 
 /// What is positive: the diagonal of M, and what the model assumes.
@@ -184,28 +183,29 @@ fn known(checker: &Checker<'_>, pool: &mut Pool, linear: &Linear) -> Vec<Expande
 }
 
 impl Factored {
-    fn new(checker: &Checker<'_>, pool: &mut Pool, short: &mut Simplifier, linear: &Linear) -> Option<Self> {
+    fn new(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear: &Linear) -> Option<Self> {
         if linear.mass.len() > MOST_IN_ALL {
             return None;
         }
         let rows = (0..linear.mass.len()).map(|i| (0..linear.mass.len()).map(|j| linear.entry(pool, i, j)).collect());
         let rows: Matrix = rows.collect();
-        let blocks = if linear.is_conservative() { None } else { by_symmetry(pool, short, linear, &rows) };
+        let blocks = if linear.is_conservative() { None } else { by_symmetry(pool, linear, &rows) };
         let mut expanded = Vec::new();
         let mut known = known(checker, pool, linear);
         for rows in blocks.unwrap_or_else(|| vec![rows]) {
-            for part in components(&rows) {
+            let couples = |i: usize, j: usize| rows[i][j].iter().any(|own| !own.is_zero());
+            for part in connected(rows.len(), |i, j| couples(i, j) || couples(j, i)) {
                 let entries = part.iter().map(|i| part.iter().map(|j| rows[*i][*j].clone()).collect());
                 let entries: Matrix = entries.collect();
                 let all = entries.concat().concat();
-                if part.len() > MOST_COORDINATES_OF_POLYNOMIALS || short.weight_of(pool, &all) > MOST_SYMBOLS {
+                if part.len() > MOST_COORDINATES_OF_POLYNOMIALS || pool.weight_of(&all) > MOST_SYMBOLS {
                     return None;
                 }
                 if part.len() > MOST_COORDINATES {
                     expanded.push((part.len(), Expanded::new(pool, &all)?));
                     continue;
                 }
-                let coefficients = determinant_of_polynomials(pool, short, &entries)?;
+                let coefficients = determinant_of_polynomials(pool, &entries)?;
                 expanded.push((1, Expanded::new(pool, &coefficients)?));
                 // det M is positive, unless it is 0.
                 if coefficients.len() == 2 * part.len() + 1
@@ -235,7 +235,7 @@ impl Factored {
     }
 
     /// The product of all factors.
-    fn characteristic(&self, checker: &Checker<'_>, pool: &mut Pool, short: &mut Simplifier) -> Vec<ExprId> {
+    fn characteristic(&self, checker: &Checker<'_>, pool: &mut Algebra<'_>) -> Vec<ExprId> {
         let mut whole = Polynomial::constant(self.ring.variables(), Number::ONE);
         for factor in &self.factors {
             for _ in 0..factor.times {
@@ -245,21 +245,20 @@ impl Factored {
         let whole = whole.primitive().coefficients(EXPONENT);
         let zeros = (0..self.zeros).map(|_| pool.zero());
         let mut all: Vec<ExprId> = zeros.collect();
-        all.extend(whole.iter().map(|own| self.ring.expression(pool, short, own)));
+        all.extend(whole.iter().map(|own| self.ring.expression(pool, own)));
         if let Some(last) = all.last()
             && checker.is_negative(pool, *last) == Some(true)
         {
             for own in &mut all {
-                let opposite = pool.neg(*own);
-                *own = short.simplify(pool, opposite);
+                *own = pool.short(|pool| pool.neg(*own));
             }
         }
         all
     }
 
     /// What has to be positive, as a product.
-    fn product(&self, pool: &mut Pool, short: &mut Simplifier, own: &Sign) -> ExprId {
-        let factors = own.factors.iter().map(|factor| self.ring.expression(pool, short, factor));
+    fn product(&self, pool: &mut Algebra<'_>, own: &Sign) -> ExprId {
+        let factors = own.factors.iter().map(|factor| self.ring.expression(pool, factor));
         let mut factors: Vec<ExprId> = factors.collect();
         if own.negative {
             // The sign goes into a sum.
@@ -276,8 +275,7 @@ impl Factored {
     fn conditions(
         &self,
         checker: &Checker<'_>,
-        pool: &mut Pool,
-        short: &mut Simplifier,
+        pool: &mut Algebra<'_>,
         all: &[Sign],
     ) -> Option<Vec<StabilityCondition>> {
         let mut by_signs = self.signs.clone();
@@ -289,13 +287,13 @@ impl Factored {
         }
         let mut found = Vec::new();
         for own in all {
-            let positive = self.product(pool, short, own);
+            let positive = self.product(pool, own);
             // A relation of numbers.
             if pool.is_constant(positive) && checker.is_negative(pool, positive) == Some(false) {
                 continue;
             }
             let left = by_signs.sign(pool, &own.product(self.ring.variables()));
-            let open = (!left.holds_always()).then(|| self.product(pool, short, &left));
+            let open = (!left.holds_always()).then(|| self.product(pool, &left));
             found.push(StabilityCondition { positive, open });
         }
         let signs: Option<Vec<bool>> = found.iter().map(|own| checker.is_negative(pool, own.positive)).collect();
@@ -324,34 +322,40 @@ impl Linear {
 }
 
 /// Closed forms on their way.
-struct Found<'a> {
+struct Found<'a, 'p> {
     checker: &'a Checker<'a>,
-    pool: &'a mut Pool,
-    short: &'a mut Simplifier,
+    pool: &'a mut Algebra<'p>,
     own: &'a mut Exponents,
 }
 
 /// Real and imaginary part.
 type Zero = (ExprId, ExprId);
 
-impl Found<'_> {
+impl Found<'_, '_> {
     fn is_negative(&self, e: ExprId) -> Option<bool> {
         self.checker.is_negative(self.pool, e)
     }
 
-    fn simplify(&mut self, e: ExprId) -> ExprId {
-        self.short.simplify(self.pool, e)
+    /// An expression or its opposite, whichever is positive.
+    fn positive(&mut self, e: ExprId) -> Option<ExprId> {
+        Some(if self.is_negative(e)? { self.pool.neg(e) } else { e })
+    }
+
+    /// A number times a/b.
+    fn quotient(&mut self, a: ExprId, b: ExprId, by: Number) -> ExprId {
+        let quotient = self.pool.div(a, b);
+        self.pool.short(|pool| pool.scale(quotient, &by))
     }
 
     /// A square root, up to its sign, the shorter one of the root as it stands and that over one fraction bar.
     fn root(&mut self, e: ExprId) -> ExprId {
-        let (plain, exact) = root(self.pool, self.short, e);
+        let (plain, exact) = root(self.pool, e);
         if exact {
             return plain;
         }
-        let over = on_one_bar(self.pool, self.short, e);
-        let (over, _) = root(self.pool, self.short, over);
-        if self.short.weight(self.pool, over) < self.short.weight(self.pool, plain) { over } else { plain }
+        let over = on_one_bar(self.pool, e);
+        let (over, _) = root(self.pool, over);
+        if self.pool.weight(over) < self.pool.weight(plain) { over } else { plain }
     }
 
     fn push(&mut self, (real, imaginary): Zero, multiplicity: usize, damping_ratio: Option<ExprId>) {
@@ -404,7 +408,7 @@ impl Found<'_> {
         self.own.complete = true;
         for factor in &parts.factors {
             let coefficients = factor.polynomial.coefficients(EXPONENT);
-            let coefficients = coefficients.iter().map(|own| parts.ring.expression(self.pool, self.short, own));
+            let coefficients = coefficients.iter().map(|own| parts.ring.expression(self.pool, own));
             let coefficients: Vec<ExprId> = coefficients.collect();
             let Some((zeros, ratio)) = self.zeros(&coefficients, factor.is_even()) else {
                 self.own.complete = false;
@@ -422,15 +426,9 @@ impl Found<'_> {
     fn zeros(&mut self, coefficients: &[ExprId], even: bool) -> Option<(Vec<Zero>, Option<ExprId>)> {
         let zero = self.pool.zero();
         match *coefficients {
-            [b, a] => {
-                let quotient = self.pool.div(b, a);
-                let opposite = self.pool.neg(quotient);
-                Some((vec![(self.simplify(opposite), zero)], None))
-            }
+            [b, a] => Some((vec![(self.quotient(b, a, Number::MINUS_ONE), zero)], None)),
             [c, _, a] if even => {
-                let quotient = self.pool.div(c, a);
-                let opposite = self.pool.neg(quotient);
-                let square = self.simplify(opposite);
+                let square = self.quotient(c, a, Number::MINUS_ONE);
                 Some((self.pair(square, true)?.to_vec(), None))
             }
             [c, b, a] => {
@@ -448,14 +446,10 @@ impl Found<'_> {
 
     /// -b/2a, its square less c/a, and c/a.
     fn middle(&mut self, c: ExprId, b: ExprId, a: ExprId) -> [ExprId; 3] {
-        let quotient = self.pool.div(b, a);
-        let half = self.pool.scale(quotient, &Number::half().neg());
-        let middle = self.simplify(half);
-        let quotient = self.pool.div(c, a);
-        let product = self.simplify(quotient);
+        let middle = self.quotient(b, a, Number::half().neg());
+        let product = self.quotient(c, a, Number::ONE);
         let square = self.pool.square(middle);
-        let difference = self.pool.sub(square, product);
-        [middle, self.simplify(difference), product]
+        [middle, self.pool.short(|pool| pool.sub(square, product)), product]
     }
 
     /// b/(2 sqrt(a c)), where c/a is positive.
@@ -464,11 +458,9 @@ impl Found<'_> {
         if self.is_negative(product)? {
             return None;
         }
-        let (size, _) = root(self.pool, self.short, product);
-        let size = if self.is_negative(size)? { self.pool.neg(size) } else { size };
-        let quotient = self.pool.div(b, size);
-        let half = self.pool.scale(quotient, &Number::half());
-        Some(self.simplify(half))
+        let (size, _) = root(self.pool, product);
+        let size = self.positive(size)?;
+        Some(self.quotient(b, size, Number::half()))
     }
 
     /// The zeros of a s⁴ + b s² + c: with z = p ± r the squares, both negative, and h = sqrt(c/a) they are ±i(u ± w) with
@@ -476,13 +468,11 @@ impl Found<'_> {
     fn of_squares(&mut self, c: ExprId, b: ExprId, a: ExprId) -> Option<Vec<Zero>> {
         let [p, square, product] = self.middle(c, b, a);
         let flutters = self.is_negative(square)?;
-        let (h, exact) = root(self.pool, self.short, product);
-        let h = if self.is_negative(h).unwrap_or(false) { self.pool.neg(h) } else { h };
+        let (h, exact) = root(self.pool, product);
+        let h = self.positive(h).unwrap_or(h);
         let half = |own: &mut Self, h_sign: i64, p_sign: i64| {
-            let terms =
-                [(h, Number::from(h_sign).mul(&Number::half())), (p, Number::from(p_sign).mul(&Number::half()))];
-            let sum = own.pool.linear(&terms);
-            let sum = own.simplify(sum);
+            let terms = [(h, h_sign), (p, p_sign)].map(|(e, sign)| (e, Number::from(sign).mul(&Number::half())));
+            let sum = own.pool.short(|pool| pool.linear(&terms));
             own.root(sum)
         };
         if flutters {
@@ -490,10 +480,10 @@ impl Found<'_> {
             let (minus_x, minus_y) = (self.pool.neg(x), self.pool.neg(y));
             return Some(vec![(x, y), (x, minus_y), (minus_x, y), (minus_x, minus_y)]);
         }
-        let (r, _) = root(self.pool, self.short, square);
-        let r = if self.is_negative(r)? { self.pool.neg(r) } else { r };
+        let (r, _) = root(self.pool, square);
+        let r = self.positive(r)?;
         let squares = [self.pool.add(p, r), self.pool.sub(p, r)];
-        let squares = squares.map(|square| self.simplify(square));
+        let squares = squares.map(|square| self.pool.simplify(square));
         let mut zeros = Vec::new();
         for square in squares {
             zeros.extend(self.pair(square, true)?);
@@ -502,11 +492,11 @@ impl Found<'_> {
         if both && exact {
             let (u, w) = (half(self, 1, -1), half(self, -1, -1));
             let sizes = [self.pool.sub(u, w), self.pool.add(u, w)];
-            let sizes = sizes.map(|size| with_common_bar(self.pool, self.short, size));
+            let sizes = sizes.map(|size| with_common_bar(self.pool, size));
             let other: Vec<Zero> = sizes.into_iter().flat_map(|size| self.both(size, true)).collect();
             let weight = |own: &mut Self, zeros: &[Zero]| {
                 let all: Vec<ExprId> = zeros.iter().map(|(_, imaginary)| *imaginary).collect();
-                own.short.weight_of(own.pool, &all)
+                own.pool.weight_of(&all)
             };
             if weight(self, &other) < weight(self, &zeros) {
                 return Some(other);
@@ -547,28 +537,10 @@ impl Found<'_> {
 /// Polynomials in s, the constant first, row by row.
 type Matrix = Vec<Vec<Vec<ExprId>>>;
 
-/// The coordinates of each part that hangs together.
-fn components(rows: &Matrix) -> Vec<Vec<usize>> {
-    let vanishes = |i: usize, j: usize| rows[i][j].iter().all(|own| own.is_zero());
-    let mut left: Vec<usize> = (0..rows.len()).collect();
-    let mut parts = Vec::new();
-    while !left.is_empty() {
-        let mut part = vec![left.remove(0)];
-        let mut at = 0;
-        while let Some(i) = part.get(at).copied() {
-            part.extend(left.extract_if(.., |j| !vanishes(i, *j) || !vanishes(*j, i)));
-            at += 1;
-        }
-        part.sort_unstable();
-        parts.push(part);
-    }
-    parts
-}
-
 /// One block for each class of the mirrors that leave all matrices unchanged; `None` without such mirrors.
-fn by_symmetry(pool: &mut Pool, short: &mut Simplifier, linear: &Linear, rows: &Matrix) -> Option<Vec<Matrix>> {
+fn by_symmetry(pool: &mut Algebra<'_>, linear: &Linear, rows: &Matrix) -> Option<Vec<Matrix>> {
     let pair = Pair::new(&linear.mass, &linear.stiffness);
-    let pair = pair.canonical(pool, short);
+    let pair = pair.canonical(pool);
     let symmetry = Symmetry::find(&pair.pattern(pool))?;
     let n = rows.len();
     let mut mirrors = commuting_mirrors(&symmetry);
@@ -600,8 +572,7 @@ fn by_symmetry(pool: &mut Pool, short: &mut Simplifier, linear: &Linear, rows: &
                         own.collect::<Vec<_>>()
                     });
                     let products: Vec<(ExprId, Number)> = products.collect();
-                    let sum = pool.linear(&products);
-                    short.simplify(pool, sum)
+                    pool.short(|pool| pool.linear(&products))
                 };
                 *entry = (0..3).map(&mut sum_of).collect();
             }

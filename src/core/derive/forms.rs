@@ -9,8 +9,8 @@ use super::lattice::{Angles, Lattice, lattice};
 use super::pair::{Pair, Sparse};
 use super::roots::{Request, roots};
 use super::shapes::{Shape, shapes};
-use super::simplify::{Simplifier, split};
-use crate::expr::{ExprId, Node, Pool};
+use super::simplify::{Algebra, split};
+use crate::expr::{ExprId, Node};
 use crate::model::Model;
 use crate::number::Number;
 use crate::symmetry::{GroupKind, SignedPermutation, Symmetry, wave_number};
@@ -51,8 +51,7 @@ impl Found {
 
 /// Looks for closed forms of all parts. Classes have a name where the symmetry is one of the energies.
 pub(super) fn closed_forms(
-    pool: &mut Pool,
-    short: &mut Simplifier,
+    pool: &mut Algebra<'_>,
     pair: &Pair,
     (symmetry, named): (Option<&Symmetry>, bool),
     request: Request<'_>,
@@ -65,12 +64,12 @@ pub(super) fn closed_forms(
         if is_free(&own) {
             let zero = pool.zero();
             found.add(zero, part.len(), None);
-            found.shapes.extend(small_part(pool, short, &own, part, request));
-        } else if let Some(mut lattice) = lattice(pool, short, &own) {
+            found.shapes.extend(small_part(pool, &own, part, request));
+        } else if let Some(mut lattice) = lattice(pool, &own) {
             let symmetry = symmetry.filter(|_| named && parts.len() == 1);
-            add_lattice(pool, short, &lattice, symmetry, request.model, found);
+            add_lattice(pool, &lattice, symmetry, request.model, found);
             // Two of a chain or ring are not only numbered, their modes can be written down.
-            found.shapes.extend(small_part(pool, short, &own, part, request));
+            found.shapes.extend(small_part(pool, &own, part, request));
             lattice.order = lattice.order.iter().map(|i| part[*i]).collect();
             found.lattices.push(lattice);
         } else {
@@ -82,7 +81,7 @@ pub(super) fn closed_forms(
     }
     rest.sort_unstable();
     if let Some(symmetry) = symmetry {
-        if let Some(waves) = waves(pool, short, pair, symmetry, &rest)
+        if let Some(waves) = waves(pool, pair, symmetry, &rest)
             && let GroupKind::Ring { length, .. } = symmetry.kind
         {
             let n = i64::try_from(length).unwrap_or(i64::MAX);
@@ -90,8 +89,8 @@ pub(super) fn closed_forms(
             for j in 0..=n / 2 {
                 let angle = angles.angle(pool, j);
                 let twice = j > 0 && 2 * j < n;
-                for value in waves.at(pool, short, angle) {
-                    let value = short.simplify(pool, value);
+                for value in waves.at(pool, angle) {
+                    let value = pool.simplify(value);
                     let class = usize::try_from(j).map(wave_number).ok();
                     let class = class.filter(|_| named);
                     found.add(value, if twice { 2 } else { 1 }, class);
@@ -102,7 +101,7 @@ pub(super) fn closed_forms(
             let angle = angles.general(pool, number);
             let branches = waves.general(pool, angle);
             // A formula that nobody can read is worse than the frequencies one by one.
-            if branches.iter().all(|e| short.weight(pool, *e) <= MOST_SYMBOLS) {
+            if branches.iter().all(|e| pool.weight(*e) <= MOST_SYMBOLS) {
                 let branches = branches.into_iter();
                 found.series.extend(
                     branches.map(|omega_squared| Series { omega_squared, numbers: vec![(letter.clone(), angles)] }),
@@ -115,9 +114,9 @@ pub(super) fn closed_forms(
         if !mirrors.is_empty() && mirrors.iter().all(kept) {
             let is_class = named && matches!(symmetry.kind, GroupKind::Mirrors(_));
             for part in adapted(&mirrors, &rest) {
-                let block = pair.projected(pool, short, &part.basis);
+                let block = pair.projected(pool, &part.basis);
                 let class = is_class.then(|| symmetry.class_under_mirrors(&part.odd));
-                solve_parts(pool, short, &block, &part.basis, class.clone(), request, found);
+                solve_parts(pool, &block, &part.basis, class.clone(), request, found);
                 if let Some(class) = class {
                     let (mass, stiffness) = block.dense(pool);
                     found.blocks.push(Block {
@@ -132,7 +131,7 @@ pub(super) fn closed_forms(
         }
     }
     let own = pair.restricted(&rest);
-    solve_parts(pool, short, &own, &units(&rest), None, request, found);
+    solve_parts(pool, &own, &units(&rest), None, request, found);
 }
 
 /// The vectors that move one coordinate each.
@@ -141,12 +140,12 @@ fn units(coordinates: &[usize]) -> Vec<Sparse> {
 }
 
 /// The modes of a part whose frequencies are known otherwise.
-fn small_part(pool: &mut Pool, short: &mut Simplifier, own: &Pair, part: &[usize], request: Request<'_>) -> Vec<Shape> {
+fn small_part(pool: &mut Algebra<'_>, own: &Pair, part: &[usize], request: Request<'_>) -> Vec<Shape> {
     if part.len() > 2 {
         return Vec::new();
     }
-    let values = roots(pool, short, own, request, 0).zeros;
-    shapes(pool, short, own, &values, &units(part), None)
+    let values = roots(pool, own, request, 0).zeros;
+    shapes(pool, own, &values, &units(part), None)
 }
 
 fn sorted(mut vector: Sparse) -> Sparse {
@@ -156,8 +155,7 @@ fn sorted(mut vector: Sparse) -> Sparse {
 
 /// Solves what hangs together in a block, part by part.
 fn solve_parts(
-    pool: &mut Pool,
-    short: &mut Simplifier,
+    pool: &mut Algebra<'_>,
     block: &Pair,
     basis: &[Sparse],
     class: Option<String>,
@@ -166,7 +164,7 @@ fn solve_parts(
 ) {
     for part in block.components(pool) {
         let own = block.restricted(&part);
-        let solution = roots(pool, short, &own, request, found.solved.len());
+        let solution = roots(pool, &own, request, found.solved.len());
         found.on_request = found.on_request.max(solution.unsolved);
         let mut values = Vec::new();
         if let Some(mut solved) = solution.solved {
@@ -178,22 +176,22 @@ fn solve_parts(
             found.solved.push(solved);
         } else {
             for value in solution.zeros {
-                let value = opened(pool, short, value);
-                if !pool.is_undefined(value) && short.weight(pool, value) <= MOST_SYMBOLS {
+                let value = opened(pool, value);
+                if !pool.is_undefined(value) && pool.weight(value) <= MOST_SYMBOLS {
                     found.add(value, 1, class.clone());
                     values.push(value);
                 }
             }
         }
         let basis: Vec<Sparse> = part.iter().map(|i| basis[*i].clone()).collect();
-        let own = shapes(pool, short, &own, &values, &basis, class.clone());
+        let own = shapes(pool, &own, &values, &basis, class.clone());
         found.shapes.extend(own);
     }
 }
 
 /// A product with a sum that has fractions in it, as the sum of the products: `g/l + k/m` and not
 /// `(g + k*l/m)/l`.
-fn opened(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> ExprId {
+fn opened(pool: &mut Algebra<'_>, e: ExprId) -> ExprId {
     let (size, core) = pool.split_content(e);
     // A lone term keeps its number as a sum.
     let (factor, core) = split(pool, core);
@@ -217,7 +215,7 @@ fn opened(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> ExprId {
         let mut product = factors.clone();
         product[*at] = (term, Number::ONE);
         let product = pool.product_of_powers(&product);
-        let product = short.simplify(pool, product);
+        let product = pool.simplify(product);
         sum.push((product, coefficient.mul(&size)));
     }
     pool.linear(&sum)
@@ -225,8 +223,7 @@ fn opened(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> ExprId {
 
 /// The frequencies of a chain, ring or net one by one, and as a series.
 fn add_lattice(
-    pool: &mut Pool,
-    short: &mut Simplifier,
+    pool: &mut Algebra<'_>,
     lattice: &Lattice,
     symmetry: Option<&Symmetry>,
     model: &Model,
@@ -263,11 +260,8 @@ fn add_lattice(
     for (js, angles, multiplicity) in all {
         let value = lattice.at(pool, &angles);
         // Sines that came out as roots leave something to be added up.
-        let value = if pool.symbols(value).is_empty() || lattice.dimensions.len() > 1 {
-            value
-        } else {
-            short.simplify(pool, value)
-        };
+        let value =
+            if pool.symbols(value).is_empty() || lattice.dimensions.len() > 1 { value } else { pool.simplify(value) };
         let class = lattice.class(&js, symmetry);
         found.add(value, multiplicity, class);
     }

@@ -13,7 +13,7 @@ use super::lattice::Angles;
 use super::normal::{NormalCoordinates, normal_coordinates};
 use super::pair::Pair;
 use super::roots::Request;
-use super::simplify::Simplifier;
+use super::simplify::Algebra;
 use super::ties::Ties;
 use super::waves::{NormalWaves, normal_waves};
 use crate::expr::{ExprId, Pool};
@@ -55,16 +55,9 @@ impl Frequencies {
 
 impl Case {
     /// The normal coordinates, where the modes are known too.
-    fn add_normal(
-        &mut self,
-        pool: &mut Pool,
-        short: &mut Simplifier,
-        checker: &Checker<'_>,
-        pair: &Pair,
-        found: Found,
-    ) {
+    fn add_normal(&mut self, pool: &mut Algebra<'_>, checker: &Checker<'_>, pair: &Pair, found: Found) {
         let model = checker.model;
-        self.normal = normal_coordinates(model, pool, short, checker, pair, self, found.shapes);
+        self.normal = normal_coordinates(model, pool, checker, pair, self, found.shapes);
         self.waves = normal_waves(model, pool, checker, pair, self, &found.lattices);
     }
 
@@ -169,59 +162,49 @@ pub struct Series {
 }
 
 /// Looks for symmetries and closed forms.
-pub(super) fn frequencies(
-    checker: &Checker<'_>,
-    pool: &mut Pool,
-    short: &mut Simplifier,
-    linear: &Linear,
-    most: usize,
-) -> Frequencies {
+pub(super) fn frequencies(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear: &Linear, most: usize) -> Frequencies {
     let model = checker.model;
     let request = Request { most, model };
     let pair = Pair::new(&linear.mass, &linear.stiffness);
     let mut signs = linear.signs.clone();
-    let pair = pair.canonical(pool, short);
+    let pair = pair.canonical(pool);
     let used = pool.symbols_of(&pair.values());
     let none = Ties::default();
     let plain = Symmetries::find(checker, pool, linear, &pair, &none);
-    let (mut general, found) = case(request, pool, short, &pair, &plain, &none);
+    let (mut general, found) = case(request, pool, &pair, &plain, &none);
     checker.check(pool, &pair, &mut general);
-    general.add_normal(pool, short, checker, &pair, found);
+    general.add_normal(pool, checker, &pair, found);
 
     let ties = Ties::of_a_kind(model, pool, &used, true);
     let mut tied = None;
     let mut tied_order = plain.order();
     if !ties.is_empty() {
         let map = ties.substitution(model, pool);
-        let equal = pair.substituted(pool, short, &map);
-        let (equal, more) = checker.signed(pool, short, &equal);
+        let equal = pair.substituted(pool, &map);
+        let (equal, more) = checker.signed(pool, &equal);
         signs.extend(more);
         signs.sort_unstable();
         signs.dedup();
-        let equal = equal.canonical(pool, short);
+        let equal = equal.canonical(pool);
         let symmetry = Symmetries::find(checker, pool, linear, &equal, &ties);
         tied_order = tied_order.max(symmetry.order());
         if equal.values().iter().any(|value| pool.is_undefined(*value)) {
             return Frequencies { general, tied: None, would_be: None, signs, approximations: Vec::new() };
         }
-        let (mut found, modes) = case(request, pool, short, &equal, &symmetry, &ties);
+        let (mut found, modes) = case(request, pool, &equal, &symmetry, &ties);
         if let (Some(own), Some(symmetry)) = (&mut found.symmetry, &symmetry.energies) {
-            let needed = ties.needed(model, pool, short, &pair, &symmetry.generators);
+            let needed = ties.needed(model, pool, &pair, &symmetry.generators);
             let map = needed.substitution(model, pool);
-            let pair = pair.substituted(pool, short, &map);
+            let pair = pair.substituted(pool, &map);
             let pattern = pair.pattern(pool);
             let holds = symmetry.generators.iter().all(|g| pattern.is_kept_by(g));
             own.ties = if holds { needed } else { ties.clone() }.sets(model);
         }
         checker.check(pool, &equal, &mut found);
-        found.add_normal(pool, short, checker, &equal, modes);
+        found.add_normal(pool, checker, &equal, modes);
         let more_symmetric = symmetry.order() > plain.order();
-        let shorter = |case: &Case, short: &mut Simplifier| -> u64 {
-            let all = case.frequencies.iter();
-            all.map(|f| short.weight(pool, f.omega_squared)).sum()
-        };
-        let better =
-            found.known() > general.known() || (found.known() > 0 && shorter(&found, short) < shorter(&general, short));
+        let mut weight = |case: &Case| case.frequencies.iter().map(|f| pool.weight(f.omega_squared)).sum::<u64>();
+        let better = found.known() > general.known() || (found.known() > 0 && weight(&found) < weight(&general));
         if more_symmetric || better {
             tied = Some(found);
         }
@@ -233,18 +216,18 @@ pub(super) fn frequencies(
     let at_zero = !model.guesses.any() && !model.equilibria.any();
     if at_zero && !all.is_empty() && all != ties {
         let map = all.substitution(model, pool);
-        let equal = pair.substituted(pool, short, &map);
-        let equal = equal.canonical(pool, short);
+        let equal = pair.substituted(pool, &map);
+        let equal = equal.canonical(pool);
         if equal.values().iter().any(|value| pool.is_undefined(*value)) {
             return Frequencies { general, tied, would_be: None, signs, approximations: Vec::new() };
         }
         if let Some(symmetry) = Symmetries::find(checker, pool, linear, &equal, &all).energies
             && symmetry.order > tied_order
         {
-            let needed = all.needed(model, pool, short, &pair, &symmetry.generators);
+            let needed = all.needed(model, pool, &pair, &symmetry.generators);
             let map = needed.substitution(model, pool);
-            let equal = pair.substituted(pool, short, &map);
-            let equal = equal.canonical(pool, short);
+            let equal = pair.substituted(pool, &map);
+            let equal = equal.canonical(pool);
             let pattern = equal.pattern(pool);
             if symmetry.generators.iter().all(|g| pattern.is_kept_by(g)) {
                 would_be =
@@ -300,8 +283,7 @@ impl Symmetries {
 
 fn case(
     request: Request<'_>,
-    pool: &mut Pool,
-    short: &mut Simplifier,
+    pool: &mut Algebra<'_>,
     pair: &Pair,
     symmetry: &Symmetries,
     ties: &Ties,
@@ -309,7 +291,7 @@ fn case(
     let mut found = Found::default();
     if pair.len() <= MOST_COORDINATES {
         let symmetry = symmetry.for_blocks();
-        closed_forms(pool, short, pair, symmetry, request, &mut found);
+        closed_forms(pool, pair, symmetry, request, &mut found);
     }
     let frequencies: Vec<Frequency> = std::mem::take(&mut found.frequencies)
         .into_iter()

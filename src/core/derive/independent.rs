@@ -11,7 +11,7 @@ use super::constraints::solved_for;
 use super::equations::{self, Factors};
 use super::lagrangian::{self, Variables};
 use super::motion::{Motion, MotionSum};
-use super::simplify::Simplifier;
+use super::simplify::Algebra;
 use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, ZeroVerdict};
 use crate::linearize::{self, LinearizeError, Linearized};
 use crate::model::{Local, Model, TermFamily};
@@ -140,16 +140,15 @@ impl Motions {
 /// The equations without multipliers; `drags` are without forces of conditions. `None` where the conditions are not shown to
 /// be independent, and for equations too large to read.
 pub(super) fn independent(
-    pool: &mut Pool,
-    short: &mut Simplifier,
+    pool: &mut Algebra<'_>,
     variables: &Variables,
     model: &Model,
     drags: &[(usize, ExprId)],
     is_pivot: &dyn Fn(&Pool, ExprId) -> bool,
 ) -> Option<Independent> {
     let n = variables.coordinates.len();
-    let lagrangian = lagrangian::lagrangian(model, pool, short);
-    let coefficients = equations::coefficients(pool, short, variables, &lagrangian, drags);
+    let lagrangian = lagrangian::lagrangian(model, pool);
+    let coefficients = equations::coefficients(pool, variables, &lagrangian, drags);
     let at_rest = variables.at_rest(pool);
     let mut rows = Vec::new();
     let conditions: Vec<ExprId> = model.rolling.iter().map(|own| own.expression).collect();
@@ -168,9 +167,9 @@ pub(super) fn independent(
     for (slopes, rest) in slopes {
         let mut row = vec![pool.zero(); n + 1];
         for (i, slope) in slopes {
-            row[i] = short.simplify(pool, slope);
+            row[i] = pool.simplify(slope);
         }
-        row[n] = short.simplify(pool, rest);
+        row[n] = pool.simplify(rest);
         rows.push(row);
     }
     // Rather those that follow which nothing depends on.
@@ -184,8 +183,7 @@ pub(super) fn independent(
     for (i, row) in bound.iter().zip(rows) {
         let mut own = Vec::with_capacity(n + 1);
         for entry in row {
-            let entry = pool.neg(entry);
-            own.push(short.simplify(pool, entry));
+            own.push(pool.short(|pool| pool.neg(entry)));
         }
         solved.push((*i, own));
     }
@@ -204,15 +202,15 @@ pub(super) fn independent(
                 }
             }
         }
-        let mut equation = MotionSum::of_parts(pool, short, parts);
+        let mut equation = MotionSum::of_parts(pool, parts);
         for term in &mut equation.terms {
-            term.coefficient = over_divisors(pool, short, &divisors, term.coefficient);
+            term.coefficient = over_divisors(pool, &divisors, term.coefficient);
         }
         equations.push(equation);
     }
     let mut follows = Vec::with_capacity(bound.len());
     for i in bound {
-        follows.push((i, MotionSum::of_parts(pool, short, motions.velocities[i].clone())));
+        follows.push((i, MotionSum::of_parts(pool, motions.velocities[i].clone())));
     }
     follows.sort_by_key(|(i, _)| *i);
     Some(Independent { free, follows, equations })
@@ -233,15 +231,15 @@ fn divisors(pool: &Pool, all: &[ExprId]) -> Vec<ExprId> {
 }
 
 /// An expression over a power of one of the divisors, where that is shorter: 1 + tan² as 1/cos².
-fn over_divisors(pool: &mut Pool, short: &mut Simplifier, divisors: &[ExprId], e: ExprId) -> ExprId {
+fn over_divisors(pool: &mut Algebra<'_>, divisors: &[ExprId], e: ExprId) -> ExprId {
     let mut best = e;
     for divisor in divisors {
         let mut above = e;
         for power in 1..=MOST_POWER {
             above = pool.mul(above, *divisor);
-            let whole = short.simplify(pool, above);
+            let whole = pool.simplify(above);
             let own = pool.product_of_powers(&[(whole, Number::ONE), (*divisor, Number::from(-power))]);
-            if short.weight(pool, own) < short.weight(pool, best) {
+            if pool.weight(own) < pool.weight(best) {
                 best = own;
             }
         }
@@ -251,10 +249,10 @@ fn over_divisors(pool: &mut Pool, short: &mut Simplifier, divisors: &[ExprId], e
 
 /// The equations of a model in independent velocities, and the pool that they are in.
 fn reduced(model: &Model, is_pivot: &dyn Fn(&Pool, ExprId) -> bool) -> Option<(Pool, Independent)> {
-    let (mut pool, mut short) = (model.pool.clone(), Simplifier::default());
+    let mut pool = model.pool.clone();
     let variables = Variables::new(model);
     let drags = lagrangian::drags(model, &mut pool, &variables);
-    let found = independent(&mut pool, &mut short, &variables, model, &drags, is_pivot)?;
+    let found = independent(&mut Algebra::new(&mut pool), &variables, model, &drags, is_pivot)?;
     Some((pool, found))
 }
 
@@ -309,7 +307,6 @@ pub fn in_independent_coordinates(model: &Model) -> Option<Model> {
 /// The model that has these equations.
 fn of_independent(model: &Model, mut pool: Pool, variables: &Variables, found: &Independent) -> Option<Model> {
     let span = model.rolling.first()?.span;
-    let mut short = Simplifier::default();
     let mut kinetic = Vec::new();
     for (equation, i) in found.equations.iter().zip(&found.free) {
         for j in &found.free {
@@ -347,8 +344,7 @@ fn of_independent(model: &Model, mut pool: Pool, variables: &Variables, found: &
         let slope = pool.diff(lagrangian, variables.coordinates[*i]);
         let load = at_constant_rates(&mut pool, variables, equation);
         parts.extend([slope, load].map(|e| pool.neg(e)));
-        let force = pool.sum(&parts);
-        let force = short.simplify(&mut pool, force);
+        let force = Algebra::new(&mut pool).short(|pool| pool.sum(&parts));
         if pool.depends_on(force, &bound) {
             return None;
         }

@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use super::simplify::Simplifier;
+use super::simplify::Algebra;
 use crate::expr::{ExprId, Pool, Substitution, Symbol};
 use crate::linearize::{Splitter, Variable, elements, forces_of, instance, instances, signed_terms};
 use crate::model::{Model, TermFamily};
@@ -111,7 +111,7 @@ struct Body {
 }
 
 /// Sorts the terms of a model's Lagrangian by powers of the velocities.
-pub(super) fn lagrangian(model: &Model, pool: &mut Pool, short: &mut Simplifier) -> Lagrangian {
+pub(super) fn lagrangian(model: &Model, pool: &mut Algebra<'_>) -> Lagrangian {
     let mut splitter = Splitter::default();
     for local in signed_terms(model).flat_map(|(_, family)| &family.locals) {
         splitter.facts.declare(local.coordinate, Variable::Coordinate);
@@ -123,7 +123,7 @@ pub(super) fn lagrangian(model: &Model, pool: &mut Pool, short: &mut Simplifier)
     let mut result = Lagrangian::default();
     for (negative, family) in signed_terms(model) {
         let share = if negative { pool.neg(family.body) } else { family.body };
-        let Some(body) = body(pool, &mut splitter, short, family, share) else {
+        let Some(body) = body(pool, &mut splitter, family, share) else {
             result.other.extend(instances(model, pool, family, share, None));
             continue;
         };
@@ -156,22 +156,17 @@ pub(super) fn lagrangian(model: &Model, pool: &mut Pool, short: &mut Simplifier)
             }
         }
     }
-    result.inertia = added(pool, short, inertia);
-    result.linear = added(pool, short, linear);
-    result.forces = added(pool, short, forces);
+    result.inertia = added(pool, inertia);
+    result.linear = added(pool, linear);
+    result.forces = added(pool, forces);
     result
 }
 
 /// The sums in their shortest form, without those that are 0.
-fn added<Key: Ord>(
-    pool: &mut Pool,
-    short: &mut Simplifier,
-    parts: BTreeMap<Key, Vec<ExprId>>,
-) -> BTreeMap<Key, ExprId> {
+fn added<Key: Ord>(pool: &mut Algebra<'_>, parts: BTreeMap<Key, Vec<ExprId>>) -> BTreeMap<Key, ExprId> {
     let mut sums = BTreeMap::new();
     for (key, parts) in parts {
-        let sum = pool.sum(&parts);
-        let sum = short.simplify(pool, sum);
+        let sum = pool.short(|pool| pool.sum(&parts));
         if !sum.is_zero() {
             sums.insert(key, sum);
         }
@@ -180,13 +175,7 @@ fn added<Key: Ord>(
 }
 
 /// Sorts one body; `None` where it is no quadratic polynomial in the velocities.
-fn body(
-    pool: &mut Pool,
-    splitter: &mut Splitter,
-    short: &mut Simplifier,
-    family: &TermFamily,
-    share: ExprId,
-) -> Option<Body> {
+fn body(pool: &mut Algebra<'_>, splitter: &mut Splitter, family: &TermFamily, share: ExprId) -> Option<Body> {
     let zero = pool.zero();
     let velocities: Vec<Symbol> = family.locals.iter().map(|local| local.velocity).collect();
     let at_rest = family.at_rest(pool);
@@ -242,7 +231,7 @@ fn body(
     let local = |symbol: Symbol| family.locals.iter().position(|local| local.coordinate == symbol);
     let forces: Vec<(usize, ExprId)> =
         slopes.into_iter().filter_map(|(symbol, slope)| Some((local(symbol)?, slope))).collect();
-    Some(Body { inertia: added(pool, short, inertia), linear: added(pool, short, linear), potential, forces })
+    Some(Body { inertia: added(pool, inertia), linear: added(pool, linear), potential, forces })
 }
 
 /// What Rayleigh's function and generalised forces add to the left sides of the equations, by coordinate, term by term.

@@ -15,7 +15,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::pair::Pair;
-use super::simplify::Simplifier;
+use super::simplify::Algebra;
 use crate::expr::{ExprId, Pool, Substitution, Symbol};
 use crate::number::Number;
 
@@ -123,7 +123,7 @@ const ENDS: [Ends; 10] = [
 ];
 
 /// The lattice that a connected pair of matrices is, if it is one.
-pub(super) fn lattice(pool: &mut Pool, short: &mut Simplifier, pair: &Pair) -> Option<Lattice> {
+pub(super) fn lattice(pool: &mut Algebra<'_>, pair: &Pair) -> Option<Lattice> {
     let n = pair.len();
     if n < 3 {
         return None;
@@ -132,7 +132,7 @@ pub(super) fn lattice(pool: &mut Pool, short: &mut Simplifier, pair: &Pair) -> O
     let ordered = pair.restricted(&order);
     if let Some(ends) = ends(pool, &ordered, n, 1) {
         let dimension = Dimension { ends, size: n };
-        let mut lattice = formula(pool, short, &ordered, vec![dimension])?;
+        let mut lattice = formula(pool, &ordered, vec![dimension])?;
         lattice.order = order;
         return Some(lattice);
     }
@@ -145,7 +145,7 @@ pub(super) fn lattice(pool: &mut Pool, short: &mut Simplifier, pair: &Pair) -> O
         if let Some(outer) = ends(pool, pair, rows, columns) {
             let outer = Dimension { ends: outer, size: rows };
             let inner = Dimension { ends: inner, size: columns };
-            return formula(pool, short, pair, vec![outer, inner]);
+            return formula(pool, pair, vec![outer, inner]);
         }
     }
     None
@@ -251,7 +251,7 @@ fn components(pool: &mut Pool, ends: Ends, square: ExprId, count: usize) -> Vec<
     values
 }
 
-fn formula(pool: &mut Pool, short: &mut Simplifier, pair: &Pair, dimensions: Vec<Dimension>) -> Option<Lattice> {
+fn formula(pool: &mut Algebra<'_>, pair: &Pair, dimensions: Vec<Dimension>) -> Option<Lattice> {
     let squares: Vec<Symbol> = (0..dimensions.len()).map(|_| pool.fresh_symbol("s")).collect();
     let mut factors = Vec::new();
     for (dimension, square) in dimensions.iter().zip(&squares) {
@@ -276,8 +276,7 @@ fn formula(pool: &mut Pool, short: &mut Simplifier, pair: &Pair, dimensions: Vec
             }
             parts.push(pool.product(&product));
         }
-        let sum = pool.sum(&parts);
-        Some(short.simplify(pool, sum))
+        Some(pool.short(|pool| pool.sum(&parts)))
     };
     let stiffness = eigenvalue(pair.stiffness.first()?)?;
     let mass = eigenvalue(pair.mass.first()?)?;
@@ -288,7 +287,7 @@ fn formula(pool: &mut Pool, short: &mut Simplifier, pair: &Pair, dimensions: Vec
     Some(Lattice {
         dimensions,
         squares,
-        omega_squared: short.simplify(pool, quotient),
+        omega_squared: pool.simplify(quotient),
         mass,
         order: (0..pair.len()).collect(),
     })

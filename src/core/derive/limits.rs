@@ -4,8 +4,8 @@ use std::collections::HashMap;
 
 use super::frequencies::{Approximation, Case, Frequencies, Frequency};
 use super::roots::root;
-use super::simplify::{Simplifier, rebuild};
-use crate::expr::{ExprId, Pool, Substitution, Symbol};
+use super::simplify::{Algebra, rebuild};
+use crate::expr::{ExprId, Substitution, Symbol};
 use crate::number::Number;
 
 /// The highest power of a series.
@@ -14,8 +14,8 @@ const MOST_ORDERS: u32 = 12;
 impl Frequencies {
     /// The frequencies where a parameter goes to a value: `--limit k=0`. A form that isn't defined there
     /// is dropped.
-    pub(super) fn limit(&mut self, pool: &mut Pool, short: &mut Simplifier, name: &str, value: &Number) {
-        self.transform(pool, short, name, |pool, e, symbol| {
+    pub(super) fn limit(&mut self, pool: &mut Algebra<'_>, name: &str, value: &Number) {
+        self.transform(pool, name, |pool, e, symbol| {
             let value = pool.number(value.clone());
             pool.substitute_one(e, &Substitution::from([(symbol, value)]))
         });
@@ -24,13 +24,12 @@ impl Frequencies {
 
     /// The frequencies to some power of a parameter, by Taylor's formula about 0: `--expand k 2`. A
     /// form without such a series is dropped.
-    pub(super) fn expand(&mut self, pool: &mut Pool, short: &mut Simplifier, name: &str, order: u32) {
+    pub(super) fn expand(&mut self, pool: &mut Algebra<'_>, name: &str, order: u32) {
         let order = order.min(MOST_ORDERS);
-        self.transform(pool, short, name, |pool, e, symbol| {
+        self.transform(pool, name, |pool, e, symbol| {
             let zero = pool.zero();
             let at_zero = Substitution::from([(symbol, zero)]);
             let variable = pool.symbol_expr(symbol);
-            let mut simplifier = Simplifier::default();
             let mut derivative = e;
             let mut factorial = Number::ONE;
             let mut terms = Vec::new();
@@ -40,7 +39,7 @@ impl Frequencies {
                     factorial = factorial.mul(&Number::from(i64::from(power)));
                 }
                 let value = pool.substitute_one(derivative, &at_zero);
-                let value = simplifier.simplify(pool, value);
+                let value = pool.simplify(value);
                 let inverse = factorial.recip().unwrap_or_default();
                 let power = pool.powi(variable, i64::from(power));
                 let term = pool.mul(value, power);
@@ -53,10 +52,9 @@ impl Frequencies {
 
     fn transform(
         &mut self,
-        pool: &mut Pool,
-        short: &mut Simplifier,
+        pool: &mut Algebra<'_>,
         name: &str,
-        change: impl Fn(&mut Pool, ExprId, Symbol) -> ExprId,
+        change: impl Fn(&mut Algebra<'_>, ExprId, Symbol) -> ExprId,
     ) {
         // Where all is known without equalities, one that the parameter would have to drag along says nothing of this limit.
         let drags = |tied: &mut Case| tied.ties.iter().flatten().any(|own| own == name);
@@ -71,14 +69,14 @@ impl Frequencies {
             let symbols = pool.symbols_of(&all);
             let symbol = symbols.iter().find(|symbol| pool.symbol_name(**symbol) == leader);
             if let Some(symbol) = symbol.copied() {
-                transform_case(pool, short, case, |pool, e| change(pool, e, symbol));
+                transform_case(pool, case, |pool, e| change(pool, e, symbol));
             }
         }
     }
 }
 
 /// An expression with the square roots drawn that have become those of squares.
-fn with_drawn_roots(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> ExprId {
+fn with_drawn_roots(pool: &mut Algebra<'_>, e: ExprId) -> ExprId {
     let mut images: HashMap<ExprId, ExprId> = HashMap::new();
     for id in pool.reachable(&[e]) {
         let image = rebuild(pool, id, &images);
@@ -86,7 +84,7 @@ fn with_drawn_roots(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> ExprI
         for (base, exponent) in &mut factors {
             if *exponent == Number::half()
                 && pool.is_sum(*base)
-                && let (square, true) = root(pool, short, *base)
+                && let (square, true) = root(pool, *base)
             {
                 (*base, *exponent) = (square, Number::ONE);
             }
@@ -96,26 +94,21 @@ fn with_drawn_roots(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> ExprI
     images.get(&e).copied().unwrap_or(e)
 }
 
-fn transform_case(
-    pool: &mut Pool,
-    short: &mut Simplifier,
-    case: &mut Case,
-    change: impl Fn(&mut Pool, ExprId) -> ExprId,
-) {
+fn transform_case(pool: &mut Algebra<'_>, case: &mut Case, change: impl Fn(&mut Algebra<'_>, ExprId) -> ExprId) {
     // Their names stand for what was before.
     case.solved.clear();
     let mut frequencies: Vec<Frequency> = Vec::new();
     let mut values: Vec<ExprId> = case.frequencies.iter().map(|form| change(pool, form.omega_squared)).collect();
     // Both signs of a root are there, so that which one is positive makes no difference.
     if !values.iter().any(|value| pool.is_undefined(*value)) {
-        values.iter_mut().for_each(|value| *value = with_drawn_roots(pool, short, *value));
+        values.iter_mut().for_each(|value| *value = with_drawn_roots(pool, *value));
     }
     for (mut form, value) in case.frequencies.drain(..).zip(values) {
         if pool.is_undefined(value) {
             case.complete = false;
             continue;
         }
-        form.omega_squared = short.simplify(pool, value);
+        form.omega_squared = pool.simplify(value);
         let same = |other: &&mut Frequency| other.omega_squared == form.omega_squared;
         match frequencies.iter_mut().find(same) {
             Some(other) => other.join(&form),

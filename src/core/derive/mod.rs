@@ -86,7 +86,7 @@ pub use waves::{NormalWaves, WaveSum};
 use check::Checker;
 use lagrangian::Variables;
 use pair::Pair;
-pub use simplify::Simplifier;
+pub use simplify::Algebra;
 
 /// Which parts of a derivation are wanted; M, K and the equilibrium always are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -238,7 +238,7 @@ pub const CHAPTERS: [&str; 17] = [
 ];
 
 /// M and K at the equilibrium, as expressions in the parameters.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct Linear {
     /// The equilibrium; a coordinate that was found numerically stands as itself.
@@ -341,12 +341,11 @@ pub fn derive(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
 }
 
 fn derivation(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError> {
-    let mut short = Simplifier::default();
     let budget = model.pool.budget();
     budget.at("M and K in symbols", None);
     let (tied, matrices) = linearize::derive_with_multipliers(model);
     let with_multipliers = tied.as_ref().map_or(model, |tied| &tied.model);
-    let (mut pool, mut linear) = match matrices {
+    let (mut whole, mut linear) = match matrices {
         Ok(mut matrices) => {
             let bound = Tangent::new(&mut matrices);
             let tangent = bound.or_else(|| Tangent::without_inertia(&mut matrices));
@@ -357,11 +356,8 @@ fn derivation(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
                 gyroscopic: matrices.gyroscopic,
                 damping: matrices.damping,
                 circulatory: matrices.circulatory,
-                signs: Vec::new(),
-                second_order: None,
-                frequencies: None,
-                exponents: None,
                 tangent,
+                ..Linear::default()
             };
             (matrices.pool, Ok(linear))
         }
@@ -372,64 +368,57 @@ fn derivation(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
         ) if model.rolling.is_empty() => return Err(error),
         Err(error) => (with_multipliers.pool.clone(), Err(error)),
     };
+    let pool = &mut Algebra::new(&mut whole);
     let checker = Checker::new(model);
     if let Ok(found) = &linear
         && found.tangent.as_ref().is_none_or(|tangent| !tangent.massless.is_empty())
-        && let Some(error) = checker.singular_coordinates(&pool, &found.mass)
+        && let Some(error) = checker.singular_coordinates(pool, &found.mass)
     {
         linear = Err(error);
     }
     let names = names(model, &linear);
-    let mut symbols = symbols(model, &mut pool);
+    let mut symbols = symbols(model, pool);
     for name in tied.iter().flat_map(Tied::names) {
         let symbol = pool.symbol(&name);
         symbols.insert(name, pool.symbol_expr(symbol));
     }
     if let Ok(linear) = &mut linear {
         budget.at("M and K in their shortest form", None);
-        linear.finish(&mut pool, &mut short, &checker, parts);
+        linear.finish(pool, &checker, parts);
     }
-    let rolling = constraints::Rolling::new(model, &mut pool);
+    let rolling = constraints::Rolling::new(model, pool);
     symbols.extend(rolling.names.iter().cloned().zip(rolling.multipliers.iter().copied()));
+    let rates = model.coordinates.iter().zip(model.rates.iter());
+    // What is worked out below still adds to the pool.
     let mut derivation = Derivation {
         symbols,
-        pool,
-        model: model.name.clone(),
-        names,
         assumptions: model.assumptions.clone(),
-        rates: model
-            .coordinates
-            .iter()
-            .zip(model.rates.iter())
-            .filter_map(|(coordinate, rate)| Some((coordinate.name(), rate?.symbolic)))
-            .collect(),
-        linear,
-        equations: None,
-        independent: None,
-        energy: None,
-        equilibria: None,
+        rates: rates.filter_map(|(coordinate, rate)| Some((coordinate.name(), rate?.symbolic))).collect(),
         constraints: Constraints::new(tied.as_ref(), &rolling),
-        only: None,
+        ..Derivation::of_matrices(Pool::default(), model, names, linear)
     };
     if parts.equations || parts.energy || parts.equilibria {
-        derivation.nonlinear(model, with_multipliers, &rolling, &checker, parts, &mut short);
+        derivation.nonlinear(pool, model, with_multipliers, &rolling, &checker, parts);
     }
-    constraints::reduce(&mut derivation, &mut short, &checker, parts);
+    if let Ok(linear) = &mut derivation.linear {
+        constraints::reduce(pool, linear, &derivation.names, &checker, parts);
+    }
+    derivation.pool = whole;
     Ok(derivation)
 }
 
 impl Linear {
     /// Brings all to its shortest form and works out what follows.
-    fn finish(&mut self, pool: &mut Pool, short: &mut Simplifier, checker: &Checker<'_>, parts: &Parts) {
+    fn finish(&mut self, pool: &mut Algebra<'_>, checker: &Checker<'_>, parts: &Parts) {
         let pair = Pair::new(&self.mass, &self.stiffness);
-        let pair = pair.replaced(pool, short, &HashMap::new());
-        let (pair, signs) = checker.signed(pool, short, &pair);
-        let pair = pair.with_halved_angles(pool, short);
+        let pair = pair.replaced(pool, &HashMap::new());
+        let (pair, signs) = checker.signed(pool, &pair);
+        let pair = pair.with_halved_angles(pool);
         self.signs = signs;
         (self.mass, self.stiffness) = pair.dense(pool);
         let others = [&mut self.gyroscopic, &mut self.damping, &mut self.circulatory];
         for entry in others.into_iter().flatten().flatten().flatten() {
-            *entry = short.simplify(pool, *entry);
+            *entry = pool.simplify(*entry);
         }
         self.forget_zeros();
         // What constraints forbid is no motion.
@@ -449,10 +438,10 @@ impl Linear {
         }
         if parts.frequencies && self.is_conservative() {
             pool.budget().at("frequencies in closed form", None);
-            self.frequencies = Some(frequencies::frequencies(checker, pool, short, self, parts.degree()));
+            self.frequencies = Some(frequencies::frequencies(checker, pool, self, parts.degree()));
         }
         if parts.frequencies {
-            self.exponents = Some(exponents::exponents(checker, pool, short, self));
+            self.exponents = Some(exponents::exponents(checker, pool, self));
         }
     }
 }
@@ -487,25 +476,43 @@ fn names(model: &Model, linear: &Result<Linear, LinearizeError>) -> Names {
 }
 
 impl Derivation {
+    /// What M and K tell, and nothing else.
+    fn of_matrices(pool: Pool, model: &Model, names: Names, linear: Result<Linear, LinearizeError>) -> Self {
+        Self {
+            pool,
+            model: model.name.clone(),
+            names,
+            symbols: BTreeMap::new(),
+            assumptions: Vec::new(),
+            rates: Vec::new(),
+            linear,
+            equations: None,
+            independent: None,
+            energy: None,
+            equilibria: None,
+            constraints: None,
+            only: None,
+        }
+    }
+
     /// Works out what needs L in full.
     ///
     /// `tied` has a term lambda c for each constraint in its potential, and is `model` where there is none: what moves
     /// are the coordinates alone, so that multipliers count as parameters.
     fn nonlinear(
         &mut self,
+        pool: &mut Algebra<'_>,
         model: &Model,
         tied: &Model,
         rolling: &constraints::Rolling,
         checker: &Checker<'_>,
         parts: &Parts,
-        short: &mut Simplifier,
     ) {
-        let pool = &mut self.pool;
         let variables = Variables::new(model);
         let bound = !model.constraints.is_empty();
         let budget = pool.budget().clone();
         budget.at("Lagrange's equations", None);
-        let lagrangian = lagrangian::lagrangian(tied, pool, short);
+        let lagrangian = lagrangian::lagrangian(tied, pool);
         let mut drags = lagrangian::drags(model, pool, &variables);
         let idle = drags.iter().all(|(_, drag)| drag.is_zero()) && rolling.idle;
         if parts.equations && !rolling.names.is_empty() {
@@ -514,11 +521,11 @@ impl Derivation {
                 true => checker.differs_from_zero(pool, e),
                 false => pool.is_zero(e) == ZeroVerdict::NonZero,
             };
-            self.independent = independent::independent(pool, short, &variables, model, &drags, &is_pivot);
+            self.independent = independent::independent(pool, &variables, model, &drags, &is_pivot);
         }
         drags.extend(rolling.drags(pool, &variables));
         if parts.equations {
-            let coefficients = equations::coefficients(pool, short, &variables, &lagrangian, &drags);
+            let coefficients = equations::coefficients(pool, &variables, &lagrangian, &drags);
             self.equations = Some(equations::equations(pool, &variables, coefficients));
         }
         if pool.is_spent() {
@@ -527,29 +534,29 @@ impl Derivation {
         budget.at("the equilibria in symbols", None);
         let bound = bound || !rolling.names.is_empty();
         if parts.equilibria && !bound {
-            self.equilibria = Some(equilibria::roots(pool, short, &variables, &lagrangian, &drags, model));
+            self.equilibria = Some(equilibria::roots(pool, &variables, &lagrangian, &drags, model));
         }
         if pool.is_spent() {
             return;
         }
         budget.at("what is conserved", None);
         if parts.energy {
-            let momenta = energy::momenta(pool, short, &variables, &lagrangian);
-            let mut conserved = conserved::conserved(pool, &variables, &lagrangian, &momenta, &drags, model, short);
+            let momenta = energy::momenta(pool, &variables, &lagrangian);
+            let mut conserved = conserved::conserved(pool, &variables, &lagrangian, &momenta, &drags, model);
             conserved.retain(|own| idle || !matches!(own, Conserved::Energy { .. }));
             // Along a motion the constraints are 0, and so is their part of L.
             let free;
             let lagrangian = if bound {
-                free = lagrangian::lagrangian(model, pool, short);
+                free = lagrangian::lagrangian(model, pool);
                 &free
             } else {
                 &lagrangian
             };
             self.energy = Some(Energy {
                 momenta,
-                function: energy::energy_function(pool, short, &variables, lagrangian),
+                function: energy::energy_function(pool, &variables, lagrangian),
                 // Under constraints there are fewer momenta than coordinates.
-                hamiltonian: (!bound).then(|| energy::hamiltonian(pool, short, &variables, lagrangian)).flatten(),
+                hamiltonian: (!bound).then(|| energy::hamiltonian(pool, &variables, lagrangian)).flatten(),
                 conserved,
                 rest_energy: lagrangian.has_rest_energy,
             });
@@ -574,12 +581,16 @@ impl Derivation {
     /// Replaces the closed forms by what they are where a parameter goes to a value; what is not
     /// defined there is dropped.
     pub fn limit(&mut self, parameter: &str, value: &Number) {
-        let mut short = Simplifier::default();
+        self.approximate(&mut |frequencies, pool| frequencies.limit(pool, parameter, value));
+    }
+
+    /// Changes the closed forms of what moves.
+    fn approximate(&mut self, change: &mut dyn FnMut(&mut Frequencies, &mut Algebra<'_>)) {
         if let Ok(linear) = &mut self.linear {
             if let Some(reduced) = linear.reduced_mut() {
-                reduced.limit(parameter, value);
+                reduced.approximate(change);
             } else if let Some(frequencies) = &mut linear.frequencies {
-                frequencies.limit(&mut self.pool, &mut short, parameter, value);
+                change(frequencies, &mut Algebra::new(&mut self.pool));
                 linear.exponents = None;
             }
         }
@@ -588,15 +599,7 @@ impl Derivation {
     /// Replaces the closed forms by their series about 0 in a parameter, up to a power of it; what has
     /// no such series is dropped.
     pub fn expand(&mut self, parameter: &str, order: u32) {
-        let mut short = Simplifier::default();
-        if let Ok(linear) = &mut self.linear {
-            if let Some(reduced) = linear.reduced_mut() {
-                reduced.expand(parameter, order);
-            } else if let Some(frequencies) = &mut linear.frequencies {
-                frequencies.expand(&mut self.pool, &mut short, parameter, order);
-                linear.exponents = None;
-            }
-        }
+        self.approximate(&mut |frequencies, pool| frequencies.expand(pool, parameter, order));
     }
 
     /// Lagrange's equations in the model language, `lhs = 0`; none where they were not asked for.

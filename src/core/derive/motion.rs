@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use super::simplify::Simplifier;
+use super::simplify::Algebra;
 use crate::expr::{ExprId, Pool};
 use crate::number::Number;
 
@@ -117,22 +117,17 @@ impl MotionSum {
     }
 
     /// A sum by its motions, the parts of each coefficient added up.
-    pub(super) fn of_parts(
-        pool: &mut Pool,
-        short: &mut Simplifier,
-        parts: BTreeMap<Vec<(Motion, u32)>, Vec<ExprId>>,
-    ) -> Self {
+    pub(super) fn of_parts(pool: &mut Algebra<'_>, parts: BTreeMap<Vec<(Motion, u32)>, Vec<ExprId>>) -> Self {
         let mut terms = Vec::new();
         for (motion, parts) in parts {
-            let coefficient = pool.sum(&parts);
-            terms.push(MotionTerm::new(short.simplify(pool, coefficient), &motion));
+            terms.push(MotionTerm::new(pool.short(|pool| pool.sum(&parts)), &motion));
         }
         Self::new(pool, terms)
     }
 
     /// How many symbols it takes to write it, roughly.
-    pub(super) fn weight(&self, pool: &Pool, short: &mut Simplifier) -> u64 {
-        self.terms.iter().map(|term| short.weight(pool, term.coefficient) + 1 + term.motion.len() as u64).sum()
+    pub(super) fn weight(&self, pool: &mut Algebra<'_>) -> u64 {
+        self.terms.iter().map(|term| pool.weight(term.coefficient) + 1 + term.motion.len() as u64).sum()
     }
 
     /// Whether nothing is left of it.

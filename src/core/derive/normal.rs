@@ -9,7 +9,7 @@ use super::frequencies::Case;
 use super::motion::{Factor, Motion, MotionSum, MotionTerm};
 use super::pair::Pair;
 use super::shapes::{Shape, combined};
-use super::simplify::Simplifier;
+use super::simplify::Algebra;
 use crate::expr::{ExprId, Node, Pool, Substitution};
 use crate::model::Model;
 use crate::number::Number;
@@ -66,8 +66,7 @@ pub struct Abbreviation {
 /// The normal coordinates of a case, if the shapes are all its modes and hold against certified numbers.
 pub(super) fn normal_coordinates(
     model: &Model,
-    pool: &mut Pool,
-    short: &mut Simplifier,
+    pool: &mut Algebra<'_>,
     checker: &Checker<'_>,
     pair: &Pair,
     case: &Case,
@@ -86,7 +85,7 @@ pub(super) fn normal_coordinates(
         .iter()
         .map(|shape| {
             let vector = shape.along(count, pool);
-            let mut all = written_out(pool, short, shape, &vector).into_iter();
+            let mut all = written_out(pool, shape, &vector).into_iter();
             let mass = all.next().unwrap_or_else(|| pool.undefined());
             Column { omega_squared: shape.omega_squared, mass, vector: all.collect() }
         })
@@ -105,7 +104,7 @@ pub(super) fn normal_coordinates(
                 omega: None,
             };
             if !shape.is_long() {
-                mode.amplitudes = normalised(pool, short, &column.vector, column.mass);
+                mode.amplitudes = normalised(pool, &column.vector, column.mass);
             } else {
                 let omega = variable(pool, &page.omega, r);
                 mode.omega = Some(omega);
@@ -116,7 +115,7 @@ pub(super) fn normal_coordinates(
         .collect();
     let mut terms = vec![Vec::new(); count];
     for (r, shape) in shapes.iter().enumerate() {
-        let amplitudes = page.amplitudes(pool, short, (count, r), shape);
+        let amplitudes = page.amplitudes(pool, (count, r), shape);
         for (row, amplitude) in terms.iter_mut().zip(amplitudes) {
             row.push(MotionTerm::new(amplitude, &[(Motion::Normal(r), 1)]));
         }
@@ -134,7 +133,7 @@ pub(super) fn normal_coordinates(
 }
 
 /// The mass of a shape, then its vector, without a symbol for omega.
-fn written_out(pool: &mut Pool, short: &mut Simplifier, shape: &Shape, vector: &[ExprId]) -> Vec<ExprId> {
+fn written_out(pool: &mut Algebra<'_>, shape: &Shape, vector: &[ExprId]) -> Vec<ExprId> {
     let mut all = vec![shape.with_factors(pool, shape.mass)];
     all.extend(vector);
     let Some(omega) = shape.omega else {
@@ -147,7 +146,7 @@ fn written_out(pool: &mut Pool, short: &mut Simplifier, shape: &Shape, vector: &
     if shape.is_long() {
         return all;
     }
-    all.into_iter().map(|e| short.simplify(pool, e)).collect()
+    all.into_iter().map(|e| pool.simplify(e)).collect()
 }
 
 impl Shape {
@@ -186,15 +185,10 @@ fn norm(pool: &mut Pool, mass: ExprId) -> ExprId {
 }
 
 /// A vector by the root of its mass.
-fn normalised(pool: &mut Pool, short: &mut Simplifier, vector: &[ExprId], mass: ExprId) -> Vec<ExprId> {
+fn normalised(pool: &mut Algebra<'_>, vector: &[ExprId], mass: ExprId) -> Vec<ExprId> {
     let norm = norm(pool, mass);
     let vector = vector.iter();
-    vector
-        .map(|component| {
-            let product = pool.mul(*component, norm);
-            short.simplify(pool, product)
-        })
-        .collect()
+    vector.map(|component| pool.short(|pool| pool.mul(*component, norm))).collect()
 }
 
 /// What is said about normal coordinates on a page, in names that the model does not use.
@@ -240,17 +234,11 @@ impl Page {
 
     /// What each coordinate is moved by in a mode, as it is written there: what it is normalised by has a name where it
     /// would stand twice, and so has a long ratio.
-    fn amplitudes(
-        &mut self,
-        pool: &mut Pool,
-        short: &mut Simplifier,
-        (count, r): (usize, usize),
-        shape: &Shape,
-    ) -> Vec<ExprId> {
+    fn amplitudes(&mut self, pool: &mut Algebra<'_>, (count, r): (usize, usize), shape: &Shape) -> Vec<ExprId> {
         let moved: usize = shape.parts.iter().map(|(vector, _)| vector.len()).sum();
         if moved < 2 {
             let vector = shape.along(count, pool);
-            return normalised(pool, short, &vector, shape.mass);
+            return normalised(pool, &vector, shape.mass);
         }
         let mut map = Substitution::new();
         if let Some(omega) = shape.omega {

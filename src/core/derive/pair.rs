@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use super::simplify::{Simplifier, rebuild};
+use super::simplify::Algebra;
 use crate::expr::{ExprId, ModularPoint, Node, Pool, Substitution, ZeroVerdict, neg_mod};
 use crate::number::Number;
 use crate::precision::Function;
@@ -57,19 +57,27 @@ impl Pair {
     }
 
     /// With symbols replaced, and each entry in its shortest form.
-    pub(super) fn substituted(&self, pool: &mut Pool, short: &mut Simplifier, map: &Substitution) -> Self {
+    pub(super) fn substituted(&self, pool: &mut Algebra<'_>, map: &Substitution) -> Self {
+        self.changed(pool, |pool, values| pool.substitute(values, map))
+    }
+
+    /// With parts replaced, and each entry in its shortest form.
+    pub(super) fn with_parts(&self, pool: &mut Algebra<'_>, parts: &HashMap<ExprId, ExprId>) -> Self {
+        self.changed(pool, |pool, values| pool.replaced(values, parts))
+    }
+
+    fn changed(&self, pool: &mut Algebra<'_>, change: impl FnOnce(&mut Pool, &[ExprId]) -> Vec<ExprId>) -> Self {
         let values = self.values();
-        let images = pool.substitute(&values, map);
-        let images = values.into_iter().zip(images).collect();
-        self.replaced(pool, short, &images)
+        let images = change(pool, &values);
+        self.replaced(pool, &values.into_iter().zip(images).collect())
     }
 
     /// With each entry replaced, and in its shortest form.
-    pub(super) fn replaced(&self, pool: &mut Pool, short: &mut Simplifier, images: &HashMap<ExprId, ExprId>) -> Self {
+    pub(super) fn replaced(&self, pool: &mut Algebra<'_>, images: &HashMap<ExprId, ExprId>) -> Self {
         let mut image: HashMap<ExprId, ExprId> = HashMap::new();
         for value in self.values() {
             let new = images.get(&value).copied().unwrap_or(value);
-            image.insert(value, short.simplify(pool, new));
+            image.insert(value, pool.simplify(new));
         }
         let of = |rows: &[Row]| {
             let replaced = |row: &Row| {
@@ -85,23 +93,23 @@ impl Pair {
     }
 
     /// With sines and cosines of twice an angle in those of the angle, where both occur in an entry and that is shorter.
-    pub(super) fn with_halved_angles(&self, pool: &mut Pool, short: &mut Simplifier) -> Self {
+    pub(super) fn with_halved_angles(&self, pool: &mut Algebra<'_>) -> Self {
         let mut images: HashMap<ExprId, ExprId> = HashMap::new();
         for value in self.values() {
-            if let Some(image) = halved_angles(pool, short, value) {
+            if let Some(image) = halved_angles(pool, value) {
                 images.insert(value, image);
             }
         }
         if images.is_empty() {
             return self.clone();
         }
-        self.replaced(pool, short, &images)
+        self.replaced(pool, &images)
     }
 
     /// With entries that are equal or opposite brought to one form.
     ///
     /// Candidates are those that agree at a random point modulo a prime.
-    pub(super) fn canonical(&self, pool: &mut Pool, short: &mut Simplifier) -> Self {
+    pub(super) fn canonical(&self, pool: &mut Algebra<'_>) -> Self {
         let values = self.values();
         let seed = 1;
         let random = |symbol| ModularPoint::random_value(seed, symbol);
@@ -130,7 +138,7 @@ impl Pair {
         if images.is_empty() {
             return self.clone();
         }
-        self.replaced(pool, short, &images)
+        self.replaced(pool, &images)
     }
 
     /// Which entries are the same expression, or opposite ones.
@@ -180,7 +188,7 @@ impl Pair {
     }
 
     /// BᵀMB and BᵀKB for the columns of B, each entry in its shortest form.
-    pub(super) fn projected(&self, pool: &mut Pool, short: &mut Simplifier, basis: &[Sparse]) -> Self {
+    pub(super) fn projected(&self, pool: &mut Algebra<'_>, basis: &[Sparse]) -> Self {
         let mut of = |rows: &[Row]| -> Vec<Row> {
             let mut out = vec![Row::new(); basis.len()];
             for (a, left) in basis.iter().enumerate() {
@@ -201,8 +209,7 @@ impl Pair {
                     if parts.is_empty() {
                         continue;
                     }
-                    let sum = pool.linear(&parts);
-                    let sum = short.simplify(pool, sum);
+                    let sum = pool.short(|pool| pool.linear(&parts));
                     if !sum.is_zero() {
                         out[a].insert(b, sum);
                         out[b].insert(a, sum);
@@ -240,9 +247,26 @@ impl Pair {
     }
 }
 
+/// What hangs together of so many, part by part in ascending order.
+pub(super) fn connected(count: usize, linked: impl Fn(usize, usize) -> bool) -> Vec<Vec<usize>> {
+    let mut left: Vec<usize> = (0..count).collect();
+    let mut parts = Vec::new();
+    while !left.is_empty() {
+        let mut part = vec![left.remove(0)];
+        let mut at = 0;
+        while let Some(i) = part.get(at).copied() {
+            part.extend(left.extract_if(.., |j| linked(i, *j)));
+            at += 1;
+        }
+        part.sort_unstable();
+        parts.push(part);
+    }
+    parts
+}
+
 /// An expression with sin(2 x) as 2 sin(x) cos(x) and cos(2 x) as one of its three forms, where functions of x occur too;
 /// if that is shorter.
-fn halved_angles(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> Option<ExprId> {
+fn halved_angles(pool: &mut Algebra<'_>, e: ExprId) -> Option<ExprId> {
     let ids = pool.reachable(&[e]);
     let mut angles: Vec<ExprId> = Vec::new();
     for id in &ids {
@@ -256,7 +280,7 @@ fn halved_angles(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> Option<E
     if doubled.is_empty() {
         return None;
     }
-    let mut best = (short.weight(pool, e), None);
+    let mut best = (pool.weight(e), None);
     for form in 0..3 {
         let mut images: HashMap<ExprId, ExprId> = HashMap::new();
         for (twice, x) in &doubled {
@@ -272,15 +296,8 @@ fn halved_angles(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> Option<E
             images.insert(pool.sin(*twice), of_sine);
             images.insert(pool.cos(*twice), of_cosine);
         }
-        for id in &ids {
-            if !images.contains_key(id) {
-                let new = rebuild(pool, *id, &images);
-                images.insert(*id, new);
-            }
-        }
-        let image = images.get(&e).copied().unwrap_or(e);
-        let image = short.simplify(pool, image);
-        let weight = short.weight(pool, image);
+        let image = pool.short(|pool| pool.replaced(&[e], &images)[0]);
+        let weight = pool.weight(image);
         if weight < best.0 {
             best = (weight, Some(image));
         }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::collapse::collapse;
 use super::polynomial::Polynomial;
-use super::simplify::{Monomial, Monomials, Opening, Simplifier, add_to, expand, times};
+use super::simplify::{Algebra, Monomial, Monomials, Opening, add_to, expand, times};
 use crate::expr::{ExprId, Pool, ZeroVerdict};
 use crate::number::Number;
 
@@ -154,7 +154,7 @@ impl Ring {
     }
 
     /// A polynomial without the exponent as an expression in its shortest form.
-    pub(super) fn expression(&self, pool: &mut Pool, short: &mut Simplifier, polynomial: &Polynomial) -> ExprId {
+    pub(super) fn expression(&self, pool: &mut Algebra<'_>, polynomial: &Polynomial) -> ExprId {
         let mut terms = Vec::new();
         for (powers, coefficient) in polynomial.terms() {
             let mut monomial = Monomial::new();
@@ -164,7 +164,6 @@ impl Ring {
             }
             terms.push((pool.product_of_powers(&monomial), coefficient.clone()));
         }
-        let sum = pool.linear(&terms);
-        short.simplify(pool, sum)
+        pool.short(|pool| pool.linear(&terms))
     }
 }

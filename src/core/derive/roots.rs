@@ -10,7 +10,7 @@ use super::collapse::collapse;
 use super::cubic::{Solved, solve};
 use super::pair::Pair;
 use super::shapes::on_one_bar;
-use super::simplify::{Monomial, Monomials, Opening, Simplifier, add_to, expand, times, with_common_factor};
+use super::simplify::{Algebra, Monomial, Monomials, Opening, add_to, expand, times, with_common_factor};
 use crate::expr::{ExprId, Pool, ZeroVerdict};
 use crate::model::Model;
 use crate::number::Number;
@@ -52,32 +52,25 @@ impl Roots {
 }
 
 /// All zeros of det(K - z M), for a page with `before` cubics and quartics already.
-pub(super) fn roots(
-    pool: &mut Pool,
-    short: &mut Simplifier,
-    block: &Pair,
-    request: Request<'_>,
-    before: usize,
-) -> Roots {
+pub(super) fn roots(pool: &mut Algebra<'_>, block: &Pair, request: Request<'_>, before: usize) -> Roots {
     if block.len() == 1 {
         let (mass, stiffness) = block.at(pool, 0, 0);
-        let quotient = pool.div(stiffness, mass);
-        return Roots::of(vec![short.simplify(pool, quotient)]);
+        return Roots::of(vec![pool.short(|pool| pool.div(stiffness, mass))]);
     }
     if block.len() > MOST_COORDINATES {
         return Roots::default();
     }
     let (coupling, _) = block.at(pool, 0, 1);
     if block.len() == 2 && coupling.is_zero() {
-        let zeros = pair_of_roots(pool, short, block);
-        if short.weight_of(pool, &zeros) <= MOST_FOR_TWO {
+        let zeros = pair_of_roots(pool, block);
+        if pool.weight_of(&zeros) <= MOST_FOR_TWO {
             return Roots::of(zeros);
         }
-        let coefficients = characteristic(pool, short, block);
+        let coefficients = characteristic(pool, block);
         let coefficients = coefficients.unwrap_or_default();
-        return named(pool, short, request, before, &coefficients, zeros);
+        return named(pool, request, before, &coefficients, zeros);
     }
-    let Some(coefficients) = characteristic(pool, short, block) else {
+    let Some(coefficients) = characteristic(pool, block) else {
         return Roots::default();
     };
     let (mut zeros, rest) = without_zeros(pool, &coefficients);
@@ -87,8 +80,8 @@ pub(super) fn roots(
             if degree > request.most {
                 return Roots { unsolved: Some(degree), ..Roots::default() };
             }
-            let sums = sums_of_products(pool, short, others, *leading);
-            let Some((_, solved)) = solve(pool, short, request.model, &sums, before) else {
+            let sums = sums_of_products(pool, others, *leading);
+            let Some((_, solved)) = solve(pool, request.model, &sums, before) else {
                 return Roots::default();
             };
             let zero = pool.zero();
@@ -97,22 +90,21 @@ pub(super) fn roots(
             Roots { zeros, solved: Some(solved), unsolved: None }
         }
         _ => {
-            let zeros = of_polynomial(pool, short, &coefficients).unwrap_or_default();
-            if short.weight_of(pool, &zeros) <= MOST_FOR_TWO {
+            let zeros = of_polynomial(pool, &coefficients).unwrap_or_default();
+            if pool.weight_of(&zeros) <= MOST_FOR_TWO {
                 return Roots::of(zeros);
             }
-            named(pool, short, request, before, &coefficients, zeros)
+            named(pool, request, before, &coefficients, zeros)
         }
     }
 }
 
 /// Sums of products of 1, 2, … zeros: the coefficients with signs in turn.
-fn sums_of_products(pool: &mut Pool, short: &mut Simplifier, others: &[ExprId], leading: ExprId) -> Vec<ExprId> {
+fn sums_of_products(pool: &mut Algebra<'_>, others: &[ExprId], leading: ExprId) -> Vec<ExprId> {
     let mut sums = Vec::new();
     for (at, coefficient) in others.iter().rev().enumerate() {
-        let quotient = pool.div(*coefficient, leading);
-        let quotient = short.simplify(pool, quotient);
-        let quotient = on_one_bar(pool, short, quotient);
+        let quotient = pool.short(|pool| pool.div(*coefficient, leading));
+        let quotient = on_one_bar(pool, quotient);
         sums.push(if at % 2 == 0 { pool.neg(quotient) } else { quotient });
     }
     sums
@@ -120,15 +112,14 @@ fn sums_of_products(pool: &mut Pool, short: &mut Simplifier, others: &[ExprId], 
 
 /// Two zeros that are long, by their sum and product on a page where that is much shorter.
 fn named(
-    pool: &mut Pool,
-    short: &mut Simplifier,
+    pool: &mut Algebra<'_>,
     request: Request<'_>,
     before: usize,
     coefficients: &[ExprId],
     zeros: Vec<ExprId>,
 ) -> Roots {
     let (_, rest) = without_zeros(pool, coefficients);
-    let written = short.weight_of(pool, &zeros);
+    let written = pool.weight_of(&zeros);
     let mut roots = Roots::of(zeros);
     let [others @ .., leading] = rest else {
         return roots;
@@ -136,8 +127,8 @@ fn named(
     if others.len() != 2 {
         return roots;
     }
-    let sums = sums_of_products(pool, short, others, *leading);
-    let found = solve(pool, short, request.model, &sums, before);
+    let sums = sums_of_products(pool, others, *leading);
+    let found = solve(pool, request.model, &sums, before);
     if let Some((weight, mut solved)) = found
         && weight <= written - written / 3
     {
@@ -164,7 +155,7 @@ fn without_zeros<'a>(pool: &Pool, coefficients: &'a [ExprId]) -> (Vec<ExprId>, &
 
 /// The zeros for two coordinates with a diagonal M: with a = K_11/M_11, b = K_22/M_22 and c = K_12^2/(M_11 M_22)
 /// they are (a + b)/2 -+ sqrt((a - b)^2/4 + c).
-fn pair_of_roots(pool: &mut Pool, short: &mut Simplifier, block: &Pair) -> Vec<ExprId> {
+fn pair_of_roots(pool: &mut Algebra<'_>, block: &Pair) -> Vec<ExprId> {
     let [(m1, k1), (_, k12), (m2, k2)] = [(0, 0), (0, 1), (1, 1)].map(|(i, j)| block.at(pool, i, j));
     let one = Number::ONE;
     let minus = Number::MINUS_ONE;
@@ -174,39 +165,37 @@ fn pair_of_roots(pool: &mut Pool, short: &mut Simplifier, block: &Pair) -> Vec<E
         vec![(k12, Number::from(2)), (m1, minus.clone()), (m2, minus.clone())],
     ]
     .map(|factors| pool.product_of_powers(&factors));
-    let sum = pool.linear(&[(a, Number::half()), (b, Number::half())]);
-    let middle = short.simplify(pool, sum);
-    let difference = pool.sub(a, b);
-    let difference = short.simplify(pool, difference);
+    let middle = pool.short(|pool| pool.linear(&[(a, Number::half()), (b, Number::half())]));
+    let difference = pool.short(|pool| pool.sub(a, b));
     let square = pool.square(difference);
     let quarter = Number::half().mul(&Number::half());
-    let c = short.simplify(pool, c);
+    let c = pool.simplify(c);
     let inside = pool.linear(&[(square, quarter), (c, one)]);
-    around(pool, short, middle, inside)
+    around(pool, middle, inside)
 }
 
 /// middle -+ sqrt(square): added up where the root can be drawn, else as two terms.
-fn around(pool: &mut Pool, short: &mut Simplifier, middle: ExprId, square: ExprId) -> Vec<ExprId> {
-    let (root, is_exact) = root(pool, short, square);
+fn around(pool: &mut Algebra<'_>, middle: ExprId, square: ExprId) -> Vec<ExprId> {
+    let (root, is_exact) = root(pool, square);
     let mut roots = Vec::new();
     for sign in [Number::MINUS_ONE, Number::ONE] {
         let value = pool.linear(&[(middle, Number::ONE), (root, sign)]);
-        roots.push(if is_exact { short.simplify(pool, value) } else { with_common_bar(pool, short, value) });
+        roots.push(if is_exact { pool.simplify(value) } else { with_common_bar(pool, value) });
     }
     roots
 }
 
 /// What all terms have in common in front, where that is shorter: g (a - √b)/c.
-pub(super) fn with_common_bar(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> ExprId {
+pub(super) fn with_common_bar(pool: &mut Algebra<'_>, e: ExprId) -> ExprId {
     let Some(terms) = expand(pool, e, Opening::Outermost) else {
         return e;
     };
     let whole = with_common_factor(pool, terms.into_iter().collect());
-    if short.weight(pool, whole) < short.weight(pool, e) { whole } else { e }
+    if pool.weight(whole) < pool.weight(e) { whole } else { e }
 }
 
 /// det(K - z M).
-fn characteristic(pool: &mut Pool, short: &mut Simplifier, block: &Pair) -> Option<Polynomial> {
+fn characteristic(pool: &mut Algebra<'_>, block: &Pair) -> Option<Polynomial> {
     let n = block.len();
     let mut entries = vec![vec![Vec::new(); n]; n];
     for (i, row) in entries.iter_mut().enumerate() {
@@ -215,17 +204,13 @@ fn characteristic(pool: &mut Pool, short: &mut Simplifier, block: &Pair) -> Opti
             *entry = vec![k, pool.neg(m)];
         }
     }
-    let found = determinant_of_polynomials(pool, short, &entries)?;
+    let found = determinant_of_polynomials(pool, &entries)?;
     (found.len() == n + 1).then_some(found)
 }
 
 /// The determinant of a matrix of polynomials, each with the constant first, by expansion along the columns with the minors kept
 /// (Laplace).
-pub(super) fn determinant_of_polynomials(
-    pool: &mut Pool,
-    short: &mut Simplifier,
-    entries: &[Vec<Polynomial>],
-) -> Option<Polynomial> {
+pub(super) fn determinant_of_polynomials(pool: &mut Algebra<'_>, entries: &[Vec<Polynomial>]) -> Option<Polynomial> {
     let n = entries.len();
     // By the set of rows used so far: the determinant of these with the first columns.
     let mut minors: BTreeMap<u32, Vec<Vec<ExprId>>> = BTreeMap::new();
@@ -255,8 +240,7 @@ pub(super) fn determinant_of_polynomials(
         for (set, polynomial) in next {
             let mut shortened = Vec::new();
             for parts in polynomial {
-                let sum = pool.sum(&parts);
-                shortened.push(vec![short.simplify(pool, sum)]);
+                shortened.push(vec![pool.short(|pool| pool.sum(&parts))]);
             }
             minors.insert(set, shortened);
         }
@@ -272,14 +256,11 @@ pub(super) fn determinant_of_polynomials(
 }
 
 /// The zeros of a polynomial of positive degree, of which those that are not 0 are two at most.
-pub(super) fn of_polynomial(pool: &mut Pool, short: &mut Simplifier, coefficients: &[ExprId]) -> Option<Vec<ExprId>> {
+pub(super) fn of_polynomial(pool: &mut Algebra<'_>, coefficients: &[ExprId]) -> Option<Vec<ExprId>> {
     let (zeros, rest) = without_zeros(pool, coefficients);
     let zero = pool.zero();
     let mut roots = vec![zero; zeros.len()];
-    let mut quotient = |pool: &mut Pool, a: ExprId, b: ExprId| {
-        let quotient = pool.div(a, b);
-        short.simplify(pool, quotient)
-    };
+    let quotient = |pool: &mut Algebra<'_>, a: ExprId, b: ExprId| pool.short(|pool| pool.div(a, b));
     match rest {
         [_] => {}
         [c, b] => {
@@ -293,7 +274,7 @@ pub(super) fn of_polynomial(pool: &mut Pool, short: &mut Simplifier, coefficient
             let q = quotient(pool, *c, *a);
             let square = pool.square(p);
             let difference = pool.sub(square, q);
-            roots.extend(around(pool, short, p, difference));
+            roots.extend(around(pool, p, difference));
         }
         _ => return None,
     }
@@ -303,7 +284,7 @@ pub(super) fn of_polynomial(pool: &mut Pool, short: &mut Simplifier, coefficient
 /// A square root of an expression, up to its sign, and whether it could be drawn: the polynomial of which
 /// it is the square where it is one, else with squares of common factors in front of the root where that
 /// is shorter.
-pub(super) fn root(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> (ExprId, bool) {
+pub(super) fn root(pool: &mut Algebra<'_>, e: ExprId) -> (ExprId, bool) {
     if pool.is_zero(e) == ZeroVerdict::Zero {
         return (pool.zero(), true);
     }
@@ -326,15 +307,14 @@ pub(super) fn root(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> (ExprI
         let terms: Vec<(ExprId, Number)> =
             terms.into_iter().map(|(monomial, c)| (pool.product_of_powers(&monomial), c)).collect();
         let value = pool.linear(&terms);
-        let value = pool.mul(size, value);
-        return (short.simplify(pool, value), true);
+        return (pool.short(|pool| pool.mul(size, value)), true);
     }
     // With inner sums as they are too: (a + b)^2 below a root says more than what it is multiplied out.
     let mut best = plain;
     let outer = expand(pool, e, Opening::Outermost);
     for (terms, inner) in [Some(monomials), outer].into_iter().flatten().zip([true, false]) {
-        let candidate = taken_out(pool, short, &terms, inner);
-        if short.weight(pool, candidate) < short.weight(pool, best) {
+        let candidate = taken_out(pool, &terms, inner);
+        if pool.weight(candidate) < pool.weight(best) {
             best = candidate;
         }
     }
@@ -342,7 +322,7 @@ pub(super) fn root(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> (ExprI
 }
 
 /// The root of a sum with the even powers that all terms have in common in front.
-fn taken_out(pool: &mut Pool, short: &mut Simplifier, terms: &Monomials, shorten: bool) -> ExprId {
+fn taken_out(pool: &mut Algebra<'_>, terms: &Monomials, shorten: bool) -> ExprId {
     let mut common: Option<Monomial> = None;
     for monomial in terms.keys() {
         common = Some(match common {
@@ -381,7 +361,7 @@ fn taken_out(pool: &mut Pool, short: &mut Simplifier, terms: &Monomials, shorten
         .collect();
     let mut inside = pool.linear(&rest);
     if shorten {
-        inside = short.simplify(pool, inside);
+        inside = pool.simplify(inside);
     }
     let root = pool.sqrt(inside);
     outside.push((root, Number::ONE));

@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 
 use super::pair::{Pair, Sparse};
-use super::simplify::{Opening, Simplifier, expand, with_common_factor};
+use super::simplify::{Algebra, Opening, expand, with_common_factor};
 use crate::expr::{ExprId, Pool, Symbol, ZeroVerdict};
 use crate::number::Number;
 
@@ -65,8 +65,7 @@ pub(super) fn combined<'a>(
 /// The modes of a part of one or two coordinates with these omega^2; `basis` says which vectors of the model its
 /// coordinates are. None where they can't be told apart.
 pub(super) fn shapes(
-    pool: &mut Pool,
-    short: &mut Simplifier,
+    pool: &mut Algebra<'_>,
     part: &Pair,
     squares: &[ExprId],
     basis: &[Sparse],
@@ -90,7 +89,7 @@ pub(super) fn shapes(
             let block = Block::new(pool, part);
             let mut found = Vec::new();
             for square in [*first, *second] {
-                let Amplitude { ratio, mass, omega, factor } = block.mode(pool, short, square);
+                let Amplitude { ratio, mass, omega, factor } = block.mode(pool, square);
                 let parts = match ratio {
                     None => vec![(v.clone(), one)],
                     Some(ratio) if ratio.is_zero() => vec![(u.clone(), one)],
@@ -107,15 +106,14 @@ pub(super) fn shapes(
             }
             found
         }
-        _ if squares.len() == basis.len() => column(pool, short, part, squares, basis, symmetry).unwrap_or_default(),
+        _ if squares.len() == basis.len() => column(pool, part, squares, basis, symmetry).unwrap_or_default(),
         _ => Vec::new(),
     }
 }
 
 /// The modes of three or four coordinates, all by the same column of the adjugate of K - omega^2 M, in which omega is a symbol.
 fn column(
-    pool: &mut Pool,
-    short: &mut Simplifier,
+    pool: &mut Algebra<'_>,
     part: &Pair,
     squares: &[ExprId],
     basis: &[Sparse],
@@ -141,18 +139,17 @@ fn column(
         .collect();
     let mut best: Option<(u64, Vec<ExprId>)> = None;
     for row in 0..n {
-        let cofactors: Vec<ExprId> = (0..n).map(|other| cofactor(pool, short, &entries, row, other)).collect();
+        let cofactors: Vec<ExprId> = (0..n).map(|other| cofactor(pool, &entries, row, other)).collect();
         let first = *cofactors.first()?;
         if pool.is_zero(first) == ZeroVerdict::Zero {
             continue;
         }
         let mut ratios = Vec::new();
         for cofactor in &cofactors[1..] {
-            let quotient = pool.div(*cofactor, first);
-            let quotient = short.simplify(pool, quotient);
-            ratios.push(on_one_bar(pool, short, quotient));
+            let quotient = pool.short(|pool| pool.div(*cofactor, first));
+            ratios.push(on_one_bar(pool, quotient));
         }
-        let weight = short.weight_of(pool, &ratios);
+        let weight = pool.weight_of(&ratios);
         if best.as_ref().is_none_or(|(least, _)| weight < *least) {
             best = Some((weight, ratios));
         }
@@ -169,8 +166,7 @@ fn column(
             terms.push((product, Number::from(if i == j { 1 } else { 2 })));
         }
     }
-    let mass = pool.linear(&terms);
-    let mass = short.simplify(pool, mass);
+    let mass = pool.short(|pool| pool.linear(&terms));
     let vectors: Vec<(Sparse, ExprId)> =
         basis.iter().cloned().zip(std::iter::once(one).chain(ratios)).filter(|(_, factor)| !factor.is_zero()).collect();
     // A factor that is 0 for all modes would leave its symbol without a meaning.
@@ -189,11 +185,10 @@ fn column(
 }
 
 /// The cofactor of an entry of a matrix of up to four rows.
-fn cofactor(pool: &mut Pool, short: &mut Simplifier, entries: &[Vec<ExprId>], row: usize, column: usize) -> ExprId {
+fn cofactor(pool: &mut Algebra<'_>, entries: &[Vec<ExprId>], row: usize, column: usize) -> ExprId {
     let without = |at: usize| (0..entries.len()).filter(move |i| *i != at);
     let rows: Vec<Vec<ExprId>> = without(row).map(|i| without(column).map(|j| entries[i][j]).collect()).collect();
-    let minor = determinant(pool, &rows);
-    let minor = short.simplify(pool, minor);
+    let minor = pool.short(|pool| determinant(pool, &rows));
     if (row + column).is_multiple_of(2) { minor } else { pool.neg(minor) }
 }
 
@@ -244,27 +239,27 @@ impl Block {
     }
 
     /// The mode of a frequency; with a symbol for omega where that is shorter by far.
-    fn mode(&self, pool: &mut Pool, short: &mut Simplifier, square: ExprId) -> Amplitude {
+    fn mode(&self, pool: &mut Algebra<'_>, square: ExprId) -> Amplitude {
         let mut mode = Amplitude { ratio: None, mass: self.m[2], omega: None, factor: None };
-        let Some((at, ratio)) = self.ratio(pool, short, square, None) else {
+        let Some((at, ratio)) = self.ratio(pool, square, None) else {
             return mode;
         };
         mode.ratio = Some(ratio);
-        mode.mass = self.mass(pool, short, ratio);
-        if short.weight(pool, ratio) <= MOST_IN_RATIO && short.weight(pool, mode.mass) <= MOST_IN_MASS {
+        mode.mass = self.mass(pool, ratio);
+        if pool.weight(ratio) <= MOST_IN_RATIO && pool.weight(mode.mass) <= MOST_IN_MASS {
             return mode;
         }
         let symbol = pool.fresh_symbol("omega");
         let omega = pool.symbol_expr(symbol);
         let omega_squared = pool.square(omega);
-        if let Some((_, ratio)) = self.ratio(pool, short, omega_squared, Some(at)) {
+        if let Some((_, ratio)) = self.ratio(pool, omega_squared, Some(at)) {
             mode.ratio = Some(ratio);
-            mode.mass = self.mass(pool, short, ratio);
+            mode.mass = self.mass(pool, ratio);
             mode.omega = Some(symbol);
-            if short.weight(pool, mode.mass) > MOST_WITH_RATIO {
+            if pool.weight(mode.mass) > MOST_WITH_RATIO {
                 let symbol = pool.fresh_symbol("a");
                 let factor = pool.symbol_expr(symbol);
-                mode.mass = self.mass(pool, short, factor);
+                mode.mass = self.mass(pool, factor);
                 mode.factor = Some(symbol);
             }
         }
@@ -272,12 +267,12 @@ impl Block {
     }
 
     /// M_11 + 2 M_12 a + M_22 a^2
-    fn mass(&self, pool: &mut Pool, short: &mut Simplifier, ratio: ExprId) -> ExprId {
+    fn mass(&self, pool: &mut Algebra<'_>, ratio: ExprId) -> ExprId {
         let square = pool.square(ratio);
         let (mixed, last) = (pool.mul(self.m[1], ratio), pool.mul(self.m[2], square));
-        let sum = pool.linear(&[(self.m[0], Number::ONE), (mixed, Number::from(2)), (last, Number::ONE)]);
-        let sum = short.simplify(pool, sum);
-        on_one_bar(pool, short, sum)
+        let sum =
+            pool.short(|pool| pool.linear(&[(self.m[0], Number::ONE), (mixed, Number::from(2)), (last, Number::ONE)]));
+        on_one_bar(pool, sum)
     }
 
     /// The shortest of the forms that the two rows of (K - z M) a = 0 give, or of one form of them; and which ones have a
@@ -288,13 +283,7 @@ impl Block {
     /// ```
     ///
     /// which is the first row, a = (K_11 - z1 M_11)/(z1 M_12 - K_12), extended by z2 M_12 - K_12.
-    fn ratio(
-        &self,
-        pool: &mut Pool,
-        short: &mut Simplifier,
-        z: ExprId,
-        forms: Option<[bool; 3]>,
-    ) -> Option<([bool; 3], ExprId)> {
+    fn ratio(&self, pool: &mut Algebra<'_>, z: ExprId, forms: Option<[bool; 3]>) -> Option<([bool; 3], ExprId)> {
         let one = Number::ONE;
         let minus = Number::MINUS_ONE;
         let entry = |pool: &mut Pool, i: usize| {
@@ -308,7 +297,7 @@ impl Block {
         let mut best: Option<(u64, ExprId)> = None;
         let mut usable = [false; 3];
         for (at, (above, below)) in fractions.into_iter().enumerate() {
-            let below = short.simplify(pool, below);
+            let below = pool.simplify(below);
             let wanted = match forms {
                 Some(forms) => forms[at],
                 None => pool.is_zero(below) != ZeroVerdict::Zero,
@@ -317,11 +306,10 @@ impl Block {
                 continue;
             }
             usable[at] = true;
-            let above = short.simplify(pool, above);
-            let quotient = pool.div(above, below);
-            let quotient = short.simplify(pool, quotient);
-            let quotient = on_one_bar(pool, short, quotient);
-            let weight = short.weight(pool, quotient);
+            let above = pool.simplify(above);
+            let quotient = pool.short(|pool| pool.div(above, below));
+            let quotient = on_one_bar(pool, quotient);
+            let weight = pool.weight(quotient);
             if !pool.is_undefined(quotient) && best.is_none_or(|(least, _)| weight < least) {
                 best = Some((weight, quotient));
             }
@@ -361,7 +349,7 @@ impl Block {
 }
 
 /// A sum of fractions as one fraction, where that is not much longer.
-pub(super) fn on_one_bar(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> ExprId {
+pub(super) fn on_one_bar(pool: &mut Algebra<'_>, e: ExprId) -> ExprId {
     let Some(monomials) = expand(pool, e, Opening::Powers) else {
         return e;
     };
@@ -386,8 +374,7 @@ pub(super) fn on_one_bar(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> 
             (pool.product_of_powers(&monomial), coefficient)
         })
         .collect();
-    let above = pool.linear(&terms);
-    let above = short.simplify(pool, above);
+    let above = pool.short(|pool| pool.linear(&terms));
     // What all terms have in common stands in front, even where that is no shorter.
     let above = match expand(pool, above, Opening::Outermost) {
         Some(terms) => with_common_factor(pool, terms.into_iter().collect()),
@@ -396,6 +383,6 @@ pub(super) fn on_one_bar(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> 
     let mut factors = vec![(above, Number::ONE)];
     factors.extend(below.into_iter().map(|(base, power)| (base, power.neg())));
     let fraction = pool.product_of_powers(&factors);
-    let (own, before) = (short.weight(pool, fraction), short.weight(pool, e));
+    let (own, before) = (pool.weight(fraction), pool.weight(e));
     if own <= before + before / 2 { fraction } else { e }
 }

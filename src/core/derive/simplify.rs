@@ -6,6 +6,7 @@
 //! constructors apply as well, so that the value never changes.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::ops::{Deref, DerefMut};
 
 use super::collapse::collapse;
 use crate::expr::{ExprId, Node, Pool, collect_equal};
@@ -21,32 +22,56 @@ pub(super) type Monomial = Vec<(ExprId, Number)>;
 /// Monomials with their coefficients.
 pub(super) type Monomials = BTreeMap<Monomial, Number>;
 
-/// Brings expressions of one pool to their shortest form; remembers what it has done.
+/// How many symbols it takes to write the expressions of one pool, roughly.
 #[derive(Debug, Default)]
-pub struct Simplifier {
+pub(super) struct Weights(Vec<u64>);
+
+/// The expressions of a pool, and the shortest forms that were found of them.
+#[derive(Debug)]
+pub struct Algebra<'a> {
+    pool: &'a mut Pool,
     images: HashMap<ExprId, ExprId>,
-    weights: Vec<u64>,
+    weights: Weights,
 }
 
-impl Simplifier {
+impl Deref for Algebra<'_> {
+    type Target = Pool;
+
+    fn deref(&self) -> &Pool {
+        self.pool
+    }
+}
+
+impl DerefMut for Algebra<'_> {
+    fn deref_mut(&mut self) -> &mut Pool {
+        self.pool
+    }
+}
+
+impl<'a> Algebra<'a> {
+    /// Of a pool of which no shortest forms are known yet.
+    pub fn new(pool: &'a mut Pool) -> Self {
+        Self { pool, images: HashMap::new(), weights: Weights::default() }
+    }
+
     /// The shortest form found of an expression, inner arguments included.
-    pub fn simplify(&mut self, pool: &mut Pool, root: ExprId) -> ExprId {
+    pub fn simplify(&mut self, root: ExprId) -> ExprId {
         if let Some(image) = self.images.get(&root) {
             return *image;
         }
-        let ids = pool.reachable(&[root]);
+        let ids = self.pool.reachable(&[root]);
         // Arguments of functions and factors are shortened for themselves first.
         let mut closed: Vec<ExprId> = vec![root];
         for id in &ids {
-            if !pool.is_sum(*id) {
-                pool.node(*id).for_each_child(|child| closed.push(child));
+            if !self.pool.is_sum(*id) {
+                self.pool.node(*id).for_each_child(|child| closed.push(child));
             }
         }
         closed.sort_unstable();
         closed.dedup();
         let mut local: HashMap<ExprId, ExprId> = HashMap::new();
         for id in ids {
-            if pool.is_spent() {
+            if self.pool.is_spent() {
                 return root;
             }
             let is_closed = closed.binary_search(&id).is_ok();
@@ -54,9 +79,9 @@ impl Simplifier {
                 local.insert(id, *image);
                 continue;
             }
-            let rebuilt = rebuild(pool, id, &local);
+            let rebuilt = rebuild(self.pool, id, &local);
             let new = if is_closed {
-                let new = self.shortest(pool, rebuilt);
+                let new = self.shortest(rebuilt);
                 self.images.insert(id, new);
                 new
             } else {
@@ -67,42 +92,49 @@ impl Simplifier {
         local.get(&root).copied().unwrap_or(root)
     }
 
+    /// The shortest form found of what is made.
+    pub(super) fn short(&mut self, make: impl FnOnce(&mut Pool) -> ExprId) -> ExprId {
+        let made = make(self.pool);
+        self.simplify(made)
+    }
+
     /// The shortest of the forms of an expression whose closed parts are short already.
-    fn shortest(&mut self, pool: &mut Pool, e: ExprId) -> ExprId {
-        if !has_sums(pool, e) && !has_functions(pool, e) {
+    fn shortest(&mut self, e: ExprId) -> ExprId {
+        if !has_sums(self.pool, e) && !has_functions(self.pool, e) {
             return e;
         }
         let mut best = e;
         for opening in [Opening::Outermost, Opening::Factors, Opening::Powers] {
-            let Some(mut monomials) = expand(pool, best, opening) else {
+            let Some(mut monomials) = expand(self.pool, best, opening) else {
                 continue;
             };
-            collapse(pool, &mut monomials);
-            let flat = write_flat(pool, &monomials);
+            collapse(self.pool, &mut monomials);
+            let flat = write_flat(self.pool, &monomials);
             let terms: Vec<(Monomial, Number)> = monomials.into_iter().collect();
-            let factored = factor(pool, terms, 0);
+            let factored = factor(self.pool, terms, 0);
             for candidate in [factored, flat] {
-                if self.weight(pool, candidate) < self.weight(pool, best) {
+                if self.weight(candidate) < self.weight(best) {
                     best = candidate;
                 }
             }
         }
-        self.over_powers(pool, best)
+        self.over_powers(best)
     }
 
     /// Several powers of one sum below a fraction bar over the highest, where that is shorter: m/√u + m v²/(c² √u³) with
     /// u = 1 - v²/c² is m/√u³.
-    fn over_powers(&mut self, pool: &mut Pool, e: ExprId) -> ExprId {
-        let all = pool.terms(e);
-        let is_below =
-            |term: &ExprId| is_product_with(pool, *term, |base, power| power.is_negative() && pool.is_sum(base));
+    fn over_powers(&mut self, e: ExprId) -> ExprId {
+        let all = self.pool.terms(e);
+        let is_below = |term: &ExprId| {
+            is_product_with(self.pool, *term, |base, power| power.is_negative() && self.pool.is_sum(base))
+        };
         if !all.iter().any(|(term, _)| is_below(term)) {
             return e;
         }
         // With what an exponent is beyond a whole number.
         let mut powers: BTreeMap<(ExprId, Number), BTreeSet<Number>> = BTreeMap::new();
-        for (base, exponent) in all.iter().flat_map(|(term, _)| pool.factors(*term)) {
-            if pool.is_sum(base) {
+        for (base, exponent) in all.iter().flat_map(|(term, _)| self.pool.factors(*term)) {
+            if self.pool.is_sum(base) {
                 let part = exponent.sub(&exponent.floor());
                 powers.entry((base, part)).or_default().insert(exponent);
             }
@@ -114,45 +146,55 @@ impl Simplifier {
             return e;
         };
         let inverse = exponent.neg();
-        let has = |pool: &Pool, term: ExprId| {
-            pool.factors(term).iter().any(|(own, power)| *own == base && power.sub(&exponent).is_integer())
+        let has = |term: ExprId| {
+            self.pool.factors(term).iter().any(|(own, power)| *own == base && power.sub(&exponent).is_integer())
         };
-        let (with, without): (Vec<_>, Vec<_>) = all.into_iter().partition(|(term, _)| has(pool, *term));
+        let (with, without): (Vec<_>, Vec<_>) = all.into_iter().partition(|(term, _)| has(*term));
         let terms = with.into_iter().map(|(term, coefficient)| {
-            (pool.product_of_powers(&[(term, Number::ONE), (base, inverse.clone())]), coefficient)
+            (self.pool.product_of_powers(&[(term, Number::ONE), (base, inverse.clone())]), coefficient)
         });
         let terms: Vec<(ExprId, Number)> = terms.collect();
-        let above = pool.linear(&terms);
-        let Some(mut monomials) = expand(pool, above, Opening::Powers) else {
+        let above = self.pool.linear(&terms);
+        let Some(mut monomials) = expand(self.pool, above, Opening::Powers) else {
             return e;
         };
-        collapse(pool, &mut monomials);
-        let above = factor(pool, monomials.into_iter().collect(), 0);
-        let whole = pool.product_of_powers(&[(above, Number::ONE), (base, exponent)]);
-        let rest = pool.linear(&without);
-        let whole = pool.add(whole, rest);
-        if self.weight(pool, whole) < self.weight(pool, e) { whole } else { e }
+        collapse(self.pool, &mut monomials);
+        let above = factor(self.pool, monomials.into_iter().collect(), 0);
+        let whole = self.pool.product_of_powers(&[(above, Number::ONE), (base, exponent)]);
+        let rest = self.pool.linear(&without);
+        let whole = self.pool.add(whole, rest);
+        if self.weight(whole) < self.weight(e) { whole } else { e }
     }
 
     /// How many symbols it takes to write an expression, roughly.
-    pub(crate) fn weight(&mut self, pool: &Pool, e: ExprId) -> u64 {
-        if let Some(weight) = self.weights.get(e.index()) {
-            return *weight;
-        }
-        for id in pool.ids_from(self.weights.len()) {
-            let weight = self.own_weight(pool.node(id), pool);
-            self.weights.push(weight);
-        }
-        self.weights.get(e.index()).copied().unwrap_or(u64::MAX)
+    pub(super) fn weight(&mut self, e: ExprId) -> u64 {
+        self.weights.of(self.pool, e)
     }
 
     /// The same of several.
-    pub(crate) fn weight_of(&mut self, pool: &Pool, all: &[ExprId]) -> u64 {
-        all.iter().fold(0, |sum, e| sum.saturating_add(self.weight(pool, *e)))
+    pub(super) fn weight_of(&mut self, all: &[ExprId]) -> u64 {
+        self.weights.of_all(self.pool, all)
+    }
+}
+
+impl Weights {
+    pub(super) fn of(&mut self, pool: &Pool, e: ExprId) -> u64 {
+        if let Some(weight) = self.0.get(e.index()) {
+            return *weight;
+        }
+        for id in pool.ids_from(self.0.len()) {
+            let weight = self.own(pool.node(id), pool);
+            self.0.push(weight);
+        }
+        self.0.get(e.index()).copied().unwrap_or(u64::MAX)
     }
 
-    fn own_weight(&self, node: &Node, pool: &Pool) -> u64 {
-        let of = |id: &ExprId| self.weights.get(id.index()).copied().unwrap_or(0);
+    pub(super) fn of_all(&mut self, pool: &Pool, all: &[ExprId]) -> u64 {
+        all.iter().fold(0, |sum, e| sum.saturating_add(self.of(pool, *e)))
+    }
+
+    fn own(&self, node: &Node, pool: &Pool) -> u64 {
+        let of = |id: &ExprId| self.0.get(id.index()).copied().unwrap_or(0);
         let total = |parts: &mut dyn Iterator<Item = u64>| parts.fold(0u64, |sum, part| sum.saturating_add(part));
         match node {
             Node::Number(value) => 1 + 2 * u64::from(!value.is_integer()),
@@ -188,10 +230,7 @@ fn opens(exponent: &Number) -> bool {
 
 /// The node with its children replaced by their images.
 pub(super) fn rebuild(pool: &mut Pool, id: ExprId, images: &HashMap<ExprId, ExprId>) -> ExprId {
-    let image = |child: ExprId| images.get(&child).copied().unwrap_or(child);
-    let mut changed = false;
-    pool.node(id).for_each_child(|child| changed |= image(child) != child);
-    if changed { pool.with_children(id, image) } else { id }
+    pool.rebuilt_from(id, |child| images.get(&child).copied().unwrap_or(child))
 }
 
 /// Whether there is a sum of several terms to work on, outside of closed parts.

@@ -8,7 +8,7 @@
 use std::collections::BTreeMap;
 
 use super::pair::Pair;
-use super::simplify::Simplifier;
+use super::simplify::Algebra;
 use crate::expr::{ExprId, Pool, Substitution, Symbol};
 use crate::model::Model;
 use crate::symmetry::SignedPermutation;
@@ -107,8 +107,7 @@ impl Ties {
     pub(super) fn needed(
         &self,
         model: &Model,
-        pool: &mut Pool,
-        short: &mut Simplifier,
+        pool: &mut Algebra<'_>,
         pair: &Pair,
         generators: &[SignedPermutation],
     ) -> Self {
@@ -133,17 +132,17 @@ impl Ties {
         pairs.sort_unstable();
         pairs.dedup();
         for (a, b) in pairs {
-            self.tie(model, pool, short, (a, b), &mut needed);
+            self.tie(model, pool, (a, b), &mut needed);
         }
         needed
     }
 
     /// Adds the ties that make two expressions equal.
-    fn tie(&self, model: &Model, pool: &mut Pool, short: &mut Simplifier, (a, b): (ExprId, ExprId), needed: &mut Self) {
-        let mut equal = |pool: &mut Pool, ties: &Self| {
+    fn tie(&self, model: &Model, pool: &mut Algebra<'_>, (a, b): (ExprId, ExprId), needed: &mut Self) {
+        let equal = |pool: &mut Algebra<'_>, ties: &Self| {
             let map = ties.substitution(model, pool);
             let images = pool.substitute(&[a, b], &map);
-            short.simplify(pool, images[0]) == short.simplify(pool, images[1])
+            pool.simplify(images[0]) == pool.simplify(images[1])
         };
         if equal(pool, needed) {
             return;

@@ -1,5 +1,7 @@
 //! Replacing symbols by expressions, and absolute values by signs.
 
+use std::collections::HashMap;
+
 use super::traverse::Reachable;
 use super::{ExprId, Function, Node, Pool, Substitution, Symbol, Tape};
 use crate::number::Number;
@@ -79,14 +81,13 @@ impl Pool {
         self.rebuilt(roots, &reachable, &dependent, &none, &mut smaller)
     }
 
-    /// The roots with some of their parts replaced, all at once, and simplified anew.
-    pub fn replaced(&mut self, roots: &[ExprId], parts: &[(ExprId, ExprId)]) -> Vec<ExprId> {
+    /// The roots with some of their parts replaced, all at once, and what these are in simplified anew.
+    pub fn replaced(&mut self, roots: &[ExprId], parts: &HashMap<ExprId, ExprId>) -> Vec<ExprId> {
         let reachable = self.reachable_places(roots);
         let mut images: Vec<ExprId> = Vec::with_capacity(reachable.ids.len());
         for id in &reachable.ids {
-            let own = parts.iter().find(|(old, _)| old == id).map(|(_, new)| *new);
             let image = |child: ExprId| images[reachable.place(child)];
-            images.push(own.unwrap_or_else(|| self.with_children(*id, image)));
+            images.push(parts.get(id).copied().unwrap_or_else(|| self.rebuilt_from(*id, image)));
         }
         roots.iter().map(|root| images[reachable.place(*root)]).collect()
     }
@@ -118,8 +119,15 @@ impl Pool {
         roots.iter().map(|root| images[reachable.place(*root)]).collect()
     }
 
+    /// The expression built anew from the images of its children, if these are not the children themselves.
+    pub(crate) fn rebuilt_from(&mut self, id: ExprId, image: impl Fn(ExprId) -> ExprId) -> ExprId {
+        let mut changed = false;
+        self.node(id).for_each_child(|child| changed |= image(child) != child);
+        if changed { self.with_children(id, image) } else { id }
+    }
+
     /// The expression built anew from the images of its children.
-    pub(crate) fn with_children(&mut self, id: ExprId, image: impl Fn(ExprId) -> ExprId) -> ExprId {
+    fn with_children(&mut self, id: ExprId, image: impl Fn(ExprId) -> ExprId) -> ExprId {
         let images = |parts: &[(ExprId, Number)]| parts.iter().map(|(part, x)| (image(*part), x.clone())).collect();
         match self.node(id) {
             Node::Number(_) | Node::Pi | Node::Symbol(_) | Node::Undefined => id,

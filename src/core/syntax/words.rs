@@ -64,42 +64,26 @@ pub(crate) const GREEK: &[(&str, &str, &str)] = &[
 ];
 
 /// The functions, `sum`, `integral` and `rows` apart.
-pub const FUNCTIONS: [&str; 32] = [
-    "sin",
-    "cos",
-    "tan",
-    "asin",
-    "acos",
-    "atan",
-    "atan2",
-    "sinh",
-    "cosh",
-    "tanh",
-    "exp",
-    "ln",
-    "sqrt",
-    "abs",
-    "norm",
-    "dot",
-    "cross",
-    "transpose",
-    "mod",
-    "floor",
-    "rot_x",
-    "rot_y",
-    "rot_z",
-    "angular_velocity",
-    "inertia_sphere",
-    "inertia_shell",
-    "inertia_cylinder",
-    "inertia_rod",
-    "inertia_box",
-    "inertia_point",
-    "steiner",
-    "about",
-];
+pub const FUNCTIONS: [&str; 32] = {
+    let mut names = [""; 32];
+    let mut at = 0;
+    while at < names.len() {
+        names[at] = name_in(SIGNATURES[at].0);
+        at += 1;
+    }
+    names
+};
 
-/// How each of [`FUNCTIONS`] is called, in their order, and what it gives; then the three that are words of the language.
+/// What is called.
+const fn name_in(call: &'static str) -> &'static str {
+    let mut end = 0;
+    while call.as_bytes()[end] != b'(' {
+        end += 1;
+    }
+    call.split_at(end).0
+}
+
+/// How each function is called, and what it gives; the three that are words of the language at the end.
 const SIGNATURES: [(&str, &str); 35] = [
     ("sin(x)", "sine, of an angle in rad"),
     ("cos(x)", "cosine, of an angle in rad"),
@@ -146,7 +130,7 @@ const SIGNATURES: [(&str, &str); 35] = [
 /// ```
 #[must_use]
 pub fn signature(function: &str) -> Option<(&'static str, &'static str)> {
-    SIGNATURES.into_iter().find(|(call, _)| call.split('(').next() == Some(function))
+    SIGNATURES.into_iter().find(|(call, _)| name_in(call) == function)
 }
 
 /// The function that is meant by a name as other languages have it, `np.arctan`.

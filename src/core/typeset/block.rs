@@ -246,20 +246,7 @@ impl Formula {
                 Block::beside(&blocks)
             }
             Self::Verbatim(text) => Block::line(text),
-            Self::Sign(sign) => Block::line(match sign {
-                Sign::Equal => "=",
-                Sign::NotEqual => "≠",
-                Sign::Less => "<",
-                Sign::LessEqual => "≤",
-                Sign::Greater => ">",
-                Sign::GreaterEqual => "≥",
-                Sign::In => "∈",
-                Sign::Comma => ",",
-                Sign::Not => "not",
-                Sign::And => "and",
-                Sign::Or => "or",
-                Sign::If => "  if",
-            }),
+            Self::Sign(sign) => Block::line(sign.forms()[3]),
         }
     }
 

@@ -1,10 +1,11 @@
 //! Formulas as LaTeX, with what amsmath brings.
 
 use super::block::sign;
+use super::dialect::{Dialect, Lines};
 use super::pieces::{Bracket, Breaker, Piece, Token};
 use super::points::TERM;
-use super::symbol::{Subscript, latex_word};
-use super::{Formula, Sign, Symbol};
+use super::symbol::latex_word;
+use super::{Formula, Symbol};
 
 /// The width of a line in points, of `article` at 10 points with room for a number.
 const LINE: f64 = 318.0;
@@ -13,35 +14,63 @@ const INDENT: f64 = 20.0;
 /// The width of a letter of a remark.
 const LETTER: f64 = 5.2;
 
+const LATEX: Dialect = Dialect {
+    number: ["", ""],
+    scientific: ["", r" \cdot 10^{", "}"],
+    minus: "-",
+    letter: Symbol::latex_letter,
+    word: latex_word,
+    subscript: ["", "_{", "}"],
+    power: ["", "^{", "}"],
+    both: ["", "_{", "}^{", "}"],
+    delta: [r"\delta ", ""],
+    differential: [r"\,\mathrm{d}", ""],
+    fraction: [r"\frac{", "}{", "}"],
+    root: [r"\sqrt{", "}"],
+    bars: [[r"\left\vert ", r" \right\vert"], [r"\left\Vert ", r" \right\Vert"]],
+    brackets: [["(", ")"], [r"\left( ", r" \right)"]],
+    matrix: [r"\begin{pmatrix} ", r" \end{pmatrix}"],
+    entries: [r" \\ ", " & "],
+    rate: [r"\frac{\mathrm{d}}{\mathrm{d}t} ", ""],
+    limits: [([r"\sum_{", "}^{", "}"], [r"\sum_{", "}"]), ([r"\int_{", "}^{", "}"], [r"\int_{", "}"])],
+    row: ["", ""],
+    beside: " ",
+    times: r" \cdot ",
+    behind_function: Some(r" \, "),
+    cross: r" \times ",
+    signs: ["-", " + ", " - "],
+    commas: [",", ", ", r",\, "],
+    space: " ",
+    before_comma: false,
+    e: r"\mathrm{e}",
+    function: |name| match name {
+        "atan2" | "rows" => format!(r"\operatorname{{{name}}}"),
+        _ => format!(r"\{name}"),
+    },
+    applied: [" ", ""],
+    sign: |sign| sign.forms()[0].to_owned(),
+    verbatim: |text| format!(r"\texttt{{{}}}", text.replace('_', r"\_").replace('^', r"\textasciicircum{}")),
+    lines: Lines {
+        around: ["\\begin{aligned}\n", "\n\\end{aligned}"],
+        behind_left: " ",
+        breaks: ["& ", " \\\\\n&\\quad {}"],
+        factor: [r"\cdot ", r"\, "],
+        token: write_token,
+    },
+};
+
 impl Formula {
     /// The formula in LaTeX's mathematical mode. Needs the package `amsmath` for matrices.
     #[must_use]
     pub fn latex(&self) -> String {
-        let mut out = String::new();
-        self.write(&mut out);
-        out
+        self.written(&LATEX)
     }
 
     /// The formula for a line of its own, without `$` or `\[`: one that is too long for a line of the class `article` at 10 points
     /// is broken before relations and signs, in an `aligned` environment.
     #[must_use]
     pub fn latex_display(&self) -> String {
-        let Some((left, lines)) = self.broken() else {
-            return self.latex();
-        };
-        let left = left.map_or(String::new(), |left| left.latex() + " ");
-        let mut out = format!("\\begin{{aligned}}\n{left}");
-        for (at, pieces) in lines.iter().enumerate() {
-            out.push_str(if at == 0 { "& " } else { " \\\\\n&\\quad {}" });
-            for (place, piece) in pieces.iter().enumerate() {
-                if piece.is_factor {
-                    out.push_str(if place == 0 { r"\cdot " } else { r"\, " });
-                }
-                piece.tokens.iter().for_each(|token| write_token(token, &mut out));
-            }
-        }
-        out.push_str("\n\\end{aligned}");
-        out
+        self.displayed(&LATEX)
     }
 
     /// The lines of a formula that is too long for one, behind what stands on the left of its relation if that is short.
@@ -67,103 +96,6 @@ impl Formula {
     pub fn fits_line(&self, letters: usize) -> bool {
         let beside = if letters == 0 { 0.0 } else { 20.0 + LETTER * letters as f64 };
         self.points() + beside <= LINE
-    }
-
-    fn write(&self, out: &mut String) {
-        match self {
-            Self::Number(digits) => out.push_str(digits),
-            Self::Scientific { digits, exponent } => {
-                out.push_str(&format!(r"{digits} \cdot 10^{{{exponent}}}"));
-            }
-            Self::Symbol(symbol) => write_symbol(symbol, out),
-            Self::Indexed(inner, feet) => {
-                inner.write(out);
-                write_feet(feet, out);
-            }
-            Self::Product(factors) => write_product(factors, out),
-            Self::Sum(terms) => {
-                for (at, (negative, term)) in terms.iter().enumerate() {
-                    out.push_str(sign(at == 0, *negative));
-                    term.write(out);
-                }
-            }
-            Self::Fraction(above, below) => {
-                out.push_str(r"\frac{");
-                above.write(out);
-                out.push_str("}{");
-                below.write(out);
-                out.push('}');
-            }
-            Self::Power(base, exponent) => {
-                base.write(out);
-                out.push_str("^{");
-                exponent.write(out);
-                out.push('}');
-            }
-            Self::Root(inner) => {
-                out.push_str(r"\sqrt{");
-                inner.write(out);
-                out.push('}');
-            }
-            Self::Function { name, power, arguments } => write_function(name, power.as_deref(), arguments, out),
-            Self::Bars { double, inner } => {
-                let bar = if *double { r"\Vert" } else { r"\vert" };
-                out.push_str(&format!(r"\left{bar} "));
-                inner.write(out);
-                out.push_str(&format!(r" \right{bar}"));
-            }
-            Self::Parentheses(inner) => write_parentheses(inner, out),
-            Self::Matrix(rows) => write_matrix(rows, out),
-            Self::Between { cross, sides } => {
-                sides.0.write(out);
-                out.push_str(if *cross { r" \times " } else { r" \cdot " });
-                sides.1.write(out);
-            }
-            Self::Rate(inner) => {
-                out.push_str(r"\frac{\mathrm{d}}{\mathrm{d}t} ");
-                inner.write(out);
-            }
-            Self::Total { integral, below, above, body } => {
-                out.push_str(if *integral { r"\int_{" } else { r"\sum_{" });
-                for (at, line) in below.iter().enumerate() {
-                    if at > 0 {
-                        out.push_str(r",\, ");
-                    }
-                    line.write(out);
-                }
-                out.push('}');
-                if let Some(above) = above {
-                    out.push_str("^{");
-                    above.write(out);
-                    out.push('}');
-                }
-                out.push(' ');
-                body.write(out);
-            }
-            Self::Differential(symbol) => {
-                out.push_str(r"\,\mathrm{d}");
-                write_symbol(symbol, out);
-            }
-            Self::Relation(parts) => row(parts, out),
-            Self::Verbatim(text) => {
-                let text = text.replace('_', r"\_").replace('^', r"\textasciicircum{}");
-                out.push_str(&format!(r"\texttt{{{text}}}"));
-            }
-            Self::Sign(sign) => out.push_str(match sign {
-                Sign::Equal => "=",
-                Sign::NotEqual => r"\neq",
-                Sign::Less => "<",
-                Sign::LessEqual => r"\leq",
-                Sign::Greater => ">",
-                Sign::GreaterEqual => r"\geq",
-                Sign::In => r"\in",
-                Sign::Comma => r",\;",
-                Sign::Not => r"\neg",
-                Sign::And => r"\land",
-                Sign::Or => r"\lor",
-                Sign::If => r"\quad \text{if}",
-            }),
-        }
     }
 
     /// About how many letters wide the formula is.
@@ -251,20 +183,20 @@ fn write_token(token: &Token, out: &mut String) {
         Bracket::DoubleBars => r"\Vert",
     };
     match token {
-        Token::Whole(formula) => formula.write(out),
+        Token::Whole(formula) => out.push_str(&formula.latex()),
         Token::Term { first, negative } => out.push_str(sign(*first, *negative)),
         Token::Relation(sign) => {
             if !out.ends_with(' ') {
                 out.push(' ');
             }
-            Formula::Sign(*sign).write(out);
+            out.push_str(sign.forms()[0]);
             out.push(' ');
         }
         Token::Open(own) => out.push_str(&format!(r"\Bigl{} ", bracket(own, "("))),
         Token::Close(own) => out.push_str(&format!(r" \Bigr{}", bracket(own, ")"))),
         Token::Exponent(formula) => {
             out.push_str("^{");
-            formula.write(out);
+            out.push_str(&formula.latex());
             out.push('}');
         }
         Token::Exp => out.push_str(r"\exp "),
@@ -274,107 +206,7 @@ fn write_token(token: &Token, out: &mut String) {
     }
 }
 
-/// Parts one after another, with spaces.
-fn row(parts: &[Formula], out: &mut String) {
-    for (at, part) in parts.iter().enumerate() {
-        if at > 0 && !matches!(part, Formula::Sign(Sign::Comma)) {
-            out.push(' ');
-        }
-        part.write(out);
-    }
-}
-
-fn write_matrix(rows: &[Vec<Formula>], out: &mut String) {
-    out.push_str(r"\begin{pmatrix}");
-    for (at, entries) in rows.iter().enumerate() {
-        out.push_str(if at == 0 { " " } else { r" \\ " });
-        for (column, entry) in entries.iter().enumerate() {
-            if column > 0 {
-                out.push_str(" & ");
-            }
-            entry.write(out);
-        }
-    }
-    out.push_str(r" \end{pmatrix}");
-}
-
-fn write_product(factors: &[Formula], out: &mut String) {
-    let mut before: Option<&Formula> = None;
-    for factor in factors {
-        match before {
-            None => {}
-            Some(last) if last.is_open_function() => out.push_str(r" \, "),
-            // A digit would run on.
-            Some(_) if factor.begins_with_digit() => out.push_str(r" \cdot "),
-            Some(_) => out.push(' '),
-        }
-        factor.write(out);
-        before = Some(factor);
-    }
-}
-
 /// Whether a function's argument needs no brackets.
 pub(super) fn stands_open(arguments: &[Formula]) -> bool {
     matches!(arguments, [Formula::Symbol(_) | Formula::Number(_)])
-}
-
-fn write_function(name: &str, power: Option<&Formula>, arguments: &[Formula], out: &mut String) {
-    match name {
-        "exp" if arguments.is_empty() => out.push_str(r"\mathrm{e}"),
-        "atan2" | "rows" => out.push_str(&format!(r"\operatorname{{{name}}}")),
-        _ => out.push_str(&format!(r"\{name}")),
-    }
-    if let Some(power) = power {
-        out.push_str("^{");
-        power.write(out);
-        out.push('}');
-    }
-    match arguments {
-        [] => {}
-        [argument] if stands_open(arguments) => {
-            out.push(' ');
-            argument.write(out);
-        }
-        [argument] => write_parentheses(argument, out),
-        several => {
-            out.push('(');
-            for (at, argument) in several.iter().enumerate() {
-                if at > 0 {
-                    out.push_str(", ");
-                }
-                argument.write(out);
-            }
-            out.push(')');
-        }
-    }
-}
-
-fn write_parentheses(inner: &Formula, out: &mut String) {
-    let (open, close) = if inner.is_tall() { (r"\left( ", r" \right)") } else { ("(", ")") };
-    out.push_str(open);
-    inner.write(out);
-    out.push_str(close);
-}
-
-fn write_symbol(symbol: &Symbol, out: &mut String) {
-    out.push_str(&symbol.latex_letter());
-    write_feet(&symbol.subscript, out);
-}
-
-fn write_feet(feet: &[Subscript], out: &mut String) {
-    if feet.is_empty() {
-        return;
-    }
-    out.push_str("_{");
-    for (at, foot) in feet.iter().enumerate() {
-        if at > 0 {
-            out.push(',');
-        }
-        match foot {
-            Subscript::Word(word) => out.push_str(&latex_word(word)),
-            Subscript::Index(formula) => formula.write(out),
-            Subscript::Coordinate(symbol) => write_symbol(symbol, out),
-        }
-    }
-    out.push('}');
 }

@@ -20,6 +20,7 @@
 //! ```
 
 mod block;
+mod dialect;
 mod latex;
 mod lower;
 mod mathml;
@@ -137,6 +138,26 @@ pub enum Sign {
     Or,
     /// if
     If,
+}
+
+impl Sign {
+    /// In LaTeX, in Typst, in MathML and as text.
+    fn forms(self) -> [&'static str; 4] {
+        match self {
+            Self::Equal => ["="; 4],
+            Self::NotEqual => [r"\neq", "!=", "≠", "≠"],
+            Self::Less => ["<", "<", "&lt;", "<"],
+            Self::LessEqual => [r"\leq", "<=", "≤", "≤"],
+            Self::Greater => [">", ">", "&gt;", ">"],
+            Self::GreaterEqual => [r"\geq", ">=", "≥", "≥"],
+            Self::In => [r"\in", "in", "∈", "∈"],
+            Self::Comma => [r",\;", ",", ",", ","],
+            Self::Not => [r"\neg", "not", "¬", "not"],
+            Self::And => [r"\land", "and", "∧", "and"],
+            Self::Or => [r"\lor", "or", "∨", "or"],
+            Self::If => [r"\quad \text{if}", "quad \"if\"", "\u{2003}if\u{2002}", "  if"],
+        }
+    }
 }
 
 impl Formula {

@@ -120,14 +120,13 @@ impl Symbol {
     pub(super) fn latex_letter(&self) -> String {
         let letter =
             if self.plain && self.letter.is_ascii() { plain_latex(&self.letter) } else { latex_word(&self.letter) };
-        let dotted = match self.dots {
+        match self.dots {
             0 => letter,
             1 => format!(r"\dot{{{letter}}}"),
             2 => format!(r"\ddot{{{letter}}}"),
             3 => format!(r"\dddot{{{letter}}}"),
             more => format!(r"{letter}^{{({more})}}"),
-        };
-        if self.delta { format!(r"\delta {dotted}") } else { dotted }
+        }
     }
 
     /// The letter alone in Unicode, with its dots.

@@ -7,7 +7,7 @@
 use super::error::MotionError;
 use crate::flow::solved;
 use crate::mechanics::Mechanics;
-use librate_core::derive::{Motion, Simplifier, without_multipliers};
+use librate_core::derive::{Algebra, Motion, without_multipliers};
 use librate_core::expr::{ExprId, Pool, Substitution, Symbol, Tape, UnboundSymbol};
 use librate_core::linearize::{derive_with_multipliers, known_values, missing_value};
 use librate_core::model::{Model, SymbolKind};
@@ -328,8 +328,8 @@ fn shorten(pool: &mut Pool, equations: &mut Vec<ExprId>, most: usize) {
     if before > most {
         return;
     }
-    let mut short = Simplifier::default();
-    let shorter: Vec<ExprId> = equations.iter().map(|e| short.simplify(pool, *e)).collect();
+    let mut algebra = Algebra::new(pool);
+    let shorter: Vec<ExprId> = equations.iter().map(|e| algebra.simplify(*e)).collect();
     if pool.reachable(&shorter).len() < before {
         *equations = shorter;
     }

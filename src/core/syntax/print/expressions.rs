@@ -47,16 +47,27 @@ fn strength(kind: &ExprKind) -> Strength {
 impl<'f, S: Sink<'f>> Printer<'f, S> {
     /// A list with its brackets.
     fn list(&mut self, brackets: [&'static str; 2], members: &[ExprRef], group: Group) {
+        self.members(brackets, members, group, Break::Weak, Manner::Wide);
+    }
+
+    fn members(
+        &mut self,
+        brackets: [&'static str; 2],
+        members: &[ExprRef],
+        group: Group,
+        first: Break,
+        manner: Manner,
+    ) {
         self.token(brackets[0]);
         self.open(group);
         for (position, member) in members.iter().enumerate() {
             if position == 0 {
-                self.place(Break::Weak, "");
+                self.place(first, "");
             } else {
                 self.token(",");
-                self.place(Break::Member, " ");
+                self.place(Break::Member, if manner == Manner::Tight { "" } else { " " });
             }
-            self.child(*member, Strength::Any, Manner::Wide);
+            self.child(*member, Strength::Any, manner);
         }
         self.close();
         self.token(brackets[1]);
@@ -64,20 +75,8 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
 
     fn subscript(&mut self, members: &[ExprRef]) {
         let simple = members.iter().all(|member| self.is_simple(*member));
-        let (manner, blank) = if simple { (Manner::Tight, "") } else { (Manner::Wide, " ") };
-        self.token("[");
-        self.open(Group::List);
-        for (position, member) in members.iter().enumerate() {
-            if position == 0 {
-                self.place(Break::Hidden, "");
-            } else {
-                self.token(",");
-                self.place(Break::Member, blank);
-            }
-            self.child(*member, Strength::Any, manner);
-        }
-        self.close();
-        self.token("]");
+        let manner = if simple { Manner::Tight } else { Manner::Wide };
+        self.members(["[", "]"], members, Group::List, Break::Hidden, manner);
     }
 
     /// Whether an index is a sum of literals, names, fields, and products of these: `2*i-1`.

@@ -53,19 +53,26 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
 
     /// `param a, b : kg = 1, c`: what two names share is behind the second.
     fn parameters(&mut self, bindings: &'f [Binding]) {
-        self.word("param");
+        self.listed("param", bindings, |own, position, binding| {
+            let next = bindings.get(position + 1).filter(|next| next.value == binding.value);
+            let unit = binding.unit.filter(|unit| next.is_none_or(|next| next.unit != Some(*unit)));
+            own.head(&binding.name.text, binding.indices.as_deref(), false, unit);
+            if next.is_none() {
+                own.right_side(binding);
+            }
+        });
+    }
+
+    /// A word, and behind it some things with commas between them.
+    fn listed<T>(&mut self, word: &'static str, all: &'f [T], mut put: impl FnMut(&mut Self, usize, &'f T)) {
+        self.word(word);
         self.out.open(Group::Other);
-        for (position, binding) in bindings.iter().enumerate() {
+        for (position, one) in all.iter().enumerate() {
             if position > 0 {
                 self.put(",");
                 self.out.place(Break::Fill, " ");
             }
-            let next = bindings.get(position + 1).filter(|next| next.value == binding.value);
-            let unit = binding.unit.filter(|unit| next.is_none_or(|next| next.unit != Some(*unit)));
-            self.head(&binding.name.text, binding.indices.as_deref(), false, unit);
-            if next.is_none() {
-                self.right_side(binding);
-            }
+            put(self, position, one);
         }
         self.out.close();
     }
@@ -98,18 +105,9 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
                 [binding] => self.binding("param", binding, false),
                 bindings => self.parameters(bindings),
             },
-            StatementKind::Coord { declarations } => {
-                self.word("coord");
-                self.out.open(Group::Other);
-                for (position, declaration) in declarations.iter().enumerate() {
-                    if position > 0 {
-                        self.put(",");
-                        self.out.place(Break::Fill, " ");
-                    }
-                    self.head(&declaration.name.text, declaration.indices.as_deref(), false, declaration.unit);
-                }
-                self.out.close();
-            }
+            StatementKind::Coord { declarations } => self.listed("coord", declarations, |own, _, declared| {
+                own.head(&declared.name.text, declared.indices.as_deref(), false, declared.unit);
+            }),
             StatementKind::Let(binding) => self.binding("let", binding, false),
             StatementKind::Kinetic(value) => self.equation("T", *value),
             StatementKind::Potential(value) => self.equation("V", *value),
@@ -129,16 +127,7 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
                 self.put_expr(*right);
             }
             StatementKind::Assume(relations) => {
-                self.word("assume");
-                self.out.open(Group::Other);
-                for (position, relation) in relations.iter().enumerate() {
-                    if position > 0 {
-                        self.put(",");
-                        self.out.place(Break::Fill, " ");
-                    }
-                    self.put_expr(*relation);
-                }
-                self.out.close();
+                self.listed("assume", relations, |own, _, relation| own.put_expr(*relation));
             }
             StatementKind::Guess { binding, rate } => self.binding("guess", binding, *rate),
             StatementKind::Equilibrium { binding, rate } => {
