@@ -123,7 +123,6 @@ pub(crate) fn nearest_power_of_two(value: f64) -> f64 {
 }
 
 /// A number of terms or steps, which is far below 2^53, as a double.
-#[allow(clippy::cast_precision_loss)]
 pub(crate) fn count(number: usize) -> f64 {
     number as f64
 }
