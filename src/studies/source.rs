@@ -3,9 +3,10 @@
 use librate_core::diagnostic::nearest;
 use librate_core::expr::{ExprId, Pool, UnboundSymbol};
 use librate_core::linearize::{self, LinearizeError, evaluate_closed};
-use librate_core::model::{self, Constant, Model, ModelError, Range, Settings, SymbolKind, TableTexts};
+use librate_core::model::{self, Constant, Model, ModelError, Range, Settings, SymbolKind, Table, TableTexts};
 use librate_core::number::Number;
 use librate_core::precision::Enclosure;
+use librate_core::span::Span;
 use librate_core::syntax::{File, print_unit};
 
 /// What a model is made from.
@@ -75,6 +76,16 @@ pub(crate) fn constant(text: &str) -> Result<Constant, String> {
     Constant::parse(text).map_err(|error| match error {
         ModelError::BadSetting { reason, .. } => reason,
         other => other.to_string(),
+    })
+}
+
+/// Reads a table; the error is a line and what is wrong there.
+pub(crate) fn table(text: &str, name: &str) -> Result<Table, (u64, String)> {
+    let texts = TableTexts::new().with(name, text);
+    let table = Table::read(name, name, Span::default(), Span::default(), &texts);
+    table.map_err(|error| match error {
+        ModelError::BadTable { line, reason, .. } => (line, reason),
+        other => (1, other.to_string()),
     })
 }
 

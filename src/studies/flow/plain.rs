@@ -4,7 +4,7 @@
 //! nothing of a corner ahead: the series of the right side is held against its values on the way, and where it is off the
 //! step is made shorter. So corners and jumps are come close to in steps that halve, and passed.
 
-use super::Equations;
+use super::{Equations, horner};
 use librate_core::expr::{Prepared, Series};
 use librate_core::precision::{LANES, Lane, Matrix, Scalar};
 
@@ -340,9 +340,8 @@ impl<N: Doubles> Plain<N> {
             let mut finite = true;
             let slopes = self.right[states..].iter().zip(&self.jacobian);
             for (at, (value, row)) in slopes.enumerate() {
-                let live = self.live[at];
                 let scale = self.weights[at % n] / self.weights[at / n];
-                let series = if live == 0 { N::each(|_| 0.0) } else { horner(&row[..live], &after) };
+                let series = horner(&row[..self.live[at]], &after);
                 finite &= value.is_finite();
                 size = size.max(value.size() * scale);
                 off = off.max(value.sub(&series).size() * scale);
@@ -368,13 +367,6 @@ impl<N: Doubles> Plain<N> {
         }
         true
     }
-}
-
-/// A polynomial at a place.
-fn horner<N: Doubles>(row: &[N], place: &N) -> N {
-    let mut terms = row.iter().rev();
-    let first = terms.next().copied().unwrap_or_else(|| N::each(|_| 0.0));
-    terms.fold(first, |value, term| value.mul(place).add(term))
 }
 
 /// Scales of the components, powers of two, for which |J| has rows and columns of like size.

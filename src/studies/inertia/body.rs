@@ -133,11 +133,8 @@ impl Integrals {
         wanted.extend(centre.iter().map(|x| self.pool.number(x.clone())));
         wanted.extend(closed.as_flattened());
         let bits = bits_for(digits);
-        let values = bigs(&self.pool, &wanted, bits).unwrap_or_default();
-        let value = |at: usize| {
-            let found = values.get(at).cloned();
-            found.unwrap_or_else(|| Big::not_finite(bits))
-        };
+        let values = bigs(&self.pool, &wanted, bits);
+        let value = |at: usize| values[at].clone();
         let mut made = self.made;
         if let Made::Solid { volume, density, .. } = &mut made {
             **volume = Big::from_number(size, bits);

@@ -194,7 +194,7 @@ fn of_tensor(
         }));
     }
     let bits = body::bits_for(digits);
-    let entries = bigs(pool, closed.as_flattened(), bits).unwrap_or_default();
+    let entries = bigs(pool, closed.as_flattened(), bits);
     let mut exact = Exact { pool, symbolic, closed };
     let principal = exact.principal(digits).map_err(|failure| {
         Refused::Error(match failure {
@@ -207,10 +207,7 @@ fn of_tensor(
             Failure::Modes(error) => InertiaError::NoMoments { reason: error.to_string() },
         })
     })?;
-    let entry = |at: usize| {
-        let found = entries.get(at).cloned();
-        found.unwrap_or_else(|| Big::not_finite(bits))
-    };
+    let entry = |at: usize| entries[at].clone();
     Ok(NamedTensor {
         name: tensor.name.clone(),
         span: tensor.span,

@@ -1,9 +1,9 @@
 //! Bodies made of points: a table of masses and places.
 
 use super::InertiaError;
-use librate_core::model::{Cell, ModelError, Table, TableTexts};
+use crate::source;
+use librate_core::model::{Cell, Table};
 use librate_core::number::Number;
-use librate_core::span::Span;
 
 use super::body::{Integrals, Made, Sums};
 
@@ -27,13 +27,7 @@ fn column(table: &Table, names: &[&'static str]) -> Result<usize, InertiaError> 
 
 /// Σ m, Σ m r and Σ m r rᵀ, from the exact decimals of a CSV text.
 pub(super) fn read(text: &str) -> Result<Integrals, InertiaError> {
-    const PATH: &str = "points";
-    let texts = TableTexts::new().with(PATH, text);
-    let table = Table::read(PATH, PATH, Span::default(), Span::default(), &texts);
-    let table = table.map_err(|error| match error {
-        ModelError::BadTable { line, reason, .. } => InertiaError::BadTable { line, reason },
-        other => InertiaError::BadTable { line: 1, reason: other.to_string() },
-    })?;
+    let table = source::table(text, "points").map_err(|(line, reason)| InertiaError::BadTable { line, reason })?;
     let mass = column(&table, &MASS)?;
     let place = [column(&table, &PLACE[..1])?, column(&table, &PLACE[1..2])?, column(&table, &PLACE[2..])?];
     let mut sums = Sums::default();

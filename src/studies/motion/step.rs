@@ -8,7 +8,7 @@
 use super::equations::Equations;
 use super::length::{Buffers, allowed};
 use super::matrix::Factored;
-use crate::flow::{count, nearest_power_of_two};
+use crate::flow::{count, horner, nearest_power_of_two};
 use librate_core::expr::{Prepared, Series};
 use librate_core::precision::{Ball, DoubleDouble, Scalar};
 
@@ -470,13 +470,6 @@ impl<'a, S: Real> Stepper<'a, S> {
         }
         (positions, velocities)
     }
-}
-
-/// A polynomial at a place.
-pub(super) fn horner<S: Real>(row: &[S], place: &S) -> S {
-    let terms = row.iter().rev().copied();
-    let sum = terms.reduce(|value, lower| value.mul(place).add(&lower));
-    sum.unwrap_or_else(|| S::exact(0.0))
 }
 
 fn sign(x: f64) -> f64 {
