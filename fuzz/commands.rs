@@ -15,7 +15,7 @@ use librate::model::{self, Constant, Model, Range, Settings, TableTexts};
 use librate::motion::{Enclosed, Start, System, Times};
 use librate::period::{self, Oscillator, Request};
 use librate::report::{self, Style, SweepColumns, SweepRow};
-use librate::sweep::Sweep;
+use librate::sweep::{Source, Sweep};
 use librate::{Error, amplitude, floquet, inertia, linearize, modes, oscillation, sensitivity, syntax};
 
 /// The longest text, in bytes: what is small to the command line.
@@ -133,7 +133,7 @@ fn command(number: usize, text: &str, flags: &mut Flags, budget: &Budget) -> Res
         let options = modes::Options::default();
         let digits = options.digits;
         let (name, count) = (range.name().to_owned(), range.len());
-        let sweep = Sweep::new(file, tables, settings, range, options);
+        let sweep = Sweep::new(Source { file, tables, settings }, range, options);
         let row = |place: usize| {
             let place = sweep.place(place);
             match &place.result {

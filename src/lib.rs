@@ -289,7 +289,7 @@ pub mod equilibria {
 /// The modes over a range of a parameter. In full: [`librate_studies::sweep`].
 #[cfg(feature = "engine")]
 pub mod sweep {
-    pub use librate_studies::sweep::{Enclosed, Place, Sweep, Worker};
+    pub use librate_studies::sweep::{Enclosed, Place, Source, Sweep, Worker};
 }
 
 /// Modes followed by their shapes over a range of a parameter. In full: [`librate_studies::tracking`].
@@ -301,7 +301,7 @@ pub mod tracking {
 /// Charts of stability over two parameters. In full: [`librate_studies::chart`].
 #[cfg(feature = "engine")]
 pub mod chart {
-    pub use librate_studies::chart::{Border, Chart, Place, Worker};
+    pub use librate_studies::chart::{Border, Chart, Place, Source, Worker};
 }
 
 #[cfg(feature = "engine")]

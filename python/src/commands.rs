@@ -16,7 +16,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::answers::{Answer, Derivation, MOST_DIGITS, Modes, Shown, digits, doubles, positive};
-use crate::job::{Done, Failure, Job, Model, Size, cores, range};
+use crate::job::{Failure, Job, Model, Size, cores, range};
 
 /// Shapes to fewer digits would cost digits of the change of a frequency with the amplitude.
 const SHAPE_DIGITS: usize = 14;
@@ -29,9 +29,22 @@ pub(crate) struct Written {
     pub(crate) text: String,
 }
 
-impl From<Done<Written>> for Answer {
-    fn from(done: Done<Written>) -> Self {
-        Self { json: done.value.json, text: done.value.text, warnings: done.warnings }
+impl Written {
+    /// Without JSON: a picture, or code.
+    pub(crate) fn drawn(text: String) -> Self {
+        Self { json: String::new(), text }
+    }
+}
+
+impl Model {
+    /// What is written of a model.
+    pub(crate) fn answer(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce(&mut Job) -> Result<Written, Failure> + Send + 'static,
+    ) -> PyResult<Answer> {
+        let done = self.run(py, work)?;
+        Ok(Answer { json: done.value.json, text: done.value.text, warnings: done.warnings })
     }
 }
 
@@ -162,18 +175,17 @@ pub(crate) fn modes(py: Python<'_>, model: &Model, args: ModesArgs) -> PyResult<
 /// The shapes as SVG.
 #[pyfunction]
 pub(crate) fn plot_modes(py: Python<'_>, model: &Model, args: ModesArgs) -> PyResult<Answer> {
-    let done = model.run(py, move |job| {
+    model.answer(py, move |job| {
         job.drawn = true;
         let Modes { linearized, modes, .. } = modes_of(job, &args)?;
-        Ok(Written { json: String::new(), text: report::modes_svg(&linearized, &modes) })
-    })?;
-    Ok(done.into())
+        Ok(Written::drawn(report::modes_svg(&linearized, &modes)))
+    })
 }
 
 /// A page with the modes in motion.
 #[pyfunction]
 pub(crate) fn show(py: Python<'_>, model: &Model, digits_wanted: i64, lowest: Option<i64>) -> PyResult<Answer> {
-    let done = model.run(py, move |job| {
+    model.answer(py, move |job| {
         job.drawn = true;
         let mut options = Options::default().digits(digits(digits_wanted, MOST_DIGITS)?);
         options.lowest = positive("lowest", lowest)?;
@@ -195,9 +207,8 @@ pub(crate) fn show(py: Python<'_>, model: &Model, digits_wanted: i64, lowest: Op
             figure: figure.as_ref(),
             derivation: derivation.as_ref(),
         });
-        Ok(Written { json: String::new(), text })
-    })?;
-    Ok(done.into())
+        Ok(Written::drawn(text))
+    })
 }
 
 /// What is wanted of a derivation.
@@ -267,7 +278,7 @@ pub(crate) fn sensitivities(
     digits_wanted: i64,
     lowest: Option<i64>,
 ) -> PyResult<Answer> {
-    let done = model.run(py, move |job| {
+    model.answer(py, move |job| {
         let mut options = Options::default().digits(digits(digits_wanted, MOST_DIGITS)?);
         options.lowest = positive("lowest", lowest)?;
         let model = job.model(Size::Dense)?;
@@ -280,14 +291,13 @@ pub(crate) fn sensitivities(
             json: report::sensitivity_json(&linearized, &modes, &found, &options),
             text: report::sensitivity_text(&linearized, &modes, &found, &options, &Style::default()),
         })
-    })?;
-    Ok(done.into())
+    })
 }
 
 /// How frequencies begin to change with the amplitude.
 #[pyfunction]
 pub(crate) fn amplitudes(py: Python<'_>, model: &Model, digits_wanted: i64) -> PyResult<Answer> {
-    let done = model.run(py, move |job| {
+    model.answer(py, move |job| {
         let digits = digits(digits_wanted, MOST_DIGITS)?;
         let options = Options::default().digits(digits.max(SHAPE_DIGITS));
         let model = job.values(Size::Dense)?;
@@ -298,8 +308,7 @@ pub(crate) fn amplitudes(py: Python<'_>, model: &Model, digits_wanted: i64) -> P
             json: report::amplitude_json(&linearized, &modes, &found, digits),
             text: report::amplitude_text(&linearized, &modes, &found, digits, &Style::default()),
         })
-    })?;
-    Ok(done.into())
+    })
 }
 
 /// What is wanted of the equilibria in a box.
@@ -314,7 +323,7 @@ pub(crate) struct EquilibriaArgs {
 /// Every equilibrium in a box, or branches of them over a parameter.
 #[pyfunction]
 pub(crate) fn all_equilibria(py: Python<'_>, model: &Model, args: EquilibriaArgs) -> PyResult<Answer> {
-    let done = model.run(py, move |job| {
+    model.answer(py, move |job| {
         let over = args.over.as_deref().map(|text| range(text, "write `over={\"P\": (0, 1, 101)}`")).transpose()?;
         let model = job.values(Size::Any)?;
         let region = Region::parse(&args.region, &model)?;
@@ -322,7 +331,7 @@ pub(crate) fn all_equilibria(py: Python<'_>, model: &Model, args: EquilibriaArgs
         let (written, reasons) = if let Some(over) = over {
             let found = equilibria::follow(&job.made_from(), &region, &over)?;
             let written = if args.svg {
-                Written { json: String::new(), text: report::diagram_svg(&model, &found) }
+                Written::drawn(report::diagram_svg(&model, &found))
             } else {
                 let text = report::diagram_text(&model, &found, &style);
                 Written { json: report::diagram_json(&model, &found), text }
@@ -332,7 +341,7 @@ pub(crate) fn all_equilibria(py: Python<'_>, model: &Model, args: EquilibriaArgs
             let found = equilibria::find(&model, &region)?;
             let written = if args.svg {
                 let landscape = equilibria::landscape(&model, &region)?;
-                Written { json: String::new(), text: report::equilibria_svg(&model, &found, &landscape) }
+                Written::drawn(report::equilibria_svg(&model, &found, &landscape))
             } else {
                 let text = report::equilibria_text(&model, &found, &style);
                 Written { json: report::equilibria_json(&model, &found), text }
@@ -341,14 +350,13 @@ pub(crate) fn all_equilibria(py: Python<'_>, model: &Model, args: EquilibriaArgs
         };
         job.warnings.extend(reasons.iter().map(Diagnostic::remark));
         Ok(written)
-    })?;
-    Ok(done.into())
+    })
 }
 
 /// Principal moments and axes of the tensors of a model.
 #[pyfunction]
 pub(crate) fn tensors(py: Python<'_>, model: &Model, digits_wanted: i64) -> PyResult<Answer> {
-    let done = model.run(py, move |job| {
+    model.answer(py, move |job| {
         let digits = digits(digits_wanted, MOST_DIGITS)?;
         let source = &job.source;
         let model = model::elaborate_tensors(&source.file, &source.tables, &job.settings)?;
@@ -361,8 +369,7 @@ pub(crate) fn tensors(py: Python<'_>, model: &Model, digits_wanted: i64) -> PyRe
             json: report::tensors_json(name, &tensors, digits),
             text: report::tensors_text(name, &tensors, digits, &Style::default()),
         })
-    })?;
-    Ok(done.into())
+    })
 }
 
 /// M, K and what there is of G, C and N, as an archive of NumPy.
@@ -386,7 +393,7 @@ pub(crate) fn archive<'py>(py: Python<'py>, model: &Model) -> PyResult<(Bound<'p
 /// A model as source code in C, Rust or Python.
 #[pyfunction]
 pub(crate) fn source_code(py: Python<'_>, model: &Model, language: String) -> PyResult<Answer> {
-    let done = model.run(py, move |job| {
+    model.answer(py, move |job| {
         let language = match language.as_str() {
             "c" => Language::C,
             "rust" => Language::Rust,
@@ -394,7 +401,6 @@ pub(crate) fn source_code(py: Python<'_>, model: &Model, language: String) -> Py
             other => return Err(Failure::request(format!("there is no code in `{other}`"), "`c`, `rust` or `python`")),
         };
         let compiled = code::code(&job.model(Size::Any)?)?;
-        Ok(Written { json: String::new(), text: report::code_text(&compiled, language) })
-    })?;
-    Ok(done.into())
+        Ok(Written::drawn(report::code_text(&compiled, language)))
+    })
 }

@@ -50,15 +50,14 @@ pub(crate) struct SweepArgs {
 /// The modes over a range of a parameter.
 #[pyfunction]
 pub(crate) fn sweep(py: Python<'_>, model: &Model, args: SweepArgs) -> PyResult<Answer> {
-    let done = model.run(py, move |job| {
+    model.answer(py, move |job| {
         let range = range(&args.over, "write `over=\"k=0..8:17\"` or `over={\"k\": (0, 8, 17)}`")?;
         let mut options = Options::default().digits(digits(args.digits, MOST_DIGITS)?);
         options.lowest = positive("lowest", args.lowest)?;
         options.vectors = args.vectors || args.svg;
         let threads = positive("threads", args.threads)?;
         let name = range.name().to_owned();
-        let source = &job.source;
-        let sweep = Sweep::new(source.file.clone(), source.tables.clone(), job.settings.clone(), range, options);
+        let sweep = Sweep::new(job.made_from(), range, options);
         let mut places = in_parallel(job, threads, sweep.range().len(), || {
             |at: usize| {
                 let mut place = sweep.place(at);
@@ -73,7 +72,7 @@ pub(crate) fn sweep(py: Python<'_>, model: &Model, args: SweepArgs) -> PyResult<
         complain(job, &name, &mut places)?;
         if args.svg {
             let branches = tracking::branches(&sweep, &places);
-            return Ok(Written { json: String::new(), text: report::sweep_svg(&sweep, &places, &branches) });
+            return Ok(Written::drawn(report::sweep_svg(&sweep, &places, &branches)));
         }
         let json: Vec<String> = places.iter().map(|place| report::sweep_json(&name, place, sweep.options())).collect();
         let row = |place: &Place| match &place.result {
@@ -82,8 +81,7 @@ pub(crate) fn sweep(py: Python<'_>, model: &Model, args: SweepArgs) -> PyResult<
         };
         let rows: Vec<SweepRow> = places.iter().map(row).collect();
         Ok(Written { json: format!("[{}]", json.join(",\n")), text: table(&name, &rows) })
-    })?;
-    Ok(done.into())
+    })
 }
 
 /// The lines of a sweep as CSV.
@@ -135,7 +133,7 @@ pub(crate) struct PeriodArgs {
 /// The exact period of one coordinate, or a curve of periods.
 #[pyfunction]
 pub(crate) fn periods(py: Python<'_>, model: &Model, args: PeriodArgs) -> PyResult<Answer> {
-    let done = model.run(py, move |job| {
+    model.answer(py, move |job| {
         let options = period::Options::default().digits(digits(args.digits, MOST_DIGITS)?);
         let help = "give one of `amplitude=1`, `energy=2`, `over=\"amplitude=0.1..3:30\"`";
         let request = match (&args.amplitude, &args.energy, &args.over) {
@@ -166,12 +164,11 @@ pub(crate) fn periods(py: Python<'_>, model: &Model, args: PeriodArgs) -> PyResu
         }
         if args.svg {
             let text = report::period_svg(&range, &places, oscillator.model().has_units);
-            return Ok(Written { json: String::new(), text });
+            return Ok(Written::drawn(text));
         }
         let json = report::period_curve_json(&oscillator, &places, &options);
         Ok(Written { json, text: report::period_csv(&range, &places, &options) })
-    })?;
-    Ok(done.into())
+    })
 }
 
 /// Floquet multipliers; a chart of stability over two parameters where there is a `map`.
@@ -183,7 +180,7 @@ pub(crate) fn multipliers(
     digits_wanted: i64,
     svg: bool,
 ) -> PyResult<Answer> {
-    let done = model.run(py, move |job| {
+    model.answer(py, move |job| {
         let digits = digits(digits_wanted, FEW_DIGITS)?;
         let help = "write `map=(\"a=0..10:100\", \"q=0..5:100\")`";
         let Some((first, second)) = map else {
@@ -197,17 +194,15 @@ pub(crate) fn multipliers(
                 text: report::floquet_text(&model, &found, digits, &Style::default()),
             });
         };
-        let source = &job.source;
         let ranges = [range(&first, help)?, range(&second, help)?];
-        let chart = Chart::new(&source.file, &source.tables, &job.settings, ranges)?;
+        let chart = Chart::new(&job.made_from(), ranges)?;
         let rows: Vec<Vec<ChartPlace>> = in_parallel(job, None, chart.len()[0], || {
             let mut worker = chart.worker();
             move |row| worker.row(row)
         })?;
         let text = if svg { report::chart_svg(&chart, &rows) } else { report::chart_csv(&chart, &rows) };
-        Ok(Written { json: String::new(), text })
-    })?;
-    Ok(done.into())
+        Ok(Written::drawn(text))
+    })
 }
 
 /// What is wanted of a response.
@@ -226,7 +221,7 @@ pub(crate) struct ResponseArgs {
 /// The steady response to a harmonic force.
 #[pyfunction]
 pub(crate) fn steady_response(py: Python<'_>, model: &Model, args: ResponseArgs) -> PyResult<Answer> {
-    let done = model.run(py, move |job| {
+    model.answer(py, move |job| {
         let help = "write `over=\"omega=0..20:201\"`";
         let range = if args.peaks {
             Range::parse_ends(&args.over).map_err(|error| Failure::request(error.to_string(), help))?
@@ -255,11 +250,10 @@ pub(crate) fn steady_response(py: Python<'_>, model: &Model, args: ResponseArgs)
         let response = study.response(values);
         job.warnings.extend(response.remarks());
         if args.svg {
-            return Ok(Written { json: String::new(), text: report::response_svg(&response, &[]) });
+            return Ok(Written::drawn(report::response_svg(&response, &[])));
         }
         Ok(Written { json: report::response_json(&response), text: report::response_csv(&response, digits) })
-    })?;
-    Ok(done.into())
+    })
 }
 
 /// What is wanted of a motion.
@@ -281,7 +275,7 @@ pub(crate) struct MotionArgs {
 /// The motion from a start, or of a mode.
 #[pyfunction]
 pub(crate) fn trajectory(py: Python<'_>, model: &Model, args: MotionArgs) -> PyResult<Answer> {
-    let done = model.run(py, move |job| {
+    model.answer(py, move |job| {
         let digits = digits(args.digits, FEW_DIGITS)?;
         let (times, mode) = args.check()?;
         let model = job.values(Size::Dense)?;
@@ -293,13 +287,12 @@ pub(crate) fn trajectory(py: Python<'_>, model: &Model, args: MotionArgs) -> PyR
             None => system.motion(&start, &times)?,
         };
         Ok(written(&model, &known, digits, args.svg))
-    })?;
-    Ok(done.into())
+    })
 }
 
 fn written(model: &Elaborated, known: &Trajectory, digits: usize, svg: bool) -> Written {
     if svg {
-        return Written { json: String::new(), text: report::motion_svg(model, known, None) };
+        return Written::drawn(report::motion_svg(model, known, None));
     }
     Written { json: report::motion_json(model, known, digits), text: format!("{}\n", report::motion_remark(known)) }
 }

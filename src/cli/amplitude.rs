@@ -4,8 +4,7 @@ use librate::diagnostic::Diagnostic;
 use librate::{Error, amplitude, linearize, modes, oscillation, report};
 
 use super::args;
-use super::progress::Progress;
-use super::{Answer, Failure, Loaded, Size, failed, load_values, style};
+use super::{Answer, Failure, Loaded, Size, during, failed, load_values, style};
 
 /// Shapes to fewer digits would cost digits of the change.
 const SHAPE_DIGITS: usize = 14;
@@ -13,19 +12,14 @@ const SHAPE_DIGITS: usize = 14;
 pub(super) fn text(args: &args::Amplitude) -> Result<Answer, Failure> {
     let Loaded { source, model, mut warnings } = load_values(&args.model, Size::Dense)?;
     let options = modes::Options::default().digits(args.digits.max(SHAPE_DIGITS));
-    let progress = Progress::start("computing the modes and their change");
-    let computed = || -> Result<_, Error> {
+    let computed = during(&args.model, "computing the modes and their change", || -> Result<_, Error> {
         amplitude::check(&model)?;
         let linearized = linearize::linearize(model.clone())?;
         let normal = oscillation::normal_modes(&linearized, &options)?;
         let found = amplitude::amplitude(&linearized, &normal)?;
         Ok((linearized, normal, found))
-    }();
-    drop(progress);
-    let (linearized, normal, found) = match computed {
-        Ok(computed) => computed,
-        Err(error) => return Err(failed(source, warnings, error)),
-    };
+    });
+    let (linearized, normal, found) = computed.map_err(|error| failed(&source, &warnings, error))?;
     let suspicious = oscillation::warnings(&linearized, &normal);
     warnings.extend(suspicious.iter().map(Diagnostic::from));
     let text = if args.json {

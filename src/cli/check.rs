@@ -17,7 +17,7 @@ fn corrected(args: &ModelArgs) -> Result<Loaded, Failure> {
     }
     let source = input::read_model(&args.file)?;
     let mut newer = source.clone();
-    let mut found = load_text(args, newer.clone(), Size::Any);
+    let mut found = load_text(args, newer.clone(), Size::Any).map(|(loaded, _)| loaded);
     for _ in 0..ROUNDS {
         let told = match &found {
             Ok(loaded) => &loaded.warnings,
@@ -29,7 +29,7 @@ fn corrected(args: &ModelArgs) -> Result<Loaded, Failure> {
             break;
         }
         newer.text = text;
-        found = load_text(args, newer.clone(), Size::Any);
+        found = load_text(args, newer.clone(), Size::Any).map(|(loaded, _)| loaded);
     }
     if newer.text != source.text {
         fmt::rewrite(&args.file, &source, &newer.text)?;

@@ -3,12 +3,10 @@
 use clap::Args;
 use librate::diagnostic::Diagnostic;
 use librate::equilibria::{self, Region};
-use librate::model::Range;
-use librate::{Error, report, sensitivity};
+use librate::{Error, report};
 
 use super::args::ModelArgs;
-use super::progress::Progress;
-use super::{Answer, Failure, Parsed, Size, checked, failed, input, parsed, style, wrong_request};
+use super::{Answer, Failure, Loaded, Size, during, failed, load_made, range, style};
 
 pub(super) const ABOUT: &str = "\
 Every equilibrium in a box of coordinates, none missed: each with a proved enclosure, its stability and its lowest
@@ -46,17 +44,10 @@ pub(crate) struct Equilibria {
 }
 
 pub(super) fn text(args: &Equilibria) -> Result<Answer, Failure> {
-    let over = args.over.as_deref().map(Range::parse).transpose();
-    let over =
-        over.map_err(|error| wrong_request(error.to_string(), "write `--over NAME=a..b:count`: `--over P=0..1:101`"))?;
-    let Parsed { source, file, tables, settings } = parsed(&args.model, input::read_model(&args.model.file)?)?;
-    let (model, mut warnings) = match checked(&args.model, &file, &tables, &settings, Size::Any) {
-        Ok(checked) => checked,
-        Err(error) => return Err(failed(source, Vec::new(), error)),
-    };
-    warnings.extend(sensitivity::ignored(&model));
-    let progress = Progress::stages("searching the box", &args.model.guard);
-    let computed = || -> Result<(String, Vec<String>), Error> {
+    let help = "write `--over NAME=a..b:count`: `--over P=0..1:101`";
+    let over = args.over.as_deref().map(|text| range(text, help)).transpose()?;
+    let (Loaded { source, model, mut warnings }, made) = load_made(&args.model, Size::Any)?;
+    let computed = during(&args.model, "searching the box", || -> Result<(String, Vec<String>), Error> {
         let region = Region::parse(&args.region, &model)?;
         let Some(range) = &over else {
             let found = equilibria::find(&model, &region)?;
@@ -69,7 +60,6 @@ pub(super) fn text(args: &Equilibria) -> Result<Answer, Failure> {
             };
             return Ok((text, found.reasons));
         };
-        let made = equilibria::Source { file, tables, settings };
         let diagram = equilibria::follow(&made, &region, range)?;
         let text = if args.model.drawn {
             report::diagram_svg(&model, &diagram)
@@ -79,13 +69,8 @@ pub(super) fn text(args: &Equilibria) -> Result<Answer, Failure> {
             report::diagram_text(&model, &diagram, &style())
         };
         Ok((text, diagram.reasons))
-    }();
-    drop(progress);
-    match computed {
-        Ok((text, reasons)) => {
-            warnings.extend(reasons.iter().map(Diagnostic::remark));
-            Ok(Answer::new(text, Some((source, warnings))))
-        }
-        Err(error) => Err(failed(source, warnings, error)),
-    }
+    });
+    let (text, reasons) = computed.map_err(|error| failed(&source, &warnings, error))?;
+    warnings.extend(reasons.iter().map(Diagnostic::remark));
+    Ok(Answer::new(text, Some((source, warnings))))
 }

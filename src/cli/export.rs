@@ -8,9 +8,9 @@ use librate::code;
 use librate::linearize::{self, Linearized};
 use librate::report::{self, Language, Matrix};
 
-use super::output::{make_folder, write_content, write_file};
+use super::output::{into_file, make_folder, write_content};
 use super::progress::Progress;
-use super::{Answer, Failure, Loaded, Size, args, failed, fault, load, load_values};
+use super::{Answer, Failure, Loaded, Size, args, during, failed, fault, load, load_values};
 
 /// All matrices there are.
 const NAMES: [&str; 5] = ["M", "K", "G", "C", "N"];
@@ -24,20 +24,12 @@ pub(super) fn text(args: &args::Export) -> Result<Answer, Failure> {
         (None, None) => return Err(fault("`-o PATH` is missing".to_owned())),
     };
     let Loaded { mut source, model, warnings } = load_values(&args.model, Size::Any)?;
-    let progress = Progress::stages("computing the matrices", &args.model.guard);
-    let linearized = match linearize::linearize(model) {
-        Ok(linearized) => linearized,
-        Err(error) => return Err(failed(source, warnings, error)),
-    };
-    let matrices = match report::matrices(&linearized) {
-        Ok(matrices) => matrices,
-        Err(error) => {
-            return Err(match linearized.not_finite() {
-                Some(undefined) => failed(source, warnings, undefined),
-                None => fault(error.to_string()),
-            });
-        }
-    };
+    let progress = Progress::start("computing the matrices", &args.model.guard);
+    let linearized = linearize::linearize(model).map_err(|error| failed(&source, &warnings, error))?;
+    let matrices = report::matrices(&linearized).map_err(|error| match linearized.not_finite() {
+        Some(undefined) => failed(&source, &warnings, undefined),
+        None => fault(error.to_string()),
+    })?;
     if args.npz {
         write_content(output, &|out| report::write_npz(&matrices, out), &mut source)?;
     } else {
@@ -69,17 +61,10 @@ pub(super) fn text(args: &args::Export) -> Result<Answer, Failure> {
 /// Writes the model as source code.
 fn code(args: &args::Export, language: Language, output: Option<&Path>) -> Result<Answer, Failure> {
     let Loaded { mut source, model, warnings } = load(&args.model, Size::Any)?;
-    let progress = Progress::start("compiling the model");
-    let compiled = code::code(&model);
-    drop(progress);
-    let mut text = match compiled {
-        Ok(compiled) => report::code_text(&compiled, language),
-        Err(error) => return Err(failed(source, warnings, error)),
-    };
-    if let Some(file) = output {
-        write_file(file, &text, &mut source)?;
-        text.clear();
-    }
+    let compiled = during(&args.model, "compiling the model", || code::code(&model));
+    let compiled = compiled.map_err(|error| failed(&source, &warnings, error))?;
+    let mut text = report::code_text(&compiled, language);
+    into_file(output, &mut text, &mut source)?;
     Ok(Answer::new(text, Some((source, warnings))))
 }
 

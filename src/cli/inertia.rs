@@ -9,8 +9,7 @@ use librate::{model, report, sensitivity};
 
 use super::args::Inertia;
 use super::input::{self, Source};
-use super::progress::Progress;
-use super::{Answer, Failure, Parsed, USAGE, failed, parsed, style};
+use super::{Answer, Failure, Parsed, USAGE, during, failed, parsed, style};
 
 /// What a file describes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,10 +61,9 @@ pub(super) fn text(args: &Inertia) -> Result<Answer, Failure> {
         return Err(wrong("--set", "models"));
     }
     if kind == Kind::Mesh {
-        let progress = Progress::start("integrating over the mesh");
-        let body = Mesh::read_stl(&bytes);
-        let body = body.and_then(|mesh| mesh.body(&amount.unwrap_or_default(), args.digits));
-        drop(progress);
+        let body = during(&args.model, "integrating over the mesh", || {
+            Mesh::read_stl(&bytes)?.body(&amount.unwrap_or_default(), args.digits)
+        });
         let source = Source::of(&args.model.file, String::new());
         return body_answer(args, source, body);
     }
@@ -123,11 +121,9 @@ fn line_label(text: &str, number: u64) -> Option<Label> {
 }
 
 fn model_answer(args: &Inertia, source: Source) -> Result<Answer, Failure> {
-    let Parsed { source, file, tables, settings } = parsed(&args.model, source)?;
-    let model = match model::elaborate_tensors(&file, &tables, &settings) {
-        Ok(model) => model,
-        Err(errors) => return Err(failed(source, Vec::new(), errors)),
-    };
+    let Parsed { source, made } = parsed(&args.model, source)?;
+    let model = model::elaborate_tensors(&made.file, &made.tables, &made.settings)
+        .map_err(|errors| failed(&source, &[], errors))?;
     match inertia::of_model(&model, args.digits) {
         Ok(tensors) => {
             let name = model.name.as_deref();

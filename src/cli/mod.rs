@@ -35,9 +35,10 @@ use clap::{CommandFactory, Parser};
 use clap_complete::Shell;
 use librate::derive::{self, Parts};
 use librate::diagnostic::Diagnostic;
-use librate::model::{self, Model, Settings, TableTexts};
+use librate::model::{self, Constant, Model, ModelError, Range, Settings, TableTexts};
 use librate::number::Number;
 use librate::report::{self, Style};
+use librate::sweep::Source as Made;
 use librate::{Error, explain, floquet, linearize, modes, oscillation, sensitivity, syntax};
 
 use args::{Cli, Command, MessageFormat, ModelArgs};
@@ -214,18 +215,12 @@ fn modes_text(args: &args::Modes) -> Result<Answer, Failure> {
     options.given = args.certify.as_ref().map(|file| vectors_to_certify(file, &model)).transpose()?;
     options.vectors = !args.no_vectors;
     options.threads = args.threads.unwrap_or_else(threads::cores);
-    let progress = Progress::stages("computing the modes", &args.model.guard);
-    let computed = solved(model, &options);
-    drop(progress);
-    let (linearized, mut modes) = match computed {
-        Ok(computed) => computed,
-        Err(error) => return Err(failed(source, warnings, error)),
-    };
+    let computed = during(&args.model, "computing the modes", || solved(model, &options));
+    let (linearized, mut modes) = computed.map_err(|error| failed(&source, &warnings, error))?;
     let suspicious = oscillation::warnings(&linearized, &modes);
     warnings.extend(suspicious.iter().map(Diagnostic::from));
-    if let Err(error) = sensitivity::put_uncertainties(&linearized, &mut modes, &options) {
-        return Err(failed(source, warnings, error));
-    }
+    sensitivity::put_uncertainties(&linearized, &mut modes, &options)
+        .map_err(|error| failed(&source, &warnings, error))?;
     if args.normalize == "max" {
         modes = modes.with_largest_component_one();
     }
@@ -265,14 +260,11 @@ fn sensitivity_text(args: &args::Sensitivity) -> Result<Answer, Failure> {
     let Loaded { source, model, mut warnings } = load(&args.model, Size::Dense)?;
     let mut options = modes::Options::default().digits(args.digits);
     options.lowest = args.lowest;
-    let progress = Progress::start("computing the modes");
+    let progress = Progress::start("computing the modes", &args.model.guard);
     // Conditions on velocities have no derivatives, the equations in independent velocities do.
     let model = derive::in_independent_coordinates(&model).unwrap_or(model);
     let computed = solved(model, &options);
-    let (linearized, mut modes) = match computed {
-        Ok(computed) => computed,
-        Err(error) => return Err(failed(source, warnings, error)),
-    };
+    let (linearized, mut modes) = computed.map_err(|error| failed(&source, &warnings, error))?;
     let found = sensitivity::sensitivities(&linearized, &modes);
     sensitivity::put(&linearized, &mut modes, &found);
     drop(progress);
@@ -287,9 +279,8 @@ fn sensitivity_text(args: &args::Sensitivity) -> Result<Answer, Failure> {
 }
 
 /// What a later stage says, below what was suspicious already.
-fn failed(source: Source, mut warnings: Vec<Diagnostic>, error: impl Into<Error>) -> Failure {
-    warnings.extend(error.into().diagnostics());
-    Failure::Model(source, warnings)
+fn failed(source: &Source, warnings: &[Diagnostic], error: impl Into<Error>) -> Failure {
+    Failure::Model(source.clone(), [warnings, &error.into().diagnostics()].concat())
 }
 
 fn floquet_text(args: &args::Floquet) -> Result<Answer, Failure> {
@@ -297,14 +288,10 @@ fn floquet_text(args: &args::Floquet) -> Result<Answer, Failure> {
         return chart::run(args, first, second);
     }
     let Loaded { source, model, warnings } = load_values(&args.model, Size::Any)?;
-    let progress = Progress::start("integrating the motion over a period");
     let options = floquet::Options::default().digits(args.digits);
-    let computed = floquet::floquet(&model, &options);
-    drop(progress);
-    let found = match computed {
-        Ok(found) => found,
-        Err(error) => return Err(failed(source, warnings, error)),
-    };
+    let what = "integrating the motion over a period";
+    let found = during(&args.model, what, || floquet::floquet(&model, &options));
+    let found = found.map_err(|error| failed(&source, &warnings, error))?;
     let text = if args.json {
         report::floquet_json(&model, &found, args.digits)
     } else {
@@ -322,27 +309,22 @@ fn derive_text(args: &args::Derive) -> Result<Answer, Failure> {
         [name, power] => Some(expansion(name, power, &known)?),
         _ => None,
     };
-    let progress = Progress::start("deriving the equations");
     let parts = Parts::all().cubic(args.cubic).quartic(args.quartic);
-    let derived = derive::derive(&model, &parts);
-    drop(progress);
-    let derived = derived.map(|mut derivation| {
-        for (name, value) in &limits {
-            derivation.limit(name, value);
-        }
-        if let Some((name, order)) = &expansion {
-            derivation.expand(name, *order);
-        }
-        derivation.only.clone_from(&args.only);
-        derivation
-    });
-    let text = match derived {
-        Ok(derivation) if args.json => report::derive_json(&derivation),
-        Ok(derivation) if args.latex => report::derive_latex(&derivation, args.standalone),
-        Ok(derivation) if args.html => report::derive_html(&derivation),
-        Ok(derivation) if args.typst => report::derive_typst(&derivation),
-        Ok(derivation) => report::derive_text(&derivation, &style().ascii(args.ascii)),
-        Err(error) => return Err(failed(source, warnings, error)),
+    let derived = during(&args.model, "deriving the equations", || derive::derive(&model, &parts));
+    let mut derivation = derived.map_err(|error| failed(&source, &warnings, error))?;
+    for (name, value) in &limits {
+        derivation.limit(name, value);
+    }
+    if let Some((name, order)) = &expansion {
+        derivation.expand(name, *order);
+    }
+    derivation.only.clone_from(&args.only);
+    let text = match &derivation {
+        own if args.json => report::derive_json(own),
+        own if args.latex => report::derive_latex(own, args.standalone),
+        own if args.html => report::derive_html(own),
+        own if args.typst => report::derive_typst(own),
+        own => report::derive_text(own, &style().ascii(args.ascii)),
     };
     Ok(Answer::new(text, Some((source, warnings))))
 }
@@ -374,6 +356,22 @@ fn manual(name: Option<&str>) -> Result<Answer, Failure> {
 /// Wrong words behind `--limit` or `--expand`.
 fn wrong_request(message: String, help: &str) -> Failure {
     Failure::Other { message, help: Some(help.to_owned()), status: USAGE }
+}
+
+/// Reads a range; `help` says how one is written.
+fn range(text: &str, help: &str) -> Result<Range, Failure> {
+    Range::parse(text).map_err(|error| wrong_request(error.to_string(), help))
+}
+
+/// Reads a number that is given as an expression.
+fn constant(text: &str, help: &str) -> Result<Constant, Failure> {
+    Constant::parse(text).map_err(|error| {
+        let reason = match error {
+            ModelError::BadSetting { reason, .. } => reason,
+            other => other.to_string(),
+        };
+        wrong_request(format!("can't read `{text}`: {reason}"), help)
+    })
 }
 
 /// The first few parameters there are, for one that there is not.
@@ -425,6 +423,12 @@ enum Size {
     Dense,
 }
 
+/// Does what takes a while, with a sign of life.
+fn during<T>(args: &ModelArgs, what: &'static str, work: impl FnOnce() -> T) -> T {
+    let _shown = Progress::start(what, &args.guard);
+    work()
+}
+
 /// What is set on the command line.
 fn settings(args: &ModelArgs) -> Result<Settings, Failure> {
     let mut settings = Settings::new();
@@ -443,24 +447,19 @@ fn wrong_setting(error: &model::ModelError) -> Failure {
     Failure::Other { message: diagnostic.message, help: diagnostic.help, status: USAGE }
 }
 
-/// A model file that was read and parsed, with what belongs to it.
+/// A model file that was read and parsed.
 struct Parsed {
     source: Source,
-    file: syntax::File,
-    tables: TableTexts,
-    settings: Settings,
+    made: Made,
 }
 
 /// Parses a model and reads its tables; from then on its budget counts.
 fn parsed(args: &ModelArgs, mut source: Source) -> Result<Parsed, Failure> {
     let settings = settings(args)?;
-    let file = match syntax::parse(&source.text) {
-        Ok(file) => file,
-        Err(errors) => return Err(failed(source, Vec::new(), errors)),
-    };
+    let file = syntax::parse(&source.text).map_err(|errors| failed(&source, &[], errors))?;
     let tables = input::read_tables(args, &file, &mut source)?;
-    let budget = args.guard.begin(&source, tables.bytes());
-    Ok(Parsed { source, file, tables, settings: settings.within(budget) })
+    let settings = settings.within(args.guard.begin(&source, tables.bytes()));
+    Ok(Parsed { source, made: Made { file, tables, settings } })
 }
 
 /// The model, and what is suspicious in it.
@@ -485,25 +484,27 @@ fn checked(
 
 /// The checked model, and its text for messages.
 fn load(args: &ModelArgs, size: Size) -> Result<Loaded, Failure> {
-    load_text(args, input::read_model(&args.file)?, size)
+    Ok(load_text(args, input::read_model(&args.file)?, size)?.0)
 }
 
-fn load_text(args: &ModelArgs, source: Source, size: Size) -> Result<Loaded, Failure> {
-    let Parsed { source, file, tables, settings } = parsed(args, source)?;
-    let progress = Progress::stages("reading the model", &args.guard);
-    let checked = checked(args, &file, &tables, &settings, size);
-    drop(progress);
-    match checked {
-        Ok((model, warnings)) => Ok(Loaded { source, model, warnings }),
-        Err(error) => Err(failed(source, Vec::new(), error)),
-    }
+/// The same of a text, with what the model is made from.
+fn load_text(args: &ModelArgs, source: Source, size: Size) -> Result<(Loaded, Made), Failure> {
+    let Parsed { source, made } = parsed(args, source)?;
+    let read = || checked(args, &made.file, &made.tables, &made.settings, size);
+    let (model, warnings) = during(args, "reading the model", read).map_err(|error| failed(&source, &[], error))?;
+    Ok((Loaded { source, model, warnings }, made))
 }
 
 /// As [`load`], for what takes parameters at their values and says so where these are uncertain.
 fn load_values(args: &ModelArgs, size: Size) -> Result<Loaded, Failure> {
-    let mut loaded = load(args, size)?;
+    Ok(load_made(args, size)?.0)
+}
+
+/// The same with what the model is made from.
+fn load_made(args: &ModelArgs, size: Size) -> Result<(Loaded, Made), Failure> {
+    let (mut loaded, made) = load_text(args, input::read_model(&args.file)?, size)?;
     loaded.warnings.extend(sensitivity::ignored(&loaded.model));
-    Ok(loaded)
+    Ok((loaded, made))
 }
 
 fn style() -> Style {

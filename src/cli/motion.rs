@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use anstream::AutoStream;
 use librate::diagnostic::Diagnostic;
 use librate::linearize::{self, LinearizeError, Linearized};
-use librate::model::{Constant, Model, ModelError};
+use librate::model::Model;
 use librate::motion::{self, Enclosed, MotionError, Start, System, Times, Trajectory};
 use librate::precision::Ball;
 use librate::report::{self, MotionCsv, MotionJson};
@@ -14,32 +14,20 @@ use librate::{Error, modes, oscillation};
 use super::args::{self, MessageFormat};
 use super::input::{self, Source};
 use super::output;
-use super::progress::Progress;
 use super::threads::in_order;
-use super::{Answer, Failure, Loaded, Size, failed, fault, load_values, wrong_request};
+use super::{Answer, Failure, Loaded, Size, constant, during, failed, fault, load_values};
 
-/// A number on the command line.
-fn constant(text: &str) -> Result<Constant, Failure> {
-    Constant::parse(text).map_err(|error| {
-        let reason = match error {
-            ModelError::BadSetting { reason, .. } => reason,
-            other => other.to_string(),
-        };
-        let help = "times and amplitudes are numbers: `10`, `1/2`, `2*pi`";
-        wrong_request(format!("can't read `{text}`: {reason}"), help)
-    })
-}
+const HELP: &str = "times and amplitudes are numbers: `10`, `1/2`, `2*pi`";
 
 pub(super) fn text(args: &args::Motion, format: MessageFormat) -> Result<Answer, Failure> {
     // Either an end or a table of times is there.
-    let until = constant(args.until.as_deref().unwrap_or("0"))?;
+    let until = constant(args.until.as_deref().unwrap_or("0"), HELP)?;
     let [at, starts] = [&args.at, &args.start_table].map(|file| file.as_deref().map(input::read_table).transpose());
     let (at, starts) = (at?, starts?);
-    let amplitude = args.amplitude.as_deref().map(constant).transpose()?;
+    let amplitude = args.amplitude.as_deref().map(|text| constant(text, HELP)).transpose()?;
     let Loaded { mut source, model, warnings } = load_values(&args.model, Size::Dense)?;
     source.taken.extend([&at, &starts].into_iter().flatten().flat_map(|table| table.taken.clone()));
-    let progress = Progress::start("integrating the motion");
-    let computed = || -> Result<_, Error> {
+    let computed = during(&args.model, "integrating the motion", || -> Result<_, Error> {
         let system = System::new(&model)?;
         let times = match &at {
             Some(table) => Times::table(&table.text)?,
@@ -86,12 +74,11 @@ pub(super) fn text(args: &args::Motion, format: MessageFormat) -> Result<Answer,
             known,
             model,
         })))
-    }();
-    drop(progress);
+    });
     let motion = match computed {
         Ok(Computed::Motion(motion)) => motion,
         Ok(Computed::Ensemble(ensemble)) => return ensemble.answer(args, source, warnings, format),
-        Err(error) => return Err(failed(source, warnings, error)),
+        Err(error) => return Err(failed(&source, &warnings, error)),
     };
     let (model, known) = (&motion.model, &motion.known);
     let linear = |times: &Times| -> Option<Vec<Vec<f64>>> {

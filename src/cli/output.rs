@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::fmt::Display;
 use std::fs::{self, File, Metadata};
 use std::io::{self, BufWriter, ErrorKind, IsTerminal, Seek, SeekFrom, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 
 use anstream::{AutoStream, ColorChoice};
@@ -205,7 +205,7 @@ pub(super) fn write_file(file: &Path, text: &str, source: &mut Source) -> Result
 }
 
 /// Writes a text into a file that is asked for, and leaves nothing of it to be printed.
-pub(super) fn into_file(output: Option<&PathBuf>, text: &mut String, source: &mut Source) -> Result<(), Failure> {
+pub(super) fn into_file(output: Option<&Path>, text: &mut String, source: &mut Source) -> Result<(), Failure> {
     if let Some(file) = output {
         write_file(file, text, source)?;
         text.clear();

@@ -1,14 +1,15 @@
 //! `librate period`.
 
 use librate::diagnostic::Diagnostic;
-use librate::model::{Constant, ModelError, Range};
+use librate::model::Range;
 use librate::period::{self, Options, Oscillator, Place, Request};
 use librate::report;
 
 use super::args;
 use super::input::Source;
-use super::progress::Progress;
-use super::{Answer, Failure, Loaded, Size, failed, load_values, style, wrong_request, wrong_setting};
+use super::{
+    Answer, Failure, Loaded, Size, constant, during, failed, load_values, range, style, wrong_request, wrong_setting,
+};
 
 /// What is asked for.
 enum Wish {
@@ -17,19 +18,10 @@ enum Wish {
 }
 
 fn wish(args: &args::Period) -> Result<Wish, Failure> {
-    let constant = |text: &str| {
-        Constant::parse(text).map_err(|error| {
-            let reason = match error {
-                ModelError::BadSetting { reason, .. } => reason,
-                other => other.to_string(),
-            };
-            let help = "amplitudes and energies are numbers: `1/2`, `pi - 1e-6`, `sqrt(2)`";
-            wrong_request(format!("can't read `{text}`: {reason}"), help)
-        })
-    };
-    if let Some(range) = &args.over {
+    let number = |text: &str| constant(text, "amplitudes and energies are numbers: `1/2`, `pi - 1e-6`, `sqrt(2)`");
+    if let Some(text) = &args.over {
         let help = "write `--over amplitude=a..b:count` or `--over energy=a..b:count`";
-        let range = Range::parse(range).map_err(|error| wrong_request(error.to_string(), help))?;
+        let range = range(text, help)?;
         if !matches!(range.name(), "amplitude" | "energy") {
             let message = format!("a period has no curve over `{}`", range.name());
             return Err(wrong_request(message, help));
@@ -37,8 +29,8 @@ fn wish(args: &args::Period) -> Result<Wish, Failure> {
         return Ok(Wish::Curve(range));
     }
     match (&args.amplitude, &args.energy) {
-        (Some(text), None) => Ok(Wish::One(Request::Amplitude(constant(text)?))),
-        (None, Some(text)) => Ok(Wish::One(Request::Energy(constant(text)?))),
+        (Some(text), None) => Ok(Wish::One(Request::Amplitude(number(text)?))),
+        (None, Some(text)) => Ok(Wish::One(Request::Energy(number(text)?))),
         _ => Err(wrong_request(
             "the motion is not specified".to_owned(),
             "write `--amplitude A`, `--energy E` or `--over amplitude=a..b:count`",
@@ -50,19 +42,11 @@ pub(super) fn text(args: &args::Period) -> Result<Answer, Failure> {
     let wish = wish(args)?;
     let options = Options::default().digits(args.digits);
     let Loaded { source, model, mut warnings } = load_values(&args.model, Size::Dense)?;
-    let oscillator = match Oscillator::of_model(&model) {
-        Ok(oscillator) => oscillator,
-        Err(error) => return Err(failed(source, warnings, error)),
-    };
+    let oscillator = Oscillator::of_model(&model).map_err(|error| failed(&source, &warnings, error))?;
     let text = match wish {
         Wish::One(request) => {
-            let progress = Progress::start("integrating the period");
-            let found = oscillator.period(&request, &options);
-            drop(progress);
-            let found = match found {
-                Ok(found) => found,
-                Err(error) => return Err(failed(source, warnings, error)),
-            };
+            let found = during(&args.model, "integrating the period", || oscillator.period(&request, &options));
+            let found = found.map_err(|error| failed(&source, &warnings, error))?;
             if args.json {
                 report::period_json(&oscillator, &found, &options)
             } else {
@@ -70,9 +54,8 @@ pub(super) fn text(args: &args::Period) -> Result<Answer, Failure> {
             }
         }
         Wish::Curve(range) => {
-            let progress = Progress::start("integrating the periods over the range");
-            let places = period::curve(&oscillator, &range, &options).map(|places| places.collect::<Vec<Place>>());
-            drop(progress);
+            let work = || Ok(period::curve(&oscillator, &range, &options)?.collect::<Vec<Place>>());
+            let places = during(&args.model, "integrating the periods over the range", work);
             let places = places.map_err(|error| wrong_setting(&error))?;
             remark(&source, &range, &places, &mut warnings)?;
             if args.model.drawn {

@@ -32,7 +32,7 @@ pub(super) fn text(plot: &Plot, format: MessageFormat) -> Result<Answer, Failure
     };
     let mut answer = answer?;
     if let Some((source, _)) = &mut answer.remarks {
-        into_file(output.as_ref(), &mut answer.text, source)?;
+        into_file(output.as_deref(), &mut answer.text, source)?;
     }
     Ok(answer)
 }

@@ -20,20 +20,13 @@ pub(super) struct Progress {
 }
 
 impl Progress {
-    /// Begins to wait; in a pipe nothing is ever shown.
-    pub(super) fn start(what: &'static str) -> Self {
-        Self::of(what, None)
-    }
-
-    /// The same with the stage that a command is at, unless it tells of its stages itself.
-    pub(super) fn stages(what: &'static str, guard: &Guard) -> Self {
-        if guard.tells { Self { waiter: None } } else { Self::of(what, Some(guard.clone())) }
-    }
-
-    fn of(what: &'static str, guard: Option<Guard>) -> Self {
-        if !io::stderr().is_terminal() {
+    /// Begins to wait, and shows the stage that a command is at, unless it tells of its stages itself; in a pipe nothing is ever
+    /// shown.
+    pub(super) fn start(what: &'static str, guard: &Guard) -> Self {
+        if guard.tells || !io::stderr().is_terminal() {
             return Self { waiter: None };
         }
+        let guard = guard.clone();
         let (done, wait) = mpsc::channel::<()>();
         let spawned = std::thread::Builder::new().spawn(move || {
             if wait.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
@@ -41,7 +34,7 @@ impl Progress {
                 bar.enable_steady_tick(TICK);
                 // Ends when the sender is dropped.
                 while wait.recv_timeout(TICK) == Err(RecvTimeoutError::Timeout) {
-                    if let Some(stage) = guard.as_ref().and_then(Guard::stage) {
+                    if let Some(stage) = guard.stage() {
                         bar.set_message(format!("{what}: {stage}"));
                     }
                 }

@@ -1,13 +1,14 @@
 //! `librate response`.
 
 use clap::Args;
+use librate::diagnostic::Diagnostic;
 use librate::model::Range;
-use librate::response::{Peaks, Request, Response, ResponseError, Source, Study, Value};
-use librate::{report, sensitivity};
+use librate::report;
+use librate::response::{Peaks, Request, ResponseError, Study, Value};
 
 use super::args::{ModelArgs, few_digits, positive};
-use super::threads::in_order;
-use super::{Answer, Failure, Loaded, Parsed, Size, checked, failed, input, parsed, wrong_request};
+use super::threads::all;
+use super::{Answer, Failure, Loaded, Size, failed, load_made, wrong_request};
 
 pub(super) const RESPONSE: &str = "\
 The steady response of the model, linearised about its equilibrium, to a harmonic force, as CSV: a line for each frequency, with the
@@ -30,8 +31,6 @@ Examples:
 
 /// So many frequencies are worked on at a time.
 const BLOCK: usize = 64;
-
-const WHAT: &str = "computing the response over the range";
 
 #[derive(Debug, Args)]
 pub(crate) struct ResponseArgs {
@@ -71,22 +70,24 @@ pub(super) fn text(args: &ResponseArgs) -> Result<Answer, Failure> {
         let message = format!("the frequency of a force given with --input is `omega`, not `{}`", range.name());
         return Err(wrong_request(message, help));
     }
-    let Parsed { source, file, tables, settings } = parsed(&args.model, input::read_model(&args.model.file)?)?;
-    let (model, mut warnings) = match checked(&args.model, &file, &tables, &settings, Size::Dense) {
-        Ok(checked) => checked,
-        Err(error) => return Err(failed(source, Vec::new(), error)),
-    };
-    warnings.extend(sensitivity::ignored(&model));
+    let (Loaded { source, model, mut warnings }, made) = load_made(&args.model, Size::Dense)?;
     let request = Request { input: args.input.clone(), outputs: args.outputs.clone(), range, digits: args.digits };
-    let study = match Study::new(model, Source { file, tables, settings }, request) {
-        Ok(study) => study,
-        Err(error) => return Err(failed(source, warnings, error)),
-    };
-    let loaded = Loaded { source, model: study.model().clone(), warnings };
-    let (peaks, loaded) = if args.peaks { peaks(args, &study, loaded)? } else { (Vec::new(), loaded) };
-    let has_values = !args.peaks || args.model.drawn;
-    let (response, loaded) = if has_values { computed(args, &study, loaded)? } else { (study.response([]), loaded) };
-    let Loaded { source, mut warnings, .. } = loaded;
+    let fails = |error: ResponseError, warnings: &[Diagnostic]| failed(&source, warnings, error);
+    let study = Study::new(model, made, request).map_err(|error| fails(error, &warnings))?;
+    let mut peaks: Vec<Peaks> = Vec::new();
+    if args.peaks {
+        let found = all(args.threads, study.outputs(), "looking for peaks", || |output| study.peaks(output))?;
+        peaks = found.into_iter().collect::<Result<_, _>>().map_err(|error| fails(error, &warnings))?;
+        warnings.extend(peaks.iter().filter_map(|own| own.remark(args.over.split('=').next().unwrap_or_default())));
+    }
+    let mut values: Vec<Vec<Vec<Value>>> = Vec::new();
+    if !args.peaks || args.model.drawn {
+        let count = study.len();
+        let block = |block: usize| (block * BLOCK..count.min((block + 1) * BLOCK)).map(|at| study.values(at)).collect();
+        let found = all(args.threads, count.div_ceil(BLOCK), "computing the response over the range", || block)?;
+        values = found.into_iter().collect::<Result<_, _>>().map_err(|error| fails(error, &warnings))?;
+    }
+    let response = study.response(values.concat());
     warnings.extend(response.remarks());
     let text = match (args.model.drawn, args.peaks, args.json) {
         (true, ..) => report::response_svg(&response, &peaks),
@@ -96,55 +97,4 @@ pub(super) fn text(args: &ResponseArgs) -> Result<Answer, Failure> {
         (false, false, false) => report::response_csv(&response, args.digits),
     };
     Ok(Answer::new(text, Some((source, warnings))))
-}
-
-/// The maxima and minima, outputs on all cores.
-fn peaks(args: &ResponseArgs, study: &Study, loaded: Loaded) -> Result<(Vec<Peaks>, Loaded), Failure> {
-    let (mut all, mut fault) = (Vec::new(), None);
-    let found = |found: Result<Peaks, ResponseError>| {
-        match found {
-            Ok(found) => all.push(found),
-            Err(error) => fault = Some(error),
-        }
-        Ok(())
-    };
-    in_order(args.threads, study.outputs(), "looking for peaks", || |output| study.peaks(output), found)?;
-    let Loaded { source, model, mut warnings } = loaded;
-    if let Some(error) = fault {
-        return Err(failed(source, warnings, error));
-    }
-    warnings.extend(all.iter().filter_map(|own| own.remark(args.over.split('=').next().unwrap_or_default())));
-    Ok((all, Loaded { source, model, warnings }))
-}
-
-/// All frequencies, on all cores.
-fn computed(args: &ResponseArgs, study: &Study, loaded: Loaded) -> Result<(Response, Loaded), Failure> {
-    let count = study.len();
-    let mut values: Vec<Vec<Value>> = Vec::with_capacity(count);
-    let block = |block: usize| -> Vec<Result<Vec<Value>, ResponseError>> {
-        (block * BLOCK..count.min((block + 1) * BLOCK)).map(|place| study.values(place)).collect()
-    };
-    let mut fault = None;
-    in_order(
-        args.threads,
-        count.div_ceil(BLOCK),
-        WHAT,
-        || block,
-        |found| {
-            for own in found {
-                match own {
-                    Ok(own) => values.push(own),
-                    Err(error) => {
-                        fault.get_or_insert(error);
-                        values.push(study.nothing());
-                    }
-                }
-            }
-            Ok(())
-        },
-    )?;
-    match fault {
-        Some(error) => Err(failed(loaded.source, loaded.warnings, error)),
-        None => Ok((study.response(values), loaded)),
-    }
 }

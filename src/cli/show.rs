@@ -10,8 +10,7 @@ use librate::{figure, modes, oscillation};
 
 use super::input::Source;
 use super::output::{into_file, write_file};
-use super::progress::Progress;
-use super::{Answer, Failure, Loaded, Size, args, failed, load, solved, wrong_request};
+use super::{Answer, Failure, Loaded, Size, args, during, failed, load, solved, wrong_request};
 use serde_json::Value;
 
 /// A page of more modes would be too long to look through.
@@ -38,15 +37,10 @@ pub(super) fn text(args: &args::Show) -> Result<Answer, Failure> {
     }
     let mut options = modes::Options::default().digits(args.digits);
     options.lowest = args.lowest;
-    let progress = Progress::stages("computing the modes", &args.model.guard);
     // A derivation may fail where there are modes, and is left out then.
-    let derivation = derive::derive(&model, &Parts::all()).ok();
-    let computed = solved(model, &options);
-    drop(progress);
-    let (linearized, modes) = match computed {
-        Ok(computed) => computed,
-        Err(error) => return Err(failed(source, warnings, error)),
-    };
+    let work = || (derive::derive(&model, &Parts::all()).ok(), solved(model, &options));
+    let (derivation, computed) = during(&args.model, "computing the modes", work);
+    let (linearized, modes) = computed.map_err(|error| failed(&source, &warnings, error))?;
     warnings.extend(oscillation::warnings(&linearized, &modes).iter().map(Diagnostic::from));
     let figure = figure::figure(&linearized);
     let mut page = report::show_html(&Shown {
@@ -60,7 +54,7 @@ pub(super) fn text(args: &args::Show) -> Result<Answer, Failure> {
     if let Some(file) = args.output.as_ref().filter(|_| args.live) {
         make_live(file, &mut page, &mut source)?;
     }
-    into_file(args.output.as_ref(), &mut page, &mut source)?;
+    into_file(args.output.as_deref(), &mut page, &mut source)?;
     Ok(Answer::new(page, Some((source, warnings))))
 }
 

@@ -6,7 +6,6 @@ use std::ops::Range as Places;
 use std::path::Path;
 
 use librate::diagnostic::Diagnostic;
-use librate::model::Range;
 use librate::report::{self, SweepColumns, SweepCsv, SweepKept, SweepRow};
 use librate::sweep::{Sweep, Worker};
 use librate::{Error, modes, sensitivity, tracking};
@@ -14,7 +13,7 @@ use librate::{Error, modes, sensitivity, tracking};
 use super::input::{self, Source};
 use super::output::{self, visible};
 use super::threads::in_order;
-use super::{Answer, Failure, Parsed, args, fault, parsed, wrong_request};
+use super::{Answer, Failure, Parsed, args, fault, parsed, range, wrong_request};
 
 /// A table of up to so many values has the columns that its lines need, and is written when all are there.
 const HELD: usize = 1000;
@@ -31,16 +30,13 @@ const MOST_DRAWN: usize = 10_000;
 const WHAT: &str = "computing the modes over the range";
 
 pub(super) fn text(args: &args::Sweep) -> Result<Answer, Failure> {
-    let range = Range::parse(&args.over).map_err(|error| {
-        let help = "write `--over NAME=a..b:count`, for example `--over k=0..8:17`";
-        wrong_request(error.to_string(), help)
-    })?;
-    let Parsed { mut source, file, tables, settings } = parsed(&args.model, input::read_model(&args.model.file)?)?;
+    let range = range(&args.over, "write `--over NAME=a..b:count`, for example `--over k=0..8:17`")?;
+    let Parsed { mut source, made } = parsed(&args.model, input::read_model(&args.model.file)?)?;
     let mut options = modes::Options::default().digits(args.digits);
     options.lowest = args.lowest;
     options.vectors = args.model.drawn || args.json && !args.no_vectors;
     let name = visible(range.name(), false).into_owned();
-    let sweep = Sweep::new(file, tables, settings, range, options);
+    let sweep = Sweep::new(made, range, options);
     let uncertain = sweep.derived().and_then(sensitivity::ignored).filter(|_| !args.json);
     let mut run = Run { args, sweep: &sweep, name, remarks: Vec::new(), told: HashSet::new(), uncertain };
     if args.model.drawn {

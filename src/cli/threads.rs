@@ -125,3 +125,18 @@ pub(super) fn in_order<T: Send, W: FnMut(usize) -> T>(
         handed_on
     })
 }
+
+/// The same with all results at the end.
+pub(super) fn all<T: Send, W: FnMut(usize) -> T>(
+    threads: Option<usize>,
+    count: usize,
+    what: &'static str,
+    worker: impl Fn() -> W + Sync,
+) -> Result<Vec<T>, Failure> {
+    let mut all = Vec::with_capacity(count);
+    in_order(threads, count, what, worker, |result| {
+        all.push(result);
+        Ok(())
+    })?;
+    Ok(all)
+}

@@ -8,6 +8,8 @@
 //! It starts no thread and writes nothing: rows are independent of each other, a [`Chart`] is `Sync`, and a [`Worker`]
 //! belongs to one thread.
 
+pub use crate::source::Source;
+
 use nalgebra::{DMatrix, DVector};
 
 use crate::error::Error;
@@ -16,9 +18,8 @@ use crate::floquet::{self, FloquetError, trial};
 use crate::flow::{Doubles, Equations, Plain};
 use librate_core::expr::{Prepared, Tape};
 use librate_core::linearize;
-use librate_core::model::{self, Model, ModelError, Range, Settings, TableTexts};
+use librate_core::model::{self, Model, ModelError, Range};
 use librate_core::precision::{LANES, Lane};
-use librate_core::syntax::File;
 
 /// More places than this are not charted.
 pub const MOST_PLACES: usize = 10_000_000;
@@ -37,19 +38,21 @@ const NEWTON: usize = 40;
 /// Halvings of an interval: 2^-44 is below 1e-13.
 const HALVINGS: usize = 44;
 
-/// A parameter over its range, in SI.
+/// A parameter over its range.
 #[derive(Clone, Debug)]
 struct Axis {
     range: Range,
-    from: f64,
-    to: f64,
+    /// Its ends in SI.
+    in_si: [f64; 2],
+    /// Its ends in the unit that the parameter is declared with.
+    declared: [f64; 2],
 }
 
 impl Axis {
-    fn value(&self, place: f64) -> f64 {
-        #[allow(clippy::cast_precision_loss)] // counts are at most a million
+    /// The value at a place between two ends.
+    fn value(&self, [from, to]: [f64; 2], place: f64) -> f64 {
         let last = self.range.len().saturating_sub(1).max(1) as f64;
-        self.from + (self.to - self.from) * (place / last)
+        from + (to - from) * (place / last)
     }
 }
 
@@ -90,21 +93,13 @@ pub struct Worker<'a> {
     scratch: Vec<f64>,
 }
 
-fn model_with(file: &File, tables: &TableTexts, settings: &Settings, values: [&str; 2]) -> Result<Model, Error> {
-    let mut settings = settings.clone();
-    for value in values {
-        settings.add(value)?;
-    }
-    Ok(model::elaborate(file, tables, &settings)?)
-}
-
 impl Chart {
     /// Derives the equations with two parameters open.
     ///
     /// # Errors
     /// As [`floquet::floquet`], and where a parameter does not exist, sets a range of an index, is defined from others or is
     /// named twice, or there are too many places.
-    pub fn new(file: &File, tables: &TableTexts, settings: &Settings, ranges: [Range; 2]) -> Result<Self, Error> {
+    pub fn new(source: &Source, ranges: [Range; 2]) -> Result<Self, Error> {
         let bad = |range: &Range, reason: &str| {
             Error::from(ModelError::BadSetting { text: range.name().to_owned(), reason: reason.to_owned() })
         };
@@ -114,9 +109,9 @@ impl Chart {
         if ranges[0].len().saturating_mul(ranges[1].len()) > MOST_PLACES {
             return Err(bad(&ranges[0], "a chart has at most 10000000 places"));
         }
-        let ends = |place: &dyn Fn(&Range) -> String| {
-            let [first, second] = [place(&ranges[0]), place(&ranges[1])];
-            model_with(file, tables, settings, [&first, &second])
+        let ends = |place: &dyn Fn(&Range) -> String| -> Result<Model, Error> {
+            let settings = source.settings_with(&[&place(&ranges[0]), &place(&ranges[1])])?;
+            Ok(model::elaborate(&source.file, &source.tables, &settings)?)
         };
         let model = ends(&Range::first)?;
         let other = ends(&Range::last)?;
@@ -138,7 +133,8 @@ impl Chart {
                 return Err(bad(range, reason));
             }
             numbers.push(number);
-            axes.push(Axis { range: range.clone(), from, to });
+            let declared = [0, range.len() - 1].map(|place| range.value(place).unwrap_or(f64::NAN));
+            axes.push(Axis { range: range.clone(), in_si: [from, to], declared });
         }
         let [first, second] = [axes.remove(0), axes.remove(0)];
         let mut driven = Driven::new(&model, &numbers)?;
@@ -193,16 +189,7 @@ impl Chart {
         let Some(own) = self.axes.get(axis) else {
             return Vec::new();
         };
-        let (Some(from), Some(to)) = (own.range.value(0), own.range.value(own.range.len() - 1)) else {
-            return Vec::new();
-        };
-        (0..own.range.len()).map(|at| self.declared(axis, from, to, at as f64)).collect()
-    }
-
-    fn declared(&self, axis: usize, from: f64, to: f64, place: f64) -> f64 {
-        #[allow(clippy::cast_precision_loss)] // counts are at most a million
-        let last = self.axes[axis].range.len().saturating_sub(1).max(1) as f64;
-        from + (to - from) * (place / last)
+        (0..own.range.len()).map(|at| own.value(own.declared, at as f64)).collect()
     }
 
     /// A work space for one thread.
@@ -278,8 +265,8 @@ impl Worker<'_> {
 
     /// `None` where there is no period.
     fn start(&mut self, place: [f64; 2]) -> Option<Start> {
-        let axes = &self.chart.axes;
-        let values = [axes[0].value(place[0]), axes[1].value(place[1])];
+        let [first, second] = &self.chart.axes;
+        let values = [first.value(first.in_si, place[0]), second.value(second.in_si, place[1])];
         let mut state = self.chart.start.evaluate(&values, &mut self.scratch);
         if state.is_empty() {
             return None;
@@ -396,15 +383,8 @@ impl Chart {
     }
 
     fn border(&self, place: [f64; 2]) -> Border {
-        let value = |axis: usize| {
-            let range = &self.axes[axis].range;
-            let ends = (range.value(0), range.value(range.len() - 1));
-            match ends {
-                (Some(from), Some(to)) => self.declared(axis, from, to, place[axis]),
-                _ => f64::NAN,
-            }
-        };
-        Border { at: [value(0), value(1)] }
+        let [first, second] = &self.axes;
+        Border { at: [first.value(first.declared, place[0]), second.value(second.declared, place[1])] }
     }
 
     /// The modulus of the largest multiplier, and whether it is outside the unit circle.

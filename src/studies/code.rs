@@ -7,6 +7,7 @@
 
 use crate::mechanics::Mechanics;
 use crate::program::Program;
+use crate::source;
 use librate_core::expr::{ExprId, Node, Pool, Substitution, Symbol};
 use librate_core::linearize::{self, Feature, LinearizeError, signed_terms};
 use librate_core::model::Model;
@@ -119,7 +120,7 @@ pub fn code(model: &Model) -> Result<Code, LinearizeError> {
     let searched = free.iter().map(|at| coordinates[*at]);
     let still: Vec<Symbol> = parameters.iter().copied().chain(searched).collect();
     let compiled = |pool: &Pool, roots: &[ExprId], inputs: &[Symbol]| {
-        Program::compile(pool, roots, inputs).map_err(|unbound| missing(model, unbound.symbol))
+        Program::compile(pool, roots, inputs).map_err(|unbound| source::missing(model, &unbound))
     };
 
     let search = if free.is_empty() {
@@ -155,10 +156,4 @@ pub fn code(model: &Model) -> Result<Code, LinearizeError> {
         stiffness: compiled(&pool, &stiffness_there, &still)?,
         motion: compiled(&pool, &[mass, loads].concat(), &moving)?,
     })
-}
-
-/// That a symbol has no value.
-fn missing(model: &Model, symbol: Symbol) -> LinearizeError {
-    let parameter = model.parameters.iter().position(|own| own.symbol == symbol);
-    linearize::missing_value(model, parameter.unwrap_or(usize::MAX))
 }

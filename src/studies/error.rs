@@ -96,59 +96,27 @@ impl From<LinearizeError> for Error {
     }
 }
 
-impl From<MotionError> for Error {
-    fn from(error: MotionError) -> Self {
-        match error {
-            MotionError::Linearize(error) => Self::Linearize(error),
-            error => Self::Motion(error),
+/// What an earlier stage says stays that stage's error.
+macro_rules! of_studies {
+    ($($study:ident($error:ident) $($earlier:ident)+;)+) => {$(
+        impl From<$error> for Error {
+            fn from(error: $error) -> Self {
+                match error {
+                    $($error::$earlier(error) => error.into(),)+
+                    error => Self::$study(error),
+                }
+            }
         }
-    }
+    )+};
 }
 
-impl From<PeriodError> for Error {
-    fn from(error: PeriodError) -> Self {
-        match error {
-            PeriodError::Linearize(error) => Self::Linearize(error),
-            error => Self::Period(error),
-        }
-    }
-}
-
-impl From<AmplitudeError> for Error {
-    fn from(error: AmplitudeError) -> Self {
-        match error {
-            AmplitudeError::Linearize(error) => Self::Linearize(error),
-            error => Self::Amplitude(error),
-        }
-    }
-}
-
-impl From<EquilibriaError> for Error {
-    fn from(error: EquilibriaError) -> Self {
-        match error {
-            EquilibriaError::Linearize(error) => Self::Linearize(error),
-            error => Self::Equilibria(error),
-        }
-    }
-}
-
-impl From<FloquetError> for Error {
-    fn from(error: FloquetError) -> Self {
-        match error {
-            FloquetError::Linearize(error) => Self::Linearize(error),
-            error => Self::Floquet(error),
-        }
-    }
-}
-
-impl From<ResponseError> for Error {
-    fn from(error: ResponseError) -> Self {
-        match error {
-            ResponseError::Linearize(error) => Self::Linearize(error),
-            ResponseError::Model(error) => error.into(),
-            error => Self::Response(error),
-        }
-    }
+of_studies! {
+    Motion(MotionError) Linearize;
+    Period(PeriodError) Linearize;
+    Amplitude(AmplitudeError) Linearize;
+    Equilibria(EquilibriaError) Linearize;
+    Floquet(FloquetError) Linearize;
+    Response(ResponseError) Linearize Model;
 }
 
 impl Error {

@@ -7,6 +7,8 @@ pub mod flow;
 
 mod mechanics;
 
+mod source;
+
 pub mod program;
 
 pub mod code;
@@ -28,8 +30,6 @@ pub mod motion;
 pub mod period;
 
 pub mod amplitude;
-
-mod source;
 
 pub mod response;
 

@@ -41,16 +41,8 @@ pub enum Operation {
 }
 
 impl Operation {
-    fn operands(self) -> [Option<u32>; 2] {
-        match self {
-            Self::Add(a, b) | Self::Subtract(a, b) | Self::Multiply(a, b) | Self::Divide(a, b) => [Some(a), Some(b)],
-            Self::Power(a, b) | Self::Angle { y: a, x: b } => [Some(a), Some(b)],
-            Self::Negate(a) | Self::Root(a) | Self::Apply(_, a) => [Some(a), None],
-            Self::Undefined => [None, None],
-        }
-    }
-
-    fn renumbered(self, new: impl Fn(u32) -> u32) -> Self {
+    /// The same of other operands.
+    fn renumbered(self, mut new: impl FnMut(u32) -> u32) -> Self {
         match self {
             Self::Add(a, b) => Self::Add(new(a), new(b)),
             Self::Subtract(a, b) => Self::Subtract(new(a), new(b)),
@@ -340,9 +332,10 @@ impl Compiler<'_> {
         // Operands stand before their results.
         for at in (0..self.values.len()).rev() {
             if let (true, Value::Result(operation)) = (needed[at], self.values[at]) {
-                for operand in operation.operands().into_iter().flatten() {
+                operation.renumbered(|operand| {
                     needed[operand as usize] = true;
-                }
+                    operand
+                });
             }
         }
         let index = |at: usize| u32::try_from(at).unwrap_or(u32::MAX);

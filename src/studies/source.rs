@@ -1,7 +1,12 @@
-//! What a model is made from, for studies that make it anew at each value of a parameter.
+//! What a model is made from, for studies that make it anew at each value of a parameter; and what names and ranges mean in it.
 
-use librate_core::linearize::{self, LinearizeError};
-use librate_core::model::{self, Model, ModelError, Range, Settings, TableTexts};
+use librate_core::diagnostic::nearest;
+use librate_core::expr::{ExprId, Pool, UnboundSymbol};
+use librate_core::linearize::{self, LinearizeError, evaluate_closed};
+use librate_core::model::{self, Constant, Model, ModelError, Range, Settings, SymbolKind, Table, TableTexts};
+use librate_core::number::Number;
+use librate_core::precision::Enclosure;
+use librate_core::span::Span;
 use librate_core::syntax::{File, print_unit};
 
 /// What a model is made from.
@@ -16,17 +21,32 @@ pub struct Source {
 }
 
 impl Source {
-    /// The model with a value of a range.
-    pub(crate) fn model<E>(&self, range: &Range, place: usize) -> Result<Model, E>
+    /// The values from outside with some more.
+    pub(crate) fn settings_with(&self, values: &[&str]) -> Result<Settings, ModelError> {
+        let mut settings = self.settings.clone();
+        values.iter().try_for_each(|value| settings.add(value))?;
+        Ok(settings)
+    }
+
+    /// The model with a value of a range; `wrong` says what is wrong with it.
+    pub(crate) fn model<E>(
+        &self,
+        range: &Range,
+        place: usize,
+        wrong: impl FnOnce(Vec<ModelError>) -> E,
+    ) -> Result<Model, E>
     where
         E: From<ModelError> + From<LinearizeError>,
     {
-        let mut settings = self.settings.clone();
-        settings.add(&format!("{} = {}", range.name(), range.expression(place)))?;
+        let settings = self.settings_with(&[&format!("{} = {}", range.name(), range.expression(place))])?;
         linearize::check_size(model::coordinate_count(&self.file, &self.tables, &settings))?;
-        let first = |mut errors: Vec<ModelError>| errors.swap_remove(0);
-        Ok(model::elaborate(&self.file, &self.tables, &settings).map_err(first)?)
+        model::elaborate(&self.file, &self.tables, &settings).map_err(wrong)
     }
+}
+
+/// The first of several errors, which are at least one.
+pub(crate) fn first<E: From<ModelError>>(mut errors: Vec<ModelError>) -> E {
+    errors.swap_remove(0).into()
 }
 
 /// The unit that a parameter is declared with, as it is written.
@@ -41,4 +61,81 @@ pub(crate) fn unit_of(file: &File, name: &str) -> Option<String> {
 pub(crate) fn parameter(model: &Model, range: &Range) -> Option<usize> {
     let name: String = range.name().split_whitespace().collect();
     model.parameters.iter().position(|own| own.name.replace(' ', "") == name)
+}
+
+/// The number of the coordinate of a name; else the one that may have been meant.
+pub(crate) fn coordinate(model: &Model, name: &str) -> Result<usize, Option<String>> {
+    let name: String = name.split_whitespace().collect();
+    let known: Vec<String> = model.coordinates.names().collect();
+    let found = known.iter().position(|own| own.replace(' ', "") == name);
+    found.ok_or_else(|| nearest(&name, known.iter().map(String::as_str)).map(str::to_owned))
+}
+
+/// Reads a constant; the error is what is wrong with it, in words.
+pub(crate) fn constant(text: &str) -> Result<Constant, String> {
+    Constant::parse(text).map_err(|error| match error {
+        ModelError::BadSetting { reason, .. } => reason,
+        other => other.to_string(),
+    })
+}
+
+/// Reads a table; the error is a line and what is wrong there.
+pub(crate) fn table(text: &str, name: &str) -> Result<Table, (u64, String)> {
+    let texts = TableTexts::new().with(name, text);
+    let table = Table::read(name, name, Span::default(), Span::default(), &texts);
+    table.map_err(|error| match error {
+        ModelError::BadTable { line, reason, .. } => (line, reason),
+        other => (1, other.to_string()),
+    })
+}
+
+/// That a parameter has no value, which is all that can be open where expressions of a model are compiled.
+pub(crate) fn missing(model: &Model, unbound: &UnboundSymbol) -> LinearizeError {
+    let number = match model.symbols.get(unbound.symbol) {
+        Some(SymbolKind::Parameter(number)) => number,
+        _ => usize::MAX,
+    };
+    linearize::missing_value(model, number)
+}
+
+/// An end of a range: a closed expression.
+#[derive(Clone, Debug)]
+pub(crate) struct End {
+    pub(crate) pool: Pool,
+    pub(crate) value: ExprId,
+}
+
+impl End {
+    pub(crate) fn rational(&self) -> Option<&Number> {
+        self.pool.as_number(self.value)
+    }
+}
+
+/// The ends of a range as they are written.
+pub(crate) fn written_ends(range: &Range) -> Result<[End; 2], ModelError> {
+    let end = |place| -> Result<End, ModelError> {
+        let constant = Constant::parse(&range.expression(place))?;
+        Ok(End { pool: constant.pool().clone(), value: constant.value() })
+    };
+    Ok([end(0)?, end(range.len() - 1)?])
+}
+
+/// How much of a range lies before a place.
+pub(crate) fn share(range: &Range, place: usize) -> Option<Number> {
+    Number::ratio(place as i64, range.len().saturating_sub(1).max(1) as i64)
+}
+
+/// The value at a place of a range with rational ends.
+pub(crate) fn rational(ends: &[End; 2], range: &Range, place: usize) -> Option<Number> {
+    let [from, to] = [ends[0].rational()?, ends[1].rational()?];
+    Some(from.add(&to.sub(from).mul(&share(range, place)?)))
+}
+
+/// What is at a share of the way from one end to the other.
+pub(crate) fn between<S: Enclosure>(ends: &[End; 2], share: &Number, precision: S::Precision) -> Option<S> {
+    let [from, to] = ends;
+    let from: S = evaluate_closed(&from.pool, from.value, precision)?;
+    let to: S = evaluate_closed(&to.pool, to.value, precision)?;
+    let share = S::from_number(share, precision);
+    Some(from.add(&to.sub(&from).mul(&share)))
 }

@@ -6,16 +6,16 @@
 //!
 //! It starts no thread: places are independent of each other, a [`Sweep`] is `Sync`, and a [`Worker`] belongs to one thread.
 
+pub use crate::source::Source;
+
 use crate::batch::{self, Outcome, Solutions, Study};
 use crate::error::Error;
-use crate::source::unit_of;
+use crate::source::{End, rational, share, unit_of, written_ends};
 use librate_core::linearize::{self, Linearized};
-use librate_core::model::{self, Constant, Model, Range, Settings, TableTexts};
+use librate_core::model::{Model, Range};
 use librate_core::modes::{Kind, Options};
-use librate_core::number::Number;
 use librate_core::oscillation::{self, NormalModes};
 use librate_core::precision::{Ball, Scalar};
-use librate_core::syntax::File;
 
 /// Deriving once does not pay for fewer places, ...
 const FEW: usize = 16;
@@ -35,13 +35,11 @@ pub struct Place {
 /// A model over a range of one parameter.
 #[derive(Clone, Debug)]
 pub struct Sweep {
-    file: File,
-    tables: TableTexts,
-    settings: Settings,
+    source: Source,
     range: Range,
     options: Options,
-    /// The ends of the range, where they are rational.
-    ends: Option<[Number; 2]>,
+    /// The ends of the range as they are written.
+    ends: Option<[End; 2]>,
     derived: Option<Derived>,
 }
 
@@ -57,14 +55,9 @@ struct Derived {
 impl Sweep {
     /// The modes that `options` ask for, at each place of a range.
     #[must_use]
-    pub fn new(file: File, tables: TableTexts, settings: Settings, range: Range, options: Options) -> Self {
-        let rational = |place: usize| {
-            let end = Constant::parse(&range.expression(place)).ok()?;
-            end.pool().as_number(end.value()).cloned()
-        };
-        let last = range.len() - 1;
-        let ends = rational(0).and_then(|from| Some([from, rational(last)?]));
-        let mut sweep = Self { file, tables, settings, range, options, ends, derived: None };
+    pub fn new(source: Source, range: Range, options: Options) -> Self {
+        let ends = written_ends(&range).ok();
+        let mut sweep = Self { source, range, options, ends, derived: None };
         if sweep.range.len() >= FEW {
             sweep.derived = sweep.derive();
         }
@@ -80,7 +73,7 @@ impl Sweep {
     /// The unit that the parameter is declared with, as it is written.
     #[must_use]
     pub fn unit(&self) -> Option<String> {
-        unit_of(&self.file, self.range.name())
+        unit_of(&self.source.file, self.range.name())
     }
 
     /// What is asked of the modes.
@@ -98,22 +91,14 @@ impl Sweep {
     /// The parameter's value at a place, in the unit that it is declared with; rounded to a double, and no number beyond the end.
     #[must_use]
     pub fn value(&self, place: usize) -> f64 {
-        let count = self.range.len();
-        let value = match &self.ends {
-            Some([from, to]) if place < count => {
-                let share = Number::ratio(place as i64, count.saturating_sub(1).max(1) as i64);
-                share.map(|share| Ball::from_number(&from.add(&to.sub(from).mul(&share)), ()).mid_f64())
-            }
-            _ => self.range.value(place),
-        };
-        value.unwrap_or(f64::NAN)
+        let ends = self.ends.as_ref().filter(|_| place < self.range.len());
+        let value = ends.and_then(|ends| rational(ends, &self.range, place));
+        let value = value.map(|value| Ball::from_number(&value, ()).mid_f64());
+        value.or_else(|| self.range.value(place)).unwrap_or(f64::NAN)
     }
 
     fn model(&self, place: usize) -> Result<Model, Error> {
-        let mut settings = self.settings.clone();
-        settings.add(&format!("{} = {}", self.range.name(), self.range.expression(place)))?;
-        linearize::check_size(model::coordinate_count(&self.file, &self.tables, &settings))?;
-        Ok(model::elaborate(&self.file, &self.tables, &settings)?)
+        self.source.model(&self.range, place, Error::Model)
     }
 
     /// The modes at a place, all of them certified.
@@ -129,17 +114,7 @@ impl Sweep {
 
     /// The same over as many places and one between any two; `None` where that is too many, or there is a single one.
     pub(crate) fn finer(&self) -> Option<Self> {
-        let Self { file, tables, settings, range, options, ends, .. } = self;
-        let (file, tables, settings) = (file.clone(), tables.clone(), settings.clone());
-        Some(Self {
-            file,
-            tables,
-            settings,
-            range: range.finer()?,
-            options: options.clone(),
-            ends: ends.clone(),
-            derived: None,
-        })
+        Some(Self { range: self.range.finer()?, derived: None, ..self.clone() })
     }
 
     /// The model with its parameter open; `None` where it is better solved place by place.
@@ -189,9 +164,8 @@ impl Worker<'_> {
         let Some(Derived { study, from, to }) = &self.sweep.derived else {
             return vec![None; places.len()];
         };
-        let last = self.sweep.range.len().saturating_sub(1).max(1) as i64;
         let way = *to - *from;
-        let value = |place: usize| match Number::ratio(place as i64, last) {
+        let value = |place: usize| match share(&self.sweep.range, place) {
             Some(share) => *from + way * Ball::from_number(&share, ()),
             None => Ball::NOT_FINITE,
         };

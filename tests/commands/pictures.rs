@@ -10,7 +10,7 @@ use librate::figure::{Figure, Link, figure};
 use librate::linearize::linearize;
 use librate::model::{Range, Settings, TableTexts, elaborate_drawn};
 use librate::modes::Options;
-use librate::sweep::Sweep;
+use librate::sweep::{Source, Sweep};
 use librate::syntax::parse;
 use librate::tracking::{Branch, branches};
 use roxmltree::{Document, Node};
@@ -112,7 +112,8 @@ fn what_is_no_picture_is_told() {
 fn swept(text: &str, over: &str) -> Vec<Branch> {
     let range = Range::parse(over).unwrap();
     let file = parse(text).unwrap();
-    let sweep = Sweep::new(file, TableTexts::new(), Settings::new(), range, Options::default());
+    let source = Source { file, tables: TableTexts::new(), settings: Settings::new() };
+    let sweep = Sweep::new(source, range, Options::default());
     let places: Vec<_> = (0..sweep.range().len()).map(|at| sweep.place(at)).collect();
     branches(&sweep, &places)
 }

@@ -12,7 +12,7 @@ use librate::linearize::constant;
 use librate::model::{Range, Settings, TableTexts, elaborate};
 use librate::modes::Options;
 use librate::report::SweepRow;
-use librate::sweep::Sweep;
+use librate::sweep::{Source, Sweep};
 use serde_json::Value;
 
 #[test]
@@ -122,7 +122,8 @@ fn quick_lines_are_certified_ones() {
             // Numbers that are no doubles, past both sides of where some models lose their stability.
             let range = Range::parse(&format!("{name}={value}/3..{value}*16/3:31")).unwrap();
             let options = Options::default();
-            let sweep = Sweep::new(file.clone(), TableTexts::new(), Settings::new(), range, options);
+            let source = Source { file: file.clone(), tables: TableTexts::new(), settings: Settings::new() };
+            let sweep = Sweep::new(source, range, options);
             let Some(_) = sweep.derived().filter(|model| model.coordinates.len() <= 8) else { continue };
             models += 1;
             let places = [0, 1, 4, 13, 30];

@@ -4,7 +4,7 @@
 
 use std::f64::consts::PI;
 
-use librate::chart::{Chart, Place};
+use librate::chart::{Chart, Place, Source};
 use librate::floquet::floquet;
 use librate::model::{Range, Settings, TableTexts, elaborate};
 use librate::syntax;
@@ -13,7 +13,7 @@ use librate::syntax;
 fn places(text: &str, ranges: [&str; 2]) -> Vec<([f64; 2], Place)> {
     let file = syntax::parse(text).unwrap();
     let ranges = ranges.map(|range| Range::parse(range).unwrap());
-    let chart = Chart::new(&file, &TableTexts::new(), &Settings::new(), ranges).unwrap();
+    let chart = Chart::new(&Source { file, tables: TableTexts::new(), settings: Settings::new() }, ranges).unwrap();
     let mut worker = chart.worker();
     let values = [chart.values(0), chart.values(1)];
     let mut found = Vec::new();

@@ -5,7 +5,7 @@
 use crate::common;
 
 use common::{load, model_files};
-use librate::chart::Chart;
+use librate::chart::{Chart, Source};
 use librate::expr::{Pool, Symbol};
 use librate::floquet::{Floquet, FloquetError, Options, Place, floquet};
 use librate::model::{Model, Range, Settings, TableTexts, elaborate};
@@ -146,7 +146,7 @@ fn borders_of_published_tables() {
 fn chart(text: &str, ranges: [&str; 2]) -> Chart {
     let file = syntax::parse(text).unwrap();
     let ranges = ranges.map(|range| Range::parse(range).unwrap());
-    Chart::new(&file, &TableTexts::new(), &Settings::new(), ranges).unwrap()
+    Chart::new(&Source { file, tables: TableTexts::new(), settings: Settings::new() }, ranges).unwrap()
 }
 
 #[test]

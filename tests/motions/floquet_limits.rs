@@ -4,7 +4,7 @@
 
 use std::f64::consts::PI;
 
-use librate::chart::Chart;
+use librate::chart::{Chart, Source};
 use librate::floquet::{Floquet, FloquetError, Options, Place, floquet};
 use librate::model::{Model, Range, Settings, TableTexts, elaborate};
 use librate::precision::{Ball, Big};
@@ -91,7 +91,7 @@ fn charts_check_the_period() {
         let text = format!("param a = 1  param q = 1  {}", driven("a - q*cos(a*t)", period));
         let file = syntax::parse(&text).unwrap();
         let ranges = ["a=1..3:3", "q=0..1:2"].map(|range| Range::parse(range).unwrap());
-        Chart::new(&file, &TableTexts::new(), &Settings::new(), ranges)
+        Chart::new(&Source { file, tables: TableTexts::new(), settings: Settings::new() }, ranges)
     };
     assert!(chart("2*pi/a").is_ok());
     let wrong = chart("2*pi/(a + 1)").unwrap_err();

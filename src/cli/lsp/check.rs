@@ -8,7 +8,7 @@ use std::time::Duration;
 use librate::budget::Budget;
 use librate::diagnostic::{Diagnostic, Severity};
 use librate::model::{self, Dimension, Model, Settings, TableTexts};
-use librate::modes::{Options, Stability};
+use librate::modes::Options;
 use librate::precision::{Ball, decimal};
 use librate::syntax::StatementKind;
 use librate::{Error, linearize};
@@ -232,13 +232,7 @@ fn modes_line(model: Model) -> Option<String> {
     if modes.modes.len() > SHOWN {
         all.push("…".to_owned());
     }
-    let stability = match modes.stability {
-        Stability::Stable => "stable",
-        Stability::Unstable => "unstable",
-        Stability::Neutral => "neutral",
-        Stability::Undecided => "undecided",
-    };
-    Some(format!("omega = {} rad/s, {stability}", all.join(", ")))
+    Some(format!("omega = {} rad/s, {}", all.join(", "), modes.stability.as_str()))
 }
 
 /// A message as an editor has it.

@@ -4,8 +4,9 @@ use std::collections::HashMap;
 
 use super::error::AmplitudeError;
 use crate::mechanics::Mechanics;
+use crate::source;
 use librate_core::expr::{ExprId, Pool, Substitution, Symbol, Tape, ZeroVerdict};
-use librate_core::linearize::{instance, known_values, missing_value, signed_terms};
+use librate_core::linearize::{instance, known_values, signed_terms};
 use librate_core::model::{Model, SymbolKind};
 use librate_core::number::Number;
 use librate_core::span::Span;
@@ -51,14 +52,8 @@ impl Energies {
         let coordinates: Vec<Symbol> = model.coordinates.iter().map(|c| c.symbol).collect();
         let velocities: Vec<Symbol> = model.coordinates.iter().map(|c| c.velocity).collect();
         let compile = |pool: &Pool, roots: &[ExprId], inputs: &[Symbol]| {
-            Tape::compile(pool, roots, inputs).map_err(|missing| {
-                // All that is no input is a parameter.
-                let number = match model.symbols.get(missing.symbol) {
-                    Some(SymbolKind::Parameter(at)) => at,
-                    _ => usize::MAX,
-                };
-                AmplitudeError::Linearize(missing_value(model, number))
-            })
+            Tape::compile(pool, roots, inputs)
+                .map_err(|unbound| AmplitudeError::Linearize(source::missing(model, &unbound)))
         };
         let forces = pool.gradient(parts.potential, &coordinates);
         let potential = compile(&pool, &forces, &coordinates)?;

@@ -137,32 +137,26 @@ impl Solutions {
     /// The results of one set, by its number from 0.
     #[must_use]
     pub fn get(&self, set: usize) -> Option<Solution<'_>> {
-        let outcome = *self.outcomes.get(set)?;
+        (set < self.len()).then(|| self.of(set))
+    }
+
+    /// The same, without numbers beyond the end.
+    fn of(&self, set: usize) -> Solution<'_> {
         let n = self.dimension;
-        Some(Solution {
-            outcome,
+        Solution {
+            outcome: self.outcomes.get(set).copied().unwrap_or(Outcome::NotFinite),
             equilibrium: part(&self.equilibria, set, n),
             omega_squared: part(&self.omega_squared, set, n),
             omega_squared_bounds: part(&self.bounds, set, n),
             vectors: part(&self.vectors, set, n * n),
             mass: part(&self.mass, set, n * n),
             stiffness: part(&self.stiffness, set, n * n),
-        })
+        }
     }
 
     /// The results set by set.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = Solution<'_>> {
-        // Every number below the length has a set.
-        let nothing = Solution {
-            outcome: Outcome::NotFinite,
-            equilibrium: &[],
-            omega_squared: &[],
-            omega_squared_bounds: &[],
-            vectors: &[],
-            mass: &[],
-            stiffness: &[],
-        };
-        (0..self.len()).map(move |set| self.get(set).unwrap_or(nothing))
+        (0..self.len()).map(|set| self.of(set))
     }
 }
 

@@ -91,8 +91,9 @@ pub fn follow(source: &Source, region: &Region, range: &Range) -> Result<Diagram
     if range.len() > MOST_VALUES {
         return Err(EquilibriaError::TooManyValues { values: range.len(), most: MOST_VALUES });
     }
-    let models: Vec<Model> =
-        (0..range.len()).map(|place| source.model::<EquilibriaError>(range, place)).collect::<Result<_, _>>()?;
+    let models: Vec<Model> = (0..range.len())
+        .map(|place| source.model(range, place, source::first))
+        .collect::<Result<_, EquilibriaError>>()?;
     let Some(first) = models.first() else { return Err(EquilibriaError::NoForces {}) };
     let own = |number: &usize| {
         let own = &first.parameters[*number];

@@ -1,9 +1,10 @@
 //! The box: a closed range for each coordinate.
 
 use super::error::EquilibriaError;
+use crate::source;
 use librate_core::diagnostic::nearest;
 use librate_core::linearize;
-use librate_core::model::{Constant, Model, ModelError, entries};
+use librate_core::model::{Model, entries};
 use librate_core::precision::{Ball, Scalar};
 
 /// Closed ranges of coordinates.
@@ -40,7 +41,7 @@ impl Region {
 /// The coordinates of a name.
 fn members(name: &str, model: &Model) -> Result<Vec<usize>, EquilibriaError> {
     let name: String = name.split_whitespace().collect();
-    if let Some(at) = model.coordinates.names().position(|own| own.replace(' ', "") == name) {
+    if let Ok(at) = source::coordinate(model, &name) {
         return Ok(vec![at]);
     }
     if let Some(family) = model.families.iter().find(|family| family.name == name) {
@@ -77,10 +78,7 @@ fn side(
         if ["inf", "infinity", "oo", "∞"].contains(&plain.to_lowercase().as_str()) {
             return Err(wrong("infinite"));
         }
-        let value = Constant::parse(text).map_err(|error| match error {
-            ModelError::BadSetting { reason, .. } => bad(&reason),
-            other => bad(&other.to_string()),
-        })?;
+        let value = source::constant(text).map_err(|reason| bad(&reason))?;
         let value = linearize::constant(value.pool(), value.value()).filter(Ball::is_finite);
         let value = value.ok_or_else(|| wrong("infinite"))?;
         let factor = coordinate.factor.and_then(|factor| linearize::constant(&model.pool, factor));

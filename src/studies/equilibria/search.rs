@@ -143,15 +143,12 @@ impl<'a> Search<'a> {
             if force.iter().any(Interval::is_empty) || equations.iter().any(|own| !own.contains(0.0)) {
                 return Left::Nothing;
             }
-            if force.iter().any(|own| !own.whole || !own.is_bounded()) {
+            let usable = |all: &[Interval]| all.iter().all(|own| own.whole && own.is_bounded());
+            let own = usable(&force).then(|| self.intervals.slopes(&inputs)).filter(|own| usable(own));
+            let Some(own) = own else {
                 let excluded = self.poles.exclude(&inputs, &mut self.scratch);
                 return if excluded { Left::Nothing } else { Left::Some(None) };
-            }
-            let own = self.intervals.slopes(&inputs);
-            if own.iter().any(|own| !own.whole || !own.is_bounded()) {
-                let excluded = self.poles.exclude(&inputs, &mut self.scratch);
-                return if excluded { Left::Nothing } else { Left::Some(None) };
-            }
+            };
             let before: Vec<f64> = piece.iter().map(Interval::width).collect();
             if !self.newton(piece, &own) {
                 return Left::Nothing;

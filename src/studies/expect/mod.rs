@@ -43,64 +43,78 @@ use equal::same_equation;
 pub use mismatch::{Mismatch, Mismatches};
 use read::{Reader, Written};
 
-/// The parts of a derivation that can be expected.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum Part {
-    /// The equilibrium, one value a coordinate.
-    Equilibrium,
-    /// The mass matrix M.
-    Mass,
-    /// The stiffness matrix K.
-    Stiffness,
-    /// Lagrange's equations.
-    Equations,
-    /// The linearized equations.
-    Linearized,
-    /// T to second order.
-    Kinetic,
-    /// V (or V - T0) to second order.
-    Potential,
-    /// The generalized momenta.
-    Momenta,
-    /// The energy function h in coordinates and velocities.
-    EnergyFunction,
-    /// The Hamiltonian in coordinates and momenta.
-    Hamiltonian,
-    /// The closed forms of omega^2.
-    Frequencies,
-    /// The gyroscopic matrix G.
-    Gyroscopic,
-    /// The damping matrix C.
-    Damping,
-    /// The characteristic polynomial.
-    Characteristic,
-    /// What has to be positive for stability.
-    Stability,
+/// The parts: what they are, the name of each and of the method of [`Expected`] for it, and whether it has one text or several.
+macro_rules! parts {
+    ($($(#[$about:meta])+ $part:ident $name:ident: $count:ident,)+) => {
+        /// The parts of a derivation that can be expected.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        #[non_exhaustive]
+        pub enum Part {
+            $($(#[$about])+ $part,)+
+        }
+
+        impl Part {
+            /// What the part is called in [`assert_derives!`](crate::assert_derives) and in messages.
+            #[must_use]
+            pub fn name(self) -> &'static str {
+                match self {
+                    $(Self::$part => stringify!($name),)+
+                }
+            }
+        }
+
+        impl Expected {
+            $(parts! { $count $(#[$about])+ $part $name })+
+        }
+    };
+    (one $(#[$about:meta])+ $part:ident $name:ident) => {
+        $(#[$about])+
+        #[must_use]
+        pub fn $name(self, text: impl AsRef<str>) -> Self {
+            self.with(Part::$part, [text])
+        }
+    };
+    (several $(#[$about:meta])+ $part:ident $name:ident) => {
+        $(#[$about])+
+        #[must_use]
+        pub fn $name(self, texts: impl IntoIterator<Item = impl AsRef<str>>) -> Self {
+            self.with(Part::$part, texts)
+        }
+    };
 }
 
-impl Part {
-    /// What the part is called in [`assert_derives!`](crate::assert_derives) and in messages.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Equilibrium => "equilibrium",
-            Self::Mass => "mass",
-            Self::Stiffness => "stiffness",
-            Self::Equations => "equations",
-            Self::Linearized => "linearized",
-            Self::Kinetic => "kinetic",
-            Self::Potential => "potential",
-            Self::Momenta => "momenta",
-            Self::EnergyFunction => "energy_function",
-            Self::Hamiltonian => "hamiltonian",
-            Self::Frequencies => "frequencies",
-            Self::Gyroscopic => "gyroscopic",
-            Self::Damping => "damping",
-            Self::Characteristic => "characteristic",
-            Self::Stability => "stability",
-        }
-    }
+parts! {
+    /// The equilibrium, one value a coordinate.
+    Equilibrium equilibrium: several,
+    /// M, `[[a, b], [b, c]]`.
+    Mass mass: one,
+    /// K, `[[a, b], [b, c]]`.
+    Stiffness stiffness: one,
+    /// Lagrange's equations, one a coordinate, `left = right`; each may be divided by anything.
+    Equations equations: several,
+    /// The linearized equations alike.
+    Linearized linearized: several,
+    /// T to second order.
+    Kinetic kinetic: one,
+    /// V to second order (V - T0, where T has a part without velocities), without its constant.
+    Potential potential: one,
+    /// The momenta, one a coordinate.
+    Momenta momenta: several,
+    /// The energy function.
+    EnergyFunction energy_function: one,
+    /// The Hamiltonian.
+    Hamiltonian hamiltonian: one,
+    /// All closed forms of omega^2 in any order, each as often as it occurs. Where the derivation has more of them
+    /// with parameters taken to be equal, these are meant.
+    Frequencies frequencies: several,
+    /// G, `[[a, b], [b, c]]`.
+    Gyroscopic gyroscopic: one,
+    /// C, `[[a, b], [b, c]]`.
+    Damping damping: one,
+    /// The coefficients of the characteristic polynomial, the constant first; all of them may be divided by anything.
+    Characteristic characteristic: several,
+    /// What has to be positive for stability, in any order.
+    Stability stability: several,
 }
 
 /// What a derivation is expected to say; what is not given is not compared.
@@ -120,97 +134,6 @@ impl Expected {
         let texts = texts.into_iter().map(|text| text.as_ref().to_owned());
         self.parts.push((part, texts.collect()));
         self
-    }
-
-    /// The equilibrium, one value a coordinate.
-    #[must_use]
-    pub fn equilibrium(self, values: impl IntoIterator<Item = impl AsRef<str>>) -> Self {
-        self.with(Part::Equilibrium, values)
-    }
-
-    /// M, `[[a, b], [b, c]]`.
-    #[must_use]
-    pub fn mass(self, rows: impl AsRef<str>) -> Self {
-        self.with(Part::Mass, [rows])
-    }
-
-    /// K, `[[a, b], [b, c]]`.
-    #[must_use]
-    pub fn stiffness(self, rows: impl AsRef<str>) -> Self {
-        self.with(Part::Stiffness, [rows])
-    }
-
-    /// Lagrange's equations, one a coordinate, `left = right`; each may be divided by anything.
-    #[must_use]
-    pub fn equations(self, equations: impl IntoIterator<Item = impl AsRef<str>>) -> Self {
-        self.with(Part::Equations, equations)
-    }
-
-    /// The linearized equations alike.
-    #[must_use]
-    pub fn linearized(self, equations: impl IntoIterator<Item = impl AsRef<str>>) -> Self {
-        self.with(Part::Linearized, equations)
-    }
-
-    /// T to second order.
-    #[must_use]
-    pub fn kinetic(self, energy: impl AsRef<str>) -> Self {
-        self.with(Part::Kinetic, [energy])
-    }
-
-    /// V to second order (V - T0, where T has a part without velocities), without its constant.
-    #[must_use]
-    pub fn potential(self, energy: impl AsRef<str>) -> Self {
-        self.with(Part::Potential, [energy])
-    }
-
-    /// The momenta, one a coordinate.
-    #[must_use]
-    pub fn momenta(self, momenta: impl IntoIterator<Item = impl AsRef<str>>) -> Self {
-        self.with(Part::Momenta, momenta)
-    }
-
-    /// The energy function.
-    #[must_use]
-    pub fn energy_function(self, function: impl AsRef<str>) -> Self {
-        self.with(Part::EnergyFunction, [function])
-    }
-
-    /// The Hamiltonian.
-    #[must_use]
-    pub fn hamiltonian(self, function: impl AsRef<str>) -> Self {
-        self.with(Part::Hamiltonian, [function])
-    }
-
-    /// All closed forms of omega^2 in any order, each as often as it occurs. Where the derivation has more of them
-    /// with parameters taken to be equal, these are meant.
-    #[must_use]
-    pub fn frequencies(self, squares: impl IntoIterator<Item = impl AsRef<str>>) -> Self {
-        self.with(Part::Frequencies, squares)
-    }
-
-    /// G, `[[a, b], [b, c]]`.
-    #[must_use]
-    pub fn gyroscopic(self, rows: impl AsRef<str>) -> Self {
-        self.with(Part::Gyroscopic, [rows])
-    }
-
-    /// C, `[[a, b], [b, c]]`.
-    #[must_use]
-    pub fn damping(self, rows: impl AsRef<str>) -> Self {
-        self.with(Part::Damping, [rows])
-    }
-
-    /// The coefficients of the characteristic polynomial, the constant first; all of them may be divided by anything.
-    #[must_use]
-    pub fn characteristic(self, coefficients: impl IntoIterator<Item = impl AsRef<str>>) -> Self {
-        self.with(Part::Characteristic, coefficients)
-    }
-
-    /// What has to be positive for stability, in any order.
-    #[must_use]
-    pub fn stability(self, conditions: impl IntoIterator<Item = impl AsRef<str>>) -> Self {
-        self.with(Part::Stability, conditions)
     }
 
     /// Compares.

@@ -52,6 +52,8 @@ pub(super) struct Cover<S> {
 pub(super) struct Covers<S: Enclosure> {
     pub(super) of: Vec<Cover<S>>,
     pub(super) plain: Vec<Disc<S>>,
+    /// Those that are connected: there are as many eigenvalues in a set as there are discs, but any of them may hold them.
+    pub(super) sets: Vec<Vec<usize>>,
     form: Form<S>,
 }
 
@@ -97,17 +99,18 @@ impl<S: Enclosure> Covers<S> {
         }
         let mut of: Vec<Cover<S>> = (0..n).map(|i| matrix.scaled(i)).collect();
         let plain: Vec<Disc<S>> = (0..n).map(|i| matrix.disc(i, matrix.own[i] + matrix.row(i, i))).collect();
+        let sets = components(n, |i, j| !plain[i].is_apart(&plain[j], precision));
         for (i, cover) in of.iter_mut().enumerate() {
             if !cover.disc.single {
-                let members = connected(i, &plain, precision);
-                cover.disc.radius = members.iter().fold(Magnitude::ZERO, |most, at| {
+                let members = sets.iter().filter(|set| set.contains(&i)).flatten();
+                cover.disc.radius = members.fold(Magnitude::ZERO, |most, at| {
                     let distance = plain[*at].center.sub(&plain[i].center).upper_bound();
                     most.max(distance + plain[*at].radius)
                 });
             }
         }
         let finite = of.iter().all(|own| own.disc.radius.is_finite());
-        finite.then_some(Self { of, plain, form: matrix })
+        finite.then_some(Self { of, plain, sets, form: matrix })
     }
 
     /// A bound of an entry of V⁻¹ΦV, on the diagonal of its distance from the center of the disc.
@@ -116,20 +119,20 @@ impl<S: Enclosure> Covers<S> {
     }
 }
 
-/// The discs that one is connected with: there are as many eigenvalues in these as there are discs, but any of them may
-/// hold them.
-pub(super) fn connected<S: Enclosure>(i: usize, discs: &[Disc<S>], precision: S::Precision) -> Vec<usize> {
-    let mut connected = vec![i];
-    let mut next = 0;
-    while let Some(at) = connected.get(next).copied() {
-        next += 1;
-        for other in 0..discs.len() {
-            if !connected.contains(&other) && !discs[at].is_apart(&discs[other], precision) {
-                connected.push(other);
-            }
+/// Sets of numbers below n that are connected by pairs which belong together.
+pub(super) fn components(n: usize, belong: impl Fn(usize, usize) -> bool) -> Vec<Vec<usize>> {
+    let mut all: Vec<Vec<usize>> = Vec::new();
+    let mut left: Vec<usize> = (0..n).collect();
+    while !left.is_empty() {
+        let mut members = vec![left.remove(0)];
+        let mut next = 0;
+        while let Some(at) = members.get(next).copied() {
+            next += 1;
+            members.extend(left.extract_if(.., |other| belong(at, *other)));
         }
+        all.push(members);
     }
-    connected
+    all
 }
 
 /// A nearly diagonal matrix: its diagonal, how far that is off, and how large its other entries are.

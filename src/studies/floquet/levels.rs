@@ -1,5 +1,6 @@
 //! Multipliers in double-double, and with more bits where that does not decide.
 
+use super::discs::components;
 use super::error::FloquetError;
 use super::monodromy::{FAR, PeriodMap, Stop, period_map, short};
 use super::motion::Driven;
@@ -7,6 +8,7 @@ use super::multipliers::{self, Multiplier, Place, is_lacking, missing_bits};
 use super::orbit::{Guess, Lost, SEARCH, orbit, search};
 use crate::flow::{Equations, Plain};
 use librate_core::expr::{ExprId, Tape};
+use librate_core::linearize::evaluate_closed;
 use librate_core::precision::{Ball, Big, Enclosure, Magnitude, Matrix};
 
 /// The order of the steps in double-double: about the best for 32 digits.
@@ -203,21 +205,16 @@ impl Task<'_> {
 
     /// The period with more bits.
     fn precise_period(&self, bits: usize) -> Option<Big> {
-        let tape = Tape::compile(&self.driven.pool, &[self.driven.period.0], &[]).ok()?;
-        let values = tape.prepare::<Big>(bits).evaluate(&[], &mut Vec::new());
-        values.into_iter().next().filter(Big::is_positive)
+        evaluate_closed(&self.driven.pool, self.driven.period.0, bits).filter(Big::is_positive)
     }
 
     /// Products of a step of an order, about.
     fn work(&self, order: usize) -> f64 {
-        #[allow(clippy::cast_precision_loss)] // far below 2^53
         let [rows, n, order] = [self.equations.couplings(), self.equations.dimension(), order].map(|x| x as f64);
         rows * n * order.powi(2)
     }
 
     fn most_steps(&self) -> usize {
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        // it is neither large nor negative
         let steps = (WORK / self.work(ORDER)).min(MOST_STEPS as f64) as usize;
         steps.max(FEWEST_STEPS)
     }
@@ -225,10 +222,7 @@ impl Task<'_> {
     /// The order of the steps that suits a number of bits, and how many are made.
     fn wide_steps(&self, bits: usize) -> (usize, usize) {
         let order = bits / 3;
-        #[allow(clippy::cast_precision_loss)] // far below 2^53
         let most = WORK / (self.work(order) * WIDE * (bits as f64 / 128.0));
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        // it is neither large nor negative
         (order, most.min(MOST_STEPS as f64) as usize)
     }
 
@@ -279,23 +273,7 @@ impl Blocks {
                 .any(|row| [j, j + half].iter().any(|column| !monodromy[self.n * row + column].is_zero()))
         };
         let mut all = Vec::new();
-        let mut done = vec![false; half];
-        for first in 0..half {
-            if done[first] {
-                continue;
-            }
-            done[first] = true;
-            let mut members = vec![first];
-            let mut next = 0;
-            while let Some(own) = members.get(next).copied() {
-                next += 1;
-                for (other, done) in done.iter_mut().enumerate() {
-                    if !*done && (coupled(own, other) || coupled(other, own)) {
-                        *done = true;
-                        members.push(other);
-                    }
-                }
-            }
+        for mut members in components(half, |i, j| coupled(i, j) || coupled(j, i)) {
             members.sort_unstable();
             let velocities = members.iter().map(|i| i + half);
             let rows: Vec<usize> = members.iter().copied().chain(velocities).collect();

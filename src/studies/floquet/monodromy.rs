@@ -159,7 +159,6 @@ pub(super) fn period_map<S: Enclosure>(
         }
         time = time.add(&step.length);
         if steps == LOOK {
-            #[allow(clippy::cast_precision_loss)] // far below 2^53
             let (made, most) = (steps as f64, most_steps as f64);
             if made * (period.mid_f64() / time.mid_f64()) > HOPELESS * most {
                 break;

@@ -8,7 +8,7 @@
 //! beside which it would be lost. Several that are not told apart lie on it where their form is definite ([`super::signature`]).
 
 use super::basis::Basis;
-use super::discs::{Covers, Disc, connected};
+use super::discs::{Covers, Disc};
 use super::signature::is_definite;
 use librate_core::precision::{Ball, Big, Enclosure, Function, Magnitude, Scalar, up};
 
@@ -131,10 +131,7 @@ pub(super) fn is_lacking(multipliers: &[Multiplier], digits: usize) -> bool {
 pub(super) fn missing_bits(multipliers: &[Multiplier], digits: usize) -> usize {
     let missing = multipliers.iter().flat_map(|own| own.parts(digits));
     let ratio = missing.map(|(spread, allowed)| (spread / allowed).log2());
-    let most = ratio.fold(0.0_f64, f64::max);
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // neither negative nor large
-    let bits = most.min(1e6) as usize;
-    bits
+    ratio.fold(0.0_f64, f64::max).min(1e6) as usize
 }
 
 impl Multiplier {
@@ -286,17 +283,11 @@ fn together<S: Enclosure>(
     form: &[S],
     precision: S::Precision,
 ) {
-    let mut done = vec![false; multipliers.len()];
-    for first in 0..multipliers.len() {
-        if done[first] {
-            continue;
-        }
-        let members = connected(first, &covers.plain, precision);
-        members.iter().for_each(|at| done[*at] = true);
+    for members in &covers.sets {
         let mut open = members.iter().map(|at| multipliers[*at].place);
-        if open.all(|place| place == Place::Undecided) && is_definite(&members, covers, basis, form, precision) {
+        if open.all(|place| place == Place::Undecided) && is_definite(members, covers, basis, form, precision) {
             for at in members {
-                let own = &mut multipliers[at];
+                let own = &mut multipliers[*at];
                 own.place = Place::On;
                 own.semisimple = true;
                 own.modulus = Ball::ONE;
@@ -334,13 +325,7 @@ fn partners<S: Enclosure>(covers: &Covers<S>, precision: S::Precision) -> Vec<Op
         })
         .collect();
     let mut partners = vec![None; n];
-    let mut done = vec![false; n];
-    for first in 0..n {
-        if done[first] {
-            continue;
-        }
-        let members = connected(first, &covers.plain, precision);
-        members.iter().for_each(|at| done[*at] = true);
+    for members in &covers.sets {
         let others = (0..n).filter(|at| !members.contains(at));
         let others: Vec<&Disc<S>> = others.map(|at| &covers.plain[at]).collect();
         let here = images.iter().filter(|(image, _)| others.iter().all(|other| image.is_apart(other, precision)));

@@ -204,7 +204,6 @@ fn half_turns(pool: &mut Pool, angle: ExprId) -> Option<u64> {
             if middle.abs() > 1e15 {
                 return None;
             }
-            #[allow(clippy::cast_possible_truncation)] // it is small enough
             let count = middle.round() as i64;
             let whole = pool.integer(count);
             let rest = pool.sub(ratio, whole);

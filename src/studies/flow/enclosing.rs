@@ -140,7 +140,6 @@ impl<S: Enclosure> Enclosing<S> {
                 length *= 0.5;
                 continue;
             };
-            #[allow(clippy::cast_precision_loss)] // orders are small
             let factor = 0.9 * excess.powf(-1.0 / self.order as f64);
             if excess <= 1.0 {
                 self.next = length * factor.clamp(0.5, 2.0);
@@ -181,7 +180,6 @@ impl<S: Enclosure> Enclosing<S> {
         }
         let mut expansion = std::mem::replace(&mut self.tube, Expansion::empty());
         self.expand(&mut expansion, &time, &tube, &slopes, self.order + 1);
-        #[allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap)]
         let power = length.powi(self.order as i32);
         let rounding = REMAINDER * S::rounding(self.precision);
         let mut excess = 0.0_f64;
@@ -256,7 +254,6 @@ impl<S: Enclosure> Enclosing<S> {
             });
             inputs.extend(into.state[k].iter().cloned());
             let outputs = self.whole.next(&inputs);
-            #[allow(clippy::cast_precision_loss)] // orders are small
             let count = S::exact((k + 1) as f64, self.precision);
             into.state[k + 1].clear();
             into.state[k + 1].extend(outputs[..states].iter().map(|f| f.div(&count)));
@@ -325,7 +322,6 @@ impl<S: Enclosure> Enclosing<S> {
                 inputs[0] = t.clone();
             }
             inputs.extend(orders[k].iter().cloned());
-            #[allow(clippy::cast_precision_loss)] // orders are small
             let count = S::exact((k + 1) as f64, self.precision);
             let next = self.rates.next(&inputs);
             orders.push(next.iter().map(|f| f.div(&count)).collect());

@@ -24,6 +24,8 @@ pub use following::Following;
 pub use plain::{Doubles, Plain};
 
 use librate_core::expr::{ExprId, Pool, Symbol, Tape, UnboundSymbol};
+use librate_core::number::Number;
+use librate_core::precision::Scalar;
 
 /// x' = f(t, x) with the derivatives of f, compiled.
 #[derive(Clone, Debug)]
@@ -123,7 +125,12 @@ pub(crate) fn nearest_power_of_two(value: f64) -> f64 {
 }
 
 /// A number of terms or steps, which is far below 2^53, as a double.
-#[allow(clippy::cast_precision_loss)]
 pub(crate) fn count(number: usize) -> f64 {
     number as f64
+}
+
+/// A polynomial at a place.
+pub(crate) fn horner<S: Scalar<Precision = ()>>(row: &[S], place: &S) -> S {
+    let sum = row.iter().rev().cloned().reduce(|value, lower| value.mul(place).add(&lower));
+    sum.unwrap_or_else(|| S::from_number(&Number::ZERO, ()))
 }

@@ -4,7 +4,7 @@
 //! nothing of a corner ahead: the series of the right side is held against its values on the way, and where it is off the
 //! step is made shorter. So corners and jumps are come close to in steps that halve, and passed.
 
-use super::Equations;
+use super::{Equations, horner};
 use librate_core::expr::{Prepared, Series};
 use librate_core::precision::{LANES, Lane, Matrix, Scalar};
 
@@ -245,7 +245,6 @@ impl<N: Doubles> Plain<N> {
             if k + 1 == ORDER {
                 break;
             }
-            #[allow(clippy::cast_precision_loss)] // orders are small
             let share = N::each(|_| 1.0 / (k + 1) as f64);
             for (row, f) in self.state.iter_mut().zip(outputs) {
                 row[k + 1] = f.mul(&share);
@@ -279,9 +278,7 @@ impl<N: Doubles> Plain<N> {
         // The largest (|term|/size)^(1/order) is one over the length at which terms would not fall.
         let mut rate = 0.0_f64;
         for order in LAST.rev() {
-            #[allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap)]
             let pace = pace.powi(order as i32);
-            #[allow(clippy::cast_precision_loss)] // orders are small
             let root = 1.0 / order as f64;
             let entries = self.slopes.iter().enumerate();
             let mut term = entries.fold(0.0_f64, |most, (at, row)| {
@@ -301,12 +298,10 @@ impl<N: Doubles> Plain<N> {
                 }
             }
             // Mostly another term is what counts.
-            #[allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap)]
             if term > rate.powi(order as i32) {
                 rate = term.powf(root);
             }
         }
-        #[allow(clippy::cast_precision_loss)] // orders are small
         let length = TOLERANCE.powf(1.0 / (ORDER - 1) as f64) / rate;
         (length > 0.0).then_some(length)
     }
@@ -345,9 +340,8 @@ impl<N: Doubles> Plain<N> {
             let mut finite = true;
             let slopes = self.right[states..].iter().zip(&self.jacobian);
             for (at, (value, row)) in slopes.enumerate() {
-                let live = self.live[at];
                 let scale = self.weights[at % n] / self.weights[at / n];
-                let series = if live == 0 { N::each(|_| 0.0) } else { horner(&row[..live], &after) };
+                let series = horner(&row[..self.live[at]], &after);
                 finite &= value.is_finite();
                 size = size.max(value.size() * scale);
                 off = off.max(value.sub(&series).size() * scale);
@@ -358,7 +352,6 @@ impl<N: Doubles> Plain<N> {
                 // Of x' = Σ (k + 1) x_(k+1) t^k.
                 let mut series = N::each(|_| 0.0);
                 for k in (1..ORDER).rev() {
-                    #[allow(clippy::cast_precision_loss)] // orders are small
                     let term = row[k].mul(&N::each(|_| k as f64));
                     series = series.mul(&after).add(&term);
                 }
@@ -374,13 +367,6 @@ impl<N: Doubles> Plain<N> {
         }
         true
     }
-}
-
-/// A polynomial at a place.
-fn horner<N: Doubles>(row: &[N], place: &N) -> N {
-    let mut terms = row.iter().rev();
-    let first = terms.next().copied().unwrap_or_else(|| N::each(|_| 0.0));
-    terms.fold(first, |value, term| value.mul(place).add(term))
 }
 
 /// Scales of the components, powers of two, for which |J| has rows and columns of like size.

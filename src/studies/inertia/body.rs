@@ -1,8 +1,9 @@
 //! From the exact integrals of a body to its mass, centre of mass and tensor.
 
+use super::InertiaError;
 use super::principal::{Entries, Exact, Failure, Principal, bigs};
-use super::{Constant, InertiaError};
 use librate_core::expr::{ExprId, Pool};
+use librate_core::model::Constant;
 use librate_core::number::Number;
 use librate_core::precision::Big;
 
@@ -63,15 +64,21 @@ pub enum Amount {
     Mass(Constant),
 }
 
-/// ∫ dV, ∫ r dV, ∫ r rᵀ dV, or sums over points with masses in place of volumes; and a density.
-pub(super) struct Integrals {
+/// ∫ dV, ∫ r dV, ∫ r rᵀ dV, or sums over points with masses in place of volumes.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Sums {
     pub(super) size: Number,
     pub(super) first: [Number; 3],
     pub(super) second: [[Number; 3]; 3],
+}
+
+/// Sums and a density.
+pub(super) struct Integrals {
+    sums: Sums,
     /// Where the density lives.
-    pub(super) pool: Pool,
-    pub(super) density: ExprId,
-    pub(super) made: Made,
+    pool: Pool,
+    density: ExprId,
+    made: Made,
 }
 
 /// Bits that hold so many digits and a few more.
@@ -80,27 +87,37 @@ pub(super) fn bits_for(digits: usize) -> usize {
 }
 
 impl Integrals {
+    /// With a density of 1.
+    pub(super) fn new(sums: Sums, made: Made) -> Self {
+        let pool = Pool::new();
+        Self { sums, density: pool.one(), pool, made }
+    }
+
     /// The density of a solid of this volume.
     pub(super) fn with_amount(mut self, amount: &Amount) -> Self {
         let (constant, per) = match amount {
             Amount::Unit => return self,
             Amount::Density(constant) => (constant, Number::ONE),
             // The volume is positive: a mesh without is refused.
-            Amount::Mass(constant) => (constant, self.size.recip().unwrap_or_default()),
+            Amount::Mass(constant) => (constant, self.sums.size.recip().unwrap_or_default()),
         };
-        self.pool = constant.pool.clone();
-        self.density = self.pool.scale(constant.value, &per);
+        self.pool = constant.pool().clone();
+        self.density = self.pool.scale(constant.value(), &per);
+        if let Made::Solid { by_default, .. } = &mut self.made {
+            *by_default = false;
+        }
         self
     }
 
     /// Mass, centre, tensor about the centre (Steiner's theorem) and principal moments.
     pub(super) fn body(mut self, digits: usize) -> Result<Body, InertiaError> {
-        let per_size = self.size.recip().unwrap_or_default();
-        let centre: [Number; 3] = [0, 1, 2].map(|i| self.first[i].mul(&per_size));
+        let Sums { size, first, second } = &self.sums;
+        let per_size = size.recip().unwrap_or_default();
+        let centre: [Number; 3] = [0, 1, 2].map(|i| first[i].mul(&per_size));
         // ∫ (r - c)(r - c)ᵀ = ∫ r rᵀ - c ∫ rᵀ.
         let spread = |i: usize, j: usize| {
-            let moved = centre[i].mul(&self.first[j]);
-            self.second[i][j].sub(&moved)
+            let moved = centre[i].mul(&first[j]);
+            second[i][j].sub(&moved)
         };
         let trace = spread(0, 0).add(&spread(1, 1)).add(&spread(2, 2));
         // I = tr(J) 1 - J.
@@ -111,19 +128,16 @@ impl Integrals {
             })
         });
         let closed: Entries = [0, 1, 2].map(|i| [0, 1, 2].map(|j| self.pool.scale(self.density, &entries[i][j])));
-        let mass = self.pool.scale(self.density, &self.size);
+        let mass = self.pool.scale(self.density, size);
         let mut wanted = vec![mass, self.density];
         wanted.extend(centre.iter().map(|x| self.pool.number(x.clone())));
         wanted.extend(closed.as_flattened());
         let bits = bits_for(digits);
-        let values = bigs(&self.pool, &wanted, bits).unwrap_or_default();
-        let value = |at: usize| {
-            let found = values.get(at).cloned();
-            found.unwrap_or_else(|| Big::not_finite(bits))
-        };
+        let values = bigs(&self.pool, &wanted, bits);
+        let value = |at: usize| values[at].clone();
         let mut made = self.made;
         if let Made::Solid { volume, density, .. } = &mut made {
-            **volume = Big::from_number(&self.size, bits);
+            **volume = Big::from_number(size, bits);
             **density = value(1);
         }
         let mut exact = Exact { pool: &mut self.pool, symbolic: closed, closed };

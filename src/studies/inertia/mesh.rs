@@ -7,9 +7,8 @@ use std::collections::HashMap;
 
 use dashu_int::{IBig, UBig};
 
-use super::body::{Amount, Body, Integrals, Made};
+use super::body::{Amount, Body, Integrals, Made, Sums};
 use super::{InertiaError, stl};
-use librate_core::expr::Pool;
 use librate_core::number::Number;
 use librate_core::precision::Big;
 
@@ -18,14 +17,8 @@ type Point = [f32; 3];
 /// A closed surface of triangles, or several, oriented so that normals point out of the body.
 #[derive(Clone, Debug)]
 pub struct Mesh {
-    /// Without triangles that have no area because corners coincide.
-    triangles: usize,
-    left_out: usize,
-    surfaces: usize,
-    cavities: usize,
-    volume: Number,
-    first: [Number; 3],
-    second: [[Number; 3]; 3],
+    sums: Sums,
+    made: Made,
 }
 
 /// An edge and the triangles that have it.
@@ -90,26 +83,7 @@ impl Mesh {
     /// # Ok::<(), librate::inertia::InertiaError>(())
     /// ```
     pub fn body(&self, amount: &Amount, digits: usize) -> Result<Body, InertiaError> {
-        let pool = Pool::new();
-        let density = pool.one();
-        let zero = || Box::new(Big::zero(2));
-        let integrals = Integrals {
-            size: self.volume.clone(),
-            first: self.first.clone(),
-            second: self.second.clone(),
-            pool,
-            density,
-            made: Made::Solid {
-                triangles: self.triangles,
-                left_out: self.left_out,
-                surfaces: self.surfaces,
-                cavities: self.cavities,
-                volume: zero(),
-                density: zero(),
-                by_default: matches!(amount, Amount::Unit),
-            },
-        };
-        integrals.with_amount(amount).body(digits)
+        Integrals::new(self.sums.clone(), self.made.clone()).with_amount(amount).body(digits)
     }
 }
 
@@ -273,15 +247,18 @@ impl Indexed {
                 fraction(second[high][low].clone(), 5 * scale, 120)
             })
         });
-        Ok(Mesh {
+        let zero = || Box::new(Big::zero(2));
+        let made = Made::Solid {
             triangles: self.triangles.len(),
             left_out: self.left_out,
             surfaces,
             cavities,
-            volume,
-            first: first.map(|sum| fraction(sum, 4 * scale, 24)),
-            second,
-        })
+            volume: zero(),
+            density: zero(),
+            by_default: true,
+        };
+        let first = first.map(|sum| fraction(sum, 4 * scale, 24));
+        Ok(Mesh { sums: Sums { size: volume, first, second }, made })
     }
 
     /// How many surfaces are inside out, each of which has to lie within one that is not. That its box lies within the

@@ -30,11 +30,12 @@ pub use mesh::{Edge, Mesh};
 pub use principal::{Equal, Impossible, Moment, Principal};
 pub use warning::{Warning, warnings};
 
-use librate_core::expr::{ExprId, Pool, Substitution, Symbol, ZeroVerdict};
-use librate_core::model::{self, Model, ModelError, Settings, SymbolKind, TableTexts, Tensor};
-use librate_core::precision::{Ball, Big};
+use librate_core::expr::{Pool, Substitution, Symbol, ZeroVerdict};
+use librate_core::linearize;
+use librate_core::model::{self, Constant, Model, SymbolKind, Tensor};
+use librate_core::precision::Big;
 use librate_core::span::Span;
-use principal::{Exact, Failure, balls, bigs};
+use principal::{Exact, Failure, bigs};
 
 /// The SI unit of a moment of inertia, as the language writes it.
 const UNIT: &str = "kg*m^2";
@@ -65,39 +66,6 @@ impl NamedTensor {
     }
 }
 
-/// A constant: an exact expression without names.
-#[derive(Clone, Debug)]
-pub struct Constant {
-    pool: Pool,
-    value: ExprId,
-}
-
-impl Constant {
-    /// Reads an expression like `7850`, `3/2` or `pi/4`.
-    ///
-    /// # Errors
-    /// [`ModelError::BadSetting`] where it is none.
-    pub fn parse(text: &str) -> Result<Self, ModelError> {
-        let bad = || ModelError::BadSetting { text: text.to_owned(), reason: "it is not a constant".to_owned() };
-        let mut settings = Settings::new();
-        settings.add(&format!("x = {text}"))?;
-        let file = librate_core::syntax::parse("param x").map_err(|_| bad())?;
-        let model = model::elaborate_tensors(&file, &TableTexts::new(), &settings);
-        let model = model.map_err(|_| bad())?;
-        match model.parameters.as_slice() {
-            [only] => Ok(Self { value: only.value.ok_or_else(bad)?, pool: model.pool }),
-            _ => Err(bad()),
-        }
-    }
-
-    /// An enclosure of its value.
-    #[must_use]
-    pub fn value(&self) -> Ball {
-        let values = balls(&self.pool, &[self.value]).unwrap_or_default();
-        values.first().copied().unwrap_or(Ball::NOT_FINITE)
-    }
-}
-
 impl Amount {
     /// A mass per volume, from an exact constant expression.
     ///
@@ -119,8 +87,8 @@ impl Amount {
 fn positive(text: &str, what: &'static str) -> Result<Constant, InertiaError> {
     let constant = Constant::parse(text).ok();
     let fits = |constant: &Constant| {
-        let value = constant.value();
-        value.is_finite() && value.is_positive()
+        let value = linearize::constant(constant.pool(), constant.value());
+        value.is_some_and(|value| value.is_finite() && value.is_positive())
     };
     constant.filter(fits).ok_or_else(|| InertiaError::BadAmount { what, text: text.to_owned() })
 }
@@ -226,7 +194,7 @@ fn of_tensor(
         }));
     }
     let bits = body::bits_for(digits);
-    let entries = bigs(pool, closed.as_flattened(), bits).unwrap_or_default();
+    let entries = bigs(pool, closed.as_flattened(), bits);
     let mut exact = Exact { pool, symbolic, closed };
     let principal = exact.principal(digits).map_err(|failure| {
         Refused::Error(match failure {
@@ -239,10 +207,7 @@ fn of_tensor(
             Failure::Modes(error) => InertiaError::NoMoments { reason: error.to_string() },
         })
     })?;
-    let entry = |at: usize| {
-        let found = entries.get(at).cloned();
-        found.unwrap_or_else(|| Big::not_finite(bits))
-    };
+    let entry = |at: usize| entries[at].clone();
     Ok(NamedTensor {
         name: tensor.name.clone(),
         span: tensor.span,

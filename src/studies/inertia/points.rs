@@ -1,12 +1,11 @@
 //! Bodies made of points: a table of masses and places.
 
 use super::InertiaError;
-use librate_core::expr::Pool;
-use librate_core::model::{Cell, ModelError, Table, TableTexts};
+use crate::source;
+use librate_core::model::{Cell, Table};
 use librate_core::number::Number;
-use librate_core::span::Span;
 
-use super::body::{Integrals, Made};
+use super::body::{Integrals, Made, Sums};
 
 /// What the column of masses may be called.
 const MASS: [&str; 2] = ["m", "mass"];
@@ -28,13 +27,7 @@ fn column(table: &Table, names: &[&'static str]) -> Result<usize, InertiaError> 
 
 /// Σ m, Σ m r and Σ m r rᵀ, from the exact decimals of a CSV text.
 pub(super) fn read(text: &str) -> Result<Integrals, InertiaError> {
-    const PATH: &str = "points";
-    let texts = TableTexts::new().with(PATH, text);
-    let table = Table::read(PATH, PATH, Span::default(), Span::default(), &texts);
-    let table = table.map_err(|error| match error {
-        ModelError::BadTable { line, reason, .. } => InertiaError::BadTable { line, reason },
-        other => InertiaError::BadTable { line: 1, reason: other.to_string() },
-    })?;
+    let table = source::table(text, "points").map_err(|(line, reason)| InertiaError::BadTable { line, reason })?;
     let mass = column(&table, &MASS)?;
     let place = [column(&table, &PLACE[..1])?, column(&table, &PLACE[1..2])?, column(&table, &PLACE[2..])?];
     let mut sums = Sums::default();
@@ -55,31 +48,15 @@ pub(super) fn read(text: &str) -> Result<Integrals, InertiaError> {
         let r = [number(place[0])?, number(place[1])?, number(place[2])?];
         sums.add(m, r);
     }
-    if sums.mass.is_zero() {
+    if sums.size.is_zero() {
         return Err(InertiaError::NoMass { rows: table.rows() });
     }
-    let pool = Pool::new();
-    let density = pool.one();
-    Ok(Integrals {
-        size: sums.mass,
-        first: sums.first,
-        second: sums.second,
-        pool,
-        density,
-        made: Made::Points { count: table.rows() },
-    })
-}
-
-#[derive(Default)]
-struct Sums {
-    mass: Number,
-    first: [Number; 3],
-    second: [[Number; 3]; 3],
+    Ok(Integrals::new(sums, Made::Points { count: table.rows() }))
 }
 
 impl Sums {
     fn add(&mut self, m: &Number, r: [&Number; 3]) {
-        self.mass = self.mass.add(m);
+        self.size = self.size.add(m);
         for i in 0..3 {
             let moment = m.mul(r[i]);
             self.first[i] = self.first[i].add(&moment);

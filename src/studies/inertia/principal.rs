@@ -9,7 +9,7 @@ use std::ops::Range;
 use librate_core::expr::{ExprId, Pool, Tape, ZeroVerdict};
 use librate_core::modes::{self, Kind, ModesError, Options, PreciseProblem, Problem, Source, Spectrum};
 use librate_core::number::Number;
-use librate_core::precision::{Ball, Big, Rounding, decimal};
+use librate_core::precision::{Ball, Big, Rounding, Scalar, decimal};
 
 /// The entries of a symmetric tensor, by row.
 pub(super) type Entries = [[ExprId; 3]; 3];
@@ -90,15 +90,14 @@ pub(super) struct Exact<'a> {
 }
 
 /// Values of expressions without symbols.
-pub(super) fn balls(pool: &Pool, closed: &[ExprId]) -> Option<Vec<Ball>> {
+pub(super) fn values<S: Scalar>(pool: &Pool, closed: &[ExprId], precision: S::Precision) -> Option<Vec<S>> {
     let tape = Tape::compile(pool, closed, &[]).ok()?;
-    Some(tape.evaluate::<Ball>(&[], &mut Vec::new()))
+    Some(tape.prepare::<S>(precision).evaluate(&[], &mut Vec::new()))
 }
 
-/// The same with so many bits.
-pub(super) fn bigs(pool: &Pool, closed: &[ExprId], bits: usize) -> Option<Vec<Big>> {
-    let tape = Tape::compile(pool, closed, &[]).ok()?;
-    Some(tape.prepare::<Big>(bits).evaluate(&[], &mut Vec::new()))
+/// The same with so many bits; nothing is a number where one has no value.
+pub(super) fn bigs(pool: &Pool, closed: &[ExprId], bits: usize) -> Vec<Big> {
+    values(pool, closed, bits).unwrap_or_else(|| vec![Big::not_finite(bits); closed.len()])
 }
 
 /// The tensor as a source of entries of any precision.
@@ -112,11 +111,11 @@ impl Source for Precisely<'_> {
     fn precisely(&self, bits: usize) -> Option<PreciseProblem> {
         let mass =
             [0, 1, 2].map(|column| [0, 1, 2].map(|row| if row == column { Big::one(bits) } else { Big::zero(bits) }));
-        let vectors = self.kernel.iter().map(|v| bigs(self.pool, v, bits));
+        let vectors = self.kernel.iter().map(|v| values(self.pool, v, bits));
         Some(PreciseProblem {
             dimension: 3,
             mass: mass.into_iter().flatten().collect(),
-            stiffness: bigs(self.pool, self.entries.as_flattened(), bits)?,
+            stiffness: values(self.pool, self.entries.as_flattened(), bits)?,
             zero_vectors: vectors.collect::<Option<_>>()?,
         })
     }
@@ -129,7 +128,7 @@ impl Exact<'_> {
         for (row, column) in PAIRS {
             self.closed[column][row] = self.closed[row][column];
         }
-        let stiffness = balls(self.pool, self.closed.as_flattened());
+        let stiffness = values::<Ball>(self.pool, self.closed.as_flattened(), ());
         let stiffness = stiffness.ok_or(Failure::NotFinite(0, 0))?;
         if let Some(at) = stiffness.iter().position(|entry| !entry.is_finite()) {
             return Err(Failure::NotFinite(at / 3, at % 3));
@@ -141,7 +140,7 @@ impl Exact<'_> {
         let undecided = |mode: &modes::Mode| mode.kind == Kind::Undecided;
         if spectrum.modes.iter().any(undecided) {
             let kernel = self.kernel();
-            let vectors = kernel.iter().map(|vector| balls(self.pool, vector));
+            let vectors = kernel.iter().map(|vector| values::<Ball>(self.pool, vector, ()));
             if let Some(vectors) = vectors.collect::<Option<Vec<_>>>()
                 && !vectors.is_empty()
             {
@@ -265,7 +264,7 @@ impl Exact<'_> {
         }
         if vanishes(self, |pool, form| adjugate(pool, form).as_flattened().to_vec()) {
             let size = |row: &[ExprId; 3]| -> Option<usize> {
-                let values = balls(self.pool, row)?;
+                let values = values::<Ball>(self.pool, row, ())?;
                 let certain = |at: &usize| !values[*at].contains_zero();
                 (0..3).find(certain)
             };
@@ -285,7 +284,7 @@ impl Exact<'_> {
         }
         let adjugate = adjugate(self.pool, &entries);
         let diagonal = [0, 1, 2].map(|at| adjugate[at][at]);
-        let Some(sizes) = balls(self.pool, &diagonal) else {
+        let Some(sizes) = values::<Ball>(self.pool, &diagonal, ()) else {
             return Vec::new();
         };
         let largest = (0..3).reduce(|a, b| if sizes[b].abs_lower() > sizes[a].abs_lower() { b } else { a });

@@ -7,10 +7,12 @@
 use super::error::MotionError;
 use crate::flow::solved;
 use crate::mechanics::Mechanics;
+use crate::source;
 use librate_core::derive::{Algebra, Motion, without_multipliers};
-use librate_core::expr::{ExprId, Pool, Substitution, Symbol, Tape, UnboundSymbol};
-use librate_core::linearize::{derive_with_multipliers, known_values, missing_value};
+use librate_core::expr::{ExprId, Pool, Substitution, Symbol, Tape};
+use librate_core::linearize::{derive_with_multipliers, known_values};
 use librate_core::model::{Model, SymbolKind};
+use librate_core::precision::{Matrix, Scalar};
 
 /// Terms beyond this are not written out.
 const MOST_TERMS: usize = 200_000;
@@ -95,20 +97,17 @@ impl<'a> Written<'a> {
         let mut slopes = Vec::new();
         let mut bends = Vec::new();
         let mut rates = Vec::new();
-        for (a, constraint) in constraints.iter().enumerate() {
-            let own = mechanics.slopes(*constraint);
-            let rate = mechanics.rate(*constraint, &own);
-            rates.push(rate);
-            gradients.extend(own.iter().map(|(i, _)| (a, *i)));
-            slopes.extend(own.iter().map(|(_, slope)| *slope));
-            let own = mechanics.slopes(rate);
-            bends.push(mechanics.rate(rate, &own));
-        }
-        // A condition on velocities is kept as it is: c stands for nothing, and c' for the condition.
-        for own in &model.rolling {
-            let rate = mechanics.pool.substitute_one(own.expression, &known);
-            let own = mechanics.velocity_slopes(rate);
-            let a = rates.len();
+        let holonomic = constraints.iter().map(|own| (*own, false));
+        for (a, (own, rolls)) in holonomic.chain(model.rolling.iter().map(|own| (own.expression, true))).enumerate() {
+            // A condition on velocities is kept as it is: c stands for nothing, and c' for the condition.
+            let (own, rate) = if rolls {
+                let rate = mechanics.pool.substitute_one(own, &known);
+                (mechanics.velocity_slopes(rate), rate)
+            } else {
+                let slopes = mechanics.slopes(own);
+                let rate = mechanics.rate(own, &slopes);
+                (slopes, rate)
+            };
             rates.push(rate);
             gradients.extend(own.iter().map(|(i, _)| (a, *i)));
             slopes.extend(own.iter().map(|(_, slope)| *slope));
@@ -203,17 +202,8 @@ impl<'a> Written<'a> {
         std::iter::once(&self.time).chain(state).copied().collect()
     }
 
-    /// For what is no input: all such symbols are parameters.
-    fn missing(&self, missing: UnboundSymbol) -> MotionError {
-        let number = match self.model.symbols.get(missing.symbol) {
-            Some(SymbolKind::Parameter(number)) => number,
-            _ => usize::MAX,
-        };
-        MotionError::Linearize(missing_value(self.model, number))
-    }
-
     fn compile(&self, roots: &[ExprId], inputs: &[Symbol]) -> Result<Tape, MotionError> {
-        Tape::compile(&self.pool, roots, inputs).map_err(|missing| self.missing(missing))
+        Tape::compile(&self.pool, roots, inputs).map_err(|unbound| source::missing(self.model, &unbound).into())
     }
 
     /// (q, q')' = (q', q''), with M q'' = -h, or M q'' - Jᵀ mu = -h and J q'' = -gamma.
@@ -250,7 +240,7 @@ impl<'a> Written<'a> {
         rates.extend(solution.into_iter().take(n).flatten());
         let time = self.time;
         crate::flow::Equations::compile(&mut self.pool, time, &state, &[], &rates)
-            .map_err(|missing| self.missing(missing))
+            .map_err(|unbound| source::missing(self.model, &unbound).into())
     }
 }
 
@@ -264,6 +254,26 @@ impl Equations {
     /// Parameters without a value, and models with too many terms.
     pub(super) fn new(model: &Model) -> Result<Self, MotionError> {
         Written::new(model, false)?.compiled()
+    }
+
+    /// M with -Jᵀ beside it and J below, from the values of their entries.
+    pub(super) fn bordered<S: Scalar>(
+        &self,
+        zero: S,
+        mass: impl Fn(usize) -> S,
+        slope: impl Fn(usize) -> S,
+    ) -> Matrix<S> {
+        let (n, order) = (self.free.len(), self.free.len() + self.constraints);
+        let mut matrix = Matrix::from_fn(order, order, |_, _| zero.clone());
+        for (at, (i, j)) in self.mass.iter().enumerate() {
+            matrix[(*i, *j)] = mass(at);
+            matrix[(*j, *i)] = mass(at);
+        }
+        for (at, (a, i)) in self.gradients.iter().enumerate() {
+            matrix[(*i, n + a)] = slope(at).neg();
+            matrix[(n + a, *i)] = slope(at);
+        }
+        matrix
     }
 
     /// The same in independent velocities, where conditions on velocities are solved for the others everywhere. Beside

@@ -5,8 +5,8 @@
 //! series knows nothing of a force that is next to nothing where it begins, as a hill far away or a kick to come: its
 //! polynomials are put into the equations of motion at some places of the step, which is halved until they fit.
 
-use super::step::{Real, Stepper, Trouble, horner};
-use crate::flow::count;
+use super::step::{Real, Stepper, Trouble};
+use crate::flow::{count, horner};
 
 /// What is left of the equations of motion, relative to their terms, may be so many roundings ...
 const LEFT: f64 = 1e6;

@@ -5,7 +5,7 @@ use super::error::MotionError;
 use super::step::{Real, Stepper, Trouble};
 use super::{Start, System, Times, moment};
 use crate::flow::count;
-use librate_core::precision::{Ball, Big, Enclosure, Scalar, power_of_two};
+use librate_core::precision::{Ball, Big, Enclosure, clear_column, power_of_two};
 
 /// Bits of the numbers that a place is looked at with: these have no range to leave.
 const BITS: usize = 128;
@@ -110,34 +110,15 @@ impl System {
 
     /// Whether M, with -Jᵀ and J beside it, has an inverse: by elimination without exchanges, which M > 0 allows.
     fn has_inverse(&self, values: &[Big]) -> bool {
-        let equations = &self.equations;
-        let n = equations.coordinates;
-        let order = n + equations.constraints;
-        let mut rows = vec![Big::from_f64(0.0, BITS); order * order];
-        for ((i, j), entry) in equations.mass.iter().zip(values) {
-            rows[order * i + j] = entry.clone();
-            rows[order * j + i] = entry.clone();
-        }
-        let slopes = values.iter().skip(equations.mass.len() + n);
-        for ((a, i), entry) in equations.gradients.iter().zip(slopes) {
-            rows[order * i + n + a] = entry.neg();
-            rows[order * (n + a) + i] = entry.clone();
-        }
-        for k in 0..order {
-            let pivot = rows[order * k + k].clone();
-            if pivot.contains_zero() {
+        let first = self.equations.mass.len() + self.equations.coordinates;
+        let zero = Big::from_f64(0.0, BITS);
+        let matrix = self.equations.bordered(zero, |at| values[at].clone(), |at| values[first + at].clone());
+        let mut rows: Vec<Vec<Big>> = matrix.rows().map(<[Big]>::to_vec).collect();
+        for k in 0..rows.len() {
+            if rows[k][k].contains_zero() {
                 return false;
             }
-            for i in k + 1..order {
-                if rows[order * i + k].is_exact_zero() {
-                    continue;
-                }
-                let factor = rows[order * i + k].div(&pivot);
-                for j in k + 1..order {
-                    let part = factor.mul(&rows[order * k + j]);
-                    rows[order * i + j] = rows[order * i + j].sub(&part);
-                }
-            }
+            clear_column(&mut rows, k, k, BITS);
         }
         true
     }

@@ -159,7 +159,6 @@ impl Times {
 
     /// The time of a row; those of listed times are in ascending order.
     #[must_use]
-    #[allow(clippy::cast_precision_loss)] // there are fewer than 2^53 rows
     pub fn at(&self, row: usize) -> Ball {
         if let Some(listed) = &self.listed {
             return listed.times.get(row).copied().unwrap_or(self.until);
@@ -173,7 +172,6 @@ impl Times {
     }
 
     /// The time of a row, with bounds of that: rows are shares of an exact number.
-    #[allow(clippy::cast_precision_loss)] // there are fewer than 2^53 rows
     fn enclosed<S: Enclosure>(&self, row: usize, precision: S::Precision) -> S {
         let value = |exact: &Tape| {
             let value = start::evaluated::<S>(exact, precision);
@@ -244,7 +242,6 @@ fn quick_order(tolerance: f64) -> (usize, f64) {
     let tolerance = tolerance.clamp(1e-17, 0.1);
     // About the best order for a tolerance (Jorba and Zou 2005, section 3.2).
     let order = (-0.5 * tolerance.ln()).ceil() + 2.0;
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // between 4 and 22
     let order = order.clamp(4.0, 22.0) as usize;
     (order, tolerance)
 }
@@ -416,7 +413,6 @@ impl System {
         steps
     }
 
-    #[allow(clippy::cast_precision_loss)] // there are fewer than 2^53 steps
     fn steps<S: Real>(
         &self,
         start: &Start,

@@ -240,7 +240,6 @@ fn wanted_bits(table: &Table, times: &Times, digits: usize, bits: usize) -> Opti
             missing
         }
     };
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // below some 10^5
     let wanted = bits + more.ceil() as usize + SPARE_BITS;
     Some(wanted.max(bits + bits / 4).next_multiple_of(32))
 }

@@ -2,10 +2,10 @@
 
 use super::error::MotionError;
 use super::{System, table};
-use librate_core::diagnostic::nearest;
+use crate::source;
 use librate_core::expr::{ExprId, Pool, Tape};
 use librate_core::linearize::{self, Linearized, Origin, evaluate_closed};
-use librate_core::model::{Constant, Model, ModelError, entries};
+use librate_core::model::{Constant, Model, entries};
 use librate_core::oscillation::NormalModes;
 use librate_core::precision::{Ball, Enclosure, Scalar, up};
 
@@ -335,10 +335,7 @@ fn read(entry: &str, model: &Model) -> Result<Given, MotionError> {
     let bad = |reason: &str| MotionError::BadStart { text: entry.trim().to_owned(), reason: reason.to_owned() };
     let (name, value) = entry.split_once('=').ok_or_else(|| bad("there is no `=`"))?;
     let (at, moves) = place(name, model)?;
-    let value = Constant::parse(value.trim()).map_err(|error| match error {
-        ModelError::BadSetting { reason, .. } => bad(&reason),
-        other => bad(&other.to_string()),
-    })?;
+    let value = source::constant(value.trim()).map_err(|reason| bad(&reason))?;
     let text = value.text().to_owned();
     let half_unit = half_unit(&text);
     let value = given(at, moves, &value, model).ok_or_else(|| bad("it is not a number, or larger than 1e298"))?;
@@ -359,15 +356,10 @@ fn place(name: &str, model: &Model) -> Result<(usize, bool), MotionError> {
         let reason = "accelerations follow from the equations of motion".to_owned();
         return Err(MotionError::BadStart { text: name, reason });
     }
-    let at = model.coordinates.names().position(|own| own.replace(' ', "") == plain);
-    let Some(at) = at else {
-        let known: Vec<String> = model.coordinates.names().collect();
-        return Err(MotionError::NotACoordinate {
-            nearest: nearest(plain, known.iter().map(String::as_str)).map(str::to_owned),
-            name: name.clone(),
-        });
-    };
-    Ok((at, moves))
+    match source::coordinate(model, plain) {
+        Ok(at) => Ok((at, moves)),
+        Err(nearest) => Err(MotionError::NotACoordinate { nearest, name }),
+    }
 }
 
 /// A value in the unit of its coordinate; `None` where it is no number.

@@ -8,9 +8,9 @@
 use super::equations::Equations;
 use super::length::{Buffers, allowed};
 use super::matrix::Factored;
-use crate::flow::{count, nearest_power_of_two};
+use crate::flow::{count, horner, nearest_power_of_two};
 use librate_core::expr::{Prepared, Series};
-use librate_core::precision::{Ball, DoubleDouble, Matrix, Scalar};
+use librate_core::precision::{Ball, DoubleDouble, Scalar};
 
 /// Numbers that motions are computed in. Nothing is proved of them.
 pub(super) trait Real: Scalar<Precision = ()> + Copy {
@@ -412,17 +412,7 @@ impl<'a, S: Real> Stepper<'a, S> {
             let fine = entries.iter().all(|x| x.middle() != 0.0 && x.is_finite());
             return if fine { Ok(Factored::Diagonal(entries)) } else { Err(Trouble::Singular) };
         }
-        let order = n + c;
-        let mut matrix = Matrix::from_fn(order, order, |_, _| S::exact(0.0));
-        for ((i, j), row) in self.equations.mass.iter().zip(&self.mass) {
-            matrix[(*i, *j)] = row[0];
-            matrix[(*j, *i)] = row[0];
-        }
-        for ((a, i), row) in self.equations.gradients.iter().zip(&self.gradients) {
-            matrix[(*i, n + a)] = row[0].neg();
-            matrix[(n + a, *i)] = row[0];
-        }
-        Factored::new(matrix)
+        Factored::new(self.equations.bordered(S::exact(0.0), |at| self.mass[at][0], |at| self.gradients[at][0]))
     }
 
     /// Brings a state back to c = 0 and c' = 0, along the directions of constraint forces.
@@ -480,13 +470,6 @@ impl<'a, S: Real> Stepper<'a, S> {
         }
         (positions, velocities)
     }
-}
-
-/// A polynomial at a place.
-pub(super) fn horner<S: Real>(row: &[S], place: &S) -> S {
-    let terms = row.iter().rev().copied();
-    let sum = terms.reduce(|value, lower| value.mul(place).add(&lower));
-    sum.unwrap_or_else(|| S::exact(0.0))
 }
 
 fn sign(x: f64) -> f64 {

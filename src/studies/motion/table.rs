@@ -1,19 +1,13 @@
 //! Starts and times from tables: CSV texts with a header.
 
 use super::{MotionError, Times};
-use librate_core::model::{Cell, Constant, ModelError, Table, TableTexts};
+use crate::source;
+use librate_core::model::{Cell, Constant, Table};
 use librate_core::number::Number;
-use librate_core::span::Span;
 
 /// Reads a CSV text that has rows.
 pub(super) fn read(text: &str) -> Result<Table, MotionError> {
-    const PATH: &str = "table";
-    let texts = TableTexts::new().with(PATH, text);
-    let table = Table::read(PATH, PATH, Span::default(), Span::default(), &texts);
-    let table = table.map_err(|error| match error {
-        ModelError::BadTable { line, reason, .. } => MotionError::BadTable { line, reason },
-        other => MotionError::BadTable { line: 1, reason: other.to_string() },
-    })?;
+    let table = source::table(text, "table").map_err(|(line, reason)| MotionError::BadTable { line, reason })?;
     if table.rows() == 0 {
         return Err(MotionError::BadTable { line: 1, reason: "there is no row below the header".to_owned() });
     }

@@ -24,7 +24,7 @@ impl<S: Enclosure> Path<'_, S> {
             return None;
         }
         let (start, span) = (self.start.clone(), self.span.clone());
-        let (slopes, _) = self.field.excess(self.energy, &start, &span, 3);
+        let (slopes, _) = self.field.excess(&start, &span, 3);
         let [_, slope, bend] = slopes.as_slice() else {
             return None;
         };
@@ -37,10 +37,10 @@ impl<S: Enclosure> Path<'_, S> {
         }
         let order = self.order;
         let step = span.mul(&self.field.number(-guess));
-        let (mut terms, _) = self.field.excess(self.energy, &start, &step, order);
+        let (mut terms, _) = self.field.excess(&start, &step, order);
         let end = start.add(&step.mul(&self.field.number(REACH)));
         let all = start.hull(&end);
-        let (over, _) = self.field.excess(self.energy, &all, &step, order + 1);
+        let (over, _) = self.field.excess(&all, &step, order + 1);
         let (top, bends) = (over.get(order)?.clone(), over.get(2)?.clone());
         terms.push(top);
         terms.remove(0);

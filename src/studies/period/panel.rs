@@ -69,6 +69,8 @@ pub(super) struct Field<S: Enclosure> {
     precision: S::Precision,
     scratch: Vec<S>,
     zero: S,
+    /// E.
+    pub(super) energy: S,
     kinks: Vec<Kink<S>>,
     /// Whether signs are those of a piece between kinks, and not those at each position.
     held: bool,
@@ -90,15 +92,17 @@ impl<S: Enclosure> Field<S> {
             shape: shape.prepare::<S>(precision).series(),
             precision,
             scratch: Vec::new(),
+            energy: zero.clone(),
             zero,
         }
     }
 
     /// M is that of a motion of this energy, if it depends on it.
-    pub(super) fn set_energy(&mut self, energy: &S) {
+    pub(super) fn set_energy(&mut self, energy: S) {
         if let Some(own) = self.inputs.last_mut() {
             *own = energy.clone();
         }
+        self.energy = energy;
     }
 
     /// Puts a position in, and the signs there: anything from -1 to 1 where they are not decided, so that values and slopes are
@@ -235,18 +239,18 @@ impl<S: Enclosure> Field<S> {
     }
 
     /// The Taylor coefficients of E - U along at + slope·s, and those of M.
-    pub(super) fn excess(&mut self, energy: &S, at: &S, slope: &S, count: usize) -> (Vec<S>, Vec<S>) {
+    pub(super) fn excess(&mut self, at: &S, slope: &S, count: usize) -> (Vec<S>, Vec<S>) {
         let (mut excess, mass) = self.expand(at, slope, count);
         for (k, value) in excess.iter_mut().enumerate() {
-            *value = if k == 0 { energy.sub(value) } else { value.neg() };
+            *value = if k == 0 { self.energy.sub(value) } else { value.neg() };
         }
         (excess, mass)
     }
 
     /// E - U at a position and its slope along the coordinate.
-    pub(super) fn excess_and_slope(&mut self, energy: &S, at: &S) -> (S, S) {
+    pub(super) fn excess_and_slope(&mut self, at: &S) -> (S, S) {
         let one = self.number(1.0);
-        let (excess, _) = self.excess(energy, at, &one, 2);
+        let (excess, _) = self.excess(at, &one, 2);
         let mut values = excess.into_iter();
         let mut next = || values.next().unwrap_or_else(|| self.zero.clone());
         (next(), next())
@@ -263,8 +267,6 @@ impl<S: Enclosure> Field<S> {
 /// The positions that are integrated over, and how well.
 pub(super) struct Path<'a, S: Enclosure> {
     pub(super) field: &'a mut Field<S>,
-    /// E.
-    pub(super) energy: &'a S,
     pub(super) start: S,
     /// The last position less the first.
     pub(super) span: S,
@@ -351,7 +353,7 @@ impl<S: Enclosure> Path<'_, S> {
     pub(super) fn time(&mut self) -> Result<S, Obstacle<S>> {
         if self.turning {
             // E - U rises from the turning point, or there is none.
-            let slope = self.field.excess_and_slope(self.energy, &self.start).1;
+            let slope = self.field.excess_and_slope(&self.start).1;
             let rise = slope.mul(&self.span);
             let refusal = if rise.is_negative() {
                 Some(Refusal::Forbidden)
@@ -445,7 +447,7 @@ impl<S: Enclosure> Path<'_, S> {
         let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
         let step = self.span.mul(&self.field.number(half));
         let at = self.position(middle);
-        let (mut excess, mass) = self.field.excess(self.energy, &at, &step, order);
+        let (mut excess, mass) = self.field.excess(&at, &step, order);
         let wanted = Magnitude::power_of_two(-i64::from(self.bits));
         let doubtful = |value: &S| value.radius_magnitude() > wanted * value.abs_lower_magnitude();
         let mut enclosed = None;
@@ -546,7 +548,7 @@ impl<S: Enclosure> Path<'_, S> {
     fn beside(&mut self, from: f64, to: f64, step: &S, more: usize) -> Result<(Vec<S>, Vec<S>), Refusal> {
         let all = self.position(from).hull(&self.position(to));
         let count = self.order + more + 1;
-        let both = self.field.excess(self.energy, &all, step, count);
+        let both = self.field.excess(&all, step, count);
         let last = |values: &[S]| values.iter().rev().take(more + 1).all(Scalar::is_finite);
         if both.0.len() == count && last(&both.0) && last(&both.1) { Ok(both) } else { Err(Refusal::Rough) }
     }
@@ -560,7 +562,7 @@ impl<S: Enclosure> Path<'_, S> {
             None if self.turning => {
                 let step = self.span.mul(&self.field.number(half));
                 let start = self.start.clone();
-                let (mut coefficients, _) = self.field.excess(self.energy, &start, &step, self.order);
+                let (mut coefficients, _) = self.field.excess(&start, &step, self.order);
                 coefficients[0] = self.field.zero.clone();
                 let middle = 0.0;
                 own = Known { middle, half, coefficients };

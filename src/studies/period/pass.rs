@@ -38,9 +38,9 @@ pub(super) struct Pass<S> {
 
 impl<S: Enclosure> Field<S> {
     /// The time about the lowest place of E - U inside a path, where it is low.
-    pub(super) fn pass(&mut self, energy: &S, start: &S, span: &S, order: usize, bits: u32) -> Option<Pass<S>> {
-        let near = self.lowest_inside(energy, start, span)?;
-        let (place, square) = self.zeros(energy, near, span, order)?;
+    pub(super) fn pass(&mut self, start: &S, span: &S, order: usize, bits: u32) -> Option<Pass<S>> {
+        let near = self.lowest_inside(start, span)?;
+        let (place, square) = self.zeros(near, span, order)?;
         let x = place.sub(start).div(span).mid_f64();
         let room = x.min(1.0 - x);
         let size = square.mid_f64();
@@ -49,7 +49,7 @@ impl<S: Enclosure> Field<S> {
         }
         let mut half = 0.5 * room;
         for _ in 0..MOST_TRIALS {
-            if let Some(time) = self.time_about(energy, &place, span, (half, &square), order, bits) {
+            if let Some(time) = self.time_about(&place, span, (half, &square), order, bits) {
                 return Some(Pass { place, half, time });
             }
             half *= 0.625;
@@ -58,12 +58,12 @@ impl<S: Enclosure> Field<S> {
     }
 
     /// A place at which E - U is lower than at both neighbours, the lowest one.
-    fn lowest_inside(&mut self, energy: &S, start: &S, span: &S) -> Option<S> {
+    fn lowest_inside(&mut self, start: &S, span: &S) -> Option<S> {
         let mut places = Vec::with_capacity(PLACES as usize + 1);
         for place in 0..=PLACES {
             let share = self.number(f64::from(place) / f64::from(PLACES));
             let at = start.add(&span.mul(&share)).center();
-            let excess = self.excess_at(energy, &at).mid_f64();
+            let excess = self.excess_at(&at).mid_f64();
             places.push((at, excess));
         }
         let inside = places.windows(3).filter_map(|three| match three {
@@ -77,13 +77,13 @@ impl<S: Enclosure> Field<S> {
 
     /// p and c with D(p ± i sqrt(c) span) = 0, about: the odd part of the expansion about p vanishes at x² = -c, and so does
     /// the even one.
-    fn zeros(&mut self, energy: &S, near: S, span: &S, order: usize) -> Option<(S, S)> {
+    fn zeros(&mut self, near: S, span: &S, order: usize) -> Option<(S, S)> {
         let reach = span.mid_f64().abs() / f64::from(PLACES) * 2.0;
         let (mut place, _) = self.summit(&near, reach)?;
         let mut square = self.number(0.0);
         let mut before = f64::INFINITY;
         for _ in 0..MOST_STEPS {
-            let (terms, _) = self.excess(energy, &place, span, order);
+            let (terms, _) = self.excess(&place, span, order);
             let bend = terms.get(2)?.center();
             if !bend.is_positive() {
                 return None;
@@ -111,21 +111,13 @@ impl<S: Enclosure> Field<S> {
     }
 
     /// The time from p - half span to p + half span; `None` where its rest is too large.
-    fn time_about(
-        &mut self,
-        energy: &S,
-        place: &S,
-        span: &S,
-        (half, square): (f64, &S),
-        order: usize,
-        bits: u32,
-    ) -> Option<S> {
+    fn time_about(&mut self, place: &S, span: &S, (half, square): (f64, &S), order: usize, bits: u32) -> Option<S> {
         let count = order + 2;
         let width = self.number(half);
         let step = span.mul(&width);
-        let (excess, mass) = self.excess(energy, place, &step, count);
+        let (excess, mass) = self.excess(place, &step, count);
         let all = place.with_added_magnitude(step.abs_upper_magnitude());
-        let (over, masses) = self.excess(energy, &all, &step, count + 1);
+        let (over, masses) = self.excess(&all, &step, count + 1);
         let c = square.div(&width.mul(&width));
         // From the top down: D_k = h_(k-2) + c h_k.
         let mut h = vec![self.number(0.0); count];

@@ -135,7 +135,7 @@ fn small_about<S: Enclosure>(oscillator: &Oscillator, field: &mut Field<S>, at: 
         return (None, None);
     }
     let energy = field.potential(at);
-    field.set_energy(&energy);
+    field.set_energy(energy);
     let (small, bend) = small(field, at);
     // Where a derivative jumps the change is no even function of the amplitude.
     (small, bend.filter(|_| !oscillator.stretched && field.is_smooth_at(at)))
@@ -267,7 +267,7 @@ fn look(oscillator: &Oscillator, request: &Request, place: &Ball, at: &Big, roug
             place: oscillator.place(summit.mid_f64()),
         });
     }
-    let excess = task.energy.sub(&height);
+    let excess = task.field.energy.sub(&height);
     let depth = height.sub(&task.field.potential(&task.centre)).abs_upper_magnitude();
     let small = depth * Magnitude::from_f64(AT_BARRIER);
     let undecided = !(excess.is_positive() || excess.is_negative());

@@ -41,8 +41,6 @@ pub(super) struct Task<'a, S: Enclosure> {
     pub(super) field: Field<S>,
     /// The equilibrium.
     pub(super) centre: S,
-    /// E.
-    pub(super) energy: S,
     /// The upper turning point and its distance, where these are given.
     pub(super) turning: Option<(S, S)>,
     /// How far the coordinate goes in a full turn.
@@ -70,12 +68,11 @@ impl<'a, S: Enclosure> Task<'a, S> {
             }
             Request::Energy(_) => (value, None),
         };
-        field.set_energy(&energy);
+        field.set_energy(energy);
         Self {
             oscillator,
             field,
             centre,
-            energy,
             turning,
             advance: oscillator.advance::<S>(precision),
             bits,
@@ -88,13 +85,12 @@ impl<'a, S: Enclosure> Task<'a, S> {
     }
 
     pub(super) fn run(&mut self, request: &Request) -> Result<Found<S>, Stop<S>> {
-        let energy = self.energy.clone();
-        if !energy.is_finite() {
+        if !self.field.energy.is_finite() {
             let at = self.turning.as_ref().map_or(&self.centre, |(at, _)| at);
             return Err(Stop::Rough(at.clone()));
         }
         let centre = self.centre.clone();
-        let excess = self.field.excess_at(&energy, &centre);
+        let excess = self.field.excess_at(&centre);
         if !excess.is_finite() {
             return Err(Stop::Rough(centre));
         }
@@ -124,7 +120,7 @@ impl<'a, S: Enclosure> Task<'a, S> {
             None => self.by_energy(&excess)?,
         };
         let (period, course) = course;
-        Ok(Found { period, course, energy })
+        Ok(Found { period, course, energy: self.field.energy.clone() })
     }
 
     fn by_amplitude(&mut self, upper: S, distance: &S) -> Result<(S, Course<S>), Stop<S>> {
@@ -138,10 +134,7 @@ impl<'a, S: Enclosure> Task<'a, S> {
             return Ok((right.add(&right), Course::Libration([lower, upper])));
         }
         let step = -distance.mid_f64() / 8.0;
-        let (left, lower) = match self.side(step, None)? {
-            Some(side) => side,
-            None => return Err(Stop::Final(self.open(false, None))),
-        };
+        let (left, lower) = self.side(step, None)?;
         Ok((right.add(&left), Course::Libration([lower, upper])))
     }
 
@@ -172,29 +165,22 @@ impl<'a, S: Enclosure> Task<'a, S> {
                 }
             }
         }
-        let (right, upper) = match self.side(step, reach)? {
-            Some(side) => side,
-            None => return Err(Stop::Final(self.open(true, None))),
-        };
+        let (right, upper) = self.side(step, reach)?;
         if self.oscillator.even {
             let distance = upper.sub(&self.centre);
             let lower = self.centre.sub(&distance);
             return Ok((right.add(&right), Course::Libration([lower, upper])));
         }
-        let (left, lower) = match self.side(-step, reach)? {
-            Some(side) => side,
-            None => return Err(Stop::Final(self.open(false, None))),
-        };
+        let (left, lower) = self.side(-step, reach)?;
         Ok((right.add(&left), Course::Libration([lower, upper])))
     }
 
     fn outward(&mut self, step: f64, reach: Option<f64>) -> Outward<S> {
-        let (energy, centre) = (self.energy.clone(), self.centre.clone());
-        self.field.outward(&energy, &centre, step, reach)
+        self.field.outward(&self.centre, step, reach)
     }
 
-    /// The time from the first turning point on one side to the equilibrium, and that point; `None` where steps meet none.
-    fn side(&mut self, step: f64, reach: Option<f64>) -> Result<Option<(S, S)>, Stop<S>> {
+    /// The time from the first turning point on one side to the equilibrium, and that point.
+    fn side(&mut self, step: f64, reach: Option<f64>) -> Result<(S, S), Stop<S>> {
         let centre = self.centre.clone();
         let mut bracket = match self.outward(step, reach) {
             Outward::Bracket(inside, outside) => (inside, outside),
@@ -206,7 +192,7 @@ impl<'a, S: Enclosure> Task<'a, S> {
             }
             Outward::Open | Outward::End(_) | Outward::Touch(_) => match self.fence_on(step) {
                 Some(fence) => (centre.clone(), fence),
-                None => return Ok(None),
+                None => return Err(Stop::Final(self.open(step > 0.0, None))),
             },
         };
         // A barrier that is known is nearer than what steps over it have met.
@@ -216,14 +202,13 @@ impl<'a, S: Enclosure> Task<'a, S> {
                 bracket = (centre.clone(), fence);
             }
         }
-        let energy = self.energy.clone();
         for _ in 0..MOST_RETRIES {
-            let found = self.field.turning_point(&energy, &bracket.0, &bracket.1);
+            let found = self.field.turning_point(&bracket.0, &bracket.1);
             let Some(turning) = found else {
                 return Err(Stop::Precision(bracket.1));
             };
             match self.time(turning.clone(), centre.sub(&turning), true) {
-                Ok(time) => return Ok(Some((time, turning))),
+                Ok(time) => return Ok((time, turning)),
                 Err(Obstacle { refusal: Refusal::Forbidden, at }) => bracket = (centre.clone(), at),
                 Err(obstacle) => return Err(self.stopped(obstacle)),
             }
@@ -256,8 +241,7 @@ impl<'a, S: Enclosure> Task<'a, S> {
 
     /// The time along a path without kinks; where it passes a barrier closely, in three parts.
     fn smooth_time(&mut self, start: S, span: S, turning: bool) -> Result<S, Obstacle<S>> {
-        let (energy, order) = (self.energy.clone(), order_for(self.bits));
-        let pass = self.field.pass(&energy, &start, &span, order, self.bits);
+        let pass = self.field.pass(&start, &span, order_for(self.bits), self.bits);
         let Some(pass) = pass else {
             return self.time_between(start, span, turning);
         };
@@ -272,23 +256,13 @@ impl<'a, S: Enclosure> Task<'a, S> {
     }
 
     fn time_between(&mut self, start: S, span: S, turning: bool) -> Result<S, Obstacle<S>> {
-        Path {
-            field: &mut self.field,
-            energy: &self.energy,
-            start,
-            span,
-            turning,
-            order: order_for(self.bits),
-            bits: self.bits,
-        }
-        .time()
+        Path { field: &mut self.field, start, span, turning, order: order_for(self.bits), bits: self.bits }.time()
     }
 
     /// A step outward that is small beside the amplitude.
     fn step(&mut self, excess: &S) -> f64 {
-        let centre = self.centre.clone();
         let one = self.field.number(1.0);
-        let (potential, _) = self.field.expand(&centre, &one, 3);
+        let (potential, _) = self.field.expand(&self.centre, &one, 3);
         if let Some(half) = potential.get(2).filter(|half| half.is_positive()) {
             // E - U = u2 A²
             let amplitude = excess.div(half).sqrt().mid_f64();
@@ -299,8 +273,7 @@ impl<'a, S: Enclosure> Task<'a, S> {
         let mut step = 1e-30;
         while step < 1e30 {
             let at = self.centre.add(&self.field.number(step));
-            let energy = self.energy.clone();
-            if !self.field.excess_at(&energy, &at).is_positive() {
+            if !self.field.excess_at(&at).is_positive() {
                 return step / 16.0;
             }
             step *= 2.0;
@@ -329,16 +302,14 @@ impl<'a, S: Enclosure> Task<'a, S> {
 
     fn is_maximum(&mut self) -> bool {
         let one = self.field.number(1.0);
-        let centre = self.centre.clone();
-        let (potential, _) = self.field.expand(&centre, &one, 3);
+        let (potential, _) = self.field.expand(&self.centre, &one, 3);
         potential.get(2).is_some_and(Enclosure::is_negative)
     }
 
     pub(super) fn below_equilibrium(&mut self) -> PeriodError {
-        let centre = self.centre.clone();
         PeriodError::BelowEquilibrium {
-            energy: self.oscillator.height(self.energy.mid_f64()),
-            potential: self.oscillator.height(self.field.potential(&centre).mid_f64()),
+            energy: self.oscillator.height(self.field.energy.mid_f64()),
+            potential: self.oscillator.height(self.field.potential(&self.centre).mid_f64()),
             maximum: self.is_maximum(),
         }
     }
@@ -353,7 +324,7 @@ impl<'a, S: Enclosure> Task<'a, S> {
         match self.barrier_between() {
             Some(error) => error,
             // Nothing rises above the place where it starts.
-            None if self.energy.sub(&self.field.potential(&centre)).is_exact_zero() => self.open(false, None),
+            None if self.field.excess_at(&self.centre).is_exact_zero() => self.open(false, None),
             None => PeriodError::Undecided { coordinate: self.name(), place: self.oscillator.place(centre.mid_f64()) },
         }
     }
@@ -363,7 +334,7 @@ impl<'a, S: Enclosure> Task<'a, S> {
         let centre = self.centre.clone();
         let (upper, distance) = self.turning.clone()?;
         let (summit, height) = self.field.highest(&centre, &upper)?;
-        if !height.at().sub(&self.energy).is_positive() {
+        if !height.at().sub(&self.field.energy).is_positive() {
             return None;
         }
         let way = summit.sub(&centre).mid_f64().abs();
@@ -379,15 +350,14 @@ impl<'a, S: Enclosure> Task<'a, S> {
     }
 
     pub(super) fn beyond_barrier(&mut self, summit: &S, height: &Height<S>) -> PeriodError {
-        let centre = self.centre.clone();
-        let bottom = self.field.potential(&centre);
+        let bottom = self.field.potential(&self.centre);
         let amplitude = self.turning.as_ref().map_or(f64::NAN, |(_, distance)| distance.mid_f64());
         PeriodError::BeyondBarrier {
             amplitude: self.oscillator.place(amplitude),
             coordinate: self.name(),
             barrier: self.oscillator.place(summit.mid_f64()),
             height: height.words(&bottom, self.oscillator),
-            energy: self.oscillator.height(self.energy.sub(&bottom).mid_f64()),
+            energy: self.oscillator.height(self.field.energy.sub(&bottom).mid_f64()),
         }
     }
 }

@@ -27,17 +27,18 @@ pub(super) enum Outward<S> {
 
 impl<S: Enclosure> Field<S> {
     /// E - U.
-    pub(super) fn excess_at(&mut self, energy: &S, at: &S) -> S {
-        energy.sub(&self.potential(at))
+    pub(super) fn excess_at(&mut self, at: &S) -> S {
+        let potential = self.potential(at);
+        self.energy.sub(&potential)
     }
 
     /// Goes outward from `from` in steps that grow, up to `reach` (a length). Finds no more than what steps meet and what
     /// tops between them show; what they miss is found by the integral, which proves that E - U is positive all the way.
-    pub(super) fn outward(&mut self, energy: &S, from: &S, step: f64, reach: Option<f64>) -> Outward<S> {
+    pub(super) fn outward(&mut self, from: &S, step: f64, reach: Option<f64>) -> Outward<S> {
         let from = from.center();
         // The last two places and E - U there.
         let mut before = (from.clone(), f64::INFINITY);
-        let mut inside = (from.clone(), self.excess_at(energy, &from).mid_f64());
+        let mut inside = (from.clone(), self.excess_at(&from).mid_f64());
         let mut offset = 0.0_f64;
         let mut step = step;
         for count in 0..MOST_STEPS {
@@ -51,10 +52,10 @@ impl<S: Enclosure> Field<S> {
                 next = reach.copysign(next);
             }
             let at = from.add(&self.number(next)).center();
-            let excess = self.excess_at(energy, &at);
+            let excess = self.excess_at(&at);
             // A step over a pole, or over what has no value, shows in an enclosure of all between.
             let between = inside.0.hull(&at);
-            if !excess.is_finite() || !self.excess_at(energy, &between).is_finite() {
+            if !excess.is_finite() || !self.excess_at(&between).is_finite() {
                 step *= 0.5;
                 if step.abs() <= 1e-20 * offset.abs() || step.abs() < 1e-200 {
                     return Outward::End(inside.0.mid_f64());
@@ -69,7 +70,7 @@ impl<S: Enclosure> Field<S> {
                 // A top of U between the last places: it may be a barrier.
                 let reach = at.sub(&before.0).mid_f64().abs();
                 if let Some((summit, height)) = self.summit(&inside.0, reach) {
-                    let least = energy.sub(&height);
+                    let least = self.energy.sub(&height);
                     if least.is_negative() {
                         return Outward::Bracket(before.0, summit);
                     }
@@ -89,13 +90,13 @@ impl<S: Enclosure> Field<S> {
 
     /// An enclosure of a zero of E - U between two places of different sign; `None` where numbers of this precision do
     /// not tell.
-    pub(super) fn turning_point(&mut self, energy: &S, inside: &S, outside: &S) -> Option<S> {
+    pub(super) fn turning_point(&mut self, inside: &S, outside: &S) -> Option<S> {
         let (mut inside, mut outside) = (inside.center(), outside.center());
         let half = self.number(0.5);
         let mut at = inside.add(&outside).mul(&half).center();
         let mut width = f64::INFINITY;
         for step in 0..MOST_NARROWINGS {
-            let (excess, slope) = self.excess_and_slope(energy, &at);
+            let (excess, slope) = self.excess_and_slope(&at);
             if excess.is_positive() {
                 inside = at.clone();
             } else if excess.is_negative() {
@@ -120,17 +121,17 @@ impl<S: Enclosure> Field<S> {
             }
             at = next;
         }
-        self.proved(energy, &at)
+        self.proved(&at)
     }
 
     /// Newton's operator on an interval about `at`: where N(X) = at - D(at)/D'(X) lies in X, there is exactly one zero
     /// in X, and it is in N(X) (R. E. Moore, Methods and Applications of Interval Analysis (1979), chapter 5).
-    fn proved(&mut self, energy: &S, at: &S) -> Option<S> {
-        let (excess, slope) = self.excess_and_slope(energy, at);
+    fn proved(&mut self, at: &S) -> Option<S> {
+        let (excess, slope) = self.excess_and_slope(at);
         let mut radius = excess.div(&slope).abs_upper_magnitude().scale(2);
         for _ in 0..8 {
             let around = at.with_added_magnitude(radius);
-            let slopes = self.excess_and_slope(energy, &around).1;
+            let slopes = self.excess_and_slope(&around).1;
             let step = excess.div(&slopes);
             if !step.is_finite() {
                 return None;

@@ -21,12 +21,10 @@ pub use peaks::{Peak, PeakKind, Peaks};
 
 use std::sync::OnceLock;
 
-use crate::source::{self, unit_of};
+use crate::source::{self, End, between, first, rational, share, unit_of, written_ends};
 use drive::{Averaged, Drive, Driven, averaged};
 use exact::{Exact, Frequency, Limit};
-use librate_core::diagnostic::nearest;
-use librate_core::expr::{ExprId, Pool};
-use librate_core::linearize::{self, Linearized, evaluate_closed};
+use librate_core::linearize::{self, Linearized};
 use librate_core::model::{Constant, Model, Range};
 use librate_core::number::Number;
 use librate_core::precision::{Ball, Big, Complex, Enclosure};
@@ -147,28 +145,6 @@ struct System {
     exact: OnceLock<Option<Exact>>,
 }
 
-/// A value of the range, exactly.
-#[derive(Debug)]
-struct End {
-    pool: Pool,
-    value: ExprId,
-}
-
-impl End {
-    fn rational(&self) -> Option<&Number> {
-        self.pool.as_number(self.value)
-    }
-}
-
-/// What is at a share of the way from one end to the other.
-fn between<S: Enclosure>(ends: &[End; 2], share: &Number, precision: S::Precision) -> Option<S> {
-    let [from, to] = ends;
-    let from: S = evaluate_closed(&from.pool, from.value, precision)?;
-    let to: S = evaluate_closed(&to.pool, to.value, precision)?;
-    let share = S::from_number(share, precision);
-    Some(from.add(&to.sub(&from).mul(&share)))
-}
-
 /// A model whose response is asked for at many frequencies.
 #[derive(Debug)]
 pub struct Study {
@@ -184,13 +160,8 @@ pub struct Study {
 
 /// Finds a coordinate by its name.
 fn coordinate(model: &Model, name: &str, what: &'static str) -> Result<usize, ResponseError> {
-    let plain: String = name.split_whitespace().collect();
-    let found = model.coordinates.names().position(|own| own.replace(' ', "") == plain);
-    found.ok_or_else(|| {
-        let known: Vec<String> = model.coordinates.names().collect();
-        let nearest = nearest(&plain, known.iter().map(String::as_str)).map(str::to_owned);
-        ResponseError::NotACoordinate { what, name: name.to_owned(), nearest }
-    })
+    let named = source::coordinate(model, name);
+    named.map_err(|nearest| ResponseError::NotACoordinate { what, name: name.to_owned(), nearest })
 }
 
 impl System {
@@ -268,7 +239,7 @@ impl Study {
         let last = range.len() - 1;
         let (ends, fixed, model) = match (input, model.time_dependent) {
             (Some(at), None) => {
-                let ends = given_ends(range)?;
+                let ends = written_ends(range)?;
                 check_sign(&ends)?;
                 let linearized = linearize::linearize(model.clone())?;
                 (ends, Some(System::new(&linearized, Force::Unit(at))), model)
@@ -278,13 +249,14 @@ impl Study {
             }
             (None, None) => return Err(ResponseError::NotDriven {}),
             (None, Some(_)) => {
-                let first = source.model::<ResponseError>(range, 0)?;
-                let ends = [end_of(&first, range)?, end_of(&source.model::<ResponseError>(range, last)?, range)?];
+                let model = source.model(range, 0, first::<ResponseError>)?;
+                let other = source.model(range, last, first::<ResponseError>)?;
+                let ends = [end_of(&model, range)?, end_of(&other, range)?];
                 check_sign(&ends)?;
-                let number = parameter(&first, range)?;
-                let averaged = averaged(&first, number)?;
-                let system = driven(&first, number, &averaged)?;
-                (ends, averaged.is_fixed.then_some(system), first)
+                let number = parameter(&model, range)?;
+                let averaged = averaged(&model, number)?;
+                let system = driven(&model, number, &averaged)?;
+                (ends, averaged.is_fixed.then_some(system), model)
             }
         };
         Ok(Self { source, request, model, outputs, ends, fixed })
@@ -298,7 +270,7 @@ impl Study {
 
     /// The values where there are none.
     #[must_use]
-    pub fn nothing(&self) -> Vec<Value> {
+    fn nothing(&self) -> Vec<Value> {
         vec![Value::Undecided; self.outputs.len()]
     }
 
@@ -332,7 +304,7 @@ impl Study {
         match &self.fixed {
             Some(system) => Ok(self.with(system, place)),
             None => {
-                let model = self.source.model::<ResponseError>(&self.request.range, place)?;
+                let model = self.source.model(&self.request.range, place, first::<ResponseError>)?;
                 let number = parameter(&model, &self.request.range)?;
                 let system = driven(&model, number, &averaged(&model, number)?)?;
                 Ok(self.with(&system, place))
@@ -382,15 +354,9 @@ impl Study {
         }
     }
 
-    /// The share of the range before a place.
-    fn share(&self, place: usize) -> Option<Number> {
-        Number::ratio(place as i64, self.len().saturating_sub(1).max(1) as i64)
-    }
-
     /// The frequency or the parameter at a place, in SI, where the ends of the range are rational.
     fn rational(&self, place: usize) -> Option<Number> {
-        let [from, to] = [self.ends[0].rational()?, self.ends[1].rational()?];
-        Some(from.add(&to.sub(from).mul(&self.share(place)?)))
+        rational(&self.ends, &self.request.range, place)
     }
 
     /// The frequency at a place where its square is rational.
@@ -409,7 +375,7 @@ impl Study {
         if let Some(value) = self.rational(place) {
             return Some(S::from_number(&value, precision));
         }
-        between(&self.ends, &self.share(place)?, precision)
+        between(&self.ends, &share(&self.request.range, place)?, precision)
     }
 
     /// The unit of a coordinate, where the file tells.
@@ -458,15 +424,6 @@ fn parameter(model: &Model, range: &Range) -> Result<usize, ResponseError> {
         rate: None,
         span,
     })
-}
-
-/// The ends of a range as they are written.
-fn given_ends(range: &Range) -> Result<[End; 2], ResponseError> {
-    let end = |place| -> Result<End, ResponseError> {
-        let constant = Constant::parse(&range.expression(place))?;
-        Ok(End { pool: constant.pool().clone(), value: constant.value() })
-    };
-    Ok([end(0)?, end(range.len() - 1)?])
 }
 
 /// The value of the parameter that a model was made with.

@@ -7,7 +7,8 @@
 //! makes the linear system singular, too.
 
 use super::solve::{Matrices, Slope};
-use super::{End, Force, LEVELS, ResponseError, Study, System, between, given_ends};
+use super::{Force, LEVELS, ResponseError, Study, System};
+use crate::source::{End, between, written_ends};
 use librate_core::number::Number;
 use librate_core::precision::{Ball, Complex, Enclosure, Scalar};
 
@@ -109,7 +110,7 @@ impl Study {
         let span = self.model.time_dependent.unwrap_or_default();
         let what = "the peaks over a parameter on which more than the drive depends";
         let Some(system) = &self.fixed else { return Err(ResponseError::Unsupported { what, span }) };
-        let given = given_ends(&self.request.range)?;
+        let given = written_ends(&self.request.range)?;
         let is_empty = given.each_ref().map(End::rational);
         if matches!(is_empty, [Some(from), Some(to)] if from == to) {
             return Err(ResponseError::EmptyRange { range: self.request.range.expression(0) });
