@@ -104,6 +104,29 @@ fn closed_exponents_are_those_of_the_modes() {
     assert!(std::env::var("ONLY").is_ok() || complete > 90 && forms > 300, "{complete} models, {forms} exponents");
 }
 
+/// Common divisors of long polynomials are found with numbers that stay short: this did not end before.
+#[test]
+fn all_five_matrices_of_two_coordinates_are_derived_at_once() {
+    let text = "param m param M param k param c param a param b coord x, y
+        T = m*x'^2 + 1/2*M*y'^2 V = 1/2*k*x^2 + k*y^2
+        dissipation = 1/2*c*x'^2 + 1/2*c*(x' - y')^2
+        force x = -a*y + 2*b*y' force y = 2*a*x - 2*b*x'";
+    let page = page(&common::model(text));
+    let own = linear(&page).unwrap().exponents.as_ref().unwrap();
+    let characteristic: Vec<String> = own.characteristic.iter().flatten().map(|own| page.pool.display(*own)).collect();
+    assert_eq!(characteristic[..2], ["2*k^2 + 2*a^2", "5*k*c - 6*a*b - c*a"]);
+    assert!(!own.complete && own.stability.as_ref().is_some_and(|own| own.len() == 3));
+}
+
+#[test]
+fn what_nothing_holds_has_exponents_without_values() {
+    let page = page(&common::model("param m coord x, y T = 1/2*m*x'^2 + m*y'^2"));
+    let own = linear(&page).unwrap().exponents.as_ref().unwrap();
+    assert!(own.complete);
+    let all: Vec<usize> = own.exponents.iter().map(|own| own.multiplicity).collect();
+    assert_eq!(all, [4]);
+}
+
 #[test]
 fn a_derivation_is_what_a_book_says() {
     let of = |name: &str| {

@@ -278,7 +278,8 @@ impl Polynomial {
             let Some(rest) = rest.over(&content) else {
                 return one;
             };
-            (a, b) = (b, rest);
+            // Without it numbers would double in length at each step.
+            (a, b) = (b, rest.primitive());
         }
         one
     }
