@@ -160,7 +160,7 @@ fn characteristic_text(derivation: &Derivation, coefficients: &[ExprId], s: &str
         let several =
             matches!(pool.node(*own), Node::Sum { terms, constant } if terms.len() > 1 || !constant.is_zero());
         let (minus, size) = match text.strip_prefix('-') {
-            Some(size) if !several => (true, size.to_owned()),
+            Some(size) if !several || power == 0 => (true, size.to_owned()),
             Some(_) | None => (false, if several && power > 0 { format!("({text})") } else { text }),
         };
         let s = match power {

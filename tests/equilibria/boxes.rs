@@ -186,6 +186,7 @@ fn families_are_not_counted() {
     // A quartic well: there is one, but nothing tells that it is alone.
     let quartic = of("coord x T = 1/2*x'^2 V = x^4", "x=-1..2");
     assert!(!quartic.complete && quartic.equilibria.len() == 1 && quartic.undecided.len() == 1);
+    assert!(quartic.reasons.iter().all(|reason| !reason.contains("not isolated")), "{:?}", quartic.reasons);
     // A saddle and a minimum that have just met.
     let fold = of("coord x T = 1/2*x'^2 V = x^3 + (x - 1)^2*0", "x=-1..2");
     assert!(!fold.complete && fold.undecided.len() == 1, "{fold:?}");

@@ -37,13 +37,16 @@ enum Outer {
     Identity,
 }
 
+/// Derivatives of an expression, by symbol.
+type Slopes = Box<[(Symbol, ExprId)]>;
+
 /// Takes the terms of one pool apart.
 #[derive(Debug, Default)]
 pub(crate) struct Splitter {
     pub(crate) facts: Facts,
     /// Derivatives of simple terms by coordinates and by velocities, which the sums of a chain of
     /// links have in common.
-    known: [HashMap<ExprId, Box<[(Symbol, ExprId)]>>; 2],
+    known: [HashMap<ExprId, Slopes>; 2],
 }
 
 /// Takes an expression apart into elements with respect to `variables`, which are all the

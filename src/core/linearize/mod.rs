@@ -84,7 +84,7 @@ pub use symbolic::SymbolicMatrices;
 pub(crate) use symbolic::instances;
 pub use symbolic::{forces_of, instance, written_out};
 pub(crate) use symmetry::{Rotation, candidate_rotations, rotation_name, translation_name};
-pub(crate) use zero::NO_FORCE;
+pub use zero::NO_FORCE;
 pub use zero::ZeroMode;
 
 use assemble::{Assembly, Values};

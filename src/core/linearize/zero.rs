@@ -15,7 +15,7 @@ use crate::precision::Ball;
 use crate::precision::Enclosure;
 
 /// What a zero mode is that no symmetry explains.
-pub(crate) const NO_FORCE: &str = "no restoring force to second order";
+pub const NO_FORCE: &str = "no restoring force to second order";
 
 /// A motion that is proved to cost no energy to second order.
 #[derive(Clone, Debug)]

@@ -362,9 +362,9 @@ impl<'a> Elaborator<'a> {
         if purpose != Purpose::Tensors && count == 0 && self.world.coordinate_families.is_empty() {
             self.errors.push(ModelError::NoCoordinates {});
         }
-        let kinetic = self.energy(energies.kinetic, "T");
-        let potential = self.energy(energies.potential, "V");
-        let lagrangian = self.energy(energies.lagrangian, "lagrangian");
+        let mut kinetic = self.energy(energies.kinetic, "T");
+        let mut potential = self.energy(energies.potential, "V");
+        let mut lagrangian = self.energy(energies.lagrangian, "lagrangian");
         forces.extend(self.energy(energies.dissipation, "dissipation"));
         let period = energies.period.and_then(|(root, span)| self.period(root, span));
         let dimensions = dimension::infer(self.file);
@@ -377,6 +377,7 @@ impl<'a> Elaborator<'a> {
             return Err(tidy(self.errors));
         }
         self.world.coordinates.set_units(&dimensions);
+        self.drop_time([&mut kinetic, &mut potential, &mut lagrangian], &mut forces);
         let time_dependent = self.time_dependence(&[&kinetic, &potential, &lagrangian, &forces], &constraints);
         let (rolling, constraints): (Vec<_>, Vec<_>) = constraints.into_iter().partition(|own| self.rolls(own));
         let tensors = self.tensors(purpose == Purpose::Tensors, &dimensions);
@@ -422,17 +423,6 @@ impl<'a> Elaborator<'a> {
         }
         let value = self.world.closed(symbolic);
         Some(Given { symbolic, value, span })
-    }
-
-    fn time_dependence(&self, energies: &[&Vec<TermFamily>], constraints: &[Constraint]) -> Option<Span> {
-        let time = self.world.time?;
-        let terms = energies.iter().flat_map(|families| families.iter());
-        let terms = terms.map(|family| (family.body, family.span));
-        let conditions = constraints.iter().map(|constraint| (constraint.expression, constraint.span));
-        terms.chain(conditions).find_map(|(e, span)| {
-            let symbols = self.world.pool.symbols_of(&[e]);
-            symbols.contains(&time).then_some(span)
-        })
     }
 }
 

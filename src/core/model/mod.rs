@@ -38,6 +38,7 @@ mod survey;
 mod table;
 mod tensors;
 mod terms;
+mod time;
 mod units;
 mod values;
 mod warning;

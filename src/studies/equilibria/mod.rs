@@ -354,7 +354,8 @@ impl<'a> Task<'a> {
             if motions.is_empty() || !near || !inside {
                 continue;
             }
-            for motion in motions {
+            // Without a force to second order it may be alone: then nothing is known but that it is undecided.
+            for motion in motions.iter().filter(|motion| *motion != linearize::NO_FORCE) {
                 let words = format!("equilibria are not isolated: {motion} changes nothing; one of them is given");
                 if !told.contains(&words) {
                     told.push(words);
