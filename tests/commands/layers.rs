@@ -143,3 +143,12 @@ fn dependencies_stand_once_and_are_free() {
         assert!(fine, "{line}");
     }
 }
+
+/// It is built with all that there is, too, as the other examples are.
+#[test]
+fn the_example_of_an_embedder_needs_the_parser_alone() {
+    let code = std::fs::read_to_string("examples/embed_parser.rs").unwrap();
+    let mut used = code.split("use librate::").skip(1).map(|rest| rest.split(':').next().unwrap());
+    let parser = ["span", "diagnostic", "explain", "syntax"];
+    assert!(code.contains("use librate::syntax::") && used.all(|module| parser.contains(&module)));
+}

@@ -112,16 +112,18 @@ fn borders_of_mathieus_equation() {
     let text = std::fs::read_to_string("tests/reference/driven/mathieu_borders.json").unwrap();
     let data: Value = serde_json::from_str(&text).unwrap();
     let mut checked = 0;
-    for row in data["borders"].as_array().unwrap() {
+    for (place, row) in data["borders"].as_array().unwrap().iter().enumerate() {
         let row = row.as_object().unwrap();
         let q = row["q"].as_str().unwrap();
-        for (order, value) in row.iter().filter(|(key, _)| *key != "q") {
+        // Each of the orders in one of three rows.
+        let orders = row.iter().filter(|(key, _)| *key != "q");
+        for (order, value) in orders.skip(place % 3).step_by(3) {
             let value = number(value.as_str().unwrap());
             assert!(sign_changes(q, order, &value), "{order}({q})");
             checked += 1;
         }
     }
-    assert_eq!(checked, 8 * 21);
+    assert_eq!(checked, 8 * 7);
 }
 
 /// Tables that others made, with 16 digits.
@@ -132,7 +134,7 @@ fn borders_of_published_tables() {
         let text = std::fs::read_to_string(format!("tests/reference/driven/mathieu_{kind}.csv")).unwrap();
         let mut lines = text.lines();
         let heading: Vec<&str> = lines.next().unwrap().split(',').collect();
-        for line in lines.step_by(20) {
+        for line in lines.step_by(40) {
             let cells: Vec<&str> = line.split(',').collect();
             for (order, cell) in heading.iter().zip(&cells).skip(1) {
                 assert!(sign_changes(cells[0], order, &number(cell)), "{order}({})", cells[0]);
@@ -140,7 +142,7 @@ fn borders_of_published_tables() {
             }
         }
     }
-    assert_eq!(checked, 6 * 11 + 6 * 10);
+    assert_eq!(checked, 3 * 11 + 3 * 10);
 }
 
 fn chart(text: &str, ranges: [&str; 2]) -> Chart {
@@ -156,7 +158,7 @@ fn charts_have_the_borders_of_mathieus_equation() {
     for row in data["borders"].as_array().unwrap() {
         let row = row.as_object().unwrap();
         let q = row["q"].as_str().unwrap();
-        let chart = chart(HILL, ["a=-20..50:8001", &format!("q={q}..{q}:1")]);
+        let chart = chart(HILL, ["a=-20..50:2001", &format!("q={q}..{q}:1")]);
         let mut worker = chart.worker();
         let rows: Vec<_> = (0..chart.len()[0]).map(|at| worker.row(at)).collect();
         let mut found = Vec::new();
@@ -179,7 +181,7 @@ fn charts_have_the_borders_of_mathieus_equation() {
             let off = (known[near] - border).abs();
             assert!(off <= allowed, "{q}: {border} by {off:e}, width {width}");
         }
-        let wide = |pair: &[f64]| pair[1] - pair[0] > 0.02;
+        let wide = |pair: &[f64]| pair[1] - pair[0] > 0.08;
         let least = known.windows(2).filter(|pair| wide(pair)).count();
         assert!(found.len() >= least / 2 && !found.is_empty(), "{q}: {}", found.len());
     }
@@ -196,9 +198,9 @@ fn charts_agree_with_certified_multipliers() {
         T = 1/2*x'^2  V = 1/2*x^2 + 1/4*x^4 - F*x*sin(W*t)  dissipation = 1/200*x'^2  period 2*pi/W";
     let cases = [
         (jumped, ["F=1/5..2/5:3", "W=7/5..8/5:3"]),
-        (HILL, ["a=-1..7:6", "q=-3..4:5"]),
-        (damped, ["W=1..4:5", "k=0..3/2:4"]),
-        (forced, ["F=0..1:3", "W=1/2..3:4"]),
+        (HILL, ["a=-1..7:5", "q=-3..4:4"]),
+        (damped, ["W=1..4:3", "k=0..3/2:3"]),
+        (forced, ["F=0..1:2", "W=1/2..3:3"]),
     ];
     let mut seen = [0, 0];
     for (text, ranges) in cases {
@@ -221,7 +223,7 @@ fn charts_agree_with_certified_multipliers() {
             }
         }
     }
-    assert!(seen[0] > 10 && seen[1] > 20, "{seen:?}");
+    assert!(seen[0] > 5 && seen[1] > 15, "{seen:?}");
 }
 
 #[test]
@@ -407,7 +409,7 @@ fn a_singularity_ends_the_way() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 20, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 8, ..ProptestConfig::default() })]
 
     /// Results in double-double and with 300 bits hold the same numbers.
     #[test]

@@ -39,7 +39,7 @@ pub use format::format;
 pub use names::{NameKind, NamePlace, names};
 pub use print::{print_expr, print_file, print_statement, print_unit};
 pub use text::Text;
-#[cfg(any(feature = "engine", feature = "format"))]
+#[cfg(feature = "format")]
 pub(crate) use words::GREEK;
 #[cfg(feature = "engine")]
 pub(crate) use words::function_meant;

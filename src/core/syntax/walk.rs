@@ -1,6 +1,6 @@
 //! What statements and expressions are made of, so that no pass lists the forms that it passes over.
 #![cfg_attr(
-    not(all(feature = "engine", feature = "format")),
+    not(feature = "engine"),
     allow(dead_code, reason = "each of the two walks over a part")
 )]
 

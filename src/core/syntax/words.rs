@@ -25,7 +25,7 @@ pub const STATEMENT_WORDS: [&str; 15] = [
 const EXPRESSION_WORDS: [&str; 10] = ["t", "pi", "sum", "integral", "in", "where", "and", "or", "not", "rows"];
 
 /// The Greek letters by name: LaTeX, Unicode.
-#[cfg(any(feature = "engine", feature = "format"))]
+#[cfg(feature = "format")]
 pub(crate) const GREEK: &[(&str, &str, &str)] = &[
     ("alpha", r"\alpha", "α"),
     ("beta", r"\beta", "β"),
