@@ -1,8 +1,5 @@
 //! What statements and expressions are made of, so that no pass lists the forms that it passes over.
-#![cfg_attr(
-    not(feature = "engine"),
-    allow(dead_code, reason = "each of the two walks over a part")
-)]
+#![cfg_attr(not(feature = "engine"), allow(dead_code, reason = "each of the two walks over a part"))]
 
 use super::ast::{Binding, ExprKind, ExprRef, File, IndexKind, Indices, Name, StatementKind};
 
