@@ -74,7 +74,7 @@ pub use abbreviate::Definition;
 pub use conserved::Conserved;
 pub use constraints::{Constraints, Reduced, Tangent};
 pub use cubic::{Solved, SolvedFormula};
-pub use equilibria::{Condition, Relation, Root};
+pub use equilibria::{Condition, Root};
 pub use exponents::{ClosedExponent, Exponents, StabilityCondition};
 pub use frequencies::{Approximation, Block, Case, Exchange, Frequencies, Frequency, Series};
 pub use independent::{Independent, in_independent_coordinates, linearized, without_multipliers};

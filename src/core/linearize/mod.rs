@@ -66,10 +66,8 @@ pub use entries::Entries;
 pub use equilibrium::short;
 pub use equilibrium::{Equilibrium, Origin};
 pub use error::{Feature, Inertia, LinearizeError};
-pub use factors::Factors;
 pub(crate) use facts::Variable;
 pub(crate) use flow::Flow;
-pub use integers::Integers;
 pub(crate) use invariance::{Bodies, Invariance};
 pub(crate) use massless::may_be_singular;
 pub use multipliers::SymbolicConstraints;
@@ -99,7 +97,7 @@ pub use units::power_of_two;
 use std::cell::Cell;
 
 use crate::model::Model;
-use crate::precision::{Ball, Big, clear_column};
+use crate::precision::{Ball, Big, Factors, Integers, clear_column};
 
 /// The largest dense problem: its matrices and vectors take about 2 GB.
 pub const MOST_COORDINATES: usize = 4000;
