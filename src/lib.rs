@@ -172,7 +172,7 @@ pub mod linearize {
 /// What is wanted of the modes, and what they are called. In full: [`librate_core::modes`].
 #[cfg(feature = "engine")]
 pub mod modes {
-    pub use librate_core::modes::{Kind, Method, Options, PrecisionLevel, Stability};
+    pub use librate_core::modes::{Kind, Method, Options, PrecisionLevel, Stability, exponents::Limit};
 }
 
 /// Normal modes with the names and units of the model. In full: [`librate_core::oscillation`].

@@ -5,11 +5,10 @@ use crate::common;
 
 use common::model;
 use librate::linearize::{Linearized, linearize};
-use librate::modes::{Kind, Options, Stability};
+use librate::modes::{Kind, Limit, Options, Stability};
 use librate::number::Number;
 use librate::oscillation::{NormalMode, NormalModes, normal_modes};
 use librate::precision::{Big, Rounding};
-use librate_core::modes::exponents::Limit;
 
 fn solve(text: &str, options: &Options) -> (Linearized, NormalModes) {
     let linearized = linearize(model(text)).unwrap();

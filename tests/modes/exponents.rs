@@ -2,10 +2,9 @@
 #![cfg(feature = "engine")]
 
 use dashu_int::IBig;
-use librate::modes::{Kind, Options, Stability};
+use librate::modes::{Kind, Limit, Options, Stability};
 use librate::precision::Ball;
 use librate_core::modes::ModesError;
-use librate_core::modes::exponents::Limit;
 use librate_core::modes::exponents::{Exponents, QuadraticProblem, QuadraticSource, Structure, exponents};
 use librate_core::precision::Integers;
 

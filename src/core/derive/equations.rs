@@ -72,9 +72,7 @@ pub(super) fn equations(
 ) -> Vec<MotionSum> {
     let mut rows: Vec<Vec<MotionTerm>> = vec![Vec::new(); variables.coordinates.len()];
     for ((i, motion), coefficient) in coefficients {
-        if let Some(row) = rows.get_mut(i) {
-            row.push(MotionTerm::new(coefficient, &motion));
-        }
+        rows[i].push(MotionTerm::new(coefficient, &motion));
     }
     let rows = rows.into_iter();
     rows.map(|terms| MotionSum::new(pool, terms)).collect()

@@ -136,9 +136,7 @@ fn root(pool: &mut Algebra<'_>, variables: &Variables, coordinate: usize, factor
     }
     let left = left?;
     // The angle is a multiple of the coordinate, so that every value of it is reached.
-    let Node::Function(Function::Sin | Function::Cos, angle) = *pool.node(left) else {
-        return None;
-    };
+    let angle = angle(pool, left)?;
     let rate = pool.diff(angle, symbol);
     if moves(pool, variables, coordinate, rate) {
         return None;
