@@ -72,7 +72,10 @@ pub(super) fn equations(
 ) -> Vec<MotionSum> {
     let mut rows: Vec<Vec<MotionTerm>> = vec![Vec::new(); variables.coordinates.len()];
     for ((i, motion), coefficient) in coefficients {
-        rows[i].push(MotionTerm::new(coefficient, &motion));
+        // Multipliers have no equation.
+        if let Some(row) = rows.get_mut(i) {
+            row.push(MotionTerm::new(coefficient, &motion));
+        }
     }
     let rows = rows.into_iter();
     rows.map(|terms| MotionSum::new(pool, terms)).collect()
