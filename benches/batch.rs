@@ -4,9 +4,10 @@
 //! `cargo bench --bench batch --no-default-features --features engine`
 
 use divan::Bencher;
-use librate::batch::{Bounds, Options, Solutions, Study};
+use librate::batch::{Options, Solutions, Study};
 use librate::model::{Settings, TableTexts, elaborate};
 use librate::syntax::parse;
+use librate_studies::batch::Bounds;
 
 fn main() {
     divan::main();

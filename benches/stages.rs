@@ -176,5 +176,5 @@ fn g_format(bencher: Bencher<'_, '_>, case: Case) {
 #[divan::bench(args = ALL)]
 fn g_format_floor(bencher: Bencher<'_, '_>, case: Case) {
     let source = source(case);
-    bencher.bench(|| librate::syntax::print_file(&parsed(&source)));
+    bencher.bench(|| librate_core::syntax::print_file(&parsed(&source)));
 }

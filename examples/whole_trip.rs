@@ -7,7 +7,7 @@
 
 use librate::model::{self, Settings, TableTexts};
 use librate::precision::decimal;
-use librate::{Error, linearize, modes, oscillation, syntax};
+use librate::{Error, derive, linearize, modes, oscillation, syntax};
 
 /// Two carts between walls, the springs from a table; the library reads no files, so the table is
 /// handed over as text.
@@ -33,9 +33,9 @@ fn main() -> Result<(), Error> {
     let model = model::elaborate(&file, &tables, &settings)?;
 
     // The matrices in symbols.
-    let matrices = linearize::derive(model.clone())?;
-    for row in &matrices.stiffness {
-        let row: Vec<String> = row.iter().map(|entry| matrices.pool.display(*entry)).collect();
+    let derivation = derive::derive(&model, &derive::Parts::default())?;
+    for row in &derivation.linear?.stiffness {
+        let row: Vec<String> = row.iter().map(|entry| derivation.pool.display(*entry)).collect();
         println!("K: {}", row.join(", "));
     }
 

@@ -16,7 +16,7 @@ pub(crate) fn parse(text: &str) {
     match syntax::parse(text) {
         Ok(file) => {
             places(text, &file);
-            let printed = syntax::print_file(&file);
+            let printed = librate_core::syntax::print_file(&file);
             match syntax::parse(&printed) {
                 Ok(again) => assert_eq!(strip_spans(&again), strip_spans(&file), "{printed}"),
                 Err(errors) => panic!("{printed}\n{errors:#?}"),
@@ -115,7 +115,7 @@ mod trip {
         if model.coordinates.len() > MOST_COORDINATES {
             return Ok(());
         }
-        let derived = linearize::derive(model.clone());
+        let derived = librate_core::linearize::derive(model.clone());
         if let Ok(matrices) = &derived {
             for entry in matrices.mass.iter().chain(&matrices.stiffness).flatten() {
                 assert!(!matrices.pool.display(*entry).is_empty());

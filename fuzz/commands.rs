@@ -8,6 +8,7 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use librate::Source;
 use librate::budget::{Budget, Limit};
 use librate::derive::{self, Parts};
 use librate::diagnostic::Diagnostic;
@@ -15,7 +16,7 @@ use librate::model::{self, Constant, Model, Range, Settings, TableTexts};
 use librate::motion::{Enclosed, Start, System, Times};
 use librate::period::{self, Oscillator, Request};
 use librate::report::{self, Style, SweepColumns, SweepRow};
-use librate::sweep::{Source, Sweep};
+use librate::sweep::Sweep;
 use librate::{Error, amplitude, floquet, inertia, linearize, modes, oscillation, sensitivity, syntax};
 
 /// The longest text, in bytes: what is small to the command line.
@@ -119,7 +120,7 @@ fn command(number: usize, text: &str, flags: &mut Flags, budget: &Budget) -> Res
     }
     let settings = Settings::new().within(budget.clone());
     if number == 1 {
-        let model = model::elaborate_tensors(&file, &tables, &settings)?;
+        let model = model::elaborate(&file, &tables, &settings.only_tensors())?;
         let digits = flags.digits();
         return Ok(match inertia::of_model(&model, digits) {
             Ok(found) => report::tensors_text(None, &found, digits, &Style::default()),
@@ -151,7 +152,7 @@ fn command(number: usize, text: &str, flags: &mut Flags, budget: &Budget) -> Res
     }
     let model = model::elaborate(&file, &tables, &settings)?;
     match number {
-        3 => Ok(told(&model::warnings(&file, &model).iter().map(Diagnostic::from).collect::<Vec<_>>())),
+        3 => Ok(told(&model.warnings(&file))),
         4 => {
             let parts = Parts::all().cubic(*flags.one(&[&false, &true]));
             let derivation = derive::derive(&model, &parts)?;
@@ -187,8 +188,7 @@ fn of_modes(number: usize, model: Model, flags: &mut Flags) -> Result<String, Er
     let options = modes::Options::default().digits(digits);
     let linearized = linearize::linearize(model)?;
     let normal = oscillation::normal_modes(&linearized, &options)?;
-    let suspicious = oscillation::warnings(&linearized, &normal);
-    assert!(suspicious.iter().all(|own| !Diagnostic::from(own).message.is_empty()));
+    assert!(normal.warnings(&linearized).iter().all(|own| !own.message.is_empty()));
     Ok(match number {
         8 => {
             let found = amplitude::amplitude(&linearized, &normal)?;

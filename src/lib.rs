@@ -59,16 +59,17 @@
 #![cfg_attr(feature = "engine", doc = "```")]
 #![cfg_attr(not(feature = "engine"), doc = "```ignore")]
 //! use librate::model::{Settings, TableTexts};
-//! use librate::{Error, linearize, model, modes, oscillation, syntax};
+//! use librate::{Error, derive, linearize, model, modes, oscillation, syntax};
 //!
 //! let file = syntax::parse("param k = 4  param m = 1  coord x  T = 1/2*m*x'^2  V = 1/2*k*x^2")?;
 //! let mut settings = Settings::new();
 //! settings.add("m = 1/4")?;
 //! let model = model::elaborate(&file, &TableTexts::new(), &settings)?;
-//! assert!(model::warnings(&file, &model).is_empty());
+//! assert!(model.warnings(&file).is_empty());
 //!
-//! let matrices = linearize::derive(model.clone())?;
-//! assert_eq!(matrices.pool.display(matrices.stiffness[0][0]), "k");
+//! let derivation = derive::derive(&model, &derive::Parts::default())?;
+//! let linear = derivation.linear?;
+//! assert_eq!(derivation.pool.display(linear.stiffness[0][0]), "k");
 //!
 //! let linearized = linearize::linearize(model)?;
 //! let options = modes::Options::default().digits(20);
@@ -92,8 +93,10 @@
 //! syntax tree, of expressions and of results are closed, so that a tool that walks them learns of a new one from its
 //! compiler; a new one is a new major version. Codes, JSON fields and the language itself only grow.
 //!
-//! The modules stand in reading order: a stage uses only what stands above it. What they hold is chosen from the crates
-//! `librate-core` and `librate-studies`, in which more is public, for librate alone, and may change at any time.
+//! The modules stand in reading order: a stage uses only what stands above it. They name what one calls, makes, matches on or
+//! takes in a function of one's own. The parts of results are in the crates `librate-core` and `librate-studies`, where links
+//! lead: their fields and methods are as public as the results that hold them. What else is public there is for librate alone
+//! and may change at any time.
 
 /// Places in a text. In full: [`librate_core::span`].
 pub mod span {
@@ -115,23 +118,22 @@ pub mod syntax {
     #[cfg(feature = "format")]
     pub use librate_core::syntax::format;
     pub use librate_core::syntax::{
-        Binding, Comment, Comparison, Declaration, Expr, ExprKind, ExprRef, Expressions, FUNCTIONS, File, IndexEntry,
-        IndexKind, Indices, MOST_BYTES, Name, NameKind, NamePlace, STATEMENT_WORDS, Statement, StatementKind,
-        SyntaxError, Text, Unit, UnitKind, UnitRef, Units, names, parse, parse_readable, print_expr, print_file,
-        print_statement, print_unit, signature,
+        Binding, Comparison, Expr, ExprKind, ExprRef, FUNCTIONS, File, IndexKind, Indices, MOST_BYTES, Name, NameKind,
+        NamePlace, STATEMENT_WORDS, Statement, StatementKind, SyntaxError, UnitKind, names, parse, parse_readable,
+        print_expr, print_statement, signature,
     };
 }
 
 /// Syntax trees as formulas, in LaTeX and in Unicode. In full: [`librate_core::typeset`].
 #[cfg(feature = "format")]
 pub mod typeset {
-    pub use librate_core::typeset::{Block, Formula, Notation, Sign, Subscript, Symbol};
+    pub use librate_core::typeset::{Formula, Notation};
 }
 
 /// A limit on memory and work that all stages share. In full: [`librate_core::budget`].
 #[cfg(feature = "engine")]
 pub mod budget {
-    pub use librate_core::budget::{BYTES, Budget, Exceeded, Limit, Limits, Need};
+    pub use librate_core::budget::{Budget, Exceeded, Limit, Limits};
 }
 
 /// Exact rational numbers. In full: [`librate_core::number`].
@@ -143,169 +145,144 @@ pub mod number {
 /// Numbers with rigorous bounds, and the digits that these decide. In full: [`librate_core::precision`].
 #[cfg(feature = "engine")]
 pub mod precision {
-    pub use librate_core::precision::{Ball, Big, Decimal, Magnitude, Rounding, Scalar, decimal};
+    pub use librate_core::precision::{Ball, Big, Rounding, Scalar, decimal};
 }
 
 /// Expressions, canonical and shared: what matrices and derivations are made of. In full: [`librate_core::expr`].
 #[cfg(feature = "engine")]
 pub mod expr {
-    pub use librate_core::expr::{
-        Derivatives, ExprId, Function, Node, Pool, Symbol, Tape, UnboundSymbol, ZeroVerdict, function_name,
-    };
+    pub use librate_core::expr::{ExprId, Function, Node, Pool, Symbol, Tape, ZeroVerdict};
 }
 
 /// What the text means: names, shapes, ranges, tables, settings. In full: [`librate_core::model`].
 #[cfg(feature = "engine")]
 pub mod model {
     pub use librate_core::model::{
-        Constant, Constraint, Coordinate, CoordinateFamily, Coordinates, Dimension, DimensionError, Feature, Model,
-        ModelError, Parameter, Point, Range, Settings, TableTexts, Tensor, Warning, coordinate_count, dimensions,
-        elaborate, elaborate_drawn, elaborate_tensors, unit_dimension, unit_names, warnings,
+        Constant, Dimension, Model, ModelError, Range, Settings, TableTexts, coordinate_count, dimensions, elaborate,
+        unit_dimension, unit_names,
     };
 }
 
 /// The equilibrium, and the matrices there, in symbols and in numbers with bounds. In full: [`librate_core::linearize`].
 #[cfg(feature = "engine")]
 pub mod linearize {
-    pub use librate_core::linearize::{
-        Equilibrium, Inertia, LinearizeError, Linearized, Origin, Structure, SymbolicConstraints, SymbolicMatrices,
-        WithMultipliers, ZeroMode, check_size, constant, derive, linearize,
-    };
+    pub use librate_core::linearize::{LinearizeError, Linearized, Structure, check_size, constant, linearize};
 }
 
 /// What is wanted of the modes, and what they are called. In full: [`librate_core::modes`].
 #[cfg(feature = "engine")]
 pub mod modes {
-    pub use librate_core::modes::{Kind, Method, Options, PrecisionLevel, Stability, Which, exponents::Limit};
-}
-
-/// Symmetries of the energies, and the classes of the modes. In full: [`librate_core::symmetry`].
-#[cfg(feature = "engine")]
-pub mod symmetry {
-    pub use librate_core::symmetry::{Classes, GroupKind, Pattern, SignedPermutation, Symmetry};
+    pub use librate_core::modes::{Kind, Method, Options, PrecisionLevel, Stability, exponents::Limit};
 }
 
 /// Normal modes with the names and units of the model. In full: [`librate_core::oscillation`].
 #[cfg(feature = "engine")]
 pub mod oscillation {
-    pub use librate_core::oscillation::{
-        NormalMode, NormalModes, Normalization, Uncertainty, Warning, normal_modes, warnings,
-    };
+    pub use librate_core::oscillation::{NormalMode, NormalModes, normal_modes};
 }
 
 /// The derivation, to read. In full: [`librate_core::derive`].
 #[cfg(feature = "engine")]
 pub mod derive {
     pub use librate_core::derive::{
-        Abbreviation, Angles, Approximation, Block, CHAPTERS, Case, ClosedExponent, Condition, Conserved, Constraints,
-        Definition, Derivation, Energy, Exchange, Exponents, Factor, Frequencies, Frequency, Independent, Linear,
-        Motion, MotionSum, MotionTerm, Names, NormalCoordinates, NormalMode, NormalWaves, Parts, Reduced, Relation,
-        Root, SecondOrder, Series, Solved, SolvedFormula, StabilityCondition, Tangent, WaveSum, derive,
-        in_independent_coordinates, linearized,
+        CHAPTERS, Conserved, Derivation, Motion, MotionSum, Parts, derive, in_independent_coordinates, linearized,
     };
 }
 
 /// How frequencies follow uncertain parameters. In full: [`librate_studies::sensitivity`].
 #[cfg(feature = "engine")]
 pub mod sensitivity {
-    pub use librate_studies::sensitivity::{Sensitivities, ignored, put, put_uncertainties, sensitivities};
+    pub use librate_studies::sensitivity::{Sensitivities, ignored, put_uncertainties, sensitivities};
 }
 
 /// Masses, centres and inertia tensors of bodies. In full: [`librate_studies::inertia`].
 #[cfg(feature = "engine")]
 pub mod inertia {
-    pub use librate_studies::inertia::{
-        Amount, Body, Edge, Equal, Impossible, InertiaError, Made, Mesh, Moment, NamedTensor, Principal, Warning,
-        of_model, of_points, warnings,
-    };
+    pub use librate_studies::inertia::{Amount, Body, InertiaError, Mesh, NamedTensor, of_model, of_points, warnings};
 }
 
 /// One model, thousands of parameter sets. In full: [`librate_studies::batch`].
 #[cfg(feature = "engine")]
 pub mod batch {
-    pub use librate_studies::batch::{BatchMode, Bounds, Options, Outcome, Solution, Solutions, Study, StudyError};
+    pub use librate_studies::batch::{Options, Outcome, Solutions, Study, StudyError};
 }
 
 /// A model as functions for other languages. In full: [`librate_studies::code`].
 #[cfg(feature = "engine")]
 pub mod code {
-    pub use librate_studies::code::{Code, Search, code};
-    pub use librate_studies::program::{Operation, Program};
+    pub use librate_studies::code::{Code, code};
 }
 
 /// Derivations compared with what they should be, for tests. In full: [`librate_studies::expect`].
 #[cfg(feature = "engine")]
 pub mod expect {
-    pub use librate_studies::expect::{Expected, Mismatch, Mismatches, Part, are_equal};
+    pub use librate_studies::expect::{Expected, Mismatches, are_equal};
 }
 
 /// Periodic motion, periodic coefficients: multipliers, exponents, resonances. In full: [`librate_studies::floquet`].
 #[cfg(feature = "engine")]
 pub mod floquet {
-    pub use librate_studies::floquet::{Away, Floquet, FloquetError, Multiplier, Options, Place, Resonance, floquet};
+    pub use librate_studies::floquet::{Floquet, FloquetError, Options, Place, floquet};
 }
 
 /// Motion in time. In full: [`librate_studies::motion`].
 #[cfg(feature = "engine")]
 pub mod motion {
-    pub use librate_studies::motion::{Enclosed, MotionError, Moved, Start, System, Times, Trajectory, superposition};
+    pub use librate_studies::motion::{Enclosed, MotionError, Start, System, Times, Trajectory, superposition};
 }
 
 /// The period at finite amplitude. In full: [`librate_studies::period`].
 #[cfg(feature = "engine")]
 pub mod period {
-    pub use librate_studies::period::{Motion, Options, Oscillator, Period, PeriodError, Place, Request, check, curve};
+    pub use librate_studies::period::{Motion, Options, Oscillator, Period, PeriodError, Place, Request, curve};
 }
 
 /// How frequencies begin to change with the amplitude. In full: [`librate_studies::amplitude`].
 #[cfg(feature = "engine")]
 pub mod amplitude {
-    pub use librate_studies::amplitude::{AmplitudeError, Amplitudes, ModeAmplitude, Obstacle, amplitude, check};
+    pub use librate_studies::amplitude::{AmplitudeError, Amplitudes, Obstacle, amplitude, check};
 }
 
 /// The points of a model and the lines between them. In full: [`librate_studies::figure`].
 #[cfg(feature = "engine")]
 pub mod figure {
-    pub use librate_studies::figure::{Figure, Link, figure};
+    pub use librate_studies::figure::{Figure, figure};
 }
 
 /// The steady response to a harmonic force. In full: [`librate_studies::response`].
 #[cfg(feature = "engine")]
 pub mod response {
-    pub use librate_studies::response::{
-        Output, Peak, PeakKind, Peaks, Request, Response, ResponseError, Source, Study, Value,
-    };
+    pub use librate_studies::response::{PeakKind, Peaks, Request, Response, ResponseError, Study, Value};
 }
 
 /// Every equilibrium in a box. In full: [`librate_studies::equilibria`].
 #[cfg(feature = "engine")]
 pub mod equilibria {
     pub use librate_studies::equilibria::{
-        Bifurcation, Branch, Diagram, EquilibriaError, Equilibrium, Found, Kind, Landscape, Region, Source, Undecided,
-        find, follow, landscape,
+        Diagram, EquilibriaError, Equilibrium, Found, Kind, Region, find, follow, landscape,
     };
 }
 
 /// The modes over a range of a parameter. In full: [`librate_studies::sweep`].
 #[cfg(feature = "engine")]
 pub mod sweep {
-    pub use librate_studies::sweep::{Enclosed, Place, Source, Sweep, Worker};
+    pub use librate_studies::sweep::{Place, Sweep, Worker};
 }
 
 /// Modes followed by their shapes over a range of a parameter. In full: [`librate_studies::tracking`].
 #[cfg(feature = "engine")]
 pub mod tracking {
-    pub use librate_studies::tracking::{Branch, branches};
+    pub use librate_studies::tracking::branches;
 }
 
 /// Charts of stability over two parameters. In full: [`librate_studies::chart`].
 #[cfg(feature = "engine")]
 pub mod chart {
-    pub use librate_studies::chart::{Border, Chart, Place, Source, Worker};
+    pub use librate_studies::chart::{Chart, Place};
 }
 
 #[cfg(feature = "engine")]
-pub use librate_studies::{Error, assert_derives};
+pub use librate_studies::{Error, Source, assert_derives};
 
 /// Results in writing.
 #[cfg(feature = "report")]

@@ -8,7 +8,8 @@ use librate::linearize::{Linearized, linearize};
 use librate::model::{Settings, TableTexts, elaborate};
 use librate::precision::{Ball, Big};
 use librate::syntax::{StatementKind, parse};
-use librate_core::modes::{Factors, PreciseProblem, Problem, Source};
+use librate_core::modes::{PreciseProblem, Problem, Source};
+use librate_core::precision::Factors;
 use serde_json::Value;
 
 use super::judge;

@@ -71,7 +71,7 @@ pub(crate) fn check(py: Python<'_>, model: &Model, tensors: bool) -> PyResult<Co
     let done = model.run(py, move |job| {
         let model = job.model(Size::Any).or_else(|error| {
             let source = &job.source;
-            let other = model::elaborate_tensors(&source.file, &source.tables, &job.settings);
+            let other = model::elaborate(&source.file, &source.tables, &job.settings.clone().only_tensors());
             other.ok().filter(|model| tensors && !model.tensors.is_empty()).ok_or(error)
         })?;
         let parameters = model.parameters.iter().map(|own| Parameter {
@@ -147,7 +147,7 @@ impl ModesArgs {
 fn solved(job: &mut Job, model: model::Model, options: &Options) -> Result<(Linearized, NormalModes), Failure> {
     let linearized = derive::linearized(model)?;
     let modes = oscillation::normal_modes(&linearized, options)?;
-    job.warnings.extend(oscillation::warnings(&linearized, &modes).iter().map(Diagnostic::from));
+    job.warnings.extend(modes.warnings(&linearized));
     Ok((linearized, modes))
 }
 
@@ -176,7 +176,7 @@ pub(crate) fn modes(py: Python<'_>, model: &Model, args: ModesArgs) -> PyResult<
 #[pyfunction]
 pub(crate) fn plot_modes(py: Python<'_>, model: &Model, args: ModesArgs) -> PyResult<Answer> {
     model.answer(py, move |job| {
-        job.drawn = true;
+        job.settings = job.settings.clone().with_points();
         let Modes { linearized, modes, .. } = modes_of(job, &args)?;
         Ok(Written::drawn(report::modes_svg(&linearized, &modes)))
     })
@@ -186,7 +186,7 @@ pub(crate) fn plot_modes(py: Python<'_>, model: &Model, args: ModesArgs) -> PyRe
 #[pyfunction]
 pub(crate) fn show(py: Python<'_>, model: &Model, digits_wanted: i64, lowest: Option<i64>) -> PyResult<Answer> {
     model.answer(py, move |job| {
-        job.drawn = true;
+        job.settings = job.settings.clone().with_points();
         let mut options = Options::default().digits(digits(digits_wanted, MOST_DIGITS)?);
         options.lowest = positive("lowest", lowest)?;
         let model = job.model(if lowest.is_some() { Size::Any } else { Size::Dense })?;
@@ -286,7 +286,7 @@ pub(crate) fn sensitivities(
         let model = derive::in_independent_coordinates(&model).unwrap_or(model);
         let (linearized, mut modes) = solved(job, model, &options)?;
         let found = sensitivity::sensitivities(&linearized, &modes);
-        sensitivity::put(&linearized, &mut modes, &found);
+        found.put_uncertainties(&linearized, &mut modes);
         Ok(Written {
             json: report::sensitivity_json(&linearized, &modes, &found, &options),
             text: report::sensitivity_text(&linearized, &modes, &found, &options, &Style::default()),
@@ -359,10 +359,10 @@ pub(crate) fn tensors(py: Python<'_>, model: &Model, digits_wanted: i64) -> PyRe
     model.answer(py, move |job| {
         let digits = digits(digits_wanted, MOST_DIGITS)?;
         let source = &job.source;
-        let model = model::elaborate_tensors(&source.file, &source.tables, &job.settings)?;
+        let model = model::elaborate(&source.file, &source.tables, &job.settings.clone().only_tensors())?;
         let tensors = inertia::of_model(&model, digits)?;
         let warnings = tensors.iter().filter_map(inertia::NamedTensor::warning);
-        job.warnings.extend(warnings.map(|warning| Diagnostic::from(&warning)));
+        job.warnings.extend(warnings);
         job.warnings.extend(sensitivity::ignored(&model));
         let name = model.name.as_deref();
         Ok(Written {

@@ -16,7 +16,7 @@ use librate::inertia::{self, InertiaError};
 use librate::linearize::LinearizeError;
 use librate::model::{self, ModelError, Range, Settings, TableTexts};
 use librate::syntax::{self, StatementKind, SyntaxError};
-use librate::{Error, linearize, response, sensitivity};
+use librate::{Error, linearize, sensitivity};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
@@ -116,8 +116,6 @@ pub(crate) struct Job {
     /// Values from outside, with the budget of this command.
     pub(crate) settings: Settings,
     pub(crate) warnings: Vec<Diagnostic>,
-    /// Whether points are wanted, for pictures.
-    pub(crate) drawn: bool,
     budget: Budget,
     /// Set where the time begins anew.
     clock: Arc<AtomicBool>,
@@ -138,10 +136,9 @@ impl Job {
         if size == Size::Dense {
             linearize::check_size(model::coordinate_count(file, tables, &self.settings))?;
         }
-        let elaborate = if self.drawn { model::elaborate_drawn } else { model::elaborate };
-        let model = elaborate(file, tables, &self.settings)?;
-        self.warnings.extend(model::warnings(file, &model).iter().map(Diagnostic::from));
-        self.warnings.extend(inertia::warnings(&model).iter().map(Diagnostic::from));
+        let model = model::elaborate(file, tables, &self.settings)?;
+        self.warnings.extend(model.warnings(file));
+        self.warnings.extend(inertia::warnings(&model));
         Ok(model)
     }
 
@@ -153,9 +150,9 @@ impl Job {
     }
 
     /// For studies that make the model anew at each value of a parameter.
-    pub(crate) fn made_from(&self) -> response::Source {
+    pub(crate) fn made_from(&self) -> librate::Source {
         let Source { file, tables, .. } = self.source.as_ref();
-        response::Source { file: file.clone(), tables: tables.clone(), settings: self.settings.clone() }
+        librate::Source { file: file.clone(), tables: tables.clone(), settings: self.settings.clone() }
     }
 }
 
@@ -227,7 +224,7 @@ impl Model {
         let settings = source.settings.clone().within(budget.clone());
         let clock = Arc::new(AtomicBool::new(false));
         let (own, again) = (budget.clone(), Arc::clone(&clock));
-        let mut job = Job { source, settings, warnings: Vec::new(), drawn: false, budget: own, clock: again };
+        let mut job = Job { source, settings, warnings: Vec::new(), budget: own, clock: again };
         let (done, mut wait) = mpsc::channel();
         let work = move || {
             let result = work(&mut job);

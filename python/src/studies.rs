@@ -3,7 +3,6 @@
 use librate::batch::{self, Outcome, Solutions, Study};
 use librate::chart::{Chart, Place as ChartPlace};
 use librate::floquet::{self, Options as FloquetOptions};
-use librate::linearize::{self, LinearizeError};
 use librate::model::{Constant, Model as Elaborated, ModelError, Range};
 use librate::modes::Options;
 use librate::motion::{Enclosed, Start, System, Times, Trajectory};
@@ -329,20 +328,7 @@ impl MotionArgs {
     }
 
     fn start(&self, model: &Elaborated, system: &System, mode: Option<usize>) -> Result<Start, Failure> {
-        // A motion needs no equilibrium, unless it starts there.
-        let linearized = match linearize::linearize(model.clone()) {
-            Ok(linearized) => {
-                linearized.check_inertia()?;
-                Some(linearized)
-            }
-            Err(error) if mode.is_some() => return Err(error.into()),
-            Err(
-                error @ (LinearizeError::MissingValue { .. }
-                | LinearizeError::NotAnEquilibrium { .. }
-                | LinearizeError::ConstraintBroken { .. }),
-            ) => return Err(error.into()),
-            Err(_) => None,
-        };
+        let linearized = Start::linearized(model, mode.is_some())?;
         Ok(match (mode, &self.amplitude, &linearized) {
             (Some(mode), Some(amplitude), Some(linearized)) => {
                 let normal = oscillation::normal_modes(linearized, &Options::default())?;

@@ -1,6 +1,5 @@
 //! `librate amplitude`.
 
-use librate::diagnostic::Diagnostic;
 use librate::{Error, amplitude, linearize, modes, oscillation, report};
 
 use super::args;
@@ -20,8 +19,7 @@ pub(super) fn text(args: &args::Amplitude) -> Result<Answer, Failure> {
         Ok((linearized, normal, found))
     });
     let (linearized, normal, found) = computed.map_err(|error| failed(&source, &warnings, error))?;
-    let suspicious = oscillation::warnings(&linearized, &normal);
-    warnings.extend(suspicious.iter().map(Diagnostic::from));
+    warnings.extend(normal.warnings(&linearized));
     let text = if args.json {
         report::amplitude_json(&linearized, &normal, &found, args.digits)
     } else {

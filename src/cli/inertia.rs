@@ -122,13 +122,12 @@ fn line_label(text: &str, number: u64) -> Option<Label> {
 
 fn model_answer(args: &Inertia, source: Source) -> Result<Answer, Failure> {
     let Parsed { source, made } = parsed(&args.model, source)?;
-    let model = model::elaborate_tensors(&made.file, &made.tables, &made.settings)
+    let model = model::elaborate(&made.file, &made.tables, &made.settings.only_tensors())
         .map_err(|errors| failed(&source, &[], errors))?;
     match inertia::of_model(&model, args.digits) {
         Ok(tensors) => {
             let name = model.name.as_deref();
             let warnings = tensors.iter().filter_map(inertia::NamedTensor::warning);
-            let warnings = warnings.map(|warning| Diagnostic::from(&warning));
             let warnings = warnings.chain(sensitivity::ignored(&model)).collect();
             Ok(Answer::new(
                 if args.json {

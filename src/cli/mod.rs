@@ -33,12 +33,12 @@ use std::sync::Arc;
 use anstream::{AutoStream, ColorChoice};
 use clap::{CommandFactory, Parser};
 use clap_complete::Shell;
+use librate::Source as Made;
 use librate::derive::{self, Parts};
 use librate::diagnostic::Diagnostic;
 use librate::model::{self, Constant, Model, ModelError, Range, Settings, TableTexts};
 use librate::number::Number;
 use librate::report::{self, Style};
-use librate::sweep::Source as Made;
 use librate::{Error, explain, floquet, linearize, modes, oscillation, sensitivity, syntax};
 
 use args::{Cli, Command, MessageFormat, ModelArgs};
@@ -217,8 +217,7 @@ fn modes_text(args: &args::Modes) -> Result<Answer, Failure> {
     options.threads = args.threads.unwrap_or_else(threads::cores);
     let computed = during(&args.model, "computing the modes", || solved(model, &options));
     let (linearized, mut modes) = computed.map_err(|error| failed(&source, &warnings, error))?;
-    let suspicious = oscillation::warnings(&linearized, &modes);
-    warnings.extend(suspicious.iter().map(Diagnostic::from));
+    warnings.extend(modes.warnings(&linearized));
     sensitivity::put_uncertainties(&linearized, &mut modes, &options)
         .map_err(|error| failed(&source, &warnings, error))?;
     if args.normalize == "max" {
@@ -266,10 +265,9 @@ fn sensitivity_text(args: &args::Sensitivity) -> Result<Answer, Failure> {
     let computed = solved(model, &options);
     let (linearized, mut modes) = computed.map_err(|error| failed(&source, &warnings, error))?;
     let found = sensitivity::sensitivities(&linearized, &modes);
-    sensitivity::put(&linearized, &mut modes, &found);
+    found.put_uncertainties(&linearized, &mut modes);
     drop(progress);
-    let suspicious = oscillation::warnings(&linearized, &modes);
-    warnings.extend(suspicious.iter().map(Diagnostic::from));
+    warnings.extend(modes.warnings(&linearized));
     let text = if args.json {
         report::sensitivity_json(&linearized, &modes, &found, &options)
     } else {
@@ -473,12 +471,12 @@ fn checked(
     if size == Size::Dense {
         linearize::check_size(model::coordinate_count(file, tables, settings))?;
     }
-    let elaborate = if args.drawn { model::elaborate_drawn } else { model::elaborate };
-    let model = elaborate(file, tables, settings)?;
-    let suspicious = model::warnings(file, &model);
-    let mut told: Vec<Diagnostic> = suspicious.iter().map(Diagnostic::from).collect();
-    let impossible = librate::inertia::warnings(&model);
-    told.extend(impossible.iter().map(Diagnostic::from));
+    let model = match args.drawn {
+        true => model::elaborate(file, tables, &settings.clone().with_points())?,
+        false => model::elaborate(file, tables, settings)?,
+    };
+    let mut told = model.warnings(file);
+    told.extend(librate::inertia::warnings(&model));
     Ok((model, told))
 }
 

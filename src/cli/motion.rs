@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use anstream::AutoStream;
 use librate::diagnostic::Diagnostic;
-use librate::linearize::{self, LinearizeError, Linearized};
+use librate::linearize::Linearized;
 use librate::model::Model;
 use librate::motion::{self, Enclosed, MotionError, Start, System, Times, Trajectory};
 use librate::precision::Ball;
@@ -34,20 +34,7 @@ pub(super) fn text(args: &args::Motion, format: MessageFormat) -> Result<Answer,
             None => Times::new(&until, args.samples)?,
         };
         let at_once = times.at_once(2 * model.coordinates.len() + 1);
-        // A motion needs no equilibrium, unless it starts there.
-        let linearized = match linearize::linearize(model.clone()) {
-            Ok(linearized) => Some(linearized),
-            Err(error) if args.mode.is_some() || args.linear => return Err(error.into()),
-            Err(
-                error @ (LinearizeError::MissingValue { .. }
-                | LinearizeError::NotAnEquilibrium { .. }
-                | LinearizeError::ConstraintBroken { .. }),
-            ) => return Err(error.into()),
-            Err(_) => None,
-        };
-        if let Some(linearized) = &linearized {
-            linearized.check_inertia()?;
-        }
+        let linearized = Start::linearized(&model, args.mode.is_some() || args.linear)?;
         if let Some(table) = &starts {
             let starts = Start::table(&table.text, &model, linearized.as_ref(), &system)?;
             let method = method(args, &model, system)?;

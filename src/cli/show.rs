@@ -4,9 +4,8 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
 
 use librate::derive::{self, Parts};
-use librate::diagnostic::Diagnostic;
 use librate::report::{self, Shown};
-use librate::{figure, modes, oscillation};
+use librate::{figure, modes};
 
 use super::input::Source;
 use super::output::{into_file, write_file};
@@ -41,7 +40,7 @@ pub(super) fn text(args: &args::Show) -> Result<Answer, Failure> {
     let work = || (derive::derive(&model, &Parts::all()).ok(), solved(model, &options));
     let (derivation, computed) = during(&args.model, "computing the modes", work);
     let (linearized, modes) = computed.map_err(|error| failed(&source, &warnings, error))?;
-    warnings.extend(oscillation::warnings(&linearized, &modes).iter().map(Diagnostic::from));
+    warnings.extend(modes.warnings(&linearized));
     let figure = figure::figure(&linearized);
     let mut page = report::show_html(&Shown {
         text: &source.text,

@@ -8,7 +8,7 @@ use super::constraints::{
 use super::exponents::exponent_parts;
 use super::frequencies::{frequency_parts, signs};
 use librate_core::derive::{
-    Condition, Conserved, Definition, Derivation, Energy, Linear, Motion, Names, Relation, Root, SecondOrder,
+    Condition, Conserved, Definition, Derivation, Energy, Linear, Motion, Names, Root, SecondOrder,
 };
 use librate_core::expr::ExprId;
 use librate_core::number::Number;
@@ -396,12 +396,7 @@ fn root_texts(derivation: &Derivation, roots: &[Root]) -> Vec<String> {
 /// `W^2 > g/R`
 pub(super) fn condition_text(derivation: &Derivation, condition: &Condition) -> String {
     let pool = &derivation.pool;
-    let sign = match condition.relation {
-        Relation::Less => "<",
-        Relation::LessOrEqual => "<=",
-        Relation::Greater => ">",
-        Relation::GreaterOrEqual => ">=",
-    };
+    let sign = condition.relation.sign();
     format!("{} {sign} {}", pool.display(condition.left), pool.display(condition.right))
 }
 

@@ -8,7 +8,7 @@
 //! It starts no thread and writes nothing: rows are independent of each other, a [`Chart`] is `Sync`, and a [`Worker`]
 //! belongs to one thread.
 
-pub use crate::source::Source;
+use crate::source::Source;
 
 use nalgebra::{DMatrix, DVector};
 

@@ -40,7 +40,7 @@ pub struct Figure {
     pub lines: Vec<(usize, Option<usize>, Link)>,
 }
 
-/// The figure of a model that was checked by [`librate_core::model::elaborate_drawn`]; parameters have their values, and the time is 0.
+/// The figure of a model that was checked by [`librate_core::model::Settings::with_points`]; parameters have their values, and the time is 0.
 #[must_use]
 pub fn figure(linearized: &Linearized) -> Option<Figure> {
     let model = linearized.model();

@@ -38,6 +38,7 @@ pub mod equilibria;
 mod error;
 
 pub use error::Error;
+pub use source::Source;
 
 pub mod sweep;
 

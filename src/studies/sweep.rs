@@ -6,7 +6,7 @@
 //!
 //! It starts no thread: places are independent of each other, a [`Sweep`] is `Sync`, and a [`Worker`] belongs to one thread.
 
-pub use crate::source::Source;
+use crate::source::Source;
 
 use crate::batch::{self, Outcome, Solutions, Study};
 use crate::error::Error;

@@ -68,8 +68,8 @@ fn rates_beside_other_units_are_suspicious() {
         );
         let file = parse(&text).unwrap();
         let model = elaborate(&file, &TableTexts::new(), &Settings::new()).unwrap();
-        let warnings = librate::model::warnings(&file, &model);
-        warnings.iter().find(|one| one.code() == "W0010").map(ToString::to_string)
+        let mut warnings = model.warnings(&file).into_iter();
+        warnings.find(|one| one.code == Some("W0010")).map(|one| one.message)
     };
     for (coordinate, other, rate, message) in [
         ("phi : deg", "rad/s", " = 2", "the number for `phi'` is read in deg/s, but `W` is in rad/s"),

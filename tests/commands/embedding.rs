@@ -21,15 +21,12 @@ fn everything_can_cross_threads() {
         crosses_threads::<model::ModelError>();
         crosses_threads::<model::Settings>();
         crosses_threads::<model::TableTexts>();
-        crosses_threads::<model::Warning>();
         crosses_threads::<linearize::Linearized>();
         crosses_threads::<linearize::LinearizeError>();
-        crosses_threads::<linearize::SymbolicMatrices>();
         crosses_threads::<modes::Problem>();
         crosses_threads::<modes::Spectrum>();
         crosses_threads::<modes::ModesError>();
         crosses_threads::<oscillation::NormalModes>();
-        crosses_threads::<oscillation::Warning>();
         crosses_threads::<librate::Error>();
     }
     #[cfg(feature = "cli")]

@@ -6,7 +6,8 @@ use crate::common;
 use common::{load, model};
 use librate::assert_derives;
 use librate::derive::{Derivation, Parts, derive};
-use librate::expect::{Expected, Mismatch};
+use librate::expect::Expected;
+use librate_studies::expect::Mismatch;
 
 fn derived(name: &str) -> Derivation {
     let path = format!("models/{name}.lag");

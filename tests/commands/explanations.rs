@@ -22,11 +22,11 @@ use librate::equilibria::{self, Region};
 use librate::explain::{codes, explain};
 use librate::floquet::{self, floquet};
 use librate::inertia::{self, Amount, Mesh};
-use librate::linearize::{self, linearize};
-use librate::model::{self, Constant, Model, Range, Settings, TableTexts, elaborate, elaborate_tensors};
+use librate::linearize::linearize;
+use librate::model::{Constant, Model, Range, Settings, TableTexts, elaborate};
 use librate::modes::{Kind, Options};
 use librate::motion::{Enclosed, Start, System, Times};
-use librate::oscillation::{self, normal_modes};
+use librate::oscillation::normal_modes;
 use librate::period::{Oscillator, Request};
 use librate::response;
 use librate::syntax::{self, format};
@@ -200,7 +200,7 @@ fn told(block: &Block<'_>, files: &BTreeMap<&str, &str>) -> Vec<&'static str> {
     };
     let tables = files.iter().fold(TableTexts::new(), |tables, (name, text)| tables.with((*name).to_owned(), *text));
     if block.words.contains(&"inertia") {
-        let model = elaborate_tensors(&file, &tables, &settings).unwrap();
+        let model = elaborate(&file, &tables, &settings.only_tensors()).unwrap();
         let errors = inertia::of_model(&model, 10).err().unwrap_or_default();
         return errors.iter().map(|error| code(error.into())).collect();
     }
@@ -208,14 +208,13 @@ fn told(block: &Block<'_>, files: &BTreeMap<&str, &str>) -> Vec<&'static str> {
         Ok(checked) => checked,
         Err(errors) => return errors.iter().map(|error| code(error.into())).collect(),
     };
-    let mut told: Vec<&str> = model::warnings(&file, &checked).iter().map(|warning| code(warning.into())).collect();
-    let impossible = inertia::warnings(&checked);
-    told.extend(impossible.iter().map(|warning| code(warning.into())));
+    let mut told: Vec<&str> = checked.warnings(&file).into_iter().map(code).collect();
+    told.extend(inertia::warnings(&checked).into_iter().map(code));
     if block.words.contains(&"check") {
         return told;
     }
     if block.words.contains(&"derive") {
-        told.extend(linearize::derive(checked.assumed().into_owned()).err().map(|error| error.code()));
+        told.extend(librate_core::linearize::derive(checked.assumed().into_owned()).err().map(|error| error.code()));
         return told;
     }
     let word = |name: &str| block.words.iter().find_map(|word| word.strip_prefix(name));
@@ -248,7 +247,7 @@ fn told(block: &Block<'_>, files: &BTreeMap<&str, &str>) -> Vec<&'static str> {
             true => study.peaks(0).map(|_| ()),
             false => (0..study.len()).try_for_each(|place| study.values(place).map(|_| ())),
         };
-        let found = response::Study::new(checked, response::Source { file, tables, settings }, request);
+        let found = response::Study::new(checked, librate::Source { file, tables, settings }, request);
         told.extend(found.and_then(responds).err().map(|error| error.code()));
         return told;
     }
@@ -269,7 +268,7 @@ fn told(block: &Block<'_>, files: &BTreeMap<&str, &str>) -> Vec<&'static str> {
     if let Some(region) = word("box=") {
         let over = word("over=").map(|over| Range::parse(over).unwrap());
         let found = Region::parse(region, &checked).and_then(|region| match over {
-            Some(range) => equilibria::follow(&equilibria::Source { file, tables, settings }, &region, &range)
+            Some(range) => equilibria::follow(&librate::Source { file, tables, settings }, &region, &range)
                 .err()
                 .map_or(Ok(()), Err),
             None => equilibria::find(&checked, &region).map(|_| ()),
@@ -292,8 +291,7 @@ fn told(block: &Block<'_>, files: &BTreeMap<&str, &str>) -> Vec<&'static str> {
     };
     match normal_modes(&linearized, &Options::default()) {
         Ok(normal) => {
-            let warnings = oscillation::warnings(&linearized, &normal);
-            told.extend(warnings.iter().map(|warning| code(warning.into())));
+            told.extend(normal.warnings(&linearized).into_iter().map(code));
             assert!(
                 !told.is_empty()
                     || normal.modes.iter().all(|mode| {

@@ -6,13 +6,16 @@ use std::process::Command;
 
 use crate::cli_support::*;
 use crate::common::model_files;
-use librate::figure::{Figure, Link, figure};
+use librate::Source;
+use librate::figure::{Figure, figure};
 use librate::linearize::linearize;
-use librate::model::{Range, Settings, TableTexts, elaborate_drawn};
+use librate::model::{Range, Settings, TableTexts, elaborate};
 use librate::modes::Options;
-use librate::sweep::{Source, Sweep};
+use librate::sweep::Sweep;
 use librate::syntax::parse;
-use librate::tracking::{Branch, branches};
+use librate::tracking::branches;
+use librate_studies::figure::Link;
+use librate_studies::tracking::Branch;
 use roxmltree::{Document, Node};
 use serde_json::Value;
 
@@ -146,7 +149,7 @@ fn modes_cross_where_nothing_couples_them_and_avoid_it_where_something_does() {
 
 fn drawn(text: &str) -> Option<Figure> {
     let file = parse(text).unwrap();
-    let model = elaborate_drawn(&file, &TableTexts::new(), &Settings::new()).unwrap();
+    let model = elaborate(&file, &TableTexts::new(), &Settings::new().with_points()).unwrap();
     figure(&linearize(model).unwrap())
 }
 

@@ -8,11 +8,12 @@ use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
 use cli_support::*;
+use librate::Source;
 use librate::linearize::constant;
 use librate::model::{Range, Settings, TableTexts, elaborate};
 use librate::modes::Options;
 use librate::report::SweepRow;
-use librate::sweep::{Source, Sweep};
+use librate::sweep::Sweep;
 use serde_json::Value;
 
 #[test]

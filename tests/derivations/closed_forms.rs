@@ -7,12 +7,13 @@ use crate::common;
 use std::path::Path;
 
 use common::{model_files, model_in};
-use librate::derive::{Case, Parts, derive};
+use librate::derive::{Parts, derive};
 use librate::expr::Tape;
 use librate::model::Model;
 use librate::number::Number;
 use librate::precision::{Ball, Scalar};
 use librate::report::{Style, derive_json, derive_text};
+use librate_core::derive::Case;
 use serde_json::Value;
 
 fn frequencies(model: &Model) -> Value {

@@ -7,13 +7,14 @@ use crate::derive_support;
 
 use common::{load, model, model_files};
 use derive_support::{BruteForce, decimal, left_sides, values};
-use librate::derive::{Conserved, Motion, Parts, Relation, derive};
+use librate::derive::{Conserved, Motion, Parts, derive};
 use librate::expect::are_equal;
 use librate::expr::Tape;
 use librate::linearize::LinearizeError;
 use librate::model::Model;
 use librate::precision::Scalar;
 use librate::report::{Style, derive_json, derive_text};
+use librate::syntax::Comparison;
 use serde_json::Value;
 
 /// Models of more coordinates have no references.
@@ -292,10 +293,11 @@ fn conditions_say_that_the_value_is_one_of_a_sine() {
                 let values = tape.evaluate::<f64>(&point, &mut Vec::new());
                 let [value, left, right] = values.as_slice() else { panic!() };
                 let holds = match condition.relation {
-                    Relation::Less => left < right,
-                    Relation::LessOrEqual => left <= right,
-                    Relation::Greater => left > right,
-                    Relation::GreaterOrEqual => left >= right,
+                    Comparison::Less => left < right,
+                    Comparison::LessEqual => left <= right,
+                    Comparison::Greater => left > right,
+                    Comparison::GreaterEqual => left >= right,
+                    other => panic!("{other:?}"),
                 };
                 assert_eq!(holds, value.abs() < 1.0, "{name}: {values:?}");
                 checked += 1;
@@ -312,7 +314,7 @@ fn linearized_equations_are_the_matrices() {
         let Ok(linear) = &derivation.linear else {
             continue;
         };
-        let matrices = librate::linearize::derive(model).unwrap();
+        let matrices = librate_core::linearize::derive(model).unwrap();
         let mut pool = derivation.pool.clone();
         let pairs = [(&linear.mass, &matrices.mass), (&linear.stiffness, &matrices.stiffness)];
         for (own, other) in pairs {

@@ -6,7 +6,7 @@ use crate::common;
 
 use common::{load, model, model_files};
 use librate::assert_derives;
-use librate::derive::{Derivation, Linear, Parts, Tangent, derive};
+use librate::derive::{Derivation, Parts, derive};
 use librate::expr::{ExprId, Pool, Tape};
 use librate::linearize::{LinearizeError, linearize};
 use librate::model::Model;
@@ -14,6 +14,7 @@ use librate::modes::Options;
 use librate::oscillation::normal_modes;
 use librate::precision::Ball;
 use librate::report::{Style, derive_latex, derive_text};
+use librate_core::derive::{Linear, Tangent};
 use librate_core::expr::Substitution;
 use nalgebra::DMatrix;
 

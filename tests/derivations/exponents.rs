@@ -8,12 +8,13 @@ use std::path::{Path, PathBuf};
 
 use common::model_in;
 use librate::assert_derives;
-use librate::derive::{Derivation, Linear, Parts, derive};
+use librate::derive::{Derivation, Parts, derive};
 use librate::expect::Expected;
 use librate::expr::{ExprId, Symbol, Tape};
 use librate::model::Model;
 use librate::modes::Options;
 use librate::precision::Ball;
+use librate_core::derive::Linear;
 
 /// Sets of parameters drawn for each model; `SETS=1000` draws more.
 const SETS: usize = 12;

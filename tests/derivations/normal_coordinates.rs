@@ -7,7 +7,7 @@ use crate::common;
 use std::path::Path;
 
 use common::{load, model, model_files, model_in};
-use librate::derive::{Case, Motion, NormalCoordinates, Parts, derive};
+use librate::derive::{Motion, Parts, derive};
 use librate::expr::{ExprId, Pool, Symbol, Tape};
 use librate::linearize::linearize;
 use librate::model::Model;
@@ -15,6 +15,7 @@ use librate::modes::Options;
 use librate::oscillation::normal_modes;
 use librate::precision::{Ball, Scalar};
 use librate::report::{Style, derive_json, derive_latex, derive_text};
+use librate_core::derive::{Case, NormalCoordinates};
 use librate_core::expr::Substitution;
 use serde_json::Value;
 

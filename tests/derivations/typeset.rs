@@ -1,7 +1,8 @@
 //! Formulas as LaTeX and as text of several lines.
 #![cfg(feature = "format")]
 
-use librate::typeset::{Formula, Notation, Subscript, Symbol};
+use librate::typeset::{Formula, Notation};
+use librate_core::typeset::{Subscript, Symbol};
 
 fn latex(text: &str) -> String {
     Notation::new(["phi[1]", "x"]).read(text).map_or_else(|| format!("unread: {text}"), |formula| formula.latex())

@@ -1,11 +1,13 @@
 //! Equilibria over a parameter, against closed forms: which branches there are, and where they end or meet.
 #![cfg(feature = "engine")]
 
-use librate::equilibria::{Branch, Diagram, EquilibriaError, Kind, Region, Source, follow};
+use librate::Source;
+use librate::equilibria::{Diagram, EquilibriaError, Kind, Region, follow};
 use librate::model::{Range, Settings, TableTexts, elaborate};
 use librate::modes::Stability;
 use librate::precision::Ball;
 use librate::syntax::parse;
+use librate_studies::equilibria::Branch;
 use proptest::prelude::*;
 
 fn diagram(text: &str, ranges: &str, over: &str) -> Result<Diagram, EquilibriaError> {

@@ -5,30 +5,33 @@
 use crate::common;
 
 use common::{load, model};
-use librate::linearize::{Inertia, LinearizeError, linearize};
+use librate::diagnostic::Diagnostic;
+use librate::linearize::{LinearizeError, linearize};
 use librate::model::{Model, Settings, TableTexts, elaborate};
 use librate::modes::Options;
-use librate::oscillation::{Warning, normal_modes, warnings};
+use librate::oscillation::normal_modes;
 use librate::syntax::parse;
+use librate_core::linearize::Inertia;
 
-fn ill_conditioned(model: Model) -> Option<Warning> {
+fn ill_conditioned(model: Model) -> Option<Diagnostic> {
     // Some models are there for their mistake.
     let linearized = linearize(model).ok()?;
     let modes = normal_modes(&linearized, &Options::default()).unwrap();
-    let mut all = warnings(&linearized, &modes).into_iter();
-    all.find(|warning| warning.code() == "W0104")
+    let mut all = modes.warnings(&linearized).into_iter();
+    all.find(|warning| warning.code == Some("W0104"))
 }
 
-fn of_text(text: &str) -> Option<Warning> {
+fn of_text(text: &str) -> Option<Diagnostic> {
     let file = parse(text).unwrap();
     ill_conditioned(elaborate(&file, &TableTexts::new(), &Settings::new()).unwrap())
 }
 
-fn parameter_and_change(warning: Option<Warning>) -> (Option<String>, String) {
-    match warning {
-        Some(Warning::IllConditioned { parameter, change, .. }) => (parameter, change),
-        other => panic!("{other:?}"),
-    }
+/// Read from `a relative change of 2e-10 in `W` changes it by 1 %`.
+fn parameter_and_change(warning: Option<Diagnostic>) -> (Option<String>, String) {
+    let label = warning.unwrap().primary.unwrap().text;
+    let (change, of) = label.strip_prefix("a relative change of ").unwrap().split_once(" in ").unwrap();
+    let parameter = of.strip_prefix('`').map(|name| name.split('`').next().unwrap().to_owned());
+    (parameter, change.to_owned())
 }
 
 /// omega^2 = W^2 - (g/(W*R))^2 with W^2*R/g = (1 + e)^2, e = 1e-8: about 4*e*W^2, and it changes by 4*W^2

@@ -4,9 +4,10 @@
 use crate::common;
 
 use common::model;
-use librate::linearize::{LinearizeError, derive, linearize};
+use librate::linearize::{LinearizeError, linearize};
 use librate::modes::Options;
 use librate::oscillation::normal_modes;
+use librate_core::linearize::derive;
 
 fn omegas(text: &str) -> Vec<[f64; 2]> {
     let linearized = linearize(model(text)).unwrap();

@@ -7,7 +7,7 @@ use common::model;
 use librate::linearize::{Linearized, linearize};
 use librate::modes::{Kind, Limit, Options, Stability};
 use librate::number::Number;
-use librate::oscillation::{NormalMode, NormalModes, normal_modes, warnings};
+use librate::oscillation::{NormalMode, NormalModes, normal_modes};
 use librate::precision::{Big, Rounding};
 
 fn solve(text: &str, options: &Options) -> (Linearized, NormalModes) {
@@ -139,7 +139,7 @@ fn friction_that_drives_loops_is_told() {
         ("-1/10*u*x'^2", true),
     ] {
         let (linearized, modes) = solve(&format!("{energies}  dissipation = {friction}"), &Options::default());
-        let codes: Vec<&str> = warnings(&linearized, &modes).iter().map(|warning| warning.code()).collect();
+        let codes: Vec<&str> = modes.warnings(&linearized).iter().filter_map(|warning| warning.code).collect();
         assert_eq!(codes.contains(&"W0106"), told, "{friction}: {codes:?}");
     }
 }

@@ -168,7 +168,7 @@ fn where_a_force_is_undefined_there_is_no_equilibrium() {
         let derived = |text: &str| {
             let file = parse(text).unwrap();
             let model = elaborate(&file, &TableTexts::new(), &Settings::new()).unwrap();
-            librate::linearize::derive(model).map(|_| ())
+            librate_core::linearize::derive(model).map(|_| ())
         };
         let numeric = at(&valued)
             .and_then(|linearized| normal_modes(&linearized, &librate::modes::Options::default()).map(|_| ()));

@@ -1,13 +1,15 @@
 //! Searched equilibria are proved to be there, and known to as many digits as wanted.
 #![cfg(feature = "engine")]
 
-use librate::linearize::{Linearized, Origin, linearize};
+use librate::linearize::{Linearized, linearize};
 use librate::model::{Settings, TableTexts, elaborate};
 use librate::modes::{Kind, Options};
 use librate::number::Number;
 use librate::oscillation::normal_modes;
-use librate::precision::{Ball, Big, Magnitude};
+use librate::precision::{Ball, Big};
 use librate::syntax::parse;
+use librate_core::linearize::Origin;
+use librate_core::precision::Magnitude;
 use proptest::prelude::*;
 
 fn at(text: &str) -> Linearized {

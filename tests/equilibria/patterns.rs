@@ -6,7 +6,7 @@ use crate::common;
 use librate::linearize::linearize;
 use librate::modes::Options;
 use librate::oscillation::normal_modes;
-use librate::symmetry::{Pattern, Symmetry};
+use librate_core::symmetry::{Pattern, Symmetry};
 
 /// Every coordinate beside every other, by labels that are given; 0 is none.
 fn complete(colours: &[u64], label: impl Fn(usize, usize) -> i64) -> Pattern {

@@ -6,7 +6,7 @@ use crate::common;
 use librate::linearize::{Linearized, linearize};
 use librate::number::Number;
 use librate::precision::Big;
-use librate_core::linearize::Integers;
+use librate_core::precision::Integers;
 
 const BITS: usize = 200;
 

@@ -7,8 +7,8 @@ use librate::linearize::linearize;
 use librate::model::{Model, Settings, TableTexts, elaborate};
 use librate::modes::Options;
 use librate::oscillation::normal_modes;
-use librate::symmetry::{GroupKind, Pattern, SignedPermutation, Symmetry};
 use librate::syntax::parse;
+use librate_core::symmetry::{GroupKind, Pattern, SignedPermutation, Symmetry};
 use proptest::prelude::*;
 
 type Matrix = Vec<Vec<i64>>;

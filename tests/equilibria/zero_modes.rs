@@ -8,8 +8,9 @@ use librate::model::{Settings, TableTexts, elaborate};
 use librate::modes::{Kind, Options, Stability};
 use librate::number::Number;
 use librate::oscillation::normal_modes;
-use librate::precision::{Big, Magnitude};
+use librate::precision::Big;
 use librate::syntax::parse;
+use librate_core::precision::Magnitude;
 
 fn motions(text: &str) -> Vec<String> {
     let file = parse(text).unwrap();

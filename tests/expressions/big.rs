@@ -7,8 +7,9 @@ use dashu_int::IBig;
 use dashu_ratio::RBig;
 use exact::{absolute, magnitude};
 use librate::number::Number;
-use librate::precision::{Ball, Big, Magnitude, Rounding, Scalar};
+use librate::precision::{Ball, Big, Rounding, Scalar};
 use librate_core::precision::DoubleDouble;
+use librate_core::precision::Magnitude;
 use proptest::prelude::*;
 
 fn mid(x: &Big) -> RBig {

@@ -3,9 +3,10 @@
 
 use dashu_int::{IBig, UBig};
 use dashu_ratio::RBig;
-use librate::precision::{Magnitude, Scalar};
+use librate::precision::Scalar;
 use librate_core::expr::function_from_name;
 use librate_core::precision::DoubleDouble;
+use librate_core::precision::Magnitude;
 
 pub(crate) fn double(x: f64) -> RBig {
     RBig::try_from(x).unwrap()

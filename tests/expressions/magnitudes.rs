@@ -5,7 +5,7 @@ use crate::exact;
 
 use dashu_ratio::RBig;
 use exact::magnitude;
-use librate::precision::Magnitude;
+use librate_core::precision::Magnitude;
 use proptest::prelude::*;
 
 fn some() -> impl Strategy<Value = Magnitude> {

@@ -5,10 +5,11 @@
 use crate::common;
 
 use common::{load, model, model_files};
-use librate::derive::{Definition, Derivation, MotionSum, Parts, derive};
+use librate::derive::{Derivation, MotionSum, Parts, derive};
 use librate::expect::are_equal;
 use librate::expr::{ExprId, Pool};
 use librate::report::{Style, derive_json, derive_text};
+use librate_core::derive::Definition;
 use librate_core::expr::Substitution;
 
 /// All expressions of a page in a fixed order.

@@ -1,7 +1,8 @@
 //! Cutting a long statement changes nothing: neither its tree and places nor what is wrong with it. Only what is longer
 //! than [`PIECE`] is cut, so that a statement with wide gaps, which is, is held against itself without.
 
-use librate::syntax::{File, SyntaxError, parse, print_file};
+use librate::syntax::{File, SyntaxError, parse};
+use librate_core::syntax::print_file;
 use proptest::prelude::*;
 use proptest::sample::select;
 

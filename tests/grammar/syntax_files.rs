@@ -1,6 +1,7 @@
 //! Every model file parses, and prints to what parses to the same tree.
 
-use librate::syntax::{parse, print_file};
+use librate::syntax::parse;
+use librate_core::syntax::print_file;
 
 #[test]
 fn files_parse_to_their_trees() {

@@ -8,12 +8,13 @@ use std::path::{Path, PathBuf};
 
 use batch_support::{check_vectors, model, random};
 use common::load;
-use librate::batch::{Options, Outcome, Solution, Study, StudyError};
+use librate::batch::{Options, Outcome, Study, StudyError};
 use librate::linearize::linearize;
 use librate::model::Model;
 use librate::modes::Kind;
 use librate::oscillation::normal_modes;
 use librate::precision::Ball;
+use librate_studies::batch::Solution;
 
 /// The parameters that may vary and their values.
 fn free_parameters(model: &Model) -> (Vec<String>, Vec<f64>) {

@@ -5,9 +5,8 @@ use dashu_int::IBig;
 use librate::modes::{Kind, Limit, Options, Stability};
 use librate::precision::Ball;
 use librate_core::modes::ModesError;
-use librate_core::modes::exponents::{
-    Exponents, IntegerQuadratic, QuadraticProblem, QuadraticSource, Structure, Units, exponents,
-};
+use librate_core::modes::exponents::{Exponents, QuadraticProblem, QuadraticSource, Structure, exponents};
+use librate_core::precision::Integers;
 
 fn balls(rows: &[&[f64]]) -> Vec<Ball> {
     let n = rows.len();
@@ -123,15 +122,13 @@ struct Whole {
 }
 
 impl QuadraticSource for Whole {
-    fn integers(&self) -> Option<IntegerQuadratic> {
+    fn integers(&self) -> Option<Integers> {
         let whole = |entries: &[Ball]| {
             entries.iter().map(|x| IBig::from((x.mid_f64() * self.denominator as f64) as i64)).collect()
         };
-        Some(IntegerQuadratic {
-            mass: whole(&self.problem.mass),
-            velocity: whole(&self.problem.velocity),
-            stiffness: whole(&self.problem.stiffness),
-            units: Units::default(),
+        Some(Integers {
+            matrices: [whole(&self.problem.mass), whole(&self.problem.velocity), whole(&self.problem.stiffness)],
+            ..Integers::default()
         })
     }
 }

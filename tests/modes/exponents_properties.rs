@@ -5,9 +5,8 @@
 use dashu_int::IBig;
 use librate::modes::{Kind, Options};
 use librate::precision::Ball;
-use librate_core::modes::exponents::{
-    Exponents, IntegerQuadratic, QuadraticProblem, QuadraticSource, Structure, Units, exponents,
-};
+use librate_core::modes::exponents::{Exponents, QuadraticProblem, QuadraticSource, Structure, exponents};
+use librate_core::precision::Integers;
 use proptest::prelude::*;
 
 type Square = Vec<Vec<i64>>;
@@ -25,13 +24,13 @@ enum Block {
 
 struct Planted {
     problem: QuadraticProblem,
-    whole: IntegerQuadratic,
+    whole: Integers,
     /// Growth and omega of all entries.
     truth: Vec<(Ball, Ball)>,
 }
 
 impl QuadraticSource for Planted {
-    fn integers(&self) -> Option<IntegerQuadratic> {
+    fn integers(&self) -> Option<Integers> {
         Some(self.whole.clone())
     }
 }
@@ -130,7 +129,7 @@ fn planted(blocks: &[Block], mixing: &[i64], structure: Structure) -> Planted {
             structure,
             zero_vectors,
         },
-        whole: IntegerQuadratic { mass: whole(&m), velocity: whole(&d), stiffness: whole(&s), units: Units::default() },
+        whole: Integers { matrices: [whole(&m), whole(&d), whole(&s)], ..Integers::default() },
         truth,
     }
 }
@@ -201,11 +200,9 @@ fn equal_vectors_do_not_end_the_decomposition() {
     let whole = |entries: [i64; 4]| entries.map(IBig::from).to_vec();
     let planted = Planted {
         problem,
-        whole: IntegerQuadratic {
-            mass: whole([6, 0, 0, 1]),
-            velocity: whole([0, 0, 0, -2]),
-            stiffness: whole([-1, 0, 0, 1]),
-            units: Units::default(),
+        whole: Integers {
+            matrices: [whole([6, 0, 0, 1]), whole([0, 0, 0, -2]), whole([-1, 0, 0, 1])],
+            ..Integers::default()
         },
         truth: Vec::new(),
     };
@@ -275,12 +272,7 @@ proptest! {
                 structure,
                 zero_vectors: Vec::new(),
             },
-            whole: IntegerQuadratic {
-                mass: whole(&m, 0),
-                velocity: whole(&d, 1),
-                stiffness: whole(&s, 2),
-                units: Units::default(),
-            },
+            whole: Integers { matrices: [whole(&m, 0), whole(&d, 1), whole(&s, 2)], ..Integers::default() },
             truth: Vec::new(),
         };
         let options = Options::default();

@@ -8,7 +8,8 @@ use crate::modes_support;
 use dashu_ratio::RBig;
 use librate::modes::{Kind, Options, Stability};
 use librate::precision::Ball;
-use librate_core::modes::{Factors, Source, Spectrum, solve, solve_from};
+use librate_core::modes::{Source, Spectrum, solve, solve_from};
+use librate_core::precision::Factors;
 use modes_support::{Exact, ball, chain, check_enclosures, diagonal, integers, power_of_ten, problem};
 use proptest::prelude::*;
 

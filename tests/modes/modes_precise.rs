@@ -7,8 +7,9 @@ use crate::modes_support;
 
 use dashu_ratio::RBig;
 use librate::modes::{Kind, Options, Stability};
-use librate::precision::{Big, Magnitude, Rounding};
+use librate::precision::{Big, Rounding};
 use librate_core::modes::{ModesError, PreciseProblem, Source, Spectrum, solve, solve_from};
+use librate_core::precision::Magnitude;
 use modes_support::precise::*;
 use modes_support::*;
 use proptest::prelude::*;

@@ -5,7 +5,7 @@
 use crate::cli_support;
 
 use cli_support::*;
-use librate::amplitude::{self, AmplitudeError, Amplitudes, ModeAmplitude, Obstacle, amplitude};
+use librate::amplitude::{self, AmplitudeError, Amplitudes, Obstacle, amplitude};
 use librate::linearize::{Linearized, linearize};
 use librate::model::{Constant, elaborate};
 use librate::modes::Options;
@@ -16,6 +16,7 @@ use librate::period::{self, Oscillator, Request};
 use librate::precision::{Ball, Scalar};
 use librate::report::{Style, amplitude_text};
 use librate::syntax;
+use librate_studies::amplitude::ModeAmplitude;
 use serde_json::Value;
 
 fn whole(text: &str) -> (Linearized, NormalModes, Amplitudes) {

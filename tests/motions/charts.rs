@@ -4,7 +4,8 @@
 
 use std::f64::consts::PI;
 
-use librate::chart::{Chart, Place, Source};
+use librate::Source;
+use librate::chart::{Chart, Place};
 use librate::floquet::floquet;
 use librate::model::{Range, Settings, TableTexts, elaborate};
 use librate::syntax;

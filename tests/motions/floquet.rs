@@ -5,7 +5,8 @@
 use crate::common;
 
 use common::{load, model_files};
-use librate::chart::{Chart, Source};
+use librate::Source;
+use librate::chart::Chart;
 use librate::expr::{Pool, Symbol};
 use librate::floquet::{Floquet, FloquetError, Options, Place, floquet};
 use librate::model::{Model, Range, Settings, TableTexts, elaborate};

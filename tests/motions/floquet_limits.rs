@@ -4,7 +4,8 @@
 
 use std::f64::consts::PI;
 
-use librate::chart::{Chart, Source};
+use librate::Source;
+use librate::chart::Chart;
 use librate::floquet::{Floquet, FloquetError, Options, Place, floquet};
 use librate::model::{Model, Range, Settings, TableTexts, elaborate};
 use librate::precision::{Ball, Big};

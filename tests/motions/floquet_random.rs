@@ -4,11 +4,12 @@
 //! `LIBRATE_DRIVEN=FILE` takes other models, made by the same script.
 #![cfg(feature = "engine")]
 
-use librate::floquet::{Floquet, Multiplier, Options, Place, floquet};
+use librate::floquet::{Floquet, Options, Place, floquet};
 use librate::model::{Settings, TableTexts, elaborate};
 use librate::number::Number;
 use librate::precision::{Ball, Big};
 use librate::syntax;
+use librate_studies::floquet::Multiplier;
 use serde_json::Value;
 
 /// Bits that hold the digits of the references.

@@ -1,10 +1,12 @@
 //! Maxima and minima of steady responses: closed forms of textbooks, and of random models nothing that samples of the response show is missed.
 #![cfg(feature = "engine")]
 
+use librate::Source;
 use librate::model::{Range, Settings, TableTexts, elaborate};
 use librate::precision::Ball;
-use librate::response::{Peak, PeakKind, Peaks, Request, Source, Study};
+use librate::response::{PeakKind, Peaks, Request, Study};
 use librate::syntax;
+use librate_studies::response::Peak;
 use proptest::prelude::*;
 
 fn study(text: &str, input: Option<&str>, over: &str) -> Study {

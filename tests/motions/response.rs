@@ -2,10 +2,11 @@
 //! textbooks, and plain elimination with 60 digits for random models.
 #![cfg(feature = "engine")]
 
+use librate::Source;
 use librate::model::{Range, Settings, TableTexts, elaborate};
 use librate::number::Number;
 use librate::precision::{Ball, Big, Scalar};
-use librate::response::{Request, Response, ResponseError, Source, Study, Value};
+use librate::response::{Request, Response, ResponseError, Study, Value};
 use librate::syntax;
 use librate_core::precision::Complex;
 use proptest::prelude::*;

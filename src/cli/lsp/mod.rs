@@ -14,7 +14,7 @@ use std::process::ExitCode;
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
-use librate::budget::{BYTES, Budget, Limit};
+use librate::budget::{Budget, Limit};
 use lsp_server::{Connection, ErrorCode, Message, Notification, ProtocolError, Request, Response};
 use serde_json::{Value, json};
 
@@ -168,7 +168,7 @@ impl Server {
         if let Some((budget, _)) = self.running.remove(uri) {
             budget.stop(Limit::Time(SECONDS));
         }
-        let budget = Budget::new(BYTES);
+        let budget = Budget::default();
         self.running.insert(uri.to_owned(), (budget.clone(), Instant::now()));
         self.count += 1;
         check::lock(&self.known).entry(uri.to_owned()).or_default().latest = self.count;

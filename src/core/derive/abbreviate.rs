@@ -61,17 +61,11 @@ impl Derivation {
     #[must_use]
     pub fn abbreviated(&self) -> Option<(Self, Vec<Definition>)> {
         let mut roots = Vec::new();
-        // Looked through without a change.
-        let mut page = PageOf {
-            equations: self.equations.clone(),
-            independent: self.independent.clone(),
-            energy: self.energy.clone(),
-            linear: self.linear.as_ref().ok().cloned(),
-        };
-        page.for_each(&mut |e| roots.push(*e));
+        let mut page = self.clone();
+        page.for_each_on_page(&mut |e| roots.push(*e));
         let mut weights = Weights::default();
         let before = weights.of_all(&self.pool, &roots);
-        if candidates(&self.pool, &mut weights, &roots, &page.entries()).is_empty() {
+        if candidates(&self.pool, &mut weights, &roots, &page.entries_on_page()).is_empty() {
             return None;
         }
         let mut pool = self.pool.clone();
@@ -80,7 +74,7 @@ impl Derivation {
         for _ in 0..MOST_ROUNDS {
             let mut all = roots.clone();
             all.extend(named.iter().map(|own| own.value));
-            let mut chosen = candidates(&pool, &mut weights, &all, &page.entries());
+            let mut chosen = candidates(&pool, &mut weights, &all, &page.entries_on_page());
             chosen.truncate(MOST_NAMES.saturating_sub(named.len()));
             if chosen.is_empty() {
                 break;
@@ -103,7 +97,7 @@ impl Derivation {
                     own.text = None;
                 }
             }
-            page.for_each(&mut |e| *e = images.of(*e));
+            page.for_each_on_page(&mut |e| *e = images.of(*e));
         }
         let definitions: Vec<ExprId> = named.iter().map(|own| own.value).collect();
         let after = weights.of_all(&pool, &roots).saturating_add(weights.of_all(&pool, &definitions));
@@ -113,36 +107,20 @@ impl Derivation {
         }
         let named = in_order(&pool, named);
         let (definitions, renamed) = letters.numbered(&mut pool, named);
-        page.for_each(&mut |e| *e = pool.substitute_one(*e, &renamed));
-        let mut derivation = self.clone();
-        derivation.pool = pool;
-        derivation.equations = page.equations;
-        derivation.independent = page.independent;
-        derivation.energy = page.energy;
-        if let (Ok(linear), Some(page)) = (&mut derivation.linear, page.linear) {
-            *linear = page;
-        }
-        Some((derivation, definitions))
+        page.for_each_on_page(&mut |e| *e = pool.substitute_one(*e, &renamed));
+        page.pool = pool;
+        Some((page, definitions))
     }
-}
 
-/// The parts in which names are given.
-struct PageOf {
-    equations: Option<Vec<MotionSum>>,
-    independent: Option<super::Independent>,
-    energy: Option<super::Energy>,
-    linear: Option<super::Linear>,
-}
-
-impl PageOf {
     /// The entries of M and K: what is looked for there is not to be found elsewhere.
-    fn entries(&self) -> BTreeSet<ExprId> {
+    fn entries_on_page(&self) -> BTreeSet<ExprId> {
         let linear = self.linear.iter();
         let rows = linear.flat_map(|linear| linear.mass.iter().chain(&linear.stiffness));
         rows.flatten().copied().collect()
     }
 
-    fn for_each(&mut self, visit: &mut dyn FnMut(&mut ExprId)) {
+    /// What has names.
+    fn for_each_on_page(&mut self, visit: &mut dyn FnMut(&mut ExprId)) {
         let mut in_sum = |sum: &mut MotionSum| {
             let squares = sum.squares.iter_mut().flat_map(|(factor, sum)| {
                 std::iter::once(factor).chain(sum.terms.iter_mut().map(|term| &mut term.coefficient))
@@ -159,7 +137,7 @@ impl PageOf {
             in_sum(&mut energy.function);
             energy.hamiltonian.iter_mut().for_each(&mut in_sum);
         }
-        if let Some(linear) = &mut self.linear {
+        if let Ok(linear) = &mut self.linear {
             if let Some(part) = &mut linear.second_order {
                 part.equations.iter_mut().for_each(&mut in_sum);
                 in_sum(&mut part.kinetic);
@@ -337,19 +315,18 @@ impl Letters {
 
     /// The definitions, with numbers in the order in which they stand, and what is renamed for it.
     fn numbered(&mut self, pool: &mut Pool, named: Vec<Named>) -> (Vec<Definition>, Substitution) {
-        let distances: Vec<bool> = named.iter().map(|own| own.is_distance).collect();
         for own in named.iter().filter(|own| !own.is_distance) {
             self.taken.remove(&own.name);
         }
         self.count = 0;
         let mut renamed = Substitution::new();
         let mut definitions = Vec::new();
-        for (own, is_distance) in named.into_iter().zip(distances) {
+        for own in named {
             let Some(old) = pool.as_symbol(own.symbol) else {
                 continue;
             };
             let value = pool.substitute_one(own.value, &renamed);
-            let (name, symbol) = if is_distance {
+            let (name, symbol) = if own.is_distance {
                 (own.name, old)
             } else {
                 let name = self.next();

@@ -140,12 +140,8 @@ impl<'a> Checker<'a> {
     /// Whether a parameter is negative, where it has a value that tells.
     pub(super) fn sign(&self, symbol: Symbol) -> Option<bool> {
         let mut parameters = self.model.parameters.iter();
-        parameters
-            .any(|parameter| parameter.symbol == symbol && parameter.value.is_some())
-            .then(|| self.values.get(&symbol))
-            .flatten()
-            .filter(|value| !value.contains_zero())
-            .map(Ball::is_negative)
+        parameters.find(|parameter| parameter.symbol == symbol)?.value?;
+        self.values.get(&symbol).filter(|value| !value.contains_zero()).map(Ball::is_negative)
     }
 
     /// What the numbers of the other path are measured in, where that is not SI.
@@ -193,7 +189,7 @@ impl<'a> Checker<'a> {
         for only in [Resolve::Angles, Resolve::Sizes] {
             let images = self.resolved(pool, &pair.values(), only, &mut signs);
             if !images.is_empty() {
-                pair = pair.with_parts(pool, &images);
+                pair = pair.changed(pool, |pool, values| pool.replaced(values, &images));
             }
         }
         signs.sort_unstable();
@@ -250,18 +246,6 @@ impl<'a> Checker<'a> {
             }
         }
         images
-    }
-
-    /// The place of each of some values in ascending order.
-    pub(super) fn ascending(&self, pool: &Pool, values: &[ExprId]) -> Option<Vec<usize>> {
-        let values = self.evaluate(pool, values)?;
-        let mut order: Vec<usize> = (0..values.len()).collect();
-        order.sort_by(|a, b| values[*a].mid_f64().total_cmp(&values[*b].mid_f64()));
-        let mut places = vec![0; order.len()];
-        for (place, at) in order.into_iter().enumerate() {
-            places[at] = place;
-        }
-        Some(places)
     }
 
     /// Columns of omega^2, xᵀMx and x each, in the units of the other path; there x is about 1.

@@ -54,22 +54,18 @@ pub(super) fn conserved(
     let values = lagrangian.inertia.values().chain(lagrangian.linear.values());
     let all = values.chain(&lagrangian.potential).chain(&lagrangian.other);
     for symbol in pool.symbols_of(&all.copied().collect::<Vec<_>>()) {
-        if let Some(i) = variables.coordinate(symbol)
-            && let Some(occurs) = occurs.get_mut(i)
-        {
-            *occurs = true;
+        if let Some(i) = variables.coordinate(symbol) {
+            occurs[i] = true;
         }
         drives |= variables.time == Some(symbol);
     }
     let mut rubs = vec![false; occurs.len()];
     for (i, drag) in drags {
-        if let Some(rubs) = rubs.get_mut(*i) {
-            *rubs |= !drag.is_zero();
-        }
+        rubs[*i] |= !drag.is_zero();
     }
     let mut result: Vec<Conserved> = (0..occurs.len())
         .filter(|i| !occurs[*i] && !rubs[*i])
-        .filter(|i| momenta.get(*i).is_some_and(|momentum| !momentum.is_zero()))
+        .filter(|i| !momenta[*i].is_zero())
         .map(Conserved::Momentum)
         .collect();
     let moving: Vec<usize> = (0..occurs.len()).filter(|i| occurs[*i]).collect();
@@ -87,10 +83,7 @@ pub(super) fn conserved(
     result
 }
 
-/// A motion, by the velocity of each coordinate that moves.
-type Generator = Vec<(usize, ExprId)>;
-
-/// By coordinate: a derivative.
+/// By coordinate: a derivative, or the velocity in a motion.
 type Slopes = Vec<(usize, ExprId)>;
 
 struct Search<'a> {
@@ -103,12 +96,12 @@ struct Search<'a> {
 
 impl Search<'_> {
     /// The motions of several coordinates that leave L unchanged, with their names.
-    fn generators(&mut self, moving: &[usize]) -> Vec<(String, Generator)> {
+    fn generators(&mut self, moving: &[usize]) -> Vec<(String, Slopes)> {
         let mut found = Vec::new();
         for vector in self.translations(moving) {
             let name = translation_name(self.model, &vector);
             let moved = vector.into_iter().enumerate().filter(|(_, x)| !x.is_zero());
-            let generator: Generator = moved.map(|(i, value)| (i, self.pool.number(value))).collect();
+            let generator: Slopes = moved.map(|(i, value)| (i, self.pool.number(value))).collect();
             if self.rubs_nowhere(&generator) {
                 found.push((name, generator));
             }
@@ -185,7 +178,7 @@ impl Search<'_> {
     }
 
     /// The velocities of a rotation, if L does not change: the sum of xi_i dL/dq_i + xi_i' dL/dq_i' is 0.
-    fn rotation(&mut self, rotation: &Rotation, moving: &[usize]) -> Option<Generator> {
+    fn rotation(&mut self, rotation: &Rotation, moving: &[usize]) -> Option<Slopes> {
         let parts = rotation.parts();
         // What does not occur in L does not turn with the others.
         if !parts.iter().any(|(i, _, _)| moving.binary_search(i).is_ok()) {
@@ -248,7 +241,7 @@ impl Search<'_> {
     }
 
     /// Whether friction and other forces do no work along a motion: the sum of xi_i (dF/dq_i' - Q_i) is 0.
-    fn rubs_nowhere(&mut self, generator: &Generator) -> bool {
+    fn rubs_nowhere(&mut self, generator: &Slopes) -> bool {
         let mut terms = Vec::new();
         for (i, drag) in self.drags {
             if let Some((_, xi)) = generator.iter().find(|(own, _)| own == i) {
@@ -261,7 +254,7 @@ impl Search<'_> {
 }
 
 /// The sum of xi_i p_i, in momenta and in velocities.
-fn sum_of_momenta(pool: &mut Algebra<'_>, generator: &Generator, momenta: &[MotionSum]) -> (MotionSum, MotionSum) {
+fn sum_of_momenta(pool: &mut Algebra<'_>, generator: &Slopes, momenta: &[MotionSum]) -> (MotionSum, MotionSum) {
     let mut named = Vec::new();
     let mut parts: BTreeMap<Vec<(Motion, u32)>, Vec<ExprId>> = BTreeMap::new();
     for (i, xi) in generator {

@@ -352,13 +352,7 @@ impl Linear {
     pub(super) fn forget_zeros(&mut self) {
         let others = [&mut self.gyroscopic, &mut self.damping, &mut self.circulatory];
         for matrix in others {
-            let vanishes = matrix.as_ref().is_some_and(|rows| {
-                let mut entries = rows.iter().flatten();
-                entries.all(|e| e.is_zero())
-            });
-            if vanishes {
-                *matrix = None;
-            }
+            matrix.take_if(|rows| rows.iter().flatten().all(|e| e.is_zero()));
         }
     }
 }

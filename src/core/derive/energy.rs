@@ -15,15 +15,10 @@ const MOST_IN_SQUARES: u64 = 300;
 /// The generalized momenta p_i = dL/dq_i', one a coordinate.
 pub(super) fn momenta(pool: &mut Algebra<'_>, variables: &Variables, lagrangian: &Lagrangian) -> Vec<MotionSum> {
     let mut rows: Vec<Vec<MotionTerm>> = vec![Vec::new(); variables.coordinates.len()];
-    let mut push = |i: usize, term: MotionTerm| {
-        if let Some(row) = rows.get_mut(i) {
-            row.push(term);
-        }
-    };
     for ((i, j), value) in &lagrangian.inertia {
-        push(*i, MotionTerm::new(*value, &[(Motion::Velocity(*j), 1)]));
+        rows[*i].push(MotionTerm::new(*value, &[(Motion::Velocity(*j), 1)]));
         if i != j {
-            push(*j, MotionTerm::new(*value, &[(Motion::Velocity(*i), 1)]));
+            rows[*j].push(MotionTerm::new(*value, &[(Motion::Velocity(*i), 1)]));
         }
     }
     let mut rest: BTreeMap<usize, Vec<ExprId>> = BTreeMap::new();
@@ -36,7 +31,7 @@ pub(super) fn momenta(pool: &mut Algebra<'_>, variables: &Variables, lagrangian:
         }
     }
     for (i, parts) in rest {
-        push(i, MotionTerm::new(pool.short(|pool| pool.sum(&parts)), &[]));
+        rows[i].push(MotionTerm::new(pool.short(|pool| pool.sum(&parts)), &[]));
     }
     let rows = rows.into_iter();
     rows.map(|terms| MotionSum::new(pool, terms)).collect()
@@ -48,10 +43,8 @@ fn without_velocities(pool: &mut Algebra<'_>, variables: &Variables, lagrangian:
     for term in &lagrangian.other {
         parts.push(pool.neg(*term));
         for (i, slope) in variables.velocity_slopes(pool, *term) {
-            if let Some(velocity) = variables.velocities.get(i) {
-                let velocity = pool.symbol_expr(*velocity);
-                parts.push(pool.mul(velocity, slope));
-            }
+            let velocity = pool.symbol_expr(variables.velocities[i]);
+            parts.push(pool.mul(velocity, slope));
         }
     }
     pool.short(|pool| pool.sum(&parts))

@@ -72,6 +72,7 @@ pub(super) fn equations(
 ) -> Vec<MotionSum> {
     let mut rows: Vec<Vec<MotionTerm>> = vec![Vec::new(); variables.coordinates.len()];
     for ((i, motion), coefficient) in coefficients {
+        // Multipliers have no equation.
         if let Some(row) = rows.get_mut(i) {
             row.push(MotionTerm::new(coefficient, &motion));
         }

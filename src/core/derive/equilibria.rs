@@ -11,6 +11,7 @@ use crate::expr::{ExprId, Node, Pool, Substitution};
 use crate::model::Model;
 use crate::number::Number;
 use crate::precision::Function;
+use crate::syntax::Comparison;
 
 /// What makes the force on a coordinate vanish.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -33,24 +34,11 @@ pub struct Condition {
     /// The left side, nowhere negative.
     pub left: ExprId,
     /// What stands between.
-    pub relation: Relation,
+    pub relation: Comparison,
     /// The right side, nowhere negative.
     pub right: ExprId,
     /// What is taken to be positive, or where the second is true negative, as it is at the values.
     pub signs: Vec<(ExprId, bool)>,
-}
-
-/// The sign of an inequality.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Relation {
-    /// <
-    Less,
-    /// <=
-    LessOrEqual,
-    /// >
-    Greater,
-    /// >=
-    GreaterOrEqual,
 }
 
 /// The roots of the forces that can be solved, coordinate by coordinate.
@@ -148,9 +136,7 @@ fn root(pool: &mut Algebra<'_>, variables: &Variables, coordinate: usize, factor
     }
     let left = left?;
     // The angle is a multiple of the coordinate, so that every value of it is reached.
-    let Node::Function(Function::Sin | Function::Cos, angle) = *pool.node(left) else {
-        return None;
-    };
+    let angle = angle(pool, left)?;
     let rate = pool.diff(angle, symbol);
     if moves(pool, variables, coordinate, rate) {
         return None;
@@ -236,10 +222,10 @@ fn condition(pool: &mut Pool, checker: &Checker<'_>, value: ExprId, strict: bool
     signs.sort_unstable();
     signs.dedup();
     let relation = match (is_above, strict) {
-        (true, true) => Relation::Greater,
-        (true, false) => Relation::GreaterOrEqual,
-        (false, true) => Relation::Less,
-        (false, false) => Relation::LessOrEqual,
+        (true, true) => Comparison::Greater,
+        (true, false) => Comparison::GreaterEqual,
+        (false, true) => Comparison::Less,
+        (false, false) => Comparison::LessEqual,
     };
     Condition { left, relation, right, signs }
 }

@@ -282,7 +282,7 @@ impl Factored {
         for at in 0..self.ring.variables() {
             let symbol = self.ring.base(at).and_then(|(base, _)| pool.as_symbol(base));
             if symbol.and_then(|symbol| checker.sign(symbol)) == Some(false) {
-                by_signs.learn_variable(at);
+                by_signs.variables[at] = true;
             }
         }
         let mut found = Vec::new();

@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::blocks::{adapted, commuting_mirrors, is_free, waves};
-use super::cubic::Solved;
-use super::frequencies::{Block, Series};
+use super::frequencies::{Block, Case, Series};
 use super::lattice::{Angles, Lattice, lattice};
 use super::pair::{Pair, Sparse};
 use super::roots::{Request, roots};
@@ -23,18 +22,14 @@ const MOST_SYMBOLS: u64 = 160;
 pub(super) struct Found {
     /// By omega^2: multiplicity and class, where all have the same.
     pub(super) frequencies: BTreeMap<ExprId, (usize, Option<String>)>,
-    pub(super) series: Vec<Series>,
-    pub(super) blocks: Vec<Block>,
+    /// Series, blocks, cubics and quartics, and what is solved on request only.
+    pub(super) case: Case,
     /// How many frequencies there are.
     pub(super) count: usize,
     /// The modes of small parts.
     pub(super) shapes: Vec<Shape>,
     /// Chains, rings and nets, with the coordinates of the model.
     pub(super) lattices: Vec<Lattice>,
-    /// Cubics and quartics.
-    pub(super) solved: Vec<Solved>,
-    /// The highest degree of an equation that is solved on request only.
-    pub(super) on_request: Option<usize>,
 }
 
 impl Found {
@@ -103,7 +98,7 @@ pub(super) fn closed_forms(
             // A formula that nobody can read is worse than the frequencies one by one.
             if branches.iter().all(|e| pool.weight(*e) <= MOST_SYMBOLS) {
                 let branches = branches.into_iter();
-                found.series.extend(
+                found.case.series.extend(
                     branches.map(|omega_squared| Series { omega_squared, numbers: vec![(letter.clone(), angles)] }),
                 );
             }
@@ -119,12 +114,7 @@ pub(super) fn closed_forms(
                 solve_parts(pool, &block, &part.basis, class.clone(), request, found);
                 if let Some(class) = class {
                     let (mass, stiffness) = block.dense(pool);
-                    found.blocks.push(Block {
-                        class,
-                        basis: part.basis.into_iter().map(sorted).collect(),
-                        mass,
-                        stiffness,
-                    });
+                    found.case.blocks.push(Block { class, basis: part.basis, mass, stiffness });
                 }
             }
             return;
@@ -148,11 +138,6 @@ fn small_part(pool: &mut Algebra<'_>, own: &Pair, part: &[usize], request: Reque
     shapes(pool, own, &values, &units(part), None)
 }
 
-fn sorted(mut vector: Sparse) -> Sparse {
-    vector.sort_unstable();
-    vector
-}
-
 /// Solves what hangs together in a block, part by part.
 fn solve_parts(
     pool: &mut Algebra<'_>,
@@ -164,8 +149,8 @@ fn solve_parts(
 ) {
     for part in block.components(pool) {
         let own = block.restricted(&part);
-        let solution = roots(pool, &own, request, found.solved.len());
-        found.on_request = found.on_request.max(solution.unsolved);
+        let solution = roots(pool, &own, request, found.case.solved.len());
+        found.case.on_request = found.case.on_request.max(solution.unsolved);
         let mut values = Vec::new();
         if let Some(mut solved) = solution.solved {
             for value in &solution.zeros {
@@ -173,7 +158,7 @@ fn solve_parts(
             }
             values = solution.zeros;
             solved.symmetry.clone_from(&class);
-            found.solved.push(solved);
+            found.case.solved.push(solved);
         } else {
             for value in solution.zeros {
                 let value = opened(pool, value);
@@ -240,7 +225,8 @@ fn add_lattice(
         let number = pool.variable(name);
         general.push(angles.general(pool, number));
     }
-    found.series.push(Series { omega_squared: lattice.at(pool, &general), numbers: numbers.clone() });
+    let omega_squared = lattice.at(pool, lattice.omega_squared, &general);
+    found.case.series.push(Series { omega_squared, numbers: numbers.clone() });
     // Each dimension: the angles with the numbers and multiplicities.
     let choices: Vec<Vec<(i64, ExprId, usize)>> = numbers.iter().map(|(_, angles)| angles.distinct(pool)).collect();
     let mut all: Vec<(Vec<i64>, Vec<ExprId>, usize)> = vec![(Vec::new(), Vec::new(), 1)];
@@ -258,7 +244,7 @@ fn add_lattice(
         all = next;
     }
     for (js, angles, multiplicity) in all {
-        let value = lattice.at(pool, &angles);
+        let value = lattice.at(pool, lattice.omega_squared, &angles);
         // Sines that came out as roots leave something to be added up.
         let value =
             if pool.symbols(value).is_empty() || lattice.dimensions.len() > 1 { value } else { pool.simplify(value) };

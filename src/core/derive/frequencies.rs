@@ -100,7 +100,7 @@ pub struct Exchange {
 }
 
 /// Frequencies under some equalities of parameters.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct Case {
     /// The parameters that are taken to be equal, set by set; the first stands for all.
@@ -304,14 +304,9 @@ fn case(
             kind: symmetry.kind.clone(),
             ties: Vec::new(),
         }),
-        blocks: std::mem::take(&mut found.blocks),
-        series: std::mem::take(&mut found.series),
         complete: found.count == pair.len(),
-        solved: std::mem::take(&mut found.solved),
-        on_request: found.on_request,
         frequencies,
-        normal: None,
-        waves: Vec::new(),
+        ..std::mem::take(&mut found.case)
     };
     (case, found)
 }

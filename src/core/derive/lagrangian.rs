@@ -46,11 +46,8 @@ impl Variables {
         let coordinates: Vec<Symbol> = model.coordinates.iter().map(|c| c.symbol).collect();
         let velocities: Vec<Symbol> = model.coordinates.iter().map(|c| c.velocity).collect();
         let numbers = coordinates.iter().chain(&velocities).copied();
-        let count = coordinates.len();
         let numbers = numbers.enumerate().map(|(at, symbol)| (symbol, at)).collect();
-        let time = model.time();
-        debug_assert_eq!(count, velocities.len());
-        Self { coordinates, velocities, numbers, time }
+        Self { coordinates, velocities, numbers, time: model.time() }
     }
 
     /// The number of the coordinate that a symbol is.

@@ -104,7 +104,7 @@ pub(super) struct Lattice {
     pub(super) squares: Vec<Symbol>,
     pub(super) omega_squared: ExprId,
     /// The eigenvalue of M.
-    mass: ExprId,
+    pub(super) mass: ExprId,
     /// The coordinates along the chain.
     pub(super) order: Vec<usize>,
 }
@@ -132,9 +132,7 @@ pub(super) fn lattice(pool: &mut Algebra<'_>, pair: &Pair) -> Option<Lattice> {
     let ordered = pair.restricted(&order);
     if let Some(ends) = ends(pool, &ordered, n, 1) {
         let dimension = Dimension { ends, size: n };
-        let mut lattice = formula(pool, &ordered, vec![dimension])?;
-        lattice.order = order;
-        return Some(lattice);
+        return formula(pool, &ordered, order, vec![dimension]);
     }
     for rows in (2..=n / 2).filter(|rows| n.is_multiple_of(*rows)) {
         let columns = n / rows;
@@ -145,7 +143,7 @@ pub(super) fn lattice(pool: &mut Algebra<'_>, pair: &Pair) -> Option<Lattice> {
         if let Some(outer) = ends(pool, pair, rows, columns) {
             let outer = Dimension { ends: outer, size: rows };
             let inner = Dimension { ends: inner, size: columns };
-            return formula(pool, pair, vec![outer, inner]);
+            return formula(pool, pair, (0..n).collect(), vec![outer, inner]);
         }
     }
     None
@@ -251,7 +249,7 @@ fn components(pool: &mut Pool, ends: Ends, square: ExprId, count: usize) -> Vec<
     values
 }
 
-fn formula(pool: &mut Algebra<'_>, pair: &Pair, dimensions: Vec<Dimension>) -> Option<Lattice> {
+fn formula(pool: &mut Algebra<'_>, pair: &Pair, order: Vec<usize>, dimensions: Vec<Dimension>) -> Option<Lattice> {
     let squares: Vec<Symbol> = (0..dimensions.len()).map(|_| pool.fresh_symbol("s")).collect();
     let mut factors = Vec::new();
     for (dimension, square) in dimensions.iter().zip(&squares) {
@@ -284,13 +282,7 @@ fn formula(pool: &mut Algebra<'_>, pair: &Pair, dimensions: Vec<Dimension>) -> O
         return None;
     }
     let quotient = pool.div(stiffness, mass);
-    Some(Lattice {
-        dimensions,
-        squares,
-        omega_squared: pool.simplify(quotient),
-        mass,
-        order: (0..pair.len()).collect(),
-    })
+    Some(Lattice { dimensions, squares, omega_squared: pool.simplify(quotient), mass, order })
 }
 
 /// Whether the first rows are the same when a ring among several dimensions is run through the other
@@ -337,17 +329,8 @@ impl Angles {
 }
 
 impl Lattice {
-    /// omega^2 where the angles theta/2 of the dimensions are these.
-    pub(super) fn at(&self, pool: &mut Pool, angles: &[ExprId]) -> ExprId {
-        self.with_angles(pool, self.omega_squared, angles)
-    }
-
-    /// The eigenvalue of M there.
-    pub(super) fn mass_at(&self, pool: &mut Pool, angles: &[ExprId]) -> ExprId {
-        self.with_angles(pool, self.mass, angles)
-    }
-
-    fn with_angles(&self, pool: &mut Pool, e: ExprId, angles: &[ExprId]) -> ExprId {
+    /// An expression where the angles theta/2 of the dimensions are these.
+    pub(super) fn at(&self, pool: &mut Pool, e: ExprId, angles: &[ExprId]) -> ExprId {
         let mut map = Substitution::new();
         for (square, angle) in self.squares.iter().zip(angles) {
             let sine = pool.sin(*angle);

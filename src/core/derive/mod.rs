@@ -74,7 +74,7 @@ pub use abbreviate::Definition;
 pub use conserved::Conserved;
 pub use constraints::{Constraints, Reduced, Tangent};
 pub use cubic::{Solved, SolvedFormula};
-pub use equilibria::{Condition, Relation, Root};
+pub use equilibria::{Condition, Root};
 pub use exponents::{ClosedExponent, Exponents, StabilityCondition};
 pub use frequencies::{Approximation, Block, Case, Exchange, Frequencies, Frequency, Series};
 pub use independent::{Independent, in_independent_coordinates, linearized, without_multipliers};
@@ -267,12 +267,6 @@ pub struct Linear {
 }
 
 impl Linear {
-    /// The derivation of the motions that constraints allow, or that massless coordinates follow.
-    fn reduced_mut(&mut self) -> Option<&mut Derivation> {
-        let reduced = self.tangent.as_mut()?.reduced.as_mut()?;
-        Some(&mut reduced.derivation)
-    }
-
     /// Whether M and K are all there is.
     #[must_use]
     pub fn is_conservative(&self) -> bool {
@@ -457,7 +451,7 @@ fn symbols(model: &Model, pool: &mut Pool) -> BTreeMap<String, ExprId> {
         let velocity = pool.symbol_expr(coordinate.velocity);
         symbols.insert(format!("{}'", coordinate.name()), velocity);
     }
-    if let Some(time) = Variables::new(model).time {
+    if let Some(time) = model.time() {
         symbols.insert("t".to_owned(), pool.symbol_expr(time));
     }
     symbols
@@ -472,7 +466,7 @@ fn names(model: &Model, linear: &Result<Linear, LinearizeError>) -> Names {
     });
     let displacements =
         if at_zero { coordinates.clone() } else { coordinates.iter().map(|name| format!("delta_{name}")).collect() };
-    Names { coordinates, displacements, normal: normal::family_name(model) }
+    Names { coordinates, displacements, normal: model.unused_name(&["Q", "eta", "xi", "zeta"]) }
 }
 
 impl Derivation {
@@ -587,8 +581,8 @@ impl Derivation {
     /// Changes the closed forms of what moves.
     fn approximate(&mut self, change: &mut dyn FnMut(&mut Frequencies, &mut Algebra<'_>)) {
         if let Ok(linear) = &mut self.linear {
-            if let Some(reduced) = linear.reduced_mut() {
-                reduced.approximate(change);
+            if let Some(reduced) = linear.tangent.as_mut().and_then(|tangent| tangent.reduced.as_mut()) {
+                reduced.derivation.approximate(change);
             } else if let Some(frequencies) = &mut linear.frequencies {
                 change(frequencies, &mut Algebra::new(&mut self.pool));
                 linear.exponents = None;

@@ -13,7 +13,7 @@ use super::simplify::Algebra;
 use crate::expr::{ExprId, Node, Pool, Substitution};
 use crate::model::Model;
 use crate::number::Number;
-use crate::precision::Function;
+use crate::precision::{Ball, Function};
 
 /// No page has room for the normal coordinates of more.
 const MOST_COORDINATES: usize = 12;
@@ -70,16 +70,16 @@ pub(super) fn normal_coordinates(
     checker: &Checker<'_>,
     pair: &Pair,
     case: &Case,
-    mut shapes: Vec<Shape>,
+    shapes: Vec<Shape>,
 ) -> Option<NormalCoordinates> {
     let count = pair.len();
     if !case.complete || shapes.len() != count || !(2..=MOST_COORDINATES).contains(&count) {
         return None;
     }
     let squares: Vec<ExprId> = shapes.iter().map(|shape| shape.omega_squared).collect();
-    let places = checker.ascending(pool, &squares)?;
-    let mut sorted: Vec<(usize, Shape)> = places.into_iter().zip(shapes.drain(..)).collect();
-    sorted.sort_by_key(|(place, _)| *place);
+    let values = checker.evaluate(pool, &squares)?;
+    let mut sorted: Vec<(Ball, Shape)> = values.into_iter().zip(shapes).collect();
+    sorted.sort_by(|(a, _), (b, _)| a.mid_f64().total_cmp(&b.mid_f64()));
     let shapes: Vec<Shape> = sorted.into_iter().map(|(_, shape)| shape).collect();
     let columns: Vec<Column> = shapes
         .iter()
@@ -214,11 +214,6 @@ fn ratio_names(model: &Model) -> Vec<String> {
         free.push(format!("ratio_{}_of_the_derivation", free.len() + 1));
     }
     free
-}
-
-/// The family of normal coordinates.
-pub(super) fn family_name(model: &Model) -> String {
-    model.unused_name(&["Q", "eta", "xi", "zeta"])
 }
 
 impl Page {

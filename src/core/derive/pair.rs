@@ -61,12 +61,12 @@ impl Pair {
         self.changed(pool, |pool, values| pool.substitute(values, map))
     }
 
-    /// With parts replaced, and each entry in its shortest form.
-    pub(super) fn with_parts(&self, pool: &mut Algebra<'_>, parts: &HashMap<ExprId, ExprId>) -> Self {
-        self.changed(pool, |pool, values| pool.replaced(values, parts))
-    }
-
-    fn changed(&self, pool: &mut Algebra<'_>, change: impl FnOnce(&mut Pool, &[ExprId]) -> Vec<ExprId>) -> Self {
+    /// With the entries that some make of all, each in its shortest form.
+    pub(super) fn changed(
+        &self,
+        pool: &mut Algebra<'_>,
+        change: impl FnOnce(&mut Pool, &[ExprId]) -> Vec<ExprId>,
+    ) -> Self {
         let values = self.values();
         let images = change(pool, &values);
         self.replaced(pool, &values.into_iter().zip(images).collect())

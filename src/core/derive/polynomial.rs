@@ -28,9 +28,7 @@ impl Polynomial {
     }
 
     pub(super) fn constant(variables: usize, value: Number) -> Self {
-        let mut own = Self::zero(variables);
-        own.add(vec![0; variables], &value);
-        own
+        Self::monomial(vec![0; variables]).scaled(&value)
     }
 
     pub(super) fn add(&mut self, powers: Powers, coefficient: &Number) {
@@ -129,8 +127,7 @@ impl Polynomial {
         let mut quotient = Self::zero(self.variables);
         while let Some((powers, value)) = rest.terms.last_key_value() {
             let powers: Option<Powers> = powers.iter().zip(first).map(|(a, b)| a.checked_sub(*b)).collect();
-            let mut term = Self::zero(self.variables);
-            term.add(powers?, &value.mul(&inverse));
+            let term = Self::monomial(powers?).scaled(&value.mul(&inverse));
             rest = rest.minus(&term.times(divisor));
             quotient = quotient.plus(&term);
         }
@@ -173,7 +170,7 @@ impl Polynomial {
         Self { variables: self.variables, terms }
     }
 
-    fn monomial(powers: Powers) -> Self {
+    pub(super) fn monomial(powers: Powers) -> Self {
         let mut own = Self::zero(powers.len());
         own.add(powers, &Number::ONE);
         own

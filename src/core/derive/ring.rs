@@ -50,14 +50,9 @@ impl Expanded {
 
     /// A base below some fraction bar, or a sum with a power that can be multiplied out, and by which power it is taken up.
     fn below(&self) -> Option<(ExprId, Number)> {
-        let mut least: BTreeMap<ExprId, Number> = BTreeMap::new();
-        for (base, exponent) in self.all.iter().flat_map(BTreeMap::keys).flatten() {
-            if exponent.is_negative() {
-                let own = least.entry(*base).or_default();
-                *own = if *exponent < *own { exponent.clone() } else { own.clone() };
-            }
-        }
-        least.into_iter().next().map(|(base, exponent)| (base, exponent.neg()))
+        let powers = self.all.iter().flat_map(BTreeMap::keys).flatten();
+        let (base, exponent) = powers.filter(|(_, exponent)| exponent.is_negative()).min()?;
+        Some((*base, exponent.neg()))
     }
 
     fn multiply(&mut self, pool: &mut Pool, base: ExprId, power: &Number) -> Option<()> {
@@ -148,9 +143,7 @@ impl Ring {
         for (at, power) in self.powers(&expanded.by)? {
             powers[at] = u32::from(power % 2 != 0);
         }
-        let mut by = Polynomial::zero(self.variables());
-        by.add(powers, &Number::ONE);
-        Some(self.polynomial(expanded.all.first()?)?.times(&by))
+        Some(self.polynomial(expanded.all.first()?)?.times(&Polynomial::monomial(powers)))
     }
 
     /// A polynomial without the exponent as an expression in its shortest form.

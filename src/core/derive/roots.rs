@@ -10,7 +10,7 @@ use super::collapse::collapse;
 use super::cubic::{Solved, solve};
 use super::pair::Pair;
 use super::shapes::on_one_bar;
-use super::simplify::{Algebra, Monomial, Monomials, Opening, add_to, expand, times, with_common_factor};
+use super::simplify::{Algebra, Monomial, Monomials, Opening, add_to, expand, times, with_common_factor, written};
 use crate::expr::{ExprId, Pool, ZeroVerdict};
 use crate::model::Model;
 use crate::number::Number;
@@ -304,9 +304,7 @@ pub(super) fn root(pool: &mut Algebra<'_>, e: ExprId) -> (ExprId, bool) {
     if let Some(terms) = scaled.and_then(|scaled: Monomials| exact_root(&scaled)) {
         let size = pool.number(size);
         let size = pool.sqrt(size);
-        let terms: Vec<(ExprId, Number)> =
-            terms.into_iter().map(|(monomial, c)| (pool.product_of_powers(&monomial), c)).collect();
-        let value = pool.linear(&terms);
+        let value = written(pool, terms.iter().map(|(monomial, c)| (monomial, c)));
         return (pool.short(|pool| pool.mul(size, value)), true);
     }
     // With inner sums as they are too: (a + b)^2 below a root says more than what it is multiplied out.
@@ -323,26 +321,18 @@ pub(super) fn root(pool: &mut Algebra<'_>, e: ExprId) -> (ExprId, bool) {
 
 /// The root of a sum with the even powers that all terms have in common in front.
 fn taken_out(pool: &mut Algebra<'_>, terms: &Monomials, shorten: bool) -> ExprId {
-    let mut common: Option<Monomial> = None;
-    for monomial in terms.keys() {
-        common = Some(match common {
-            None => monomial.clone(),
-            Some(common) => in_common(&common, monomial),
-        });
-    }
+    let mut common = terms.keys().cloned().reduce(|common, own| in_common(&common, &own)).unwrap_or_default();
     if !shorten {
         // A fraction that is not in all terms stays where it is.
         let in_all = |base: &ExprId| {
             let has = |m: &Monomial| m.binary_search_by_key(base, |(base, _)| *base).is_ok();
             terms.keys().all(has)
         };
-        if let Some(common) = &mut common {
-            common.retain(|(base, exponent)| in_all(base) && exponent.is_even());
-        }
+        common.retain(|(base, exponent)| in_all(base) && exponent.is_even());
     }
     let mut outside = Monomial::new();
     let mut inverse = Monomial::new();
-    for (base, exponent) in common.unwrap_or_default() {
+    for (base, exponent) in common {
         // A negative power is taken out whole, so that no fraction is left below the root.
         let half = exponent.mul(&Number::half());
         let half = half.floor();
@@ -422,15 +412,12 @@ fn exact_root(square: &Monomials) -> Option<Vec<(Monomial, Number)>> {
     if square.len() > MOST_TERMS {
         return None;
     }
-    let (monomial, coefficient) = leading(square)?;
+    let (monomial, _) = leading(square)?;
     let half = |(base, exponent): (ExprId, Number)| {
         let half = exponent.mul(&Number::half());
         half.is_integer().then_some((base, half))
     };
     let first: Monomial = monomial.into_iter().map(half).collect::<Option<_>>()?;
-    if !coefficient.is_one() {
-        return None;
-    }
     let mut root = vec![(first.clone(), Number::ONE)];
     let mut rest = square.clone();
     let subtract = |rest: &mut Monomials, monomial: Monomial, value: &Number| add_to(rest, monomial, &value.neg());

@@ -87,24 +87,8 @@ pub(super) fn shapes(
                 return Vec::new();
             }
             let block = Block::new(pool, part);
-            let mut found = Vec::new();
-            for square in [*first, *second] {
-                let Amplitude { ratio, mass, omega, factor } = block.mode(pool, square);
-                let parts = match ratio {
-                    None => vec![(v.clone(), one)],
-                    Some(ratio) if ratio.is_zero() => vec![(u.clone(), one)],
-                    Some(ratio) => vec![(u.clone(), one), (v.clone(), ratio)],
-                };
-                found.push(Shape {
-                    omega_squared: square,
-                    symmetry: symmetry.clone(),
-                    parts,
-                    mass,
-                    omega,
-                    factors: factor.into_iter().collect(),
-                });
-            }
-            found
+            let squares = [*first, *second].into_iter();
+            squares.map(|square| block.mode(pool, square, [u, v], symmetry.clone())).collect()
         }
         _ if squares.len() == basis.len() => column(pool, part, squares, basis, symmetry).unwrap_or_default(),
         _ => Vec::new(),
@@ -120,7 +104,7 @@ fn column(
     symmetry: Option<String>,
 ) -> Option<Vec<Shape>> {
     let n = part.len();
-    if !(3..=4).contains(&n) || basis.len() != n {
+    if !(3..=4).contains(&n) {
         return None;
     }
     let one = pool.one();
@@ -214,18 +198,6 @@ pub(super) fn determinant(pool: &mut Pool, rows: &[Vec<ExprId>]) -> ExprId {
     }
 }
 
-/// A mode of two coordinates.
-struct Amplitude {
-    /// The second amplitude by the first; `None` where the first is 0.
-    ratio: Option<ExprId>,
-    /// aᵀMa
-    mass: ExprId,
-    /// Stands for the frequency in both.
-    omega: Option<Symbol>,
-    /// Stands for the ratio in the mass.
-    factor: Option<Symbol>,
-}
-
 /// M and K of two coordinates.
 struct Block {
     m: [ExprId; 3],
@@ -239,12 +211,18 @@ impl Block {
     }
 
     /// The mode of a frequency; with a symbol for omega where that is shorter by far.
-    fn mode(&self, pool: &mut Algebra<'_>, square: ExprId) -> Amplitude {
-        let mut mode = Amplitude { ratio: None, mass: self.m[2], omega: None, factor: None };
+    fn mode(&self, pool: &mut Algebra<'_>, square: ExprId, [u, v]: [&Sparse; 2], symmetry: Option<String>) -> Shape {
+        let one = pool.one();
+        let parts = |ratio: ExprId| {
+            let both = [(u.clone(), one), (v.clone(), ratio)];
+            both.into_iter().filter(|(_, factor)| !factor.is_zero()).collect()
+        };
+        let (last, mass) = (vec![(v.clone(), one)], self.m[2]);
+        let mut mode = Shape { omega_squared: square, symmetry, parts: last, mass, omega: None, factors: Vec::new() };
         let Some((at, ratio)) = self.ratio(pool, square, None) else {
             return mode;
         };
-        mode.ratio = Some(ratio);
+        mode.parts = parts(ratio);
         mode.mass = self.mass(pool, ratio);
         if pool.weight(ratio) <= MOST_IN_RATIO && pool.weight(mode.mass) <= MOST_IN_MASS {
             return mode;
@@ -253,14 +231,14 @@ impl Block {
         let omega = pool.symbol_expr(symbol);
         let omega_squared = pool.square(omega);
         if let Some((_, ratio)) = self.ratio(pool, omega_squared, Some(at)) {
-            mode.ratio = Some(ratio);
+            mode.parts = parts(ratio);
             mode.mass = self.mass(pool, ratio);
             mode.omega = Some(symbol);
             if pool.weight(mode.mass) > MOST_WITH_RATIO {
                 let symbol = pool.fresh_symbol("a");
                 let factor = pool.symbol_expr(symbol);
                 mode.mass = self.mass(pool, factor);
-                mode.factor = Some(symbol);
+                mode.factors = vec![symbol];
             }
         }
         mode

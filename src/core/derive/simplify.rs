@@ -109,7 +109,7 @@ impl<'a> Algebra<'a> {
                 continue;
             };
             collapse(self.pool, &mut monomials);
-            let flat = write_flat(self.pool, &monomials);
+            let flat = written(self.pool, monomials.iter());
             let terms: Vec<(Monomial, Number)> = monomials.into_iter().collect();
             let factored = factor(self.pool, terms, 0);
             for candidate in [factored, flat] {
@@ -236,17 +236,16 @@ pub(super) fn rebuild(pool: &mut Pool, id: ExprId, images: &HashMap<ExprId, Expr
 /// Whether there is a sum of several terms to work on, outside of closed parts.
 fn has_sums(pool: &Pool, e: ExprId) -> bool {
     let terms = pool.terms(e);
-    terms.len() > 1 || terms.iter().any(|(term, _)| has_sum_factor(pool, *term))
+    terms.len() > 1
+        || terms
+            .iter()
+            .any(|(term, _)| is_product_with(pool, *term, |base, exponent| opens(exponent) && pool.is_sum(base)))
 }
 
 /// Whether functions are among the factors of a single term.
 fn has_functions(pool: &Pool, e: ExprId) -> bool {
     let (_, core) = split(pool, e);
     is_product_with(pool, core, |base, _| pool.as_function(base).is_some())
-}
-
-fn has_sum_factor(pool: &Pool, e: ExprId) -> bool {
-    is_product_with(pool, e, |base, exponent| opens(exponent) && pool.is_sum(base))
 }
 
 /// Whether an expression is a product with such a factor.
@@ -353,11 +352,10 @@ pub(super) fn split(pool: &Pool, e: ExprId) -> (Number, ExprId) {
     }
 }
 
-fn write_flat(pool: &mut Pool, monomials: &Monomials) -> ExprId {
-    let terms: Vec<(ExprId, Number)> = monomials
-        .iter()
-        .map(|(monomial, coefficient)| (pool.product_of_powers(monomial), coefficient.clone()))
-        .collect();
+/// The sum of monomials with coefficients.
+pub(super) fn written<'m>(pool: &mut Pool, terms: impl Iterator<Item = (&'m Monomial, &'m Number)>) -> ExprId {
+    let terms = terms.map(|(monomial, coefficient)| (pool.product_of_powers(monomial), coefficient.clone()));
+    let terms: Vec<(ExprId, Number)> = terms.collect();
     pool.linear(&terms)
 }
 
@@ -376,9 +374,7 @@ fn factor(pool: &mut Pool, mut terms: Vec<(Monomial, Number)>, nested: u32) -> E
         }
         let best = if nested < MOST_NESTED && inner.len() > 2 { most_frequent(&inner) } else { None };
         let Some(best) = best else {
-            let parts: Vec<(ExprId, Number)> =
-                inner.iter().map(|(monomial, c)| (pool.product_of_powers(monomial), c.clone())).collect();
-            let value = pool.linear(&parts);
+            let value = written(pool, inner.iter().map(|(monomial, c)| (monomial, c)));
             sum.push(with_factor(pool, value, &common));
             break;
         };
@@ -426,18 +422,13 @@ fn common_factor(terms: &[(Monomial, Number)]) -> Monomial {
     let Some(((first, _), others)) = terms.split_first() else {
         return Monomial::new();
     };
-    let mut common = first.clone();
-    for (monomial, _) in others {
-        common = common
-            .into_iter()
-            .filter_map(|(base, exponent)| {
-                let at = monomial.binary_search_by_key(&base, |(base, _)| *base).ok()?;
-                let exponent = shared(&exponent, &monomial.get(at)?.1)?;
-                Some((base, exponent))
-            })
-            .collect();
-    }
-    common
+    others.iter().fold(first.clone(), |common, (monomial, _)| {
+        let shared = |(base, exponent): (ExprId, Number)| {
+            let at = monomial.binary_search_by_key(&base, |(base, _)| *base).ok()?;
+            Some((base, shared(&exponent, &monomial[at].1)?))
+        };
+        common.into_iter().filter_map(shared).collect()
+    })
 }
 
 /// a times b^power.

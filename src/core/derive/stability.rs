@@ -19,7 +19,7 @@ const MOST_DEGREE: usize = 6;
 /// What is known to be positive.
 #[derive(Clone, Debug)]
 pub(super) struct Signs {
-    variables: Vec<bool>,
+    pub(super) variables: Vec<bool>,
     others: Vec<Polynomial>,
 }
 
@@ -87,11 +87,6 @@ impl Signs {
         }
     }
 
-    /// Takes in that a parameter is positive.
-    pub(super) fn learn_variable(&mut self, at: usize) {
-        self.variables[at] = true;
-    }
-
     /// The sign of a polynomial that is what is known to be positive, or more than a part of it.
     fn of_known(&self, polynomial: &Polynomial) -> Option<bool> {
         self.of_terms(polynomial).or_else(|| {
@@ -124,9 +119,7 @@ impl Signs {
             if power % 2 == 1 {
                 let mut powers = vec![0; variables];
                 powers[at] = 1;
-                let mut own = Polynomial::zero(variables);
-                own.add(powers, &Number::ONE);
-                sign.factors.push(own);
+                sign.factors.push(Polynomial::monomial(powers));
             }
         }
         let mut rest = polynomial.without(&common);
@@ -183,8 +176,7 @@ fn square_root(pool: &mut Pool, of: &Polynomial) -> Option<Polynomial> {
     if of.is_zero() || common.iter().any(|power| power % 2 == 1) {
         return None;
     }
-    let mut root = Polynomial::zero(variables);
-    root.add(common.iter().map(|power| power / 2).collect(), &Number::ONE);
+    let mut root = Polynomial::monomial(common.iter().map(|power| power / 2).collect());
     let mut rest = of.without(&common);
     while let Some(variable) = (0..variables).find(|at| rest.degree(*at) > 0) {
         let content = rest.content(variable);
@@ -263,7 +255,7 @@ fn hurwitz(coefficients: &[Polynomial]) -> Option<Vec<Polynomial>> {
     if degree > MOST_DEGREE {
         return None;
     }
-    let zero = first.clone().scaled(&Number::ZERO);
+    let zero = first.scaled(&Number::ZERO);
     // Row i, column j of Hurwitz's matrix: the coefficient number 2 j - i from the leading one, both from 1.
     let entry = |i: usize, j: usize| {
         let number = (2 * j).checked_sub(i).filter(|number| *number <= degree);

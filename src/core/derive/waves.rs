@@ -146,7 +146,7 @@ fn waves_of(
         shape.push(dimension.component(pool, place.value, half));
         inverse = inverse.mul(&dimension.inverse_of_squares());
     }
-    let mass = lattice.mass_at(pool, &angles);
+    let mass = lattice.at(pool, lattice.mass, &angles);
     let shape = pool.product(&shape);
     let letters: Vec<Symbol> = numbers.iter().map(|own| own.symbol).collect();
     let depends = pool.symbols(mass).iter().any(|s| letters.contains(s));
@@ -173,7 +173,7 @@ fn waves_of(
         let at = if first { angles.first } else { angles.last };
         let half = angles.angle(pool, at);
         let shape = dimension.component(pool, place.value, half);
-        let mass = lattice.mass_at(pool, &[half]);
+        let mass = lattice.at(pool, lattice.mass, &[half]);
         let one = pool.one();
         let own = pool.div(one, mass);
         let count = i64::try_from(dimension.size).ok()?;

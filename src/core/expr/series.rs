@@ -38,7 +38,7 @@ const ROOM: usize = 8;
 /// // x = t, whose coefficients are 0, 1, 0, 0, …
 /// let cosine: Vec<f64> = [0.0, 1.0, 0.0].map(|x| series.next(&[x])[0]).to_vec();
 /// assert_eq!(cosine, [1.0, 0.0, -0.5]);
-/// # Ok::<(), librate::expr::UnboundSymbol>(())
+/// # Ok::<(), librate_core::expr::UnboundSymbol>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct Series<S: Scalar> {

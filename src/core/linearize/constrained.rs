@@ -120,24 +120,19 @@ pub(crate) struct Tangent<S: Scalar> {
     /// By number, ascending: the coordinates that the others follow.
     pub(crate) free: Vec<usize>,
     /// The coordinates that follow.
-    bound: Vec<usize>,
+    pub(super) bound: Vec<usize>,
     /// Per bound coordinate, one entry a free one.
-    slopes: Vec<Vec<S>>,
-    precision: S::Precision,
+    pub(super) slopes: Vec<Vec<S>>,
+    pub(super) precision: S::Precision,
 }
 
-/// Which coordinates follow the others: one for each constraint.
-pub(crate) fn choose_bound<S: Enclosure>(gradients: &[Vec<S>], precision: S::Precision) -> Option<Vec<usize>> {
-    eliminate(gradients.to_vec(), largest_among(None), precision).map(|(pivots, _)| pivots)
-}
-
-/// The same, of some coordinates alone.
-pub(super) fn choose_bound_among<S: Enclosure>(
+/// Which coordinates follow the others, of all or of some alone: one for each constraint.
+pub(super) fn choose_bound<S: Enclosure>(
     gradients: &[Vec<S>],
-    among: &[usize],
+    among: Option<&[usize]>,
     precision: S::Precision,
 ) -> Option<Vec<usize>> {
-    eliminate(gradients.to_vec(), largest_among(Some(among)), precision).map(|(pivots, _)| pivots)
+    eliminate(gradients.to_vec(), largest_among(among), precision).map(|(pivots, _)| pivots)
 }
 
 /// The largest pivots that exclude 0, in some columns or in all.
@@ -226,11 +221,6 @@ impl Tangent<Big> {
 }
 
 impl<S: Scalar> Tangent<S> {
-    /// From how each bound coordinate follows the free ones.
-    pub(super) fn following(free: Vec<usize>, bound: Vec<usize>, slopes: Vec<Vec<S>>, precision: S::Precision) -> Self {
-        Self { free, bound, slopes, precision }
-    }
-
     /// From gradients by `n` coordinates solved for those that follow, one row each.
     pub(super) fn solved(n: usize, rows: &[Vec<S>], bound: Vec<usize>, precision: S::Precision) -> Self {
         let free: Vec<usize> = (0..n).filter(|at| !bound.contains(at)).collect();

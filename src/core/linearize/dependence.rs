@@ -90,7 +90,7 @@ impl Surface {
         for _ in 0..MOST_STEPS {
             let (gaps, rows) = self.at(model, &point, bits)?;
             let rows: Vec<Vec<Big>> = rows.iter().map(|row| row.iter().map(Big::center).collect()).collect();
-            let bound = choose_bound(&rows, bits)?;
+            let bound = choose_bound(&rows, None, bits)?;
             let equations = rows.iter().zip(&gaps).map(|(row, gap)| {
                 let own = bound.iter().map(|place| row[*place].clone());
                 own.chain(std::iter::once(gap.center().neg())).collect::<Vec<Big>>()

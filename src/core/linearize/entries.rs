@@ -30,13 +30,8 @@ impl Linearized {
         let added = |part: Part| {
             let mut entries: BTreeMap<(usize, usize), Big> = BTreeMap::new();
             self.assembly.entries(part, &at, &values, |i, j, share| {
-                let place = (i as usize, j as usize);
-                match entries.get_mut(&place) {
-                    Some(entry) => *entry = entry.add(share),
-                    None => {
-                        entries.insert(place, share.clone());
-                    }
-                }
+                let entry = entries.entry((i as usize, j as usize));
+                entry.and_modify(|own| *own = own.add(share)).or_insert_with(|| share.clone());
             });
             entries.values().all(Big::is_finite).then_some(entries)
         };

@@ -116,7 +116,7 @@ const BITS_OF_BALLS: usize = 128;
 const ROOM_OF_BALLS: f64 = 1.0 / (1_u128 << 75) as f64;
 
 /// Enough to tell a force of 1e-90 from none.
-const BITS_TO_VERIFY: usize = 320;
+pub(super) const BITS_TO_VERIFY: usize = 320;
 
 /// What the search works with.
 pub(super) struct Search<'a> {

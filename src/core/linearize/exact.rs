@@ -8,12 +8,11 @@ use std::collections::{BTreeMap, VecDeque};
 use super::assemble::{Assembly, Part, Values};
 use super::elimination;
 use super::equilibrium::Equilibrium;
-use super::integers::Integers;
 use super::radicals::{Exact, Surd};
 use super::velocity::{Matrix, sum};
 use crate::model::Model;
 use crate::number::Number;
-use crate::precision::{Ball, Big, DoubleDouble, Magnitude, Scalar};
+use crate::precision::{Ball, Big, DoubleDouble, Integers, Magnitude, Scalar};
 
 /// Exact characteristic polynomials are for small systems.
 pub(super) const MOST: usize = 60;
@@ -360,7 +359,7 @@ pub(crate) fn integers(model: &Model, assembly: &Assembly, equilibrium: &Equilib
     let at = settled(model, assembly, &values, equilibrium)?;
     let part = |matrix| assembly.velocity_matrix(matrix, &at, &values);
     let velocity = sum(part(Matrix::Gyroscopic), part(Matrix::Damping));
-    Integers::of(&[
+    super::integers::integers(&[
         assembly.mass(&at, &values),
         velocity.unwrap_or_else(|| vec![Exact::rational(Some(Number::ZERO)); n * n]),
         sum(Some(assembly.stiffness(&at, &values)), part(Matrix::Circulatory))?,

@@ -1,20 +1,7 @@
 //! The stiffness matrix as a sum of squares, from the elements: nothing is added up that could cancel.
 
 use super::assemble::{Assembly, Part, Values, head};
-use crate::precision::{Ball, Scalar};
-
-/// K = Σ ± a aᵀ + rest, in SI.
-///
-/// Adding up K loses soft springs beside stiff ones; the vectors a = √|k| ∇s keep them. The rest holds
-/// what is no square: w·phi'·∇∇s of elements under tension, and elements whose sign is not decided.
-#[derive(Clone, Debug, Default)]
-#[non_exhaustive]
-pub struct Factors {
-    /// For each element whether it is counted positive, and a: coordinates and entries.
-    pub rows: Vec<(bool, Vec<(usize, Ball)>)>,
-    /// The rest, n by n, column by column; empty where there is none.
-    pub rest: Vec<Ball>,
-}
+use crate::precision::{Ball, Factors, Scalar};
 
 impl Assembly {
     /// The factors of the stiffness matrix; see [`Factors`].

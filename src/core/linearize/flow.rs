@@ -103,7 +103,7 @@ fn places(own: &Linearized, directions: &[(Direction, Order)]) -> Option<Vec<usi
         row
     };
     let rows: Vec<Vec<Ball>> = directions.iter().map(|(v, _)| row(v)).collect();
-    choose_bound(&rows, ())
+    choose_bound(&rows, None, ())
 }
 
 impl Flow {

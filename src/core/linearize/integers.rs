@@ -8,42 +8,26 @@ use dashu_int::IBig;
 use super::elimination::common_denominator;
 use super::radicals::{Exact, Field, Surd};
 use crate::number::Number;
-use crate::precision::{Root, Scalar};
+use crate::precision::{Integers, Root, Scalar};
 
 /// So many units of exponents are tried.
 const MOST_RATES: usize = 6;
 
-/// The exact matrices, times one positive number, column by column: coefficients of the square roots of the products of
-/// `roots`, one matrix for each subset of these, counted in binary.
-#[derive(Clone, Debug)]
-pub struct Integers {
-    /// M, G + C and K + N.
-    pub matrices: [Vec<IBig>; 3],
-    /// Whole numbers that are no squares, nor any product of some of them.
-    pub roots: Vec<IBig>,
-    /// The unit of exponents.
-    pub rate: Root,
-    /// Units of the coordinates.
-    pub coordinates: Vec<Root>,
-}
-
-impl Integers {
-    /// In the units that leave the fewest roots; `None` where an entry is no combination of square roots in any.
-    pub(super) fn of(matrices: &[Vec<Exact>; 3]) -> Option<Self> {
-        let mut best: Option<Self> = None;
-        for rate in rates(matrices) {
-            let found = units(matrices, &rate).and_then(|units| whole(matrices, &rate, &units));
-            let Some(found) = found else { continue };
-            let done = found.roots.is_empty();
-            if best.as_ref().is_none_or(|best| found.roots.len() < best.roots.len()) {
-                best = Some(found);
-            }
-            if done {
-                break;
-            }
+/// In the units that leave the fewest roots; `None` where an entry is no combination of square roots in any.
+pub(super) fn integers(matrices: &[Vec<Exact>; 3]) -> Option<Integers> {
+    let mut best: Option<Integers> = None;
+    for rate in rates(matrices) {
+        let found = units(matrices, &rate).and_then(|units| whole(matrices, &rate, &units));
+        let Some(found) = found else { continue };
+        let done = found.roots.is_empty();
+        if best.as_ref().is_none_or(|best| found.roots.len() < best.roots.len()) {
+            best = Some(found);
         }
-        best
+        if done {
+            break;
+        }
     }
+    best
 }
 
 /// The root of the first term.

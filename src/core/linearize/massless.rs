@@ -83,11 +83,11 @@ fn followed<S: Enclosure>(
     }
     let inner: Vec<Vec<S>> =
         rows.iter().map(|row| directions.iter().map(|v| product(v, |i| &row[i], precision)).collect()).collect();
-    constrained::choose_bound(&inner, precision)?;
+    constrained::choose_bound(&inner, None, precision)?;
     // Of the coordinates that the directions move, where these will do.
     let support: Vec<usize> = directions.iter().flatten().map(|(i, _)| *i).collect();
-    let among = constrained::choose_bound_among(&rows, &support, precision);
-    let following = among.or_else(|| constrained::choose_bound(&rows, precision))?;
+    let among = constrained::choose_bound(&rows, Some(&support), precision);
+    let following = among.or_else(|| constrained::choose_bound(&rows, None, precision))?;
     Some((Tangent::new(&rows, &following, precision)?, following))
 }
 

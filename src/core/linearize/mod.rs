@@ -66,14 +66,13 @@ pub use entries::Entries;
 pub use equilibrium::short;
 pub use equilibrium::{Equilibrium, Origin};
 pub use error::{Feature, Inertia, LinearizeError};
-pub use factors::Factors;
 pub(crate) use facts::Variable;
 pub(crate) use flow::Flow;
-pub use integers::Integers;
 pub(crate) use invariance::{Bodies, Invariance};
 pub(crate) use massless::may_be_singular;
 pub use multipliers::SymbolicConstraints;
 pub(crate) use multipliers::{Eliminated, eliminate};
+pub(crate) use naming::constant as translation_name;
 pub use parameters::known_values;
 pub use parametric::{Parametric, parametric};
 pub use precise::Precise;
@@ -83,7 +82,7 @@ pub use slopes::{Slopes, WithMultipliers};
 pub use symbolic::SymbolicMatrices;
 pub(crate) use symbolic::instances;
 pub use symbolic::{forces_of, instance, written_out};
-pub(crate) use symmetry::{Rotation, candidate_rotations, rotation_name, translation_name};
+pub(crate) use symmetry::{Rotation, candidate_rotations, rotation_name};
 pub use zero::NO_FORCE;
 pub use zero::ZeroMode;
 
@@ -99,7 +98,7 @@ pub use units::power_of_two;
 use std::cell::Cell;
 
 use crate::model::Model;
-use crate::precision::{Ball, Big, clear_column};
+use crate::precision::{Ball, Big, Factors, Integers, clear_column};
 
 /// The largest dense problem: its matrices and vectors take about 2 GB.
 pub const MOST_COORDINATES: usize = 4000;
@@ -369,7 +368,7 @@ fn at_equilibrium(
         span: model.constraints.first().map(|own| own.span).unwrap_or_default(),
     };
     let in_balls =
-        constrained::choose_bound(&rows, ()).and_then(|bound| Some((Tangent::new(&rows, &bound, ())?, bound)));
+        constrained::choose_bound(&rows, None, ()).and_then(|bound| Some((Tangent::new(&rows, &bound, ())?, bound)));
     let (tangent, bound) = match in_balls {
         Some(found) => found,
         None => tangent_in_bits(model, assembly, equilibrium, visible).ok_or_else(singular)?,
@@ -389,7 +388,7 @@ fn tangent_in_bits(
     let at = precise::equilibrium(model, assembly, equilibrium, &values)?;
     let second = assembly.stiffness(&at, &values);
     let rows = constrained::gradients(&second, visible, model.coordinates.len());
-    let bound = constrained::choose_bound(&rows, bits)?;
+    let bound = constrained::choose_bound(&rows, None, bits)?;
     Some((Tangent::new(&rows, &bound, bits)?.to_balls(), bound))
 }
 

@@ -7,7 +7,7 @@ use crate::number::Number;
 const MOST_NAMED: usize = 4;
 
 /// A motion the same everywhere: `translation of r along x`, `phi is free`.
-pub(super) fn constant(model: &Model, vector: &[Number]) -> String {
+pub(crate) fn constant(model: &Model, vector: &[Number]) -> String {
     let moved: Vec<usize> = (0..vector.len()).filter(|i| !vector[*i].is_zero()).collect();
     if let [only] = moved.as_slice() {
         return format!("{} is free", model.coordinates.at(*only).name());

@@ -6,7 +6,7 @@
 use dashu_int::IBig;
 
 use crate::number::Number;
-use crate::precision::{Ball, Function, Root, Scalar};
+use crate::precision::{Ball, Function, Root, Scalar, power};
 
 /// Sums of more roots than this are no such numbers.
 const MOST_TERMS: usize = 16;
@@ -385,14 +385,9 @@ impl Scalar for Exact {
         if let Some(own) = self.single() {
             return Self(own.power(exponent, 1).map(Sum::single));
         }
-        let mut power = Self::rational(Some(Number::ONE));
-        for bit in (0..u32::BITS - exponent.unsigned_abs().leading_zeros()).rev() {
-            power = power.mul(&power);
-            if exponent.unsigned_abs() >> bit & 1 == 1 {
-                power = power.mul(self);
-            }
-        }
-        if exponent < 0 { Self::rational(Some(Number::ONE)).div(&power) } else { power }
+        let one = Self::rational(Some(Number::ONE));
+        let power = power(self, exponent.unsigned_abs(), Self::mul).unwrap_or_else(|| one.clone());
+        if exponent < 0 { one.div(&power) } else { power }
     }
 
     fn sqrt(&self) -> Self {

@@ -10,7 +10,6 @@ use super::constrained::{Tangent, solve_for};
 use super::equilibrium::Origin;
 use super::exact::recognised;
 use super::flow::Flow;
-use super::integers::Integers;
 use super::multipliers;
 use super::parameters::known_values;
 use super::radicals::Exact;
@@ -18,7 +17,7 @@ use super::rolling::Rolling;
 use super::symbolic::{forces_vanish, matrices_at};
 use crate::expr::{ExprId, Pool, Substitution, ZeroVerdict};
 use crate::number::Number;
-use crate::precision::{Ball, Function, Scalar};
+use crate::precision::{Ball, Function, Integers, Scalar};
 
 /// Matrices of more rows are not written out.
 const MOST: usize = 20;
@@ -84,7 +83,7 @@ pub(super) fn integers(linearized: &Linearized, flow: Option<&Flow>) -> Option<I
     if let Some(flow) = flow {
         all = flow.regular(&all, pivot_size, ())?;
     }
-    Integers::of(&all)
+    super::integers::integers(&all)
 }
 
 /// The same under conditions on velocities, where they are written out already.
@@ -106,7 +105,7 @@ fn rolled(rolling: &Rolling, pool: &mut Pool, known: &Substitution) -> Option<In
     let nothing = vec![Exact::rational(Some(Number::ZERO)); mass.len()];
     let sum = |a: Option<Entries>, b: Option<Entries>| super::velocity::sum(a, b).unwrap_or_else(|| nothing.clone());
     let (velocity, stiffness) = (sum(gyroscopic, damping), sum(stiffness, circulatory));
-    Integers::of(&[mass, velocity, stiffness])
+    super::integers::integers(&[mass, velocity, stiffness])
 }
 
 /// The equilibrium as expressions: what is given as it is, what was searched for as simple fractions.

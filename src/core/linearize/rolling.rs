@@ -369,8 +369,9 @@ impl Rolling {
             let rows: Vec<S> = numbers.by_ref().take(n * n).collect();
             Some((0..n * n).map(|at| rows[at / n + n * (at % n)].clone()).collect())
         });
-        let slopes: Vec<Vec<S>> = self.symbolic.bound.iter().map(|_| numbers.by_ref().take(n).collect()).collect();
-        Some((matrices, Tangent::following(self.symbolic.free.clone(), self.symbolic.bound.clone(), slopes, precision)))
+        let slopes = self.symbolic.bound.iter().map(|_| numbers.by_ref().take(n).collect()).collect();
+        let (free, bound) = (self.symbolic.free.clone(), self.symbolic.bound.clone());
+        Some((matrices, Tangent { free, bound, slopes, precision }))
     }
 
     /// The coordinates that follow the others.

@@ -157,8 +157,6 @@ fn force(model: &Model, pool: &mut Pool, coordinate: usize) -> Option<ExprId> {
         return None;
     }
     let symbol = model.coordinates.at(coordinate).symbol;
-    let zero = pool.zero();
-    let at_rest: Substitution = model.coordinates.iter().map(|own| (own.velocity, zero)).collect();
     let mut parts = Vec::new();
     for (negative, terms) in signed_terms(model) {
         for at in 0..terms.count {
@@ -166,8 +164,8 @@ fn force(model: &Model, pool: &mut Pool, coordinate: usize) -> Option<ExprId> {
                 continue;
             }
             let map = instance(model, pool, terms, at, None);
-            let body = pool.substitute(&[terms.body], &map)[0];
-            let body = pool.substitute(&[body], &at_rest)[0];
+            let body = pool.substitute_one(terms.body, &map);
+            let body = model.at_rest(pool, body);
             let slope = pool.diff(body, symbol);
             parts.push(if negative { pool.neg(slope) } else { slope });
         }

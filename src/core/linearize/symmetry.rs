@@ -259,11 +259,6 @@ pub(crate) fn rotation_name(model: &Model, rotation: &Rotation) -> String {
     naming::rotation(model, &turned, rotation.about, rotation.turns_all(model))
 }
 
-/// What a motion is called that is the same everywhere.
-pub(crate) fn translation_name(model: &Model, vector: &[Number]) -> String {
-    naming::constant(model, vector)
-}
-
 /// Coordinates that come as vectors, of which there may be several widths, in the order in which they are tried:
 /// by axis, those of all bodies.
 fn vectors(model: &Model) -> Vec<Vec<Vec<usize>>> {

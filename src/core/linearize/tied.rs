@@ -11,15 +11,11 @@ use nalgebra::{DMatrix, DVector};
 use super::assemble::{Assembly, Values};
 use super::constrained::{choose_bound, gradients, solve};
 use super::dependence;
-use super::equilibrium::{Equilibrium, Origin, Search, short};
+use super::equilibrium::{BITS_TO_VERIFY, Equilibrium, Origin, Search, short};
 use super::error::LinearizeError;
 use super::symbolic::force_text;
 use crate::model::Given;
-use crate::precision::Enclosure;
-use crate::precision::{Ball, Big};
-
-/// Enough to tell a force of 1e-90 from none.
-const BITS_TO_VERIFY: usize = 320;
+use crate::precision::{Ball, Big, Enclosure};
 
 /// Puts the multipliers into a point whose coordinates are known: from the forces on the coordinates `bound`.
 /// `None` where these do not determine them.
@@ -146,10 +142,10 @@ impl Search<'_> {
             let values = self.assembly.values::<Big>(self.model, bits).ok()?;
             Some((self.in_bits(point, bits, |value| Some(Big::from_ball(value, bits)))?, values))
         };
-        let bound = choose_bound(&rows, ()).or_else(|| {
+        let bound = choose_bound(&rows, None, ()).or_else(|| {
             let (at, values) = in_bits()?;
             let rows = gradients(&self.assembly.stiffness(&at, &values), visible, at.len());
-            choose_bound(&rows, bits)
+            choose_bound(&rows, None, bits)
         });
         let Some(bound) = bound else {
             return Ok(Some(singular));

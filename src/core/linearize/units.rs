@@ -155,7 +155,7 @@ pub(super) fn choose(model: &Model, assembly: &Assembly, values: &Values<Ball>, 
     let values = assembly.values::<Big>(model, BITS).ok()?;
     if visible < n {
         let second = assembly.stiffness(&at, &values);
-        let bound = choose_bound(&gradients(&second, visible, n), BITS);
+        let bound = choose_bound(&gradients(&second, visible, n), None, BITS);
         // What is not determined stays 0.
         let mut tied = at.clone();
         if let Some(bound) = bound

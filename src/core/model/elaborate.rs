@@ -5,22 +5,21 @@ use std::collections::{HashMap, HashSet};
 use super::compile::{Compiler, Scope};
 use super::coordinates::coordinate_families;
 use super::names::{Entity, Key, SymbolKind, World};
-use super::settings::Settings;
+use super::settings::{Purpose, Settings};
 use super::survey::{declared_names, structural_names, tables_of_coordinates};
 use super::table::{Table, TableTexts};
 use super::terms::{TermFamily, families};
 use super::values::{Value, sum};
-use super::{Constraint, Given, Givens, Model, ModelError, Purpose, dimension};
+use super::{Constraint, Given, Givens, Model, ModelError, dimension};
 use crate::expr::{ExprId, Pool, ZeroVerdict};
 use crate::span::Span;
 use crate::syntax::{ExprKind, ExprRef, File, Indices, Name, StatementKind};
 
-pub(super) fn elaborate(
-    file: &File,
-    tables: &TableTexts,
-    settings: &Settings,
-    purpose: Purpose,
-) -> Result<Model, Vec<ModelError>> {
+/// Checks a parsed file.
+///
+/// # Errors
+/// All mistakes that could be told apart, each with its place.
+pub fn elaborate(file: &File, tables: &TableTexts, settings: &Settings) -> Result<Model, Vec<ModelError>> {
     let mut elaborator = Elaborator::new(file, settings);
     elaborator.read_settings(settings);
     for statement in &file.statements {
@@ -32,12 +31,22 @@ pub(super) fn elaborate(
         }
     }
     elaborator.check_settings(settings);
-    elaborator.finish(purpose)
+    elaborator.finish(settings.purpose)
 }
 
-/// The number of coordinates, from the declarations alone: the parameters and tables that set ranges,
-/// and those ranges. What can't be read counts nothing.
-pub(super) fn coordinate_count(file: &File, tables: &TableTexts, settings: &Settings) -> usize {
+/// The number of coordinates of a parsed file, from its declarations alone: long before
+/// [`elaborate`] is through where there are many, and without looking at energies.
+///
+/// What has a mistake counts nothing; `elaborate` tells it.
+///
+/// ```
+/// use librate::{model, syntax};
+/// let file = syntax::parse("param N = 1000000  coord x[1..N, 1..3]  T = 1/2*x[1,1]'^2")?;
+/// assert_eq!(model::coordinate_count(&file, &Default::default(), &Default::default()), 3000000);
+/// # Ok::<(), Vec<librate::syntax::SyntaxError>>(())
+/// ```
+#[must_use]
+pub fn coordinate_count(file: &File, tables: &TableTexts, settings: &Settings) -> usize {
     let mut elaborator = Elaborator::new(file, settings);
     elaborator.read_settings(settings);
     let mut wanted = elaborator.structural.clone();

@@ -5,7 +5,7 @@
 
 use std::cmp::Ordering;
 
-use crate::precision::Ball;
+use crate::precision::{Ball, power};
 
 /// The numbers from one double to another, these included.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,17 +70,8 @@ impl Interval {
     }
 
     pub(super) fn powi(self, exponent: i32) -> Option<Self> {
-        let mut left = exponent.unsigned_abs();
-        let (mut power, mut square) = (Self::ONE, self);
-        while left > 0 {
-            if left & 1 == 1 {
-                power = if power == Self::ONE { square } else { power.mul(square) };
-            }
-            left >>= 1;
-            if left > 0 {
-                square = square.square();
-            }
-        }
+        let product = |x: &Self, y: &Self| if x == y { x.square() } else { x.mul(*y) };
+        let power = power(&self, exponent.unsigned_abs(), product).unwrap_or(Self::ONE);
         if exponent < 0 { power.inverse() } else { Some(power) }
     }
 

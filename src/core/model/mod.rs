@@ -47,6 +47,7 @@ pub use assume::Assumption;
 pub use constant::Constant;
 pub use coordinates::{Coordinate, Coordinates, Symbols};
 pub use dimension::{Dimension, DimensionError, Inferred, dimensions};
+pub use elaborate::{coordinate_count, elaborate};
 pub use error::ModelError;
 pub use feature::Feature;
 pub use given::{Given, Givens};
@@ -60,11 +61,10 @@ pub use tensors::Tensor;
 pub(crate) use terms::slopes_by;
 pub use terms::{Local, TermFamily};
 pub use units::{unit_dimension, unit_names};
-pub use warning::{Warning, warnings};
+pub use warning::Warning;
 
 use crate::expr::{ExprId, Pool};
 use crate::span::Span;
-use crate::syntax::File;
 
 /// A constraint: what it sets to zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -149,11 +149,11 @@ pub struct Model {
     pub period: Option<Given>,
     /// Where the energies depend on the time explicitly.
     pub time_dependent: Option<Span>,
-    /// The named expressions that are matrices of 3 x 3; members of families only from [`elaborate_tensors`].
+    /// The named expressions that are matrices of 3 x 3; members of families only with [`Settings::only_tensors`].
     pub tensors: Vec<Tensor>,
     /// Matrices of numbers and parameters that are written where a tensor of inertia is meant, without a name.
     pub unnamed_tensors: Vec<Tensor>,
-    /// The points that may be drawn, from [`elaborate_drawn`] alone.
+    /// The points that may be drawn, with [`Settings::with_points`] alone.
     pub points: Vec<Point>,
     /// Whether the file uses units, so that results are in SI.
     pub has_units: bool,
@@ -165,53 +165,4 @@ impl Model {
         let rest = self.coordinates.iter().map(|own| (own.velocity, pool.zero())).collect();
         pool.substitute_one(e, &rest)
     }
-}
-
-/// Checks a parsed file.
-///
-/// # Errors
-/// All mistakes that could be told apart, each with its place.
-pub fn elaborate(file: &File, tables: &TableTexts, settings: &Settings) -> Result<Model, Vec<ModelError>> {
-    elaborate::elaborate(file, tables, settings, Purpose::Motion)
-}
-
-/// Checks a parsed file of which only the tensors are wanted: energies and coordinates may be missing, and
-/// [`Model::tensors`] has the members of families, too.
-///
-/// # Errors
-/// As [`elaborate`].
-pub fn elaborate_tensors(file: &File, tables: &TableTexts, settings: &Settings) -> Result<Model, Vec<ModelError>> {
-    elaborate::elaborate(file, tables, settings, Purpose::Tensors)
-}
-
-/// Checks a parsed file that is to be drawn: [`Model::points`] are there.
-///
-/// # Errors
-/// As [`elaborate`].
-pub fn elaborate_drawn(file: &File, tables: &TableTexts, settings: &Settings) -> Result<Model, Vec<ModelError>> {
-    elaborate::elaborate(file, tables, settings, Purpose::Picture)
-}
-
-/// What a model is wanted for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Purpose {
-    Motion,
-    Tensors,
-    Picture,
-}
-
-/// The number of coordinates of a parsed file, from its declarations alone: long before
-/// [`elaborate`] is through where there are many, and without looking at energies.
-///
-/// What has a mistake counts nothing; `elaborate` tells it.
-///
-/// ```
-/// use librate::{model, syntax};
-/// let file = syntax::parse("param N = 1000000  coord x[1..N, 1..3]  T = 1/2*x[1,1]'^2")?;
-/// assert_eq!(model::coordinate_count(&file, &Default::default(), &Default::default()), 3000000);
-/// # Ok::<(), Vec<librate::syntax::SyntaxError>>(())
-/// ```
-#[must_use]
-pub fn coordinate_count(file: &File, tables: &TableTexts, settings: &Settings) -> usize {
-    elaborate::coordinate_count(file, tables, settings)
 }

@@ -15,11 +15,21 @@ pub(super) fn reason(errors: &[SyntaxError], of_units: &str) -> String {
     }
 }
 
-/// Values that replace those of the file.
+/// Values that replace those of the file, and what the model is wanted for.
 #[derive(Clone, Debug, Default)]
 pub struct Settings {
     pub(super) entries: Vec<Setting>,
     pub(super) budget: Option<Budget>,
+    pub(super) purpose: Purpose,
+}
+
+/// What a model is wanted for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Purpose {
+    #[default]
+    Motion,
+    Tensors,
+    Picture,
 }
 
 /// One setting: the parsed `param NAME = VALUE`.
@@ -41,6 +51,21 @@ impl Settings {
     #[must_use]
     pub fn within(mut self, budget: Budget) -> Self {
         self.budget = Some(budget);
+        self
+    }
+
+    /// The same for a model that is to be drawn: [`Model::points`](super::Model::points) are there.
+    #[must_use]
+    pub fn with_points(mut self) -> Self {
+        self.purpose = Purpose::Picture;
+        self
+    }
+
+    /// The same for a model of which only the tensors are wanted: energies and coordinates may be missing, and
+    /// [`Model::tensors`](super::Model::tensors) has the members of families, too.
+    #[must_use]
+    pub fn only_tensors(mut self) -> Self {
+        self.purpose = Purpose::Tensors;
         self
     }
 

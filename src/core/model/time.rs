@@ -17,7 +17,7 @@ impl Elaborator<'_> {
         for energy in energies {
             let (mut single, several): (Vec<_>, Vec<_>) =
                 energy.iter_mut().partition(|own| is_single(&self.world, own));
-            if !drop_from(&mut self.world, time, &mut single) {
+            if !drop_from(&mut self.world, time, &mut single) && single.len() > 1 {
                 single.into_iter().for_each(|own| _ = drop_from(&mut self.world, time, &mut [own]));
             }
             several.into_iter().for_each(|own| _ = drop_from(&mut self.world, time, &mut [own]));

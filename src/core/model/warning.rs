@@ -110,38 +110,41 @@ Warning Warning {
 }
 }
 
-/// Everything suspicious in a file and in the model that came of it, in the order of the file.
-///
-/// Names that begin with `_` are unused on purpose.
-///
-/// ```
-/// use librate::{model, syntax};
-/// let file = syntax::parse("param k = 2  coord x  T = 1/2*x'^2  V = x^2")?;
-/// let checked = model::elaborate(&file, &Default::default(), &Default::default()).unwrap();
-/// let warnings = model::warnings(&file, &checked);
-/// assert_eq!(warnings[0].to_string(), "the parameter `k` is never used");
-/// # Ok::<(), Vec<librate::syntax::SyntaxError>>(())
-/// ```
-pub fn warnings(file: &File, model: &Model) -> Vec<Warning> {
-    let mut found = unused_names(file);
-    found.extend(decimal_ranges(file));
-    found.extend(unused_indices(file));
-    found.extend(period_without_time(model));
-    found.extend(useless_velocity(model));
-    found.extend(rates_beside_other_units(file, model));
-    let unused: HashSet<String> = found
-        .iter()
-        .filter_map(|warning| match warning {
-            Warning::UnusedCoordinate { name, .. } => Some(name.clone()),
-            _ => None,
-        })
-        .collect();
-    found.extend(free_coordinates(model).into_iter().filter(|warning| match warning {
-        Warning::NoRestoringForce { name, .. } => !unused.contains(name),
-        _ => true,
-    }));
-    found.sort_by_key(|warning| Diagnostic::from(warning).primary.map(|label| label.span));
-    found
+impl Model {
+    /// Everything suspicious in the file that the model came of and in the model, in the order of the file.
+    ///
+    /// Names that begin with `_` are unused on purpose.
+    ///
+    /// ```
+    /// use librate::{model, syntax};
+    /// let file = syntax::parse("param k = 2  coord x  T = 1/2*x'^2  V = x^2")?;
+    /// let checked = model::elaborate(&file, &Default::default(), &Default::default()).unwrap();
+    /// assert_eq!(checked.warnings(&file)[0].message, "the parameter `k` is never used");
+    /// # Ok::<(), Vec<librate::syntax::SyntaxError>>(())
+    /// ```
+    #[must_use]
+    pub fn warnings(&self, file: &File) -> Vec<Diagnostic> {
+        let mut found = unused_names(file);
+        found.extend(decimal_ranges(file));
+        found.extend(unused_indices(file));
+        found.extend(period_without_time(self));
+        found.extend(useless_velocity(self));
+        found.extend(rates_beside_other_units(file, self));
+        let unused: HashSet<String> = found
+            .iter()
+            .filter_map(|warning| match warning {
+                Warning::UnusedCoordinate { name, .. } => Some(name.clone()),
+                _ => None,
+            })
+            .collect();
+        found.extend(free_coordinates(self).into_iter().filter(|warning| match warning {
+            Warning::NoRestoringForce { name, .. } => !unused.contains(name),
+            _ => true,
+        }));
+        let mut found: Vec<Diagnostic> = found.iter().map(Diagnostic::from).collect();
+        found.sort_by_key(|warning| warning.primary.as_ref().map(|label| label.span));
+        found
+    }
 }
 
 /// Names that nothing reads; those with `_` in front are so on purpose.

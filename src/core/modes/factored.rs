@@ -16,16 +16,7 @@ use super::pencil::{Bounded, Enclosed, Scaled};
 use super::product::{Part, TERM, bound_product, measured_product, product_bound, product_sparse};
 use super::start::cholesky;
 use super::{ModesError, Which};
-use crate::precision::{Ball, up};
-
-/// K = Σ ± a aᵀ + rest: the same exact matrix as [`super::Problem::stiffness`].
-#[derive(Clone, Debug, Default)]
-pub struct Factors {
-    /// For each square whether it is counted positive, and the entries of a with their places.
-    pub rows: Vec<(bool, Vec<(usize, Ball)>)>,
-    /// The rest, n by n, column by column; empty where there is none.
-    pub rest: Vec<Ball>,
-}
+use crate::precision::{Ball, Factors, up};
 
 /// Factors in scaled coordinates.
 pub(super) struct Factored {

@@ -33,10 +33,9 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
-use crate::precision::{Ball, Big, Enclosure, Function, Rounding};
+use crate::precision::{Ball, Big, Enclosure, Factors, Function, Rounding};
 
 use dense::Matrix;
-pub use factored::Factors;
 use levels::{Certificate, Gram, Solution, covered, first, refined};
 use pencil::{Scaled, ZeroSpace};
 pub(crate) use sparse::keep_nearest;

@@ -6,11 +6,10 @@ use super::{NormalMode, NormalModes, Normalization, parts};
 use crate::linearize::{Flow, LinearizeError, Linearized, NO_FORCE, Structure, ZeroMode};
 use crate::modes::exponents::Structure as Form;
 use crate::modes::exponents::{
-    Exponent, Exponents, IntegerQuadratic, Limit, PreciseQuadratic, QuadraticProblem, QuadraticSource, Units,
-    exponents, finish,
+    Exponent, Exponents, Limit, PreciseQuadratic, QuadraticProblem, QuadraticSource, exponents, finish,
 };
 use crate::modes::{Kind, ModesError, Options, Stability};
-use crate::precision::{Ball, Big, Enclosure};
+use crate::precision::{Ball, Big, Enclosure, Integers};
 
 /// The model as a source of matrices.
 pub(super) struct Source<'a> {
@@ -28,15 +27,8 @@ impl QuadraticSource for Source<'_> {
         Some(all)
     }
 
-    fn integers(&self) -> Option<IntegerQuadratic> {
-        let found = self.linearized.integers_with(self.flow)?;
-        let [mass, velocity, stiffness] = found.matrices;
-        Some(IntegerQuadratic {
-            mass,
-            velocity,
-            stiffness,
-            units: Units { rate: found.rate, coordinates: found.coordinates, roots: found.roots },
-        })
+    fn integers(&self) -> Option<Integers> {
+        self.linearized.integers_with(self.flow)
     }
 }
 

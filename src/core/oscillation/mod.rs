@@ -12,15 +12,15 @@ mod units;
 mod warning;
 
 pub use units::in_units;
-pub use warning::{Warning, warnings};
+pub use warning::Warning;
 
 use crate::linearize::{Inertia, LinearizeError, Linearized, Structure, Units, ZeroMode, check_size, may_be_singular};
 use crate::modes::exponents::Limit;
 use crate::modes::{
-    self, Factors, Kind, Method, ModesError, Options, Precise, PreciseProblem, PrecisionLevel, Problem, Source,
-    Spectrum, Stability,
+    self, Kind, Method, ModesError, Options, Precise, PreciseProblem, PrecisionLevel, Problem, Source, Spectrum,
+    Stability,
 };
-use crate::precision::{Ball, Big, Scalar, SparseMatrix};
+use crate::precision::{Ball, Big, Factors, Scalar, SparseMatrix};
 use crate::span::Span;
 
 /// Shapes that nobody asked for are made for at most so many coordinates.
@@ -379,8 +379,7 @@ struct Model<'a> {
 
 impl Source for Model<'_> {
     fn factors(&self) -> Option<Factors> {
-        let factors = self.linearized.factors()?;
-        Some(Factors { rows: factors.rows, rest: factors.rest })
+        self.linearized.factors()
     }
 
     fn precisely(&self, bits: usize) -> Option<PreciseProblem> {

@@ -11,11 +11,10 @@ use super::exponents::Source;
 use crate::expr::{ExprId, Substitution, ZeroVerdict};
 use crate::linearize::{Flow, Linearized, ZeroMode};
 use crate::modes::exponents::{
-    self, Exponents, IntegerQuadratic, PreciseQuadratic, QuadraticProblem, QuadraticSource, Structure, Units,
-    exponents, joined,
+    self, Exponents, PreciseQuadratic, QuadraticProblem, QuadraticSource, Structure, exponents, joined,
 };
 use crate::modes::{Kind, Options};
-use crate::precision::Ball;
+use crate::precision::{Ball, Integers};
 
 /// Beyond this many digits a ball may not have them.
 const MOST_OF_A_BALL: usize = 25;
@@ -41,23 +40,15 @@ impl QuadraticSource for Part<'_> {
         Some(whole.map(|matrix| block(&matrix, matrix.len().isqrt(), self.own)))
     }
 
-    fn integers(&self) -> Option<IntegerQuadratic> {
+    fn integers(&self) -> Option<Integers> {
         let whole = self.whole.integers()?;
-        let square = whole.mass.len() >> whole.units.roots.len();
+        let square = whole.matrices[0].len() >> whole.roots.len();
         let blocks = |matrix: &[IBig]| -> Vec<IBig> {
             let parts = matrix.chunks(square.max(1));
             parts.flat_map(|part| block(part, square.isqrt(), self.own)).collect()
         };
-        Some(IntegerQuadratic {
-            mass: blocks(&whole.mass),
-            velocity: blocks(&whole.velocity),
-            stiffness: blocks(&whole.stiffness),
-            units: Units {
-                rate: whole.units.rate,
-                coordinates: piece(&whole.units.coordinates, self.own),
-                roots: whole.units.roots,
-            },
-        })
+        let matrices = whole.matrices.each_ref().map(|matrix| blocks(matrix));
+        Some(Integers { matrices, coordinates: piece(&whole.coordinates, self.own), ..whole })
     }
 }
 

@@ -87,22 +87,24 @@ Warning Warning {
 }
 }
 
-/// What is suspicious about modes that were computed with vectors or without.
-///
-/// An equilibrium that the file gives with `equilibrium` was meant.
-#[must_use]
-pub fn warnings(linearized: &Linearized, modes: &NormalModes) -> Vec<Warning> {
-    let mut found = not_proved(linearized);
-    found.extend(dependent_constraints(linearized));
-    match linearized.structure() {
-        Structure::Conservative => {
-            found.extend(runs_away(linearized, modes));
-            found.extend(ill_conditioned(linearized, modes));
+impl NormalModes {
+    /// What is suspicious about the modes, whether they were computed with vectors or without.
+    ///
+    /// An equilibrium that the file gives with `equilibrium` was meant.
+    #[must_use]
+    pub fn warnings(&self, linearized: &Linearized) -> Vec<Diagnostic> {
+        let mut found = not_proved(linearized);
+        found.extend(dependent_constraints(linearized));
+        match linearized.structure() {
+            Structure::Conservative => {
+                found.extend(runs_away(linearized, self));
+                found.extend(ill_conditioned(linearized, self));
+            }
+            Structure::Circulatory | Structure::Damped => found.extend(feeds_energy(linearized, self)),
+            _ => {}
         }
-        Structure::Circulatory | Structure::Damped => found.extend(feeds_energy(linearized, modes)),
-        _ => {}
+        found.iter().map(Diagnostic::from).collect()
     }
-    found
 }
 
 fn dependent_constraints(linearized: &Linearized) -> Vec<Warning> {

@@ -2,7 +2,7 @@
 
 use std::ops::{Index, IndexMut};
 
-use super::{Complex, Scalar};
+use super::{Ball, Complex, Scalar};
 use crate::number::Number;
 
 /// What matrices are made of.
@@ -172,4 +172,16 @@ pub fn clear_column<T: Entry>(rows: &mut [Vec<T>], row: usize, column: usize, pr
         }
         other[column] = T::whole(0, precision);
     }
+}
+
+/// A symmetric matrix as a sum of squares: Σ ± a aᵀ + rest.
+///
+/// Adding up a stiffness loses soft springs beside stiff ones; the vectors a = √|k| ∇s keep them. The rest holds
+/// what is no square: w·phi'·∇∇s of elements under tension, and elements whose sign is not decided.
+#[derive(Clone, Debug, Default)]
+pub struct Factors {
+    /// For each square whether it is counted positive, and the entries of a with their places.
+    pub rows: Vec<(bool, Vec<(usize, Ball)>)>,
+    /// The rest, n by n, column by column; empty where there is none.
+    pub rest: Vec<Ball>,
 }

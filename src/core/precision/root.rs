@@ -34,3 +34,18 @@ impl Root {
         }
     }
 }
+
+/// M, D and S of λ²M + λD + S exactly, times one positive number, in units in which they are whole or combinations of a few square
+/// roots: q_i = coordinates_i q'_i and λ = rate λ'. Column by column: coefficients of the square roots of the products of `roots`,
+/// one matrix for each subset of these, counted in binary.
+#[derive(Clone, Debug, Default)]
+pub struct Integers {
+    /// M, D and S.
+    pub matrices: [Vec<IBig>; 3],
+    /// Positive whole numbers whose square roots are left in the entries; no product of some of them is a square.
+    pub roots: Vec<IBig>,
+    /// The unit of exponents.
+    pub rate: Root,
+    /// Units of the coordinates; missing ones are 1.
+    pub coordinates: Vec<Root>,
+}

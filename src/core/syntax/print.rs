@@ -144,7 +144,7 @@ pub fn print_statement(file: &File, statement: &Statement) -> String {
 /// The file's statements, one a line.
 ///
 /// ```
-/// use librate::syntax::{parse, print_file};
+/// use librate_core::syntax::{parse, print_file};
 /// let file = parse("coord x T=((1/2)*x'^2)")?;
 /// assert_eq!(print_file(&file), "coord x\nT = (1/2)*x'^2\n");
 /// # Ok::<(), Vec<librate::syntax::SyntaxError>>(())

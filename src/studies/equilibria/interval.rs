@@ -5,7 +5,7 @@
 //! `whole` tells that everything on the way was defined and continuous on all of the operands.
 
 use librate_core::number::Number;
-use librate_core::precision::{Ball, Function, Scalar, two_prod, two_sum};
+use librate_core::precision::{Ball, Function, Scalar, power, two_prod, two_sum};
 
 /// A closed interval; empty where `lo` is not a number.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -276,20 +276,8 @@ impl Scalar for Interval {
         }
         let positive = exponent.unsigned_abs();
         let base = if positive.is_multiple_of(2) { self.abs() } else { *self };
-        let power = |x: f64| {
-            // Of a point, so that squares are squares.
-            let (mut left, mut square, mut power) = (positive, Self::point(x), Self::point(1.0));
-            while left > 0 {
-                if left & 1 == 1 {
-                    power = power.mul(&square);
-                }
-                left >>= 1;
-                if left > 0 {
-                    square = square.mul(&square);
-                }
-            }
-            power
-        };
+        // Of a point, so that squares are squares.
+        let power = |x: f64| power(&Self::point(x), positive, Self::mul).unwrap_or_else(|| Self::point(1.0));
         let own = Self { lo: power(base.lo).lo, hi: power(base.hi).hi, whole: base.whole };
         if exponent < 0 { Self::point(1.0).div(&own) } else { own }
     }

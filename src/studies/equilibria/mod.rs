@@ -17,7 +17,6 @@ mod root;
 mod search;
 mod stability;
 
-pub use crate::source::Source;
 pub use bifurcation::Kind;
 pub use branches::{Bifurcation, Branch, Diagram, follow};
 pub use error::EquilibriaError;

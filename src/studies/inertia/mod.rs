@@ -30,6 +30,7 @@ pub use mesh::{Edge, Mesh};
 pub use principal::{Equal, Impossible, Moment, Principal};
 pub use warning::{Warning, warnings};
 
+use librate_core::diagnostic::Diagnostic;
 use librate_core::expr::{Pool, Substitution, Symbol, ZeroVerdict};
 use librate_core::linearize;
 use librate_core::model::{self, Constant, Model, SymbolKind, Tensor};
@@ -61,8 +62,8 @@ pub struct NamedTensor {
 impl NamedTensor {
     /// That no body has such a tensor, if so.
     #[must_use]
-    pub fn warning(&self) -> Option<Warning> {
-        Warning::of(self)
+    pub fn warning(&self) -> Option<Diagnostic> {
+        Warning::of(self).as_ref().map(Diagnostic::from)
     }
 }
 
@@ -103,7 +104,7 @@ pub fn of_points(text: &str, digits: usize) -> Result<Body, InertiaError> {
 }
 
 /// The constant symmetric matrices of 3 x 3 among the named expressions of a model, with so many correctly rounded
-/// digits of their principal moments; members of families where the model comes from [`model::elaborate_tensors`].
+/// digits of their principal moments; members of families where the settings of the model ask for [`model::Settings::only_tensors`].
 ///
 /// # Errors
 /// All of them: [`InertiaError::NoTensor`], [`InertiaError::MissingValue`], [`InertiaError::NotANumberEntry`].
@@ -112,7 +113,8 @@ pub fn of_points(text: &str, digits: usize) -> Result<Body, InertiaError> {
 /// use librate::{inertia, model, syntax};
 /// let text = "param m = 12  let I = rot_z(pi/6)*inertia_box(m, 1, 2, 3)*transpose(rot_z(pi/6))";
 /// let file = syntax::parse(text)?;
-/// let model = model::elaborate_tensors(&file, &Default::default(), &Default::default())?;
+/// let settings = model::Settings::new().only_tensors();
+/// let model = model::elaborate(&file, &Default::default(), &settings)?;
 /// let tensors = inertia::of_model(&model, 10).unwrap();
 /// let moments = tensors[0].principal.moments.iter();
 /// let moments: Vec<f64> = moments.map(|moment| moment.value.mid_f64()).collect();

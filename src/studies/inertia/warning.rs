@@ -2,7 +2,7 @@
 
 use super::principal::Impossible;
 use super::{NamedTensor, of_model};
-use librate_core::diagnostic::at;
+use librate_core::diagnostic::{Diagnostic, at};
 use librate_core::mistakes;
 use librate_core::model::{Model, Tensor};
 use librate_core::precision::decimal;
@@ -63,7 +63,7 @@ impl Warning {
 ///
 /// Costs nothing for a model without any.
 #[must_use]
-pub fn warnings(model: &Model) -> Vec<Warning> {
+pub fn warnings(model: &Model) -> Vec<Diagnostic> {
     let used = |tensor: &&Tensor| tensor.rotational.is_some();
     let named = model.tensors.iter().filter(used);
     // What is written in full stands behind what it may contain.
@@ -90,5 +90,5 @@ pub fn warnings(model: &Model) -> Vec<Warning> {
         found.extend(known.iter().filter_map(Warning::of));
     }
     found.sort_by_key(|Warning::ImpossibleTensor { span, .. }| span.start);
-    found
+    found.iter().map(Diagnostic::from).collect()
 }

@@ -4,7 +4,7 @@ use super::error::MotionError;
 use super::{System, table};
 use crate::source;
 use librate_core::expr::{ExprId, Pool, Tape};
-use librate_core::linearize::{self, Linearized, Origin, evaluate_closed};
+use librate_core::linearize::{self, LinearizeError, Linearized, Origin, evaluate_closed};
 use librate_core::model::{Constant, Model, entries};
 use librate_core::oscillation::NormalModes;
 use librate_core::precision::{Ball, Enclosure, Scalar, up};
@@ -181,6 +181,24 @@ impl Start {
         }
         start.onto_constraints(system, given)?;
         Ok(start)
+    }
+
+    /// The model about its equilibrium, for a start there; a motion needs none: where there is none it is `None`, unless it is
+    /// `needed`.
+    ///
+    /// # Errors
+    /// Those of [`linearize::linearize`] that leave nothing to start from, and coordinates without inertia.
+    pub fn linearized(model: &Model, needed: bool) -> Result<Option<Linearized>, LinearizeError> {
+        match linearize::linearize(model.clone()) {
+            Ok(linearized) => linearized.check_inertia().map(|()| Some(linearized)),
+            Err(
+                error @ (LinearizeError::MissingValue { .. }
+                | LinearizeError::NotAnEquilibrium { .. }
+                | LinearizeError::ConstraintBroken { .. }),
+            ) => Err(error),
+            Err(error) if needed => Err(error),
+            Err(_) => Ok(None),
+        }
     }
 
     /// A mode by its number from 1, displaced so that its largest component is the amplitude (in the unit of that coordinate), at rest

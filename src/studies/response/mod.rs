@@ -15,7 +15,7 @@ mod peaks;
 mod remarks;
 mod solve;
 
-pub use crate::source::Source;
+use crate::source::Source;
 pub use error::ResponseError;
 pub use peaks::{Peak, PeakKind, Peaks};
 

@@ -87,6 +87,14 @@ impl Sensitivities {
         let both = self.omega.iter().zip(&self.growth);
         Some(both.map(|(omega, growth)| Uncertainty::new(of(omega), of(growth))).collect())
     }
+
+    /// Puts the uncertainties into the modes.
+    pub fn put_uncertainties(&self, linearized: &Linearized, modes: &mut NormalModes) {
+        let own = self.uncertainties(linearized).into_iter().flatten();
+        for (mode, own) in modes.modes.iter_mut().zip(own) {
+            mode.uncertainty = Some(own);
+        }
+    }
 }
 
 /// Puts the uncertainties into modes of a model that states some of parameters, which were computed with `options`.
@@ -108,16 +116,8 @@ pub fn put_uncertainties(
         options.vectors = true;
         sensitivities(linearized, &normal_modes(linearized, &options)?)
     };
-    put(linearized, modes, &found);
+    found.put_uncertainties(linearized, modes);
     Ok(())
-}
-
-/// Puts the uncertainties into modes, by their derivatives.
-pub fn put(linearized: &Linearized, modes: &mut NormalModes, found: &Sensitivities) {
-    let own = found.uncertainties(linearized).into_iter().flatten();
-    for (mode, own) in modes.modes.iter_mut().zip(own) {
-        mode.uncertainty = Some(own);
-    }
 }
 
 /// Whether a model states the uncertainty of a parameter.

@@ -2,9 +2,9 @@
 
 #![allow(dead_code, reason = "each test file uses its share")]
 
-use librate::batch::Solution;
 use librate::model::{Model, Settings, TableTexts, elaborate};
 use librate::syntax::parse;
+use librate_studies::batch::Solution;
 
 pub(crate) fn model(text: &str) -> Model {
     let file = parse(text).unwrap_or_else(|errors| panic!("{errors:?}"));

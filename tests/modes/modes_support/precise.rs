@@ -5,8 +5,9 @@ use std::cell::RefCell;
 use dashu_int::IBig;
 use dashu_ratio::RBig;
 use librate::modes::{Kind, Options};
-use librate::precision::{Big, Magnitude, Rounding};
+use librate::precision::{Big, Rounding};
 use librate_core::modes::{Mode, PreciseProblem, Source, Spectrum, solve_from};
+use librate_core::precision::Magnitude;
 
 use super::{Exact, ball, count_below, parse, problem};
 

@@ -16,11 +16,10 @@
 
 use dashu_int::IBig;
 
-use super::IntegerQuadratic;
 use super::basis::Metric;
 use super::complex::Wide;
 use super::polynomial::{Polynomial, rank};
-use crate::precision::{Big, Magnitude, clear_column, sum_of_products};
+use crate::precision::{Big, Integers, Magnitude, clear_column, sum_of_products};
 
 /// Products of words that an exact rank may cost, about: a second.
 const MOST_WORK: f64 = 1e9;
@@ -45,14 +44,14 @@ pub(super) enum Search {
 
 /// λ²M + λD + S with whole entries.
 pub(super) struct Pencil<'a> {
-    pub(super) matrices: &'a IntegerQuadratic,
+    pub(super) matrices: &'a Integers,
     pub(super) n: usize,
 }
 
 impl Pencil<'_> {
     /// How many choices of signs the square roots in the entries have.
     pub(super) fn conjugates(&self) -> usize {
-        1 << self.matrices.units.roots.len()
+        1 << self.matrices.roots.len()
     }
 
     /// One of the matrices with 2^k by 2^k blocks for its entries, row by row: √d_S √d_T is √d_(S xor T) times the product of what
@@ -60,7 +59,7 @@ impl Pencil<'_> {
     pub(super) fn whole(&self, matrix: &[IBig]) -> Vec<Vec<IBig>> {
         let (n, conjugates) = (self.n, self.conjugates());
         let shared = |bits: usize| {
-            let roots = self.matrices.units.roots.iter().enumerate();
+            let roots = self.matrices.roots.iter().enumerate();
             let own = roots.filter(|(at, _)| bits >> at & 1 == 1);
             own.fold(IBig::ONE, |product, (_, root)| product * root)
         };
@@ -79,7 +78,7 @@ impl Pencil<'_> {
     pub(super) fn values(&self, matrix: &[IBig], conjugate: usize, bits: usize) -> Vec<Big> {
         let square = self.n * self.n;
         let big = |x: &IBig| Big::from_parts(x.clone(), 0, bits);
-        let roots: Vec<Big> = self.matrices.units.roots.iter().map(big).collect();
+        let roots: Vec<Big> = self.matrices.roots.iter().map(big).collect();
         let roots: Vec<Big> = roots.iter().map(Big::sqrt).collect();
         let mut sums = vec![Big::zero(bits); square];
         for (part, entries) in matrix.chunks(square.max(1)).enumerate() {
@@ -193,9 +192,8 @@ impl Pencil<'_> {
     /// T_k at λ, of a conjugate.
     fn chains(&self, lambda: &Wide, level: usize, conjugate: usize) -> Vec<Vec<Wide>> {
         let (n, bits) = (self.n, lambda.re.bits());
-        let IntegerQuadratic { mass, velocity, stiffness, units: _ } = self.matrices;
         let [mass, velocity, stiffness] =
-            [mass, velocity, stiffness].map(|matrix| self.values(matrix, conjugate, bits));
+            self.matrices.matrices.each_ref().map(|matrix| self.values(matrix, conjugate, bits));
         let mut rows = vec![vec![Wide::zero(bits); n * level]; n * level];
         for i in 0..n {
             for j in 0..n {
@@ -224,8 +222,7 @@ impl Pencil<'_> {
     /// With a the leading coefficient of f and C = aC₁ for C₁ the companion matrix, T_k times a².
     fn exact_dimension(&self, f: &Polynomial, level: usize) -> Option<usize> {
         let (n, d) = (self.n * self.conjugates(), f.len().checked_sub(1)?);
-        let IntegerQuadratic { mass, velocity, stiffness, units: _ } = self.matrices;
-        let [mass, velocity, stiffness] = [mass, velocity, stiffness].map(|matrix| self.whole(matrix));
+        let [mass, velocity, stiffness] = self.matrices.matrices.each_ref().map(|matrix| self.whole(matrix));
         let lead = f.last()?;
         let zero = || vec![vec![IBig::ZERO; d]; d];
         let (mut one, mut c) = (zero(), zero());

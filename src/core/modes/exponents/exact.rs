@@ -12,12 +12,12 @@
 
 use dashu_int::IBig;
 
+use super::Options;
 use super::basis::{Metric, finished};
 use super::blocks::{Blocks, Pencil, Search};
 use super::complex::Wide;
 use super::polynomial::{Polynomial, by_multiplicity, determinant, divided, gcd, mirrored, roots, through};
-use super::{IntegerQuadratic, Options};
-use crate::precision::{Big, Rounding};
+use crate::precision::{Big, Integers, Rounding};
 
 /// Up to this number of coordinates, with all conjugates.
 pub(crate) const LARGEST: usize = 20;
@@ -55,7 +55,7 @@ fn at([m, d, s]: &[Vec<Vec<IBig>>; 3], lambda: &IBig) -> Vec<Vec<IBig>> {
 
 /// The exact spectrum; `None` where it is out of reach.
 pub(super) fn exact(
-    matrices: &IntegerQuadratic,
+    matrices: &Integers,
     n: usize,
     options: &Options,
     semisimple: bool,
@@ -63,7 +63,7 @@ pub(super) fn exact(
 ) -> Option<ExactSpectrum> {
     let pencil = Pencil { matrices, n };
     let order = n.checked_mul(pencil.conjugates())?;
-    let whole = [&matrices.mass, &matrices.velocity, &matrices.stiffness];
+    let whole = matrices.matrices.each_ref();
     if order > LARGEST || whole.iter().any(|m| m.len() != n * order) {
         return None;
     }
@@ -76,8 +76,7 @@ pub(super) fn exact(
     let zeros = p.iter().take_while(|c| c.is_zero()).count();
     p.drain(..zeros);
     let semisimple = semisimple && pencil.conjugates() == 1;
-    let units = &matrices.units;
-    let rate = |bits: usize| units.rate.value(bits);
+    let rate = |bits: usize| matrices.rate.value(bits);
     let mut zero = None;
     if zeros > 0 {
         let line: Polynomial = vec![IBig::ZERO, IBig::ONE];
@@ -119,7 +118,7 @@ pub(super) fn exact(
         root.growth = &root.growth * &by;
         root.omega = &root.omega * &by;
         for head in root.blocks.iter_mut().flat_map(|blocks| &mut blocks.heads) {
-            for (x, unit) in head.iter_mut().zip(&units.coordinates) {
+            for (x, unit) in head.iter_mut().zip(&matrices.coordinates) {
                 *x = x.times(&unit.value(x.re.bits()));
             }
         }

@@ -7,14 +7,14 @@
 use dashu_int::IBig;
 
 use super::super::dense::Matrix;
+use super::Options;
 use super::basis::Metric;
 use super::blocks::Pencil;
 use super::columns::{Column, Columns};
 use super::complex::Wide;
 use super::exact::exact;
 use super::scale::Scaled;
-use super::{IntegerQuadratic, Options, Units};
-use crate::precision::{Big, sum_of_products};
+use crate::precision::{Big, Integers, sum_of_products};
 
 /// Digits of the exponents.
 const DIGITS: usize = 20;
@@ -27,7 +27,7 @@ pub(super) fn far_start(scaled: &Scaled) -> Option<Columns> {
     }
     let matrices = whole(scaled)?;
     let mass = |i: usize, j: usize| {
-        let entry = matrices.mass.get(j * n + i).cloned();
+        let entry = matrices.matrices[0].get(j * n + i).cloned();
         Big::from_parts(entry.unwrap_or_default(), 0, 128 + 4 * DIGITS)
     };
     let metric = Metric { n, mass: &mass, shift: &vec![0; n] };
@@ -66,7 +66,7 @@ pub(super) fn far_start(scaled: &Scaled) -> Option<Columns> {
 }
 
 /// The midpoints, all times one power of two.
-fn whole(scaled: &Scaled) -> Option<IntegerQuadratic> {
+fn whole(scaled: &Scaled) -> Option<Integers> {
     let entries = |matrix: &Matrix| -> Vec<Big> {
         let columns = (0..scaled.n).flat_map(|j| (0..scaled.n).map(move |i| (i, j)));
         columns.map(|(i, j)| Big::from_double_double(matrix.get(i, j), 128)).collect()
@@ -85,10 +85,6 @@ fn whole(scaled: &Scaled) -> Option<IntegerQuadratic> {
         });
         entries.collect()
     };
-    Some(IntegerQuadratic {
-        mass: whole(&all[0])?,
-        velocity: whole(&all[1])?,
-        stiffness: whole(&all[2])?,
-        units: Units::default(),
-    })
+    let [mass, velocity, stiffness] = all.each_ref().map(|own| whole(own));
+    Some(Integers { matrices: [mass?, velocity?, stiffness?], ..Integers::default() })
 }

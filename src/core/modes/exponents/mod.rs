@@ -40,11 +40,10 @@ pub(crate) use exact::LARGEST as MOST_EXACT;
 pub use solve::exponents;
 pub(crate) use spectrum::{finish, joined};
 
-use dashu_int::IBig;
 use faer::c64;
 
 use super::{Kind, ModesError, Options, Precise, PrecisionLevel, Stability};
-use crate::precision::{Ball, Big, Root};
+use crate::precision::{Ball, Big, Integers};
 
 /// M q̈ + D q̇ + S q = 0.
 #[derive(Clone, Debug)]
@@ -82,32 +81,6 @@ pub enum Structure {
 /// M, D and S of a [`QuadraticProblem`] at a higher precision.
 pub type PreciseQuadratic = [Vec<Big>; 3];
 
-/// M, D and S in [`Units`], all three times one positive number, exactly, column by column; where [`Units::roots`] are given,
-/// so many matrices as these have subsets, one after the other: coefficients of the square root of the product of each, counted in
-/// binary.
-#[derive(Clone, Debug)]
-pub struct IntegerQuadratic {
-    /// M.
-    pub mass: Vec<IBig>,
-    /// D.
-    pub velocity: Vec<IBig>,
-    /// S.
-    pub stiffness: Vec<IBig>,
-    /// The units that they are whole in.
-    pub units: Units,
-}
-
-/// Units in which matrices are fractions or combinations of a few square roots: q_i = coordinates_i q'_i and λ = rate λ'.
-#[derive(Clone, Debug, Default)]
-pub struct Units {
-    /// That of exponents.
-    pub rate: Root,
-    /// One a coordinate; missing ones are 1.
-    pub coordinates: Vec<Root>,
-    /// Positive whole numbers whose square roots are left in the entries; no product of some of them is a square.
-    pub roots: Vec<IBig>,
-}
-
 /// Where a problem comes from: what it can be asked for when its enclosures do not tell enough.
 ///
 /// Everything must describe the same exact matrices as the [`QuadraticProblem`] does. Nothing is asked for that
@@ -119,7 +92,7 @@ pub trait QuadraticSource {
     }
 
     /// The matrices exactly, where every entry is a rational number.
-    fn integers(&self) -> Option<IntegerQuadratic> {
+    fn integers(&self) -> Option<Integers> {
         None
     }
 }

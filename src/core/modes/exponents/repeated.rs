@@ -10,8 +10,8 @@ use super::exact::{ExactRoot, ExactSpectrum};
 use super::scale::Scaled;
 use super::solve::Solution;
 use super::spectrum::{Facts, finish, kind, omega_squared};
-use super::{Exponent, Exponents, IntegerQuadratic, Kind, Limit, Options, Precise, PrecisionLevel};
-use crate::precision::{Ball, Big, Magnitude, up};
+use super::{Exponent, Exponents, Kind, Limit, Options, Precise, PrecisionLevel};
+use crate::precision::{Ball, Big, Integers, Magnitude, up};
 
 /// Bits of combinations of vectors that come in balls or doubles.
 const BITS: usize = 160;
@@ -23,18 +23,18 @@ type Shape = (Vec<c64>, f64);
 pub(super) fn exact_spectrum(
     scaled: &Scaled,
     facts: &Facts,
-    matrices: &IntegerQuadratic,
+    matrices: &Integers,
     exact: ExactSpectrum,
     options: &Options,
 ) -> Exponents {
     let paired = facts.paired;
     // Whole matrices are a multiple of the true ones in their units: vectors of length 1 in theirs are too short by its root.
-    let unit = matrices.units.coordinates.first();
+    let unit = matrices.coordinates.first();
     let unit = unit.map_or(Big::one(4 * BITS), |unit| unit.value(4 * BITS));
     let true_mass = &Big::from_ball(&true_mass(scaled, 0, 0), 4 * BITS) * &(&unit * &unit);
     let n = scaled.n;
     let pencil = Pencil { matrices, n };
-    let mass = pencil.values(&matrices.mass, 0, 4 * BITS);
+    let mass = pencil.values(&matrices.matrices[0], 0, 4 * BITS);
     let multiple = mass.first().map_or(Big::one(BITS), |mass| (mass / &true_mass).sqrt());
     let shape = |head: Option<&Vec<Wide>>, known: bool| match head {
         Some(head) => finished(&head.iter().map(|x| x.times(&multiple)).collect::<Vec<_>>()),

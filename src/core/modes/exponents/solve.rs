@@ -15,11 +15,8 @@ use super::spectrum::{Facts, Status, mark_rough, spectrum, status};
 use super::start::start;
 use super::wide::beyond;
 use super::wide_columns::{WideColumn, WideColumns};
-use super::{
-    Exponents, IntegerQuadratic, ModesError, Options, PrecisionLevel, QuadraticProblem, QuadraticSource, Stability,
-    Structure,
-};
-use crate::precision::{Ball, Big, sum_of_products};
+use super::{Exponents, ModesError, Options, PrecisionLevel, QuadraticProblem, QuadraticSource, Stability, Structure};
+use crate::precision::{Ball, Big, Integers, sum_of_products};
 
 /// Rounds in double-double, the first one included.
 const ROUNDS: usize = 12;
@@ -89,11 +86,11 @@ pub fn exponents(
 }
 
 /// The exponents of matrices that are known exactly.
-fn decided(scaled: &Scaled, matrices: &IntegerQuadratic, facts: &Facts, options: &Options) -> Option<Exponents> {
+fn decided(scaled: &Scaled, matrices: &Integers, facts: &Facts, options: &Options) -> Option<Exponents> {
     let n = scaled.n;
     let bits = 128 + 4 * options.digits;
     let pencil = Pencil { matrices, n };
-    let values = pencil.values(&matrices.mass, 0, bits);
+    let values = pencil.values(&matrices.matrices[0], 0, bits);
     let mass = |i: usize, j: usize| values.get(j * n + i).cloned().unwrap_or(Big::zero(bits));
     let metric = Metric { n, mass: &mass, shift: &scaled.shift };
     let metric = options.vectors.then_some(&metric);
