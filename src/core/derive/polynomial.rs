@@ -33,6 +33,12 @@ impl Polynomial {
         own
     }
 
+    pub(super) fn variable(variables: usize, at: usize) -> Self {
+        let mut own = Self::zero(variables);
+        own.add((0..variables).map(|variable| u32::from(variable == at)).collect(), &Number::ONE);
+        own
+    }
+
     pub(super) fn add(&mut self, powers: Powers, coefficient: &Number) {
         let sum = self.terms.get(&powers).map_or_else(|| coefficient.clone(), |own| own.add(coefficient));
         if sum.is_zero() {
