@@ -44,7 +44,9 @@ impl Guard {
 
     /// From now on nothing is ended any more: the answer, where all of it could be worked out within the budget.
     pub(crate) fn finish(&self, answer: Result<Answer, Failure>) -> Result<Answer, Failure> {
-        self.done.store(true, Ordering::Relaxed);
+        if self.done.swap(true, Ordering::Relaxed) {
+            return answer;
+        }
         let Some(Err(exceeded)) = self.budget.get().map(Budget::check) else {
             return answer;
         };
@@ -59,6 +61,11 @@ impl Guard {
             Some(source) => Failure::Model(source, vec![told]),
             None => Failure::Other { message: told.message, help: told.help, status: FAULT },
         })
+    }
+
+    /// An answer will do as it is: the budget ended only what it says is left out.
+    pub(crate) fn accept(&self) {
+        self.done.store(true, Ordering::Relaxed);
     }
 
     /// Of work in many parts, that one is done: the next has all of the time for itself. Not so once the budget is spent.

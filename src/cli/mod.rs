@@ -299,7 +299,7 @@ fn floquet_text(args: &args::Floquet) -> Result<Answer, Failure> {
 }
 
 fn derive_text(args: &args::Derive) -> Result<Answer, Failure> {
-    let Loaded { source, model, warnings } = load(&args.model, Size::Any)?;
+    let Loaded { source, model, mut warnings } = load(&args.model, Size::Any)?;
     let known: Vec<&str> = model.parameters.iter().map(|p| p.name.as_str()).collect();
     let limits = args.limits.iter().map(|text| limit(text, &known));
     let limits: Vec<(String, Number)> = limits.collect::<Result<_, _>>()?;
@@ -307,9 +307,17 @@ fn derive_text(args: &args::Derive) -> Result<Answer, Failure> {
         [name, power] => Some(expansion(name, power, &known)?),
         _ => None,
     };
-    let parts = Parts::all().cubic(args.cubic).quartic(args.quartic);
+    let parts = args.only.as_ref().map_or_else(Parts::all, |only| Parts::of(only));
+    let parts = parts.cubic(args.cubic).quartic(args.quartic);
     let derived = during(&args.model, "deriving the equations", || derive::derive(&model, &parts));
     let mut derivation = derived.map_err(|error| failed(&source, &warnings, error))?;
+    if let Some(exceeded) = &derivation.left_out {
+        if args.only.is_some() {
+            return Err(failed(&source, &warnings, linearize::LinearizeError::from(exceeded.clone())));
+        }
+        args.model.guard.accept();
+        warnings.push(report::left_out(exceeded));
+    }
     for (name, value) in &limits {
         derivation.limit(name, value);
     }

@@ -238,6 +238,7 @@ const PAGES: &[(&str, &str)] = &[
     ("W0104", include_str!("../../docs/errors/W0104.md")),
     ("W0105", include_str!("../../docs/errors/W0105.md")),
     ("W0106", include_str!("../../docs/errors/W0106.md")),
+    ("W0107", include_str!("../../docs/errors/W0107.md")),
     ("W0201", include_str!("../../docs/errors/W0201.md")),
 ];
 

@@ -8,7 +8,7 @@ use std::fmt::{Display, Write};
 use super::constraints::{constraint_texts, follow_texts, independent_names, reduced_texts};
 use super::exponents::{exponent_text, imaginary_unit};
 use super::frequencies::{exchange, kind, signs};
-use super::page::{assumption_texts, condition_text, conserved_because};
+use super::page::{assumption_texts, condition_text, conserved_because, left_out};
 use super::{Written, damping, zero_motions};
 use librate_core::derive::{
     CHAPTERS, Conserved, Derivation, Exchange, Exponents, Frequencies, Linear, Motion, NormalCoordinates, NormalWaves,
@@ -219,6 +219,9 @@ pub fn derive_json(derivation: &Derivation) -> String {
         });
         fields.push(("force_vanishes", lines(roots)));
     }
+    if let Some(exceeded) = &derivation.left_out {
+        fields.push(("left_out", string(&left_out(exceeded).message)));
+    }
     let shown = fields.iter().filter(|(name, _)| chapter(name).is_none_or(|own| derivation.shows(own)));
     let fields = shown.map(|(name, value)| format!("\"{name}\": {value}"));
     format!("{{{}}}\n", fields.collect::<Vec<_>>().join(",\n "))
@@ -227,7 +230,7 @@ pub fn derive_json(derivation: &Derivation) -> String {
 /// The chapter of a page that has what a field has; `None` of what all pages have.
 fn chapter(field: &str) -> Option<&str> {
     match field.strip_prefix("reduced_").unwrap_or(field) {
-        "model" | "coordinates" | "assumptions" | "signs" | "not_linearized" => None,
+        "model" | "coordinates" | "assumptions" | "signs" | "not_linearized" | "left_out" => None,
         "rates" => Some("equilibrium"),
         "multipliers" | "constraint_multipliers" | "constraint_gradients" | "free_coordinates" | "directions" => {
             Some("constraints")

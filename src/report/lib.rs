@@ -52,6 +52,7 @@ pub use mode_pictures::{modes_svg, sweep_svg};
 pub use modes::modes_text;
 pub use motion::{MotionCsv, MotionJson, motion_csv, motion_json, motion_remark, motion_svg, start_remark};
 pub use npz::{Vectors, read_vectors};
+pub use page::left_out;
 pub use period::{period_csv, period_curve_json, period_json, period_text};
 pub use period_picture::period_svg;
 pub use response::{peaks_csv, peaks_json, response_csv, response_json, response_svg};

@@ -7,9 +7,11 @@ use super::constraints::{
 };
 use super::exponents::exponent_parts;
 use super::frequencies::{frequency_parts, signs};
+use librate_core::budget::Exceeded;
 use librate_core::derive::{
     Condition, Conserved, Definition, Derivation, Energy, Linear, Motion, Names, Root, SecondOrder,
 };
+use librate_core::diagnostic::Diagnostic;
 use librate_core::expr::ExprId;
 use librate_core::number::Number;
 use librate_core::typeset::{Formula, Notation};
@@ -131,6 +133,14 @@ fn symmetry_of(letter: &str) -> (&'static str, bool) {
     }
 }
 
+/// What the budget has left out of a derivation.
+#[must_use]
+pub fn left_out(exceeded: &Exceeded) -> Diagnostic {
+    let own = Diagnostic::from(exceeded);
+    let remark = Diagnostic::remark(format!("{}: what would follow is left out", own.message));
+    remark.with_help(format!("{}; with `--only` other chapters are not worked out", own.help.unwrap_or_default()))
+}
+
 /// Words with what is between backticks written by another function.
 pub(super) fn words(text: &str, plain: impl Fn(&str) -> String, formula: impl Fn(&str) -> String) -> String {
     let parts = text.split('`').enumerate();
@@ -189,6 +199,8 @@ impl Page {
             Ok(linear) => page.linear(derivation, linear),
             Err(error) => page.parts.push(Part::Paragraph(format!("no mass and stiffness matrices: {error}"))),
         }
+        let left_out = derivation.left_out.iter().map(|own| Part::Paragraph(left_out(own).message));
+        page.parts.extend(left_out);
         page
     }
 

@@ -4,7 +4,7 @@
 //! Lifshitz, Mechanics, §5). What is put in for parameters is up to the caller. Nothing is evaluated or approximated here, and
 //! nothing is said about constraints.
 
-use librate_core::expr::{ExprId, Pool, Substitution, Symbol};
+use librate_core::expr::{ExprId, Pool, Substitution, Symbol, ZeroVerdict};
 use librate_core::linearize::{forces_of, signed_terms, written_out};
 use librate_core::model::{Model, SymbolKind};
 
@@ -29,8 +29,6 @@ pub(crate) struct Equation {
     /// M_ij and dp_i/dq_j by j, those that are not 0.
     pub(crate) mass: Vec<(usize, ExprId)>,
     pub(crate) slopes: Vec<(usize, ExprId)>,
-    /// dF/dq_i' - Q_i.
-    pub(crate) drag: ExprId,
     /// h_i.
     pub(crate) load: ExprId,
 }
@@ -99,6 +97,22 @@ impl<'a> Mechanics<'a> {
         self.pool.sum(&parts)
     }
 
+    /// Whether what no energy gives has a potential at each time.
+    pub(crate) fn has_potential(&mut self) -> bool {
+        let drags = self.drags.clone();
+        let at_rest = drags.iter().all(|own| self.velocity_slopes(*own).is_empty());
+        let slopes: Vec<_> = drags.iter().map(|own| self.slopes(*own)).collect();
+        let slope =
+            |i: usize, j: usize| slopes[i].iter().find(|(at, _)| *at == j).map_or(self.pool.zero(), |own| own.1);
+        let pairs: Vec<_> = (0..drags.len()).flat_map(|i| (0..i).map(move |j| (i, j))).collect();
+        let pairs: Vec<_> = pairs.into_iter().map(|(i, j)| (slope(i, j), slope(j, i))).collect();
+        at_rest
+            && pairs.into_iter().all(|(a, b)| {
+                let difference = self.pool.sub(a, b);
+                self.pool.is_zero(difference) == ZeroVerdict::Zero
+            })
+    }
+
     /// The equations, one a coordinate.
     pub(crate) fn equations(&mut self) -> Vec<Equation> {
         let forces = self.pool.gradient(self.lagrangian, &self.coordinates);
@@ -110,7 +124,7 @@ impl<'a> Mechanics<'a> {
             let rate = self.rate(momentum, &slopes);
             let force = self.pool.neg(force);
             let load = self.pool.sum(&[drag, rate, force]);
-            Equation { momentum, mass, slopes, drag, load }
+            Equation { momentum, mass, slopes, load }
         });
         rows.collect()
     }

@@ -120,12 +120,21 @@ fn memory_that_is_given_back_may_be_used_again() {
 fn the_command_line_has_a_clock() {
     let turns = "coord a, b, c\nlet R = rot_x(a)*rot_y(b)*rot_z(c)\nlet S = R*R\nlet w = angular_velocity(S*S)\n\
                  T = 1/2*dot(w, w)\nV = a^2 + b^2 + c^2\n";
-    let run = with_input(&["derive", "-", "--budget", "1s", "--message-format", "json"], turns);
+    let clock = ["derive", "-", "--budget", "1s", "--message-format", "json"];
+    let run = with_input(&[&clock[..], &["--only", "equations"]].concat(), turns);
     assert_eq!(run.status, 1, "{}", run.err);
     let told: serde_json::Value = serde_json::from_str(&run.err).unwrap();
     assert_eq!(told["code"], "E0901");
     assert_eq!(told["help"], "`--budget` raises it: `--budget 10s`");
     assert!(run.out.is_empty());
+    // What was worked out before is written, and what is left out is said.
+    let run = with_input(&clock, turns);
+    assert_eq!(run.status, 0, "{}", run.err);
+    let told: serde_json::Value = serde_json::from_str(&run.err).unwrap();
+    assert_eq!((told["severity"].as_str(), told["code"].as_str()), (Some("warning"), None));
+    assert!(run.out.contains("mass matrix M") && run.out.contains("what would follow is left out"), "{}", run.out);
+    let run = with_input(&[&clock[..], &["--only", "mass"]].concat(), turns);
+    assert_eq!((run.status, run.err.as_str()), (0, ""));
 }
 
 #[test]

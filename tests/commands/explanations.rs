@@ -248,6 +248,8 @@ fn told(block: &Block<'_>, files: &BTreeMap<&str, &str>) -> Vec<&'static str> {
             false => (0..study.len()).try_for_each(|place| study.values(place).map(|_| ())),
         };
         let found = response::Study::new(checked, librate::Source { file, tables, settings }, request);
+        let remarks = found.iter().flat_map(|study| study.response([]).remarks());
+        told.extend(remarks.filter_map(|own| own.code));
         told.extend(found.and_then(responds).err().map(|error| error.code()));
         return told;
     }

@@ -119,6 +119,17 @@ fn all_five_matrices_of_two_coordinates_are_derived_at_once() {
     assert!(!own.complete && own.stability.as_ref().is_some_and(|own| own.len() == 3));
 }
 
+/// Conditions that are long when multiplied out are given in the coefficients.
+#[test]
+fn long_conditions_are_not_multiplied_out() {
+    for (name, count) in [("three_masses_and_a_motor", 6), ("two_masses_on_a_turntable", 8)] {
+        let text = std::fs::read_to_string(format!("tests/problems/{name}.lag")).unwrap();
+        let page = page(&common::model(&text));
+        let own = linear(&page).unwrap().exponents.as_ref().unwrap();
+        assert_eq!(own.stability.as_ref().map(Vec::len), Some(count), "{name}");
+    }
+}
+
 #[test]
 fn what_nothing_holds_has_exponents_without_values() {
     let page = page(&common::model("param m coord x, y T = 1/2*m*x'^2 + m*y'^2"));

@@ -62,6 +62,27 @@ fn assert_multipliers(name: &str, found: &Floquet, wanted: &Value) {
     }
 }
 
+/// A drive that is a force has the potential -F(t) x, and so has one that depends on the place alike.
+#[test]
+fn forces_with_a_potential_leave_no_place_undecided() {
+    let of = |potential: &str, forces: &str| {
+        multipliers_of(&format!(
+            "coord x, y  T = 1/2*(x'^2 + y'^2)
+             V = 1/2*(x^2 + 2*y^2) + 1/4*x^4 {potential}  {forces}  period pi"
+        ))
+    };
+    let energy = of("- 3/10*x*cos(2*t) - 1/5*x*y*(2 + sin(2*t))", "");
+    let force = of("", "force x = 3/10*cos(2*t) + 1/5*y*(2 + sin(2*t))  force y = 1/5*x*(2 + sin(2*t))");
+    assert_eq!((energy.stable, force.stable), (Some(true), Some(true)));
+    for (one, other) in energy.multipliers.iter().zip(&force.multipliers) {
+        assert!((one.re - other.re).contains_zero() && (one.im - other.im).contains_zero());
+        assert_eq!((one.place, other.place), (Place::On, Place::On));
+    }
+    // Round a loop this one does work.
+    let turning = of("", "force x = 1/5*y*cos(2*t)  force y = -1/5*x*cos(2*t)");
+    assert!(turning.multipliers.iter().all(|own| own.place != Place::On));
+}
+
 #[test]
 fn models_agree_with_references() {
     let mut checked = 0;

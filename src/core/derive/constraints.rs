@@ -173,6 +173,7 @@ pub(super) fn reduce(pool: &mut Algebra<'_>, linear: &mut Linear, names: &Names,
             ..Linear::default()
         };
         reduced.finish(pool, checker, parts);
+        reduced.closed_forms(pool, checker, parts);
         let own = Names {
             coordinates: of(&names.coordinates),
             displacements: of(&names.displacements),

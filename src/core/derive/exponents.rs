@@ -16,7 +16,7 @@ use super::ring::{EXPONENT, Expanded, Ring};
 use super::roots::{MOST_COORDINATES, determinant_of_polynomials, root, with_common_bar};
 use super::shapes::on_one_bar;
 use super::simplify::Algebra;
-use super::stability::{Sign, Signs, conditions, essential};
+use super::stability::{Sign, Signs, conditions, conditions_in_coefficients, essential};
 use crate::expr::{ExprId, Pool, ZeroVerdict};
 use crate::number::Number;
 use crate::oscillation::NormalMode;
@@ -142,11 +142,12 @@ pub(super) fn exponents(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear: &
         let all = all.map(|factor| conditions(factor, &parts.signs, pool, conservative)).collect::<Option<Vec<_>>>();
         let kept = all.map(|all| essential(&all.concat(), &parts.signs, pool));
         own.stability = kept.and_then(|kept| parts.conditions(checker, pool, &kept));
+        own.stability = own.stability.or_else(|| parts.in_coefficients(checker, pool, conservative));
     } else if let Some(case) = case {
         let squares: Vec<ExprId> = case.frequencies.iter().map(|own| own.omega_squared).collect();
         own.stability = of_squares(checker, pool, linear, &squares);
     }
-    if pool.is_spent() { Exponents::default() } else { own }
+    own
 }
 
 /// That squares of frequencies are positive.
@@ -296,15 +297,51 @@ impl Factored {
             let open = (!left.holds_always()).then(|| self.product(pool, &left));
             found.push(StabilityCondition { positive, open });
         }
-        let signs: Option<Vec<bool>> = found.iter().map(|own| checker.is_negative(pool, own.positive)).collect();
-        if let (Some(signs), Some(modes)) = (signs, checker.exponents()) {
-            let unstable = modes.iter().any(|mode| mode.growth.is_positive());
-            if unstable != signs.contains(&true) {
-                return None;
+        agreeing(checker, pool, found)
+    }
+
+    /// Conditions in the coefficients of the factors, which are not multiplied out, where they agree with the modes.
+    fn in_coefficients(
+        &self,
+        checker: &Checker<'_>,
+        pool: &mut Algebra<'_>,
+        conservative: bool,
+    ) -> Option<Vec<StabilityCondition>> {
+        let mut found = Vec::new();
+        for factor in &self.factors {
+            let (coefficients, conditions) = conditions_in_coefficients(factor, &self.signs, pool, conservative)?;
+            let coefficients: Vec<ExprId> = coefficients.iter().map(|own| self.ring.expression(pool, own)).collect();
+            for condition in conditions {
+                let terms = condition.terms().map(|(powers, number)| {
+                    let powers = coefficients.iter().zip(powers).map(|(own, power)| pool.powi(*own, i64::from(*power)));
+                    let powers: Vec<ExprId> = powers.collect();
+                    (pool.product(&powers), number.clone())
+                });
+                let terms: Vec<(ExprId, Number)> = terms.collect();
+                let positive = pool.linear(&terms);
+                if !pool.is_constant(positive) || checker.is_negative(pool, positive) != Some(false) {
+                    found.push(StabilityCondition { positive, open: Some(positive) });
+                }
             }
         }
-        Some(found)
+        agreeing(checker, pool, found)
     }
+}
+
+/// Conditions where they agree with the modes at the values of the parameters.
+fn agreeing(
+    checker: &Checker<'_>,
+    pool: &mut Algebra<'_>,
+    found: Vec<StabilityCondition>,
+) -> Option<Vec<StabilityCondition>> {
+    let signs: Option<Vec<bool>> = found.iter().map(|own| checker.is_negative(pool, own.positive)).collect();
+    if let (Some(signs), Some(modes)) = (signs, checker.exponents()) {
+        let unstable = modes.iter().any(|mode| mode.growth.is_positive());
+        if unstable != signs.contains(&true) {
+            return None;
+        }
+    }
+    Some(found)
 }
 
 impl Linear {

@@ -65,6 +65,7 @@ mod waves;
 
 use std::collections::{BTreeMap, HashMap};
 
+use crate::budget::Exceeded;
 use crate::expr::{ExprId, Pool, ZeroVerdict};
 use crate::linearize::{self, LinearizeError, Tied};
 use crate::model::{Assumption, Model};
@@ -109,6 +110,20 @@ pub struct Parts {
 }
 
 impl Parts {
+    /// What these [`CHAPTERS`] need.
+    #[must_use]
+    pub fn of(chapters: &[String]) -> Self {
+        let any = |names: &[&str]| chapters.iter().any(|own| names.contains(&own.as_str()));
+        Self {
+            equations: any(&["equations"]),
+            energy: any(&["momenta", "hamiltonian", "conserved"]),
+            second_order: any(&["linearized"]),
+            frequencies: any(&["frequencies", "characteristic", "exponents", "stability"]),
+            equilibria: any(&["equilibria"]),
+            ..Self::all()
+        }
+    }
+
     /// Everything.
     #[must_use]
     pub fn all() -> Self {
@@ -214,6 +229,8 @@ pub struct Derivation {
     pub constraints: Option<Constraints>,
     /// Which [`CHAPTERS`] a page is to have; `None` for all.
     pub only: Option<Vec<String>>,
+    /// By what the budget was used up, where that has left out what was to be worked out from there on.
+    pub left_out: Option<Exceeded>,
 }
 
 /// What a page may be made of, as `derive --only` names it.
@@ -317,7 +334,8 @@ pub struct Energy {
 /// # Errors
 /// [`LinearizeError::NotAnEquilibrium`] where the model gives a point as its equilibrium that is none, and
 /// [`LinearizeError::ConstraintBroken`] where that breaks a constraint; [`LinearizeError::ConstraintsContradict`];
-/// [`LinearizeError::Budget`].
+/// [`LinearizeError::Budget`] where it ends before M and K are there, or their reduction under constraints; what it ends later is
+/// [left out](Derivation::left_out).
 /// Whatever else keeps M and K from being there is told by [`Derivation::linear`].
 pub fn derive(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError> {
     let budget = model.pool.budget();
@@ -329,9 +347,12 @@ pub fn derive(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
         integrated = linearize::integrated(model.clone());
         &integrated
     };
-    let derivation = derivation(&model.assumed(), parts);
-    budget.check()?;
-    derivation
+    let mut derivation = derivation(&model.assumed(), parts)?;
+    if let Err(exceeded) = budget.check() {
+        derivation.left_out = Some(exceeded);
+        derivation.pool.renew_budget();
+    }
+    Ok(derivation)
 }
 
 fn derivation(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError> {
@@ -380,6 +401,7 @@ fn derivation(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
         budget.at("M and K in their shortest form", None);
         linear.finish(pool, &checker, parts);
     }
+    budget.check()?;
     let rolling = constraints::Rolling::new(model, pool);
     symbols.extend(rolling.names.iter().cloned().zip(rolling.multipliers.iter().copied()));
     let rates = model.coordinates.iter().zip(model.rates.iter());
@@ -395,7 +417,12 @@ fn derivation(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
         derivation.nonlinear(pool, model, with_multipliers, &rolling, &checker, parts);
     }
     if let Ok(linear) = &mut derivation.linear {
-        constraints::reduce(pool, linear, &derivation.names, &checker, parts);
+        if linear.tangent.is_none() {
+            linear.closed_forms(pool, &checker, parts);
+        } else {
+            constraints::reduce(pool, linear, &derivation.names, &checker, parts);
+            budget.check()?;
+        }
     }
     derivation.pool = whole;
     Ok(derivation)
@@ -427,15 +454,21 @@ impl Linear {
                 potential: energy::quadratic_form(pool, &self.stiffness, Motion::Displacement),
             });
         }
-        if pool.is_spent() || follows.is_some() {
+    }
+
+    /// Frequencies, exponents and stability, as far as the budget allows.
+    fn closed_forms(&mut self, pool: &mut Algebra<'_>, checker: &Checker<'_>, parts: &Parts) {
+        if pool.is_spent() || !parts.frequencies {
             return;
         }
-        if parts.frequencies && self.is_conservative() {
+        if self.is_conservative() {
             pool.budget().at("frequencies in closed form", None);
-            self.frequencies = Some(frequencies::frequencies(checker, pool, self, parts.degree()));
+            let found = frequencies::frequencies(checker, pool, self, parts.degree());
+            self.frequencies = Some(found).filter(|_| !pool.is_spent());
         }
-        if parts.frequencies {
-            self.exponents = Some(exponents::exponents(checker, pool, self));
+        if !pool.is_spent() {
+            let found = exponents::exponents(checker, pool, self);
+            self.exponents = Some(found).filter(|_| !pool.is_spent());
         }
     }
 }
@@ -486,6 +519,7 @@ impl Derivation {
             equilibria: None,
             constraints: None,
             only: None,
+            left_out: None,
         }
     }
 
@@ -523,6 +557,7 @@ impl Derivation {
             self.equations = Some(equations::equations(pool, &variables, coefficients));
         }
         if pool.is_spent() {
+            (self.independent, self.equations) = (None, None);
             return;
         }
         budget.at("the equilibria in symbols", None);
@@ -531,6 +566,7 @@ impl Derivation {
             self.equilibria = Some(equilibria::roots(pool, &variables, &lagrangian, &drags, model));
         }
         if pool.is_spent() {
+            self.equilibria = None;
             return;
         }
         budget.at("what is conserved", None);
@@ -554,6 +590,9 @@ impl Derivation {
                 conserved,
                 rest_energy: lagrangian.has_rest_energy,
             });
+        }
+        if pool.is_spent() {
+            self.energy = None;
         }
     }
 

@@ -31,6 +31,10 @@ impl Polynomial {
         Self::monomial(vec![0; variables]).scaled(&value)
     }
 
+    pub(super) fn variable(variables: usize, at: usize) -> Self {
+        Self::monomial((0..variables).map(|variable| u32::from(variable == at)).collect())
+    }
+
     pub(super) fn add(&mut self, powers: Powers, coefficient: &Number) {
         let sum = self.terms.get(&powers).map_or_else(|| coefficient.clone(), |own| own.add(coefficient));
         if sum.is_zero() {

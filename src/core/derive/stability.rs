@@ -11,10 +11,10 @@ use super::ring::{EXPONENT, Expanded, Ring};
 use crate::expr::Pool;
 use crate::number::Number;
 
-/// Longer conditions help nobody.
+/// Longer conditions are given in the coefficients, if at all.
 const MOST_TERMS: usize = 60;
-/// Determinants of more rows are not written out.
-const MOST_DEGREE: usize = 6;
+/// Longer ones in the coefficients help nobody.
+const MOST_PRODUCTS: usize = 100;
 
 /// What is known to be positive.
 #[derive(Clone, Debug)]
@@ -117,9 +117,7 @@ impl Signs {
         let variables = common.len();
         for (at, power) in common.iter().enumerate().filter(|(at, _)| !self.variables[*at]) {
             if power % 2 == 1 {
-                let mut powers = vec![0; variables];
-                powers[at] = 1;
-                sign.factors.push(Polynomial::monomial(powers));
+                sign.factors.push(Polynomial::variable(variables, at));
             }
         }
         let mut rest = polynomial.without(&common);
@@ -205,6 +203,31 @@ pub(super) fn conditions(
     pool: &mut Pool,
     conservative: bool,
 ) -> Option<Vec<Polynomial>> {
+    let coefficients = coefficients(factor, signs, pool, conservative)?;
+    let found = needed(&coefficients, factor.is_even(), conservative)?;
+    found.iter().all(|own| own.terms().count() <= MOST_TERMS).then_some(found)
+}
+
+/// The same as polynomials in the coefficients of the factor, which come with them; those that hold always are left out.
+pub(super) fn conditions_in_coefficients(
+    factor: &Factor,
+    signs: &Signs,
+    pool: &mut Pool,
+    conservative: bool,
+) -> Option<(Vec<Polynomial>, Vec<Polynomial>)> {
+    let coefficients = coefficients(factor, signs, pool, conservative)?;
+    let count = coefficients.len();
+    let variables: Vec<Polynomial> = (0..count).map(|at| Polynomial::variable(count, at)).collect();
+    let mut found = needed(&variables, factor.is_even(), conservative)?;
+    let positive: Vec<bool> = coefficients.iter().map(|own| signs.sign(pool, own).holds_always()).collect();
+    let holds = |powers: &[u32]| powers.iter().zip(&positive).all(|(power, positive)| *power == 0 || *positive);
+    found.retain(|own| !own.terms().all(|(powers, factor)| !factor.is_negative() && holds(powers)));
+    let short = found.iter().all(|own| own.terms().count() <= MOST_PRODUCTS);
+    short.then_some((coefficients, found))
+}
+
+/// The coefficients of a factor, the leading one positive; of an even one those of its powers of s².
+fn coefficients(factor: &Factor, signs: &Signs, pool: &mut Pool, conservative: bool) -> Option<Vec<Polynomial>> {
     let even = factor.is_even();
     if even && factor.times > 1 && !conservative {
         return None;
@@ -215,14 +238,16 @@ pub(super) fn conditions(
     }
     let leading = coefficients.last()?.clone();
     let sign = signs.sign(pool, &leading);
-    // The leading coefficient is to be positive.
     if !sign.factors.is_empty() {
         coefficients = coefficients.iter().map(|own| own.times(&leading)).collect();
     } else if sign.negative {
         coefficients = coefficients.iter().map(|own| own.scaled(&Number::MINUS_ONE)).collect();
     }
-    let found = if even { of_squares(&coefficients, conservative)? } else { hurwitz(&coefficients)? };
-    found.iter().all(|own| own.terms().count() <= MOST_TERMS).then_some(found)
+    Some(coefficients)
+}
+
+fn needed(coefficients: &[Polynomial], even: bool, conservative: bool) -> Option<Vec<Polynomial>> {
+    if even { of_squares(coefficients, conservative) } else { hurwitz(coefficients) }
 }
 
 /// That the zeros z are negative, and different where nothing else keeps them real.
@@ -243,7 +268,12 @@ fn of_squares(coefficients: &[Polynomial], conservative: bool) -> Option<Vec<Pol
             discriminant = discriminant.plus(&scaled(&a.times(c).times(c).times(c), -4));
             found.push(discriminant.plus(&scaled(&a.times(a).times(&d.times(d)), -27)));
         }
-        _ => return None,
+        // With p(z) also p(s²) + s p'(s²) has its zeros on the left (Hermite and Biehler; Gantmacher, section 14).
+        _ => {
+            let derivative = coefficients.iter().zip(0_i64..).map(|(own, power)| scaled(own, power));
+            let pairs = derivative.zip(coefficients).flat_map(|(slope, own)| [slope, own.clone()]);
+            return hurwitz(&pairs.skip(1).collect::<Vec<_>>());
+        }
     }
     Some(found)
 }
@@ -252,9 +282,6 @@ fn of_squares(coefficients: &[Polynomial], conservative: bool) -> Option<Vec<Pol
 fn hurwitz(coefficients: &[Polynomial]) -> Option<Vec<Polynomial>> {
     let degree = coefficients.len() - 1;
     let (first, _) = coefficients.split_first()?;
-    if degree > MOST_DEGREE {
-        return None;
-    }
     let zero = first.scaled(&Number::ZERO);
     // Row i, column j of Hurwitz's matrix: the coefficient number 2 j - i from the leading one, both from 1.
     let entry = |i: usize, j: usize| {

@@ -266,6 +266,11 @@ impl Pool {
         self.held.budget()
     }
 
+    /// Leaves a budget that is spent for a new one, so that what is there can be written out.
+    pub(crate) fn renew_budget(&mut self) {
+        self.held = Held::default();
+    }
+
     /// Counts memory that is held beside the expressions as long as they are.
     pub(crate) fn hold(&mut self, bytes: usize) {
         self.held.grow(bytes);

@@ -8,7 +8,8 @@ use super::multipliers;
 use super::rolling::SymbolicRolling;
 use super::symbolic::{self, SymbolicMatrices};
 use super::{
-    LinearizeError, SymbolicConstraints, at_equilibrium, in_own_numbers, steady, surface, unbalanced, units, velocity,
+    LinearizeError, SymbolicConstraints, at_equilibrium, check_terms, in_own_numbers, steady, surface, unbalanced,
+    units, velocity,
 };
 use crate::expr::{ExprId, Substitution, ZeroVerdict};
 use crate::model::Model;
@@ -132,6 +133,7 @@ fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
     model.pool.budget().room(order.saturating_mul(order), ENTRY)?;
     velocity::check_smooth(&model)?;
     steady::put_rates_in(&mut model)?;
+    check_terms(&model)?;
     let mut assembly = assemble::assemble(&mut model);
     let guessed = model.guesses.any();
     let mut pool = std::mem::take(&mut model.pool);

@@ -149,10 +149,11 @@ pub(super) fn drags_at_rest(model: &Model, pool: &mut Pool) -> Vec<(usize, ExprI
     shares
 }
 
-/// The generalised force -∂V/∂q at velocity zero, as an expression; `None` where there are too
-/// many terms to write out.
+/// The generalised force -∂V/∂q at velocity zero with what no energy gives, as an expression; `None` where there
+/// are too many terms to write out.
 fn force(model: &Model, pool: &mut Pool, coordinate: usize) -> Option<ExprId> {
-    let total: usize = signed_terms(model).map(|(_, terms)| terms.count).sum();
+    let families = signed_terms(model).map(|(_, terms)| terms).chain(&model.forces);
+    let total: usize = families.map(|terms| terms.count).sum();
     if total > MOST_FOR_MESSAGES {
         return None;
     }
@@ -170,6 +171,8 @@ fn force(model: &Model, pool: &mut Pool, coordinate: usize) -> Option<ExprId> {
             parts.push(if negative { pool.neg(slope) } else { slope });
         }
     }
+    let drags = drags_at_rest(model, pool).into_iter().filter(|(at, _)| *at == coordinate);
+    parts.extend(drags.map(|(_, drag)| pool.neg(drag)));
     Some(pool.sum(&parts))
 }
 

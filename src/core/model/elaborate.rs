@@ -368,8 +368,9 @@ impl<'a> Elaborator<'a> {
         } else if purpose != Purpose::Tensors && energies.kinetic.is_none() && energies.lagrangian.is_none() {
             self.errors.push(ModelError::MissingKinetic {});
         }
-        if purpose != Purpose::Tensors && count == 0 && self.world.coordinate_families.is_empty() {
-            self.errors.push(ModelError::NoCoordinates {});
+        let empty = self.world.coordinate_families.first().map(|family| family.span);
+        if purpose != Purpose::Tensors && count == 0 && (empty.is_none() || self.errors.is_empty()) {
+            self.errors.push(ModelError::NoCoordinates { empty });
         }
         let mut kinetic = self.energy(energies.kinetic, "T");
         let mut potential = self.energy(energies.potential, "V");
@@ -454,7 +455,7 @@ fn tidy(mut errors: Vec<ModelError>) -> Vec<ModelError> {
     // What is said of the first coordinate that is missing is enough.
     let missing = |error: &ModelError| matches!(error, ModelError::UndeclaredName { coordinate: Some(_), .. });
     if errors.iter().any(missing) {
-        errors.retain(|error| *error != ModelError::NoCoordinates {});
+        errors.retain(|error| !matches!(error, ModelError::NoCoordinates { .. }));
     }
     for error in errors {
         // A parameter without a value lacks it wherever it is used.

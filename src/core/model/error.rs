@@ -115,8 +115,13 @@ Error ModelError {
 
     /// A model without coordinates.
     #[error("the model has no coordinates")]
-    "E0107" NoCoordinates {} => nowhere()
-        .with_help("declare the generalised coordinates, for example `coord x`"),
+    "E0107" NoCoordinates {
+        /// A family of them without members.
+        empty: Option<Span>,
+    } => match empty {
+        Some(span) => at(*span, "an empty family").with_help("the last index of a range is at least the first: `coord x[1..3]`"),
+        None => nowhere().with_help("declare the generalised coordinates, for example `coord x`"),
+    },
 
     /// A `let` that uses itself, or a member that uses one with the same or a higher index.
     #[error("`{name}` is defined through itself")]

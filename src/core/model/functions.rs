@@ -2,7 +2,7 @@
 
 use super::ModelError;
 use super::values::{Misfit, Value, cross, dot, norm, product, sum, three, transposed};
-use crate::expr::{ExprId, Pool, function_from_name};
+use crate::expr::{ExprId, Pool, ZeroVerdict, function_from_name};
 use crate::number::Number;
 use crate::precision::Function;
 use crate::span::Span;
@@ -206,7 +206,11 @@ impl Builtin {
             Self::About => {
                 let axis = value(1).clone();
                 let product = product(pool, &[(false, value(0).clone()), (false, axis.clone())])?;
-                dot(pool, &axis, &product)
+                let moment = dot(pool, &axis, &product)?.scalar("the moment")?;
+                let square = dot(pool, &axis, &axis)?.scalar("the square of the axis")?;
+                let off = pool.sub(square, pool.one());
+                let is_unit = pool.is_zero(off) == ZeroVerdict::Zero;
+                Ok(Value::Scalar(if is_unit { moment } else { pool.div(moment, square) }))
             }
         }
     }

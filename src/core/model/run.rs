@@ -22,6 +22,9 @@ use crate::span::Span;
 /// More terms than this in one sum are refused.
 pub(super) const MOST_INSTANCES: u64 = 20_000_000;
 
+/// For a term of a sum, at least.
+const BYTES_A_TERM: usize = 128;
+
 /// A term with more slots than this couples too much to be worth keeping as a family.
 const MOST_SLOTS: usize = 64;
 
@@ -443,6 +446,13 @@ impl World {
         counted
     }
 
+    /// Refuses more terms than there is memory for before the first, where no filter tells how many there are.
+    pub(super) fn check_room(&self, binders: &[Binder], filters: &[(usize, &IndexProgram)]) -> Result<(), ModelError> {
+        let count = self.fixed_count(binders).filter(|_| filters.is_empty()).unwrap_or(0);
+        let count = usize::try_from(count).unwrap_or(usize::MAX);
+        Ok(self.pool.budget().room(count, BYTES_A_TERM)?)
+    }
+
     /// How many values indices take whose ranges depend on no index.
     pub(super) fn fixed_count(&self, binders: &[Binder]) -> Option<u64> {
         binders.iter().try_fold(1_u64, |count, binder| {
@@ -480,6 +490,7 @@ impl World {
         let outer = slots.len();
         let mut terms: Vec<(bool, Value)> = Vec::new();
         let filters = filters(sum);
+        self.check_room(&sum.binders, &filters)?;
         self.instances::<Stop>(&sum.binders, &filters, slots, span, |world, slots| {
             let term = world.run(&sum.body, slots, instance.as_deref_mut())?;
             terms.push((false, term));

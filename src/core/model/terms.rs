@@ -447,6 +447,7 @@ fn instantiate(world: &mut World, work: &mut Work<'_>, result: &mut Vec<TermFami
     let (outer_filters, inner_filters): (Vec<_>, Vec<_>) = filters.partition(|(after, _)| *after <= along);
     let inner_filters: Vec<(usize, &IndexProgram)> =
         inner_filters.into_iter().map(|(after, filter)| (after - along, filter)).collect();
+    world.check_room(outer, &outer_filters)?;
     let mut forms = Forms::default();
     let (mut slots, mut steps) = (Vec::new(), Vec::new());
     world.stretches::<ModelError>(outer, &outer_filters, &mut slots, span, |world, slots, most| {

@@ -12,7 +12,7 @@ mod units;
 mod warning;
 
 pub use units::in_units;
-pub use warning::Warning;
+pub use warning::{Warning, never_reached};
 
 use crate::linearize::{Inertia, LinearizeError, Linearized, Structure, Units, ZeroMode, check_size, may_be_singular};
 use crate::modes::exponents::Limit;

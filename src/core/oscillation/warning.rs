@@ -1,10 +1,10 @@
 //! Results that are probably not what was meant.
 
-use super::NormalModes;
+use super::{NormalModes, Stability};
 use crate::diagnostic::{Diagnostic, at};
 use crate::linearize::{Linearized, Origin, Shape, Structure};
 use crate::mistakes;
-use crate::modes::Kind;
+use crate::modes::{Kind, Options};
 use crate::span::Span;
 
 /// What is said of an equilibrium that was found and does not hold.
@@ -84,6 +84,14 @@ Warning Warning {
         None => at(*span, format!("negative when `{coordinate}` moves"))
             .with_help("friction dissipates energy: F = 1/2*c*x'^2 with a positive c; if a motor is meant to supply energy, write its force: `force x = …`"),
     },
+
+    /// A steady response beside a motion that grows.
+    #[error("the equilibrium is unstable: the steady response is never reached")]
+    "W0107" NeverReached(span) {
+        /// The coordinate that moves most in such a motion.
+        coordinate: String,
+    } => at(*span, format!("`{coordinate}` moves away without end"))
+        .with_help("the motions that `modes` calls unstable are added to it and grow; give a stable equilibrium with `guess` or `equilibrium`"),
 }
 }
 
@@ -105,6 +113,15 @@ impl NormalModes {
         }
         found.iter().map(Diagnostic::from).collect()
     }
+}
+
+/// What is to be said of a steady response about this equilibrium.
+#[must_use]
+pub fn never_reached(linearized: &Linearized) -> Option<Warning> {
+    let modes = super::normal_modes(linearized, &Options::default().digits(2)).ok()?;
+    let fastest = modes.modes.first().filter(|_| modes.stability == Stability::Unstable)?;
+    let coordinate = linearized.model().coordinates.get(largest(&fastest.vector)?)?;
+    Some(Warning::NeverReached { span: coordinate.span, coordinate: coordinate.name() })
 }
 
 fn dependent_constraints(linearized: &Linearized) -> Vec<Warning> {

@@ -99,9 +99,15 @@ Error SyntaxError {
         place: Span,
         /// By what: the whole product, or a `*` in the gap.
         text: String,
-    } => at(*span, "two factors without an operator between them")
-        .with_help(format!("write `{fix}`"))
-        .replacing(*place, text),
+        /// The statement with a unit behind its name, where a unit may have been meant.
+        unit: Option<String>,
+    } => {
+        let shown = at(*span, "two factors without an operator between them");
+        match unit {
+            Some(unit) => shown.with_help(format!("write `{fix}`, or, if a unit is meant, `{unit}`")),
+            None => shown.with_help(format!("write `{fix}`")).replacing(*place, text),
+        }
+    },
 
     /// `3 4`
     #[error("two numbers side by side")]

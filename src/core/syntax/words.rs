@@ -21,6 +21,9 @@ pub const STATEMENT_WORDS: [&str; 15] = [
     "table",
 ];
 
+/// Units that parameters are often called as.
+pub(crate) const SHORT_UNITS: [&str; 12] = ["m", "g", "s", "N", "A", "C", "F", "H", "J", "K", "h", "d"];
+
 /// Words with a meaning inside expressions, besides the functions.
 const EXPRESSION_WORDS: [&str; 10] = ["t", "pi", "sum", "integral", "in", "where", "and", "or", "not", "rows"];
 

@@ -32,7 +32,7 @@ pub(crate) struct Driven {
     pub(super) slopes: Vec<Vec<ExprId>>,
     /// h.
     pub(super) load: Vec<ExprId>,
-    /// Whether there is friction.
+    /// Whether there is friction, or a force without potential.
     pub(crate) damped: bool,
     /// The parameters that stay symbols.
     pub(crate) open: Vec<Symbol>,
@@ -61,6 +61,7 @@ impl Driven {
         }
         let mut mechanics = Mechanics::new(model, pool, &known);
         let equations = mechanics.equations();
+        let damped = !mechanics.has_potential();
         let Mechanics { mut pool, coordinates, velocities, time, .. } = mechanics;
         let zero = pool.zero();
         let whole = |entries: &[(usize, ExprId)]| {
@@ -71,7 +72,6 @@ impl Driven {
         let mass = equations.iter().map(|own| whole(&own.mass)).collect();
         let slopes = equations.iter().map(|own| whole(&own.slopes)).collect();
         let load = equations.iter().map(|own| own.load).collect();
-        let damped = equations.iter().any(|own| pool.is_zero(own.drag) != ZeroVerdict::Zero);
         let period = pool.substitute_one(given.symbolic, &known);
         let driven = Self {
             pool,

@@ -27,6 +27,7 @@ use exact::{Exact, Frequency, Limit};
 use librate_core::linearize::{self, Linearized};
 use librate_core::model::{Constant, Model, Range};
 use librate_core::number::Number;
+use librate_core::oscillation;
 use librate_core::precision::{Ball, Big, Complex, Enclosure};
 use solve::{Matrices, polar};
 
@@ -116,6 +117,8 @@ pub struct Response {
     pub outputs: Vec<Output>,
     /// Whether the existence of the equilibrium is proved; where it is not, its radius is an estimate, and so are the bounds.
     pub proved: bool,
+    /// That motions about the equilibrium grow, where it is the same at all frequencies.
+    pub unstable: Option<oscillation::Warning>,
 }
 
 /// Where the force comes from.
@@ -412,6 +415,7 @@ impl Study {
             places,
             outputs,
             proved: system.is_none_or(|system| system.linearized.equilibrium().proved),
+            unstable: system.and_then(|system| oscillation::never_reached(&system.linearized)),
         }
     }
 }

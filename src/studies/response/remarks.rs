@@ -7,11 +7,11 @@ use librate_core::diagnostic::Diagnostic;
 type IsMeant = fn(&Value) -> bool;
 
 impl Response {
-    /// Warnings: where values are no numbers, and that an equilibrium is not proved.
+    /// Warnings: that an equilibrium is unstable or not proved, and where values are no numbers.
     #[must_use]
     pub fn remarks(&self) -> Vec<Diagnostic> {
         const MOST: usize = 3;
-        let mut all = Vec::new();
+        let mut all: Vec<Diagnostic> = self.unstable.iter().map(Diagnostic::from).collect();
         let wanted: [(IsMeant, &str, &str); 2] = [
             (
                 |value| matches!(value, Value::Infinite),

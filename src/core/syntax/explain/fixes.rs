@@ -241,9 +241,8 @@ impl Context<'_> {
         complete.then_some(end)
     }
 
-    /// Whether a unit begins at `found`: behind a value of numbers alone, where a name would have to be
-    /// declared.
-    pub(super) fn is_unit_behind_number(&self, found: Token) -> bool {
+    /// Whether a unit may begin at `found`: behind a value of numbers alone, with a name that is one of units.
+    pub(super) fn is_unit_behind_number(&self, found: Token, is_unit: &dyn Fn(&str) -> bool) -> bool {
         let behind = matches!(self.before.kind, TokenKind::Number | TokenKind::Close) || self.text(self.before) == "pi";
         let with_value = matches!(self.statement, "param" | "let" | "guess" | "equilibrium");
         let Some(start) = self.value_start.filter(|_| behind && with_value) else {
@@ -267,11 +266,11 @@ impl Context<'_> {
         of_numbers
             && self.enclosures.is_empty()
             && names().all(|name| words::reserved_for(name).is_none())
-            && names().any(|name| !self.is_declared(name))
+            && names().any(is_unit)
     }
 
     /// Whether a name is declared before the statement, and not too long before.
-    fn is_declared(&self, name: &str) -> bool {
+    pub(super) fn is_declared(&self, name: &str) -> bool {
         let mut from = self.word.start.saturating_sub(LOOKED_BACK);
         while !self.source.is_char_boundary(from as usize) {
             from += 1;

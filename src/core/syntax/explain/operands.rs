@@ -70,7 +70,7 @@ impl Context<'_> {
                 span,
             });
         }
-        if self.is_unit_behind_number(found) {
+        if self.is_unit_behind_number(found, &|name| !self.is_declared(name)) {
             return Some(SyntaxError::UnitBehindValue {
                 fix: self.with_unit_behind_name(found),
                 span: Span::new(found.start, self.unit_end(found).unwrap_or(found.end)),
@@ -143,14 +143,17 @@ impl Context<'_> {
             (text, _) => text.to_owned(),
         };
         let span = self.before.span().to(found.span());
+        let is_unit = self.is_unit_behind_number(found, &|name| words::SHORT_UNITS.contains(&name));
+        let unit = if is_unit { self.with_unit_behind_name(found) } else { None };
         match self.product_with_signs() {
             Some((place, text)) => {
                 let fix = fixes::short(text.clone()).unwrap_or_else(|| format!("{left}*{right}"));
-                SyntaxError::MissingMultiplication { fix, place, text, span }
+                SyntaxError::MissingMultiplication { fix, place, text, unit, span }
             }
             None => {
+                let (fix, text) = (format!("{left}*{right}"), "*".to_owned());
                 let place = Span::new(self.before.end, found.start);
-                SyntaxError::MissingMultiplication { fix: format!("{left}*{right}"), place, text: "*".to_owned(), span }
+                SyntaxError::MissingMultiplication { fix, place, text, unit, span }
             }
         }
     }
