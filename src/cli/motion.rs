@@ -163,7 +163,7 @@ impl Ensemble {
                     }
                 };
                 known += 1;
-                table.start(number, &motion);
+                table.start(number);
                 let mut rows = motion.times.iter().zip(&motion.rows);
                 rows.try_for_each(|(time, row)| table.row(time, row, &[])).map_err(output::failed)
             })?;

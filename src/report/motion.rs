@@ -16,7 +16,7 @@ const MOST_CURVES: usize = 10;
 /// `linear x` and `linear x'`.
 ///
 /// Numbers are in SI, with so many correctly rounded digits as far as bounds or error estimates allow; an empty cell has lost all
-/// of them, and 0 stands for what is 0 to so many digits of the largest value of its column. Values of quick runs are doubles as they are, and so is the superposition.
+/// of them. Values of quick runs are doubles as they are, and so is the superposition.
 #[must_use]
 pub fn motion_csv(model: &Model, trajectory: &Trajectory, superposition: Option<&[Vec<f64>]>, digits: usize) -> String {
     // Writing to memory does not fail.
@@ -38,8 +38,6 @@ pub struct MotionCsv<W: Write> {
     table: csv::Writer<W>,
     estimated: bool,
     digits: usize,
-    /// Of each column, the largest magnitude.
-    sizes: Vec<f64>,
     /// The number of the start, where there are several.
     start: Option<usize>,
 }
@@ -50,8 +48,7 @@ impl<W: Write> MotionCsv<W> {
     /// # Errors
     /// Those of the writer, here and below.
     pub fn new(out: W, model: &Model, known: &Trajectory, superposition: bool, digits: usize) -> io::Result<Self> {
-        let table = Self::headed(out, model, None, known.estimated, superposition, digits)?;
-        Ok(Self { sizes: known.sizes.clone(), ..table })
+        Self::headed(out, model, None, known.estimated, superposition, digits)
     }
 
     /// Begins a table of motions from several starts: [`MotionCsv::start`] begins each, and a column `start` has its number.
@@ -63,9 +60,8 @@ impl<W: Write> MotionCsv<W> {
     }
 
     /// Begins with the motion from the start of this number.
-    pub fn start(&mut self, number: usize, known: &Trajectory) {
+    pub fn start(&mut self, number: usize) {
         self.start = Some(number);
-        self.sizes.clone_from(&known.sizes);
     }
 
     fn headed(
@@ -84,17 +80,14 @@ impl<W: Write> MotionCsv<W> {
         }
         let mut table = csv::Writer::from_writer(out);
         table.write_record(&header).map_err(plain)?;
-        Ok(Self { table, estimated, digits, sizes: Vec::new(), start })
+        Ok(Self { table, estimated, digits, start })
     }
 
     /// Writes a row, with what the superposition of modes has there.
     #[allow(clippy::missing_errors_doc)] // those of the writer
     pub fn row(&mut self, time: &Ball, row: &[Ball], superposition: &[f64]) -> io::Result<()> {
-        let size = |at: usize| self.sizes.get(at).copied().unwrap_or(0.0);
-        let own = row.iter().enumerate().map(|(at, value)| match self.estimated {
-            true => decided(value, size(at), self.digits),
-            false => number(value.mid_f64()),
-        });
+        let own =
+            row.iter().map(|value| if self.estimated { decided(value, self.digits) } else { number(value.mid_f64()) });
         let linear = superposition.iter().map(|value| number(*value));
         let start = self.start.map(|start| start.to_string());
         let time = start.into_iter().chain([number(time.mid_f64())]);
@@ -155,8 +148,6 @@ pub struct MotionJson<S> {
     arrays: Vec<Array>,
     estimated: bool,
     digits: usize,
-    /// Of each column, the largest magnitude.
-    sizes: Vec<f64>,
 }
 
 /// The elements of an array: what is not kept elsewhere yet, and where the others are.
@@ -202,7 +193,6 @@ impl<S: Read + Write + Seek> MotionJson<S> {
             arrays,
             estimated: known.estimated,
             digits,
-            sizes: known.sizes.clone(),
         }
     }
 
@@ -213,12 +203,12 @@ impl<S: Read + Write + Seek> MotionJson<S> {
     pub fn row(&mut self, time: &Ball, row: &[Ball]) -> io::Result<()> {
         self.put(0, &number(time.mid_f64()))?;
         for (at, value) in row.iter().enumerate() {
-            let (middle, size) = (number(value.mid_f64()), self.sizes.get(at).copied().unwrap_or(0.0));
+            let middle = number(value.mid_f64());
             if !self.estimated {
                 self.put(1 + at, &middle)?;
                 continue;
             }
-            let digits = match decided(value, size, self.digits) {
+            let digits = match decided(value, self.digits) {
                 text if text.is_empty() => null(),
                 text => string(&text),
             };
@@ -266,17 +256,10 @@ impl<S: Read + Write + Seek> MotionJson<S> {
     }
 }
 
-/// The digits that are certain; nothing where none is, but for what is 0 to so many digits beside the size of its column.
-fn decided(value: &Ball, size: f64, digits: usize) -> String {
+/// The digits that are certain; nothing where none is.
+fn decided(value: &Ball, digits: usize) -> String {
     let own = decimal(value, digits);
-    let vanishes = || value.abs_upper() <= 10_f64.powi(-(digits as i32)) * size;
-    if own.digits > 0 {
-        own.text
-    } else if vanishes() {
-        "0".to_owned()
-    } else {
-        String::new()
-    }
+    if own.digits > 0 { own.text } else { String::new() }
 }
 
 /// So many values that were moved are told.

@@ -31,19 +31,6 @@ fn a_pendulum_follows_elliptic_functions() {
     assert!(found.energy_drift.unwrap() < 1e-28);
 }
 
-/// Rows at turning points alone do not tell how large velocities are, and what is 0 is no empty cell.
-#[test]
-fn rows_a_period_apart_keep_their_digits() {
-    let model = model("coord x  T = 1/2*x'^2  V = 1/2*x^2");
-    for until in ["2*pi", "200*pi"] {
-        let found = motion(&model, "x=1", until, 3);
-        let lines = motion_csv(&model, &found, None, 10);
-        let lines: Vec<&str> = lines.lines().skip(1).map(|line| line.split_once(',').unwrap().1).collect();
-        let half = if until == "2*pi" { "-1.000000000,0" } else { "1.000000000,0" };
-        assert_eq!(lines, ["1.000000000,0", half, "1.000000000,0"]);
-    }
-}
-
 #[test]
 fn the_same_pendulum_in_x_and_y() {
     let text = "param g = 9.81  param l = 1/2

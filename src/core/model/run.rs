@@ -446,9 +446,11 @@ impl World {
         counted
     }
 
-    /// Refuses more terms than there is memory for before the first, where no filter tells how many there are.
+    /// Refuses more terms than there is memory for before the first, where no filter tells how many there are; what is too
+    /// much for any memory has an error of its own.
     pub(super) fn check_room(&self, binders: &[Binder], filters: &[(usize, &IndexProgram)]) -> Result<(), ModelError> {
-        let count = self.fixed_count(binders).filter(|_| filters.is_empty()).unwrap_or(0);
+        let count =
+            self.fixed_count(binders).filter(|count| filters.is_empty() && *count <= MOST_INSTANCES).unwrap_or(0);
         let count = usize::try_from(count).unwrap_or(usize::MAX);
         Ok(self.pool.budget().room(count, BYTES_A_TERM)?)
     }

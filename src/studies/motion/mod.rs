@@ -211,8 +211,6 @@ pub struct Trajectory {
     /// Per row: the coordinates, then their velocities, in SI. The radius bounds what the value is off by, or estimates it; 0
     /// for a quick run.
     pub rows: Vec<Vec<Ball>>,
-    /// The largest magnitude of each coordinate, then of their velocities, about, between rows too.
-    pub sizes: Vec<f64>,
     /// How far the energy strays from where it started, beside the largest kinetic energy, 0 where that is rounding; `None`
     /// where it is not conserved.
     pub energy_drift: Option<f64>,
@@ -248,30 +246,17 @@ fn quick_order(tolerance: f64) -> (usize, f64) {
     (order, tolerance)
 }
 
-/// How many steps a motion took, and the largest magnitude of each coordinate and velocity on the way.
-struct Followed {
-    steps: usize,
-    sizes: Vec<f64>,
-}
-
-/// States at the rows, and how they were reached.
+/// States at the rows, and how many steps they took.
 struct Run<S> {
     rows: Vec<Vec<S>>,
-    followed: Followed,
-}
-
-/// Takes a state into the largest magnitudes.
-fn grow<'a, S: Real + 'a>(sizes: &mut [f64], state: impl IntoIterator<Item = &'a S>) {
-    for (size, value) in sizes.iter_mut().zip(state) {
-        *size = size.max(value.middle().abs());
-    }
+    steps: usize,
 }
 
 impl<S: Real> Run<S> {
     fn balls(self) -> Run<Ball> {
         let rows = self.rows.into_iter();
         let rows = rows.map(|row| row.into_iter().map(Real::to_ball).collect());
-        Run { rows: rows.collect(), followed: self.followed }
+        Run { rows: rows.collect(), steps: self.steps }
     }
 }
 
@@ -304,8 +289,7 @@ impl System {
         let fine = self.table::<DoubleDouble>(start, times, FINE, 0.0)?;
         let plain = self.table::<f64>(start, times, PLAIN, 0.0).ok();
         let fine = fine.balls();
-        let size = |size: &f64| if *size == 0.0 { f64::MIN_POSITIVE } else { *size };
-        let sizes: Vec<f64> = fine.followed.sizes.iter().map(size).collect();
+        let sizes = self.sizes(&fine.rows);
         let relative = |row: usize, other: &dyn Fn(usize) -> Ball| {
             let own = fine.rows[row].iter().zip(&sizes).enumerate();
             own.fold(0.0_f64, |most, (at, (value, size))| {
@@ -350,7 +334,7 @@ impl System {
             }
             errors.push(error);
         }
-        let lost = self.lost(start, times, &fine.rows, fine.followed.steps);
+        let lost = self.lost(start, times, &fine.rows, fine.steps);
         let stride = if asked.listed.is_some() { 1 } else { (times.samples - 1) / (asked.samples - 1).max(1) };
         let rows = fine.rows.iter().zip(&errors).enumerate().step_by(stride.max(1));
         let rows = rows.map(|(row, (values, error))| {
@@ -366,8 +350,7 @@ impl System {
             energy_drift: self.drift(seen, &rows, DoubleDouble::ROUNDING),
             times: seen.asked((0..rows.len()).map(|row| seen.at(row)).collect()),
             rows: seen.asked(rows),
-            steps: fine.followed.steps,
-            sizes: fine.followed.sizes,
+            steps: fine.steps,
             estimated: true,
             proved: None,
         })
@@ -380,13 +363,12 @@ impl System {
     pub fn quick(&self, start: &Start, times: &Times, tolerance: f64) -> Result<Trajectory, MotionError> {
         self.check_size(times)?;
         let run = self.table::<f64>(start, times, quick_order(tolerance), 0.0)?;
-        let Run { rows, followed } = run.balls();
+        let Run { rows, steps } = run.balls();
         Ok(Trajectory {
             energy_drift: self.drift(times, &rows, f64::ROUNDING),
             times: times.asked((0..rows.len()).map(|row| times.at(row)).collect()),
             rows: times.asked(rows),
-            steps: followed.steps,
-            sizes: followed.sizes,
+            steps,
             estimated: false,
             proved: None,
         })
@@ -409,14 +391,14 @@ impl System {
         displaced: f64,
     ) -> Result<Run<S>, MotionError> {
         let mut rows = Vec::with_capacity(times.samples);
-        let followed = self.run(start, times, order, displaced, &mut |_, row| {
+        let steps = self.run(start, times, order, displaced, &mut |_, row| {
             rows.push(row);
             true
         })?;
-        Ok(Run { rows, followed })
+        Ok(Run { rows, steps })
     }
 
-    /// Follows the motion and hands each row to `each` with its number, as long as that says to go on.
+    /// Follows the motion and hands each row to `each` with its number, as long as that says to go on; tells how many steps it took.
     fn run<S: Real>(
         &self,
         start: &Start,
@@ -424,7 +406,7 @@ impl System {
         order: (usize, f64),
         displaced: f64,
         each: &mut dyn FnMut(usize, Vec<S>) -> bool,
-    ) -> Result<Followed, MotionError> {
+    ) -> Result<usize, MotionError> {
         self.budget.at("the motion", None);
         let steps = self.steps(start, times, order, displaced, each);
         self.budget.check().map_err(LinearizeError::from)?;
@@ -438,7 +420,7 @@ impl System {
         (order, tolerance): (usize, f64),
         displaced: f64,
         each: &mut dyn FnMut(usize, Vec<S>) -> bool,
-    ) -> Result<Followed, MotionError> {
+    ) -> Result<usize, MotionError> {
         let equations = self.independent.as_deref().unwrap_or(&self.equations);
         let mut stepper = Stepper::<S>::new(equations, order, tolerance);
         let moved = |(at, value): (usize, &Ball)| {
@@ -451,7 +433,6 @@ impl System {
         let mut t = S::exact(0.0);
         let end = S::from_ball(&times.at(times.samples - 1));
         let (mut done, mut steps) = (0, 0);
-        let mut sizes = vec![0.0_f64; q.len() + start.velocities.len()];
         let mut resting = 0;
         loop {
             let left = end.sub(&t);
@@ -478,13 +459,12 @@ impl System {
                     return Err(self.ended(&stepper, Trouble::NotFinite, &t, (&q, &v), length));
                 }
                 done += 1;
-                grow(&mut sizes, &row);
                 if !each(done - 1, row) {
-                    return Ok(Followed { steps, sizes });
+                    return Ok(steps);
                 }
             }
             if done == times.samples {
-                return Ok(Followed { steps, sizes });
+                return Ok(steps);
             }
             let h = kink.unwrap_or_else(|| S::exact(longest));
             let next = t.add(&h);
@@ -500,10 +480,25 @@ impl System {
                 return Err(self.ended(&stepper, Trouble::NoStep, &t, (&q, &v), length));
             }
             (q, v) = stepper.at(&t, &next.sub(&t));
-            grow(&mut sizes, q.iter().chain(&v));
             t = next;
             steps += 1;
         }
+    }
+
+    /// The largest size of each coordinate and velocity.
+    fn sizes(&self, rows: &[Vec<Ball>]) -> Vec<f64> {
+        let mut sizes = vec![0.0_f64; 2 * self.names.len()];
+        for row in rows {
+            for (size, value) in sizes.iter_mut().zip(row) {
+                *size = size.max(value.mid_f64().abs());
+            }
+        }
+        for size in &mut sizes {
+            if *size == 0.0 {
+                *size = f64::MIN_POSITIVE;
+            }
+        }
+        sizes
     }
 
     fn drift(&self, times: &Times, rows: &[Vec<Ball>], unit: f64) -> Option<f64> {

@@ -129,7 +129,6 @@ impl Enclosed {
             return Err(stuck.error());
         }
         Ok(Trajectory {
-            sizes: sizes(&table.rows),
             times: times.asked((0..times.len()).map(|row| times.at(row)).collect()),
             rows: times.asked(table.rows),
             energy_drift: None,
@@ -245,27 +244,22 @@ fn wanted_bits(table: &Table, times: &Times, digits: usize, bits: usize) -> Opti
     Some(wanted.max(bits + bits / 4).next_multiple_of(32))
 }
 
-/// The size of each column. One that can't be told from 0 counts as large as the others.
-fn sizes(rows: &[Vec<Ball>]) -> Vec<f64> {
+/// By how many bits the worst value misses so many digits of the size of its column. A column that can't be told from 0 counts
+/// as large as the others.
+fn missing_bits(rows: &[Vec<Ball>], digits: usize) -> f64 {
     let columns = rows.first().map_or(0, Vec::len);
     let size = |column: usize| {
         let values = rows.iter().map(|row| row[column].abs_lower());
         values.fold(0.0_f64, f64::max)
     };
-    let mut sizes: Vec<f64> = (0..columns).map(size).collect();
+    let sizes: Vec<f64> = (0..columns).map(size).collect();
     let largest = sizes.iter().fold(0.0_f64, |most, size| most.max(*size));
-    sizes.iter_mut().filter(|size| **size == 0.0).for_each(|size| *size = largest);
-    sizes
-}
-
-/// By how many bits the worst value misses so many digits of the size of its column.
-fn missing_bits(rows: &[Vec<Ball>], digits: usize) -> f64 {
-    let sizes = sizes(rows);
     let allowed = 10.0_f64.powi(-i32::try_from(digits).unwrap_or(i32::MAX)) * 0.125;
     let mut missing = f64::NEG_INFINITY;
     for row in rows {
         for (value, size) in row.iter().zip(&sizes) {
-            if value.radius > 0.0 && *size > 0.0 {
+            let size = if *size > 0.0 { *size } else { largest };
+            if value.radius > 0.0 && size > 0.0 {
                 missing = missing.max((value.radius / (allowed * size)).log2());
             }
         }
