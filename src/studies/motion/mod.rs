@@ -246,17 +246,30 @@ fn quick_order(tolerance: f64) -> (usize, f64) {
     (order, tolerance)
 }
 
-/// States at the rows, and how many steps they took.
+/// How many steps a motion took, and the largest magnitude of each coordinate and velocity on the way.
+struct Followed {
+    steps: usize,
+    sizes: Vec<f64>,
+}
+
+/// States at the rows, and how they were reached.
 struct Run<S> {
     rows: Vec<Vec<S>>,
-    steps: usize,
+    followed: Followed,
+}
+
+/// Takes a state into the largest magnitudes.
+fn grow<'a, S: Real + 'a>(sizes: &mut [f64], state: impl IntoIterator<Item = &'a S>) {
+    for (size, value) in sizes.iter_mut().zip(state) {
+        *size = size.max(value.middle().abs());
+    }
 }
 
 impl<S: Real> Run<S> {
     fn balls(self) -> Run<Ball> {
         let rows = self.rows.into_iter();
         let rows = rows.map(|row| row.into_iter().map(Real::to_ball).collect());
-        Run { rows: rows.collect(), steps: self.steps }
+        Run { rows: rows.collect(), followed: self.followed }
     }
 }
 
@@ -289,7 +302,8 @@ impl System {
         let fine = self.table::<DoubleDouble>(start, times, FINE, 0.0)?;
         let plain = self.table::<f64>(start, times, PLAIN, 0.0).ok();
         let fine = fine.balls();
-        let sizes = self.sizes(&fine.rows);
+        let size = |size: &f64| if *size == 0.0 { f64::MIN_POSITIVE } else { *size };
+        let sizes: Vec<f64> = fine.followed.sizes.iter().map(size).collect();
         let relative = |row: usize, other: &dyn Fn(usize) -> Ball| {
             let own = fine.rows[row].iter().zip(&sizes).enumerate();
             own.fold(0.0_f64, |most, (at, (value, size))| {
@@ -334,7 +348,7 @@ impl System {
             }
             errors.push(error);
         }
-        let lost = self.lost(start, times, &fine.rows, fine.steps);
+        let lost = self.lost(start, times, &fine.rows, fine.followed.steps);
         let stride = if asked.listed.is_some() { 1 } else { (times.samples - 1) / (asked.samples - 1).max(1) };
         let rows = fine.rows.iter().zip(&errors).enumerate().step_by(stride.max(1));
         let rows = rows.map(|(row, (values, error))| {
@@ -350,7 +364,7 @@ impl System {
             energy_drift: self.drift(seen, &rows, DoubleDouble::ROUNDING),
             times: seen.asked((0..rows.len()).map(|row| seen.at(row)).collect()),
             rows: seen.asked(rows),
-            steps: fine.steps,
+            steps: fine.followed.steps,
             estimated: true,
             proved: None,
         })
@@ -363,12 +377,12 @@ impl System {
     pub fn quick(&self, start: &Start, times: &Times, tolerance: f64) -> Result<Trajectory, MotionError> {
         self.check_size(times)?;
         let run = self.table::<f64>(start, times, quick_order(tolerance), 0.0)?;
-        let Run { rows, steps } = run.balls();
+        let Run { rows, followed } = run.balls();
         Ok(Trajectory {
             energy_drift: self.drift(times, &rows, f64::ROUNDING),
             times: times.asked((0..rows.len()).map(|row| times.at(row)).collect()),
             rows: times.asked(rows),
-            steps,
+            steps: followed.steps,
             estimated: false,
             proved: None,
         })
@@ -391,14 +405,14 @@ impl System {
         displaced: f64,
     ) -> Result<Run<S>, MotionError> {
         let mut rows = Vec::with_capacity(times.samples);
-        let steps = self.run(start, times, order, displaced, &mut |_, row| {
+        let followed = self.run(start, times, order, displaced, &mut |_, row| {
             rows.push(row);
             true
         })?;
-        Ok(Run { rows, steps })
+        Ok(Run { rows, followed })
     }
 
-    /// Follows the motion and hands each row to `each` with its number, as long as that says to go on; tells how many steps it took.
+    /// Follows the motion and hands each row to `each` with its number, as long as that says to go on.
     fn run<S: Real>(
         &self,
         start: &Start,
@@ -406,7 +420,7 @@ impl System {
         order: (usize, f64),
         displaced: f64,
         each: &mut dyn FnMut(usize, Vec<S>) -> bool,
-    ) -> Result<usize, MotionError> {
+    ) -> Result<Followed, MotionError> {
         self.budget.at("the motion", None);
         let steps = self.steps(start, times, order, displaced, each);
         self.budget.check().map_err(LinearizeError::from)?;
@@ -420,7 +434,7 @@ impl System {
         (order, tolerance): (usize, f64),
         displaced: f64,
         each: &mut dyn FnMut(usize, Vec<S>) -> bool,
-    ) -> Result<usize, MotionError> {
+    ) -> Result<Followed, MotionError> {
         let equations = self.independent.as_deref().unwrap_or(&self.equations);
         let mut stepper = Stepper::<S>::new(equations, order, tolerance);
         let moved = |(at, value): (usize, &Ball)| {
@@ -433,6 +447,7 @@ impl System {
         let mut t = S::exact(0.0);
         let end = S::from_ball(&times.at(times.samples - 1));
         let (mut done, mut steps) = (0, 0);
+        let mut sizes = vec![0.0_f64; q.len() + start.velocities.len()];
         let mut resting = 0;
         loop {
             let left = end.sub(&t);
@@ -459,12 +474,13 @@ impl System {
                     return Err(self.ended(&stepper, Trouble::NotFinite, &t, (&q, &v), length));
                 }
                 done += 1;
+                grow(&mut sizes, &row);
                 if !each(done - 1, row) {
-                    return Ok(steps);
+                    return Ok(Followed { steps, sizes });
                 }
             }
             if done == times.samples {
-                return Ok(steps);
+                return Ok(Followed { steps, sizes });
             }
             let h = kink.unwrap_or_else(|| S::exact(longest));
             let next = t.add(&h);
@@ -480,25 +496,10 @@ impl System {
                 return Err(self.ended(&stepper, Trouble::NoStep, &t, (&q, &v), length));
             }
             (q, v) = stepper.at(&t, &next.sub(&t));
+            grow(&mut sizes, q.iter().chain(&v));
             t = next;
             steps += 1;
         }
-    }
-
-    /// The largest size of each coordinate and velocity.
-    fn sizes(&self, rows: &[Vec<Ball>]) -> Vec<f64> {
-        let mut sizes = vec![0.0_f64; 2 * self.names.len()];
-        for row in rows {
-            for (size, value) in sizes.iter_mut().zip(row) {
-                *size = size.max(value.mid_f64().abs());
-            }
-        }
-        for size in &mut sizes {
-            if *size == 0.0 {
-                *size = f64::MIN_POSITIVE;
-            }
-        }
-        sizes
     }
 
     fn drift(&self, times: &Times, rows: &[Vec<Ball>], unit: f64) -> Option<f64> {
