@@ -441,7 +441,9 @@ impl Judge {
                         }
                     }
                     let allowed = real(&exact(bound), bits);
-                    let slack = scale(&allowed, -40);
+                    // What is rounded here lies within half of the digits.
+                    let largest = x.iter().map(abs).fold(integer(0, bits), larger);
+                    let slack = scale(&allowed, -40) + scale(&largest, -(bits as isize) / 2);
                     // Where the exact eigenvalue is repeated, no single vector can be meant.
                     let members = self.truth.group.iter().filter(|g| groups.contains(g));
                     if end - start == 1 && members.count() == 1 {
