@@ -17,7 +17,7 @@ use librate::precision::Ball;
 use librate_core::derive::Linear;
 
 /// Sets of parameters drawn for each model; `SETS=1000` draws more.
-const SETS: usize = 12;
+const SETS: usize = 8;
 
 fn page(model: &Model) -> Derivation {
     derive(model, &Parts::default().frequencies(true)).unwrap()

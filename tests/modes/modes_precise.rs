@@ -77,15 +77,15 @@ fn check_vectors_of(spectrum: &Spectrum, limit: f64) {
 fn ill_conditioned_mass_matrices() {
     check(&hilbert(12), &diagonal(&ones(12)), 100);
     check(&hilbert(20), &diagonal(&ones(20)), 10);
-    check(&hilbert(20), &diagonal(&ones(20)), 100);
+    check(&hilbert(16), &diagonal(&ones(16)), 100);
 }
 
 #[test]
 fn ill_conditioned_with_a_zero_mode() {
     // Relative coordinates of a free chain in a bad basis: K z = 0 for z = (1, ..., 1).
-    let (_, k) = chain(&ones(24), &[vec![RBig::ZERO], ones(23), vec![RBig::ZERO]].concat());
-    let m = hilbert(24);
-    let (spectrum, _) = solved_precisely(&m, &k, &[ones(24)], &with_digits(40));
+    let (_, k) = chain(&ones(18), &[vec![RBig::ZERO], ones(17), vec![RBig::ZERO]].concat());
+    let m = hilbert(18);
+    let (spectrum, _) = solved_precisely(&m, &k, &[ones(18)], &with_digits(40));
     assert_eq!(spectrum.stability, Stability::Neutral);
     check_printed(&m, &k, &spectrum, 40);
 }

@@ -154,7 +154,7 @@ fn a_double_pendulum_for_a_hundred_seconds() {
 #[test]
 fn a_chaotic_motion_takes_more_bits() {
     let model = double_pendulum();
-    let found = proved(&model, "th[1]=2, th[2]=5/2", "20", 3, 25).unwrap();
+    let found = proved(&model, "th[1]=2, th[2]=5/2", "10", 2, 25).unwrap();
     assert!(found.proved > Some(106), "{:?}", found.proved);
     check("chaotic", &model, &found, 25);
 }

@@ -308,5 +308,5 @@ cases = {
 }
 mp.dps = 80
 g = mpf(981) / 100
-cases["chaotic"] = double_pendulum(g, [mpf(2), mpf(5) / 2], [mpf(10) * i for i in range(3)], 80, -75)
+cases["chaotic"] = double_pendulum(g, [mpf(2), mpf(5) / 2], [mpf(10) * i for i in range(2)], 80, -75)
 print(json.dumps(cases, indent=1))

@@ -103,8 +103,6 @@ use crate::precision::{Ball, Big, Factors, Integers, clear_column};
 /// The largest dense problem: its matrices and vectors take about 2 GB.
 pub const MOST_COORDINATES: usize = 4000;
 
-/// For a term of the energies, at least.
-const BYTES_A_TERM: usize = 100;
 /// For what is added to an entry of a sparse matrix, with its place in an order.
 const BYTES_A_SHARE: u64 = 36;
 /// What makes many of them, and what does not.
@@ -131,7 +129,7 @@ pub fn check_size(coordinates: usize) -> Result<(), LinearizeError> {
 /// Refuses more terms than there is memory for, before they are worked out.
 fn check_terms(model: &Model) -> Result<(), LinearizeError> {
     let terms = signed_terms(model).map(|(_, family)| family.count).sum();
-    Ok(model.pool.budget().room(terms, BYTES_A_TERM)?)
+    Ok(model.pool.budget().room(terms, crate::model::BYTES_A_TERM)?)
 }
 
 /// A model about its equilibrium.

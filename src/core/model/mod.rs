@@ -54,6 +54,7 @@ pub use given::{Given, Givens};
 pub use names::{Parameter, SymbolKind};
 pub use points::Point;
 pub use range::{Range, entries};
+pub(crate) use run::BYTES_A_TERM;
 pub use settings::Settings;
 pub use table::TableTexts;
 pub use table::{Cell, Table};

@@ -22,8 +22,8 @@ use crate::span::Span;
 /// More terms than this in one sum are refused.
 pub(super) const MOST_INSTANCES: u64 = 20_000_000;
 
-/// For a term of a sum, at least.
-const BYTES_A_TERM: usize = 128;
+/// What a term of a sum takes, at least.
+pub(crate) const BYTES_A_TERM: usize = 128;
 
 /// A term with more slots than this couples too much to be worth keeping as a family.
 const MOST_SLOTS: usize = 64;

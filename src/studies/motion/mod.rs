@@ -246,7 +246,7 @@ fn quick_order(tolerance: f64) -> (usize, f64) {
     (order, tolerance)
 }
 
-/// How many steps a motion took, and the largest magnitude of each coordinate and velocity on the way.
+/// How many steps a motion took, and the largest magnitude, never 0, of each coordinate and velocity on the way.
 struct Followed {
     steps: usize,
     sizes: Vec<f64>,
@@ -302,10 +302,9 @@ impl System {
         let fine = self.table::<DoubleDouble>(start, times, FINE, 0.0)?;
         let plain = self.table::<f64>(start, times, PLAIN, 0.0).ok();
         let fine = fine.balls();
-        let size = |size: &f64| if *size == 0.0 { f64::MIN_POSITIVE } else { *size };
-        let sizes: Vec<f64> = fine.followed.sizes.iter().map(size).collect();
+        let sizes = &fine.followed.sizes;
         let relative = |row: usize, other: &dyn Fn(usize) -> Ball| {
-            let own = fine.rows[row].iter().zip(&sizes).enumerate();
+            let own = fine.rows[row].iter().zip(sizes).enumerate();
             own.fold(0.0_f64, |most, (at, (value, size))| {
                 let off = value.sub(&other(at)).mid_f64().abs();
                 most.max(if off > 0.0 { off / size } else { 0.0 })
@@ -313,7 +312,7 @@ impl System {
         };
         let own = start.positions.iter().chain(&start.velocities);
         let unknown = own
-            .zip(&sizes)
+            .zip(sizes)
             .fold(0.0_f64, |most, (x, size)| most.max(if x.radius > 0.0 { x.radius / size } else { 0.0 }));
         let mut check: Option<Run<Ball>> = None;
         let mut magnified = 1.0_f64;
@@ -355,7 +354,7 @@ impl System {
             if times.at(row).is_zero() {
                 return start.row();
             }
-            let values = values.iter().zip(&sizes).zip(&lost[row]);
+            let values = values.iter().zip(sizes).zip(&lost[row]);
             values.map(|((value, size), lost)| Ball::new(value.mid, error * size + magnified * lost)).collect()
         });
         let rows: Vec<Vec<Ball>> = rows.collect();
@@ -447,7 +446,7 @@ impl System {
         let mut t = S::exact(0.0);
         let end = S::from_ball(&times.at(times.samples - 1));
         let (mut done, mut steps) = (0, 0);
-        let mut sizes = vec![0.0_f64; q.len() + start.velocities.len()];
+        let mut sizes = vec![f64::MIN_POSITIVE; q.len() + v.len()];
         let mut resting = 0;
         loop {
             let left = end.sub(&t);
