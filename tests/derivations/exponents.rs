@@ -160,6 +160,12 @@ fn a_derivation_is_what_a_book_says() {
     let conditions = linear(&top).unwrap().exponents.as_ref().unwrap().stability.as_ref().unwrap();
     assert_eq!(conditions.len(), 1);
     assert_derives!(&top, stability = ["C^2*S^2 - 4*A*m*g*l"]);
+    // As it stands in books: one fraction bar, no fraction in a sum.
+    let text = std::fs::read_to_string("models/ziegler_column.lag").unwrap();
+    let column = page(&model_in(&text, Path::new("models"), &["P=0"]));
+    let own = linear(&column).unwrap().exponents.as_ref().unwrap();
+    let first = column.reduced().pool.display(own.exponents[0].imaginary);
+    assert_eq!(first, "1/2*sqrt((7*k - 2*l*P - sqrt((2*l*P - 7*k)^2 - 8*k^2))/m)/l");
 }
 
 #[test]

@@ -13,7 +13,7 @@ use super::frequencies::Case;
 use super::pair::{Pair, connected};
 use super::polynomial::{Polynomial, determinant};
 use super::ring::{EXPONENT, Expanded, Ring};
-use super::roots::{MOST_COORDINATES, determinant_of_polynomials, root, with_common_bar};
+use super::roots::{MOST_COORDINATES, determinant_of_polynomials, plain_root, root, with_common_bar};
 use super::shapes::on_one_bar;
 use super::simplify::Algebra;
 use super::stability::{Sign, Signs, conditions, conditions_in_coefficients, essential};
@@ -32,6 +32,8 @@ const MOST_COORDINATES_OF_POLYNOMIALS: usize = 12;
 const MOST_SYMBOLS: u64 = 500;
 /// The roots of more expressions are left as they are.
 const MOST_ROOTS: usize = 12;
+/// A fraction in a sum reads as hard as so many symbols.
+const A_STOREY: u64 = 4;
 
 /// What the motions exp(s t) of a linear system are, in symbols.
 #[derive(Clone, Debug, Default)]
@@ -384,15 +386,20 @@ impl Found<'_, '_> {
         self.pool.short(|pool| pool.scale(quotient, &by))
     }
 
-    /// A square root, up to its sign, the shorter one of the root as it stands and that over one fraction bar.
+    /// How hard expressions are to read.
+    fn cost(&mut self, all: &[ExprId]) -> u64 {
+        self.pool.weight_of(all) + A_STOREY * self.pool.fractions_in_sums(all)
+    }
+
+    /// A square root, up to its sign, the best to read of the root as it stands and those over one fraction bar.
     fn root(&mut self, e: ExprId) -> ExprId {
         let (plain, exact) = root(self.pool, e);
         if exact {
             return plain;
         }
         let over = on_one_bar(self.pool, e);
-        let (over, _) = root(self.pool, over);
-        if self.pool.weight(over) < self.pool.weight(plain) { over } else { plain }
+        let all = [plain, root(self.pool, over).0, plain_root(self.pool, over)];
+        all.into_iter().min_by_key(|own| self.cost(&[*own])).unwrap_or(plain)
     }
 
     fn push(&mut self, (real, imaginary): Zero, multiplicity: usize, damping_ratio: Option<ExprId>) {
@@ -503,21 +510,24 @@ impl Found<'_, '_> {
     /// The zeros of a s⁴ + b s² + c: with z = p ± r the squares, both negative, and h = sqrt(c/a) they are ±i(u ± w) with
     /// u² = (h - p)/2 and w² = (-p - h)/2, where h can be drawn; where r is imaginary they are ±x ± iy with 2x² = h + p and 2y² = h - p.
     fn of_squares(&mut self, c: ExprId, b: ExprId, a: ExprId) -> Option<Vec<Zero>> {
+        let cost = |own: &mut Self, zeros: &[Zero]| {
+            let all: Vec<ExprId> = zeros.iter().map(|(_, imaginary)| *imaginary).collect();
+            own.cost(&all)
+        };
         let [p, square, product] = self.middle(c, b, a);
         let flutters = self.is_negative(square)?;
         let (h, exact) = root(self.pool, product);
         let h = self.positive(h).unwrap_or(h);
         let half = |own: &mut Self, h_sign: i64, p_sign: i64| {
             let terms = [(h, h_sign), (p, p_sign)].map(|(e, sign)| (e, Number::from(sign).mul(&Number::half())));
-            let sum = own.pool.short(|pool| pool.linear(&terms));
-            own.root(sum)
+            own.pool.short(|pool| pool.linear(&terms))
         };
         if flutters {
-            let (x, y) = (half(self, 1, 1), half(self, 1, -1));
+            let [x, y] = [half(self, 1, 1), half(self, 1, -1)].map(|square| self.root(square));
             let (minus_x, minus_y) = (self.pool.neg(x), self.pool.neg(y));
             return Some(vec![(x, y), (x, minus_y), (minus_x, y), (minus_x, minus_y)]);
         }
-        let (r, _) = root(self.pool, square);
+        let (r, drawn) = root(self.pool, square);
         let r = self.positive(r)?;
         let squares = [self.pool.add(p, r), self.pool.sub(p, r)];
         let squares = squares.map(|square| self.pool.simplify(square));
@@ -525,19 +535,40 @@ impl Found<'_, '_> {
         for square in squares {
             zeros.extend(self.pair(square, true)?);
         }
+        if !drawn
+            && let Some(other) = self.quotients(c, b, a)
+            && cost(self, &other) < cost(self, &zeros)
+        {
+            zeros = other;
+        }
         let both = squares.iter().all(|square| self.is_negative(*square) == Some(true));
         if both && exact {
-            let (u, w) = (half(self, 1, -1), half(self, -1, -1));
+            let [u, w] = [half(self, 1, -1), half(self, -1, -1)].map(|square| root(self.pool, square).0);
             let sizes = [self.pool.sub(u, w), self.pool.add(u, w)];
             let sizes = sizes.map(|size| with_common_bar(self.pool, size));
             let other: Vec<Zero> = sizes.into_iter().flat_map(|size| self.both(size, true)).collect();
-            let weight = |own: &mut Self, zeros: &[Zero]| {
-                let all: Vec<ExprId> = zeros.iter().map(|(_, imaginary)| *imaginary).collect();
-                own.pool.weight_of(&all)
-            };
-            if weight(self, &other) < weight(self, &zeros) {
+            if cost(self, &other) < cost(self, &zeros) {
                 return Some(other);
             }
+        }
+        Some(zeros)
+    }
+
+    /// The same from s² = (-b ± sqrt(b² - 4ac))/2a, what all terms have in common before the fraction bar.
+    fn quotients(&mut self, c: ExprId, b: ExprId, a: ExprId) -> Option<Vec<Zero>> {
+        let (square, product) = (self.pool.square(b), self.pool.mul(a, c));
+        let discriminant = self.pool.linear(&[(square, Number::ONE), (product, Number::from(-4))]);
+        let (r, _) = root(self.pool, discriminant);
+        let r = self.positive(r)?;
+        let mut zeros = Vec::new();
+        for sign in [Number::ONE, Number::MINUS_ONE] {
+            let above = self.pool.linear(&[(b, Number::MINUS_ONE), (r, sign)]);
+            let above = with_common_bar(self.pool, above);
+            let negative = self.is_negative(above)? != self.is_negative(a)?;
+            let below = self.pool.scale(a, &Number::from(if negative { -2 } else { 2 }));
+            let size = self.pool.div(above, below);
+            let size = plain_root(self.pool, size);
+            zeros.extend(self.both(size, negative));
         }
         Some(zeros)
     }

@@ -319,6 +319,14 @@ pub(super) fn root(pool: &mut Algebra<'_>, e: ExprId) -> (ExprId, bool) {
     (best, false)
 }
 
+/// A square root, up to its sign, of an expression as it stands, even powers that are factors of it in front.
+pub(super) fn plain_root(pool: &mut Algebra<'_>, e: ExprId) -> ExprId {
+    match expand(pool, e, Opening::Outermost) {
+        Some(terms) => taken_out(pool, &terms, false),
+        None => pool.sqrt(e),
+    }
+}
+
 /// The root of a sum with the even powers that all terms have in common in front.
 fn taken_out(pool: &mut Algebra<'_>, terms: &Monomials, shorten: bool) -> ExprId {
     let mut common = terms.keys().cloned().reduce(|common, own| in_common(&common, &own)).unwrap_or_default();

@@ -171,6 +171,14 @@ impl<'a> Algebra<'a> {
         self.weights.of(self.pool, e)
     }
 
+    /// How many sums have fractions for terms.
+    pub(super) fn fractions_in_sums(&self, all: &[ExprId]) -> u64 {
+        let is_fraction = |e: ExprId| self.pool.factors(e).iter().any(|(_, exponent)| exponent.is_negative());
+        let all = self.pool.reachable(all).into_iter();
+        all.filter(|id| self.pool.is_sum(*id) && self.pool.terms(*id).iter().any(|own| is_fraction(own.0))).count()
+            as u64
+    }
+
     /// The same of several.
     pub(super) fn weight_of(&mut self, all: &[ExprId]) -> u64 {
         self.weights.of_all(self.pool, all)

@@ -48,6 +48,7 @@ struct Joined {
     /// What stands below the root then.
     coefficient: Number,
     factors: Vec<(ExprId, Number)>,
+    negated: Option<ExprId>,
 }
 
 /// The name of a function in the model language.
@@ -271,7 +272,8 @@ impl Pool {
                     place,
                 });
             } else if let Some(joined) = under_root.take_if(|joined| joined.base == base) {
-                let term = Piece::Term { coefficient: joined.coefficient, factors: joined.factors, negated: None };
+                let term =
+                    Piece::Term { coefficient: joined.coefficient, factors: joined.factors, negated: joined.negated };
                 write_root(&magnitude, vec![term], &mut piece);
                 if joined.above {
                     above.push(piece);
@@ -279,12 +281,10 @@ impl Pool {
                     below.push(piece);
                 }
                 continue;
-            } else if let (true, Some(inverse)) = (exponent.is_negative(), self.inverted(base)) {
+            } else if let (true, Some((factors, negated))) = (exponent.is_negative(), self.inverted(base)) {
                 // (x/y)^(-1/2) reads better as sqrt(y/x).
-                let mut inner = Vec::new();
-                let term = Piece::Term { coefficient: Number::ONE, factors: inverse, negated: None };
-                inner.push(term);
-                write_root(&magnitude, inner, &mut piece);
+                let term = Piece::Term { coefficient: Number::ONE, factors, negated };
+                write_root(&magnitude, vec![term], &mut piece);
                 above.push(piece);
                 continue;
             } else {
@@ -334,30 +334,35 @@ impl Pool {
             if left.mul(&number) == divisor {
                 let divided = (factors[at].0, Number::MINUS_ONE);
                 factors.remove(at);
-                let joined = match (below, self.inverted(base)) {
-                    (true, None) => Joined { base, above: false, coefficient: number, factors: self.factors(base) },
-                    (true, Some(mut factors)) => {
-                        factors.push(divided);
-                        Joined { base, above: true, coefficient: Number::ONE, factors }
-                    }
-                    (false, _) => {
-                        let mut factors = self.factors(base);
-                        factors.push(divided);
-                        Joined { base, above: true, coefficient: Number::ONE, factors }
-                    }
-                };
-                return (rest, Some(joined));
+                let inverse = if below { self.inverted(base) } else { None };
+                let above = !below || inverse.is_some();
+                let (mut factors, negated) = inverse.unwrap_or_else(|| (self.factors(base), None));
+                let coefficient = if above { Number::ONE } else { number };
+                if above {
+                    factors.push(divided);
+                }
+                return (rest, Some(Joined { base, above, coefficient, factors, negated }));
             }
         }
         (coefficient.clone(), None)
     }
 
-    /// The factors of the inverse of a product that has some below the fraction bar.
-    fn inverted(&self, base: ExprId) -> Option<Vec<(ExprId, Number)>> {
-        let Node::Product(factors) = self.node(base) else {
+    /// The factors of the inverse of a product that has some below the fraction bar, or of minus it, with the difference that takes up
+    /// the sign then.
+    fn inverted(&self, base: ExprId) -> Option<(Vec<(ExprId, Number)>, Option<ExprId>)> {
+        let opposite = match self.node(base) {
+            Node::Sum { constant, terms } if constant.is_zero() => match &**terms {
+                [(term, coefficient)] if *coefficient == Number::MINUS_ONE => Some(*term),
+                _ => None,
+            },
+            _ => None,
+        };
+        let Node::Product(factors) = self.node(opposite.unwrap_or(base)) else {
             return None;
         };
-        factors.iter().any(|(_, e)| e.is_negative()).then(|| factors.iter().map(|(b, e)| (*b, e.neg())).collect())
+        let inverse: Vec<(ExprId, Number)> = factors.iter().map(|(b, e)| (*b, e.neg())).collect();
+        let negated = if opposite.is_some() { Some(self.reversible_factor(&inverse)?) } else { None };
+        factors.iter().any(|(_, e)| e.is_negative()).then_some((inverse, negated))
     }
 }
 
