@@ -47,9 +47,12 @@ struct Joined {
     above: bool,
     /// What stands below the root then.
     coefficient: Number,
-    factors: Vec<(ExprId, Number)>,
+    factors: Factors,
     negated: Option<ExprId>,
 }
+
+/// Bases with their exponents.
+type Factors = Vec<(ExprId, Number)>;
 
 /// The name of a function in the model language.
 #[must_use]
@@ -349,7 +352,7 @@ impl Pool {
 
     /// The factors of the inverse of a product that has some below the fraction bar, or of minus it, with the difference that takes up
     /// the sign then.
-    fn inverted(&self, base: ExprId) -> Option<(Vec<(ExprId, Number)>, Option<ExprId>)> {
+    fn inverted(&self, base: ExprId) -> Option<(Factors, Option<ExprId>)> {
         let opposite = match self.node(base) {
             Node::Sum { constant, terms } if constant.is_zero() => match &**terms {
                 [(term, coefficient)] if *coefficient == Number::MINUS_ONE => Some(*term),
@@ -360,7 +363,7 @@ impl Pool {
         let Node::Product(factors) = self.node(opposite.unwrap_or(base)) else {
             return None;
         };
-        let inverse: Vec<(ExprId, Number)> = factors.iter().map(|(b, e)| (*b, e.neg())).collect();
+        let inverse: Factors = factors.iter().map(|(b, e)| (*b, e.neg())).collect();
         let negated = if opposite.is_some() { Some(self.reversible_factor(&inverse)?) } else { None };
         factors.iter().any(|(_, e)| e.is_negative()).then_some((inverse, negated))
     }
