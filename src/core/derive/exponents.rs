@@ -388,7 +388,7 @@ impl Found<'_, '_> {
 
     /// How hard expressions are to read.
     fn cost(&mut self, all: &[ExprId]) -> u64 {
-        self.pool.weight_of(all) + A_STOREY * self.pool.fractions_in_sums(all)
+        self.pool.weight_of(all).saturating_add(A_STOREY * self.pool.fractions_in_sums(all))
     }
 
     /// A square root, up to its sign, the best to read of the root as it stands and those over one fraction bar.

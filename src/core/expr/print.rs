@@ -34,7 +34,7 @@ enum Piece {
     /// `coefficient*factors` (the coefficient positive); the flagged factor with its sign reversed.
     Term {
         coefficient: Number,
-        factors: Vec<(ExprId, Number)>,
+        factors: Factors,
         negated: Option<ExprId>,
     },
 }
@@ -248,13 +248,7 @@ impl Pool {
         (if is_number { 0 } else { 2 }, base.index())
     }
 
-    fn write_term(
-        &self,
-        coefficient: &Number,
-        mut factors: Vec<(ExprId, Number)>,
-        negated: Option<ExprId>,
-        out: &mut Vec<Piece>,
-    ) {
+    fn write_term(&self, coefficient: &Number, mut factors: Factors, negated: Option<ExprId>, out: &mut Vec<Piece>) {
         factors.sort_by_key(|(base, _)| self.factor_order(*base));
         let (coefficient, mut under_root) = self.joined_root(coefficient, &mut factors);
         let coefficient = &coefficient;
@@ -319,7 +313,7 @@ impl Pool {
 
     /// `sqrt(2)/(2*sqrt(m))` is written `1/sqrt(2*m)`, and `sqrt(2)*sqrt(a/b)/2` as `sqrt(a/(2*b))`: what is left of the
     /// coefficient, and the factor that takes up the number below its root, with what stands there then.
-    fn joined_root(&self, coefficient: &Number, factors: &mut Vec<(ExprId, Number)>) -> (Number, Option<Joined>) {
+    fn joined_root(&self, coefficient: &Number, factors: &mut Factors) -> (Number, Option<Joined>) {
         let half = Number::half();
         let whole =
             factors.iter().position(|(base, e)| *e == half && self.as_number(*base).is_some_and(Number::is_integer));
