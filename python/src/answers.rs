@@ -152,9 +152,8 @@ pub(crate) fn bytes(numbers: impl Iterator<Item = f64>) -> impl Iterator<Item = 
 }
 
 /// The doubles of bytes.
-pub(crate) fn doubles(bytes: &[u8]) -> Vec<f64> {
-    let chunks = bytes.chunks_exact(8).map(|chunk| chunk.try_into().map_or(f64::NAN, f64::from_ne_bytes));
-    chunks.collect()
+pub(crate) fn doubles(bytes: &[u8]) -> impl Iterator<Item = f64> {
+    bytes.chunks_exact(8).map(|chunk| chunk.try_into().map_or(f64::NAN, f64::from_ne_bytes))
 }
 
 #[pymethods]

@@ -117,7 +117,7 @@ impl ModesArgs {
                 return Err(Failure::request("`near` and `count` can't be read", help));
             }
         };
-        options.given = self.certify.as_deref().map(|bytes| doubles(bytes).into());
+        options.given = self.certify.as_deref().map(|bytes| doubles(bytes).collect());
         options.vectors = self.vectors;
         options.threads = positive("threads", self.threads)?.unwrap_or_else(cores);
         let ways = usize::from(options.lowest.is_some()) + usize::from(options.near.is_some());

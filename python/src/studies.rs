@@ -1,5 +1,8 @@
 //! The commands about ranges and motions, each as the command line has it, and batches.
 
+use std::iter;
+use std::ops::Range as Span;
+
 use librate::batch::{self, Outcome, Solutions, Study};
 use librate::chart::{Chart, Place as ChartPlace};
 use librate::floquet::{self, Options as FloquetOptions};
@@ -388,6 +391,23 @@ impl Batch {
             all.extend(bytes(part.iter().copied()));
         }
     }
+
+    /// Behind what is there.
+    fn append(&mut self, other: &Self) {
+        let parts = [
+            (&mut self.outcome, &other.outcome),
+            (&mut self.equilibrium, &other.equilibrium),
+            (&mut self.error_bound, &other.error_bound),
+            (&mut self.omega_squared, &other.omega_squared),
+            (&mut self.omega_squared_error_bound, &other.omega_squared_error_bound),
+            (&mut self.vectors, &other.vectors),
+            (&mut self.mass, &other.mass),
+            (&mut self.stiffness, &other.stiffness),
+        ];
+        for (all, part) in parts {
+            all.extend_from_slice(part);
+        }
+    }
 }
 
 /// Solves all sets, on all cores, in doubles with rigorous bounds.
@@ -404,12 +424,18 @@ pub(crate) fn solve_sets(py: Python<'_>, model: &Model, args: BatchArgs) -> PyRe
         }
         let names: Vec<&str> = args.columns.iter().map(|(name, _)| name.as_str()).collect();
         let study = Study::with_options(model, &names, options)?;
-        let values = interleaved(&study, &args)?;
-        let portions: Vec<&[f64]> = values.chunks(PORTION * study.width()).collect();
-        let solved = in_parallel(job, threads, portions.len(), || |at: usize| study.solve(portions[at]))?;
+        let members = members(&study, &args)?;
+        let solved = in_parallel(job, threads, args.sets.div_ceil(PORTION), || {
+            |at: usize| -> Result<Batch, Failure> {
+                let sets = at * PORTION..args.sets.min((at + 1) * PORTION);
+                let mut own = Batch::default();
+                own.add(&study.solve(&interleaved(&args, &members, sets))?);
+                Ok(own)
+            }
+        })?;
         let mut all = Batch { coordinates: study.model().coordinates.names().collect(), ..Batch::default() };
         for own in solved {
-            all.add(&own?);
+            all.append(&own?);
         }
         Ok(all)
     })?;
@@ -428,31 +454,38 @@ fn number(outcome: Outcome) -> u8 {
     }
 }
 
-/// The values of all parameters, set after set. One number a set is the value of all members of a family.
-fn interleaved(study: &Study, args: &BatchArgs) -> Result<Vec<f64>, Failure> {
+/// How many parameters each column is for: one, or all members of a family, with a value for each or one for all.
+fn members(study: &Study, args: &BatchArgs) -> Result<Vec<usize>, Failure> {
     let parameters: Vec<&str> = study.parameters().collect();
-    let width = study.width();
-    let mut values = vec![f64::NAN; args.sets * width];
-    let mut first = 0;
+    let mut all = Vec::with_capacity(args.columns.len());
     for (name, column) in &args.columns {
-        let column = doubles(column);
         let stem = format!("{name}[");
         let members = parameters.iter().filter(|own| *own == name || own.starts_with(&stem)).count();
-        let given = column.len().checked_div(args.sets).unwrap_or(1);
+        let given = a_set(column, args);
         if given != 1 && given != members {
             let message = format!("`{name}` has {members} members, not {given}");
             return Err(Failure::request(message, "an array of one row a set and one column a member is needed"));
         }
-        for (set, row) in column.chunks_exact(given).enumerate() {
-            for member in 0..members {
-                if let (Some(slot), Some(value)) =
-                    (values.get_mut(set * width + first + member), row.get(if given == 1 { 0 } else { member }))
-                {
-                    *slot = *value;
-                }
-            }
-        }
-        first += members;
+        all.push(members);
     }
-    Ok(values)
+    Ok(all)
+}
+
+/// How many values a column has for each set.
+fn a_set(column: &[u8], args: &BatchArgs) -> usize {
+    (column.len() / size_of::<f64>()).checked_div(args.sets).unwrap_or(1)
+}
+
+/// The values of all parameters, set after set.
+fn interleaved(args: &BatchArgs, members: &[usize], sets: Span<usize>) -> Vec<f64> {
+    let mut values = Vec::with_capacity(sets.len() * members.iter().sum::<usize>());
+    for set in sets {
+        for ((_, column), members) in args.columns.iter().zip(members) {
+            let given = a_set(column, args);
+            let row = column.get(8 * given * set..8 * given * (set + 1)).unwrap_or_default();
+            let repeated = if given == 1 { *members } else { 1 };
+            values.extend(doubles(row).flat_map(|value| iter::repeat_n(value, repeated)));
+        }
+    }
+    values
 }
