@@ -38,6 +38,9 @@ pub(super) fn visible_json(json: &str) -> Cow<'_, str> {
 
 /// Replaces characters that are not seen by what `instead` gives for the rest of the text and its first character.
 fn replaced(text: &str, instead: impl Fn(&str, char) -> Option<String>) -> Cow<'_, str> {
+    if text.bytes().all(|byte| matches!(byte, b' '..=b'~' | b'\n' | b'\t')) {
+        return Cow::Borrowed(text);
+    }
     let mut out = String::new();
     let mut done = 0;
     for (at, c) in text.char_indices().filter(|(_, c)| is_hidden(*c)) {

@@ -111,7 +111,7 @@ impl Chart {
         }
         let ends = |place: &dyn Fn(&Range) -> String| -> Result<Model, Error> {
             let settings = source.settings_with(&[&place(&ranges[0]), &place(&ranges[1])])?;
-            Ok(model::elaborate(&source.file, &source.tables, &settings)?)
+            Ok(linearize::integrated(model::elaborate(&source.file, &source.tables, &settings)?))
         };
         let model = ends(&Range::first)?;
         let other = ends(&Range::last)?;
@@ -379,7 +379,15 @@ impl Chart {
     /// What the derivative of the state after a period tells; `None` where it is no number.
     fn judged(&self, slopes: &[f64], period: f64) -> Option<Place> {
         let (size, grows) = self.largest(slopes)?;
-        Some(Place { stable: Some(!grows), growth_rate: if grows || self.damped { size.ln() / period } else { 0.0 } })
+        let growth_rate = if grows || self.damped { size.ln() / period } else { 0.0 };
+        Some(Place { stable: (!self.drifts(slopes, period)).then_some(!grows), growth_rate })
+    }
+
+    /// Whether the multipliers may be both 1 or both -1 without two vectors of their own: then motions grow with the time.
+    fn drifts(&self, slopes: &[f64], period: f64) -> bool {
+        let [a, b, c, d] = slopes else { return false };
+        let meet = (0.5 * (a + d).abs() - 1.0).abs() <= FINE;
+        !self.damped && meet && (b / period).abs().max((c * period).abs()) > COARSE
     }
 
     fn border(&self, place: [f64; 2]) -> Border {

@@ -208,6 +208,11 @@ fn conserved(text: &str) -> Vec<String> {
 
 #[test]
 fn sums_of_momenta_are_conserved() {
+    // A multiplier does not move.
+    for constraint in ["z = 0", "2*x' - 2*y' + 3*z' = 0", "x' - y' = z*z'"] {
+        let text = format!("coord x, y, z  T = x'^2 + y'^2 + z'^2  V = (x - y)^2  constraint {constraint}");
+        assert_eq!(conserved(&text).len(), 1, "{constraint}");
+    }
     assert_eq!(
         conserved(
             "param m[1..3]  param k  coord x[1..3]

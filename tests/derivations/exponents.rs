@@ -130,6 +130,17 @@ fn long_conditions_are_not_multiplied_out() {
     }
 }
 
+/// At an equilibrium that stays in symbols, coefficients are sums of hundreds of products: the discriminant of a cubic would not end.
+#[test]
+fn long_coefficients_are_not_multiplied() {
+    let text = "param a = 0.7  param b = 1/2  param c = 3/2  coord x, y, th
+        T = 1/2*(c + b*(1 + exp(x/2))^2)*x'^2 + 1/2*y'^2 + 1/2*th'^2
+        V = 1/2*a*x^2 + 1/2*b*y^2 + 1/2*c*th^2 + b*(atan(th)*ln(2 + x^2) - 1)^2  force x = 0.1*y'";
+    let page = page(&common::model(text));
+    let own = linear(&page).unwrap().exponents.as_ref().unwrap();
+    assert_eq!(own.characteristic.as_ref().map(Vec::len), Some(7));
+}
+
 #[test]
 fn what_nothing_holds_has_exponents_without_values() {
     let page = page(&common::model("param m coord x, y T = 1/2*m*x'^2 + m*y'^2"));

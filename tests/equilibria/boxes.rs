@@ -170,6 +170,8 @@ fn constraints_have_bounded_multipliers() {
 #[test]
 fn families_are_not_counted() {
     for (text, ranges, said) in [
+        ("coord x T = 1/2*x'^2", "x=-2..2", "nothing depends on `x`"),
+        ("param k = 0 coord x, y T = 1/2*(x'^2 + y'^2) V = k*x^2", "x=-1..2, y=0..1", "nothing depends on `x`"),
         ("coord x, y T = 1/2*(x'^2 + y'^2) V = x^2", "x=-1..2, y=-1..1", "nothing depends on `y`"),
         ("coord x, y T = 1/2*(x'^2 + y'^2) V = x^2", "x=-1..2", "nothing depends on `y`"),
         ("coord x, y T = 1/2*(x'^2 + y'^2) V = (x - y - 1)^2", "x=-1..2, y=-1..2", "moving x, y together"),

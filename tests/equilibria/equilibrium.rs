@@ -54,6 +54,27 @@ fn a_start_without_stiffness_is_left() {
     assert!((x - 1.0).abs() < 1e-15, "{x}");
 }
 
+/// Forces without a potential lead where motions without inertia come to rest. The last is a zero of two polynomials (mpmath).
+#[test]
+fn forces_lead_from_a_start_without_stiffness() {
+    let near = |text: &str, wanted: &[f64]| {
+        let found = found(text);
+        let off = found.iter().zip(wanted).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
+        assert!(found.len() == wanted.len() && off < 1e-14, "{text}: {found:?}");
+    };
+    near("coord x  T = 1/2*x'^2  force x = 3 - x^3", &[3.0_f64.cbrt()]);
+    near("coord x  T = 1/2*x'^2  force x = 1e-9*(3 - x^3)  guess x = 0", &[3.0_f64.cbrt()]);
+    near(
+        "coord x, y  T = 1/2*(x'^2 + y'^2)  V = 1/2*(x^2 + y^2) + (x - 1)^2 + 3/2*(x*y - 1)^2  force x = -0.2*y",
+        &[0.861_515_106_068_522, 0.801_005_834_644_672_4],
+    );
+    // Nowhere at rest: what is told is the place of each coordinate, once.
+    let error = at("coord x, y  T = 1/2*(x'^2 + y'^2)  V = y^2  force x = 2 + sin(x)*cos(y)").unwrap_err();
+    let told = librate::diagnostic::Diagnostic::from(&error);
+    let help = told.help.unwrap_or_default();
+    assert!(help.matches("x = ").count() <= 1 && help.matches("y = ").count() <= 1, "{help}");
+}
+
 #[test]
 fn neutral_directions_are_no_obstacle() {
     let text = "

@@ -59,6 +59,30 @@ fn models_agree_with_references() {
     }
 }
 
+/// Conditions that are derivatives of relations of the coordinates, which hold where the search starts.
+#[test]
+fn gradients_are_integrated() {
+    let plane = "param g = 9.81  param l = 2  coord x, y  T = 1/2*(x'^2 + y'^2)  V = g*y";
+    let below = "equilibrium x = 0  equilibrium y = -l";
+    let space = "param g = 9.81  coord x, y, z  T = 1/2*(x'^2 + y'^2 + z'^2)  V = g*z";
+    for (text, condition, relation) in [
+        (format!("{plane}  {below}"), "x*x' + y*y' = 0", "x^2 + y^2 = l^2"),
+        (format!("{plane}  {below}"), "3*x*x' = -3*y*y'", "x^2 + y^2 = l^2"),
+        (format!("{plane}  guess x = 1/10  guess y = -l"), "x*x' + y*y' = 0", "x^2 + y^2 = l^2 + 1/100"),
+        (plane.to_owned(), "y' = sin(x)*x'", "y = 1 - cos(x)"),
+        (plane.to_owned(), "(1 + y)*x*x' + 1/2*x^2*y' - y' = 0", "1/2*(1 + y)*x^2 = y"),
+        (space.to_owned(), "z' = x*x' + 2*y*y'", "z = 1/2*x^2 + y^2"),
+        (space.to_owned(), "z' = (x + y)*(x' + y') + y'*cos(y)*sin(y)", "2*z = (x + y)^2 + sin(y)^2"),
+    ] {
+        let [own, other] = [condition, relation].map(|tie| of_text(&format!("{text}  constraint {tie}")));
+        assert_eq!((own.stability, own.modes.len()), (other.stability, other.modes.len()), "{condition}");
+        for (own, other) in own.modes.iter().zip(&other.modes) {
+            assert!((own.omega - other.omega).contains_zero() && own.omega.radius < 1e-12, "{condition}: {own:?}");
+            assert_eq!(own.vector.len(), other.vector.len());
+        }
+    }
+}
+
 fn at_speed(text: &str, speed: &str) -> String {
     let own =
         |line: &str| if line.starts_with("param v ") { format!("param v : m/s = {speed}") } else { line.to_owned() };

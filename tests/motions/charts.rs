@@ -37,6 +37,15 @@ fn half(k: f64, s: f64) -> (f64, f64) {
     }
 }
 
+/// Without force a body drifts away; a free oscillation has the multipliers -1, too, and stays.
+#[test]
+fn a_drift_is_not_called_stable() {
+    let text = "param d = 1  param e = 0  coord x  T = 1/2*x'^2  V = 1/2*(d + e*cos(2*t))*x^2  period pi";
+    for ([d, _], place) in places(text, ["d=0..4:5", "e=0..1e-300:2"]) {
+        assert_eq!(place.stable, (d > 0.0).then_some(true), "{d}");
+    }
+}
+
 /// Two halves of a period with constant stiffness: half the trace of the monodromy matrix is
 /// cos cos - (k1 + k2)/2 (sin/w1)(sin/w2) (E. Meissner, Schweizerische Bauzeitung 72 (1918) 95).
 #[test]

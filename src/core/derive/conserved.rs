@@ -153,7 +153,8 @@ impl Search<'_> {
         let exact: Vec<Vec<Number>> = exact.collect();
         let holds = |vector: &Vec<Number>| {
             gradients.iter().all(|slopes| {
-                let terms = slopes.iter().map(|(i, slope)| (*slope, vector[*i].clone()));
+                // A multiplier stays as it is.
+                let terms = slopes.iter().filter_map(|(i, slope)| Some((*slope, vector.get(*i)?.clone())));
                 let sum = self.pool.linear(&terms.collect::<Vec<_>>());
                 self.pool.is_zero(sum) == ZeroVerdict::Zero
             })

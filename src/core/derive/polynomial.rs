@@ -11,6 +11,8 @@ use crate::number::Number;
 
 /// Beyond so many terms common divisors are not looked for.
 const MOST_TERMS: usize = 400;
+/// Products of more terms are not multiplied out where something else will do.
+const MOST_PRODUCTS: usize = 20_000;
 
 /// Exponents, one a variable.
 type Powers = Vec<u32>;
@@ -121,6 +123,11 @@ impl Polynomial {
         }
         let terms = self.terms.iter().map(|(powers, value)| (powers.clone(), value.mul(factor))).collect();
         Self { variables: self.variables, terms }
+    }
+
+    /// Whether a product takes long.
+    pub(super) fn is_long_with(&self, other: &Self) -> bool {
+        self.terms.len() * other.terms.len() > MOST_PRODUCTS
     }
 
     /// The quotient, where the division leaves nothing.
@@ -268,12 +275,11 @@ impl Polynomial {
             std::mem::swap(&mut a, &mut b);
         }
         while b.degree(variable) > 0 {
-            let rest = a.remainder(&b, variable);
+            let Some(rest) = a.remainder(&b, variable) else {
+                return one;
+            };
             if rest.is_zero() {
                 return b;
-            }
-            if rest.terms.len() > MOST_TERMS {
-                return one;
             }
             let content = rest.content(variable);
             let Some(rest) = rest.over(&content) else {
@@ -285,22 +291,24 @@ impl Polynomial {
         one
     }
 
-    /// What is left of a power of the leading coefficient of `divisor` times this.
-    fn remainder(&self, divisor: &Self, variable: usize) -> Self {
+    /// What is left of a power of the leading coefficient of `divisor` times this; `None` where that takes long.
+    fn remainder(&self, divisor: &Self, variable: usize) -> Option<Self> {
         let degree = divisor.degree(variable);
         let of_divisor = divisor.coefficients(variable);
         let mut rest = self.clone();
-        while !rest.is_zero() && rest.degree(variable) >= degree && rest.terms.len() <= 4 * MOST_TERMS {
+        let by = of_divisor.last()?;
+        while !rest.is_zero() && rest.degree(variable) >= degree {
             let own = rest.degree(variable);
-            let (Some(leading), Some(by)) = (rest.coefficients(variable).pop(), of_divisor.last()) else {
-                return rest;
-            };
+            let leading = rest.coefficients(variable).pop()?;
+            if divisor.is_long_with(&leading) || rest.is_long_with(by) {
+                return None;
+            }
             let mut power = vec![0; self.variables];
             power[variable] = own - degree;
             let less = divisor.times(&leading).times(&Self::monomial(power));
             rest = rest.times(by).minus(&less);
         }
-        rest
+        (rest.terms.len() <= MOST_TERMS).then_some(rest)
     }
 
     /// The common divisor of what stands before the powers of a variable.
@@ -364,6 +372,9 @@ pub(super) fn determinant(mut rows: Vec<Vec<Polynomial>>) -> Option<Polynomial> 
         for row in left {
             let share = std::mem::replace(&mut row[step], Polynomial::zero(variables));
             for (entry, other) in row.iter_mut().zip(own).skip(step + 1) {
+                if entry.is_long_with(&own[step]) || share.is_long_with(other) {
+                    return None;
+                }
                 let kept = entry.times(&own[step]);
                 let whole = if share.is_zero() { kept } else { kept.minus(&share.times(other)) };
                 *entry = whole.over(&before)?;

@@ -13,6 +13,8 @@ use crate::number::Number;
 
 /// Longer conditions are given in the coefficients, if at all.
 const MOST_TERMS: usize = 60;
+/// Discriminants of cubics with longer coefficients are not multiplied out.
+const MOST_OF_A_CUBIC: usize = 20;
 /// Longer ones in the coefficients help nobody.
 const MOST_PRODUCTS: usize = 100;
 
@@ -152,6 +154,9 @@ fn halves(pool: &mut Pool, of: &Polynomial) -> Option<Vec<Polynomial>> {
         let [c, b, a] = coefficients.as_slice() else {
             continue;
         };
+        if b.is_long_with(b) || a.is_long_with(c) {
+            continue;
+        }
         let discriminant = b.times(b).plus(&a.times(c).scaled(&Number::from(-4)));
         let Some(root) = square_root(pool, &discriminant) else {
             continue;
@@ -261,13 +266,15 @@ fn of_squares(coefficients: &[Polynomial], conservative: bool) -> Option<Vec<Pol
     match coefficients {
         [_, _] => {}
         [c, b, a] => found.push(b.times(b).plus(&scaled(&a.times(c), -4))),
-        [d, c, b, a] => {
+        // Four coefficients are multiplied in each term.
+        [d, c, b, a] if coefficients.iter().all(|own| own.terms().count() <= MOST_OF_A_CUBIC) => {
             let mut discriminant = scaled(&a.times(b).times(&c.times(d)), 18);
             discriminant = discriminant.plus(&scaled(&b.times(b).times(b).times(d), -4));
             discriminant = discriminant.plus(&b.times(b).times(&c.times(c)));
             discriminant = discriminant.plus(&scaled(&a.times(c).times(c).times(c), -4));
             found.push(discriminant.plus(&scaled(&a.times(a).times(&d.times(d)), -27)));
         }
+        [_, _, _, _] => return None,
         // With p(z) also p(s²) + s p'(s²) has its zeros on the left (Hermite and Biehler; Gantmacher, section 14).
         _ => {
             let derivative = coefficients.iter().zip(0_i64..).map(|(own, power)| scaled(own, power));

@@ -267,12 +267,16 @@ impl ElementFamily {
 
     /// What the numbers of an instance add to M or K: for two of its own coordinates, and whether for both orders of them.
     fn shares<S: Scalar>(&self, part: Part, numbers: &[S], mut add: impl FnMut(usize, usize, &S, bool)) {
-        let (elements, nests) = match part {
-            Part::Inertia => (&self.inertia, &self.inertia_nests),
-            Part::Force | Part::Stiffness => (&self.potential, &self.potential_nests),
-        };
+        let (elements, nests) = self.nests(part);
         for nest in nests {
             nest.shares(elements, numbers, &mut add);
+        }
+    }
+
+    fn nests(&self, part: Part) -> (&[Element], &[Nest]) {
+        match part {
+            Part::Inertia => (&self.inertia, &self.inertia_nests),
+            Part::Force | Part::Stiffness => (&self.potential, &self.potential_nests),
         }
     }
 }
@@ -343,10 +347,15 @@ impl Assembly {
 
     /// How many shares [`Assembly::entries`] gives for both matrices, at most.
     pub(super) fn shares(&self) -> u64 {
+        self.shares_of(Part::Inertia).saturating_add(self.shares_of(Part::Stiffness))
+    }
+
+    /// The same for one of them.
+    pub(super) fn shares_of(&self, part: Part) -> u64 {
         let shares = self.families.iter().map(|family| {
-            let inertia = family.inertia_nests.iter().map(|nest| nest.count(&family.inertia));
-            let potential = family.potential_nests.iter().map(|nest| nest.count(&family.potential));
-            inertia.chain(potential).sum::<u64>().saturating_mul(family.terms.count as u64)
+            let (elements, nests) = family.nests(part);
+            let one: u64 = nests.iter().map(|nest| nest.count(elements)).sum();
+            one.saturating_mul(family.terms.count as u64)
         });
         shares.fold(0, u64::saturating_add)
     }

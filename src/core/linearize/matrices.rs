@@ -68,7 +68,7 @@ impl Linearized {
         }
         let at = &self.equilibrium.values;
         let added = |part| {
-            let mut shares = Vec::new();
+            let mut shares = Vec::with_capacity(self.assembly.shares_of(part) as usize);
             self.assembly.entries(part, at, &self.values, |i, j, share| shares.push((i, j, *share)));
             SparseMatrix::from_shares(self.coordinates(), &shares)
         };

@@ -12,8 +12,10 @@
 //! Where z stays out of it, which is proved in symbols, the exponents are those of y and, as γ is nilpotent, a 0 for each
 //! condition that can't be integrated: at rest the equilibria come in a family of as many dimensions. How many
 //! can't be is told by the Lie brackets of the fields of allowed velocities (Frobenius). All of this is done in symbols, and evaluated
-//! at any precision. Holonomic constraints beside them are rows of A with B = 0. *Nothing is integrated but conditions with
-//! constant coefficients.*
+//! at any precision. Holonomic constraints beside them are rows of A with B = 0. *Nothing is integrated but conditions whose
+//! coefficients are gradients as they stand; none is multiplied by a factor for it.*
+
+use std::collections::BTreeMap;
 
 use super::assemble::Assembly;
 use super::constrained::{self, Tangent};
@@ -22,8 +24,9 @@ use super::error::LinearizeError;
 use super::multipliers::clear_column;
 use super::parameters::{Formulas, known_values};
 use super::symbolic::{SymbolicMatrices, equilibrium_expressions, matrices_at};
-use crate::expr::{ExprId, Pool, Substitution, Symbol, ZeroVerdict, nullspace_mod};
+use crate::expr::{Exponentials, ExprId, Pool, Substitution, Symbol, ZeroVerdict, nullspace_mod};
 use crate::model::{Constraint, Model, SymbolKind};
+use crate::number::Number;
 use crate::precision::{Ball, Enclosure};
 
 /// Models with more coordinates, multipliers included, are not written out.
@@ -63,41 +66,64 @@ pub(super) struct Rolling {
     formulas: Formulas,
 }
 
-/// Conditions with constant coefficients, integrated: relations of the coordinates that hold where the search starts.
-///
-/// The others are left as they are.
+/// Conditions whose coefficients are the gradient of a function, integrated: relations of the coordinates that hold where the search
+/// starts. The others are left as they are, and those whose integral is not known.
 #[must_use]
 pub fn integrated(mut model: Model) -> Model {
-    let moves = |model: &Model, e: ExprId| {
-        let moving = |symbol| {
-            matches!(
-                model.symbols.get(symbol),
-                Some(SymbolKind::Coordinate(_) | SymbolKind::Velocity(_) | SymbolKind::Time)
-            )
-        };
-        model.pool.depends_on(e, &moving)
-    };
     let mut pool = std::mem::take(&mut model.pool);
     let driven: Vec<bool> =
         model.rolling.iter().map(|own| !model.at_rest(&mut pool, own.expression).is_zero()).collect();
     model.pool = pool;
     for (own, driven) in std::mem::take(&mut model.rolling).into_iter().zip(driven) {
         let rows = coefficients(&mut model, own.expression);
-        if driven || rows.iter().any(|(_, e)| moves(&model, *e)) {
-            model.rolling.push(own);
-            continue;
+        match if driven { None } else { integral(&mut model, &rows) } {
+            Some(expression) => model.constraints.push(Constraint { expression, span: own.span }),
+            None => model.rolling.push(own),
         }
-        let mut terms = Vec::with_capacity(rows.len());
-        for (i, slope) in rows {
-            let stated = model.equilibria.get(i).or_else(|| model.guesses.get(i));
-            let coordinate = model.pool.symbol_expr(model.coordinates.at(i).symbol);
-            let moved = stated.map_or(coordinate, |stated| model.pool.sub(coordinate, stated.symbolic));
-            terms.push(model.pool.mul(slope, moved));
-        }
-        let expression = model.pool.sum(&terms);
-        model.constraints.push(Constraint { expression, span: own.span });
     }
     model
+}
+
+/// The function with these derivatives that is 0 where the search starts: along a path from there, one coordinate after the other.
+fn integral(model: &mut Model, rows: &[(usize, ExprId)]) -> Option<ExprId> {
+    let timed = |symbol| matches!(model.symbols.get(symbol), Some(SymbolKind::Velocity(_) | SymbolKind::Time));
+    if rows.iter().any(|(_, e)| model.pool.depends_on(*e, &timed)) {
+        return None;
+    }
+    let slopes: Vec<ExprId> = rows.iter().map(|(_, slope)| *slope).collect();
+    for symbol in model.pool.symbols_of(&slopes) {
+        let Some(SymbolKind::Coordinate(number)) = model.symbols.get(symbol) else { continue };
+        let other = rows.iter().find(|(i, _)| *i == number).map_or(model.pool.zero(), |(_, slope)| *slope);
+        for (i, slope) in rows {
+            let forth = model.pool.diff(*slope, symbol);
+            let back = model.pool.diff(other, model.coordinates.at(*i).symbol);
+            let difference = model.pool.sub(forth, back);
+            if !is_zero(&model.pool, difference) {
+                return None;
+            }
+        }
+    }
+    let places: Vec<(Symbol, ExprId)> = rows
+        .iter()
+        .map(|(i, _)| {
+            let stated = model.equilibria.get(*i).or_else(|| model.guesses.get(*i));
+            (model.coordinates.at(*i).symbol, stated.map_or(model.pool.zero(), |stated| stated.symbolic))
+        })
+        .collect();
+    let mut terms = Vec::with_capacity(rows.len());
+    for (at, ((_, slope), (symbol, start))) in rows.iter().zip(&places).enumerate() {
+        let pool = &mut model.pool;
+        let later: Substitution = places[at + 1..].iter().copied().collect();
+        let slope = pool.substitute_one(*slope, &later);
+        let own = pool.symbol_expr(*symbol);
+        let function = Exponentials::of(pool, slope, *symbol).ok()?;
+        let numbers = function.rates().into_iter();
+        let numbers: BTreeMap<ExprId, Option<bool>> =
+            numbers.map(|rate| (rate, pool.as_number(rate).map(Number::is_zero))).collect();
+        let vanishes = |rate| numbers.get(&rate).copied().unwrap_or(Some(true));
+        terms.push(function.integral(pool, [*start, own], vanishes).ok()?);
+    }
+    Some(model.pool.sum(&terms))
 }
 
 /// The coefficients of the velocities in a condition, by coordinate.

@@ -162,10 +162,10 @@ fn listed(model: &Model, values: impl Iterator<Item = String>) -> String {
             parts.push("…".to_owned());
             break;
         }
-        let part = format!("{} = {value}", coordinate.name());
-        // Multipliers of forces are shown as the coordinates that these act on.
-        if !parts.contains(&part) {
-            parts.push(part);
+        // Multipliers of forces have the names of the coordinates that these act on.
+        let name = format!("{} = ", coordinate.name());
+        if !parts.iter().any(|part| part.starts_with(&name)) {
+            parts.push(name + &value);
         }
     }
     parts.join(", ")

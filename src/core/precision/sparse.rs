@@ -44,7 +44,8 @@ impl<S: Scalar> SparseMatrix<S> {
             order[next[*column as usize]] = number;
             next[*column as usize] += 1;
         }
-        let mut matrix = Self { starts: Vec::with_capacity(dimension + 1), rows: Vec::new(), values: Vec::new() };
+        let (rows, values) = (Vec::with_capacity(shares.len()), Vec::with_capacity(shares.len()));
+        let mut matrix = Self { starts: Vec::with_capacity(dimension + 1), rows, values };
         matrix.starts.push(0);
         for j in 0..dimension {
             let own = &mut order[ends[j]..ends[j + 1]];

@@ -261,6 +261,9 @@ impl<'a> Search<'a> {
     /// The step J⁻¹F of Newton's method.
     pub(super) fn step(&mut self, at: &[f64]) -> Option<Vec<f64>> {
         let n = at.len();
+        if n == 0 {
+            return Some(Vec::new());
+        }
         let inputs = self.inputs(at, Ball::mid_f64);
         let force = self.doubles.force(&inputs);
         let slopes = self.doubles.slopes(&inputs);

@@ -32,7 +32,7 @@ use std::cmp::Ordering;
 use crate::flow::{Equations, Plain};
 use levels::Task;
 use librate_core::expr::{ExprId, ZeroVerdict};
-use librate_core::linearize::{LinearizeError, constant};
+use librate_core::linearize::{LinearizeError, constant, integrated};
 use librate_core::model::Model;
 use librate_core::precision::{Ball, Function, Magnitude, Scalar};
 use monodromy::short;
@@ -138,7 +138,7 @@ impl Floquet {
 pub fn floquet(model: &Model, options: &Options) -> Result<Floquet, FloquetError> {
     let budget = model.pool.budget();
     budget.at("the motion over a period", None);
-    let found = over_a_period(model, options);
+    let found = over_a_period(&integrated(model.clone()), options);
     budget.check().map_err(LinearizeError::from)?;
     found
 }

@@ -20,10 +20,10 @@
 use super::super::pencil::Orthonormal;
 use super::super::{ModesError, Options, Problem, Spectrum, solve};
 use super::rows::{
-    Panel, U, inner_product_error, inner_products, leftovers, products, products_error, residuals, squares,
+    PLAIN_ERROR, Panel, U, form_error, forms, leftovers, plain_forms, products, products_error, residuals, squares,
 };
 use super::shifted::{Factor, Pencil};
-use crate::precision::{Ball, DoubleDouble, LANES, Lane, U2, sum_of_products, up};
+use crate::precision::{Ball, LANES, Lane, U2, sum_of_products, up};
 
 /// Added to every length, for what underflows.
 const TINY: f64 = 1e-280;
@@ -90,14 +90,9 @@ impl Columns {
         own
     }
 
-    /// Products of all columns with the eight of a panel, column by column.
-    fn products(&self, pencil: &Pencil, panel: &[Lane], mass: bool, mut put: impl FnMut(usize, usize, DoubleDouble)) {
-        for (p, x) in self.panels.iter().enumerate() {
-            let own = inner_products(x, mass.then_some(&pencil.mass), panel);
-            for (a, row) in own.iter().enumerate().filter(|(a, _)| p * LANES + a < self.count()) {
-                row.iter().enumerate().for_each(|(b, value)| put(p * LANES + a, b, *value));
-            }
-        }
+    /// How many columns a panel has.
+    fn width(&self, panel: usize) -> usize {
+        LANES.min(self.count() - panel * LANES)
     }
 }
 
@@ -111,9 +106,8 @@ impl Forms {
         let (own, mass) = (pencil.stiffness_norms, pencil.mass_norms);
         let widest = pencil.stiffness.widest.max(pencil.mass.widest) as f64;
         let unit = U2 * ((widest + 3.0) * (widest + 3.0) + 16.0);
-        let of_mass = U2 * inner_product_error(size, pencil.mass.widest) * mass.0 + mass.1;
-        let plain = U2 * inner_product_error(size, 0);
-        let mut forms = Self {
+        let of_mass = U2 * form_error(size, pencil.mass.widest) * mass.0 + mass.1;
+        let mut measured = Self {
             gram: vec![Ball::ZERO; n * n],
             leftover: vec![Ball::ZERO; n * n],
             theta: columns.values.clone(),
@@ -122,35 +116,46 @@ impl Forms {
             errors: Vec::with_capacity(n),
             solved: Vec::with_capacity(n),
         };
-        let mut r = vec![Lane::ZERO; size];
+        let (mut r, mut z) = (vec![Lane::ZERO; size], Vec::new());
         for (number, x) in columns.panels.iter().enumerate() {
             let theta = columns.theta(number);
             residuals(&pencil.stiffness, &pencil.mass, x, theta, &mut r);
             let rounded = length(&r, &pencil.roots);
             let first = number * LANES;
-            let here = LANES.min(n - first);
+            let here = columns.width(number);
             for l in 0..here {
                 let t = theta.0[l].abs();
-                let off = (unit * (own.0 + t * mass.0) + own.1 + t * mass.1) * forms.lengths[first + l];
+                let off = (unit * (own.0 + t * mass.0) + own.1 + t * mass.1) * measured.lengths[first + l];
                 let error = up(off + 2.0 * U * rounded.0[l]);
-                forms.errors.push(error);
-                forms.residuals.push(up(rounded.0[l] + error));
+                measured.errors.push(error);
+                measured.residuals.push(up(rounded.0[l] + error));
             }
-            let Self { gram, leftover, lengths, errors, .. } = &mut forms;
-            columns.products(pencil, x, true, |i, l, value| {
-                if l < here {
-                    let radius = up(of_mass * lengths[i] * lengths[first + l]) + TINY;
-                    gram[i * n + first + l] = Ball::new(value, radius);
+            let Self { gram, leftover, lengths, errors, .. } = &mut measured;
+            for (p, y) in columns.panels.iter().enumerate() {
+                let start = p * LANES;
+                let small = plain_forms(y, columns.width(p), &r);
+                for (i, row) in small.iter().take(columns.width(p)).enumerate() {
+                    for (l, value) in row.iter().take(here).enumerate() {
+                        let error = PLAIN_ERROR * rounded.0[l] + errors[first + l];
+                        let radius = up(lengths[start + i] * error) + TINY;
+                        leftover[(start + i) * n + first + l] = Ball::new(*value, radius);
+                    }
                 }
-            });
-            columns.products(pencil, &r, false, |i, l, value| {
-                if l < here {
-                    let radius = up(lengths[i] * (plain * rounded.0[l] + errors[first + l])) + TINY;
-                    leftover[i * n + first + l] = Ball::new(value, radius);
+                if p > number {
+                    continue;
                 }
-            });
+                let own = forms(x, here, &pencil.mass, y);
+                for (l, row) in own.iter().take(here).enumerate() {
+                    for (i, value) in row.iter().take(columns.width(p)).enumerate() {
+                        let (i, j) = (start + i, first + l);
+                        let radius = up(of_mass * lengths[i] * lengths[j]) + TINY;
+                        let value = Ball::new(*value, radius);
+                        (gram[i * n + j], gram[j * n + i]) = (value, value);
+                    }
+                }
+            }
             if let Some(factor) = positive {
-                let mut z = r.clone();
+                z.clone_from(&r);
                 factor.solve_panel(&mut z);
                 let products = products(&r, &z);
                 let shift = factor.shift;
@@ -161,11 +166,11 @@ impl Forms {
                 for l in 0..here {
                     let rest = up(up(left.0[l].sqrt()) + rounding * z.0[l] + 4.0 * U * rounded.0[l]) + TINY;
                     let product = up(products.0[l].abs() + products_error(size) * rounded.0[l] * z.0[l]) + TINY;
-                    forms.solved.push((product, rest));
+                    measured.solved.push((product, rest));
                 }
             }
         }
-        forms
+        measured
     }
 
     /// XᵀKX = θ_j G_ij + XᵀR.

@@ -257,40 +257,64 @@ fn rounded_up(sum: Lane, n: usize) -> Lane {
     sum * Lane::splat(1.0 + 2.0 * roundings * U)
 }
 
-/// Products of eight vectors with eight others: `[a][b]`.
+/// Products of the first vectors of a panel with the eight of another: `[a][b]`.
 pub(super) type Products = [[DoubleDouble; LANES]; LANES];
 
 kernel!(
-/// x_a · A y_b in double-double, x_a · y_b where A is none: a sum of n products, added in pieces. What it is off by is at
+/// x_a · A y_b of the first `count` vectors x in double-double: sums of n products, added in pieces. What they are off by is at
 /// most u² ((m + 3)² + (PIECE + 3)² + n / PIECE + 32) times the sum of all magnitudes.
-pub(super) inner_products, inner_loops, (x: &[Lane], matrix: Option<&Rows>, y: &[Lane]) -> Products);
+pub(super) forms, form_loops, (x: &[Lane], count: usize, matrix: &Rows, y: &[Lane]) -> Products);
 
-/// See [`inner_products`], in units of u² of the sum of magnitudes.
-pub(super) fn inner_product_error(n: usize, widest: usize) -> f64 {
+/// See [`forms`], in units of u² of the sum of magnitudes.
+pub(super) fn form_error(n: usize, widest: usize) -> f64 {
     let square = |x: usize| (x as f64 + 3.0) * (x as f64 + 3.0);
     square(widest) + square(PIECE) + (n / PIECE) as f64 + 32.0
 }
 
 #[inline(always)]
-fn inner_loops<const FUSED: bool>(x: &[Lane], matrix: Option<&Rows>, y: &[Lane]) -> Products {
+fn form_loops<const FUSED: bool>(x: &[Lane], count: usize, matrix: &Rows, y: &[Lane]) -> Products {
     let mut total = [[DoubleDouble::ZERO; LANES]; LANES];
-    let n = x.len();
-    for start in (0..n).step_by(PIECE) {
+    for (piece, x) in x.chunks(PIECE).enumerate() {
         let mut sums = [Pair::ZERO; LANES];
-        for i in start..n.min(start + PIECE) {
-            let own = match matrix {
-                Some(rows) => row_times::<FUSED>(rows, i, y).settled(),
-                None => Pair { high: y[i], low: Lane::ZERO },
-            };
-            for (a, sum) in sums.iter_mut().enumerate() {
-                sum.add_products::<FUSED>(Lane::splat(x[i].0[a]), &own);
+        for (i, x) in (piece * PIECE..).zip(x) {
+            let own = row_times::<FUSED>(matrix, i, y).settled();
+            for (sum, x) in sums.iter_mut().zip(x.0).take(count) {
+                sum.add_products::<FUSED>(Lane::splat(x), &own);
             }
         }
-        for (total, sum) in total.iter_mut().zip(&sums) {
-            for (b, total) in total.iter_mut().enumerate() {
-                *total = *total + DoubleDouble::new(sum.high.0[b], sum.low.0[b]);
+        add(&mut total, sums.map(|sum| (sum.high, sum.low)));
+    }
+    total
+}
+
+#[inline(always)]
+fn add(total: &mut Products, sums: [(Lane, Lane); LANES]) {
+    for (total, (high, low)) in total.iter_mut().zip(&sums) {
+        for (b, total) in total.iter_mut().enumerate() {
+            *total = *total + DoubleDouble::new(high.0[b], low.0[b]);
+        }
+    }
+}
+
+kernel!(
+/// x_a · y_b of the first `count` vectors x, in doubles but for the addition of pieces. What they are off by is at most
+/// 2 u (PIECE + 8) times the sum of all magnitudes.
+pub(super) plain_forms, plain_loops, (x: &[Lane], count: usize, y: &[Lane]) -> Products);
+
+/// See [`plain_forms`]; the rest is for the additions of as many pieces as there may be.
+pub(super) const PLAIN_ERROR: f64 = 2.0 * (PIECE + 9) as f64 * U;
+
+#[inline(always)]
+fn plain_loops<const FUSED: bool>(x: &[Lane], count: usize, y: &[Lane]) -> Products {
+    let mut total = [[DoubleDouble::ZERO; LANES]; LANES];
+    for (x, y) in x.chunks(PIECE).zip(y.chunks(PIECE)) {
+        let mut sums = [Lane::ZERO; LANES];
+        for (x, y) in x.iter().zip(y) {
+            for (sum, x) in sums.iter_mut().zip(x.0).take(count) {
+                *sum += Lane::splat(x) * *y;
             }
         }
+        add(&mut total, sums.map(|sum| (sum, Lane::ZERO)));
     }
     total
 }
