@@ -88,6 +88,11 @@ impl Pool {
         self.reachable_places(roots).ids
     }
 
+    /// Whether some expression of the pool is of this kind.
+    pub(crate) fn contains(&self, is: impl Fn(&Node) -> bool) -> bool {
+        self.nodes.iter().any(is)
+    }
+
     /// The reachable expressions with their places.
     pub(super) fn reachable_places(&self, roots: &[ExprId]) -> Reachable {
         let size = roots.iter().map(|root| root.index() + 1).max().unwrap_or(0);

@@ -7,7 +7,7 @@ use super::compile::Scope;
 use super::elaborate::Elaborator;
 use super::index::is_so;
 use super::{Given, Model, ModelError};
-use crate::expr::{ExprId, ZeroVerdict, evaluate_closed};
+use crate::expr::{ExprId, Function, Node, Pool, ZeroVerdict, evaluate_closed};
 use crate::precision::Big;
 use crate::span::Span;
 use crate::syntax::{Comparison, ExprKind, ExprRef};
@@ -94,35 +94,65 @@ impl Elaborator<'_> {
 
 impl Model {
     /// The model with its expressions in the form that they have where the assumptions hold: `sqrt(d^2)` is d where
-    /// d > 0, |l - d| is l - d where l > d.
+    /// d > 0, |l - d| is l - d where l > d. Of a parameter that stands between bars it is assumed, too, that it is positive if its
+    /// value is.
     #[must_use]
     pub fn assumed(&self) -> Cow<'_, Model> {
-        let mut model = Cow::Borrowed(self);
-        if self.assumptions.is_empty() {
-            return model;
+        if self.assumptions.is_empty() && !self.pool.contains(is_bars) {
+            return Cow::Borrowed(self);
         }
-        let own = model.to_mut();
+        let mut own = self.clone();
         let mut pool = std::mem::take(&mut own.pool);
-        let differences = self.assumptions.iter().filter_map(|own| match own.relation {
+        let roots: Vec<ExprId> = own.expressions().into_iter().map(|e| *e).collect();
+        let positive = self.positive_between_bars(&pool, &roots);
+        own.assumptions.extend(positive);
+        let differences = own.assumptions.iter().filter_map(|own| match own.relation {
             Comparison::Greater | Comparison::GreaterEqual => Some(pool.sub(own.left, own.right)),
             Comparison::Less | Comparison::LessEqual => Some(pool.sub(own.right, own.left)),
             Comparison::Equal | Comparison::NotEqual => None,
         });
         let nonnegative: Vec<ExprId> = differences.collect();
         pool.assume_nonnegative(&nonnegative);
-        let terms = own.kinetic.iter_mut().chain(&mut own.potential).chain(&mut own.forces);
-        let mut all: Vec<&mut ExprId> = terms.map(|family| &mut family.body).collect();
-        all.extend(own.parameters.iter_mut().map(|parameter| &mut parameter.symbolic));
-        let conditions = own.constraints.iter_mut().chain(&mut own.rolling);
-        all.extend(conditions.map(|condition| &mut condition.expression));
-        let given = [&mut own.guesses, &mut own.guessed_velocities, &mut own.equilibria, &mut own.rates];
-        let given = given.into_iter().flat_map(|own| own.given_mut().map(|(_, given)| given)).chain(&mut own.period);
-        all.extend(given.map(|Given { symbolic, .. }| symbolic));
-        let roots: Vec<ExprId> = all.iter().map(|e| **e).collect();
-        for (e, new) in all.into_iter().zip(pool.built_anew(&roots)) {
+        for (e, new) in own.expressions().into_iter().zip(pool.built_anew(&roots)) {
             *e = new;
         }
         own.pool = pool;
-        model
+        Cow::Owned(own)
     }
+
+    /// All expressions that a derivation begins with.
+    fn expressions(&mut self) -> Vec<&mut ExprId> {
+        let terms = self.kinetic.iter_mut().chain(&mut self.potential).chain(&mut self.forces);
+        let mut all: Vec<&mut ExprId> = terms.map(|family| &mut family.body).collect();
+        all.extend(self.parameters.iter_mut().map(|parameter| &mut parameter.symbolic));
+        let conditions = self.constraints.iter_mut().chain(&mut self.rolling);
+        all.extend(conditions.map(|condition| &mut condition.expression));
+        let given = [&mut self.guesses, &mut self.guessed_velocities, &mut self.equilibria, &mut self.rates];
+        let given = given.into_iter().flat_map(|own| own.given_mut().map(|(_, given)| given)).chain(&mut self.period);
+        all.extend(given.map(|Given { symbolic, .. }| symbolic));
+        all
+    }
+
+    /// That parameters are positive of which an absolute value is taken and whose values are.
+    fn positive_between_bars(&self, pool: &Pool, roots: &[ExprId]) -> Vec<Assumption> {
+        let mut found: Vec<Assumption> = Vec::new();
+        for e in pool.reachable(roots) {
+            let Node::Function(Function::Abs, inner) = *pool.node(e) else { continue };
+            for (base, _) in pool.factors(inner) {
+                let parameter = self.parameters.iter().find(|own| pool.as_symbol(base) == Some(own.symbol));
+                let value = parameter.and_then(|own| evaluate_closed::<Big>(pool, own.value?, BITS));
+                let known =
+                    self.assumptions.iter().chain(&found).any(|own| own.left == base && own.right == pool.zero());
+                if !known && value.is_some_and(|value| value.is_positive()) {
+                    let (relation, right) = (Comparison::Greater, pool.zero());
+                    found.push(Assumption { left: base, relation, right, span: Span::default() });
+                }
+            }
+        }
+        found
+    }
+}
+
+fn is_bars(node: &Node) -> bool {
+    matches!(node, Node::Function(Function::Abs, _))
 }

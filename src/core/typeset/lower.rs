@@ -215,6 +215,7 @@ impl Notation {
         if above.len() > 1 && above.first() == Some(&Formula::Number("1".to_owned())) {
             above.remove(0);
         }
+        gather_roots(&mut above, &mut below);
         let above = side_by_side(above);
         let formula =
             if below.is_empty() { above } else { Formula::Fraction(Box::new(above), Box::new(side_by_side(below))) };
@@ -374,6 +375,63 @@ fn side_by_side(factors: Vec<Formula>) -> Formula {
         0 => Formula::Number("1".to_owned()),
         1 => row.swap_remove(0),
         _ => Formula::Product(row),
+    }
+}
+
+/// Puts roots above and below a bar under one, and a^(3/2) and the like with them: √G/a^(3/2) is √(G/a³).
+fn gather_roots(above: &mut Vec<Formula>, below: &mut Vec<Formula>) {
+    let two = Formula::Number("2".to_owned());
+    // The number of halves in the exponent of something other than a root. A sum is left as it is.
+    let halves = |formula: &Formula| match formula {
+        Formula::Power(base, exponent) if !matches!(**base, Formula::Parentheses(_)) => match exponent.as_ref() {
+            Formula::Fraction(halves, divisor) if **divisor == two && matches!(**halves, Formula::Number(_)) => {
+                Some(halves.clone())
+            }
+            _ => None,
+        },
+        _ => None,
+    };
+    let is_root = |own: &Formula| matches!(own, Formula::Root(_));
+    let both = above.iter().any(is_root) && below.iter().any(is_root);
+    if !both && !above.iter().chain(below.iter()).any(|own| halves(own).is_some()) {
+        return;
+    }
+    let taken = |row: &mut Vec<Formula>| {
+        let (roots, others): (Vec<Formula>, Vec<Formula>) =
+            row.drain(..).partition(|own| is_root(own) || halves(own).is_some());
+        *row = others;
+        let bare = roots.into_iter().map(|own| match (halves(&own), own) {
+            (Some(halves), Formula::Power(base, _)) => Formula::Power(base, halves),
+            (None, Formula::Root(inner)) => *inner,
+            (_, own) => own,
+        });
+        bare.collect::<Vec<Formula>>()
+    };
+    let (over, under) = (taken(above), taken(below));
+    let root = |inner: Formula| Formula::Root(Box::new(inner));
+    match (over.is_empty(), under.is_empty()) {
+        (true, _) => below.push(root(side_by_side(under))),
+        (false, true) => above.push(root(side_by_side(over))),
+        (false, false) => {
+            // One bar for all.
+            let (mut top, mut bottom) = (Vec::new(), Vec::new());
+            for (own, is_over) in
+                over.into_iter().map(|own| (own, true)).chain(under.into_iter().map(|own| (own, false)))
+            {
+                let (numerator, denominator) = match own {
+                    Formula::Fraction(numerator, denominator) => (*numerator, Some(*denominator)),
+                    own => (own, None),
+                };
+                let (here, there) = if is_over { (&mut top, &mut bottom) } else { (&mut bottom, &mut top) };
+                here.push(numerator);
+                there.extend(denominator);
+            }
+            let one = Formula::Number("1".to_owned());
+            top.retain(|own| *own != one);
+            bottom.sort_by_key(|own| !matches!(own, Formula::Number(_)));
+            let ratio = Formula::Fraction(Box::new(side_by_side(top)), Box::new(side_by_side(bottom)));
+            above.push(root(ratio));
+        }
     }
 }
 
