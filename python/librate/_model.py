@@ -365,8 +365,8 @@ class Model:
     def floquet(self, map: Sequence[Range] | None = None, digits: int = 10, *, _svg: bool = False) -> Result:
         """Floquet multipliers of a driven model; with a `map` over two parameters a chart of stability.
 
-        A chart has the values of both parameters, and `stable` (1, 0, or `nan` where there is no periodic motion) and
-        `growth_rate` with one row a value of the first.
+        A chart has the values of both parameters, and `stable` (1, 0, or `nan` where there is no periodic motion or
+        motions may grow as powers of the time) and `growth_rate` with one row a value of the first.
         """
         ranges = None
         if map is not None:

@@ -94,7 +94,7 @@ pub fn chart_svg(chart: &Chart, rows: &[Vec<Place>]) -> String {
         picture.legend.push((Sample::Cell(Some(1.0)), format!("growth rate {most:.3}")));
     }
     if undecided {
-        picture.legend.push((Sample::Cell(None), "no periodic motion found".to_owned()));
+        picture.legend.push((Sample::Cell(None), "undecided".to_owned()));
     }
     picture.svg()
 }

@@ -60,7 +60,8 @@ impl Axis {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Place {
-    /// Whether no multiplier is outside the unit circle; `None` where there is no periodic motion.
+    /// Whether no multiplier is outside the unit circle; `None` where there is no periodic motion, and where motions may grow as powers
+    /// of the time.
     pub stable: Option<bool>,
     /// ln max |multiplier| / period, in 1/s; 0 where all are on the unit circle but for rounding.
     pub growth_rate: f64,
