@@ -14,16 +14,21 @@ use librate_studies::equilibria::{Branch, Diagram, Equilibrium, Found, Region};
 /// Digits of coordinates and frequencies.
 const DIGITS: usize = 10;
 
+/// How many there are, in words.
+pub(super) fn equilibria_count(equilibria: usize) -> String {
+    match equilibria {
+        0 => "no equilibrium".to_owned(),
+        1 => "1 equilibrium".to_owned(),
+        count => format!("{count} equilibria"),
+    }
+}
+
 /// The equilibria as a table to read; why these may not be all is for the caller to tell ([`Found::reasons`]).
 #[must_use]
 pub fn equilibria_text(model: &Model, found: &Found, style: &Style) -> String {
     let all = &found.equilibria;
     let mut out = style.paint(Tone::Heading, &headline(model.name.as_deref(), model.coordinates.len()));
-    let count = match all.len() {
-        0 => "no equilibrium".to_owned(),
-        1 => "1 equilibrium".to_owned(),
-        count => format!("{count} equilibria"),
-    };
+    let count = equilibria_count(all.len());
     let whether = completeness(found.complete, all.is_empty(), style);
     let _ = writeln!(out, "\n\n{count} in the box, {whether}");
     if all.is_empty() {

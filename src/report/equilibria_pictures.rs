@@ -1,5 +1,6 @@
 //! The equilibria in a box, and their branches over a parameter, as SVG.
 
+use super::equilibria::equilibria_count;
 use super::picture::{Axis, Cell, Curve, Panel, Picture, Sample, Stroke, titled};
 use super::{shown_unit, with_unit};
 use librate_core::model::Model;
@@ -57,13 +58,13 @@ pub fn equilibria_svg(model: &Model, found: &Found, landscape: &Landscape) -> St
         let name = if model.has_units { "potential (J)" } else { "potential" };
         let up = Axis::over(name, marked.chain(shares), 0.15);
         curves.insert(0, Curve { name: "potential".to_owned(), colour: 7, stroke: Stroke::Solid, points: curve });
-        let description = format!("{} equilibria on the curve of the potential.", found.equilibria.len());
+        let description = format!("{} on the curve of the potential.", equilibria_count(found.equilibria.len()));
         return Picture::single(&title, description, Panel::new(axis(first), up, curves)).svg();
     };
     let mut panel = Panel::new(axis(first), axis(second), dots(&|point| point[second]));
     let (heights, half) = landscape.plane();
     panel.cells = cells(&heights, half);
-    let description = format!("{} equilibria in the plane of two coordinates.", found.equilibria.len());
+    let description = format!("{} in the plane of two coordinates.", equilibria_count(found.equilibria.len()));
     let mut picture = Picture::single(&title, description, panel);
     if !heights.is_empty() {
         picture.legend.push((Sample::Cell(Some(DARKEST)), "high potential".to_owned()));

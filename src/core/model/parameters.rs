@@ -212,11 +212,17 @@ impl Elaborator<'_> {
             Value::Vector(parts) if members.rank == 1 => parts.len(),
             Value::Vector(_) | Value::Scalar(_) => scalars.len(),
         };
+        let ranges = match value {
+            Value::Vector(rows) if let Some(Value::Vector(row)) = rows.first() => {
+                format!("1..{}, 1..{}", rows.len(), row.len())
+            }
+            Value::Vector(_) | Value::Scalar(_) => format!("1..{found}"),
+        };
         self.errors.push(if members.rank == 0 {
             ModelError::Shape {
                 what: format!("`{}` is one number, but {} is given", name.text, value.describe()),
                 span,
-                help: Some(format!("declare a family: `param {}[1..{found}] = …`", name.text)),
+                help: Some(format!("declare a family: `param {}[{ranges}] = …`", name.text)),
             }
         } else {
             ModelError::ListLength { name: name.text.to_string(), expected: keys.len(), found, span }
