@@ -482,7 +482,8 @@ fn interleaved(args: &BatchArgs, members: &[usize], sets: Span<usize>) -> Vec<f6
     for set in sets {
         for ((_, column), members) in args.columns.iter().zip(members) {
             let given = a_set(column, args);
-            let row = column.get(8 * given * set..8 * given * (set + 1)).unwrap_or_default();
+            let each = given * size_of::<f64>();
+            let row = column.get(each * set..each * (set + 1)).unwrap_or_default();
             let repeated = if given == 1 { *members } else { 1 };
             values.extend(doubles(row).flat_map(|value| iter::repeat_n(value, repeated)));
         }

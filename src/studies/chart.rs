@@ -112,7 +112,7 @@ impl Chart {
         }
         let ends = |place: &dyn Fn(&Range) -> String| -> Result<Model, Error> {
             let settings = source.settings_with(&[&place(&ranges[0]), &place(&ranges[1])])?;
-            Ok(linearize::integrated(model::elaborate(&source.file, &source.tables, &settings)?))
+            Ok(linearize::integrated(&model::elaborate(&source.file, &source.tables, &settings)?).into_owned())
         };
         let model = ends(&Range::first)?;
         let other = ends(&Range::last)?;

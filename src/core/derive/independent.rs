@@ -273,7 +273,7 @@ pub fn in_independent_coordinates(model: &Model) -> Option<Model> {
     if model.rolling.is_empty() {
         return None;
     }
-    let model = linearize::integrated(model.clone());
+    let model = linearize::integrated(model);
     let model = model.assumed();
     if model.rolling.is_empty() || !model.constraints.is_empty() {
         return None;

@@ -340,13 +340,7 @@ pub struct Energy {
 pub fn derive(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError> {
     let budget = model.pool.budget();
     budget.at("the derivation", None);
-    let integrated;
-    let model = if model.rolling.is_empty() {
-        model
-    } else {
-        integrated = linearize::integrated(model.clone());
-        &integrated
-    };
+    let model = linearize::integrated(model);
     let mut derivation = derivation(&model.assumed(), parts)?;
     if let Err(exceeded) = budget.check() {
         derivation.left_out = Some(exceeded);

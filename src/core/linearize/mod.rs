@@ -205,7 +205,7 @@ pub enum Structure {
 pub fn linearize(model: Model) -> Result<Linearized, LinearizeError> {
     let budget = model.pool.budget().clone();
     budget.at("the equilibrium and the matrices there", None);
-    let model = if model.rolling.is_empty() { model } else { rolling::integrated(model) };
+    let model = if model.rolling.is_empty() { model } else { rolling::integrated(&model).into_owned() };
     let linearized = if model.constraints.is_empty() {
         linearize_without(model, &[])
     } else {

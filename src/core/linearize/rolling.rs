@@ -15,6 +15,7 @@
 //! at any precision. Holonomic constraints beside them are rows of A with B = 0. *Nothing is integrated but conditions whose
 //! coefficients are gradients as they stand; none is multiplied by a factor for it.*
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use super::assemble::Assembly;
@@ -69,7 +70,11 @@ pub(super) struct Rolling {
 /// Conditions whose coefficients are the gradient of a function, integrated: relations of the coordinates that hold where the search
 /// starts. The others are left as they are, and those whose integral is not known.
 #[must_use]
-pub fn integrated(mut model: Model) -> Model {
+pub fn integrated(model: &Model) -> Cow<'_, Model> {
+    if model.rolling.is_empty() {
+        return Cow::Borrowed(model);
+    }
+    let mut model = model.clone();
     let mut pool = std::mem::take(&mut model.pool);
     let driven: Vec<bool> =
         model.rolling.iter().map(|own| !model.at_rest(&mut pool, own.expression).is_zero()).collect();
@@ -81,7 +86,7 @@ pub fn integrated(mut model: Model) -> Model {
             None => model.rolling.push(own),
         }
     }
-    model
+    Cow::Owned(model)
 }
 
 /// The function with these derivatives that is 0 where the search starts: along a path from there, one coordinate after the other.

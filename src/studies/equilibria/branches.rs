@@ -92,7 +92,7 @@ pub fn follow(source: &Source, region: &Region, range: &Range) -> Result<Diagram
         return Err(EquilibriaError::TooManyValues { values: range.len(), most: MOST_VALUES });
     }
     let models: Vec<Model> = (0..range.len())
-        .map(|place| source.model(range, place, source::first).map(linearize::integrated))
+        .map(|place| source.model(range, place, source::first).map(|own| linearize::integrated(&own).into_owned()))
         .collect::<Result<_, EquilibriaError>>()?;
     let Some(first) = models.first() else { return Err(EquilibriaError::NoForces {}) };
     let own = |number: &usize| {

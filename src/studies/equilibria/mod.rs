@@ -104,7 +104,7 @@ pub struct Found {
 pub fn find(model: &Model, region: &Region) -> Result<Found, EquilibriaError> {
     let budget = model.pool.budget().clone();
     budget.at("the equilibria in the box", None);
-    let model = &linearize::integrated(model.clone());
+    let model = &*linearize::integrated(model);
     let task = Task::new(model, region, None)?;
     let mut forces = task.forces(&task.equations())?;
     let findings = Search::new(&mut forces, Vec::new(), task.whole.clone()).run(&budget)?;

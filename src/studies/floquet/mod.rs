@@ -138,7 +138,7 @@ impl Floquet {
 pub fn floquet(model: &Model, options: &Options) -> Result<Floquet, FloquetError> {
     let budget = model.pool.budget();
     budget.at("the motion over a period", None);
-    let found = over_a_period(&integrated(model.clone()), options);
+    let found = over_a_period(&integrated(model), options);
     budget.check().map_err(LinearizeError::from)?;
     found
 }
