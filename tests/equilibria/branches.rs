@@ -160,6 +160,17 @@ fn degenerate_bifurcations_are_left_open() {
     let found = diagram("param h = 0 coord x T = 1/2*x'^2 V = x^4/4 - h*x", "x=-2..2", "h=-1..1:21").unwrap();
     assert!(!found.complete && found.bifurcations.is_empty());
     assert!(found.reasons.iter().any(|reason| reason.starts_with("at 0: ")), "{:?}", found.reasons);
+    // All places are equilibria at k = 0, or the branch parts as x⁴: no pitchforks; and one that y bends.
+    for (text, is_one) in [
+        ("coord x T = 1/2*x'^2 V = k*x^2", false),
+        ("coord x, y T = 1/2*x'^2 + 1/2*y'^2 V = k*x^2 + y^2 + x^2*y + x^4/4", false),
+        ("coord x T = 1/2*x'^2 V = k*x^2*(1 + x)", false),
+        ("coord x, y T = 1/2*x'^2 + 1/2*y'^2 V = k*x^2 + y^2 + x^2*y", true),
+    ] {
+        let ranges = if text.contains("y^2") { "x=-2..2, y=-2..2" } else { "x=-0.5..0.5" };
+        let found = diagram(&format!("param k = 1 {text}"), ranges, "k=-1..1:4").unwrap();
+        assert_eq!((found.bifurcations.len() == 1, found.complete), (is_one, is_one), "{text}: {:?}", found.reasons);
+    }
     let error =
         diagram("param N = 2 coord x[1..3] T = 1/2*dot(x', x') V = sum(i in 1..N, x[i]^2)", "x=-1..1", "N=1..3:3");
     assert_eq!(error.unwrap_err().code(), "E0726");

@@ -197,3 +197,37 @@ fn two_directions_that_rotation_holds_make_one_mode() {
     // Of three one is left over, which a force at the others' velocities would have to move.
     assert!(matches!(refused("coord x, y, z  lagrangian = x*y' - x^2 - y^2"), LinearizeError::SingularMass { .. }));
 }
+
+#[test]
+fn nodes_that_springs_hold_may_be_coupled_to_velocities() {
+    // x = y', so that the mass of y is 2.
+    check("coord x, y  lagrangian = 1/2*y'^2 - 1/2*x^2 - 1/2*y^2 + x*y'", 1, &["1/2"]);
+    check("param b = sqrt(3)  coord x, y  lagrangian = 1/2*y'^2 - 1/2*x^2 - 1/2*y^2 + b*x*y'", 1, &["1/4"]);
+    // The roots of 161/18 u² - 8599/588 u + 288/49 with u = omega², by sums and products.
+    let two = "param k = 3  param b = 1/2  param c = 1/7  coord x, y, z, w
+        lagrangian = 1/2*y'^2 + z'^2 - 1/2*k*x^2 - 1/2*y^2 + b*x*y' + z*x' - w^2/2 - z^2 + c*w*z + c*y*z + 2/3*z'*w";
+    let (linearized, normal) = solved(two);
+    assert_eq!(linearized.massless_directions(), 2);
+    let [p, q] = [0, 1].map(|at: usize| normal.modes[at].omega_squared.unwrap());
+    assert!((p + q - number("8599/588") / number("161/18")).contains_zero());
+    assert!((p * q - number("288/49") / number("161/18")).contains_zero());
+    // Friction elsewhere, and a force at a velocity: the exponents of (s² + s/7 + 1) times what is left of the other two.
+    let (_, normal) = solved(
+        "param c = 1/7  coord x, y, z  T = 1/2*y'^2 + 1/2*z'^2  V = x^2/2 + y^2/2 + z^2/2
+         force x = 3*y'  force y = -x'  force z = -c*z'",
+    );
+    let [first, second] = &normal.modes[..] else { panic!("{normal:?}") };
+    // y'' + 3 y'' + y = 0.
+    assert!((first.omega * first.omega - number("1/4")).contains_zero() && first.growth.contains_zero());
+    assert!((second.growth + number("1/14")).contains_zero());
+}
+
+#[test]
+fn a_guiding_centre_beside_friction_is_one_mode_more() {
+    let (_, normal) = solved(
+        "param B = 2  coord x, y, z  lagrangian = B*x*y' - x^2/2 - 3/2*y^2 + 1/2*z'^2 - z^2  dissipation = 1/4*z'^2",
+    );
+    let [first, second] = &normal.modes[..] else { panic!("{normal:?}") };
+    assert!((first.omega * first.omega - number("3/4")).contains_zero() && first.growth.contains_zero());
+    assert!((second.growth + number("1/4")).contains_zero() && second.kind == Kind::Damped);
+}

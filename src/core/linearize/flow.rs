@@ -6,6 +6,8 @@
 //! regular, steps on the rows of these coordinates alone make M of it with some more mass for each of them, which is positive: So exponents,
 //! bounds and digits are those of any other model, vectors stay as they are, and what friction does not reach keeps its form.
 //! With gyroscopic forces alone the exponents come in pairs ±s still, which then tells that a growth is 0.
+//!
+//! A direction that springs hold may also be coupled to the velocities of the others ([`Flow::uncouple`]).
 
 use super::Linearized;
 use super::constrained::{choose_bound, solve_for};
@@ -42,8 +44,13 @@ pub(super) type Three<S> = [Vec<S>; 3];
 /// The directions without inertia of what is left of a model, where friction or gyroscopic forces determine how they move. Where they are no coordinates,
 /// those that follow the others are among them, and none follows before.
 pub(super) fn find(own: &mut Linearized) -> Option<Flow> {
-    let mut directions: Vec<(Direction, Order)> =
-        massless::resting(own).into_iter().map(|i| (massless::unit(i), Order::First)).collect();
+    let (resting, n) = (massless::resting(own), own.dimension());
+    let (velocity, _) = own.velocity_and_stiffness();
+    let order = |i: &usize| {
+        let is_free = |j: &usize| velocity[i + n * j].is_zero() && velocity[j + n * i].is_zero();
+        if resting.iter().all(is_free) { Order::Static } else { Order::First }
+    };
+    let mut directions: Vec<(Direction, Order)> = resting.iter().map(|i| (massless::unit(*i), order(i))).collect();
     if let Some(all) = massless::kernel_of_mass(own)
         && all.len() > own.massless_directions() + directions.len()
     {
@@ -123,9 +130,9 @@ impl Flow {
         (self.directions.len() - self.following()) / 2
     }
 
-    /// The number of the first of the coordinates.
-    pub(crate) fn first(&self) -> Option<usize> {
-        self.places.first().copied()
+    /// The coordinates whose equations are replaced, among those that are left.
+    pub(crate) fn places(&self) -> &[usize] {
+        &self.places
     }
 
     /// What was added: the exponents -σ.
@@ -152,45 +159,110 @@ impl Flow {
         let mut parts: Vec<Three<S>> = Vec::with_capacity(n);
         let row = |matrix: &[S], i: usize| -> Vec<S> { (0..n).map(|j| matrix[i + n * j].clone()).collect() };
         parts.extend(others.iter().map(|i| [row(mass, *i), row(velocity, *i), row(stiffness, *i)]));
+        let along = |v: &Direction, matrix: &[S]| rows(std::slice::from_ref(v), matrix, precision).swap_remove(0);
+        let own: Vec<[Vec<S>; 2]> =
+            self.directions.iter().map(|(v, _)| [along(v, velocity), along(v, stiffness)]).collect();
+        let coupled: Vec<usize> = (0..own.len())
+            .filter(|at| {
+                let (v, order) = &self.directions[*at];
+                *order == Order::Static && v.len() == 1 && !own[*at][0].iter().all(Scalar::is_exact_zero)
+            })
+            .collect();
+        let thirds = self.uncouple(&mut parts, &others, &own, &coupled, &size, precision)?;
         let mut second = self.places.len();
-        for (at, (v, order)) in self.directions.iter().enumerate() {
-            let along = |matrix: &[S]| -> Vec<S> { rows(std::slice::from_ref(v), matrix, precision).swap_remove(0) };
-            let times = |row: &[S], factor: &S| -> Vec<S> { row.iter().map(|entry| entry.mul(factor)).collect() };
-            let (spring, shift) = (along(stiffness), number(self.shifts[at])?);
-            parts.push(match order {
-                Order::First => {
-                    let drag = along(velocity);
-                    let both = times(&drag, &shift).iter().zip(&spring).map(|(x, y)| x.add(y)).collect();
-                    [drag, both, times(&spring, &shift)]
+        for (at, (_, order)) in self.directions.iter().enumerate() {
+            let ([drag, spring], shift) = (&own[at], number(self.shifts[at])?);
+            if *order == Order::First {
+                parts.push([drag.clone(), plus(spring, &shift, drag), times(spring, &shift)]);
+                continue;
+            }
+            let other = number(self.shifts[second])?;
+            let (sum, product) = (shift.add(&other), shift.mul(&other));
+            second += 1;
+            let mut part = [spring.clone(), times(spring, &sum), times(spring, &product)];
+            if let Some(among) = coupled.iter().position(|own| *own == at) {
+                part = [plus(&part[0], &sum, drag), plus(&part[1], &product, drag), part[2].clone()];
+                // What is left of s³: s times the rows of the others takes it away.
+                for (third, [_, velocity, stiffness]) in thirds.iter().zip(&parts) {
+                    let factor = third[among].neg();
+                    part[0] = plus(&part[0], &factor, velocity);
+                    part[1] = plus(&part[1], &factor, stiffness);
                 }
-                Order::Static => {
-                    let other = number(self.shifts[second])?;
-                    second += 1;
-                    [spring.clone(), times(&spring, &shift.add(&other)), times(&spring, &shift.mul(&other))]
-                }
-            });
+            }
+            parts.push(part);
         }
-        // Lᵀ X is what the leading rows of the coordinates shall be.
+        // Lᵀ X is what the leading rows shall be: those of the coordinates, and of what is coupled to them.
+        let changed: Vec<usize> = if coupled.is_empty() { self.places.clone() } else { (0..n).collect() };
         let column = |c: usize| {
             let leading = parts.iter().map(|part| part[0][c].clone());
-            leading.chain(self.places.iter().map(|place| all[0][place + n * c].clone())).collect()
+            leading.chain(changed.iter().map(|place| all[0][place + n * c].clone())).collect()
         };
         let mut factors: Vec<Vec<S>> = (0..n).map(column).collect();
         solve_for(&mut factors, 0..n, &size, precision)?;
-        for (at, place) in self.places.iter().enumerate() {
-            for c in 0..n {
-                for matrix in [1, 2] {
-                    let mut sum = S::from_number(&Number::ZERO, precision);
-                    for (factor, part) in factors.iter().zip(&parts) {
-                        let (factor, entry) = (&factor[n + at], &part[matrix][c]);
-                        if !factor.is_exact_zero() && !entry.is_exact_zero() {
-                            sum = sum.add(&factor.mul(entry));
-                        }
-                    }
+        for (at, place) in changed.iter().enumerate() {
+            for matrix in [1, 2] {
+                let mut sum = vec![S::from_number(&Number::ZERO, precision); n];
+                for (factor, part) in factors.iter().zip(&parts) {
+                    sum = plus(&sum, &factor[n + at], &part[matrix]);
+                }
+                for (c, sum) in sum.into_iter().enumerate() {
                     all[matrix][place + n * c] = sum;
                 }
             }
         }
         Some(all)
     }
+    /// Takes the directions that springs hold out of the velocities in the rows of the others, `parts`, and gives M'⁻ᵀ D for each of these:
+    /// with `own` the rows r = s D + S of the directions, less s D S⁻¹ r, which leaves the determinant as it is and gives the
+    /// others M' = M - D S⁻¹ D. `None` where S or M' is not shown to be regular.
+    fn uncouple<S: Scalar>(
+        &self,
+        parts: &mut [Three<S>],
+        others: &[usize],
+        own: &[[Vec<S>; 2]],
+        coupled: &[usize],
+        size: &impl Fn(&S) -> f64,
+        precision: S::Precision,
+    ) -> Option<Vec<Vec<S>>> {
+        if coupled.is_empty() {
+            return Some(Vec::new());
+        }
+        let places: Vec<usize> =
+            coupled.iter().map(|at| Some(self.directions[*at].0.first()?.0)).collect::<Option<_>>()?;
+        // Sᵀ X = Dᵀ, with a column for each of the others.
+        let row = |column: &usize| {
+            let spring = coupled.iter().map(|at| own[*at][1][*column].clone());
+            spring.chain(parts.iter().map(|part| part[1][*column].clone())).collect()
+        };
+        let mut factors: Vec<Vec<S>> = places.iter().map(row).collect();
+        solve_for(&mut factors, 0..coupled.len(), size, precision)?;
+        for (o, [mass, velocity, _]) in parts.iter_mut().enumerate() {
+            for (at, factor) in coupled.iter().zip(&factors) {
+                let factor = factor[coupled.len() + o].neg();
+                *mass = plus(mass, &factor, &own[*at][0]);
+                *velocity = plus(velocity, &factor, &own[*at][1]);
+            }
+        }
+        let row = |column: &usize| {
+            let mass = parts.iter().map(|part| part[0][*column].clone());
+            mass.chain(coupled.iter().map(|at| own[*at][0][*column].clone())).collect()
+        };
+        let mut thirds: Vec<Vec<S>> = others.iter().map(row).collect();
+        solve_for(&mut thirds, 0..others.len(), size, precision)?;
+        thirds.iter_mut().for_each(|row| drop(row.drain(..others.len())));
+        Some(thirds)
+    }
+}
+
+fn times<S: Scalar>(row: &[S], factor: &S) -> Vec<S> {
+    row.iter().map(|entry| entry.mul(factor)).collect()
+}
+
+/// row + factor * other.
+fn plus<S: Scalar>(row: &[S], factor: &S, other: &[S]) -> Vec<S> {
+    let entry = |(x, y): (&S, &S)| match factor.is_exact_zero() || y.is_exact_zero() {
+        true => x.clone(),
+        false => x.add(&factor.mul(y)),
+    };
+    row.iter().zip(other).map(entry).collect()
 }

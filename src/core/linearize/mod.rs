@@ -556,7 +556,7 @@ impl Linearized {
             Some(own) => own.tangent.free[*at],
             None => *at,
         });
-        let flowing = || self.flow()?.first().and_then(|at| self.free_coordinates().get(at).copied());
+        let flowing = || self.flow()?.places().first().and_then(|at| self.free_coordinates().get(*at).copied());
         match following.or_else(flowing) {
             Some(at) => {
                 let span = self.model().coordinates.at(at).span;

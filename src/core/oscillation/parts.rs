@@ -67,7 +67,7 @@ pub(super) fn solve(
     }
     let n = problem.dimension;
     let critical = critical(linearized, problem);
-    let [free, rest] = divided(linearized, problem, &critical);
+    let [free, rest] = divided(linearized, flow, problem, &critical);
     if rest.len() == n {
         return None;
     }
@@ -186,12 +186,18 @@ fn critical(linearized: &Linearized, problem: &QuadraticProblem) -> Vec<usize> {
     near.into_iter().filter(decided).collect()
 }
 
-/// The coordinates that no friction reaches, and the others, but for those that are left out.
-fn divided(linearized: &Linearized, problem: &QuadraticProblem, left_out: &[usize]) -> [Vec<usize>; 2] {
+/// The coordinates that no friction reaches, nor an equation that was multiplied, and the others, but for those that are left out.
+fn divided(
+    linearized: &Linearized,
+    flow: Option<&Flow>,
+    problem: &QuadraticProblem,
+    left_out: &[usize],
+) -> [Vec<usize>; 2] {
     let n = problem.dimension;
+    let multiplied = flow.map_or(&[][..], Flow::places);
     let friction: Vec<Vec<Ball>> = [linearized.damping(), linearized.circulatory()].into_iter().flatten().collect();
-    let mut reached: Vec<bool> =
-        (0..n).map(|i| friction.iter().any(|own| (0..n).any(|j| couples(own, n, i, j)))).collect();
+    let rubs = |i: usize| friction.iter().any(|own| (0..n).any(|j| couples(own, n, i, j)));
+    let mut reached: Vec<bool> = (0..n).map(|i| multiplied.contains(&i) || rubs(i)).collect();
     let mut todo: Vec<usize> = (0..n).filter(|i| reached[*i]).collect();
     let coupling = [&problem.mass, &problem.velocity, &problem.stiffness];
     while let Some(i) = todo.pop() {

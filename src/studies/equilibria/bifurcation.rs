@@ -4,15 +4,17 @@
 //! and A. Spence, SIAM J. Numer. Anal. 17 (1980) 567). Where S with S² = 1 takes equilibria into equilibria, the same system with z in the
 //! space that S leaves alone and Sv = -v is regular where a simple eigenvalue passes through 0 (B. Werner and A. Spence, SIAM J. Numer. Anal. 21
 //! (1984) 388): a pitchfork. The same holds where forces merely stay in such a space, as in x (p - x) at x = 0: two branches cross.
-//! ℓ is a vector of doubles near v.
+//! ℓ is a vector of doubles near v. That a branch parts there with a quadratic bend, or crosses at an angle, is one more linear system
+//! with the derivatives J of the same: along z(s), p(s), a pitchfork with p' = 0 has J (3z'', 3p'', z''') = -(3D²F(v, v), D³F(v, v, v), 0), and a
+//! crossing J (2a, 2p', z'') = -(0, D²F(v, v), 0) with z' = v + a.
 
 use std::collections::HashMap;
 
 use nalgebra::DMatrix;
 
-use librate_core::expr::{ExprId, Pool, Substitution, Symbol, ZeroVerdict};
+use librate_core::expr::{ExprId, Pool, Substitution, Symbol, Tape, ZeroVerdict};
 use librate_core::number::Number;
-use librate_core::precision::Ball;
+use librate_core::precision::{Ball, System};
 
 use super::forces::{Equations, Forces};
 use super::interval::Interval;
@@ -75,6 +77,8 @@ enum Origin {
 struct Extended {
     kind: Kind,
     forces: Forces,
+    /// The higher derivatives that tell how the parameter changes along the branch that parts; `None` for folds.
+    bend: Option<Tape>,
     /// Per unknown of the equations.
     origins: Vec<Origin>,
     /// The unknowns of the equations whose values are unknown here, and those in which there is a direction.
@@ -185,7 +189,7 @@ impl Extended {
         if square < 0.25 {
             return None;
         }
-        let weights = own.iter().map(|x| Ball::exact(x / square)).collect();
+        let weights: Vec<Ball> = own.iter().map(|x| Ball::exact(x / square)).collect();
         let mut start: Vec<f64> = self.values.iter().map(|at| spot.place[*at]).collect();
         let mut whole: Vec<Interval> = self.values.iter().map(|at| spot.whole[*at]).collect();
         start.push(spot.value);
@@ -194,9 +198,18 @@ impl Extended {
         start.extend(&own);
         whole.extend(own.iter().map(|_| Interval::new(-1.0, 1.0)));
         let sides: Vec<f64> = whole.iter().map(|own| REGION * own.width()).collect();
-        let mut search = Search::new(&mut self.forces, weights, whole);
+        let mut search = Search::new(&mut self.forces, weights.clone(), whole);
         let end = search.converged(&start)?;
         let root = search.prove(&end, &sides)?;
+        if let Some(bend) = &self.bend {
+            let inputs: Vec<Ball> = root.at.iter().chain(&weights).copied().collect();
+            let slopes = self.forces.prepare().slopes(&inputs);
+            let right = bend.prepare(()).evaluate(&inputs, &mut Vec::new());
+            let along = System::new(root.at.len(), slopes)?.solve(&right)?;
+            if along.get(self.values.len())?.contains_zero() {
+                return None;
+            }
+        }
         let value = *root.at.get(self.values.len())?;
         let at: Vec<Ball> = self
             .origins
@@ -253,6 +266,12 @@ fn along(pool: &mut Pool, of: ExprId, unknowns: &[Symbol], direction: &[ExprId])
     pool.sum(&terms)
 }
 
+/// The second derivative along a direction.
+fn twice_along(pool: &mut Pool, of: ExprId, unknowns: &[Symbol], direction: &[ExprId]) -> ExprId {
+    let slope = along(pool, of, unknowns, direction);
+    along(pool, slope, unknowns, direction)
+}
+
 /// `count` symbols, also as expressions.
 fn fresh(pool: &mut Pool, name: &str, count: usize) -> (Vec<Symbol>, Vec<ExprId>) {
     let symbols: Vec<Symbol> = (0..count).map(|at| pool.fresh_symbol(&format!("{name} {at}"))).collect();
@@ -275,7 +294,7 @@ fn fold(equations: &Equations) -> Option<Extended> {
     let system = Equations { pool, unknowns, parameters: weights, all, is_constrained: equations.is_constrained };
     let origins = (0..n).map(|number| Origin::Unknown { number, opposite: false }).collect();
     let (values, directions) = ((0..n).collect(), (0..n).collect());
-    Some(Extended { kind: Kind::Fold, forces: system.plain()?, origins, values, directions })
+    Some(Extended { kind: Kind::Fold, forces: system.plain()?, bend: None, origins, values, directions })
 }
 
 /// Werner and Spence's system for a symmetry; `None` where it is none.
@@ -346,14 +365,27 @@ fn crossing(equations: &Equations, own: &Involution) -> Option<Extended> {
         Kind::Transcritical
     };
     let mut all: Vec<ExprId> = values.iter().map(|at| equations.all[*at]).collect();
+    let mut bend = Vec::with_capacity(values.len() + across.len() + 1);
+    for own in &all {
+        let twice = twice_along(&mut pool, *own, unknowns, &vector);
+        bend.push(if kind == Kind::Pitchfork { pool.scale(twice, &Number::from(3)) } else { pool.zero() });
+    }
     for own in across {
-        all.push(along(&mut pool, own, unknowns, &vector));
+        let slope = along(&mut pool, own, unknowns, &vector);
+        let of = if kind == Kind::Pitchfork { slope } else { own };
+        bend.push(twice_along(&mut pool, of, unknowns, &vector));
+        all.push(slope);
     }
     let mut all = pool.substitute(&all, &restriction);
+    let mut bend = pool.substitute(&bend, &restriction);
     all.push(normalisation(&mut pool, &weights, &step));
+    bend.push(pool.zero());
     let symbols = values.iter().map(|at| unknowns[*at]).chain(equations.parameters.iter().copied()).chain(steps);
-    let system = Equations { unknowns: symbols.collect(), parameters: weights, all, is_constrained: false, pool };
-    Some(Extended { kind, forces: system.plain()?, origins, values, directions })
+    let unknowns: Vec<Symbol> = symbols.collect();
+    let inputs: Vec<Symbol> = unknowns.iter().chain(&weights).copied().collect();
+    let bend = Some(Tape::compile(&pool, &bend, &inputs).ok()?);
+    let system = Equations { unknowns, parameters: weights, all, is_constrained: false, pool };
+    Some(Extended { kind, forces: system.plain()?, bend, origins, values, directions })
 }
 
 /// Permutations with signs that leave a place about where it is and reverse its direction.
