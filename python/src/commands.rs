@@ -265,6 +265,10 @@ pub(crate) fn derivation(py: Python<'_>, model: &Model, args: DeriveArgs) -> PyR
             derivation.expand(name, *order);
         }
         derivation.only.clone_from(&args.only);
+        derivation.put_given(&job.source.file, &job.settings, &model);
+        if !args.limit.is_empty() {
+            derivation.numbers = None;
+        }
         Ok(Derivation { derivation })
     })?;
     Ok((done.value, done.warnings))

@@ -299,7 +299,8 @@ fn floquet_text(args: &args::Floquet) -> Result<Answer, Failure> {
 }
 
 fn derive_text(args: &args::Derive) -> Result<Answer, Failure> {
-    let Loaded { source, model, mut warnings } = load(&args.model, Size::Any)?;
+    let read = input::read_model(&args.model.file)?;
+    let (Loaded { source, model, mut warnings }, made) = load_text(&args.model, read, Size::Any)?;
     let known: Vec<&str> = model.parameters.iter().map(|p| p.name.as_str()).collect();
     let limits = args.limits.iter().map(|text| limit(text, &known));
     let limits: Vec<(String, Number)> = limits.collect::<Result<_, _>>()?;
@@ -325,6 +326,12 @@ fn derive_text(args: &args::Derive) -> Result<Answer, Failure> {
         derivation.expand(name, *order);
     }
     derivation.only.clone_from(&args.only);
+    if !args.json {
+        derivation.put_given(&made.file, &made.settings, &model);
+    }
+    if !limits.is_empty() {
+        derivation.numbers = None;
+    }
     let text = match &derivation {
         own if args.json => report::derive_json(own),
         own if args.latex => report::derive_latex(own, args.standalone),

@@ -57,14 +57,19 @@ fn escaped(text: &str) -> String {
     let arrows = [("<->", "↔"), ("->", "→"), ("--", "—")];
     let text = arrows.iter().fold(text.to_owned(), |text, (from, to)| text.replace(from, to));
     let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
+    let mut rest = text.chars().peekable();
+    while let Some(c) = rest.next() {
         match c {
             '_' | '%' | '&' | '#' | '$' | '{' | '}' => {
                 out.push('\\');
                 out.push(c);
             }
             '\\' => out.push_str("\\textbackslash{}"),
-            '^' => out.push_str("\\textasciicircum{}"),
+            '^' => {
+                let power: String = std::iter::from_fn(|| rest.next_if(|c| c.is_ascii_digit() || *c == '-')).collect();
+                out.push_str(&format!("\\textsuperscript{{{power}}}"));
+            }
+            '±' => out.push_str(r"$\pm$"),
             '~' => out.push_str("\\textasciitilde{}"),
             '↔' => out.push_str(r"$\leftrightarrow$"),
             '→' => out.push_str(r"$\to$"),

@@ -1,6 +1,7 @@
 //! A derivation as a page: what is on it, in order. How it is written is the business of `plain`, `latex`, `html` and
 //! `typst`.
 
+use super::Written;
 use super::constraints::{
     FOLLOWS_TITLE, REDUCED_TITLE, constraint_texts, constraints_title, direction_texts, displacements_title,
     follow_texts, multiplier_texts, reduced_texts, unsolved,
@@ -9,17 +10,20 @@ use super::exponents::exponent_parts;
 use super::frequencies::{frequency_parts, signs};
 use librate_core::budget::Exceeded;
 use librate_core::derive::{
-    Condition, Conserved, Definition, Derivation, Energy, Linear, Motion, Names, Root, SecondOrder,
+    Condition, Conserved, Definition, Derivation, Energy, Given, Linear, Motion, Names, Root, SecondOrder,
 };
 use librate_core::diagnostic::Diagnostic;
 use librate_core::expr::ExprId;
 use librate_core::number::Number;
+use librate_core::oscillation::{NormalMode, NormalModes};
 use librate_core::typeset::{Formula, Notation};
 
 /// The momenta and energies of more coordinates than this are not written out.
 const MOST_FOR_ENERGIES: usize = 12;
 /// Matrices of more columns than this are given by their entries.
 const MOST_COLUMNS: usize = 40;
+/// Digits of the frequencies at the end.
+const DIGITS: usize = 10;
 
 /// Words with names and short formulas of the model language between backticks.
 pub(super) type Words = String;
@@ -187,6 +191,9 @@ impl Page {
         if !derivation.assumptions.is_empty() {
             page.parts.push(Part::List("assumed".to_owned(), ticked(assumption_texts(derivation))));
         }
+        if let Some(given) = derivation.given.as_ref().filter(|_| derivation.shows("model")) {
+            page.given(given);
+        }
         if !definitions.is_empty() {
             let texts = definitions.iter().map(|own| format!("{} = {}", own.name, own.text));
             page.parts.push(section("abbreviations", texts));
@@ -199,9 +206,59 @@ impl Page {
             Ok(linear) => page.linear(derivation, linear),
             Err(error) => page.parts.push(Part::Paragraph(format!("no mass and stiffness matrices: {error}"))),
         }
+        if let Some(modes) = &derivation.numbers {
+            page.numbers(derivation, modes);
+        }
         let left_out = derivation.left_out.iter().map(|own| Part::Paragraph(left_out(own).message));
         page.parts.extend(left_out);
         page
+    }
+
+    /// The energies as the file has them, and the values of the parameters.
+    fn given(&mut self, given: &Given) {
+        let lines = given.statements.iter().map(|(text, over)| {
+            let remark = over.as_ref().map_or_else(String::new, |over| format!(", for {over}"));
+            Line::Formula(text.clone(), remark)
+        });
+        self.parts.push(Part::Section("the model".to_owned(), lines.collect(), Form::Apart));
+        if !given.values.is_empty() {
+            self.parts.push(Part::Gap);
+            let values = given.values.iter().map(|(text, behind)| match behind {
+                Some(behind) if text.contains('=') => format!("`{text}` {behind}"),
+                Some(behind) => format!("`{text}` = {behind}"),
+                None => format!("`{text}`"),
+            });
+            self.parts.push(Part::List("values".to_owned(), values.collect()));
+        }
+    }
+
+    /// The frequencies at these values; exponents where some motion grows or decays.
+    fn numbers(&mut self, derivation: &Derivation, modes: &NormalModes) {
+        let are_frequencies = modes.modes.iter().all(|mode| mode.growth.is_zero());
+        let is_damped = derivation.linear.as_ref().is_ok_and(|own| own.damping.is_some());
+        let item = |mode: &NormalMode| {
+            let precise = mode.precise.as_deref();
+            let omega = Written::finest(&mode.omega, precise.map(|own| &own.omega), DIGITS).digits?;
+            let growth = Written::finest(&mode.growth, precise.map(|own| &own.growth), DIGITS).digits?;
+            Some(match (mode.growth.is_zero(), mode.omega.is_zero()) {
+                (true, true) => omega,
+                (true, false) if are_frequencies => format!("`{omega}`"),
+                (true, false) => format!("± `{omega}` i"),
+                (false, true) if is_damped => format!("`{growth}`"),
+                (false, true) => format!("± `{growth}`"),
+                (false, false) if is_damped => format!("`{growth}` ± `{omega}` i"),
+                (false, false) => format!("± `{growth}` ± `{omega}` i"),
+            })
+        };
+        let Some(items) = modes.modes.iter().map(item).collect::<Option<Vec<Words>>>() else { return };
+        let (what, unit) = if are_frequencies {
+            ("`omega` at these values", ", in rad/s")
+        } else {
+            ("exponents at these values", ", in 1/s")
+        };
+        let has_units = derivation.given.as_ref().is_some_and(|own| own.has_units);
+        self.parts.push(Part::Gap);
+        self.parts.push(Part::List(format!("{what}{}", if has_units { unit } else { "" }), items));
     }
 
     /// Equations of motion, constraints, energies, and where the force vanishes.
@@ -374,7 +431,8 @@ fn notation(derivation: &Derivation, definitions: &[Definition]) -> Notation {
     let names = &derivation.names;
     let notation = Notation::new(names.coordinates.iter().map(String::as_str));
     let own = definitions.iter().map(|definition| &definition.name);
-    notation.names(derivation.symbols.keys().chain(&names.coordinates).chain(own).map(String::as_str))
+    let given = derivation.given.iter().flat_map(|own| &own.names);
+    notation.names(derivation.symbols.keys().chain(&names.coordinates).chain(own).chain(given).map(String::as_str))
 }
 
 /// `l > d`, one for each assumption of the model.

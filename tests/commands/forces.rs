@@ -21,6 +21,10 @@ fn both(commands: &[&str], model: &str, one: &str, other: &str) {
     }
 }
 
+/// All that follows from a model; how it is written differs.
+const DERIVE: &str = "derive --only equations,momenta,hamiltonian,conserved,equilibria,equilibrium,mass,stiffness,gyroscopic,\
+                      damping,circulatory,linearized,frequencies,characteristic,exponents,stability,numbers";
+
 const TWO: &str = "param k = 3  param m = 2  param c = 0.3  param d = 0.1
     coord x, y
     T = 1/2*m*(x'^2 + 2*y'^2)
@@ -31,7 +35,7 @@ fn friction() {
     let commands = [
         "modes",
         "modes --json --digits 30",
-        "derive",
+        DERIVE,
         "sensitivity",
         "sweep --over c=0.1..1:4",
         "motion --start x=0.5 --until 3 --samples 5",
@@ -50,7 +54,7 @@ fn drag_that_does_not_matter_for_small_oscillations() {
 
 #[test]
 fn a_moving_medium() {
-    let commands = ["modes", "derive", "motion --start x=0.5 --until 3 --samples 5"];
+    let commands = ["modes", DERIVE, "motion --start x=0.5 --until 3 --samples 5"];
     let model = "param k = 3  param c = 0.3  param W = 0.5  param u = 2
         coord x, y
         T = 1/2*(x'^2 + y'^2)
@@ -111,10 +115,10 @@ fn numbers_far_from_usual_ones() {
 
 #[test]
 fn work_is_done() {
-    let derived = said("derive", "coord x, y  T = 1/2*(x'^2 + y'^2)  V = 1/2*(x - y)^2  force x = -y  force y = x");
+    let derived = said(DERIVE, "coord x, y  T = 1/2*(x'^2 + y'^2)  V = 1/2*(x - y)^2  force x = -y  force y = x");
     assert!(!derived.contains("conserved"), "{derived}");
     let pair = "coord x, y  T = 1/2*(x'^2 + y'^2)  V = 1/2*(x - y)^2  force x = y' - x'  force y = x' - y'";
-    let derived = said("derive", pair);
+    let derived = said(DERIVE, pair);
     assert!(derived.contains("conserved") && derived.contains("translation leaves L unchanged"), "{derived}");
     let refused = with_input(&["period", "-", "--amplitude", "1"], "coord x  T = 1/2*x'^2  V = x^2  force x = -x^3");
     assert_eq!(refused.status, 1);

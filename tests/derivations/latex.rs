@@ -16,6 +16,7 @@ use std::process::{Command, Stdio};
 
 use common::{load, model_files};
 use librate::derive::{Derivation, Parts, derive};
+use librate::model::Settings;
 use librate::report::derive_latex;
 use librate::syntax::{StatementKind, parse};
 use librate::typeset::Notation;
@@ -29,7 +30,10 @@ fn derivation(path: &Path) -> Option<Derivation> {
     if model.coordinates.len() > MOST || !model.constraints.is_empty() {
         return None;
     }
-    Some(derive(&model, &Parts::all()).unwrap())
+    let mut derivation = derive(&model, &Parts::all()).unwrap();
+    let file = parse(&std::fs::read_to_string(path).unwrap()).unwrap();
+    derivation.put_given(&file, &Settings::new(), &model);
+    Some(derivation)
 }
 
 /// The formulas of a page: displayed ones and those in the text.

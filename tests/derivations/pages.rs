@@ -16,6 +16,7 @@ use std::process::{Command, Stdio};
 
 use common::{load, model_files};
 use librate::derive::{Derivation, Parts, derive};
+use librate::model::Settings;
 use librate::report::{Style, derive_html, derive_text, derive_typst};
 use roxmltree::Document;
 use unicode_width::UnicodeWidthStr;
@@ -27,7 +28,9 @@ fn derivations() -> impl Iterator<Item = (String, Derivation)> {
     model_files().into_iter().filter_map(|path| {
         let model = load(&path);
         let small = model.coordinates.len() <= MOST;
-        let derivation = small.then(|| derive(&model, &Parts::all()).ok()).flatten()?;
+        let mut derivation = small.then(|| derive(&model, &Parts::all()).ok()).flatten()?;
+        let file = librate::syntax::parse(&std::fs::read_to_string(&path).unwrap()).unwrap();
+        derivation.put_given(&file, &Settings::new(), &model);
         Some((path.display().to_string(), derivation))
     })
 }
@@ -113,4 +116,27 @@ fn html_and_typst_have_what_the_page_has() {
         insta::assert_snapshot!(format!("html__{name}"), derive_html(&derivation));
         insta::assert_snapshot!(format!("typst__{name}"), derive_typst(&derivation));
     }
+}
+
+/// The page begins with what the file says and ends with numbers.
+#[test]
+fn what_is_given_stands_first() {
+    let text = "param N = 2  param g : m/s^2 = 9.81  param l[1..2] : cm = [50, 1e2]  param m[i in 1..N] : kg = 2
+        param W = sqrt(g/l[1])  param A[1..2, 1..2] = [[1, 2], [3, 4]]
+        coord x[1..N] : m, phi : rad
+        let s[k in 1..N] = x[k]^2
+        T = sum(i in 1..N, 1/2*m[i]*x[i]'^2) + 1/2*m[1]*l[2]^2*phi'^2
+        V = 1/2*W^2*m[1]*sum(i in 1..N, s[i]) + m[1]*g*l[2]*(1 - cos(phi))
+        param c : N*m*s/rad = 1/10
+        dissipation = 1/2*c*phi'^2";
+    let file = librate::syntax::parse(text).unwrap();
+    let mut settings = Settings::new();
+    settings.add("m[2]=3").unwrap();
+    let model = librate::model::elaborate(&file, &librate::model::TableTexts::new(), &settings).unwrap();
+    let mut derivation = derive(&model, &Parts::all()).unwrap();
+    derivation.put_given(&file, &settings, &model);
+    insta::assert_snapshot!("given_text", derive_text(&derivation, &Style::default()));
+    derivation.only = Some(vec!["model".to_owned()]);
+    insta::assert_snapshot!("given_ascii", derive_text(&derivation, &Style::default().ascii(true)));
+    insta::assert_snapshot!("given_typst", derive_typst(&derivation));
 }

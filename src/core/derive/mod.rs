@@ -47,6 +47,7 @@ mod equilibria;
 mod exponents;
 mod forms;
 mod frequencies;
+mod given;
 mod independent;
 mod lagrangian;
 mod lattice;
@@ -70,6 +71,7 @@ use crate::expr::{ExprId, Pool, ZeroVerdict};
 use crate::linearize::{self, LinearizeError, Tied};
 use crate::model::{Assumption, Model};
 use crate::number::Number;
+use crate::oscillation::NormalModes;
 
 pub use abbreviate::Definition;
 pub use conserved::Conserved;
@@ -78,6 +80,7 @@ pub use cubic::{Solved, SolvedFormula};
 pub use equilibria::{Condition, Root};
 pub use exponents::{ClosedExponent, Exponents, StabilityCondition};
 pub use frequencies::{Approximation, Block, Case, Exchange, Frequencies, Frequency, Series};
+pub use given::Given;
 pub use independent::{Independent, in_independent_coordinates, linearized, without_multipliers};
 pub use lattice::Angles;
 pub use motion::{Factor, Motion, MotionSum, MotionTerm, Names};
@@ -231,10 +234,15 @@ pub struct Derivation {
     pub only: Option<Vec<String>>,
     /// By what the budget was used up, where that has left out what was to be worked out from there on.
     pub left_out: Option<Exceeded>,
+    /// The energies as the file has them, with [`Derivation::put_given`].
+    pub given: Option<Given>,
+    /// The frequencies at the values of the parameters, likewise.
+    pub numbers: Option<NormalModes>,
 }
 
 /// What a page may be made of, as `derive --only` names it.
-pub const CHAPTERS: [&str; 17] = [
+pub const CHAPTERS: [&str; 19] = [
+    "model",
     "equations",
     "constraints",
     "momenta",
@@ -252,6 +260,7 @@ pub const CHAPTERS: [&str; 17] = [
     "characteristic",
     "exponents",
     "stability",
+    "numbers",
 ];
 
 /// M and K at the equilibrium, as expressions in the parameters.
@@ -514,6 +523,8 @@ impl Derivation {
             constraints: None,
             only: None,
             left_out: None,
+            given: None,
+            numbers: None,
         }
     }
 

@@ -47,6 +47,11 @@ impl Settings {
         Self::default()
     }
 
+    /// Each as it was given, `m[2]=3`.
+    pub fn texts(&self) -> impl Iterator<Item = &str> {
+        self.entries.iter().map(|own| own.text.as_str())
+    }
+
     /// The same for a model that keeps to a budget; without one it has [`Budget::default`] of its own.
     #[must_use]
     pub fn within(mut self, budget: Budget) -> Self {

@@ -133,6 +133,13 @@ pub fn print_unit(file: &File, at: UnitRef) -> String {
     printer.out
 }
 
+/// What indices run over, without brackets.
+pub(crate) fn print_indices(file: &File, indices: &Indices) -> String {
+    let mut printer = Printer::new(file, String::new());
+    printer.run(Job::Indices(indices, false));
+    printer.out
+}
+
 /// The statement in one line, without a line break.
 #[must_use]
 pub fn print_statement(file: &File, statement: &Statement) -> String {
