@@ -270,6 +270,8 @@ class Model:
         *,
         threads: int | None = None,
         _svg: bool = False,
+        _orders: Sequence[float] = (),
+        _root_locus: bool = False,
     ) -> Result:
         """The modes over a range of a parameter, `"k=0..8:17"` or `{"k": (0, 8, 17)}`.
 
@@ -278,6 +280,7 @@ class Model:
         """
         over = _range(over)
         arguments = dict(over=over, digits=digits, lowest=lowest, vectors=vectors, threads=threads, svg=_svg)
+        arguments |= dict(orders=list(_orders), root_locus=_root_locus)
         answer = _native.sweep(self._native, arguments)
         if _svg:
             return _picture(answer)
@@ -496,10 +499,14 @@ class Model:
 
     def plot(self, kind: str, **arguments: Any) -> Picture:
         """A picture of what a command answers: `modes`, `sweep`, `response`, `period`, `motion`, `floquet` or
-        `equilibria`, with the arguments of that command."""
+        `equilibria`, with the arguments of that command.
+
+        A sweep takes `orders`, lines for multiples of a rate of rotation (Campbell diagram), and `root_locus`, too.
+        """
         if kind not in _PICTURES:
             raise _request(f"there is no picture of {kind!r}", f"one of {', '.join(_PICTURES)}")
-        return getattr(self, kind)(**arguments, _svg=True)
+        own = {f"_{name}": arguments.pop(name) for name in ("orders", "root_locus") if name in arguments}
+        return getattr(self, kind)(**arguments, **own, _svg=True)
 
     def matrices(self) -> dict[str, Any]:
         """M and K, and what there is of G, C and N; SciPy's sparse arrays for large models, where SciPy is there."""

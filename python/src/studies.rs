@@ -11,7 +11,7 @@ use librate::modes::Options;
 use librate::motion::{Enclosed, Start, System, Times, Trajectory};
 use librate::oscillation;
 use librate::period::{self, Oscillator, Request as PeriodRequest};
-use librate::report::{self, Style, SweepColumns, SweepCsv, SweepRow};
+use librate::report::{self, Style, SweepColumns, SweepCsv, SweepRow, SweepView};
 use librate::response::{self, Peaks, ResponseError, Value};
 use librate::sweep::{Place, Sweep};
 use librate::{sensitivity, tracking};
@@ -47,6 +47,8 @@ pub(crate) struct SweepArgs {
     vectors: bool,
     threads: Option<i64>,
     svg: bool,
+    orders: Vec<f64>,
+    root_locus: bool,
 }
 
 /// The modes over a range of a parameter.
@@ -74,7 +76,8 @@ pub(crate) fn sweep(py: Python<'_>, model: &Model, args: SweepArgs) -> PyResult<
         complain(job, &name, &mut places)?;
         if args.svg {
             let branches = tracking::branches(&sweep, &places);
-            return Ok(Written::drawn(report::sweep_svg(&sweep, &places, &branches)));
+            let view = SweepView::new(args.orders.clone(), args.root_locus);
+            return Ok(Written::drawn(report::sweep_svg(&sweep, &places, &branches, &view)));
         }
         let json: Vec<String> = places.iter().map(|place| report::sweep_json(&name, place, sweep.options())).collect();
         let row = |place: &Place| match &place.result {

@@ -230,6 +230,9 @@ def test_pictures_and_pages(models):
     }
     pictures = [pendulums.plot(kind, **arguments) for kind, arguments in requests.items()]
     pictures.append(librate.Model(PENDULUM).plot("period", over="amplitude=1..3:5"))
+    pictures.append(pendulums.plot("sweep", over="k12=0..8:3", orders=[0.5]))
+    assert "order 0.5" in pictures[-1] and "Campbell" in pictures[-1]
+    pictures.append(pendulums.plot("sweep", over="k12=0..8:3", root_locus=True))
     pictures.append(librate.Model.open(models / "mathieu.lag").plot("floquet", map=("a=0..4:5", "q=0..2:3")))
     for picture in pictures:
         assert picture.startswith("<svg") and "viewBox" in picture and picture._repr_svg_() == picture

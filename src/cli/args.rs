@@ -9,7 +9,7 @@ use clap_complete::Shell;
 use librate::budget::Limits;
 use librate::derive::CHAPTERS;
 use librate::number::Number;
-use librate::report::FrequencyUnit;
+use librate::report::{FrequencyUnit, SweepView};
 
 use super::equilibria::{self, Equilibria};
 use super::export::CodeLanguage;
@@ -152,7 +152,8 @@ The arguments are those of the command. Pictures scale, text in them is text, an
 const PLOT_EXAMPLE: &str = "\
 Examples:
     librate plot modes models/three_pendulums.lag -o modes.svg
-    librate plot sweep models/three_pendulums_unequal.lag --over k12=0..8:81 -o sweep.svg";
+    librate plot sweep models/three_pendulums_unequal.lag --over k12=0..8:81 -o sweep.svg
+    librate plot sweep models/whirling_shaft_above.lag --over W=0..60:61 --orders 1";
 const SHOW: &str = "\
 One HTML page that needs nothing else: the model, its modes in motion, their digits, and the derivation. Points are drawn where \
 the model has them: vectors whose velocities are used (`let r = [...]`), coordinates that are read as vectors (`coord r[1..N, 1..3]`), \
@@ -468,7 +469,7 @@ pub(crate) enum Plotted {
     /// The shape of each mode
     Modes(Drawn<Modes>),
     /// Frequencies over a parameter, each mode followed by its shape
-    Sweep(Drawn<Sweep>),
+    Sweep(DrawnSweep),
     /// Amplitude and phase of the steady response over the frequency
     Response(Drawn<ResponseArgs>),
     /// The period over the amplitude or the energy
@@ -485,7 +486,7 @@ impl Plotted {
     fn model(&mut self) -> &mut ModelArgs {
         match self {
             Self::Modes(own) => &mut own.args.model,
-            Self::Sweep(own) => &mut own.args.model,
+            Self::Sweep(own) => &mut own.drawn.args.model,
             Self::Response(own) => &mut own.args.model,
             Self::Period(own) => &mut own.args.model,
             Self::Floquet(own) => &mut own.args.model,
@@ -583,6 +584,21 @@ pub(crate) struct Sweep {
     /// JSON instead of CSV: an array with the modes at each value
     #[arg(long)]
     pub(crate) json: bool,
+    #[arg(skip)]
+    pub(crate) view: SweepView,
+}
+
+/// A sweep that is drawn.
+#[derive(Debug, Args)]
+pub(crate) struct DrawnSweep {
+    #[command(flatten)]
+    pub(crate) drawn: Drawn<Sweep>,
+    /// Of a rate of rotation: a line for each of these multiples, `1,2` (Campbell diagram)
+    #[arg(long, value_name = "ORDERS", value_delimiter = ',', value_parser = frequency)]
+    pub(crate) orders: Vec<f64>,
+    /// Growth against frequency instead of both over the parameter
+    #[arg(long, conflicts_with = "orders")]
+    pub(crate) root_locus: bool,
 }
 
 #[derive(Debug, Args)]

@@ -103,7 +103,7 @@ pub(crate) fn run() -> ExitCode {
         model.guard = guard.clone();
         model.drawn = is_drawn;
     }
-    let answer = match &cli.command {
+    let answer = match &mut cli.command {
         Command::Modes(modes) => modes_text(modes),
         Command::Sweep(sweep) => sweep::text(sweep),
         Command::Period(period) => period::text(period),

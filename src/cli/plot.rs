@@ -2,14 +2,19 @@
 
 use std::path::PathBuf;
 
+use librate::report::SweepView;
+
 use super::args::{MessageFormat, Plot, Plotted};
 use super::output::into_file;
 use super::{Answer, Failure, chart, equilibria, modes_text, motion, period, response, sweep, wrong_request};
 
-pub(super) fn text(plot: &Plot, format: MessageFormat) -> Result<Answer, Failure> {
-    let (answer, output): (_, &Option<PathBuf>) = match &plot.what {
+pub(super) fn text(plot: &mut Plot, format: MessageFormat) -> Result<Answer, Failure> {
+    let (answer, output): (_, &Option<PathBuf>) = match &mut plot.what {
         Plotted::Modes(own) => (modes_text(&own.args), &own.output),
-        Plotted::Sweep(own) => (sweep::text(&own.args), &own.output),
+        Plotted::Sweep(own) => {
+            own.drawn.args.view = SweepView::new(std::mem::take(&mut own.orders), own.root_locus);
+            (sweep::text(&own.drawn.args), &own.drawn.output)
+        }
         Plotted::Response(own) => (response::text(&own.args), &own.output),
         Plotted::Period(own) if own.args.over.is_none() => {
             let message = "a single period is no curve".to_owned();

@@ -165,7 +165,7 @@ impl Run<'_> {
             return Err(Failure::Model(source.clone(), std::mem::take(&mut self.remarks)));
         }
         let branches = tracking::branches(sweep, &places);
-        Ok(report::sweep_svg(sweep, &places, &branches))
+        Ok(report::sweep_svg(sweep, &places, &branches, &args.view))
     }
 
     /// The modes at each value as JSON.

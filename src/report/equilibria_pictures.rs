@@ -7,6 +7,7 @@ use librate_core::model::Model;
 use librate_core::modes::Stability;
 use librate_core::precision::Ball;
 use librate_studies::equilibria::{Branch, Diagram, Equilibrium, Found, Landscape};
+use librate_studies::period::{Course, portrait};
 
 /// So many coordinates are drawn over a parameter, one panel each.
 const MOST_PANELS: usize = 6;
@@ -20,7 +21,14 @@ const KINDS: [(Stability, &str, usize, Stroke); 4] = [
     (Stability::Undecided, "undecided", 7, Stroke::Rings),
 ];
 
-/// The equilibria of one coordinate on the curve of the potential; of more in the plane of the first two that have a range, darker where the
+/// Kinds of motion by colour and stroke.
+const COURSES: [(Course, &str, usize, Stroke); 3] = [
+    (Course::Bound, "to and fro", 0, Stroke::Thin),
+    (Course::Leaving, "leaves the box", 2, Stroke::Thin),
+    (Course::Separatrix, "separatrix", 1, Stroke::Solid),
+];
+
+/// The equilibria of one coordinate on the curve of the potential, with the phase portrait below where energy is conserved; of more in the plane of the first two that have a range, darker where the
 /// potential is higher if these are all.
 #[must_use]
 pub fn equilibria_svg(model: &Model, found: &Found, landscape: &Landscape) -> String {
@@ -58,8 +66,33 @@ pub fn equilibria_svg(model: &Model, found: &Found, landscape: &Landscape) -> St
         let name = if model.has_units { "potential (J)" } else { "potential" };
         let up = Axis::over(name, marked.chain(shares), 0.15);
         curves.insert(0, Curve { name: "potential".to_owned(), colour: 7, stroke: Stroke::Solid, points: curve });
-        let description = format!("{} on the curve of the potential.", equilibria_count(found.equilibria.len()));
-        return Picture::single(&title, description, Panel::new(axis(first), up, curves)).svg();
+        let orbits = portrait(model, found);
+        let count = equilibria_count(found.equilibria.len());
+        let mut picture = Picture::single(
+            &title,
+            format!("{count} on the curve of the potential."),
+            Panel::new(axis(first), up, curves),
+        );
+        if let Some(own) = model.coordinates.get(first).filter(|_| !orbits.is_empty()) {
+            picture.description = format!("{count} on the curve of the potential, above curves of constant energy.");
+            picture.size = [600.0, 240.0];
+            let unit = shown_unit(own).map(|unit| format!("{unit}/s"));
+            let label = with_unit(&format!("{}'", own.name()), unit.as_deref());
+            let all = orbits.iter().flat_map(|own| &own.points).map(|point| point[1]);
+            let mut curves: Vec<Curve> = Vec::new();
+            for (course, name, colour, stroke) in COURSES {
+                let own = orbits.iter().filter(|own| own.course == course);
+                curves.extend(own.map(|own| Curve {
+                    name: name.to_owned(),
+                    colour,
+                    stroke,
+                    points: own.points.clone(),
+                }));
+            }
+            curves.extend(dots(&|_| 0.0));
+            picture.panels.push(Panel::new(axis(first), Axis::over(label, all, 0.05), curves));
+        }
+        return picture.svg();
     };
     let mut panel = Panel::new(axis(first), axis(second), dots(&|point| point[second]));
     let (heights, half) = landscape.plane();

@@ -2,7 +2,7 @@
 
 use super::Written;
 use super::picture::{Axis, Curve, Panel, Picture, Stroke, titled};
-use librate_core::linearize::Linearized;
+use librate_core::linearize::{Linearized, constant};
 use librate_core::modes::Kind;
 use librate_core::oscillation::{NormalMode, NormalModes};
 use librate_studies::sweep::{Place, Sweep};
@@ -84,41 +84,92 @@ pub fn modes_svg(linearized: &Linearized, modes: &NormalModes) -> String {
     .svg()
 }
 
+/// How a sweep is drawn.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct SweepView {
+    /// Lines ω = k Ω for a parameter Ω that is a rate of rotation: a Campbell diagram.
+    pub orders: Vec<f64>,
+    /// The exponents in the plane of growth and frequency instead, from rings at the first value on.
+    pub locus: bool,
+}
+
+impl SweepView {
+    /// With a line for each of some orders, or as a root locus.
+    #[must_use]
+    pub fn new(orders: Vec<f64>, locus: bool) -> Self {
+        Self { orders, locus }
+    }
+}
+
 /// Frequencies over a parameter as an SVG picture, each mode followed by its shape; growth dashed, in a panel below where there is some.
 #[must_use]
-pub fn sweep_svg(sweep: &Sweep, places: &[Place], branches: &[Branch]) -> String {
+pub fn sweep_svg(sweep: &Sweep, places: &[Place], branches: &[Branch], view: &SweepView) -> String {
     let name = sweep.range().name();
     let model = places.iter().find_map(|place| place.result.as_ref().ok()).map(|(linearized, _)| linearized.model());
-    let has_units = model.is_some_and(|model| model.has_units);
-    let value = |(place, at): &(usize, usize), pick: fn(&NormalMode) -> f64| {
+    let [rate, exponent] = match model {
+        Some(model) if model.has_units => ["ω (rad/s)", "growth (1/s)"],
+        _ => ["ω", "growth"],
+    };
+    let pick = |(place, at): &(usize, usize), point: &dyn Fn(f64, &NormalMode) -> [f64; 2]| {
         let place = places.get(*place)?;
         let (_, modes) = place.result.as_ref().ok()?;
-        Some([place.value, pick(modes.modes.get(*at)?)])
+        Some(point(place.value, modes.modes.get(*at)?))
     };
-    let curves = |stroke, pick: fn(&NormalMode) -> f64| -> Vec<Curve> {
+    let curves = |stroke, point: &dyn Fn(f64, &NormalMode) -> [f64; 2]| -> Vec<Curve> {
         let one = |(number, branch): (usize, &Branch)| {
             let class = branch.class.as_ref().map_or_else(String::new, |class| format!(", {class}"));
             let name = if branches.len() <= MOST_NAMED { format!("mode {}{class}", number + 1) } else { String::new() };
-            let points = branch.at.iter().filter_map(|at| value(at, pick)).collect();
+            let points = branch.at.iter().filter_map(|at| pick(at, point)).collect();
             Curve { name, colour: number, stroke, points }
         };
         branches.iter().enumerate().map(one).collect()
     };
-    let label = sweep.unit().map_or_else(|| name.to_owned(), |unit| format!("{name} ({unit})"));
-    let across = || Axis::over(&label, places.iter().map(|place| place.value), 0.0);
-    let panel = |label: &str, curves: Vec<Curve>| {
-        let up = Axis::over(label, curves.iter().flat_map(|own| &own.points).map(|point| point[1]), 0.04);
-        Panel::new(across(), up, curves)
+    let axis = |label: &str, curves: &[Curve], at: usize| {
+        Axis::over(label, curves.iter().flat_map(|own| &own.points).map(|point| point[at]), 0.04)
     };
-    let omega = curves(Stroke::Solid, |mode| mode.omega.mid_f64());
-    let growth = curves(Stroke::Dashed, |mode| mode.growth.mid_f64());
-    let grows = growth.iter().flat_map(|own| &own.points).any(|point| point[1] != 0.0);
-    let mut panels = vec![panel(if has_units { "ω (rad/s)" } else { "ω" }, omega)];
-    if grows {
-        panels.push(panel(if has_units { "growth (1/s)" } else { "growth" }, growth));
+    let model_name = model.and_then(|model| model.name.as_deref());
+    if view.locus {
+        let mut curves = curves(Stroke::Solid, &|_, mode| [mode.growth.mid_f64(), mode.omega.mid_f64()]);
+        let starts = curves.iter().filter_map(|own| {
+            let points = own.points.first().map(|point| vec![*point])?;
+            Some(Curve { name: String::new(), colour: own.colour, stroke: Stroke::Rings, points })
+        });
+        let starts: Vec<Curve> = starts.collect();
+        curves.extend(starts);
+        let description = format!("Growth and frequency of each mode over {name}, from rings at its first value on.");
+        let panel = Panel::new(axis(exponent, &curves, 0), axis(rate, &curves, 1), curves);
+        return Picture::single(&titled("Root locus", model_name), description, panel).svg();
     }
-    let title = titled("Frequencies", model.and_then(|model| model.name.as_deref()));
+    let label = sweep.unit().map_or_else(|| name.to_owned(), |unit| format!("{name} ({unit})"));
+    let values = || places.iter().map(|place| place.value);
+    let across = || Axis::over(&label, values(), 0.0);
+    let mut omega = curves(Stroke::Solid, &|value, mode| [value, mode.omega.mid_f64()]);
+    let growth = curves(Stroke::Dashed, &|value, mode| [value, mode.growth.mid_f64()]);
+    let grows = growth.iter().flat_map(|own| &own.points).any(|point| point[1] != 0.0);
+    let up = axis(rate, &omega, 1);
+    let unit = unit_of(places, name);
+    for (order, colour) in view.orders.iter().zip(branches.len()..) {
+        let points = values().map(|value| [value, order * unit * value]).collect();
+        omega.push(Curve { name: format!("order {order}"), colour, stroke: Stroke::Thin, points });
+    }
+    let mut panels = vec![Panel::new(across(), up, omega)];
+    if grows {
+        panels.push(Panel::new(across(), axis(exponent, &growth, 1), growth));
+    }
+    let what = if view.orders.is_empty() { "Frequencies" } else { "Campbell diagram" };
     let description = format!("The frequencies over {name}; each mode is followed by its shape.");
     let size = if grows { [600.0, 260.0] } else { [600.0, 380.0] };
+    let title = titled(what, model_name);
     Picture { title, description, columns: 1, size, panels, legend: Vec::new() }.svg()
+}
+
+/// What the unit of the parameter is worth in SI.
+fn unit_of(places: &[Place], name: &str) -> f64 {
+    let ratio = places.iter().filter(|place| place.value != 0.0).find_map(|place| {
+        let model = place.result.as_ref().ok()?.0.model();
+        let own = model.parameters.iter().find(|own| own.name == name)?;
+        Some(constant(&model.pool, own.value?)?.mid_f64() / place.value)
+    });
+    ratio.unwrap_or(1.0)
 }

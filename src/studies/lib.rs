@@ -27,13 +27,13 @@ pub mod floquet;
 
 pub mod motion;
 
+pub mod equilibria;
+
 pub mod period;
 
 pub mod amplitude;
 
 pub mod response;
-
-pub mod equilibria;
 
 mod error;
 

@@ -67,6 +67,19 @@ fn each_kind_is_drawn() {
     let bead = "models/equilibria/bead_on_hoop.lag";
     let well = texts(&picture(&["equilibria", bead, "--box", "th=-2..2"]));
     assert!(["potential", "stable", "unstable"].iter().all(|own| well.contains(&(*own).to_owned())), "{well:?}");
+    let portrait = texts(&picture(&["equilibria", "models/simple_pendulum.lag", "--box", "phi=-4..4"]));
+    for own in ["to and fro", "leaves the box", "separatrix", "phi' (rad/s)"] {
+        assert!(portrait.contains(&own.to_owned()), "{portrait:?}");
+    }
+    let over = ["sweep", "models/whirling_shaft_above.lag", "--over", "W=0..60:13"];
+    let campbell = texts(&picture(&[&over[..], &["--orders", "1,2.5"]].concat()));
+    assert!(campbell.iter().any(|own| own.starts_with("Campbell diagram")), "{campbell:?}");
+    assert!(campbell.contains(&"order 2.5".to_owned()), "{campbell:?}");
+    let locus = texts(&picture(&[&over[..], &["--root-locus"]].concat()));
+    assert!(
+        locus.iter().any(|own| own.starts_with("growth")) && !locus.iter().any(|own| own.starts_with('W')),
+        "{locus:?}"
+    );
     let branches = picture(&["equilibria", bead, "--box", "th=-2..2", "--over", "W=0..20:11"]);
     assert!(texts(&branches).contains(&"pitchfork".to_owned()) && branches.contains("line dashed"), "{branches}");
     let plane = picture(&["equilibria", "models/equilibria/muller_brown.lag", "--box", "x=-1.5..1.2, y=-0.5..2"]);

@@ -559,3 +559,46 @@ fn kinetic_energies_with_more_powers_of_the_velocity() {
         assert_eq!(Oscillator::of_model(&model).unwrap_err().code(), "E0503", "{kinetic}");
     }
 }
+
+/// All orbits of a box keep their energy.
+fn portrait(text: &str, ranges: &str) -> Vec<librate_studies::period::Orbit> {
+    let file = syntax::parse(text).unwrap();
+    let model = elaborate(&file, &Default::default(), &Default::default()).unwrap();
+    let region = librate::equilibria::Region::parse(ranges, &model).unwrap();
+    let found = librate::equilibria::find(&model, &region).unwrap();
+    librate_studies::period::portrait(&model, &found)
+}
+
+#[test]
+fn phase_portraits_are_curves_of_constant_energy() {
+    use librate_studies::period::Course;
+    let orbits = portrait("param g = 2  coord q  T = 1/2*q'^2  V = g*(1 - cos(q))", "q=-4..10");
+    let mut counts = [0; 3];
+    for orbit in &orbits {
+        counts[orbit.course as usize] += 1;
+        let separates = (orbit.energy - 4.0).abs() < 1e-12;
+        assert_eq!(orbit.course == Course::Separatrix, separates, "{}", orbit.energy);
+        assert_eq!(orbit.course == Course::Bound, orbit.energy < 3.9, "{}", orbit.energy);
+        for [q, v] in &orbit.points {
+            assert!((0.5 * v * v + 2.0 * (1.0 - q.cos()) - orbit.energy).abs() < 1e-7 * 4.0, "{q} {v}");
+        }
+        if orbit.course == Course::Bound {
+            // Closed, up to turning points found by halving.
+            let ends = [orbit.points[0], orbit.points[orbit.points.len() - 1]];
+            assert!((ends[0][0] - ends[1][0]).abs() < 1e-12 && ends.iter().all(|[_, v]| v.abs() < 1e-4), "{ends:?}");
+        }
+    }
+    // Four energies in each of two wells, four above and one between in either direction.
+    assert_eq!(counts, [8, 8, 2]);
+    // A mass that depends on the place; and a wall where V has no value.
+    let orbits = portrait("coord r  T = 1/2*(1 + r^2)*r'^2  V = 1/r + r", "r=0..4");
+    assert!(orbits.iter().any(|own| own.course == Course::Bound));
+    for [r, v] in orbits.iter().flat_map(|own| own.points.iter().map(|point| (own.energy, point))).map(|(e, [r, v])| {
+        assert!((0.5 * (1.0 + r * r) * v * v + 1.0 / r + r - e).abs() < 1e-6 * e, "{r} {v}");
+        [*r, *v]
+    }) {
+        assert!(r > 0.0 && v.is_finite());
+    }
+    // Energy is lost: there is none.
+    assert!(portrait("coord q  T = 1/2*q'^2  V = q^2/2  dissipation = q'^2", "q=-1..1").is_empty());
+}

@@ -25,7 +25,7 @@ pub(super) struct Energies {
     pub(super) potential: ExprId,
     mass: ExprId,
     /// E, where M depends on it.
-    energy: Symbol,
+    pub(super) energy: Symbol,
 }
 
 /// Where what an absolute value is taken of changes its sign.
@@ -94,6 +94,11 @@ impl Energies {
         Ok(Self { mass, potential, coordinate: own.symbol, energy, pool })
     }
 
+    /// U and M.
+    pub(super) fn roots(&self) -> [ExprId; 2] {
+        [self.potential, self.mass]
+    }
+
     /// Whether M depends on the energy.
     pub(super) fn is_stretched(&self) -> bool {
         self.pool.depends_on(self.mass, &|symbol| symbol == self.energy)
@@ -103,7 +108,7 @@ impl Energies {
     /// Where one is taken of what is not linear in the coordinate, all stay as they are. `center`: the equilibrium, where it is
     /// known exactly.
     pub(super) fn kinked(&mut self, center: Option<ExprId>) -> Kinked {
-        let roots = [self.potential, self.mass];
+        let roots = self.roots();
         let q = self.coordinate;
         let (smooth, signs) = self.pool.with_signs(&roots, |symbol| symbol == q);
         let pool = &mut self.pool;
@@ -144,7 +149,7 @@ impl Energies {
     /// Whether U and M stay the same where the coordinate is replaced.
     fn is_unchanged(&mut self, replacement: ExprId) -> bool {
         let map: Substitution = [(self.coordinate, replacement)].into_iter().collect();
-        let before = [self.potential, self.mass];
+        let before = self.roots();
         let after = self.pool.substitute(&before, &map);
         before.iter().zip(after).all(|(before, after)| {
             let difference = self.pool.sub(*before, after);
@@ -156,7 +161,7 @@ impl Energies {
     /// in sines, cosines and tangents of arguments a q + b with rational ratios of the a alone.
     pub(super) fn advance(&mut self) -> Option<ExprId> {
         let q = self.coordinate;
-        let roots = [self.potential, self.mass];
+        let roots = self.roots();
         let mut inside: HashSet<ExprId> = HashSet::new();
         let mut rates = Vec::new();
         for function in self.pool.reachable(&roots) {

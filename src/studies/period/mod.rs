@@ -33,6 +33,7 @@ mod error;
 mod mirror;
 mod panel;
 mod pass;
+mod portrait;
 mod small;
 mod solve;
 mod task;
@@ -41,6 +42,7 @@ mod weights;
 
 pub use curve::{Place, curve};
 pub use error::PeriodError;
+pub use portrait::{Course, Orbit, portrait};
 
 use center::{Center, Corner};
 use energies::{Energies, Kink, Kinked};
