@@ -14,7 +14,7 @@ use crate::equilibria::Found;
 /// Places at which it is looked for where motion is allowed, ...
 const PLACES: usize = 2_000;
 /// ... and along each piece of a curve.
-const POINTS: usize = 160;
+const POINTS: usize = 80;
 /// Energies below the highest of those that separate, and as many above.
 const LEVELS: u32 = 5;
 /// Halvings of the way to a turning point.
