@@ -250,7 +250,7 @@ pub(crate) fn derivation(py: Python<'_>, model: &Model, args: DeriveArgs) -> PyR
     let done = model.run(py, move |job| {
         let model = job.model(Size::Any)?;
         args.check(&model)?;
-        let parts = Parts::all().cubic(args.cubic).quartic(args.quartic);
+        let parts = Parts::all().cubic(args.cubic).quartic(args.quartic).numbers(args.limit.is_empty());
         let mut derivation = derive::derive(&model, &parts)?;
         for (name, value) in &args.limit {
             let number = match value.strip_prefix('-') {
@@ -266,9 +266,6 @@ pub(crate) fn derivation(py: Python<'_>, model: &Model, args: DeriveArgs) -> PyR
         }
         derivation.only.clone_from(&args.only);
         derivation.put_given(&job.source.file, &job.settings, &model);
-        if !args.limit.is_empty() {
-            derivation.numbers = None;
-        }
         Ok(Derivation { derivation })
     })?;
     Ok((done.value, done.warnings))

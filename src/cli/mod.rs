@@ -309,7 +309,9 @@ fn derive_text(args: &args::Derive) -> Result<Answer, Failure> {
         _ => None,
     };
     let parts = args.only.as_ref().map_or_else(Parts::all, |only| Parts::of(only));
+    let in_numbers = args.only.as_ref().is_none_or(|only| only.iter().any(|own| own == "numbers"));
     let parts = parts.cubic(args.cubic).quartic(args.quartic);
+    let parts = parts.numbers(in_numbers && !args.json && limits.is_empty());
     let derived = during(&args.model, "deriving the equations", || derive::derive(&model, &parts));
     let mut derivation = derived.map_err(|error| failed(&source, &warnings, error))?;
     if let Some(exceeded) = &derivation.left_out {
@@ -326,12 +328,7 @@ fn derive_text(args: &args::Derive) -> Result<Answer, Failure> {
         derivation.expand(name, *order);
     }
     derivation.only.clone_from(&args.only);
-    if !args.json {
-        derivation.put_given(&made.file, &made.settings, &model);
-    }
-    if !limits.is_empty() {
-        derivation.numbers = None;
-    }
+    derivation.put_given(&made.file, &made.settings, &model);
     let text = match &derivation {
         own if args.json => report::derive_json(own),
         own if args.latex => report::derive_latex(own, args.standalone),

@@ -206,8 +206,10 @@ impl Page {
             Ok(linear) => page.linear(derivation, linear),
             Err(error) => page.parts.push(Part::Paragraph(format!("no mass and stiffness matrices: {error}"))),
         }
-        if let Some(modes) = &derivation.numbers {
-            page.numbers(derivation, modes);
+        if let (Some(given), Some(modes)) = (&derivation.given, &derivation.numbers)
+            && derivation.shows("numbers")
+        {
+            page.numbers(derivation, modes, given.has_units);
         }
         let left_out = derivation.left_out.iter().map(|own| Part::Paragraph(left_out(own).message));
         page.parts.extend(left_out);
@@ -233,7 +235,7 @@ impl Page {
     }
 
     /// The frequencies at these values; exponents where some motion grows or decays.
-    fn numbers(&mut self, derivation: &Derivation, modes: &NormalModes) {
+    fn numbers(&mut self, derivation: &Derivation, modes: &NormalModes, has_units: bool) {
         let are_frequencies = modes.modes.iter().all(|mode| mode.growth.is_zero());
         let is_damped = derivation.linear.as_ref().is_ok_and(|own| own.damping.is_some());
         let item = |mode: &NormalMode| {
@@ -256,7 +258,6 @@ impl Page {
         } else {
             ("exponents at these values", ", in 1/s")
         };
-        let has_units = derivation.given.as_ref().is_some_and(|own| own.has_units);
         self.parts.push(Part::Gap);
         self.parts.push(Part::List(format!("{what}{}", if has_units { unit } else { "" }), items));
     }

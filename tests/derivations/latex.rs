@@ -30,7 +30,7 @@ fn derivation(path: &Path) -> Option<Derivation> {
     if model.coordinates.len() > MOST || !model.constraints.is_empty() {
         return None;
     }
-    let mut derivation = derive(&model, &Parts::all()).unwrap();
+    let mut derivation = derive(&model, &Parts::all().numbers(true)).unwrap();
     let file = parse(&std::fs::read_to_string(path).unwrap()).unwrap();
     derivation.put_given(&file, &Settings::new(), &model);
     Some(derivation)

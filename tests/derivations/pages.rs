@@ -28,7 +28,7 @@ fn derivations() -> impl Iterator<Item = (String, Derivation)> {
     model_files().into_iter().filter_map(|path| {
         let model = load(&path);
         let small = model.coordinates.len() <= MOST;
-        let mut derivation = small.then(|| derive(&model, &Parts::all()).ok()).flatten()?;
+        let mut derivation = small.then(|| derive(&model, &Parts::all().numbers(true)).ok()).flatten()?;
         let file = librate::syntax::parse(&std::fs::read_to_string(&path).unwrap()).unwrap();
         derivation.put_given(&file, &Settings::new(), &model);
         Some((path.display().to_string(), derivation))
@@ -112,7 +112,7 @@ fn every_page_holds_its_width_and_is_markup() {
 fn html_and_typst_have_what_the_page_has() {
     for name in ["simple_pendulum", "spring_pendulum", "three_pendulums"] {
         let model = load(&Path::new("models").join(format!("{name}.lag")));
-        let derivation = derive(&model, &Parts::all()).unwrap();
+        let derivation = derive(&model, &Parts::all().numbers(true)).unwrap();
         insta::assert_snapshot!(format!("html__{name}"), derive_html(&derivation));
         insta::assert_snapshot!(format!("typst__{name}"), derive_typst(&derivation));
     }
@@ -133,7 +133,7 @@ fn what_is_given_stands_first() {
     let mut settings = Settings::new();
     settings.add("m[2]=3").unwrap();
     let model = librate::model::elaborate(&file, &librate::model::TableTexts::new(), &settings).unwrap();
-    let mut derivation = derive(&model, &Parts::all()).unwrap();
+    let mut derivation = derive(&model, &Parts::all().numbers(true)).unwrap();
     derivation.put_given(&file, &settings, &model);
     insta::assert_snapshot!("given_text", derive_text(&derivation, &Style::default()));
     derivation.only = Some(vec!["model".to_owned()]);

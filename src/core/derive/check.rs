@@ -137,6 +137,12 @@ impl<'a> Checker<'a> {
         self.modes.get_or_init(|| self.linearized().and_then(solve)).as_ref()
     }
 
+    /// The same, once nothing is left to compare.
+    pub(super) fn into_modes(self) -> Option<NormalModes> {
+        self.modes();
+        self.modes.into_inner().flatten()
+    }
+
     /// Whether a parameter is negative, where it has a value that tells.
     pub(super) fn sign(&self, symbol: Symbol) -> Option<bool> {
         let mut parameters = self.model.parameters.iter();

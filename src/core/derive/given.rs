@@ -1,20 +1,15 @@
-//! What a page begins and ends with: the energies as the file has them with the values of the parameters, and numbers.
+//! What a page begins with: the energies as the file has them, and the values of the parameters.
 
 use super::Derivation;
-use crate::linearize::linearize;
 use crate::model::{Model, Settings};
-use crate::modes::Options;
-use crate::oscillation::{NormalModes, normal_modes};
 use crate::syntax::{
     Binding, ExprKind, ExprRef, File, IndexKind, StatementKind, print_expr, print_indices, print_unit,
 };
 
 /// Longer statements are not repeated, ...
 const LONGEST: usize = 2_000;
-/// ... nor lists of more values, ...
+/// ... nor lists of more values.
 const MOST_VALUES: usize = 12;
-/// ... nor frequencies of more coordinates.
-const MOST_COORDINATES: usize = 12;
 
 /// The energies as they are written, and the values of the parameters.
 #[derive(Clone, Debug, Default)]
@@ -122,19 +117,8 @@ fn indexed(file: &File, own: &Binding) -> (String, Option<String>) {
 }
 
 impl Derivation {
-    /// Begins the page with the energies as the file has them and ends it with the frequencies or exponents of the model, where
-    /// all its parameters have values and its coordinates are few.
+    /// Begins the page with the energies as the file has them and the values of the parameters.
     pub fn put_given(&mut self, file: &File, settings: &Settings, model: &Model) {
         self.given = Some(Given { has_units: model.has_units, ..Given::new(file, settings) });
-        let are_shown = self.shows("numbers") && model.coordinates.len() <= MOST_COORDINATES;
-        self.numbers = are_shown.then(|| numbers(model)).flatten();
     }
-}
-
-fn numbers(model: &Model) -> Option<NormalModes> {
-    if model.time_dependent.is_some() || model.parameters.iter().any(|own| own.value.is_none()) {
-        return None;
-    }
-    let linearized = linearize(model.clone()).ok()?;
-    normal_modes(&linearized, &Options::default().without_vectors()).ok()
 }

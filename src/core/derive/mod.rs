@@ -92,6 +92,9 @@ use lagrangian::Variables;
 use pair::Pair;
 pub use simplify::Algebra;
 
+/// The frequencies of more coordinates are left to `modes`.
+const MOST_IN_NUMBERS: usize = 12;
+
 /// Which parts of a derivation are wanted; M, K and the equilibrium always are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
@@ -110,6 +113,8 @@ pub struct Parts {
     pub quartic: bool,
     /// Equilibria in symbols.
     pub equilibria: bool,
+    /// The frequencies at the values of the parameters, where all have one and coordinates are few.
+    pub numbers: bool,
 }
 
 impl Parts {
@@ -127,7 +132,7 @@ impl Parts {
         }
     }
 
-    /// Everything.
+    /// Everything that is symbols.
     #[must_use]
     pub fn all() -> Self {
         Self {
@@ -138,6 +143,7 @@ impl Parts {
             cubic: false,
             quartic: false,
             equilibria: true,
+            numbers: false,
         }
     }
 
@@ -192,10 +198,10 @@ impl Parts {
         self
     }
 
-    /// With the linearized equations and T and V to second order, or without.
+    /// With the frequencies at the values of the parameters, or without.
     #[must_use]
-    pub fn second_order(mut self, wanted: bool) -> Self {
-        self.second_order = wanted;
+    pub fn numbers(mut self, wanted: bool) -> Self {
+        self.numbers = wanted;
         self
     }
 }
@@ -236,7 +242,7 @@ pub struct Derivation {
     pub left_out: Option<Exceeded>,
     /// The energies as the file has them, with [`Derivation::put_given`].
     pub given: Option<Given>,
-    /// The frequencies at the values of the parameters, likewise.
+    /// The frequencies at the values of the parameters, where they are asked for.
     pub numbers: Option<NormalModes>,
 }
 
@@ -426,6 +432,9 @@ fn derivation(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
             constraints::reduce(pool, linear, &derivation.names, &checker, parts);
             budget.check()?;
         }
+    }
+    if parts.numbers && model.coordinates.len() <= MOST_IN_NUMBERS {
+        derivation.numbers = checker.into_modes();
     }
     derivation.pool = whole;
     Ok(derivation)

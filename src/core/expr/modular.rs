@@ -13,15 +13,17 @@ pub const PRIME: u64 = 1_887_469_959_161_666_881;
 const GENERATOR: u64 = 113;
 /// The odd part of p - 1 = 2^6 * ODD.
 const ODD: u64 = (PRIME - 1) >> 6;
+/// A root of unity of order 2^6.
+const UNITY: u64 = pow_mod(GENERATOR, ODD);
 /// floor(2^122 / p), below 2^62.
 const BARRETT: u64 = ((1u128 << 122) / PRIME as u128) as u64;
 
 /// The product; both factors below [`PRIME`].
 #[must_use]
-pub fn mul_mod(a: u64, b: u64) -> u64 {
+pub const fn mul_mod(a: u64, b: u64) -> u64 {
     // Barrett: with x < 2^122 and 2^60 < p < 2^61 the estimate of the quotient is at most 2 low.
-    let x = u128::from(a) * u128::from(b);
-    let quotient = (((x >> 60) * u128::from(BARRETT)) >> 62) as u64;
+    let x = a as u128 * b as u128;
+    let quotient = (((x >> 60) * BARRETT as u128) >> 62) as u64;
     let mut rest = (x as u64).wrapping_sub(quotient.wrapping_mul(PRIME));
     while rest >= PRIME {
         rest -= PRIME;
@@ -50,7 +52,7 @@ pub fn sub_mod(a: u64, b: u64) -> u64 {
 
 /// A power.
 #[must_use]
-pub fn pow_mod(mut base: u64, mut exponent: u64) -> u64 {
+pub const fn pow_mod(mut base: u64, mut exponent: u64) -> u64 {
     let mut power = 1;
     while exponent > 0 {
         if exponent & 1 == 1 {
@@ -76,9 +78,10 @@ pub fn sqrt_mod(a: u64) -> Option<u64> {
     }
     // Tonelli and Shanks, p - 1 = 2^6 * ODD: a^((ODD+1)/2) is a root up to a root of unity of
     // order 2^6, which is corrected bit by bit.
-    let mut root_of_unity = pow_mod(GENERATOR, ODD);
-    let mut root = pow_mod(a, ODD.div_ceil(2));
-    let mut rest = pow_mod(a, ODD);
+    let mut root_of_unity = UNITY;
+    let half = pow_mod(a, ODD / 2);
+    let mut root = mul_mod(half, a);
+    let mut rest = mul_mod(half, root);
     let mut order = 6;
     while rest != 1 {
         let mut least = 0;
