@@ -81,7 +81,7 @@ fn is_halved(pool: &Pool, x: ExprId) -> bool {
     split(pool, x).0.small_parts().is_some_and(|(_, d)| d.is_multiple_of(2))
 }
 
-/// cos^2 + sin^2 = 1.
+/// cos^2 + sin^2 = 1, with what one of the terms has more left over: 2 cos^2 + 3 sin^2 = 2 + sin^2.
 fn squares(pool: &mut Pool, monomials: &Monomials, monomial: &Monomial, coefficient: &Number) -> Option<Step> {
     let two = Number::from(2);
     for (base, exponent) in monomial {
@@ -91,10 +91,18 @@ fn squares(pool: &mut Pool, monomials: &Monomials, monomial: &Monomial, coeffici
         {
             let sine = pool.sin(x);
             let partner = changed(monomial, &[(*base, -2), (sine, 2)]);
-            if monomials.get(&partner) == Some(coefficient) {
-                let new = changed(monomial, &[(*base, -2)]);
-                return Some(([Some(monomial.clone()), Some(partner)], vec![(new, coefficient.clone())]));
-            }
+            let Some(other) = monomials.get(&partner).filter(|own| own.is_negative() == coefficient.is_negative())
+            else {
+                continue;
+            };
+            let without = changed(monomial, &[(*base, -2)]);
+            let rest = coefficient.sub(other);
+            let (shared, longer) = match rest.is_negative() == coefficient.is_negative() && !rest.is_zero() {
+                true => (other.clone(), Some((monomial.clone(), rest))),
+                false => (coefficient.clone(), Some((partner.clone(), rest.neg())).filter(|(_, rest)| !rest.is_zero())),
+            };
+            let new = [(without, shared)].into_iter().chain(longer).collect();
+            return Some(([Some(monomial.clone()), Some(partner)], new));
         }
     }
     None

@@ -152,15 +152,31 @@ pub(super) fn exponents(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear: &
     own
 }
 
-/// That squares of frequencies are positive.
+/// That squares of frequencies, which are real, are positive; of two that a root tells apart their sum and product are.
 fn of_squares(
     checker: &Checker<'_>,
     pool: &mut Algebra<'_>,
     linear: &Linear,
     squares: &[ExprId],
 ) -> Option<Vec<StabilityCondition>> {
-    let squares = squares.iter().filter(|own| !own.is_zero());
-    let squares: Vec<Expanded> = squares.map(|own| Expanded::new(pool, &[*own])).collect::<Option<_>>()?;
+    let mut open: Vec<ExprId> = squares.iter().copied().filter(|own| !own.is_zero()).collect();
+    let mut squares: Vec<Expanded> = Vec::new();
+    while let Some(own) = open.pop() {
+        let expanded = Expanded::new(pool, &[own])?;
+        let mut with_other = |other: &ExprId| {
+            let sums = [pool.short(|pool| pool.add(own, *other)), pool.short(|pool| pool.mul(own, *other))];
+            let sums: Option<Vec<Expanded>> = sums.iter().map(|own| Expanded::new(pool, &[*own])).collect();
+            sums.filter(|all| !all.iter().any(Expanded::has_roots))
+        };
+        let pair = open.iter().enumerate().filter(|_| expanded.has_roots());
+        match pair.filter_map(|(at, other)| Some((at, with_other(other)?))).next() {
+            Some((at, sums)) => {
+                open.remove(at);
+                squares.extend(sums);
+            }
+            None => squares.push(expanded),
+        }
+    }
     let known = known(checker, pool, linear);
     let ring = Ring::new(squares.iter().chain(&known));
     let signs = Signs::new(pool, &ring, &known);
