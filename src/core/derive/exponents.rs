@@ -32,8 +32,6 @@ const MOST_COORDINATES_OF_POLYNOMIALS: usize = 12;
 const MOST_SYMBOLS: u64 = 500;
 /// The roots of more expressions are left as they are.
 const MOST_ROOTS: usize = 12;
-/// A fraction in a sum reads as hard as so many symbols.
-const A_STOREY: u64 = 4;
 
 /// What the motions exp(s t) of a linear system are, in symbols.
 #[derive(Clone, Debug, Default)]
@@ -402,11 +400,6 @@ impl Found<'_, '_> {
         self.pool.short(|pool| pool.scale(quotient, &by))
     }
 
-    /// How hard expressions are to read.
-    fn cost(&mut self, all: &[ExprId]) -> u64 {
-        self.pool.weight_of(all).saturating_add(A_STOREY * self.pool.fractions_in_sums(all))
-    }
-
     /// A square root, up to its sign, the best to read of the root as it stands and those over one fraction bar.
     fn root(&mut self, e: ExprId) -> ExprId {
         let (plain, exact) = root(self.pool, e);
@@ -415,7 +408,7 @@ impl Found<'_, '_> {
         }
         let over = on_one_bar(self.pool, e);
         let all = [plain, root(self.pool, over).0, plain_root(self.pool, over)];
-        all.into_iter().min_by_key(|own| self.cost(&[*own])).unwrap_or(plain)
+        all.into_iter().min_by_key(|own| self.pool.cost(&[*own])).unwrap_or(plain)
     }
 
     fn push(&mut self, (real, imaginary): Zero, multiplicity: usize, damping_ratio: Option<ExprId>) {
@@ -528,7 +521,7 @@ impl Found<'_, '_> {
     fn of_squares(&mut self, c: ExprId, b: ExprId, a: ExprId) -> Option<Vec<Zero>> {
         let cost = |own: &mut Self, zeros: &[Zero]| {
             let all: Vec<ExprId> = zeros.iter().map(|(_, imaginary)| *imaginary).collect();
-            own.cost(&all)
+            own.pool.cost(&all)
         };
         let [p, square, product] = self.middle(c, b, a);
         let flutters = self.is_negative(square)?;

@@ -9,8 +9,10 @@ use std::collections::BTreeMap;
 use super::collapse::collapse;
 use super::cubic::{Solved, solve};
 use super::pair::Pair;
-use super::shapes::on_one_bar;
-use super::simplify::{Algebra, Monomial, Monomials, Opening, add_to, expand, times, with_common_factor, written};
+use super::shapes::{on_one_bar, one_fraction};
+use super::simplify::{
+    Algebra, Monomial, Monomials, Opening, add_to, expand, split, times, with_common_factor, written,
+};
 use crate::expr::{ExprId, Pool, ZeroVerdict};
 use crate::model::Model;
 use crate::number::Number;
@@ -55,7 +57,8 @@ impl Roots {
 pub(super) fn roots(pool: &mut Algebra<'_>, block: &Pair, request: Request<'_>, before: usize) -> Roots {
     if block.len() == 1 {
         let (mass, stiffness) = block.at(pool, 0, 0);
-        return Roots::of(vec![pool.short(|pool| pool.div(stiffness, mass))]);
+        let quotient = pool.short(|pool| pool.div(stiffness, mass));
+        return Roots::of(vec![best_to_read(pool, quotient)]);
     }
     if block.len() > MOST_COORDINATES {
         return Roots::default();
@@ -185,6 +188,63 @@ fn around(pool: &mut Algebra<'_>, middle: ExprId, square: ExprId) -> Vec<ExprId>
     roots
 }
 
+/// p ∓ √(p² - q) as (N ∓ √(N² - 4 Q D))/(2 D), with p = N/(2 D) and q = Q/D; `None` where there are no fractions.
+fn over_one_bar(pool: &mut Algebra<'_>, p: ExprId, q: ExprId) -> Option<Vec<ExprId>> {
+    let p = pool.scale(p, &Number::from(2));
+    let [p, q] = [p, q].map(|own| {
+        let flat = without_storeys(pool, own);
+        one_fraction(pool, flat)
+    });
+    let mut below: BTreeMap<ExprId, Number> = BTreeMap::new();
+    for (base, exponent) in [p, q].iter().flat_map(|own| pool.factors(split(pool, *own).1)) {
+        if exponent.is_negative() {
+            let place = below.entry(base).or_insert(Number::ZERO);
+            *place = if *place < exponent.neg() { exponent.neg() } else { place.clone() };
+        }
+    }
+    if below.is_empty() {
+        return None;
+    }
+    let below: Vec<(ExprId, Number)> = below.into_iter().collect();
+    let bar = pool.product_of_powers(&below);
+    let [n, q] = [p, q].map(|own| pool.short(|pool| pool.mul(own, bar)));
+    let square = pool.square(n);
+    let product = pool.mul(q, bar);
+    let inside = pool.linear(&[(square, Number::ONE), (product, Number::from(-4))]);
+    let (root, is_exact) = root(pool, inside);
+    let one = |pool: &mut Algebra<'_>, sign: Number| {
+        let above = pool.linear(&[(n, Number::ONE), (root, sign)]);
+        let above = if is_exact { pool.simplify(above) } else { with_common_bar(pool, above) };
+        let value = pool.div(above, bar);
+        pool.scale(value, &Number::half())
+    };
+    Some(vec![one(pool, Number::MINUS_ONE), one(pool, Number::ONE)])
+}
+
+/// Sums below a fraction bar that have fractions of their own as quotients: a/(b - c/d) is a d/(b d - c).
+fn without_storeys(pool: &mut Algebra<'_>, e: ExprId) -> ExprId {
+    let mut terms = Vec::new();
+    for (term, coefficient) in pool.terms(e) {
+        let factors = pool.factors(term).into_iter().map(|(base, exponent)| {
+            let is_high = exponent.is_negative() && exponent.is_integer() && pool.fractions_in_sums(&[base]) > 0;
+            (if is_high { one_fraction(pool, base) } else { base }, exponent)
+        });
+        let factors: Vec<(ExprId, Number)> = factors.collect();
+        terms.push((pool.product_of_powers(&factors), coefficient));
+    }
+    pool.linear(&terms)
+}
+
+/// A quotient over one fraction bar, where that is easier to read.
+fn best_to_read(pool: &mut Algebra<'_>, e: ExprId) -> ExprId {
+    if pool.fractions_in_sums(&[e]) == 0 {
+        return e;
+    }
+    let flat = without_storeys(pool, e);
+    let over = one_fraction(pool, flat);
+    if pool.cost(&[over]) < pool.cost(&[e]) { over } else { e }
+}
+
 /// What all terms have in common in front, where that is shorter: g (a - √b)/c.
 pub(super) fn with_common_bar(pool: &mut Algebra<'_>, e: ExprId) -> ExprId {
     let Some(terms) = expand(pool, e, Opening::Outermost) else {
@@ -274,7 +334,9 @@ pub(super) fn of_polynomial(pool: &mut Algebra<'_>, coefficients: &[ExprId]) -> 
             let q = quotient(pool, *c, *a);
             let square = pool.square(p);
             let difference = pool.sub(square, q);
-            roots.extend(around(pool, p, difference));
+            let plain = around(pool, p, difference);
+            let over = over_one_bar(pool, p, q).filter(|own| pool.cost(own) < pool.cost(&plain));
+            roots.extend(over.unwrap_or(plain));
         }
         _ => return None,
     }

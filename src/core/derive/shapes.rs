@@ -328,7 +328,19 @@ impl Block {
 
 /// A sum of fractions as one fraction, where that is not much longer.
 pub(super) fn on_one_bar(pool: &mut Algebra<'_>, e: ExprId) -> ExprId {
-    let Some(monomials) = expand(pool, e, Opening::Powers) else {
+    let fraction = fraction_with(pool, e, Opening::Powers);
+    let (own, before) = (pool.weight(fraction), pool.weight(e));
+    if own <= before + before / 2 { fraction } else { e }
+}
+
+/// A sum of fractions as one fraction, multiplied out or not, whichever reads better.
+pub(super) fn one_fraction(pool: &mut Algebra<'_>, e: ExprId) -> ExprId {
+    let all = [Opening::Powers, Opening::Outermost].map(|opening| fraction_with(pool, e, opening));
+    all.into_iter().min_by_key(|own| pool.cost(&[*own])).unwrap_or(e)
+}
+
+fn fraction_with(pool: &mut Algebra<'_>, e: ExprId, opening: Opening) -> ExprId {
+    let Some(monomials) = expand(pool, e, opening) else {
         return e;
     };
     // By base: the largest power below a bar.
@@ -360,7 +372,5 @@ pub(super) fn on_one_bar(pool: &mut Algebra<'_>, e: ExprId) -> ExprId {
     };
     let mut factors = vec![(above, Number::ONE)];
     factors.extend(below.into_iter().map(|(base, power)| (base, power.neg())));
-    let fraction = pool.product_of_powers(&factors);
-    let (own, before) = (pool.weight(fraction), pool.weight(e));
-    if own <= before + before / 2 { fraction } else { e }
+    pool.product_of_powers(&factors)
 }

@@ -17,6 +17,9 @@ const MOST_MONOMIALS: usize = 2000;
 /// Common factors are taken out to this depth of parentheses.
 const MOST_NESTED: u32 = 8;
 
+/// A fraction within a sum is as hard to read as so many symbols.
+const A_STOREY: u64 = 4;
+
 /// Powers of bases in ascending order, without repetition.
 pub(super) type Monomial = Vec<(ExprId, Number)>;
 /// Monomials with their coefficients.
@@ -177,6 +180,11 @@ impl<'a> Algebra<'a> {
         let all = self.pool.reachable(all).into_iter();
         all.filter(|id| self.pool.is_sum(*id) && self.pool.terms(*id).iter().any(|own| is_fraction(own.0))).count()
             as u64
+    }
+
+    /// How hard expressions are to read.
+    pub(super) fn cost(&mut self, all: &[ExprId]) -> u64 {
+        self.weight_of(all).saturating_add(A_STOREY * self.fractions_in_sums(all))
     }
 
     /// The same of several.

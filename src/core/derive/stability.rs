@@ -77,6 +77,7 @@ impl Signs {
             return;
         };
         if sign.negative {
+            self.others.push(only.scaled(&Number::MINUS_ONE));
             return;
         }
         let mut terms = only.terms();
@@ -123,6 +124,12 @@ impl Signs {
             }
         }
         let mut rest = polynomial.without(&common);
+        // What is known to be positive is no factor that matters.
+        for known in self.others.iter().filter(|own| own.terms().count() > 1) {
+            while let Some(less) = rest.over(known) {
+                rest = less;
+            }
+        }
         // All factors are taken with their first coefficient positive.
         sign.negative = rest.is_negative();
         while let Some(variable) = (0..variables).find(|at| rest.degree(*at) > 0) {
