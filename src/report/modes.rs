@@ -21,6 +21,8 @@ const SHAPE_DIGITS: usize = 4;
 const ROUGH_DIGITS: usize = 2;
 /// A component that is known no better than this beside the largest one, and may be 0, is no 0.
 const VAGUE_SHARE: f64 = 5e-4;
+/// Characters of a shape.
+const MOST_HEIGHTS: usize = 30;
 /// A list of the equilibrium's coordinates ends here.
 const MOST_LISTED: usize = 12;
 /// Of more components than these that print alike, the largest are shown.
@@ -338,18 +340,18 @@ fn table(
     if !has_room {
         // No room beside the frequencies: the shapes have a table of their own.
         let room = style.width.saturating_sub(Column::counting("mode", modes.len()).width());
-        let shapes = shape(modes, names, room).unwrap_or_else(|| vec![by_name(modes, names, room)]);
+        let shapes = shape(modes, names, room).unwrap_or_else(|| vec![largest_of(modes, names, room)]);
         tables.push(std::iter::once(Column::counting("mode", modes.len())).chain(shapes).collect());
     }
     let tables = tables.iter().map(|columns| draw(columns, modes.len(), painted, style));
     tables.collect::<Vec<_>>().join("\n")
 }
 
-/// The shapes: a column a coordinate where there are few, else the largest components by name;
+/// The shapes: a column a coordinate where there are few, else heights and the largest components by name;
 /// `None` where there is not enough room.
 fn shape(modes: &[NormalMode], names: &Headings<'_>, room: usize) -> Option<Vec<Column>> {
     if names.coordinates.len() > MOST_COMPONENTS {
-        return (room >= LEAST_SHAPE).then(|| vec![by_name(modes, names, room)]);
+        return by_name(modes, names, room);
     }
     let columns: Vec<Column> = (0..names.coordinates.len())
         .map(|at| {
@@ -371,10 +373,36 @@ fn shape(modes: &[NormalMode], names: &Headings<'_>, room: usize) -> Option<Vec<
     (width <= room + GAP).then_some(columns)
 }
 
-fn by_name(modes: &[NormalMode], names: &Headings<'_>, room: usize) -> Column {
+fn by_name(modes: &[NormalMode], names: &Headings<'_>, room: usize) -> Option<Vec<Column>> {
+    let mut columns = Vec::new();
+    if modes.iter().all(|mode| mode.imaginary.is_empty()) {
+        columns.push(Column::words("shape", modes.iter().map(sparkline).collect()));
+    }
+    let left = room.saturating_sub(columns.iter().map(Column::width).sum());
+    columns.push(largest_of(modes, names, left));
+    (left >= LEAST_SHAPE).then_some(columns)
+}
+
+fn largest_of(modes: &[NormalMode], names: &Headings<'_>, room: usize) -> Column {
     let power = common_power(modes.iter().flat_map(|mode| mode.vector.iter().chain(&mode.imaginary)));
     let cells = modes.iter().map(|mode| largest(mode, names, power, room)).collect();
-    Column::words(&over_power("shape", power), cells)
+    Column::words(&over_power("largest", power), cells)
+}
+
+/// A shape by the heights of characters, the coordinates in their order: half height for 0. Of more coordinates than there are characters
+/// the largest of those side by side.
+fn sparkline(mode: &NormalMode) -> String {
+    const HEIGHTS: [char; 9] = ['▁', '▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
+    let top = mode.vector.iter().fold(0.0_f64, |top, own| top.max(own.abs()));
+    let each = mode.vector.len().div_ceil(MOST_HEIGHTS).max(1);
+    let largest = |own: &[f64]| own.iter().copied().fold(0.0, |top: f64, x| if x.abs() > top.abs() { x } else { top });
+    let height = |own: &[f64]| {
+        let share = largest(own) / top;
+        // Shares between two heights are the lower on every machine.
+        let steps = (4.0 * share.abs() + 0.5 - 1e-6).floor().clamp(0.0, 4.0) as usize;
+        HEIGHTS[if share < 0.0 { 4 - steps } else { 4 + steps }]
+    };
+    mode.vector.chunks(each).map(height).collect()
 }
 
 /// The power of ten that is written once over a column: normalised shapes of molecules are of the

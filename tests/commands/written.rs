@@ -113,7 +113,12 @@ fn shapes_name_their_largest_components() {
             let text = modes_text(&linearized, &modes, &options, &Style::default().width(width));
             let row = text.lines().find(|line| line.starts_with("   1 ")).unwrap();
             let shape = row.split_once("oscillation").unwrap().1;
-            shape.trim().to_owned()
+            let below = || text.lines().rfind(|line| line.starts_with("   1 ")).unwrap().trim_start_matches("   1");
+            let shape = if shape.trim().is_empty() { below() } else { shape };
+            // Behind the heights of all components.
+            let (heights, largest) = shape.trim().split_once("  ").unwrap();
+            assert_eq!(heights, "▅▁█▄▄▄▄");
+            largest.to_owned()
         })
         .collect();
     let [a, b, c] = [0, 1, 2].map(|at: usize| names[at]);
