@@ -30,13 +30,6 @@ pub(super) struct Basis {
     pub(super) group_of: Vec<usize>,
 }
 
-/// What a force displaces, in the coefficients of the shapes.
-pub(super) enum Response {
-    Displaced(Vec<Ball>),
-    /// This mode would have to be displaced without end.
-    Resonant(usize),
-}
-
 impl Basis {
     /// `None` where modes or shapes are missing.
     pub(super) fn new(linearized: &Linearized, modes: &NormalModes) -> Option<Self> {
@@ -105,20 +98,21 @@ impl Basis {
     }
 
     /// c_k/(ω_k² - square) for each mode: what a force with these components, at a frequency of that square, displaces. A mode whose
-    /// ω² is not told from the square is left where it is, if its component is not told from 0.
+    /// ω² is not told from the square is left where it is, if its component is not told from 0; else it would have to be
+    /// displaced without end, and its number is the error.
     ///
     /// Members of a group may differ in ω². With 1/(ω_k² - square) = r ± d for all of them, so that it is a symmetric D with
     /// |D - r| <= d in an orthonormal basis U G^(-1/2) of the space, the coefficients are
     /// G^(-1/2) D G^(-1/2) Uᵀf = r c + G^(-1/2)(D - r) G^(1/2) c, and the second part is at most
     /// d sqrt((1 + e)/(1 - e)) |c| <= d |c|/(1 - e) = d |c| (1 + e/(1 - e)).
-    pub(super) fn response(&self, components: &[Ball], square: &Ball) -> Response {
+    pub(super) fn response(&self, components: &[Ball], square: &Ball) -> Result<Vec<Ball>, usize> {
         let mut all = vec![Ball::ZERO; components.len()];
         for group in &self.groups {
             let distance = group.square - *square;
             if distance.contains_zero() {
                 let forced = |k: &&usize| !components[**k].contains_zero();
                 if let Some(mode) = group.members.iter().find(forced) {
-                    return Response::Resonant(*mode);
+                    return Err(*mode);
                 }
                 continue;
             }
@@ -134,7 +128,7 @@ impl Basis {
                 all[*k] = (inverse * components[*k]).with_added_radius(error);
             }
         }
-        Response::Displaced(all)
+        Ok(all)
     }
 
     /// Σ c_k x_k in the coordinates.

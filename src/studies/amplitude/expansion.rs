@@ -14,7 +14,7 @@
 //! All coefficients are Taylor coefficients of compiled gradients along straight and curved paths ([`Series`]), two phases for two
 //! harmonics: no tensor of third or fourth derivatives is ever built.
 
-use super::basis::{Basis, Response};
+use super::basis::Basis;
 use super::energies::Energies;
 use super::{ModeAmplitude, Obstacle};
 use librate_core::expr::Series;
@@ -36,8 +36,12 @@ pub(super) struct Expansion<'a> {
     root_of_three: Ball,
 }
 
-/// Derivatives that are no numbers.
-pub(super) struct NotSmooth;
+/// Why the expansion of a mode ends early.
+pub(super) enum Ended {
+    /// Derivatives are no numbers.
+    NotSmooth,
+    Obstacle(Obstacle),
+}
 
 /// A path to the second order: coordinates and velocities.
 struct Path {
@@ -116,36 +120,26 @@ impl<'a> Expansion<'a> {
         Some((both, second))
     }
 
-    /// What becomes of a mode, by its number, for an amplitude of one coordinate.
-    pub(super) fn mode(&mut self, at: usize, own: &NormalMode, coordinate: usize) -> Result<ModeAmplitude, NotSmooth> {
+    /// What becomes of a mode, by its number, for an amplitude of the coordinate of `found`.
+    ///
+    /// Where an obstacle ends it, `found` keeps what was found before.
+    pub(super) fn mode(&mut self, at: usize, own: &NormalMode, found: &mut ModeAmplitude) -> Result<(), Ended> {
         let basis = self.basis;
-        let mut found =
-            ModeAmplitude { coordinate, change: None, reach: None, obstacle: None, equal: Vec::new(), drives: None };
         let group = &basis.groups[basis.group_of[at]];
         let square = group.square;
         if own.kind == Kind::Zero || !square.is_positive() {
-            found.obstacle = Some(Obstacle::NoOscillation);
-            return Ok(found);
+            return Err(Ended::Obstacle(Obstacle::NoOscillation));
         }
         let omega = square.sqrt();
         let shape = &basis.shapes[at];
         let (still, double) = self.second_order(shape, square)?;
         let fourfold = square.scale(2);
         let (still, double) = (basis.components(&still), basis.components(&double));
-        let zeroth = match basis.response(&still, &Ball::ZERO) {
-            Response::Displaced(c) => c,
-            Response::Resonant(with) => {
-                found.obstacle = Some(Obstacle::Drift { with });
-                return Ok(found);
-            }
+        let displaced = |components: &[Ball], square: &Ball, obstacle: fn(usize) -> Obstacle| {
+            basis.response(components, square).map_err(|with| Ended::Obstacle(obstacle(with)))
         };
-        let second = match basis.response(&double, &fourfold) {
-            Response::Displaced(c) => c,
-            Response::Resonant(with) => {
-                found.obstacle = Some(Obstacle::OneToTwo { with });
-                return Ok(found);
-            }
-        };
+        let zeroth = displaced(&still, &Ball::ZERO, |with| Obstacle::Drift { with })?;
+        let second = displaced(&double, &fourfold, |with| Obstacle::OneToTwo { with })?;
 
         // Third order.
         let c0 = basis.displacement(&zeroth);
@@ -154,10 +148,9 @@ impl<'a> Expansion<'a> {
         if !(first.iter().chain(&triple).all(Ball::is_finite)) {
             // Derivatives, unless bounds of shapes that are not told apart left nothing of the second order.
             if c0.iter().chain(&c2).all(Ball::is_finite) {
-                return Err(NotSmooth);
+                return Err(Ended::NotSmooth);
             }
-            found.obstacle = Some(Obstacle::Undecided);
-            return Ok(found);
+            return Err(Ended::Obstacle(Obstacle::Undecided));
         }
         let (mut first, triple) = (basis.components(&first), basis.components(&triple));
         let change = -(first[at] / square.scale(1));
@@ -167,35 +160,21 @@ impl<'a> Expansion<'a> {
             }
             for k in group.members.iter().filter(|k| **k != at) {
                 if !first[*k].contains_zero() {
-                    found.obstacle = Some(Obstacle::OneToOne { with: *k });
                     found.equal = Vec::new();
-                    return Ok(found);
+                    return Err(Ended::Obstacle(Obstacle::OneToOne { with: *k }));
                 }
                 found.equal.push(*k);
             }
         }
         let ninefold = square * Ball::exact(9.0);
-        let third = match basis.response(&triple, &ninefold) {
-            Response::Displaced(c) => c,
-            Response::Resonant(with) => {
-                found.obstacle = Some(Obstacle::OneToThree { with });
-                return Ok(found);
-            }
-        };
+        let third = displaced(&triple, &ninefold, |with| Obstacle::OneToThree { with })?;
         // All of that frequency is either the mode itself or not displaced.
         first[at] = Ball::ZERO;
-        let beside = match basis.response(&first, &square) {
-            Response::Displaced(c) => c,
-            Response::Resonant(with) => {
-                found.obstacle = Some(Obstacle::OneToOne { with });
-                return Ok(found);
-            }
-        };
-        let largest = shape[coordinate];
+        let beside = displaced(&first, &square, |with| Obstacle::OneToOne { with })?;
+        let largest = shape[found.coordinate];
         let change_per_square = change / (largest * largest);
         if !change_per_square.is_finite() {
-            found.obstacle = Some(Obstacle::Undecided);
-            return Ok(found);
+            return Err(Ended::Obstacle(Obstacle::Undecided));
         }
         // Parts that grow with a beside the mode, then those that grow with a².
         let linear = [norm(&zeroth), norm(&second)].map(|part| part / SHARE);
@@ -205,11 +184,11 @@ impl<'a> Expansion<'a> {
         let reach = largest.mid_f64().abs() / steepest;
         found.change = Some(change_per_square);
         found.reach = reach.is_finite().then_some(reach);
-        Ok(found)
+        Ok(())
     }
 
     /// What is constant in the second order, and what has twice the frequency.
-    fn second_order(&mut self, shape: &[Ball], square: Ball) -> Result<(Vec<Ball>, Vec<Ball>), NotSmooth> {
+    fn second_order(&mut self, shape: &[Ball], square: Ball) -> Result<(Vec<Ball>, Vec<Ball>), Ended> {
         let shape = shape.to_vec();
         let none = vec![Ball::ZERO; shape.len()];
         let mut still: Vec<Ball> = self.force(&[&shape], 2).iter().map(|a| -a.scale(-1)).collect();
@@ -295,6 +274,6 @@ enum Phase {
     Sixth,
 }
 
-fn finite(values: &[Ball]) -> Result<(), NotSmooth> {
-    if values.iter().all(Ball::is_finite) { Ok(()) } else { Err(NotSmooth) }
+fn finite(values: &[Ball]) -> Result<(), Ended> {
+    if values.iter().all(Ball::is_finite) { Ok(()) } else { Err(Ended::NotSmooth) }
 }

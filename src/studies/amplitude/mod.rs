@@ -31,7 +31,7 @@ pub use error::AmplitudeError;
 
 use basis::Basis;
 use energies::Energies;
-use expansion::{Expansion, NotSmooth};
+use expansion::{Ended, Expansion};
 
 use librate_core::linearize::{LinearizeError, Linearized, Structure};
 use librate_core::model::Model;
@@ -160,10 +160,17 @@ fn amplitudes(linearized: &Linearized, modes: &NormalModes) -> Result<Amplitudes
     };
     let equilibrium = linearized.measured_equilibrium();
     let mut expansion = Expansion::new(&energies, &basis, equilibrium);
-    let found = modes.modes.iter().enumerate();
-    let found: Result<Vec<ModeAmplitude>, NotSmooth> =
-        found.map(|(at, mode)| expansion.mode(at, mode, largest[at])).collect();
-    let mut modes = found.map_err(|NotSmooth| AmplitudeError::NotSmooth {})?;
+    let mut found = Vec::with_capacity(largest.len());
+    for (at, mode) in modes.modes.iter().enumerate() {
+        let mut own = ModeAmplitude { coordinate: largest[at], obstacle: None, ..undecided.clone() };
+        match expansion.mode(at, mode, &mut own) {
+            Ok(()) => {}
+            Err(Ended::Obstacle(obstacle)) => own.obstacle = Some(obstacle),
+            Err(Ended::NotSmooth) => return Err(AmplitudeError::NotSmooth {}),
+        }
+        found.push(own);
+    }
+    let mut modes = found;
     if let Some(units) = units {
         for mode in &mut modes {
             let length = units.length(mode.coordinate);
