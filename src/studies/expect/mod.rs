@@ -35,7 +35,7 @@ mod read;
 
 use std::collections::BTreeMap;
 
-use librate_core::derive::{Derivation, Energy, Linear, Motion, MotionSum, SecondOrder};
+use librate_core::derive::{Derivation, Linear, Motion, MotionSum, SecondOrder};
 use librate_core::expr::{ExprId, Pool, Substitution};
 
 pub use equal::are_equal;
@@ -226,78 +226,56 @@ impl<'a> Comparison<'a> {
     /// What the derivation has of a part, or why it has nothing.
     fn found(&mut self, part: Part) -> Result<Vec<Found>, String> {
         let derivation = self.derivation;
-        let not_asked = || "it was not asked for".to_owned();
-        match part {
+        Ok(match part {
             Part::Equilibrium => {
                 let values = linear(derivation)?.equilibrium.iter();
-                let names = derivation.names.coordinates.iter();
-                Ok(names
-                    .zip(values)
-                    .map(|(name, value)| self.plain(format!("equilibrium of {name}"), *value))
-                    .collect())
+                let named = derivation.names.coordinates.iter().zip(values);
+                named.map(|(name, value)| self.plain(format!("equilibrium of {name}"), *value)).collect()
             }
-            Part::Mass => Ok(self.entries(part, &linear(derivation)?.mass)),
-            Part::Stiffness => Ok(self.entries(part, &linear(derivation)?.stiffness)),
-            Part::Equations => {
-                let equations = derivation.equations.as_ref().ok_or_else(not_asked)?;
-                Ok(self.sums("equation of", equations, false))
-            }
-            Part::Linearized => {
-                let equations = &second_order(derivation)?.equations;
-                Ok(self.sums("linearized equation of", equations, true))
-            }
-            Part::Kinetic => {
-                let sum = &second_order(derivation)?.kinetic;
-                Ok(vec![self.sum("kinetic".to_owned(), sum, true)])
-            }
-            Part::Potential => {
-                let sum = &second_order(derivation)?.potential;
-                Ok(vec![self.sum("potential".to_owned(), sum, true)])
-            }
-            Part::Momenta => {
-                let momenta = &energy(derivation)?.momenta;
-                Ok(self.sums("momentum of", momenta, false))
-            }
+            Part::Mass => self.entries(part, &linear(derivation)?.mass),
+            Part::Stiffness => self.entries(part, &linear(derivation)?.stiffness),
+            Part::Equations => self.sums("equation of", asked(derivation.equations.as_ref())?, false),
+            Part::Linearized => self.sums("linearized equation of", &second_order(derivation)?.equations, true),
+            Part::Kinetic => vec![self.sum(part.name(), &second_order(derivation)?.kinetic, true)],
+            Part::Potential => vec![self.sum(part.name(), &second_order(derivation)?.potential, true)],
+            Part::Momenta => self.sums("momentum of", &asked(derivation.energy.as_ref())?.momenta, false),
             Part::EnergyFunction => {
-                let sum = &energy(derivation)?.function;
-                Ok(vec![self.sum("energy_function".to_owned(), sum, false)])
+                vec![self.sum(part.name(), &asked(derivation.energy.as_ref())?.function, false)]
             }
             Part::Hamiltonian => {
-                let sum = energy(derivation)?.hamiltonian.as_ref();
+                let sum = asked(derivation.energy.as_ref())?.hamiltonian.as_ref();
                 let sum = sum.ok_or("the inertia is neither diagonal nor two by two")?;
-                Ok(vec![self.sum("hamiltonian".to_owned(), sum, false)])
+                vec![self.sum(part.name(), sum, false)]
             }
             Part::Frequencies => {
-                let frequencies = linear(derivation.reduced())?.frequencies.as_ref();
-                let case = frequencies.ok_or_else(not_asked)?.best();
+                let case = asked(linear(derivation.reduced())?.frequencies.as_ref())?.best();
                 if case.frequencies.is_empty() {
                     return Err("there are no closed forms".to_owned());
                 }
                 let all = case.frequencies.iter();
                 let all = all.flat_map(|f| std::iter::repeat_n(f.omega_squared, f.multiplicity));
-                Ok(all.map(|value| self.plain("frequencies".to_owned(), value)).collect())
+                all.map(|value| self.plain(part.name(), value)).collect()
             }
             Part::Gyroscopic | Part::Damping => {
                 let linear = linear(derivation)?;
                 let rows = if part == Part::Damping { &linear.damping } else { &linear.gyroscopic };
-                let rows = rows.as_ref().ok_or("it is 0")?;
-                Ok(self.entries(part, rows))
+                self.entries(part, rows.as_ref().ok_or("it is 0")?)
             }
-            Part::Characteristic | Part::Stability => {
-                let own = linear(derivation.reduced())?.exponents.as_ref().ok_or_else(not_asked)?;
-                let values: Vec<ExprId> = if part == Part::Stability {
-                    let conditions = own.stability.as_ref().ok_or("there are no conditions")?;
-                    conditions.iter().map(|own| own.positive).collect()
-                } else {
-                    own.characteristic.clone().ok_or("it is too long to be written out")?
-                };
-                Ok(values.into_iter().map(|value| self.plain(part.name().to_owned(), value)).collect())
+            Part::Characteristic => {
+                let own = asked(linear(derivation.reduced())?.exponents.as_ref())?;
+                let values = own.characteristic.as_ref().ok_or("it is too long to be written out")?;
+                values.iter().map(|value| self.plain(part.name(), *value)).collect()
             }
-        }
+            Part::Stability => {
+                let own = asked(linear(derivation.reduced())?.exponents.as_ref())?;
+                let conditions = own.stability.as_ref().ok_or("there are no conditions")?;
+                conditions.iter().map(|own| self.plain(part.name(), own.positive)).collect()
+            }
+        })
     }
 
-    fn plain(&self, place: String, value: ExprId) -> Found {
-        Found { place, value, text: self.derivation.reduced().pool.display(value) }
+    fn plain(&self, place: impl Into<String>, value: ExprId) -> Found {
+        Found { place: place.into(), value, text: self.derivation.reduced().pool.display(value) }
     }
 
     fn entries(&self, part: Part, rows: &[Vec<ExprId>]) -> Vec<Found> {
@@ -311,7 +289,7 @@ impl<'a> Comparison<'a> {
         all
     }
 
-    fn sum(&mut self, place: String, sum: &MotionSum, displaced: bool) -> Found {
+    fn sum(&mut self, place: impl Into<String>, sum: &MotionSum, displaced: bool) -> Found {
         let names = &self.derivation.names;
         let name = |motion| {
             if displaced { names.displaced(motion) } else { names.of(motion) }
@@ -321,7 +299,7 @@ impl<'a> Comparison<'a> {
             let known = reader.names.get(&name(motion)).copied();
             known.unwrap_or_else(|| pool.undefined())
         });
-        Found { place, value, text: sum.text(&self.derivation.reduced().pool, name) }
+        Found { place: place.into(), value, text: sum.text(&self.derivation.reduced().pool, name) }
     }
 
     fn sums(&mut self, place: &str, sums: &[MotionSum], displaced: bool) -> Vec<Found> {
@@ -420,12 +398,9 @@ impl<'a> Comparison<'a> {
             Ok(values) => values,
             Err(message) => return self.unreadable(place, &texts.join(", "), message),
         };
-        let (Some(last), Some(of_found)) = (values.last(), found.last()) else {
+        let (Some(last), Some(of_found), true) = (values.last(), found.last(), values.len() == found.len()) else {
             return self.count(place.to_owned(), values.len(), found.len());
         };
-        if values.len() != found.len() {
-            return self.count(place.to_owned(), values.len(), found.len());
-        }
         for ((text, value), found) in texts.iter().zip(&values).zip(found) {
             let (left, right) = (self.pool.mul(*value, of_found.value), self.pool.mul(found.value, *last));
             if !are_equal(&mut self.pool, left, right) {
@@ -497,11 +472,9 @@ fn linear(derivation: &Derivation) -> Result<&Linear, String> {
 }
 
 fn second_order(derivation: &Derivation) -> Result<&SecondOrder, String> {
-    let part = linear(derivation)?.second_order.as_ref();
-    part.ok_or_else(|| "it was not asked for".to_owned())
+    asked(linear(derivation)?.second_order.as_ref())
 }
 
-fn energy(derivation: &Derivation) -> Result<&Energy, String> {
-    let part = derivation.energy.as_ref();
+fn asked<T>(part: Option<T>) -> Result<T, String> {
     part.ok_or_else(|| "it was not asked for".to_owned())
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use librate_core::expr::{ExprId, Pool, function_from_name};
 use librate_core::number::Number;
-use librate_core::syntax::{Expr, ExprKind, ExprRef, File, StatementKind, parse};
+use librate_core::syntax::{Expr, ExprKind, ExprRef, File, Member, StatementKind, parse};
 
 /// What names stand for: `m[1]`, `phi`, `phi'`, `p_phi`.
 pub(super) struct Reader {
@@ -60,10 +60,6 @@ impl Reader {
         Ok(result)
     }
 
-    fn named(&self, name: &str) -> Result<ExprId, String> {
-        self.names.get(name).copied().ok_or_else(|| format!("`{name}` is not a name of the model"))
-    }
-
     /// The value of an expression of a parsed file.
     ///
     /// Recursive: a file has at most 256 levels of nesting.
@@ -74,7 +70,10 @@ impl Reader {
                 Ok(pool.number(number))
             }
             ExprKind::Name("pi") => Ok(pool.pi()),
-            ExprKind::Name(_) | ExprKind::Index { .. } | ExprKind::Prime(_) => self.named(&name(file, at)?),
+            ExprKind::Name(_) | ExprKind::Index { .. } | ExprKind::Prime(_) => {
+                let name = name(file, at)?;
+                self.names.get(&name).copied().ok_or_else(|| format!("`{name}` is not a name of the model"))
+            }
             ExprKind::Negate(inner) => {
                 let value = self.value(pool, file, inner)?;
                 Ok(pool.neg(value))
@@ -85,28 +84,16 @@ impl Reader {
                 Ok(pool.power(base, exponent))
             }
             ExprKind::Product(factors) => {
-                let mut parts = Vec::with_capacity(factors.len());
-                for factor in factors {
-                    let value = self.value(pool, file, factor.value())?;
-                    let exponent = if factor.inverted() { Number::MINUS_ONE } else { Number::ONE };
-                    parts.push((value, exponent));
-                }
+                let parts = self.parts(pool, file, factors)?;
                 Ok(pool.product_of_powers(&parts))
             }
             ExprKind::Sum(terms) => {
-                let mut parts = Vec::with_capacity(terms.len());
-                for term in terms {
-                    let value = self.value(pool, file, term.value())?;
-                    let sign = if term.inverted() { Number::MINUS_ONE } else { Number::ONE };
-                    parts.push((value, sign));
-                }
+                let parts = self.parts(pool, file, terms)?;
                 Ok(pool.linear(&parts))
             }
             ExprKind::Call { function, arguments } => {
-                let mut values = Vec::with_capacity(arguments.len());
-                for argument in arguments {
-                    values.push(self.value(pool, file, *argument)?);
-                }
+                let values = arguments.iter().map(|argument| self.value(pool, file, *argument));
+                let values: Vec<ExprId> = values.collect::<Result<_, _>>()?;
                 call(pool, &function.text, &values)
             }
             ExprKind::Field { .. }
@@ -122,6 +109,15 @@ impl Reader {
                     .to_owned())
             }
         }
+    }
+
+    /// Terms with their signs, or factors with their exponents: -1 for what is subtracted or divided by.
+    fn parts(&self, pool: &mut Pool, file: &File, members: &[Member]) -> Result<Vec<(ExprId, Number)>, String> {
+        let parts = members.iter().map(|member| {
+            let weight = if member.inverted() { Number::MINUS_ONE } else { Number::ONE };
+            Ok((self.value(pool, file, member.value())?, weight))
+        });
+        parts.collect()
     }
 }
 
