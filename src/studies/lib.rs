@@ -7,6 +7,8 @@ pub mod flow;
 
 mod mechanics;
 
+mod digits;
+
 mod source;
 
 pub mod program;
@@ -37,6 +39,7 @@ pub mod response;
 
 mod error;
 
+pub use digits::Digits;
 pub use error::Error;
 pub use source::Source;
 

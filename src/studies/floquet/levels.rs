@@ -5,7 +5,7 @@ use super::error::FloquetError;
 use super::monodromy::{FAR, PeriodMap, Stop, period_map, short};
 use super::motion::Driven;
 use super::multipliers::{self, Multiplier, Place, is_lacking, missing_bits};
-use super::orbit::{Guess, Lost, SEARCH, orbit, search};
+use super::orbit::{Lost, SEARCH, orbit, search};
 use crate::flow::{Equations, Plain};
 use librate_core::expr::{ExprId, Tape};
 use librate_core::linearize::evaluate_closed;
@@ -79,8 +79,9 @@ impl Task<'_> {
             let own = orbit::<Big>(self.equations, &period, &guess, nearer, steps, bits).ok()?;
             Some(self.found(own.start, &own.period_map, bits))
         };
-        let found = match self.in_balls(&guess, steps) {
-            Ok(found) => found,
+        let in_balls = orbit::<Ball>(self.equations, self.period, &guess, None, steps, ());
+        let found = match in_balls {
+            Ok(own) => self.found(own.start, &own.period_map, ()),
             Err(lost) => {
                 let failed = self.lost(&lost);
                 if matches!(lost, Lost::Stopped(Stop::TooManySteps { .. })) {
@@ -95,11 +96,6 @@ impl Task<'_> {
         };
         let found = self.climb(found, TRIPS, |bits, steps, found| wide(bits, steps, Some(&found.start)));
         Ok(Found { range: guess.range, ..found })
-    }
-
-    fn in_balls(&self, guess: &Guess, steps: (usize, usize)) -> Result<Found, Lost> {
-        let own = orbit::<Ball>(self.equations, self.period, guess, None, steps, ())?;
-        Ok(self.found(own.start, &own.period_map, ()))
     }
 
     /// With more bits, as long as something is not decided and a level is not too much work.

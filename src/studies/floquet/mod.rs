@@ -29,6 +29,7 @@ pub use trial::TRIALS;
 
 use std::cmp::Ordering;
 
+use crate::digits::Digits;
 use crate::flow::{Equations, Plain};
 use levels::Task;
 use librate_core::expr::{ExprId, ZeroVerdict};
@@ -41,29 +42,8 @@ use motion::Driven;
 /// Beyond so many times its own way a motion is far from its guess.
 const FAR: f64 = 2.0;
 
-/// How well.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct Options {
-    /// Significant digits of the multipliers that have to be certain, 1 to 100.
-    pub digits: usize,
-}
-
-impl Default for Options {
-    /// Ten digits.
-    fn default() -> Self {
-        Self { digits: 10 }
-    }
-}
-
-impl Options {
-    /// With so many digits (1 to 100).
-    #[must_use]
-    pub fn digits(mut self, digits: usize) -> Self {
-        self.digits = digits.clamp(1, 100);
-        self
-    }
-}
+/// How well: significant digits of the multipliers that have to be certain, 1 to 100.
+pub type Options = Digits<100>;
 
 /// What a driven model does about an equilibrium or a periodic motion.
 #[derive(Clone, Debug)]

@@ -241,7 +241,7 @@ pub(super) fn orbit<S: Enclosure>(
     let largest = guess.scale.iter().fold(0.0_f64, |most, s| most.max(*s));
     let largest = if largest > 1e-200 { largest } else { 1.0 };
     let mut center: Vec<S> = match nearer {
-        Some(known) => known.iter().map(|x| from_ball(x, precision)).collect(),
+        Some(known) => known.iter().map(|x| S::from_ball(x, precision).center()).collect(),
         None => guess.start.iter().map(|x| S::exact(*x, precision)).collect(),
     };
     let mut asked: Vec<f64> = vec![0.0; n];
@@ -278,12 +278,6 @@ pub(super) fn orbit<S: Enclosure>(
         }
     }
     Err(Lost::Search("a motion was found, but not proved to be periodic"))
-}
-
-/// The midpoint of a ball.
-fn from_ball<S: Enclosure>(value: &Ball, precision: S::Precision) -> S {
-    let (high, low) = (value.mid.hi, value.mid.lo);
-    S::exact(high, precision).add(&S::exact(low, precision)).center()
 }
 
 /// C of Krawczyk's theorem, taken as exactly what it is.

@@ -48,6 +48,7 @@ use center::{Center, Corner};
 use energies::{Energies, Kink, Kinked};
 use panel::Field;
 
+use crate::digits::Digits;
 use librate_core::expr::{ExprId, Pool, Tape};
 use librate_core::linearize::{Linearized, evaluate_closed, linearize, power_of_two, short};
 use librate_core::model::{Constant, Model};
@@ -66,29 +67,8 @@ pub enum Request {
     Energy(Constant),
 }
 
-/// How well.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct Options {
-    /// Significant digits of the period that have to be certain, 1 to 250.
-    pub digits: usize,
-}
-
-impl Default for Options {
-    /// Ten digits.
-    fn default() -> Self {
-        Self { digits: 10 }
-    }
-}
-
-impl Options {
-    /// With so many digits (1 to 250).
-    #[must_use]
-    pub fn digits(mut self, digits: usize) -> Self {
-        self.digits = digits.clamp(1, 250);
-        self
-    }
-}
+/// How well: significant digits of the period that have to be certain, 1 to 250.
+pub type Options = Digits<250>;
 
 /// What kind of motion.
 #[derive(Clone, Debug, PartialEq)]
@@ -287,10 +267,12 @@ impl Oscillator {
         one_digit_up_text(value.scale(self.powers().energy).to_f64())
     }
 
-    /// The equilibrium in the units of the energies.
-    fn position(&self, bits: usize) -> Option<Big> {
-        let place = self.center.precisely(bits)?;
-        Some(place.scale(-self.powers().length))
+    /// The equilibrium in the units of the energies, as precisely as it is known.
+    fn position(&self, bits: usize) -> Big {
+        match self.center.precisely(bits) {
+            Some(place) => place.scale(-self.powers().length),
+            None => Big::from_ball(&self.center.position(), bits),
+        }
     }
 
     fn text(&self, value: f64, power: i64) -> String {

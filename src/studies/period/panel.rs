@@ -361,8 +361,7 @@ impl<S: Enclosure> Path<'_, S> {
                 (!rise.is_positive()).then_some(Refusal::Precision)
             };
             if let Some(refusal) = refusal {
-                let at = self.start.clone();
-                return Err(Obstacle { refusal, at });
+                return Err(Obstacle { refusal, at: self.start.clone() });
             }
         }
         let mut sum: Option<S> = None;
@@ -381,8 +380,7 @@ impl<S: Enclosure> Path<'_, S> {
             // Middles and half widths have to be exact, so that nothing is left out.
             let exact = from < middle && middle < to && middle - from == to - middle && 2.0 * middle - to == from;
             if !exact {
-                let at = self.position(from);
-                return Err(Obstacle { refusal: before, at });
+                return Err(Obstacle { refusal: before, at: self.position(from) });
             }
             match self.panel(from, to, &weight, known.as_ref()) {
                 Ok(taken) => {
@@ -413,16 +411,13 @@ impl<S: Enclosure> Path<'_, S> {
                     let shorter = bits.map_or(0.5, |bits| (-(bits / terms + MARGIN) / BITS_A_HALVING).exp2());
                     let next = (to - from) * shorter.clamp(0.0625, 0.8);
                     if whole || next < LEAST || next < 4.0 * f64::EPSILON * from {
-                        let at = self.position(middle);
-                        return Err(Obstacle { refusal, at });
+                        return Err(Obstacle { refusal, at: self.position(middle) });
                     }
                     (width, trend, before) = (next, 1.0, refusal);
                 }
             }
         }
-        let at = self.position(from);
-        let refusal = Refusal::Long;
-        Err(Obstacle { refusal, at })
+        Err(Obstacle { refusal: Refusal::Long, at: self.position(from) })
     }
 
     /// The end of a panel of about a width, on a grid so coarse that sums and differences of ends are exact.

@@ -69,7 +69,7 @@ pub(super) fn period(oscillator: &Oscillator, request: &Request, options: &Optio
             // Their range is that of doubles: what they find nothing for, more bits may.
             Err(Stop::Final(_) | Stop::AtRest) => {}
             Err(stop @ (Stop::Precision(_) | Stop::Rough(_))) => {
-                fence = judge(oscillator, request, &place, stop).unwrap_or_default();
+                fence = judge(oscillator, request, stop).unwrap_or_default();
             }
         }
     }
@@ -79,7 +79,6 @@ pub(super) fn period(oscillator: &Oscillator, request: &Request, options: &Optio
         attempts += 1;
         oscillator.model().pool.budget().check()?;
         let centre = oscillator.position(precision);
-        let centre = centre.unwrap_or_else(|| Big::from_ball(&place, precision));
         let mut task = Task::<Big>::new(oscillator, request, precision, centre.clone(), bits, fence.as_ref());
         match task.run(request) {
             Ok(found) => {
@@ -107,7 +106,7 @@ pub(super) fn period(oscillator: &Oscillator, request: &Request, options: &Optio
                     Stop::Precision(at) | Stop::Rough(at) => at.clone(),
                     Stop::Final(_) | Stop::AtRest => centre.clone(),
                 };
-                let found = match judge(oscillator, request, &place, stop) {
+                let found = match judge(oscillator, request, stop) {
                     // What is lost where terms cancel looks rough as well.
                     Err(PeriodError::NotSmooth { .. }) if precision < ROUGH_BITS => None,
                     other => other?,
@@ -218,35 +217,29 @@ fn finished<S: Enclosure>(
 }
 
 /// What is to be said about a place where an integral failed: nothing yet, that there is a barrier, or an error.
-fn judge<S: Enclosure>(
-    oscillator: &Oscillator,
-    request: &Request,
-    place: &Ball,
-    stop: Stop<S>,
-) -> Result<Option<Big>, PeriodError> {
+fn judge<S: Enclosure>(oscillator: &Oscillator, request: &Request, stop: Stop<S>) -> Result<Option<Big>, PeriodError> {
     let (at, rough) = match &stop {
         Stop::Precision(at) => (at, false),
         Stop::Rough(at) => (at, true),
         Stop::Final(_) | Stop::AtRest => return Ok(None),
     };
-    match look(oscillator, request, place, &at.to_big(BITS_OF_BARRIERS), rough) {
+    match look(oscillator, request, &at.to_big(BITS_OF_BARRIERS), rough) {
         Verdict::Final(error) => Err(error),
         Verdict::Fence(fence) => Ok(Some(fence)),
-        Verdict::Unknown if rough => Err(PeriodError::NotSmooth {
-            coordinate: oscillator.coordinate().name(),
-            place: oscillator.place(at.mid_f64()),
-        }),
+        Verdict::Unknown if rough => Err(not_smooth(oscillator, at)),
         Verdict::Unknown => Ok(None),
     }
 }
 
+fn not_smooth<S: Enclosure>(oscillator: &Oscillator, at: &S) -> PeriodError {
+    PeriodError::NotSmooth { coordinate: oscillator.coordinate().name(), place: oscillator.place(at.mid_f64()) }
+}
+
 /// Looks for a barrier beside a place where an integral failed; where it failed because of panels that get too
 /// small, a barrier that is nearly touched is the reason.
-fn look(oscillator: &Oscillator, request: &Request, place: &Ball, at: &Big, rough: bool) -> Verdict {
+fn look(oscillator: &Oscillator, request: &Request, at: &Big, rough: bool) -> Verdict {
     let bits = BITS_OF_BARRIERS;
-    let centre = oscillator.position(bits);
-    let centre = centre.unwrap_or_else(|| Big::from_ball(place, bits));
-    let mut task = Task::<Big>::new(oscillator, request, bits, centre, 256, None);
+    let mut task = Task::<Big>::new(oscillator, request, bits, oscillator.position(bits), 256, None);
     let reach = at.sub(&task.centre).mid_f64().abs();
     let Some((summit, height)) = task.field.summit(at, reach) else {
         return unless_between(&mut task, rough);
@@ -262,10 +255,7 @@ fn look(oscillator: &Oscillator, request: &Request, place: &Ball, at: &Big, roug
         && there.abs_upper_magnitude() < here.abs_upper_magnitude() * Magnitude::from_f64(VANISHING)
     {
         // As at the cusps of a cycloid: no time is spent on the top, and no expansion passes it.
-        return Verdict::Final(PeriodError::NotSmooth {
-            coordinate: oscillator.coordinate().name(),
-            place: oscillator.place(summit.mid_f64()),
-        });
+        return Verdict::Final(not_smooth(oscillator, &summit));
     }
     let excess = task.field.energy.sub(&height);
     let depth = height.sub(&task.field.potential(&task.centre)).abs_upper_magnitude();
