@@ -8,6 +8,15 @@ pub(super) fn onwards<S: Enclosure>(x: &S, length: f64, precision: S::Precision)
     x.add(&S::exact(half, precision)).with_added_radius(half)
 }
 
+/// The Taylor coefficient of order k of the time itself, in units of time.
+pub(super) fn time_coefficient<S: Enclosure>(time: &S, unit: f64, k: usize, precision: S::Precision) -> S {
+    match k {
+        0 => time.clone(),
+        1 => S::exact(unit, precision),
+        _ => S::exact(0.0, precision),
+    }
+}
+
 /// An upper bound of e^x - 1 for x >= 0.
 pub(super) fn growth(x: f64) -> f64 {
     if !(0.0..700.0).contains(&x) {

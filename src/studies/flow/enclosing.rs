@@ -1,7 +1,7 @@
 //! Steps whose results hold the solution.
 
 use super::Equations;
-use super::bounds::{growth, norm, onwards, reached};
+use super::bounds::{growth, norm, onwards, reached, time_coefficient};
 use super::plain::weights;
 use librate_core::expr::{Prepared, Series};
 use librate_core::number::Number;
@@ -243,15 +243,10 @@ impl<S: Enclosure> Enclosing<S> {
         into.state[0] = state.to_vec();
         into.slopes[0] = unit.to_vec();
         let zero = S::from_number(&Number::ZERO, self.precision);
-        let one = S::exact(1.0, self.precision);
         let mut inputs: Vec<S> = Vec::with_capacity(n + 1);
         for k in 0..orders - 1 {
             inputs.clear();
-            inputs.push(match k {
-                0 => t.clone(),
-                1 => one.clone(),
-                _ => zero.clone(),
-            });
+            inputs.push(time_coefficient(t, 1.0, k, self.precision));
             inputs.extend(into.state[k].iter().cloned());
             let outputs = self.whole.next(&inputs);
             let count = S::exact((k + 1) as f64, self.precision);
@@ -317,10 +312,7 @@ impl<S: Enclosure> Enclosing<S> {
         self.rates.clear();
         let mut orders = vec![centers.to_vec()];
         for k in 0..self.order - 1 {
-            let mut inputs = vec![S::exact(f64::from(u8::from(k == 1)), self.precision)];
-            if k == 0 {
-                inputs[0] = t.clone();
-            }
+            let mut inputs = vec![time_coefficient(t, 1.0, k, self.precision)];
             inputs.extend(orders[k].iter().cloned());
             let count = S::exact((k + 1) as f64, self.precision);
             let next = self.rates.next(&inputs);

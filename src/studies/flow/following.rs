@@ -5,7 +5,7 @@
 //! with c in it, x(t + h; X) lies in x(t + h; c) + T(X) (X - c) (the theorem of the mean, component by component). What is small needs few digits: T, the box that
 //! the solution stays in and Lagrange's remainders are double-double for any precision of the centre.
 
-use super::bounds::{growth, norm, onwards, reached};
+use super::bounds::{growth, norm, onwards, reached, time_coefficient};
 use super::plain::weights;
 use super::set::Set;
 use super::{Equations, count, nearest_power_of_two};
@@ -411,15 +411,6 @@ fn expanded<S: Enclosure>(
 fn scales(n: usize, matrix: &[Ball]) -> Vec<f64> {
     let sizes: Vec<f64> = matrix.iter().map(Ball::abs_upper).collect();
     weights(n, &sizes)
-}
-
-/// Of the time itself.
-fn time_coefficient<S: Enclosure>(time: &S, unit: f64, k: usize, precision: S::Precision) -> S {
-    match k {
-        0 => time.clone(),
-        1 => S::exact(unit, precision),
-        _ => S::exact(0.0, precision),
-    }
 }
 
 /// Polynomials, a row each, at a place.
