@@ -2,7 +2,7 @@
 
 use super::equations::NO_INVERSE;
 use super::error::MotionError;
-use super::step::{Real, Stepper, Trouble};
+use super::step::{Real, Stepper, Trouble, sign};
 use super::{Start, System, Times, moment};
 use crate::flow::count;
 use librate_core::precision::{Ball, Big, Enclosure, clear_column, power_of_two};
@@ -185,8 +185,7 @@ impl System {
         let kinks = self.equations.kinks.evaluate(&inputs, &mut Vec::new());
         inputs.truncate(1);
         inputs.extend(row.iter().enumerate().map(own));
-        let sign = |x: &Ball| if x.mid.hi < 0.0 { -1.0 } else { 1.0 };
-        inputs.extend(kinks.iter().map(|x| Ball::exact(sign(x))));
+        inputs.extend(kinks.iter().map(|x| Ball::exact(sign(x.mid.hi))));
         inputs
     }
 

@@ -189,6 +189,15 @@ impl Times {
         row.div(&S::exact(rows, precision))
     }
 
+    /// Refuses tables of so many values a row that are too large.
+    fn check_size(&self, columns: usize) -> Result<(), MotionError> {
+        let numbers = self.samples.saturating_mul(columns + 1);
+        if numbers > MOST_NUMBERS {
+            return Err(MotionError::TooManyNumbers { numbers, most: MOST_NUMBERS });
+        }
+        Ok(())
+    }
+
     /// How many rows there are.
     #[must_use]
     pub fn len(&self) -> usize {
@@ -220,6 +229,20 @@ pub struct Trajectory {
     pub estimated: bool,
     /// The bits of the numbers that the radii were proved with.
     pub proved: Option<usize>,
+}
+
+impl Trajectory {
+    /// The rows of a run that are asked for; with their errors, which are estimated.
+    fn of(times: &Times, rows: Vec<Vec<Ball>>, steps: usize) -> Self {
+        Self {
+            times: times.asked((0..rows.len()).map(|row| times.at(row)).collect()),
+            rows: times.asked(rows),
+            energy_drift: None,
+            steps,
+            estimated: true,
+            proved: None,
+        }
+    }
 }
 
 /// A model as equations of motion.
@@ -295,7 +318,7 @@ impl System {
     /// # Errors
     /// [`MotionError::Singular`] where the motion ends or M has no inverse, [`MotionError::Stuck`] where it can't be followed.
     pub fn motion(&self, start: &Start, times: &Times) -> Result<Trajectory, MotionError> {
-        self.check_size(times)?;
+        times.check_size(2 * self.names.len())?;
         // Runs may differ and agree again, as where a pendulum went round once or did not.
         let asked = times;
         let times = &times.looked_at();
@@ -305,15 +328,10 @@ impl System {
         let sizes = &fine.followed.sizes;
         let relative = |row: usize, other: &dyn Fn(usize) -> Ball| {
             let own = fine.rows[row].iter().zip(sizes).enumerate();
-            own.fold(0.0_f64, |most, (at, (value, size))| {
-                let off = value.sub(&other(at)).mid_f64().abs();
-                most.max(if off > 0.0 { off / size } else { 0.0 })
-            })
+            own.fold(0.0_f64, |most, (at, (value, size))| most.max(value.sub(&other(at)).mid_f64().abs() / size))
         };
         let own = start.positions.iter().chain(&start.velocities);
-        let unknown = own
-            .zip(sizes)
-            .fold(0.0_f64, |most, (x, size)| most.max(if x.radius > 0.0 { x.radius / size } else { 0.0 }));
+        let unknown = own.zip(sizes).fold(0.0_f64, |most, (x, size)| most.max(x.radius / size));
         let mut check: Option<Run<Ball>> = None;
         let mut magnified = 1.0_f64;
         let mut seen = 0.0_f64;
@@ -359,14 +377,8 @@ impl System {
         });
         let rows: Vec<Vec<Ball>> = rows.collect();
         let seen = if asked.listed.is_some() { times } else { asked };
-        Ok(Trajectory {
-            energy_drift: self.drift(seen, &rows, DoubleDouble::ROUNDING),
-            times: seen.asked((0..rows.len()).map(|row| seen.at(row)).collect()),
-            rows: seen.asked(rows),
-            steps: fine.followed.steps,
-            estimated: true,
-            proved: None,
-        })
+        let energy_drift = self.drift(seen, &rows, DoubleDouble::ROUNDING);
+        Ok(Trajectory { energy_drift, ..Trajectory::of(seen, rows, fine.followed.steps) })
     }
 
     /// The motion in doubles, steps of which leave out so much beside the size of each coordinate.
@@ -374,25 +386,11 @@ impl System {
     /// # Errors
     /// As [`System::motion`].
     pub fn quick(&self, start: &Start, times: &Times, tolerance: f64) -> Result<Trajectory, MotionError> {
-        self.check_size(times)?;
+        times.check_size(2 * self.names.len())?;
         let run = self.table::<f64>(start, times, quick_order(tolerance), 0.0)?;
         let Run { rows, followed } = run.balls();
-        Ok(Trajectory {
-            energy_drift: self.drift(times, &rows, f64::ROUNDING),
-            times: times.asked((0..rows.len()).map(|row| times.at(row)).collect()),
-            rows: times.asked(rows),
-            steps: followed.steps,
-            estimated: false,
-            proved: None,
-        })
-    }
-
-    fn check_size(&self, times: &Times) -> Result<(), MotionError> {
-        let numbers = times.samples.saturating_mul(2 * self.names.len() + 1);
-        if numbers <= MOST_NUMBERS {
-            return Ok(());
-        }
-        Err(MotionError::TooManyNumbers { numbers, most: MOST_NUMBERS })
+        let energy_drift = self.drift(times, &rows, f64::ROUNDING);
+        Ok(Trajectory { energy_drift, estimated: false, ..Trajectory::of(times, rows, followed.steps) })
     }
 
     /// All rows of a motion from a start whose values are displaced by so much beside their sizes.

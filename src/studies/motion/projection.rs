@@ -9,6 +9,7 @@ use nalgebra::{DMatrix, DVector};
 use super::System;
 use super::error::MotionError;
 use super::start::{Given, Known, Moved, Start};
+use super::step::sign;
 use librate_core::linearize::short;
 use librate_core::precision::{Ball, up};
 
@@ -46,8 +47,7 @@ impl Place {
         if decided && kinks.iter().any(Ball::contains_zero) {
             return None;
         }
-        let sign = |x: &Ball| Ball::exact(if x.mid_f64() < 0.0 { -1.0 } else { 1.0 });
-        inputs.extend(kinks.iter().map(sign));
+        inputs.extend(kinks.iter().map(|x| Ball::exact(sign(x.mid_f64()))));
         let values = equations.tape.prepare::<Ball>(());
         let values = values.evaluate(&inputs, &mut scratch);
         let masses = equations.mass.iter().zip(&values);

@@ -8,7 +8,7 @@
 
 use super::equations::Written;
 use super::error::MotionError;
-use super::{FIRST_STEPS, MOST_NUMBERS, Start, Times, Trajectory, moment};
+use super::{FIRST_STEPS, Start, Times, Trajectory, moment};
 use crate::flow::{Equations, Following, count};
 use librate_core::budget::Budget;
 use librate_core::linearize::LinearizeError;
@@ -102,10 +102,7 @@ impl Enclosed {
     /// [`MotionError::NotProved`] where there is no proof up to the end, [`MotionError::OpenStart`] where the start is known
     /// only about.
     pub fn motion(&self, start: &Start, times: &Times, digits: usize) -> Result<Trajectory, MotionError> {
-        let numbers = times.len().saturating_mul(self.equations.dimension() + 1);
-        if numbers > MOST_NUMBERS {
-            return Err(MotionError::TooManyNumbers { numbers, most: MOST_NUMBERS });
-        }
+        times.check_size(self.equations.dimension())?;
         let mut table = self.table::<Ball>(start, times, BITS, ())?;
         let mut bits = BITS;
         for _ in 0..CLIMBS {
@@ -128,14 +125,7 @@ impl Enclosed {
         if let Some(stuck) = table.run.stuck {
             return Err(stuck.error());
         }
-        Ok(Trajectory {
-            times: times.asked((0..times.len()).map(|row| times.at(row)).collect()),
-            rows: times.asked(table.rows),
-            energy_drift: None,
-            steps: table.run.steps,
-            estimated: true,
-            proved: Some(bits),
-        })
+        Ok(Trajectory { proved: Some(bits), ..Trajectory::of(times, table.rows, table.run.steps) })
     }
 
     /// The order of steps with so many bits, and how many are made at most.
@@ -190,7 +180,7 @@ impl Enclosed {
             let left = time(rows - 1).sub(&now).abs_upper();
             let lost = walk.spread() > LARGE;
             let reach = if lost { None } else { walk.reach(left) };
-            let expected = expected_steps(run.steps, walk.time(), end);
+            let expected = count(run.steps) * end / walk.time();
             let too_many = run.steps >= most_steps || run.steps >= FIRST_STEPS && expected > 2.0 * count(most_steps);
             let Some(reach) = reach.filter(|_| !too_many) else {
                 run.stuck = Some(Stuck { time: walk.time(), spread: lost, steps: too_many });
@@ -216,10 +206,6 @@ impl Enclosed {
         }
         Ok(run)
     }
-}
-
-fn expected_steps(steps: usize, time: f64, end: f64) -> f64 {
-    count(steps) * end / time
 }
 
 /// How many bits the motion wants, if there are not enough.

@@ -472,7 +472,8 @@ impl<'a, S: Real> Stepper<'a, S> {
     }
 }
 
-fn sign(x: f64) -> f64 {
+/// -1 or 1.
+pub(super) fn sign(x: f64) -> f64 {
     if x < 0.0 { -1.0 } else { 1.0 }
 }
 
