@@ -43,7 +43,7 @@ pub enum Error {
     Model(Vec<ModelError>),
     /// The model has no small oscillations.
     #[error(transparent)]
-    Linearize(LinearizeError),
+    Linearize(#[from] LinearizeError),
     /// The motion can't be computed.
     #[error(transparent)]
     Motion(MotionError),
@@ -87,12 +87,6 @@ impl From<Vec<ModelError>> for Error {
 impl From<ModelError> for Error {
     fn from(error: ModelError) -> Self {
         Self::Model(vec![error])
-    }
-}
-
-impl From<LinearizeError> for Error {
-    fn from(error: LinearizeError) -> Self {
-        Self::Linearize(error)
     }
 }
 

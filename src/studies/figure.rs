@@ -6,8 +6,8 @@
 use std::collections::HashSet;
 
 use crate::program::Program;
-use librate_core::expr::{ExprId, Node, Pool, Substitution, Symbol, ZeroVerdict};
-use librate_core::linearize::Linearized;
+use librate_core::expr::{ExprId, Node, Pool, Symbol, ZeroVerdict};
+use librate_core::linearize::{Linearized, known_values};
 use librate_core::model::{Model, SymbolKind};
 
 /// Rods are looked for between so many points, ...
@@ -45,7 +45,7 @@ pub struct Figure {
 pub fn figure(linearized: &Linearized) -> Option<Figure> {
     let model = linearized.model();
     let mut pool = model.pool.clone();
-    let mut values: Substitution = model.parameters.iter().filter_map(|own| Some((own.symbol, own.value?))).collect();
+    let mut values = known_values(model);
     let zero = pool.zero();
     values.extend(model.symbols.time().map(|time| (time, zero)));
     let dimension = model.points.iter().map(|point| point.position.len()).max()?;

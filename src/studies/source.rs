@@ -71,6 +71,11 @@ pub(crate) fn coordinate(model: &Model, name: &str) -> Result<usize, Option<Stri
     found.ok_or_else(|| nearest(&name, known.iter().map(String::as_str)).map(str::to_owned))
 }
 
+/// Names in a message.
+pub(crate) fn quoted(names: &[String]) -> String {
+    names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+}
+
 /// Reads a constant; the error is what is wrong with it, in words.
 pub(crate) fn constant(text: &str) -> Result<Constant, String> {
     Constant::parse(text).map_err(|error| match error {

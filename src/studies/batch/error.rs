@@ -1,5 +1,6 @@
 //! Why there is no study, or no answer to one.
 
+use crate::source::quoted;
 use librate_core::diagnostic::Diagnostic;
 use librate_core::linearize::LinearizeError;
 
@@ -32,7 +33,7 @@ pub enum StudyError {
         name: String,
     },
     /// A parameter that the model defines from others, which it follows.
-    #[error("`{name}` is defined by other parameters and varies with them: {}", list(.on))]
+    #[error("`{name}` is defined by other parameters and varies with them: {}", quoted(.on))]
     Dependent {
         /// The parameter.
         name: String,
@@ -54,11 +55,6 @@ pub enum StudyError {
         /// How many a set has.
         width: usize,
     },
-}
-
-fn list(names: &[String]) -> String {
-    let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
-    quoted.join(", ")
 }
 
 impl From<&StudyError> for Diagnostic {

@@ -3,6 +3,7 @@
 use thiserror::Error;
 
 use super::mesh::Edge;
+use crate::source::quoted;
 use librate_core::diagnostic::{at, nowhere};
 use librate_core::mistakes;
 use librate_core::span::Span;
@@ -73,11 +74,7 @@ Error InertiaError {
         found: Vec<String>,
     } => nowhere().with_help(format!(
         "its columns are {}; the header of a table of points is `m,x,y,z`, in any order, other columns are ignored",
-        found
-            .iter()
-            .map(|name| format!("`{name}`"))
-            .collect::<Vec<_>>()
-            .join(", ")
+        quoted(found)
     )),
 
     /// Two columns that mean the same.

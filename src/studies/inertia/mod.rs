@@ -122,12 +122,7 @@ pub fn of_points(text: &str, digits: usize) -> Result<Body, InertiaError> {
 /// # Ok::<(), librate::Error>(())
 /// ```
 pub fn of_model(model: &Model, digits: usize) -> Result<Vec<NamedTensor>, Vec<InertiaError>> {
-    let mut values = Substitution::default();
-    for parameter in &model.parameters {
-        if let Some(value) = parameter.value {
-            values.insert(parameter.symbol, value);
-        }
-    }
+    let values = linearize::known_values(model);
     let mut pool = model.pool.clone();
     let mut found = Vec::new();
     let mut errors = Vec::new();

@@ -271,12 +271,6 @@ impl Study {
         &self.model
     }
 
-    /// The values where there are none.
-    #[must_use]
-    fn nothing(&self) -> Vec<Value> {
-        vec![Value::Undecided; self.outputs.len()]
-    }
-
     /// The number of frequencies.
     #[must_use]
     pub fn len(&self) -> usize {
@@ -317,7 +311,7 @@ impl Study {
 
     fn with(&self, system: &System, place: usize) -> Vec<Value> {
         let (outputs, digits) = (&self.outputs, self.request.digits);
-        let mut values = self.nothing();
+        let mut values = vec![Value::Undecided; outputs.len()];
         let is_open = |values: &[Value]| values.contains(&Value::Undecided);
         system.decide(&system.balls, self.quantity(place, ()), (), outputs, &mut values, digits);
         for (level, (bits, _)) in LEVELS.iter().enumerate() {
@@ -386,11 +380,6 @@ impl Study {
         self.model.coordinates.at(coordinate).unit.filter(|unit| *unit != "1").map(str::to_owned)
     }
 
-    /// The unit of the parameter of the range, where it is one.
-    fn unit_over(&self) -> Option<String> {
-        self.request.input.is_none().then(|| unit_of(&self.source.file, self.request.range.name())).flatten()
-    }
-
     /// All of it, from the values at each place.
     #[must_use]
     pub fn response(&self, values: impl IntoIterator<Item = Vec<Value>>) -> Response {
@@ -407,11 +396,14 @@ impl Study {
             }
         }
         let system = self.fixed.as_ref();
+        let name = self.request.range.name();
+        // With an input the range is one of frequencies.
+        let is_parameter = self.request.input.is_none();
         Response {
             model: self.model.name.clone(),
             input: self.request.input.clone(),
-            name: self.request.range.name().to_owned(),
-            unit: self.unit_over(),
+            name: name.to_owned(),
+            unit: is_parameter.then(|| unit_of(&self.source.file, name)).flatten(),
             places,
             outputs,
             proved: system.is_none_or(|system| system.linearized.equilibrium().proved),

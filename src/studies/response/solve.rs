@@ -25,6 +25,11 @@ struct Coefficient<S> {
 /// Terms of the response in powers of the frequency, beside the first.
 const TERMS: usize = 3;
 
+/// An entry of -ω²M + iωD + S.
+fn entry<S: Enclosure>(own: &Coefficient<S>, omega: &S, square: &S) -> Complex<S> {
+    Complex::new(own.stiffness.sub(&square.mul(&own.mass)), omega.mul(&own.velocity))
+}
+
 /// The derivative of an entry of -ω²M + iωD + S over ω.
 fn first_order<S: Enclosure>(own: &Coefficient<S>, omega: &S) -> Complex<S> {
     Complex::new(omega.mul(&own.mass).times_power_of_two(1).neg(), own.velocity.clone())
@@ -102,9 +107,7 @@ impl Matrices<Big> {
         let velocity = velocity.unwrap_or_else(|| vec![Big::zero(bits); stiffness.len()]);
         Some(Self::new(own, [&mass, &velocity, &stiffness], directions, equilibrium, bits).coupled(driven))
     }
-}
 
-impl Matrices<Big> {
     /// The precision.
     pub(super) fn bits(&self) -> usize {
         self.precision
@@ -271,12 +274,10 @@ impl<S: Enclosure> Matrices<S> {
         if n > MOST_INVERTED {
             return None;
         }
-        let entry = |own: &Coefficient<S>, omega: &S| {
-            Complex::new(own.stiffness.sub(&omega.mul(omega).mul(&own.mass)), omega.mul(&own.velocity))
-        };
         let mut middle = DMatrix::<c64>::zeros(n, n);
+        let square = omega.mul(omega);
         for own in &self.entries {
-            middle[(own.row, own.column)] = entry(own, omega).to_c64();
+            middle[(own.row, own.column)] = entry(own, omega, &square).to_c64();
         }
         let inverse = middle.try_inverse()?;
         if inverse.iter().any(|own| !own.is_finite()) {
@@ -284,7 +285,8 @@ impl<S: Enclosure> Matrices<S> {
         }
         let of = |i: usize, j: usize| Complex::from_c64(inverse[(i, j)], self.precision);
         let rows: Vec<Vec<Complex<S>>> = (0..n).map(|i| (0..n).map(|j| of(i, j)).collect()).collect();
-        let entries: Vec<Complex<S>> = self.entries.iter().map(|own| entry(own, all)).collect();
+        let square = all.mul(all);
+        let entries: Vec<Complex<S>> = self.entries.iter().map(|own| entry(own, all, &square)).collect();
         let distance = |(i, row): (usize, &Vec<Complex<S>>)| {
             let mut own = vec![Complex::zero(self.precision); n];
             own[i] = Complex::real(-1.0, self.precision);
@@ -386,12 +388,10 @@ impl<S: Enclosure> Matrices<S> {
 
     fn complex(&self, omega: &S, right: Vec<Complex<S>>) -> Option<Vec<Complex<S>>> {
         let square = omega.mul(omega);
-        let entry =
-            |own: &Coefficient<S>| Complex::new(own.stiffness.sub(&square.mul(&own.mass)), omega.mul(&own.velocity));
         let zero = S::exact(0.0, self.precision);
         let right = right.into_iter().map(|own| vec![own]).collect();
         let size = |own: &Complex<S>| own.re.certain_size().max(own.im.certain_size());
-        let rows = self.rows(Complex::new(zero.clone(), zero), entry);
+        let rows = self.rows(Complex::new(zero.clone(), zero), |own| entry(own, omega, &square));
         Some(rows.solve(right, size, self.precision)?.into_iter().flatten().collect())
     }
 
