@@ -111,16 +111,15 @@ impl Interval {
         if lo <= hi { Self { lo, hi, whole: self.whole && other.whole } } else { Self::EMPTY }
     }
 
-    fn partly(self) -> Self {
-        Self { whole: false, ..self }
-    }
-
     fn with(self, whole: bool) -> Self {
         Self { whole: self.whole && whole, ..self }
     }
 
     /// The values of a rising function between the ends, which lie in its domain; values within `range`.
     fn rising(&self, f: impl Fn(&Ball) -> Ball, range: (f64, f64)) -> Self {
+        if self.is_empty() {
+            return *self;
+        }
         let lo = if self.lo.is_finite() { f(&Ball::exact(self.lo)).lower() } else { range.0 };
         let hi = if self.hi.is_finite() { f(&Ball::exact(self.hi)).upper() } else { range.1 };
         Self { lo: lo.max(range.0), hi: hi.min(range.1), whole: self.whole }
@@ -129,8 +128,7 @@ impl Interval {
     /// The part within a domain.
     fn within(&self, lo: f64, hi: f64) -> Self {
         let inside = lo <= self.lo && self.hi <= hi;
-        let part = self.meet(&Self::new(lo, hi));
-        if part.is_empty() { part } else { part.with(inside) }
+        self.meet(&Self::new(lo, hi)).with(inside)
     }
 
     fn abs(&self) -> Self {
@@ -190,16 +188,11 @@ impl Interval {
 
     fn ln(&self) -> Self {
         let part = self.within(0.0, f64::INFINITY);
-        if part.is_empty() || part.hi == 0.0 {
+        if part.hi == 0.0 {
             return Self::EMPTY;
         }
         let f = |x: &Ball| if x.is_zero() { Ball::NOT_FINITE } else { x.ln() };
         part.rising(f, (f64::NEG_INFINITY, f64::INFINITY)).with(part.lo > 0.0)
-    }
-
-    fn square_root(&self) -> Self {
-        let part = self.within(0.0, f64::INFINITY);
-        if part.is_empty() { part } else { part.rising(Ball::sqrt, (0.0, f64::INFINITY)) }
     }
 }
 
@@ -252,7 +245,7 @@ impl Scalar for Interval {
         }
         if other.lo < 0.0 {
             let zero = self.lo == 0.0 && self.hi == 0.0;
-            return if zero { Self::point(0.0).partly() } else { Self::ALL };
+            return if zero { Self::point(0.0).with(false) } else { Self::ALL };
         }
         let inverse = |a: f64, b: f64| if b == 0.0 { (f64::INFINITY * a, f64::INFINITY * a) } else { quotients(a, b) };
         let side = |a: f64| {
@@ -283,7 +276,7 @@ impl Scalar for Interval {
     }
 
     fn sqrt(&self) -> Self {
-        self.square_root()
+        self.within(0.0, f64::INFINITY).rising(Ball::sqrt, (0.0, f64::INFINITY))
     }
 
     fn pow(&self, exponent: &Self) -> Self {
@@ -296,7 +289,8 @@ impl Scalar for Interval {
             return if exponent.lo > 0.0 { part } else { Self::EMPTY };
         }
         let own = exponent.mul(&part.ln()).exp();
-        own.with(part.lo > 0.0 || exponent.lo > 0.0).with_whole_if(part.whole && exponent.lo > 0.0 && exponent.whole)
+        let rises = part.whole && exponent.whole && exponent.lo > 0.0;
+        Self { whole: rises || own.whole && (part.lo > 0.0 || exponent.lo > 0.0), ..own }
     }
 
     fn apply(&self, function: Function) -> Self {
@@ -308,14 +302,8 @@ impl Scalar for Interval {
             Function::Sin => self.sine(Ball::sin, 0.0),
             Function::Cos => self.sine(Ball::cos, std::f64::consts::FRAC_PI_2),
             Function::Tan => self.tan(),
-            Function::Asin => {
-                let part = self.within(-1.0, 1.0);
-                if part.is_empty() { part } else { part.rising(Ball::asin, all) }
-            }
-            Function::Acos => {
-                let part = self.within(-1.0, 1.0);
-                if part.is_empty() { part } else { part.neg().rising(|x| x.neg().acos(), all) }
-            }
+            Function::Asin => self.within(-1.0, 1.0).rising(Ball::asin, all),
+            Function::Acos => self.within(-1.0, 1.0).neg().rising(|x| x.neg().acos(), all),
             Function::Atan => self.rising(Ball::atan, (-1.6, 1.6)),
             Function::Sinh => {
                 let f = |x: &Ball| if x.mid_f64().abs() > 600.0 { Ball::NOT_FINITE } else { x.sinh() };
@@ -357,11 +345,5 @@ impl Scalar for Interval {
 
     fn is_exact_zero(&self) -> bool {
         self.lo == 0.0 && self.hi == 0.0
-    }
-}
-
-impl Interval {
-    fn with_whole_if(self, whole: bool) -> Self {
-        Self { whole: self.whole || whole, ..self }
     }
 }
