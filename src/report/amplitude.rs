@@ -1,10 +1,10 @@
 //! How frequencies change with the amplitude, as text and as JSON.
 
-use super::json::{Object, array, lines, model_and_version, null, number, string};
+use super::json::{Object, array, lines, null, number, string};
 use super::table::{Column, draw};
-use super::{Style, Tone, Written, bound_text, headline, shown_unit, with_unit};
+use super::{Style, Tone, Written, bound_text, headline, nearest, nearest_bound, shown_unit, with_unit};
 use librate_core::linearize::Linearized;
-use librate_core::oscillation::{NormalMode, NormalModes};
+use librate_core::oscillation::NormalModes;
 use librate_core::precision::{Ball, one_digit_up};
 use librate_studies::amplitude::{Amplitudes, ModeAmplitude, Obstacle};
 
@@ -12,11 +12,6 @@ use librate_studies::amplitude::{Amplitudes, ModeAmplitude, Obstacle};
 const DIGITS: usize = 6;
 /// So many modes of the same frequency are told by number.
 const MOST_EQUAL: usize = 4;
-
-fn omega(mode: &NormalMode, digits: usize) -> Written {
-    let precise = mode.precise.as_deref().map(|precise| &precise.omega);
-    Written::finest(&mode.omega, precise, digits)
-}
 
 /// The change as it is printed, and a bound of its error.
 fn change_text(change: &Ball) -> (String, String) {
@@ -90,7 +85,7 @@ pub fn amplitude_text(
     });
     let mut columns = vec![
         Column::counting("mode", rows),
-        Column::numbers(frequency, modes.modes.iter().map(|mode| omega(mode, digits).text()).collect()),
+        Column::numbers(frequency, modes.modes.iter().map(|mode| Written::of_mode(mode, digits)[0].text()).collect()),
         Column::numbers("change", changes),
         Column::words("bound", bounds),
         Column::words("amplitude of", found.iter().map(name).collect()),
@@ -120,24 +115,18 @@ fn plain(value: f64) -> String {
 #[must_use]
 pub fn amplitude_json(linearized: &Linearized, modes: &NormalModes, amplitudes: &Amplitudes, digits: usize) -> String {
     let model = linearized.model();
-    let names = model.coordinates.names().map(|own| string(&own));
     let objects = modes.modes.iter().zip(&amplitudes.modes).map(|(mode, found)| {
-        let written = omega(mode, digits);
+        let [written, _] = Written::of_mode(mode, digits);
         let mut object = Object::new(", ");
         object.field("omega", number(mode.omega.mid_f64()));
-        object.field("omega_digits", written.digits.as_deref().map_or_else(null, string));
+        object.field("omega_digits", written.json());
         object.field("error_bound", number(one_digit_up(mode.omega.mid_f64_error())));
         object.field("digits_error_bound", number(written.bound));
         object.field("coordinate", string(&model.coordinates.at(found.coordinate).name()));
         match &found.change {
             Some(change) => {
-                let (own, bound) = if change.contains_zero() {
-                    (0.0, change.abs_upper())
-                } else {
-                    (change.mid_f64(), change.mid_f64_error())
-                };
-                object.field("frequency_change", number(own));
-                object.field("frequency_change_error_bound", number(one_digit_up(bound)));
+                object.field("frequency_change", number(nearest(change)));
+                object.field("frequency_change_error_bound", number(nearest_bound(change)));
                 object.field("up_to", found.reach.map_or_else(null, number));
             }
             None => object.field("frequency_change", null()),
@@ -161,9 +150,7 @@ pub fn amplitude_json(linearized: &Linearized, modes: &NormalModes, amplitudes: 
         object.optional("equal", (!found.equal.is_empty()).then(equal));
         object.end()
     });
-    let mut object = Object::new(",\n ");
-    object.field("model", model_and_version(model.name.as_deref()));
-    object.field("coordinates", array(names));
+    let mut object = Object::of_model(model);
     object.field("modes", lines(objects));
     object.optional("equilibrium_proved", (!linearized.equilibrium().proved).then_some(false));
     object.end() + "\n"

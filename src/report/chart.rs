@@ -1,7 +1,6 @@
 //! Stability charts as CSV and as a picture.
 
-use std::fmt::Write;
-
+use super::csv_text;
 use super::picture::{Axis, Cell, Panel, Picture, Sample};
 use librate_studies::chart::{Border, Chart, Place};
 
@@ -13,34 +12,24 @@ const FAINTEST: f64 = 0.16;
 /// `growth_rate`.
 #[must_use]
 pub fn chart_csv(chart: &Chart, rows: &[Vec<Place>]) -> String {
-    let [first, second] = chart.names();
-    let mut out = format!("{},{},stable,growth_rate\n", cell(first), cell(second));
-    let seconds = chart.values(1);
-    for (a, row) in chart.values(0).iter().zip(rows) {
-        for (b, place) in seconds.iter().zip(row) {
-            let _ = match place.stable {
-                Some(stable) => writeln!(out, "{a},{b},{stable},{:e}", place.growth_rate),
-                None => writeln!(out, "{a},{b},,"),
+    let [firsts, seconds] = &[0, 1].map(|axis| chart.values(axis));
+    let places = firsts.iter().zip(rows).flat_map(|(a, row)| {
+        seconds.iter().zip(row).map(move |(b, place)| {
+            let [stable, growth] = match place.stable {
+                Some(stable) => [stable.to_string(), format!("{:e}", place.growth_rate)],
+                None => [String::new(), String::new()],
             };
-        }
-    }
-    out
+            [a.to_string(), b.to_string(), stable, growth]
+        })
+    });
+    let [first, second] = chart.names();
+    csv_text([first, second, "stable", "growth_rate"], places)
 }
 
 /// A line for each place where stable and unstable meet: both parameters.
 #[must_use]
 pub fn borders_csv(chart: &Chart, borders: &[Border]) -> String {
-    let [first, second] = chart.names();
-    let mut out = format!("{},{}\n", cell(first), cell(second));
-    for border in borders {
-        let _ = writeln!(out, "{},{}", border.at[0], border.at[1]);
-    }
-    out
-}
-
-/// A name in CSV: members of families have commas.
-fn cell(name: &str) -> String {
-    if name.contains(',') { format!("\"{name}\"") } else { name.to_owned() }
+    csv_text(chart.names(), borders.iter().map(|border| border.at.map(|value| value.to_string())))
 }
 
 /// The chart as an SVG picture: the first parameter to the right, the second one up; the darker, the faster the growth.

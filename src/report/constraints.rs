@@ -65,23 +65,20 @@ pub(super) fn reduced_texts(derivation: &Derivation, own: &Independent) -> Vec<S
     own.equations.iter().map(|equation| format!("{} = 0", derivation.text(equation))).collect()
 }
 
+/// The names of the multipliers and what they are.
+fn multipliers<'a>(derivation: &'a Derivation, tangent: &'a Tangent) -> impl Iterator<Item = (&'a String, String)> {
+    let names = derivation.constraints.iter().flat_map(|own| &own.names);
+    names.zip(&tangent.multipliers).map(|(name, value)| (name, derivation.pool.display(*value)))
+}
+
 /// `lambda = -g*m/(2*l)`, for the multipliers that are known in symbols.
 pub(super) fn multiplier_texts(derivation: &Derivation, tangent: &Tangent) -> Vec<String> {
-    let names = derivation.constraints.iter().flat_map(|own| &own.names);
-    names
-        .zip(&tangent.multipliers)
-        .map(|(name, value)| (name, derivation.pool.display(*value)))
-        .filter(|(name, value)| *name != value)
-        .map(|(name, value)| format!("{name} = {value}"))
-        .collect()
+    let known = multipliers(derivation, tangent).filter(|(name, value)| *name != value);
+    known.map(|(name, value)| format!("{name} = {value}")).collect()
 }
 
 /// The multipliers that are found numerically.
 pub(super) fn unsolved(derivation: &Derivation, tangent: &Tangent) -> Vec<String> {
-    let names = derivation.constraints.iter().flat_map(|own| &own.names);
-    names
-        .zip(&tangent.multipliers)
-        .filter(|(name, value)| derivation.pool.display(**value) == **name)
-        .map(|(name, _)| name.clone())
-        .collect()
+    let open = multipliers(derivation, tangent).filter(|(name, value)| *name == value);
+    open.map(|(name, _)| name.clone()).collect()
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::json::{Object, array, lines, model_and_version, null, number, record, string};
+use super::json::{Object, array, lines, null, number, record, string, strings};
 use super::modes::stability_tone;
 use super::table::{Column, draw};
 use super::{Style, Tone, Written, bound_text, counted, headline, shown_unit, with_unit};
@@ -116,33 +116,29 @@ pub fn equilibria_json(model: &Model, found: &Found) -> String {
     object.field("equilibria", lines(found.equilibria.iter().map(equilibrium_object)));
     let undecided = found.undecided.iter().map(|own| {
         let point = array(own.point.iter().map(|x| number(*x)));
-        format!("{{\"point\": {point}, \"radius\": {}}}", number(one_digit_up(own.radius)))
+        record([("point", point), ("radius", number(one_digit_up(own.radius)))])
     });
     object.field("undecided", array(undecided));
-    object.field("messages", array(found.reasons.iter().map(|reason| string(reason))));
+    object.field("messages", strings(&found.reasons));
     object.end() + "\n"
 }
 
 fn head(model: &Model, region: &Region) -> Object {
-    let names = || model.coordinates.names();
     let ends = |side: &Option<[Ball; 2]>| side.as_ref().map_or_else(null, |ends| values(ends));
-    let mut object = Object::new(",\n ");
-    object.field("model", model_and_version(model.name.as_deref()));
-    object.field("coordinates", array(names().map(|name| string(&name))));
-    object.field("box", record(names().zip(region.sides.iter().map(ends))));
+    let mut object = Object::of_model(model);
+    object.field("box", record(model.coordinates.names().zip(region.sides.iter().map(ends))));
     object
 }
 
 fn equilibrium_object(own: &Equilibrium) -> String {
-    format!(
-        "{{\"point\": {}, \"radius\": {}, \"isolated\": {}, \"stability\": \"{}\", \"omega\": {}, \"growth\": {}}}",
-        values(&own.point),
-        number(one_digit_up(own.radius())),
-        own.isolated,
-        own.stability.as_str(),
-        values(&own.omega),
-        values(&own.growth),
-    )
+    record([
+        ("point", values(&own.point)),
+        ("radius", number(one_digit_up(own.radius()))),
+        ("isolated", own.isolated.to_string()),
+        ("stability", string(own.stability.as_str())),
+        ("omega", values(&own.omega)),
+        ("growth", values(&own.growth)),
+    ])
 }
 
 fn values(all: &[Ball]) -> String {
@@ -226,28 +222,26 @@ pub fn diagram_json(model: &Model, diagram: &Diagram) -> String {
     object.field("complete", diagram.complete);
     let branches = diagram.branches.iter().map(|branch| {
         let own = || branch.at.iter().map(|(_, own)| own);
-        format!(
-            "{{\"values\": {},\n   \"points\": {},\n   \"radius\": {},\n   \"stability\": {},\n   \"omega\": {},\n   \"growth\": {}}}",
-            array(branch.at.iter().map(|(place, _)| number(diagram.values[*place]))),
-            array(own().map(|own| values(&own.point))),
-            array(own().map(|own| number(one_digit_up(own.radius())))),
-            array(own().map(|own| string(own.stability.as_str()))),
-            array(own().map(|own| values(&own.omega))),
-            array(own().map(|own| values(&own.growth))),
-        )
+        let mut object = Object::new(",\n   ");
+        object.field("values", array(branch.at.iter().map(|(place, _)| number(diagram.values[*place]))));
+        object.field("points", array(own().map(|own| values(&own.point))));
+        object.field("radius", array(own().map(|own| number(one_digit_up(own.radius())))));
+        object.field("stability", strings(own().map(|own| own.stability.as_str())));
+        object.field("omega", array(own().map(|own| values(&own.omega))));
+        object.field("growth", array(own().map(|own| values(&own.growth))));
+        object.end()
     });
     object.field("branches", lines(branches));
     let bifurcations = diagram.bifurcations.iter().map(|own| {
-        format!(
-            "{{\"kind\": \"{}\", {name}: {}, \"error_bound\": {}, \"point\": {}, \"radius\": {}}}",
-            own.kind.as_str(),
-            number(own.value.mid_f64()),
-            number(one_digit_up(own.value.mid_f64_error())),
-            values(&own.point),
-            number(one_digit_up(own.radius())),
-        )
+        record([
+            ("kind", string(own.kind.as_str())),
+            (&diagram.name, number(own.value.mid_f64())),
+            ("error_bound", number(one_digit_up(own.value.mid_f64_error()))),
+            ("point", values(&own.point)),
+            ("radius", number(one_digit_up(own.radius()))),
+        ])
     });
     object.field("bifurcations", lines(bifurcations));
-    object.field("messages", array(diagram.reasons.iter().map(|reason| string(reason))));
+    object.field("messages", strings(&diagram.reasons));
     object.end() + "\n"
 }

@@ -37,7 +37,7 @@ pub fn equilibria_svg(model: &Model, found: &Found, landscape: &Landscape) -> St
         let mut all = landscape.coordinates();
         [all.next(), all.next()]
     };
-    let Some(first) = first else { return Picture::single(&title, String::new(), nothing()).svg() };
+    let Some(first) = first else { return Picture::single(title, String::new(), nothing()).svg() };
     let dots = |height: &dyn Fn(&[f64]) -> f64| -> Vec<Curve> {
         let kinds = KINDS.into_iter().map(|(kind, name, colour, stroke)| {
             let own = found.equilibria.iter().filter(|own| own.stability == kind);
@@ -69,7 +69,7 @@ pub fn equilibria_svg(model: &Model, found: &Found, landscape: &Landscape) -> St
         let orbits = portrait(model, found);
         let count = equilibria_count(found.equilibria.len());
         let mut picture = Picture::single(
-            &title,
+            title,
             format!("{count} on the curve of the potential."),
             Panel::new(axis(first), up, curves),
         );
@@ -98,7 +98,7 @@ pub fn equilibria_svg(model: &Model, found: &Found, landscape: &Landscape) -> St
     let (heights, half) = landscape.plane();
     panel.cells = cells(&heights, half);
     let description = format!("{} in the plane of two coordinates.", equilibria_count(found.equilibria.len()));
-    let mut picture = Picture::single(&title, description, panel);
+    let mut picture = Picture::single(title, description, panel);
     if !heights.is_empty() {
         picture.legend.push((Sample::Cell(Some(DARKEST)), "high potential".to_owned()));
     }
@@ -149,20 +149,13 @@ pub fn diagram_svg(model: &Model, diagram: &Diagram) -> String {
     });
     let panels: Vec<Panel> = panels.collect();
     let size = if panels.len() > 1 { [600.0, 230.0] } else { [600.0, 360.0] };
-    Picture {
-        title: titled("Equilibria", model.name.as_deref()),
-        description: format!(
-            "{} branches of equilibria over {}, with {} bifurcations; dashed where unstable.",
-            diagram.branches.len(),
-            diagram.name,
-            diagram.bifurcations.len()
-        ),
-        columns: 1,
-        size,
-        panels,
-        legend: Vec::new(),
-    }
-    .svg()
+    let description = format!(
+        "{} branches of equilibria over {}, with {} bifurcations; dashed where unstable.",
+        diagram.branches.len(),
+        diagram.name,
+        diagram.bifurcations.len()
+    );
+    Picture::column(titled("Equilibria", model.name.as_deref()), description, size, panels).svg()
 }
 
 /// A branch in pieces of one stability; what lies between two values has that of the nearer one which is on the same side of

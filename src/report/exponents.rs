@@ -154,7 +154,7 @@ pub(super) fn sum_text(terms: impl IntoIterator<Item = String>) -> String {
 /// `m*s^2 + c*s + k = 0`
 fn characteristic_text(derivation: &Derivation, coefficients: &[ExprId], s: &str) -> String {
     let pool = &derivation.pool;
-    let mut out = String::new();
+    let mut terms = Vec::new();
     for (power, own) in coefficients.iter().enumerate().rev().filter(|(_, own)| **own != pool.zero()) {
         let text = pool.display(*own);
         let several =
@@ -173,13 +173,7 @@ fn characteristic_text(derivation: &Derivation, coefficients: &[ExprId], s: &str
             ("1", false) => s,
             _ => format!("{size}*{s}"),
         };
-        match (out.is_empty(), minus) {
-            (true, true) => out.push('-'),
-            (true, false) => {}
-            (false, true) => out.push_str(" - "),
-            (false, false) => out.push_str(" + "),
-        }
-        out.push_str(&term);
+        terms.push(if minus { format!("-{term}") } else { term });
     }
-    format!("{out} = 0")
+    format!("{} = 0", sum_text(terms))
 }

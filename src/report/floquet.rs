@@ -2,18 +2,13 @@
 
 use std::fmt::Write;
 
-use super::json::{array, model_and_version, null, number, string};
+use super::json::{Object, array, null, number, string};
 use super::plain::wrapped;
 use super::table::{Column, draw};
 use super::{Style, Tone, Written, headline};
 use librate_core::model::Model;
 use librate_core::precision::{Ball, one_digit_up, one_digit_up_text};
 use librate_studies::floquet::{Floquet, Multiplier, Place, Resonance, TRIALS, exponent};
-
-/// A part of a multiplier by the digits that are certain; what can't be told from 0 beside its modulus is 0 with its bound.
-fn written(part: &Ball, digits: usize) -> Written {
-    Written::new(part, digits)
-}
 
 /// Real part, imaginary part and modulus.
 fn parts(own: &Multiplier, digits: usize) -> [Written; 3] {
@@ -35,7 +30,6 @@ fn place_words(place: Place) -> &'static str {
 /// `floquet.schema.json` describes.
 #[must_use]
 pub fn floquet_json(model: &Model, floquet: &Floquet, digits: usize) -> String {
-    let names = model.coordinates.names().map(|own| string(&own));
     let middles = |values: &[Ball]| array(values.iter().map(|value| number(value.mid_f64())));
     let state = floquet.place.iter().chain(&floquet.velocities);
     let state_error = state.map(Ball::mid_f64_error).fold(0.0, f64::max);
@@ -46,7 +40,7 @@ pub fn floquet_json(model: &Model, floquet: &Floquet, digits: usize) -> String {
     for own in &floquet.multipliers {
         let [re, im, _] = parts(own, digits).map(|part| {
             digits_bound = digits_bound.max(part.bound);
-            part.digits.as_deref().map_or_else(null, string)
+            part.json()
         });
         texts.push(format!("[{re}, {im}]"));
     }
@@ -59,37 +53,33 @@ pub fn floquet_json(model: &Model, floquet: &Floquet, digits: usize) -> String {
         };
         format!("[{}, {}]", part(growth), part(omega))
     });
-    let rate = floquet.growth_rate.map(|rate| (rate, written(&rate, digits)));
-    let mut out = String::new();
-    let _ = write!(
-        out,
-        "{{\"model\": {},\n \"coordinates\": {},\n \"period\": {},\n \"period_proved\": {},\n \"cycles\": {},\n \"about\": \"{}\",\n \"place\": {},\n \"velocities\": {},\n \"place_error_bound\": {},\n \"multipliers\": {},\n \"multipliers_digits\": {},\n \"error_bound\": {},\n \"digits_error_bound\": {},\n \"moduli\": {},\n \"circle\": {},\n \"exponents\": {},\n \"stable\": {},\n \"growth_rate\": {},\n \"growth_rate_digits\": {},\n \"growth_rate_error_bound\": {},\n \"frequencies\": {},\n \"resonance\": {}}}\n",
-        model_and_version(model.name.as_deref()),
-        array(names),
-        number(floquet.period.mid_f64()),
-        floquet.period_proved,
-        floquet.cycles,
-        if floquet.rests { "equilibrium" } else { "periodic motion" },
-        middles(&floquet.place),
-        middles(&floquet.velocities),
-        number(one_digit_up(state_error)),
-        array(pairs),
-        array(texts.into_iter()),
-        number(one_digit_up(floquet.error_bound())),
-        number(digits_bound),
-        array(moduli),
-        array(places),
-        array(exponents),
-        floquet.stable.map_or_else(null, |stable| stable.to_string()),
-        rate.as_ref().map_or_else(null, |(rate, _)| number(rate.mid_f64())),
-        rate.as_ref().and_then(|(_, text)| text.digits.as_deref()).map_or_else(null, string),
-        rate.as_ref().map_or_else(null, |(rate, _)| number(one_digit_up(rate.mid_f64_error()))),
-        array(floquet.frequencies.iter().map(|own| number(*own))),
-        floquet.resonance.map_or_else(null, |own| {
-            format!("{{\"of\": [{}, {}], \"sum\": {}, \"order\": {}}}", own.of.0 + 1, own.of.1 + 1, own.sum, own.order)
-        }),
-    );
-    out
+    let rate = floquet.growth_rate.map(|rate| (rate, Written::new(&rate, digits)));
+    let of_rate = |part: fn(&Ball) -> f64| rate.as_ref().map_or_else(null, |(rate, _)| number(part(rate)));
+    let mut object = Object::of_model(model);
+    object.field("period", number(floquet.period.mid_f64()));
+    object.field("period_proved", floquet.period_proved);
+    object.field("cycles", floquet.cycles);
+    object.field("about", string(if floquet.rests { "equilibrium" } else { "periodic motion" }));
+    object.field("place", middles(&floquet.place));
+    object.field("velocities", middles(&floquet.velocities));
+    object.field("place_error_bound", number(one_digit_up(state_error)));
+    object.field("multipliers", array(pairs));
+    object.field("multipliers_digits", array(texts.into_iter()));
+    object.field("error_bound", number(one_digit_up(floquet.error_bound())));
+    object.field("digits_error_bound", number(digits_bound));
+    object.field("moduli", array(moduli));
+    object.field("circle", array(places));
+    object.field("exponents", array(exponents));
+    object.field("stable", floquet.stable.map_or_else(null, |stable| stable.to_string()));
+    object.field("growth_rate", of_rate(Ball::mid_f64));
+    object.field("growth_rate_digits", rate.as_ref().map_or_else(null, |(_, own)| own.json()));
+    object.field("growth_rate_error_bound", of_rate(|rate| one_digit_up(rate.mid_f64_error())));
+    object.field("frequencies", array(floquet.frequencies.iter().map(|own| number(*own))));
+    let resonance = floquet.resonance.map(|own| {
+        format!("{{\"of\": [{}, {}], \"sum\": {}, \"order\": {}}}", own.of.0 + 1, own.of.1 + 1, own.sum, own.order)
+    });
+    object.field("resonance", resonance.unwrap_or_else(null));
+    object.end() + "\n"
 }
 
 /// The multipliers as text: what is looked at, whether it is stable, and a line a multiplier.
@@ -98,7 +88,7 @@ pub fn floquet_text(model: &Model, floquet: &Floquet, digits: usize, style: &Sty
     let heading = headline(model.name.as_deref(), model.coordinates.len());
     let mut out = style.paint(Tone::Heading, &heading);
     let unit = if model.has_units { " s" } else { "" };
-    let _ = writeln!(out, "\nperiod: {}{unit}", written(&floquet.period, digits).text());
+    let _ = writeln!(out, "\nperiod: {}{unit}", Written::new(&floquet.period, digits).text());
     let place = place_text(model, floquet, digits);
     out.extend(place.lines().flat_map(|line| wrapped(line, style.width)).map(|line| line + "\n"));
     let (tone, word) = match floquet.stable {
@@ -109,7 +99,7 @@ pub fn floquet_text(model: &Model, floquet: &Floquet, digits: usize, style: &Sty
     let _ = writeln!(out, "stability: {}", style.paint(tone, word));
     if let Some(rate) = &floquet.growth_rate {
         let unit = if model.has_units { " 1/s" } else { "" };
-        let _ = writeln!(out, "growth rate: {}{unit}", written(rate, digits).text());
+        let _ = writeln!(out, "growth rate: {}{unit}", Written::new(rate, digits).text());
     }
     if let Some(resonance) = floquet.resonance {
         let text = format!("resonance: {}", resonance_text(floquet, resonance));
@@ -153,7 +143,11 @@ pub fn floquet_text(model: &Model, floquet: &Floquet, digits: usize, style: &Sty
 
 fn place_text(model: &Model, floquet: &Floquet, digits: usize) -> String {
     let named = |names: Vec<String>, values: &[Ball]| -> Vec<String> {
-        names.iter().zip(values).map(|(name, value)| format!("{name} = {}", written(value, digits).text())).collect()
+        names
+            .iter()
+            .zip(values)
+            .map(|(name, value)| format!("{name} = {}", Written::new(value, digits).text()))
+            .collect()
     };
     let names = |suffix: &str| {
         let names = model.coordinates.iter();

@@ -1,6 +1,6 @@
 //! Mass, centre of mass, tensors and their principal moments, as text and as JSON.
 
-use super::json::{array, lines, model_and_version, null, number, string};
+use super::json::{array, lines, model_and_version, number, record, string};
 use super::table::{Column, draw};
 use super::{Style, Tone, Written, counted, headed, listed, with_unit};
 use librate_core::precision::{Ball, Big, one_digit_up, one_digit_up_text};
@@ -177,7 +177,7 @@ pub fn body_json(body: &Body, digits: usize) -> String {
     fields.push(format!(
         "\"centre\": {}, \"centre_digits\": {}",
         array(centre.clone().map(double)),
-        array(centre.map(|place| digits_of(&written(place, digits)))),
+        array(centre.map(|place| written(place, digits).json())),
     ));
     fields.push(matrix(&body.tensor, digits));
     fields.push(principal_json(&body.principal, digits));
@@ -188,19 +188,15 @@ fn double(value: &Big) -> String {
     number(value.mid_f64())
 }
 
-fn digits_of(written: &Written) -> String {
-    written.digits.as_deref().map_or_else(null, string)
-}
-
 fn quantity(name: &str, value: &Big, digits: usize) -> String {
-    let text = digits_of(&written(value, digits));
+    let text = written(value, digits).json();
     format!("\"{name}\": {}, \"{name}_digits\": {text}", double(value))
 }
 
 fn matrix(entries: &[[Big; 3]; 3], digits: usize) -> String {
     let rows = entries.iter();
     let values = rows.clone().map(|row| array(row.iter().map(double)));
-    let texts = rows.map(|row| array(row.iter().map(|x| digits_of(&written(x, digits)))));
+    let texts = rows.map(|row| array(row.iter().map(|x| written(x, digits).json())));
     format!("\"tensor\": {}, \"tensor_digits\": {}", array(values), array(texts))
 }
 
@@ -208,19 +204,18 @@ fn matrix(entries: &[[Big; 3]; 3], digits: usize) -> String {
 fn principal_json(principal: &Principal, digits: usize) -> String {
     let moments = principal.moments.iter().map(|moment| {
         let text = moment_digits(moment, digits);
-        format!(
-            "{{\"moment\": {}, \"moment_digits\": {}, \"error_bound\": {}, \"digits_error_bound\": {}, \"axis\": {}, \"axis_error_bound\": {}}}",
-            number(moment.value.mid_f64()),
-            digits_of(&text),
-            number(one_digit_up(moment.value.mid_f64_error())),
-            number(text.bound),
-            array(moment.axis.iter().map(|x| number(*x))),
-            number(one_digit_up(moment.axis_error_bound)),
-        )
+        record([
+            ("moment", number(moment.value.mid_f64())),
+            ("moment_digits", text.json()),
+            ("error_bound", number(one_digit_up(moment.value.mid_f64_error()))),
+            ("digits_error_bound", number(text.bound)),
+            ("axis", array(moment.axis.iter().map(|x| number(*x)))),
+            ("axis_error_bound", number(one_digit_up(moment.axis_error_bound))),
+        ])
     });
     let equal = principal.equal.iter().map(|equal| {
         let numbers = equal.moments.clone().map(|at| (at + 1).to_string());
-        format!("{{\"moments\": {}, \"proved\": {}}}", array(numbers), equal.proved)
+        record([("moments", array(numbers)), ("proved", equal.proved.to_string())])
     });
     format!(
         "\"moments\": {},\n   \"equal\": {}, \"possible\": {}",

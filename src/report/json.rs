@@ -16,6 +16,7 @@ use librate_core::derive::{
 };
 use librate_core::expr::ExprId;
 use librate_core::linearize::Linearized;
+use librate_core::model::Model;
 use librate_core::modes::Options;
 use librate_core::oscillation::{NormalMode, NormalModes, Normalization};
 use librate_core::precision::{Ball, one_digit_up};
@@ -46,13 +47,10 @@ pub(super) fn modes_with(
     more: &dyn Fn(usize) -> String,
 ) -> String {
     let model = linearized.model();
-    let names = model.coordinates.names().map(|name| string(&name));
     let equilibrium = linearized.equilibrium();
     let values = equilibrium.values.iter().map(|value| number(value.mid_f64()));
     let bounds = equilibrium.values.iter().map(|value| number(one_digit_up(value.mid_f64_error())));
-    let mut object = Object::new(",\n ");
-    object.field("model", model_and_version(model.name.as_deref()));
-    object.field("coordinates", array(names));
+    let mut object = Object::of_model(model);
     object.field("equilibrium", array(values));
     object.field("equilibrium_error_bound", array(bounds));
     object.field("stability", string(modes.stability.as_str()));
@@ -70,7 +68,7 @@ pub(super) fn modes_with(
     object.optional("gyroscopically_stabilised", modes.gyroscopically_stabilised.then_some(true));
     object.optional("point_group", modes.point_group.as_deref().map(string));
     let motions = zero_motions(modes, linearized.dimension());
-    object.optional("zero_motions", (!motions.is_empty()).then(|| array(motions.into_iter().map(string))));
+    object.optional("zero_motions", (!motions.is_empty()).then(|| strings(motions)));
     let units = || array(model.coordinates.iter().map(|coordinate| coordinate.unit.map_or_else(null, string)));
     let units = || format!("{{\"coordinates\": {}, \"omega\": \"rad/s\", \"growth\": \"1/s\"}}", units());
     object.optional("units", model.has_units.then(units));
@@ -78,18 +76,15 @@ pub(super) fn modes_with(
 }
 
 fn mode_object(mode: &NormalMode, options: &Options, more: &str) -> String {
-    let precise = mode.precise.as_deref();
-    let omega = Written::finest(&mode.omega, precise.map(|x| &x.omega), options.digits);
-    let growth = Written::finest(&mode.growth, precise.map(|x| &x.growth), options.digits);
-    let digits = |written: &Written| written.digits.as_deref().map_or_else(null, string);
+    let [omega, growth] = Written::of_mode(mode, options.digits);
     let error = mode.omega.mid_f64_error().max(mode.growth.mid_f64_error());
     let mut object = Object::new(", ");
     object.field("omega", number(mode.omega.mid_f64()));
-    object.field("omega_digits", digits(&omega));
+    object.field("omega_digits", omega.json());
     let square = mode.omega_squared.as_ref();
     object.field("omega_squared", square.map_or_else(null, |square| number(square.mid_f64())));
     object.field("growth", number(mode.growth.mid_f64()));
-    object.field("growth_digits", digits(&growth));
+    object.field("growth_digits", growth.json());
     object.field("error_bound", number(one_digit_up(error)));
     object.field("digits_error_bound", number(omega.bound.max(growth.bound)));
     object.field("kind", string(mode.kind.as_str()));
@@ -131,13 +126,10 @@ fn mode_object(mode: &NormalMode, options: &Options, more: &str) -> String {
 /// is 0, else `delta_` and the coordinate's name.
 #[must_use]
 pub fn derive_json(derivation: &Derivation) -> String {
-    let expression = |at: &ExprId| string(&derivation.pool.display(*at));
     let texts = |texts: Vec<String>| lines(texts.iter().map(|text| string(text)));
     let names = &derivation.names.coordinates;
-    let mut fields: Vec<(&str, String)> = vec![
-        ("model", model_and_version(derivation.model.as_deref())),
-        ("coordinates", array(names.iter().map(|name| string(name)))),
-    ];
+    let mut fields: Vec<(&str, String)> =
+        vec![("model", model_and_version(derivation.model.as_deref())), ("coordinates", strings(names))];
     match &derivation.linear {
         Ok(linear) => linear_fields(derivation, linear, &mut fields),
         Err(error) => fields.push(("not_linearized", string(&error.to_string()))),
@@ -150,11 +142,10 @@ pub fn derive_json(derivation: &Derivation) -> String {
         let constraints = constraints.iter().map(|(text, _)| string(text));
         fields.push(("constraints", lines(constraints)));
         let names = derivation.constraints.iter().flat_map(|own| &own.names);
-        fields.push(("constraint_multipliers", array(names.map(|name| string(name)))));
+        fields.push(("constraint_multipliers", strings(names)));
     }
     if let Some(own) = &derivation.independent {
-        let names = independent_names(derivation, own);
-        fields.push(("independent_velocities", array(names.iter().map(|name| string(name)))));
+        fields.push(("independent_velocities", strings(independent_names(derivation, own))));
         let follows = follow_texts(derivation, own).into_iter().map(|(name, speed)| (name, string(&speed)));
         fields.push(("dependent_velocities", record(follows)));
         fields.push(("reduced_equations", texts(reduced_texts(derivation, own))));
@@ -186,8 +177,7 @@ pub fn derive_json(derivation: &Derivation) -> String {
                 Conserved::Motion { momenta, .. } => derivation.text(momenta),
             };
             let reason = string(&conserved_because(quantity, &derivation.names).replace('`', ""));
-            let name = string(&name);
-            format!("{{\"name\": {name}, \"value\": {value}, \"because\": {reason}}}")
+            record([("name", string(&name)), ("value", value), ("because", reason)])
         });
         fields.push(("conserved", lines(conserved)));
     }
@@ -203,19 +193,15 @@ pub fn derive_json(derivation: &Derivation) -> String {
     }
     if let Some(roots) = &derivation.equilibria {
         let roots = roots.iter().map(|root| {
-            let name = names
-                .get(root.coordinate)
-                .map_or_else(null, |name| string(name));
-            let value = derivation.pool.display(root.value);
             let condition = root.condition.as_ref();
             let taken = condition.map_or_else(Vec::new, |own| signs(derivation, &own.signs));
-            let taken = array(taken.iter().map(|sign| string(sign)));
-            let condition =
-                condition.map_or_else(null, |own| string(&condition_text(derivation, own)));
-            let (left, value) = (expression(&root.left), string(&value));
-            format!(
-                "{{\"coordinate\": {name}, \"left\": {left}, \"value\": {value}, \"if\": {condition}, \"if_signs\": {taken}}}"
-            )
+            record([
+                ("coordinate", names.get(root.coordinate).map_or_else(null, |name| string(name))),
+                ("left", expression(derivation, root.left)),
+                ("value", expression(derivation, root.value)),
+                ("if", condition.map_or_else(null, |own| string(&condition_text(derivation, own)))),
+                ("if_signs", strings(taken)),
+            ])
         });
         fields.push(("force_vanishes", lines(roots)));
     }
@@ -247,14 +233,12 @@ fn chapter(field: &str) -> Option<&str> {
 
 /// The equilibrium and the matrices there.
 fn linear_fields(derivation: &Derivation, linear: &Linear, fields: &mut Vec<(&str, String)>) {
-    let expression = |at: &ExprId| string(&derivation.pool.display(*at));
     if !derivation.assumptions.is_empty() {
-        let assumed = assumption_texts(derivation);
-        fields.push(("assumptions", array(assumed.iter().map(|text| string(text)))));
+        fields.push(("assumptions", strings(assumption_texts(derivation))));
     }
-    fields.push(("equilibrium", array(linear.equilibrium.iter().map(expression))));
+    fields.push(("equilibrium", expressions(derivation, &linear.equilibrium)));
     if !derivation.rates.is_empty() {
-        let rates = derivation.rates.iter().map(|(name, rate)| (name, expression(rate)));
+        let rates = derivation.rates.iter().map(|(name, rate)| (name, expression(derivation, *rate)));
         fields.push(("rates", record(rates)));
     }
     matrix_fields(derivation, linear, &MATRICES, fields);
@@ -286,13 +270,12 @@ fn matrix_fields(
     fields.extend(all);
     let taken = signs(derivation, &linear.signs);
     if !taken.is_empty() {
-        fields.push((names[5], array(taken.iter().map(|sign| string(sign)))));
+        fields.push((names[5], strings(taken)));
     }
 }
 
 fn matrix(derivation: &Derivation, rows: &[Vec<ExprId>]) -> String {
-    let expression = |at: &ExprId| string(&derivation.pool.display(*at));
-    lines(rows.iter().map(|row| array(row.iter().map(expression))))
+    lines(rows.iter().map(|row| expressions(derivation, row)))
 }
 
 /// Multipliers, gradients of the constraints, and the matrices of the motions that these allow, or that massless coordinates follow.
@@ -300,7 +283,7 @@ fn tangent_fields(derivation: &Derivation, tangent: &Tangent, fields: &mut Vec<(
     if tangent.massless.is_empty() {
         let names = derivation.constraints.iter().flat_map(|own| &own.names);
         let multipliers = names.zip(&tangent.multipliers);
-        let multipliers = multipliers.map(|(name, value)| (name, string(&derivation.pool.display(*value))));
+        let multipliers = multipliers.map(|(name, value)| (name, expression(derivation, *value)));
         fields.push(("multipliers", record(multipliers)));
         fields.push(("constraint_gradients", matrix(derivation, &tangent.gradients)));
     }
@@ -308,8 +291,7 @@ fn tangent_fields(derivation: &Derivation, tangent: &Tangent, fields: &mut Vec<(
         return;
     };
     let page = &*reduced.derivation;
-    let free = page.names.coordinates.iter().map(|name| string(name));
-    fields.push(("free_coordinates", array(free)));
+    fields.push(("free_coordinates", strings(&page.names.coordinates)));
     fields.push(("directions", matrix(derivation, &reduced.directions)));
     if let Ok(linear) = &page.linear {
         matrix_fields(page, linear, &REDUCED, fields);
@@ -323,23 +305,22 @@ fn exponent_fields(
     found: &Exponents,
     fields: &mut Vec<(&str, String)>,
 ) {
-    let pool = &page.pool;
-    let expression = |at: &ExprId| string(&pool.display(*at));
-    let list = |all: &[ExprId]| array(all.iter().map(expression));
-    fields.push(("characteristic", found.characteristic.as_ref().map_or_else(null, |all| list(all))));
-    let own_pool = &mut pool.clone();
+    let characteristic = found.characteristic.as_ref();
+    fields.push(("characteristic", characteristic.map_or_else(null, |all| expressions(page, all))));
+    let own_pool = &mut page.pool.clone();
     let exponents = found.exponents.iter().map(|own| {
-        let ratio = own.damping_ratio.as_ref();
-        let ratio = ratio.map_or_else(String::new, |own| format!(", \"damping_ratio\": {}", expression(own)));
-        let text = string(&exponent_text(own_pool, own, imaginary_unit(whole)));
-        format!("{{\"exponent\": {text}, \"multiplicity\": {}{ratio}}}", own.multiplicity)
+        let mut entry = Object::new(", ");
+        entry.field("exponent", string(&exponent_text(own_pool, own, imaginary_unit(whole))));
+        entry.field("multiplicity", own.multiplicity);
+        entry.optional("damping_ratio", own.damping_ratio.map(|own| expression(page, own)));
+        entry.end()
     });
     fields.push(("exponents", lines(exponents)));
     fields.push(("exponents_complete", found.complete.to_string()));
-    let conditions = |own: &Vec<StabilityCondition>| array(own.iter().map(|own| expression(&own.positive)));
+    let conditions = |own: &Vec<StabilityCondition>| array(own.iter().map(|own| expression(page, own.positive)));
     fields.push(("stability", found.stability.as_ref().map_or_else(null, conditions)));
     if linear.frequencies.is_none() && linear.damping.is_none() && linear.circulatory.is_none() {
-        let squares = found.squares_of_frequencies(&mut pool.clone());
+        let squares = found.squares_of_frequencies(&mut page.pool.clone());
         let count: usize = squares.iter().map(|(_, multiplicity)| multiplicity).sum();
         fields.push(("frequencies_complete", (found.complete && count == linear.mass.len()).to_string()));
         let squares = squares.iter().map(|(text, multiplicity)| {
@@ -351,21 +332,13 @@ fn exponent_fields(
 
 /// `symmetry`, `frequencies` and what they need.
 fn frequency_fields(derivation: &Derivation, found: &Frequencies, fields: &mut Vec<(&str, String)>) {
-    let sets = |sets: &[Vec<String>]| {
-        let sets = sets.iter().map(|set| array(set.iter().map(|name| string(name))));
-        array(sets)
-    };
+    let sets = |sets: &[Vec<String>]| array(sets.iter().map(strings));
     let case = found.best();
     let names = &derivation.names.displacements;
     let symmetry = |found: &Exchange| {
         let exchanges = found.generators.iter();
         let exchanges = exchanges.map(|g| string(&exchange(g, names)));
-        format!(
-            "{{\"kind\": {}, \"exchanges\": {}, \"equal\": {}}}",
-            string(&kind(&found.kind)),
-            array(exchanges),
-            sets(&found.ties)
-        )
+        record([("kind", string(&kind(&found.kind))), ("exchanges", array(exchanges)), ("equal", sets(&found.ties))])
     };
     if let Some(found) = &case.symmetry {
         fields.push(("symmetry", symmetry(found)));
@@ -374,8 +347,7 @@ fn frequency_fields(derivation: &Derivation, found: &Frequencies, fields: &mut V
         fields.push(("symmetry_if_equal", symmetry(found)));
     }
     if !case.blocks.is_empty() {
-        let expression = |at: &ExprId| string(&derivation.pool.display(*at));
-        let matrix = |rows: &[Vec<ExprId>]| array(rows.iter().map(|row| array(row.iter().map(expression))));
+        let matrix = |rows: &[Vec<ExprId>]| array(rows.iter().map(|row| expressions(derivation, row)));
         let blocks = case.blocks.iter().map(|block| {
             let vectors = block.basis.iter().map(|vector| {
                 let mut dense = vec![0; names.len()];
@@ -386,13 +358,12 @@ fn frequency_fields(derivation: &Derivation, found: &Frequencies, fields: &mut V
                 }
                 array(dense.iter().map(ToString::to_string))
             });
-            format!(
-                "{{\"symmetry\": {}, \"vectors\": {}, \"mass\": {}, \"stiffness\": {}}}",
-                string(&block.class),
-                array(vectors),
-                matrix(&block.mass),
-                matrix(&block.stiffness)
-            )
+            record([
+                ("symmetry", string(&block.class)),
+                ("vectors", array(vectors)),
+                ("mass", matrix(&block.mass)),
+                ("stiffness", matrix(&block.stiffness)),
+            ])
         });
         fields.push(("blocks", lines(blocks)));
     }
@@ -401,7 +372,7 @@ fn frequency_fields(derivation: &Derivation, found: &Frequencies, fields: &mut V
     }
     let entries = case.frequencies.iter().map(|frequency| {
         let mut entry = Object::new(", ");
-        entry.field("omega_squared", string(&derivation.pool.display(frequency.omega_squared)));
+        entry.field("omega_squared", expression(derivation, frequency.omega_squared));
         entry.field("multiplicity", frequency.multiplicity);
         entry.optional("symmetry", frequency.symmetry.as_deref().map(string));
         entry.end()
@@ -411,7 +382,7 @@ fn frequency_fields(derivation: &Derivation, found: &Frequencies, fields: &mut V
     fields.push(("frequencies_equal", sets(&case.ties)));
     let taken = signs(derivation, &found.signs);
     if !taken.is_empty() {
-        fields.push(("frequencies_signs", array(taken.iter().map(|sign| string(sign)))));
+        fields.push(("frequencies_signs", strings(taken)));
     }
     if let Some(normal) = &case.normal {
         fields.push(("normal_coordinates", normal_modes(derivation, normal)));
@@ -425,13 +396,12 @@ fn frequency_fields(derivation: &Derivation, found: &Frequencies, fields: &mut V
 
 /// One entry a mode, everything written out.
 fn normal_modes(derivation: &Derivation, normal: &NormalCoordinates) -> String {
-    let expression = |at: &ExprId| string(&derivation.pool.display(*at));
     let modes = normal.modes.iter().enumerate().map(|(r, mode)| {
         let mut entry = Object::new(", ");
         entry.field("name", string(&derivation.names.of(Motion::Normal(r))));
-        entry.field("omega_squared", expression(&mode.omega_squared));
-        entry.field("amplitudes", array(mode.amplitudes.iter().map(expression)));
-        entry.optional("omega", mode.omega.as_ref().map(expression));
+        entry.field("omega_squared", expression(derivation, mode.omega_squared));
+        entry.field("amplitudes", expressions(derivation, &mode.amplitudes));
+        entry.optional("omega", mode.omega.as_ref().map(|omega| expression(derivation, *omega)));
         entry.optional("symmetry", mode.symmetry.as_deref().map(string));
         entry.end()
     });
@@ -440,26 +410,28 @@ fn normal_modes(derivation: &Derivation, normal: &NormalCoordinates) -> String {
 
 /// The normal coordinates of a chain, ring or net.
 fn normal_waves(derivation: &Derivation, waves: &NormalWaves) -> String {
-    let expression = |at: &ExprId| string(&derivation.pool.display(*at));
     let names = &derivation.names.displacements;
     let order = waves.order.iter().filter_map(|i| names.get(*i));
     let places = waves.places.iter().map(|(name, last)| (name, format!("[1, {last}]")));
     let sums = waves.sums.iter().map(|sum| {
         let numbers = sum.numbers.iter().map(|(name, first, last)| (name, format!("[{first}, {last}]")));
-        format!(
-            "{{\"numbers\": {}, \"factor\": {}, \"shape\": {}}}",
-            record(numbers),
-            expression(&sum.factor),
-            expression(&sum.shape)
-        )
+        let [factor, shape] = [sum.factor, sum.shape].map(|at| expression(derivation, at));
+        record([("numbers", record(numbers)), ("factor", factor), ("shape", shape)])
     });
-    format!(
-        "{{\"name\": {}, \"order\": {}, \"places\": {}, \"sums\": {}}}",
-        string(&waves.normal),
-        array(order.map(|name| string(name))),
-        record(places),
-        array(sums)
-    )
+    record([
+        ("name", string(&waves.normal)),
+        ("order", strings(order)),
+        ("places", record(places)),
+        ("sums", array(sums)),
+    ])
+}
+
+fn expression(derivation: &Derivation, at: ExprId) -> String {
+    string(&derivation.pool.display(at))
+}
+
+fn expressions(derivation: &Derivation, all: &[ExprId]) -> String {
+    array(all.iter().map(|at| expression(derivation, *at)))
 }
 
 /// An object on its way, with some text between its fields.
@@ -471,6 +443,14 @@ pub(super) struct Object {
 impl Object {
     pub(super) fn new(between: &'static str) -> Self {
         Self { out: "{".to_owned(), between }
+    }
+
+    /// With the name of a model, which librate has answered, and the names of the coordinates.
+    pub(super) fn of_model(model: &Model) -> Self {
+        let mut object = Self::new(",\n ");
+        object.field("model", model_and_version(model.name.as_deref()));
+        object.field("coordinates", strings(model.coordinates.names()));
+        object
     }
 
     /// The text behind the name of a field, to which its value is to be added.
@@ -499,8 +479,8 @@ impl Object {
 }
 
 /// An object on one line, of names and values.
-pub(super) fn record(fields: impl Iterator<Item = (impl AsRef<str>, String)>) -> String {
-    let fields = fields.map(|(name, value)| format!("{}: {value}", string(name.as_ref())));
+pub(super) fn record(fields: impl IntoIterator<Item = (impl AsRef<str>, String)>) -> String {
+    let fields = fields.into_iter().map(|(name, value)| format!("{}: {value}", string(name.as_ref())));
     format!("{{{}}}", fields.collect::<Vec<_>>().join(", "))
 }
 
@@ -531,6 +511,11 @@ pub(super) fn model_and_version(name: Option<&str>) -> String {
 
 pub(super) fn string(text: &str) -> String {
     serde_json::Value::from(text).to_string()
+}
+
+/// An array of strings.
+pub(super) fn strings(texts: impl IntoIterator<Item = impl AsRef<str>>) -> String {
+    array(texts.into_iter().map(|text| string(text.as_ref())))
 }
 
 pub(super) fn array(items: impl Iterator<Item = String>) -> String {

@@ -252,9 +252,23 @@ impl Written {
         }
     }
 
+    /// Frequency and growth of a mode.
+    fn of_mode(mode: &NormalMode, digits: usize) -> [Self; 2] {
+        let precise = mode.precise.as_deref();
+        [
+            Self::finest(&mode.omega, precise.map(|own| &own.omega), digits),
+            Self::finest(&mode.growth, precise.map(|own| &own.growth), digits),
+        ]
+    }
+
     /// The digits, or a question mark where there are none.
     fn text(&self) -> String {
         self.digits.clone().unwrap_or_else(|| "?".to_owned())
+    }
+
+    /// The digits as a JSON string, or `null`.
+    fn json(&self) -> String {
+        self.digits.as_deref().map_or_else(json::null, json::string)
     }
 }
 
@@ -306,6 +320,29 @@ fn damping(mode: &NormalMode, digits: usize) -> Option<[Written; 2]> {
         Written::finest(&ratio, precise.as_ref(), digits),
         Written::finest(&quality, precise_quality.as_ref(), digits),
     ])
+}
+
+/// The double for a number: 0 for what can't be told from it, so that it is the same everywhere.
+fn nearest(value: &Ball) -> f64 {
+    if value.contains_zero() { 0.0 } else { value.mid_f64() }
+}
+
+/// A bound of the error of that double.
+fn nearest_bound(value: &Ball) -> f64 {
+    one_digit_up(if value.contains_zero() { value.abs_upper() } else { value.mid_f64_error() })
+}
+
+/// A table as CSV.
+fn csv_text<C: AsRef<[u8]>, R: IntoIterator<Item: AsRef<[u8]>>>(
+    header: impl IntoIterator<Item = C>,
+    rows: impl IntoIterator<Item = R>,
+) -> String {
+    let mut table = csv::Writer::from_writer(Vec::new());
+    // Writing to memory does not fail.
+    let written = table.write_record(header);
+    let written = written.and_then(|()| rows.into_iter().try_for_each(|row| table.write_record(row)));
+    let bytes = written.ok().and_then(|()| table.into_inner().ok());
+    String::from_utf8(bytes.unwrap_or_default()).unwrap_or_default()
 }
 
 /// A bound in one digit.

@@ -1,7 +1,7 @@
 //! Mode shapes and sweeps as pictures.
 
-use super::Written;
 use super::picture::{Axis, Curve, Panel, Picture, Stroke, titled};
+use super::{Written, with_unit};
 use librate_core::linearize::{Linearized, constant};
 use librate_core::modes::Kind;
 use librate_core::oscillation::{NormalMode, NormalModes};
@@ -73,15 +73,10 @@ pub fn modes_svg(linearized: &Linearized, modes: &NormalModes) -> String {
         _ => String::new(),
     };
     let panels: Vec<Panel> = panels.collect();
-    Picture {
-        title: titled("Normal modes", model.name.as_deref()),
-        description: format!("The shape of each mode, with 1 for the largest component.{left_out}"),
-        columns: if names.len() > 12 { 2 } else { 3 },
-        size: if names.len() > 12 { [400.0, 110.0] } else { [240.0, 110.0] },
-        panels,
-        legend: Vec::new(),
-    }
-    .svg()
+    let title = titled("Normal modes", model.name.as_deref());
+    let description = format!("The shape of each mode, with 1 for the largest component.{left_out}");
+    let (columns, size) = if names.len() > 12 { (2, [400.0, 110.0]) } else { (3, [240.0, 110.0]) };
+    Picture { columns, ..Picture::column(title, description, size, panels) }.svg()
 }
 
 /// How a sweep is drawn.
@@ -139,9 +134,9 @@ pub fn sweep_svg(sweep: &Sweep, places: &[Place], branches: &[Branch], view: &Sw
         curves.extend(starts);
         let description = format!("Growth and frequency of each mode over {name}, from rings at its first value on.");
         let panel = Panel::new(axis(exponent, &curves, 0), axis(rate, &curves, 1), curves);
-        return Picture::single(&titled("Root locus", model_name), description, panel).svg();
+        return Picture::single(titled("Root locus", model_name), description, panel).svg();
     }
-    let label = sweep.unit().map_or_else(|| name.to_owned(), |unit| format!("{name} ({unit})"));
+    let label = with_unit(name, sweep.unit().as_deref());
     let values = || places.iter().map(|place| place.value);
     let across = || Axis::over(&label, values(), 0.0);
     let mut omega = curves(Stroke::Solid, &|value, mode| [value, mode.omega.mid_f64()]);
@@ -160,8 +155,7 @@ pub fn sweep_svg(sweep: &Sweep, places: &[Place], branches: &[Branch], view: &Sw
     let what = if view.orders.is_empty() { "Frequencies" } else { "Campbell diagram" };
     let description = format!("The frequencies over {name}; each mode is followed by its shape.");
     let size = if grows { [600.0, 260.0] } else { [600.0, 380.0] };
-    let title = titled(what, model_name);
-    Picture { title, description, columns: 1, size, panels, legend: Vec::new() }.svg()
+    Picture::column(titled(what, model_name), description, size, panels).svg()
 }
 
 /// What the unit of the parameter is worth in SI.

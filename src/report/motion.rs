@@ -4,7 +4,7 @@ use std::io::{self, Cursor, Read, Seek, SeekFrom, Write};
 
 use super::json::{array, model_and_version, null, number, string};
 use super::picture::{Axis, Curve, Panel, Picture, Stroke, titled};
-use super::{common, shown_unit, with_unit};
+use super::{common, counted, shown_unit, with_unit};
 use librate_core::model::Model;
 use librate_core::precision::{Ball, decimal, one_digit_up};
 use librate_studies::motion::{Start, Trajectory};
@@ -285,9 +285,7 @@ pub fn start_remark(model: &Model, start: &Start) -> Option<String> {
 /// How a motion was computed, in a line for people: the number of steps, and what the energy does.
 #[must_use]
 pub fn motion_remark(trajectory: &Trajectory) -> String {
-    let steps = trajectory.steps;
-    let plural = if steps == 1 { "" } else { "s" };
-    let mut text = format!("{steps} step{plural}");
+    let mut text = counted(trajectory.steps, "step");
     if let Some(bits) = trajectory.proved {
         text.push_str(&format!(" with {bits} bits; every digit is proved"));
     }
@@ -322,7 +320,7 @@ pub fn motion_svg(model: &Model, trajectory: &Trajectory, superposition: Option<
         all if all > shown => format!("The first {shown} of {all} coordinates over the time."),
         _ => "The coordinates over the time.".to_owned(),
     };
-    Picture::single(&titled("Motion", model.name.as_deref()), description, Panel::new(across, up, curves)).svg()
+    Picture::single(titled("Motion", model.name.as_deref()), description, Panel::new(across, up, curves)).svg()
 }
 
 /// `x (m)` for one coordinate, `coordinates (m)` where they have one unit.

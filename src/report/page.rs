@@ -239,9 +239,8 @@ impl Page {
         let are_frequencies = modes.modes.iter().all(|mode| mode.growth.is_zero());
         let is_damped = derivation.linear.as_ref().is_ok_and(|own| own.damping.is_some());
         let item = |mode: &NormalMode| {
-            let precise = mode.precise.as_deref();
-            let omega = Written::finest(&mode.omega, precise.map(|own| &own.omega), DIGITS).digits?;
-            let growth = Written::finest(&mode.growth, precise.map(|own| &own.growth), DIGITS).digits?;
+            let [omega, growth] = Written::of_mode(mode, DIGITS).map(|own| own.digits);
+            let (omega, growth) = (omega?, growth?);
             Some(match (mode.growth.is_zero(), mode.omega.is_zero()) {
                 (true, true) => omega,
                 (true, false) if are_frequencies => format!("`{omega}`"),

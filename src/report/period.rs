@@ -2,21 +2,13 @@
 
 use super::json::{Object, array, model_and_version, null, number, string};
 use super::plain::wrapped;
-use super::{Style, Tone, Written, headline, shown_unit};
+use super::{Style, Tone, Written, csv_text, headline, nearest, nearest_bound, shown_unit};
 use librate_core::model::Range;
 use librate_core::precision::{Ball, Scalar, one_digit_up, one_digit_up_text};
 use librate_studies::period::{Motion, Options, Oscillator, Period, Place};
 
 /// Digits of the leading change of the frequency.
 const DIGITS: usize = 6;
-
-/// The upper turning point less the equilibrium, for a libration.
-fn amplitude(found: &Period) -> Option<Ball> {
-    match &found.motion {
-        Motion::Libration { turning } => Some(turning[1].sub(&found.equilibrium)),
-        Motion::Rotation { .. } => None,
-    }
-}
 
 /// The period of a motion to read.
 #[must_use]
@@ -109,7 +101,6 @@ fn period_fields(object: &mut Object, oscillator: &Oscillator, found: &Period, o
     let model = oscillator.model();
     let value = |ball: &Ball| number(ball.mid_f64());
     let period = Written::finest(&found.period, found.precise.as_ref(), options.digits);
-    let digits = |written: &Written| written.digits.as_deref().map_or_else(null, string);
     let motion = match &found.motion {
         Motion::Libration { .. } => "libration",
         Motion::Rotation { .. } => "rotation",
@@ -118,28 +109,26 @@ fn period_fields(object: &mut Object, oscillator: &Oscillator, found: &Period, o
     object.field("coordinate", string(&oscillator.coordinate_name()));
     object.field("motion", string(motion));
     object.field("period", value(&found.period));
-    object.field("period_digits", digits(&period));
+    object.field("period_digits", period.json());
     object.field("error_bound", number(one_digit_up(found.period.mid_f64_error())));
     object.field("digits_error_bound", number(period.bound));
     object.field("small_amplitude_period", found.small.as_ref().map_or_else(null, value));
     let small = found.small.as_ref();
     let small = small.map(|small| Written::finest(small, found.small_precise.as_ref(), options.digits));
-    object.optional("small_amplitude_period_digits", small.as_ref().map(digits));
+    object.optional("small_amplitude_period_digits", small.as_ref().map(Written::json));
     object.field("equilibrium", value(&found.equilibrium));
     object.optional("equilibrium_proved", (!found.proved).then_some(false));
     match &found.motion {
         Motion::Libration { turning } => {
-            object.field("amplitude", amplitude(found).as_ref().map_or_else(null, value));
+            object.field("amplitude", value(&turning[1].sub(&found.equilibrium)));
             object.field("turning_points", array(turning.iter().map(value)));
         }
         Motion::Rotation { advance } => object.field("advance", value(advance)),
     }
     object.field("energy", value(&found.energy));
     if let Some(bend) = &found.bend {
-        let own = if bend.contains_zero() { 0.0 } else { bend.mid_f64() };
-        let bound = if own == 0.0 { bend.abs_upper() } else { bend.mid_f64_error() };
-        let bound = number(one_digit_up(bound));
-        object.field("frequency_change", format!("{}, \"frequency_change_error_bound\": {bound}", number(own)));
+        let [own, bound] = [nearest(bend), nearest_bound(bend)].map(number);
+        object.field("frequency_change", format!("{own}, \"frequency_change_error_bound\": {bound}"));
     }
 }
 
@@ -147,21 +136,13 @@ fn period_fields(object: &mut Object, oscillator: &Oscillator, found: &Period, o
 /// as printed. Cells are empty where there is no periodic motion.
 #[must_use]
 pub fn period_csv(range: &Range, places: &[Place], options: &Options) -> String {
-    let mut table = csv::Writer::from_writer(Vec::new());
-    // Writing to memory does not fail.
-    let _ = table.write_record([range.name(), "period", "error_bound"]);
-    for place in places {
-        let [period, bound] = match &place.result {
-            Ok(found) => {
-                let written = Written::finest(&found.period, found.precise.as_ref(), options.digits);
-                let bound = number(written.bound);
-                [written.digits.unwrap_or_default(), bound]
-            }
-            Err(_) => [String::new(), String::new()],
-        };
-        let _ = table.write_record([number(place.value), period, bound]);
-    }
-    String::from_utf8(table.into_inner().unwrap_or_default()).unwrap_or_default()
+    let rows = places.iter().map(|place| {
+        let written = place.result.as_ref().ok();
+        let written = written.map(|found| Written::finest(&found.period, found.precise.as_ref(), options.digits));
+        let bound = written.as_ref().map_or_else(String::new, |own| number(own.bound));
+        [number(place.value), written.and_then(|own| own.digits).unwrap_or_default(), bound]
+    });
+    csv_text([range.name(), "period", "error_bound"], rows)
 }
 
 /// An array with one object a place: the amplitude or energy under its name as it was put in (`given`), then all that

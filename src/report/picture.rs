@@ -204,9 +204,13 @@ pub(super) struct Picture {
 
 impl Picture {
     /// A picture of one panel.
-    pub(super) fn single(title: &str, description: String, panel: Panel) -> Self {
-        let (title, panels) = (title.to_owned(), vec![panel]);
-        Self { title, description, columns: 1, size: [600.0, 360.0], panels, legend: Vec::new() }
+    pub(super) fn single(title: impl Into<String>, description: String, panel: Panel) -> Self {
+        Self::column(title, description, [600.0, 360.0], vec![panel])
+    }
+
+    /// Panels of one size, one below the other.
+    pub(super) fn column(title: impl Into<String>, description: String, size: [f64; 2], panels: Vec<Panel>) -> Self {
+        Self { title: title.into(), description, columns: 1, size, panels, legend: Vec::new() }
     }
 
     /// The whole file.
@@ -365,40 +369,27 @@ fn draw(out: &mut String, panel: &Panel, [left, top]: [f64; 2], [width, height]:
         );
     }
     // What is drawn ends at the frame.
-    let _ = writeln!(
-        out,
-        "<svg x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\">",
-        place(left),
-        place(top),
-        place(width),
-        place(height)
-    );
+    let frame = rectangle([left, top], [width, height]);
+    let _ = writeln!(out, "<svg {frame}>");
     let on_page = |[a, b]: [f64; 2]| [x.share(a) * width, height - y.share(b) * height];
     if y.low < 0.0 && y.high > 0.0 && !matches!(y.ticks, Ticks::Names(_)) && !panel.square {
         let _ = writeln!(out, "<path class=\"zero\" d=\"M0 {}H{}\"/>", place(on_page([0.0, 0.0])[1]), place(width));
     }
     for cell in &panel.cells {
         let [[a, b], [c, d]] = cell.corners.map(on_page);
-        let [w, h] = [(c - a).abs(), (d - b).abs()].map(place);
-        let _ = writeln!(
-            out,
-            "<rect x=\"{}\" y=\"{}\" width=\"{w}\" height=\"{h}\"{}/>",
-            place(a.min(c)),
-            place(b.min(d)),
-            shaded(cell.shade)
-        );
+        let own = rectangle([a.min(c), b.min(d)], [(c - a).abs(), (d - b).abs()]);
+        let _ = writeln!(out, "<rect {own}{}/>", shaded(cell.shade));
     }
     for curve in &panel.curves {
         draw_curve(out, curve, &on_page);
     }
-    let _ = writeln!(
-        out,
-        "</svg>\n<rect class=\"frame\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/>",
-        place(left),
-        place(top),
-        place(width),
-        place(height)
-    );
+    let _ = writeln!(out, "</svg>\n<rect class=\"frame\" {frame}/>");
+}
+
+/// A place and a size as attributes.
+fn rectangle(corner: [f64; 2], size: [f64; 2]) -> String {
+    let ([x, y], [width, height]) = (corner.map(place), size.map(place));
+    format!("x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\"")
 }
 
 /// Behind a label: what its numbers are multiplied by.
@@ -517,13 +508,8 @@ fn entry(out: &mut String, sample: &Sample, name: &str, [x, y]: [f64; 2]) {
             draw_curve(out, &Curve { name: String::new(), colour: *colour, stroke, points }, &|point| point);
         }
         Sample::Cell(shade) => {
-            let _ = writeln!(
-                out,
-                "<rect x=\"{x}\" y=\"{y}\" width=\"22\" height=\"12\"{}/><rect class=\"frame\" x=\"{x}\" y=\"{y}\" width=\"22\" height=\"12\"/>",
-                shaded(*shade),
-                x = place(x),
-                y = place(y - 6.0)
-            );
+            let own = rectangle([x, y - 6.0], [22.0, 12.0]);
+            let _ = writeln!(out, "<rect {own}{}/><rect class=\"frame\" {own}/>", shaded(*shade));
         }
     }
     let _ = writeln!(out, "<text x=\"{}\" y=\"{}\">{}</text>", place(x + 30.0), place(y + 4.5), escaped(name));

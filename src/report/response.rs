@@ -1,10 +1,8 @@
 //! Steady responses, as CSV and JSON.
 
-use std::fmt::Write;
-
-use super::json::{array, model_and_version, null, number, string};
+use super::json::{Object, array, lines, model_and_version, null, number, string};
 use super::picture::{Axis, Curve, Panel, Picture, Stroke, titled};
-use super::{Written, common, with_unit};
+use super::{Written, common, csv_text, with_unit};
 use librate_core::precision::{Ball, one_digit_up, quick_decimal};
 use librate_studies::response::{Peak, PeakKind, Peaks, Response, Value};
 
@@ -16,37 +14,33 @@ fn cell(value: &Ball, digits: usize) -> String {
 /// A line a frequency: the frequency, then amplitude and phase of each output. `inf` is a resonance, and empty what is not decided.
 #[must_use]
 pub fn response_csv(response: &Response, digits: usize) -> String {
-    let mut table = csv::Writer::from_writer(Vec::new());
     let names = response.outputs.iter().map(|own| &own.coordinate);
     let names = names.flat_map(|name| [format!("{name} amplitude"), format!("{name} phase")]);
-    // Nothing that is written to memory fails.
-    let _ = table.write_record(std::iter::once(response.name.clone()).chain(names));
-    for (at, place) in response.places.iter().enumerate() {
-        let cells = response.outputs.iter().flat_map(|output| match &output.values[at] {
+    let rows = response.places.iter().enumerate().map(|(at, place)| {
+        let cells = response.outputs.iter().flat_map(move |output| match &output.values[at] {
             Value::Known { amplitude, phase } => {
                 [cell(amplitude, digits), phase.map_or_else(String::new, |phase| cell(&phase, digits))]
             }
             Value::Infinite => ["inf".to_owned(), String::new()],
             _ => [String::new(), String::new()],
         });
-        let _ = table.write_record(std::iter::once(number(*place)).chain(cells));
-    }
-    String::from_utf8(table.into_inner().unwrap_or_default()).unwrap_or_default()
+        std::iter::once(number(*place)).chain(cells)
+    });
+    csv_text(std::iter::once(response.name.clone()).chain(names), rows)
 }
 
 /// A line a maximum or minimum: the output, what it is, where, the amplitude, and where it has fallen to 1/√2 of a maximum on both sides.
 #[must_use]
 pub fn peaks_csv(response: &Response, peaks: &[Peaks], digits: usize) -> String {
-    let mut table = csv::Writer::from_writer(Vec::new());
-    let _ = table.write_record(["output", "kind", &response.name, "amplitude", "half power from", "half power to"]);
-    for (output, peak) in peaks.iter().flat_map(|own| own.found.iter().map(|peak| (&own.coordinate, peak))) {
-        let cell_of = |value: &Option<Ball>| value.as_ref().map_or_else(String::new, |value| cell(value, digits));
+    let cell_of = |value: &Option<Ball>| value.as_ref().map_or_else(String::new, |value| cell(value, digits));
+    let all = peaks.iter().flat_map(|own| own.found.iter().map(|peak| (&own.coordinate, peak)));
+    let rows = all.map(|(output, peak)| {
         let amplitude = if is_infinite(peak) { "inf".to_owned() } else { cell_of(&peak.amplitude) };
         let [from, to] = peak.half_power.each_ref().map(cell_of);
         let kind = peak.kind.name().to_owned();
-        let _ = table.write_record([output.clone(), kind, cell(&peak.place, digits), amplitude, from, to]);
-    }
-    String::from_utf8(table.into_inner().unwrap_or_default()).unwrap_or_default()
+        [output.clone(), kind, cell(&peak.place, digits), amplitude, from, to]
+    });
+    csv_text(["output", "kind", &response.name, "amplitude", "half power from", "half power to"], rows)
 }
 
 fn is_infinite(peak: &Peak) -> bool {
@@ -82,8 +76,7 @@ pub fn peaks_json(response: &Response, peaks: &[Peaks]) -> String {
             array(own.undecided.iter().map(|piece| array(piece.iter().map(|end| number(*end))))),
         )
     };
-    let outputs = array(peaks.iter().map(of_output));
-    format!("{},\n \"outputs\": {outputs}{}}}\n", head(response), unproved(response))
+    written(head(response), response, array(peaks.iter().map(of_output)))
 }
 
 fn optional(text: Option<&String>) -> String {
@@ -95,17 +88,19 @@ fn bound(value: &Ball) -> String {
 }
 
 /// The beginning of an object.
-fn head(response: &Response) -> String {
-    format!(
-        "{{\"model\": {},\n \"input\": {},\n \"parameter\": {}",
-        model_and_version(response.model.as_deref()),
-        optional(response.input.as_ref()),
-        string(&response.name),
-    )
+fn head(response: &Response) -> Object {
+    let mut object = Object::new(",\n ");
+    object.field("model", model_and_version(response.model.as_deref()));
+    object.field("input", optional(response.input.as_ref()));
+    object.field("parameter", string(&response.name));
+    object
 }
 
-fn unproved(response: &Response) -> &'static str {
-    if response.proved { "" } else { ",\n \"equilibrium_proved\": false" }
+/// All of it, with its outputs.
+fn written(mut object: Object, response: &Response, outputs: String) -> String {
+    object.field("outputs", outputs);
+    object.optional("equilibrium_proved", (!response.proved).then_some(false));
+    object.end() + "\n"
 }
 
 /// The response as a JSON object: `model`, `input`, the frequencies under the name of their column, and `outputs`, each with
@@ -113,10 +108,9 @@ fn unproved(response: &Response) -> &'static str {
 /// `null`, as is the phase of an amplitude that is 0 or infinite.
 #[must_use]
 pub fn response_json(response: &Response) -> String {
-    let mut out = head(response);
-    let places = array(response.places.iter().map(|place| number(*place)));
-    let _ = write!(out, ",\n {}: {places},\n \"outputs\": [", string(&response.name));
-    for (at, output) in response.outputs.iter().enumerate() {
+    let mut object = head(response);
+    object.field(&response.name, array(response.places.iter().map(|place| number(*place))));
+    let outputs = response.outputs.iter().map(|output| {
         let values = || output.values.iter();
         let known = |value: &Value| match value {
             Value::Known { amplitude, phase } => (Some(*amplitude), *phase),
@@ -129,20 +123,16 @@ pub fn response_json(response: &Response) -> String {
         let phases = values().map(|value| known(value).1.map_or_else(null, |own| number(own.mid_f64())));
         let amplitude_bounds = values().map(|value| known(value).0.as_ref().map_or_else(null, bound));
         let phase_bounds = values().map(|value| known(value).1.as_ref().map_or_else(null, bound));
-        let _ = write!(
-            out,
-            "{}{{\"coordinate\": {},\n   \"unit\": {},\n   \"amplitude\": {},\n   \"amplitude_error_bound\": {},\n   \"phase\": {},\n   \"phase_error_bound\": {}}}",
-            if at == 0 { "\n  " } else { ",\n  " },
-            string(&output.coordinate),
-            optional(output.unit.as_ref()),
-            array(amplitudes),
-            array(amplitude_bounds),
-            array(phases),
-            array(phase_bounds),
-        );
-    }
-    let _ = writeln!(out, "]{}}}", unproved(response));
-    out
+        let mut own = Object::new(",\n   ");
+        own.field("coordinate", string(&output.coordinate));
+        own.field("unit", optional(output.unit.as_ref()));
+        own.field("amplitude", array(amplitudes));
+        own.field("amplitude_error_bound", array(amplitude_bounds));
+        own.field("phase", array(phases));
+        own.field("phase_error_bound", array(phase_bounds));
+        own.end()
+    });
+    written(object, response, lines(outputs))
 }
 
 /// An amplitude of more than so many times the median one leaves the picture, as all do near a resonance without damping.
@@ -188,15 +178,8 @@ pub fn response_svg(response: &Response, peaks: &[Peaks]) -> String {
     let turn = Axis::over("phase (rad)", [-std::f64::consts::PI, std::f64::consts::PI].into_iter(), 0.05);
     let source =
         response.input.as_ref().map_or_else(|| "its own drive".to_owned(), |name| format!("a force on {name}"));
-    Picture {
-        title: titled("Response", response.model.as_deref()),
-        description: format!(
-            "Amplitude and phase of the steady response to {source}; curves break at resonances without damping."
-        ),
-        columns: 1,
-        size: [600.0, 230.0],
-        panels: vec![Panel::new(across(), up, amplitudes), Panel::new(across(), turn, phases)],
-        legend: Vec::new(),
-    }
-    .svg()
+    let description =
+        format!("Amplitude and phase of the steady response to {source}; curves break at resonances without damping.");
+    let panels = vec![Panel::new(across(), up, amplitudes), Panel::new(across(), turn, phases)];
+    Picture::column(titled("Response", response.model.as_deref()), description, [600.0, 230.0], panels).svg()
 }

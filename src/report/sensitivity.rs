@@ -4,11 +4,11 @@ use std::fmt::Write;
 
 use super::json::{modes_with, null, number, record};
 use super::table::{Column, draw};
-use super::{Exponent, Style, Tone, UNDECIDED, Written, headline, listed};
+use super::{Exponent, Style, Tone, UNDECIDED, Written, headline, listed, nearest, nearest_bound};
 use librate_core::linearize::Linearized;
 use librate_core::modes::Options;
 use librate_core::oscillation::NormalModes;
-use librate_core::precision::{Ball, one_digit_up, one_digit_up_text};
+use librate_core::precision::{Ball, one_digit_up_text};
 use librate_studies::sensitivity::Sensitivities;
 
 /// Digits of a derivative in a table.
@@ -39,7 +39,7 @@ pub fn sensitivity_json(
         }))
     };
     let both = |more: &mut String, names: [&str; 2], derivatives: &[Option<Ball>]| {
-        for (name, part) in names.into_iter().zip([nearest, bound]) {
+        for (name, part) in names.into_iter().zip([nearest, nearest_bound]) {
             let _ = write!(more, ", \"{name}\": {}", object(derivatives, part));
         }
     };
@@ -53,16 +53,6 @@ pub fn sensitivity_json(
         }
         more
     })
-}
-
-/// The double for a derivative: 0 for what can't be told from it, so that it is the same everywhere.
-fn nearest(derivative: &Ball) -> f64 {
-    if derivative.contains_zero() { 0.0 } else { derivative.mid_f64() }
-}
-
-/// A bound of the error of that double.
-fn bound(derivative: &Ball) -> f64 {
-    one_digit_up(if derivative.contains_zero() { derivative.abs_upper() } else { derivative.mid_f64_error() })
 }
 
 /// The frequencies and their derivatives as a table to read.

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::code::script;
-use super::json::{array, null, number, string};
+use super::json::{array, null, number, string, strings};
 use super::mode_pictures::caption;
 use super::modes_svg;
 use super::picture::{escaped, titled};
@@ -173,7 +173,7 @@ fn data(shown: &Shown<'_>) -> String {
     let angles = model.coordinates.iter().any(|own| own.unit == Some("rad")) || !model.has_units;
     format!(
         "{{\"names\": {}, \"equilibrium\": {}, \"angles\": {angles}, \"figure\": {figure},\n\"modes\": [\n{}]}}",
-        array(model.coordinates.names().map(|name| string(&name))),
+        strings(model.coordinates.names()),
         array(
             linearized.equilibrium().values.iter().take(model.coordinates.len()).map(|value| number(value.mid_f64()))
         ),

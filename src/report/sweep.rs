@@ -27,13 +27,8 @@ impl SweepRow {
     /// Numbers have so many correctly rounded digits, or those that are certain.
     #[must_use]
     pub fn new(value: f64, modes: &NormalModes, digits: usize) -> Self {
-        let cells = modes.modes.iter().map(|mode| {
-            let precise = mode.precise.as_deref();
-            let omega = Written::finest(&mode.omega, precise.map(|precise| &precise.omega), digits);
-            let growth = Written::finest(&mode.growth, precise.map(|precise| &precise.growth), digits);
-            [omega, growth].map(|written| written.digits.unwrap_or_default())
-        });
-        Self { value, modes: cells.collect() }
+        let cells = |mode| Written::of_mode(mode, digits).map(|written| written.digits.unwrap_or_default());
+        Self { value, modes: modes.modes.iter().map(cells).collect() }
     }
 
     /// The same line from enclosures, where these decide all digits.
