@@ -32,18 +32,17 @@ const STACK: usize = 8 << 20;
 pub(crate) struct Failure(pub(crate) Vec<Diagnostic>);
 
 macro_rules! failures {
-    ($($error:ty),*) => {$(
+    ($diagnostics:expr => $($error:ty),*) => {$(
         impl From<$error> for Failure {
             fn from(error: $error) -> Self {
-                Self(Error::from(error).diagnostics())
+                Self($diagnostics(error))
             }
         }
     )*};
 }
 
 failures!(
-    Error,
-    Vec<SyntaxError>,
+    |error| Error::from(error).diagnostics() => Vec<SyntaxError>,
     Vec<ModelError>,
     ModelError,
     LinearizeError,
@@ -54,30 +53,9 @@ failures!(
     librate::floquet::FloquetError,
     librate::response::ResponseError
 );
-
-impl From<Exceeded> for Failure {
-    fn from(error: Exceeded) -> Self {
-        Self(vec![Diagnostic::from(&error)])
-    }
-}
-
-impl From<InertiaError> for Failure {
-    fn from(error: InertiaError) -> Self {
-        Self(vec![Diagnostic::from(&error)])
-    }
-}
-
-impl From<Vec<InertiaError>> for Failure {
-    fn from(errors: Vec<InertiaError>) -> Self {
-        Self(errors.iter().map(Diagnostic::from).collect())
-    }
-}
-
-impl From<StudyError> for Failure {
-    fn from(error: StudyError) -> Self {
-        Self(vec![Diagnostic::from(&error)])
-    }
-}
+failures!(|error: Error| error.diagnostics() => Error);
+failures!(|error| vec![Diagnostic::from(&error)] => Exceeded, InertiaError, StudyError);
+failures!(|errors: Vec<_>| errors.iter().map(Diagnostic::from).collect() => Vec<InertiaError>);
 
 impl Failure {
     /// A request that can't be met, and how to write one that can.

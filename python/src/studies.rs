@@ -14,7 +14,7 @@ use librate::period::{self, Oscillator, Request as PeriodRequest};
 use librate::report::{self, Style, SweepColumns, SweepCsv, SweepRow, SweepView};
 use librate::response::{self, Peaks, ResponseError, Value};
 use librate::sweep::{Place, Sweep};
-use librate::{sensitivity, tracking};
+use librate::tracking;
 use pyo3::prelude::*;
 
 use crate::answers::{Answer, MOST_DIGITS, bytes, digits, doubles, positive};
@@ -62,17 +62,8 @@ pub(crate) fn sweep(py: Python<'_>, model: &Model, args: SweepArgs) -> PyResult<
         let threads = positive("threads", args.threads)?;
         let name = range.name().to_owned();
         let sweep = Sweep::new(job.made_from(), range, options);
-        let mut places = in_parallel(job, threads, sweep.range().len(), || {
-            |at: usize| {
-                let mut place = sweep.place(at);
-                if let Ok((linearized, modes)) = &mut place.result
-                    && let Err(error) = sensitivity::put_uncertainties(linearized, modes, sweep.options())
-                {
-                    place.result = Err(error.into());
-                }
-                place
-            }
-        })?;
+        let mut places =
+            in_parallel(job, threads, sweep.range().len(), || |at: usize| sweep.place_with_uncertainties(at))?;
         complain(job, &name, &mut places)?;
         if args.svg {
             let branches = tracking::branches(&sweep, &places);
@@ -383,33 +374,37 @@ impl Batch {
         }
         self.outcome.extend(solved.outcomes().iter().map(|own| number(*own)));
         let parts = [
-            (&mut self.equilibrium, solved.equilibria()),
-            (&mut self.omega_squared, solved.omega_squared()),
-            (&mut self.omega_squared_error_bound, solved.omega_squared_bounds()),
-            (&mut self.vectors, solved.vectors()),
-            (&mut self.mass, solved.mass()),
-            (&mut self.stiffness, solved.stiffness()),
+            solved.equilibria(),
+            solved.omega_squared(),
+            solved.omega_squared_bounds(),
+            solved.vectors(),
+            solved.mass(),
+            solved.stiffness(),
         ];
-        for (all, part) in parts {
+        for (all, part) in self.parts().into_iter().zip(parts) {
             all.extend(bytes(part.iter().copied()));
         }
     }
 
     /// Behind what is there.
-    fn append(&mut self, other: &Self) {
-        let parts = [
-            (&mut self.outcome, &other.outcome),
-            (&mut self.equilibrium, &other.equilibrium),
-            (&mut self.error_bound, &other.error_bound),
-            (&mut self.omega_squared, &other.omega_squared),
-            (&mut self.omega_squared_error_bound, &other.omega_squared_error_bound),
-            (&mut self.vectors, &other.vectors),
-            (&mut self.mass, &other.mass),
-            (&mut self.stiffness, &other.stiffness),
-        ];
-        for (all, part) in parts {
-            all.extend_from_slice(part);
+    fn append(&mut self, mut other: Self) {
+        for (all, part) in self.parts().into_iter().zip(other.parts()) {
+            all.append(part);
         }
+    }
+
+    /// Numbers as the results of a study have them, then the others.
+    fn parts(&mut self) -> [&mut Vec<u8>; 8] {
+        [
+            &mut self.equilibrium,
+            &mut self.omega_squared,
+            &mut self.omega_squared_error_bound,
+            &mut self.vectors,
+            &mut self.mass,
+            &mut self.stiffness,
+            &mut self.outcome,
+            &mut self.error_bound,
+        ]
     }
 }
 
@@ -438,7 +433,7 @@ pub(crate) fn solve_sets(py: Python<'_>, model: &Model, args: BatchArgs) -> PyRe
         })?;
         let mut all = Batch { coordinates: study.model().coordinates.names().collect(), ..Batch::default() };
         for own in solved {
-            all.append(&own?);
+            all.append(own?);
         }
         Ok(all)
     })?;

@@ -9,7 +9,7 @@ use super::{Answer, Failure, Loaded, Size, during, failed, load_values, style};
 const SHAPE_DIGITS: usize = 14;
 
 pub(super) fn text(args: &args::Amplitude) -> Result<Answer, Failure> {
-    let Loaded { source, model, mut warnings } = load_values(&args.model, Size::Dense)?;
+    let Loaded { source, model, mut warnings, .. } = load_values(&args.model, Size::Dense)?;
     let options = modes::Options::default().digits(args.digits.max(SHAPE_DIGITS));
     let computed = during(&args.model, "computing the modes and their change", || -> Result<_, Error> {
         amplitude::check(&model)?;

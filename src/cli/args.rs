@@ -453,7 +453,7 @@ pub(crate) struct Show {
     #[arg(long, value_name = "K", value_parser = positive)]
     pub(crate) lowest: Option<usize>,
     /// Significant digits of the frequencies, up to 250
-    #[arg(long, value_name = "D", default_value = "10", value_parser = digits)]
+    #[arg(long, value_name = "D", default_value = "10", value_parser = digits::<MOST_DIGITS>)]
     pub(crate) digits: usize,
     /// Write the page into a file; without it it goes to standard output
     #[arg(short, long, value_name = "FILE.html")]
@@ -525,7 +525,7 @@ pub(crate) struct Modes {
     #[arg(long, value_name = "K", value_parser = positive, requires = "near")]
     pub(crate) count: Option<usize>,
     /// Significant digits of the frequencies, up to 250
-    #[arg(long, value_name = "D", default_value = "10", value_parser = digits)]
+    #[arg(long, value_name = "D", default_value = "10", value_parser = digits::<MOST_DIGITS>)]
     pub(crate) digits: usize,
     /// Frequencies only, without mode shapes
     #[arg(long)]
@@ -564,7 +564,7 @@ pub(crate) struct Sweep {
     #[arg(long, value_name = "K", value_parser = positive)]
     pub(crate) lowest: Option<usize>,
     /// Significant digits of the frequencies, up to 250
-    #[arg(long, value_name = "D", default_value = "10", value_parser = digits)]
+    #[arg(long, value_name = "D", default_value = "10", value_parser = digits::<MOST_DIGITS>)]
     pub(crate) digits: usize,
     /// Columns for growth, even where it is 0
     #[arg(long, conflicts_with = "json")]
@@ -616,7 +616,7 @@ pub(crate) struct Period {
     #[arg(long, value_name = "NAME=a..b:count")]
     pub(crate) over: Option<String>,
     /// Significant digits of the period, up to 250
-    #[arg(long, value_name = "D", default_value = "10", value_parser = digits)]
+    #[arg(long, value_name = "D", default_value = "10", value_parser = digits::<MOST_DIGITS>)]
     pub(crate) digits: usize,
     /// JSON instead of text
     #[arg(long)]
@@ -628,7 +628,7 @@ pub(crate) struct Amplitude {
     #[command(flatten)]
     pub(crate) model: ModelArgs,
     /// Significant digits of the frequencies, up to 250
-    #[arg(long, value_name = "D", default_value = "10", value_parser = digits)]
+    #[arg(long, value_name = "D", default_value = "10", value_parser = digits::<MOST_DIGITS>)]
     pub(crate) digits: usize,
     /// JSON instead of text
     #[arg(long)]
@@ -643,7 +643,7 @@ pub(crate) struct Sensitivity {
     #[arg(long, value_name = "K", value_parser = positive)]
     pub(crate) lowest: Option<usize>,
     /// Significant digits of the frequencies, up to 250
-    #[arg(long, value_name = "D", default_value = "10", value_parser = digits)]
+    #[arg(long, value_name = "D", default_value = "10", value_parser = digits::<MOST_DIGITS>)]
     pub(crate) digits: usize,
     /// JSON instead of text
     #[arg(long)]
@@ -664,7 +664,7 @@ pub(crate) struct Floquet {
     #[arg(long, value_name = "COUNT", requires = "map", value_parser = positive)]
     pub(crate) threads: Option<usize>,
     /// Significant digits of the multipliers, up to 30
-    #[arg(long, value_name = "D", default_value = "10", value_parser = few_digits)]
+    #[arg(long, value_name = "D", default_value = "10", value_parser = digits::<DOUBLE_DOUBLE_DIGITS>)]
     pub(crate) digits: usize,
     /// JSON instead of text
     #[arg(long)]
@@ -682,7 +682,7 @@ pub(crate) struct Inertia {
     #[arg(long, value_name = "M")]
     pub(crate) mass: Option<String>,
     /// Significant digits, up to 250
-    #[arg(long, value_name = "D", default_value = "10", value_parser = digits)]
+    #[arg(long, value_name = "D", default_value = "10", value_parser = digits::<MOST_DIGITS>)]
     pub(crate) digits: usize,
     /// JSON instead of text
     #[arg(long)]
@@ -719,7 +719,7 @@ pub(crate) struct Motion {
     #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["until", "samples", "linear"])]
     pub(crate) at: Option<PathBuf>,
     /// Significant digits of the table, up to 30
-    #[arg(long, value_name = "D", default_value = "10", value_parser = few_digits, conflicts_with = "tolerance")]
+    #[arg(long, value_name = "D", default_value = "10", value_parser = digits::<DOUBLE_DOUBLE_DIGITS>, conflicts_with = "tolerance")]
     pub(crate) digits: usize,
     /// Prove every digit: rigorous bounds for every value, where possible
     #[arg(long, conflicts_with_all = ["tolerance", "linear"])]
@@ -840,7 +840,7 @@ pub(crate) struct Fmt {
 const MOST_DIGITS: usize = 250;
 
 /// As many digits as a double-double holds.
-const DOUBLE_DOUBLE_DIGITS: usize = 30;
+pub(crate) const DOUBLE_DOUBLE_DIGITS: usize = 30;
 
 pub(crate) fn positive(text: &str) -> Result<usize, String> {
     // 1e6 is one too.
@@ -856,10 +856,11 @@ fn frequency(text: &str) -> Result<f64, String> {
     number.filter(|omega| (0.0..1e150).contains(omega)).ok_or("a frequency in rad/s, 0 or more, is needed".to_owned())
 }
 
-fn digits(text: &str) -> Result<usize, String> {
+/// A number of digits, up to so many.
+pub(crate) fn digits<const MOST: usize>(text: &str) -> Result<usize, String> {
     match text.parse() {
-        Ok(count) if (1..=MOST_DIGITS).contains(&count) => Ok(count),
-        Ok(_) | Err(_) => Err(format!("a whole number from 1 to {MOST_DIGITS} is needed")),
+        Ok(count) if (1..=MOST).contains(&count) => Ok(count),
+        Ok(_) | Err(_) => Err(format!("a whole number from 1 to {MOST} is needed")),
     }
 }
 
@@ -867,12 +868,5 @@ fn tolerance(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(value) if (1e-17..=0.1).contains(&value) => Ok(value),
         Ok(_) | Err(_) => Err("a number from 1e-17 to 0.1 is needed".to_owned()),
-    }
-}
-
-pub(crate) fn few_digits(text: &str) -> Result<usize, String> {
-    match text.parse() {
-        Ok(count) if (1..=DOUBLE_DOUBLE_DIGITS).contains(&count) => Ok(count),
-        Ok(_) | Err(_) => Err(format!("a whole number from 1 to {DOUBLE_DOUBLE_DIGITS} is needed")),
     }
 }

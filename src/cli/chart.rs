@@ -7,14 +7,14 @@ use librate::{Error, report};
 use super::args;
 use super::output::write_file;
 use super::threads::all;
-use super::{Answer, Failure, Parsed, input, parsed, range, wrong_request};
+use super::{Answer, Failure, input, parsed, range, wrong_request};
 
 const HELP: &str = "write `--map NAME=a..b:count NAME=c..d:count`, for example `--map a=0..10:100 q=0..5:100`";
 
 /// `librate floquet --map`
 pub(super) fn run(args: &args::Floquet, first: &str, second: &str) -> Result<Answer, Failure> {
     let ranges = [range(first, HELP)?, range(second, HELP)?];
-    let Parsed { mut source, made } = parsed(&args.model, input::read_model(&args.model.file)?)?;
+    let (mut source, made) = parsed(&args.model, input::read_model(&args.model.file)?)?;
     let chart = match Chart::new(&made, ranges) {
         Ok(chart) => chart,
         Err(Error::Model(errors)) if matches!(errors.as_slice(), [ModelError::BadSetting { .. }]) => {

@@ -3,7 +3,7 @@
 use librate::diagnostic;
 
 use super::args::{Check, ModelArgs};
-use super::{Answer, Failure, Loaded, Size, USAGE, fmt, input, load, load_text, output};
+use super::{Answer, Failure, Loaded, Size, fmt, input, load, load_text, output, wrong_request};
 use output::write_out;
 
 /// Corrections can show further mistakes: so often they are made.
@@ -12,12 +12,11 @@ const ROUNDS: usize = 20;
 /// The file with all corrections made that are certain enough; says what changed, and what becomes of the model.
 fn corrected(args: &ModelArgs) -> Result<Loaded, Failure> {
     if input::is_stream(&args.file) {
-        let message = "standard input can't be corrected in place".to_owned();
-        return Err(Failure::Other { message, help: Some("name a file".to_owned()), status: USAGE });
+        return Err(wrong_request("standard input can't be corrected in place".to_owned(), "name a file"));
     }
     let source = input::read_model(&args.file)?;
     let mut newer = source.clone();
-    let mut found = load_text(args, newer.clone(), Size::Any).map(|(loaded, _)| loaded);
+    let mut found = load_text(args, newer.clone(), Size::Any);
     for _ in 0..ROUNDS {
         let told = match &found {
             Ok(loaded) => &loaded.warnings,
@@ -29,7 +28,7 @@ fn corrected(args: &ModelArgs) -> Result<Loaded, Failure> {
             break;
         }
         newer.text = text;
-        found = load_text(args, newer.clone(), Size::Any).map(|(loaded, _)| loaded);
+        found = load_text(args, newer.clone(), Size::Any);
     }
     if newer.text != source.text {
         fmt::rewrite(&args.file, &source, &newer.text)?;
@@ -40,7 +39,7 @@ fn corrected(args: &ModelArgs) -> Result<Loaded, Failure> {
 
 pub(super) fn text(args: &Check) -> Result<Answer, Failure> {
     let loaded = if args.fix { corrected(&args.model) } else { load(&args.model, Size::Any) };
-    let Loaded { source, model, warnings } = loaded?;
+    let Loaded { source, model, warnings, .. } = loaded?;
     let name = model.name.clone().unwrap_or(source.shown().into_owned());
     let count = model.coordinates.len();
     let plural = if count == 1 { "" } else { "s" };

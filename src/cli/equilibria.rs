@@ -6,7 +6,7 @@ use librate::equilibria::{self, Region};
 use librate::{Error, report};
 
 use super::args::ModelArgs;
-use super::{Answer, Failure, Loaded, Size, during, failed, load_made, range, style};
+use super::{Answer, Failure, Loaded, Size, during, failed, load_values, range, style};
 
 pub(super) const ABOUT: &str = "\
 Every equilibrium in a box of coordinates, none missed: each with a proved enclosure, its stability and its lowest
@@ -46,7 +46,7 @@ pub(crate) struct Equilibria {
 pub(super) fn text(args: &Equilibria) -> Result<Answer, Failure> {
     let help = "write `--over NAME=a..b:count`: `--over P=0..1:101`";
     let over = args.over.as_deref().map(|text| range(text, help)).transpose()?;
-    let (Loaded { source, model, mut warnings }, made) = load_made(&args.model, Size::Any)?;
+    let Loaded { source, made, model, mut warnings } = load_values(&args.model, Size::Any)?;
     let computed = during(&args.model, "searching the box", || -> Result<(String, Vec<String>), Error> {
         let region = Region::parse(&args.region, &model)?;
         let Some(range) = &over else {

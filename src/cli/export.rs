@@ -23,7 +23,7 @@ pub(super) fn text(args: &args::Export) -> Result<Answer, Failure> {
         // Not without --code.
         (None, None) => return Err(fault("`-o PATH` is missing".to_owned())),
     };
-    let Loaded { mut source, model, warnings } = load_values(&args.model, Size::Any)?;
+    let Loaded { mut source, model, warnings, .. } = load_values(&args.model, Size::Any)?;
     let progress = Progress::start("computing the matrices", &args.model.guard);
     let linearized = linearize::linearize(model).map_err(|error| failed(&source, &warnings, error))?;
     let matrices = report::matrices(&linearized).map_err(|error| match linearized.not_finite() {
@@ -60,7 +60,7 @@ pub(super) fn text(args: &args::Export) -> Result<Answer, Failure> {
 
 /// Writes the model as source code.
 fn code(args: &args::Export, language: Language, output: Option<&Path>) -> Result<Answer, Failure> {
-    let Loaded { mut source, model, warnings } = load(&args.model, Size::Any)?;
+    let Loaded { mut source, model, warnings, .. } = load(&args.model, Size::Any)?;
     let compiled = during(&args.model, "compiling the model", || code::code(&model));
     let compiled = compiled.map_err(|error| failed(&source, &warnings, error))?;
     let mut text = report::code_text(&compiled, language);

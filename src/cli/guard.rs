@@ -69,9 +69,12 @@ impl Guard {
     }
 
     /// Of work in many parts, that one is done: the next has all of the time for itself. Not so once the budget is spent.
-    pub(crate) fn go_on(&self) -> bool {
+    pub(crate) fn go_on(&self, source: &Source) -> Result<(), Failure> {
         self.again.store(true, Ordering::Relaxed);
-        self.budget.get().is_none_or(|budget| !budget.is_spent())
+        match self.budget.get() {
+            Some(budget) if budget.is_spent() => Err(Failure::Model(source.clone(), Vec::new())),
+            Some(_) | None => Ok(()),
+        }
     }
 
     /// The budget for a model and so many bytes of tables, whose time begins now.

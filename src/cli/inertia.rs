@@ -9,7 +9,7 @@ use librate::{model, report, sensitivity};
 
 use super::args::Inertia;
 use super::input::{self, Source};
-use super::{Answer, Failure, Parsed, USAGE, during, failed, parsed, style};
+use super::{Answer, Failure, USAGE, during, failed, parsed, style, wrong_value};
 
 /// What a file describes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -82,10 +82,7 @@ fn amount(args: &Inertia) -> Result<Option<Amount>, Failure> {
         (None, Some(text)) => Amount::mass(text),
         (None, None) => return Ok(None),
     };
-    read.map(Some).map_err(|error| {
-        let told = Diagnostic::from(&error);
-        Failure::Other { message: told.message, help: told.help, status: USAGE }
-    })
+    read.map(Some).map_err(|error| wrong_value(&error))
 }
 
 fn body_answer(args: &Inertia, source: Source, body: Result<inertia::Body, InertiaError>) -> Result<Answer, Failure> {
@@ -121,7 +118,7 @@ fn line_label(text: &str, number: u64) -> Option<Label> {
 }
 
 fn model_answer(args: &Inertia, source: Source) -> Result<Answer, Failure> {
-    let Parsed { source, made } = parsed(&args.model, source)?;
+    let (source, made) = parsed(&args.model, source)?;
     let model = model::elaborate(&made.file, &made.tables, &made.settings.only_tensors())
         .map_err(|errors| failed(&source, &[], errors))?;
     match inertia::of_model(&model, args.digits) {

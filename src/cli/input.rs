@@ -58,19 +58,15 @@ pub(crate) fn model_text(file: &Path, bytes: Vec<u8>) -> Result<Source, Failure>
         let error = Diagnostic::from(&SyntaxError::FileTooLarge { bytes: read, most });
         return Err(Failure::Model(Source::of(file, String::new()), vec![error]));
     }
-    match utf8(bytes) {
-        Ok(text) => Ok(Source::of(file, text)),
-        Err(reason) => Err(cannot_read("model", file, &reason)),
-    }
+    let text = utf8(bytes).map_err(|reason| cannot_read("model", file, &reason))?;
+    Ok(Source::of(file, text))
 }
 
 /// Reads a table of points as text.
 pub(crate) fn points_text(file: &Path, bytes: Vec<u8>) -> Result<Source, Failure> {
     let text = within(bytes, MOST_TABLE_BYTES).and_then(utf8);
-    match text {
-        Ok(text) => Ok(Source::of(file, text)),
-        Err(reason) => Err(cannot_read("table", file, &reason)),
-    }
+    let text = text.map_err(|reason| cannot_read("table", file, &reason))?;
+    Ok(Source::of(file, text))
 }
 
 /// Reads a table of numbers, or standard input for `-`.
@@ -129,10 +125,7 @@ struct Allowed {
 
 impl Allowed {
     fn new(args: &ModelArgs) -> Result<Self, Failure> {
-        let folder = match args.file.parent() {
-            Some(folder) if !is_stream(&args.file) && !folder.as_os_str().is_empty() => folder,
-            Some(_) | None => Path::new("."),
-        };
+        let folder = if is_stream(&args.file) { Path::new(".") } else { folder(&args.file) };
         let mut roots: Vec<PathBuf> = folder.canonicalize().into_iter().collect();
         // Of a model that is a symbolic link, the folder that it leads to as well.
         if !is_stream(&args.file)
@@ -162,6 +155,12 @@ impl Allowed {
             }
         }
     }
+}
+
+/// The folder of a file.
+pub(crate) fn folder(file: &Path) -> &Path {
+    let parent = file.parent().filter(|parent| !parent.as_os_str().is_empty());
+    parent.unwrap_or_else(|| Path::new("."))
 }
 
 /// Standard input, or what a shell has opened, as for `<(…)`: read to its end like a pipe.

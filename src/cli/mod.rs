@@ -83,9 +83,10 @@ impl Answer {
     }
 }
 
-/// A model on its way through a command.
+/// A model on its way through a command, and what it is made from.
 struct Loaded {
     source: Source,
+    made: Made,
     model: Model,
     warnings: Vec<Diagnostic>,
 }
@@ -177,13 +178,8 @@ fn explain_text(args: &args::Explain) -> Result<Answer, Failure> {
         Some(code) => match explain::explain(code) {
             Some(page) => readable(page),
             None => {
-                return Err(Failure::Other {
-                    message: format!("there is no code `{code}`"),
-                    help: Some(
-                        "codes follow `error` and `warning`, like E0201; `librate explain` lists them".to_owned(),
-                    ),
-                    status: USAGE,
-                });
+                let help = "codes follow `error` and `warning`, like E0201; `librate explain` lists them";
+                return Err(wrong_request(format!("there is no code `{code}`"), help));
             }
         },
     };
@@ -208,7 +204,7 @@ fn readable(page: &str) -> String {
 
 fn modes_text(args: &args::Modes) -> Result<Answer, Failure> {
     let few = args.lowest.is_some() || args.near.is_some() || args.certify.is_some();
-    let Loaded { source, model, mut warnings } = load(&args.model, if few { Size::Any } else { Size::Dense })?;
+    let Loaded { source, model, mut warnings, .. } = load(&args.model, if few { Size::Any } else { Size::Dense })?;
     let mut options = modes::Options::default().digits(args.digits);
     options.lowest = args.lowest;
     options.near = args.near.zip(args.count);
@@ -256,7 +252,7 @@ fn solved(
 }
 
 fn sensitivity_text(args: &args::Sensitivity) -> Result<Answer, Failure> {
-    let Loaded { source, model, mut warnings } = load(&args.model, Size::Dense)?;
+    let Loaded { source, model, mut warnings, .. } = load(&args.model, Size::Dense)?;
     let mut options = modes::Options::default().digits(args.digits);
     options.lowest = args.lowest;
     let progress = Progress::start("computing the modes", &args.model.guard);
@@ -285,7 +281,7 @@ fn floquet_text(args: &args::Floquet) -> Result<Answer, Failure> {
     if let [first, second] = args.map.as_slice() {
         return chart::run(args, first, second);
     }
-    let Loaded { source, model, warnings } = load_values(&args.model, Size::Any)?;
+    let Loaded { source, model, warnings, .. } = load_values(&args.model, Size::Any)?;
     let options = floquet::Options::default().digits(args.digits);
     let what = "integrating the motion over a period";
     let found = during(&args.model, what, || floquet::floquet(&model, &options));
@@ -299,8 +295,7 @@ fn floquet_text(args: &args::Floquet) -> Result<Answer, Failure> {
 }
 
 fn derive_text(args: &args::Derive) -> Result<Answer, Failure> {
-    let read = input::read_model(&args.model.file)?;
-    let (Loaded { source, model, mut warnings }, made) = load_text(&args.model, read, Size::Any)?;
+    let Loaded { source, made, model, mut warnings } = load(&args.model, Size::Any)?;
     let known: Vec<&str> = model.parameters.iter().map(|p| p.name.as_str()).collect();
     let limits = args.limits.iter().map(|text| limit(text, &known));
     let limits: Vec<(String, Number)> = limits.collect::<Result<_, _>>()?;
@@ -353,7 +348,7 @@ fn manual(name: Option<&str>) -> Result<Answer, Failure> {
     let command = match name {
         Some(name) => program.find_subcommand(name).ok_or_else(|| {
             let message = format!("there is no command `{}`", output::visible(name, false));
-            Failure::Other { message, help: Some("`librate --help` lists them".to_owned()), status: USAGE }
+            wrong_request(message, "`librate --help` lists them")
         })?,
         None => &program,
     };
@@ -363,7 +358,7 @@ fn manual(name: Option<&str>) -> Result<Answer, Failure> {
     Ok(Answer::new(String::from_utf8_lossy(&page).into_owned(), None))
 }
 
-/// Wrong words behind `--limit` or `--expand`.
+/// Wrong words on the command line, and what is to be written in their place.
 fn wrong_request(message: String, help: &str) -> Failure {
     Failure::Other { message, help: Some(help.to_owned()), status: USAGE }
 }
@@ -443,7 +438,7 @@ fn during<T>(args: &ModelArgs, what: &'static str, work: impl FnOnce() -> T) -> 
 fn settings(args: &ModelArgs) -> Result<Settings, Failure> {
     let mut settings = Settings::new();
     for text in &args.settings {
-        settings.add(text).map_err(|error| wrong_setting(&error))?;
+        settings.add(text).map_err(|error| wrong_value(&error))?;
     }
     Ok(settings)
 }
@@ -452,24 +447,22 @@ fn fault(message: String) -> Failure {
     Failure::Other { message, help: None, status: FAULT }
 }
 
-fn wrong_setting(error: &model::ModelError) -> Failure {
-    let diagnostic = Diagnostic::from(error);
-    Failure::Other { message: diagnostic.message, help: diagnostic.help, status: USAGE }
-}
-
-/// A model file that was read and parsed.
-struct Parsed {
-    source: Source,
-    made: Made,
+/// A value on the command line that the library refuses.
+fn wrong_value<'a, E>(error: &'a E) -> Failure
+where
+    Diagnostic: From<&'a E>,
+{
+    let Diagnostic { message, help, .. } = error.into();
+    Failure::Other { message, help, status: USAGE }
 }
 
 /// Parses a model and reads its tables; from then on its budget counts.
-fn parsed(args: &ModelArgs, mut source: Source) -> Result<Parsed, Failure> {
+fn parsed(args: &ModelArgs, mut source: Source) -> Result<(Source, Made), Failure> {
     let settings = settings(args)?;
     let file = syntax::parse(&source.text).map_err(|errors| failed(&source, &[], errors))?;
     let tables = input::read_tables(args, &file, &mut source)?;
     let settings = settings.within(args.guard.begin(&source, tables.bytes()));
-    Ok(Parsed { source, made: Made { file, tables, settings } })
+    Ok((source, Made { file, tables, settings }))
 }
 
 /// The model, and what is suspicious in it.
@@ -494,27 +487,22 @@ fn checked(
 
 /// The checked model, and its text for messages.
 fn load(args: &ModelArgs, size: Size) -> Result<Loaded, Failure> {
-    Ok(load_text(args, input::read_model(&args.file)?, size)?.0)
+    load_text(args, input::read_model(&args.file)?, size)
 }
 
-/// The same of a text, with what the model is made from.
-fn load_text(args: &ModelArgs, source: Source, size: Size) -> Result<(Loaded, Made), Failure> {
-    let Parsed { source, made } = parsed(args, source)?;
+/// The same of a text.
+fn load_text(args: &ModelArgs, source: Source, size: Size) -> Result<Loaded, Failure> {
+    let (source, made) = parsed(args, source)?;
     let read = || checked(args, &made.file, &made.tables, &made.settings, size);
     let (model, warnings) = during(args, "reading the model", read).map_err(|error| failed(&source, &[], error))?;
-    Ok((Loaded { source, model, warnings }, made))
+    Ok(Loaded { source, made, model, warnings })
 }
 
 /// As [`load`], for what takes parameters at their values and says so where these are uncertain.
 fn load_values(args: &ModelArgs, size: Size) -> Result<Loaded, Failure> {
-    Ok(load_made(args, size)?.0)
-}
-
-/// The same with what the model is made from.
-fn load_made(args: &ModelArgs, size: Size) -> Result<(Loaded, Made), Failure> {
-    let (mut loaded, made) = load_text(args, input::read_model(&args.file)?, size)?;
+    let mut loaded = load(args, size)?;
     loaded.warnings.extend(sensitivity::ignored(&loaded.model));
-    Ok((loaded, made))
+    Ok(loaded)
 }
 
 fn style() -> Style {

@@ -25,7 +25,7 @@ pub(super) fn text(args: &args::Motion, format: MessageFormat) -> Result<Answer,
     let [at, starts] = [&args.at, &args.start_table].map(|file| file.as_deref().map(input::read_table).transpose());
     let (at, starts) = (at?, starts?);
     let amplitude = args.amplitude.as_deref().map(|text| constant(text, HELP)).transpose()?;
-    let Loaded { mut source, model, warnings } = load_values(&args.model, Size::Dense)?;
+    let Loaded { mut source, model, warnings, .. } = load_values(&args.model, Size::Dense)?;
     source.taken.extend([&at, &starts].into_iter().flatten().flat_map(|table| table.taken.clone()));
     let computed = during(&args.model, "integrating the motion", || -> Result<_, Error> {
         let system = System::new(&model)?;
@@ -149,9 +149,7 @@ impl Ensemble {
             let mut table = MotionCsv::of_starts(out, model, estimated, args.digits).map_err(output::failed)?;
             in_order(args.threads, starts.len(), "integrating the motions", work, |motion: Result<Trajectory, _>| {
                 number += 1;
-                if !args.model.guard.go_on() {
-                    return Err(Failure::Model(source.clone(), Vec::new()));
-                }
+                args.model.guard.go_on(&source)?;
                 let motion = match motion {
                     Ok(motion) => motion,
                     Err(error) => {

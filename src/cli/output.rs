@@ -297,10 +297,7 @@ pub(super) fn replace(file: &Path, content: Content<'_>, before: Option<&str>) -
         Err(error) if error.kind() == ErrorKind::NotFound => None,
         Err(error) => return Err(error),
     };
-    let folder = match target.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        Some(_) | None => Path::new("."),
-    };
+    let folder = input::folder(&target);
     let Some(old) = old else {
         let fresh = fresh(folder, content, None, true)?;
         return Ok(fresh.persist(&target).map(drop)?);

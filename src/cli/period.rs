@@ -1,14 +1,14 @@
 //! `librate period`.
 
 use librate::diagnostic::Diagnostic;
-use librate::model::Range;
+use librate::model::{ModelError, Range};
 use librate::period::{self, Options, Oscillator, Place, Request};
 use librate::report;
 
 use super::args;
 use super::input::Source;
 use super::{
-    Answer, Failure, Loaded, Size, constant, during, failed, load_values, range, style, wrong_request, wrong_setting,
+    Answer, Failure, Loaded, Size, constant, during, failed, load_values, range, style, wrong_request, wrong_value,
 };
 
 /// What is asked for.
@@ -41,7 +41,7 @@ fn wish(args: &args::Period) -> Result<Wish, Failure> {
 pub(super) fn text(args: &args::Period) -> Result<Answer, Failure> {
     let wish = wish(args)?;
     let options = Options::default().digits(args.digits);
-    let Loaded { source, model, mut warnings } = load_values(&args.model, Size::Dense)?;
+    let Loaded { source, model, mut warnings, .. } = load_values(&args.model, Size::Dense)?;
     let oscillator = Oscillator::of_model(&model).map_err(|error| failed(&source, &warnings, error))?;
     let text = match wish {
         Wish::One(request) => {
@@ -56,7 +56,7 @@ pub(super) fn text(args: &args::Period) -> Result<Answer, Failure> {
         Wish::Curve(range) => {
             let work = || Ok(period::curve(&oscillator, &range, &options)?.collect::<Vec<Place>>());
             let places = during(&args.model, "integrating the periods over the range", work);
-            let places = places.map_err(|error| wrong_setting(&error))?;
+            let places = places.map_err(|error: ModelError| wrong_value(&error))?;
             remark(&source, &range, &places, &mut warnings)?;
             if args.model.drawn {
                 report::period_svg(&range, &places, oscillator.model().has_units)

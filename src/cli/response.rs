@@ -6,9 +6,9 @@ use librate::model::Range;
 use librate::report;
 use librate::response::{Peaks, Request, ResponseError, Study, Value};
 
-use super::args::{ModelArgs, few_digits, positive};
+use super::args::{DOUBLE_DOUBLE_DIGITS, ModelArgs, digits, positive};
 use super::threads::all;
-use super::{Answer, Failure, Loaded, Size, failed, load_made, wrong_request};
+use super::{Answer, Failure, Loaded, Size, failed, load_values, wrong_request};
 
 pub(super) const RESPONSE: &str = "\
 The steady response of the model, linearised about its equilibrium, to a harmonic force, as CSV: a line for each frequency, with the
@@ -49,7 +49,7 @@ pub(crate) struct ResponseArgs {
     #[arg(long)]
     pub(crate) peaks: bool,
     /// Significant digits, up to 30
-    #[arg(long, value_name = "D", default_value = "10", value_parser = few_digits)]
+    #[arg(long, value_name = "D", default_value = "10", value_parser = digits::<DOUBLE_DOUBLE_DIGITS>)]
     pub(crate) digits: usize,
     /// Threads; by default as many as there are cores
     #[arg(long, value_name = "COUNT", value_parser = positive)]
@@ -70,7 +70,7 @@ pub(super) fn text(args: &ResponseArgs) -> Result<Answer, Failure> {
         let message = format!("the frequency of a force given with --input is `omega`, not `{}`", range.name());
         return Err(wrong_request(message, help));
     }
-    let (Loaded { source, model, mut warnings }, made) = load_made(&args.model, Size::Dense)?;
+    let Loaded { source, made, model, mut warnings } = load_values(&args.model, Size::Dense)?;
     let request = Request { input: args.input.clone(), outputs: args.outputs.clone(), range, digits: args.digits };
     let fails = |error: ResponseError, warnings: &[Diagnostic]| failed(&source, warnings, error);
     let study = Study::new(model, made, request).map_err(|error| fails(error, &warnings))?;

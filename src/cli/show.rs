@@ -27,7 +27,7 @@ const LIVE: &str = "\
 ";
 
 pub(super) fn text(args: &args::Show) -> Result<Answer, Failure> {
-    let Loaded { mut source, model, mut warnings } =
+    let Loaded { mut source, model, mut warnings, .. } =
         load(&args.model, if args.lowest.is_some() { Size::Any } else { Size::Dense })?;
     let shown = args.lowest.unwrap_or(model.coordinates.len());
     if shown > MOST_MODES {

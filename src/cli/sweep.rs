@@ -13,7 +13,7 @@ use librate::{Error, modes, sensitivity, tracking};
 use super::input::{self, Source};
 use super::output::{self, visible};
 use super::threads::in_order;
-use super::{Answer, Failure, Parsed, args, fault, parsed, range, wrong_request};
+use super::{Answer, Failure, args, fault, parsed, range, wrong_request};
 
 /// A table of up to so many values has the columns that its lines need, and is written when all are there.
 const HELD: usize = 1000;
@@ -31,7 +31,7 @@ const WHAT: &str = "computing the modes over the range";
 
 pub(super) fn text(args: &args::Sweep) -> Result<Answer, Failure> {
     let range = range(&args.over, "write `--over NAME=a..b:count`, for example `--over k=0..8:17`")?;
-    let Parsed { mut source, made } = parsed(&args.model, input::read_model(&args.model.file)?)?;
+    let (mut source, made) = parsed(&args.model, input::read_model(&args.model.file)?)?;
     let mut options = modes::Options::default().digits(args.digits);
     options.lowest = args.lowest;
     options.vectors = args.model.drawn || args.json && !args.no_vectors;
@@ -131,12 +131,6 @@ impl Run<'_> {
         }
     }
 
-    /// Nothing more is written once the budget is spent; otherwise the next value has all of its time.
-    fn go_on(&self, source: &Source) -> Result<(), Failure> {
-        let goes_on = self.args.model.guard.go_on();
-        if goes_on { Ok(()) } else { Err(Failure::Model(source.clone(), Vec::new())) }
-    }
-
     /// All modes with their shapes, followed from value to value.
     fn picture(&mut self, source: &Source) -> Result<String, Failure> {
         let (args, sweep) = (self.args, self.sweep);
@@ -153,7 +147,7 @@ impl Run<'_> {
             || |at: usize| sweep.place(at),
             |place| {
                 places.push(place);
-                self.go_on(source)
+                args.model.guard.go_on(source)
             },
         )?;
         let failed: Vec<_> =
@@ -173,12 +167,7 @@ impl Run<'_> {
         let (args, sweep, name) = (self.args, self.sweep, self.name.clone());
         let worker = || {
             |at: usize| {
-                let mut place = sweep.place(at);
-                if let Ok((linearized, modes)) = &mut place.result
-                    && let Err(error) = sensitivity::put_uncertainties(linearized, modes, sweep.options())
-                {
-                    place.result = Err(error.into());
-                }
+                let place = sweep.place_with_uncertainties(at);
                 (report::sweep_json(&name, &place, sweep.options()), place.result.err())
             }
         };
@@ -187,7 +176,7 @@ impl Run<'_> {
         let mut first: Option<Error> = None;
         let (mut next, mut is_begun) = (0, false);
         in_order(args.threads, sweep.range().len(), WHAT, worker, |(object, error)| {
-            self.go_on(source)?;
+            args.model.guard.go_on(source)?;
             let place = next;
             next += 1;
             waiting.push(object);
@@ -269,7 +258,7 @@ impl Run<'_> {
         };
         let mut known = BTreeMap::new();
         lines(args, sweep, &places, |places, lines| {
-            self.go_on(source)?;
+            args.model.guard.go_on(source)?;
             known.extend(places.iter().copied().zip(lines));
             Ok(())
         })?;
@@ -305,7 +294,7 @@ impl Run<'_> {
         let mut known = known.into_iter().peekable();
         let (args, sweep) = (self.args, self.sweep);
         lines(args, sweep, todo, |places, lines| {
-            self.go_on(source)?;
+            args.model.guard.go_on(source)?;
             for (place, line) in places.iter().zip(lines) {
                 while let Some((place, line)) = known.next_if(|(other, _)| other < place) {
                     self.put(&mut table, columns, place, line)?;

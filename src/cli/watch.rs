@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::convert::Infallible;
 use std::ffi::OsString;
 use std::io::{self, IsTerminal};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Child, Command as Process, ExitCode};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::time::Duration;
@@ -15,6 +15,7 @@ use notify_debouncer_full::notify::RecursiveMode;
 use notify_debouncer_full::{DebounceEventResult, new_debouncer};
 
 use super::args::{Cli, Command, MessageFormat};
+use super::input::folder;
 use super::{Failure, complain, fault, output, usage};
 
 pub(super) const ABOUT: &str = "\
@@ -100,8 +101,8 @@ impl Task {
             // Editors put a new file in place of the old one: folders stay.
             let files = self.files();
             for own in files.iter().map(|file| folder(file)) {
-                if folders.insert(own.clone()) {
-                    let watched = debouncer.watch(&own, RecursiveMode::NonRecursive);
+                if folders.insert(own.to_owned()) {
+                    let watched = debouncer.watch(own, RecursiveMode::NonRecursive);
                     if own == folder(&self.file) {
                         watched.map_err(|error| cannot(&error))?;
                     }
@@ -122,11 +123,6 @@ impl Task {
             }
         }
     }
-}
-
-fn folder(file: &Path) -> PathBuf {
-    let parent = file.parent().filter(|parent| !parent.as_os_str().is_empty());
-    parent.unwrap_or_else(|| Path::new(".")).to_owned()
 }
 
 /// Why nothing is watched.

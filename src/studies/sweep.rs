@@ -10,6 +10,7 @@ use crate::source::Source;
 
 use crate::batch::{self, Outcome, Solutions, Study};
 use crate::error::Error;
+use crate::sensitivity;
 use crate::source::{End, rational, share, unit_of, written_ends};
 use librate_core::linearize::{self, Linearized};
 use librate_core::model::{Model, Range};
@@ -110,6 +111,18 @@ impl Sweep {
             Ok((linearized, modes))
         };
         Place { value: self.value(place), result: solve() }
+    }
+
+    /// The same with the uncertainties of the frequencies, where parameters have some.
+    #[must_use]
+    pub fn place_with_uncertainties(&self, place: usize) -> Place {
+        let mut place = self.place(place);
+        if let Ok((linearized, modes)) = &mut place.result
+            && let Err(error) = sensitivity::put_uncertainties(linearized, modes, &self.options)
+        {
+            place.result = Err(error.into());
+        }
+        place
     }
 
     /// The same over as many places and one between any two; `None` where that is too many, or there is a single one.
