@@ -7,6 +7,7 @@
 use librate_core::expr::{ExprId, Pool, Substitution, Symbol, ZeroVerdict};
 use librate_core::linearize::{forces_of, signed_terms, written_out};
 use librate_core::model::{Model, SymbolKind};
+use librate_core::span::Span;
 
 /// The Lagrangian of a model, the forces that no energy gives, and its symbols.
 pub(crate) struct Mechanics<'a> {
@@ -62,6 +63,12 @@ impl<'a> Mechanics<'a> {
     pub(crate) fn terms(model: &Model) -> usize {
         let families = signed_terms(model).map(|(_, family)| family);
         families.chain(&model.forces).map(|family| family.count).sum()
+    }
+
+    /// The first constraint on velocities or rate of a steady motion beside the energies, in the words for each.
+    pub(crate) fn beside(model: &Model, [rolling, steady]: [&'static str; 2]) -> Option<(Span, &'static str)> {
+        let rolls = model.rolling.first().map(|own| (own.span, rolling));
+        rolls.or_else(|| model.rates.given().map(|given| (given.span, steady)).next())
     }
 
     /// The derivatives by the coordinates, by their numbers, those that are not 0.

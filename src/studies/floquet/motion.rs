@@ -228,12 +228,8 @@ fn check(model: &Model) -> Result<Span, FloquetError> {
         let span = model.period.map(|given| given.span);
         return Err(FloquetError::NoTime { span });
     };
-    let rate = model.rates.given().map(|given| given.span).next();
-    let rolling = model.rolling.first().map(|own| own.span);
-    for (span, what) in [(rolling, "constraints on velocities"), (rate, "a steady motion")] {
-        if let Some(span) = span {
-            return Err(FloquetError::Unsupported { what, span });
-        }
+    if let Some((span, what)) = Mechanics::beside(model, ["constraints on velocities", "a steady motion"]) {
+        return Err(FloquetError::Unsupported { what, span });
     }
     let terms = Mechanics::terms(model);
     if terms > MOST_TERMS || model.coordinates.len() > MOST_COORDINATES {

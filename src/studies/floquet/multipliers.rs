@@ -174,18 +174,7 @@ pub(super) fn of_two<S: Enclosure>(matrix: &[S], symplectic: bool, precision: S:
     let below = if symplectic { one.sub(&trace).mul(&one.add(&trace)) } else { determinant.sub(&trace.mul(&trace)) };
     if below.is_positive() {
         let (re, im) = (trace, below.sqrt());
-        let place = if symplectic {
-            Place::On
-        } else {
-            let rest = one.sub(&determinant);
-            if rest.is_positive() {
-                Place::Inside
-            } else if rest.neg().is_positive() {
-                Place::Outside
-            } else {
-                Place::Undecided
-            }
-        };
+        let place = if symplectic { Place::On } else { side(&determinant, precision) };
         return vec![Multiplier::new(re.clone(), im.clone(), place, true), Multiplier::new(re, im.neg(), place, true)];
     }
     let real = |value: S, place: Option<Place>| {

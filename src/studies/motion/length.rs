@@ -240,6 +240,7 @@ pub(super) fn allowed(order: usize, tolerance: f64) -> Vec<f64> {
 }
 
 /// Buffers for what is calculated at a place.
+#[derive(Default)]
 pub(super) struct Buffers<S> {
     inputs: Vec<S>,
     forces: Vec<S>,
@@ -247,17 +248,4 @@ pub(super) struct Buffers<S> {
     sums: Vec<S>,
     sizes: Vec<f64>,
     inertia: Vec<f64>,
-}
-
-impl<S> Default for Buffers<S> {
-    fn default() -> Self {
-        Self {
-            inputs: Vec::new(),
-            forces: Vec::new(),
-            out: Vec::new(),
-            sums: Vec::new(),
-            sizes: Vec::new(),
-            inertia: Vec::new(),
-        }
-    }
 }

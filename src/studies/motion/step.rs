@@ -13,7 +13,7 @@ use librate_core::expr::{Prepared, Series};
 use librate_core::precision::{Ball, DoubleDouble, Scalar};
 
 /// Numbers that motions are computed in. Nothing is proved of them.
-pub(super) trait Real: Scalar<Precision = ()> + Copy {
+pub(super) trait Real: Scalar<Precision = ()> + Copy + Default {
     /// A double, exactly.
     fn exact(value: f64) -> Self;
     /// The middle of an enclosure.

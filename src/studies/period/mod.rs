@@ -281,17 +281,13 @@ impl Oscillator {
 
     /// The number that is asked for, in the units of the energies.
     fn value<S: Scalar>(&self, request: &Request, precision: S::Precision) -> S {
-        let (constant, factor) = match request {
-            Request::Amplitude(constant) => (constant, self.coordinate().factor),
-            Request::Energy(constant) => (constant, None),
+        let powers = self.powers();
+        let (constant, factor, power) = match request {
+            Request::Amplitude(constant) => (constant, self.coordinate().factor, powers.length),
+            Request::Energy(constant) => (constant, None, powers.energy),
         };
         let value = evaluate_closed::<S>(constant.pool(), constant.value(), precision);
         let factor = factor.and_then(|factor| evaluate_closed::<S>(&self.model().pool, factor, precision));
-        let powers = self.powers();
-        let power = match request {
-            Request::Amplitude(_) => powers.length,
-            Request::Energy(_) => powers.energy,
-        };
         let value = value.map(|value| match power {
             0 => value,
             _ => value.mul(&S::from_number(&power_of_two(-power), precision)),

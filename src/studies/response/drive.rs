@@ -107,13 +107,9 @@ fn is_fixed(model: &Model, pool: &mut Pool, known: &Substitution, parameter: Sym
 /// Refuses what can't be taken apart; tells where the time occurs.
 fn check(model: &Model) -> Result<Span, ResponseError> {
     let Some(span) = model.time_dependent else { return Err(ResponseError::NotDriven {}) };
-    let rate = model.rates.given().map(|given| given.span).next();
-    let rolling = model.rolling.first().map(|own| own.span);
-    let refused = [(rolling, "a drive under constraints on velocities"), (rate, "a drive beside a steady motion")];
-    for (span, what) in refused {
-        if let Some(span) = span {
-            return Err(ResponseError::Unsupported { what, span });
-        }
+    let refused = ["a drive under constraints on velocities", "a drive beside a steady motion"];
+    if let Some((span, what)) = Mechanics::beside(model, refused) {
+        return Err(ResponseError::Unsupported { what, span });
     }
     let terms = Mechanics::terms(model);
     if terms > MOST_TERMS {

@@ -318,13 +318,11 @@ impl Search<'_> {
         let of = |kind, amplitude| Some(Peak { kind, place, amplitude, half_power: [None, None] });
         if let Some(turned) = turned {
             let stays = |x: Option<Complex<Ball>>| x.is_some_and(|x| axis(&x) == Some(turned));
-            return if is_top {
-                let is_pole = Self::levels().any(|level| stays(self.eliminated(piece, level, true)));
-                if is_pole { of(PeakKind::Resonance, None) } else { None }
-            } else {
-                let is_zero = Self::levels().any(|level| stays(self.eliminated(piece, level, false)));
-                if is_zero { of(PeakKind::Antiresonance, Some(Ball::ZERO)) } else { None }
-            };
+            // The reciprocal has a zero at a pole.
+            if !Self::levels().any(|level| stays(self.eliminated(piece, level, is_top))) {
+                return None;
+            }
+            return if is_top { of(PeakKind::Resonance, None) } else { of(PeakKind::Antiresonance, Some(Ball::ZERO)) };
         }
         let square = Self::levels().find_map(|level| self.square(piece, level))?;
         let amplitude = Some(square.sqrt());
