@@ -8,7 +8,7 @@ use librate::chart::{Chart, Place as ChartPlace};
 use librate::floquet::{self, Options as FloquetOptions};
 use librate::model::{Constant, Model as Elaborated, ModelError, Range};
 use librate::modes::Options;
-use librate::motion::{Enclosed, Start, System, Times, Trajectory};
+use librate::motion::{Enclosed, Start, System, Times};
 use librate::oscillation;
 use librate::period::{self, Oscillator, Request as PeriodRequest};
 use librate::report::{self, Style, SweepColumns, SweepCsv, SweepRow, SweepView};
@@ -282,15 +282,12 @@ pub(crate) fn trajectory(py: Python<'_>, model: &Model, args: MotionArgs) -> PyR
             None if args.proved => Enclosed::new(&model)?.motion(&start, &times, digits)?,
             None => system.motion(&start, &times)?,
         };
-        Ok(written(&model, &known, digits, args.svg))
+        if args.svg {
+            return Ok(Written::drawn(report::motion_svg(&model, &known, None)));
+        }
+        let text = format!("{}\n", report::motion_remark(&known));
+        Ok(Written { json: report::motion_json(&model, &known, digits), text })
     })
-}
-
-fn written(model: &Elaborated, known: &Trajectory, digits: usize, svg: bool) -> Written {
-    if svg {
-        return Written::drawn(report::motion_svg(model, known, None));
-    }
-    Written { json: report::motion_json(model, known, digits), text: format!("{}\n", report::motion_remark(known)) }
 }
 
 impl MotionArgs {

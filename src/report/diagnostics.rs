@@ -100,13 +100,7 @@ impl<'a> Page<'a> {
 
     /// The bytes a label is about, at the borders of characters of this text.
     fn range(&self, label: &Label) -> (usize, usize) {
-        let place = |at: u32| {
-            let mut at = (at as usize).saturating_sub(self.mark).min(self.text.len());
-            while !self.text.is_char_boundary(at) {
-                at -= 1;
-            }
-            at
-        };
+        let place = |at: u32| self.border((at as usize).saturating_sub(self.mark).min(self.text.len()));
         let start = place(label.span.start);
         (start, place(label.span.end).max(start))
     }
@@ -114,6 +108,14 @@ impl<'a> Page<'a> {
     /// The number of the line that holds a byte, from 0.
     fn line(&self, at: usize) -> usize {
         self.lines.partition_point(|start| *start <= at) - 1
+    }
+
+    /// The beginning of the character at a place.
+    fn border(&self, mut at: usize) -> usize {
+        while !self.text.is_char_boundary(at) {
+            at -= 1;
+        }
+        at
     }
 
     /// An excerpt from one line to another, both included.
@@ -207,15 +209,9 @@ fn cutting<'a>(page: &Page<'a>, mark: &Mark<'a>) -> Vec<Element<'a>> {
     let line_start = page.lines[mark.first];
     let column = page.text[line_start..mark.start].chars().count() + 1;
     let origin = Origin::path(page.name).line(mark.first + 1).char_column(column);
-    let border = |mut at: usize| {
-        while !page.text.is_char_boundary(at) {
-            at -= 1;
-        }
-        at
-    };
-    let start = border(mark.start.saturating_sub(AROUND)).max(line_start);
-    let end = border(mark.end.min(mark.start + AROUND)).max(mark.start);
-    let rest = &page.text[end..border((end + AROUND).min(page.text.len()))];
+    let start = page.border(mark.start.saturating_sub(AROUND)).max(line_start);
+    let end = page.border(mark.end.min(mark.start + AROUND)).max(mark.start);
+    let rest = &page.text[end..page.border((end + AROUND).min(page.text.len()))];
     let stop = end + rest.find('\n').unwrap_or(rest.len());
     let snippet =
         Snippet::source(&page.text[start..stop]).line_start(mark.first + 1).annotation(annotation(mark, start, end));
