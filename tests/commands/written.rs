@@ -108,7 +108,7 @@ fn shapes_name_their_largest_components() {
     let (linearized, mut modes) = oscillators(&names, &options);
     modes.modes[0].vector = vec![0.1, -0.7, 0.699_999_999_999_999_9, 1e-17, 0.0, 0.0, 0.0];
     modes.modes[0].vector_error_bound = 1e-15;
-    let shapes: Vec<String> = (70..140)
+    let shapes: Vec<String> = (70..170)
         .map(|width| {
             let text = modes_text(&linearized, &modes, &options, &Style::default().width(width));
             let row = text.lines().find(|line| line.starts_with("   1 ")).unwrap();

@@ -117,3 +117,28 @@ fn contradictions_are_exact() {
         }
     }
 }
+
+/// Forces beside constraints: an equilibrium at 0 or at the guess is found as it is, and what is symmetric is no friction.
+#[test]
+fn forces_under_constraints_rest_where_they_vanish() {
+    let found = |text: &str| {
+        let linearized = linearize(model(text)).unwrap();
+        assert!(linearized.equilibrium().values.iter().all(librate::precision::Ball::is_zero), "{text}");
+        normal_modes(&linearized, &Options::default()).unwrap()
+    };
+    let kinds = |text: &str| found(text).modes.iter().map(|mode| mode.kind).collect::<Vec<_>>();
+    use librate::modes::Kind::{Oscillation, Unstable, Zero};
+    assert_eq!(kinds("coord x, y  T = 1/2*(x'^2 + y'^2)  force y = -9.81  constraint y = 0"), [Zero]);
+    let bowl = "coord x, y  T = 1/2*(x'^2 + y'^2)  V = y  constraint y = x^2  force x = -3*x - 2*x'*y";
+    let bowl = found(bowl);
+    assert!((bowl.modes[0].omega.mid_f64().powi(2) - 5.0).abs() < 1e-14 && bowl.modes[0].kind == Oscillation);
+    let curved = "coord x, y, z, w
+        T = w^2*x'^2/3 + w'^2/2 + w'*x*x'/3 + x'^2/2 + 9*y'^2/2 + z'^2/2
+        V = w^2 - 2*w*x + 2*w*y + 3*w*z - x^2 + x*y + x*z + 2*x + 2*z^2 + z
+        force x = -3*w'*x/2 - 2*x/5  force z = 5*w*x' + z/2
+        constraint w^2 + 2*x + z + 2 = w^2 + 2  guess x = 0";
+    assert_eq!(kinds(curved), [Unstable, Oscillation, Oscillation]);
+    // s⁴ + s² - 1: one entry for ±s, as with the same force in V.
+    let turning = "coord x, y  T = 1/2*(x'^2 + y'^2) + x*y'  V = -1/2*x^2  force y = -y";
+    assert_eq!(kinds(turning), [Unstable, Oscillation]);
+}

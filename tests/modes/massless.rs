@@ -231,3 +231,23 @@ fn a_guiding_centre_beside_friction_is_one_mode_more() {
     assert!((first.omega * first.omega - number("3/4")).contains_zero() && first.growth.contains_zero());
     assert!((second.growth + number("1/4")).contains_zero() && second.kind == Kind::Damped);
 }
+
+#[test]
+fn directions_that_springs_hold_may_be_coupled_to_velocities() {
+    check("coord x, y  T = 1/2*(x' + y')^2 + x*y'  V = x^2 + y^2", 1, &["4/5"]);
+    let (_, normal) = solved("coord x, y  T = 4*x'*y' + 2*x'^2 + 2*y'^2 + x*y'  V = 2*x^2 + 4*x*y + 13/2*y^2");
+    let [mode] = &normal.modes[..] else { panic!("{normal:?}") };
+    // det(s²M + sG + K) = (4 s² + 4)(4 s² + 13) - (4 s² + 4)² + s² = 37 s² + 36.
+    assert!((mode.omega_squared.unwrap() - number("36/37")).contains_zero(), "{:?}", mode.omega_squared);
+}
+
+#[test]
+fn nodes_under_constraints_follow_in_any_order() {
+    // 2 and 3 in series: 6/5.
+    for order in ["x, a, b", "a, x, b", "a, b, x"] {
+        let series = format!("coord {order}  T = 1/2*x'^2  V = a^2 + 3/2*b^2  constraint x = a + b");
+        check(&series, 1, &["6/5"]);
+        check(&series.replace("x = a + b", "x' = a' + b'"), 1, &["6/5"]);
+    }
+    check("coord x, a, b, c  T = 1/2*x'^2  V = (a^2 + b^2 + c^2)/2  constraint x = a + b + c", 2, &["1/3"]);
+}

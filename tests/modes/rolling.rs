@@ -317,3 +317,27 @@ fn what_is_not_covered_is_refused() {
     let twice = format!("{}\nconstraint x'*sin(psi) = y'*cos(psi)", upright);
     assert!(error(&twice).starts_with("E0323"), "{}", error(&twice));
 }
+
+/// A pendulum on a wheel that rolls: the same in a frame that moves along.
+#[test]
+fn steady_rolling_is_rest_in_another_frame() {
+    let model = |tie: &str| {
+        of_text(&format!(
+            "param M = 2, J = 0.5, m = 1, l = 0.4, R = 0.5, g = 9.81, W = 3  coord x, th, phi
+             T = 1/2*M*x'^2 + 1/2*J*th'^2 + 1/2*m*((x' + l*phi'*cos(phi))^2 + (l*phi'*sin(phi))^2)
+             V = -m*g*l*cos(phi)  {tie}  equilibrium x' = R*W  equilibrium th' = W"
+        ))
+    };
+    for tie in ["constraint x' = R*th'", "constraint x = R*th"] {
+        let found = model(tie);
+        let [zero, mode] = &found.modes[..] else { panic!("{found:?}") };
+        assert_eq!((zero.kind, mode.kind), (Kind::Zero, Kind::Oscillation));
+        // g/l (Me + m)/Me with Me = M + J/R² = 4.
+        assert!((mode.omega * mode.omega - ball("24.525") * ball("5") / ball("4")).contains_zero());
+    }
+    // At other rates the wheel slips.
+    let slips = linearize(common::model(
+        "coord x, th  T = 1/2*x'^2 + 1/2*th'^2  V = 0  constraint x = 2*th  equilibrium x' = 3  equilibrium th' = 1",
+    ));
+    assert_eq!(Diagnostic::from(&slips.unwrap_err()).code, Some("E0312"));
+}

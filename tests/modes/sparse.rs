@@ -426,3 +426,40 @@ fn random_sparse_problems_are_solved() {
     }
     assert!(solved >= 38, "{solved} of 40");
 }
+
+/// What the modes near a frequency say of all others, too.
+#[test]
+fn stability_is_that_of_all_modes() {
+    let near = Options::default().near(1.0, 2).without_vectors();
+    for (text, stability) in [
+        (format!("{FREE_CHAIN} - 1/2*x[1]^2"), Stability::Unstable),
+        (FREE_CHAIN.to_owned(), Stability::Neutral),
+        (CHAIN.to_owned(), Stability::Stable),
+    ] {
+        let found = modes(text.trim_end().replace("\n - ", " - ").as_str(), 400, &near);
+        assert_eq!((found.stability, found.modes.len()), (stability, 2), "{text}");
+    }
+}
+
+/// The waves of a ring come in pairs: those of the sparse path are those of the dense one.
+#[test]
+fn equal_frequencies_have_the_same_echelon_basis() {
+    let ring = "coord x[1..N]  T = sum(i in 1..N, 1/2*x[i]'^2)  V = sum(i in 1..N, 1/2*(x[mod(i, N) + 1] - x[i])^2)";
+    let few = modes(ring, 301, &Options::default().lowest(5));
+    let all = modes(ring, 301, &Options::default());
+    assert!(few.method.is_some() && all.method.is_none());
+    for (own, other) in few.modes.iter().zip(&all.modes) {
+        let most = own.vector.iter().zip(&other.vector).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
+        assert!(most < 1e-12, "{most}");
+    }
+}
+
+/// More digits than double-double has for so many coordinates, without all other modes.
+#[test]
+fn digits_beyond_double_double_are_those_of_few_modes() {
+    let found = modes(CHAIN, 600, &Options::default().lowest(2).digits(28).without_vectors());
+    let precise = found.modes[0].precise.as_ref().unwrap();
+    // 2 sin(pi/1202)
+    assert!((found.modes[0].omega.mid_f64() - 2.0 * (std::f64::consts::PI / 1202.0).sin()).abs() < 1e-16);
+    assert!(precise.omega.radius().to_f64() < 1e-30 * precise.omega.mid_f64());
+}

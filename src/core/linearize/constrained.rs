@@ -112,6 +112,9 @@ fn independent(model: &mut Model) -> (Vec<usize>, Vec<usize>) {
     (kept, dependent)
 }
 
+/// What is less beside the largest entry of its row follows no others where they may follow it.
+const LEAST_PIVOT: f64 = 1e-3;
+
 /// The directions that constraints allow: q' = Z y'.
 ///
 /// As many coordinates as there are constraints are expressed by the others, which y' consists of.
@@ -133,6 +136,16 @@ pub(super) fn choose_bound<S: Enclosure>(
     precision: S::Precision,
 ) -> Option<Vec<usize>> {
     eliminate(gradients.to_vec(), largest_among(among), precision).map(|(pivots, _)| pivots)
+}
+
+/// The same of all coordinates, where it can be of those that move nothing.
+pub(super) fn choose_light<S: Enclosure>(
+    gradients: &[Vec<S>],
+    moved: &[bool],
+    precision: S::Precision,
+) -> Option<Vec<usize>> {
+    let rank = |column: usize, size: f64| (size > 0.0).then(|| (!moved[column] && size > LEAST_PIVOT, size));
+    eliminate(gradients.to_vec(), rank, precision).map(|(pivots, _)| pivots)
 }
 
 /// The largest pivots that exclude 0, in some columns or in all.

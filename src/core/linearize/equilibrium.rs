@@ -135,6 +135,45 @@ enum Outcome {
     Stuck(Option<Spectrum>),
 }
 
+/// A number that is given, in balls.
+pub(super) fn closed(model: &Model, given: Option<crate::model::Given>) -> Result<Option<Ball>, LinearizeError> {
+    let Some(given) = given else { return Ok(None) };
+    let Some(value) = given.value else {
+        let number = super::parameters::parameters_of(model, &[given.symbolic])
+            .into_iter()
+            .find(|number| model.parameters[*number].value.is_none());
+        return Err(super::missing_value(model, number.unwrap_or(0)));
+    };
+    match super::assemble::evaluate_closed::<Ball>(&model.pool, value, ()) {
+        Some(number) if !number.is_finite() => Err(given_not_finite(model, &given)),
+        number => Ok(number),
+    }
+}
+
+/// The point with what is given, and where each coordinate has its place from.
+fn given_point(model: &Model) -> Result<(Vec<Ball>, Vec<Origin>), LinearizeError> {
+    let count = model.coordinates.len();
+    let (mut point, mut origins) = (vec![Ball::ZERO; count], vec![Origin::Zero; count]);
+    for i in 0..count {
+        if let Some(value) = closed(model, model.equilibria.get(i))? {
+            point[i] = value;
+            origins[i] = Origin::Given;
+        }
+    }
+    Ok((point, origins))
+}
+
+/// The equilibrium under constraints where no search is needed: where it is given, or all forces vanish at the start.
+pub(super) fn at_start(
+    model: &Model,
+    assembly: &Assembly,
+    values: &Values<Ball>,
+    visible: usize,
+) -> Result<Option<Equilibrium>, LinearizeError> {
+    let (mut point, origins) = given_point(model)?;
+    Search { model, assembly, values, free: Vec::new(), visible }.at_start(&mut point, &origins)
+}
+
 /// Finds or verifies the equilibrium. Behind the `visible` coordinates there are multipliers of constraints.
 pub(crate) fn find(
     model: &Model,
@@ -143,37 +182,15 @@ pub(crate) fn find(
     visible: usize,
 ) -> Result<Equilibrium, LinearizeError> {
     let count = model.coordinates.len();
-    let closed = |given: Option<crate::model::Given>| -> Result<Option<Ball>, LinearizeError> {
-        let Some(given) = given else { return Ok(None) };
-        let Some(value) = given.value else {
-            let number = super::parameters::parameters_of(model, &[given.symbolic])
-                .into_iter()
-                .find(|number| model.parameters[*number].value.is_none());
-            return Err(super::missing_value(model, number.unwrap_or(0)));
-        };
-        match super::assemble::evaluate_closed::<Ball>(&model.pool, value, ()) {
-            Some(number) if !number.is_finite() => Err(given_not_finite(model, &given)),
-            number => Ok(number),
-        }
-    };
-    let mut point = vec![Ball::ZERO; count];
-    let mut origins = vec![Origin::Zero; count];
-    let mut free = Vec::new();
-    for i in 0..count {
-        if let Some(value) = closed(model.equilibria.get(i))? {
-            point[i] = value;
-            origins[i] = Origin::Given;
-        } else {
-            free.push(i);
-        }
-    }
+    let (mut point, mut origins) = given_point(model)?;
+    let free = (0..count).filter(|i| origins[*i] == Origin::Zero).collect();
     let guessed = model.guesses.any();
     let mut search = Search { model, assembly, values, free, visible };
     if visible < count {
-        return search.constrained(point, origins, &closed);
+        return search.constrained(point, origins);
     }
     for i in &search.free {
-        if let Some(value) = closed(model.guesses.get(*i))? {
+        if let Some(value) = closed(model, model.guesses.get(*i))? {
             point[*i] = value;
         }
         if guessed {

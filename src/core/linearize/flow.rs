@@ -44,21 +44,17 @@ pub(super) type Three<S> = [Vec<S>; 3];
 /// The directions without inertia of what is left of a model, where friction or gyroscopic forces determine how they move. Where they are no coordinates,
 /// those that follow the others are among them, and none follows before.
 pub(super) fn find(own: &mut Linearized) -> Option<Flow> {
-    let (resting, n) = (massless::resting(own), own.dimension());
     let (velocity, _) = own.velocity_and_stiffness();
-    let order = |i: &usize| {
-        let is_free = |j: &usize| velocity[i + n * j].is_zero() && velocity[j + n * i].is_zero();
-        if resting.iter().all(is_free) { Order::Static } else { Order::First }
-    };
-    let mut directions: Vec<(Direction, Order)> = resting.iter().map(|i| (massless::unit(*i), order(i))).collect();
+    let mut directions = orders_of(massless::resting(own).into_iter().map(massless::unit).collect(), &velocity);
     if let Some(all) = massless::kernel_of_mass(own)
         && all.len() > own.massless_directions() + directions.len()
     {
         let followed = own.massless.take();
         let followed = followed.and_then(|own| own.ok()).map(|own| own.directions).unwrap_or_default();
         directions = followed.into_iter().map(|v| (v, Order::Static)).collect();
-        for v in all {
-            directions.push((v, Order::First));
+        let velocity = own.velocity_and_stiffness().0;
+        for found in orders_of(all, &velocity) {
+            directions.push(found);
             if places(own, &directions).is_none() {
                 directions.pop();
             }
@@ -99,6 +95,18 @@ pub(super) fn find(own: &mut Linearized) -> Option<Flow> {
     let masses = sizes.into_iter().map(mass_of).collect();
     let flow = Flow { shifts: Vec::new(), directions, places, rate, masses }.attempt(0);
     flow.regular(&[mass, velocity, stiffness], Enclosure::certain_size, ()).is_some().then_some(flow)
+}
+
+/// Which of some directions no force of velocities holds: vᵀDw = 0 for all of them.
+fn orders_of(all: Vec<Direction>, velocity: &[Ball]) -> Vec<(Direction, Order)> {
+    let images = rows(&all, velocity, ());
+    let is_free = |a: usize, b: usize| product(&all[b], |i| &images[a][i], ()).is_zero();
+    let order = |a: usize| {
+        let is_static = (0..all.len()).all(|b| is_free(a, b) && is_free(b, a));
+        if is_static { Order::Static } else { Order::First }
+    };
+    let orders: Vec<Order> = (0..all.len()).map(order).collect();
+    all.into_iter().zip(orders).collect()
 }
 
 /// Coordinates by which the directions are told apart, one for each; `None` where the directions are not independent.
@@ -160,14 +168,16 @@ impl Flow {
         let row = |matrix: &[S], i: usize| -> Vec<S> { (0..n).map(|j| matrix[i + n * j].clone()).collect() };
         parts.extend(others.iter().map(|i| [row(mass, *i), row(velocity, *i), row(stiffness, *i)]));
         let along = |v: &Direction, matrix: &[S]| rows(std::slice::from_ref(v), matrix, precision).swap_remove(0);
-        let own: Vec<[Vec<S>; 2]> =
+        let mut own: Vec<[Vec<S>; 2]> =
             self.directions.iter().map(|(v, _)| [along(v, velocity), along(v, stiffness)]).collect();
         let coupled: Vec<usize> = (0..own.len())
-            .filter(|at| {
-                let (v, order) = &self.directions[*at];
-                *order == Order::Static && v.len() == 1 && !own[*at][0].iter().all(Scalar::is_exact_zero)
-            })
+            .filter(|at| self.directions[*at].1 == Order::Static && !own[*at][0].iter().all(Scalar::is_exact_zero))
             .collect();
+        if !coupled.is_empty() {
+            // In the directions in place of the coordinates by which they are told apart.
+            let rows = parts.iter_mut().flatten().chain(own.iter_mut().flatten());
+            rows.for_each(|row| self.into_directions(row, precision));
+        }
         let thirds = self.uncouple(&mut parts, &others, &own, &coupled, &size, precision)?;
         let mut second = self.places.len();
         for (at, (_, order)) in self.directions.iter().enumerate() {
@@ -191,6 +201,9 @@ impl Flow {
             }
             parts.push(part);
         }
+        if !coupled.is_empty() {
+            self.back(&mut parts, &size, precision)?;
+        }
         // Lᵀ X is what the leading rows shall be: those of the coordinates, and of what is coupled to them.
         let changed: Vec<usize> = if coupled.is_empty() { self.places.clone() } else { (0..n).collect() };
         let column = |c: usize| {
@@ -212,6 +225,45 @@ impl Flow {
         }
         Some(all)
     }
+    /// The entries of a row for the motions along the directions, each in the place of one of the coordinates.
+    fn into_directions<S: Scalar>(&self, row: &mut [S], precision: S::Precision) {
+        let along = self.directions.iter().map(|(v, _)| product(v, |i| &row[i], precision));
+        let along: Vec<S> = along.collect();
+        self.places.iter().zip(along).for_each(|(place, own)| row[*place] = own);
+    }
+
+    /// The rows for the coordinates again.
+    fn back<S: Scalar>(
+        &self,
+        parts: &mut [Three<S>],
+        size: &impl Fn(&S) -> f64,
+        precision: S::Precision,
+    ) -> Option<()> {
+        let zero = S::from_number(&Number::ZERO, precision);
+        let count = self.places.len();
+        let equation = |(at, (v, _)): (usize, &(Direction, Order))| -> Vec<S> {
+            let mut equation = vec![zero.clone(); count];
+            let mut others: Direction = Vec::new();
+            for (i, x) in v {
+                match self.places.iter().position(|place| place == i) {
+                    Some(p) => equation[p] = x.in_numbers(precision),
+                    None => others.push((*i, x.clone())),
+                }
+            }
+            let rows = parts.iter().flatten();
+            equation.extend(rows.map(|row| row[self.places[at]].sub(&product(&others, |i| &row[i], precision))));
+            equation
+        };
+        let mut equations: Vec<Vec<S>> = self.directions.iter().enumerate().map(equation).collect();
+        solve_for(&mut equations, 0..count, size, precision)?;
+        for (number, row) in parts.iter_mut().flatten().enumerate() {
+            for (place, own) in self.places.iter().zip(&equations) {
+                row[*place] = own[count + number].clone();
+            }
+        }
+        Some(())
+    }
+
     /// Takes the directions that springs hold out of the velocities in the rows of the others, `parts`, and gives M'⁻ᵀ D for each of these:
     /// with `own` the rows r = s D + S of the directions, less s D S⁻¹ r, which leaves the determinant as it is and gives the
     /// others M' = M - D S⁻¹ D. `None` where S or M' is not shown to be regular.
@@ -227,8 +279,7 @@ impl Flow {
         if coupled.is_empty() {
             return Some(Vec::new());
         }
-        let places: Vec<usize> =
-            coupled.iter().map(|at| Some(self.directions[*at].0.first()?.0)).collect::<Option<_>>()?;
+        let places: Vec<usize> = coupled.iter().map(|at| self.places[*at]).collect();
         // Sᵀ X = Dᵀ, with a column for each of the others.
         let row = |column: &usize| {
             let spring = coupled.iter().map(|at| own[*at][1][*column].clone());

@@ -5,7 +5,7 @@
 //! matrices are reduced to what is left, as under constraints (R. J. Guyan, Reduction of stiffness and mass matrices, AIAA J. 3 (1965)
 //! 380; exact where what is left out has no mass). *That there is no inertia is exact, never that it is small.*
 
-use super::assemble::Part;
+use super::assemble::{Assembly, Part, Values};
 use super::constrained::{self, Tangent};
 use super::error::{Inertia, LinearizeError};
 use super::exact;
@@ -124,11 +124,11 @@ fn unheld(own: &Linearized, directions: &[Direction], stiffness: &[Ball]) -> Opt
     Some(LinearizeError::SingularMass { combination, inertia: Inertia::NoneAndFree, span })
 }
 
-/// Which coordinates move something at a point, and whether some do together.
-fn moved(own: &Linearized, at: &[Ball]) -> (Vec<bool>, bool) {
-    let mut moved = vec![false; own.model.coordinates.len()];
+/// Which of so many coordinates move something at a point, and whether some do together.
+pub(super) fn moved(assembly: &Assembly, at: &[Ball], values: &Values<Ball>, count: usize) -> (Vec<bool>, bool) {
+    let mut moved = vec![false; count];
     let mut coupled = false;
-    own.assembly.entries(Part::Inertia, at, &own.values, |i, j, share| {
+    assembly.entries(Part::Inertia, at, values, |i, j, share| {
         if !share.is_zero() {
             moved[i as usize] = true;
             moved[j as usize] = true;
@@ -138,12 +138,16 @@ fn moved(own: &Linearized, at: &[Ball]) -> (Vec<bool>, bool) {
     (moved, coupled)
 }
 
+fn moved_at(own: &Linearized, at: &[Ball]) -> (Vec<bool>, bool) {
+    moved(&own.assembly, at, &own.values, own.model.coordinates.len())
+}
+
 /// The coordinates that move nothing at the equilibrium and beside it, among those that are left.
 fn alone(own: &Linearized, here: &[bool]) -> Vec<usize> {
     if here[..own.coordinates()].iter().all(|moved| *moved) {
         return Vec::new();
     }
-    let (nearby, _) = moved(own, &own.nearby());
+    let (nearby, _) = moved_at(own, &own.nearby());
     let free = own.free_coordinates().into_iter().enumerate();
     let mut alone: Vec<usize> = free.filter(|(_, i)| !here[*i] && !nearby[*i]).map(|(at, _)| at).collect();
     if own.is_reduced() {
@@ -156,7 +160,7 @@ fn alone(own: &Linearized, here: &[bool]) -> Vec<usize> {
 
 /// The coordinates that are left and have no inertia.
 pub(super) fn resting(own: &Linearized) -> Vec<usize> {
-    alone(own, &moved(own, &own.equilibrium.values).0)
+    alone(own, &moved_at(own, &own.equilibrium.values).0)
 }
 
 /// The directions without inertia that no force meets which goes with velocities.
@@ -165,7 +169,7 @@ fn directions(own: &Linearized) -> Vec<Direction> {
     if n > MOST_COORDINATES {
         return Vec::new();
     }
-    let (here, coupled) = moved(own, &own.equilibrium.values);
+    let (here, coupled) = moved_at(own, &own.equilibrium.values);
     let all = alone(own, &here);
     let mut alone = all.clone();
     if !alone.is_empty() && !own.assembly.velocity.is_empty() {
@@ -191,7 +195,7 @@ pub(super) fn unit(coordinate: usize) -> Direction {
 /// All directions without inertia, where M couples coordinates and may be singular.
 pub(super) fn kernel_of_mass(own: &Linearized) -> Option<Vec<Direction>> {
     let n = own.coordinates();
-    if own.is_constrained() || n > exact::MOST || !moved(own, &own.equilibrium.values).1 {
+    if own.is_constrained() || n > exact::MOST || !moved_at(own, &own.equilibrium.values).1 {
         return None;
     }
     let mass = own.assembly.mass(&own.equilibrium.values, &own.values);

@@ -347,6 +347,14 @@ fn linearize_in(
     Ok(linearized)
 }
 
+/// Whether a matrix equals its transpose, exactly.
+fn is_symmetric(matrix: &[Ball]) -> bool {
+    let n = matrix.len().isqrt();
+    let is_same = |a: &Ball, b: &Ball| a.radius == 0.0 && b.radius == 0.0 && (*a - *b).is_zero();
+    let pairs = (0..n).flat_map(|j| (0..j).map(move |i| (i + n * j, j + n * i)));
+    pairs.into_iter().all(|(a, b)| is_same(&matrix[a], &matrix[b]))
+}
+
 /// The directions that constraints allow at an equilibrium; that those left out hold as well.
 fn at_equilibrium(
     model: &Model,
@@ -374,8 +382,10 @@ fn at_equilibrium(
         point: undefined::point_text(model, &at[..visible]),
         span: model.constraints.first().map(|own| own.span).unwrap_or_default(),
     };
+    // What has inertia is left, so that what has none is a coordinate still.
+    let moved = massless::moved(assembly, at, values, order).0;
     let in_balls =
-        constrained::choose_bound(&rows, None, ()).and_then(|bound| Some((Tangent::new(&rows, &bound, ())?, bound)));
+        constrained::choose_light(&rows, &moved, ()).and_then(|bound| Some((Tangent::new(&rows, &bound, ())?, bound)));
     let (tangent, bound) = match in_balls {
         Some(found) => found,
         None => tangent_in_bits(model, assembly, equilibrium, visible).ok_or_else(singular)?,
@@ -631,7 +641,8 @@ impl Linearized {
                 (false, false) => Structure::Conservative,
                 (true, false) => Structure::Gyroscopic,
                 (false, true) => Structure::Circulatory,
-                // The two together leave no pairs ±s.
+                // Forces that have a potential are no others. Else the two together leave no pairs ±s.
+                (true, true) if self.circulatory().is_some_and(|own| is_symmetric(&own)) => Structure::Gyroscopic,
                 (true, true) => Structure::Damped,
             }
         }

@@ -5,7 +5,7 @@
 
 use super::assemble::{Assembly, evaluate_closed};
 use super::parameters::known_values;
-use super::symbolic::gradient;
+use super::symbolic::at_rest;
 use crate::expr::{ExprId, Pool, Symbol, ZeroVerdict};
 use crate::model::{Model, slopes_by};
 use crate::precision::Ball;
@@ -41,8 +41,8 @@ pub(super) fn put_in(
         return Some(());
     }
     let visible = point.len() - expressions.len();
-    // With multipliers 0: the derivatives of U alone.
-    let mut forces = gradient(model, pool, assembly, point);
+    // With multipliers 0: the derivatives of U, and friction.
+    let mut forces = at_rest(model, pool, assembly, point);
     let gradients = gradients(model, pool, &point[..visible], expressions);
     let mut rows = Vec::with_capacity(visible);
     for (i, number) in (0..visible).zip(0..) {

@@ -48,7 +48,7 @@ impl Search<'_> {
         let expressions: Vec<ExprId> = model.constraints.iter().map(|own| own.expression).collect();
         // Constraints that follow from others have no multiplier.
         let each = self.visible + expressions.len() == model.coordinates.len();
-        if self.assembly.acts_at_rest() || !each {
+        if !each {
             return false;
         }
         let mut pool = model.pool.clone();

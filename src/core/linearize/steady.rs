@@ -138,9 +138,25 @@ fn check_cyclic(model: &mut Model, coordinate: usize, rate: Span) -> Result<(), 
         let slope = pool.sum(parts);
         pool.is_zero(slope) == ZeroVerdict::Zero
     });
+    // What turns may be tied to what turns with it, as in x = R th.
+    let turning: Vec<(Symbol, ExprId)> = model
+        .coordinates
+        .iter()
+        .zip(model.rates.iter())
+        .filter_map(|(own, rate)| Some((own.symbol, rate?.symbolic)))
+        .collect();
     for constraint in model.constraints.iter().chain(&model.rolling) {
         let slope = pool.diff(constraint.expression, symbol);
-        if pool.is_zero(slope) != ZeroVerdict::Zero {
+        if pool.is_zero(slope) == ZeroVerdict::Zero {
+            continue;
+        }
+        let change = turning.iter().map(|(own, rate)| {
+            let slope = pool.diff(constraint.expression, *own);
+            pool.mul(slope, *rate)
+        });
+        let change: Vec<ExprId> = change.collect();
+        let change = pool.sum(&change);
+        if pool.is_zero(change) != ZeroVerdict::Zero {
             cyclic = false;
             place = Some(constraint.span);
         }

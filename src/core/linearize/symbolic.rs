@@ -301,18 +301,29 @@ fn forces(
             }
         }
     }
-    let mut forces = gradient(model, &mut pool, assembly, point);
-    for (family, place, force) in assembly.friction_at_rest() {
-        for (at, part) in instances(model, &mut pool, family, force, Some(point)).into_iter().enumerate() {
-            forces.entry(family.coordinates_of(at)[place]).or_default().push(part);
-        }
-    }
+    let forces = at_rest(model, &mut pool, assembly, point);
     let sums = forces.into_iter().map(|(coordinate, parts)| {
         let force = pool.sum(&parts);
         (coordinate, pool.substitute_one(force, known))
     });
     let sums = sums.collect();
     Some((pool, sums))
+}
+
+/// The derivatives of V - T0 at a point and what friction adds at rest, by coordinate: what each is the sum of.
+pub(super) fn at_rest(
+    model: &Model,
+    pool: &mut Pool,
+    assembly: &Assembly,
+    point: &[ExprId],
+) -> BTreeMap<u32, Vec<ExprId>> {
+    let mut forces = gradient(model, pool, assembly, point);
+    for (family, place, force) in assembly.friction_at_rest() {
+        for (at, part) in instances(model, pool, family, force, Some(point)).into_iter().enumerate() {
+            forces.entry(family.coordinates_of(at)[place]).or_default().push(part);
+        }
+    }
+    forces
 }
 
 /// The derivatives of V - T0 at a point, by coordinate: what each is the sum of.

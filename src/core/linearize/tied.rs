@@ -11,10 +11,9 @@ use nalgebra::{DMatrix, DVector};
 use super::assemble::{Assembly, Values};
 use super::constrained::{choose_bound, gradients, solve};
 use super::dependence;
-use super::equilibrium::{BITS_TO_VERIFY, Equilibrium, Origin, Search, short};
+use super::equilibrium::{BITS_TO_VERIFY, Equilibrium, Origin, Search, closed, short};
 use super::error::LinearizeError;
 use super::symbolic::force_text;
-use crate::model::Given;
 use crate::precision::{Ball, Big, Enclosure};
 
 /// Puts the multipliers into a point whose coordinates are known: from the forces on the coordinates `bound`.
@@ -55,32 +54,20 @@ impl Search<'_> {
         &mut self,
         mut point: Vec<Ball>,
         mut origins: Vec<Origin>,
-        closed: &impl Fn(Option<Given>) -> Result<Option<Ball>, LinearizeError>,
     ) -> Result<Equilibrium, LinearizeError> {
         let visible = self.visible;
-        let all_given = origins[..visible].iter().all(|origin| *origin == Origin::Given);
-        let guessed = self.model.guesses.any();
-        if all_given || !guessed {
-            match self.settled(&mut point)? {
-                None => {
-                    return Ok(Equilibrium { multipliers_given: true, ..Equilibrium::exactly(point, origins) });
-                }
-                Some(error) if all_given => return Err(error),
-                Some(_) => {}
-            }
+        if let Some(found) = self.at_start(&mut point, &origins)? {
+            return Ok(found);
         }
         // What is given starts the search, and must be what it ends at.
         let given = point.clone();
         self.free = (0..point.len()).collect();
         for (i, guess) in self.model.guesses.iter().enumerate().take(visible) {
             if origins[i] != Origin::Given
-                && let Some(value) = closed(guess)?
+                && let Some(value) = closed(self.model, guess)?
             {
                 point[i] = Ball::exact(value.mid_f64());
             }
-        }
-        if guessed && let Some(found) = self.at_guess(&given, &origins, closed)? {
-            return Ok(found);
         }
         for coordinate in &mut point[..visible] {
             *coordinate = Ball::exact(coordinate.mid_f64());
@@ -102,19 +89,36 @@ impl Search<'_> {
         Ok(Equilibrium { steps, proved, proof: proof.map(Arc::new), ..Equilibrium::exactly(point, origins) })
     }
 
-    /// The equilibrium where the model guesses it, if no force acts there as expressions tell.
-    fn at_guess(
+    /// The equilibrium where no search is needed: where all of it is given, or all forces vanish at 0 or at the guess.
+    pub(super) fn at_start(
         &self,
-        given: &[Ball],
+        point: &mut [Ball],
         origins: &[Origin],
-        closed: &impl Fn(Option<Given>) -> Result<Option<Ball>, LinearizeError>,
     ) -> Result<Option<Equilibrium>, LinearizeError> {
+        let all_given = origins[..self.visible].iter().all(|origin| *origin == Origin::Given);
+        let guessed = self.model.guesses.any();
+        let given = point.to_vec();
+        if all_given || !guessed {
+            match self.settled(point)? {
+                None => {
+                    let here = Equilibrium::exactly(point.to_vec(), origins.to_vec());
+                    return Ok(Some(Equilibrium { multipliers_given: true, ..here }));
+                }
+                Some(error) if all_given => return Err(error),
+                Some(_) => {}
+            }
+        }
+        if guessed { self.at_guess(&given, origins) } else { Ok(None) }
+    }
+
+    /// The equilibrium where the model guesses it, if no force acts there as expressions tell.
+    fn at_guess(&self, given: &[Ball], origins: &[Origin]) -> Result<Option<Equilibrium>, LinearizeError> {
         let visible = self.visible;
         let (mut values, mut origins) = (given.to_vec(), origins.to_vec());
         for i in 0..visible {
             if origins[i] != Origin::Given {
                 origins[i] = Origin::Found;
-                values[i] = closed(self.model.guesses.get(i))?.unwrap_or(Ball::ZERO);
+                values[i] = closed(self.model, self.model.guesses.get(i))?.unwrap_or(Ball::ZERO);
             }
         }
         let force = self.gradient(&values);

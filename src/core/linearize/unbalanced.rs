@@ -46,8 +46,13 @@ pub(crate) fn find(
     if rests {
         return Ok((equilibrium::find(model, assembly, values, visible)?, None));
     }
-    let mut doubled = doubled(model, assembly);
     let count = model.coordinates.len();
+    if visible < count
+        && let Some(found) = equilibrium::at_start(model, assembly, values, visible)?
+    {
+        return Ok((found, None));
+    }
+    let mut doubled = doubled(model, assembly);
     let own = assemble::assemble(&mut doubled);
     let known = own.values::<Ball>(&doubled, ())?;
     let found = match equilibrium::find(&doubled, &own, &known, 2 * count) {

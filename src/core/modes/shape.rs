@@ -337,7 +337,7 @@ pub(super) fn finish(mut vector: Vec<f64>, error_bound: f64) -> Shape {
 /// orthonormalised in its order: U_P T₀ = 1 for the first rows P that carry pivots, and
 /// T = T₀ L⁻ᵀ with T₀ᵀ G T₀ = L Lᵀ. (Scaled coordinates do as well as the original ones: the lengths
 /// of the echelon basis vectors do not matter in the end.)
-fn echelon(basis: &Matrix, gram: &Matrix) -> Matrix {
+pub(super) fn echelon(basis: &Matrix, gram: &Matrix) -> Matrix {
     let c = basis.columns;
     let pivots = pivot_rows(basis);
     let row = |(p, &row): (usize, &usize)| {

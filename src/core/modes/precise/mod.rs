@@ -33,8 +33,8 @@ use plan::{Goal, Plan};
 const CLOSE_DIGITS: usize = 120;
 /// Beyond so many coordinates that is not tried: equal ones, as symmetry makes them, would cost too much.
 const MOST_TOLD_APART: usize = 16;
-/// More digits than double-double has.
-const MANY: usize = 32;
+/// More digits than double-double has for sure, where its bounds grow with the number of coordinates.
+const MANY: usize = 22;
 /// Fewer modes than this part of all are better taken on from what doubles give.
 const FEW: usize = 8;
 

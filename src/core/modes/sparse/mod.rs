@@ -19,17 +19,18 @@ mod whole;
 use std::rc::Rc;
 use std::thread;
 
-use lanczos::{Found, lanczos};
+use lanczos::{Found, dot, lanczos};
 use proof::{Columns, Proof, Window, Zeros, prove};
 use rows::Panel;
 use shifted::{Factor, Pencil};
 use twisted::Bands;
 pub use whole::solve_tridiagonal;
 
-use super::shape::finish;
-use super::{Mode, ModesError, Options, Spectrum};
+use super::dense::Matrix;
+use super::shape::{echelon, finish};
+use super::{Mode, ModesError, Options, Spectrum, Stability};
 use crate::budget::{Budget, Exceeded};
-use crate::precision::{Ball, LANES, Lane, SparseMatrix, up};
+use crate::precision::{Ball, DoubleDouble, LANES, Lane, SparseMatrix, up};
 
 /// K x = ω² M x with sparse matrices.
 #[derive(Clone, Debug)]
@@ -455,7 +456,11 @@ impl<'a> Search<'a> {
             let zeros = if lowest { &self.zeros } else { &none };
             let positive = if lowest { self.positive() } else { None };
             if let Some(proof) = self.prove(&columns, zeros, window, positive.as_deref())? {
-                return Ok(Some((self.spectrum(&columns, zeros, proof), Method::Given)));
+                let mut spectrum = self.spectrum(&columns, zeros, proof);
+                if !lowest {
+                    spectrum.stability = self.stability()?;
+                }
+                return Ok(Some((spectrum, Method::Given)));
             }
         }
         Ok(None)
@@ -482,12 +487,16 @@ impl<'a> Search<'a> {
             return Ok(Some((spectrum, method)));
         };
         let zeros = Zeros::default();
-        let proof = self.prove(&columns, &zeros, window, None)?;
-        Ok(proof.map(|proof| {
-            let mut spectrum = self.spectrum(&columns, &zeros, proof);
-            keep_nearest(&mut spectrum.modes, count, |mode| (mode.omega.mid_f64() - omega).abs());
-            (spectrum, Method::Lanczos)
-        }))
+        let Some(proof) = self.prove(&columns, &zeros, window, None)? else { return Ok(None) };
+        let mut spectrum = self.spectrum(&columns, &zeros, proof);
+        keep_nearest(&mut spectrum.modes, count, |mode| (mode.omega.mid_f64() - omega).abs());
+        spectrum.stability = lowest().map_or(Ok(Stability::Undecided), |search| search.stability())?;
+        Ok(Some((spectrum, Method::Lanczos)))
+    }
+
+    /// What the lowest mode says of all.
+    fn stability(&self) -> Result<Stability, ModesError> {
+        Ok(self.lowest(1)?.map_or(Stability::Undecided, |(spectrum, _)| spectrum.stability))
     }
 
     /// Columns about a frequency and the window that they fill; none where the window reaches 0.
@@ -547,8 +556,46 @@ impl<'a> Search<'a> {
             for (mode, outside) in spectrum.modes.iter_mut().zip(&outside) {
                 self.expand((columns, zeros), mode, *outside, widest);
             }
+            for cluster in spectrum.modes.chunk_by_mut(|a, b| a.cluster == b.cluster) {
+                self.in_echelon(cluster);
+            }
+            for mode in &mut spectrum.modes {
+                mode.vector = finish(std::mem::take(&mut mode.vector), mode.vector_error_bound).vector;
+            }
         }
         spectrum
+    }
+
+    /// The echelon basis of a space, which does not depend on the one that was found.
+    fn in_echelon(&self, modes: &mut [Mode]) {
+        let (n, count) = (self.pencil.dimension(), modes.len());
+        if count < 2 {
+            return;
+        }
+        let basis = Matrix::from_fn(n, count, |i, q| DoubleDouble::exact(modes[q].vector[i]));
+        let images = modes.iter().map(|mode| {
+            let mut image = vec![0.0; n];
+            self.pencil.mass.times(&mode.vector, &mut image);
+            image
+        });
+        let images: Vec<Vec<f64>> = images.collect();
+        let gram = Matrix::from_fn(count, count, |p, q| DoubleDouble::exact(dot(&modes[p].vector, &images[q])));
+        let transform = echelon(&basis, &gram);
+        if !(0..count).all(|q| transform.column_hi(q).iter().all(|x| x.is_finite())) {
+            return;
+        }
+        let bounds: Vec<f64> = modes.iter().map(|mode| mode.vector_error_bound).collect();
+        for (q, mode) in modes.iter_mut().enumerate() {
+            let own = transform.column_hi(q);
+            let sum = |row: usize, term: &dyn Fn(f64, f64) -> f64| -> f64 {
+                own.iter().enumerate().map(|(p, t)| term(basis.get(row, p).hi, *t)).sum()
+            };
+            mode.vector = (0..n).map(|row| sum(row, &|x, t| x * t)).collect();
+            let largest = (0..n).map(|row| sum(row, &|x, t| (x * t).abs())).fold(0.0, f64::max);
+            let carried: f64 = own.iter().zip(&bounds).map(|(t, bound)| t.abs() * bound).sum();
+            // Sums are rounded, and so is the length.
+            mode.vector_error_bound = up(carried + f64::EPSILON * (2 * count + 8) as f64 * largest);
+        }
     }
 
     /// The shape of a mode from its coefficients.
@@ -573,7 +620,7 @@ impl<'a> Search<'a> {
         let beside = outside / self.pencil.least_weight.sqrt() + largest * outside * outside;
         let rounding = f64::EPSILON * (size + 2.0) * widest * (coefficients + 1.0);
         mode.vector_error_bound = up(beside + mode.vector_error_bound * widest + rounding);
-        mode.vector = finish(vector, mode.vector_error_bound).vector;
+        mode.vector = vector;
     }
 }
 
