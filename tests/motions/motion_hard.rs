@@ -2,6 +2,7 @@
 //! to 16 digits only.
 #![cfg(feature = "cli")]
 
+use crate::cli_support::with_input;
 use crate::common;
 use crate::motion_support;
 
@@ -287,4 +288,24 @@ fn shapes_have_no_more_digits_than_are_known() {
     }
     // What is displaced by the amplitude is, to the last digit.
     assert!(csv.lines().nth(1).unwrap().contains(",1.000000000000000000000000,"), "{csv}");
+}
+
+/// What rests at an equilibrium that was searched for moves by rounding alone, which says nothing of the others.
+#[test]
+fn what_rests_leaves_the_digits_of_others() {
+    let text = "coord x, y, z  T = 1/2*(x'^2 + y'^2 + z'^2)  V = 1/2*x^2 - cos(y) + y/100 + (z - x)^2 + 0*z";
+    let apart = with_input(
+        &["motion", "-", "--start", "x=1, z=1", "--until", "1", "--samples", "3"],
+        &text.replace(" + (z - x)^2", ""),
+    );
+    assert_eq!(apart.status, 0, "{}", apart.err);
+    let rows: Vec<Vec<&str>> = apart.out.lines().skip(1).map(|line| line.split(',').collect()).collect();
+    // cos t, asin(-1/100) and 0 or nothing, -sin t.
+    assert_eq!([rows[1][1], rows[2][1]], ["0.8775825619", "0.5403023059"]);
+    assert!(rows.iter().all(|row| row[2] == "-0.01000016667"), "{rows:?}");
+    assert_eq!([rows[1][4], rows[2][4]], ["-0.4794255386", "-0.8414709848"]);
+    // 0 exactly, though the place was searched for.
+    let still = with_input(&["motion", "-", "--start", "y=1", "--until", "1", "--samples", "2"], text);
+    let rows: Vec<Vec<&str>> = still.out.lines().skip(1).map(|line| line.split(',').collect()).collect();
+    assert!(rows.iter().all(|row| row[1] == "0" && row[3] == "0" && row[4] == "0"), "{rows:?}");
 }

@@ -48,6 +48,8 @@ const PLAIN: (usize, f64) = (22, 1e-17);
 const DISPLACED: f64 = 1e-31;
 /// Beyond this doubles have nothing to do with the motion any more.
 const LOST: f64 = 1e-4;
+/// What is less beside others may be rounding.
+const LEAST_SIZE: f64 = 1e-12;
 /// A motion takes at most so many steps.
 const MOST_STEPS: usize = 300_000;
 /// After so many steps it is looked at how many it will take.
@@ -281,6 +283,24 @@ struct Run<S> {
     followed: Followed,
 }
 
+/// Which values are nothing but rounding: much smaller than others of their kind and than what their coordinate is or takes in all the time,
+/// and different altogether in doubles. What rests is no motion whose errors tell of the others'.
+fn are_rounding(fine: &Run<Ball>, plain: Option<&Run<f64>>, time: f64) -> Vec<bool> {
+    let sizes = &fine.followed.sizes;
+    let Some(plain) = plain else { return vec![false; sizes.len()] };
+    let count = sizes.len() / 2;
+    let (positions, velocities) = sizes.split_at(count);
+    let largest = |own: &[f64]| own.iter().copied().fold(0.0, f64::max);
+    let (far, fast) = (largest(positions), largest(velocities));
+    let is_rounding = |at: usize| {
+        let beside = if at < count { far.max(velocities[at] * time) } else { fast.max(positions[at - count] / time) };
+        let rows = fine.rows.iter().zip(&plain.rows);
+        sizes[at] < LEAST_SIZE * beside
+            && rows.into_iter().any(|(own, other)| (own[at].mid_f64() - other[at]).abs() > LOST * sizes[at])
+    };
+    (0..sizes.len()).map(is_rounding).collect()
+}
+
 /// Takes a state into the largest magnitudes.
 fn grow<'a, S: Real + 'a>(sizes: &mut [f64], state: impl IntoIterator<Item = &'a S>) {
     for (size, value) in sizes.iter_mut().zip(state) {
@@ -326,12 +346,14 @@ impl System {
         let plain = self.table::<f64>(start, times, PLAIN, 0.0).ok();
         let fine = fine.balls();
         let sizes = &fine.followed.sizes;
+        let rounding = are_rounding(&fine, plain.as_ref(), times.at(times.samples - 1).mid_f64());
         let relative = |row: usize, other: &dyn Fn(usize) -> Ball| {
-            let own = fine.rows[row].iter().zip(sizes).enumerate();
+            let own = fine.rows[row].iter().zip(sizes).enumerate().filter(|(at, _)| !rounding[*at]);
             own.fold(0.0_f64, |most, (at, (value, size))| most.max(value.sub(&other(at)).mid_f64().abs() / size))
         };
         let own = start.positions.iter().chain(&start.velocities);
-        let unknown = own.zip(sizes).fold(0.0_f64, |most, (x, size)| most.max(x.radius / size));
+        let known = own.zip(sizes).zip(&rounding).filter(|(_, is_rounding)| !**is_rounding);
+        let unknown = known.fold(0.0_f64, |most, ((x, size), _)| most.max(x.radius / size));
         let mut check: Option<Run<Ball>> = None;
         let mut magnified = 1.0_f64;
         let mut seen = 0.0_f64;
@@ -372,8 +394,12 @@ impl System {
             if times.at(row).is_zero() {
                 return start.row();
             }
-            let values = values.iter().zip(sizes).zip(&lost[row]);
-            values.map(|((value, size), lost)| Ball::new(value.mid, error * size + magnified * lost)).collect()
+            let values = values.iter().zip(sizes).zip(&lost[row]).zip(&rounding);
+            let radius = |size: &f64, lost: &f64, is_rounding: &bool| {
+                let own = error * size + magnified * lost;
+                if *is_rounding { own.max(2.0 * size) } else { own }
+            };
+            values.map(|(((value, size), lost), own)| Ball::new(value.mid, radius(size, lost, own))).collect()
         });
         let rows: Vec<Vec<Ball>> = rows.collect();
         let seen = if asked.listed.is_some() { times } else { asked };

@@ -285,7 +285,8 @@ impl Start {
     }
 
     fn at_rest(model: &Model, linearized: Option<&Linearized>) -> Self {
-        let centre = |value: &Ball| Ball::new(value.mid, 0.0);
+        // What may be 0 is: a middle beside it would be a number with digits.
+        let centre = |value: &Ball| if value.contains_zero() { Ball::ZERO } else { Ball::new(value.mid, 0.0) };
         let n = model.coordinates.len();
         if let Some(linearized) = linearized {
             let equilibrium = linearized.equilibrium();
