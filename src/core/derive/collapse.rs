@@ -35,6 +35,9 @@ pub(super) fn collapse(pool: &mut Pool, monomials: &mut Monomials) {
             changed = false;
             let all: Vec<Monomial> = monomials.keys().cloned().collect();
             for monomial in all {
+                if pool.is_spent() {
+                    return;
+                }
                 let Some(coefficient) = monomials.get(&monomial).cloned() else {
                     continue;
                 };
