@@ -341,3 +341,28 @@ fn steady_rolling_is_rest_in_another_frame() {
     ));
     assert_eq!(Diagnostic::from(&slips.unwrap_err()).code, Some("E0312"));
 }
+
+/// What conditions leave open may be held by springs: the others follow along the family of equilibria.
+#[test]
+fn families_of_equilibria_may_take_others_along() {
+    let skate = |v: &str| {
+        of_text(&format!("coord x, y, th  T = 1/2*(x'^2 + y'^2 + th'^2)  V = {v}  constraint cos(th)*y' = sin(th)*x'"))
+    };
+    // y rests anywhere, and x with it.
+    let found = skate("1/2*th^2 + 1/2*(x - y)^2");
+    let [zero, others @ ..] = &found.modes[..] else { panic!() };
+    assert_eq!((zero.kind, others.len(), found.stability), (Kind::Zero, 2, Stability::Stable));
+    let half = 0.5_f64.sqrt();
+    for (x, want) in zero.vector.iter().zip([half, half, 0.0]) {
+        assert!((x - want).abs() < 1e-15, "{:?}", zero.vector);
+    }
+    assert!(others.iter().all(|mode| (mode.omega - Ball::ONE).contains_zero()));
+    // 2 x - y = 0 and th = y/3 along the family.
+    let found = skate("x^2 - x*y + 3/2*th^2 - th*y");
+    let [zero, ..] = &found.modes[..] else { panic!() };
+    let [x, y, th] = zero.vector[..] else { panic!() };
+    assert!((2.0 * x - y).abs() < 1e-15 && (3.0 * th - y).abs() < 1e-15 && y > 0.0, "{:?}", zero.vector);
+    assert!((x * x + y * y + th * th - 1.0).abs() < 1e-15);
+    let squares: Vec<f64> = found.modes[1..].iter().map(|mode| mode.omega.mid_f64().powi(2)).collect();
+    assert!((squares[0] - 2.0).abs() < 1e-14 && (squares[1] - 3.0).abs() < 1e-14, "{squares:?}");
+}

@@ -176,7 +176,7 @@ impl Flow {
         if !coupled.is_empty() {
             // In the directions in place of the coordinates by which they are told apart.
             let rows = parts.iter_mut().flatten().chain(own.iter_mut().flatten());
-            rows.for_each(|row| self.into_directions(row, precision));
+            rows.for_each(|row| self.replace_by_directions(row, precision));
         }
         let thirds = self.uncouple(&mut parts, &others, &own, &coupled, &size, precision)?;
         let mut second = self.places.len();
@@ -226,7 +226,7 @@ impl Flow {
         Some(all)
     }
     /// The entries of a row for the motions along the directions, each in the place of one of the coordinates.
-    fn into_directions<S: Scalar>(&self, row: &mut [S], precision: S::Precision) {
+    fn replace_by_directions<S: Scalar>(&self, row: &mut [S], precision: S::Precision) {
         let along = self.directions.iter().map(|(v, _)| product(v, |i| &row[i], precision));
         let along: Vec<S> = along.collect();
         self.places.iter().zip(along).for_each(|(place, own)| row[*place] = own);

@@ -167,6 +167,8 @@ struct Constrained {
     dependent: Vec<usize>,
     /// What conditions on velocities leave of the model, and its numbers.
     rolling: Option<(Rolling, rolling::Numbers<Ball>)>,
+    /// For each of these that can't be integrated the direction of its family of equilibria.
+    families: Vec<Vec<Ball>>,
 }
 
 impl Constrained {
@@ -176,6 +178,9 @@ impl Constrained {
         let Some((numbers, tangent)) = rolling.numbers::<Ball>(model, &equilibrium.values, ()) else {
             return Err(LinearizeError::RollingNotCovered { reason: "their matrices have no numbers there", span });
         };
+        let families = rolling.families(model, &equilibrium.values);
+        let reason = "the family of equilibria that they leave is not determined";
+        self.families = families.ok_or(LinearizeError::RollingNotCovered { reason, span })?;
         self.tangent = tangent;
         self.rolling = Some((rolling, numbers));
         Ok(())
@@ -376,7 +381,14 @@ fn at_equilibrium(
     let rows = constrained::gradients(&second, visible, order);
     if rows.is_empty() {
         let tangent = Tangent::all(visible);
-        return Ok(Constrained { tangent, bound: Vec::new(), given: false, dependent, rolling: None });
+        return Ok(Constrained {
+            tangent,
+            bound: Vec::new(),
+            given: false,
+            dependent,
+            rolling: None,
+            families: Vec::new(),
+        });
     }
     let singular = || LinearizeError::ConstraintsSingular {
         point: undefined::point_text(model, &at[..visible]),
@@ -390,7 +402,14 @@ fn at_equilibrium(
         Some(found) => found,
         None => tangent_in_bits(model, assembly, equilibrium, visible).ok_or_else(singular)?,
     };
-    Ok(Constrained { tangent, bound, given: equilibrium.multipliers_given, dependent, rolling: None })
+    Ok(Constrained {
+        tangent,
+        bound,
+        given: equilibrium.multipliers_given,
+        dependent,
+        rolling: None,
+        families: Vec::new(),
+    })
 }
 
 /// The directions that constraints allow where balls do not tell their gradients apart.
@@ -518,6 +537,11 @@ impl Linearized {
     #[must_use]
     pub fn rolled(&self) -> &[usize] {
         self.rolling().map_or(&[], |own| &own.symbolic.moved)
+    }
+
+    /// The direction of each of these families, in all coordinates.
+    pub(crate) fn families(&self) -> &[Vec<Ball>] {
+        self.constrained.as_ref().map_or(&[], |own| &own.families)
     }
 
     /// Whether conditions on velocities leave exponents in pairs ±s, though the matrices are not those of a model without

@@ -57,6 +57,8 @@ pub struct SymbolicRolling {
     pub gradients: Rows,
     /// Z, one row a coordinate: what its velocity is made of.
     pub directions: Rows,
+    /// What forces on `free` come with each of `moved`, which these follow along the family; one row each of `free`.
+    shifts: Rows,
 }
 
 /// The linearised model, for the coordinates that the others follow.
@@ -341,14 +343,15 @@ impl SymbolicRolling {
             .ok_or_else(|| refused("whether they can be integrated is not decided"))?;
         // A family of equilibria moves these alone.
         let moved = if zeros == 0 { Vec::new() } else { moved };
-        let held =
-            |i: &usize| bound.iter().position(|own| own == i).is_some_and(|at| r.iter().any(|row| !row[at].is_zero()));
-        if moved.len() != zeros || moved.iter().any(held) {
+        let places = moved.iter().filter_map(|i| bound.iter().position(|own| own == i));
+        let places: Vec<usize> = places.collect();
+        let shifts: Rows = r.iter().map(|row| places.iter().map(|at| row[*at]).collect()).collect();
+        if moved.len() != zeros || drifts && !vanish(&shifts) {
             return Err(refused("the family of equilibria that they leave is not one of single coordinates"));
         }
         let matrices = parts(pool, mass, &velocity, &stiffness);
         let gradients = conditions.rows.iter().map(|row| row[..visible].to_vec()).collect();
-        Ok(Self { free, bound, moved, matrices, gradients, directions })
+        Ok(Self { free, bound, moved, matrices, gradients, directions, shifts })
     }
 }
 
@@ -376,7 +379,8 @@ impl Rolling {
         let mut whole = matrices_at(model, pool, assembly, &point);
         let symbolic = SymbolicRolling::new(model, &mut whole, &point, &equilibrium.values, visible)?;
         let slopes = symbolic.bound.iter().flat_map(|i| &symbolic.directions[*i]);
-        let all: Vec<ExprId> = symbolic.matrices.iter().flatten().flatten().flatten().chain(slopes).copied().collect();
+        let all = symbolic.matrices.iter().flatten().flatten().flatten().chain(slopes);
+        let all: Vec<ExprId> = all.chain(symbolic.shifts.iter().flatten()).copied().collect();
         let formulas = Formulas::new(model, &whole.pool, &all);
         let formulas = formulas.ok_or_else(|| refused("their matrices have no numbers there"))?;
         if let Some(missing) = formulas.missing(model) {
@@ -403,6 +407,35 @@ impl Rolling {
         let slopes = self.symbolic.bound.iter().map(|_| numbers.by_ref().take(n).collect()).collect();
         let (free, bound) = (self.symbolic.free.clone(), self.symbolic.bound.clone());
         Some((matrices, Tangent { free, bound, slopes, precision }))
+    }
+
+    /// For each condition that can't be integrated the direction of its family of equilibria: a coordinate, and what follows it, so
+    /// that no force acts. `None` where forces do not tell.
+    pub(super) fn families(&self, model: &Model, at: &[Ball]) -> Option<Vec<Vec<Ball>>> {
+        let SymbolicRolling { free, bound, moved, .. } = &self.symbolic;
+        let (n, count) = (free.len(), moved.len());
+        let ([.., stiffness, circulatory], tangent) = self.numbers::<Ball>(model, at, ())?;
+        let held = super::velocity::sum(stiffness, circulatory).unwrap_or_else(|| vec![Ball::ZERO; n * n]);
+        let numbers = self.formulas.at(model, at, ())?;
+        let shifts = numbers.get(numbers.len().checked_sub(n * count)?..)?;
+        let mut families = Vec::with_capacity(count);
+        for (place, own) in moved.iter().enumerate() {
+            let force: Vec<Ball> = (0..n).map(|row| -shifts[row * count + place]).collect();
+            let following = if force.iter().all(Ball::is_zero) {
+                force
+            } else {
+                let row = |row: usize| (0..n).map(|j| held[row + n * j]).chain([force[row]]).collect();
+                constrained::solve((0..n).map(row).collect(), ())?
+            };
+            let mut vector = vec![Ball::ZERO; n + bound.len()];
+            free.iter().zip(&following).for_each(|(i, y)| vector[*i] = *y);
+            for (i, slopes) in bound.iter().zip(&tangent.slopes) {
+                let sum = slopes.iter().zip(&following).fold(Ball::ZERO, |sum, (slope, y)| sum + *slope * *y);
+                vector[*i] = if i == own { sum + Ball::ONE } else { sum };
+            }
+            families.push(vector);
+        }
+        Some(families)
     }
 
     /// The coordinates that follow the others.

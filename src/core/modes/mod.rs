@@ -38,6 +38,7 @@ use crate::precision::{Ball, Big, Enclosure, Factors, Function, Rounding};
 use dense::Matrix;
 use levels::{Certificate, Gram, Solution, covered, first, refined};
 use pencil::{Scaled, ZeroSpace};
+pub(crate) use shape::signed;
 pub(crate) use sparse::keep_nearest;
 pub use sparse::{Method, SparseProblem, Wanted, solve_sparse, solve_tridiagonal};
 use spectrum::spectrum;

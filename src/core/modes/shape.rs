@@ -315,6 +315,11 @@ fn push(vector: &mut Vec<f64>, bound: &mut f64, value: DoubleDouble, error: f64,
     *bound = bound.max(if error.is_nan() { f64::INFINITY } else { error });
 }
 
+/// A vector with that sign.
+pub(crate) fn signed(vector: Vec<f64>) -> Vec<f64> {
+    finish(vector, 0.0).vector
+}
+
 /// The sign: the first component within 1e-6 of the largest is positive.
 pub(super) fn finish(mut vector: Vec<f64>, error_bound: f64) -> Shape {
     let mut largest = [0.0_f64; 4];

@@ -204,11 +204,17 @@ fn add_rolled(linearized: &Linearized, modes: &mut NormalModes, options: &Option
     let place = place.unwrap_or(modes.modes.len());
     let cluster = modes.modes.iter().map(|mode| mode.cluster).max().map_or(0, |most| most + 1);
     let coordinates = &linearized.model().coordinates;
-    let added = linearized.rolled().iter().map(|own| {
-        let inertia = whole.mass[own + whole.order * own];
+    let added = linearized.rolled().iter().zip(linearized.families()).map(|(own, family)| {
+        let mut inertia = Ball::ZERO;
+        for (j, y) in family.iter().enumerate().filter(|(_, y)| !y.is_zero()) {
+            for (i, x) in family.iter().enumerate().filter(|(_, x)| !x.is_zero()) {
+                inertia = inertia + *x * *y * whole.mass[i + whole.order * j];
+            }
+        }
         let size = if inertia.is_positive() { Ball::ONE / inertia.sqrt() } else { Ball::ONE };
-        let component = |i: usize| if i == *own { size.mid_f64() } else { 0.0 };
-        let vector = (0..coordinates.len()).map(component);
+        let scaled: Vec<Ball> = family.iter().map(|x| *x * size).collect();
+        let bound = scaled.iter().map(Ball::mid_f64_error).fold(0.0, f64::max);
+        let vector: Vec<f64> = scaled.iter().map(Ball::mid_f64).collect();
         modes.zero_motions.push(format!("equilibria with any {}", coordinates.at(*own).name()));
         NormalMode {
             kind: Kind::Zero,
@@ -216,9 +222,9 @@ fn add_rolled(linearized: &Linearized, modes: &mut NormalModes, options: &Option
             omega: Ball::ZERO,
             growth: Ball::ZERO,
             precise: None,
-            vector: if options.vectors { vector.collect() } else { Vec::new() },
+            vector: if options.vectors { modes::signed(vector) } else { Vec::new() },
             imaginary: Vec::new(),
-            vector_error_bound: size.radius,
+            vector_error_bound: bound,
             component_error_bounds: Vec::new(),
             cluster,
             symmetry: None,
