@@ -37,6 +37,7 @@ pub use error::SyntaxError;
 #[cfg(feature = "format")]
 pub use format::format;
 pub use names::{NameKind, NamePlace, names};
+#[cfg(feature = "engine")]
 pub(crate) use print::print_indices;
 pub use print::{print_expr, print_file, print_statement, print_unit};
 pub use text::Text;

@@ -134,6 +134,7 @@ pub fn print_unit(file: &File, at: UnitRef) -> String {
 }
 
 /// What indices run over, without brackets.
+#[cfg(feature = "engine")]
 pub(crate) fn print_indices(file: &File, indices: &Indices) -> String {
     let mut printer = Printer::new(file, String::new());
     printer.run(Job::Indices(indices, false));
