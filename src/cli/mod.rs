@@ -303,10 +303,10 @@ fn derive_text(args: &args::Derive) -> Result<Answer, Failure> {
         [name, power] => Some(expansion(name, power, &known)?),
         _ => None,
     };
-    let parts = args.only.as_ref().map_or_else(Parts::all, |only| Parts::of(only));
-    let in_numbers = args.only.as_ref().is_none_or(|only| only.iter().any(|own| own == "numbers"));
+    let parts = args.only.as_ref().map_or_else(|| Parts::all().numbers(true), |only| Parts::of(only));
     let parts = parts.cubic(args.cubic).quartic(args.quartic);
-    let parts = parts.numbers(in_numbers && !args.json && limits.is_empty());
+    // Only a page has numbers, and none at other values than the limits.
+    let parts = parts.numbers(parts.numbers && !args.json && limits.is_empty());
     let derived = during(&args.model, "deriving the equations", || derive::derive(&model, &parts));
     let mut derivation = derived.map_err(|error| failed(&source, &warnings, error))?;
     if let Some(exceeded) = &derivation.left_out {
@@ -323,7 +323,9 @@ fn derive_text(args: &args::Derive) -> Result<Answer, Failure> {
         derivation.expand(name, *order);
     }
     derivation.only.clone_from(&args.only);
-    derivation.put_given(&made.file, &made.settings, &model);
+    if !args.json {
+        derivation.put_given(&made.file, &made.settings, &model);
+    }
     let text = match &derivation {
         own if args.json => report::derive_json(own),
         own if args.latex => report::derive_latex(own, args.standalone),

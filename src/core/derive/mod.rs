@@ -128,6 +128,7 @@ impl Parts {
             second_order: any(&["linearized"]),
             frequencies: any(&["frequencies", "characteristic", "exponents", "stability"]),
             equilibria: any(&["equilibria"]),
+            numbers: any(&["numbers"]),
             ..Self::all()
         }
     }

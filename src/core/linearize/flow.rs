@@ -44,16 +44,14 @@ pub(super) type Three<S> = [Vec<S>; 3];
 /// The directions without inertia of what is left of a model, where friction or gyroscopic forces determine how they move. Where they are no coordinates,
 /// those that follow the others are among them, and none follows before.
 pub(super) fn find(own: &mut Linearized) -> Option<Flow> {
-    let (velocity, _) = own.velocity_and_stiffness();
-    let mut directions = orders_of(massless::resting(own).into_iter().map(massless::unit).collect(), &velocity);
+    let mut directions = orders_of(own, massless::resting(own).into_iter().map(massless::unit).collect());
     if let Some(all) = massless::kernel_of_mass(own)
         && all.len() > own.massless_directions() + directions.len()
     {
         let followed = own.massless.take();
         let followed = followed.and_then(|own| own.ok()).map(|own| own.directions).unwrap_or_default();
         directions = followed.into_iter().map(|v| (v, Order::Static)).collect();
-        let velocity = own.velocity_and_stiffness().0;
-        for found in orders_of(all, &velocity) {
+        for found in orders_of(own, all) {
             directions.push(found);
             if places(own, &directions).is_none() {
                 directions.pop();
@@ -98,8 +96,11 @@ pub(super) fn find(own: &mut Linearized) -> Option<Flow> {
 }
 
 /// Which of some directions no force of velocities holds: vᵀDw = 0 for all of them.
-fn orders_of(all: Vec<Direction>, velocity: &[Ball]) -> Vec<(Direction, Order)> {
-    let images = rows(&all, velocity, ());
+fn orders_of(own: &Linearized, all: Vec<Direction>) -> Vec<(Direction, Order)> {
+    if all.is_empty() {
+        return Vec::new();
+    }
+    let images = rows(&all, &own.velocity_and_stiffness().0, ());
     let is_free = |a: usize, b: usize| product(&all[b], |i| &images[a][i], ()).is_zero();
     let order = |a: usize| {
         let is_static = (0..all.len()).all(|b| is_free(a, b) && is_free(b, a));

@@ -178,7 +178,7 @@ impl Constrained {
         let Some((numbers, tangent)) = rolling.numbers::<Ball>(model, &equilibrium.values, ()) else {
             return Err(LinearizeError::RollingNotCovered { reason: "their matrices have no numbers there", span });
         };
-        let families = rolling.families(model, &equilibrium.values);
+        let families = rolling.families(model, &equilibrium.values, &numbers, &tangent);
         let reason = "the family of equilibria that they leave is not determined";
         self.families = families.ok_or(LinearizeError::RollingNotCovered { reason, span })?;
         self.tangent = tangent;

@@ -411,11 +411,20 @@ impl Rolling {
 
     /// For each condition that can't be integrated the direction of its family of equilibria: a coordinate, and what follows it, so
     /// that no force acts. `None` where forces do not tell.
-    pub(super) fn families(&self, model: &Model, at: &[Ball]) -> Option<Vec<Vec<Ball>>> {
+    pub(super) fn families(
+        &self,
+        model: &Model,
+        at: &[Ball],
+        [.., stiffness, circulatory]: &Numbers<Ball>,
+        tangent: &Tangent<Ball>,
+    ) -> Option<Vec<Vec<Ball>>> {
         let SymbolicRolling { free, bound, moved, .. } = &self.symbolic;
+        if moved.is_empty() {
+            return Some(Vec::new());
+        }
         let (n, count) = (free.len(), moved.len());
-        let ([.., stiffness, circulatory], tangent) = self.numbers::<Ball>(model, at, ())?;
-        let held = super::velocity::sum(stiffness, circulatory).unwrap_or_else(|| vec![Ball::ZERO; n * n]);
+        let held = super::velocity::sum(stiffness.clone(), circulatory.clone());
+        let held = held.unwrap_or_else(|| vec![Ball::ZERO; n * n]);
         let numbers = self.formulas.at(model, at, ())?;
         let shifts = numbers.get(numbers.len().checked_sub(n * count)?..)?;
         let mut families = Vec::with_capacity(count);
