@@ -25,7 +25,7 @@ Range = str | Mapping[str, Sequence[Number]]
 _OUTCOMES = np.array(
     ["solved", "estimated", "not finite", "mass not positive", "no equilibrium", "not converged"], dtype=object
 )
-_PICTURES = ("modes", "sweep", "response", "period", "motion", "floquet", "equilibria")
+_PICTURES = ("modes", "spectrum", "sweep", "response", "period", "motion", "floquet", "equilibria")
 # Larger matrices are sparse, where SciPy is there.
 _DENSE = 500
 
@@ -216,6 +216,7 @@ class Model:
         unit: str | None = None,
         threads: int | None = None,
         _svg: bool = False,
+        _spectrum: bool = False,
     ) -> Modes:
         """Frequencies and shapes about the equilibrium.
 
@@ -235,7 +236,7 @@ class Model:
             threads=threads,
         )
         if _svg:
-            return _picture(_native.plot_modes(self._native, arguments))
+            return _picture(_native.plot_modes(self._native, arguments, _spectrum))
         native, told = _native.modes(self._native, arguments)
         fields = json.loads(native.json())
         shapes = None
@@ -499,13 +500,15 @@ class Model:
 
     def plot(self, kind: str, **arguments: Any) -> Picture:
         """A picture of what a command answers: `modes`, `sweep`, `response`, `period`, `motion`, `floquet` or
-        `equilibria`, with the arguments of that command.
+        `equilibria`, with the arguments of that command; `spectrum` has those of `modes`.
 
         A sweep takes `orders`, lines for multiples of a rate of rotation (Campbell diagram), and `root_locus`, too.
         """
         if kind not in _PICTURES:
             raise _request(f"there is no picture of {kind!r}", f"one of {', '.join(_PICTURES)}")
         own = {f"_{name}": arguments.pop(name) for name in ("orders", "root_locus") if name in arguments}
+        if kind == "spectrum":
+            return self.modes(**arguments, _svg=True, _spectrum=True)
         return getattr(self, kind)(**arguments, **own, _svg=True)
 
     def matrices(self) -> dict[str, Any]:

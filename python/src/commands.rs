@@ -172,13 +172,14 @@ pub(crate) fn modes(py: Python<'_>, model: &Model, args: ModesArgs) -> PyResult<
     Ok((done.value, done.warnings))
 }
 
-/// The shapes as SVG.
+/// The shapes as SVG, or the frequencies alone.
 #[pyfunction]
-pub(crate) fn plot_modes(py: Python<'_>, model: &Model, args: ModesArgs) -> PyResult<Answer> {
+pub(crate) fn plot_modes(py: Python<'_>, model: &Model, args: ModesArgs, spectrum: bool) -> PyResult<Answer> {
     model.answer(py, move |job| {
         job.settings = job.settings.clone().with_points();
         let Modes { linearized, modes, .. } = modes_of(job, &args)?;
-        Ok(Written::drawn(report::modes_svg(&linearized, &modes)))
+        let picture = if spectrum { report::spectrum_svg } else { report::modes_svg };
+        Ok(Written::drawn(picture(&linearized, &modes)))
     })
 }
 

@@ -229,6 +229,7 @@ def test_pictures_and_pages(models):
         "motion": {"start": "phi[1]=0.1", "until": 2},
     }
     pictures = [pendulums.plot(kind, **arguments) for kind, arguments in requests.items()]
+    pictures.append(pendulums.plot("spectrum"))
     pictures.append(librate.Model(PENDULUM).plot("period", over="amplitude=1..3:5"))
     pictures.append(pendulums.plot("sweep", over="k12=0..8:3", orders=[0.5]))
     assert "order 0.5" in pictures[-1] and "Campbell" in pictures[-1]

@@ -8,6 +8,8 @@ use clap_complete::Shell;
 
 use librate::budget::Limits;
 use librate::derive::CHAPTERS;
+use librate::linearize;
+use librate::model::Constant;
 use librate::number::Number;
 use librate::report::{FrequencyUnit, SweepView};
 
@@ -468,6 +470,8 @@ pub(crate) struct Show {
 pub(crate) enum Plotted {
     /// The shape of each mode
     Modes(Drawn<Modes>),
+    /// The frequency of each mode, over the wave number in a ring
+    Spectrum(Drawn<Modes>),
     /// Frequencies over a parameter, each mode followed by its shape
     Sweep(DrawnSweep),
     /// Amplitude and phase of the steady response over the frequency
@@ -485,7 +489,7 @@ pub(crate) enum Plotted {
 impl Plotted {
     fn model(&mut self) -> &mut ModelArgs {
         match self {
-            Self::Modes(own) => &mut own.args.model,
+            Self::Modes(own) | Self::Spectrum(own) => &mut own.args.model,
             Self::Sweep(own) => &mut own.drawn.args.model,
             Self::Response(own) => &mut own.args.model,
             Self::Period(own) => &mut own.args.model,
@@ -851,9 +855,15 @@ pub(crate) fn positive(text: &str) -> Result<usize, String> {
     }
 }
 
+/// What a constant expression is worth.
+fn worth(text: &str) -> Option<f64> {
+    let constant = Constant::parse(text).ok()?;
+    linearize::constant(constant.pool(), constant.value()).map(|value| value.mid_f64())
+}
+
 fn frequency(text: &str) -> Result<f64, String> {
-    let number = Number::parse(text).map(|number| number.to_f64());
-    number.filter(|omega| (0.0..1e150).contains(omega)).ok_or("a frequency in rad/s, 0 or more, is needed".to_owned())
+    let omega = worth(text).filter(|omega| (0.0..1e150).contains(omega));
+    omega.ok_or("a frequency in rad/s, 0 or more, is needed".to_owned())
 }
 
 /// A number of digits, up to so many.
@@ -865,8 +875,6 @@ pub(crate) fn digits<const MOST: usize>(text: &str) -> Result<usize, String> {
 }
 
 fn tolerance(text: &str) -> Result<f64, String> {
-    match text.parse() {
-        Ok(value) if (1e-17..=0.1).contains(&value) => Ok(value),
-        Ok(_) | Err(_) => Err("a number from 1e-17 to 0.1 is needed".to_owned()),
-    }
+    let value = worth(text).filter(|value| (1e-17..=0.1).contains(value));
+    value.ok_or("a number from 1e-17 to 0.1 is needed".to_owned())
 }

@@ -105,7 +105,7 @@ pub(crate) fn run() -> ExitCode {
         model.drawn = is_drawn;
     }
     let answer = match &mut cli.command {
-        Command::Modes(modes) => modes_text(modes),
+        Command::Modes(modes) => modes_text(modes, report::modes_svg),
         Command::Sweep(sweep) => sweep::text(sweep),
         Command::Period(period) => period::text(period),
         Command::Amplitude(amplitude) => amplitude::text(amplitude),
@@ -202,7 +202,11 @@ fn readable(page: &str) -> String {
     out
 }
 
-fn modes_text(args: &args::Modes) -> Result<Answer, Failure> {
+/// Modes as text or JSON, or as a picture where that is wanted.
+fn modes_text(
+    args: &args::Modes,
+    picture: impl Fn(&linearize::Linearized, &oscillation::NormalModes) -> String,
+) -> Result<Answer, Failure> {
     let few = args.lowest.is_some() || args.near.is_some() || args.certify.is_some();
     let Loaded { source, model, mut warnings, .. } = load(&args.model, if few { Size::Any } else { Size::Dense })?;
     let mut options = modes::Options::default().digits(args.digits);
@@ -220,7 +224,7 @@ fn modes_text(args: &args::Modes) -> Result<Answer, Failure> {
         modes = modes.with_largest_component_one();
     }
     let text = if args.model.drawn {
-        report::modes_svg(&linearized, &modes)
+        picture(&linearized, &modes)
     } else if args.json {
         report::modes_json(&linearized, &modes, &options)
     } else {

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use librate::report::SweepView;
+use librate::report::{self, SweepView};
 
 use super::args::{MessageFormat, Plot, Plotted};
 use super::output::into_file;
@@ -10,7 +10,8 @@ use super::{Answer, Failure, chart, equilibria, modes_text, motion, period, resp
 
 pub(super) fn text(plot: &mut Plot, format: MessageFormat) -> Result<Answer, Failure> {
     let (answer, output): (_, &Option<PathBuf>) = match &mut plot.what {
-        Plotted::Modes(own) => (modes_text(&own.args), &own.output),
+        Plotted::Modes(own) => (modes_text(&own.args, report::modes_svg), &own.output),
+        Plotted::Spectrum(own) => (modes_text(&own.args, report::spectrum_svg), &own.output),
         Plotted::Sweep(own) => {
             own.drawn.args.view = SweepView::new(std::mem::take(&mut own.orders), own.root_locus);
             (sweep::text(&own.drawn.args), &own.drawn.output)

@@ -1,5 +1,6 @@
 //! Exponents and stability in symbols, to read.
 
+use super::frequencies::approximations;
 use super::page::{Form, Line, Part, section};
 use librate_core::derive::{ClosedExponent, Derivation, Linear};
 use librate_core::expr::{ExprId, Node, Pool};
@@ -63,7 +64,8 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
         if !lines.is_empty() {
             let title = if undamped { "frequencies" } else { "exponents" };
             let rest = if own.complete { "" } else { " with a closed form" };
-            parts.push(Part::Section(format!("{title}{rest}"), lines, Form::Apart));
+            let title = format!("{title}{rest}{}", approximations(&own.approximations));
+            parts.push(Part::Section(title, lines, Form::Apart));
         }
         let mut ratios: Vec<ExprId> = own.exponents.iter().filter_map(|own| own.damping_ratio).collect();
         ratios.dedup();
@@ -79,11 +81,13 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
     let open: Vec<ExprId> = all.iter().filter_map(|own| own.open).collect();
     let by_signs = all.iter().any(|own| own.open != Some(own.positive));
     let with = if by_signs { ", with the signs that the parameters have" } else { "" };
+    // Where odd coefficients vanish exponents that no friction meets are on the axis.
     let always = if by_signs { "" } else { ", whatever the parameters are" };
+    let mostly = if by_signs { "" } else { ", but for special values of the parameters" };
     let only_zeros = own.complete && own.exponents.iter().all(|own| own.real == own.imaginary);
     if open.iter().any(|own| pool.as_number(*own).is_some()) {
         // Numbers that are positive are no conditions.
-        parts.push(section(&format!("unstable{with}{always}"), []));
+        parts.push(section(&format!("unstable{with}{mostly}"), []));
     } else if !open.is_empty() {
         let texts: Vec<String> = open.into_iter().map(|own| condition_text(pool, own)).collect();
         if texts.iter().all(|text| text.len() <= MOST_IN_CONDITION) {

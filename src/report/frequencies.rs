@@ -168,8 +168,8 @@ pub(super) fn signs(derivation: &Derivation, signs: &[(ExprId, bool)]) -> Vec<St
 }
 
 /// `, for k -> 0` and `, to order 2 in k`.
-fn approximations(frequencies: &Frequencies) -> Words {
-    let texts = frequencies.approximations.iter().map(|done| match done {
+pub(super) fn approximations(done: &[Approximation]) -> Words {
+    let texts = done.iter().map(|done| match done {
         Approximation::Limit { name, value } => format!(", for `{name}` -> {value}"),
         Approximation::Expansion { name, order } => format!(", to order {order} in `{name}`"),
     });
@@ -192,11 +192,15 @@ fn case_parts(derivation: &Derivation, frequencies: &Frequencies, case: &Case, p
         parts.push(Part::Section(title, lines.collect(), Form::Close));
     }
     if case.frequencies.is_empty() {
+        if !frequencies.approximations.is_empty() {
+            let title = format!("no closed form is defined{}", approximations(&frequencies.approximations));
+            parts.push(Part::Section(title, Vec::new(), Form::Close));
+        }
         return;
     }
     let assumed: Vec<Words> = tied.into_iter().chain(ticked(signs(derivation, &frequencies.signs))).collect();
     let rest = if case.complete { "" } else { " with a closed form" };
-    let title = format!("normal frequencies{rest}{}{}", with(&assumed), approximations(frequencies));
+    let title = format!("normal frequencies{rest}{}{}", with(&assumed), approximations(&frequencies.approximations));
     let mut lines = Vec::new();
     for series in &case.series {
         let value = derivation.pool.display(series.omega_squared);

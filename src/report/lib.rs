@@ -48,7 +48,7 @@ pub use floquet::{floquet_json, floquet_text};
 pub use inertia::{body_json, body_text, tensors_json, tensors_text};
 pub use json::{derive_json, modes_json};
 pub use matrices::{Matrix, Mirror, OutOfRange, matrices, write_npz};
-pub use mode_pictures::{SweepView, modes_svg, sweep_svg};
+pub use mode_pictures::{SweepView, modes_svg, spectrum_svg, sweep_svg};
 pub use modes::modes_text;
 pub use motion::{MotionCsv, MotionJson, motion_csv, motion_json, motion_remark, motion_svg, start_remark};
 pub use npz::{Vectors, read_vectors};

@@ -79,6 +79,45 @@ pub fn modes_svg(linearized: &Linearized, modes: &NormalModes) -> String {
     Picture { columns, ..Picture::column(title, description, size, panels) }.svg()
 }
 
+/// The frequency of each mode as an SVG picture, growth in a panel below where there is some: over the wave number where all modes have
+/// one (the dispersion of a ring), else mode by mode.
+#[must_use]
+pub fn spectrum_svg(linearized: &Linearized, modes: &NormalModes) -> String {
+    let model = linearized.model();
+    let wave = |mode: &NormalMode| mode.symmetry.as_deref()?.strip_prefix("wave number ")?.parse().ok();
+    let waves: Option<Vec<f64>> = modes.modes.iter().map(wave).collect();
+    let (what, label) = if waves.is_some() { ("Dispersion", "wave number") } else { ("Spectrum", "mode") };
+    let places = waves.unwrap_or_else(|| (1..=modes.modes.len()).map(|number| number as f64).collect());
+    let panel = |label: &str, up: &str, colour, value: &dyn Fn(&NormalMode) -> f64| {
+        let points: Vec<[f64; 2]> = places.iter().zip(&modes.modes).map(|(at, mode)| [*at, value(mode)]).collect();
+        let axis = |label: &str, at: usize| Axis::over(label, points.iter().map(|point| point[at]).chain([0.0]), 0.04);
+        let (across, up) = (axis(label, 0), axis(up, 1));
+        let own = [Stroke::Stems, Stroke::Dots].map(|stroke| Curve {
+            name: String::new(),
+            colour,
+            stroke,
+            points: points.clone(),
+        });
+        // Stems of many modes, or of many of one wave number, would only hide each other.
+        let shown = own.into_iter().skip(usize::from(what == "Dispersion" || points.len() > MOST_STEMS));
+        Panel::new(across, up, shown.collect())
+    };
+    let [rate, exponent] = axis_labels(model.has_units);
+    let grows = modes.modes.iter().any(|mode| mode.growth.mid_f64() != 0.0);
+    let mut panels = vec![panel(label, rate, 0, &|mode| mode.omega.mid_f64())];
+    if grows {
+        panels.push(panel(label, exponent, 1, &|mode| mode.growth.mid_f64()));
+    }
+    let description = format!("The frequency of each of {} modes by its {label}.", modes.modes.len());
+    let size = if grows { [600.0, 260.0] } else { [600.0, 380.0] };
+    Picture::column(titled(what, model.name.as_deref()), description, size, panels).svg()
+}
+
+/// What frequencies and growth are called.
+fn axis_labels(has_units: bool) -> [&'static str; 2] {
+    if has_units { ["ω (rad/s)", "growth (1/s)"] } else { ["ω", "growth"] }
+}
+
 /// How a sweep is drawn.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
@@ -102,10 +141,7 @@ impl SweepView {
 pub fn sweep_svg(sweep: &Sweep, places: &[Place], branches: &[Branch], view: &SweepView) -> String {
     let name = sweep.range().name();
     let model = places.iter().find_map(|place| place.result.as_ref().ok()).map(|(linearized, _)| linearized.model());
-    let [rate, exponent] = match model {
-        Some(model) if model.has_units => ["ω (rad/s)", "growth (1/s)"],
-        _ => ["ω", "growth"],
-    };
+    let [rate, exponent] = axis_labels(model.is_some_and(|model| model.has_units));
     let pick = |(place, at): &(usize, usize), point: &dyn Fn(f64, &NormalMode) -> [f64; 2]| {
         let place = places.get(*place)?;
         let (_, modes) = place.result.as_ref().ok()?;

@@ -9,8 +9,9 @@ use crate::mechanics::Mechanics;
 use crate::program::Program;
 use crate::source;
 use librate_core::expr::{ExprId, Node, Pool, Substitution, Symbol};
-use librate_core::linearize::{self, Feature, LinearizeError, signed_terms};
+use librate_core::linearize::{self, Feature, LinearizeError, Linearized, signed_terms};
 use librate_core::model::Model;
+use librate_core::number::Number;
 
 /// Code for more coordinates would be too long.
 const MOST_COORDINATES: usize = 200;
@@ -63,6 +64,25 @@ fn exponents(model: &Model) -> Substitution {
     own.filter_map(|own| Some((own.symbol, own.value?))).collect()
 }
 
+/// One coordinate for each zero mode among those that are free: with these held, the others have an equilibrium by itself.
+fn held(found: &Linearized, free: &[usize]) -> Vec<usize> {
+    let modes = found.zero_modes();
+    let mut vectors: Vec<Vec<f64>> =
+        modes.iter().map(|mode| free.iter().map(|at| mode.vector[*at].mid_f64()).collect()).collect();
+    let mut held = Vec::new();
+    while let Some(own) = vectors.pop() {
+        let largest = (0..free.len()).max_by(|a, b| own[*a].abs().total_cmp(&own[*b].abs()));
+        let Some(pivot) = largest.filter(|at| own[*at] != 0.0) else { continue };
+        for other in &mut vectors {
+            let factor = other[pivot] / own[pivot];
+            other.iter_mut().zip(&own).for_each(|(x, y)| *x -= factor * y);
+            other[pivot] = 0.0;
+        }
+        held.push(free[pivot]);
+    }
+    held
+}
+
 /// Compiles a model.
 ///
 /// # Errors
@@ -107,9 +127,15 @@ pub fn code(model: &Model) -> Result<Code, LinearizeError> {
     }
 
     // Where coordinates are given, and at what rates they move.
-    let point = pool.substitute(&matrices.equilibrium, &fixed);
-    let is_free = |at: &usize| pool.as_symbol(point[*at]) == Some(coordinates[*at]);
-    let free: Vec<usize> = (0..n).filter(is_free).collect();
+    let mut point = pool.substitute(&matrices.equilibrium, &fixed);
+    let mut free: Vec<usize> = (0..n).filter(|at| pool.as_symbol(point[*at]) == Some(coordinates[*at])).collect();
+    let found = if free.is_empty() { None } else { Some(linearize::linearize(model.clone())?) };
+    let values = found.as_ref().map_or(&[][..], |found| &found.equilibrium().values);
+    // Where nothing holds a motion every place along it does: the one of the default parameters is kept.
+    for at in found.iter().flat_map(|found| held(found, &free)) {
+        point[at] = pool.number(Number::from_f64_exact(values[at].mid_f64()).unwrap_or_default());
+    }
+    free.retain(|at| pool.as_symbol(point[*at]) == Some(coordinates[*at]));
     let mut there = Substitution::default();
     for at in 0..n {
         there.insert(coordinates[at], point[at]);
@@ -133,8 +159,6 @@ pub fn code(model: &Model) -> Result<Code, LinearizeError> {
             let slopes = pool.gradient(roots[row], &names);
             roots.extend(slopes);
         }
-        let found = linearize::linearize(model.clone())?;
-        let values = &found.equilibrium().values;
         let start = free.iter().map(|at| values[*at].mid_f64()).collect();
         Some(Search { start, step: compiled(&pool, &roots, &still)?, free })
     };

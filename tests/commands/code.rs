@@ -257,6 +257,21 @@ fn code_has_every_function() {
     }
 }
 
+/// Where nothing holds a motion the equilibrium is searched for across it.
+#[test]
+fn free_bodies_are_searched_for_across_their_motion() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("code");
+    fs::create_dir_all(&folder).unwrap();
+    let path = folder.join("free.lag");
+    let text = "param s = 1/10  coord x[1..2]  T = 1/2*dot(x', x')
+        V = (1 - exp(-(x[2] - x[1] - 1)))^2 - s*(x[2] - x[1])
+        guess x[2] = 1";
+    fs::write(&path, text).unwrap();
+    for language in ["c", "rust", "python"] {
+        check(&path, language);
+    }
+}
+
 #[test]
 fn what_has_no_code_is_refused() {
     for (model, code) in [

@@ -136,3 +136,43 @@ fn dimensions_have_their_words() {
         assert!(message.ends_with(&format!("its right side is {word}")), "{unit}: {message}");
     }
 }
+
+/// A setting is in the unit of its parameter, however the file gives that its value; so is an uncertainty that names nothing.
+#[test]
+fn settings_are_in_the_units_of_the_file() {
+    let value = |text: &str, setting: &str| {
+        let mut settings = Settings::new();
+        if !setting.is_empty() {
+            settings.add(setting).unwrap();
+        }
+        let model = elaborate(&parse(text).unwrap(), &TableTexts::new(), &settings).unwrap();
+        let shown = |e| model.pool.display(e);
+        let own = model.parameters.iter().filter(|own| own.name.starts_with('L'));
+        let texts =
+            own.map(|own| format!("{} ± {}", shown(own.value.unwrap()), own.uncertainty.map_or("?".to_owned(), shown)));
+        texts.collect::<Vec<_>>().join(", ")
+    };
+    let rest = "param m : kg = 1  coord x : m  T = 1/2*m*x'^2  V = 0";
+    assert_eq!(value(&format!("param q : m = 1/100  param L : cm = q*3  {rest}"), "L=4"), "1/25 ± ?");
+    assert_eq!(
+        value(&format!("param q : m = 1/100  param L[1..2] : cm = q*3  {rest}"), "L[2]=4"),
+        "0.03 ± ?, 1/25 ± ?"
+    );
+    assert_eq!(value(&format!("param q : m = 1/100  param L : cm = 2 ± q  {rest}"), ""), "0.02 ± 0.01");
+    assert_eq!(value(&format!("param q : m = 1/100  param L : cm = q ± 1  {rest}"), ""), "0.01 ± 0.01");
+    let family = format!("param L[i in 1..2] : cm = i ± i/10  {rest}");
+    assert_eq!(value(&family, ""), "0.01 ± 0.001, 0.02 ± 0.002");
+}
+
+/// Energies may stand before what they use, and pieces of a family have one dimension.
+#[test]
+fn dimensions_do_not_depend_on_the_order() {
+    let codes = |text: &str| {
+        let errors = elaborate(&parse(text).unwrap(), &TableTexts::new(), &Settings::new()).unwrap_err();
+        errors.iter().map(|error| Diagnostic::from(error).code.unwrap()).collect::<Vec<_>>().join(" ")
+    };
+    let rest = "coord x : m  param m : kg = 1  T = 1/2*m*x'^2";
+    assert_eq!(codes(&format!("{rest}  V = 1/2*k*x^2 + k*x  param k : N/m = 4")), "E0202");
+    assert_eq!(codes(&format!("equilibrium x : s = 0  {rest}  V = 0")), "E0205");
+    assert_eq!(codes(&format!("{rest}  V = 0  param q[1] : m = 1  param q[2] : s = 1")), "E0205");
+}

@@ -57,6 +57,10 @@ fn each_kind_is_drawn() {
     assert!(told.contains(&"phi[3]".to_owned()));
     let complex = texts(&picture(&["modes", "models/foucault_pendulum.lag"]));
     assert!(complex.contains(&"a quarter of a period later".to_owned()));
+    let spectrum = texts(&picture(&["spectrum", "models/three_pendulums.lag"]));
+    assert!(spectrum.iter().any(|own| own.starts_with("Spectrum")) && spectrum.contains(&"mode".to_owned()));
+    let dispersion = texts(&picture(&["spectrum", "models/ring.lag"]));
+    assert!(dispersion.contains(&"wave number".to_owned()), "{dispersion:?}");
     let sweep = texts(&picture(&["sweep", "models/three_pendulums.lag", "--over", "k12=0..8:9"]));
     assert!(sweep.contains(&"k12 (N/m)".to_owned()) && sweep.contains(&"ω (rad/s)".to_owned()), "{sweep:?}");
     let grows = texts(&picture(&["sweep", "models/bead_on_hoop_bottom.lag", "--over", "W=0..10:21"]));

@@ -191,7 +191,10 @@ fn limits_and_series_of_closed_forms() {
             entries.iter().map(|entry| entry["omega_squared"].as_str().unwrap().to_owned()).collect();
         let settings = ["k1=1", "k2=1/1000", "m1=2"];
         let values = values(&text, Path::new("models"), &settings, &expressions);
-        values.iter().map(Ball::mid_f64).collect()
+        // Which sign of a root that can be drawn comes first is open.
+        let mut values: Vec<f64> = values.iter().map(Ball::mid_f64).collect();
+        values.sort_by(f64::total_cmp);
+        values
     };
     // The next term is of the third power of 1/1000.
     for (series, exact) in value(&derivation).iter().zip(value(&exact)) {
@@ -203,6 +206,43 @@ fn limits_and_series_of_closed_forms() {
     let values = value(&limit);
     // k1/m1 = 1/2 and k3/m2 = 5/3.
     assert!((values[0] - 0.5).abs() < 1e-15 && (values[1] - 5.0 / 3.0).abs() < 1e-15);
+}
+
+#[test]
+fn corrections_belong_to_their_zeroth_order() {
+    // Whichever of the two circuits is the faster one: L1 C1 = 1, L2 C2 = 2 and the other way round.
+    let text = "param L1, L2, C1, C2, M  coord q1, q2
+        T = 1/2*L1*q1'^2 + 1/2*L2*q2'^2 + M*q1'*q2'  V = q1^2/(2*C1) + q2^2/(2*C2)";
+    for settings in [["L1=1", "L2=2"], ["L1=2", "L2=1"]] {
+        let all = [&settings[..], &["C1=1", "C2=1", "M=1/1000"]].concat();
+        let model = model_in(text, Path::new("."), &all);
+        let mut derivation = derive(&model, &Parts::default().frequencies(true)).unwrap();
+        derivation.expand("M", 2);
+        let found = derivation.linear.as_ref().unwrap().frequencies.as_ref().unwrap();
+        let forms: Vec<String> =
+            found.general.frequencies.iter().map(|form| derivation.pool.display(form.omega_squared)).collect();
+        assert!(!forms.iter().any(|form| form.contains("sqrt") || form.contains("abs")), "{forms:?}");
+        let series = values(text, Path::new("."), &all, &forms);
+        let mut series: Vec<f64> = series.iter().map(Ball::mid_f64).collect();
+        series.sort_by(f64::total_cmp);
+        // Zeros of (1 - L1 z)(1 - L2 z) - M² z².
+        let (a, root) = (2.0 - 1e-6, (9.0 - 4.0 * (2.0 - 1e-6_f64)).sqrt());
+        for (own, true_value) in series.iter().zip([(3.0 - root) / (2.0 * a), (3.0 + root) / (2.0 * a)]) {
+            assert!((own - true_value).abs() < 1e-11, "{own} {true_value}");
+        }
+    }
+}
+
+#[test]
+fn limits_and_series_of_exponents() {
+    let text = "param m = 1  param c = 1/10  param k = 1  coord x
+        T = 1/2*m*x'^2  V = 1/2*k*x^2  dissipation = 1/2*c*x'^2";
+    let mut derivation = derive(&model_in(text, Path::new("."), &[]), &Parts::all()).unwrap();
+    derivation.limit("c", &Number::ZERO);
+    let own = derivation.linear.as_ref().unwrap().exponents.as_ref().unwrap();
+    assert!(own.complete && own.exponents.len() == 2 && own.stability.is_none());
+    assert!(own.exponents.iter().all(|own| derivation.pool.display(own.real) == "0"));
+    assert_eq!(derivation.pool.display(own.exponents[0].imaginary), "sqrt(m*k)/m");
 }
 
 #[test]

@@ -54,6 +54,17 @@ fn ends_of_the_box_count() {
     assert_near(&of("coord x T = 1/2*x'^2 V = x^3/3 - x", "x=-0.999999999..1"), &[&[1.0]]);
 }
 
+/// With all multipliers turned an equilibrium under constraints is the same one.
+#[test]
+fn constrained_equilibria_are_found_once() {
+    let ellipse = "coord x, y  T = 1/2*(x'^2 + y'^2)  V = y  constraint x^2/4 + y^2 + x*y/3 = 1";
+    let half = 0.5_f64.sqrt();
+    assert_near(&of(ellipse, "x=-3..3, y=-3..3"), &[&[-half, 1.5 * half], &[half, -1.5 * half]]);
+    let pendulum = "coord x[1..2], y[1..2]  T = 1/2*(dot(x', x') + dot(y', y'))  V = 9.81*(y[1] + 2*y[2])
+        constraint x[1]^2 + y[1]^2 = 1  constraint (x[2] - x[1])^2 + (y[2] - y[1])^2 = 1";
+    assert_eq!(points(&of(pendulum, "x=-3..3, y=-3..3")).len(), 4);
+}
+
 /// Newton's method on Euler's quintics in 40 digits (mpmath), and equilateral triangles.
 #[test]
 fn the_five_points_of_lagrange() {

@@ -120,6 +120,26 @@ fn modes_that_rest_are_reported() {
     }
 }
 
+/// What a mode without the output leaves open does not hide the others: chains between walls, seen at a node.
+#[test]
+fn nodes_hide_no_other_resonance() {
+    for n in [3, 5] {
+        let text = format!(
+            "param N = {n}  coord x[1..N]  T = sum(i in 1..N, 1/2*x[i]'^2)
+            V = sum(i in 1..N-1, 1/2*(x[i+1] - x[i])^2) + 1/2*x[1]^2 + 1/2*x[N]^2"
+        );
+        let all = peaks(&text, Some("x[1]"), "omega=0..3");
+        let own = &all[n / 2];
+        let frequency = |k: usize| 2.0 * (std::f64::consts::PI * k as f64 / (2 * n + 2) as f64).sin();
+        let found = of(PeakKind::Resonance, own);
+        assert_eq!(found.len(), n.div_ceil(2), "{own:?}");
+        found.iter().zip((1..=n).step_by(2)).for_each(|(found, k)| is(found, frequency(k)));
+        let near =
+            |piece: &[f64; 2]| (0..=n).any(|k| (piece[0] - frequency(k)).abs() < 1e-2 && piece[1] - piece[0] < 1e-2);
+        assert!(own.undecided.iter().all(near), "{own:?}");
+    }
+}
+
 /// What does not hang together with the driven coordinate rests, and its frequencies are none of the response.
 #[test]
 fn other_systems_in_the_same_model_are_left_alone() {

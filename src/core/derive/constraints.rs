@@ -174,11 +174,8 @@ pub(super) fn reduce(pool: &mut Algebra<'_>, linear: &mut Linear, names: &Names,
         };
         reduced.finish(pool, checker, parts);
         reduced.closed_forms(pool, checker, parts);
-        let own = Names {
-            coordinates: of(&names.coordinates),
-            displacements: of(&names.displacements),
-            normal: names.normal.clone(),
-        };
+        let own =
+            Names { coordinates: of(&names.coordinates), displacements: of(&names.displacements), ..names.clone() };
         let derivation = Derivation::of_matrices((**pool).clone(), checker.model, own, Ok(reduced));
         let others = (0..directions.len()).filter(|i| !free.contains(i));
         let follows = others

@@ -9,7 +9,7 @@
 use super::Linear;
 use super::blocks::{adapted, commuting_mirrors};
 use super::check::{Checker, WIDEST};
-use super::frequencies::Case;
+use super::frequencies::{Approximation, Case};
 use super::pair::{Pair, connected};
 use super::polynomial::{Polynomial, determinant};
 use super::ring::{EXPONENT, Expanded, Ring};
@@ -47,6 +47,8 @@ pub struct Exponents {
     /// What has to be positive for stability: together necessary and sufficient; M is taken to be positive definite, exponents that
     /// are 0 whatever the parameters are do not count. `None` where that is not written out.
     pub stability: Option<Vec<StabilityCondition>>,
+    /// What has been done to the exponents since.
+    pub approximations: Vec<Approximation>,
 }
 
 impl Exponents {
@@ -350,14 +352,12 @@ fn agreeing(
     pool: &mut Algebra<'_>,
     found: Vec<StabilityCondition>,
 ) -> Option<Vec<StabilityCondition>> {
-    let signs: Option<Vec<bool>> = found.iter().map(|own| checker.is_negative(pool, own.positive)).collect();
-    if let (Some(signs), Some(modes)) = (signs, checker.exponents()) {
-        let unstable = modes.iter().any(|mode| mode.growth.is_positive());
-        if unstable != signs.contains(&true) {
-            return None;
-        }
-    }
-    Some(found)
+    let signs: Vec<Option<bool>> = found.iter().map(|own| checker.is_negative(pool, own.positive)).collect();
+    let Some(modes) = checker.exponents() else { return Some(found) };
+    let unstable = modes.iter().any(|mode| mode.growth.is_positive());
+    // What is 0 at the values leaves it open, but not beside what is negative.
+    let agrees = if signs.contains(&Some(true)) { unstable } else { !unstable || signs.contains(&None) };
+    agrees.then_some(found)
 }
 
 impl Linear {

@@ -2,91 +2,124 @@
 
 use std::collections::HashMap;
 
+use super::exponents::Exponents;
 use super::frequencies::{Approximation, Case, Frequencies, Frequency};
 use super::roots::root;
 use super::simplify::{Algebra, rebuild};
-use crate::expr::{ExprId, Substitution, Symbol};
+use crate::expr::{ExprId, Node, Substitution, Symbol};
 use crate::number::Number;
+use crate::precision::Function;
 
 /// The highest power of a series.
 const MOST_ORDERS: u32 = 12;
 
-impl Frequencies {
-    /// The frequencies where a parameter goes to a value: `--limit k=0`. A form that isn't defined there
-    /// is dropped.
-    pub(super) fn limit(&mut self, pool: &mut Algebra<'_>, name: &str, value: &Number) {
-        self.transform(pool, name, |pool, e, symbol| {
-            let value = pool.number(value.clone());
-            pool.substitute_one(e, &Substitution::from([(symbol, value)]))
-        });
-        self.approximations.push(Approximation::Limit { name: name.to_owned(), value: value.clone() });
-    }
-
-    /// The frequencies to some power of a parameter, by Taylor's formula about 0: `--expand k 2`. A
-    /// form without such a series is dropped.
-    pub(super) fn expand(&mut self, pool: &mut Algebra<'_>, name: &str, order: u32) {
-        let order = order.min(MOST_ORDERS);
-        self.transform(pool, name, |pool, e, symbol| {
-            let zero = pool.zero();
-            let at_zero = Substitution::from([(symbol, zero)]);
-            let variable = pool.symbol_expr(symbol);
-            let mut derivative = e;
-            let mut factorial = Number::ONE;
-            let mut terms = Vec::new();
-            for power in 0..=order {
-                if power > 0 {
-                    derivative = pool.diff(derivative, symbol);
-                    factorial = factorial.mul(&Number::from(i64::from(power)));
-                }
-                let value = pool.substitute_one(derivative, &at_zero);
-                let value = pool.simplify(value);
-                let inverse = factorial.recip().unwrap_or_default();
-                let power = pool.powi(variable, i64::from(power));
-                let term = pool.mul(value, power);
-                terms.push((term, inverse));
-            }
-            pool.linear(&terms)
-        });
-        self.approximations.push(Approximation::Expansion { name: name.to_owned(), order });
-    }
-
-    fn transform(
-        &mut self,
-        pool: &mut Algebra<'_>,
-        name: &str,
-        change: impl Fn(&mut Algebra<'_>, ExprId, Symbol) -> ExprId,
-    ) {
-        // Where all is known without equalities, one that the parameter would have to drag along says nothing of this limit.
-        let drags = |tied: &mut Case| tied.ties.iter().flatten().any(|own| own == name);
-        if self.general.complete {
-            self.tied.take_if(drags);
+impl Approximation {
+    fn name(&self) -> &str {
+        match self {
+            Self::Limit { name, .. } | Self::Expansion { name, .. } => name,
         }
-        for case in [Some(&mut self.general), self.tied.as_mut()].into_iter().flatten() {
-            // Where several are equal the first stands for all.
-            let set = case.ties.iter().find(|set| set.iter().any(|own| own == name));
-            let leader = set.and_then(|set| set.first()).map_or(name, String::as_str);
-            let all: Vec<ExprId> = case.frequencies.iter().map(|f| f.omega_squared).collect();
-            let symbols = pool.symbols_of(&all);
-            let symbol = symbols.iter().find(|symbol| pool.symbol_name(**symbol) == leader);
-            if let Some(symbol) = symbol.copied() {
-                transform_case(pool, case, |pool, e| change(pool, e, symbol));
+    }
+
+    /// What an expression is where the parameter goes to a value, or its series by Taylor's formula about 0; undefined where it has none.
+    fn of(&self, pool: &mut Algebra<'_>, e: ExprId, symbol: Symbol) -> ExprId {
+        match self {
+            Self::Limit { value, .. } => {
+                let value = pool.number(value.clone());
+                pool.substitute_one(e, &Substitution::from([(symbol, value)]))
+            }
+            Self::Expansion { order, .. } => {
+                let zero = pool.zero();
+                let at_zero = Substitution::from([(symbol, zero)]);
+                let variable = pool.symbol_expr(symbol);
+                let mut derivative = e;
+                let mut factorial = Number::ONE;
+                let mut terms = Vec::new();
+                for power in 0..=(*order).min(MOST_ORDERS) {
+                    if power > 0 {
+                        derivative = pool.diff(derivative, symbol);
+                        factorial = factorial.mul(&Number::from(i64::from(power)));
+                    }
+                    let value = pool.substitute_one(derivative, &at_zero);
+                    let value = pool.simplify(value);
+                    let inverse = factorial.recip().unwrap_or_default();
+                    let power = pool.powi(variable, i64::from(power));
+                    let term = pool.mul(value, power);
+                    terms.push((term, inverse));
+                }
+                pool.linear(&terms)
             }
         }
     }
 }
 
-/// An expression with the square roots drawn that have become those of squares.
-fn with_drawn_roots(pool: &mut Algebra<'_>, e: ExprId) -> ExprId {
+/// The symbol of a name that some expressions depend on.
+fn symbol(pool: &Algebra<'_>, all: &[ExprId], name: &str) -> Option<Symbol> {
+    let symbols = pool.symbols_of(all);
+    symbols.into_iter().find(|symbol| pool.symbol_name(*symbol) == name)
+}
+
+impl Frequencies {
+    /// The frequencies for a special value of a parameter, `--limit k=0`, or to some power of it, `--expand k 2`. A form that is not defined
+    /// there is dropped.
+    pub(super) fn approximate(&mut self, pool: &mut Algebra<'_>, done: &Approximation) {
+        // Where all is known without equalities, one that the parameter would have to drag along says nothing of this limit.
+        let drags = |tied: &mut Case| tied.ties.iter().flatten().any(|own| own == done.name());
+        if self.general.complete {
+            self.tied.take_if(drags);
+        }
+        for case in [Some(&mut self.general), self.tied.as_mut()].into_iter().flatten() {
+            // Where several are equal the first stands for all.
+            let set = case.ties.iter().find(|set| set.iter().any(|own| own == done.name()));
+            let leader = set.and_then(|set| set.first()).map_or(done.name(), String::as_str);
+            let all: Vec<ExprId> = case.frequencies.iter().map(|f| f.omega_squared).collect();
+            if let Some(symbol) = symbol(pool, &all, leader) {
+                transform_case(pool, case, |pool, e| done.of(pool, e, symbol));
+            }
+        }
+        self.approximations.push(done.clone());
+    }
+}
+
+impl Exponents {
+    /// The same of the exponents; what else is known of the whole model is left out then.
+    pub(super) fn approximate(&mut self, pool: &mut Algebra<'_>, done: &Approximation) {
+        let all: Vec<ExprId> = self.exponents.iter().flat_map(|own| [own.real, own.imaginary]).collect();
+        if let Some(symbol) = symbol(pool, &all, done.name()) {
+            let before = self.exponents.len();
+            for own in &mut self.exponents {
+                for part in [&mut own.real, &mut own.imaginary] {
+                    let value = done.of(pool, *part, symbol);
+                    *part = pool.simplify(value);
+                }
+                own.damping_ratio = None;
+            }
+            self.exponents.retain(|own| ![own.real, own.imaginary].into_iter().any(|part| pool.is_undefined(part)));
+            self.complete &= self.exponents.len() == before;
+        }
+        self.characteristic = None;
+        self.stability = None;
+        self.approximations.push(done.clone());
+    }
+}
+
+/// An expression with the square roots drawn that have become those of squares, and their powers; magnitudes but those that are `kept` are
+/// roots of squares, too.
+fn with_drawn_roots(pool: &mut Algebra<'_>, e: ExprId, kept: &[ExprId]) -> ExprId {
     let mut images: HashMap<ExprId, ExprId> = HashMap::new();
     for id in pool.reachable(&[e]) {
-        let image = rebuild(pool, id, &images);
+        let image = match *pool.node(id) {
+            Node::Function(Function::Abs, inner) if !kept.contains(&id) => images.get(&inner).copied().unwrap_or(inner),
+            _ => rebuild(pool, id, &images),
+        };
         let mut factors = pool.factors(image);
         for (base, exponent) in &mut factors {
-            if *exponent == Number::half()
+            let twice = exponent.mul(&Number::from(2));
+            if twice.is_integer()
+                && !exponent.is_integer()
                 && pool.is_sum(*base)
                 && let (square, true) = root(pool, *base)
             {
-                (*base, *exponent) = (square, Number::ONE);
+                (*base, *exponent) = (square, twice);
             }
         }
         images.insert(id, pool.product_of_powers(&factors));
@@ -97,11 +130,14 @@ fn with_drawn_roots(pool: &mut Algebra<'_>, e: ExprId) -> ExprId {
 fn transform_case(pool: &mut Algebra<'_>, case: &mut Case, change: impl Fn(&mut Algebra<'_>, ExprId) -> ExprId) {
     // Their names stand for what was before.
     case.solved.clear();
+    let all: Vec<ExprId> = case.frequencies.iter().map(|form| form.omega_squared).collect();
+    let mut magnitudes = pool.reachable(&all);
+    magnitudes.retain(|id| matches!(pool.node(*id), Node::Function(Function::Abs, _)));
     let mut frequencies: Vec<Frequency> = Vec::new();
     let mut values: Vec<ExprId> = case.frequencies.iter().map(|form| change(pool, form.omega_squared)).collect();
     // Both signs of a root are there, so that which one is positive makes no difference.
     if !values.iter().any(|value| pool.is_undefined(*value)) {
-        values.iter_mut().for_each(|value| *value = with_drawn_roots(pool, *value));
+        values.iter_mut().for_each(|value| *value = with_drawn_roots(pool, *value, &magnitudes));
     }
     for (mut form, value) in case.frequencies.drain(..).zip(values) {
         if pool.is_undefined(value) {

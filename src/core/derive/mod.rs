@@ -510,9 +510,18 @@ fn names(model: &Model, linear: &Result<Linear, LinearizeError>) -> Names {
         let mut all = linear.equilibrium.iter();
         all.all(|at| at.is_zero())
     });
-    let displacements =
-        if at_zero { coordinates.clone() } else { coordinates.iter().map(|name| format!("delta_{name}")).collect() };
-    Names { coordinates, displacements, normal: model.unused_name(&["Q", "eta", "xi", "zeta"]) }
+    // What no name of the model begins with, before that of a coordinate.
+    let prefix = |all: [&str; 3]| {
+        let is_free = |own: &&str| {
+            let mut named = model.coordinates.stems().map(|name| format!("{own}_{name}"));
+            named.all(|name: String| model.unused_name(&[&name]) == name)
+        };
+        all.into_iter().find(is_free).unwrap_or(all[0]).to_owned()
+    };
+    let (displacement, momentum) = (prefix(["delta", "xi", "eta"]), prefix(["p", "P", "pi"]));
+    let displaced = |name: &String| if at_zero { name.clone() } else { format!("{displacement}_{name}") };
+    let displacements = coordinates.iter().map(displaced).collect();
+    Names { displacements, momentum, normal: model.unused_name(&["Q", "eta", "xi", "zeta"]), coordinates }
 }
 
 impl Derivation {
@@ -629,17 +638,20 @@ impl Derivation {
     /// Replaces the closed forms by what they are where a parameter goes to a value; what is not
     /// defined there is dropped.
     pub fn limit(&mut self, parameter: &str, value: &Number) {
-        self.approximate(&mut |frequencies, pool| frequencies.limit(pool, parameter, value));
+        self.approximate(&Approximation::Limit { name: parameter.to_owned(), value: value.clone() });
     }
 
     /// Changes the closed forms of what moves.
-    fn approximate(&mut self, change: &mut dyn FnMut(&mut Frequencies, &mut Algebra<'_>)) {
+    fn approximate(&mut self, done: &Approximation) {
         if let Ok(linear) = &mut self.linear {
+            let pool = &mut Algebra::new(&mut self.pool);
             if let Some(reduced) = linear.tangent.as_mut().and_then(|tangent| tangent.reduced.as_mut()) {
-                reduced.derivation.approximate(change);
+                reduced.derivation.approximate(done);
             } else if let Some(frequencies) = &mut linear.frequencies {
-                change(frequencies, &mut Algebra::new(&mut self.pool));
+                frequencies.approximate(pool, done);
                 linear.exponents = None;
+            } else if let Some(exponents) = &mut linear.exponents {
+                exponents.approximate(pool, done);
             }
         }
     }
@@ -647,7 +659,7 @@ impl Derivation {
     /// Replaces the closed forms by their series about 0 in a parameter, up to a power of it; what has
     /// no such series is dropped.
     pub fn expand(&mut self, parameter: &str, order: u32) {
-        self.approximate(&mut |frequencies, pool| frequencies.expand(pool, parameter, order));
+        self.approximate(&Approximation::Expansion { name: parameter.to_owned(), order });
     }
 
     /// Lagrange's equations in the model language, `lhs = 0`; none where they were not asked for.

@@ -71,6 +71,8 @@ pub struct Names {
     pub coordinates: Vec<String>,
     /// The coordinates measured from the equilibrium: the same, where that is 0.
     pub displacements: Vec<String>,
+    /// What momenta begin with: `p`, if the model has no such names.
+    pub momentum: String,
     /// The family of the normal coordinates: `Q`, if the model has no such name.
     pub normal: String,
 }
@@ -94,7 +96,7 @@ impl Names {
         match motion {
             Motion::Acceleration(i) => name(names, i) + "''",
             Motion::Velocity(i) => name(names, i) + "'",
-            Motion::Momentum(i) => format!("p_{}", name(&self.coordinates, i)),
+            Motion::Momentum(i) => format!("{}_{}", self.momentum, name(&self.coordinates, i)),
             Motion::Displacement(i) => name(&self.displacements, i),
             Motion::NormalVelocity(i) => format!("{}[{}]'", self.normal, i + 1),
             Motion::Normal(i) => format!("{}[{}]", self.normal, i + 1),

@@ -112,7 +112,11 @@ impl Signs {
 
     /// What the sign of a polynomial depends on.
     pub(super) fn sign(&self, pool: &mut Pool, polynomial: &Polynomial) -> Sign {
-        let mut sign = Sign { factors: Vec::new(), negative: false };
+        // What is 0 is never positive.
+        let mut sign = Sign { factors: Vec::new(), negative: polynomial.is_zero() };
+        if polynomial.is_zero() {
+            return sign;
+        }
         if let Some(negative) = self.of_terms(polynomial) {
             return Sign { negative, ..sign };
         }
@@ -153,10 +157,12 @@ impl Signs {
     }
 }
 
-/// The two factors of what is quadratic in a variable and has a square for its discriminant.
+/// The two factors of what is quadratic in a variable and has a square for its discriminant, behind what stands before all of its powers.
 fn halves(pool: &mut Pool, of: &Polynomial) -> Option<Vec<Polynomial>> {
     let variables = of.common_powers().len();
     for variable in (0..variables).filter(|at| of.degree(*at) == 2) {
+        let before = of.content(variable);
+        let of = of.over(&before)?;
         let coefficients = of.coefficients(variable);
         let [c, b, a] = coefficients.as_slice() else {
             continue;
@@ -174,7 +180,8 @@ fn halves(pool: &mut Pool, of: &Polynomial) -> Option<Vec<Polynomial>> {
             let content = whole.content(variable);
             whole.over(&content).map(|own| own.primitive())
         };
-        return Some(vec![factor(&root)?, factor(&root.scaled(&Number::MINUS_ONE))?]);
+        let both = [factor(&root)?, factor(&root.scaled(&Number::MINUS_ONE))?];
+        return Some(Some(before).filter(|own| !own.is_constant()).into_iter().chain(both).collect());
     }
     None
 }
@@ -308,6 +315,10 @@ fn hurwitz(coefficients: &[Polynomial]) -> Option<Vec<Polynomial>> {
     };
     let mut found = vec![first.clone()];
     let minors = (1..degree).rev().step_by(2).filter(|size| *size > 1).map(minor).collect::<Option<Vec<_>>>()?;
+    // Opposite exponents, whatever the parameters are: they may be imaginary.
+    if minors.iter().any(Polynomial::is_zero) {
+        return None;
+    }
     // a_0, a_1, a_3, … or a_0, a_2, a_4, …, whichever is shorter.
     let others = |first: usize| -> Vec<Polynomial> {
         let own = (first..degree).step_by(2).map(|at| coefficients[at].clone());

@@ -65,7 +65,7 @@ enum Ground {
     },
 }
 
-/// The proved zero modes at an equilibrium: linearly independent; of symmetries alone where no others are wanted.
+/// The proved zero modes at an equilibrium: linearly independent; of symmetries and loose parts alone where no others are wanted.
 pub(crate) fn zero_modes(
     model: &Model,
     assembly: &Assembly,
@@ -88,18 +88,18 @@ pub(crate) fn zero_modes(
         let vector = symmetry.vector(at, ());
         count = add(vector, &meaning, Ground::Symmetry(symmetry));
     }
+    if let Some(mechanism) = mechanism::kernel(assembly, at, values, None) {
+        for (own, vector) in mechanism.vectors {
+            let pivots = mechanism.pivots.clone();
+            count = add(vector, NO_FORCE, Ground::Mechanism { pivots, own });
+        }
+    }
     if !others {
         return kept;
     }
     for vector in exact::kernel(model, assembly, equilibrium, count).unwrap_or_default() {
         let balls = vector.iter().map(|x| x.in_numbers(())).collect();
         add(balls, NO_FORCE, Ground::Exact(vector));
-    }
-    if let Some(mechanism) = mechanism::kernel(assembly, at, values, None) {
-        for (own, vector) in mechanism.vectors {
-            let pivots = mechanism.pivots.clone();
-            add(vector, NO_FORCE, Ground::Mechanism { pivots, own });
-        }
     }
     for symmetry in symmetries(model, assembly, at, &vec![true; at.len()], true) {
         add(symmetry.vector(at, ()), NO_FORCE, Ground::AtValues(symmetry));

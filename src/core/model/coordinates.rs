@@ -163,7 +163,7 @@ impl Coordinates {
     }
 
     /// The names that they are declared under, without indices.
-    pub(super) fn stems(&self) -> impl Iterator<Item = &str> {
+    pub(crate) fn stems(&self) -> impl Iterator<Item = &str> {
         self.rows.iter().map(|row| row.names.name.as_str())
     }
 

@@ -176,6 +176,12 @@ impl Builtin {
                 if rows.len() != 3 || rows[0].len() != 3 {
                     return Err((format!("a rotation matrix is 3 x 3, this is {}", r.describe()), None));
                 }
+                if !is_rotation(pool, &rows) {
+                    let help =
+                        "`rot_x`, `rot_y`, `rot_z` and products of them are; roots are written as such, `sqrt(1/2)`";
+                    let what = "`angular_velocity` needs a rotation matrix: transpose(R)*R is not 1 here";
+                    return Err((what.to_owned(), Some(help.to_owned())));
+                }
                 let rates: Vec<Vec<ExprId>> =
                     rows.iter().map(|row| row.iter().map(|e| rate(pool, *e)).collect()).collect();
                 let mut element = |i: usize, j: usize| {
@@ -300,4 +306,14 @@ fn body_tensor(pool: &mut Pool, body: Body, arguments: &[ExprId]) -> Value {
         rows[axis][axis] = moment;
     }
     Value::from_rows(rows)
+}
+
+/// Whether RᵀR may be 1.
+fn is_rotation(pool: &mut Pool, rows: &[Vec<ExprId>]) -> bool {
+    (0..3).flat_map(|i| (0..=i).map(move |j| (i, j))).all(|(i, j)| {
+        let mut terms: Vec<ExprId> = rows.iter().map(|row| pool.mul(row[i], row[j])).collect();
+        terms.extend((i == j).then(|| pool.integer(-1)));
+        let rest = pool.sum(&terms);
+        pool.is_zero(rest) != ZeroVerdict::NonZero
+    })
 }

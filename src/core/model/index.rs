@@ -76,7 +76,12 @@ impl World {
                         number.to_i64().filter(within).ok_or_else(|| far(short(&number)))
                     }
                     Quantity::Exact(number) => Err(not(short(&number))),
-                    Quantity::Enclosed(ball) => Err(not(format!("{}", ball.mid_f64()))),
+                    Quantity::Enclosed(ball) => {
+                        let (near, whole) = (ball.mid_f64(), ball.mid_f64().round());
+                        let is_near = (ball - Ball::exact(whole)).contains_zero();
+                        let rounded = format!("what roots or functions make {whole} but for their rounding");
+                        Err(not(if is_near { rounded } else { near.to_string() }))
+                    }
                     Quantity::Truth(_) => Err(not("a condition".to_owned())),
                 }
             }
@@ -272,6 +277,11 @@ fn power(base: &Quantity, exponent: &Quantity) -> Option<Quantity> {
     {
         let e = i32::try_from(e).ok()?;
         return a.powi(e).map(Quantity::Exact);
+    }
+    if let Quantity::Exact(e) = exponent
+        && *e == Number::half()
+    {
+        return root(base);
     }
     let ball = base.ball().pow(&exponent.ball());
     ball.is_finite().then_some(Quantity::Enclosed(ball))

@@ -125,12 +125,16 @@ impl Elaborator<'_> {
         Some(block)
     }
 
-    /// The factor of a unit where the right side is in that unit: where it names no quantity.
-    pub(super) fn unit_factor(&mut self, unit: Option<UnitRef>, program: &Program) -> Option<ExprId> {
+    /// The factor of a unit.
+    pub(super) fn factor(&mut self, unit: Option<UnitRef>) -> Option<ExprId> {
         let unit = unit?;
         self.has_units = true;
-        let factor = units::factor(&mut self.world.pool, self.file, unit, &mut self.errors);
-        (!reads_names(program)).then_some(factor)
+        Some(units::factor(&mut self.world.pool, self.file, unit, &mut self.errors))
+    }
+
+    /// The same where the right side is in that unit: where it names no quantity.
+    pub(super) fn unit_factor(&mut self, unit: Option<UnitRef>, program: &Program) -> Option<ExprId> {
+        self.factor(unit).filter(|_| !reads_names(program))
     }
 
     pub(super) fn one_scalar(&mut self, value: &Value, what: &str, span: Span) -> Option<ExprId> {

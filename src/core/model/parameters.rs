@@ -5,9 +5,8 @@ use std::collections::HashMap;
 use super::ModelError;
 use super::compile::{Compiler, Scope};
 use super::elaborate::{Elaborator, SetValue};
-use super::members::Members;
+use super::members::{Members, reads_names};
 use super::names::{Entity, Family, Grid, Key, Parameter, SymbolKind, World, key, member_name};
-use super::program::Program;
 use super::settings::Settings;
 use super::values::Value;
 use crate::diagnostic::nearest;
@@ -97,7 +96,10 @@ impl Elaborator<'_> {
         if known.is_none() {
             self.introduce(name, Entity::Parameter(family));
         }
-        let factor = self.unit_factor(binding.unit, program.as_ref().unwrap_or(&Program::default()));
+        let unit = self.factor(binding.unit);
+        // What names quantities is in SI already; what is set from outside never is.
+        let [factor, sigma_factor] =
+            [&program, &uncertainty].map(|side| unit.filter(|_| !side.as_ref().is_some_and(reads_names)));
         let Some(members) = members else { return };
         let Some(keys) = self.add_members(family, &members) else {
             return;
@@ -116,12 +118,6 @@ impl Elaborator<'_> {
             };
             shared = Some(value);
         }
-        let sigma = uncertainty.and_then(|program| {
-            let value = self.world.run_written_out(&program, &mut Vec::new());
-            let value = self.note(value)?;
-            let value = self.one_scalar(&value, "an uncertainty", program.span)?;
-            Some(self.scaled(value, factor))
-        });
         let list: Option<Vec<ExprId>> = match &shared {
             Some(value @ Value::Vector(_)) => {
                 let span = program.as_ref().map_or(name.span, |program| program.span);
@@ -149,8 +145,19 @@ impl Elaborator<'_> {
                 }
             };
             let own = own.map(|own| self.scaled(own, factor));
+            let mut sigma = None;
+            if let Some(program) = &uncertainty {
+                let value = self.world.run_written_out(program, &mut at[..members.rank].to_vec());
+                let value = self.note(value);
+                sigma = value.and_then(|value| self.one_scalar(&value, "an uncertainty", program.span));
+                if sigma.is_none() {
+                    self.stand_in(name, members.rank, &keys[position..]);
+                    return;
+                }
+                sigma = sigma.map(|sigma| self.scaled(sigma, sigma_factor));
+            }
             let span = program.as_ref().map_or(name.span, |program| program.span);
-            self.add_parameter(&name.text, name.span, members.rank, *at, own, sigma, factor, span);
+            self.add_parameter(&name.text, name.span, members.rank, *at, own, sigma, unit, span);
         }
     }
 

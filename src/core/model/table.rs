@@ -148,8 +148,7 @@ impl Table {
             let (columns, texts) = (["i", "j", "v"].map(str::to_owned).to_vec(), vec![false; 3]);
             return Ok(Self { columns, cells, texts, lines, ..own });
         }
-        let mut reader =
-            csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
+        let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(text.as_bytes());
         let describe = |error: &csv::Error| {
             let line = error.position().map_or(1, csv::Position::line);
             let reason = match error.kind() {
@@ -162,7 +161,7 @@ impl Table {
             bad(line, reason)
         };
         let columns: Vec<String> = match reader.headers() {
-            Ok(header) => header.iter().map(str::to_owned).collect(),
+            Ok(header) => header.iter().map(|name| name.trim().to_owned()).collect(),
             Err(error) => return Err(describe(&error)),
         };
         if columns.is_empty() || columns.iter().all(String::is_empty) {
@@ -182,12 +181,17 @@ impl Table {
                 Ok(record) => record,
                 Err(error) => return Err(describe(&error)),
             };
+            let line = record.position().map_or(0, csv::Position::line);
             for (field, is_text) in record.iter().zip(&mut texts) {
+                if field.contains('\n') {
+                    return Err(bad(line, "a quote that is opened here is not closed in this line".to_owned()));
+                }
+                let field = field.trim();
                 let number = parse_field(field);
                 *is_text |= number.is_none();
                 cells.push(number.map_or_else(|| Cell::Text(excerpt(field)), Cell::Number));
             }
-            lines.push(record.position().map_or(0, csv::Position::line));
+            lines.push(line);
         }
         Ok(Self { columns, cells, texts, lines, ..own })
     }

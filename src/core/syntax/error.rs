@@ -152,9 +152,12 @@ Error SyntaxError {
     /// `1.` or `.5`.
     #[error("a number needs digits on both sides of the point")]
     "E0011" HalfNumber(span) {
-        /// The number in full.
-        fix: String,
-    } => at(*span, "not a complete number").written(*span, fix),
+        /// The number in full; none behind another number or point.
+        fix: Option<String>,
+    } => match fix {
+        Some(fix) => at(*span, "not a complete number").written(*span, fix),
+        None => at(*span, "one point too many").with_help("a number has one point, a range two: `1.5`, `1..3`"),
+    },
 
     /// `9,81`
     #[error("the decimal sign is a point, not a comma")]

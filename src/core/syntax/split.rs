@@ -242,7 +242,11 @@ impl<'s> Splitter<'s> {
         let text = token.text(self.source);
         let span = token.span();
         match token.kind {
-            TokenKind::HalfNumber => Some(SyntaxError::HalfNumber { fix: whole_number(text), span }),
+            TokenKind::HalfNumber => {
+                let before = self.source.get(..span.range().start).and_then(|before| before.chars().next_back());
+                let is_whole = before.is_some_and(|c| c == '.' || c.is_ascii_digit());
+                Some(SyntaxError::HalfNumber { fix: (!is_whole).then(|| whole_number(text)), span })
+            }
             TokenKind::OpenText => Some(SyntaxError::OpenText { span }),
             TokenKind::DoubleStar => Some(SyntaxError::DoubleStar { span }),
             TokenKind::Illegal => {

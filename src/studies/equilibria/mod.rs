@@ -258,7 +258,9 @@ impl<'a> Task<'a> {
     /// The equilibria in the box that are proved.
     fn nodes(&self, findings: &'a Findings) -> impl Iterator<Item = Node> + use<'a, '_> {
         let inside = |root: &&Root| root.at.iter().zip(&self.sides()).all(|(x, side)| may_lie(x, side.as_ref()));
-        let proved = findings.roots.iter().filter(inside).filter(|root| !self.is_singular(root));
+        // With all multipliers turned it is the same equilibrium.
+        let counts = |root: &&Root| root.at.get(self.searched.len()).is_none_or(Ball::is_positive);
+        let proved = findings.roots.iter().filter(inside).filter(counts);
         proved.filter_map(|root| Some(Node { root: root.clone(), equilibrium: self.placed(&root.at)? }))
     }
 

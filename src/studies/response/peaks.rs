@@ -6,6 +6,8 @@
 //! the minimum a zero if x is. Pieces without a change that can't be excluded are reported, not passed over: a mode that the force does not excite
 //! makes the linear system singular, too.
 
+use std::collections::VecDeque;
+
 use super::solve::{Matrices, Slope};
 use super::{Force, LEVELS, ResponseError, Study, System};
 use crate::source::{End, between, written_ends};
@@ -13,7 +15,7 @@ use librate_core::number::Number;
 use librate_core::precision::{Ball, Complex, Enclosure, Scalar};
 
 /// Pieces of the range are not halved more often: two maxima so close are taken for one.
-const NARROWEST: usize = 40;
+const NARROWEST: usize = 34;
 /// Multiplications for one output, and pieces that are looked at.
 const MOST_WORK: f64 = 3e7;
 const MOST_PIECES: f64 = 5e4;
@@ -100,9 +102,22 @@ fn middle([from, to]: &Piece) -> Number {
     from.add(to).mul(&Number::half())
 }
 
+/// Pieces in order, those that touch each other as one.
+fn joined(mut pieces: Vec<Piece>) -> Vec<Piece> {
+    pieces.sort_by(|left, right| left[0].cmp(&right[0]));
+    let mut all = Vec::<Piece>::new();
+    for piece in pieces {
+        match all.last_mut().filter(|last| last[1] == piece[0]) {
+            Some(last) => last[1] = piece[1].clone(),
+            None => all.push(piece),
+        }
+    }
+    all
+}
+
 impl Study {
     /// The maxima and minima of the amplitude of one of the outputs (from 0) between the ends of the range: all that are farther apart than
-    /// 2⁻⁴⁰ of it, or in [`Peaks::undecided`].
+    /// 2⁻³⁴ of it, or in [`Peaks::undecided`].
     ///
     /// # Errors
     /// [`ResponseError::Unsupported`] where M, C, K or the equilibrium depend on the parameter of the range.
@@ -136,7 +151,8 @@ impl Search<'_> {
         let (pieces, mut undecided) = self.narrowed();
         let [first, last] = [Number::ZERO, Number::ONE];
         let mut turns: Vec<(Piece, bool)> = Vec::new();
-        for piece in pieces {
+        let narrow = pieces.len();
+        for (at, piece) in pieces.into_iter().chain(undecided.clone()).enumerate() {
             // An end of the range is no extremum, whatever the slope is there.
             if piece[0] == first || piece[1] == last {
                 continue;
@@ -144,9 +160,11 @@ impl Search<'_> {
             match piece.each_ref().map(|end| self.rises(end)) {
                 [Some(true), Some(false)] => turns.push((piece, true)),
                 [Some(false), Some(true)] => turns.push((piece, false)),
-                _ => undecided.push(piece),
+                _ if at < narrow => undecided.push(piece),
+                _ => {}
             }
         }
+        turns.sort_by(|(left, _), (right, _)| left[0].cmp(&right[0]));
         let exact: Vec<(Piece, bool)> =
             turns.iter().map(|(piece, is_top)| (self.halved(piece, *is_top), *is_top)).collect();
         let mut found = Vec::with_capacity(exact.len());
@@ -172,27 +190,23 @@ impl Search<'_> {
         if self.eliminated(&somewhere, None, false).is_some_and(|x| x.re.is_zero() && x.im.is_zero()) {
             return (narrow, undecided);
         }
-        let mut open = vec![(0, [Number::ZERO, Number::ONE])];
-        while let Some((depth, piece)) = open.pop() {
+        // Wide pieces first: where nothing can be decided shall not take the time of all others.
+        let mut open = VecDeque::from([(0, [Number::ZERO, Number::ONE])]);
+        while let Some((depth, piece)) = open.pop_front() {
             left -= 1.0;
             let sample = self.sample(&piece, None);
             if sample.is_some_and(|own| !own.slope.contains_zero()) {
                 continue;
             }
             if depth == NARROWEST || left < 0.0 {
-                let all = if left < 0.0 { &mut undecided } else { &mut narrow };
-                match all.last_mut().filter(|last| last[1] == piece[0]) {
-                    Some(last) => last[1] = piece[1].clone(),
-                    None => all.push(piece),
-                }
+                if left < 0.0 { &mut undecided } else { &mut narrow }.push(piece);
                 continue;
             }
             let half = middle(&piece);
             let [from, to] = piece;
-            open.push((depth + 1, [half.clone(), to]));
-            open.push((depth + 1, [from, half]));
+            open.extend([(depth + 1, [from, half.clone()]), (depth + 1, [half, to])]);
         }
-        (narrow, undecided)
+        (joined(narrow), joined(undecided))
     }
 
     /// What the response is over a piece: in double-double, or at a level above.

@@ -62,9 +62,14 @@ pub(in crate::model) fn infer(file: &File) -> Dimensions {
         memo: vec![Quantity::Any; file.expressions.len()],
         within: HashMap::new(),
     };
-    for statement in &file.statements {
-        inference.statement(statement);
-    }
+    // Energies and what is given may stand before what they use.
+    let declares = |own: &&Statement| {
+        let declares =
+            matches!(own.kind, StatementKind::Coord { .. } | StatementKind::Let(_) | StatementKind::Table { .. });
+        declares || matches!(own.kind, StatementKind::Param(_))
+    };
+    let (first, then): (Vec<_>, Vec<_>) = file.statements.iter().partition(declares);
+    first.into_iter().chain(then).for_each(|statement| inference.statement(statement));
     inference.finish()
 }
 
@@ -224,12 +229,25 @@ impl<'a> Inference<'a> {
             Some(unit) => self.unit(unit),
             None => self.fresh(&binding.name, binding.indices.as_deref()),
         };
-        let value = binding.value.filter(|root| self.names_something(*root));
-        let quantity = self.declare(&binding.name.text, quantity);
-        if let Some(root) = value {
-            let side = self.evaluate(root, scope);
-            self.same(binding, &quantity, "right side", side, root);
+        let sides = [(binding.value, "right side"), (binding.uncertainty, "uncertainty")];
+        let sides = sides.map(|(side, what)| (side.filter(|root| self.names_something(*root)), what));
+        let quantity = self.declare_piece(binding, quantity);
+        for (side, what) in sides {
+            if let Some(root) = side {
+                let side = self.evaluate(root, scope);
+                self.same(binding, &quantity, what, side, root);
+            }
         }
+    }
+
+    /// Declares what may be a later piece of a family, whose members are all of one kind.
+    fn declare_piece(&mut self, binding: &'a Binding, quantity: Quantity) -> Quantity {
+        let known = self.declare(&binding.name.text, quantity.clone());
+        if let Some(unit) = binding.unit {
+            let span = self.file.unit(unit).span;
+            self.same_at(&binding.name, binding.name.span, &known, "unit", quantity, span);
+        }
+        known
     }
 
     fn coordinate(&mut self, declaration: &'a Declaration) {
@@ -255,7 +273,7 @@ impl<'a> Inference<'a> {
             Some(unit) => self.unit(unit),
             None => Quantity::Of(self.equations.solver.unknown(&binding.name.text)),
         };
-        let quantity = self.declare(&binding.name.text, quantity);
+        let quantity = self.declare_piece(binding, quantity);
         if names {
             let side = self.evaluate(root, scope);
             self.same(binding, &quantity, "right side", side, root);

@@ -70,6 +70,8 @@ const APART: f64 = 1e-3;
 const SINGULAR: f64 = 1e-10;
 /// This part of the largest stiffness is next to 0.
 const NEXT: f64 = 1e-9;
+/// A factor to search with is off by no more than this part of the largest stiffness, where there is another.
+const USABLE: f64 = 1e-7;
 /// How often more vectors are looked for.
 const SEARCHES: usize = 12;
 
@@ -504,8 +506,18 @@ impl<'a> Search<'a> {
         let n = self.pencil.dimension();
         let shift = omega * omega;
         let scale = self.pencil.stiffness_norms.0;
-        // A shift on an eigenvalue has no factor.
-        let factor = (0..8).find_map(|k| self.factor(shift + f64::from(k) * 1e-9 * shift.max(1e-6 * scale)))?;
+        // A shift on an eigenvalue has no factor, or one that is of no use.
+        let mut best: Option<Factor<'_>> = None;
+        for by in [0.0, 1e-9, 1e-6, 1e-5, 1e-4] {
+            best = best
+                .into_iter()
+                .chain(self.factor(shift + by * shift.max(1e-6 * scale)))
+                .min_by(|a, b| a.error.total_cmp(&b.error));
+            if best.as_ref().is_some_and(|best| best.error <= USABLE * scale) {
+                break;
+            }
+        }
+        let factor = best?;
         let mut known: Vec<f64> = Vec::new();
         let mut values: Vec<f64> = Vec::new();
         let mut more = (count + 2).min(n);

@@ -143,6 +143,12 @@ impl Context<'_> {
             (text, _) => text.to_owned(),
         };
         let span = self.before.span().to(found.span());
+        // `1_000`
+        let grouped = self.text(found).strip_prefix('_').filter(|rest| rest.bytes().all(|b| b.is_ascii_digit()));
+        if let (Some(rest), TokenKind::Number, true) = (grouped, self.before.kind, found.glued) {
+            let text = format!("{}{}", self.text(self.before), rest.replace('_', ""));
+            return SyntaxError::MissingMultiplication { fix: text.clone(), place: span, text, unit: None, span };
+        }
         let is_unit = self.is_unit_behind_number(found, &|name| words::SHORT_UNITS.contains(&name));
         let unit = if is_unit { self.with_unit_behind_name(found) } else { None };
         match self.product_with_signs() {
