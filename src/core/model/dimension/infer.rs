@@ -130,20 +130,12 @@ impl<'a> Inference<'a> {
         let word = |length: u32| Span::new(statement.span.start, statement.span.start + length);
         match &statement.kind {
             StatementKind::Param(bindings) => bindings.iter().for_each(|binding| self.parameter(binding)),
-            StatementKind::Coord { declarations } => {
-                for one in declarations {
-                    self.coordinate(one);
-                }
-            }
+            StatementKind::Coord { declarations } => declarations.iter().for_each(|one| self.coordinate(one)),
             StatementKind::Let(binding) => self.named_expression(binding),
             StatementKind::Kinetic(root) => self.energy("T", *root, &energy(), word(1)),
             StatementKind::Potential(root) => self.energy("V", *root, &energy(), word(1)),
-            StatementKind::Lagrangian(root) => {
-                self.energy("lagrangian", *root, &energy(), word(10));
-            }
-            StatementKind::Dissipation(root) => {
-                self.energy("dissipation", *root, &power(), word(11));
-            }
+            StatementKind::Lagrangian(root) => self.energy("lagrangian", *root, &energy(), word(10)),
+            StatementKind::Dissipation(root) => self.energy("dissipation", *root, &power(), word(11)),
             StatementKind::Force(binding) => self.force(binding),
             StatementKind::Constraint { indices, left, right } => {
                 let scope = self.binders(indices.as_deref(), 0);
@@ -158,9 +150,7 @@ impl<'a> Inference<'a> {
                     }
                 }
             }
-            StatementKind::Guess { binding, rate } => {
-                self.given(binding, "guess", *rate);
-            }
+            StatementKind::Guess { binding, rate } => self.given(binding, "guess", *rate),
             StatementKind::Equilibrium { binding, rate } => {
                 let side = if *rate { "rate" } else { "equilibrium" };
                 self.given(binding, side, *rate);
@@ -218,14 +208,16 @@ impl<'a> Inference<'a> {
         self.names.entry(name).or_insert(quantity).clone()
     }
 
+    /// What is declared with a unit, or without one.
+    fn declared(&mut self, name: &'a Name, indices: Option<&Indices>, unit: Option<UnitRef>) -> Quantity {
+        let quantity = unit.map(|unit| self.unit(unit)).unwrap_or_else(|| self.fresh(name, indices));
+        self.declare(&name.text, quantity)
+    }
+
     fn parameter(&mut self, binding: &'a Binding) {
         let scope = self.binders(binding.indices.as_deref(), 0);
-        let quantity = match binding.unit {
-            Some(unit) => self.unit(unit),
-            None => self.fresh(&binding.name, binding.indices.as_deref()),
-        };
         let value = binding.value.filter(|root| self.names_something(*root));
-        let quantity = self.declare(&binding.name.text, quantity);
+        let quantity = self.declared(&binding.name, binding.indices.as_deref(), binding.unit);
         if let Some(root) = value {
             let side = self.evaluate(root, scope);
             self.same(binding, &quantity, "right side", side, root);
@@ -234,11 +226,7 @@ impl<'a> Inference<'a> {
 
     fn coordinate(&mut self, declaration: &'a Declaration) {
         self.binders(declaration.indices.as_deref(), 0);
-        let quantity = match declaration.unit {
-            Some(unit) => self.unit(unit),
-            None => self.fresh(&declaration.name, declaration.indices.as_deref()),
-        };
-        self.declare(&declaration.name.text, quantity);
+        self.declared(&declaration.name, declaration.indices.as_deref(), declaration.unit);
     }
 
     fn named_expression(&mut self, binding: &'a Binding) {
