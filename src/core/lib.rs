@@ -12,6 +12,8 @@ pub mod diagnostic;
 
 pub mod mistakes;
 
+pub mod choices;
+
 pub mod syntax;
 #[cfg(feature = "format")]
 pub mod typeset;

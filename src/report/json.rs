@@ -151,9 +151,8 @@ pub fn derive_json(derivation: &Derivation) -> String {
         fields.push(("reduced_equations", texts(reduced_texts(derivation, own))));
     }
     let page = derivation.reduced();
-    if let Ok(linear) = &page.linear
-        && let Some(part) = &linear.second_order
-    {
+    let linear = page.linear.as_ref().ok();
+    if let Some(part) = linear.and_then(|own| own.second_order.as_ref()) {
         let form = |sum| string(&page.displaced_text(sum));
         fields.push(("linearized_equations", texts(page.linearized_texts())));
         fields.push(("kinetic_second_order", form(&part.kinetic)));
@@ -181,14 +180,10 @@ pub fn derive_json(derivation: &Derivation) -> String {
         });
         fields.push(("conserved", lines(conserved)));
     }
-    if let Ok(linear) = &page.linear
-        && let Some(found) = &linear.frequencies
-    {
+    if let Some(found) = linear.and_then(|own| own.frequencies.as_ref()) {
         frequency_fields(page, found, &mut fields);
     }
-    if let Ok(linear) = &page.linear
-        && let Some(found) = &linear.exponents
-    {
+    if let Some((linear, found)) = linear.and_then(|own| Some((own, own.exponents.as_ref()?))) {
         exponent_fields((page, derivation), linear, found, &mut fields);
     }
     if let Some(roots) = &derivation.equilibria {

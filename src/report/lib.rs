@@ -134,32 +134,15 @@ impl Default for Style {
 }
 
 impl Style {
-    /// With escape sequences for colours, or without.
-    #[must_use]
-    pub fn color(mut self, color: bool) -> Self {
-        self.color = color;
-        self
-    }
-
-    /// With formulas in the model language, or in Unicode.
-    #[must_use]
-    pub fn ascii(mut self, ascii: bool) -> Self {
-        self.ascii = ascii;
-        self
-    }
-
-    /// With frequencies in a unit of their own.
-    #[must_use]
-    pub fn unit(mut self, unit: Option<FrequencyUnit>) -> Self {
-        self.unit = unit;
-        self
-    }
-
-    /// For lines of so many columns.
-    #[must_use]
-    pub fn width(mut self, columns: usize) -> Self {
-        self.width = columns;
-        self
+    librate_core::choices! {
+        /// With escape sequences for colours, or without.
+        color: bool,
+        /// With formulas in the model language, or in Unicode.
+        ascii: bool,
+        /// With frequencies in a unit of their own.
+        unit: Option<FrequencyUnit>,
+        /// For lines of so many columns.
+        width: usize,
     }
 }
 

@@ -3,6 +3,7 @@
 
 use std::fmt::Write;
 
+use librate_core::typeset::superscript;
 use unicode_width::UnicodeWidthStr;
 
 /// Colours that people with any kind of sight tell apart (Okabe and Ito, 2008), and two more.
@@ -394,18 +395,8 @@ fn rectangle(corner: [f64; 2], size: [f64; 2]) -> String {
 
 /// Behind a label: what its numbers are multiplied by.
 fn scaled(power: i32) -> String {
-    if power == 0 {
-        return String::new();
-    }
-    let power = power.to_string();
-    let digits = power.chars().map(|c| match c {
-        '-' => '⁻',
-        '1' => '¹',
-        '2' => '²',
-        '3' => '³',
-        c => c.to_digit(10).and_then(|digit| char::from_u32(0x2070 + digit)).unwrap_or(c),
-    });
-    format!(" · 10{}", digits.collect::<String>())
+    let raised = superscript(&power.to_string()).filter(|_| power != 0);
+    raised.map_or_else(String::new, |raised| format!(" · 10{raised}"))
 }
 
 fn shaded(shade: Option<f64>) -> String {

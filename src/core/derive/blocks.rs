@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::lattice::{Ends, components};
 use super::pair::{Pair, Sparse};
 use super::roots::of_polynomial;
 use super::simplify::Algebra;
@@ -128,7 +129,7 @@ pub(super) fn waves(pool: &mut Algebra<'_>, pair: &Pair, symmetry: &Symmetry, co
         cells.push(cycle);
     }
     let square = pool.fresh_symbol("s");
-    let mut ring = RingSums { square: pool.symbol_expr(square), length: *length, cosines: Vec::new() };
+    let ring = RingSums { square: pool.symbol_expr(square), length: *length };
     let row = |of: &[BTreeMap<usize, ExprId>], a: &[usize], b: &[usize]| -> Vec<(usize, ExprId)> {
         let first = a.first().and_then(|i| of.get(*i));
         let entries = b.iter().enumerate();
@@ -170,37 +171,22 @@ pub(super) fn waves(pool: &mut Algebra<'_>, pair: &Pair, symmetry: &Symmetry, co
 struct RingSums {
     square: ExprId,
     length: usize,
-    /// cos(r theta) as polynomials in s, with cos(theta) = 1 - 2 s.
-    cosines: Vec<ExprId>,
 }
 
 /// Formulas reach no further around a ring.
 const MOST_DISTANCE: usize = 6;
 
 impl RingSums {
-    fn cosine(&mut self, pool: &mut Pool, distance: usize) -> Option<ExprId> {
+    /// cos(r theta) as a polynomial in s, with cos(theta) = 1 - 2 s.
+    fn cosine(&self, pool: &mut Pool, distance: usize) -> Option<ExprId> {
         let distance = distance.min(self.length - distance);
-        if distance > MOST_DISTANCE {
-            return None;
-        }
-        let one = pool.one();
-        while self.cosines.len() <= distance {
-            let first = pool.linear(&[(one, Number::ONE), (self.square, Number::from(-2))]);
-            let next = match self.cosines.as_slice() {
-                [] => one,
-                [_] => first,
-                [.., a, b] => {
-                    let product = pool.mul(first, *b);
-                    pool.linear(&[(product, Number::from(2)), (*a, Number::MINUS_ONE)])
-                }
-            };
-            self.cosines.push(next);
-        }
-        self.cosines.get(distance).copied()
+        let near = distance <= MOST_DISTANCE;
+        near.then(|| components(pool, Ends::Joined, self.square, distance + 1))
+            .and_then(|all| all.get(distance).copied())
     }
 
     /// The sum of value times cos(r theta).
-    fn real(&mut self, pool: &mut Pool, row: &[(usize, ExprId)]) -> Option<ExprId> {
+    fn real(&self, pool: &mut Pool, row: &[(usize, ExprId)]) -> Option<ExprId> {
         let mut parts = Vec::new();
         for (r, value) in row {
             let cosine = self.cosine(pool, *r)?;
@@ -210,7 +196,7 @@ impl RingSums {
     }
 
     /// The real part of conj(A) B for sums A and B of value times exp(i r theta).
-    fn correlation(&mut self, pool: &mut Pool, left: &[(usize, ExprId)], right: &[(usize, ExprId)]) -> Option<ExprId> {
+    fn correlation(&self, pool: &mut Pool, left: &[(usize, ExprId)], right: &[(usize, ExprId)]) -> Option<ExprId> {
         let mut parts = Vec::new();
         for (r, a) in left {
             for (s, b) in right {

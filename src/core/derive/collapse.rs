@@ -156,8 +156,7 @@ fn products(pool: &mut Pool, monomials: &Monomials, monomial: &Monomial, coeffic
             let sines = (angle(pool, *first, Function::Sin), angle(pool, *second, Function::Sin));
             let (a, b, mixed) = match (cosines, sines) {
                 ((Some(a), Some(b)), _) => (a, b, false),
-                ((_, Some(b)), (Some(a), _)) => (a, b, true),
-                ((Some(b), _), (_, Some(a))) => (a, b, true),
+                ((_, Some(b)), (Some(a), _)) | ((Some(b), _), (_, Some(a))) => (a, b, true),
                 _ => continue,
             };
             if a == b {

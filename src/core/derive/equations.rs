@@ -58,8 +58,7 @@ pub(super) fn coefficients(
     }
     let mut coefficients = BTreeMap::new();
     for (key, parts) in parts {
-        let coefficient = pool.linear(&parts);
-        coefficients.insert(key, pool.simplify(coefficient));
+        coefficients.insert(key, pool.short(|pool| pool.linear(&parts)));
     }
     coefficients
 }

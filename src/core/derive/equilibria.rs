@@ -8,7 +8,6 @@ use super::check::{Checker, Signs};
 use super::lagrangian::{Lagrangian, Variables};
 use super::simplify::Algebra;
 use crate::expr::{ExprId, Node, Pool, Substitution};
-use crate::model::Model;
 use crate::number::Number;
 use crate::precision::Function;
 use crate::syntax::Comparison;
@@ -47,11 +46,10 @@ pub(super) fn roots(
     variables: &Variables,
     lagrangian: &Lagrangian,
     drags: &[(usize, ExprId)],
-    model: &Model,
+    checker: &Checker<'_>,
 ) -> Vec<Root> {
     let at_rest = variables.at_rest(pool);
     let mut result = Vec::new();
-    let mut checker: Option<Checker<'_>> = None;
     if !lagrangian.other.is_empty() {
         return result;
     }
@@ -70,7 +68,6 @@ pub(super) fn roots(
         if alone && !lagrangian.linear.contains_key(i) {
             let mut roots = roots_of(pool, variables, *i, *force).unwrap_or_default();
             if roots.iter().any(|root| angle(pool, root.left).is_some()) {
-                let checker = checker.get_or_insert_with(|| Checker::new(model));
                 add_conditions(pool, checker, &mut roots);
             }
             result.extend(roots);

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::blocks::{adapted, commuting_mirrors, is_free, waves};
 use super::frequencies::{Block, Case, Series};
-use super::lattice::{Angles, Lattice, lattice};
+use super::lattice::{Angles, Dimension, Ends, Lattice, lattice};
 use super::pair::{Pair, Sparse};
 use super::roots::{Request, roots};
 use super::shapes::{Shape, shapes};
@@ -79,16 +79,12 @@ pub(super) fn closed_forms(
         if let Some(waves) = waves(pool, pair, symmetry, &rest)
             && let GroupKind::Ring { length, .. } = symmetry.kind
         {
-            let n = i64::try_from(length).unwrap_or(i64::MAX);
-            let angles = Angles::of_ring(n);
-            for j in 0..=n / 2 {
-                let angle = angles.angle(pool, j);
-                let twice = j > 0 && 2 * j < n;
+            let angles = Dimension { ends: Ends::Joined, size: length }.angles();
+            for (j, angle, multiplicity) in angles.distinct(pool) {
                 for value in waves.at(pool, angle) {
                     let value = pool.simplify(value);
                     let class = usize::try_from(j).map(wave_number).ok();
-                    let class = class.filter(|_| named);
-                    found.add(value, if twice { 2 } else { 1 }, class);
+                    found.add(value, multiplicity, class.filter(|_| named));
                 }
             }
             let letter = request.model.unused_name(&["j", "s", "b"]);
@@ -257,7 +253,6 @@ impl Lattice {
     /// The class of a mode by its number: for a ring the wave number; for a chain with equal ends, whose
     /// vectors are sin(i theta), cos((i - 1/2) theta) or sin((i - 1/2) theta), even and odd in turn.
     fn class(&self, js: &[i64], symmetry: Option<&Symmetry>) -> Option<String> {
-        use super::lattice::Ends;
         let ([dimension], [j]) = (self.dimensions.as_slice(), js) else {
             return None;
         };

@@ -166,7 +166,7 @@ pub(super) fn frequencies(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear:
     let model = checker.model;
     let request = Request { most, model };
     let pair = Pair::new(&linear.mass, &linear.stiffness);
-    let mut signs = linear.signs.clone();
+    let signs = linear.signs.clone();
     let pair = pair.canonical(pool);
     let used = pool.symbols_of(&pair.values());
     let none = Ties::default();
@@ -174,22 +174,22 @@ pub(super) fn frequencies(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear:
     let (mut general, found) = case(request, pool, &pair, &plain, &none);
     checker.check(pool, &pair, &mut general);
     general.add_normal(pool, checker, &pair, found);
+    let mut result = Frequencies { general, tied: None, would_be: None, signs, approximations: Vec::new() };
 
     let ties = Ties::of_a_kind(model, pool, &used, true);
-    let mut tied = None;
     let mut tied_order = plain.order();
     if !ties.is_empty() {
         let map = ties.substitution(model, pool);
         let equal = pair.substituted(pool, &map);
         let (equal, more) = checker.signed(pool, &equal);
-        signs.extend(more);
-        signs.sort_unstable();
-        signs.dedup();
+        result.signs.extend(more);
+        result.signs.sort_unstable();
+        result.signs.dedup();
         let equal = equal.canonical(pool);
         let symmetry = Symmetries::find(checker, pool, linear, &equal, &ties);
         tied_order = tied_order.max(symmetry.order());
         if equal.values().iter().any(|value| pool.is_undefined(*value)) {
-            return Frequencies { general, tied: None, would_be: None, signs, approximations: Vec::new() };
+            return result;
         }
         let (mut found, modes) = case(request, pool, &equal, &symmetry, &ties);
         if let (Some(own), Some(symmetry)) = (&mut found.symmetry, &symmetry.energies) {
@@ -204,13 +204,11 @@ pub(super) fn frequencies(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear:
         found.add_normal(pool, checker, &equal, modes);
         let more_symmetric = symmetry.order() > plain.order();
         let mut weight = |case: &Case| case.frequencies.iter().map(|f| pool.weight(f.omega_squared)).sum::<u64>();
-        let better = found.known() > general.known() || (found.known() > 0 && weight(&found) < weight(&general));
-        if more_symmetric || better {
-            tied = Some(found);
-        }
+        let general = &result.general;
+        let better = found.known() > general.known() || (found.known() > 0 && weight(&found) < weight(general));
+        result.tied = Some(found).filter(|_| more_symmetric || better);
     }
 
-    let mut would_be = None;
     let all = Ties::of_a_kind(model, pool, &used, false);
     // Equal parameters may move an equilibrium that depends on them.
     let at_zero = !model.guesses.any() && !model.equilibria.any();
@@ -219,7 +217,7 @@ pub(super) fn frequencies(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear:
         let equal = pair.substituted(pool, &map);
         let equal = equal.canonical(pool);
         if equal.values().iter().any(|value| pool.is_undefined(*value)) {
-            return Frequencies { general, tied, would_be: None, signs, approximations: Vec::new() };
+            return result;
         }
         if let Some(symmetry) = Symmetries::find(checker, pool, linear, &equal, &all).energies
             && symmetry.order > tied_order
@@ -230,12 +228,12 @@ pub(super) fn frequencies(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear:
             let equal = equal.canonical(pool);
             let pattern = equal.pattern(pool);
             if symmetry.generators.iter().all(|g| pattern.is_kept_by(g)) {
-                would_be =
-                    Some(Exchange { generators: symmetry.generators, kind: symmetry.kind, ties: needed.sets(model) });
+                let Symmetry { generators, kind, .. } = symmetry;
+                result.would_be = Some(Exchange { generators, kind, ties: needed.sets(model) });
             }
         }
     }
-    Frequencies { general, tied, would_be, signs, approximations: Vec::new() }
+    result
 }
 
 /// The symmetries of M and K, and of the energies.
@@ -312,11 +310,6 @@ fn case(
 }
 
 impl Angles {
-    /// The angles of a ring of n cells.
-    pub(super) fn of_ring(n: i64) -> Self {
-        Self { step: 1, offset: 0, divisor: n, first: 0, last: n - 1, ring: Some(n) }
-    }
-
     /// The different ones with their multiplicities.
     pub(super) fn distinct(&self, pool: &mut Pool) -> Vec<(i64, ExprId, usize)> {
         let last = self.ring.map_or(self.last, |n| n / 2);
@@ -328,12 +321,6 @@ impl Angles {
         }
         all
     }
-
-    /// Whether every number but the first (and the middle one of an even ring) stands for two modes.
-    #[must_use]
-    pub fn is_ring(&self) -> bool {
-        self.ring.is_some()
-    }
 }
 
 impl Frequency {
@@ -343,11 +330,5 @@ impl Frequency {
         if self.symmetry != other.symmetry {
             self.symmetry = None;
         }
-    }
-
-    /// The multiplicity as a number.
-    #[must_use]
-    pub fn count(&self) -> Number {
-        Number::from(i64::try_from(self.multiplicity).unwrap_or(i64::MAX))
     }
 }

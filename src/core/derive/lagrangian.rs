@@ -64,16 +64,12 @@ impl Variables {
 
     /// The derivatives by the coordinates, those that are not 0.
     pub(super) fn slopes(&self, pool: &mut Pool, e: ExprId) -> Vec<(usize, ExprId)> {
-        let slopes = pool.slopes(e, |symbol| self.coordinate(symbol).is_some());
-        let numbered = slopes.into_iter();
-        numbered.filter_map(|(symbol, slope)| Some((self.coordinate(symbol)?, slope))).collect()
+        numbered_slopes(pool, e, |symbol| self.coordinate(symbol))
     }
 
     /// The derivatives by the velocities, those that are not 0.
     pub(super) fn velocity_slopes(&self, pool: &mut Pool, e: ExprId) -> Vec<(usize, ExprId)> {
-        let slopes = pool.slopes(e, |symbol| self.velocity(symbol).is_some());
-        let numbered = slopes.into_iter();
-        numbered.filter_map(|(symbol, slope)| Some((self.velocity(symbol)?, slope))).collect()
+        numbered_slopes(pool, e, |symbol| self.velocity(symbol))
     }
 
     /// Whether a velocity occurs in an expression.
@@ -94,6 +90,12 @@ impl Variables {
         let zero = pool.zero();
         self.velocities.iter().map(|v| (*v, zero)).collect()
     }
+}
+
+/// The derivatives by the symbols that have a number, those that are not 0.
+fn numbered_slopes(pool: &mut Pool, e: ExprId, number: impl Fn(Symbol) -> Option<usize>) -> Vec<(usize, ExprId)> {
+    let slopes = pool.slopes(e, |symbol| number(symbol).is_some());
+    slopes.into_iter().filter_map(|(symbol, slope)| Some((number(symbol)?, slope))).collect()
 }
 
 /// A body by powers of its local velocities.

@@ -229,7 +229,7 @@ fn commutes(pool: &mut Pool, matrix: &[BTreeMap<usize, ExprId>], dimension: Dime
 
 /// v_i/v_1 as polynomials in s = sin(theta/2)^2, x = 2 - 4 s, for the first few i; on a ring for
 /// the distance i.
-fn components(pool: &mut Pool, ends: Ends, square: ExprId, count: usize) -> Vec<ExprId> {
+pub(super) fn components(pool: &mut Pool, ends: Ends, square: ExprId, count: usize) -> Vec<ExprId> {
     let two = pool.integer(2);
     let x = pool.linear(&[(two, Number::ONE), (square, Number::from(-4))]);
     let one = pool.one();

@@ -141,46 +141,26 @@ impl Parts {
             energy: true,
             second_order: true,
             frequencies: true,
-            cubic: false,
-            quartic: false,
             equilibria: true,
-            numbers: false,
+            ..Self::default()
         }
     }
 
-    /// With Lagrange's equations, or without.
-    #[must_use]
-    pub fn equations(mut self, wanted: bool) -> Self {
-        self.equations = wanted;
-        self
-    }
-
-    /// With momenta, energies and what is conserved, or without.
-    #[must_use]
-    pub fn energy(mut self, wanted: bool) -> Self {
-        self.energy = wanted;
-        self
-    }
-
-    /// With symmetry classes and closed forms of the frequencies, or without.
-    #[must_use]
-    pub fn frequencies(mut self, wanted: bool) -> Self {
-        self.frequencies = wanted;
-        self
-    }
-
-    /// With blocks of three solved among the closed forms, or without.
-    #[must_use]
-    pub fn cubic(mut self, wanted: bool) -> Self {
-        self.cubic = wanted;
-        self
-    }
-
-    /// With blocks of three and four solved among the closed forms, or without those of four.
-    #[must_use]
-    pub fn quartic(mut self, wanted: bool) -> Self {
-        self.quartic = wanted;
-        self
+    crate::choices! {
+        /// With Lagrange's equations, or without.
+        equations: bool,
+        /// With momenta, energies and what is conserved, or without.
+        energy: bool,
+        /// With symmetry classes and closed forms of the frequencies, or without.
+        frequencies: bool,
+        /// With blocks of three solved among the closed forms, or without.
+        cubic: bool,
+        /// With blocks of three and four solved among the closed forms, or without those of four.
+        quartic: bool,
+        /// With equilibria in symbols, or without.
+        equilibria: bool,
+        /// With the frequencies at the values of the parameters, or without.
+        numbers: bool,
     }
 
     /// Equations of at most this degree are solved for frequencies.
@@ -190,20 +170,6 @@ impl Parts {
             (false, true) => 3,
             (false, false) => 2,
         }
-    }
-
-    /// With equilibria in symbols, or without.
-    #[must_use]
-    pub fn equilibria(mut self, wanted: bool) -> Self {
-        self.equilibria = wanted;
-        self
-    }
-
-    /// With the frequencies at the values of the parameters, or without.
-    #[must_use]
-    pub fn numbers(mut self, wanted: bool) -> Self {
-        self.numbers = wanted;
-        self
     }
 }
 
@@ -587,7 +553,7 @@ impl Derivation {
         budget.at("the equilibria in symbols", None);
         let bound = bound || !rolling.names.is_empty();
         if parts.equilibria && !bound {
-            self.equilibria = Some(equilibria::roots(pool, &variables, &lagrangian, &drags, model));
+            self.equilibria = Some(equilibria::roots(pool, &variables, &lagrangian, &drags, checker));
         }
         if pool.is_spent() {
             self.equilibria = None;

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use super::collapse::collapse;
 use super::cubic::{Solved, solve};
 use super::pair::Pair;
-use super::shapes::{on_one_bar, one_fraction};
+use super::shapes::{below_bars, on_one_bar, one_fraction};
 use super::simplify::{
     Algebra, Monomial, Monomials, Opening, add_to, expand, split, times, with_common_factor, written,
 };
@@ -195,13 +195,7 @@ fn over_one_bar(pool: &mut Algebra<'_>, p: ExprId, q: ExprId) -> Option<Vec<Expr
         let flat = without_storeys(pool, own);
         one_fraction(pool, flat)
     });
-    let mut below: BTreeMap<ExprId, Number> = BTreeMap::new();
-    for (base, exponent) in [p, q].iter().flat_map(|own| pool.factors(split(pool, *own).1)) {
-        if exponent.is_negative() {
-            let place = below.entry(base).or_insert(Number::ZERO);
-            *place = if *place < exponent.neg() { exponent.neg() } else { place.clone() };
-        }
-    }
+    let below = below_bars([p, q].map(|own| pool.factors(split(pool, own).1)).iter().flatten());
     if below.is_empty() {
         return None;
     }

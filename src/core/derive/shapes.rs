@@ -339,21 +339,21 @@ pub(super) fn one_fraction(pool: &mut Algebra<'_>, e: ExprId) -> ExprId {
     all.into_iter().min_by_key(|own| pool.cost(&[*own])).unwrap_or(e)
 }
 
+/// By base: the largest power below a fraction bar.
+pub(super) fn below_bars<'a>(factors: impl Iterator<Item = &'a (ExprId, Number)>) -> BTreeMap<ExprId, Number> {
+    let mut below: BTreeMap<ExprId, Number> = BTreeMap::new();
+    for (base, exponent) in factors.filter(|(_, exponent)| exponent.is_negative()) {
+        let power = below.entry(*base).or_insert(Number::ZERO);
+        *power = exponent.neg().max(std::mem::take(power));
+    }
+    below
+}
+
 fn fraction_with(pool: &mut Algebra<'_>, e: ExprId, opening: Opening) -> ExprId {
     let Some(monomials) = expand(pool, e, opening) else {
         return e;
     };
-    // By base: the largest power below a bar.
-    let mut below: BTreeMap<ExprId, Number> = BTreeMap::new();
-    for (base, exponent) in monomials.keys().flatten() {
-        if exponent.is_negative() {
-            let power = exponent.neg();
-            let place = below.entry(*base).or_insert(Number::ZERO);
-            if *place < power {
-                *place = power;
-            }
-        }
-    }
+    let below = below_bars(monomials.keys().flatten());
     if below.is_empty() {
         return e;
     }

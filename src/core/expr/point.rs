@@ -63,36 +63,26 @@ impl ModularPoint {
 /// Common denominators of angles up to here are taken account of.
 const MAX_DENOMINATOR: u64 = 1 << 40;
 
+/// What a random element stands for, beside functions.
 #[derive(Clone, Copy)]
 pub(super) enum Tag {
-    Symbol,
+    Symbol = 1,
     Pi,
     Angle,
     Exponent,
     Sign,
     Root,
-    Function(Function),
     Atan2,
     Power,
 }
 
 /// A pseudo-random element, not 0 (splitmix64 of everything it depends on).
 pub(super) fn random(seed: u64, tag: Tag, a: u64, b: u64) -> u64 {
-    let tag = match tag {
-        Tag::Symbol => 1,
-        Tag::Pi => 2,
-        Tag::Angle => 3,
-        Tag::Exponent => 4,
-        Tag::Sign => 5,
-        Tag::Root => 6,
-        Tag::Atan2 => 7,
-        Tag::Power => 8,
-        Tag::Function(function) => 16 + function as u64,
-    };
-    let mut state = seed ^ 0x6a09_e667_f3bc_c908;
-    for word in [tag, a, b] {
-        state = mix(state ^ word);
-    }
+    drawn(seed, [tag as u64, a, b])
+}
+
+fn drawn(seed: u64, words: [u64; 3]) -> u64 {
+    let state = words.into_iter().fold(seed ^ 0x6a09_e667_f3bc_c908, |state, word| mix(state ^ word));
     1 + state % (PRIME - 1)
 }
 
@@ -355,17 +345,11 @@ impl Point<'_> {
         match function {
             Function::Sin => Some(self.sine_and_cosine(x)?.0),
             Function::Cos => Some(self.sine_and_cosine(x)?.1),
-            Function::Tan => {
-                let (sine, cosine) = self.sine_and_cosine(x)?;
-                Some(mul_mod(sine, inverse_mod(cosine)?))
-            }
+            Function::Tan => quotient(self.sine_and_cosine(x)?),
             Function::Exp => self.exponential(Kind::Hyperbolic, x),
             Function::Sinh => Some(self.hyperbolic_sine_and_cosine(x)?.0),
             Function::Cosh => Some(self.hyperbolic_sine_and_cosine(x)?.1),
-            Function::Tanh => {
-                let (sine, cosine) = self.hyperbolic_sine_and_cosine(x)?;
-                Some(mul_mod(sine, inverse_mod(cosine)?))
-            }
+            Function::Tanh => quotient(self.hyperbolic_sine_and_cosine(x)?),
             // The root of the square, with the sign that root has everywhere.
             Function::Abs => {
                 let value = self.value(x);
@@ -373,7 +357,7 @@ impl Point<'_> {
             }
             Function::Asin | Function::Acos | Function::Atan | Function::Ln => {
                 self.certainty.random_function = true;
-                Some(random(self.seed, Tag::Function(function), self.value(x), 0))
+                Some(drawn(self.seed, [16 + function as u64, self.value(x), 0]))
             }
         }
     }
@@ -389,6 +373,10 @@ impl Point<'_> {
     fn hyperbolic_sine_and_cosine(&mut self, x: ExprId) -> Option<(u64, u64)> {
         half_difference_and_sum(self.exponential(Kind::Hyperbolic, x)?)
     }
+}
+
+fn quotient((above, below): (u64, u64)) -> Option<u64> {
+    Some(mul_mod(above, inverse_mod(below)?))
 }
 
 /// (w - 1/w)/2 and (w + 1/w)/2.

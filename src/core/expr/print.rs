@@ -54,44 +54,32 @@ struct Joined {
 /// Bases with their exponents.
 type Factors = Vec<(ExprId, Number)>;
 
+/// The functions of one argument with their names in the model language.
+const FUNCTIONS: [(Function, &str); 12] = [
+    (Function::Sin, "sin"),
+    (Function::Cos, "cos"),
+    (Function::Tan, "tan"),
+    (Function::Asin, "asin"),
+    (Function::Acos, "acos"),
+    (Function::Atan, "atan"),
+    (Function::Sinh, "sinh"),
+    (Function::Cosh, "cosh"),
+    (Function::Tanh, "tanh"),
+    (Function::Exp, "exp"),
+    (Function::Ln, "ln"),
+    (Function::Abs, "abs"),
+];
+
 /// The name of a function in the model language.
 #[must_use]
 pub fn function_name(function: Function) -> &'static str {
-    match function {
-        Function::Sin => "sin",
-        Function::Cos => "cos",
-        Function::Tan => "tan",
-        Function::Asin => "asin",
-        Function::Acos => "acos",
-        Function::Atan => "atan",
-        Function::Sinh => "sinh",
-        Function::Cosh => "cosh",
-        Function::Tanh => "tanh",
-        Function::Exp => "exp",
-        Function::Ln => "ln",
-        Function::Abs => "abs",
-    }
+    FUNCTIONS.into_iter().find(|(own, _)| *own == function).map_or("", |(_, name)| name)
 }
 
 /// The function of a name in the model language, if it is one of one argument.
 #[must_use]
 pub fn function_from_name(name: &str) -> Option<Function> {
-    const ALL: [Function; 12] = [
-        Function::Sin,
-        Function::Cos,
-        Function::Tan,
-        Function::Asin,
-        Function::Acos,
-        Function::Atan,
-        Function::Sinh,
-        Function::Cosh,
-        Function::Tanh,
-        Function::Exp,
-        Function::Ln,
-        Function::Abs,
-    ];
-    let mut all = ALL.into_iter();
-    all.find(|function| function_name(*function) == name)
+    FUNCTIONS.into_iter().find(|(_, own)| *own == name).map(|(function, _)| function)
 }
 
 impl Pool {
@@ -165,20 +153,16 @@ impl Pool {
                 out.push(Piece::Term { coefficient: Number::ONE, factors: factors.to_vec(), negated: None });
             }),
             Node::Power { base, exponent } => in_parentheses(place == Place::Power, out, |out| {
-                out.push(Piece::Expression(*base, Place::Power));
-                out.push(Piece::Text("^"));
-                out.push(Piece::Expression(*exponent, Place::Power));
+                let [base, exponent] = [*base, *exponent].map(|e| Piece::Expression(e, Place::Power));
+                out.extend([base, Piece::Text("^"), exponent]);
             }),
             Node::Function(function, x) => {
                 out.push(Piece::Text(function_name(*function)));
                 in_parentheses(true, out, |out| out.push(Piece::Expression(*x, Place::Open)));
             }
             Node::Atan2 { y, x } => {
-                out.push(Piece::Text("atan2("));
-                out.push(Piece::Expression(*y, Place::Open));
-                out.push(Piece::Text(", "));
-                out.push(Piece::Expression(*x, Place::Open));
-                out.push(Piece::Text(")"));
+                let [y, x] = [*y, *x].map(|e| Piece::Expression(e, Place::Open));
+                out.extend([Piece::Text("atan2("), y, Piece::Text(", "), x, Piece::Text(")")]);
             }
             Node::Undefined => out.push(Piece::Text("1/0")),
         }
@@ -387,9 +371,7 @@ fn write_power(exponent: &Number, out: &mut Vec<Piece>, base: impl FnOnce(Place)
     if exponent.is_one() {
         out.push(base(Place::Factor));
     } else if *exponent == Number::half() {
-        out.push(Piece::Text("sqrt("));
-        out.push(base(Place::Open));
-        out.push(Piece::Text(")"));
+        out.extend([Piece::Text("sqrt("), base(Place::Open), Piece::Text(")")]);
     } else {
         out.push(base(Place::Power));
         write_exponent(exponent, out);

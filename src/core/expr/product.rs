@@ -440,12 +440,7 @@ impl Pool {
                 }
                 Node::Function(Function::Abs, _) => exponent.is_even(),
                 Node::Power { .. } => !exponent.abs().is_one(),
-                Node::Number(_)
-                | Node::Pi
-                | Node::Symbol(_)
-                | Node::Function(..)
-                | Node::Atan2 { .. }
-                | Node::Undefined => false,
+                _ => false,
             };
             if reducible {
                 pending.push((*base, exponent.clone()));

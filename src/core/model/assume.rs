@@ -47,19 +47,16 @@ impl Elaborator<'_> {
         let count = sides.iter().map(Vec::len).max()?;
         if sides.iter().any(|side| side.len() != count && side.len() != 1) {
             let what = "the sides of an assumption must have the same shape".to_owned();
-            self.errors.push(ModelError::Shape { what, span, help: None });
-            return None;
+            return self.refuse(ModelError::Shape { what, span, help: None });
         }
         let mut found = Vec::new();
         for at in 0..count {
             let [left, right] = [0, 1].map(|side| sides[side][at % sides[side].len()]);
             if let Some(on) = [left, right].into_iter().find_map(|side| self.world.varying_symbol(side)) {
-                self.errors.push(ModelError::NotConstant { what: "an assumption".to_owned(), on, span });
-                return None;
+                return self.refuse(ModelError::NotConstant { what: "an assumption".to_owned(), on, span });
             }
             if let Some(values) = self.contradicted(left, relation, right) {
-                self.errors.push(ModelError::AssumptionBroken { values, span });
-                return None;
+                return self.refuse(ModelError::AssumptionBroken { values, span });
             }
             found.push(Assumption { left, relation, right, span });
         }

@@ -339,11 +339,9 @@ impl Compiler<'_> {
             }
             (None, Some(Entity::Table(table)), [row]) => (table, self.index(*row, scope)),
             (None, Some(Entity::Table(_)), _) => {
-                self.fail(ModelError::Shape {
-                    what: format!("`{name}` is a whole table; a field belongs to one row"),
-                    span,
-                    help: Some(format!("write `{name}[3].{}`, or sum over its rows", field.text)),
-                });
+                let what = format!("`{name}` is a whole table; a field belongs to one row");
+                let help = format!("write `{name}[3].{}`, or sum over its rows", field.text);
+                self.fail(ModelError::shape((what, Some(help)), span));
                 return None;
             }
             (None, None, _) => {
@@ -351,11 +349,8 @@ impl Compiler<'_> {
                 return None;
             }
             (Some(_), _, _) | (None, Some(_), _) => {
-                self.fail(ModelError::Shape {
-                    what: format!("`{name}` is not a row of a table and has no fields"),
-                    span,
-                    help: None,
-                });
+                let what = format!("`{name}` is not a row of a table and has no fields");
+                self.fail(ModelError::shape((what, None), span));
                 return None;
             }
         };
@@ -363,7 +358,7 @@ impl Compiler<'_> {
             return None;
         }
         let known = &self.world.tables[table];
-        let column = known.columns.iter().position(|own| *own == field.text);
+        let column = known.columns.iter().position(|own| **own == *field.text);
         if column.is_none() {
             let error = ModelError::UnknownColumn {
                 table: known.name.clone(),
@@ -405,16 +400,14 @@ impl Compiler<'_> {
                 }
                 IndexKind::Rows { variable, table } => match self.entity(&table.text) {
                     Some(Entity::Table(number)) => (Some(variable), Variable::Row(number), BinderKind::Rows(number)),
-                    Some(_) => {
-                        self.fail(ModelError::Shape {
-                            what: format!("`{}` is not a table", table.text),
-                            span: table.span,
-                            help: Some(format!("to run over numbers, write `{} in 1..{}`", variable.text, table.text)),
-                        });
-                        (Some(variable), Variable::Index, self.empty(entry.span))
-                    }
-                    None => {
-                        self.undeclared_table(&table.text, table.span, scope);
+                    other => {
+                        if other.is_none() {
+                            self.undeclared_table(&table.text, table.span, scope);
+                        } else {
+                            let what = format!("`{}` is not a table", table.text);
+                            let help = format!("to run over numbers, write `{} in 1..{}`", variable.text, table.text);
+                            self.fail(ModelError::shape((what, Some(help)), table.span));
+                        }
                         (Some(variable), Variable::Index, self.empty(entry.span))
                     }
                 },

@@ -165,11 +165,9 @@ impl Compiler<'_> {
                         return broken();
                     }
                 }
-                self.fail(ModelError::Shape {
-                    what: "`rows` counts the rows of a table".to_owned(),
-                    span,
-                    help: Some("write `rows(NAME)` with the name of a table".to_owned()),
-                });
+                let what = "`rows` counts the rows of a table".to_owned();
+                let help = "write `rows(NAME)` with the name of a table".to_owned();
+                self.fail(ModelError::shape((what, Some(help)), span));
                 return broken();
             }
             name => match Builtin::from_name(name) {

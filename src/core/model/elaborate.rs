@@ -127,6 +127,12 @@ impl<'a> Elaborator<'a> {
         Compiler::new(self.file, &mut self.world, &self.later, &mut self.errors)
     }
 
+    /// Reports a mistake in place of what it keeps from being made.
+    pub(super) fn refuse<T>(&mut self, error: ModelError) -> Option<T> {
+        self.errors.push(error);
+        None
+    }
+
     pub(super) fn note<T>(&mut self, result: Result<T, ModelError>) -> Option<T> {
         match result {
             Ok(value) => Some(value),
@@ -134,10 +140,7 @@ impl<'a> Elaborator<'a> {
                 self.follow_ons += 1;
                 None
             }
-            Err(error) => {
-                self.errors.push(error);
-                None
-            }
+            Err(error) => self.refuse(error),
         }
     }
 
@@ -157,11 +160,7 @@ impl<'a> Elaborator<'a> {
                 once(&mut self.model_name, name.text.to_string(), span, "model", &mut self.errors);
             }
             StatementKind::Param(bindings) => bindings.iter().for_each(|binding| self.parameter(binding)),
-            StatementKind::Coord { declarations } => {
-                for one in declarations {
-                    self.coordinate(one);
-                }
-            }
+            StatementKind::Coord { declarations } => declarations.iter().for_each(|one| self.coordinate(one)),
             StatementKind::Let(binding) => self.named_expression(binding),
             StatementKind::Kinetic(at) => once(&mut energies.kinetic, *at, span, "T", &mut self.errors),
             StatementKind::Potential(at) => once(&mut energies.potential, *at, span, "V", &mut self.errors),
@@ -285,16 +284,9 @@ impl<'a> Elaborator<'a> {
             };
             let [left, right] = [value(&programs[0])?, value(&programs[1])?];
             let Ok(difference) = sum(&mut self.world.pool, &[(false, left.clone()), (true, right.clone())]) else {
-                self.errors.push(ModelError::Shape {
-                    what: format!(
-                        "the sides of a constraint must have the same shape, but are {} and {}",
-                        left.describe(),
-                        right.describe()
-                    ),
-                    span,
-                    help: None,
-                });
-                return None;
+                let shapes = format!("{} and {}", left.describe(), right.describe());
+                let what = format!("the sides of a constraint must have the same shape, but are {shapes}");
+                return self.refuse(ModelError::shape((what, None), span));
             };
             let mut components = difference.scalars();
             // Of vectors in a plane one component may say 0 = 0.
@@ -304,8 +296,7 @@ impl<'a> Elaborator<'a> {
             }
             for expression in components {
                 if let Some(on) = self.not_linear(expression) {
-                    self.errors.push(ModelError::ConstraintNotLinear { on, span });
-                    return None;
+                    return self.refuse(ModelError::ConstraintNotLinear { on, span });
                 }
                 found.push(Constraint { expression, span });
             }
@@ -343,17 +334,14 @@ impl<'a> Elaborator<'a> {
         for statement in &self.file.statements {
             self.begin(&statement.kind, statement.span);
             if let StatementKind::Guess { binding, rate } = &statement.kind {
-                if *rate {
-                    self.given(binding, "the guessed velocity", &mut guessed_velocities);
-                } else {
-                    self.given(binding, "the guess", &mut guesses);
-                }
+                let (what, into) = match rate {
+                    true => ("the guessed velocity", &mut guessed_velocities),
+                    false => ("the guess", &mut guesses),
+                };
+                self.given(binding, what, into);
             } else if let StatementKind::Equilibrium { binding, rate } = &statement.kind {
-                if *rate {
-                    self.given(binding, "the rate", &mut rates);
-                } else {
-                    self.given(binding, "the equilibrium", &mut equilibria);
-                }
+                let (what, into) = if *rate { ("the rate", &mut rates) } else { ("the equilibrium", &mut equilibria) };
+                self.given(binding, what, into);
             } else if let StatementKind::Force(binding) = &statement.kind {
                 first_force = first_force.or(Some(statement.span));
                 forces.extend(self.force(binding, &mut acted).unwrap_or_default());

@@ -1,6 +1,7 @@
 //! What can be wrong with a model whose syntax is right: one variant a kind of mistake.
 
 use super::dimension::DimensionError;
+use super::values::Misfit;
 use crate::budget::Exceeded;
 use crate::diagnostic::{at, nowhere};
 use crate::mistakes;
@@ -435,6 +436,11 @@ impl From<DimensionError> for ModelError {
 }
 
 impl ModelError {
+    /// That the shapes of operands don't fit, with the way out.
+    pub(super) fn shape((what, help): Misfit, span: Span) -> Self {
+        Self::Shape { what, span, help }
+    }
+
     /// A name that is not declared, with what it may have been meant to be.
     pub(super) fn undeclared(name: &str, nearest: Option<String>, span: Span) -> Self {
         Self::UndeclaredName { name: name.to_owned(), nearest, later: None, coordinate: None, span }

@@ -40,29 +40,32 @@ pub(super) enum Body {
     Point,
 }
 
+/// What is no elementary function: its name, and how many arguments it takes.
+const BUILTINS: [(&str, Builtin, usize); 18] = [
+    ("sqrt", Builtin::Sqrt, 1),
+    ("atan2", Builtin::Atan2, 2),
+    ("norm", Builtin::Norm, 1),
+    ("dot", Builtin::Dot, 2),
+    ("cross", Builtin::Cross, 2),
+    ("transpose", Builtin::Transpose, 1),
+    ("rot_x", Builtin::Rotation(0), 1),
+    ("rot_y", Builtin::Rotation(1), 1),
+    ("rot_z", Builtin::Rotation(2), 1),
+    ("angular_velocity", Builtin::AngularVelocity, 1),
+    ("inertia_sphere", Builtin::Inertia(Body::Sphere), 2),
+    ("inertia_shell", Builtin::Inertia(Body::Shell), 2),
+    ("inertia_cylinder", Builtin::Inertia(Body::Cylinder), 3),
+    ("inertia_rod", Builtin::Inertia(Body::Rod), 2),
+    ("inertia_box", Builtin::Inertia(Body::Cuboid), 4),
+    ("inertia_point", Builtin::Inertia(Body::Point), 2),
+    ("steiner", Builtin::Steiner, 3),
+    ("about", Builtin::About, 2),
+];
+
 impl Builtin {
     pub(super) fn from_name(name: &str) -> Option<Self> {
-        Some(match name {
-            "sqrt" => Self::Sqrt,
-            "atan2" => Self::Atan2,
-            "norm" => Self::Norm,
-            "dot" => Self::Dot,
-            "cross" => Self::Cross,
-            "transpose" => Self::Transpose,
-            "rot_x" => Self::Rotation(0),
-            "rot_y" => Self::Rotation(1),
-            "rot_z" => Self::Rotation(2),
-            "angular_velocity" => Self::AngularVelocity,
-            "inertia_sphere" => Self::Inertia(Body::Sphere),
-            "inertia_shell" => Self::Inertia(Body::Shell),
-            "inertia_cylinder" => Self::Inertia(Body::Cylinder),
-            "inertia_rod" => Self::Inertia(Body::Rod),
-            "inertia_box" => Self::Inertia(Body::Cuboid),
-            "inertia_point" => Self::Inertia(Body::Point),
-            "steiner" => Self::Steiner,
-            "about" => Self::About,
-            _ => return function_from_name(name).map(Self::Elementary),
-        })
+        let own = BUILTINS.iter().find(|(own, _, _)| *own == name).map(|(_, builtin, _)| *builtin);
+        own.or_else(|| function_from_name(name).map(Self::Elementary))
     }
 
     fn name(self) -> &'static str {
@@ -99,21 +102,7 @@ impl Builtin {
     }
 
     fn arguments(self) -> usize {
-        match self {
-            Self::Elementary(_)
-            | Self::Sqrt
-            | Self::Norm
-            | Self::Transpose
-            | Self::Rotation(_)
-            | Self::AngularVelocity => 1,
-            Self::Atan2 | Self::Dot | Self::Cross | Self::About => 2,
-            Self::Steiner => 3,
-            Self::Inertia(body) => match body {
-                Body::Sphere | Body::Shell | Body::Rod | Body::Point => 2,
-                Body::Cylinder => 3,
-                Body::Cuboid => 4,
-            },
-        }
+        BUILTINS.iter().find(|(_, builtin, _)| *builtin == self).map_or(1, |(_, _, count)| *count)
     }
 
     pub(super) fn check_count(self, name: &Name, found: usize, span: Span) -> Option<ModelError> {

@@ -93,8 +93,7 @@ impl Elaborator<'_> {
         let Some(entity @ Entity::Coordinate(family)) = entity else {
             let known = self.world.coordinate_families.iter().map(|family| family.name.as_str());
             let nearest = nearest(&name.text, known.filter(|_| entity.is_none())).map(str::to_owned);
-            self.errors.push(ModelError::NotACoordinate { name: name.text.to_string(), span: name.span, nearest });
-            return None;
+            return self.refuse(ModelError::NotACoordinate { name: name.text.to_string(), span: name.span, nearest });
         };
         // What members there are is not known where the declaration has a mistake of its own.
         let grid = &self.world.coordinate_families[family].grid;
@@ -104,12 +103,8 @@ impl Elaborator<'_> {
         let rank = grid.rank;
         let members = self.members(binding.indices.as_deref(), name)?;
         if members.rank > rank {
-            self.errors.push(ModelError::TooManyIndices {
-                what: format!("`{}`", name.text),
-                available: rank,
-                span: members.span,
-            });
-            return None;
+            let what = format!("`{}`", name.text);
+            return self.refuse(ModelError::TooManyIndices { what, available: rank, span: members.span });
         }
         Some((family, members))
     }
@@ -142,8 +137,7 @@ impl Elaborator<'_> {
         for number in own {
             if let Some(first) = acted.insert(number, span) {
                 let name = format!("the force on {}", self.world.coordinates.at(number as usize).name());
-                self.errors.push(ModelError::GivenTwice { name, span, first });
-                return None;
+                return self.refuse(ModelError::GivenTwice { name, span, first });
             }
         }
         Some(found)

@@ -4,7 +4,7 @@ use std::cmp::Ordering;
 
 use super::ModelError;
 use super::functions::Builtin;
-use super::names::{Entity, World, key, member_name};
+use super::names::{Entity, World, key};
 use super::program::{IndexForm, IndexOp, IndexProgram};
 use super::table::Cell;
 use crate::expr::{ExprId, evaluate_closed};
@@ -121,18 +121,15 @@ impl World {
         let at = key(indices);
         let rank = family.grid.rank;
         if indices.len() != rank {
-            return Err(ModelError::Shape {
-                what: format!("`{}` has {rank} indices, not {}", family.name, indices.len()),
-                span,
-                help: None,
-            });
+            let what = format!("`{}` has {rank} indices, not {}", family.name, indices.len());
+            return Err(ModelError::shape((what, None), span));
         }
         let Some(number) = family.grid.find(&at) else {
             return Err(family.out_of_range(indices, span));
         };
         // A member of the family that is being worked out, or of one that could not be.
         let Some(parameter) = self.parameters.get(number) else {
-            return Err(ModelError::RecursiveLet { name: member_name(&family.name, rank, &at), span });
+            return Err(family.recursive(&at, span));
         };
         let Some(value) = parameter.value else {
             return Err(ModelError::MissingValue { name: parameter.name.clone(), span });
@@ -306,11 +303,8 @@ fn product(factors: &[Quantity], divided: &[bool]) -> Option<Quantity> {
         result = match (&result, factor) {
             (Quantity::Exact(a), Quantity::Exact(b)) => Quantity::Exact(if *divided { a.div(b)? } else { a.mul(b) }),
             (a, b) => {
-                let ball = if *divided { a.ball().div(&b.ball()) } else { a.ball().mul(&b.ball()) };
-                if !ball.is_finite() {
-                    return None;
-                }
-                Quantity::Enclosed(ball)
+                let [a, b] = [a, b].map(Quantity::ball);
+                Some(if *divided { a.div(&b) } else { a.mul(&b) }).filter(Ball::is_finite).map(Quantity::Enclosed)?
             }
         };
     }
@@ -318,15 +312,12 @@ fn product(factors: &[Quantity], divided: &[bool]) -> Option<Quantity> {
 }
 
 fn total(terms: &[Quantity], subtracted: &[bool]) -> Quantity {
-    let mut result = Quantity::Exact(Number::from(0));
-    for (term, subtracted) in terms.iter().zip(subtracted) {
-        result = match (&result, term) {
-            (Quantity::Exact(a), Quantity::Exact(b)) => Quantity::Exact(if *subtracted { a.sub(b) } else { a.add(b) }),
-            (a, b) if *subtracted => Quantity::Enclosed(a.ball().sub(&b.ball())),
-            (a, b) => Quantity::Enclosed(a.ball().add(&b.ball())),
-        };
-    }
-    result
+    let zero = Quantity::Exact(Number::from(0));
+    terms.iter().zip(subtracted).fold(zero, |sum, (term, subtracted)| match (&sum, term) {
+        (Quantity::Exact(a), Quantity::Exact(b)) => Quantity::Exact(if *subtracted { a.sub(b) } else { a.add(b) }),
+        (a, b) if *subtracted => Quantity::Enclosed(a.ball().sub(&b.ball())),
+        (a, b) => Quantity::Enclosed(a.ball().add(&b.ball())),
+    })
 }
 
 fn compare(a: &Quantity, b: &Quantity, comparison: Comparison) -> Option<bool> {

@@ -266,22 +266,8 @@ fn is_linear(ops: &[(IndexOp, crate::span::Span)], steps: &[i64]) -> bool {
             IndexOp::Product(divided) => {
                 moving == 0 || (moving == 1 && !operands.iter().zip(divided).any(|(moves, divided)| *moves && *divided))
             }
-            IndexOp::Number(_)
-            | IndexOp::Broken
-            | IndexOp::Pi
-            | IndexOp::Variable(_)
-            | IndexOp::Parameter { .. }
-            | IndexOp::Field { .. }
-            | IndexOp::Power
-            | IndexOp::Mod
-            | IndexOp::Floor
-            | IndexOp::Sqrt
-            | IndexOp::Norm(_)
-            | IndexOp::Apply(_)
-            | IndexOp::Compare(_)
-            | IndexOp::Not
-            | IndexOp::And(_)
-            | IndexOp::Or(_) => moving == 0,
+            // Nothing else is linear in what moves.
+            _ => moving == 0,
         };
         if !linear {
             return false;

@@ -72,11 +72,8 @@ impl Elaborator<'_> {
         };
         let rank = indices.entries.len();
         if rank > 3 {
-            self.errors.push(ModelError::BadIndices {
-                what: "a family has at most three indices".to_owned(),
-                span: indices.span,
-            });
-            return None;
+            let what = "a family has at most three indices".to_owned();
+            return self.refuse(ModelError::BadIndices { what, span: indices.span });
         }
         let (binders, filter) = self.compiler().binders(indices, &mut scope);
         if self.errors.len() > before {
@@ -119,8 +116,7 @@ impl Elaborator<'_> {
         }
         let count = (0..binders.len()).try_fold(1_usize, |count, axis| count.checked_mul(block.extent(axis)));
         if count.is_none_or(|count| count > MOST_MEMBERS) {
-            self.errors.push(ModelError::TooLarge { count: format!("more than {MOST_MEMBERS} members"), span });
-            return None;
+            return self.refuse(ModelError::TooLarge { count: format!("more than {MOST_MEMBERS} members"), span });
         }
         Some(block)
     }
@@ -138,13 +134,7 @@ impl Elaborator<'_> {
     }
 
     pub(super) fn one_scalar(&mut self, value: &Value, what: &str, span: Span) -> Option<ExprId> {
-        match value.scalar(what) {
-            Ok(e) => Some(e),
-            Err((what, help)) => {
-                self.errors.push(ModelError::Shape { what, span, help });
-                None
-            }
-        }
+        value.scalar(what).map_err(|misfit| self.errors.push(ModelError::shape(misfit, span))).ok()
     }
 
     pub(super) fn scaled(&mut self, value: ExprId, factor: Option<ExprId>) -> ExprId {

@@ -209,6 +209,11 @@ impl Family {
         }
     }
 
+    /// That a member is made from itself.
+    pub(super) fn recursive(&self, at: &Key, span: Span) -> ModelError {
+        ModelError::RecursiveLet { name: member_name(&self.name, self.grid.rank, at), span }
+    }
+
     /// Adds members, numbered from `base` on, or all by `base` where they are of one piece.
     pub(super) fn add(&mut self, members: &Members, base: usize, is_piece: bool) -> Result<(), ModelError> {
         let (rank, span) = (self.grid.rank, members.span);
@@ -381,14 +386,14 @@ impl World {
         self.coordinate_slots[k]
     }
 
-    pub(super) fn value_slot(&mut self, k: usize) -> Symbol {
+    pub(super) fn value_slot(&mut self, k: usize) -> ExprId {
         while self.value_slots.len() <= k {
             let k = self.value_slots.len();
             let symbol = self.pool.fresh_symbol(&format!("c{}", k + 1));
             self.kinds.insert(symbol, SymbolKind::ValueSlot(k));
             self.value_slots.push(symbol);
         }
-        self.value_slots[k]
+        self.pool.symbol_expr(self.value_slots[k])
     }
 
     pub(super) fn acceleration(&mut self, coordinate: usize) -> Symbol {

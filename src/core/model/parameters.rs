@@ -66,7 +66,7 @@ impl Elaborator<'_> {
     pub(super) fn check_settings(&mut self, settings: &Settings) {
         for setting in &settings.entries {
             let name = &setting.binding.name.text;
-            let unused = self.set.iter().any(|((own, _), value)| own == name && !value.used);
+            let unused = self.set.iter().any(|((own, _), value)| **own == **name && !value.used);
             if !unused {
                 continue;
             }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::ModelError;
 use super::instance::{Along, Instance, Leaf};
-use super::names::{Entity, Key, LetPiece, Progress, World, key, member_name};
+use super::names::{Entity, Key, LetPiece, Progress, World, key};
 use super::program::Program;
 use super::run::{DEEPEST_LET, Stop};
 use super::values::Value;
@@ -67,16 +67,12 @@ impl World {
                     // A parameter without indices is the same for all instances.
                     Some(instance) if rank > 0 => {
                         let slot = instance.slot(Leaf::Parameter(number), 0);
-                        let symbol = self.value_slot(slot);
-                        Ok(Value::Scalar(self.pool.symbol_expr(symbol)))
+                        Ok(Value::Scalar(self.value_slot(slot)))
                     }
                     Some(_) | None => match self.parameters.get(number) {
                         Some(parameter) => Ok(Value::Scalar(parameter.symbolic)),
                         // A member of the family that is being worked out.
-                        None => Err(Stop::from(ModelError::RecursiveLet {
-                            name: member_name(&self.parameter_families[family].name, rank, &own),
-                            span,
-                        })),
+                        None => Err(self.parameter_families[family].recursive(&own, span).into()),
                     },
                 }
             }
@@ -255,18 +251,14 @@ impl World {
             self.lets[family].progress = Some(Progress { order, done: 0, current: None, failed: false });
         }
         loop {
-            let name = self.lets[family].family.name.clone();
-            let rank = self.lets[family].family.grid.rank;
-            let Some(progress) = self.lets[family].progress.as_mut() else {
+            let own = &mut self.lets[family];
+            let Some(progress) = own.progress.as_mut() else {
                 return Ok(());
             };
             if let Some(current) = progress.current {
                 // A member that is being written out asks for one that comes later, or for itself.
                 if at >= current {
-                    return Err(Stop::from(ModelError::RecursiveLet {
-                        name: member_name(&name, rank, &current),
-                        span,
-                    }));
+                    return Err(own.family.recursive(&current, span).into());
                 }
                 return Ok(());
             }
@@ -280,12 +272,10 @@ impl World {
                 return Err(Stop::from(ModelError::FollowOn {}));
             }
             progress.done += 1;
-            if self.lets[family].members.contains_key(&next) {
+            if own.members.contains_key(&next) {
                 continue;
             }
-            if let Some(progress) = self.lets[family].progress.as_mut() {
-                progress.current = Some(next);
-            }
+            progress.current = Some(next);
             let written = self.write_out_member(family, next, span);
             if let Some(progress) = self.lets[family].progress.as_mut() {
                 progress.current = None;

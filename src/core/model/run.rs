@@ -49,7 +49,7 @@ impl From<ModelError> for Stop {
 }
 
 fn shape(misfit: values::Misfit, span: Span) -> Stop {
-    Stop::from(ModelError::Shape { what: misfit.0, span, help: misfit.1 })
+    Stop::from(ModelError::shape(misfit, span))
 }
 
 impl World {
@@ -87,20 +87,13 @@ impl World {
             }
             Op::Number(number) => {
                 let number = self.exact(number, slots)?;
-                Value::Scalar(self.number_value(number, instance.as_deref_mut()))
+                Value::Scalar(self.number_value(number, Leaf::Number, instance.as_deref_mut()))
             }
             Op::Field { table, row, column } => {
                 let row = self.integer(row, slots)?;
                 let number = self.field(*table, row, *column, span)?.clone();
-                let e = match instance.as_deref_mut() {
-                    Some(instance) if instance.in_exponent == 0 => {
-                        let slot = instance.slot(Leaf::Field { table: *table, row, column: *column }, 0);
-                        let symbol = self.value_slot(slot);
-                        self.pool.symbol_expr(symbol)
-                    }
-                    instance => self.number_value(number, instance),
-                };
-                Value::Scalar(e)
+                let leaf = |_| Leaf::Field { table: *table, row, column: *column };
+                Value::Scalar(self.number_value(number, leaf, instance.as_deref_mut()))
             }
             Op::Read { entity, indices } => {
                 let at = self.integers(indices, slots)?;
@@ -311,12 +304,17 @@ impl World {
         }
     }
 
-    fn number_value(&mut self, number: Number, instance: Option<&mut Instance>) -> ExprId {
+    /// A number, or with an instance the slot of its leaf.
+    fn number_value(
+        &mut self,
+        number: Number,
+        leaf: impl FnOnce(Number) -> Leaf,
+        instance: Option<&mut Instance>,
+    ) -> ExprId {
         match instance {
             Some(instance) if instance.in_exponent == 0 => {
-                let slot = instance.slot(Leaf::Number(number), 0);
-                let symbol = self.value_slot(slot);
-                self.pool.symbol_expr(symbol)
+                let slot = instance.slot(leaf(number), 0);
+                self.value_slot(slot)
             }
             Some(instance) => {
                 instance.note_number(number.clone(), 0);

@@ -313,23 +313,8 @@ fn apply(op: &IndexOp, operands: &[Interval]) -> Option<Interval> {
         (IndexOp::Not, [a]) => condition(told(*a).map(|holds| !holds)),
         (IndexOp::And(_), _) => condition(if one_is(false) { Some(false) } else { all_are(true).then_some(true) }),
         (IndexOp::Or(_), _) => condition(if one_is(true) { Some(true) } else { all_are(false).then_some(false) }),
-        (
-            IndexOp::Negate
-            | IndexOp::Power
-            | IndexOp::Sqrt
-            | IndexOp::Apply(_)
-            | IndexOp::Compare(_)
-            | IndexOp::Not
-            | IndexOp::Number(_)
-            | IndexOp::Broken
-            | IndexOp::Pi
-            | IndexOp::Variable(_)
-            | IndexOp::Parameter { .. }
-            | IndexOp::Field { .. }
-            | IndexOp::Mod
-            | IndexOp::Floor,
-            _,
-        ) => return None,
+        // Of anything else nothing is told.
+        _ => return None,
     };
     result.is_finite().then_some(result)
 }

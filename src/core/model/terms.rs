@@ -126,18 +126,7 @@ pub(super) fn is_additive(file: &File, world: &World, root: ExprRef) -> bool {
                     return true;
                 }
             }
-            ExprKind::Number(_)
-            | ExprKind::Index { .. }
-            | ExprKind::Field { .. }
-            | ExprKind::Prime(_)
-            | ExprKind::Power { .. }
-            | ExprKind::Call { .. }
-            | ExprKind::IntegralOver { .. }
-            | ExprKind::Vector(_)
-            | ExprKind::Compare { .. }
-            | ExprKind::Not(_)
-            | ExprKind::And(_)
-            | ExprKind::Or(_) => {}
+            _ => {}
         }
     }
     false
@@ -333,18 +322,8 @@ fn take_apart(compiler: &mut Compiler<'_>, mut part: Part, parts: &mut Vec<Part>
             parts.push(part);
             None
         }
-        ExprKind::Number(_)
-        | ExprKind::Index { .. }
-        | ExprKind::Field { .. }
-        | ExprKind::Prime(_)
-        | ExprKind::Power { .. }
-        | ExprKind::Call { .. }
-        | ExprKind::IntegralOver { .. }
-        | ExprKind::Vector(_)
-        | ExprKind::Compare { .. }
-        | ExprKind::Not(_)
-        | ExprKind::And(_)
-        | ExprKind::Or(_) => Some(part),
+        // None of these is a sum over an index.
+        _ => Some(part),
     }
 }
 

@@ -12,11 +12,11 @@ mod pieces;
 
 use super::ast::{ExprKind, ExprRef, File, Statement, StatementKind};
 use super::error::SyntaxError;
-use super::print::Printer;
+use super::print::{Piece, Printer};
 use crate::span::Span;
 use layout::WIDTH;
 use page::{Head, Page, Written};
-use pieces::{Piece, Pieces, width};
+use pieces::{Pieces, width};
 
 /// Between statements that share a line.
 const GAP: usize = 2;
@@ -122,10 +122,8 @@ impl<'f> Formatter<'_, 'f> {
     }
 
     fn shares_line(&self, above: Option<&Statement>, below: Option<&Statement>) -> bool {
-        match (above, below) {
-            (Some(above), Some(below)) => !self.text(above.span.end, below.span.start).contains('\n'),
-            (Some(_), None) | (None, Some(_)) | (None, None) => false,
-        }
+        let both = above.zip(below);
+        both.is_some_and(|(above, below)| !self.text(above.span.end, below.span.start).contains('\n'))
     }
 
     /// The pieces of a statement, in the printer's room.

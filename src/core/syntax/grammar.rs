@@ -84,39 +84,7 @@ fn rule_in_words(rule: Rule) -> Option<&'static str> {
         Rule::where_word | Rule::filter => Some("`where`"),
         Rule::unit_part | Rule::unit | Rule::unit_factor | Rule::unit_one | Rule::unit_name => Some("a unit"),
         Rule::exponent | Rule::integer | Rule::natural => Some("an exponent"),
-        Rule::EOI
-        | Rule::file
-        | Rule::single
-        | Rule::alone
-        | Rule::statement
-        | Rule::model
-        | Rule::param
-        | Rule::coord
-        | Rule::let_named
-        | Rule::kinetic
-        | Rule::potential
-        | Rule::lagrangian
-        | Rule::dissipation
-        | Rule::force
-        | Rule::constraint
-        | Rule::guess
-        | Rule::equilibrium
-        | Rule::period
-        | Rule::table
-        | Rule::model_word
-        | Rule::param_word
-        | Rule::coord_word
-        | Rule::let_word
-        | Rule::kinetic_word
-        | Rule::potential_word
-        | Rule::lagrangian_word
-        | Rule::dissipation_word
-        | Rule::force_word
-        | Rule::constraint_word
-        | Rule::guess_word
-        | Rule::equilibrium_word
-        | Rule::period_word
-        | Rule::table_word => Some("the next statement"),
+        Rule::EOI => Some("the next statement"),
         // What may always follow an operand is not worth saying.
         _ => None,
     }

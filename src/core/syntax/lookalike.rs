@@ -142,18 +142,6 @@ fn said(character: char) -> Lookalike {
 }
 
 fn plain_script(c: char) -> Option<char> {
-    Some(match c {
-        '⁰' | '₀' => '0',
-        '¹' | '₁' => '1',
-        '²' | '₂' => '2',
-        '³' | '₃' => '3',
-        '⁴' | '₄' => '4',
-        '⁵' | '₅' => '5',
-        '⁶' | '₆' => '6',
-        '⁷' | '₇' => '7',
-        '⁸' | '₈' => '8',
-        '⁹' | '₉' => '9',
-        '⁻' => '-',
-        _ => return None,
-    })
+    let plain = ["⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "₀₁₂₃₄₅₆₇₈₉"].map(|scripts| scripts.chars().zip("0123456789-".chars()));
+    plain.into_iter().flatten().find(|(script, _)| *script == c).map(|(_, plain)| plain)
 }

@@ -174,18 +174,7 @@ impl<'f> Finder<'f> {
             ExprKind::SumOver { indices, .. } | ExprKind::IntegralOver { indices, .. } => {
                 inner = self.indices(Some(indices), expr.span, scope);
             }
-            ExprKind::Number(_)
-            | ExprKind::Index { .. }
-            | ExprKind::Prime(_)
-            | ExprKind::Negate(_)
-            | ExprKind::Power { .. }
-            | ExprKind::Product(_)
-            | ExprKind::Sum(_)
-            | ExprKind::Vector(_)
-            | ExprKind::Compare { .. }
-            | ExprKind::Not(_)
-            | ExprKind::And(_)
-            | ExprKind::Or(_) => {}
+            _ => {}
         }
         let mut children = Vec::new();
         self.file.children(at, &mut children);

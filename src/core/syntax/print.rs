@@ -42,37 +42,42 @@ pub(super) enum Group {
     Other,
 }
 
-/// What a text is written to, token by token.
-pub(super) trait Sink<'f> {
-    /// One token.
-    fn token(&mut self, text: Cow<'f, str>);
+/// A piece of the text.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Piece<'f> {
+    Token(Cow<'f, str>),
     /// A blank that ends no line.
-    fn blank(&mut self);
-    /// A place to break the line; written as `flat` where it isn't.
-    fn place(&mut self, kind: Break, flat: &'static str);
+    Blank,
+    /// A place to break the line; written as the text where it isn't.
+    Place(Break, &'static str),
     /// A group begins.
-    fn open(&mut self, group: Group);
+    Open(Group),
     /// The group that began last ends.
-    fn close(&mut self);
+    Close,
+}
+
+impl Piece<'_> {
+    /// The text in one line.
+    pub(super) fn flat(&self) -> &str {
+        match self {
+            Self::Token(text) => text,
+            Self::Blank => " ",
+            Self::Place(_, flat) => flat,
+            Self::Open(_) | Self::Close => "",
+        }
+    }
+}
+
+/// What a text is written to, piece by piece.
+pub(super) trait Sink<'f> {
+    fn put(&mut self, piece: Piece<'f>);
 }
 
 /// Everything in one line.
 impl<'f> Sink<'f> for String {
-    fn token(&mut self, text: Cow<'f, str>) {
-        self.push_str(&text);
+    fn put(&mut self, piece: Piece<'f>) {
+        self.push_str(piece.flat());
     }
-
-    fn blank(&mut self) {
-        self.push(' ');
-    }
-
-    fn place(&mut self, _: Break, flat: &'static str) {
-        self.push_str(flat);
-    }
-
-    fn open(&mut self, _: Group) {}
-
-    fn close(&mut self) {}
 }
 
 /// How an expression is written, its parentheses aside.
@@ -97,15 +102,10 @@ impl Manner {
 
 /// What is still to be written.
 enum Job<'f> {
-    Token(&'f str),
-    Blank,
-    Place(Break, &'static str),
-    Open(Group),
-    Close,
+    Put(Piece<'f>),
     /// An expression, in parentheses if it binds less than the strength.
     Expr(ExprRef, Strength, Manner),
     Unit(UnitRef, bool),
-    Exponent(i32, i32),
     Indices(&'f Indices, bool),
 }
 
@@ -120,24 +120,25 @@ pub(super) struct Printer<'f, S> {
 /// The expression in the language's own syntax.
 #[must_use]
 pub fn print_expr(file: &File, at: ExprRef) -> String {
-    let mut printer = Printer::new(file, String::new());
-    printer.run(Job::Expr(at, Strength::Any, Manner::Wide));
-    printer.out
+    printed(file, Job::Expr(at, Strength::Any, Manner::Wide))
 }
 
 /// The unit in the language's own syntax.
 #[must_use]
 pub fn print_unit(file: &File, at: UnitRef) -> String {
-    let mut printer = Printer::new(file, String::new());
-    printer.run(Job::Unit(at, false));
-    printer.out
+    printed(file, Job::Unit(at, false))
 }
 
 /// What indices run over, without brackets.
 #[cfg(feature = "engine")]
 pub(crate) fn print_indices(file: &File, indices: &Indices) -> String {
+    printed(file, Job::Indices(indices, false))
+}
+
+fn printed<'f>(file: &'f File, whole: Job<'f>) -> String {
     let mut printer = Printer::new(file, String::new());
-    printer.run(Job::Indices(indices, false));
+    printer.next.push(whole);
+    printer.run();
     printer.out
 }
 
@@ -178,42 +179,42 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
         &mut self.out
     }
 
-    fn run(&mut self, job: Job<'f>) {
-        self.stack.push(job);
-        while let Some(job) = self.stack.pop() {
-            match job {
-                Job::Token(text) => self.out.token(Cow::Borrowed(text)),
-                Job::Blank => self.out.blank(),
-                Job::Place(kind, flat) => self.out.place(kind, flat),
-                Job::Open(group) => self.out.open(group),
-                Job::Close => self.out.close(),
-                Job::Expr(at, least, manner) => self.expr(at, least, manner),
-                Job::Unit(at, grouped) => self.unit(at, grouped),
-                Job::Exponent(numerator, denominator) => self.exponent(numerator, denominator),
-                Job::Indices(indices, brackets) => self.indices(indices, brackets),
-            }
+    /// Writes what is to come next.
+    fn run(&mut self) {
+        loop {
             self.stack.extend(self.next.drain(..).rev());
+            match self.stack.pop() {
+                Some(Job::Put(piece)) => self.out.put(piece),
+                Some(Job::Expr(at, least, manner)) => self.expr(at, least, manner),
+                Some(Job::Unit(at, grouped)) => self.unit(at, grouped),
+                Some(Job::Indices(indices, brackets)) => self.indices(indices, brackets),
+                None => return,
+            }
         }
     }
 
-    fn token(&mut self, text: &'f str) {
-        self.next.push(Job::Token(text));
+    fn put(&mut self, piece: Piece<'f>) {
+        self.next.push(Job::Put(piece));
+    }
+
+    fn token(&mut self, text: impl Into<Cow<'f, str>>) {
+        self.put(Piece::Token(text.into()));
     }
 
     fn blank(&mut self) {
-        self.next.push(Job::Blank);
+        self.put(Piece::Blank);
     }
 
     fn place(&mut self, kind: Break, flat: &'static str) {
-        self.next.push(Job::Place(kind, flat));
+        self.put(Piece::Place(kind, flat));
     }
 
     fn open(&mut self, group: Group) {
-        self.next.push(Job::Open(group));
+        self.put(Piece::Open(group));
     }
 
     fn close(&mut self) {
-        self.next.push(Job::Close);
+        self.put(Piece::Close);
     }
 
     fn child(&mut self, at: ExprRef, least: Strength, manner: Manner) {

@@ -223,14 +223,10 @@ impl Formula {
                 inner.block(),
             ]),
             Self::Total { integral, below, above, body } => {
-                let commas = below.iter().enumerate().flat_map(|(at, part)| {
-                    let comma = (at > 0).then(|| Block::line(", "));
-                    comma.into_iter().chain([part.block()])
-                });
                 let mut parts: Vec<Block> = above.iter().map(|above| above.block()).collect();
                 let base = parts.iter().map(Block::height).sum();
                 parts.push(Block::line(if *integral { "∫" } else { "Σ" }));
-                parts.push(Block::beside(&commas.collect::<Vec<_>>()));
+                parts.push(with_commas(below));
                 let total = Block { lines: Block::stacked(&parts), base };
                 Block::beside(&[total, Block::line(" "), body.block()])
             }
@@ -359,20 +355,12 @@ impl Formula {
 }
 
 fn token_block(token: &Token) -> Block {
-    let bracket = |own: &Bracket, round| match own {
-        Bracket::Round => round,
-        Bracket::Bars => "│",
-        Bracket::DoubleBars => "‖",
-    };
+    let bracket = |own: &Bracket, round| [round, "│", "‖"][*own as usize];
     Block::line(match token {
         Token::Whole(formula) | Token::Exponent(formula) => return formula.block(),
         Token::Relation(own) => {
-            return Formula::Relation(vec![
-                Formula::Verbatim(String::new()),
-                Formula::Sign(*own),
-                Formula::Verbatim(String::new()),
-            ])
-            .block();
+            let nothing = || Formula::Verbatim(String::new());
+            return Formula::Relation(vec![nothing(), Formula::Sign(*own), nothing()]).block();
         }
         Token::Term { first, negative } => sign(*first, *negative),
         Token::Open(own) => bracket(own, "("),
@@ -419,18 +407,14 @@ fn function(name: &str, power: Option<&Formula>, arguments: &[Formula]) -> Block
         return head;
     }
     if stands_open(arguments) {
-        let mut blocks = vec![head, Block::line(" ")];
-        blocks.extend(arguments.iter().map(Formula::block));
-        return Block::beside(&blocks);
+        return Block::beside(&[head, Block::line(" "), with_commas(arguments)]);
     }
-    let mut inner = Vec::new();
-    for (at, argument) in arguments.iter().enumerate() {
-        if at > 0 {
-            inner.push(Block::line(", "));
-        }
-        inner.push(argument.block());
-    }
-    Block::beside(&[head, Block::beside(&inner).in_parentheses()])
+    Block::beside(&[head, with_commas(arguments).in_parentheses()])
+}
+
+fn with_commas(parts: &[Formula]) -> Block {
+    let parts = parts.iter().flat_map(|part| [Block::line(", "), part.block()]);
+    Block::beside(&parts.skip(1).collect::<Vec<_>>())
 }
 
 /// Fractions that have a sign of their own.
@@ -467,47 +451,20 @@ fn superscript_of(exponent: &Formula) -> Option<String> {
     }
 }
 
-fn superscript(text: &str) -> Option<String> {
-    replaced(text, |c| match c {
-        '0' => Some('⁰'),
-        '1' => Some('¹'),
-        '2' => Some('²'),
-        '3' => Some('³'),
-        '4'..='9' => char::from_u32('⁴' as u32 + (c as u32 - '4' as u32)),
-        '-' => Some('⁻'),
-        _ => None,
-    })
+/// A whole number in raised digits.
+#[must_use]
+pub fn superscript(text: &str) -> Option<String> {
+    replaced(text, "0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 }
 
 fn lowered(text: &str) -> Option<String> {
-    replaced(text, |c| match c {
-        '0'..='9' => char::from_u32('₀' as u32 + (c as u32 - '0' as u32)),
-        'a' => Some('ₐ'),
-        'e' => Some('ₑ'),
-        'h' => Some('ₕ'),
-        'i' => Some('ᵢ'),
-        'j' => Some('ⱼ'),
-        'k' => Some('ₖ'),
-        'l' => Some('ₗ'),
-        'm' => Some('ₘ'),
-        'n' => Some('ₙ'),
-        'o' => Some('ₒ'),
-        'p' => Some('ₚ'),
-        'r' => Some('ᵣ'),
-        's' => Some('ₛ'),
-        't' => Some('ₜ'),
-        'u' => Some('ᵤ'),
-        'v' => Some('ᵥ'),
-        'x' => Some('ₓ'),
-        '+' => Some('₊'),
-        '-' => Some('₋'),
-        _ => None,
-    })
+    replaced(text, "0123456789aehijklmnoprstuvx+-", "₀₁₂₃₄₅₆₇₈₉ₐₑₕᵢⱼₖₗₘₙₒₚᵣₛₜᵤᵥₓ₊₋")
 }
 
-/// Every letter replaced, or nothing.
-fn replaced(text: &str, by: impl Fn(char) -> Option<char>) -> Option<String> {
-    text.chars().map(by).collect()
+/// Every letter replaced by the one that stands in its place, or nothing.
+fn replaced(text: &str, letters: &str, by: &str) -> Option<String> {
+    let image = |c| letters.chars().zip(by.chars()).find(|(own, _)| *own == c).map(|(_, image)| image);
+    text.chars().map(image).collect()
 }
 
 pub(super) fn symbol_text(symbol: &Symbol) -> String {

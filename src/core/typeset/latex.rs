@@ -177,11 +177,7 @@ fn points(token: &Token) -> f64 {
 }
 
 fn write_token(token: &Token, out: &mut String) {
-    let bracket = |own: &Bracket, round| match own {
-        Bracket::Round => round,
-        Bracket::Bars => r"\vert",
-        Bracket::DoubleBars => r"\Vert",
-    };
+    let bracket = |own: &Bracket, round| [round, r"\vert", r"\Vert"][*own as usize];
     match token {
         Token::Whole(formula) => out.push_str(&formula.latex()),
         Token::Term { first, negative } => out.push_str(sign(*first, *negative)),
@@ -189,16 +185,11 @@ fn write_token(token: &Token, out: &mut String) {
             if !out.ends_with(' ') {
                 out.push(' ');
             }
-            out.push_str(sign.forms()[0]);
-            out.push(' ');
+            out.push_str(&format!("{} ", sign.forms()[0]));
         }
         Token::Open(own) => out.push_str(&format!(r"\Bigl{} ", bracket(own, "("))),
         Token::Close(own) => out.push_str(&format!(r" \Bigr{}", bracket(own, ")"))),
-        Token::Exponent(formula) => {
-            out.push_str("^{");
-            out.push_str(&formula.latex());
-            out.push('}');
-        }
+        Token::Exponent(formula) => out.push_str(&format!("^{{{}}}", formula.latex())),
         Token::Exp => out.push_str(r"\exp "),
         Token::Space => out.push_str(r" \, "),
         Token::Comma => out.push_str(", "),

@@ -114,8 +114,7 @@ impl Notation {
                     symbol.dots += 1;
                     Formula::Symbol(symbol)
                 }
-                other if other.is_atom() => Formula::Rate(Box::new(other)),
-                other => Formula::Rate(Box::new(other.bracketed())),
+                other => Formula::Rate(Box::new(other.bracketed_if(|own| !own.is_atom()))),
             },
             ExprKind::Negate(inner) => negated(true, lower(inner)),
             ExprKind::Power { base, exponent } => power(lower(base), lower(exponent)),
@@ -295,10 +294,7 @@ fn indexed(base: Formula, feet: impl IntoIterator<Item = Subscript>) -> Formula 
             foot.subscript.extend(feet);
             Formula::Symbol(symbol)
         }
-        other => {
-            let inner = if other.is_atom() { other } else { other.bracketed() };
-            Formula::Indexed(Box::new(inner), feet.into_iter().collect())
-        }
+        other => Formula::Indexed(Box::new(other.bracketed_if(|own| !own.is_atom())), feet.into_iter().collect()),
     }
 }
 
@@ -323,36 +319,20 @@ fn negated(negative: bool, formula: Formula) -> Formula {
 
 /// As a term of a sum.
 fn term(formula: Formula) -> Formula {
-    match formula {
-        Formula::Sum(_) | Formula::Relation(_) => formula.bracketed(),
-        other => other,
-    }
+    formula.bracketed_if(|own| matches!(own, Formula::Sum(_) | Formula::Relation(_)))
 }
 
 /// As what stands behind a sum sign.
 fn addend(formula: Formula) -> Formula {
-    match formula {
-        Formula::Sum(ref terms) if terms.len() > 1 => formula.bracketed(),
-        other => other,
-    }
+    formula.bracketed_if(|own| matches!(own, Formula::Sum(terms) if terms.len() > 1))
 }
 
 fn condition(formula: Formula) -> Formula {
-    match formula {
-        Formula::Relation(_) => formula.bracketed(),
-        other => other,
-    }
+    formula.bracketed_if(|own| matches!(own, Formula::Relation(_)))
 }
 
 fn joined(sign: Sign, parts: impl Iterator<Item = Formula>) -> Formula {
-    let mut all = Vec::new();
-    for (at, part) in parts.enumerate() {
-        if at > 0 {
-            all.push(Formula::Sign(sign));
-        }
-        all.push(part);
-    }
-    Formula::Relation(all)
+    Formula::Relation(parts.flat_map(|part| [Formula::Sign(sign), part]).skip(1).collect())
 }
 
 /// Factors in a row: sums among others in brackets, products as they are.
@@ -448,8 +428,7 @@ fn power(base: Formula, exponent: Formula) -> Formula {
         Formula::Symbol(ref symbol) if symbol.dots > 3 => {
             Formula::Power(Box::new(base.bracketed()), Box::new(exponent))
         }
-        base if base.is_atom() => Formula::Power(Box::new(base), Box::new(exponent)),
-        base => Formula::Power(Box::new(base.bracketed()), Box::new(exponent)),
+        base => Formula::Power(Box::new(base.bracketed_if(|own| !own.is_atom())), Box::new(exponent)),
     }
 }
 
@@ -481,12 +460,10 @@ fn call(function: &str, mut arguments: Vec<Formula>) -> Formula {
             Formula::Power(Box::new(e), Box::new(arguments.swap_remove(0)))
         }
         ("dot" | "cross", [_, _]) => {
-            let side = |formula: Formula| match formula {
-                Formula::Sum(_) | Formula::Between { .. } => formula.bracketed(),
-                other => other,
-            };
-            let second = side(arguments.swap_remove(1));
-            let first = side(arguments.swap_remove(0));
+            let [second, first] = [1, 0].map(|at| {
+                let side = arguments.swap_remove(at);
+                side.bracketed_if(|own| matches!(own, Formula::Sum(_) | Formula::Between { .. }))
+            });
             Formula::Between { cross: function == "cross", sides: Box::new((first, second)) }
         }
         _ => match FUNCTIONS.iter().find(|(name, _)| *name == function) {

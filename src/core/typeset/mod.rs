@@ -29,7 +29,7 @@ mod points;
 mod symbol;
 mod typst;
 
-pub use block::Block;
+pub use block::{Block, superscript};
 pub use lower::Notation;
 pub use symbol::{Subscript, Symbol};
 
@@ -219,18 +219,13 @@ impl Formula {
             | Self::Matrix(_)
             | Self::Root(_) => true,
             Self::Function { name, power, .. } => *name == "exp" && power.is_none(),
-            Self::Scientific { .. }
-            | Self::Product(_)
-            | Self::Sum(_)
-            | Self::Fraction(..)
-            | Self::Power(..)
-            | Self::Between { .. }
-            | Self::Rate(_)
-            | Self::Total { .. }
-            | Self::Relation(_)
-            | Self::Sign(_)
-            | Self::Verbatim(_) => false,
+            _ => false,
         }
+    }
+
+    /// In brackets, where these are needed.
+    fn bracketed_if(self, needed: impl FnOnce(&Self) -> bool) -> Self {
+        if needed(&self) { self.bracketed() } else { self }
     }
 
     /// In brackets.

@@ -174,16 +174,7 @@ impl Breaker<'_> {
                 let parts = digits.chunks(DIGITS).map(|part| Formula::Number(part.iter().collect()));
                 out.extend(parts.map(|part| Piece::of(Token::Whole(part))));
             }
-            Formula::Scientific { .. }
-            | Formula::Symbol(_)
-            | Formula::Indexed(..)
-            | Formula::Power(..)
-            | Formula::Matrix(_)
-            | Formula::Between { .. }
-            | Formula::Rate(_)
-            | Formula::Differential(_)
-            | Formula::Sign(_)
-            | Formula::Verbatim(_) => out.push(Piece::of(Token::Whole(formula.clone()))),
+            whole => out.push(Piece::of(Token::Whole(whole.clone()))),
         }
     }
 

@@ -276,8 +276,8 @@ impl<'a> Inference<'a> {
 
     fn call(&mut self, function: &str, arguments: Vec<(Quantity, Span)>, span: Span) -> Quantity {
         let argument = |at: usize| arguments.get(at).map_or(Quantity::Any, |own| own.0.clone());
-        let half = Number::half();
         let two = Number::from(2);
+        let components = |own: &mut Self, at| own.equations.uniform(argument(at), "the components of a vector", span);
         match function {
             "sin" | "cos" | "tan" | "asin" | "acos" | "atan" | "sinh" | "cosh" | "tanh" | "exp" | "ln" | "rot_x"
             | "rot_y" | "rot_z" => {
@@ -288,11 +288,10 @@ impl<'a> Inference<'a> {
                 Quantity::number()
             }
             "atan2" => {
-                let what = "the arguments of `atan2`";
-                self.equations.alike(&arguments, &Context::Arguments(what));
+                self.equations.alike(&arguments, &Context::Arguments("the arguments of `atan2`"));
                 Quantity::number()
             }
-            "sqrt" => argument(0).power(&half),
+            "sqrt" => argument(0).power(&Number::half()),
             "abs" | "floor" | "transpose" => argument(0),
             "norm" => {
                 let (value, span) = (argument(0), arguments.first().map_or(span, |own| own.1));
@@ -300,9 +299,7 @@ impl<'a> Inference<'a> {
             }
             "dot" => self.equations.dot(&argument(0), &argument(1), span),
             "cross" => {
-                let what = "the components of a vector";
-                let u = self.equations.uniform(argument(0), what, span);
-                let v = self.equations.uniform(argument(1), what, span);
+                let (u, v) = (components(self, 0), components(self, 1));
                 self.equations.product(u, v, false, span)
             }
             "mod" => self.equations.alike(&arguments, &Context::Arguments("the arguments of `mod`")),
@@ -315,18 +312,16 @@ impl<'a> Inference<'a> {
                 self.equations.product(argument(0), square, false, span)
             }
             "inertia_point" => {
-                let what = "the components of a vector";
-                let place = self.equations.uniform(argument(1), what, span);
+                let place = components(self, 1);
                 self.equations.product(argument(0), place.power(&two), false, span)
             }
             "steiner" => {
-                let what = "the components of a vector";
-                let shift = self.equations.uniform(argument(2), what, span);
+                let shift = components(self, 2);
                 let moved = self.equations.product(argument(1), shift.power(&two), false, span);
                 self.equations.alike(&[(argument(0), span), (moved, span)], &Context::Sum)
             }
             "about" => {
-                let axis = self.equations.uniform(argument(1), "the components of a vector", span);
+                let axis = components(self, 1);
                 let axis_span = arguments.get(1).map_or(span, |own| own.1);
                 self.equations.number(&axis, "the axis of `about`", axis_span);
                 argument(0)

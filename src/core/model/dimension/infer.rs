@@ -135,20 +135,12 @@ impl<'a> Inference<'a> {
         let word = |length: u32| Span::new(statement.span.start, statement.span.start + length);
         match &statement.kind {
             StatementKind::Param(bindings) => bindings.iter().for_each(|binding| self.parameter(binding)),
-            StatementKind::Coord { declarations } => {
-                for one in declarations {
-                    self.coordinate(one);
-                }
-            }
+            StatementKind::Coord { declarations } => declarations.iter().for_each(|one| self.coordinate(one)),
             StatementKind::Let(binding) => self.named_expression(binding),
             StatementKind::Kinetic(root) => self.energy("T", *root, &energy(), word(1)),
             StatementKind::Potential(root) => self.energy("V", *root, &energy(), word(1)),
-            StatementKind::Lagrangian(root) => {
-                self.energy("lagrangian", *root, &energy(), word(10));
-            }
-            StatementKind::Dissipation(root) => {
-                self.energy("dissipation", *root, &power(), word(11));
-            }
+            StatementKind::Lagrangian(root) => self.energy("lagrangian", *root, &energy(), word(10)),
+            StatementKind::Dissipation(root) => self.energy("dissipation", *root, &power(), word(11)),
             StatementKind::Force(binding) => self.force(binding),
             StatementKind::Constraint { indices, left, right } => {
                 let scope = self.binders(indices.as_deref(), 0);
@@ -163,9 +155,7 @@ impl<'a> Inference<'a> {
                     }
                 }
             }
-            StatementKind::Guess { binding, rate } => {
-                self.given(binding, "guess", *rate);
-            }
+            StatementKind::Guess { binding, rate } => self.given(binding, "guess", *rate),
             StatementKind::Equilibrium { binding, rate } => {
                 let side = if *rate { "rate" } else { "equilibrium" };
                 self.given(binding, side, *rate);
@@ -223,15 +213,18 @@ impl<'a> Inference<'a> {
         self.names.entry(name).or_insert(quantity).clone()
     }
 
+    /// What is declared with a unit, or without one.
+    fn declared(&mut self, name: &'a Name, indices: Option<&Indices>, unit: Option<UnitRef>) -> Quantity {
+        let quantity = unit.map(|unit| self.unit(unit)).unwrap_or_else(|| self.fresh(name, indices));
+        self.declare(&name.text, quantity)
+    }
+
     fn parameter(&mut self, binding: &'a Binding) {
         let scope = self.binders(binding.indices.as_deref(), 0);
-        let quantity = match binding.unit {
-            Some(unit) => self.unit(unit),
-            None => self.fresh(&binding.name, binding.indices.as_deref()),
-        };
         let sides = [(binding.value, "right side"), (binding.uncertainty, "uncertainty")];
         let sides = sides.map(|(side, what)| (side.filter(|root| self.names_something(*root)), what));
-        let quantity = self.declare_piece(binding, quantity);
+        let quantity = self.declared(&binding.name, binding.indices.as_deref(), binding.unit);
+        self.of_one_kind(binding, &quantity);
         for (side, what) in sides {
             if let Some(root) = side {
                 let side = self.evaluate(root, scope);
@@ -240,23 +233,17 @@ impl<'a> Inference<'a> {
         }
     }
 
-    /// Declares what may be a later piece of a family, whose members are all of one kind.
-    fn declare_piece(&mut self, binding: &'a Binding, quantity: Quantity) -> Quantity {
-        let known = self.declare(&binding.name.text, quantity.clone());
+    /// The unit of what may be a later piece of a family, whose members are all of one kind.
+    fn of_one_kind(&mut self, binding: &Binding, known: &Quantity) {
         if let Some(unit) = binding.unit {
-            let span = self.file.unit(unit).span;
-            self.same_at(&binding.name, binding.name.span, &known, "unit", quantity, span);
+            let (own, span) = (self.unit(unit), self.file.unit(unit).span);
+            self.same_at(&binding.name, binding.name.span, known, "unit", own, span);
         }
-        known
     }
 
     fn coordinate(&mut self, declaration: &'a Declaration) {
         self.binders(declaration.indices.as_deref(), 0);
-        let quantity = match declaration.unit {
-            Some(unit) => self.unit(unit),
-            None => self.fresh(&declaration.name, declaration.indices.as_deref()),
-        };
-        self.declare(&declaration.name.text, quantity);
+        self.declared(&declaration.name, declaration.indices.as_deref(), declaration.unit);
     }
 
     fn named_expression(&mut self, binding: &'a Binding) {
@@ -273,7 +260,8 @@ impl<'a> Inference<'a> {
             Some(unit) => self.unit(unit),
             None => Quantity::Of(self.equations.solver.unknown(&binding.name.text)),
         };
-        let quantity = self.declare_piece(binding, quantity);
+        let quantity = self.declare(&binding.name.text, quantity);
+        self.of_one_kind(binding, &quantity);
         if names {
             let side = self.evaluate(root, scope);
             self.same(binding, &quantity, "right side", side, root);

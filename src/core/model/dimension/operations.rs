@@ -205,10 +205,8 @@ impl Equations {
     pub(super) fn product(&mut self, left: Quantity, right: Quantity, divided: bool, span: Span) -> Quantity {
         match (left, right) {
             (Quantity::Any, _) | (_, Quantity::Any) => Quantity::Any,
-            (Quantity::Of(a), Quantity::Of(b)) if divided => Quantity::Of(a.over(&b)),
-            (Quantity::Of(a), Quantity::Of(b)) => Quantity::Of(a.times(&b)),
-            (list, Quantity::Of(b)) if divided => list.map(&|own| own.over(&b)),
-            (list, Quantity::Of(b)) => list.map(&|own| own.times(&b)),
+            (left, Quantity::Of(b)) if divided => left.map(&|own| own.over(&b)),
+            (left, Quantity::Of(b)) => left.map(&|own| own.times(&b)),
             (Quantity::Of(a), list) if !divided => list.map(&|own| own.times(&a)),
             (Quantity::List(rows), Quantity::List(column)) if !divided => {
                 let parts = rows.into_iter().map(|row| match row {

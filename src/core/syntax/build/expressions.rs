@@ -229,23 +229,14 @@ impl Builder {
             Rule::less_equal => self.compare(at, left, Comparison::LessEqual, right),
             Rule::greater => self.compare(at, left, Comparison::Greater, right),
             Rule::greater_equal => self.compare(at, left, Comparison::GreaterEqual, right),
-            Rule::and => {
+            rule @ (Rule::and | Rule::or) => {
                 self.condition(at);
-                let mut members = match left.form {
-                    Form::And(members) => members,
-                    _ => vec![self.close(left)],
+                let mut members = match (rule, left.form) {
+                    (Rule::and, Form::And(members)) | (Rule::or, Form::Or(members)) => members,
+                    (_, form) => vec![self.close(Operand { form, ..left })],
                 };
                 members.push(self.close(right));
-                Form::And(members)
-            }
-            Rule::or => {
-                self.condition(at);
-                let mut members = match left.form {
-                    Form::Or(members) => members,
-                    _ => vec![self.close(left)],
-                };
-                members.push(self.close(right));
-                Form::Or(members)
+                if rule == Rule::and { Form::And(members) } else { Form::Or(members) }
             }
             _ => {
                 let base = self.close(left);

@@ -186,10 +186,7 @@ impl<'s> Context<'s> {
     }
 
     pub(super) fn mistake(&self, expected: Vec<&'static str>) -> SyntaxError {
-        let found = match self.found {
-            Some(found) => found,
-            None => return self.at_end(),
-        };
+        let Some(found) = self.found else { return self.at_end() };
         self.by_place(found).or_else(|| self.by_token(found)).unwrap_or_else(|| SyntaxError::Unexpected {
             found: describe(self.source, found),
             expected,

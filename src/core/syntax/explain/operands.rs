@@ -151,16 +151,10 @@ impl Context<'_> {
         }
         let is_unit = self.is_unit_behind_number(found, &|name| words::SHORT_UNITS.contains(&name));
         let unit = if is_unit { self.with_unit_behind_name(found) } else { None };
-        match self.product_with_signs() {
-            Some((place, text)) => {
-                let fix = fixes::short(text.clone()).unwrap_or_else(|| format!("{left}*{right}"));
-                SyntaxError::MissingMultiplication { fix, place, text, unit, span }
-            }
-            None => {
-                let (fix, text) = (format!("{left}*{right}"), "*".to_owned());
-                let place = Span::new(self.before.end, found.start);
-                SyntaxError::MissingMultiplication { fix, place, text, unit, span }
-            }
-        }
+        let whole = self.product_with_signs();
+        let fix = whole.as_ref().and_then(|(_, text)| fixes::short(text.clone()));
+        let fix = fix.unwrap_or_else(|| format!("{left}*{right}"));
+        let (place, text) = whole.unwrap_or_else(|| (Span::new(self.before.end, found.start), "*".to_owned()));
+        SyntaxError::MissingMultiplication { fix, place, text, unit, span }
     }
 }

@@ -8,8 +8,8 @@
 
 use super::super::ast::Comment;
 use super::super::lexer::{Lexer, TokenKind};
-use super::super::print::Break;
-use super::pieces::{Piece, Pieces};
+use super::super::print::{Break, Piece};
+use super::pieces::Pieces;
 use crate::span::Span;
 
 /// How far tokens are looked for that differ from the source: exponents of units.

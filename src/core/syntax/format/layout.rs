@@ -6,10 +6,10 @@
 //! that a line is broken where it is full.
 
 use super::super::ast::Comment;
-use super::super::print::{Break, Group};
+use super::super::print::{Break, Group, Piece};
 use super::comments::Placed;
 use super::page::Page;
-use super::pieces::{Piece, Pieces};
+use super::pieces::Pieces;
 
 /// Columns of a line.
 pub(super) const WIDTH: usize = 100;

@@ -146,10 +146,8 @@ fn joined(above: &Line<'_>, below: &Line<'_>) -> bool {
         return false;
     };
     let units = first.colon.is_some() && first.colon == second.colon;
-    let written = match (first.written, second.written) {
-        (Some(one), Some(other)) => one.column == other.column && (one.padded || other.padded),
-        (Some(_), None) | (None, Some(_)) | (None, None) => false,
-    };
+    let written = first.written.zip(second.written);
+    let written = written.is_some_and(|(one, other)| one.column == other.column && (one.padded || other.padded));
     !below.blank_before && first.word == second.word && (units || written)
 }
 

@@ -1,20 +1,8 @@
 //! A statement as a row of tokens, places to break, and groups, with its widths.
 
-use std::borrow::Cow;
-
 use unicode_width::UnicodeWidthStr;
 
-use super::super::print::{Break, Group, Sink};
-
-/// A member of the row.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Piece<'f> {
-    Token(Cow<'f, str>),
-    Blank,
-    Place(Break, &'static str),
-    Open(Group),
-    Close,
-}
+use super::super::print::{Piece, Sink};
 
 /// A statement in pieces.
 #[derive(Default)]
@@ -43,30 +31,25 @@ impl<'f> Pieces<'f> {
 
     /// The width of the pieces from one up to, not including, another.
     pub(super) fn between(&self, from: usize, to: usize) -> usize {
-        match (self.before.get(from), self.before.get(to)) {
-            (Some(start), Some(end)) => end.saturating_sub(*start) as usize,
-            (Some(_), None) | (None, Some(_)) | (None, None) => 0,
-        }
+        let ends = self.before.get(from).zip(self.before.get(to));
+        ends.map_or(0, |(start, end)| end.saturating_sub(*start) as usize)
     }
 
     /// The text of a piece in one line.
     pub(super) fn flat(&self, at: usize) -> &str {
-        match self.list.get(at) {
-            Some(Piece::Token(text)) => text,
-            Some(Piece::Blank) => " ",
-            Some(Piece::Place(_, flat)) => flat,
-            Some(Piece::Open(_) | Piece::Close) | None => "",
-        }
+        self.list.get(at).map_or("", Piece::flat)
     }
 
     /// Takes the widths again after a change.
     pub(super) fn measure(&mut self) {
         let list = std::mem::take(&mut self.list);
         self.clear();
-        list.into_iter().for_each(|piece| self.push(piece));
+        list.into_iter().for_each(|piece| self.put(piece));
     }
+}
 
-    fn push(&mut self, piece: Piece<'f>) {
+impl<'f> Sink<'f> for Pieces<'f> {
+    fn put(&mut self, piece: Piece<'f>) {
         let at = self.list.len();
         self.list.push(piece);
         if at == 0 {
@@ -75,27 +58,5 @@ impl<'f> Pieces<'f> {
         let end = self.total() + width(self.flat(at));
         // A statement has at most 32 MB.
         self.before.push(end as u32);
-    }
-}
-
-impl<'f> Sink<'f> for Pieces<'f> {
-    fn token(&mut self, text: Cow<'f, str>) {
-        self.push(Piece::Token(text));
-    }
-
-    fn blank(&mut self) {
-        self.push(Piece::Blank);
-    }
-
-    fn place(&mut self, kind: Break, flat: &'static str) {
-        self.push(Piece::Place(kind, flat));
-    }
-
-    fn open(&mut self, group: Group) {
-        self.push(Piece::Open(group));
-    }
-
-    fn close(&mut self) {
-        self.push(Piece::Close);
     }
 }

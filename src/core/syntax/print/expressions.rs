@@ -1,7 +1,5 @@
 //! Expressions, indices and units; here alone is decided where parentheses stand.
 
-use std::borrow::Cow;
-
 use super::super::ast::{ExprKind, ExprRef, IndexKind, Indices, Member, UnitKind, UnitRef};
 use super::{Break, Group, Job, Manner, Printer, Sink};
 
@@ -163,7 +161,7 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
         }
         let inner_manner = manner.inner();
         match kind {
-            ExprKind::Number(text) | ExprKind::Name(text) => self.token(text),
+            ExprKind::Number(text) | ExprKind::Name(text) => self.token(*text),
             ExprKind::Index { base, indices } => {
                 self.child(*base, Strength::Postfix, inner_manner);
                 self.subscript(indices);
@@ -171,7 +169,7 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
             ExprKind::Field { base, field } => {
                 self.child(*base, Strength::Postfix, inner_manner);
                 self.token(".");
-                self.token(&field.text);
+                self.token(field.text.as_str());
             }
             ExprKind::Prime(base) => {
                 self.child(*base, Strength::Postfix, inner_manner);
@@ -191,7 +189,7 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
             ExprKind::Product(factors) => self.product(factors, inner_manner),
             ExprKind::Sum(terms) => self.sum(terms, manner == Manner::Whole, inner_manner),
             ExprKind::Call { function, arguments } => {
-                self.token(&function.text);
+                self.token(function.text.as_str());
                 self.list(["(", ")"], arguments, Group::List);
             }
             ExprKind::SumOver { indices, body } | ExprKind::IntegralOver { indices, body } => {
@@ -248,7 +246,7 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
                 IndexKind::Member(at) => self.child(*at, Strength::Any, Manner::Tight),
                 IndexKind::Range { variable, from, to } => {
                     if let Some(variable) = variable {
-                        self.token(&variable.text);
+                        self.token(variable.text.as_str());
                         self.blank();
                         self.token("in");
                         self.place(Break::Hidden, " ");
@@ -259,11 +257,11 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
                     self.child(*to, Strength::Any, Manner::Tight);
                 }
                 IndexKind::Rows { variable, table } => {
-                    self.token(&variable.text);
+                    self.token(variable.text.as_str());
                     self.blank();
                     self.token("in");
                     self.place(Break::Hidden, " ");
-                    self.token(&table.text);
+                    self.token(table.text.as_str());
                 }
             }
         }
@@ -283,7 +281,7 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
         let file = self.file;
         match &file.unit(at).kind {
             UnitKind::One => self.token("1"),
-            UnitKind::Name(name) => self.token(name),
+            UnitKind::Name(name) => self.token(*name),
             UnitKind::Product(factors) => {
                 if grouped {
                     self.token("(");
@@ -309,25 +307,24 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
                 if power {
                     self.token(")");
                 }
-                self.next.push(Job::Exponent(*numerator, *denominator));
+                self.exponent(*numerator, *denominator);
             }
         }
     }
 
-    /// Written at once, not as jobs.
-    pub(super) fn exponent(&mut self, numerator: i32, denominator: i32) {
-        self.put("^");
+    fn exponent(&mut self, numerator: i32, denominator: i32) {
+        self.token("^");
         if denominator != 1 {
-            self.put("(");
+            self.token("(");
         }
         if numerator < 0 {
-            self.put("-");
+            self.token("-");
         }
-        self.out.token(Cow::Owned(numerator.unsigned_abs().to_string()));
+        self.token(numerator.unsigned_abs().to_string());
         if denominator != 1 {
-            self.put("/");
-            self.out.token(Cow::Owned(denominator.to_string()));
-            self.put(")");
+            self.token("/");
+            self.token(denominator.to_string());
+            self.token(")");
         }
     }
 }

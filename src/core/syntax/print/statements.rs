@@ -1,47 +1,41 @@
 //! Statements, token by token.
 
-use std::borrow::Cow;
-
 use super::super::ast::{Binding, ExprRef, Indices, Statement, StatementKind, UnitRef};
 use super::expressions::Strength;
 use super::{Break, Group, Job, Manner, Printer, Sink};
 
 impl<'f, S: Sink<'f>> Printer<'f, S> {
-    pub(super) fn put(&mut self, text: &'f str) {
-        self.out.token(Cow::Borrowed(text));
-    }
-
     /// The word and the blank behind it.
     fn word(&mut self, word: &'static str) {
-        self.put(word);
-        self.out.place(Break::Weak, " ");
+        self.token(word);
+        self.place(Break::Weak, " ");
     }
 
     fn put_expr(&mut self, at: ExprRef) {
-        self.run(Job::Expr(at, Strength::Any, Manner::Wide));
+        self.child(at, Strength::Any, Manner::Wide);
     }
 
     /// `= EXPR`
     fn value(&mut self, at: ExprRef) {
-        self.out.blank();
-        self.put("=");
-        self.out.place(Break::Weak, " ");
-        self.run(Job::Expr(at, Strength::Any, Manner::Whole));
+        self.blank();
+        self.token("=");
+        self.place(Break::Weak, " ");
+        self.child(at, Strength::Any, Manner::Whole);
     }
 
     fn head(&mut self, name: &'f str, indices: Option<&'f Indices>, rate: bool, unit: Option<UnitRef>) {
-        self.put(name);
+        self.token(name);
         if let Some(indices) = indices {
-            self.run(Job::Indices(indices, true));
+            self.next.push(Job::Indices(indices, true));
         }
         if rate {
-            self.put("'");
+            self.token("'");
         }
         if let Some(unit) = unit {
-            self.out.place(Break::Hidden, " ");
-            self.put(":");
-            self.out.blank();
-            self.run(Job::Unit(unit, false));
+            self.place(Break::Hidden, " ");
+            self.token(":");
+            self.blank();
+            self.next.push(Job::Unit(unit, false));
         }
     }
 
@@ -66,15 +60,15 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
     /// A word, and behind it some things with commas between them.
     fn listed<T>(&mut self, word: &'static str, all: &'f [T], mut put: impl FnMut(&mut Self, usize, &'f T)) {
         self.word(word);
-        self.out.open(Group::Other);
+        self.open(Group::Other);
         for (position, one) in all.iter().enumerate() {
             if position > 0 {
-                self.put(",");
-                self.out.place(Break::Fill, " ");
+                self.token(",");
+                self.place(Break::Fill, " ");
             }
             put(self, position, one);
         }
-        self.out.close();
+        self.close();
     }
 
     /// `= EXPR ± EXPR`, where there is a value.
@@ -83,23 +77,29 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
             self.value(value);
         }
         if let Some(uncertainty) = binding.uncertainty {
-            self.out.place(Break::Fill, " ");
-            self.put("±");
-            self.out.blank();
+            self.place(Break::Fill, " ");
+            self.token("±");
+            self.blank();
             self.put_expr(uncertainty);
         }
     }
 
     fn equation(&mut self, word: &'static str, value: ExprRef) {
-        self.put(word);
+        self.token(word);
         self.value(value);
     }
 
+    /// Writes a statement.
     pub(in super::super) fn statement(&mut self, statement: &'f Statement) {
+        self.parts(statement);
+        self.run();
+    }
+
+    fn parts(&mut self, statement: &'f Statement) {
         match &statement.kind {
             StatementKind::Model { name } => {
                 self.word("model");
-                self.put(&name.text);
+                self.token(name.text.as_str());
             }
             StatementKind::Param(bindings) => match bindings.as_slice() {
                 [binding] => self.binding("param", binding, false),
@@ -117,13 +117,13 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
             StatementKind::Constraint { indices, left, right } => {
                 self.word("constraint");
                 if let Some(indices) = indices {
-                    self.run(Job::Indices(indices, true));
-                    self.out.place(Break::Weak, " ");
+                    self.next.push(Job::Indices(indices, true));
+                    self.place(Break::Weak, " ");
                 }
                 self.put_expr(*left);
-                self.out.place(Break::Fill, " ");
-                self.put("=");
-                self.out.blank();
+                self.place(Break::Fill, " ");
+                self.token("=");
+                self.blank();
                 self.put_expr(*right);
             }
             StatementKind::Assume(relations) => {
@@ -139,13 +139,13 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
             }
             StatementKind::Table { name, path, .. } => {
                 self.word("table");
-                self.put(&name.text);
-                self.out.blank();
-                self.put("=");
-                self.out.place(Break::Weak, " ");
-                self.put("\"");
-                self.put(path);
-                self.put("\"");
+                self.token(name.text.as_str());
+                self.blank();
+                self.token("=");
+                self.place(Break::Weak, " ");
+                self.token("\"");
+                self.token(path.as_str());
+                self.token("\"");
             }
         }
     }
