@@ -324,12 +324,15 @@ fn draw(out: &mut String, panel: &Panel, [left, top]: [f64; 2], [width, height]:
     let bottom = top + height;
     let _ = writeln!(out, "<g class=\"small\">");
     for (value, text) in &across {
-        let at = place(left + x.share(*value) * width);
+        let at = left + x.share(*value) * width;
         let _ = writeln!(
             out,
-            "<path class=\"grid\" d=\"M{at} {}V{}\"/><text x=\"{at}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
+            "<path class=\"grid\" d=\"M{} {}V{}\"/><text x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
+            place(at),
             place(top),
             place(bottom),
+            // A long name at the border of the page is not cut.
+            place(at.max(3.4 * text.width() as f64 + 2.0)),
             place(bottom + 16.0),
             escaped(text)
         );

@@ -72,7 +72,16 @@ impl Compiler<'_> {
             let mut names = self.world.names.iter().filter(|(_, (own, _))| self.rank(*own) == Some(0));
             names.find(|(own, _)| digits && !indices.is_empty() && spelling(own) == spelt).map(|(own, _)| own.clone())
         };
+        let sign = || match name {
+            "π" => Some("pi".to_owned()),
+            "ẋ" | "ẏ" | "ż" => {
+                let letter = ["x", "y", "z"][["ẋ", "ẏ", "ż"].iter().position(|own| *own == name)?];
+                matches!(self.entity(letter), Some(Entity::Coordinate(_))).then(|| format!("{letter}'"))
+            }
+            _ => None,
+        };
         same(name)
+            .or_else(sign)
             .or_else(velocity)
             .or_else(single)
             .or_else(|| self.product(name).filter(|_| indices.is_empty()))

@@ -167,6 +167,12 @@ impl Table {
         if columns.is_empty() || columns.iter().all(String::is_empty) {
             return Err(bad(1, "there is no header with column names".to_owned()));
         }
+        if let [only] = columns.as_slice()
+            && let Some(separator) = only.chars().find(|c| matches!(c, ';' | '\t'))
+        {
+            let named = if separator == ';' { "semicolons" } else { "tabs" };
+            return Err(bad(1, format!("the columns are separated by {named}; commas are needed")));
+        }
         for (at, column) in columns.iter().enumerate() {
             if columns[..at].contains(column) {
                 let column = excerpt(column);

@@ -161,7 +161,7 @@ fn unknown(name: &str, span: Span) -> ModelError {
     ModelError::UnknownUnit {
         name: name.to_owned(),
         span,
-        nearest: power(name).or_else(|| nearest(name, known).map(str::to_owned)),
+        nearest: power(name).or_else(|| product(name)).or_else(|| nearest(name, known).map(str::to_owned)),
     }
 }
 
@@ -170,6 +170,13 @@ fn power(name: &str) -> Option<String> {
     let base = name.trim_end_matches(|c: char| c.is_ascii_digit());
     let exponent = name.get(base.len()..).filter(|digits| !digits.is_empty())?;
     look_up(base).map(|_| format!("{base}^{exponent}"))
+}
+
+/// `Nm` in the language: `N*m`.
+fn product(name: &str) -> Option<String> {
+    let parts = (1..name.len()).rev().filter_map(|at| Some((name.get(..at)?, name.get(at..)?)));
+    let mut known = parts.filter(|(left, right)| look_up(left).is_some() && look_up(right).is_some());
+    known.next().map(|(left, right)| format!("{left}*{right}"))
 }
 
 /// The names in a unit, with their places and exponents.
