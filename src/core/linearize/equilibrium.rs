@@ -477,7 +477,7 @@ impl Search<'_> {
         let mut moved = at.to_vec();
         for (k, i) in self.free.iter().enumerate() {
             // The new point is an exact number: what it is off by is asked of the force.
-            let sum = at[*i].mid + DoubleDouble::from(step[k]);
+            let sum = at[*i].mid + DoubleDouble::exact(step[k]);
             moved[*i] = Ball::new(sum, 0.0);
         }
         moved

@@ -200,6 +200,45 @@ impl Axes {
         let step = (&self.directions * back).iter().map(|x| Big::from_f64(*x, bits).scale(exponent)).collect();
         Some((norm, step))
     }
+
+    /// So many Newton steps of the free coordinates at most, as long as the force falls by this power of two each time.
+    pub(crate) fn newton(
+        &self,
+        mut point: Vec<Big>,
+        free: &[usize],
+        reach: &[f64],
+        (most, power): (usize, i64),
+        gradient: impl Fn(&[Big]) -> Vec<Big>,
+    ) -> Option<Newton> {
+        let mut trial = point.clone();
+        let mut best = Magnitude::INFINITE;
+        for done in 0..most {
+            let gradient = gradient(&trial);
+            let own: Vec<&Big> = free.iter().map(|i| &gradient[*i]).collect();
+            let (norm, step) = self.step(&own, reach)?;
+            if norm.scale(power) >= best {
+                return Some(Newton { point, norm: best, steps: done.saturating_sub(1) });
+            }
+            best = norm;
+            point.clone_from(&trial);
+            if norm.is_zero() {
+                return Some(Newton { point, norm, steps: done });
+            }
+            for (i, step) in free.iter().zip(step) {
+                trial[*i] = (&trial[*i] + &step).center();
+            }
+        }
+        Some(Newton { point, norm: best, steps: most })
+    }
+}
+
+/// Where Newton steps end.
+pub(crate) struct Newton {
+    pub(crate) point: Vec<Big>,
+    /// ‖WᵀF‖ there.
+    norm: Magnitude,
+    /// How many of the steps made it fall.
+    pub(crate) steps: usize,
 }
 
 /// WᵀKW for a symmetric K (column by column), multiplied out in its own numbers.
@@ -476,39 +515,16 @@ impl Proof {
         bits: usize,
         gradient: impl Fn(&[Big]) -> Vec<Big>,
     ) -> Option<Vec<Big>> {
-        self.newton(point, bits, gradient).map(|(found, _)| found)
+        self.newton(point, bits, gradient).map(|own| own.point)
     }
 
     /// Newton steps from the centre with WSWᵀ as the inverse of K, which gain the same number of digits
-    /// each (a factor θ, at the least), as long as the forces fall; ‖G(0)‖ at the end.
-    fn newton(
-        &self,
-        mut point: Vec<Big>,
-        bits: usize,
-        gradient: impl Fn(&[Big]) -> Vec<Big>,
-    ) -> Option<(Vec<Big>, Magnitude)> {
+    /// each (a factor θ, at the least), as long as the forces fall.
+    fn newton(&self, mut point: Vec<Big>, bits: usize, gradient: impl Fn(&[Big]) -> Vec<Big>) -> Option<Newton> {
         for (i, centre) in self.free.iter().zip(&self.centre) {
             point[*i] = centre.clone().with_bits(bits).center();
         }
-        let mut best = Magnitude::INFINITE;
-        let mut found = point.clone();
-        for _ in 0..bits + 8 {
-            let gradient = gradient(&point);
-            let own: Vec<&Big> = self.free.iter().map(|i| &gradient[*i]).collect();
-            let (norm, step) = self.axes.step(&own, &self.reach)?;
-            let falls = norm < best;
-            if falls {
-                best = norm;
-                found.clone_from(&point);
-            }
-            if norm.is_zero() || !falls {
-                break;
-            }
-            for (i, step) in self.free.iter().zip(step) {
-                point[*i] = (&point[*i] + &step).center();
-            }
-        }
-        Some((found, best))
+        self.axes.newton(point, &self.free, &self.reach, (bits + 8, 0), gradient)
     }
 
     /// The equilibrium with as many digits as the forces in numbers of `bits` bits give. `point` has
@@ -521,7 +537,7 @@ impl Proof {
         bits: usize,
         gradient: impl Fn(&[Big]) -> Vec<Big>,
     ) -> Option<Vec<Big>> {
-        let (mut found, best) = self.newton(point, bits, gradient)?;
+        let Newton { point: mut found, norm: best, .. } = self.newton(point, bits, gradient)?;
         let rest = Magnitude::from_f64((1.0 - self.contraction).next_down());
         if best.scale(1) >= rest {
             return None;

@@ -9,7 +9,7 @@ use crate::modes::exponents::{
     Exponent, Exponents, Limit, PreciseQuadratic, QuadraticProblem, QuadraticSource, exponents, finish,
 };
 use crate::modes::{Kind, ModesError, Options, Stability};
-use crate::precision::{Ball, Big, Enclosure, Integers};
+use crate::precision::{Ball, Big, Enclosure, Integers, quadratic_form};
 
 /// The model as a source of matrices.
 pub(super) struct Source<'a> {
@@ -307,26 +307,17 @@ pub(super) fn falling_direction(mass: &[Ball], matrix: &[Ball]) -> Option<Vec<f6
         return None;
     }
     let direction: Vec<f64> = (0..n).map(|i| eigen.eigenvectors[(i, lowest)] / units[i]).collect();
-    let mut total = Ball::ZERO;
-    for j in 0..n {
-        for i in 0..n {
-            total = total + Ball::from(direction[i]) * matrix[i + n * j] * Ball::from(direction[j]);
-        }
-    }
-    total.is_negative().then_some(direction)
+    let exact: Vec<Ball> = direction.iter().map(|x| Ball::from(*x)).collect();
+    quadratic_form(matrix, n, &exact, ()).is_negative().then_some(direction)
 }
 
 /// The errors of the numeric stage with the model's names.
 fn named(linearized: &Linearized, error: &ModesError) -> LinearizeError {
-    match error {
-        ModesError::MassNotDecided => {
-            // The conservative problem with the same mass knows which motion it is.
-            super::mass_error(linearized).unwrap_or_else(|| LinearizeError::NoModes { reason: error.to_string() })
-        }
-        ModesError::NotFinite { .. } => {
-            let told = linearized.not_finite();
-            told.unwrap_or_else(|| LinearizeError::NoModes { reason: error.to_string() })
-        }
-        _ => LinearizeError::NoModes { reason: error.to_string() },
-    }
+    let told = match error {
+        // The conservative problem with the same mass shows which motion it is.
+        ModesError::MassNotDecided => super::mass_error(linearized),
+        ModesError::NotFinite { .. } => linearized.not_finite(),
+        _ => None,
+    };
+    told.unwrap_or_else(|| LinearizeError::NoModes { reason: error.to_string() })
 }

@@ -20,7 +20,7 @@ use crate::modes::{
     self, Kind, Method, ModesError, Options, Precise, PreciseProblem, PrecisionLevel, Problem, Source, Spectrum,
     Stability,
 };
-use crate::precision::{Ball, Big, Factors, Scalar, SparseMatrix};
+use crate::precision::{Ball, Big, Factors, Scalar, SparseMatrix, quadratic_form};
 use crate::span::Span;
 
 /// Shapes that nobody asked for are made for at most so many coordinates.
@@ -205,12 +205,7 @@ fn add_rolled(linearized: &Linearized, modes: &mut NormalModes, options: &Option
     let cluster = modes.modes.iter().map(|mode| mode.cluster).max().map_or(0, |most| most + 1);
     let coordinates = &linearized.model().coordinates;
     let added = linearized.rolled().iter().zip(linearized.families()).map(|(own, family)| {
-        let mut inertia = Ball::ZERO;
-        for (j, y) in family.iter().enumerate().filter(|(_, y)| !y.is_zero()) {
-            for (i, x) in family.iter().enumerate().filter(|(_, x)| !x.is_zero()) {
-                inertia = inertia + *x * *y * whole.mass[i + whole.order * j];
-            }
-        }
+        let inertia = quadratic_form(&whole.mass, whole.order, family, ());
         let size = if inertia.is_positive() { Ball::ONE / inertia.sqrt() } else { Ball::ONE };
         let scaled: Vec<Ball> = family.iter().map(|x| *x * size).collect();
         let bound = scaled.iter().map(Ball::mid_f64_error).fold(0.0, f64::max);
@@ -449,18 +444,9 @@ fn named(linearized: &Linearized, error: &ModesError) -> LinearizeError {
             if let Some(units) = linearized.units() {
                 units.direction(&mut direction);
             }
-            let direction = &direction;
-            let combination: Vec<(String, f64)> = coordinates
-                .iter()
-                .zip(direction)
-                .filter(|(_, amplitude)| amplitude.abs() > 1e-6)
-                .map(|(coordinate, amplitude)| (coordinate.name(), *amplitude))
-                .collect();
-            let span = coordinates
-                .iter()
-                .zip(direction)
-                .find(|(_, amplitude)| amplitude.abs() > 1e-6)
-                .map_or(first_term, |(coordinate, _)| coordinate.span);
+            let moving = || coordinates.iter().zip(&direction).filter(|(_, amplitude)| amplitude.abs() > 1e-6);
+            let combination = moving().map(|(coordinate, amplitude)| (coordinate.name(), *amplitude)).collect();
+            let span = moving().next().map_or(first_term, |(coordinate, _)| coordinate.span);
             if *singular && linearized.has_inertia_nearby() {
                 LinearizeError::SingularCoordinates { combination, span }
             } else if *singular {
