@@ -157,20 +157,17 @@ fn element(
     };
     let (first, second) = match outer {
         Outer::Identity => (weight, pool.zero()),
-        Outer::Power(exponent) => {
-            let one = Number::from(1);
-            let once = exponent.sub(&one);
-            let twice = once.sub(&one);
-            let slope = pool.powr(s, &once);
-            let bend = pool.powr(s, &twice);
-            (weighed(pool, slope, exponent), weighed(pool, bend, &exponent.mul(&once)))
-        }
-        Outer::PowerOfModulus(exponent) => {
+        Outer::Power(exponent) | Outer::PowerOfModulus(exponent) => {
             let once = exponent.sub(&Number::ONE);
-            let modulus = pool.abs(s);
-            let power = pool.powr(modulus, &once.sub(&Number::ONE));
-            let slope = pool.mul(power, s);
-            (weighed(pool, slope, exponent), weighed(pool, power, &exponent.mul(&once)))
+            let twice = once.sub(&Number::ONE);
+            let (slope, bend) = if let Outer::Power(_) = outer {
+                (pool.powr(s, &once), pool.powr(s, &twice))
+            } else {
+                let modulus = pool.abs(s);
+                let power = pool.powr(modulus, &twice);
+                (pool.mul(power, s), power)
+            };
+            (weighed(pool, slope, exponent), weighed(pool, bend, &exponent.mul(&once)))
         }
         Outer::Function(function) => {
             let z = pool.symbol("z of phi(z)");

@@ -108,12 +108,7 @@ fn bound(a: &DMatrix<f64>, x: &[f64]) -> Vec<f64> {
 
 /// |A|ᵀx for nonnegative x, rounded up.
 fn bound_transposed(a: &DMatrix<f64>, x: &[f64]) -> Vec<f64> {
-    a.column_iter()
-        .map(|column| {
-            let sum: f64 = column.iter().zip(x).map(|(a, x)| a.abs() * x).sum();
-            above(sum, a.nrows())
-        })
-        .collect()
+    a.column_iter().map(|column| above(column.iter().zip(x).map(|(a, x)| a.abs() * x).sum(), a.nrows())).collect()
 }
 
 /// |Aᵀx| for an enclosed vector of midpoints and errors: γ|A|ᵀ|x| + |A|ᵀerror on top of the product.
@@ -151,11 +146,8 @@ impl Defect {
         let moved = bound(directions, d);
         let total = above(d.iter().sum(), d.len());
         let spread: Vec<f64> = bound(&self.spread, &moved).into_iter().map(|x| x + UNDERFLOW * total).collect();
-        bound(&self.middle, d)
-            .into_iter()
-            .zip(bound_transposed(directions, &spread))
-            .map(|(a, b)| above(a + b + UNDERFLOW * total, 4))
-            .collect()
+        let both = bound(&self.middle, d).into_iter().zip(bound_transposed(directions, &spread));
+        both.map(|(a, b)| above(a + b + UNDERFLOW * total, 4)).collect()
     }
 }
 
@@ -169,10 +161,8 @@ impl Axes {
         order.truncate(kept);
         let directions =
             DMatrix::from_fn(axes.nrows(), kept, |i, j| axes[(i, order[j])] / stiffness[order[j]].abs().sqrt());
-        directions
-            .iter()
-            .all(|x| x.is_finite())
-            .then(|| Self { directions, signs: order.iter().map(|i| stiffness[*i].signum()).collect() })
+        let signs = order.iter().map(|i| stiffness[*i].signum()).collect();
+        directions.iter().all(|x| x.is_finite()).then_some(Self { directions, signs })
     }
 
     /// ‖WᵀF‖ for forces on the free coordinates, and Newton's step -WSWᵀF. The step is worked
@@ -184,15 +174,12 @@ impl Axes {
         }
         let (_, exponent) = size.parts();
         // In units of 2^exponent; mid_f64 drops less than a unit of the last place.
-        let (middles, errors): (Vec<f64>, Vec<f64>) = force
-            .iter()
-            .map(|force| {
-                let scaled = force.scale(-exponent);
-                let middle = scaled.mid_f64();
-                let error = scaled.radius().to_f64() + 2.0 * f64::EPSILON * middle.abs();
-                (middle, above(error, 2))
-            })
-            .unzip();
+        let in_units = |force: &&Big| {
+            let scaled = force.scale(-exponent);
+            let middle = scaled.mid_f64();
+            (middle, above(scaled.radius().to_f64() + 2.0 * f64::EPSILON * middle.abs(), 2))
+        };
+        let (middles, errors): (Vec<f64>, Vec<f64>) = force.iter().map(in_units).unzip();
         let (middle, image) = product(&self.directions, &middles, &errors);
         let norm = Magnitude::from_f64(ratio_of(&image, reach)).scale(exponent);
         let back = DVector::from_iterator(middle.len(), middle.iter().zip(&self.signs).map(|(x, sign)| -x * sign));

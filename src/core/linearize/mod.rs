@@ -426,10 +426,7 @@ fn contradiction(model: &Model, at: &[Ball], dependent: &[usize]) -> Option<(usi
     }
     let kept: Vec<usize> = (0..model.constraints.len()).filter(|number| !dependent.contains(number)).collect();
     let start = dependence::exactly(model, at)?;
-    match dependence::follow(model, &kept, dependent, &start)? {
-        dependence::Verdict::Follow => None,
-        dependence::Verdict::Differs { number, by } => Some((number, by)),
-    }
+    dependence::follow(model, &kept, dependent, &start)?
 }
 
 /// That a parameter has no value.
