@@ -226,21 +226,9 @@ fn normalise(entry: &mut Exponent, mass: &[Ball]) {
 
 fn mode(linearized: &Linearized, entry: Exponent) -> NormalMode {
     let Shape { real, imaginary, bound } = shape(linearized, &entry.vector, entry.vector_error_bound);
-    NormalMode {
-        kind: entry.kind,
-        omega_squared: entry.omega_squared,
-        omega: entry.omega,
-        growth: entry.growth,
-        precise: entry.precise,
-        vector: real,
-        imaginary,
-        vector_error_bound: bound,
-        component_error_bounds: Vec::new(),
-        cluster: entry.cluster,
-        symmetry: None,
-        limit: entry.limit,
-        uncertainty: None,
-    }
+    let numbers = (entry.omega_squared, entry.omega, entry.growth);
+    let plain = NormalMode::new(entry.kind, numbers, (real, bound), entry.cluster);
+    NormalMode { precise: entry.precise, imaginary, limit: entry.limit, ..plain }
 }
 
 struct Shape {
