@@ -195,7 +195,7 @@ impl Worker<'_> {
             }
             let modes = set.modes().zip(set.omega_squared.iter().zip(set.omega_squared_bounds));
             let modes = modes.take(lowest).map(|(mode, (square, bound))| {
-                let root = Ball::new((*square).abs().into(), *bound).sqrt();
+                let root = Ball::exact(square.abs()).with_added_radius(*bound).sqrt();
                 match mode.kind {
                     Kind::Oscillation => Some(Enclosed { omega: root, growth: Ball::ZERO }),
                     Kind::Unstable => Some(Enclosed { omega: Ball::ZERO, growth: root }),

@@ -208,7 +208,7 @@ fn exact_data_stay_exact() {
     assert!((&(&three * &three) + &eighth).is_exact());
     assert!((&(&three * &three).sqrt() - &three).is_zero());
     assert!((&(&Big::from_f64(6.0, 100) / &three) - &Big::from_f64(2.0, 100)).is_zero());
-    assert!(three.powi(-1).powi(-1).contains_integer(3));
+    assert!((&three.powi(-1).powi(-1) - &three).contains_zero());
     assert!(Big::zero(80).sin().is_zero() && Big::one(80).ln().is_zero());
     assert!(Big::zero(80).exp().is_exact() && Big::one(80).acos().contains_zero());
     // Radii far below doubles: 2^-2000 is not 0.
@@ -265,7 +265,7 @@ fn convolutions_enclose_sums_of_products() {
     }
     let whole: Vec<Big> = (0..6).map(|k| Big::from_number(&Number::from(k), 80)).collect();
     let sum = Big::convolution(&whole, &whole).unwrap();
-    assert!(sum.is_exact() && sum.contains_integer(20));
+    assert!((&sum - &Big::from_f64(20.0, 80)).is_zero());
     assert!(Big::convolution(&[], &[]).is_none());
     assert!(!Big::convolution(&[Big::not_finite(80)], &whole[..1]).unwrap().is_finite());
 }

@@ -11,6 +11,7 @@ use dashu_ratio::RBig;
 use librate::modes::{Kind, Options, Stability};
 use librate::precision::Ball;
 use librate_core::modes::{ModesError, Problem, solve};
+use librate_core::precision::DoubleDouble;
 use modes_support::*;
 use proptest::prelude::*;
 
@@ -212,7 +213,7 @@ proptest! {
         zeros in 0..3usize,
     ) {
         let flat = |a: &[f64]| -> Vec<Ball> {
-            a.iter().take(n * n).map(|&x| Ball { mid: x.into(), radius }).collect()
+            a.iter().take(n * n).map(|&x| Ball { mid: DoubleDouble::exact(x), radius }).collect()
         };
         let zero_vectors = vec![vec![Ball::ONE; n]; zeros];
         let problem = Problem { dimension: n, mass: flat(&mass), stiffness: flat(&stiffness), zero_vectors };

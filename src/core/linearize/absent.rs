@@ -8,7 +8,7 @@ use super::exact::simplest;
 use super::newton::Spectrum;
 use super::symbolic::{constant_along, constant_force};
 use crate::number::Number;
-use crate::precision::{Ball, Scalar};
+use crate::precision::{Ball, Scalar, clear_column};
 
 /// Combinations with larger denominators are not tried.
 const LARGEST_DENOMINATOR: u64 = 10_000;
@@ -20,24 +20,16 @@ fn fraction(x: f64) -> Option<Number> {
 }
 
 /// The columns in reduced echelon form, by the largest pivots.
-fn reduced(mut columns: DMatrix<f64>) -> DMatrix<f64> {
-    let mut used = vec![false; columns.nrows()];
-    for k in 0..columns.ncols() {
-        let column = columns.column(k);
-        let pivot = (0..used.len()).filter(|i| !used[*i]).max_by(|a, b| column[*a].abs().total_cmp(&column[*b].abs()));
-        let Some(pivot) = pivot else { break };
-        used[pivot] = true;
-        let own = columns.column(k) / columns[(pivot, k)];
-        for other in 0..columns.ncols() {
-            let factor = columns[(pivot, other)];
-            if other != k {
-                let rest = columns.column(other) - &own * factor;
-                columns.set_column(other, &rest);
-            }
-        }
-        columns.set_column(k, &own);
+fn reduced(columns: &DMatrix<f64>) -> Vec<Vec<f64>> {
+    let mut rows: Vec<Vec<f64>> = columns.column_iter().map(|column| column.iter().copied().collect()).collect();
+    let mut open: Vec<usize> = (0..columns.nrows()).collect();
+    for k in 0..rows.len() {
+        let row = &rows[k];
+        let Some(pivot) = open.iter().copied().max_by(|a, b| row[*a].abs().total_cmp(&row[*b].abs())) else { break };
+        open.retain(|i| *i != pivot);
+        clear_column(&mut rows, k, pivot, ());
     }
-    columns
+    rows
 }
 
 impl Search<'_> {
@@ -93,12 +85,11 @@ impl Search<'_> {
         let Some(motions) = metric.transpose().solve_upper_triangular(&axes) else {
             return Vec::new();
         };
-        let motions = reduced(motions);
-        let rational = |column: nalgebra::DVectorView<'_, f64>| {
-            let entries = self.free.iter().zip(column.iter());
+        let rational = |motion: &Vec<f64>| {
+            let entries = self.free.iter().zip(motion);
             entries.filter(|(_, x)| x.abs() > 1e-9).map(|(i, x)| Some((*i, fraction(*x)?))).collect::<Option<Vec<_>>>()
         };
-        motions.column_iter().filter_map(rational).collect()
+        reduced(&motions).iter().filter_map(rational).collect()
     }
 
     /// The first constraint whose gradient vanishes where the search ended, or where it began: there it says nothing of

@@ -461,14 +461,7 @@ impl Assembly {
             let mut rest = numbers;
             for element in &family.potential {
                 let (_, slopes) = head(&mut rest, 1, element.slope.len());
-                let mut row: Vec<(usize, S)> = Vec::with_capacity(slopes.len());
-                for ((place, _), slope) in element.slope.iter().zip(slopes) {
-                    let coordinate = coordinates[*place] as usize;
-                    match row.iter_mut().find(|(other, _)| *other == coordinate) {
-                        Some((_, entry)) => *entry = entry.add(slope),
-                        None => row.push((coordinate, slope.clone())),
-                    }
-                }
+                let mut row = element.slopes(coordinates, slopes);
                 for place in element.curvature.iter().flat_map(|(a, b, _)| [*a, *b]) {
                     let coordinate = coordinates[place] as usize;
                     if row.iter().all(|(other, _)| *other != coordinate) {

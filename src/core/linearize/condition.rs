@@ -12,7 +12,7 @@ use super::constrained::solve;
 use super::equilibrium::Origin;
 use super::existence::Proof;
 use super::parameters::{Formulas, parameters_of};
-use crate::precision::{Ball, Big, Scalar};
+use crate::precision::{Ball, Big, Scalar, quadratic_form};
 
 /// A parameter is changed by this power of 1/2 ...
 const SHIFT: i64 = 120;
@@ -164,15 +164,7 @@ impl Linearized {
             }
             None => self.follow(&mut at, &values)?,
         }
-        let form = |matrix: &[Big]| {
-            let mut total = Big::zero(bits);
-            for (column, x) in matrix.chunks(vector.len()).zip(vector) {
-                let row = column.iter().zip(vector);
-                let image = row.fold(Big::zero(bits), |sum, (entry, y)| &sum + &(entry * y));
-                total = &total + &(&image * x);
-            }
-            total.center()
-        };
+        let form = |matrix: &[Big]| quadratic_form(matrix, vector.len(), vector, bits).center();
         let stiffness = form(&self.assembly.stiffness(&at, &values));
         let ratio = &stiffness / &form(&self.assembly.mass(&at, &values));
         ratio.is_finite().then_some(ratio)

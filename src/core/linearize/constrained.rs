@@ -86,12 +86,9 @@ fn independent(model: &mut Model) -> (Vec<usize>, Vec<usize>) {
     let known = known_values(model);
     let bodies: Vec<ExprId> = model.constraints.iter().map(|own| own.expression).collect();
     let bodies = model.pool.substitute(&bodies, &known);
-    let mut gradients: Vec<Vec<(Symbol, ExprId)>> = Vec::with_capacity(count);
-    for body in &bodies {
-        let symbols = &model.symbols;
-        let slopes = model.pool.slopes(*body, |symbol| matches!(symbols.get(symbol), Some(SymbolKind::Coordinate(_))));
-        gradients.push(slopes);
-    }
+    let Model { pool, symbols, .. } = &mut *model;
+    let is_coordinate = |symbol| matches!(symbols.get(symbol), Some(SymbolKind::Coordinate(_)));
+    let gradients: Vec<Vec<(Symbol, ExprId)>> = bodies.iter().map(|body| pool.slopes(*body, is_coordinate)).collect();
     let all: Vec<ExprId> = gradients.iter().flatten().map(|(_, slope)| *slope).collect();
     let all_kept = ((0..count).collect(), Vec::new());
     let Some(values) = model.pool.evaluate_at_random(&all, 1) else {

@@ -125,21 +125,9 @@ fn size(point: &[Big]) -> Magnitude {
     sizes.fold(Magnitude::from_f64(1e-3), Magnitude::max)
 }
 
-/// The first of some constraints that is not 0 where the others hold, beside a point, and what its sides differ by there.
-pub(super) enum Verdict {
-    /// All of them follow from the others.
-    Follow,
-    /// One does not.
-    Differs {
-        /// The constraint, by number.
-        number: usize,
-        /// The difference.
-        by: f64,
-    },
-}
-
-/// Whether some constraints hold where the others, by number, hold beside a point; `None` where that can't be told.
-pub(super) fn follow(model: &Model, kept: &[usize], others: &[usize], start: &[Big]) -> Option<Verdict> {
+/// The first of some constraints that does not hold where those `kept`, by number, hold beside a point, and what its sides differ by
+/// there, if all don't follow; `None` where that can't be told.
+pub(super) fn follow(model: &Model, kept: &[usize], others: &[usize], start: &[Big]) -> Option<Option<(usize, f64)>> {
     let bits = bits(model)?;
     let point = Surface::new(model, kept)?.near(model, start, bits)?;
     let (gaps, rows) = Surface::new(model, others)?.at(model, &point, bits)?;
@@ -148,10 +136,10 @@ pub(super) fn follow(model: &Model, kept: &[usize], others: &[usize], start: &[B
         let slope = row.iter().map(Big::abs_upper).fold(Magnitude::ZERO, Magnitude::max);
         let half = i64::try_from(bits / 2).unwrap_or(i64::MAX);
         if gap.abs_upper() > (slope * size).scale(-half) {
-            return Some(Verdict::Differs { number: *number, by: gap.mid_f64() });
+            return Some(Some((*number, gap.mid_f64())));
         }
     }
-    Some(Verdict::Follow)
+    Some(None)
 }
 
 /// A point in doubles or balls, exactly.

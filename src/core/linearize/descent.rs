@@ -145,12 +145,8 @@ impl Search<'_> {
         let size = |i: usize, j: usize| stiffness[self.free[i] + n * self.free[j]].mid_f64().abs();
         let mut units = vec![1.0_f64; m];
         for _ in 0..6 {
-            let largest: Vec<f64> = (0..m)
-                .map(|i| {
-                    let row = (0..m).map(|j| size(i, j) / (units[i] * units[j]));
-                    row.fold(0.0, f64::max)
-                })
-                .collect();
+            let row = |i: usize| (0..m).map(|j| size(i, j) / (units[i] * units[j])).fold(0.0, f64::max);
+            let largest: Vec<f64> = (0..m).map(row).collect();
             for (unit, largest) in units.iter_mut().zip(largest) {
                 if largest > 0.0 && largest.is_finite() {
                     *unit *= largest.sqrt();

@@ -11,7 +11,7 @@ use std::collections::{BTreeMap, HashMap};
 use super::facts::{Facts, Variable};
 use crate::expr::{ExprId, Node, Pool, Substitution, Symbol};
 use crate::number::Number;
-use crate::precision::Function;
+use crate::precision::{Function, Scalar};
 
 /// One element, with respect to the variables of its term (by their place in a list).
 #[derive(Clone, Debug, PartialEq)]
@@ -157,20 +157,17 @@ fn element(
     };
     let (first, second) = match outer {
         Outer::Identity => (weight, pool.zero()),
-        Outer::Power(exponent) => {
-            let one = Number::from(1);
-            let once = exponent.sub(&one);
-            let twice = once.sub(&one);
-            let slope = pool.powr(s, &once);
-            let bend = pool.powr(s, &twice);
-            (weighed(pool, slope, exponent), weighed(pool, bend, &exponent.mul(&once)))
-        }
-        Outer::PowerOfModulus(exponent) => {
+        Outer::Power(exponent) | Outer::PowerOfModulus(exponent) => {
             let once = exponent.sub(&Number::ONE);
-            let modulus = pool.abs(s);
-            let power = pool.powr(modulus, &once.sub(&Number::ONE));
-            let slope = pool.mul(power, s);
-            (weighed(pool, slope, exponent), weighed(pool, power, &exponent.mul(&once)))
+            let twice = once.sub(&Number::ONE);
+            let (slope, bend) = if let Outer::Power(_) = outer {
+                (pool.powr(s, &once), pool.powr(s, &twice))
+            } else {
+                let modulus = pool.abs(s);
+                let power = pool.powr(modulus, &twice);
+                (pool.mul(power, s), power)
+            };
+            (weighed(pool, slope, exponent), weighed(pool, bend, &exponent.mul(&once)))
         }
         Outer::Function(function) => {
             let z = pool.symbol("z of phi(z)");
@@ -301,6 +298,19 @@ impl Element {
             || (is(here.second) && !here.slope.is_empty())
             || here.slope.iter().any(|(_, entry)| is(*entry))
             || here.curvature.iter().any(|(_, _, entry)| is(*entry))
+    }
+
+    /// ∇s of an instance, by coordinate, each once: one may fill two slots of a body.
+    pub(super) fn slopes<S: Scalar>(&self, coordinates: &[u32], numbers: &[S]) -> Vec<(usize, S)> {
+        let mut slopes: Vec<(usize, S)> = Vec::with_capacity(numbers.len());
+        for ((place, _), number) in self.slope.iter().zip(numbers) {
+            let coordinate = coordinates[*place] as usize;
+            match slopes.iter_mut().find(|(other, _)| *other == coordinate) {
+                Some((_, slope)) => *slope = slope.add(number),
+                None => slopes.push((coordinate, number.clone())),
+            }
+        }
+        slopes
     }
 
     /// All its expressions: w·phi', w·phi'', ∇s, ∇∇s.

@@ -288,26 +288,15 @@ fn minimum_degree(mut neighbours: Vec<Vec<u32>>) -> Option<Vec<u32>> {
             break;
         }
         for i in &own {
-            let before = std::mem::take(&mut neighbours[*i as usize]);
-            work += before.len() + own.len();
-            queue.remove(&(before.len(), *i));
-            let mut after = Vec::with_capacity(before.len() + own.len());
-            let (mut old, mut new) = (before.into_iter().peekable(), own.iter().peekable());
-            loop {
-                let next = match (old.peek(), new.peek()) {
-                    (Some(a), Some(b)) => *a.min(b),
-                    (Some(a), None) => *a,
-                    (None, Some(b)) => **b,
-                    (None, None) => break,
-                };
-                old.next_if_eq(&next);
-                new.next_if(|b| **b == next);
-                if next != *i && next != least {
-                    after.push(next);
-                }
-            }
-            queue.insert((after.len(), *i));
-            neighbours[*i as usize] = after;
+            let theirs = &mut neighbours[*i as usize];
+            work += theirs.len() + own.len();
+            queue.remove(&(theirs.len(), *i));
+            theirs.extend(&own);
+            // Two runs in order are merged.
+            theirs.sort();
+            theirs.dedup();
+            theirs.retain(|j| j != i && *j != least);
+            queue.insert((theirs.len(), *i));
         }
         if work > MOST_WORK {
             return None;

@@ -247,28 +247,23 @@ impl Search<'_> {
         if !force.iter().all(Ball::is_finite) {
             return Err(self.not_finite(at, "the force"));
         }
-        let mut free = vec![false; at.len()];
-        self.free.iter().for_each(|i| free[*i] = true);
-        let held = |i: &usize| !free[*i];
-        let open = (0..at.len()).filter(held).any(|i| !force[i].is_zero() && force[i].contains_zero());
+        let mut held: Vec<usize> = (0..at.len()).collect();
+        held.retain(|i| self.free.binary_search(i).is_err());
+        let open = held.iter().any(|i| !force[*i].is_zero() && force[*i].contains_zero());
         if open && let Some(closer) = self.closer_force(at, proof) {
             force = closer;
         }
-        for (i, component) in force.iter().enumerate() {
-            let place = match (self.model.equilibria.get(i), free[i]) {
-                (Some(given), false) => given.span,
-                (None, false) => self.model.coordinates.at(i).span,
-                (_, true) => continue,
-            };
-            if !component.contains_zero() {
-                return Err(LinearizeError::NotAnEquilibrium {
-                    coordinate: self.model.coordinates.at(i).name(),
-                    force: force_text(self.model, i, -component.mid_f64()),
-                    span: place,
-                });
-            }
+        match held.into_iter().find(|i| !force[*i].contains_zero()) {
+            Some(i) => Err(self.acts(i, force_text(self.model, i, -force[i].mid_f64()))),
+            None => Ok(()),
         }
-        Ok(())
+    }
+
+    /// The error that a force acts on a coordinate.
+    pub(super) fn acts(&self, coordinate: usize, force: String) -> LinearizeError {
+        let own = self.model.coordinates.at(coordinate);
+        let span = self.model.equilibria.get(coordinate).map_or(own.span, |given| given.span);
+        LinearizeError::NotAnEquilibrium { coordinate: own.name(), force, span }
     }
 
     /// A point in numbers of so many bits: what is given exactly, and for the rest what `other` makes of it.
@@ -477,7 +472,7 @@ impl Search<'_> {
         let mut moved = at.to_vec();
         for (k, i) in self.free.iter().enumerate() {
             // The new point is an exact number: what it is off by is asked of the force.
-            let sum = at[*i].mid + DoubleDouble::from(step[k]);
+            let sum = at[*i].mid + DoubleDouble::exact(step[k]);
             moved[*i] = Ball::new(sum, 0.0);
         }
         moved

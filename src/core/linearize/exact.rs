@@ -126,12 +126,8 @@ pub(super) fn unheld(
     equilibrium: &Equilibrium,
     directions: &[Vec<Surd>],
 ) -> Option<Vec<Surd>> {
-    let n = model.coordinates.len();
-    if n > MOST {
-        return None;
-    }
-    let values = assembly.values::<Exact>(model, ()).ok()?;
-    let at = settled(model, assembly, &values, equilibrium)?;
+    let (at, values) = settled(model, assembly, equilibrium)?;
+    let n = at.len();
     let circulatory = assembly.velocity_matrix(Matrix::Circulatory, &at, &values);
     let stiffness = sum(Some(assembly.stiffness(&at, &values)), circulatory)?;
     let zero = || Exact::rational(Some(Number::ZERO));
@@ -221,21 +217,20 @@ fn point(model: &Model, equilibrium: &Equilibrium, other: impl Fn(&Ball) -> Exac
     equilibrium.in_numbers(model, (), number).filter(|place| place.iter().all(Exact::is_finite))
 }
 
-/// The same for one that was searched for and proved: fractions and square roots of fractions within the radii, where all
-/// forces vanish exactly there. There is no other equilibrium within these.
-fn settled(
-    model: &Model,
-    assembly: &Assembly,
-    values: &Values<Exact>,
-    equilibrium: &Equilibrium,
-) -> Option<Vec<Exact>> {
+/// The same of a small model, with its numbers, for one that was searched for and proved too: fractions and square roots of
+/// fractions within the radii, where all forces vanish exactly there. There is no other equilibrium within these.
+fn settled(model: &Model, assembly: &Assembly, equilibrium: &Equilibrium) -> Option<(Vec<Exact>, Values<Exact>)> {
+    if model.coordinates.len() > MOST {
+        return None;
+    }
+    let values = assembly.values::<Exact>(model, ()).ok()?;
     if let Some(known) = point(model, equilibrium, |_| Exact::none()) {
-        return Some(known);
+        return Some((known, values));
     }
     let guess = |value: &Ball| recognised(value).unwrap_or_else(Exact::none);
     let place = point(model, equilibrium, guess).filter(|_| equilibrium.proved)?;
-    let forces = assembly.gradient(&place, values);
-    forces.iter().all(Exact::is_exact_zero).then_some(place)
+    let forces = assembly.gradient(&place, &values);
+    forces.iter().all(Exact::is_exact_zero).then_some((place, values))
 }
 
 /// Simple numbers beside a place that was searched for, where all forces on the coordinates `free` vanish exactly.
@@ -351,17 +346,12 @@ pub(super) fn simplest(mid: &Number, radius: &Number) -> Option<Number> {
 
 /// The exact matrices, in units in which their entries are fractions or combinations of a few square roots.
 pub(crate) fn integers(model: &Model, assembly: &Assembly, equilibrium: &Equilibrium) -> Option<Integers> {
-    let n = model.coordinates.len();
-    if n > MOST {
-        return None;
-    }
-    let values = assembly.values::<Exact>(model, ()).ok()?;
-    let at = settled(model, assembly, &values, equilibrium)?;
+    let (at, values) = settled(model, assembly, equilibrium)?;
     let part = |matrix| assembly.velocity_matrix(matrix, &at, &values);
     let velocity = sum(part(Matrix::Gyroscopic), part(Matrix::Damping));
     super::integers::integers(&[
         assembly.mass(&at, &values),
-        velocity.unwrap_or_else(|| vec![Exact::rational(Some(Number::ZERO)); n * n]),
+        velocity.unwrap_or_else(|| vec![Exact::rational(Some(Number::ZERO)); at.len() * at.len()]),
         sum(Some(assembly.stiffness(&at, &values)), part(Matrix::Circulatory))?,
     ])
 }

@@ -108,12 +108,7 @@ fn bound(a: &DMatrix<f64>, x: &[f64]) -> Vec<f64> {
 
 /// |A|ᵀx for nonnegative x, rounded up.
 fn bound_transposed(a: &DMatrix<f64>, x: &[f64]) -> Vec<f64> {
-    a.column_iter()
-        .map(|column| {
-            let sum: f64 = column.iter().zip(x).map(|(a, x)| a.abs() * x).sum();
-            above(sum, a.nrows())
-        })
-        .collect()
+    a.column_iter().map(|column| above(column.iter().zip(x).map(|(a, x)| a.abs() * x).sum(), a.nrows())).collect()
 }
 
 /// |Aᵀx| for an enclosed vector of midpoints and errors: γ|A|ᵀ|x| + |A|ᵀerror on top of the product.
@@ -151,11 +146,8 @@ impl Defect {
         let moved = bound(directions, d);
         let total = above(d.iter().sum(), d.len());
         let spread: Vec<f64> = bound(&self.spread, &moved).into_iter().map(|x| x + UNDERFLOW * total).collect();
-        bound(&self.middle, d)
-            .into_iter()
-            .zip(bound_transposed(directions, &spread))
-            .map(|(a, b)| above(a + b + UNDERFLOW * total, 4))
-            .collect()
+        let both = bound(&self.middle, d).into_iter().zip(bound_transposed(directions, &spread));
+        both.map(|(a, b)| above(a + b + UNDERFLOW * total, 4)).collect()
     }
 }
 
@@ -169,10 +161,8 @@ impl Axes {
         order.truncate(kept);
         let directions =
             DMatrix::from_fn(axes.nrows(), kept, |i, j| axes[(i, order[j])] / stiffness[order[j]].abs().sqrt());
-        directions
-            .iter()
-            .all(|x| x.is_finite())
-            .then(|| Self { directions, signs: order.iter().map(|i| stiffness[*i].signum()).collect() })
+        let signs = order.iter().map(|i| stiffness[*i].signum()).collect();
+        directions.iter().all(|x| x.is_finite()).then_some(Self { directions, signs })
     }
 
     /// ‖WᵀF‖ for forces on the free coordinates, and Newton's step -WSWᵀF. The step is worked
@@ -184,15 +174,12 @@ impl Axes {
         }
         let (_, exponent) = size.parts();
         // In units of 2^exponent; mid_f64 drops less than a unit of the last place.
-        let (middles, errors): (Vec<f64>, Vec<f64>) = force
-            .iter()
-            .map(|force| {
-                let scaled = force.scale(-exponent);
-                let middle = scaled.mid_f64();
-                let error = scaled.radius().to_f64() + 2.0 * f64::EPSILON * middle.abs();
-                (middle, above(error, 2))
-            })
-            .unzip();
+        let in_units = |force: &&Big| {
+            let scaled = force.scale(-exponent);
+            let middle = scaled.mid_f64();
+            (middle, above(scaled.radius().to_f64() + 2.0 * f64::EPSILON * middle.abs(), 2))
+        };
+        let (middles, errors): (Vec<f64>, Vec<f64>) = force.iter().map(in_units).unzip();
         let (middle, image) = product(&self.directions, &middles, &errors);
         let norm = Magnitude::from_f64(ratio_of(&image, reach)).scale(exponent);
         let back = DVector::from_iterator(middle.len(), middle.iter().zip(&self.signs).map(|(x, sign)| -x * sign));
@@ -200,6 +187,45 @@ impl Axes {
         let step = (&self.directions * back).iter().map(|x| Big::from_f64(*x, bits).scale(exponent)).collect();
         Some((norm, step))
     }
+
+    /// So many Newton steps of the free coordinates at most, as long as the force falls by this power of two each time.
+    pub(crate) fn newton(
+        &self,
+        mut point: Vec<Big>,
+        free: &[usize],
+        reach: &[f64],
+        (most, power): (usize, i64),
+        gradient: impl Fn(&[Big]) -> Vec<Big>,
+    ) -> Option<Newton> {
+        let mut trial = point.clone();
+        let mut best = Magnitude::INFINITE;
+        for done in 0..most {
+            let gradient = gradient(&trial);
+            let own: Vec<&Big> = free.iter().map(|i| &gradient[*i]).collect();
+            let (norm, step) = self.step(&own, reach)?;
+            if norm.scale(power) >= best {
+                return Some(Newton { point, norm: best, steps: done.saturating_sub(1) });
+            }
+            best = norm;
+            point.clone_from(&trial);
+            if norm.is_zero() {
+                return Some(Newton { point, norm, steps: done });
+            }
+            for (i, step) in free.iter().zip(step) {
+                trial[*i] = (&trial[*i] + &step).center();
+            }
+        }
+        Some(Newton { point, norm: best, steps: most })
+    }
+}
+
+/// Where Newton steps end.
+pub(crate) struct Newton {
+    pub(crate) point: Vec<Big>,
+    /// ‖WᵀF‖ there.
+    norm: Magnitude,
+    /// How many of the steps made it fall.
+    pub(crate) steps: usize,
 }
 
 /// WᵀKW for a symmetric K (column by column), multiplied out in its own numbers.
@@ -476,39 +502,16 @@ impl Proof {
         bits: usize,
         gradient: impl Fn(&[Big]) -> Vec<Big>,
     ) -> Option<Vec<Big>> {
-        self.newton(point, bits, gradient).map(|(found, _)| found)
+        self.newton(point, bits, gradient).map(|own| own.point)
     }
 
     /// Newton steps from the centre with WSWᵀ as the inverse of K, which gain the same number of digits
-    /// each (a factor θ, at the least), as long as the forces fall; ‖G(0)‖ at the end.
-    fn newton(
-        &self,
-        mut point: Vec<Big>,
-        bits: usize,
-        gradient: impl Fn(&[Big]) -> Vec<Big>,
-    ) -> Option<(Vec<Big>, Magnitude)> {
+    /// each (a factor θ, at the least), as long as the forces fall.
+    fn newton(&self, mut point: Vec<Big>, bits: usize, gradient: impl Fn(&[Big]) -> Vec<Big>) -> Option<Newton> {
         for (i, centre) in self.free.iter().zip(&self.centre) {
             point[*i] = centre.clone().with_bits(bits).center();
         }
-        let mut best = Magnitude::INFINITE;
-        let mut found = point.clone();
-        for _ in 0..bits + 8 {
-            let gradient = gradient(&point);
-            let own: Vec<&Big> = self.free.iter().map(|i| &gradient[*i]).collect();
-            let (norm, step) = self.axes.step(&own, &self.reach)?;
-            let falls = norm < best;
-            if falls {
-                best = norm;
-                found.clone_from(&point);
-            }
-            if norm.is_zero() || !falls {
-                break;
-            }
-            for (i, step) in self.free.iter().zip(step) {
-                point[*i] = (&point[*i] + &step).center();
-            }
-        }
-        Some((found, best))
+        self.axes.newton(point, &self.free, &self.reach, (bits + 8, 0), gradient)
     }
 
     /// The equilibrium with as many digits as the forces in numbers of `bits` bits give. `point` has
@@ -521,7 +524,7 @@ impl Proof {
         bits: usize,
         gradient: impl Fn(&[Big]) -> Vec<Big>,
     ) -> Option<Vec<Big>> {
-        let (mut found, best) = self.newton(point, bits, gradient)?;
+        let Newton { point: mut found, norm: best, .. } = self.newton(point, bits, gradient)?;
         let rest = Magnitude::from_f64((1.0 - self.contraction).next_down());
         if best.scale(1) >= rest {
             return None;

@@ -16,15 +16,7 @@ impl Assembly {
                 let (outer, slopes) = head(&mut numbers, 2, element.slope.len());
                 let (curvature, _) = head(&mut numbers, element.curvature.len(), 0);
                 let (tension, stiffness) = (outer[0], outer[1]);
-                let mut entries: Vec<(usize, Ball)> = Vec::with_capacity(slopes.len());
-                for ((place, _), slope) in element.slope.iter().zip(slopes) {
-                    let coordinate = coordinates[*place] as usize;
-                    // One coordinate may fill two slots of a body.
-                    match entries.iter_mut().find(|(other, _)| *other == coordinate) {
-                        Some((_, entry)) => *entry = *entry + *slope,
-                        None => entries.push((coordinate, *slope)),
-                    }
-                }
+                let mut entries = element.slopes(coordinates, slopes);
                 entries.retain(|(_, entry)| !entry.is_exact_zero());
                 let mut add = |i: usize, j: usize, value: Ball| {
                     if rest.is_empty() {

@@ -12,11 +12,10 @@
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
-use super::assemble::Values;
 use super::equilibrium::Search;
 use super::existence::{Axes, Products, Proof, Setting, congruent};
 use super::symmetry::Symmetry;
-use crate::precision::{Ball, Big, Magnitude};
+use crate::precision::{Ball, Big};
 
 /// Products of matrices of so many bits take seconds beyond this.
 const MOST: usize = 80;
@@ -93,7 +92,10 @@ impl Search<'_> {
         };
         let mut axes = principal(&setting.stiffness(&point), axes, symmetries.len(), bits)?;
         for _ in 0..ROUNDS {
-            if self.newton(&mut point, &axes, &values)? <= 1 {
+            let (reach, gradient) = (vec![1.0; axes.signs.len()], |at: &[Big]| self.assembly.gradient(at, &values));
+            let newton = axes.newton(point, &self.free, &reach, (MOST_STEPS, 1), gradient)?;
+            point = newton.point;
+            if newton.steps <= 1 {
                 break;
             }
             axes = principal(&setting.stiffness(&point), &axes.directions, 0, bits)?;
@@ -102,30 +104,6 @@ impl Search<'_> {
         let free = self.free.iter().zip(radii);
         let place = free.map(|(i, radius)| point[*i].to_ball().with_added_radius(radius));
         Some((proof, place.collect()))
-    }
-
-    /// Newton steps as long as the force falls by half each time; how many did.
-    fn newton(&self, point: &mut Vec<Big>, axes: &Axes, values: &Values<Big>) -> Option<usize> {
-        let reach = vec![1.0; axes.signs.len()];
-        let mut trial = point.clone();
-        let mut best = Magnitude::INFINITE;
-        for done in 0..MOST_STEPS {
-            let gradient = self.assembly.gradient(&trial, values);
-            let own: Vec<&Big> = self.free.iter().map(|i| &gradient[*i]).collect();
-            let (norm, step) = axes.step(&own, &reach)?;
-            if norm.scale(1) >= best {
-                return Some(done.saturating_sub(1));
-            }
-            best = norm;
-            point.clone_from(&trial);
-            if norm.is_zero() {
-                return Some(done);
-            }
-            for (i, step) in self.free.iter().zip(step) {
-                trial[*i] = (&trial[*i] + &step).center();
-            }
-        }
-        Some(MOST_STEPS)
     }
 }
 

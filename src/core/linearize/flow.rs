@@ -78,9 +78,8 @@ pub(super) fn find(own: &mut Linearized) -> Option<Flow> {
             let along = row.first().map_or(Ball::ZERO, |row| product(v, |i| &row[i], ()));
             (total, along.mid_f64().abs())
         });
-        match order {
-            Order::First => fastest = fastest.max(spring.0 / drag.1),
-            Order::Static => {}
+        if *order == Order::First {
+            fastest = fastest.max(spring.0 / drag.1);
         }
         sizes.push((drag.0, spring.0, *order));
     }

@@ -202,15 +202,11 @@ impl Invariance {
         }
         let model = &self.model;
         let mut pool = model.pool.clone();
-        let displaced: Vec<ExprId> = model
-            .coordinates
-            .iter()
-            .zip(&self.equilibrium)
-            .map(|(own, at)| {
-                let displacement = pool.symbol_expr(own.symbol);
-                pool.add(*at, displacement)
-            })
-            .collect();
+        let mut displaced = Vec::with_capacity(self.equilibrium.len());
+        for (own, at) in model.coordinates.iter().zip(&self.equilibrium) {
+            let displacement = pool.symbol_expr(own.symbol);
+            displaced.push(pool.add(*at, displacement));
+        }
         let friction = model.forces.iter().map(|family| (false, family));
         let lists: [Vec<(bool, &TermFamily)>; 2] = [signed_terms(model).collect(), friction.collect()];
         let energies =

@@ -5,6 +5,8 @@
 //! matrices are reduced to what is left, as under constraints (R. J. Guyan, Reduction of stiffness and mass matrices, AIAA J. 3 (1965)
 //! 380; exact where what is left out has no mass). *That there is no inertia is exact, never that it is small.*
 
+use faer::{Mat, Side};
+
 use super::assemble::{Assembly, Part, Values};
 use super::constrained::{self, Tangent};
 use super::error::{Inertia, LinearizeError};
@@ -238,32 +240,9 @@ fn named(own: &Linearized, direction: &Direction) -> (Vec<(String, f64)>, crate:
 /// looked for. A false alarm costs time, nothing else; a matrix that is positive by a clear margin has
 /// no kernel.
 pub(crate) fn may_be_singular(n: usize, matrix: &[Ball]) -> bool {
-    let mut factor: Vec<f64> = matrix.iter().map(Ball::mid_f64).collect();
-    // Row by row; `factor` holds L in its lower triangle, column by column.
-    for j in 0..n {
-        let diagonal = factor[j + n * j];
-        let mut pivot = diagonal;
-        for k in 0..j {
-            pivot -= factor[j + n * k] * factor[j + n * k];
-        }
-        // A clear margin: far above what rounding can leave of a pivot that is zero.
-        if pivot.is_nan() || pivot <= 1e-7 * diagonal.abs() || pivot <= 0.0 {
-            return true;
-        }
-        let root = pivot.sqrt();
-        factor[j + n * j] = root;
-        for k in 0..j {
-            let left = factor[j + n * k];
-            if left != 0.0 {
-                for i in j + 1..n {
-                    let product = factor[i + n * k] * left;
-                    factor[i + n * j] -= product;
-                }
-            }
-        }
-        for i in j + 1..n {
-            factor[i + n * j] /= root;
-        }
-    }
-    false
+    let doubles = Mat::from_fn(n, n, |i, j| matrix[i + n * j].mid_f64());
+    let Ok(factor) = doubles.llt(Side::Lower) else { return true };
+    // A clear margin: far above what rounding can leave of a pivot that is zero.
+    let is_clear = |k: usize| factor.L()[(k, k)] * factor.L()[(k, k)] > 1e-7 * doubles[(k, k)].abs();
+    !(0..n).all(is_clear)
 }

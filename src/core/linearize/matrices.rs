@@ -2,6 +2,7 @@
 
 use super::Linearized;
 use super::assemble::Part;
+use super::constrained::Tangent;
 use super::velocity::{Matrix, sum};
 use crate::precision::{Ball, SparseMatrix};
 
@@ -35,7 +36,7 @@ impl Linearized {
             return mass.clone().unwrap_or_default();
         }
         let mass = self.assembly.mass(&self.equilibrium.values, &self.values);
-        self.symmetric(mass)
+        self.reduced(mass, Tangent::reduce_symmetric)
     }
 
     /// The stiffness matrix, dense, column by column, in SI: symmetric, without what friction at rest adds
@@ -45,8 +46,8 @@ impl Linearized {
         if let Some((_, [_, _, _, stiffness, _])) = self.rolled_numbers() {
             return stiffness.clone().unwrap_or_default();
         }
-        let at = &self.equilibrium.values;
-        self.symmetric(self.assembly.stiffness(at, &self.values))
+        let stiffness = self.assembly.stiffness(&self.equilibrium.values, &self.values);
+        self.reduced(stiffness, Tangent::reduce_symmetric)
     }
 
     /// How many shares of entries are added up in [`Linearized::sparse`], at most.
@@ -75,13 +76,10 @@ impl Linearized {
         Some((added(Part::Inertia), added(Part::Stiffness)))
     }
 
-    fn symmetric(&self, mut matrix: Vec<Ball>) -> Vec<Ball> {
-        let mut order = self.model.coordinates.len();
-        for tangent in self.tangents() {
-            matrix = tangent.reduce_symmetric(&matrix, order);
-            order = tangent.free.len();
-        }
-        matrix
+    /// A matrix for the motions that are left, which `step` takes from so many coordinates to those that they follow.
+    fn reduced(&self, matrix: Vec<Ball>, step: impl Fn(&Tangent<Ball>, &[Ball], usize) -> Vec<Ball>) -> Vec<Ball> {
+        let all = (matrix, self.model.coordinates.len());
+        self.tangents().fold(all, |(matrix, order), own| (step(own, &matrix, order), own.free.len())).0
     }
 
     fn of_velocities(&self, matrix: Matrix) -> Option<Vec<Ball>> {
@@ -92,14 +90,8 @@ impl Linearized {
                 Matrix::Circulatory => circulatory.clone(),
             };
         }
-        let at = &self.equilibrium.values;
-        let mut order = self.model.coordinates.len();
-        let mut matrix = self.assembly.velocity_matrix(matrix, at, &self.values)?;
-        for tangent in self.tangents() {
-            matrix = tangent.reduce(&matrix, order);
-            order = tangent.free.len();
-        }
-        Some(matrix)
+        let matrix = self.assembly.velocity_matrix(matrix, &self.equilibrium.values, &self.values)?;
+        Some(self.reduced(matrix, Tangent::reduce))
     }
 
     /// The gyroscopic matrix G, dense, column by column, in SI; `None` without terms that give one.

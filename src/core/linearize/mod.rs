@@ -310,17 +310,15 @@ fn linearize_in(
         model.pool = pool;
         assembly.forget_what_vanishes(&mut model, &point);
     }
-    let constrained = if rolls {
-        let rolling = rolling::Rolling::new(&mut model, &assembly, &equilibrium, visible)?;
+    let rolling = rolls.then(|| rolling::Rolling::new(&mut model, &assembly, &equilibrium, visible)).transpose()?;
+    let mut constrained = None;
+    if rolls || bound {
         let mut found = at_equilibrium(&model, &assembly, &values, &equilibrium, visible, dependent)?;
-        found.put_in(rolling, &model, &equilibrium)?;
-        Some(Box::new(found))
-    } else if bound {
-        let found = at_equilibrium(&model, &assembly, &values, &equilibrium, visible, dependent)?;
-        Some(Box::new(found))
-    } else {
-        None
-    };
+        if let Some(rolling) = rolling {
+            found.put_in(rolling, &model, &equilibrium)?;
+        }
+        constrained = Some(Box::new(found));
+    }
     let units = chosen.filter(|_| units);
     let shown = asked.map(|model| {
         let mut own = equilibrium.first(visible);
@@ -379,16 +377,11 @@ fn at_equilibrium(
     let order = model.coordinates.len();
     let second = assembly.stiffness(at, values);
     let rows = constrained::gradients(&second, visible, order);
+    let given = equilibrium.multipliers_given && !rows.is_empty();
+    let constrained =
+        |(tangent, bound)| Constrained { tangent, bound, given, dependent, rolling: None, families: Vec::new() };
     if rows.is_empty() {
-        let tangent = Tangent::all(visible);
-        return Ok(Constrained {
-            tangent,
-            bound: Vec::new(),
-            given: false,
-            dependent,
-            rolling: None,
-            families: Vec::new(),
-        });
+        return Ok(constrained((Tangent::all(visible), Vec::new())));
     }
     let singular = || LinearizeError::ConstraintsSingular {
         point: undefined::point_text(model, &at[..visible]),
@@ -398,18 +391,8 @@ fn at_equilibrium(
     let moved = massless::moved(assembly, at, values, order).0;
     let in_balls =
         constrained::choose_light(&rows, &moved, ()).and_then(|bound| Some((Tangent::new(&rows, &bound, ())?, bound)));
-    let (tangent, bound) = match in_balls {
-        Some(found) => found,
-        None => tangent_in_bits(model, assembly, equilibrium, visible).ok_or_else(singular)?,
-    };
-    Ok(Constrained {
-        tangent,
-        bound,
-        given: equilibrium.multipliers_given,
-        dependent,
-        rolling: None,
-        families: Vec::new(),
-    })
+    let found = in_balls.or_else(|| tangent_in_bits(model, assembly, equilibrium, visible));
+    Ok(constrained(found.ok_or_else(singular)?))
 }
 
 /// The directions that constraints allow where balls do not tell their gradients apart.
@@ -443,10 +426,7 @@ fn contradiction(model: &Model, at: &[Ball], dependent: &[usize]) -> Option<(usi
     }
     let kept: Vec<usize> = (0..model.constraints.len()).filter(|number| !dependent.contains(number)).collect();
     let start = dependence::exactly(model, at)?;
-    match dependence::follow(model, &kept, dependent, &start)? {
-        dependence::Verdict::Follow => None,
-        dependence::Verdict::Differs { number, by } => Some((number, by)),
-    }
+    dependence::follow(model, &kept, dependent, &start)?
 }
 
 /// That a parameter has no value.

@@ -7,7 +7,7 @@ use super::assemble::{Assembly, evaluate_closed};
 use super::parameters::known_values;
 use super::symbolic::at_rest;
 use crate::expr::{ExprId, Pool, Symbol, ZeroVerdict};
-use crate::model::{Model, slopes_by};
+use crate::model::Model;
 use crate::precision::Ball;
 
 /// Constraints and their multipliers.
@@ -77,15 +77,11 @@ fn differs_from_zero(model: &Model, pool: &Pool, e: ExprId) -> bool {
 pub(super) fn gradients(model: &Model, pool: &mut Pool, point: &[ExprId], expressions: &[ExprId]) -> Vec<Vec<ExprId>> {
     let coordinates: Vec<Symbol> = model.coordinates.iter().take(point.len()).map(|own| own.symbol).collect();
     let map = coordinates.iter().copied().zip(point.iter().copied()).collect();
-    let mut rows = Vec::with_capacity(expressions.len());
-    for expression in expressions {
-        let mut row = vec![pool.zero(); point.len()];
-        for (at, slope) in slopes_by(pool, *expression, &coordinates) {
-            row[at] = pool.substitute_one(slope, &map);
-        }
-        rows.push(row);
-    }
-    rows
+    let mut row = |expression: &ExprId| {
+        let slopes = pool.gradient(*expression, &coordinates);
+        pool.substitute(&slopes, &map)
+    };
+    expressions.iter().map(&mut row).collect()
 }
 
 /// Rows after elimination.

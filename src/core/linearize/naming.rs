@@ -22,11 +22,8 @@ pub(crate) fn constant(model: &Model, vector: &[Number]) -> String {
     if axis.is_none() && moved.len() == vector.len() && families.len() > 1 {
         return word.to_owned();
     }
-    let what = parts(model, &moved, axis.is_some());
-    match axis {
-        Some(axis) => format!("{word} of {what} along {}", axis_name(axis)),
-        None => format!("{word} of {what}"),
-    }
+    let along = axis.map_or_else(String::new, |axis| format!(" along {}", axis_name(axis)));
+    format!("{word} of {}{along}", parts(model, &moved, axis.is_some()))
 }
 
 /// A rotation of some coordinates: `rotation of r[1..3] about z`. `whole`: nothing else turns so.

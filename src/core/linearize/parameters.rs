@@ -49,13 +49,7 @@ fn rational_value(model: &Model, parameter: &Parameter) -> Option<(Symbol, ExprI
 
 /// The values of the parameters that have one.
 pub fn known_values(model: &Model) -> Substitution {
-    let mut known = Substitution::default();
-    for parameter in &model.parameters {
-        if let Some(value) = parameter.value {
-            known.insert(parameter.symbol, value);
-        }
-    }
-    known
+    model.parameters.iter().filter_map(|own| Some((own.symbol, own.value?))).collect()
 }
 
 /// The parameters in expressions, by number, ascending.

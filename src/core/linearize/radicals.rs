@@ -428,10 +428,10 @@ impl Scalar for Exact {
         let (zero, one) = (a.is_zero(), a.is_one());
         Self::rational(match function {
             Function::Sin | Function::Tan | Function::Asin | Function::Atan | Function::Sinh | Function::Tanh => {
-                zero.then(|| Number::from(0))
+                zero.then_some(Number::ZERO)
             }
             Function::Cos | Function::Cosh | Function::Exp => zero.then_some(Number::ONE),
-            Function::Acos | Function::Ln => one.then(|| Number::from(0)),
+            Function::Acos | Function::Ln => one.then_some(Number::ZERO),
             Function::Abs => None,
         })
     }

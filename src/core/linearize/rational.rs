@@ -6,15 +6,15 @@
 
 use super::Linearized;
 use super::assemble::evaluate_closed;
-use super::constrained::{Tangent, solve_for};
+use super::constrained::{Tangent, gradients, solve_for};
 use super::equilibrium::Origin;
 use super::exact::recognised;
 use super::flow::Flow;
 use super::multipliers;
 use super::parameters::known_values;
 use super::radicals::Exact;
-use super::rolling::Rolling;
 use super::symbolic::{forces_vanish, matrices_at};
+use super::velocity::sum;
 use crate::expr::{ExprId, Pool, Substitution, ZeroVerdict};
 use crate::number::Number;
 use crate::precision::{Ball, Function, Integers, Scalar};
@@ -24,9 +24,6 @@ const MOST: usize = 20;
 
 /// More terms are not written out.
 const MOST_TERMS: usize = 2_000;
-
-/// Dense, column by column.
-type Entries = Vec<Exact>;
 
 /// M, G + C and K + N, for the coordinates that the others follow.
 pub(super) fn integers(linearized: &Linearized, flow: Option<&Flow>) -> Option<Integers> {
@@ -40,38 +37,30 @@ pub(super) fn integers(linearized: &Linearized, flow: Option<&Flow>) -> Option<I
     let mut pool = model.pool.clone();
     let point = point(linearized, &mut pool)?;
     let mut known = known_values(model);
-    if let Some(rolling) = linearized.rolling() {
-        known.extend(model.coordinates.iter().map(|own| own.symbol).zip(point));
-        return rolled(rolling, &mut pool, &known);
-    }
-    let matrices = matrices_at(model, pool, &linearized.assembly, &point);
-    let mut pool = matrices.pool;
-    let zeros = || vec![Exact::rational(Some(Number::ZERO)); order * order];
-    let mut entries = |rows: &Vec<Vec<ExprId>>| -> Option<Entries> {
-        let mut numbers = zeros();
-        for (i, row) in rows.iter().enumerate() {
-            for (j, entry) in row.iter().enumerate() {
-                let value = pool.substitute_one(*entry, &known);
-                numbers[i + order * j] = exact(&pool, value)?;
-            }
+    let matrices = match linearized.rolling() {
+        // Written out already.
+        Some(rolling) => {
+            known.extend(model.coordinates.iter().map(|own| own.symbol).zip(point));
+            rolling.symbolic.matrices.clone()
         }
-        Some(numbers)
+        None => {
+            let own = matrices_at(model, pool, &linearized.assembly, &point);
+            pool = own.pool;
+            [Some(own.mass), own.gyroscopic, own.damping, Some(own.stiffness), own.circulatory]
+        }
     };
-    let mass = entries(&matrices.mass)?;
-    let mut stiffness = entries(&matrices.stiffness)?;
-    let gradients: Vec<Vec<Exact>> =
-        (visible..order).map(|row| (0..visible).map(|i| stiffness[row + order * i].clone()).collect()).collect();
-    let mut velocity = zeros();
-    let others = [(&matrices.gyroscopic, false), (&matrices.damping, false), (&matrices.circulatory, true)];
-    for (rows, is_circulatory) in others {
-        let Some(rows) = rows else { continue };
-        let into = if is_circulatory { &mut stiffness } else { &mut velocity };
-        for (entry, part) in into.iter_mut().zip(entries(rows)?) {
-            *entry = entry.add(&part);
-        }
+    let mut numbers = [const { None }; 5];
+    for (own, rows) in numbers.iter_mut().zip(matrices) {
+        *own = rows.map_or(Some(None), |rows| entries(&mut pool, &known, &rows).map(Some))?;
     }
-    let mut all = [mass, velocity, stiffness];
-    if let Some(constrained) = &linearized.constrained {
+    let [mass, gyroscopic, damping, stiffness, circulatory] = numbers;
+    let (mass, stiffness) = (mass?, stiffness?);
+    let tied = linearized.constrained.as_ref().filter(|own| own.rolling.is_none());
+    let gradients = tied.map(|_| gradients(&stiffness, visible, order));
+    let nothing = || vec![Exact::rational(Some(Number::ZERO)); mass.len()];
+    let velocity = sum(gyroscopic, damping).unwrap_or_else(nothing);
+    let mut all = [mass, velocity, sum(Some(stiffness), circulatory)?];
+    if let (Some(constrained), Some(gradients)) = (tied, gradients) {
         let tangent = directions(gradients, &constrained.bound, visible)?;
         all = all.map(|matrix| tangent.reduce(&matrix, order));
     }
@@ -86,26 +75,14 @@ pub(super) fn integers(linearized: &Linearized, flow: Option<&Flow>) -> Option<I
     super::integers::integers(&all)
 }
 
-/// The same under conditions on velocities, where they are written out already.
-fn rolled(rolling: &Rolling, pool: &mut Pool, known: &Substitution) -> Option<Integers> {
-    let mut numbers = |rows: &Vec<Vec<ExprId>>| -> Option<Entries> {
-        let n = rows.len();
-        let entries = (0..n * n).map(|at| {
-            let value = pool.substitute_one(rows[at % n][at / n], known);
-            exact(pool, value)
-        });
-        entries.collect()
+/// A matrix of expressions in numbers, column by column.
+fn entries(pool: &mut Pool, known: &Substitution, rows: &[Vec<ExprId>]) -> Option<Vec<Exact>> {
+    let n = rows.len();
+    let entry = |at: usize| {
+        let value = pool.substitute_one(rows[at % n][at / n], known);
+        exact(pool, value)
     };
-    let mut all = [const { None }; 5];
-    for (own, matrix) in all.iter_mut().zip(&rolling.symbolic.matrices) {
-        *own = matrix.as_ref().map(&mut numbers).map_or(Some(None), |found| found.map(Some))?;
-    }
-    let [mass, gyroscopic, damping, stiffness, circulatory] = all;
-    let mass = mass?;
-    let nothing = vec![Exact::rational(Some(Number::ZERO)); mass.len()];
-    let sum = |a: Option<Entries>, b: Option<Entries>| super::velocity::sum(a, b).unwrap_or_else(|| nothing.clone());
-    let (velocity, stiffness) = (sum(gyroscopic, damping), sum(stiffness, circulatory));
-    super::integers::integers(&[mass, velocity, stiffness])
+    (0..n * n).map(entry).collect()
 }
 
 /// The equilibrium as expressions: what is given as it is, what was searched for as simple fractions.

@@ -47,8 +47,7 @@ impl Search<'_> {
         let model = self.model;
         let expressions: Vec<ExprId> = model.constraints.iter().map(|own| own.expression).collect();
         // Constraints that follow from others have no multiplier.
-        let each = self.visible + expressions.len() == model.coordinates.len();
-        if !each {
+        if self.visible + expressions.len() != model.coordinates.len() {
             return false;
         }
         let mut pool = model.pool.clone();

@@ -73,10 +73,7 @@ impl Linearized {
     /// parameter can't be varied.
     #[must_use]
     pub fn slopes(&self, parameter: usize) -> Option<Slopes> {
-        if self.rolling().is_some() {
-            return None;
-        }
-        if !self.can_vary(parameter) {
+        if self.rolling().is_some() || !self.can_vary(parameter) {
             return None;
         }
         let varied = |number: usize, value: Dual<Ball>| Dual {
@@ -90,10 +87,7 @@ impl Linearized {
         let part = |matrix| self.assembly.velocity_matrix(matrix, &at, &values).map(slopes);
         let stiffness = slopes(self.assembly.stiffness(&at, &values));
         let (damping, circulatory) = (part(Matrix::Damping), part(Matrix::Circulatory));
-        let acts = |matrix: &Option<Vec<Ball>>| {
-            let mut entries = matrix.iter().flatten();
-            entries.any(|entry| !entry.is_zero())
-        };
+        let acts = |matrix: &Option<Vec<Ball>>| matrix.iter().flatten().any(|entry| !entry.is_zero());
         let found = Slopes {
             damps: acts(&damping),
             drags: acts(&circulatory),
@@ -112,9 +106,7 @@ impl Linearized {
         let mut free = Vec::new();
         for (i, slot) in slope.iter_mut().enumerate() {
             match (self.equilibrium.origins[i], self.model.equilibria.get(i)) {
-                (Origin::Given, Some(given)) => {
-                    *slot = self.given_slope(given.symbolic, parameter)?;
-                }
+                (Origin::Given, Some(given)) => *slot = self.given_slope(given.symbolic, parameter)?,
                 _ => free.push(i),
             }
         }

@@ -5,10 +5,11 @@
 //! what is linear in them is gyroscopic. That is allowed only where nothing depends on psi itself,
 //! which is checked.
 
+use super::assemble::signed_terms;
 use super::error::LinearizeError;
 use super::symbolic::{drags_at_rest, instance};
 use crate::expr::{ExprId, Substitution, Symbol, ZeroVerdict};
-use crate::model::{Model, SymbolKind, TermFamily};
+use crate::model::{Constraint, Model, SymbolKind, TermFamily};
 use crate::span::Span;
 
 /// Puts the rates of steady motions into all energies.
@@ -19,9 +20,10 @@ pub(crate) fn put_rates_in(model: &mut Model) -> Result<(), LinearizeError> {
     if !model.rates.any() {
         return Ok(());
     }
+    let changing = changing(model);
     for coordinate in 0..model.coordinates.len() {
         if let Some(rate) = model.rates.get(coordinate) {
-            check_cyclic(model, coordinate, rate.span)?;
+            check_cyclic(model, &changing, coordinate, rate.span)?;
         }
     }
     let rates: Vec<Option<ExprId>> = model.rates.iter().map(|rate| rate.map(|rate| rate.symbolic)).collect();
@@ -104,25 +106,41 @@ fn put_in(model: &mut Model, family: &mut TermFamily, rates: &[Option<ExprId>]) 
     family.constants = constants;
 }
 
+/// The constraints that the steady motion changes: what turns may be tied to what turns with it, as in x = R th.
+fn changing(model: &mut Model) -> Vec<Constraint> {
+    let Model { pool, coordinates, rates, constraints, rolling, .. } = model;
+    let turning = coordinates.iter().zip(rates.iter());
+    let turning: Vec<(Symbol, ExprId)> = turning.filter_map(|(own, rate)| Some((own.symbol, rate?.symbolic))).collect();
+    let changes = |constraint: &&Constraint| {
+        let change = turning.iter().map(|(own, rate)| {
+            let slope = pool.diff(constraint.expression, *own);
+            pool.mul(slope, *rate)
+        });
+        let change: Vec<ExprId> = change.collect();
+        let change = pool.sum(&change);
+        pool.is_zero(change) != ZeroVerdict::Zero
+    };
+    constraints.iter().chain(rolling.iter()).filter(changes).copied().collect()
+}
+
 /// Whether neither L, nor the dissipation, nor a constraint depends on a coordinate.
-fn check_cyclic(model: &mut Model, coordinate: usize, rate: Span) -> Result<(), LinearizeError> {
+fn check_cyclic(
+    model: &mut Model,
+    changing: &[Constraint],
+    coordinate: usize,
+    rate: Span,
+) -> Result<(), LinearizeError> {
     let mut pool = std::mem::take(&mut model.pool);
     let symbol = model.coordinates.at(coordinate).symbol;
-    let kinetic = model.kinetic.iter().map(|family| (0, false, family));
-    let potential = model.potential.iter().map(|family| (0, true, family));
+    let energies = signed_terms(model).map(|(negative, family)| (0, negative, family));
     let forces = model.forces.iter().map(|family| (1, false, family));
     let mut parts: [Vec<ExprId>; 2] = [Vec::new(), Vec::new()];
     let mut place = None;
-    for (which, negative, family) in kinetic.chain(potential).chain(forces) {
+    for (which, negative, family) in energies.chain(forces) {
         for at in 0..family.count {
-            let numbers = family.coordinates_of(at);
-            let slots = family.locals.iter().zip(numbers);
-            let own: Vec<Symbol> = slots
-                .filter(|(_, number)| **number as usize == coordinate)
-                .map(|(local, _)| local.coordinate)
-                .collect();
-            for local in own {
-                let slope = pool.diff(family.body, local);
+            let slots = family.locals.iter().zip(family.coordinates_of(at));
+            for (local, _) in slots.filter(|(_, number)| **number as usize == coordinate) {
+                let slope = pool.diff(family.body, local.coordinate);
                 if slope.is_zero() {
                     continue;
                 }
@@ -138,25 +156,9 @@ fn check_cyclic(model: &mut Model, coordinate: usize, rate: Span) -> Result<(), 
         let slope = pool.sum(parts);
         pool.is_zero(slope) == ZeroVerdict::Zero
     });
-    // What turns may be tied to what turns with it, as in x = R th.
-    let turning: Vec<(Symbol, ExprId)> = model
-        .coordinates
-        .iter()
-        .zip(model.rates.iter())
-        .filter_map(|(own, rate)| Some((own.symbol, rate?.symbolic)))
-        .collect();
-    for constraint in model.constraints.iter().chain(&model.rolling) {
+    for constraint in changing {
         let slope = pool.diff(constraint.expression, symbol);
-        if pool.is_zero(slope) == ZeroVerdict::Zero {
-            continue;
-        }
-        let change = turning.iter().map(|(own, rate)| {
-            let slope = pool.diff(constraint.expression, *own);
-            pool.mul(slope, *rate)
-        });
-        let change: Vec<ExprId> = change.collect();
-        let change = pool.sum(&change);
-        if pool.is_zero(change) != ZeroVerdict::Zero {
+        if pool.is_zero(slope) != ZeroVerdict::Zero {
             cyclic = false;
             place = Some(constraint.span);
         }

@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::assemble;
 use super::constrained::{gradients, with_multipliers};
-use super::dependence::{self, Verdict};
+use super::dependence;
 use super::parameters::put_exponents_in;
 use super::units;
 use crate::model::Model;
@@ -88,9 +88,8 @@ pub(super) fn dependent(model: &Model) -> Option<Vec<usize>> {
         let kept: Vec<usize> = (0..left.len()).filter(|at| !here.contains(at)).collect();
         let point: Vec<Ball> = q.iter().map(|x| Ball::exact(*x)).collect();
         let point = dependence::exactly(model, &point)?;
-        match dependence::follow(model, &numbers(&kept), &numbers(&here), &point)? {
-            Verdict::Follow => {}
-            Verdict::Differs { .. } => return None,
+        if dependence::follow(model, &numbers(&kept), &numbers(&here), &point)?.is_some() {
+            return None;
         }
         match &found {
             None => found = Some(here),

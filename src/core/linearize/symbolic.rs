@@ -366,13 +366,11 @@ pub(super) fn matrices_at(model: &Model, mut pool: Pool, assembly: &Assembly, po
         for at in 0..family.terms.count {
             let map = instance(model, &mut pool, &family.terms, at, Some(point));
             let coordinates = family.terms.coordinates_of(at);
-            for element in &family.inertia {
-                let here = element.substituted(&mut pool, &map);
-                scatter(&mut pool, &here, coordinates, &mut mass);
-            }
-            for element in &family.potential {
-                let here = element.substituted(&mut pool, &map);
-                scatter(&mut pool, &here, coordinates, &mut stiffness);
+            for (elements, into) in [(&family.inertia, &mut mass), (&family.potential, &mut stiffness)] {
+                for element in elements {
+                    let here = element.substituted(&mut pool, &map);
+                    scatter(&mut pool, &here, coordinates, into);
+                }
             }
         }
     }

@@ -13,7 +13,7 @@ use super::assemble::{Assembly, ElementFamily};
 use super::elimination::{Elimination, Row};
 use super::naming;
 use super::parameters::rational_values;
-use super::symbolic::instance;
+use super::symbolic;
 use super::verify::hold_in_true_numbers;
 use crate::expr::{ExprId, ModularPoint, Pool, Symbol, add_mod, mul_mod, neg_mod, nullspace_mod, rational_reconstruct};
 use crate::model::{CoordinateFamily, Model};
@@ -136,18 +136,12 @@ fn body<'a>(pool: &mut Pool, family: &'a ElementFamily) -> Body<'a> {
 /// The sum of all energies, written out: terms may change as long as their sum doesn't.
 fn whole(model: &Model, pool: &mut Pool, assembly: &Assembly, at_values: bool) -> Body<'static> {
     let n = model.coordinates.len();
-    let mut parts: Vec<Vec<ExprId>> = vec![Vec::new(); n];
-    for family in &assembly.families {
-        let gradient = gradient(pool, family);
-        for at in 0..family.terms.count {
-            let map = instance(model, pool, &family.terms, at, None);
-            let own = pool.substitute(&gradient, &map);
-            for (i, slope) in family.terms.coordinates_of(at).iter().zip(own) {
-                parts[*i as usize].push(slope);
-            }
-        }
+    let here: Vec<ExprId> = model.coordinates.iter().map(|own| pool.symbol_expr(own.symbol)).collect();
+    let parts = symbolic::gradient(model, pool, assembly, &here);
+    let mut gradient = vec![pool.zero(); n];
+    for (i, parts) in parts {
+        gradient[i as usize] = pool.sum(&parts);
     }
-    let gradient: Vec<ExprId> = parts.iter().map(|parts| pool.sum(parts)).collect();
     Body {
         symbols: model.coordinates.iter().map(|own| own.symbol).collect(),
         gradient: if at_values { pool.substitute(&gradient, &rational_values(model)) } else { gradient },

@@ -27,21 +27,12 @@ pub(super) fn put_multipliers_in<S: Enclosure>(
 ) -> Option<()> {
     let precision = values.precision();
     let order = at.len();
-    for multiplier in &mut at[visible..] {
-        *multiplier = S::exact(0.0, precision);
-    }
+    at[visible..].fill(S::exact(0.0, precision));
     let force = assembly.gradient(at, values);
     let rows = gradients(&assembly.stiffness(at, values), visible, order);
     // With rows R = -∂c/∂q the force is that without multipliers and their sum with R.
-    let equations = bound
-        .iter()
-        .map(|i| {
-            let mut row: Vec<S> = rows.iter().map(|row| row[*i].clone()).collect();
-            row.push(force[*i].neg());
-            row
-        })
-        .collect();
-    let found = solve(equations, precision)?;
+    let equation = |i: &usize| rows.iter().map(|row| row[*i].clone()).chain([force[*i].neg()]).collect();
+    let found = solve(bound.iter().map(equation).collect(), precision)?;
     for (multiplier, found) in at[visible..].iter_mut().zip(found) {
         *multiplier = found;
     }
@@ -77,11 +68,7 @@ impl Search<'_> {
         let (steps, proof) = self.search(&mut point)?;
         for i in 0..visible {
             if origins[i] == Origin::Given && !(point[i] - given[i]).contains_zero() {
-                return Err(LinearizeError::NotAnEquilibrium {
-                    coordinate: self.model.coordinates.at(i).name(),
-                    force: short(-start[i].mid_f64()),
-                    span: self.model.equilibria.get(i).map_or(self.model.coordinates.at(i).span, |given| given.span),
-                });
+                return Err(self.acts(i, short(-start[i].mid_f64())));
             }
         }
         origins.fill(Origin::Found);
@@ -172,24 +159,15 @@ impl Search<'_> {
             if force.contains_zero() {
                 continue;
             }
-            let coordinate = self.model.coordinates.at(i);
-            if i >= visible {
-                let given = self.model.equilibria.given().next();
-                return Ok(Some(LinearizeError::ConstraintBroken {
-                    difference: short(-rough[i].mid_f64()),
-                    span: coordinate.span,
-                    given: given.map(|given| given.span),
-                }));
-            }
-            let text = if bound.contains(&i) {
-                force_text(self.model, i, -rough[i].mid_f64())
+            let own = -rough[i].mid_f64();
+            return Ok(Some(if i >= visible {
+                let given = self.model.equilibria.given().next().map(|given| given.span);
+                let span = self.model.coordinates.at(i).span;
+                LinearizeError::ConstraintBroken { difference: short(own), span, given }
+            } else if bound.contains(&i) {
+                self.acts(i, force_text(self.model, i, own))
             } else {
-                short(-rough[i].mid_f64())
-            };
-            return Ok(Some(LinearizeError::NotAnEquilibrium {
-                coordinate: coordinate.name(),
-                force: text,
-                span: self.model.equilibria.get(i).map_or(coordinate.span, |given| given.span),
+                self.acts(i, short(own))
             }));
         }
         Ok(None)

@@ -177,15 +177,9 @@ fn doubled(model: &Model, assembly: &Assembly) -> Model {
             .collect();
         potential.extend(multiplied(&mut pool, family, &forces, count));
     }
-    let mut rest: Vec<(&TermFamily, Vec<(usize, ExprId)>)> = Vec::new();
-    for (family, place, force) in assembly.friction_at_rest() {
-        match rest.last_mut() {
-            Some((last, forces)) if std::ptr::eq(*last, family) => forces.push((place, force)),
-            Some(_) | None => rest.push((family, vec![(place, force)])),
-        }
-    }
-    for (family, forces) in rest {
-        potential.extend(multiplied(&mut pool, family, &forces, count));
+    for family in &assembly.velocity {
+        let forces: Vec<(usize, ExprId)> = family.at_rest().collect();
+        potential.extend(multiplied(&mut pool, &family.terms, &forces, count));
     }
     own.pool = pool;
     own.kinetic = Vec::new();

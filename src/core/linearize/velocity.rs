@@ -92,6 +92,11 @@ impl VelocityFamily {
         !self.rest.is_empty()
     }
 
+    /// ∂F/∂q' at rest, by local variable.
+    pub(super) fn at_rest(&self) -> impl Iterator<Item = (usize, ExprId)> {
+        self.rest.iter().copied().zip(self.rest_expressions.iter().copied())
+    }
+
     /// The entries, and what friction does at rest.
     pub(super) fn derivatives(&self) -> Vec<ExprId> {
         let rest = self.rest_expressions.iter();
@@ -269,16 +274,14 @@ impl Assembly {
                         continue;
                     }
                     let (i, j) = (coordinates[*i] as usize, coordinates[*j] as usize);
-                    match matrix {
-                        Matrix::Gyroscopic if i == j => {}
-                        Matrix::Gyroscopic => {
-                            entries[i + n * j] = entries[i + n * j].add(&number);
-                            entries[j + n * i] = entries[j + n * i].sub(&number);
+                    if matrix == Matrix::Gyroscopic {
+                        // Nothing is left on the diagonal.
+                        if i == j {
+                            continue;
                         }
-                        Matrix::Damping | Matrix::Circulatory => {
-                            entries[i + n * j] = entries[i + n * j].add(&number);
-                        }
+                        entries[j + n * i] = entries[j + n * i].sub(&number);
                     }
+                    entries[i + n * j] = entries[i + n * j].add(&number);
                 }
             });
         }
@@ -300,10 +303,8 @@ impl Assembly {
 
     /// ∂F/∂q' at rest as expressions.
     pub(crate) fn friction_at_rest(&self) -> impl Iterator<Item = (&TermFamily, usize, ExprId)> {
-        self.velocity.iter().flat_map(|family| {
-            let rest = family.rest.iter().zip(&family.rest_expressions);
-            rest.map(move |(place, e)| (&family.terms, *place, *e))
-        })
+        let families = self.velocity.iter();
+        families.flat_map(|family| family.at_rest().map(move |(place, e)| (&family.terms, place, e)))
     }
 
     /// Whether friction acts at rest, somewhere.

@@ -120,14 +120,8 @@ pub(crate) fn in_numbers<S: Enclosure>(
     for mode in modes {
         let vector = match &mode.ground {
             Ground::Symmetry(symmetry) | Ground::AtValues(symmetry) => symmetry.vector(at, precision),
-            Ground::Plain => {
-                let numbers = mode.vector.iter().map(|x| S::exact(x.mid_f64(), precision));
-                numbers.collect()
-            }
-            Ground::Exact(vector) => {
-                let numbers = vector.iter().map(|x| x.in_numbers(precision));
-                numbers.collect()
-            }
+            Ground::Plain => mode.vector.iter().map(|x| S::exact(x.mid_f64(), precision)).collect(),
+            Ground::Exact(vector) => vector.iter().map(|x| x.in_numbers(precision)).collect(),
             Ground::Mechanism { pivots, own } => {
                 let known = match kernel.take() {
                     Some(known) => known,
@@ -176,14 +170,8 @@ impl Sieve {
             }
             rest[*pivot] = Ball::ZERO;
         }
-        let mut best: Option<(usize, f64)> = None;
-        for (at, x) in rest.iter().enumerate() {
-            let size = x.certain_size();
-            if size > best.map_or(0.0, |(_, size)| size) {
-                best = Some((at, size));
-            }
-        }
-        let Some((pivot, _)) = best else {
+        let sizes = rest.iter().map(Enclosure::certain_size).enumerate().filter(|(_, size)| *size > 0.0);
+        let Some((pivot, _)) = sizes.reduce(|best, own| if own.1 > best.1 { own } else { best }) else {
             return false;
         };
         self.basis.push((pivot, rest));

@@ -112,12 +112,6 @@ impl Matrix {
         *self = Self::from_fn(self.rows, self.columns, |i, j| self.get(i, j) + other.get(i, j));
     }
 
-    /// Changes the sign of every entry.
-    pub(super) fn negate(&mut self) {
-        self.hi.iter_mut().for_each(|x| *x = -*x);
-        self.lo.iter_mut().for_each(|x| *x = -*x);
-    }
-
     /// The given columns, in the given order.
     pub(super) fn gather(&self, columns: &[usize]) -> Self {
         let mut result = Self::zeros(self.rows, columns.len());

@@ -427,8 +427,7 @@ pub fn solve_from(problem: &Problem, source: &dyn Source, options: &Options) -> 
         Ok(zero) => zero,
         Err(index) => {
             // A bad mass matrix shows here too; it is the better message.
-            let plain = Matrix::zeros(n, 0);
-            first(&scaled, &plain)?;
+            first(&scaled, &Matrix::zeros(n, 0))?;
             return Err(ModesError::ZeroVector { index });
         }
     };

@@ -308,13 +308,8 @@ impl ZeroSpace {
     /// (M Z)ᵀ, z by n, and for each zero vector a bound of what products with its row are off by, per
     /// unit of the other factor's length.
     pub(super) fn image(&self) -> (&Matrix, Vec<f64>) {
-        let errors = (0..self.image.rows)
-            .map(|p| {
-                let squares: f64 =
-                    (0..self.image.columns).map(|i| self.image_radius.get(p, i) * self.image_radius.get(p, i)).sum();
-                squares.sqrt() * (1.0 + 1e-6) + 1e-150
-            })
-            .collect();
+        let square = |p: usize| (0..self.image.columns).map(|i| self.image_radius.get(p, i).powi(2)).sum::<f64>();
+        let errors = (0..self.image.rows).map(|p| square(p).sqrt() * (1.0 + 1e-6) + 1e-150).collect();
         (&self.image, errors)
     }
 
@@ -361,13 +356,9 @@ pub(super) fn pencil(problem: &Scaled, factored: Option<&Factored>, zero: &ZeroS
     if z > 0 {
         overlap = product(&zero.image, x, Part::All);
         let error = bound_product(&zero.image_radius, &x.magnitudes());
+        let part = |p: usize, column: usize| overlap.get(p, column).hi.abs() * (1.0 + 1e-15) + error.get(p, column);
         for (column, leak) in leak.iter_mut().enumerate() {
-            let square: f64 = (0..z)
-                .map(|p| {
-                    let r = overlap.get(p, column).hi.abs() * (1.0 + 1e-15) + error.get(p, column);
-                    r * r
-                })
-                .sum();
+            let square: f64 = (0..z).map(|p| part(p, column).powi(2)).sum();
             *leak = up((square / (1.0 - zero.defect)).sqrt() * (1.0 + 1e-12));
         }
         g.radius = Plain::from_fn(m, m, |row, column| up(g.radius.get(row, column) + leak[row] * leak[column]));
@@ -378,10 +369,7 @@ pub(super) fn pencil(problem: &Scaled, factored: Option<&Factored>, zero: &ZeroS
 /// The columns by rising quotient, and the distances between neighbours in this order.
 pub(super) fn ordered(quotient: &[DoubleDouble]) -> (Vec<usize>, Vec<f64>) {
     let mut order: Vec<usize> = (0..quotient.len()).collect();
-    order.sort_by(|&i, &j| {
-        let order = quotient[i].partial_cmp(&quotient[j]);
-        order.unwrap_or(std::cmp::Ordering::Equal)
-    });
+    order.sort_by(|&i, &j| quotient[i].partial_cmp(&quotient[j]).unwrap_or(std::cmp::Ordering::Equal));
     // The difference of two double-doubles is off by at most 3 u² of itself.
     let steps = order.windows(2).map(|pair| (quotient[pair[1]] - quotient[pair[0]]).hi.max(0.0)).collect();
     (order, steps)

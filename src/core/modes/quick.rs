@@ -164,25 +164,18 @@ impl<'a> Quick<'a> {
             return (Matrix::zeros(m, 0), vec![0.0; m]);
         }
         let overlap = product(xt, &self.zero_images, Part::All);
-        let leak = (0..m)
-            .map(|j| {
-                let square: f64 = (0..z)
-                    .map(|p| {
-                        let error = self.zero_errors[p] * lengths[j];
-                        let r = overlap.get(j, p).hi.abs() * (1.0 + 1e-15) + error;
-                        r * r
-                    })
-                    .sum();
-                up((square / (1.0 - self.zero.defect)).sqrt() * (1.0 + 1e-9) + 1e-150)
-            })
-            .collect();
+        let part = |j: usize, p: usize| overlap.get(j, p).hi.abs() * (1.0 + 1e-15) + self.zero_errors[p] * lengths[j];
+        let leak = |j: usize| {
+            let square: f64 = (0..z).map(|p| part(j, p).powi(2)).sum();
+            up((square / (1.0 - self.zero.defect)).sqrt() * (1.0 + 1e-9) + 1e-150)
+        };
+        let leak = (0..m).map(leak).collect();
         (overlap, leak)
     }
 
     /// Z (ZᵀMX), transposed.
     pub(super) fn zero_part(&self, overlap: &Matrix) -> Option<Matrix> {
-        let any = overlap.columns > 0;
-        any.then(|| product(overlap, &self.zero.mid.transposed(), Part::All))
+        (overlap.columns > 0).then(|| product(overlap, &self.zero.mid.transposed(), Part::All))
     }
 }
 
@@ -200,14 +193,12 @@ impl Round {
 
     /// Near x_iᵀr_j for all pairs.
     fn h(&self) -> &Plain {
-        let product = || multiply(self.xt.hi(), self.residual.view().transposed());
-        self.h.get_or_init(product)
+        self.h.get_or_init(|| multiply(self.xt.hi(), self.residual.view().transposed()))
     }
 
     /// Near x_iᵀMx_j for all pairs.
     fn g(&self) -> &Plain {
-        let product = || multiply(self.xt.hi(), self.mass_image.value.hi().transposed());
-        self.g.get_or_init(product)
+        self.g.get_or_init(|| multiply(self.xt.hi(), self.mass_image.value.hi().transposed()))
     }
 
     /// Near x_iᵀMx_j for one pair; for all where many have been asked for.

@@ -84,9 +84,8 @@ pub(super) fn refine(pencil: &Pencil, zero: &ZeroSpace, x: &Matrix) -> Matrix {
     x_new.add_assign(x);
     // What is left of the zero vectors: X - Z (ZᵀMX).
     if zero.mid.columns > 0 {
-        let mut along = product(&zero.mid, &pencil.overlap, Part::All);
-        along.negate();
-        x_new.add_assign(&along);
+        let along = product(&zero.mid, &pencil.overlap, Part::All);
+        x_new = Matrix::from_fn(x.rows, m, |i, j| x_new.get(i, j) - along.get(i, j));
     }
     for (cluster, rotation) in &step.rotations {
         let rotated = product(&x_new.gather(cluster), &rotation.widened(), Part::All);

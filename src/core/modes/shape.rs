@@ -355,9 +355,7 @@ pub(super) fn echelon(basis: &Matrix, gram: &Matrix) -> Matrix {
         return transform;
     }
     // Where pivots of many columns get small one after the other, the square of their condition is beyond double-double.
-    transform = inverse;
-    one_by_one(&mut transform, gram);
-    transform
+    one_by_one(&inverse, gram)
 }
 
 /// Pivots of a Cholesky factor that differ by less leave twenty digits of double-double.
@@ -365,7 +363,7 @@ const WELL_CONDITIONED: f64 = 1e-6;
 
 /// Gram-Schmidt on the columns of T, one by one and each twice, which leaves them orthonormal to rounding (L. Giraud, J. Langou,
 /// M. Rozložník, J. van den Eshof, Numer. Math. 101 (2005) 87).
-fn one_by_one(transform: &mut Matrix, gram: &Matrix) {
+fn one_by_one(transform: &Matrix, gram: &Matrix) -> Matrix {
     let c = transform.columns;
     let mut columns: Vec<Vec<DoubleDouble>> = Vec::with_capacity(c);
     let mut images: Vec<Vec<DoubleDouble>> = Vec::with_capacity(c);
@@ -389,7 +387,7 @@ fn one_by_one(transform: &mut Matrix, gram: &Matrix) {
         images.push(image(&own));
         columns.push(own);
     }
-    *transform = Matrix::from_fn(c, c, |row, k| columns[k][row]);
+    Matrix::from_fn(c, c, |row, k| columns[k][row])
 }
 
 /// Gram-Schmidt on the columns of T by the Cholesky factor of TᵀGT; the least pivot beside the largest.

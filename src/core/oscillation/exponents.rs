@@ -9,7 +9,7 @@ use crate::modes::exponents::{
     Exponent, Exponents, Limit, PreciseQuadratic, QuadraticProblem, QuadraticSource, exponents, finish,
 };
 use crate::modes::{Kind, ModesError, Options, Stability};
-use crate::precision::{Ball, Big, Enclosure, Integers};
+use crate::precision::{Ball, Big, Enclosure, Integers, quadratic_form};
 
 /// The model as a source of matrices.
 pub(super) struct Source<'a> {
@@ -226,21 +226,9 @@ fn normalise(entry: &mut Exponent, mass: &[Ball]) {
 
 fn mode(linearized: &Linearized, entry: Exponent) -> NormalMode {
     let Shape { real, imaginary, bound } = shape(linearized, &entry.vector, entry.vector_error_bound);
-    NormalMode {
-        kind: entry.kind,
-        omega_squared: entry.omega_squared,
-        omega: entry.omega,
-        growth: entry.growth,
-        precise: entry.precise,
-        vector: real,
-        imaginary,
-        vector_error_bound: bound,
-        component_error_bounds: Vec::new(),
-        cluster: entry.cluster,
-        symmetry: None,
-        limit: entry.limit,
-        uncertainty: None,
-    }
+    let numbers = (entry.omega_squared, entry.omega, entry.growth);
+    let plain = NormalMode::new(entry.kind, numbers, (real, bound), entry.cluster);
+    NormalMode { precise: entry.precise, imaginary, limit: entry.limit, ..plain }
 }
 
 struct Shape {
@@ -307,26 +295,17 @@ pub(super) fn falling_direction(mass: &[Ball], matrix: &[Ball]) -> Option<Vec<f6
         return None;
     }
     let direction: Vec<f64> = (0..n).map(|i| eigen.eigenvectors[(i, lowest)] / units[i]).collect();
-    let mut total = Ball::ZERO;
-    for j in 0..n {
-        for i in 0..n {
-            total = total + Ball::from(direction[i]) * matrix[i + n * j] * Ball::from(direction[j]);
-        }
-    }
-    total.is_negative().then_some(direction)
+    let exact: Vec<Ball> = direction.iter().map(|x| Ball::from(*x)).collect();
+    quadratic_form(matrix, n, &exact, ()).is_negative().then_some(direction)
 }
 
 /// The errors of the numeric stage with the model's names.
 fn named(linearized: &Linearized, error: &ModesError) -> LinearizeError {
-    match error {
-        ModesError::MassNotDecided => {
-            // The conservative problem with the same mass knows which motion it is.
-            super::mass_error(linearized).unwrap_or_else(|| LinearizeError::NoModes { reason: error.to_string() })
-        }
-        ModesError::NotFinite { .. } => {
-            let told = linearized.not_finite();
-            told.unwrap_or_else(|| LinearizeError::NoModes { reason: error.to_string() })
-        }
-        _ => LinearizeError::NoModes { reason: error.to_string() },
-    }
+    let told = match error {
+        // The conservative problem with the same mass shows which motion it is.
+        ModesError::MassNotDecided => super::mass_error(linearized),
+        ModesError::NotFinite { .. } => linearized.not_finite(),
+        _ => None,
+    };
+    told.unwrap_or_else(|| LinearizeError::NoModes { reason: error.to_string() })
 }

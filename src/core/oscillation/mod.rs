@@ -20,8 +20,7 @@ use crate::modes::{
     self, Kind, Method, ModesError, Options, Precise, PreciseProblem, PrecisionLevel, Problem, Source, Spectrum,
     Stability,
 };
-use crate::precision::{Ball, Big, Factors, Scalar, SparseMatrix};
-use crate::span::Span;
+use crate::precision::{Ball, Big, Factors, Scalar, SparseMatrix, quadratic_form};
 
 /// Shapes that nobody asked for are made for at most so many coordinates.
 const MOST_SHAPES_FOR_CLASSES: usize = 600;
@@ -131,6 +130,30 @@ pub struct NormalMode {
 }
 
 impl NormalMode {
+    /// With ω², omega and growth, and a real shape with its bound; what else there may be to say is not said.
+    fn new(
+        kind: Kind,
+        (omega_squared, omega, growth): (Option<Ball>, Ball, Ball),
+        (vector, vector_error_bound): (Vec<f64>, f64),
+        cluster: u32,
+    ) -> Self {
+        Self {
+            kind,
+            omega_squared,
+            omega,
+            growth,
+            precise: None,
+            vector,
+            imaginary: Vec::new(),
+            vector_error_bound,
+            component_error_bounds: Vec::new(),
+            cluster,
+            symmetry: None,
+            limit: None,
+            uncertainty: None,
+        }
+    }
+
     /// The damping ratio of a damped mode, -growth/|exponent|; in more digits where the exponent has them.
     #[must_use]
     pub fn damping_ratio(&self) -> Option<(Ball, Option<Big>)> {
@@ -205,32 +228,14 @@ fn add_rolled(linearized: &Linearized, modes: &mut NormalModes, options: &Option
     let cluster = modes.modes.iter().map(|mode| mode.cluster).max().map_or(0, |most| most + 1);
     let coordinates = &linearized.model().coordinates;
     let added = linearized.rolled().iter().zip(linearized.families()).map(|(own, family)| {
-        let mut inertia = Ball::ZERO;
-        for (j, y) in family.iter().enumerate().filter(|(_, y)| !y.is_zero()) {
-            for (i, x) in family.iter().enumerate().filter(|(_, x)| !x.is_zero()) {
-                inertia = inertia + *x * *y * whole.mass[i + whole.order * j];
-            }
-        }
+        let inertia = quadratic_form(&whole.mass, whole.order, family, ());
         let size = if inertia.is_positive() { Ball::ONE / inertia.sqrt() } else { Ball::ONE };
         let scaled: Vec<Ball> = family.iter().map(|x| *x * size).collect();
         let bound = scaled.iter().map(Ball::mid_f64_error).fold(0.0, f64::max);
         let vector: Vec<f64> = scaled.iter().map(Ball::mid_f64).collect();
         modes.zero_motions.push(format!("equilibria with any {}", coordinates.at(*own).name()));
-        NormalMode {
-            kind: Kind::Zero,
-            omega_squared: Some(Ball::ZERO),
-            omega: Ball::ZERO,
-            growth: Ball::ZERO,
-            precise: None,
-            vector: if options.vectors { modes::signed(vector) } else { Vec::new() },
-            imaginary: Vec::new(),
-            vector_error_bound: bound,
-            component_error_bounds: Vec::new(),
-            cluster,
-            symmetry: None,
-            limit: None,
-            uncertainty: None,
-        }
+        let vector = if options.vectors { modes::signed(vector) } else { Vec::new() };
+        NormalMode::new(Kind::Zero, (Some(Ball::ZERO), Ball::ZERO, Ball::ZERO), (vector, bound), cluster)
     });
     let added: Vec<NormalMode> = added.collect();
     modes.modes.splice(place..place, added);
@@ -322,26 +327,13 @@ fn with_names(
         .into_iter()
         .map(|mode| {
             let symmetry = classes.next().flatten();
-            let (vector, vector_error_bound) = if options.vectors {
+            let shape = if options.vectors {
                 shape(linearized, mode.vector, mode.vector_error_bound)
             } else {
                 (Vec::new(), mode.vector_error_bound)
             };
-            NormalMode {
-                kind: mode.kind,
-                omega_squared: Some(mode.omega_squared),
-                omega: mode.omega,
-                growth: mode.growth,
-                precise: mode.precise,
-                vector,
-                imaginary: Vec::new(),
-                vector_error_bound,
-                component_error_bounds: Vec::new(),
-                cluster: mode.cluster,
-                symmetry,
-                limit: None,
-                uncertainty: None,
-            }
+            let numbers = (Some(mode.omega_squared), mode.omega, mode.growth);
+            NormalMode { precise: mode.precise, symmetry, ..NormalMode::new(mode.kind, numbers, shape, mode.cluster) }
         })
         .collect();
     NormalModes {
@@ -369,12 +361,7 @@ fn shape(linearized: &Linearized, own: Vec<f64>, bound: f64) -> (Vec<f64>, f64) 
         units.shape(&mut vector, false);
         bound = units.shape_error(bound, vector.len(), false);
     }
-    let largest = vector.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-    let first = vector.iter().find(|x| x.abs() >= largest * (1.0 - 1e-6));
-    if first.is_some_and(|x| *x < 0.0) {
-        vector.iter_mut().for_each(|x| *x = -*x);
-    }
-    (vector, bound)
+    (modes::signed(vector), bound)
 }
 
 /// A model as the source of a problem.
@@ -416,12 +403,6 @@ fn has_no_inertia(mass: &[Ball], x: &[f64]) -> bool {
     })
 }
 
-/// Where the first term of the kinetic energy stands.
-fn first_span(linearized: &Linearized) -> Span {
-    let first = linearized.model().kinetic.first();
-    first.map(|family| family.span).unwrap_or_default()
-}
-
 /// What is wrong with the mass matrix, if anything is: a problem with that mass and no other forces tells.
 pub(crate) fn mass_error(linearized: &Linearized) -> Option<LinearizeError> {
     if let Some(error) = linearized.massless_error() {
@@ -441,7 +422,7 @@ pub(crate) fn mass_error(linearized: &Linearized) -> Option<LinearizeError> {
 /// The errors of the numeric stage with the model's names.
 fn named(linearized: &Linearized, error: &ModesError) -> LinearizeError {
     let coordinates = &linearized.model().coordinates;
-    let first_term = first_span(linearized);
+    let first_term = linearized.model().kinetic.first().map(|family| family.span).unwrap_or_default();
     match error {
         ModesError::NotPositiveDefinite { direction, singular } => {
             let own = direction;
@@ -449,18 +430,9 @@ fn named(linearized: &Linearized, error: &ModesError) -> LinearizeError {
             if let Some(units) = linearized.units() {
                 units.direction(&mut direction);
             }
-            let direction = &direction;
-            let combination: Vec<(String, f64)> = coordinates
-                .iter()
-                .zip(direction)
-                .filter(|(_, amplitude)| amplitude.abs() > 1e-6)
-                .map(|(coordinate, amplitude)| (coordinate.name(), *amplitude))
-                .collect();
-            let span = coordinates
-                .iter()
-                .zip(direction)
-                .find(|(_, amplitude)| amplitude.abs() > 1e-6)
-                .map_or(first_term, |(coordinate, _)| coordinate.span);
+            let moving = || coordinates.iter().zip(&direction).filter(|(_, amplitude)| amplitude.abs() > 1e-6);
+            let combination = moving().map(|(coordinate, amplitude)| (coordinate.name(), *amplitude)).collect();
+            let span = moving().next().map_or(first_term, |(coordinate, _)| coordinate.span);
             if *singular && linearized.has_inertia_nearby() {
                 LinearizeError::SingularCoordinates { combination, span }
             } else if *singular {

@@ -8,8 +8,8 @@ use dashu_int::IBig;
 use faer::c64;
 
 use super::exponents::Source;
-use crate::expr::{ExprId, Substitution, ZeroVerdict};
-use crate::linearize::{Flow, Linearized, ZeroMode};
+use crate::expr::{ExprId, ZeroVerdict};
+use crate::linearize::{Flow, Linearized, ZeroMode, known_values};
 use crate::modes::exponents::{
     self, Exponents, PreciseQuadratic, QuadraticProblem, QuadraticSource, Structure, exponents, joined,
 };
@@ -117,7 +117,7 @@ pub(super) fn solve(
             Some([precise.mass.get(at)?.clone(), precise.velocity?.get(at)?.clone()])
         });
         let mass = &problem.mass[at];
-        let mut found = exponents::critical(mass, &problem.velocity[at], precise.flatten());
+        let mut found = exponents::critical(mass, &problem.velocity[at], precise.flatten(), &every);
         if !options.vectors {
             found.entries.iter_mut().for_each(|entry| entry.vector.clear());
         }
@@ -164,12 +164,7 @@ fn critical(linearized: &Linearized, problem: &QuadraticProblem) -> Vec<usize> {
         return Vec::new();
     }
     let mut own = linearized.symbolic();
-    let mut values = Substitution::default();
-    for parameter in &linearized.model().parameters {
-        if let Some(value) = parameter.value {
-            values.insert(parameter.symbol, value);
-        }
-    }
+    let values = known_values(linearized.model());
     let decided = |i: &usize| {
         let (i, pool) = (*i, &mut own.pool);
         let zero = pool.zero();

@@ -154,16 +154,9 @@ fn value_classes(values: &[Ball]) -> Option<Vec<Class>> {
         return None;
     }
     let mut classes = vec![0; values.len()];
-    let mut order: Vec<(usize, Ball)> = values
-        .iter()
-        .enumerate()
-        .filter(|(_, value)| !value.is_zero() && !value.contains_zero())
-        .map(|(i, value)| (i, value.abs()))
-        .collect();
-    order.sort_by(|(_, a), (_, b)| {
-        let order = a.mid.partial_cmp(&b.mid);
-        order.unwrap_or(std::cmp::Ordering::Equal)
-    });
+    let told = values.iter().enumerate().filter(|(_, value)| !value.contains_zero());
+    let mut order: Vec<(usize, Ball)> = told.map(|(i, value)| (i, value.abs())).collect();
+    order.sort_by(|(_, a), (_, b)| a.mid.partial_cmp(&b.mid).unwrap_or(std::cmp::Ordering::Equal));
     let mut class = 1;
     let mut last: Option<&Ball> = None;
     for (i, value) in &order {

@@ -101,7 +101,7 @@ impl NormalModes {
     /// An equilibrium that the file gives with `equilibrium` was meant.
     #[must_use]
     pub fn warnings(&self, linearized: &Linearized) -> Vec<Diagnostic> {
-        let mut found = not_proved(linearized);
+        let mut found: Vec<Warning> = not_proved(linearized).into_iter().collect();
         found.extend(dependent_constraints(linearized));
         match linearized.structure() {
             Structure::Conservative => {
@@ -230,35 +230,25 @@ fn ill_conditioned(linearized: &Linearized, modes: &NormalModes) -> Option<Warni
     Some(Warning::IllConditioned { span, mode: at + 1, parameter: name, share: format!("{:.0e}", 1.0 / ratio), change })
 }
 
-fn not_proved(linearized: &Linearized) -> Vec<Warning> {
+fn not_proved(linearized: &Linearized) -> Option<Warning> {
     let equilibrium = linearized.equilibrium();
-    if equilibrium.proved {
-        return Vec::new();
-    }
-    let coordinates = &linearized.model().coordinates;
-    let mut searched = coordinates.iter().zip(&equilibrium.origins);
-    searched
-        .find(|(_, origin)| **origin == Origin::Found)
-        .map(|(coordinate, _)| Warning::NotProved { span: coordinate.span, coordinate: coordinate.name() })
-        .into_iter()
-        .collect()
+    let mut searched = linearized.model().coordinates.iter().zip(&equilibrium.origins);
+    let (coordinate, _) = searched.find(|(_, origin)| !equilibrium.proved && **origin == Origin::Found)?;
+    Some(Warning::NotProved { span: coordinate.span, coordinate: coordinate.name() })
 }
 
-fn runs_away(linearized: &Linearized, modes: &NormalModes) -> Vec<Warning> {
+fn runs_away(linearized: &Linearized, modes: &NormalModes) -> Option<Warning> {
     let origins = &linearized.equilibrium().origins;
     let unstable = modes.modes.iter().filter(|mode| mode.kind == Kind::Unstable).count();
     if unstable == 0 || origins.iter().all(|origin| *origin == Origin::Given) {
-        return Vec::new();
+        return None;
     }
-    let coordinates = &linearized.model().coordinates;
     let largest = modes.modes.first().and_then(|mode| largest(&mode.vector));
-    let Some(coordinate) = coordinates.get(largest.unwrap_or(0)) else {
-        return Vec::new();
-    };
-    let (span, name) = (coordinate.span, coordinate.name());
-    vec![if unstable == linearized.dimension() {
-        Warning::Maximum { span, coordinate: name }
+    let own = linearized.model().coordinates.get(largest.unwrap_or(0))?;
+    let (span, coordinate) = (own.span, own.name());
+    Some(if unstable == linearized.dimension() {
+        Warning::Maximum { span, coordinate }
     } else {
-        Warning::Saddle { span, coordinate: name }
-    }]
+        Warning::Saddle { span, coordinate }
+    })
 }

@@ -34,7 +34,7 @@ pub(crate) const MOST_BITS: usize = 1 << 24;
 /// use librate::number::Number;
 /// use librate::precision::Big;
 /// let third = Big::from_number(&Number::ratio(1, 3).unwrap(), 200);
-/// assert!(!third.is_exact() && (&third * &Big::from_f64(3.0, 200)).contains_integer(1));
+/// assert!(!third.is_exact() && (&(&third * &Big::from_f64(3.0, 200)) - &Big::one(200)).contains_zero());
 /// assert_eq!(third.decimal(50).text, format!("0.{}", "3".repeat(50)));
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -307,12 +307,6 @@ impl Big {
     #[must_use]
     pub fn contains_zero(&self) -> bool {
         !(self.is_positive() || self.is_negative())
-    }
-
-    /// Whether a whole number is within the bounds (or not excluded by the leading 53 bits).
-    #[must_use]
-    pub fn contains_integer(&self, value: i64) -> bool {
-        (self - &Self::from_parts(IBig::from(value), 0, self.bits.max(64))).contains_zero()
     }
 
     /// An upper bound of |mid|.

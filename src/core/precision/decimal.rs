@@ -4,8 +4,9 @@
 
 use std::ops::Range;
 
-use dashu_int::ops::UnsignedAbs;
+use dashu_int::ops::{Abs, UnsignedAbs};
 use dashu_int::{IBig, UBig};
+use dashu_ratio::Relaxed as Fraction;
 
 use super::ball::Ball;
 use super::big::Big;
@@ -46,12 +47,6 @@ pub struct Decimal {
     pub error_bound: f64,
     /// How the digits relate to the true number.
     pub rounding: Rounding,
-}
-
-/// A nonnegative fraction.
-struct Fraction {
-    numerator: UBig,
-    denominator: UBig,
 }
 
 /// `digits` 10^(exponent - count + 1) where `digits` has `count` decimal digits.
@@ -132,7 +127,7 @@ impl Number {
     #[must_use]
     pub fn to_decimal(&self, digits: usize) -> String {
         let digits = digits.max(1);
-        let value = Fraction { numerator: self.numerator().unsigned_abs(), denominator: self.denominator() };
+        let value = Fraction::from_parts(self.numerator(), self.denominator()).abs();
         let rounded = round(&value, digits, &Direction::Nearest);
         let text = if self.is_zero() { "0".repeat(digits) } else { rounded.digits.to_string() };
         placed(&text, rounded.exponent, self.is_negative(), -6..digits as i32)
@@ -201,7 +196,7 @@ fn between(Ends { low, high, exponent }: Ends, wanted: Wanted) -> Decimal {
     let undecided = |most: UBig| Decimal {
         text: "0".to_owned(),
         digits: 0,
-        error_bound: one_digit(fraction(most, exponent)),
+        error_bound: one_digit(&fraction(most, exponent)),
         rounding: Rounding::Undecided,
     };
     if low == zero && high == zero {
@@ -221,9 +216,10 @@ fn between(Ends { low, high, exponent }: Ends, wanted: Wanted) -> Decimal {
         return undecided(most);
     };
     let printed = rounded.value();
-    let error = distance(&printed, &fraction(least, exponent)).max(distance(&printed, &fraction(most, exponent)));
+    let error = [least, most].map(|end| (&printed - fraction(end, exponent)).abs());
+    let error = error.into_iter().fold(Fraction::ZERO, Fraction::max);
     let text = layout(&rounded.digits.to_string(), rounded.exponent, negative);
-    Decimal { digits: rounded.count, error_bound: one_digit(error), text, rounding }
+    Decimal { digits: rounded.count, error_bound: one_digit(&error), text, rounding }
 }
 
 /// The digits common to both ends, as many as `wanted` if possible; `None` where not even one is.
@@ -249,10 +245,8 @@ fn decide(least: &UBig, most: &UBig, exponent: i32, wanted: Wanted) -> Option<(R
         return Some((below.carried(leading, place, most), Rounding::Correct));
     }
     // A tie: both ends within a thousandth of a unit of the last place, on both sides of a middle.
-    let unit = below.unit();
-    let width = distance(&low, &high);
-    let thousandth = Fraction { numerator: unit.numerator, denominator: unit.denominator * 1000u32 };
-    if width.at_most(&thousandth) {
+    let width = &high - &low;
+    if &width * Fraction::from(UBig::from(1000_u32)) <= below.unit() {
         // Across a power of ten the upper one ends in 0.
         let even = above.exponent > below.exponent || (&above.digits % 2u8) == 0;
         return Some((if even { above } else { below }, Rounding::Tie));
@@ -270,20 +264,9 @@ fn decide(least: &UBig, most: &UBig, exponent: i32, wanted: Wanted) -> Option<(R
     None
 }
 
-impl Fraction {
-    fn at_most(&self, other: &Self) -> bool {
-        &self.numerator * &other.denominator <= &other.numerator * &self.denominator
-    }
-
-    fn max(self, other: Self) -> Self {
-        if self.at_most(&other) { other } else { self }
-    }
-}
-
 impl Rounded {
     fn value(&self) -> Fraction {
-        let unit = self.unit();
-        Fraction { numerator: unit.numerator * &self.digits, denominator: unit.denominator }
+        self.unit() * Fraction::from(self.digits.clone())
     }
 
     /// Where rounding has carried beyond the leading digit, as 9.96 to 10.0, the last place is the one that was asked for.
@@ -300,11 +283,7 @@ impl Rounded {
     fn unit(&self) -> Fraction {
         let place = self.exponent - self.count as i32 + 1;
         let power = power_of_ten(place.unsigned_abs());
-        if place >= 0 {
-            Fraction { numerator: power, denominator: UBig::ONE }
-        } else {
-            Fraction { numerator: UBig::ONE, denominator: power }
-        }
+        if place >= 0 { Fraction::from(power) } else { Fraction::from_parts(IBig::ONE, power) }
     }
 }
 
@@ -334,19 +313,7 @@ fn power_of_ten(exponent: u32) -> UBig {
 /// mantissa 2^exponent
 fn fraction(mantissa: UBig, exponent: i32) -> Fraction {
     let power = UBig::ONE << exponent.unsigned_abs() as usize;
-    if exponent >= 0 {
-        Fraction { numerator: mantissa * power, denominator: UBig::ONE }
-    } else {
-        Fraction { numerator: mantissa, denominator: power }
-    }
-}
-
-/// |a - b|
-fn distance(a: &Fraction, b: &Fraction) -> Fraction {
-    let left = IBig::from(&a.numerator * &b.denominator);
-    let right = IBig::from(&b.numerator * &a.denominator);
-    let (_, numerator) = (left - right).into_parts();
-    Fraction { numerator, denominator: &a.denominator * &b.denominator }
+    if exponent >= 0 { Fraction::from(mantissa * power) } else { Fraction::from_parts(mantissa.into(), power) }
 }
 
 /// A double as mantissa and exponent of 2, exactly.
@@ -371,20 +338,21 @@ fn ends(value: &Ball) -> Ends {
 /// A positive fraction with `count` significant digits; zero gives zero.
 fn round(value: &Fraction, count: usize, direction: &Direction) -> Rounded {
     use dashu_int::ops::{BitTest, DivRem};
-    if value.numerator == UBig::ZERO {
+    if value.is_zero() {
         return Rounded { digits: UBig::ZERO, exponent: 0, count };
     }
+    let (numerator, denominator) = (value.numerator().unsigned_abs(), value.denominator());
     // 2^(bits - 1) < value, so this exponent of 10 is right or too small.
-    let bits = value.numerator.bit_len() as i64 - value.denominator.bit_len() as i64;
+    let bits = numerator.bit_len() as i64 - denominator.bit_len() as i64;
     let mut exponent = ((bits - 1) as f64 * std::f64::consts::LOG10_2).floor() as i32;
     let limit = power_of_ten(count as u32);
     loop {
         let shift = count as i32 - 1 - exponent;
         let power = power_of_ten(shift.unsigned_abs());
         let (numerator, denominator) = if shift >= 0 {
-            (&value.numerator * power, value.denominator.clone())
+            (&numerator * power, denominator.clone())
         } else {
-            (value.numerator.clone(), &value.denominator * power)
+            (numerator.clone(), denominator * power)
         };
         let (mut digits, rest) = numerator.div_rem(&denominator);
         if digits >= limit {
@@ -411,10 +379,10 @@ fn round(value: &Fraction, count: usize, direction: &Direction) -> Rounded {
 }
 
 /// The fraction rounded up to one significant digit, as the nearest double that is not 0.
-fn one_digit(value: Fraction) -> f64 {
-    let rounded = round(&value, 1, &Direction::Up);
+fn one_digit(value: &Fraction) -> f64 {
+    let rounded = round(value, 1, &Direction::Up);
     let bound = format!("{}e{}", rounded.digits, rounded.exponent).parse().unwrap_or(f64::INFINITY);
-    if bound == 0.0 && value.numerator != UBig::ZERO { f64::from_bits(1) } else { bound }
+    if bound == 0.0 && !value.is_zero() { f64::from_bits(1) } else { bound }
 }
 
 /// A bound rounded up to one significant digit: 4.4e-16 gives 5e-16. What prints as one digit

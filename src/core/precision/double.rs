@@ -61,16 +61,10 @@ fn split(a: f64) -> (f64, f64) {
 pub(crate) fn scale(x: f64, exponent: i32) -> f64 {
     let mut x = x;
     let mut left = exponent;
-    while left > 1000 {
-        x *= power_of_two(1000);
-        left -= 1000;
-        if x == 0.0 || !x.is_finite() {
-            return x;
-        }
-    }
-    while left < -1000 {
-        x *= power_of_two(-1000);
-        left += 1000;
+    while left.unsigned_abs() > 1000 {
+        let step = left.clamp(-1000, 1000);
+        x *= power_of_two(step);
+        left -= step;
         if x == 0.0 || !x.is_finite() {
             return x;
         }
@@ -124,12 +118,6 @@ impl DoubleDouble {
         Self { hi: value, lo: 0.0 }
     }
 
-    /// The nearest double.
-    #[inline]
-    pub const fn to_f64(self) -> f64 {
-        self.hi
-    }
-
     /// Whether both parts are finite.
     #[inline]
     pub fn is_finite(self) -> bool {
@@ -175,12 +163,6 @@ impl DoubleDouble {
     }
 }
 
-impl From<f64> for DoubleDouble {
-    fn from(value: f64) -> Self {
-        Self::exact(value)
-    }
-}
-
 impl Neg for DoubleDouble {
     type Output = Self;
 
@@ -223,18 +205,6 @@ impl Mul for DoubleDouble {
         let (p, e) = two_prod(self.hi, other.hi);
         let cross = self.hi * other.lo + self.lo * other.hi;
         let (hi, lo) = fast_two_sum(p, e + cross);
-        Self { hi, lo }
-    }
-}
-
-impl Mul<f64> for DoubleDouble {
-    type Output = Self;
-
-    /// Relative error at most 3 u^2 (DWTimesFP2, theorem 4.2).
-    #[inline(always)]
-    fn mul(self, other: f64) -> Self {
-        let (p, e) = two_prod(self.hi, other);
-        let (hi, lo) = fast_two_sum(p, e + self.lo * other);
         Self { hi, lo }
     }
 }

@@ -1,6 +1,6 @@
 //! Numbers with a derivative: forward-mode algorithmic differentiation.
 
-use super::{Function, Scalar};
+use super::{Function, Scalar, power};
 use crate::number::Number;
 
 /// A number and its derivative by one variable. Every operation applies the chain rule (Griewank and Walther,
@@ -137,19 +137,6 @@ impl<S: Scalar> Scalar for Dual<S> {
 /// A whole number in the precision of another: by doubling.
 fn count<S: Scalar>(like: &S, number: i32) -> S {
     let one = like.powi(0);
-    let mut total: Option<S> = None;
-    let size = number.unsigned_abs();
-    for bit in (0..32 - size.leading_zeros()).rev() {
-        if let Some(sum) = &total {
-            total = Some(sum.add(sum));
-        }
-        if size >> bit & 1 == 1 {
-            total = Some(match &total {
-                Some(sum) => sum.add(&one),
-                None => one.clone(),
-            });
-        }
-    }
-    let total = total.unwrap_or_else(|| one.sub(&one));
+    let total = power(&one, number.unsigned_abs(), S::add).unwrap_or_else(|| one.sub(&one));
     if number < 0 { total.neg() } else { total }
 }

@@ -1,5 +1,6 @@
 //! What proofs ask of a number: enclosures in double-double or with any number of bits.
 
+use super::scalar::own_methods;
 use super::{Ball, Big, Magnitude, Scalar};
 
 /// A number known to lie within a radius of a midpoint.
@@ -79,12 +80,14 @@ impl Enclosure for Ball {
         Enclosure::center(self)
     }
 
-    fn mid_f64(&self) -> f64 {
-        self.mid_f64()
-    }
-
-    fn mid_f64_error(&self) -> f64 {
-        self.mid_f64_error()
+    own_methods! { Ball:
+        mid_f64() -> f64;
+        mid_f64_error() -> f64;
+        abs_upper() -> f64;
+        with_added_radius(by: f64) -> Self;
+        is_positive() -> bool;
+        is_negative() -> bool;
+        hull(other: &Self) -> Self;
     }
 
     fn certain_size(&self) -> f64 {
@@ -93,14 +96,6 @@ impl Enclosure for Ball {
 
     fn radius(&self) -> f64 {
         if self.is_finite() { self.radius } else { f64::INFINITY }
-    }
-
-    fn abs_upper(&self) -> f64 {
-        Ball::abs_upper(self)
-    }
-
-    fn with_added_radius(&self, by: f64) -> Self {
-        self.with_added_radius(by)
     }
 
     fn abs_upper_magnitude(&self) -> Magnitude {
@@ -124,27 +119,7 @@ impl Enclosure for Ball {
     }
 
     fn times_power_of_two(&self, exponent: i64) -> Self {
-        // In steps that leave neither the range of doubles nor that of their exponents.
-        let mut value = *self;
-        let mut left = exponent.clamp(-4000, 4000);
-        while left != 0 {
-            let step = left.clamp(-500, 500);
-            value = value.scale(step as i32);
-            left -= step;
-        }
-        value
-    }
-
-    fn is_positive(&self) -> bool {
-        Ball::is_positive(self)
-    }
-
-    fn is_negative(&self) -> bool {
-        Ball::is_negative(self)
-    }
-
-    fn hull(&self, other: &Self) -> Self {
-        Ball::hull(self, other)
+        self.scale(exponent.clamp(-4000, 4000) as i32)
     }
 
     fn to_ball(&self) -> Ball {
@@ -189,8 +164,12 @@ impl Enclosure for Big {
         Enclosure::center(&Enclosure::center(self).with_bits(bits))
     }
 
-    fn mid_f64(&self) -> f64 {
-        self.mid_f64()
+    own_methods! { Big:
+        mid_f64() -> f64;
+        is_positive() -> bool;
+        is_negative() -> bool;
+        hull(other: &Self) -> Self;
+        to_ball() -> Ball;
     }
 
     fn mid_f64_error(&self) -> f64 {
@@ -226,22 +205,6 @@ impl Enclosure for Big {
 
     fn times_power_of_two(&self, exponent: i64) -> Self {
         self.scale(exponent)
-    }
-
-    fn is_positive(&self) -> bool {
-        Big::is_positive(self)
-    }
-
-    fn is_negative(&self) -> bool {
-        Big::is_negative(self)
-    }
-
-    fn hull(&self, other: &Self) -> Self {
-        Big::hull(self, other)
-    }
-
-    fn to_ball(&self) -> Ball {
-        Big::to_ball(self)
     }
 
     fn to_big(&self, bits: usize) -> Big {

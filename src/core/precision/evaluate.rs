@@ -4,7 +4,7 @@ use super::ball::Ball;
 use super::big::Big;
 use super::double::DoubleDouble;
 use super::lane::Lane;
-use super::scalar::{self, Function, Scalar, functions, operators};
+use super::scalar::{self, Function, Scalar, functions, operators, own_methods};
 use super::sums;
 use crate::number::Number;
 
@@ -21,7 +21,7 @@ impl Scalar for f64 {
         std::f64::consts::PI
     }
 
-    operators!();
+    operators!(*);
 
     fn powi(&self, exponent: i32) -> Self {
         f64::powi(*self, exponent)
@@ -94,7 +94,7 @@ impl Scalar for DoubleDouble {
         Ball::PI.mid
     }
 
-    operators!();
+    operators!(*);
 
     fn powi(&self, exponent: i32) -> Self {
         Ball::from(*self).powi(exponent).mid
@@ -146,7 +146,7 @@ impl Scalar for Lane {
         Self::splat(std::f64::consts::PI)
     }
 
-    operators!();
+    operators!(*);
 
     fn powi(&self, exponent: i32) -> Self {
         self.map(|x| x.powi(exponent))
@@ -212,25 +212,16 @@ impl Scalar for Ball {
         Ball::PI
     }
 
-    operators!();
-
-    fn powi(&self, exponent: i32) -> Self {
-        Ball::powi(self, exponent)
-    }
-
-    #[inline]
-    fn sqrt(&self) -> Self {
-        Ball::sqrt(self)
-    }
-
-    fn pow(&self, exponent: &Self) -> Self {
-        Ball::pow(self, exponent)
-    }
+    operators!(*);
 
     functions!();
 
-    fn atan2(&self, x: &Self) -> Self {
-        Ball::atan2(self, x)
+    own_methods! { Ball:
+        powi(exponent: i32) -> Self;
+        sqrt() -> Self;
+        pow(exponent: &Self) -> Self;
+        atan2(x: &Self) -> Self;
+        is_finite() -> bool;
     }
 
     #[inline]
@@ -259,11 +250,6 @@ impl Scalar for Ball {
 
     fn from_wide(wide: &Big) -> Option<Self> {
         Some(wide.to_far_ball())
-    }
-
-    #[inline]
-    fn is_finite(&self) -> bool {
-        Ball::is_finite(self)
     }
 
     #[inline]

@@ -96,37 +96,19 @@ impl Lane {
     }
 }
 
-impl Add for Lane {
-    type Output = Self;
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        self.zip(other, |a, b| a + b)
-    }
+macro_rules! one_by_one {
+    ($($operator:ident $name:ident)*) => {
+        $(impl $operator for Lane {
+            type Output = Self;
+            #[inline(always)]
+            fn $name(self, other: Self) -> Self {
+                self.zip(other, f64::$name)
+            }
+        })*
+    };
 }
 
-impl Sub for Lane {
-    type Output = Self;
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        self.zip(other, |a, b| a - b)
-    }
-}
-
-impl Mul for Lane {
-    type Output = Self;
-    #[inline(always)]
-    fn mul(self, other: Self) -> Self {
-        self.zip(other, |a, b| a * b)
-    }
-}
-
-impl Div for Lane {
-    type Output = Self;
-    #[inline(always)]
-    fn div(self, other: Self) -> Self {
-        self.zip(other, |a, b| a / b)
-    }
-}
+one_by_one!(Add add Sub sub Mul mul Div div);
 
 impl Neg for Lane {
     type Output = Self;

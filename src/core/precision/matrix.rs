@@ -152,6 +152,12 @@ pub fn sum_of_products<T: Entry>(x: &[T], y: &[T], precision: T::Precision) -> T
     products.fold(T::whole(0, precision), |sum, (x, y)| sum.add(&x.mul(y)))
 }
 
+/// xᵀAx for columns of so many entries, one after the other; there may be more of them than x has components.
+pub fn quadratic_form<T: Entry>(matrix: &[T], order: usize, x: &[T], precision: T::Precision) -> T {
+    let image: Vec<T> = matrix.chunks(order).map(|column| sum_of_products(column, x, precision)).collect();
+    sum_of_products(&image, x, precision)
+}
+
 /// A step of Gauss-Jordan elimination: a row is divided by its entry in a column, and so much of it taken off the others
 /// that they are 0 there.
 pub fn clear_column<T: Entry>(rows: &mut [Vec<T>], row: usize, column: usize, precision: T::Precision) {

@@ -40,7 +40,7 @@ pub use enclosure::Enclosure;
 pub(crate) use lane::kernel;
 pub use lane::{LANES, Lane};
 pub use magnitude::Magnitude;
-pub use matrix::{Entry, Factors, Matrix, clear_column, sum_of_products};
+pub use matrix::{Entry, Factors, Matrix, clear_column, quadratic_form, sum_of_products};
 pub use root::{Integers, Root};
 pub use scalar::{Function, Scalar, power};
 pub use sparse::SparseMatrix;

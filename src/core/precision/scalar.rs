@@ -100,32 +100,32 @@ pub trait Scalar: Clone {
     }
 }
 
-/// The operators of a type that is copied.
+/// The operators of numbers, or with `*` of those that are copied.
 macro_rules! operators {
-    () => {
+    ($($star:tt)?) => {
         #[inline]
         fn add(&self, other: &Self) -> Self {
-            *self + *other
+            $($star)? self + $($star)? other
         }
 
         #[inline]
         fn sub(&self, other: &Self) -> Self {
-            *self - *other
+            $($star)? self - $($star)? other
         }
 
         #[inline]
         fn mul(&self, other: &Self) -> Self {
-            *self * *other
+            $($star)? self * $($star)? other
         }
 
         #[inline]
         fn div(&self, other: &Self) -> Self {
-            *self / *other
+            $($star)? self / $($star)? other
         }
 
         #[inline]
         fn neg(&self) -> Self {
-            -*self
+            -$($star)? self
         }
     };
 }
@@ -152,7 +152,17 @@ macro_rules! functions {
     };
 }
 
-pub(super) use {functions, operators};
+/// Methods that the type has itself, by the same names.
+macro_rules! own_methods {
+    ($of:ident: $($name:ident($($argument:ident: $type:ty)?) -> $result:ty;)*) => {
+        $(#[inline]
+        fn $name(&self, $($argument: $type)?) -> $result {
+            $of::$name(self, $($argument)?)
+        })*
+    };
+}
+
+pub(super) use {functions, operators, own_methods};
 
 /// A power by repeated squaring; `None` for the exponent 0.
 pub fn power<T: Clone>(base: &T, exponent: u32, mut product: impl FnMut(&T, &T) -> T) -> Option<T> {

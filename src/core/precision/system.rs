@@ -42,10 +42,7 @@ impl System {
         for j in 0..order {
             let column = (0..order).map(|i| entries[order * i + j].mid_f64().abs());
             let shift = size(column.fold(0.0, f64::max))?;
-            (0..order).for_each(|i| {
-                let entry = &mut entries[order * i + j];
-                *entry = entry.scale(shift);
-            });
+            entries.iter_mut().skip(j).step_by(order).for_each(|entry| *entry = entry.scale(shift));
             column_shift.push(shift);
         }
         let middle = DMatrix::from_fn(order, order, |i, j| entries[order * i + j].mid_f64());
@@ -107,28 +104,19 @@ impl System {
     /// b - Bx.
     fn residual(&self, right: &[Ball], x: &[DoubleDouble]) -> Vec<Ball> {
         let rows = self.entries.chunks_exact(self.order.max(1));
-        rows.zip(right)
-            .map(|(row, right)| {
-                let mut sum = *right;
-                for (entry, x) in row.iter().zip(x) {
-                    if !entry.is_zero() && x.hi != 0.0 {
-                        sum = sum - *entry * Ball::from(*x);
-                    }
-                }
-                sum
-            })
-            .collect()
+        let left = |(row, right): (&[Ball], &Ball)| {
+            let terms = row.iter().zip(x).filter(|(entry, x)| !entry.is_zero() && x.hi != 0.0);
+            terms.fold(*right, |sum, (entry, x)| sum - *entry * Ball::from(*x))
+        };
+        rows.zip(right).map(left).collect()
     }
 
     /// ‖Rr‖/(1 - ‖1 - RB‖), rounded up.
     fn error(&self, residual: &[Ball]) -> Option<f64> {
         let n = self.order;
         let sizes: Vec<f64> = residual.iter().map(Ball::abs_upper).collect();
-        let mut most: f64 = 0.0;
-        for i in 0..n {
-            let sum: f64 = (0..n).map(|k| self.inverse[(i, k)].abs() * sizes[k]).sum();
-            most = most.max(sum);
-        }
+        let sum = |i: usize| (0..n).map(|k| self.inverse[(i, k)].abs() * sizes[k]).sum::<f64>();
+        let most = (0..n).map(sum).fold(0.0, f64::max);
         let error = up(up(most * slack(n)) / (1.0 - self.contraction));
         error.is_finite().then_some(error)
     }
@@ -147,13 +135,8 @@ fn slack(n: usize) -> f64 {
 fn contraction(inverse: &DMatrix<f64>, middle: &DMatrix<f64>, entries: &[Ball]) -> Option<f64> {
     let n = middle.nrows();
     let gamma = n as f64 * f64::EPSILON;
-    let weight: Vec<f64> = entries
-        .chunks_exact(n.max(1))
-        .map(|row| {
-            let terms = row.iter().map(|x| gamma * x.mid_f64().abs() + x.mid_f64_error());
-            terms.sum()
-        })
-        .collect();
+    let weight = |row: &[Ball]| row.iter().map(|x| gamma * x.mid_f64().abs() + x.mid_f64_error()).sum();
+    let weight: Vec<f64> = entries.chunks_exact(n.max(1)).map(weight).collect();
     let product = inverse * middle;
     let mut most: f64 = 0.0;
     for i in 0..n {

@@ -35,11 +35,8 @@ impl Freedom {
             (Some(a), Some(b)) => energies.turns_freely(a, b),
             (_, _) => Some(false),
         };
-        let [x, y, z] = [turns(0)?, turns(1)?, turns(2)?];
-        match (x, y, z) {
-            (true, true, true) => Some(Self::Space),
-            (x, y, z) => [x, y, z].iter().position(|own| *own).map(Self::About),
-        }
+        let turns = [turns(0)?, turns(1)?, turns(2)?];
+        if turns == [true; 3] { Some(Self::Space) } else { turns.iter().position(|own| *own).map(Self::About) }
     }
 
     /// The changes of signs of the axes that are a matrix of determinant `det`, up to a turn that is free; `along` is what

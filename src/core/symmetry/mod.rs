@@ -120,16 +120,7 @@ impl SignedPermutation {
 
     /// g · self · g⁻¹.
     fn conjugated(&self, g: &Self) -> Self {
-        let mut image = vec![0; self.len()];
-        let mut negative = vec![false; self.len()];
-        for i in 0..self.len() {
-            let (from, first) = g.of(i);
-            let (middle, second) = self.of(i);
-            let (to, third) = g.of(middle);
-            image[from] = to;
-            negative[from] = first ^ second ^ third;
-        }
-        Self { image, negative }
+        g.after(self).after(&g.inverse())
     }
 
     /// What becomes of a vector.
@@ -417,7 +408,7 @@ fn ring(generators: &[SignedPermutation], order: f64, active: &[bool]) -> Option
         let turns = length as f64;
         let back = turn.inverse();
         let keeps = |g: &SignedPermutation| {
-            let moved = g.after(&turn).after(&g.inverse());
+            let moved = turn.conjugated(g);
             moved == turn || moved == back
         };
         let cycle = cycles(&turn);

@@ -130,18 +130,16 @@ impl Pattern {
         if colours.windows(2).all(|pair| pair[0] != pair[1]) {
             return Some(true);
         }
-        let row = |row: &Vec<(usize, i64)>| {
-            let labels = row.iter().map(|(j, label)| (*j, label.unsigned_abs()));
-            labels.collect()
-        };
-        let graph =
-            Graph { colours: self.colours(active), rows: self.rows.iter().map(row).collect(), opposites: false };
-        graph.all_differ(super::EFFORT)
+        self.graph(active, i64::unsigned_abs).all_differ(super::EFFORT)
     }
 
     /// The graph for permutations without signs.
     fn unsigned(&self, active: &[bool]) -> Graph {
-        let row = |row: &Vec<(usize, i64)>| row.iter().map(|(j, label)| (*j, *label as u64)).collect();
+        self.graph(active, |label| label as u64)
+    }
+
+    fn graph(&self, active: &[bool], of: impl Fn(i64) -> u64) -> Graph {
+        let row = |row: &Vec<(usize, i64)>| row.iter().map(|(j, label)| (*j, of(*label))).collect();
         Graph { colours: self.colours(active), rows: self.rows.iter().map(row).collect(), opposites: false }
     }
 

@@ -37,16 +37,6 @@ struct Level {
     base: Option<usize>,
 }
 
-/// Steps left; a step is one look at an edge.
-struct Effort(usize);
-
-impl Effort {
-    fn spend(&mut self, steps: usize) -> Option<()> {
-        self.0 = self.0.checked_sub(steps)?;
-        Some(())
-    }
-}
-
 fn sorted(colours: &[u64]) -> Vec<u64> {
     let mut sorted = colours.to_vec();
     sorted.sort_unstable();
@@ -63,13 +53,13 @@ impl Graph {
     }
 
     /// Colours vertices anew by what they see until that tells no more of them apart. A hash that
-    /// comes out equal by chance tells too few apart, which costs time and nothing else.
-    fn refine(&self, mixed: &[Vec<(usize, u64)>], colours: &mut Vec<u64>, effort: &mut Effort) -> Option<Vec<u64>> {
-        let mut before = sorted(colours);
-        let mut count = distinct(&before);
+    /// comes out equal by chance tells too few apart, which costs time and nothing else. `effort` is how many looks at an edge are
+    /// left.
+    fn refine(&self, mixed: &[Vec<(usize, u64)>], colours: &mut Vec<u64>, effort: &mut usize) -> Option<Vec<u64>> {
+        let mut count = distinct(&sorted(colours));
         let mut rounds = 1;
         loop {
-            effort.spend(rounds * self.edges())?;
+            *effort = effort.checked_sub(rounds * self.edges())?;
             for _ in 0..rounds {
                 let next = mixed.iter().zip(colours.iter()).map(|(row, own)| {
                     row.iter().fold(mix(*own), |sum, (j, label)| {
@@ -79,10 +69,10 @@ impl Graph {
                 });
                 *colours = next.collect();
             }
-            before = sorted(colours);
-            let new_count = distinct(&before);
+            let new = sorted(colours);
+            let new_count = distinct(&new);
             if new_count <= count || new_count == colours.len() {
-                return Some(before);
+                return Some(new);
             }
             count = new_count;
             // Looking whether it is over costs more than a round.
@@ -97,9 +87,9 @@ impl Graph {
     }
 
     /// Whether refinement tells all vertices apart.
-    pub(super) fn all_differ(&self, effort: usize) -> Option<bool> {
+    pub(super) fn all_differ(&self, mut effort: usize) -> Option<bool> {
         let mut colours = self.colours.clone();
-        let sorted = self.refine(&self.mixed(), &mut colours, &mut Effort(effort))?;
+        let sorted = self.refine(&self.mixed(), &mut colours, &mut effort)?;
         Some(distinct(&sorted) == colours.len())
     }
 
@@ -151,7 +141,7 @@ impl Graph {
         self.keeps(image, moved.iter().map(|(from, _)| *from)).then(|| (0..self.rows.len()).map(image).collect())
     }
 
-    fn level(&self, mixed: &[Vec<(usize, u64)>], mut colours: Vec<u64>, effort: &mut Effort) -> Option<Level> {
+    fn level(&self, mixed: &[Vec<(usize, u64)>], mut colours: Vec<u64>, effort: &mut usize) -> Option<Level> {
         let sorted = self.refine(mixed, &mut colours, effort)?;
         let base = smallest_cell(&colours, &sorted);
         Some(Level { colours, sorted, base })
@@ -169,8 +159,7 @@ impl Graph {
     }
 
     /// The automorphism group; `None` where the effort does not suffice.
-    pub(super) fn automorphisms(&self, effort: usize) -> Option<Automorphisms> {
-        let mut effort = Effort(effort);
+    pub(super) fn automorphisms(&self, mut effort: usize) -> Option<Automorphisms> {
         let mut found = Automorphisms { generators: Vec::new(), order: 1.0 };
         let mixed = self.mixed();
         let mut levels = vec![self.level(&mixed, self.colours.clone(), &mut effort)?];
@@ -221,7 +210,7 @@ impl Graph {
         levels: &[Level],
         depth: usize,
         to: usize,
-        effort: &mut Effort,
+        effort: &mut usize,
     ) -> Option<Option<Vec<usize>>> {
         let start = levels[depth].colours.clone();
         // What is to be tried: a coloured target, its depth, and the vertex to single out.
@@ -229,32 +218,22 @@ impl Graph {
         while let Some((colours, depth, to)) = open.pop() {
             let mut colours = singled_out(colours, to);
             let target = self.refine(mixed, &mut colours, effort)?;
-            let Some(source) = levels.get(depth + 1) else {
+            let Some(source) = levels.get(depth + 1).filter(|source| target == source.sorted) else {
                 continue;
             };
-            if target != source.sorted {
-                continue;
-            }
             match source.base {
                 Some(base) => {
                     let colour = source.colours[base];
-                    let choices = (0..colours.len()).rev().filter(|j| colours[*j] == colour);
-                    let choices: Vec<usize> = choices.collect();
-                    effort.spend(choices.len() * colours.len())?;
+                    let choices: Vec<usize> = (0..colours.len()).rev().filter(|j| colours[*j] == colour).collect();
+                    *effort = effort.checked_sub(choices.len() * colours.len())?;
                     open.extend(choices.into_iter().map(|j| (colours.clone(), depth + 1, j)));
                 }
                 None => {
                     let mut places: Vec<(u64, usize)> = colours.iter().copied().zip(0..colours.len()).collect();
                     places.sort_unstable();
-                    let image: Vec<usize> = source
-                        .colours
-                        .iter()
-                        .filter_map(|colour| {
-                            let at = places.binary_search_by_key(colour, |(c, _)| *c).ok()?;
-                            Some(places[at].1)
-                        })
-                        .collect();
-                    effort.spend(self.edges())?;
+                    let place = |colour| Some(places[places.binary_search_by_key(colour, |(c, _)| *c).ok()?].1);
+                    let image: Vec<usize> = source.colours.iter().filter_map(place).collect();
+                    *effort = effort.checked_sub(self.edges())?;
                     if image.len() == colours.len() && self.keeps(|i| image[i], 0..image.len()) {
                         return Some(Some(image));
                     }

@@ -144,7 +144,7 @@ fn each<const BOUNDS: bool>(
     let (mut value, mut error) = (Lane::ZERO, Lane::ZERO);
     for i in 0..LANES {
         if BOUNDS {
-            let ball = |x: f64, e: f64| Ball::new(DoubleDouble::from(x), e);
+            let ball = |x: f64, e: f64| Ball::new(DoubleDouble::exact(x), e);
             let result = enclosed(ball(a.0[i], ea.0[i]), ball(b.0[i], eb.0[i]));
             value.0[i] = result.mid_f64();
             error.0[i] = result.mid_f64_error();

@@ -39,21 +39,19 @@ impl Metric<'_> {
         mut candidates: Vec<Vec<Wide>>,
         count: usize,
     ) -> Option<Vec<Vec<Wide>>> {
-        let images: Vec<Vec<Wide>> = known.iter().map(|x| self.image(x)).collect();
-        for candidate in &mut candidates {
-            for (x, image) in known.iter().zip(&images) {
-                let part = dot(image, candidate);
-                subtract(candidate, x, &part);
+        let clear = |own: &mut [Wide], basis: &[Vec<Wide>], images: &[Vec<Wide>]| {
+            for (x, image) in basis.iter().zip(images) {
+                let part = dot(image, own);
+                subtract(own, x, &part);
             }
-        }
+        };
+        let images: Vec<Vec<Wide>> = known.iter().map(|x| self.image(x)).collect();
+        candidates.iter_mut().for_each(|candidate| clear(candidate, known, &images));
         let echelon = self.echelon(candidates, count)?;
         let mut basis: Vec<Vec<Wide>> = Vec::with_capacity(count);
         let mut images: Vec<Vec<Wide>> = Vec::with_capacity(count);
         for mut own in echelon {
-            for (x, image) in basis.iter().zip(&images) {
-                let part = dot(image, &own);
-                subtract(&mut own, x, &part);
-            }
+            clear(&mut own, &basis, &images);
             let image = self.image(&own);
             let square = dot(&own, &image).re;
             if !square.is_positive() {

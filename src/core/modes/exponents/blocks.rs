@@ -82,8 +82,7 @@ impl Pencil<'_> {
         let roots: Vec<Big> = roots.iter().map(Big::sqrt).collect();
         let mut sums = vec![Big::zero(bits); square];
         for (part, entries) in matrix.chunks(square.max(1)).enumerate() {
-            let own = roots.iter().enumerate();
-            let own = own.filter(|(at, _)| part >> at & 1 == 1);
+            let own = roots.iter().enumerate().filter(|(at, _)| part >> at & 1 == 1);
             let mut root = own.fold(Big::one(bits), |product, (_, root)| &product * root);
             if (part & conjugate).count_ones() % 2 == 1 {
                 root = -&root;
@@ -142,14 +141,9 @@ impl Pencil<'_> {
                 }
             }
         }
-        let mut found = Vec::with_capacity(roots.len());
-        for (dimensions, kernels) in dimensions.iter().zip(&kernels) {
-            match self.headed(dimensions, kernels, metric) {
-                Some(blocks) => found.push(blocks),
-                None => return Search::Finer,
-            }
-        }
-        Search::Found(found)
+        let each = dimensions.iter().zip(&kernels);
+        let found = each.map(|(dimensions, kernels)| self.headed(dimensions, kernels, metric)).collect::<Option<_>>();
+        found.map_or(Search::Finer, Search::Found)
     }
 
     /// Sizes from the dimensions of the kernels, and heads from the longest chains down.
@@ -233,12 +227,8 @@ impl Pencil<'_> {
             }
             c[i][d - 1] -= &f[i];
         }
-        let mut square = zero();
-        for i in 0..d {
-            for j in 0..d {
-                square[i][j] = (0..d).map(|k| &c[i][k] * &c[k][j]).sum();
-            }
-        }
+        let square = |i: usize, j: usize| (0..d).map(|k| &c[i][k] * &c[k][j]).sum::<IBig>();
+        let square: Vec<Vec<IBig>> = (0..d).map(|i| (0..d).map(|j| square(i, j)).collect()).collect();
         let size = n * d * level;
         let mut rows = vec![vec![IBig::ZERO; size]; size];
         let curvature = lead * lead;

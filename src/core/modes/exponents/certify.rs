@@ -54,8 +54,7 @@ pub(super) struct Certificate {
 impl Certificate {
     pub(super) fn disc(&self, column: usize) -> Disc {
         let group = &self.groups[self.of[column]];
-        let at = group.members.iter().position(|&c| c == column);
-        match at {
+        match group.members.iter().position(|&c| c == column) {
             Some(at) => Disc { own: group.discs[at], radius: group.radii[at], shared: group.shared[at] },
             None => Disc { own: f64::INFINITY, radius: f64::INFINITY, shared: 0 },
         }
@@ -185,6 +184,7 @@ fn enclose(couplings: &Couplings, members: Vec<usize>) -> Result<Group, usize> {
         let first = all.next()?;
         Some(all.fold(first, |a, b| if gap[b] < gap[a] { b } else { a }))
     };
+    let joined = |culprit: Option<usize>| culprit.map_or_else(|| Ok(hopeless(members.clone(), m)), Err);
     // What the rows come to for columns that are hardly coupled.
     let mut radius: f64 = 0.0;
     for &c in &members {
@@ -198,10 +198,7 @@ fn enclose(couplings: &Couplings, members: Vec<usize>) -> Result<Group, usize> {
         radius = radius.max(2.0 * sum / least[c]);
     }
     if !radius.is_finite() {
-        return match nearest() {
-            Some(i) => Err(i),
-            None => Ok(hopeless(members, m)),
-        };
+        return joined(nearest());
     }
     let mut base = vec![0.0; m];
     let mut diagonal = vec![0.0; m];
@@ -221,9 +218,8 @@ fn enclose(couplings: &Couplings, members: Vec<usize>) -> Result<Group, usize> {
         let rows = Rows { outside: &outside, base: &base, diagonal: &diagonal };
         let Some(tau) = rows.sufficient(couplings, &|j| far[j] + reach) else {
             // The row that needs the most is the one to blame.
-            let worst =
-                outside.iter().copied().max_by(|&a, &b| (base[a] / diagonal[a]).total_cmp(&(base[b] / diagonal[b])));
-            return worst.map_or_else(|| Ok(hopeless(members.clone(), m)), Err);
+            let needs = |i: usize| base[i] / diagonal[i];
+            return joined(outside.iter().copied().max_by(|&a, &b| needs(a).total_cmp(&needs(b))));
         };
         let mut discs = Vec::with_capacity(members.len());
         let mut needed: f64 = 0.0;
@@ -251,10 +247,7 @@ fn enclose(couplings: &Couplings, members: Vec<usize>) -> Result<Group, usize> {
         }
         radius = 2.0 * needed;
     }
-    match nearest() {
-        Some(i) => Err(i),
-        None => Ok(hopeless(members, m)),
-    }
+    joined(nearest())
 }
 
 /// Rows outside of a group: what the members contribute to each, and a lower bound of its diagonal entry.
@@ -335,16 +328,10 @@ fn spread(couplings: &Couplings, members: &[usize], discs: &[f64]) -> (Vec<f64>,
         }
     }
     let shared = component.iter().map(|a| component.iter().filter(|b| *b == a).count()).collect();
-    let radii = (0..k)
-        .map(|a| {
-            (0..k)
-                .filter(|&b| component[b] == component[a])
-                .map(|b| {
-                    let d = couplings.distance.get(members[a], members[b]) * FAR;
-                    up(d + discs[b])
-                })
-                .fold(0.0, f64::max)
-        })
-        .collect();
-    (radii, shared)
+    let far_end = |a: usize, b: usize| up(couplings.distance.get(members[a], members[b]) * FAR + discs[b]);
+    let radius = |a: usize| {
+        let own = (0..k).filter(|&b| component[b] == component[a]);
+        own.map(|b| far_end(a, b)).fold(0.0, f64::max)
+    };
+    ((0..k).map(radius).collect(), shared)
 }

@@ -95,19 +95,16 @@ pub(super) fn exact(
         let squares: Polynomial = even.iter().step_by(2).cloned().collect();
         let parts = |bits: usize| {
             let parts = separated(&squares, &rest, bits)?;
+            let rounding = |x: &Big| (x * &rate(bits)).scale(options.power).decimal(options.digits).rounding;
             let covered = |x: &Big| {
-                let printed = || (x * &rate(bits)).scale(options.power);
-                let rounding = || printed().decimal(options.digits).rounding;
                 x.is_zero()
-                    || match rounding() {
+                    || match rounding(x) {
                         Rounding::Correct => true,
                         Rounding::Tie => bits >= BITS_OF_TIES,
                         Rounding::Fewer | Rounding::Undecided => false,
                     }
             };
-            let mut all = parts.iter();
-            let all = all.all(|(growth, omega)| covered(growth) && covered(omega));
-            all.then_some(parts)
+            parts.iter().all(|(growth, omega)| covered(growth) && covered(omega)).then_some(parts)
         };
         let bits = 128 + 4 * options.digits;
         let factor = (&factor, multiplicity);

@@ -164,30 +164,33 @@ pub enum Limit {
     Open,
 }
 
+impl Exponent {
+    /// From its parts, with a vector and the bound of that.
+    fn new(growth: Ball, omega: Ball, (vector, vector_error_bound): (Vec<c64>, f64), cluster: u32) -> Self {
+        Self {
+            kind: spectrum::kind(&growth, &omega),
+            omega_squared: spectrum::omega_squared(&growth, &omega),
+            growth,
+            omega,
+            precise: None,
+            vector,
+            vector_error_bound,
+            cluster,
+            limit: None,
+        }
+    }
+}
+
 /// The exponents of m q̈ + c q̇ + k q = 0 with c² = 4 m k, proved, and c not 0: -c/2m twice, with one vector.
-pub(crate) fn critical(mass: &Ball, damping: &Ball, precise: Option<[Big; 2]>) -> Exponents {
+pub(crate) fn critical(mass: &Ball, damping: &Ball, precise: Option<[Big; 2]>, options: &Options) -> Exponents {
     let growth = -(*damping / mass.scale(1));
-    let kind = spectrum::kind(&growth, &Ball::ZERO);
     let x = Ball::ONE / mass.sqrt();
     let precise = precise.map(|[mass, damping]| {
         let growth = -&(&damping / &(&mass + &mass));
         Box::new(Precise::complex(Big::zero(growth.bits()), growth))
     });
-    let entry = Exponent {
-        kind,
-        growth,
-        omega: Ball::ZERO,
-        omega_squared: Some(-(growth * growth)),
-        precise,
-        vector: vec![c64::new(x.mid_f64(), 0.0)],
-        vector_error_bound: x.mid_f64_error(),
-        cluster: 0,
-        limit: Some(Limit::Defective { order: 2 }),
-    };
-    let stability = match kind {
-        Kind::Unstable => Stability::Unstable,
-        Kind::Overdamped => Stability::Stable,
-        _ => Stability::Undecided,
-    };
-    Exponents { entries: vec![entry.clone(), entry], stability, secular: Some(false), level: PrecisionLevel::Refined }
+    let shape = (vec![c64::new(x.mid_f64(), 0.0)], x.mid_f64_error());
+    let limit = Some(Limit::Defective { order: 2 });
+    let entry = Exponent { precise, limit, ..Exponent::new(growth, Ball::ZERO, shape, 0) };
+    finish(vec![entry.clone(), entry], PrecisionLevel::Refined, options, &|_| true)
 }

@@ -88,19 +88,10 @@ pub(super) fn primitive(mut p: Polynomial) -> Polynomial {
     while p.last().is_some_and(|c| c.is_zero()) {
         p.pop();
     }
-    let Some(last) = p.last() else { return p };
-    let negative = *last < IBig::ZERO;
-    let mut content = UBig::ZERO;
-    for c in p.iter().filter(|c| !c.is_zero()) {
-        content = if content.is_zero() { c.clone().unsigned_abs() } else { content.gcd(c.clone().unsigned_abs()) };
-        if content.is_one() {
-            break;
-        }
-    }
-    let mut content = IBig::from(content);
-    if negative {
-        content = -content;
-    }
+    let sizes = p.iter().filter(|c| !c.is_zero()).map(|c| c.clone().unsigned_abs());
+    let common = |content: UBig, c: UBig| if content.is_one() { content } else { content.gcd(c) };
+    let Some(content) = sizes.reduce(common).map(IBig::from) else { return p };
+    let content = if p.last().is_some_and(|last| *last < IBig::ZERO) { -content } else { content };
     p.iter_mut().for_each(|c| *c = &*c / &content);
     p
 }
@@ -165,7 +156,6 @@ pub(super) fn divided(a: &Polynomial, b: &Polynomial) -> Option<Polynomial> {
 
 /// The factors whose roots are simple, with their multiplicities (Yun; Knuth, TAOCP 2, 4.6.2, exercise 36).
 pub(super) fn by_multiplicity(p: &Polynomial) -> Option<Vec<(Polynomial, usize)>> {
-    let mut factors = Vec::new();
     let mut rest = primitive(p.clone());
     // g_1 = gcd(p, p'), g_2 = gcd(g_1, g_1'), …: the roots of g_k are those of multiplicity above k.
     let mut tower = vec![rest.clone()];
@@ -174,11 +164,10 @@ pub(super) fn by_multiplicity(p: &Polynomial) -> Option<Vec<(Polynomial, usize)>
         tower.push(rest.clone());
     }
     // Roots of multiplicity k at least, once each.
-    let mut least = Vec::with_capacity(tower.len());
-    for pair in tower.windows(2) {
-        least.push(divided(&pair[0], &pair[1])?);
-    }
+    let least: Option<Vec<Polynomial>> = tower.windows(2).map(|pair| divided(&pair[0], &pair[1])).collect();
+    let mut least = least?;
     least.push(vec![IBig::ONE]);
+    let mut factors = Vec::new();
     for (k, pair) in least.windows(2).enumerate() {
         let factor = divided(&pair[0], &primitive(pair[1].clone()))?;
         if factor.len() > 1 {
@@ -224,15 +213,9 @@ pub(super) fn roots(p: &Polynomial, bits: usize) -> Option<Vec<Root>> {
     };
     // Weierstrass, Durand, Kerner: steps that are also the centres' distances from the roots.
     let corrections = |z: &[Wide]| -> Vec<Wide> {
-        (0..degree)
-            .map(|i| {
-                let mut product = lead.clone();
-                for j in (0..degree).filter(|&j| j != i) {
-                    product = product.mul(&z[i].sub(&z[j]));
-                }
-                value(&z[i]).div(&product)
-            })
-            .collect()
+        let others = |i: usize| (0..degree).filter(move |&j| j != i);
+        let product = |i: usize| others(i).fold(lead.clone(), |product, j| product.mul(&z[i].sub(&z[j])));
+        (0..degree).map(|i| value(&z[i]).div(&product(i))).collect()
     };
     let mut least = f64::INFINITY;
     let mut stalled = 0;
@@ -260,23 +243,14 @@ pub(super) fn roots(p: &Polynomial, bits: usize) -> Option<Vec<Root>> {
         }
     }
     let steps = corrections(&z);
-    let radii: Vec<Magnitude> = steps
-        .iter()
-        .map(|step| {
-            let size = step.re.abs_upper() + step.im.abs_upper();
-            size * Magnitude::from_f64(degree as f64)
-        })
-        .collect();
+    let radius = |step: &Wide| (step.re.abs_upper() + step.im.abs_upper()) * Magnitude::from_f64(degree as f64);
+    let radii: Vec<Magnitude> = steps.iter().map(radius).collect();
     let apart = |a: &Wide, b: &Wide| {
         let difference = a.sub(b);
         difference.re.abs_lower().max(difference.im.abs_lower())
     };
-    for i in 0..degree {
-        for j in 0..i {
-            if apart(&z[i], &z[j]) <= radii[i] + radii[j] {
-                return None;
-            }
-        }
+    if (0..degree).any(|i| (0..i).any(|j| apart(&z[i], &z[j]) <= radii[i] + radii[j])) {
+        return None;
     }
     let mut found = Vec::with_capacity(degree);
     for i in 0..degree {
@@ -294,17 +268,10 @@ pub(super) fn roots(p: &Polynomial, bits: usize) -> Option<Vec<Root>> {
 /// First points on circles: the slopes of the upper hull of (k, log |c_k|) are near the logarithms of the moduli
 /// (Bini, Numer. Algorithms 13 (1996) 179).
 fn begin(p: &Polynomial, bits: usize) -> Vec<Wide> {
-    let logs: Vec<(f64, f64)> = p
-        .iter()
-        .enumerate()
-        .filter(|(_, c)| !c.is_zero())
-        .map(|(k, c)| {
-            let size = Big::from_parts(c.clone().abs(), 0, 64).abs_upper();
-            (k as f64, size.log2())
-        })
-        .collect();
+    let log = |c: &IBig| Big::from_parts(c.clone().abs(), 0, 64).abs_upper().log2();
     let mut hull: Vec<(f64, f64)> = Vec::new();
-    for &point in &logs {
+    for (k, c) in p.iter().enumerate().filter(|(_, c)| !c.is_zero()) {
+        let point = (k as f64, log(c));
         while let [.., a, b] = hull[..] {
             if (b.1 - a.1) * (point.0 - a.0) <= (point.1 - a.1) * (b.0 - a.0) {
                 hull.pop();

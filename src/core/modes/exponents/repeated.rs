@@ -9,7 +9,7 @@ use super::complex::Wide;
 use super::exact::{ExactRoot, ExactSpectrum};
 use super::scale::Scaled;
 use super::solve::Solution;
-use super::spectrum::{Facts, finish, kind, omega_squared};
+use super::spectrum::{Facts, finish};
 use super::{Exponent, Exponents, Kind, Limit, Options, Precise, PrecisionLevel};
 use crate::precision::{Ball, Big, Integers, Magnitude, up};
 
@@ -52,23 +52,15 @@ pub(super) fn exact_spectrum(
         let entry = entry(&root, cluster);
         let Some(blocks) = &root.blocks else {
             let (vector, vector_error_bound) = shape(None, false);
-            let open = Exponent {
-                vector,
-                vector_error_bound,
-                limit: Some(Limit::Unresolved { count: root.multiplicity }),
-                ..entry
-            };
+            let limit = Some(Limit::Unresolved { count: root.multiplicity });
+            let open = Exponent { vector, vector_error_bound, limit, ..entry };
             entries.extend(std::iter::repeat_n(open, root.multiplicity));
             continue;
         };
         for (at, &order) in blocks.sizes.iter().enumerate() {
             let (vector, vector_error_bound) = shape(blocks.heads.get(at), true);
-            let own = Exponent {
-                vector,
-                vector_error_bound,
-                limit: (order > 1).then_some(Limit::Defective { order }),
-                ..entry.clone()
-            };
+            let limit = (order > 1).then_some(Limit::Defective { order });
+            let own = Exponent { vector, vector_error_bound, limit, ..entry.clone() };
             entries.extend(std::iter::repeat_n(own, order));
         }
     }
@@ -93,32 +85,13 @@ pub(super) fn exact_spectrum(
 }
 
 fn entry(root: &ExactRoot, cluster: u32) -> Exponent {
+    let precise = Some(Box::new(Precise::complex(root.omega.clone(), root.growth.clone())));
     let (growth, omega) = (root.growth.to_far_ball(), root.omega.to_far_ball());
-    Exponent {
-        kind: kind(&growth, &omega),
-        growth,
-        omega,
-        omega_squared: omega_squared(&growth, &omega),
-        precise: Some(Box::new(Precise::complex(root.omega.clone(), root.growth.clone()))),
-        vector: Vec::new(),
-        vector_error_bound: 0.0,
-        cluster,
-        limit: None,
-    }
+    Exponent { precise, ..Exponent::new(growth, omega, (Vec::new(), 0.0), cluster) }
 }
 
-pub(super) fn zero((vector, bound): Shape, limit: Option<Limit>, cluster: u32) -> Exponent {
-    Exponent {
-        kind: Kind::Zero,
-        growth: Ball::ZERO,
-        omega: Ball::ZERO,
-        omega_squared: Some(Ball::ZERO),
-        precise: None,
-        vector,
-        vector_error_bound: bound,
-        cluster,
-        limit,
-    }
+pub(super) fn zero(shape: Shape, limit: Option<Limit>, cluster: u32) -> Exponent {
+    Exponent { kind: Kind::Zero, limit, ..Exponent::new(Ball::ZERO, Ball::ZERO, shape, cluster) }
 }
 
 /// The vectors of the entries of the exponent 0, each with the size of its block.

@@ -11,11 +11,11 @@ use super::exact::{self, exact};
 use super::far::far_start;
 use super::repeated::exact_spectrum;
 use super::scale::Scaled;
-use super::spectrum::{Facts, Status, mark_rough, spectrum, status};
+use super::spectrum::{Facts, Status, finish, mark_rough, spectrum, status};
 use super::start::start;
 use super::wide::beyond;
 use super::wide_columns::{WideColumn, WideColumns};
-use super::{Exponents, ModesError, Options, PrecisionLevel, QuadraticProblem, QuadraticSource, Stability, Structure};
+use super::{Exponents, ModesError, Options, PrecisionLevel, QuadraticProblem, QuadraticSource, Structure};
 use crate::precision::{Ball, Big, Integers, sum_of_products};
 
 /// Rounds in double-double, the first one included.
@@ -43,12 +43,7 @@ pub fn exponents(
 ) -> Result<Exponents, ModesError> {
     let scaled = Scaled::new(problem)?;
     if scaled.n == 0 {
-        return Ok(Exponents {
-            entries: Vec::new(),
-            stability: Stability::Stable,
-            secular: Some(false),
-            level: PrecisionLevel::Doubles,
-        });
+        return Ok(finish(Vec::new(), PrecisionLevel::Doubles, options, &|_| true));
     }
     let inner = &options.smaller(i64::from(scaled.power));
     let mut solution = match in_double_double(&scaled, inner) {

@@ -320,7 +320,6 @@ fn entry(scaled: &Scaled, solution: &Solution, j: usize, shapes: &Shapes<'_>, op
     if omega.is_negative() {
         omega = -omega;
     }
-    let (vector, vector_error_bound) = shapes.of(j);
     let precise = wide.map(|(growth, omega)| {
         let part = |zero: bool, x: &Big| {
             if zero { Big::zero(x.bits()) } else { x.scale(scaled.power.into()) }
@@ -347,17 +346,7 @@ fn entry(scaled: &Scaled, solution: &Solution, j: usize, shapes: &Shapes<'_>, op
     } else {
         (!both()).then_some(Limit::Open)
     };
-    Exponent {
-        kind: kind(&growth, &omega),
-        omega_squared: omega_squared(&growth, &omega),
-        growth,
-        omega,
-        precise,
-        vector,
-        vector_error_bound,
-        cluster: certificate.of[j] as u32,
-        limit,
-    }
+    Exponent { precise, limit, ..Exponent::new(growth, omega, shapes.of(j), certificate.of[j] as u32) }
 }
 
 /// -exponent² where one part is exactly 0.

@@ -27,17 +27,9 @@ pub(super) fn beyond(
 ) -> Option<Solution> {
     let digits = options.digits.min(250) as f64;
     // What the smallest part needs beside the largest exponent, as far as is known by now.
-    let mut least = 1.0_f64;
-    for (j, status) in solution.statuses.iter().enumerate() {
-        if status.lacking {
-            let mu = solution.columns.base.mu(j);
-            for part in [mu.re.mid.hi.abs(), mu.im.mid.hi.abs()] {
-                if part > 1e-25 {
-                    least = least.min(part);
-                }
-            }
-        }
-    }
+    let lacking = (0..solution.statuses.len()).filter(|j| solution.statuses[*j].lacking);
+    let parts = lacking.map(|j| solution.columns.base.mu(j)).flat_map(|mu| [mu.re.mid.hi.abs(), mu.im.mid.hi.abs()]);
+    let least = parts.filter(|part| *part > 1e-25).fold(1.0, f64::min);
     let bits = ((digits + 3.0) * 3.33 - least.log2() + 64.0).max(160.0) as usize;
     let mut bits = bits.min(MOST_BITS);
     let Some(mut matrices) = Matrices::new(scaled, problem, source, bits) else {

@@ -27,13 +27,8 @@ impl Rows {
     }
 
     fn times(&self, x: &[Wide], bits: usize) -> Vec<Wide> {
-        self.0
-            .iter()
-            .map(|row| {
-                let zero = Wide::zero(bits);
-                row.iter().fold(zero, |sum, (j, entry)| sum.add(&x[*j].times(entry)))
-            })
-            .collect()
+        let add = |sum: Wide, (j, entry): &(usize, Big)| sum.add(&x[*j].times(entry));
+        self.0.iter().map(|row| row.iter().fold(Wide::zero(bits), add)).collect()
     }
 
     pub(super) fn count(&self) -> usize {

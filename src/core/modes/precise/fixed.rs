@@ -131,9 +131,7 @@ fn words<'a>(x: impl Iterator<Item = &'a IBig>) -> usize {
 /// xᵀy, exactly.
 pub(super) fn dot(x: &[IBig], y: &[IBig], sum: &mut Sum) -> IBig {
     sum.clear(words(x.iter()) + words(y.iter()));
-    for (x, y) in x.iter().zip(y) {
-        sum.add(x, y);
-    }
+    x.iter().zip(y).for_each(|(x, y)| sum.add(x, y));
     sum.value()
 }
 
@@ -185,16 +183,12 @@ impl Symmetric {
     /// The matrix times x, exactly.
     pub(super) fn times(&self, x: &[IBig], sum: &mut Sum) -> Vec<IBig> {
         let words = self.words + words(x.iter());
-        self.columns
-            .iter()
-            .map(|row| {
-                sum.clear(words);
-                for (column, entry) in row {
-                    sum.add(entry, &x[*column]);
-                }
-                sum.value()
-            })
-            .collect()
+        let mut product = |row: &Vec<(usize, IBig)>| {
+            sum.clear(words);
+            row.iter().for_each(|(column, entry)| sum.add(entry, &x[*column]));
+            sum.value()
+        };
+        self.columns.iter().map(&mut product).collect()
     }
 
     pub(super) fn entry(&self, row: usize, column: usize) -> IBig {

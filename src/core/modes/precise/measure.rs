@@ -150,10 +150,7 @@ pub(super) fn measure(
 impl<'a> Setting<'a> {
     fn new(data: &'a Data, columns: &'a Columns, background: Option<&Background>, sum: &mut Sum) -> Option<Self> {
         let m = background.map_or(columns.own.len(), |b| b.quotients.len());
-        let mut images = Vec::with_capacity(columns.own.len());
-        for x in &columns.x {
-            images.push(image(data, x, columns.scale, sum)?);
-        }
+        let images = columns.x.iter().map(|x| image(data, x, columns.scale, sum)).collect::<Option<Vec<Image>>>()?;
         let mut own = vec![None; m];
         let mut x = background.map_or_else(|| Matrix::zeros(data.n, m), |b| b.x.clone());
         for (at, &column) in columns.own.iter().enumerate() {
@@ -172,16 +169,8 @@ impl<'a> Setting<'a> {
             .collect();
         let size: Vec<f64> = quotient.iter().map(|mu| up(double(mu, -q).abs())).collect();
         let sizes = x.magnitudes();
-        size.iter().all(|size| size.is_finite()).then_some(Self {
-            data,
-            columns,
-            own,
-            images,
-            quotient,
-            size,
-            x,
-            sizes,
-        })
+        let is_finite = size.iter().all(|size| size.is_finite());
+        is_finite.then_some(Self { data, columns, own, images, quotient, size, x, sizes })
     }
 
     fn gap(&self, i: usize, j: usize) -> f64 {
@@ -236,12 +225,8 @@ impl<'a> Setting<'a> {
         };
         for (at, &j) in self.columns.own.iter().enumerate() {
             let gaps: Vec<f64> = (0..self.own.len()).map(|i| self.gap(i, j)).collect();
-            let mut largest: f64 = 0.0;
-            for (i, &gap) in gaps.iter().enumerate() {
-                if i != j {
-                    largest = largest.max(effect(products.h.get(i, at).hi.abs(), gap));
-                }
-            }
+            let others = gaps.iter().enumerate().filter(|(i, _)| *i != j);
+            let largest = others.map(|(i, gap)| effect(products.h.get(i, at).hi.abs(), *gap)).fold(0.0, f64::max);
             let target = target(self.size[j]);
             let enough = target.max(largest * 1e-3) / (16.0 * m);
             for (i, &gap) in gaps.iter().enumerate() {

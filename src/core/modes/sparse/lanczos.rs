@@ -128,7 +128,7 @@ impl State<'_> {
             for _ in 0..2 {
                 // What is nearly in the span of those before has lost its distance from all others, too.
                 let others: &[f64] = if length < 1e-2 * whole { &self.basis } else { &self.basis[before..] };
-                subtract(others, &inertia, &mut own);
+                project(others, &inertia, &mut own, n);
                 self.pencil.mass.times(&own, &mut inertia);
                 length = dot(&own, &inertia).sqrt();
             }
@@ -144,18 +144,12 @@ impl State<'_> {
     fn cleaned(&self, images: &mut [f64]) -> Mat<f64> {
         let n = self.pencil.dimension();
         let mut inertia = vec![0.0; images.len()];
-        let mut of_mass = |images: &[f64]| {
+        let mut total = Mat::zeros(self.basis.len() / n, images.len() / n);
+        for _ in 0..2 {
             for (inertia, image) in inertia.chunks_exact_mut(n).zip(images.chunks_exact(n)) {
                 self.pencil.mass.times(image, inertia);
             }
-            inertia.clone()
-        };
-        let mut total = Mat::zeros(self.basis.len() / n, images.len() / n);
-        for _ in 0..2 {
-            let inertia = of_mass(images);
-            if !self.known.is_empty() {
-                project(self.known, &inertia, images, n);
-            }
+            project(self.known, &inertia, images, n);
             total += project(&self.basis, &inertia, images, n);
         }
         total
@@ -276,10 +270,4 @@ fn project(others: &[f64], inertia: &[f64], vectors: &mut [f64], n: usize) -> Ma
     let target = MatMut::from_column_major_slice_mut(vectors, n, count);
     matmul(target, Accum::Add, v, parts.as_ref(), -1.0, Par::Seq);
     parts
-}
-
-fn subtract(others: &[f64], inertia: &[f64], own: &mut [f64]) {
-    if !others.is_empty() {
-        project(others, inertia, own, inertia.len());
-    }
 }

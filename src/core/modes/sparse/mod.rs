@@ -321,13 +321,11 @@ impl<'a> Search<'a> {
         };
         let last = values.last().copied()?;
         let columns = Columns { values, panels };
-        let window = match next {
-            Some(next) => {
-                Window { low: None, high: Some(self.counted(last + 0.6 * (next - last), zeros + columns.count())?) }
-            }
-            None => Window { low: None, high: None },
+        let high = match next {
+            Some(next) => Some(self.counted(last + 0.6 * (next - last), zeros + columns.count())?),
+            None => None,
         };
-        Some(Candidates { columns, window, positive: self.positive() })
+        Some(Candidates { columns, window: Window { low: None, high }, positive: self.positive() })
     }
 
     /// A number below which there are so many eigenvalues and no more, from a shift.

@@ -64,32 +64,21 @@ fn counts(symbolic: &SymbolicCholesky<usize>, n: usize) -> (Vec<usize>, f64) {
 /// Sci. Comput. 20 (1998) 359) of the graph in which rows with entries in the same columns, as the axes of a point, are one node.
 fn dissection(starts: &[usize], rows: &[usize]) -> Option<Vec<usize>> {
     let n = starts.len() - 1;
-    let entries = || (0..n).flat_map(|j| rows[starts[j]..starts[j + 1]].iter().map(move |i| (*i, j)));
-    let mut begins = vec![0; n + 1];
-    for (i, j) in entries() {
-        begins[j + 1] += 1;
-        begins[i + 1] += usize::from(i != j);
-    }
-    for i in 0..n {
-        begins[i + 1] += begins[i];
-    }
     // Both triangles, every row in rising order.
-    let mut next = begins.clone();
-    let mut columns = vec![0; begins[n]];
-    for (i, j) in entries() {
-        columns[next[j]] = i;
-        next[j] += 1;
-        if i != j {
-            columns[next[i]] = j;
-            next[i] += 1;
+    let mut columns: Vec<Vec<usize>> = vec![Vec::new(); n];
+    for j in 0..n {
+        for &i in &rows[starts[j]..starts[j + 1]] {
+            columns[j].push(i);
+            if i != j {
+                columns[i].push(j);
+            }
         }
     }
-    let row = |i: usize| &columns[begins[i]..begins[i + 1]];
     let mut numbers: HashMap<&[usize], usize> = HashMap::new();
     let mut nodes: Vec<Vec<usize>> = Vec::new();
     let mut node_of = Vec::with_capacity(n);
-    for i in 0..n {
-        let node = *numbers.entry(row(i)).or_insert(nodes.len());
+    for (i, column) in columns.iter().enumerate() {
+        let node = *numbers.entry(column).or_insert(nodes.len());
         if node == nodes.len() {
             nodes.push(Vec::new());
         }
@@ -98,7 +87,7 @@ fn dissection(starts: &[usize], rows: &[usize]) -> Option<Vec<usize>> {
     }
     let (mut ends, mut neighbours) = (vec![0_i32], Vec::new());
     for (node, members) in nodes.iter().enumerate() {
-        let others = row(*members.first()?).iter().map(|j| node_of[*j]);
+        let others = columns[*members.first()?].iter().map(|j| node_of[*j]);
         let mut others: Vec<i32> = others.filter(|other| *other as usize != node).collect();
         others.sort_unstable();
         others.dedup();

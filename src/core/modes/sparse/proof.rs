@@ -224,19 +224,10 @@ pub(super) fn prove(
         let near = distance - up(total / distance);
         (distance > 0.0 && near > 0.0).then_some(near * (1.0 - 8.0 * U))
     };
-    let above = match window.high {
-        Some(high) => match side((high - highest.upper()) * (1.0 - 4.0 * U)) {
-            Some(near) => near,
-            None => return Ok(None),
-        },
-        None => f64::INFINITY,
-    };
-    let below = match window.low {
-        Some(low) => match side((lowest.lower() - low) * (1.0 - 4.0 * U)) {
-            Some(near) => near,
-            None => return Ok(None),
-        },
-        None => f64::INFINITY,
+    let end = |distance: Option<f64>| distance.map_or(Some(f64::INFINITY), |own| side(own * (1.0 - 4.0 * U)));
+    let above = end(window.high.map(|high| high - highest.upper()));
+    let (Some(above), Some(below)) = (above, end(window.low.map(|low| lowest.lower() - low))) else {
+        return Ok(None);
     };
     // Eigenvalues are not above those of Θ at the lower end of the spectrum; elsewhere they are next to them by ‖P‖.
     let reach = if one_sided { 0.0 } else { up(total.sqrt()) };

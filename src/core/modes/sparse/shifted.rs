@@ -50,7 +50,7 @@ struct General {
 pub(super) struct Factor<'a> {
     pencil: &'a Pencil,
     pub(super) shift: f64,
-    values: Values,
+    values: Values<'a>,
     /// The number of negative pivots.
     pub(super) negative: usize,
     /// The least pivot beside the largest stiffness.
@@ -60,8 +60,8 @@ pub(super) struct Factor<'a> {
 }
 
 /// A decomposition with what its error is bounded by.
-struct Decomposed {
-    values: Values,
+struct Decomposed<'a> {
+    values: Values<'a>,
     negative: usize,
     /// The least pivot in units of the weights.
     weakest: f64,
@@ -71,10 +71,10 @@ struct Decomposed {
     widest: usize,
 }
 
-enum Values {
+enum Values<'a> {
     /// Pivots, and the entries of L below them.
     Tridiagonal(Vec<f64>, Vec<f64>),
-    General(Vec<f64>),
+    General(&'a General, Vec<f64>),
 }
 
 impl Pencil {
@@ -135,7 +135,7 @@ impl Pencil {
         error.is_finite().then_some(Factor { pencil: self, shift, values, negative, weakest: weakest / own.0, error })
     }
 
-    fn tridiagonal(&self, shift: f64) -> Option<Decomposed> {
+    fn tridiagonal(&self, shift: f64) -> Option<Decomposed<'_>> {
         let n = self.dimension();
         let (mut pivots, mut below) = (Vec::with_capacity(n), Vec::with_capacity(n));
         let (mut pivot, mut negative, mut weakest) = (1.0, 0, f64::INFINITY);
@@ -210,7 +210,7 @@ impl General {
         Some(Self { symbolic, starts, rows, widest })
     }
 
-    fn factor(&self, pencil: &Pencil, shift: f64) -> Option<Decomposed> {
+    fn factor<'a>(&'a self, pencil: &Pencil, shift: f64) -> Option<Decomposed<'a>> {
         let n = pencil.dimension();
         let mut entries = Vec::with_capacity(self.rows.len());
         for j in 0..n {
@@ -256,7 +256,7 @@ impl General {
         });
         let size = products.iter().zip(&roots).map(|(sum, root)| sum * root).fold(0.0, f64::max);
         let slack = 1.0 + (2 * self.widest + n / 1000 + 64) as f64 * 4.0 * U;
-        let values = Values::General(values);
+        let values = Values::General(self, values);
         fine.then_some(Decomposed { values, negative, weakest, size: size * slack, widest: self.widest })
     }
 
@@ -329,8 +329,8 @@ impl Factor<'_> {
     /// Solves for some vectors, column by column.
     pub(super) fn solve(&self, vectors: &mut [f64]) {
         let n = self.pencil.dimension();
-        match (&self.values, &self.pencil.structure) {
-            (Values::General(values), Structure::General(general)) => {
+        match &self.values {
+            Values::General(general, values) => {
                 let count = vectors.len() / n.max(1);
                 let scratch = general.symbolic.solve_in_place_scratch::<f64>(count, Par::Seq);
                 let Ok(mut memory) = MemBuffer::try_new(scratch) else {
@@ -345,7 +345,7 @@ impl Factor<'_> {
                     MemStack::new(&mut memory),
                 );
             }
-            (Values::Tridiagonal(pivots, below), _) => {
+            Values::Tridiagonal(pivots, below) => {
                 for x in vectors.chunks_exact_mut(n.max(1)) {
                     for i in 1..n {
                         x[i] -= below[i] * x[i - 1];
@@ -356,7 +356,6 @@ impl Factor<'_> {
                     }
                 }
             }
-            (Values::General(_), Structure::Tridiagonal) => vectors.fill(f64::NAN),
         }
     }
 

@@ -137,21 +137,18 @@ impl<'a> Bands<'a> {
         let wanted: Vec<usize> = numbers.clone().collect();
         let mut brackets: Vec<(f64, f64)> = vec![(-most, most); wanted.len()];
         for _ in 0..200 {
-            let mut points: Vec<f64> = Vec::new();
-            let open: Vec<(f64, f64)> = {
-                let mut open: Vec<(f64, f64)> = Vec::new();
-                for (i, own) in brackets.iter().enumerate() {
-                    let next = brackets.get(i + 1).filter(|next| next.0 < own.1);
-                    if (next.is_some() || !is_narrow(*own)) && open.last() != Some(own) {
-                        open.push(*own);
-                    }
+            let mut open: Vec<(f64, f64)> = Vec::new();
+            for (i, own) in brackets.iter().enumerate() {
+                let next = brackets.get(i + 1).filter(|next| next.0 < own.1);
+                if (next.is_some() || !is_narrow(*own)) && open.last() != Some(own) {
+                    open.push(*own);
                 }
-                open
-            };
+            }
             if open.is_empty() {
                 break;
             }
             let each = (LANES / open.len()).max(1);
+            let mut points: Vec<f64> = Vec::new();
             for (low, high) in open.into_iter().take(LANES) {
                 points.extend((1..=each).map(|k| between(low, high, k as f64 / (each + 1) as f64, floor)));
             }

@@ -16,7 +16,7 @@ use dashu_float::round::{Rounded, mode::HalfEven};
 use dashu_float::{ConstCache, Context, FBig, FpResult, Repr};
 
 use super::super::magnitude::Magnitude;
-use super::super::scalar::{Function, Scalar, functions};
+use super::super::scalar::{Function, Scalar, functions, operators, own_methods};
 use super::{Big, MOST_BITS};
 use crate::number::Number;
 
@@ -436,42 +436,16 @@ impl Scalar for Big {
         Big::pi(bits)
     }
 
-    fn add(&self, other: &Self) -> Self {
-        self + other
-    }
-
-    fn sub(&self, other: &Self) -> Self {
-        self - other
-    }
-
-    fn mul(&self, other: &Self) -> Self {
-        self * other
-    }
-
-    fn div(&self, other: &Self) -> Self {
-        self / other
-    }
-
-    fn neg(&self) -> Self {
-        -self
-    }
-
-    fn powi(&self, exponent: i32) -> Self {
-        Big::powi(self, exponent)
-    }
-
-    fn sqrt(&self) -> Self {
-        Big::sqrt(self)
-    }
-
-    fn pow(&self, exponent: &Self) -> Self {
-        Big::pow(self, exponent)
-    }
+    operators!();
 
     functions!();
 
-    fn atan2(&self, x: &Self) -> Self {
-        Big::atan2(self, x)
+    own_methods! { Big:
+        powi(exponent: i32) -> Self;
+        sqrt() -> Self;
+        pow(exponent: &Self) -> Self;
+        atan2(x: &Self) -> Self;
+        is_finite() -> bool;
     }
 
     fn signum(&self) -> Self {
@@ -486,10 +460,6 @@ impl Scalar for Big {
 
     fn convolution(left: &[Self], right: &[Self]) -> Option<Self> {
         super::arithmetic::convolution(left, right)
-    }
-
-    fn is_finite(&self) -> bool {
-        Big::is_finite(self)
     }
 
     fn is_exact_zero(&self) -> bool {
