@@ -74,7 +74,8 @@ pub const MOST_BYTES: usize = 32 << 20;
 /// # Ok::<(), Vec<librate::syntax::SyntaxError>>(())
 /// ```
 pub fn parse(source: &str) -> Result<File, Vec<SyntaxError>> {
-    parse_in_pieces(source, PIECE)
+    let (file, errors) = parse_readable(source);
+    if errors.is_empty() { Ok(file) } else { Err(errors) }
 }
 
 /// Parses as much of a text as can be read, for an editor in which it is being written: the tree of all statements
@@ -86,18 +87,6 @@ pub fn parse(source: &str) -> Result<File, Vec<SyntaxError>> {
 /// ```
 #[must_use]
 pub fn parse_readable(source: &str) -> (File, Vec<SyntaxError>) {
-    readable_in_pieces(source, PIECE)
-}
-
-/// Longer sums are given to pest in pieces of about this many bytes.
-const PIECE: u32 = 1 << 14;
-
-fn parse_in_pieces(source: &str, piece: u32) -> Result<File, Vec<SyntaxError>> {
-    let (file, errors) = readable_in_pieces(source, piece);
-    if errors.is_empty() { Ok(file) } else { Err(errors) }
-}
-
-fn readable_in_pieces(source: &str, piece: u32) -> (File, Vec<SyntaxError>) {
     if source.len() > MOST_BYTES {
         let error = SyntaxError::FileTooLarge { bytes: source.len(), most: MOST_BYTES };
         return (File::default(), vec![error]);
@@ -106,7 +95,7 @@ fn readable_in_pieces(source: &str, piece: u32) -> (File, Vec<SyntaxError>) {
     let start = if source.starts_with(mark) { mark.len_utf8() as u32 } else { 0 };
     let pieces = split::split(source, start);
     let mut errors = pieces.errors;
-    let mut builder = Builder::new(pieces.comments, pieces.statements.len(), piece);
+    let mut builder = Builder::new(pieces.comments, pieces.statements.len());
     for piece in pieces.statements {
         if piece.broken {
             continue;

@@ -38,12 +38,10 @@ pub(super) struct Builder {
     in_filter: Cell<bool>,
     /// Where the text stands that pest has been given.
     places: Places,
-    /// Longer statements are read in pieces, as far as they are sums.
-    piece: u32,
 }
 
 impl Builder {
-    pub(super) fn new(comments: Vec<Comment>, statements: usize, piece: u32) -> Self {
+    pub(super) fn new(comments: Vec<Comment>, statements: usize) -> Self {
         Self {
             precedences: precedences(),
             statements: Vec::with_capacity(statements),
@@ -53,7 +51,6 @@ impl Builder {
             error: RefCell::new(None),
             in_filter: Cell::new(false),
             places: Places::default(),
-            piece,
         }
     }
 

@@ -17,6 +17,8 @@ use crate::syntax::ast::{ExprKind, ExprRef, Member, StatementKind};
 use crate::syntax::cut::{self, Region};
 use crate::syntax::grammar::{Grammar, Rule};
 
+/// Longer statements are read in pieces of about this many bytes, as far as they are sums.
+const PIECE: u32 = 1 << 14;
 /// The text in the place of a sum.
 const STAND_IN: &str = "0";
 
@@ -96,13 +98,13 @@ impl Places {
 }
 
 impl Builder {
-    /// Reads a statement in pieces of about `self.piece` bytes; `None` if it can't be cut or if
+    /// Reads a statement in pieces of about [`PIECE`] bytes; `None` if it can't be cut or if
     /// something in it is wrong.
     pub(super) fn in_pieces(&mut self, source: &str, span: Span) -> Option<StatementKind> {
-        if span.end - span.start <= self.piece {
+        if span.end - span.start <= PIECE {
             return None;
         }
-        let regions = cut::regions(source, span, self.piece);
+        let regions = cut::regions(source, span, PIECE);
         if regions.is_empty() {
             return None;
         }
