@@ -256,11 +256,8 @@ impl<S: Read + Write + Seek> MotionJson<S> {
     }
 }
 
-/// The digits that are certain; nothing where none is. What no double of full precision is told from 0 is 0.
+/// The digits that are certain; nothing where none is.
 fn decided(value: &Ball, digits: usize) -> String {
-    if value.abs_upper() < f64::MIN_POSITIVE {
-        return "0".to_owned();
-    }
     let own = decimal(value, digits);
     if own.digits > 0 { own.text } else { String::new() }
 }

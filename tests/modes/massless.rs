@@ -235,6 +235,9 @@ fn a_guiding_centre_beside_friction_is_one_mode_more() {
 #[test]
 fn directions_that_springs_hold_may_be_coupled_to_velocities() {
     check("coord x, y  T = 1/2*(x' + y')^2 + x*y'  V = x^2 + y^2", 1, &["4/5"]);
+    // Directions with components that no double has: 1/(9 + 4 + 1) and 1/(1 + a^2 + 1).
+    check("coord x, y  T = 1/2*(3*x' + 2*y')^2 + x*y'  V = 1/2*x^2 + 1/2*y^2", 1, &["1/14"]);
+    check("param a = 3/10  coord x, y  T = 1/2*(x' + a*y')^2 + x*y'  V = 1/2*x^2 + 1/2*y^2", 1, &["100/209"]);
     let (_, normal) = solved("coord x, y  T = 4*x'*y' + 2*x'^2 + 2*y'^2 + x*y'  V = 2*x^2 + 4*x*y + 13/2*y^2");
     let [mode] = &normal.modes[..] else { panic!("{normal:?}") };
     // det(s²M + sG + K) = (4 s² + 4)(4 s² + 13) - (4 s² + 4)² + s² = 37 s² + 36.

@@ -116,7 +116,7 @@ pub(super) fn without_inertia(
         matrices.iter().all(rows)
     };
     vectors.retain(vanishes);
-    Some(vectors)
+    Some(vectors.iter().map(|vector| Surd::without_denominators(vector)).collect())
 }
 
 /// A combination of directions without inertia that takes no force, exactly: its image under K + N is 0.

@@ -5,6 +5,7 @@
 
 use dashu_int::IBig;
 
+use super::elimination::common_denominator;
 use crate::number::Number;
 use crate::precision::{Ball, Function, Root, Scalar, power};
 
@@ -64,6 +65,12 @@ impl Surd {
 
     fn with_factor(&self, factor: Number) -> Self {
         Self { factor, ..self.clone() }
+    }
+
+    /// A multiple of a vector whose factors are whole, so that they are exact in any numbers.
+    pub(super) fn without_denominators(vector: &[Self]) -> Vec<Self> {
+        let common = Number::from_integer(common_denominator(vector.iter().map(|own| &own.factor)));
+        vector.iter().map(|own| own.with_factor(own.factor.mul(&common))).collect()
     }
 
     pub(super) fn is_zero(&self) -> bool {

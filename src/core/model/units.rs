@@ -172,10 +172,11 @@ fn power(name: &str) -> Option<String> {
     look_up(base).map(|_| format!("{base}^{exponent}"))
 }
 
-/// `Nm` in the language: `N*m`.
+/// `Nm` in the language: `N*m`; what ends in s may be a plural.
 fn product(name: &str) -> Option<String> {
     let parts = (1..name.len()).rev().filter_map(|at| Some((name.get(..at)?, name.get(at..)?)));
-    let mut known = parts.filter(|(left, right)| look_up(left).is_some() && look_up(right).is_some());
+    let is_known = |name: &str| name != "s" && look_up(name).is_some();
+    let mut known = parts.filter(|(left, right)| is_known(left) && is_known(right));
     known.next().map(|(left, right)| format!("{left}*{right}"))
 }
 
