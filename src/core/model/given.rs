@@ -171,6 +171,9 @@ impl Elaborator<'_> {
                 {
                     parts[position].clone()
                 }
+                (Value::Vector(_), false) if members.block.is_some() && self.shape_fits(&value, &members) => {
+                    Value::Scalar(value.scalars()[position])
+                }
                 (Value::Vector(_) | Value::Scalar(_), _) => value,
             };
             if !self.assign(family, &at[..members.rank], &value, factor, what, members.span, program.span, into) {

@@ -231,6 +231,10 @@ impl Elaborator<'_> {
                 span,
                 help: Some(format!("declare a family: `param {}[{ranges}] = …`", name.text)),
             }
+        } else if found == keys.len() {
+            let help = "a list for each of the first index, `[[1, 2], [3, 4]]`";
+            let what = format!("`{}` has {} indices, but {} is given", name.text, members.rank, value.describe());
+            ModelError::shape((what, Some(help.to_owned())), span)
         } else {
             ModelError::ListLength { name: name.text.to_string(), expected: keys.len(), found, span }
         });
@@ -247,24 +251,23 @@ impl Elaborator<'_> {
         }
     }
 
+    /// Whether a list has a number for each member; along an axis with a single one there need be no list.
     pub(super) fn shape_fits(&self, value: &Value, members: &Members) -> bool {
+        fn fits(value: &Value, extents: &[usize]) -> bool {
+            match (extents, value) {
+                ([], value) => matches!(value, Value::Scalar(_)),
+                ([1, rest @ ..], value) if fits(value, rest) => true,
+                ([extent, rest @ ..], Value::Vector(parts)) => {
+                    parts.len() == *extent && parts.iter().all(|part| fits(part, rest))
+                }
+                (_, Value::Scalar(_)) => false,
+            }
+        }
         let Some(block) = &members.block else {
             return members.rank == 1;
         };
-        let mut level = vec![value];
-        for axis in 0..members.rank {
-            let mut next = Vec::new();
-            for value in level {
-                match value {
-                    Value::Vector(parts) if parts.len() == block.extent(axis) => {
-                        next.extend(parts.iter());
-                    }
-                    Value::Vector(_) | Value::Scalar(_) => return false,
-                }
-            }
-            level = next;
-        }
-        level.iter().all(|value| matches!(value, Value::Scalar(_)))
+        let extents: Vec<usize> = (0..members.rank).map(|axis| block.extent(axis)).collect();
+        fits(value, &extents)
     }
 
     /// Adds members to a parameter family; gives their indices in the order of numbering.
