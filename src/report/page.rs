@@ -204,7 +204,13 @@ impl Page {
         }
         match &derivation.linear {
             Ok(linear) => page.linear(derivation, linear),
-            Err(error) => page.parts.push(Part::Paragraph(format!("no mass and stiffness matrices: {error}"))),
+            Err(error) => {
+                // At rest they may carry what the energies leave over.
+                let carried =
+                    derivation.independent.as_ref().map(|_| " without the forces of conditions on velocities");
+                let without = carried.unwrap_or_default();
+                page.parts.push(Part::Paragraph(format!("no mass and stiffness matrices{without}: {error}")));
+            }
         }
         if let (Some(given), Some(modes)) = (&derivation.given, &derivation.numbers)
             && derivation.shows("numbers")

@@ -6,6 +6,7 @@ use crate::budget::Exceeded;
 use crate::diagnostic::{at, nowhere};
 use crate::mistakes;
 use crate::span::Span;
+use crate::syntax::FUNCTIONS;
 
 mistakes! {
 /// A mistake in what a model file says.
@@ -33,6 +34,9 @@ Error ModelError {
                 .with_help(format!("its time derivative is used, so it is a coordinate: declare it by `coord {name}`"));
             let place = coordinate.unwrap_or_default();
             shown.replacing(Span::new(place, place), format!("coord {name}\n"))
+        }
+        None if FUNCTIONS.contains(&name.as_str()) => {
+            at(*span, "a function without its argument").with_help(format!("write `{name}(…)`"))
         }
         None => at(*span, "unknown name")
             .with_help(format!("declare it: `param {name} = …`, `coord {name}` or `let {name} = …`"))

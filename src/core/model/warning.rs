@@ -107,6 +107,12 @@ Warning Warning {
     } => at(*span, "without a unit of its own it is in that of the coordinate, per second")
         .with_secondary(*other_span, "another unit for the same kind of quantity")
         .with_help(format!("write the unit that is meant: `{word} {name}' : {unit} = …` or `{word} {name}' : {other_unit} = …`")),
+
+    /// A dissipation that damps nothing.
+    #[error("the dissipation depends on no velocity")]
+    "W0011" FrictionWithoutVelocity(span) => at(*span, "damps nothing").with_help(
+        "Rayleigh's function is one of velocities: `1/2*c*x'^2`; is a prime missing?",
+    ),
 }
 }
 
@@ -129,6 +135,7 @@ impl Model {
         found.extend(unused_indices(file));
         found.extend(period_without_time(self));
         found.extend(useless_velocity(self));
+        found.extend(friction_without_velocity(file, self));
         found.extend(rates_beside_other_units(file, self));
         let unused: HashSet<String> = found
             .iter()
@@ -239,6 +246,19 @@ fn unused_indices(file: &File) -> Vec<Warning> {
 fn period_without_time(model: &Model) -> Option<Warning> {
     let period = model.period?;
     model.time_dependent.is_none().then_some(Warning::PeriodWithoutTime { span: period.span })
+}
+
+/// A dissipation other than 0 in which no velocity occurs.
+fn friction_without_velocity(file: &File, model: &Model) -> Option<Warning> {
+    let friction = |kind: &StatementKind| if let StatementKind::Dissipation(root) = kind { Some(*root) } else { None };
+    let root = file.statements.iter().find_map(|statement| friction(&statement.kind))?;
+    let damps = |family: &TermFamily| {
+        let symbols = model.pool.symbols_of(&[family.body]);
+        family.acts_on.is_none() && family.locals.iter().any(|local| symbols.contains(&local.velocity))
+    };
+    let is_zero = matches!(file.expr(root).kind, ExprKind::Number("0"));
+    let none = !is_zero && !model.forces.iter().any(damps);
+    none.then_some(Warning::FrictionWithoutVelocity { span: file.expr(root).span })
 }
 
 /// The first guess of a velocity where no periodic motion is searched for.
