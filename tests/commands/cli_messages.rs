@@ -89,6 +89,17 @@ fn velocities_guessed_in_vain_are_told() {
     assert!(message.contains("`x'` is a velocity"), "{message}");
 }
 
+/// A statement that can't be read may declare what others use.
+#[test]
+fn what_cannot_be_read_may_declare_names() {
+    let model = "param k = 2 m\ncoord x\nT = 1/2*x'^2\nV = 1/2*k*x^2 + q\n";
+    let run = with_input(&["--message-format", "json", "check", "-"], model);
+    let all = lines(&run.err);
+    let messages: Vec<&str> = all.iter().filter_map(|line| line["message"].as_str()).collect();
+    assert_eq!(messages.len(), 2, "{}", run.err);
+    assert_eq!(messages[1], "`q` is not declared");
+}
+
 #[test]
 fn messages_for_programs() {
     let model = "coord x\nT = 1/2*m*x'^2\nV = 1/2*x^2 + 2 x\n# ü\nlet ä = öde*2\n";
@@ -98,8 +109,10 @@ fn messages_for_programs() {
     }
     let run = with_input(&["--message-format", "json", "modes", "-"], model);
     let all = lines(&run.err);
-    assert_eq!(all.len(), 1, "{}", run.err);
-    let one = &all[0];
+    // Names that nothing declares are told beside what can't be read.
+    let codes: Vec<&str> = all.iter().filter_map(|line| line["code"].as_str()).collect();
+    assert_eq!(codes, ["E0101", "E0007", "E0101"], "{}", run.err);
+    let one = &all[1];
     assert_eq!(one["severity"], "error");
     assert_eq!(one["code"], "E0007");
     assert_eq!(one["file"], "<stdin>");
