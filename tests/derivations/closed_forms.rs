@@ -233,6 +233,17 @@ fn corrections_belong_to_their_zeroth_order() {
     }
 }
 
+/// A root that stands there with one sign alone is a magnitude.
+#[test]
+fn roots_without_their_opposite_keep_their_sign() {
+    let text = "param k, d, h  coord y  T = 1/2*y'^2  V = 1/2*k*(sqrt(y^2 + d^2 + h^2) - 1)^2";
+    let mut derivation = derive(&model_in(text, Path::new("."), &[]), &Parts::default().frequencies(true)).unwrap();
+    derivation.limit("h", &Number::ZERO);
+    let found = derivation.linear.as_ref().unwrap().frequencies.as_ref().unwrap();
+    let form = derivation.pool.display(found.general.frequencies[0].omega_squared);
+    assert!(form.contains("abs(d)"), "{form}");
+}
+
 #[test]
 fn limits_and_series_of_exponents() {
     let text = "param m = 1  param c = 1/10  param k = 1  coord x

@@ -6,7 +6,7 @@ use super::exponents::Exponents;
 use super::frequencies::{Approximation, Case, Frequencies, Frequency};
 use super::roots::root;
 use super::simplify::{Algebra, rebuild};
-use crate::expr::{ExprId, Node, Substitution, Symbol};
+use crate::expr::{ExprId, Node, Substitution, Symbol, ZeroVerdict};
 use crate::number::Number;
 use crate::precision::Function;
 
@@ -102,13 +102,17 @@ impl Exponents {
     }
 }
 
-/// An expression with the square roots drawn that have become those of squares, and their powers; magnitudes but those that are `kept` are
-/// roots of squares, too.
-fn with_drawn_roots(pool: &mut Algebra<'_>, e: ExprId, kept: &[ExprId]) -> ExprId {
+/// An expression with the square roots drawn that have become those of squares, and their powers, each with one sign or all with the other;
+/// magnitudes are such roots.
+fn with_drawn_roots(pool: &mut Algebra<'_>, e: ExprId, negative: bool) -> ExprId {
     let mut images: HashMap<ExprId, ExprId> = HashMap::new();
+    let signed = |pool: &mut Algebra<'_>, e: ExprId| if negative { pool.neg(e) } else { e };
     for id in pool.reachable(&[e]) {
         let image = match *pool.node(id) {
-            Node::Function(Function::Abs, inner) if !kept.contains(&id) => images.get(&inner).copied().unwrap_or(inner),
+            Node::Function(Function::Abs, inner) => {
+                let inner = images.get(&inner).copied().unwrap_or(inner);
+                signed(pool, inner)
+            }
             _ => rebuild(pool, id, &images),
         };
         let mut factors = pool.factors(image);
@@ -119,7 +123,7 @@ fn with_drawn_roots(pool: &mut Algebra<'_>, e: ExprId, kept: &[ExprId]) -> ExprI
                 && pool.is_sum(*base)
                 && let (square, true) = root(pool, *base)
             {
-                (*base, *exponent) = (square, twice);
+                (*base, *exponent) = (signed(pool, square), twice);
             }
         }
         images.insert(id, pool.product_of_powers(&factors));
@@ -127,17 +131,31 @@ fn with_drawn_roots(pool: &mut Algebra<'_>, e: ExprId, kept: &[ExprId]) -> ExprI
     images.get(&e).copied().unwrap_or(e)
 }
 
+/// Squares of frequencies with roots drawn, where each stands there with both signs, so that which one is positive makes no difference.
+fn drawn(pool: &mut Algebra<'_>, values: &[ExprId]) -> Option<Vec<ExprId>> {
+    if values.iter().any(|value| pool.is_undefined(*value)) {
+        return None;
+    }
+    let mut of = |negative: bool| -> Vec<ExprId> {
+        values.iter().map(|value| with_drawn_roots(pool, *value, negative)).collect()
+    };
+    let (plus, minus) = (of(false), of(true));
+    let is_there = |own: &ExprId| {
+        minus.iter().any(|other| {
+            let difference = pool.sub(*own, *other);
+            pool.is_zero(difference) == ZeroVerdict::Zero
+        })
+    };
+    plus.iter().all(is_there).then(|| plus.clone())
+}
+
 fn transform_case(pool: &mut Algebra<'_>, case: &mut Case, change: impl Fn(&mut Algebra<'_>, ExprId) -> ExprId) {
     // Their names stand for what was before.
     case.solved.clear();
-    let all: Vec<ExprId> = case.frequencies.iter().map(|form| form.omega_squared).collect();
-    let mut magnitudes = pool.reachable(&all);
-    magnitudes.retain(|id| matches!(pool.node(*id), Node::Function(Function::Abs, _)));
     let mut frequencies: Vec<Frequency> = Vec::new();
     let mut values: Vec<ExprId> = case.frequencies.iter().map(|form| change(pool, form.omega_squared)).collect();
-    // Both signs of a root are there, so that which one is positive makes no difference.
-    if !values.iter().any(|value| pool.is_undefined(*value)) {
-        values.iter_mut().for_each(|value| *value = with_drawn_roots(pool, *value, &magnitudes));
+    if let Some(drawn) = drawn(pool, &values) {
+        values = drawn;
     }
     for (mut form, value) in case.frequencies.drain(..).zip(values) {
         if pool.is_undefined(value) {
