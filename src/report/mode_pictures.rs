@@ -104,13 +104,16 @@ pub fn spectrum_svg(linearized: &Linearized, modes: &NormalModes) -> String {
     };
     let [rate, exponent] = axis_labels(model.has_units);
     let grows = modes.modes.iter().any(|mode| mode.growth.mid_f64() != 0.0);
-    let mut panels = vec![panel(label, rate, 0, &|mode| mode.omega.mid_f64())];
-    if grows {
-        panels.push(panel(label, exponent, 1, &|mode| mode.growth.mid_f64()));
-    }
+    let omega = panel(label, rate, 0, &|mode| mode.omega.mid_f64());
+    let growth = grows.then(|| panel(label, exponent, 1, &|mode| mode.growth.mid_f64()));
     let description = format!("The frequency of each of {} modes by its {label}.", modes.modes.len());
-    let size = if grows { [600.0, 260.0] } else { [600.0, 380.0] };
-    Picture::column(titled(what, model.name.as_deref()), description, size, panels).svg()
+    with_growth(titled(what, model.name.as_deref()), description, omega, growth)
+}
+
+/// Frequencies, with growth in a panel below where there is some.
+fn with_growth(title: String, description: String, omega: Panel, growth: Option<Panel>) -> String {
+    let size = if growth.is_some() { [600.0, 260.0] } else { [600.0, 380.0] };
+    Picture::column(title, description, size, [omega].into_iter().chain(growth).collect()).svg()
 }
 
 /// What frequencies and growth are called.
@@ -184,14 +187,10 @@ pub fn sweep_svg(sweep: &Sweep, places: &[Place], branches: &[Branch], view: &Sw
         let points = values().map(|value| [value, order * unit * value]).collect();
         omega.push(Curve { name: format!("order {order}"), colour, stroke: Stroke::Thin, points });
     }
-    let mut panels = vec![Panel::new(across(), up, omega)];
-    if grows {
-        panels.push(Panel::new(across(), axis(exponent, &growth, 1), growth));
-    }
+    let growth = grows.then(|| Panel::new(across(), axis(exponent, &growth, 1), growth));
     let what = if view.orders.is_empty() { "Frequencies" } else { "Campbell diagram" };
     let description = format!("The frequencies over {name}; each mode is followed by its shape.");
-    let size = if grows { [600.0, 260.0] } else { [600.0, 380.0] };
-    Picture::column(titled(what, model_name), description, size, panels).svg()
+    with_growth(titled(what, model_name), description, Panel::new(across(), up, omega), growth)
 }
 
 /// What the unit of the parameter is worth in SI.

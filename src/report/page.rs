@@ -206,9 +206,8 @@ impl Page {
             Ok(linear) => page.linear(derivation, linear),
             Err(error) => {
                 // At rest they may carry what the energies leave over.
-                let carried =
-                    derivation.independent.as_ref().map(|_| " without the forces of conditions on velocities");
-                let without = carried.unwrap_or_default();
+                let carried = derivation.independent.is_some();
+                let without = if carried { " without the forces of conditions on velocities" } else { "" };
                 page.parts.push(Part::Paragraph(format!("no mass and stiffness matrices{without}: {error}")));
             }
         }

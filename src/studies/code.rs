@@ -12,6 +12,7 @@ use librate_core::expr::{ExprId, Node, Pool, Substitution, Symbol};
 use librate_core::linearize::{self, Feature, LinearizeError, Linearized, signed_terms};
 use librate_core::model::Model;
 use librate_core::number::Number;
+use librate_core::precision::clear_column;
 
 /// Code for more coordinates would be too long.
 const MOST_COORDINATES: usize = 200;
@@ -67,18 +68,15 @@ fn exponents(model: &Model) -> Substitution {
 /// One coordinate for each zero mode among those that are free: with these held, the others have an equilibrium by itself.
 fn held(found: &Linearized, free: &[usize]) -> Vec<usize> {
     let modes = found.zero_modes();
-    let mut vectors: Vec<Vec<f64>> =
+    let mut rows: Vec<Vec<f64>> =
         modes.iter().map(|mode| free.iter().map(|at| mode.vector[*at].mid_f64()).collect()).collect();
     let mut held = Vec::new();
-    while let Some(own) = vectors.pop() {
-        let largest = (0..free.len()).max_by(|a, b| own[*a].abs().total_cmp(&own[*b].abs()));
-        let Some(pivot) = largest.filter(|at| own[*at] != 0.0) else { continue };
-        for other in &mut vectors {
-            let factor = other[pivot] / own[pivot];
-            other.iter_mut().zip(&own).for_each(|(x, y)| *x -= factor * y);
-            other[pivot] = 0.0;
+    for k in 0..rows.len() {
+        let largest = (0..free.len()).max_by(|a, b| rows[k][*a].abs().total_cmp(&rows[k][*b].abs()));
+        if let Some(pivot) = largest.filter(|at| rows[k][*at] != 0.0) {
+            clear_column(&mut rows, k, pivot, ());
+            held.push(free[pivot]);
         }
-        held.push(free[pivot]);
     }
     held
 }

@@ -146,7 +146,7 @@ fn drawn(pool: &mut Algebra<'_>, values: &[ExprId]) -> Option<Vec<ExprId>> {
             pool.is_zero(difference) == ZeroVerdict::Zero
         })
     };
-    plus.iter().all(is_there).then(|| plus.clone())
+    plus.iter().all(is_there).then_some(plus)
 }
 
 fn transform_case(pool: &mut Algebra<'_>, case: &mut Case, change: impl Fn(&mut Algebra<'_>, ExprId) -> ExprId) {

@@ -737,7 +737,7 @@ impl Linearized {
         self.zero_modes_with(true)
     }
 
-    /// Those that symmetries explain, or all.
+    /// Those that symmetries and loose parts explain, or all.
     pub(crate) fn zero_modes_with(&self, others: bool) -> Vec<ZeroMode> {
         let at = &self.equilibrium;
         if let Some(rolling) = self.rolling() {

@@ -59,9 +59,15 @@ impl Compiler<'_> {
             let own = known.iter().find(|own| !own.is_empty() && spelling(own) == spelt);
             own.map(|own| format!("{own}{behind}")).or_else(|| self.member(name, indices))
         };
+        let dotted = match name {
+            "ẋ" => "x_dot",
+            "ẏ" => "y_dot",
+            "ż" => "z_dot",
+            other => other,
+        };
         let velocity = || {
             DOTS.iter().find_map(|(before, behind)| {
-                let moving = same(name.strip_prefix(before)?.strip_suffix(behind)?)?;
+                let moving = same(dotted.strip_prefix(before)?.strip_suffix(behind)?)?;
                 let stem = moving.split('[').next().unwrap_or(&moving);
                 matches!(self.entity(stem), Some(Entity::Coordinate(_))).then(|| format!("{moving}'"))
             })
@@ -72,16 +78,8 @@ impl Compiler<'_> {
             let mut names = self.world.names.iter().filter(|(_, (own, _))| self.rank(*own) == Some(0));
             names.find(|(own, _)| digits && !indices.is_empty() && spelling(own) == spelt).map(|(own, _)| own.clone())
         };
-        let sign = || match name {
-            "π" => Some("pi".to_owned()),
-            "ẋ" | "ẏ" | "ż" => {
-                let letter = ["x", "y", "z"][["ẋ", "ẏ", "ż"].iter().position(|own| *own == name)?];
-                matches!(self.entity(letter), Some(Entity::Coordinate(_))).then(|| format!("{letter}'"))
-            }
-            _ => None,
-        };
         same(name)
-            .or_else(sign)
+            .or_else(|| (name == "π").then(|| "pi".to_owned()))
             .or_else(velocity)
             .or_else(single)
             .or_else(|| self.product(name).filter(|_| indices.is_empty()))

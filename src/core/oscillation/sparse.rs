@@ -75,7 +75,11 @@ pub(super) fn some_modes(linearized: &Linearized, options: &Options) -> Result<O
             budget.at("the zero modes", None);
             zero_modes = linearized.zero_modes_with(others);
             budget.tell(|| {
-                format!("zero modes: {} proved{}", zero_modes.len(), if others { "" } else { " by symmetries" })
+                format!(
+                    "zero modes: {} proved{}",
+                    zero_modes.len(),
+                    if others { "" } else { " by symmetries and loose parts" }
+                )
             });
             zero_modes.iter().map(|mode| mode.vector.clone()).collect()
         };
@@ -83,7 +87,7 @@ pub(super) fn some_modes(linearized: &Linearized, options: &Options) -> Result<O
         budget.check()?;
         Ok((found.map_err(|error| named(linearized, &error))?, zero_modes))
     };
-    // A count of the eigenvalues below the lowest others tells whether symmetries explain all zeros, which is less work.
+    // A count of the eigenvalues below the lowest others tells whether symmetries and loose parts explain all zeros, which is less work.
     let (mut found, mut zero_modes) = solved(false)?;
     let is_open = |(spectrum, _): &(Spectrum, Method)| spectrum.modes.iter().any(|mode| mode.kind == Kind::Undecided);
     if found.as_ref().is_none_or(is_open) {

@@ -64,9 +64,8 @@ pub(in crate::model) fn infer(file: &File) -> Dimensions {
     };
     // Energies and what is given may stand before what they use.
     let declares = |own: &&Statement| {
-        let declares =
-            matches!(own.kind, StatementKind::Coord { .. } | StatementKind::Let(_) | StatementKind::Table { .. });
-        declares || matches!(own.kind, StatementKind::Param(_))
+        use StatementKind::{Coord, Let, Param, Table};
+        matches!(own.kind, Param(_) | Coord { .. } | Let(_) | Table { .. })
     };
     let (first, then): (Vec<_>, Vec<_>) = file.statements.iter().partition(declares);
     first.into_iter().chain(then).for_each(|statement| inference.statement(statement));
