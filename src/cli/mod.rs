@@ -35,6 +35,7 @@ use anstream::{AutoStream, ColorChoice};
 use clap::{CommandFactory, Parser};
 use clap_complete::Shell;
 use librate::Source as Made;
+use librate::budget::Budget;
 use librate::derive::{self, Parts};
 use librate::diagnostic::Diagnostic;
 use librate::model::{self, Constant, Model, ModelError, Range, Settings, TableTexts};
@@ -463,13 +464,16 @@ where
     Failure::Other { message, help, status: USAGE }
 }
 
+/// In so many bytes names are looked for beside mistakes of syntax.
+const MOST_FOR_NAMES: u64 = 16 << 20;
+
 /// Parses a model and reads its tables; from then on its budget counts.
 fn parsed(args: &ModelArgs, mut source: Source) -> Result<(Source, Made), Failure> {
     let settings = settings(args)?;
     let (file, errors) = syntax::parse_readable(&source.text);
     if !errors.is_empty() {
         let mut all: Vec<Diagnostic> = errors.iter().map(Diagnostic::from).collect();
-        all.extend(unknown_names(&file, &source.text, &settings));
+        all.extend(unknown_names(&file, &source.text, &settings.within(Budget::new(MOST_FOR_NAMES))));
         all.sort_by_key(|own| own.primary.as_ref().map(|label| label.span));
         return Err(Failure::Model(source, all));
     }

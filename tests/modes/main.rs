@@ -24,4 +24,5 @@ mod modes_support;
 mod rolling;
 mod sensitivity;
 mod sparse;
+mod sparse_exponents;
 mod sparse_memory;

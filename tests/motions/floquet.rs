@@ -527,10 +527,26 @@ fn constraints_leave_the_multipliers_of_free_coordinates() {
             "coord x, y  T = x'^2 + y'^2  V = y^2*cos(t)  constraint x + y = 0  constraint 2*x + 2*y = 0",
             "depend on each other",
         ),
+        (
+            "coord x, y  T = x'^2 + y'^2  V = x^2*cos(t)  constraint x = y  constraint x = 0",
+            "leave no motion",
+        ),
         ("coord x, y  T = x'^2 + y'^2  V = y^2*cos(t)  constraint x' = x*y'", "constraints on velocities"),
     ] {
         let error = floquet(&model(&format!("{text}  period 2*pi"), &[]), &Options::default()).unwrap_err();
         assert!(error.code() == "E0709" && error.to_string().contains(what), "{text}: {error}");
+    }
+}
+
+/// On a line that turns at the rate 2 a unit mass on a unit spring obeys u'' = (4 - 1) u; after half a turn u points the other way.
+#[test]
+fn constraints_that_change_with_time_about_rest() {
+    let text = "coord x, y  T = 1/2*(x'^2 + y'^2)  V = 1/2*(x^2 + y^2)  constraint y*cos(2*t) = x*sin(2*t)  period pi";
+    let found = multipliers_of(text);
+    let sizes = [3.0_f64.sqrt(), -3.0_f64.sqrt()].map(|rate| (rate * std::f64::consts::PI).exp());
+    assert_eq!((found.stable, found.multipliers.len()), (Some(false), 2));
+    for (own, size) in found.multipliers.iter().zip(sizes) {
+        assert!((own.re.mid_f64().abs() - size).abs() < 1e-9 * size && own.im.is_zero(), "{own:?}");
     }
 }
 

@@ -156,6 +156,23 @@ fn digits_of_a_chaotic_motion_run_out() {
     assert!(cells[1].len() < 8, "{last}");
 }
 
+/// Where two components are equally large the first is displaced by the amplitude, as it is positive in the shape.
+#[test]
+fn modes_start_with_the_sign_of_their_shapes() {
+    for (text, mode, signs) in [
+        ("coord x, y  T = 1/2*x'^2 + 1/2*y'^2  V = x^2 + y^2 + x*y", 1, [1.0, -1.0]),
+        ("coord x, y  lagrangian = 1/2*x'^2 + 1/2*y'^2 - x^2 - y^2 + x*y'", 1, [1.0, 0.0]),
+    ] {
+        let model = model(text);
+        let linearized = linearize(model.clone()).unwrap();
+        let modes = normal_modes(&linearized, &Options::default()).unwrap();
+        let system = System::new(&model).unwrap();
+        let start = Start::mode(mode, &share(&linearized, 1.0), &linearized, &modes, &system).unwrap();
+        let own: Vec<f64> = start.positions.iter().map(|x| x.mid_f64().signum() * f64::from(x.mid_f64() != 0.0)).collect();
+        assert_eq!(own, signs, "{text}");
+    }
+}
+
 #[test]
 fn modes_start_small_motions() {
     let mut followed = 0;

@@ -160,6 +160,19 @@ fn modes_that_a_force_is_orthogonal_to_are_no_resonances() {
     check("middle", &known(&found.outputs[1].values[0]).0, "0.5");
 }
 
+/// Two wheels and a skate, of which two conditions can be integrated: 3 p'' = f for each wheel, and x is where both have been.
+#[test]
+fn conditions_of_both_kinds() {
+    let text = "coord x, y, psi, pl, pr  T = 1/2*(x'^2 + y'^2 + psi'^2 + pl'^2 + pr'^2)
+        constraint -x'*sin(psi) + y'*cos(psi) = 0  constraint x'*cos(psi) + y'*sin(psi) = pl' + pr'
+        constraint psi' = pr' - pl'";
+    let found = response(text, Some("x"), "omega=1/2..1:2");
+    let amplitude = |coordinate: usize| known(&found.outputs[coordinate].values[0]).0;
+    check("x", &amplitude(0), "2.666666666666666666666666666666666666666667");
+    check("pl", &amplitude(3), "1.333333333333333333333333333333333333333333");
+    assert!(amplitude(1).is_zero() && amplitude(2).is_zero());
+}
+
 #[test]
 fn rigid_motions_have_no_static_response() {
     let text = "coord x, y  T = 1/2*x'^2 + 3/2*y'^2  V = 2*(x - y)^2";

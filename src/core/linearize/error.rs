@@ -285,7 +285,7 @@ Error LinearizeError {
     /// Energies that depend on the time.
     #[error("this model depends on the time explicitly and has no normal modes")]
     "E0309" TimeDependent(span) => at(*span, "contains the time")
-        .with_help("the motion about a driven state has Floquet multipliers instead: `librate floquet` computes them"),
+        .with_help("the motion about a driven state has Floquet multipliers instead: `librate floquet` computes them; what a harmonic force does is computed by `librate response`"),
 
     /// The eigenvalue problem could not be solved.
     #[error("the modes could not be computed: {reason}")]
@@ -303,7 +303,7 @@ Error LinearizeError {
         most: usize,
     } => nowhere()
         .with_help(
-            "ask for some of the modes, for example `--lowest 10`; with constraints, friction, rotation or a search for the equilibrium use fewer coordinates",
+            "ask for some of the modes, for example `--lowest 10`; with constraints, friction that acts at rest or a search for the equilibrium use fewer coordinates",
         ),
 } else {
     /// The work or the memory is beyond the budget.

@@ -94,6 +94,32 @@ impl Linearized {
         Some(self.reduced(matrix, Tangent::reduce))
     }
 
+    /// G, C or N with all entries that are not exactly 0.
+    pub(super) fn sparse_of_velocities(&self, matrix: Matrix) -> SparseMatrix {
+        let n = self.dimension();
+        let mut shares: Vec<(u32, u32, Ball)> = Vec::new();
+        let mut share = |i: usize, j: usize, value: Ball| shares.push((i as u32, j as u32, value));
+        if self.is_reduced() {
+            let dense = self.of_velocities(matrix).unwrap_or_default();
+            dense.into_iter().enumerate().for_each(|(at, value)| share(at % n, at / n, value));
+        } else {
+            self.assembly.velocity_entries(matrix, &self.equilibrium.values, &self.values, &mut share);
+        }
+        SparseMatrix::from_shares(n, &shares)
+    }
+
+    /// G + C and N as sparse matrices, in SI, of which all entries are stored; where [`Linearized::sparse`] has the others.
+    pub(crate) fn sparse_velocity(&self) -> [SparseMatrix; 2] {
+        let [gyroscopic, damping, circulatory] =
+            [Matrix::Gyroscopic, Matrix::Damping, Matrix::Circulatory].map(|matrix| self.sparse_of_velocities(matrix));
+        [gyroscopic.plus(&damping), circulatory]
+    }
+
+    /// Whether friction takes energy from every motion or leaves it, exactly; `false` where that is not known.
+    pub(crate) fn is_passive(&self) -> bool {
+        self.assembly.is_passive(&self.model, &self.equilibrium.values, &self.values)
+    }
+
     /// The gyroscopic matrix G, dense, column by column, in SI; `None` without terms that give one.
     #[must_use]
     pub fn gyroscopic(&self) -> Option<Vec<Ball>> {

@@ -98,7 +98,7 @@ pub use units::power_of_two;
 use std::cell::Cell;
 
 use crate::model::Model;
-use crate::precision::{Ball, Big, Factors, Integers, clear_column};
+use crate::precision::{Ball, Big, Factors, Integers, SparseMatrix, clear_column};
 
 /// The largest dense problem: its matrices and vectors take about 2 GB.
 pub const MOST_COORDINATES: usize = 4000;
@@ -205,7 +205,7 @@ pub enum Structure {
 ///
 /// # Errors
 /// Where the model needs something that is not supported, a parameter has no value, there are more than [`MOST_COORDINATES`]
-/// and constraints, velocities in the forces or a search for the equilibrium need dense matrices, there is no equilibrium, the energies are not defined there, a steady motion is none, or constraints
+/// and constraints, friction that acts at rest or a search for the equilibrium need dense matrices, there is no equilibrium, the energies are not defined there, a steady motion is none, or constraints
 /// contradict each other or depend on each other just there.
 pub fn linearize(model: Model) -> Result<Linearized, LinearizeError> {
     let budget = model.pool.budget().clone();
@@ -265,7 +265,7 @@ fn linearize_in(
     let turning = model.rates.any();
     let bound = !model.constraints.is_empty();
     let rolls = !model.rolling.is_empty();
-    if turning || bound || rolls || !model.forces.is_empty() {
+    if turning || bound || rolls {
         check_size(visible)?;
     }
     let mut asked = (turning || bound).then(|| model.clone());
@@ -283,7 +283,7 @@ fn linearize_in(
     parameters::put_exponents_in(&mut model);
     check_terms(&model)?;
     let mut assembly = assemble::assemble(&mut model);
-    if !assembly.velocity.is_empty() {
+    if assembly.acts_at_rest() {
         check_size(visible)?;
     }
     if visible > MOST_COORDINATES {
@@ -304,7 +304,7 @@ fn linearize_in(
         values = assembly.wide_values(&model)?;
     }
     let (equilibrium, unbalanced) = unbalanced::find(&model, &assembly, &values, visible)?;
-    if !assembly.velocity.is_empty() {
+    if !assembly.velocity.is_empty() && visible <= MOST_COORDINATES {
         let mut pool = std::mem::take(&mut model.pool);
         let point = symbolic::equilibrium_expressions(&model, &mut pool, Some(&equilibrium));
         model.pool = pool;
@@ -350,12 +350,13 @@ fn linearize_in(
     Ok(linearized)
 }
 
-/// Whether a matrix equals its transpose, exactly.
-fn is_symmetric(matrix: &[Ball]) -> bool {
-    let n = matrix.len().isqrt();
+/// Whether a matrix of which all entries are stored equals its transpose, exactly.
+fn is_symmetric(matrix: &SparseMatrix) -> bool {
     let is_same = |a: &Ball, b: &Ball| a.radius == 0.0 && b.radius == 0.0 && (*a - *b).is_zero();
-    let pairs = (0..n).flat_map(|j| (0..j).map(move |i| (i + n * j, j + n * i)));
-    pairs.into_iter().all(|(a, b)| is_same(&matrix[a], &matrix[b]))
+    matrix.entries().filter(|(i, j, _)| i != j).all(|(i, j, own)| {
+        let (rows, values) = matrix.column(i);
+        rows.binary_search(&(j as u32)).is_ok_and(|at| is_same(own, &values[at]))
+    })
 }
 
 /// The directions that constraints allow at an equilibrium; that those left out hold as well.
@@ -635,20 +636,20 @@ impl Linearized {
     }
 
     fn find_structure(&self) -> Structure {
-        let acts = |matrix: Option<Vec<Ball>>| matrix.is_some_and(|matrix| matrix.iter().any(|entry| !entry.is_zero()));
+        let acts = |matrix: &SparseMatrix| matrix.stored() > 0;
         if self.assembly.velocity.is_empty() && self.rolling().is_none() {
-            Structure::Conservative
-        } else if acts(self.damping()) {
-            Structure::Damped
-        } else {
-            match (acts(self.gyroscopic()), acts(self.circulatory())) {
-                (false, false) => Structure::Conservative,
-                (true, false) => Structure::Gyroscopic,
-                (false, true) => Structure::Circulatory,
-                // Forces that have a potential are no others. Else the two together leave no pairs ±s.
-                (true, true) if self.circulatory().is_some_and(|own| is_symmetric(&own)) => Structure::Gyroscopic,
-                (true, true) => Structure::Damped,
-            }
+            return Structure::Conservative;
+        } else if acts(&self.sparse_of_velocities(velocity::Matrix::Damping)) {
+            return Structure::Damped;
+        }
+        let circulatory = self.sparse_of_velocities(velocity::Matrix::Circulatory);
+        match (acts(&self.sparse_of_velocities(velocity::Matrix::Gyroscopic)), acts(&circulatory)) {
+            (false, false) => Structure::Conservative,
+            (true, false) => Structure::Gyroscopic,
+            (false, true) => Structure::Circulatory,
+            // Forces that have a potential are no others. Else the two together leave no pairs ±s.
+            (true, true) if is_symmetric(&circulatory) => Structure::Gyroscopic,
+            (true, true) => Structure::Damped,
         }
     }
 

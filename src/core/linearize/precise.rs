@@ -102,7 +102,8 @@ impl Linearized {
             }
         };
         let (mut mass, mut stiffness, mut velocity) = (mass?, stiffness?, sum(gyroscopic, damping));
-        if let Some(own) = self.constrained.as_ref().filter(|own| !own.bound.is_empty()) {
+        // Conditions on velocities are put in with the constraints beside them.
+        if let Some(own) = self.constrained.as_ref().filter(|own| own.rolling.is_none() && !own.bound.is_empty()) {
             let rows = gradients(&stiffness, visible, order);
             let own = Tangent::new(&rows, &own.bound, bits)?;
             mass = own.reduce_symmetric(&mass, order);

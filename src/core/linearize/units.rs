@@ -69,10 +69,11 @@ fn range<S: Scalar>(
     is_open: impl Fn(&S) -> bool,
 ) -> Range {
     let force = assembly.gradient(at, values);
-    let matrices = [Matrix::Gyroscopic, Matrix::Damping, Matrix::Circulatory];
-    let matrices = matrices.map(|matrix| assembly.velocity_matrix(matrix, at, values));
-    let mut others = matrices.iter().flatten().flatten().chain(&force);
-    let mut far = !others.all(|x| x.is_finite() && size(x) <= Some(USUAL));
+    let is_usual = |x: &S| x.is_finite() && size(x) <= Some(USUAL);
+    let mut far = !force.iter().all(is_usual);
+    for matrix in [Matrix::Gyroscopic, Matrix::Damping, Matrix::Circulatory] {
+        assembly.velocity_entries(matrix, at, values, &mut |_, _, share| far |= !is_usual(&share));
+    }
     let mut open = false;
     for part in [Part::Inertia, Part::Stiffness] {
         let mut rows = vec![Row { most: None, told: None, is_open: false }; at.len()];

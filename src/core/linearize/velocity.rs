@@ -7,6 +7,7 @@
 //! once and its instances are scattered.
 
 use super::assemble::{Assembly, Values, VelocityLinear, inputs};
+use super::elements::{Splitter, elements};
 use super::error::LinearizeError;
 use super::facts::{Facts, Variable};
 use super::parameters::parameters_of;
@@ -14,7 +15,7 @@ use super::symbolic;
 use crate::expr::{ExprId, Node, Pool, Symbol, Tape};
 use crate::model::{Model, TermFamily, slopes_by};
 use crate::number::Number;
-use crate::precision::{Function, Scalar};
+use crate::precision::{Ball, Big, Function, Scalar};
 
 /// Which matrix an entry belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -90,6 +91,33 @@ impl VelocityFamily {
     /// Whether friction acts at rest, somewhere.
     pub(super) fn acts_at_rest(&self) -> bool {
         !self.rest.is_empty()
+    }
+
+    fn is_of(&self, matrix: Matrix) -> bool {
+        self.entries.iter().any(|(own, ..)| *own == matrix)
+    }
+
+    /// The factors of the squares that F is a sum of at rest, with the parameters in them; `None` where it is none.
+    fn strengths(&self, model: &Model) -> Option<(Tape, Vec<usize>)> {
+        let mut pool = model.pool.clone();
+        let velocities: Vec<Symbol> = self.terms.locals.iter().map(|local| local.velocity).collect();
+        let mut splitter = Splitter::default();
+        for local in &self.terms.locals {
+            splitter.facts.declare(local.coordinate, Variable::Coordinate);
+            splitter.facts.declare(local.velocity, Variable::Velocity);
+        }
+        let at_rest = self.terms.at_rest(&mut pool);
+        let mut factors = Vec::new();
+        for element in elements(&mut pool, &mut splitter, self.terms.body, &velocities, Variable::Velocity) {
+            let element = element.at_rest(&mut pool, &mut splitter.facts, &at_rest);
+            if !(element.first.is_zero() || element.curvature.is_empty()) {
+                return None;
+            }
+            factors.push(element.second);
+        }
+        let parameters = parameters_of(model, &factors);
+        let tape = Tape::compile(&pool, &factors, &inputs(model, &self.terms, &parameters)).ok()?;
+        Some((tape, parameters))
     }
 
     /// ∂F/∂q' at rest, by local variable.
@@ -225,8 +253,7 @@ impl Assembly {
     pub(super) fn forget_what_vanishes(&mut self, model: &mut Model, point: &[ExprId]) {
         for matrix in [Matrix::Gyroscopic, Matrix::Damping] {
             let forced = |family: &VelocityFamily| matrix == Matrix::Gyroscopic || family.terms.acts_on.is_some();
-            let there = |family: &VelocityFamily| family.entries.iter().any(|(own, ..)| *own == matrix);
-            if self.velocity.iter().any(|family| forced(family) && there(family))
+            if self.velocity.iter().any(|family| forced(family) && family.is_of(matrix))
                 && symbolic::vanishes(model, self, matrix, point)
             {
                 self.vanishing.push(matrix);
@@ -250,24 +277,27 @@ impl Assembly {
         }
     }
 
-    /// G, C or N, dense, column by column; `None` where no term contributes.
-    pub(crate) fn velocity_matrix<S: Scalar>(&self, matrix: Matrix, at: &[S], values: &Values<S>) -> Option<Vec<S>> {
+    /// What adds up to G, C or N: row, column and share, often several for one entry.
+    pub(super) fn velocity_entries<S: Scalar>(
+        &self,
+        matrix: Matrix,
+        at: &[S],
+        values: &Values<S>,
+        share: &mut dyn FnMut(usize, usize, S),
+    ) {
         if let Some((at, wide)) = values.wide(at) {
-            let found = self.velocity_matrix(matrix, &at, wide)?;
-            return Some(S::all_from_wide(&found));
+            self.velocity_entries(matrix, &at, wide, &mut |i, j, own: Big| {
+                if let Some(own) = S::from_wide(&own) {
+                    share(i, j, own);
+                }
+            });
+            return;
         }
         if self.vanishing.contains(&matrix) {
-            return None;
+            return;
         }
-        let n = self.dimension;
-        let zero = S::from_number(&Number::ZERO, values.precision());
-        let mut result: Option<Vec<S>> = None;
-        for family in &self.velocity {
-            if family.entries.iter().all(|(own, ..)| *own != matrix) {
-                continue;
-            }
+        for family in self.velocity.iter().filter(|family| family.is_of(matrix)) {
             family.run(&family.tape, at, values, |instance, numbers| {
-                let entries = result.get_or_insert_with(|| vec![zero.clone(); n * n]);
                 let coordinates = family.terms.coordinates_of(instance);
                 for ((own, i, j), number) in family.entries.iter().zip(numbers) {
                     if *own != matrix || number.is_exact_zero() {
@@ -279,13 +309,47 @@ impl Assembly {
                         if i == j {
                             continue;
                         }
-                        entries[j + n * i] = entries[j + n * i].sub(&number);
+                        share(j, i, number.neg());
                     }
-                    entries[i + n * j] = entries[i + n * j].add(&number);
+                    share(i, j, number);
                 }
             });
         }
+    }
+
+    /// G, C or N, dense, column by column; `None` where no term contributes.
+    pub(crate) fn velocity_matrix<S: Scalar>(&self, matrix: Matrix, at: &[S], values: &Values<S>) -> Option<Vec<S>> {
+        let n = self.dimension;
+        let zero = S::from_number(&Number::ZERO, values.precision());
+        let mut result: Option<Vec<S>> = None;
+        self.velocity_entries(matrix, at, values, &mut |i, j, number| {
+            let entries = result.get_or_insert_with(|| vec![zero.clone(); n * n]);
+            entries[i + n * j] = entries[i + n * j].add(&number);
+        });
         result
+    }
+
+    /// Whether C is not negative, exactly: a sum of squares of velocities with factors that are not, and of forces on a coordinate against
+    /// its own velocity.
+    pub(super) fn is_passive(&self, model: &Model, at: &[Ball], values: &Values<Ball>) -> bool {
+        let is_fine = |numbers: &[Ball]| numbers.iter().all(|x| x.is_zero() || x.is_positive());
+        self.velocity.iter().filter(|family| family.is_of(Matrix::Damping)).all(|family| {
+            let damping = |tape: &Tape, family: &VelocityFamily, chosen: &dyn Fn(usize) -> bool| {
+                let mut fine = true;
+                family.run(tape, at, values, |_, numbers| {
+                    let own = numbers.into_iter().enumerate().filter(|(k, _)| chosen(*k));
+                    fine &= is_fine(&own.map(|(_, x)| x).collect::<Vec<Ball>>());
+                });
+                fine
+            };
+            if family.terms.acts_on.is_some() {
+                let is_damping = |k: usize| family.entries[k].0 == Matrix::Damping;
+                let diagonal = family.entries.iter().all(|(own, i, j)| *own != Matrix::Damping || i == j);
+                return diagonal && damping(&family.tape, family, &is_damping);
+            }
+            let Some((strengths, parameters)) = family.strengths(model) else { return false };
+            damping(&strengths, &VelocityFamily { parameters, ..family.clone() }, &|_| true)
+        })
     }
 
     /// The entries of G, C or N as expressions: row, column and share.

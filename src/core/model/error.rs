@@ -116,7 +116,7 @@ Error ModelError {
     /// A model without kinetic energy.
     #[error("the model has no kinetic energy")]
     "E0106" MissingKinetic {} => nowhere()
-        .with_help("add a line `T = …`, for example `T = 1/2*m*x'^2`"),
+        .with_help("add a line `T = …`, for example `T = 1/2*m*x'^2`; where nothing has inertia, `T = 0`"),
 
     /// A model without coordinates.
     #[error("the model has no coordinates")]
@@ -499,6 +499,10 @@ fn function_elsewhere(name: &str) -> Option<&'static str> {
         "length" | "magnitude" => "the length of a vector is `norm`",
         "fabs" => "write `abs`",
         "product" | "prod" => "there are only sums",
+        "sign" | "sgn" | "signum" => "write `x/abs(x)`",
+        "heaviside" | "step" => "write `(1 + x/abs(x))/2`",
+        "max" => "write `(x + y + abs(x - y))/2`",
+        "min" => "write `(x + y - abs(x - y))/2`",
         _ => return None,
     };
     Some(help)

@@ -254,7 +254,7 @@ fn friction_without_velocity(file: &File, model: &Model) -> Option<Warning> {
     let root = file.statements.iter().find_map(|statement| friction(&statement.kind))?;
     let damps = |family: &TermFamily| {
         let symbols = model.pool.symbols_of(&[family.body]);
-        family.acts_on.is_none() && family.locals.iter().any(|local| symbols.contains(&local.velocity))
+        family.acts_on.is_none() && family.locals.iter().any(|local| symbols.binary_search(&local.velocity).is_ok())
     };
     let is_zero = matches!(file.expr(root).kind, ExprKind::Number("0"));
     let none = !is_zero && !model.forces.iter().any(damps);
@@ -366,7 +366,7 @@ fn bind(model: &Model, family: &TermFamily, bound: &mut [bool]) {
     }
     let width = family.locals.len();
     for (slot, local) in family.locals.iter().enumerate() {
-        if symbols.contains(&local.coordinate) {
+        if symbols.binary_search(&local.coordinate).is_ok() {
             let numbers = family.coordinates.iter().skip(slot).step_by(width);
             for number in numbers {
                 if let Some(bound) = bound.get_mut(*number as usize) {

@@ -40,7 +40,9 @@ use levels::{Certificate, Gram, Solution, covered, first, refined};
 use pencil::{Scaled, ZeroSpace};
 pub(crate) use shape::signed;
 pub(crate) use sparse::keep_nearest;
-pub use sparse::{Method, SparseProblem, Wanted, solve_sparse, solve_tridiagonal};
+pub use sparse::{
+    Method, SparseProblem, SparseQuadratic, Wanted, solve_sparse, solve_sparse_quadratic, solve_tridiagonal,
+};
 use spectrum::spectrum;
 
 /// K x = ω² M x, with entries that enclose those of the exact matrices.

@@ -63,6 +63,15 @@ pub(super) fn normal_modes(linearized: &Linearized, options: &Options) -> Result
         Some(flow) => flowing(linearized, flow, &problem, &mut zero_modes, options)?,
         None => solved(linearized, None, problem.clone(), &mut zero_modes, options)?,
     };
+    let stabilised = problem.structure == Form::Gyroscopic
+        && found.stability == Stability::Stable
+        && falling_direction(&problem.mass, &problem.stiffness).is_some();
+    let modes = in_words(linearized, found, zero_modes);
+    Ok(NormalModes { gyroscopically_stabilised: stabilised, ..modes })
+}
+
+/// Exponents as modes, with what is known of those without frequency.
+pub(super) fn in_words(linearized: &Linearized, found: Exponents, zero_modes: Vec<ZeroMode>) -> NormalModes {
     let modes = found.entries.into_iter();
     let mut modes: Vec<NormalMode> = modes.map(|entry| mode(linearized, entry)).collect();
     if linearized.runs_backward() {
@@ -79,10 +88,7 @@ pub(super) fn normal_modes(linearized: &Linearized, options: &Options) -> Result
     let alone = zeros.iter().filter(|mode| mode.limit.is_none());
     let apart = alone.map(motions).sum();
     zero_motions.resize(zero_motions.len().max(apart), NO_FORCE.to_owned());
-    let stabilised = problem.structure == Form::Gyroscopic
-        && found.stability == Stability::Stable
-        && falling_direction(&problem.mass, &problem.stiffness).is_some();
-    Ok(NormalModes {
+    NormalModes {
         stability: found.stability,
         secular: found.secular,
         zero_motions,
@@ -91,8 +97,8 @@ pub(super) fn normal_modes(linearized: &Linearized, options: &Options) -> Result
         level: found.level,
         method: None,
         normalization: Normalization::Mass,
-        gyroscopically_stabilised: stabilised,
-    })
+        gyroscopically_stabilised: false,
+    }
 }
 
 /// The exponents of a regular problem.

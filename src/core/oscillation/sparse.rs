@@ -1,8 +1,12 @@
 //! Some modes of a large model, from sparse matrices, and all of tridiagonal ones.
 
-use super::{MOST_SHAPES_FOR_CLASSES, NormalModes, named, symmetry, with_names, zero_motions};
+use super::{MOST_SHAPES_FOR_CLASSES, NormalModes, exponents, named, symmetry, with_names, zero_motions};
 use crate::linearize::{LinearizeError, Linearized, MOST_COORDINATES, Structure, ZeroMode};
-use crate::modes::{Kind, Method, Options, SparseProblem, Spectrum, Wanted, solve_sparse, solve_tridiagonal};
+use crate::modes::exponents::Exponents;
+use crate::modes::{
+    Kind, Method, Options, SparseProblem, SparseQuadratic, Spectrum, Wanted, solve_sparse, solve_sparse_quadratic,
+    solve_tridiagonal,
+};
 use crate::precision::{Ball, SparseMatrix};
 
 /// Up to so many coordinates dense matrices are as fast.
@@ -42,12 +46,13 @@ pub(super) fn some_modes(linearized: &Linearized, options: &Options) -> Result<O
         (None, None, None) => return dense("all modes are wanted"),
     };
     let must = given || n > MOST_COORDINATES;
-    if !is_plain {
-        return dense("forces depend on velocities, or numbers are far from usual ones");
+    if linearized.units().is_some() {
+        return dense("numbers are far from usual ones");
     } else if !given && n <= DENSE {
         return dense("they are as fast for so few");
     } else if !must && count.saturating_mul(FEW) > n {
-        return all("more than an eighth of the modes are wanted");
+        let why = "more than an eighth of the modes are wanted";
+        return if is_plain { all(why) } else { dense(why) };
     }
     budget.at("the matrices", None);
     if !must && linearized.shares() > (n * n) as u64 {
@@ -68,6 +73,25 @@ pub(super) fn some_modes(linearized: &Linearized, options: &Options) -> Result<O
         return Err(error);
     }
     let inner = Options { lowest: None, near: None, given: None, vectors: has_shapes(n, options), ..options.clone() };
+    if !is_plain {
+        let problem = with_velocities(linearized, mass, &stiffness);
+        let inner = Options { vectors: options.vectors, ..inner };
+        let found = solve_sparse_quadratic(&problem, wanted, &inner, budget);
+        budget.check()?;
+        // Whether a growth is 0 no bounds decide.
+        let is_done = |own: &Exponents| {
+            let mut limits = own.entries.iter().filter(|entry| !entry.growth.contains_zero()).map(|entry| entry.limit);
+            limits.all(|limit| limit.is_none())
+        };
+        return match found.filter(|found| must || is_done(found)) {
+            Some(found) => {
+                let method = Some(Method::Arnoldi);
+                Ok(Some(NormalModes { method, ..exponents::in_words(linearized, found, Vec::new()) }))
+            }
+            None if must => Err(not_found(n, given)),
+            None => dense("the modes that are wanted were not separated"),
+        };
+    }
     let problem = SparseProblem { mass, stiffness };
     let solved = |others: bool| -> Result<_, LinearizeError> {
         let mut zero_modes = Vec::new();
@@ -104,6 +128,20 @@ pub(super) fn some_modes(linearized: &Linearized, options: &Options) -> Result<O
         return dense("bounds in double-double do not cover the digits");
     }
     Ok(Some(in_words(linearized, &problem, (spectrum, method), zero_modes, options)))
+}
+
+/// M, G + C and K + N.
+fn with_velocities(linearized: &Linearized, mass: SparseMatrix, stiffness: &SparseMatrix) -> SparseQuadratic {
+    let [velocity, circulatory] = linearized.sparse_velocity();
+    let undamped = linearized.structure() == Structure::Gyroscopic;
+    SparseQuadratic {
+        mass,
+        velocity,
+        stiffness: stiffness.mirrored().plus(&circulatory),
+        undamped,
+        symmetric: undamped || circulatory.stored() == 0,
+        passive: linearized.is_passive(),
+    }
 }
 
 /// A spectrum with names and classes.

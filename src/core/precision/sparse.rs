@@ -1,8 +1,8 @@
-//! Symmetric matrices of which most entries are 0.
+//! Matrices of which most entries are 0.
 
 use super::{Ball, Scalar};
 
-/// A symmetric matrix: the entries of its lower triangle that are not exactly 0, column by column.
+/// The entries that are not exactly 0, column by column: those of the lower triangle where the matrix is symmetric, unless told otherwise.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SparseMatrix<S = Ball> {
     /// Where each column begins in `rows` and `values`; one more than there are columns.
@@ -27,7 +27,7 @@ impl<S: Scalar> SparseMatrix<S> {
         matrix
     }
 
-    /// The sum of shares: row, column, value, the row not above the column. Several for one entry are added in their order.
+    /// The sum of shares: row, column, value; of a symmetric matrix with no row above the column. Several for one entry are added in their order.
     #[must_use]
     pub fn from_shares(dimension: usize, shares: &[(u32, u32, S)]) -> Self {
         // By column, in the order of the shares.
@@ -65,6 +65,35 @@ impl<S: Scalar> SparseMatrix<S> {
     }
 }
 
+impl<S: Scalar> SparseMatrix<S> {
+    /// The sum of two matrices that store the same parts.
+    #[must_use]
+    pub fn plus(&self, other: &Self) -> Self {
+        let both = self.entries().chain(other.entries());
+        let both: Vec<(u32, u32, S)> = both.map(|(i, j, value)| (i as u32, j as u32, value.clone())).collect();
+        Self::from_shares(self.dimension(), &both)
+    }
+
+    /// All entries of a symmetric matrix of which the lower triangle is stored.
+    #[must_use]
+    pub fn mirrored(&self) -> Self {
+        let all = self.entries().flat_map(|(i, j, value)| {
+            let own = (i as u32, j as u32, value.clone());
+            let other = (i != j).then(|| (j as u32, i as u32, value.clone()));
+            std::iter::once(own).chain(other)
+        });
+        Self::from_shares(self.dimension(), &all.collect::<Vec<_>>())
+    }
+
+    /// The lower triangle of a matrix of which all entries are stored.
+    #[must_use]
+    pub fn lower(&self) -> Self {
+        let own = self.entries().filter(|(i, j, _)| i >= j);
+        let own: Vec<(u32, u32, S)> = own.map(|(i, j, value)| (i as u32, j as u32, value.clone())).collect();
+        Self::from_shares(self.dimension(), &own)
+    }
+}
+
 impl<S> SparseMatrix<S> {
     /// The number of rows.
     #[must_use]
@@ -72,20 +101,20 @@ impl<S> SparseMatrix<S> {
         self.starts.len().saturating_sub(1)
     }
 
-    /// The number of entries in the lower triangle.
+    /// The number of entries.
     #[must_use]
     pub fn stored(&self) -> usize {
         self.rows.len()
     }
 
-    /// The rows of a column, ascending, and the entries there, from the diagonal down.
+    /// The rows of a column, ascending, and the entries there.
     #[must_use]
     pub fn column(&self, j: usize) -> (&[u32], &[S]) {
         let range = self.starts[j]..self.starts[j + 1];
         (&self.rows[range.clone()], &self.values[range])
     }
 
-    /// All entries of the lower triangle: row, column, value, column by column.
+    /// All entries: row, column, value, column by column.
     pub fn entries(&self) -> impl Iterator<Item = (usize, usize, &S)> {
         (0..self.dimension()).flat_map(|j| {
             let (rows, values) = self.column(j);

@@ -219,6 +219,6 @@ pub(super) fn synonym(word: &str) -> Option<&'static str> {
         "equilibria" | "rest" | "eq" => Some("equilibrium"),
         "name" | "title" | "system" => Some("model"),
         "csv" | "data" | "load" | "import" | "include" => Some("table"),
-        _ => None,
+        _ => STATEMENT_WORDS.into_iter().find(|own| own.len() > 1 && own.eq_ignore_ascii_case(word)),
     }
 }

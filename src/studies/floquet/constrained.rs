@@ -46,6 +46,9 @@ impl Driven {
         let gradients: Vec<Vec<ExprId>> = gaps.iter().map(|gap| pool.gradient(*gap, &symbols[1..=n])).collect();
         let slopes: Vec<Vec<ExprId>> = gradients.iter().map(|row| pool.substitute(row, &map)).collect();
         let directions = kernel(pool, slopes.clone(), n).ok_or(unsupported("constraints that depend on each other"))?;
+        if directions.is_empty() {
+            return Err(unsupported("constraints that leave no motion"));
+        }
         // The forces of the constraints: (J Jᵀ) mu = J h.
         let loads = pool.substitute(&self.load, &map);
         let dot = |pool: &mut Pool, a: &[ExprId], b: &[ExprId]| {

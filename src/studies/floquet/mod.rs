@@ -137,7 +137,8 @@ fn over_a_period(model: &Model, options: &Options) -> Result<Floquet, FloquetErr
     if repeats.is_none() {
         trial::try_period(&driven, &period, &numbers)?;
     }
-    let rests = rests(model, &mut driven, &begin)?;
+    // With the constraints beside the equations what rests is a motion like any other.
+    let rests = driven.tied.is_none() && rests(model, &mut driven, &begin)?;
     let equations = if rests {
         let slopes = driven.linear(point)?;
         let not_defined = |_| FloquetError::NotDefined { span: driven.driven_at };

@@ -166,7 +166,7 @@ pub enum Limit {
 
 impl Exponent {
     /// From its parts, with a vector and the bound of that.
-    fn new(growth: Ball, omega: Ball, (vector, vector_error_bound): (Vec<c64>, f64), cluster: u32) -> Self {
+    pub(crate) fn new(growth: Ball, omega: Ball, (vector, vector_error_bound): (Vec<c64>, f64), cluster: u32) -> Self {
         Self {
             kind: spectrum::kind(&growth, &omega),
             omega_squared: spectrum::omega_squared(&growth, &omega),

@@ -7,10 +7,12 @@
 //!
 //! It never forms a dense matrix of all coordinates, and never leaves out an eigenvalue between those it returns.
 
+mod bordered;
 mod given;
 mod lanczos;
 mod order;
 mod proof;
+mod quadratic;
 mod rows;
 mod shifted;
 mod twisted;
@@ -21,6 +23,7 @@ use std::thread;
 
 use lanczos::{Found, dot, lanczos};
 use proof::{Columns, Proof, Window, Zeros, prove};
+pub use quadratic::{SparseQuadratic, solve_sparse_quadratic};
 use rows::Panel;
 use shifted::{Factor, Pencil};
 use twisted::Bands;
@@ -60,6 +63,8 @@ pub enum Method {
     Tridiagonal,
     /// Lanczos steps with a sparse factorization.
     Lanczos,
+    /// Arnoldi steps with a sparse factorization, for exponents.
+    Arnoldi,
     /// The vectors were given.
     Given,
 }

@@ -16,26 +16,46 @@ const MUCH: f64 = 2e9;
 /// The pattern of L Lᵀ and the entries in each row of L, for a pattern given by its upper triangle, column by column. `None` where there is
 /// no memory for it.
 pub(super) fn elimination(starts: &[usize], rows: &[usize]) -> Option<(SymbolicCholesky<usize>, Vec<usize>)> {
-    let n = starts.len() - 1;
-    let pattern = SymbolicSparseColMatRef::new_checked(n, n, starts, None, rows);
-    let of = |ordering: SymmetricOrdering<'_, usize>| {
-        let symbolic =
-            factorize_symbolic_cholesky(pattern, Side::Upper, ordering, CholeskySymbolicParams::default()).ok()?;
-        let (counts, work) = counts(&symbolic, n);
-        Some((symbolic, counts, work))
-    };
-    let (symbolic, counts, work) = of(SymmetricOrdering::Amd)?;
+    let (symbolic, counts, work) = factored(starts, rows, SymmetricOrdering::Amd)?;
     if work > MUCH
         && let Some(order) = dissection(starts, rows)
     {
-        let mut places = vec![0; n];
-        order.iter().enumerate().for_each(|(place, row)| places[*row] = place);
-        let other = of(SymmetricOrdering::Custom(PermRef::new_checked(&order, &places, n)));
+        let other = factored(starts, rows, SymmetricOrdering::Custom(permutation(&order, &mut Vec::new())));
         if let Some((symbolic, counts, _)) = other.filter(|(_, _, other)| *other < work) {
             return Some((symbolic, counts));
         }
     }
     Some((symbolic, counts))
+}
+
+/// The same in a given order of all rows.
+pub(super) fn elimination_in(
+    starts: &[usize],
+    rows: &[usize],
+    order: &[usize],
+) -> Option<(SymbolicCholesky<usize>, Vec<usize>)> {
+    let found = factored(starts, rows, SymmetricOrdering::Custom(permutation(order, &mut Vec::new())));
+    found.map(|(symbolic, counts, _)| (symbolic, counts))
+}
+
+fn permutation<'a>(order: &'a [usize], places: &'a mut Vec<usize>) -> PermRef<'a, usize> {
+    places.resize(order.len(), 0);
+    order.iter().enumerate().for_each(|(place, row)| places[*row] = place);
+    PermRef::new_checked(order, places, order.len())
+}
+
+/// With the entries of each row, and about how many multiplications it takes.
+fn factored(
+    starts: &[usize],
+    rows: &[usize],
+    ordering: SymmetricOrdering<'_, usize>,
+) -> Option<(SymbolicCholesky<usize>, Vec<usize>, f64)> {
+    let n = starts.len() - 1;
+    let pattern = SymbolicSparseColMatRef::new_checked(n, n, starts, None, rows);
+    let symbolic =
+        factorize_symbolic_cholesky(pattern, Side::Upper, ordering, CholeskySymbolicParams::default()).ok()?;
+    let (counts, work) = counts(&symbolic, n);
+    Some((symbolic, counts, work))
 }
 
 /// The entries in each row of L, and about the multiplications that an elimination takes: the squares of the entries in its columns.

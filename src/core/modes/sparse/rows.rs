@@ -1,4 +1,4 @@
-//! Sparse symmetric matrices by whole rows, and what is computed with eight vectors at once.
+//! Sparse matrices by whole rows, and what is computed with eight vectors at once.
 
 use crate::precision::{Ball, DoubleDouble, LANES, Lane, SparseMatrix, kernel, product_error, two_sum};
 
@@ -7,7 +7,7 @@ pub(super) const U: f64 = 0.5 * f64::EPSILON;
 /// Sums of products are taken in pieces of so many rows, which are then added in double-double.
 const PIECE: usize = 1024;
 
-/// A symmetric matrix by rows: centres of the entries as two doubles.
+/// A matrix by rows: centres of the entries as two doubles.
 pub(super) struct Rows {
     pub(super) starts: Vec<usize>,
     pub(super) columns: Vec<u32>,
@@ -21,13 +21,23 @@ pub(super) struct Rows {
 }
 
 impl Rows {
+    /// A symmetric matrix of which the lower triangle is stored.
     pub(super) fn new(matrix: &SparseMatrix) -> Self {
+        Self::of(matrix, true)
+    }
+
+    /// A matrix of which all entries are stored.
+    pub(super) fn general(matrix: &SparseMatrix) -> Self {
+        Self::of(matrix, false)
+    }
+
+    fn of(matrix: &SparseMatrix, mirrored: bool) -> Self {
         let n = matrix.dimension();
         let mut starts = vec![0_usize; n + 1];
         let (mut doubles, mut exact) = (true, true);
         for (i, j, value) in matrix.entries() {
             starts[i + 1] += 1;
-            if i != j {
+            if mirrored && i != j {
                 starts[j + 1] += 1;
             }
             doubles &= value.mid.lo == 0.0;
@@ -56,7 +66,7 @@ impl Rows {
                 }
             };
             put(i, j);
-            if i != j {
+            if mirrored && i != j {
                 put(j, i);
             }
         }
@@ -81,6 +91,11 @@ impl Rows {
 
     pub(super) fn value(&self, at: usize) -> DoubleDouble {
         DoubleDouble { hi: self.high[at], lo: self.low.get(at).copied().unwrap_or(0.0) }
+    }
+
+    /// The entries of a row: column and enclosure.
+    pub(super) fn entries(&self, i: usize) -> impl Iterator<Item = (usize, Ball)> {
+        self.row(i).map(|at| (self.columns[at] as usize, Ball::new(self.value(at), self.radius(at))))
     }
 
     pub(super) fn radius(&self, at: usize) -> f64 {
@@ -120,7 +135,7 @@ impl Rows {
     /// y = A x, enclosed.
     pub(super) fn times_balls(&self, x: &[Ball]) -> Vec<Ball> {
         let row = |i: usize| {
-            let parts = self.row(i).map(|at| Ball::new(self.value(at), self.radius(at)) * x[self.columns[at] as usize]);
+            let parts = self.entries(i).map(|(j, entry)| entry * x[j]);
             parts.fold(Ball::ZERO, |sum, part| sum + part)
         };
         (0..self.dimension()).map(row).collect()

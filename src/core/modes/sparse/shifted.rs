@@ -8,7 +8,7 @@ use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Side};
 
 use super::lanczos::{Seed, dot};
-use super::order::elimination;
+use super::order::{elimination, elimination_in};
 use super::rows::{Rows, U};
 use crate::precision::{LANES, Lane, SparseMatrix, up};
 
@@ -80,18 +80,32 @@ enum Values<'a> {
 impl Pencil {
     /// `None` where M is not shown to be positive definite by its diagonal, or there is no memory for L.
     pub(super) fn new(stiffness: &SparseMatrix, mass: &SparseMatrix) -> Option<Self> {
-        let (stiffness, mass) = (Rows::new(stiffness), Rows::new(mass));
+        let mass = Rows::new(mass);
+        let weights = weights(&mass)?;
+        Self::of(Rows::new(stiffness), mass, weights, None)
+    }
+
+    /// The same for a positive definite M and d with M - diag(d) not negative, as is known otherwise, in a given order of the rows.
+    pub(super) fn ordered(
+        stiffness: &SparseMatrix,
+        mass: &SparseMatrix,
+        weights: Vec<f64>,
+        order: &[usize],
+    ) -> Option<Self> {
+        Self::of(Rows::new(stiffness), Rows::new(mass), weights, Some(order))
+    }
+
+    fn of(stiffness: Rows, mass: Rows, mut weights: Vec<f64>, order: Option<&[usize]>) -> Option<Self> {
         let n = mass.dimension();
-        let mut weights = weights(&mass)?;
         let least_weight = weights.iter().copied().fold(f64::INFINITY, f64::min);
         let roots: Vec<f64> = weights.iter().map(|d| (1.0 / d).sqrt() * (1.0 + 4.0 * U)).collect();
         weights.iter_mut().for_each(|d| *d = d.sqrt() * (1.0 + 2.0 * U));
         let is_narrow =
             |rows: &Rows| (0..n).all(|i| rows.row(i).all(|at| (rows.columns[at] as usize).abs_diff(i) <= 1));
-        let structure = if is_narrow(&stiffness) && is_narrow(&mass) {
+        let structure = if order.is_none() && is_narrow(&stiffness) && is_narrow(&mass) {
             Structure::Tridiagonal
         } else {
-            Structure::General(Box::new(General::new(&stiffness, &mass)?))
+            Structure::General(Box::new(General::new(&stiffness, &mass, order)?))
         };
         let (stiffness_norms, mass_norms) = (stiffness.norms(&roots), mass.norms(&roots));
         Some(Self { stiffness, mass, weights, roots, least_weight, stiffness_norms, mass_norms, structure })
@@ -198,14 +212,17 @@ fn weights(mass: &Rows) -> Option<Vec<f64>> {
 }
 
 impl General {
-    fn new(stiffness: &Rows, mass: &Rows) -> Option<Self> {
+    fn new(stiffness: &Rows, mass: &Rows, order: Option<&[usize]>) -> Option<Self> {
         let n = mass.dimension();
         let (mut starts, mut rows) = (vec![0], Vec::new());
         for j in 0..n {
             merge(stiffness, mass, j, |i, _, _| rows.push(i));
             starts.push(rows.len());
         }
-        let (symbolic, counts) = elimination(&starts, &rows)?;
+        let (symbolic, counts) = match order {
+            Some(order) => elimination_in(&starts, &rows, order)?,
+            None => elimination(&starts, &rows)?,
+        };
         let widest = counts.into_iter().max().unwrap_or(0);
         Some(Self { symbolic, starts, rows, widest })
     }

@@ -1,0 +1,249 @@
+//! Some exponents of large sparse models with friction and rotation: against closed forms, and against the dense path for random ones.
+
+#![cfg(feature = "engine")]
+
+use faer::c64;
+use librate::budget::Budget;
+use librate::linearize::linearize;
+use librate::modes::{Kind, Options, Stability};
+use librate::oscillation::{NormalModes, normal_modes};
+use librate::precision::Ball;
+use librate_core::modes::exponents::{QuadraticProblem, Structure, exponents};
+use librate_core::modes::{Method, SparseQuadratic, Wanted, solve_sparse_quadratic};
+use librate_core::precision::SparseMatrix;
+use proptest::prelude::*;
+
+use crate::common::model;
+
+fn modes(text: &str, options: &Options) -> NormalModes {
+    let found = normal_modes(&linearize(model(text)).unwrap(), options).unwrap();
+    assert_eq!(found.method, Some(Method::Arnoldi), "{text}");
+    found
+}
+
+/// That an enclosure is narrow and holds a number that is known to some roundings.
+fn holds(own: &Ball, exact: f64, scale: f64) {
+    assert!((own.mid_f64() - exact).abs() <= own.radius + 1e-14 * scale, "{own:?} is not {exact}");
+    assert!(own.radius <= 1e-13 * exact.abs().max(1e-3 * scale), "{exact} to {:e}", own.radius);
+}
+
+/// 2 sin(πj / 2(n + 1))
+fn of_chain(j: usize, n: usize) -> f64 {
+    2.0 * (std::f64::consts::PI * j as f64 / (2.0 * (n as f64 + 1.0))).sin()
+}
+
+/// A string of beads seen from a frame that turns about its axis: the frequencies at rest, more and less by the rate.
+#[test]
+fn a_string_in_a_turning_frame() {
+    let (n, rate) = (400, 0.003);
+    let text = format!(
+        "param N = {n}  param W = {rate}
+         coord x[1..N], y[1..N]
+         lagrangian = sum(i in 1..N, 1/2*((x[i]' - W*y[i])^2 + (y[i]' + W*x[i])^2))
+           - sum(i in 1..N-1, 1/2*((x[i+1] - x[i])^2 + (y[i+1] - y[i])^2)) - 1/2*(x[1]^2 + x[N]^2 + y[1]^2 + y[N]^2)"
+    );
+    let mut exact: Vec<f64> = (1..=n).flat_map(|j| [of_chain(j, n) - rate, of_chain(j, n) + rate]).collect();
+    exact.sort_by(f64::total_cmp);
+    let lowest = modes(&text, &Options::default().lowest(5));
+    assert_eq!((lowest.stability, lowest.secular), (Stability::Stable, Some(false)));
+    for (mode, exact) in lowest.modes.iter().zip(&exact) {
+        assert_eq!(mode.kind, Kind::Oscillation);
+        holds(&mode.omega, *exact, *exact);
+        // y is a quarter of a turn before or behind x, and both are as long: the largest component is at x.
+        let largest = (0..n).map(|i| mode.vector[i]).fold(0.0, f64::max);
+        let middle = (0..n).find(|i| mode.vector[*i] == largest).unwrap();
+        assert!((mode.imaginary[n + middle].abs() - largest).abs() <= 1e-12);
+        assert!(mode.vector_error_bound < 1e-12, "{:e}", mode.vector_error_bound);
+    }
+    exact.sort_by(|a, b| (a - 0.5).abs().total_cmp(&(b - 0.5).abs()));
+    let near = modes(&text, &Options::default().near(0.5, 4).without_vectors());
+    let mut nearest = exact[..4].to_vec();
+    nearest.sort_by(f64::total_cmp);
+    near.modes.iter().zip(&nearest).for_each(|(mode, exact)| holds(&mode.omega, *exact, *exact));
+}
+
+/// Friction like the masses: growth -c/2, and frequencies lower than without.
+#[test]
+fn a_chain_in_oil() {
+    let (n, c) = (500, 0.002);
+    let text = format!(
+        "param N = {n}  param c = {c}
+         coord x[1..N]
+         T = sum(i in 1..N, 1/2*x[i]'^2)
+         V = sum(i in 1..N-1, 1/2*(x[i+1] - x[i])^2) + 1/2*x[1]^2 + 1/2*x[N]^2
+         dissipation = sum(i in 1..N, 1/2*c*x[i]'^2)"
+    );
+    // The same as forces on each coordinate.
+    let forces = text.replace("dissipation = sum(i in 1..N, 1/2*c*x[i]'^2)", "force x[i in 1..N] = -c*x[i]'");
+    for text in [text, forces] {
+        let found = modes(&text, &Options::default().lowest(6));
+        assert_eq!(found.stability, Stability::Stable);
+        for (j, mode) in found.modes.iter().enumerate() {
+            assert_eq!(mode.kind, Kind::Damped);
+            let omega = (of_chain(j + 1, n).powi(2) - 0.25 * c * c).sqrt();
+            holds(&mode.omega, omega, omega);
+            holds(&mode.growth, -0.5 * c, omega);
+            // √(2/(n + 1)) sin(πij/(n + 1)), turned so that the largest component is positive; xᴴMx = 1.
+            let size = (2.0 / (n as f64 + 1.0)).sqrt();
+            for i in [0, 7, 100, 499] {
+                let exact = size * (std::f64::consts::PI * ((i + 1) * (j + 1)) as f64 / (n as f64 + 1.0)).sin();
+                let own = mode.vector[i].hypot(mode.imaginary.get(i).copied().unwrap_or(0.0));
+                assert!((own - exact.abs()).abs() <= mode.vector_error_bound + 1e-12, "{own} {exact}");
+            }
+        }
+    }
+}
+
+/// How far s is from an exponent of the chain with a damper at its free end: a step of Newton's method for (s² + cs + 1) sin nθ = sin (n - 1)θ with
+/// s = 2i sin(θ/2), since sin iθ solves s² x = x₊ - 2x + x₋.
+fn distance(s: c64, n: usize, c: f64) -> f64 {
+    let (unit, n) = (c64::new(0.0, 1.0), n as f64);
+    let theta = (s / (unit * 2.0)).asin() * 2.0;
+    let factor = s * s + s * c + 1.0;
+    let rate = unit * (theta * 0.5).cos();
+    let value = factor * (theta * n).sin() - (theta * (n - 1.0)).sin();
+    let slope = (s * 2.0 + c) * rate * (theta * n).sin() + factor * n * (theta * n).cos()
+        - (theta * (n - 1.0)).cos() * (n - 1.0);
+    (value / slope * rate).norm()
+}
+
+#[test]
+fn a_damper_at_the_end_of_a_chain() {
+    let (n, c) = (600, 0.3);
+    let text = format!(
+        "param N = {n}  param c = {c}
+         coord x[1..N]
+         T = sum(i in 1..N, 1/2*x[i]'^2)
+         V = sum(i in 1..N-1, 1/2*(x[i+1] - x[i])^2) + 1/2*x[1]^2
+         dissipation = 1/2*c*x[N]'^2"
+    );
+    let near = Options::default().near(0.5, 5).without_vectors();
+    for (options, count) in [(Options::default().lowest(8).without_vectors(), 8), (near, 5)] {
+        let found = modes(&text, &options);
+        assert_eq!((found.modes.len(), found.stability), (count, Stability::Stable));
+        for mode in &found.modes {
+            let (growth, omega) = (mode.growth.mid_f64(), mode.omega.mid_f64());
+            let off = distance(c64::new(growth, omega), n, c);
+            assert!(off <= 1e-13 * omega, "{omega} is off by {off:e}");
+            assert!(mode.omega.radius <= 1e-13 * omega && mode.growth.radius <= 1e-13 * growth.abs());
+        }
+        // About π/n apart, as waves that are reflected in part are: none is missing.
+        for pair in found.modes.windows(2) {
+            let apart = pair[1].omega.mid_f64() - pair[0].omega.mid_f64();
+            assert!((0.9..1.1).contains(&(apart * n as f64 / std::f64::consts::PI)));
+        }
+    }
+    let precise = modes(&text, &Options::default().lowest(2).digits(20).without_vectors());
+    assert!(precise.modes.iter().all(|mode| mode.omega.radius <= 1e-21 * mode.omega.mid_f64()));
+}
+
+/// Where energy comes in the unstable motions would have to be among all: only those next to a frequency are found.
+#[test]
+fn what_cannot_be_proved_is_left_to_others() {
+    let text = "param N = 320
+         coord x[1..N]
+         T = sum(i in 1..N, 1/2*x[i]'^2)
+         V = sum(i in 1..N-1, 1/2*(x[i+1] - x[i])^2) + 1/2*x[1]^2 + 1/2*x[N]^2
+         force x[1] = 1/50*x[1]'";
+    let near = modes(text, &Options::default().near(0.3, 2).without_vectors());
+    assert!(near.modes.iter().all(|mode| mode.kind == Kind::Unstable));
+    assert_eq!(near.stability, Stability::Unstable);
+}
+
+/// Entries next to the diagonal: numbers between -1 and 1 for M, G, C and K.
+type Band = [f64; 8];
+
+fn drawn(numbers: &[Band], damped: bool, circulatory: f64) -> (SparseQuadratic, QuadraticProblem) {
+    let n = numbers.len();
+    let (mut mass, mut velocity, mut stiffness) = (Vec::new(), Vec::new(), Vec::new());
+    for (i, own) in numbers.iter().enumerate() {
+        let at = i as u32;
+        let next = (i + 1 < n).then_some(at + 1);
+        mass.push((at, at, 1.0 + 0.4 * own[0]));
+        stiffness.push((at, at, 2.2 + own[1]));
+        velocity.push((at, at, if damped { 0.1 * (1.0 + own[2]) } else { 0.0 }));
+        if let Some(next) = next {
+            mass.push((next, at, 0.2 * own[3]));
+            for (i, j, sign) in [(next, at, 1.0), (at, next, -1.0)] {
+                velocity.push((i, j, sign * 0.3 * own[4] + if damped { 0.05 * own[5] } else { 0.0 }));
+                stiffness.push((i, j, 0.6 * own[6] + sign * circulatory * own[7]));
+            }
+        }
+    }
+    let balls = |all: &[(u32, u32, f64)]| -> Vec<(u32, u32, Ball)> {
+        all.iter().map(|(i, j, value)| (*i, *j, Ball::exact(*value))).collect()
+    };
+    let sparse = |all: &[(u32, u32, f64)]| SparseMatrix::from_shares(n, &balls(all));
+    let dense = |all: &[(u32, u32, f64)], mirrored: bool| {
+        let mut matrix = vec![Ball::ZERO; n * n];
+        for (i, j, value) in balls(all) {
+            matrix[i as usize + n * j as usize] = value;
+            if mirrored {
+                matrix[j as usize + n * i as usize] = value;
+            }
+        }
+        matrix
+    };
+    let symmetric = circulatory == 0.0;
+    let structure = match (damped, symmetric) {
+        (false, true) => Structure::Gyroscopic,
+        (true, true) => Structure::Dissipative,
+        _ => Structure::Damped,
+    };
+    let whole = QuadraticProblem {
+        dimension: n,
+        mass: dense(&mass, true),
+        velocity: dense(&velocity, false),
+        stiffness: dense(&stiffness, false),
+        structure,
+        zero_vectors: Vec::new(),
+    };
+    let few = SparseQuadratic {
+        mass: sparse(&mass),
+        velocity: sparse(&velocity),
+        stiffness: sparse(&stiffness),
+        undamped: structure == Structure::Gyroscopic,
+        symmetric,
+        // Rows of C are 0.1 (1 + u) beside at most 0.1 in all: not always.
+        passive: false,
+    };
+    (few, whole)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
+    #[test]
+    fn exponents_are_those_of_the_dense_path(
+        numbers in prop::collection::vec(prop::array::uniform8(-1.0_f64..1.0), 4..14),
+        damped: bool,
+        circulatory in prop::sample::select(vec![0.0, 0.2]),
+        omega in 0.2_f64..2.5,
+        count in 1_usize..4,
+    ) {
+        let (few, whole) = drawn(&numbers, damped, circulatory);
+        let all = exponents(&whole, &(), &Options::default()).unwrap();
+        let distance = |omega_of: &Ball| (omega_of.mid_f64() - omega).abs();
+        let mut order: Vec<usize> = (0..all.entries.len()).collect();
+        order.sort_by(|a, b| distance(&all.entries[*a].omega).total_cmp(&distance(&all.entries[*b].omega)));
+        let near = Wanted::Near(omega, count);
+        if let Some(found) = solve_sparse_quadratic(&few, near, &Options::default(), &Budget::default()) {
+            prop_assert_eq!(found.entries.len(), count);
+            for entry in &found.entries {
+                let same = order[..count].iter().any(|at| {
+                    let other = &all.entries[*at];
+                    (other.omega - entry.omega).contains_zero() && (other.growth - entry.growth).contains_zero()
+                        && (entry.kind == other.kind || entry.kind == Kind::Undecided)
+                });
+                prop_assert!(same, "{entry:?} is none of {:?}", all.entries);
+            }
+        }
+        if !damped && circulatory == 0.0 && all.stability == Stability::Stable
+            && let Some(found) = solve_sparse_quadratic(&few, Wanted::Lowest(count), &Options::default(), &Budget::default())
+        {
+            prop_assert_eq!(found.stability, Stability::Stable);
+            for (entry, other) in found.entries.iter().zip(&all.entries) {
+                prop_assert!((other.omega - entry.omega).contains_zero() && entry.growth.is_zero());
+            }
+        }
+    }
+}
