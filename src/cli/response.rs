@@ -3,11 +3,11 @@
 use clap::Args;
 use librate::diagnostic::Diagnostic;
 use librate::model::Range;
-use librate::report;
-use librate::response::{Peaks, Request, ResponseError, Study, Value};
+use librate::report::{self, ResponseLines};
+use librate::response::{Peaks, Request, ResponseError, Study};
 
 use super::args::{DOUBLE_DOUBLE_DIGITS, ModelArgs, digits, positive};
-use super::threads::all;
+use super::threads::{all, in_order};
 use super::{Answer, Failure, Loaded, Size, failed, load_values, wrong_request};
 
 pub(super) const RESPONSE: &str = "\
@@ -80,21 +80,41 @@ pub(super) fn text(args: &ResponseArgs) -> Result<Answer, Failure> {
         peaks = found.into_iter().collect::<Result<_, _>>().map_err(|error| fails(error, &warnings))?;
         warnings.extend(peaks.iter().filter_map(|own| own.remark(args.over.split('=').next().unwrap_or_default())));
     }
-    let mut values: Vec<Vec<Vec<Value>>> = Vec::new();
+    let mut response = study.response([]);
+    let mut table = report::response_header(&response);
     if !args.peaks || args.model.drawn {
         let count = study.len();
-        let block = |block: usize| (block * BLOCK..count.min((block + 1) * BLOCK)).map(|at| study.values(at)).collect();
-        let found = all(args.threads, count.div_ceil(BLOCK), "computing the response over the range", || block)?;
-        values = found.into_iter().collect::<Result<_, _>>().map_err(|error| fails(error, &warnings))?;
+        let block = |block: usize| {
+            let places = block * BLOCK..count.min((block + 1) * BLOCK);
+            if !(args.model.drawn || args.json) {
+                return report::response_lines(&study, places, args.digits);
+            }
+            // These have all digits of a double.
+            let remarkable = places.map(|at| study.values(at).map(|values| (study.place(at), values)));
+            let remarkable = remarkable.collect::<Result<_, _>>()?;
+            Ok(ResponseLines { remarkable, ..Default::default() })
+        };
+        let blocks = count.div_ceil(BLOCK);
+        in_order(
+            args.threads,
+            blocks,
+            "computing the response over the range",
+            || block,
+            |found| {
+                let found = found.map_err(|error| fails(error, &warnings))?;
+                table.push_str(&found.text);
+                found.remarkable.into_iter().for_each(|(place, values)| response.push(place, values));
+                Ok(())
+            },
+        )?;
     }
-    let response = study.response(values.concat());
     warnings.extend(response.remarks());
     let text = match (args.model.drawn, args.peaks, args.json) {
         (true, ..) => report::response_svg(&response, &peaks),
         (false, true, true) => report::peaks_json(&response, &peaks),
         (false, true, false) => report::peaks_csv(&response, &peaks, args.digits),
         (false, false, true) => report::response_json(&response),
-        (false, false, false) => report::response_csv(&response, args.digits),
+        (false, false, false) => table,
     };
     Ok(Answer::new(text, Some((source, warnings))))
 }

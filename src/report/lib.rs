@@ -55,7 +55,9 @@ pub use npz::{Vectors, read_vectors};
 pub use page::left_out;
 pub use period::{period_csv, period_curve_json, period_json, period_text};
 pub use period_picture::period_svg;
-pub use response::{peaks_csv, peaks_json, response_csv, response_json, response_svg};
+pub use response::{
+    ResponseLines, peaks_csv, peaks_json, response_csv, response_header, response_json, response_lines, response_svg,
+};
 pub use sensitivity::{sensitivity_json, sensitivity_text};
 pub use show::{Shown, show_html};
 pub use sweep::{SweepColumns, SweepCsv, SweepKept, SweepRow, sweep_json};

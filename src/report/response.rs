@@ -3,30 +3,101 @@
 use super::json::{Object, array, lines, model_and_version, null, number, string};
 use super::picture::{Axis, Curve, Panel, Picture, Stroke, titled};
 use super::{Written, common, csv_text, with_unit};
-use librate_core::precision::{Ball, one_digit_up, quick_decimal};
-use librate_studies::response::{Peak, PeakKind, Peaks, Response, Value};
+use librate_core::precision::{Ball, one_digit_up, push_decimal, quick_decimal};
+use librate_studies::response::{Peak, PeakKind, Peaks, Response, ResponseError, Study, Value};
+use std::ops::Range;
 
 /// A number for a cell: all digits, or those that are certain.
 fn cell(value: &Ball, digits: usize) -> String {
     quick_decimal(value, digits).or_else(|| Written::new(value, digits).digits).unwrap_or_default()
 }
 
+fn push_cell(out: &mut Vec<u8>, value: &Ball, digits: usize) -> bool {
+    out.extend_from_slice(cell(value, digits).as_bytes());
+    true
+}
+
+/// The names of the columns of [`response_csv`].
+#[must_use]
+pub fn response_header(response: &Response) -> String {
+    let names = response.outputs.iter().map(|own| &own.coordinate);
+    let names = names.flat_map(|name| [format!("{name} amplitude"), format!("{name} phase")]);
+    csv_text(std::iter::once(response.name.clone()).chain(names), std::iter::empty::<[&str; 0]>())
+}
+
 /// A line a frequency: the frequency, then amplitude and phase of each output. `inf` is a resonance, and empty what is not decided.
 #[must_use]
 pub fn response_csv(response: &Response, digits: usize) -> String {
-    let names = response.outputs.iter().map(|own| &own.coordinate);
-    let names = names.flat_map(|name| [format!("{name} amplitude"), format!("{name} phase")]);
-    let rows = response.places.iter().enumerate().map(|(at, place)| {
-        let cells = response.outputs.iter().flat_map(move |output| match &output.values[at] {
+    let mut out = response_header(response).into_bytes();
+    for (at, place) in response.places.iter().enumerate() {
+        let values = response.outputs.iter().map(|output| &output.values[at]);
+        push_line(&mut out, *place, values, |out, value| push_cell(out, value, digits));
+    }
+    String::from_utf8(out).unwrap_or_default()
+}
+
+/// A line; no number is quoted. False where a number can't be written.
+fn push_line<'a>(
+    out: &mut Vec<u8>,
+    place: f64,
+    values: impl Iterator<Item = &'a Value>,
+    push: impl Fn(&mut Vec<u8>, &Ball) -> bool,
+) -> bool {
+    out.extend_from_slice(number(place).as_bytes());
+    for value in values {
+        out.push(b',');
+        let is_written = match value {
             Value::Known { amplitude, phase } => {
-                [cell(amplitude, digits), phase.map_or_else(String::new, |phase| cell(&phase, digits))]
+                push(out, amplitude) && {
+                    out.push(b',');
+                    phase.as_ref().is_none_or(|phase| push(out, phase))
+                }
             }
-            Value::Infinite => ["inf".to_owned(), String::new()],
-            _ => [String::new(), String::new()],
-        });
-        std::iter::once(number(*place)).chain(cells)
-    });
-    csv_text(std::iter::once(response.name.clone()).chain(names), rows)
+            Value::Infinite => {
+                out.extend_from_slice(b"inf,");
+                true
+            }
+            _ => {
+                out.push(b',');
+                true
+            }
+        };
+        if !is_written {
+            return false;
+        }
+    }
+    out.push(b'\n');
+    true
+}
+
+/// Lines of a table.
+#[derive(Debug, Default)]
+pub struct ResponseLines {
+    /// All of them.
+    pub text: String,
+    /// Those of which something is to be said beside the table: the frequency, and the response there.
+    pub remarkable: Vec<(f64, Vec<Value>)>,
+}
+
+/// The lines of [`response_csv`] for some places: from doubles where these decide all digits.
+///
+/// # Errors
+/// As [`Study::values`].
+pub fn response_lines(study: &Study, places: Range<usize>, digits: usize) -> Result<ResponseLines, ResponseError> {
+    let (mut out, mut remarkable) = (Vec::with_capacity(places.len() * 32 * study.outputs()), Vec::new());
+    for (place, values) in places.clone().zip(study.in_doubles(places)) {
+        let (start, at) = (out.len(), study.place(place));
+        if values.is_some_and(|own| push_line(&mut out, at, own.iter(), |out, own| push_decimal(out, own, digits))) {
+            continue;
+        }
+        out.truncate(start);
+        let values = study.values(place)?;
+        push_line(&mut out, at, values.iter(), |out, value| push_cell(out, value, digits));
+        if !values.iter().all(|value| matches!(value, Value::Known { .. })) {
+            remarkable.push((at, values));
+        }
+    }
+    Ok(ResponseLines { text: String::from_utf8(out).unwrap_or_default(), remarkable })
 }
 
 /// A line a maximum or minimum: the output, what it is, where, the amplitude, and where it has fallen to 1/√2 of a maximum on both sides.

@@ -8,7 +8,7 @@ use librate::number::Number;
 use librate::precision::{Ball, Big, Scalar};
 use librate::response::{Request, Response, ResponseError, Study, Value};
 use librate::syntax;
-use librate_core::precision::Complex;
+use librate_core::precision::{Complex, Rounding, decimal, push_decimal};
 use proptest::prelude::*;
 
 /// What a model responds to a force on a coordinate, or to its own drive.
@@ -303,7 +303,8 @@ proptest! {
             "coord x[1..{order}]  T = 1/2*({})  V = 5*({})  dissipation = 1/20*({})",
             sum(0, "'"), sum(1, ""), sum(2, "'"),
         );
-        let found = response(&text, Some(&format!("x[{}]", input + 1)), &format!("omega={omega}/7..100:2"));
+        let study = study(&text, &[], Some(&format!("x[{}]", input + 1)), &format!("omega={omega}/7..100:2")).unwrap();
+        let found = [study.values(0).unwrap(), study.in_doubles(0..1).remove(0).unwrap()];
         let bits = 256;
         let big = |top: i64, bottom: i64| Big::from_number(&Number::ratio(top, bottom).unwrap(), bits);
         let w = big(omega, 7);
@@ -317,12 +318,56 @@ proptest! {
             own.chain([right]).collect()
         });
         let exact = plainly(rows.collect());
-        for (output, exact) in found.outputs.iter().zip(exact) {
-            let (amplitude, phase) = known(&output.values[0]);
+        for (value, exact) in found.iter().flat_map(|values| values.iter().zip(&exact)) {
+            let (amplitude, phase) = known(value);
             let modulus = exact.square_of_modulus().sqrt().to_ball();
             prop_assert!((amplitude - modulus).contains_zero(), "{text}: {amplitude:?} {modulus:?}");
             let angle = exact.im.atan2(&exact.re).to_ball();
             prop_assert!((phase.unwrap() - angle).contains_zero(), "{text}: {phase:?} {angle:?}");
+        }
+    }
+
+    /// In doubles, against the same in double-double: chains with springs and dampers to the walls and to the two next neighbours.
+    #[test]
+    fn random_banded_models_respond_alike_in_doubles(
+        order in 3_usize..30,
+        springs in prop::collection::vec(1_i64..100, 60),
+        dampers in prop::collection::vec(0_i64..5, 60),
+        top in 1_i64..50,
+    ) {
+        let sum = |factors: &[i64], prime: &str| -> String {
+            let near = (1..order).map(|i| format!("{}*(x[{}]{prime} - x[{i}]{prime})^2", factors[i], i + 1));
+            let far = (1..order - 1).map(|i| format!("{}*(x[{}]{prime} - x[{i}]{prime})^2", factors[30 + i], i + 2));
+            let wall = std::iter::once(format!("{}*x[1]{prime}^2", factors[0]));
+            near.chain(far).chain(wall).collect::<Vec<_>>().join(" + ")
+        };
+        let text = format!(
+            "coord x[1..{order}]  T = 1/2*sum(i in 1..{order}, x[i]'^2)  V = {}  dissipation = 1/50*({})",
+            sum(&springs, ""), sum(&dampers, "'"),
+        );
+        let study = study(&text, &[], Some("x[2]"), &format!("omega=1/3..{top}:21")).unwrap();
+        let quick = study.in_doubles(0..21);
+        prop_assert!(quick.iter().flatten().count() >= 15, "{text}");
+        for (place, own) in quick.iter().enumerate() {
+            for (own, value) in own.iter().flatten().zip(study.values(place).unwrap()) {
+                let [(a, phase), (b, angle)] = [known(own), known(&value)];
+                prop_assert!((a - b).contains_zero() && a.radius < 1e-13 * a.mid_f64(), "{text}: {a:?} {b:?}");
+                prop_assert!((phase.unwrap() - angle.unwrap()).contains_zero(), "{text}: {phase:?} {angle:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn quick_digits_are_those_of_all(x in any::<f64>(), shift in -60_i32..60, digits in 1_usize..16, error in 0.0..1e-12) {
+        // Of all sizes, and those that are near to printed numbers.
+        for mid in [x, (x.to_bits() as f64 / 1e4).round() * 10_f64.powi(shift), (x % 1e3).round() + 0.5, 10_f64.powi(shift)] {
+            let ball = Ball::exact(mid).with_added_radius(error * mid.abs());
+            let mut text = Vec::new();
+            if ball.is_finite() && push_decimal(&mut text, &ball, digits) {
+                let all = decimal(&ball, digits);
+                prop_assert_eq!(String::from_utf8(text).unwrap(), all.text);
+                prop_assert_eq!(all.rounding, Rounding::Correct);
+            }
         }
     }
 }

@@ -10,6 +10,7 @@ use dashu_ratio::Relaxed as Fraction;
 
 use super::ball::Ball;
 use super::big::Big;
+use super::double::exponent_of;
 use super::magnitude::Magnitude;
 use crate::number::Number;
 
@@ -77,18 +78,73 @@ pub fn decimal(value: &Ball, digits: usize) -> Decimal {
 ///
 /// Rounding to a number of digits preserves order, so that what rounds to the same at both ends does so in between.
 pub fn quick_decimal(value: &Ball, digits: usize) -> Option<String> {
-    if value.is_zero() {
-        return Some("0".to_owned());
+    let mut text = Vec::new();
+    if push_decimal(&mut text, value, digits) {
+        return String::from_utf8(text).ok();
     }
-    let ends = if value.is_negative() { [-value.upper(), -value.lower()] } else { [value.lower(), value.upper()] };
+    let is_negative = value.is_negative();
+    let ends = if is_negative { [-value.upper(), -value.lower()] } else { [value.lower(), value.upper()] };
     if !(ends[0] > 0.0 && ends[1] < f64::INFINITY) {
         return None;
     }
     let count = digits.clamp(1, MOST_DIGITS);
     let [below, above] = ends.map(|end| format!("{end:.*e}", count - 1));
     let (rounded, exponent) = below.split_once('e').filter(|_| below == above)?;
-    let digits: String = rounded.chars().filter(char::is_ascii_digit).collect();
-    Some(layout(&digits, exponent.parse().ok()?, value.is_negative()))
+    Some(layout(&rounded.replace('.', ""), exponent.parse().ok()?, is_negative))
+}
+
+/// The same behind a text, where two or three operations decide the digits, and whether they do: as fast as it goes.
+pub fn push_decimal(out: &mut Vec<u8>, value: &Ball, digits: usize) -> bool {
+    if value.is_zero() {
+        out.push(b'0');
+        return true;
+    }
+    let Some((mut whole, exponent)) = quick_digits(value, digits.max(1)) else { return false };
+    let mut text = [b'0'; QUICK_DIGITS];
+    let text = &mut text[..digits.max(1)];
+    for place in text.iter_mut().rev() {
+        *place += (whole % 10) as u8;
+        whole /= 10;
+    }
+    place(out, text, exponent, value.mid.hi < 0.0);
+    true
+}
+
+/// So many digits leave room in a double for what they are rounded from.
+const QUICK_DIGITS: usize = 14;
+/// The powers of ten that are doubles.
+const POWERS: [f64; 23] = [
+    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20,
+    1e21, 1e22,
+];
+
+/// The digits of |x| as a whole number, and the power of ten of the first one, where doubles decide them.
+///
+/// y = |x| 10^k is off by two roundings, 2^-52 y, and by what x is off by times 10^k; `slack` is at least 1.9 times that, and y - N
+/// is exact. So |x| 10^k is within 1/2 of N. It is not below the power of ten that N is compared with, where digits would be one finer.
+fn quick_digits(value: &Ball, count: usize) -> Option<(u64, i32)> {
+    let (x, error) = (value.mid.hi.abs(), value.mid_f64_error());
+    let limit = *POWERS.get(count).filter(|_| count <= QUICK_DIGITS)?;
+    let scaled = |x: f64, exponent: i32| {
+        let power = count as i32 - 1 - exponent;
+        let first = *POWERS.get(power.unsigned_abs().min(22) as usize)?;
+        let second = *POWERS.get(power.unsigned_abs().saturating_sub(22) as usize)?;
+        Some(if power < 0 { x / first / second } else { x * first * second })
+    };
+    // log10(2) from below: right, or one too small.
+    let mut exponent = (exponent_of(x) * 1233) >> 12;
+    let mut y = scaled(x, exponent)?;
+    if y >= limit {
+        exponent += 1;
+        y = scaled(x, exponent)?;
+    }
+    let slack = 2.0 * (scaled(error, exponent)? + y * f64::EPSILON);
+    let nearest = (y + 0.5) as i64;
+    let (rounded, least) = (nearest as f64, limit / 10.0);
+    if !((y - rounded).abs() + slack < 0.5 && y - slack >= least && rounded <= limit) {
+        return None;
+    }
+    Some(if rounded == limit { (nearest as u64 / 10, exponent + 1) } else { (nearest as u64, exponent) })
 }
 
 /// The number in `value` rounded to a multiple of 10^place by the rules of [`decimal`], with at most `digits`
@@ -130,7 +186,9 @@ impl Number {
         let value = Fraction::from_parts(self.numerator(), self.denominator()).abs();
         let rounded = round(&value, digits, &Direction::Nearest);
         let text = if self.is_zero() { "0".repeat(digits) } else { rounded.digits.to_string() };
-        placed(&text, rounded.exponent, self.is_negative(), -6..digits as i32)
+        let mut out = Vec::new();
+        place_among(&mut out, text.as_bytes(), rounded.exponent, self.is_negative(), -6..digits as i32);
+        String::from_utf8(out).unwrap_or_default()
     }
 }
 
@@ -289,21 +347,35 @@ impl Rounded {
 
 /// Digits, the first of which belongs to this power of ten.
 fn layout(digits: &str, exponent: i32, negative: bool) -> String {
-    placed(digits, exponent, negative, -5..digits.len().min(16) as i32)
+    let mut out = Vec::new();
+    place(&mut out, digits.as_bytes(), exponent, negative);
+    String::from_utf8(out).unwrap_or_default()
+}
+
+fn place(out: &mut Vec<u8>, digits: &[u8], exponent: i32, negative: bool) {
+    place_among(out, digits, exponent, negative, -5..digits.len().min(16) as i32);
 }
 
 /// The same, positional for these powers, of which none is beyond the digits, else scientific.
-fn placed(digits: &str, exponent: i32, negative: bool, positional: Range<i32>) -> String {
-    let sign = if negative { "-" } else { "" };
+fn place_among(out: &mut Vec<u8>, digits: &[u8], exponent: i32, negative: bool, positional: Range<i32>) {
+    if negative {
+        out.push(b'-');
+    }
     let is_positional = positional.contains(&exponent);
     if is_positional && exponent < 0 {
-        let zeros = "0".repeat((-exponent - 1) as usize);
-        return format!("{sign}0.{zeros}{digits}");
+        out.extend_from_slice(&b"0.00000"[..(1 - exponent) as usize]);
+        out.extend_from_slice(digits);
+        return;
     }
     let (whole, rest) = digits.split_at(if is_positional { exponent as usize + 1 } else { 1 });
-    let point = if rest.is_empty() { "" } else { "." };
-    let power = if is_positional { String::new() } else { format!("e{exponent}") };
-    format!("{sign}{whole}{point}{rest}{power}")
+    out.extend_from_slice(whole);
+    if !rest.is_empty() {
+        out.push(b'.');
+        out.extend_from_slice(rest);
+    }
+    if !is_positional {
+        out.extend_from_slice(format!("e{exponent}").as_bytes());
+    }
 }
 
 fn power_of_ten(exponent: u32) -> UBig {

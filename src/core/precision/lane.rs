@@ -6,6 +6,8 @@
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
+use super::double::{DoubleDouble, product_error, two_sum};
+
 /// How many numbers are worked on at once.
 pub const LANES: usize = 8;
 
@@ -130,6 +132,70 @@ impl SubAssign for Lane {
     fn sub_assign(&mut self, other: Self) {
         *self = *self - other;
     }
+}
+
+/// Eight double-doubles.
+#[derive(Clone, Copy)]
+pub(crate) struct Pair {
+    pub(crate) high: Lane,
+    pub(crate) low: Lane,
+}
+
+impl Pair {
+    pub(crate) const ZERO: Self = Self { high: Lane::ZERO, low: Lane::ZERO };
+
+    /// self + x y, for x a number in two parts.
+    #[inline(always)]
+    pub(crate) fn add_product<const FUSED: bool>(&mut self, (high, low): (f64, f64), y: Lane) {
+        let (product, error) = lane_product::<FUSED>(Lane::splat(high), y);
+        let (sum, rest) = two_sum(self.high, product);
+        self.high = sum;
+        self.low += rest + (error + Lane::splat(low) * y);
+    }
+
+    /// self + x y.
+    #[inline(always)]
+    pub(crate) fn add_products<const FUSED: bool>(&mut self, x: Lane, y: &Self) {
+        let (product, error) = lane_product::<FUSED>(x, y.high);
+        let (sum, rest) = two_sum(self.high, product);
+        self.high = sum;
+        self.low += rest + (error + x * y.low);
+    }
+
+    /// Its parts as they should be: the lower one less than a rounding of the higher one.
+    #[inline(always)]
+    pub(crate) fn settled(&self) -> Self {
+        let (high, low) = two_sum(self.high, self.low);
+        Self { high, low }
+    }
+
+    /// The number k - θ m.
+    #[inline(always)]
+    pub(crate) fn shifted<const FUSED: bool>(k: DoubleDouble, theta: &Self, m: DoubleDouble) -> Self {
+        let t = -theta.high;
+        let (p, error) = lane_product::<FUSED>(t, Lane::splat(m.hi));
+        let (high, rest) = two_sum(Lane::splat(k.hi), p);
+        let low = rest + (error + (t * Lane::splat(m.lo) - theta.low * Lane::splat(m.hi)) + Lane::splat(k.lo));
+        Self::nearly_settled(high, low)
+    }
+
+    /// The sum of two parts of which the second is small.
+    #[inline(always)]
+    pub(crate) fn nearly_settled(high: Lane, low: Lane) -> Self {
+        let sum = high + low;
+        Self { high: sum, low: low - (sum - high) }
+    }
+}
+
+/// See [`two_prod`](super::two_prod).
+#[inline(always)]
+pub(crate) fn lane_product<const FUSED: bool>(a: Lane, b: Lane) -> (Lane, Lane) {
+    let p = a * b;
+    let mut error = p;
+    for l in 0..LANES {
+        error.0[l] = if FUSED { a.0[l].mul_add(b.0[l], -p.0[l]) } else { product_error(a.0[l], b.0[l], p.0[l]) };
+    }
+    (p, error)
 }
 
 /// Wraps loops over numbers in a function that runs them compiled for fused multiply-add and four lanes where the machine

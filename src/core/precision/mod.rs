@@ -11,6 +11,7 @@
 //! is not finite, and that spreads.
 
 mod ball;
+mod banded;
 mod big;
 mod complex;
 mod decimal;
@@ -30,15 +31,17 @@ mod system;
 
 pub use ball::Ball;
 pub use ball::{U2, up};
+pub use banded::{Banded, Polar};
 pub use big::Big;
 pub use complex::{Complex, hypot};
-pub use decimal::{Decimal, Rounding, decimal, decimal_to_place, one_digit_up, one_digit_up_text, quick_decimal};
+pub use decimal::{Decimal, Rounding, decimal, decimal_to_place, one_digit_up, one_digit_up_text};
+pub use decimal::{push_decimal, quick_decimal};
 pub use double::{DoubleDouble, fast_two_sum, two_prod, two_sum};
 pub use double::{exponent_of, power_of_two, product_error};
 pub use dual::Dual;
 pub use enclosure::Enclosure;
-pub(crate) use lane::kernel;
 pub use lane::{LANES, Lane};
+pub(crate) use lane::{Pair, kernel, lane_product};
 pub use magnitude::Magnitude;
 pub use matrix::{Entry, Factors, Matrix, clear_column, quadratic_form, sum_of_products};
 pub use root::{Integers, Root};

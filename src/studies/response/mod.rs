@@ -2,7 +2,7 @@
 //!
 //! M q'' + (G + C) q' + (K + N) q = f has the response q = H(ω) f, H = (-ω²M + iω(G + C) + K + N)⁻¹, to a force f e^(iωt): either one
 //! of unit amplitude on a coordinate, or the model's own drive (`drive`). Each value is enclosed by elimination in double-double, with more bits
-//! where its digits need them (`solve`). That an amplitude is infinite is only said where it is proved from exact matrices
+//! where its digits need them (`solve`); for tables with few digits there are doubles with bounds ([`Study::in_doubles`]). That an amplitude is infinite is only said where it is proved from exact matrices
 //! (`exact`): close to a resonance a response is large, at it none.
 //!
 //! It starts no thread: frequencies are independent of each other, and a [`Study`] is `Sync`.
@@ -28,7 +28,7 @@ use librate_core::linearize::{self, Linearized};
 use librate_core::model::{Constant, Model, Range};
 use librate_core::number::Number;
 use librate_core::oscillation;
-use librate_core::precision::{Ball, Big, Complex, Enclosure};
+use librate_core::precision::{Ball, Big, Complex, Enclosure, LANES};
 use solve::{Matrices, polar};
 
 /// Bits of the levels above double-double, and the multiplications that an elimination may take there.
@@ -119,6 +119,14 @@ pub struct Response {
     pub proved: bool,
     /// That motions about the equilibrium grow, where it is the same at all frequencies.
     pub unstable: Option<oscillation::Warning>,
+}
+
+impl Response {
+    /// Adds a place and the values of the outputs there.
+    pub fn push(&mut self, place: f64, values: Vec<Value>) {
+        self.places.push(place);
+        self.outputs.iter_mut().zip(values).for_each(|(output, value)| output.values.push(value));
+    }
 }
 
 /// Where the force comes from.
@@ -309,6 +317,44 @@ impl Study {
         }
     }
 
+    /// The same at some places in doubles with bounds, eight at a time, for tables with few digits; none where that proves nothing.
+    #[must_use]
+    pub fn in_doubles(&self, places: std::ops::Range<usize>) -> Vec<Option<Vec<Value>>> {
+        let found = self.fixed.as_ref().and_then(|system| self.side_by_side(system, places.clone()));
+        found.unwrap_or_else(|| vec![None; places.len()])
+    }
+
+    fn side_by_side(&self, system: &System, places: std::ops::Range<usize>) -> Option<Vec<Option<Vec<Value>>>> {
+        let matrices = &system.balls;
+        let banded = matrices.banded()?;
+        let rows = self.outputs.iter().map(|at| matrices.row(*at)).collect::<Option<Vec<usize>>>()?;
+        let driven = |place| {
+            let (omega, mut forces) = system.driven(&self.quantity::<Ball>(place, ())?, &matrices.point, ())?;
+            forces.iter_mut().try_for_each(|(at, _)| matrices.row(*at).map(|row| *at = row))?;
+            Some((omega, forces))
+        };
+        let driven: Vec<Driven<Ball>> = places.map(driven).collect::<Option<_>>()?;
+        let found = banded.polar(&driven, &rows);
+        let of_place = |(at, (_, forces)): (usize, &Driven<Ball>)| {
+            let is_real = matrices.is_real && forces.iter().all(|(_, force)| force.im.is_zero());
+            let mut values = Vec::with_capacity(rows.len());
+            for own in &found[at / LANES * rows.len()..][..rows.len()] {
+                let [amplitude, phase] = own.at(at % LANES);
+                let phase = match is_real {
+                    true if own.phase.0[at % LANES] < 1.0 => Ball::ZERO,
+                    true => Ball::PI,
+                    false => phase,
+                };
+                if !(amplitude.is_finite() && phase.is_finite()) {
+                    return None;
+                }
+                values.push(Value::Known { amplitude, phase: Some(phase) });
+            }
+            Some(values)
+        };
+        Some(driven.iter().enumerate().map(of_place).collect())
+    }
+
     fn with(&self, system: &System, place: usize) -> Vec<Value> {
         let (outputs, digits) = (&self.outputs, self.request.digits);
         let mut values = vec![Value::Undecided; outputs.len()];
@@ -385,30 +431,24 @@ impl Study {
     pub fn response(&self, values: impl IntoIterator<Item = Vec<Value>>) -> Response {
         let named = |at: &usize| {
             let coordinate = self.model.coordinates.at(*at).name();
-            Output { coordinate, unit: self.unit(*at), values: Vec::with_capacity(self.len()) }
+            Output { coordinate, unit: self.unit(*at), values: Vec::new() }
         };
-        let mut outputs: Vec<Output> = self.outputs.iter().map(named).collect();
-        let mut places = Vec::with_capacity(self.len());
-        for (place, values) in values.into_iter().enumerate() {
-            places.push(self.place(place));
-            for (output, value) in outputs.iter_mut().zip(values) {
-                output.values.push(value);
-            }
-        }
         let system = self.fixed.as_ref();
         let name = self.request.range.name();
         // With an input the range is one of frequencies.
         let is_parameter = self.request.input.is_none();
-        Response {
+        let mut all = Response {
             model: self.model.name.clone(),
             input: self.request.input.clone(),
             name: name.to_owned(),
             unit: is_parameter.then(|| unit_of(&self.source.file, name)).flatten(),
-            places,
-            outputs,
+            places: Vec::new(),
+            outputs: self.outputs.iter().map(named).collect(),
             proved: system.is_none_or(|system| system.linearized.equilibrium().proved),
             unstable: system.and_then(|system| oscillation::never_reached(&system.linearized)),
-        }
+        };
+        values.into_iter().enumerate().for_each(|(place, values)| all.push(self.place(place), values));
+        all
     }
 }
 

@@ -6,7 +6,7 @@
 
 use faer::c64;
 use librate_core::linearize::{Linearized, Precise, Units};
-use librate_core::precision::{Ball, Big, Complex, Enclosure, Entry, Function, Scalar};
+use librate_core::precision::{Ball, Banded, Big, Complex, Enclosure, Entry, Function, Scalar};
 
 use nalgebra::DMatrix;
 
@@ -37,6 +37,9 @@ fn first_order<S: Enclosure>(own: &Coefficient<S>, omega: &S) -> Complex<S> {
 
 /// Larger matrices are eliminated.
 const MOST_INVERTED: usize = 120;
+
+/// Entries within the band that eight frequencies at once may have, of 200 bytes each.
+const MOST_SIDE_BY_SIDE: usize = 1 << 16;
 
 /// More than the roundings of sums of so many doubles.
 const ROUNDED_UP: f64 = 1.0 + 1e-12;
@@ -95,6 +98,19 @@ impl Matrices<Ball> {
         let (velocity, stiffness) = own.velocity_and_stiffness();
         let point = own.equilibrium().values.clone();
         Self::new(own, [&own.mass(), &velocity, &stiffness], own.directions(), point, ()).coupled(driven)
+    }
+
+    /// For eight frequencies at once; none where coordinates are sums of unknowns or in units of their own, or that takes much memory.
+    pub(super) fn banded(&self) -> Option<Banded> {
+        let is_plain = self.directions.is_none() && self.units.is_none();
+        let is_small = self.order * (1 + self.band[0] + self.band[1]) <= MOST_SIDE_BY_SIDE;
+        let entry = |own: &'_ Coefficient<Ball>| (own.row, own.column, [own.stiffness, own.mass, own.velocity]);
+        (is_plain && is_small).then(|| Banded::new(self.order, self.band, self.entries.iter().map(entry)))
+    }
+
+    /// The row of a coordinate that is an unknown itself.
+    pub(super) fn row(&self, coordinate: usize) -> Option<usize> {
+        self.places.get(coordinate).copied()
     }
 }
 

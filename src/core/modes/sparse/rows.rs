@@ -1,6 +1,6 @@
 //! Sparse matrices by whole rows, and what is computed with eight vectors at once.
 
-use crate::precision::{Ball, DoubleDouble, LANES, Lane, SparseMatrix, kernel, product_error, two_sum};
+use crate::precision::{Ball, DoubleDouble, LANES, Lane, Pair, SparseMatrix, kernel};
 
 /// u, the rounding of a double.
 pub(super) const U: f64 = 0.5 * f64::EPSILON;
@@ -144,53 +144,6 @@ impl Rows {
 
 /// Eight vectors side by side, one lane a vector, one element a coordinate.
 pub(super) type Panel = Vec<Lane>;
-
-/// Eight double-doubles.
-#[derive(Clone, Copy)]
-pub(super) struct Pair {
-    pub(super) high: Lane,
-    pub(super) low: Lane,
-}
-
-impl Pair {
-    pub(super) const ZERO: Self = Self { high: Lane::ZERO, low: Lane::ZERO };
-
-    /// self + x y, for x a number in two parts.
-    #[inline(always)]
-    fn add_product<const FUSED: bool>(&mut self, (high, low): (f64, f64), y: Lane) {
-        let (product, error) = lane_product::<FUSED>(Lane::splat(high), y);
-        let (sum, rest) = two_sum(self.high, product);
-        self.high = sum;
-        self.low += rest + (error + Lane::splat(low) * y);
-    }
-
-    /// self + x y.
-    #[inline(always)]
-    fn add_products<const FUSED: bool>(&mut self, x: Lane, y: &Self) {
-        let (product, error) = lane_product::<FUSED>(x, y.high);
-        let (sum, rest) = two_sum(self.high, product);
-        self.high = sum;
-        self.low += rest + (error + x * y.low);
-    }
-
-    /// Its parts as they should be: the lower one less than a rounding of the higher one.
-    #[inline(always)]
-    pub(super) fn settled(&self) -> Self {
-        let (high, low) = two_sum(self.high, self.low);
-        Self { high, low }
-    }
-}
-
-/// See [`two_prod`](crate::precision::two_prod).
-#[inline(always)]
-pub(super) fn lane_product<const FUSED: bool>(a: Lane, b: Lane) -> (Lane, Lane) {
-    let p = a * b;
-    let mut error = p;
-    for l in 0..LANES {
-        error.0[l] = if FUSED { a.0[l].mul_add(b.0[l], -p.0[l]) } else { product_error(a.0[l], b.0[l], p.0[l]) };
-    }
-    (p, error)
-}
 
 kernel!(
 /// K x - θ M x of eight vectors, summed in double-double and rounded to doubles.

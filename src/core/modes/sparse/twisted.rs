@@ -5,9 +5,9 @@
 //! (I. Dhillon, B. Parlett, "Orthogonal eigenvectors and relative gaps", SIAM J. Matrix Anal. Appl. 25 (2004) 858). With pivots of
 //! 31 digits the vectors are right to rounding also where eigenvalues are 1e-16 of the largest. Nothing is proved here.
 
-use super::rows::{Pair, Panel, Rows, lane_product, squares};
+use super::rows::{Panel, Rows, squares};
 use super::shifted::Pencil;
-use crate::precision::{DoubleDouble, LANES, Lane, fast_two_sum, kernel, two_sum};
+use crate::precision::{DoubleDouble, LANES, Lane, Pair, fast_two_sum, kernel, lane_product, two_sum};
 
 /// Eigenvalues are found to this part of their size before vectors are.
 const START: f64 = 1e-4;
@@ -214,23 +214,6 @@ fn count_loops<const FUSED: bool>(bands: &Bands<'_>, shifts: Lane) -> [usize; LA
 }
 
 impl Pair {
-    /// The number k - θ m.
-    #[inline(always)]
-    fn shifted<const FUSED: bool>(k: DoubleDouble, theta: &Self, m: DoubleDouble) -> Self {
-        let t = -theta.high;
-        let (p, error) = lane_product::<FUSED>(t, Lane::splat(m.hi));
-        let (high, rest) = two_sum(Lane::splat(k.hi), p);
-        let low = rest + (error + (t * Lane::splat(m.lo) - theta.low * Lane::splat(m.hi)) + Lane::splat(k.lo));
-        Self::nearly_settled(high, low)
-    }
-
-    /// The sum of two parts of which the second is small.
-    #[inline(always)]
-    fn nearly_settled(high: Lane, low: Lane) -> Self {
-        let sum = high + low;
-        Self { high: sum, low: low - (sum - high) }
-    }
-
     /// self - side² / pivot, not nearer to 0 than `least`.
     #[inline(always)]
     fn eliminated<const FUSED: bool>(&self, side: &Self, pivot: &Self, least: f64) -> Self {

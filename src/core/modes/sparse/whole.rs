@@ -22,8 +22,8 @@ use super::super::shape::{Shape, finish};
 use super::super::spectrum::{mode, stability};
 use super::super::{Kind, Mode, Options, PrecisionLevel, Spectrum};
 use super::SparseProblem;
-use super::rows::{Pair, U, lane_product};
-use crate::precision::{Ball, DoubleDouble, LANES, Lane, U2, kernel, two_sum, up};
+use super::rows::U;
+use crate::precision::{Ball, DoubleDouble, LANES, Lane, Pair, U2, kernel, lane_product, two_sum, up};
 
 /// Most steps of Newton's method.
 const STEPS: usize = 3;
