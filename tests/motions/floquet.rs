@@ -527,10 +527,7 @@ fn constraints_leave_the_multipliers_of_free_coordinates() {
             "coord x, y  T = x'^2 + y'^2  V = y^2*cos(t)  constraint x + y = 0  constraint 2*x + 2*y = 0",
             "depend on each other",
         ),
-        (
-            "coord x, y  T = x'^2 + y'^2  V = x^2*cos(t)  constraint x = y  constraint x = 0",
-            "leave no motion",
-        ),
+        ("coord x, y  T = x'^2 + y'^2  V = x^2*cos(t)  constraint x = y  constraint x = 0", "leave no motion"),
         ("coord x, y  T = x'^2 + y'^2  V = y^2*cos(t)  constraint x' = x*y'", "constraints on velocities"),
     ] {
         let error = floquet(&model(&format!("{text}  period 2*pi"), &[]), &Options::default()).unwrap_err();

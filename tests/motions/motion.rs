@@ -168,7 +168,8 @@ fn modes_start_with_the_sign_of_their_shapes() {
         let modes = normal_modes(&linearized, &Options::default()).unwrap();
         let system = System::new(&model).unwrap();
         let start = Start::mode(mode, &share(&linearized, 1.0), &linearized, &modes, &system).unwrap();
-        let own: Vec<f64> = start.positions.iter().map(|x| x.mid_f64().signum() * f64::from(x.mid_f64() != 0.0)).collect();
+        let own: Vec<f64> =
+            start.positions.iter().map(|x| x.mid_f64().signum() * f64::from(x.mid_f64() != 0.0)).collect();
         assert_eq!(own, signs, "{text}");
     }
 }

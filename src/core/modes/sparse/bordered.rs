@@ -213,12 +213,13 @@ impl Bordered {
         self.pencil.factor(0.0)
     }
 
-    /// A proved lower bound of the singular values in units of M, next to `wanted`; `None` where some may be less.
-    pub(super) fn least(&self, wanted: f64) -> Option<f64> {
-        let factor = self.pencil.factor(wanted)?;
+    /// A proved lower bound of the singular values in units of E, next to `wanted`; else how many seem to be less.
+    pub(super) fn least(&self, wanted: f64) -> Result<f64, usize> {
+        let factor = self.pencil.factor(wanted).ok_or(0_usize)?;
         let half = self.pencil.dimension() / 2;
         let least = (wanted - factor.error) * (1.0 - 4.0 * U);
-        (factor.negative == half && least > 0.0).then_some(least)
+        // Real and imaginary parts count each twice.
+        if factor.negative == half && least > 0.0 { Ok(least) } else { Err(factor.negative.abs_diff(half) / 2) }
     }
 
     /// P⁻¹f and P⁻ᴴg, about.

@@ -34,6 +34,8 @@ const BEYOND: usize = 8;
 const GAP: f64 = 1e-3;
 /// Steps of a bisection for where the modes without velocities end.
 const HALVINGS: usize = 8;
+/// How often more exponents are sought.
+const SEARCHES: usize = 4;
 /// Most Arnoldi steps beyond twice as many as vectors are wanted.
 const STEPS: usize = 160;
 /// A vector is found when what the operator leaves over is this part of its eigenvalue.
@@ -70,9 +72,11 @@ pub struct SparseQuadratic {
 struct Approximation {
     s: c64,
     vector: Vec<c64>,
+    refined: Option<Refined>,
 }
 
 /// The same refined: s and x are numbers of two doubles, exactly those that the bounds are about.
+#[derive(Clone)]
 struct Refined {
     s: Complex<Ball>,
     x: Vec<Complex<Ball>>,
@@ -217,20 +221,43 @@ impl SparseQuadratic {
 
 impl Search<'_> {
     fn run(&self, count: usize, options: &Options) -> Option<Exponents> {
-        let all = self.approximations(count)?;
-        let distance = |k: usize| (all[k].s - self.sigma).norm();
-        let enough = (1..all.len()).find(|k| entries(&all[..*k]).count() >= count)?;
-        // The lowest are all down to 0.
-        let least = if self.near.is_some() { 0.0 } else { self.sigma.im * (1.0 + GAP) };
-        let last = distance(enough - 1).max(least);
-        // Singular values are nearer to 0 than exponents are to σ: columns beyond those that are wanted keep them away.
-        let far = (enough..all.len()).find(|k| distance(*k) >= FAR * last).unwrap_or(all.len() - 1);
-        let k = (enough..=far).rev().find(|k| distance(*k) > (1.0 + GAP) * distance(k - 1).max(last))?;
-        let refined = (0..k).map(|at| self.refined(&all, at)).collect::<Option<Vec<Refined>>>()?;
-        self.budget.at("the proof of the modes", None);
-        let (discs, reach) = self.proved(&refined, [last, distance(k)])?;
+        let wanted = if self.near.is_some() { count as f64 } else { 1.5 * count as f64 };
+        let mut all = self.approximations((FAR * wanted) as usize + BEYOND, count, &[])?;
+        let mut refined: Vec<Refined> = Vec::new();
+        let mut proof = None;
+        for _ in 0..SEARCHES {
+            let distance = |k: usize| (all[k].s - self.sigma).norm();
+            let enough = (1..all.len()).find(|k| entries(&all[..*k]).count() >= count)?;
+            // The lowest are all down to 0.
+            let least = if self.near.is_some() { 0.0 } else { self.sigma.im * (1.0 + GAP) };
+            let last = distance(enough - 1).max(least);
+            // Singular values are nearer to 0 than exponents are to σ: columns beyond those that are wanted keep them away.
+            let far = (enough..all.len()).find(|k| distance(*k) >= FAR * last).unwrap_or(all.len() - 1);
+            let k = (enough..=far).rev().find(|k| distance(*k) > (1.0 + GAP) * distance(k - 1).max(last))?;
+            let next = distance(k);
+            for at in 0..k {
+                if all[at].refined.is_none() {
+                    all[at].refined = Some(self.refined(&all, at)?);
+                }
+            }
+            refined = all.iter().take(k).filter_map(|own| own.refined.clone()).collect();
+            match self.proved(&refined, [last, next]) {
+                Ok(found) => {
+                    proof = Some(found);
+                    break;
+                }
+                // Equal exponents have a vector each.
+                Err(0) => return None,
+                Err(missing) => {
+                    all.truncate(k);
+                    all.extend(self.approximations(missing + BEYOND, missing, &refined)?);
+                }
+            }
+            all.sort_by(|a, b| (a.s - self.sigma).norm().total_cmp(&(b.s - self.sigma).norm()));
+        }
+        let ((discs, reach), k) = (proof?, refined.len());
         let is_inside = |at: &usize| {
-            (refined[*at].s.to_c64() - self.sigma).norm() * (1.0 + 1e-14) + 2.0 * discs[*at].radius < reach
+            (refined[*at].s.to_c64() - self.sigma).norm() * (1.0 + 1e-14) + 6.0 * discs[*at].radius < reach
         };
         // One of a pair of conjugates, and without damping the growing one of a pair ±s.
         let stands = |own: &Refined| {
@@ -257,23 +284,32 @@ impl Search<'_> {
         Some(found)
     }
 
-    /// Exponents next to σ by Arnoldi steps with P(σ)⁻¹E, by their distance; those that are wanted and some more.
-    fn approximations(&self, count: usize) -> Option<Vec<Approximation>> {
+    /// So many exponents next to σ by Arnoldi steps with P(σ)⁻¹E, by their distance, or at least more than `least`, without those that are known.
+    fn approximations(&self, wanted: usize, least: usize, known: &[Refined]) -> Option<Vec<Approximation>> {
         let (form, n) = (self.form, self.form.dimension());
+        let wanted = wanted.min(2 * n - known.len());
         self.budget.at("the search for the modes", None);
         let pencil = self.bordered(self.sigma, &[])?;
         let factor = pencil.factor()?;
         let told = |what: &str| format!("solver: Arnoldi steps about {:.6e} i, {what}", self.sigma.im);
         self.budget.tell(|| told(&format!("L D L^T of {} entries", pencil.fill())));
-        let wanted = if self.near.is_some() { count as f64 } else { 1.5 * count as f64 };
-        let wanted = ((FAR * wanted) as usize + BEYOND).min(2 * n);
-        let most = (2 * wanted + STEPS).min(2 * n);
+        let most = (2 * wanted + STEPS).min(2 * n - known.len());
+        // What a vector has of those that are known, by their left vectors.
+        let known: Vec<[Vec<c64>; 2]> = known.iter().map(|own| own.pair(form)).collect();
+        let cleared = |u: &mut [c64]| {
+            for [right, left] in &known {
+                let part = product(left, u);
+                u.iter_mut().zip(right).for_each(|(x, y)| *x -= part * y);
+            }
+        };
         // Lengths in M of both halves.
         let scale = |u: &mut [c64], by: &[f64]| {
             u.iter_mut().zip(by.iter().chain(by)).for_each(|(u, by)| *u *= *by);
         };
         let mut seed = Seed::default();
         let mut next: Vec<c64> = (0..2 * n).map(|_| c64::new(seed.next(), 0.0)).collect();
+        cleared(&mut next);
+        scale(&mut next, &form.weights);
         let nothing = vec![c64::new(0.0, 0.0); 2 * n];
         let mut basis: Vec<Vec<c64>> = Vec::new();
         let mut columns: Vec<Vec<c64>> = Vec::new();
@@ -283,6 +319,7 @@ impl Search<'_> {
             basis.push(next.clone());
             scale(&mut next, &form.roots);
             [next, _] = pencil.solve(&factor, &form.first_order(&next), &nothing);
+            cleared(&mut next);
             scale(&mut next, &form.weights);
             let whole = norm(&next);
             let mut column = vec![c64::new(0.0, 0.0); basis.len()];
@@ -308,7 +345,7 @@ impl Search<'_> {
             order.sort_by(|a, b| theta(*b).norm().total_cmp(&theta(*a).norm()));
             let left = |k: usize| length * eigen.U()[(m - 1, k)].norm() / theta(k).norm();
             let found = order.iter().take_while(|k| left(**k) <= FOUND).count();
-            if found < wanted && !(ended && found > count) {
+            if found < wanted && !(ended && found > least) {
                 continue;
             }
             let one = |k: &usize| {
@@ -318,7 +355,7 @@ impl Search<'_> {
                     vector.iter_mut().zip(own).for_each(|(x, y)| *x += part * y);
                 }
                 scale(&mut vector, &form.roots);
-                Approximation { s: self.sigma - c64::new(1.0, 0.0) / theta(*k), vector }
+                Approximation { s: self.sigma - c64::new(1.0, 0.0) / theta(*k), vector, refined: None }
             };
             return Some(order[..found].iter().map(one).collect());
         }
@@ -341,13 +378,15 @@ impl Search<'_> {
     fn refined(&self, all: &[Approximation], at: usize) -> Option<Refined> {
         let (form, n) = (self.form, self.form.dimension());
         self.budget.at("the refinement of the modes", None);
-        let Approximation { s, vector } = &all[at];
+        let Approximation { s, vector, .. } = &all[at];
         let others = all.iter().map(|other| (other.s - s).norm()).filter(|apart| *apart > 1e-8 * s.norm());
         let apart = others.fold(s.norm(), f64::min);
         let pencil = self.bordered(s + c64::new(ASIDE * apart, 0.0), &[])?;
         let factor = pencil.factor()?;
         let mut seed = Seed::default();
         let mut right = vector.clone();
+        // Equal exponents have other left vectors each.
+        (0..at).for_each(|_| _ = seed.next());
         let mut left: Vec<c64> = (0..2 * n).map(|_| c64::new(seed.next(), seed.next())).collect();
         for _ in 0..3 {
             [right, left] = pencil.solve(&factor, &form.first_order(&right), &form.first_order(&left));
@@ -419,8 +458,8 @@ impl Search<'_> {
         product(u, &self.form.first_order(u)).re.sqrt()
     }
 
-    /// Discs about all columns, and how far about σ there are no other exponents.
-    fn proved(&self, refined: &[Refined], [last, next]: [f64; 2]) -> Option<(Vec<Disc>, f64)> {
+    /// Discs about all columns, and how far about σ there are no other exponents; else how many there seem to be, 0 where that is no help.
+    fn proved(&self, refined: &[Refined], [last, next]: [f64; 2]) -> Result<(Vec<Disc>, f64), usize> {
         let (form, n) = (self.form, self.form.dimension());
         let scale = 4.0 * power_of_two(next);
         let mut borders = Vec::with_capacity(refined.len());
@@ -440,19 +479,25 @@ impl Search<'_> {
                 exact.iter().zip(&column).map(|(exact, own)| exact.sub(&Complex::from_c64(*own, ()))).collect();
             let above = up(self.inverse_length(&off[..n]) / form.floor.sqrt() * (1.0 + 1e-14));
             rounded.push(up(above + self.inverse_length(&off[n..])));
-            let whole: Vec<c64> = own.x.iter().chain(&y).map(Complex::to_c64).collect();
-            lengths.push(self.length(&whole) * (1.0 + 1e-6));
+            let parts = own.x.iter().chain(&y).zip(&exact).map(|(u, image)| u.re * image.re + u.im * image.im);
+            lengths.push(parts.fold(Ball::ZERO, |sum, part| sum + part).sqrt().abs_upper());
             let row = form.first_order(&own.left).iter().map(|x| x.conj() * scale).collect();
             borders.push(Border { column: column.iter().map(|x| x * scale).collect(), row });
         }
-        let pencil = self.bordered(self.sigma, &borders)?;
-        let tried = [0.9, 0.6, 0.4, 0.2, 0.05].map(|part| last + part * (next - last));
-        let least = tried.into_iter().find_map(|wanted| pencil.least(wanted).filter(|least| 0.99 * least > last));
+        let pencil = self.bordered(self.sigma, &borders).ok_or(0_usize)?;
+        let mut least = Err(0);
+        for part in [0.9, 0.6, 0.4, 0.2, 0.05] {
+            least = pencil.least(last + part * (next - last));
+            if least.is_ok_and(|least| 0.99 * least > last) {
+                break;
+            }
+            least = least.and(Err(0));
+        }
         self.budget.tell(|| {
             let about = format!("{:.6e} i", self.sigma.im);
             match least {
-                Some(least) => format!("{} exponents, no others within {least:.3e} of {about}", refined.len()),
-                None => format!("{} exponents about {about}: not proved to be all", refined.len()),
+                Ok(least) => format!("{} exponents, no others within {least:.3e} of {about}", refined.len()),
+                Err(missing) => format!("{} exponents about {about}: {missing} seem to be missing", refined.len()),
             }
         });
         let least = least?;
@@ -470,8 +515,8 @@ impl Search<'_> {
             let away = (own.s.to_c64() - self.sigma).norm() + first;
             bound(own, *off, room.max((least - away) * (1.0 - 1e-12))).map(|own| own.min(first))
         };
-        let radii = refined.iter().zip(&rounded).map(finer).collect::<Option<Vec<f64>>>()?;
-        Some((self.discs(refined, [&radii, &rounded, &lengths], [room, scale]), reach))
+        let radii = refined.iter().zip(&rounded).map(finer).collect::<Option<Vec<f64>>>().ok_or(0_usize)?;
+        Ok((self.discs(refined, [&radii, &rounded, &lengths], [room, scale]), reach))
     }
 
     /// Groups of discs that overlap, and bounds of the vectors of those that are alone.
@@ -567,7 +612,7 @@ impl Search<'_> {
         let pairs = all.iter().flat_map(|own| [own.s, own.s.conj()]);
         let nearest = pairs.map(|s| (s - center).norm()).fold(f64::INFINITY, f64::min);
         let pencil = self.bordered(center, &[])?;
-        let least = [0.6, 0.3, 0.1].into_iter().find_map(|part| pencil.least(part * nearest));
+        let least = [0.6, 0.3, 0.1].into_iter().find_map(|part| pencil.least(part * nearest).ok());
         self.budget.tell(|| match least {
             Some(least) => format!("no exponents within {least:.3e} of {:.3e} + {:.3e} i", center.re, center.im),
             None => format!("exponents about {:.3e} + {:.3e} i: not excluded", center.re, center.im),
@@ -642,6 +687,16 @@ impl Search<'_> {
 impl Refined {
     fn is_real(&self) -> bool {
         self.s.im.is_zero()
+    }
+
+    /// The vector of first order, and what takes its part in others by a product.
+    fn pair(&self, form: &Form) -> [Vec<c64>; 2] {
+        let y = self.x.iter().map(|x| x.mul(&self.s).to_c64());
+        let right: Vec<c64> = self.x.iter().map(Complex::to_c64).chain(y).collect();
+        let mut left = form.first_order(&self.left);
+        let by = product(&right, &left).inv();
+        left.iter_mut().for_each(|x| *x *= by);
+        [right, left]
     }
 }
 
