@@ -94,6 +94,31 @@ fn a_chain_in_oil() {
     }
 }
 
+/// A membrane in oil: equal exponents, each as often as it is one.
+#[test]
+fn a_membrane_in_oil() {
+    let (n, c) = (20, 0.01);
+    let text = format!(
+        "param N = {n}  param c = {c}
+         coord z[1..N, 1..N]
+         T = sum(i in 1..N, j in 1..N, 1/2*z[i,j]'^2)
+         V = sum(i in 1..N-1, j in 1..N, 1/2*(z[i+1,j] - z[i,j])^2 + 1/2*(z[j,i+1] - z[j,i])^2)
+           + sum(i in 1..N, 1/2*(z[1,i]^2 + z[N,i]^2 + z[i,1]^2 + z[i,N]^2))
+         dissipation = sum(i in 1..N, j in 1..N, 1/2*c*z[i,j]'^2)"
+    );
+    let pairs = (1..=n).flat_map(|j| (1..=n).map(move |l| (j, l)));
+    let square = |(j, l): (usize, usize)| of_chain(j, n).powi(2) + of_chain(l, n).powi(2) - 0.25 * c * c;
+    let mut exact: Vec<f64> = pairs.map(|pair| square(pair).sqrt()).collect();
+    exact.sort_by(f64::total_cmp);
+    let found = modes(&text, &Options::default().lowest(14).without_vectors());
+    for (mode, exact) in found.modes.iter().zip(&exact) {
+        holds(&mode.omega, *exact, *exact);
+        holds(&mode.growth, -0.5 * c, *exact);
+    }
+    assert_eq!(found.modes[1].cluster, found.modes[2].cluster);
+    assert_eq!((found.stability, found.secular), (Stability::Stable, Some(false)));
+}
+
 /// How far s is from an exponent of the chain with a damper at its free end: a step of Newton's method for (s² + cs + 1) sin nθ = sin (n - 1)θ with
 /// s = 2i sin(θ/2), since sin iθ solves s² x = x₊ - 2x + x₋.
 fn distance(s: c64, n: usize, c: f64) -> f64 {

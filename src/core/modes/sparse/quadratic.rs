@@ -14,6 +14,7 @@
 //! many of them as it has. Where the strip of frequencies that are asked for is not within the disc about σ, as far as growth may
 //! reach, further discs without any exponent cover the rest of it.
 
+use faer::linalg::solvers::DenseSolveCore;
 use faer::{Mat, c64};
 
 use super::super::exponents::{Exponent, Exponents, Limit, finish};
@@ -42,6 +43,8 @@ const STEPS: usize = 160;
 const FOUND: f64 = 1e-8;
 /// How far from an exponent the matrix is decomposed that refines it, beside the distance to the next.
 const ASIDE: f64 = 1e-4;
+/// And beside itself: nearer, equal exponents would all get one vector, that which rounding leaves.
+const LEAST_ASIDE: f64 = 1e-7;
 /// How far beside a frequency exponents are sought, where those on it are not found.
 const ASIDES: [f64; 3] = [0.0, 1e-5, 1e-3];
 /// Most steps of refinement.
@@ -224,7 +227,7 @@ impl Search<'_> {
         let wanted = if self.near.is_some() { count as f64 } else { 1.5 * count as f64 };
         let mut all = self.approximations((FAR * wanted) as usize + BEYOND, count, &[])?;
         let mut refined: Vec<Refined> = Vec::new();
-        let mut proof = None;
+        let (mut proof, mut seed) = (None, Seed::default());
         for _ in 0..SEARCHES {
             let distance = |k: usize| (all[k].s - self.sigma).norm();
             let enough = (1..all.len()).find(|k| entries(&all[..*k]).count() >= count)?;
@@ -237,7 +240,7 @@ impl Search<'_> {
             let next = distance(k);
             for at in 0..k {
                 if all[at].refined.is_none() {
-                    all[at].refined = Some(self.refined(&all, at)?);
+                    all[at].refined = Some(self.refined(&all, at, &mut seed)?);
                 }
             }
             refined = all.iter().take(k).filter_map(|own| own.refined.clone()).collect();
@@ -294,11 +297,15 @@ impl Search<'_> {
         let told = |what: &str| format!("solver: Arnoldi steps about {:.6e} i, {what}", self.sigma.im);
         self.budget.tell(|| told(&format!("L D L^T of {} entries", pencil.fill())));
         let most = (2 * wanted + STEPS).min(2 * n - known.len());
-        // What a vector has of those that are known, by their left vectors.
         let known: Vec<[Vec<c64>; 2]> = known.iter().map(|own| own.pair(form)).collect();
+        let k = known.len();
+        let overlaps = Mat::from_fn(k, k, |i, j| product(&known[i][1], &known[j][0]));
+        let inverse = if k > 0 { overlaps.partial_piv_lu().inverse() } else { overlaps };
+        // What a vector has of those that are known.
         let cleared = |u: &mut [c64]| {
-            for [right, left] in &known {
-                let part = product(left, u);
+            let parts: Vec<c64> = known.iter().map(|own| product(&own[1], u)).collect();
+            for (i, [right, _]) in known.iter().enumerate() {
+                let part = (0..k).fold(c64::new(0.0, 0.0), |sum, j| sum + inverse[(i, j)] * parts[j]);
                 u.iter_mut().zip(right).for_each(|(x, y)| *x -= part * y);
             }
         };
@@ -375,18 +382,16 @@ impl Search<'_> {
     }
 
     /// Inverse iteration beside an exponent, first in doubles for both vectors, then for two doubles of s and x.
-    fn refined(&self, all: &[Approximation], at: usize) -> Option<Refined> {
+    fn refined(&self, all: &[Approximation], at: usize, seed: &mut Seed) -> Option<Refined> {
         let (form, n) = (self.form, self.form.dimension());
         self.budget.at("the refinement of the modes", None);
         let Approximation { s, vector, .. } = &all[at];
         let others = all.iter().map(|other| (other.s - s).norm()).filter(|apart| *apart > 1e-8 * s.norm());
         let apart = others.fold(s.norm(), f64::min);
-        let pencil = self.bordered(s + c64::new(ASIDE * apart, 0.0), &[])?;
+        let pencil = self.bordered(s + c64::new((ASIDE * apart).max(LEAST_ASIDE * s.norm()), 0.0), &[])?;
         let factor = pencil.factor()?;
-        let mut seed = Seed::default();
         let mut right = vector.clone();
-        // Equal exponents have other left vectors each.
-        (0..at).for_each(|_| _ = seed.next());
+        // Any one: equal exponents are not to have the same.
         let mut left: Vec<c64> = (0..2 * n).map(|_| c64::new(seed.next(), seed.next())).collect();
         for _ in 0..3 {
             [right, left] = pencil.solve(&factor, &form.first_order(&right), &form.first_order(&left));
@@ -464,7 +469,7 @@ impl Search<'_> {
         let scale = 4.0 * power_of_two(next);
         let mut borders = Vec::with_capacity(refined.len());
         // What columns are off by, EU - W/κ, and the lengths of U.
-        let (mut rounded, mut lengths) = (Vec::new(), Vec::new());
+        let (mut rounded, mut lengths, mut left) = (Vec::new(), Vec::new(), Vec::new());
         for own in refined {
             let y: Vec<Complex<Ball>> = own.x.iter().map(|x| x.mul(&own.s)).collect();
             let image = |rows: &Rows, of: &[Complex<Ball>], i: usize| {
@@ -481,8 +486,10 @@ impl Search<'_> {
             rounded.push(up(above + self.inverse_length(&off[n..])));
             let parts = own.x.iter().chain(&y).zip(&exact).map(|(u, image)| u.re * image.re + u.im * image.im);
             lengths.push(parts.fold(Ball::ZERO, |sum, part| sum + part).sqrt().abs_upper());
-            let row = form.first_order(&own.left).iter().map(|x| x.conj() * scale).collect();
-            borders.push(Border { column: column.iter().map(|x| x * scale).collect(), row });
+            borders.push(Border {
+                column: column.iter().map(|x| x * scale).collect(),
+                row: self.row(own, &mut left, scale),
+            });
         }
         let pencil = self.bordered(self.sigma, &borders).ok_or(0_usize)?;
         let mut least = Err(0);
@@ -517,6 +524,21 @@ impl Search<'_> {
         };
         let radii = refined.iter().zip(&rounded).map(finer).collect::<Option<Vec<f64>>>().ok_or(0_usize)?;
         Ok((self.discs(refined, [&radii, &rounded, &lengths], [room, scale]), reach))
+    }
+
+    /// A row beside P: any will do, but far from those before, as left vectors of equal exponents need not be.
+    fn row(&self, own: &Refined, before: &mut Vec<[Vec<c64>; 2]>, scale: f64) -> Vec<c64> {
+        let mut vector = own.left.clone();
+        for [other, image] in before.iter() {
+            let part = product(image, &vector);
+            vector.iter_mut().zip(other).for_each(|(x, y)| *x -= part * y);
+        }
+        let length = self.length(&vector);
+        vector.iter_mut().for_each(|x| *x /= length);
+        let image = self.form.first_order(&vector);
+        let row = image.iter().map(|x| x.conj() * scale).collect();
+        before.push([vector, image]);
+        row
     }
 
     /// Groups of discs that overlap, and bounds of the vectors of those that are alone.
@@ -689,14 +711,10 @@ impl Refined {
         self.s.im.is_zero()
     }
 
-    /// The vector of first order, and what takes its part in others by a product.
+    /// The vector of first order, and E times the left one.
     fn pair(&self, form: &Form) -> [Vec<c64>; 2] {
         let y = self.x.iter().map(|x| x.mul(&self.s).to_c64());
-        let right: Vec<c64> = self.x.iter().map(Complex::to_c64).chain(y).collect();
-        let mut left = form.first_order(&self.left);
-        let by = product(&right, &left).inv();
-        left.iter_mut().for_each(|x| *x *= by);
-        [right, left]
+        [self.x.iter().map(Complex::to_c64).chain(y).collect(), form.first_order(&self.left)]
     }
 }
 
