@@ -74,20 +74,9 @@ pub(super) fn some_modes(linearized: &Linearized, options: &Options) -> Result<O
     }
     let inner = Options { lowest: None, near: None, given: None, vectors: has_shapes(n, options), ..options.clone() };
     if !is_plain {
-        let problem = with_velocities(linearized, mass, &stiffness);
         let inner = Options { vectors: options.vectors, ..inner };
-        let found = solve_sparse_quadratic(&problem, wanted, &inner, budget);
-        budget.check()?;
-        // Whether a growth is 0 no bounds decide.
-        let is_done = |own: &Exponents| {
-            let mut limits = own.entries.iter().filter(|entry| !entry.growth.contains_zero()).map(|entry| entry.limit);
-            limits.all(|limit| limit.is_none())
-        };
-        return match found.filter(|found| must || is_done(found)) {
-            Some(found) => {
-                let method = Some(Method::Arnoldi);
-                Ok(Some(NormalModes { method, ..exponents::in_words(linearized, found, Vec::new()) }))
-            }
+        return match some_exponents(linearized, (mass, &stiffness), wanted, (&inner, must))? {
+            Some(modes) => Ok(Some(modes)),
             None if must => Err(not_found(n, given)),
             None => dense("the modes that are wanted were not separated"),
         };
@@ -130,18 +119,38 @@ pub(super) fn some_modes(linearized: &Linearized, options: &Options) -> Result<O
     Ok(Some(in_words(linearized, &problem, (spectrum, method), zero_modes, options)))
 }
 
-/// M, G + C and K + N.
-fn with_velocities(linearized: &Linearized, mass: SparseMatrix, stiffness: &SparseMatrix) -> SparseQuadratic {
+/// The same with what goes with velocities; `None` where these are not found, or, unless they `must` be, lack digits.
+///
+/// # Errors
+/// Where the budget is spent.
+fn some_exponents(
+    linearized: &Linearized,
+    (mass, stiffness): (SparseMatrix, &SparseMatrix),
+    wanted: Wanted<'_>,
+    (options, must): (&Options, bool),
+) -> Result<Option<NormalModes>, LinearizeError> {
     let [velocity, circulatory] = linearized.sparse_velocity();
     let undamped = linearized.structure() == Structure::Gyroscopic;
-    SparseQuadratic {
+    let problem = SparseQuadratic {
         mass,
         velocity,
         stiffness: stiffness.mirrored().plus(&circulatory),
         undamped,
         symmetric: undamped || circulatory.stored() == 0,
         passive: linearized.is_passive(),
-    }
+    };
+    let budget = linearized.model().pool.budget();
+    let found = solve_sparse_quadratic(&problem, wanted, options, budget);
+    budget.check()?;
+    // Whether a growth is 0 no bounds decide.
+    let is_done = |own: &Exponents| {
+        let mut limits = own.entries.iter().filter(|entry| !entry.growth.contains_zero()).map(|entry| entry.limit);
+        limits.all(|limit| limit.is_none())
+    };
+    Ok(found.filter(|found| must || is_done(found)).map(|found| {
+        let method = Some(Method::Arnoldi);
+        NormalModes { method, ..exponents::in_words(linearized, found, Vec::new()) }
+    }))
 }
 
 /// A spectrum with names and classes.

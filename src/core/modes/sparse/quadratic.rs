@@ -93,6 +93,8 @@ struct Refined {
 struct Disc {
     radius: f64,
     shared: usize,
+    /// The first column of these.
+    group: usize,
     /// A bound of the distance of the vector from an exact one, in M.
     vector: f64,
 }
@@ -564,7 +566,8 @@ impl Search<'_> {
             let members = (0..k).filter(|i| group[*i] == group[j]);
             let (shared, total) = members.fold((0, 0.0), |(count, sum), i| (count + 1, sum + 2.0 * radii[i]));
             if shared > 1 {
-                return Disc { radius: up(total * (1.0 + k as f64 * f64::EPSILON)), shared, vector: f64::INFINITY };
+                let radius = up(total * (1.0 + k as f64 * f64::EPSILON));
+                return Disc { radius, shared, group: group[j], vector: f64::INFINITY };
             }
             let own = force(j, radii[j]);
             let (mut q, mut beside) = (0.0, 0.0);
@@ -577,7 +580,7 @@ impl Search<'_> {
             let q = up(q * (1.0 + 4.0 * k as f64 * f64::EPSILON));
             let whole = if q < 1.0 { up(own / (1.0 - q)) } else { f64::INFINITY };
             let vector = up(whole * (1.0 / room + beside) * (1.0 + 4.0 * (k + 4) as f64 * f64::EPSILON));
-            Disc { radius: radii[j], shared, vector }
+            Disc { radius: radii[j], shared, group: group[j], vector }
         };
         (0..k).map(disc).collect()
     }
@@ -662,7 +665,7 @@ impl Search<'_> {
         let part = |zero: bool, x: &Ball| if zero { Ball::ZERO } else { x.with_added_radius(disc.radius) };
         let (growth, omega) = (part(undamped, &own.s.re), part(real, &own.s.im));
         let shape = if options.vectors { self.shape(own, disc)? } else { (Vec::new(), 0.0) };
-        let entry = Exponent::new(growth, omega, shape, at as u32);
+        let entry = Exponent::new(growth, omega, shape, disc.group as u32);
         let decided = |x: &Ball| x.is_zero() || options.covers(x, false);
         let limit = match (decided(&growth) && decided(&omega), alone) {
             (true, _) => None,
