@@ -114,10 +114,11 @@ fn condition_text(pool: &mut Pool, positive: ExprId) -> String {
         }
     }
     let text = pool.display(positive);
-    match text.strip_prefix('-') {
-        Some(size) => format!("{size} < 0"),
-        None => format!("{text} > 0"),
+    if !text.starts_with('-') {
+        return format!("{text} > 0");
     }
+    let opposite = pool.neg(positive);
+    format!("{} < 0", pool.display(opposite))
 }
 
 /// The first letter that is no name of the model.
