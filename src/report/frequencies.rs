@@ -132,21 +132,20 @@ fn block_lines(derivation: &Derivation, block: &Block, names: &[Words]) -> Vec<L
 }
 
 /// How many times there is a frequency, if more than once, and its class.
-fn remarks(frequency: &Frequency) -> Vec<String> {
+fn remark(frequency: &Frequency) -> String {
     let times = match frequency.multiplicity {
         1 => None,
         2 => Some("twice".to_owned()),
         n => Some(format!("{n} times")),
     };
-    times.into_iter().chain(frequency.symmetry.clone()).collect()
+    let remarks: Vec<String> = times.into_iter().chain(frequency.symmetry.clone()).collect();
+    if remarks.is_empty() { String::new() } else { format!("  ({})", remarks.join(", ")) }
 }
 
 /// One square of a frequency, with what is remarked about it.
 fn frequency_line(derivation: &Derivation, frequency: &Frequency) -> Line {
     let value = derivation.pool.display(frequency.omega_squared);
-    let remarks = remarks(frequency);
-    let remark = if remarks.is_empty() { String::new() } else { format!("  ({})", remarks.join(", ")) };
-    Line::Formula(format!("omega^2 = {value}"), remark)
+    Line::Formula(format!("omega^2 = {value}"), remark(frequency))
 }
 
 /// `a > 0`, one for each sign that is taken from the values.
@@ -212,7 +211,7 @@ fn case_parts(derivation: &Derivation, frequencies: &Frequencies, case: &Case, p
     if case.series.is_empty() || (!case.complete && case.frequencies.len() <= MOST_LISTED) {
         lines.extend(alone(case).map(|frequency| frequency_line(derivation, frequency)));
     }
-    lines.extend(case.solved.iter().flat_map(|solved| solved_lines(derivation, solved)));
+    lines.extend(case.solved.iter().flat_map(|solved| solved_lines(derivation, case, solved)));
     parts.push(Part::Section(title, lines, Form::Close));
     let lines = match &case.normal {
         Some(normal) => normal_lines(derivation, normal),
@@ -235,16 +234,19 @@ fn alone(case: &Case) -> impl Iterator<Item = &Frequency> {
 }
 
 /// Relations in the model language with remarks behind them: the zeros of a cubic or quartic, and what is abbreviated there.
-fn solved_lines(derivation: &Derivation, solved: &Solved) -> Vec<Line> {
+fn solved_lines(derivation: &Derivation, case: &Case, solved: &Solved) -> Vec<Line> {
     let pool = &derivation.pool;
-    let class = solved.symmetry.iter();
-    let class: String = class.map(|class| format!("  ({class})")).collect();
+    let own = case.frequencies.iter().filter(|own| solved.frequencies.contains(&own.omega_squared));
+    let mut all: Vec<String> = own.map(remark).collect();
+    all.dedup();
+    // What is remarked about all of them.
+    let own = if let [own] = all.as_slice() { own.as_str() } else { "" };
     let formulas = solved.formulas.iter().map(|formula| {
         let numbers = formula.numbers.iter().map(|(letter, numbers)| {
             let numbers: Vec<String> = numbers.iter().map(ToString::to_string).collect();
             format!(", `{letter}` = {}", numbers.join(", "))
         });
-        let remark: String = numbers.chain([class.clone()]).collect();
+        let remark: String = numbers.chain([own.to_owned()]).collect();
         let sum = sum_text(formula.terms.iter().map(|term| pool.display(*term)));
         Line::Formula(format!("omega^2 = {sum}"), remark)
     });

@@ -14,6 +14,7 @@ use librate::expr::{ExprId, Symbol, Tape};
 use librate::model::Model;
 use librate::modes::Options;
 use librate::precision::Ball;
+use librate::report::{Style, derive_text};
 use librate_core::derive::Linear;
 
 /// Sets of parameters drawn for each model; `SETS=1000` draws more.
@@ -25,14 +26,20 @@ fn page(model: &Model) -> Derivation {
 
 /// The values of expressions at those of the parameters; `None` where something else occurs in them.
 fn values(page: &Derivation, model: &Model, expressions: &[ExprId]) -> Option<Vec<f64>> {
-    let symbols: Vec<Symbol> = page.pool.symbols_of(expressions);
+    let pool = &mut page.pool.clone();
+    // Roots of what is 0 at the values are exact.
+    let numbers =
+        model.parameters.iter().filter_map(|own| Some((own.symbol, model.pool.as_number(own.value?)?.clone())));
+    let numbers = numbers.map(|(symbol, value)| (symbol, pool.number(value))).collect();
+    let expressions = &pool.substitute(expressions, &numbers);
+    let symbols: Vec<Symbol> = pool.symbols_of(expressions);
     let value = |symbol: &Symbol| {
         let parameter = model.parameters.iter().find(|own| own.symbol == *symbol)?;
         let tape = Tape::compile(&model.pool, &[parameter.value?], &[]).ok()?;
         Some(tape.evaluate::<Ball>(&[], &mut Vec::new())[0])
     };
     let inputs: Vec<Ball> = symbols.iter().map(value).collect::<Option<_>>()?;
-    let tape = Tape::compile(&page.pool, expressions, &symbols).ok()?;
+    let tape = Tape::compile(pool, expressions, &symbols).ok()?;
     let found = tape.evaluate(&inputs, &mut Vec::new());
     Some(found.iter().map(Ball::mid_f64).collect())
 }
@@ -247,4 +254,165 @@ fn conditions_of_stability_are_necessary_and_sufficient() {
     }
     println!("{models} models, {stable} stable sets of parameters, {unstable} unstable ones");
     assert!(std::env::var("ONLY").is_ok() || models > 80 && unstable > 60);
+}
+
+/// Squares of frequencies, exponents and conditions of stability of a model, the first two with their multiplicities.
+fn told(text: &str) -> [Vec<String>; 3] {
+    let page = page(&common::model(text));
+    let linear = linear(&page).unwrap();
+    let own = linear.exponents.as_ref().unwrap();
+    let pool = &mut page.pool.clone();
+    let frequencies = linear.frequencies.iter().flat_map(|own| &own.best().frequencies);
+    let frequencies = frequencies.map(|own| format!("{}: {}", own.multiplicity, pool.display(own.omega_squared)));
+    let frequencies = frequencies.collect();
+    let exponents = own
+        .exponents
+        .iter()
+        .map(|own| format!("{}: {} + i*({})", own.multiplicity, pool.display(own.real), pool.display(own.imaginary)));
+    let exponents = exponents.collect();
+    let conditions = own.stability.iter().flatten().map(|own| pool.display(own.positive));
+    [frequencies, exponents, conditions.collect()]
+}
+
+/// Side lengths with √3: coefficients that are 0 are none.
+#[test]
+fn triangles_of_springs_are_stable() {
+    let springs = "param k = 2  param m = 1.5  param d = 1
+        coord r[1..3, 1..2]
+        T = 1/2*m*sum(i in 1..3, dot(r[i]', r[i]'))
+        V = 1/2*k*sum(i in 1..3, j in i+1..3, (norm(r[i] - r[j]) - d)^2)
+        equilibrium r[1] = [0, 0]  equilibrium r[2] = [d, 0]  equilibrium r[3] = [d/2, sqrt(3)/2*d]";
+    let about_centre = "param k = 2  param m = 1.5  param d = 1
+        coord r[1..3, 1..2]
+        T = 1/2*m*sum(i in 1..3, dot(r[i]', r[i]'))
+        V = 1/2*k*sum(i in 1..3, j in i+1..3, (norm(r[i] - r[j]) - d*sqrt(3))^2)
+        equilibrium r[i in 1..3] = [d*cos(2*pi*i/3), d*sin(2*pi*i/3)]";
+    let in_space = springs.replace("1..2]", "1..3]").replace("d, 0]", "d, 0, 0]").replace("[0, 0]", "[0, 0, 0]");
+    let in_space = in_space.replace("sqrt(3)/2*d]", "sqrt(3)/2*d, 0]");
+    for text in [springs, about_centre, &in_space] {
+        assert_eq!(told(text)[2], ["k"], "{text}");
+    }
+    let two_kinds = springs.replace("param k = 2", "param k = 2  param q = 3  param M = 2");
+    let two_kinds = two_kinds
+        .replace("sum(i in 1..3, dot(r[i]', r[i]'))", "sum(i in 1..2, dot(r[i]', r[i]')) + 1/2*M*dot(r[3]', r[3]')");
+    let two_kinds = two_kinds.replace(
+        "1/2*k*sum(i in 1..3, j in i+1..3, (norm(r[i] - r[j]) - d)^2)",
+        "1/2*k*(norm(r[1] - r[2]) - d)^2 + 1/2*q*sum(i in 1..2, (norm(r[i] - r[3]) - d)^2)",
+    );
+    assert_eq!(told(&two_kinds)[2], ["q", "k"]);
+}
+
+/// Frequencies are counted in blocks of three and more, too; what is linear there is no cubic.
+#[test]
+fn frequencies_are_counted_in_all_blocks() {
+    let on_springs = |links: &str, first: usize, last: usize| {
+        let all = format!("sum(i in {first}..{last}");
+        format!(
+            "param k = 2  param a = 1.5  coord x[{first}..{last}]
+            T = 1/2*{all}, x[i]'^2)  V = 1/2*k*{all}, x[i]^2) + 1/2*a*{links}"
+        )
+    };
+    let star = |leaves: usize| on_springs(&format!("sum(i in 1..{leaves}, (x[i] - x[0])^2)"), 0, leaves);
+    assert_eq!(told(&star(3))[0], ["1: k", "2: k + a", "1: k + 4*a"]);
+    assert_eq!(told(&star(4))[0], ["1: k", "3: k + a", "1: k + 5*a"]);
+    assert_eq!(told(&star(5))[0], ["1: k", "4: k + a", "1: k + 6*a"]);
+    let bipartite = on_springs("sum(i in 1..2, j in 3..5, (x[i] - x[j])^2)", 1, 5);
+    assert_eq!(told(&bipartite)[0], ["1: k", "2: k + 2*a", "1: k + 3*a", "1: k + 5*a"]);
+    let petersen =
+        "sum(i in 0..4, (x[mod(i + 1, 5)] - x[i])^2 + (x[i] - x[i + 5])^2 + (x[5 + mod(i + 2, 5)] - x[5 + i])^2)";
+    assert_eq!(told(&on_springs(petersen, 0, 9))[0], ["1: k", "5: k + 2*a", "4: k + 5*a"]);
+    let tetrahedron = "param k = 2  param m = 1.5  param d = 1
+        coord r[1..4, 1..3]
+        T = 1/2*m*sum(i in 1..4, dot(r[i]', r[i]'))
+        V = 1/2*k*sum(i in 1..4, j in i+1..4, (norm(r[i] - r[j]) - d)^2)
+        equilibrium r[1] = [0, 0, 0]  equilibrium r[2] = [d, 0, 0]  equilibrium r[3] = [d/2, sqrt(3)/2*d, 0]
+        equilibrium r[4] = [d/2, sqrt(3)/6*d, sqrt(2/3)*d]";
+    assert_eq!(told(tetrahedron)[0], ["6: 0", "2: k/m", "3: 2*k/m"]);
+}
+
+/// The factors of characteristic polynomials, and how often they occur.
+#[test]
+fn factors_of_characteristic_polynomials_are_found() {
+    let ring = |n: usize| {
+        format!(
+            "param m = 2  param k = 3  param c = 0.4  coord x[1..{n}]
+            T = 1/2*m*sum(i in 1..{n}, x[i]'^2)  V = 1/2*k*sum(i in 1..{n}, (x[mod(i, {n}) + 1] - x[i])^2)
+            dissipation = 1/2*c*sum(i in 1..{n}, x[i]'^2)"
+        )
+    };
+    let [_, three, conditions] = told(&ring(3));
+    let pair = |sign: &str, inside: &str| format!("-1/2*c/m + i*({sign}1/2*sqrt({inside} - c^2)/m)");
+    let both = |times: usize, inside: &str| ["", "-"].map(|sign| format!("{times}: {}", pair(sign, inside)));
+    assert_eq!(three[..2], ["1: 0 + i*(0)", "1: -c/m + i*(0)"]);
+    assert_eq!(three[2..], both(2, "12*m*k"));
+    assert_eq!(conditions, ["c", "k"]);
+    assert_eq!(told(&ring(4))[1][2..], [both(1, "16*m*k"), both(2, "8*m*k")].concat());
+    let [_, five, _] = told(&ring(5));
+    assert_eq!(five[2..], [both(2, "2*m*k*(5 - sqrt(5))"), both(2, "2*m*k*(5 + sqrt(5))")].concat());
+    assert_eq!(told(&ring(6))[1].len(), 8);
+    let chain = "param m = 2  param k = 3  param a = 0.7  param c = 0.4  coord x, y, z
+        T = 1/2*m*(x'^2 + y'^2 + z'^2)
+        V = 1/2*k*(x^2 + y^2 + z^2) + 1/2*a*(y - x)^2 + 1/2*a*(z - y)^2
+        dissipation = 1/2*c*(x'^2 + y'^2 + z'^2)";
+    let expected = [both(1, "4*m*k"), both(1, "12*m*a + 4*m*k"), both(1, "4*m*(k + a)")];
+    assert_eq!(told(chain)[1], expected.concat());
+    let turned = "param B = 0.4  param k = 3  coord x, y, z
+        lagrangian = 1/2*(x'^2 + y'^2 + z'^2) - 1/2*k*(x^2 + y^2 + z^2) + B*(x*y' + y*z' + z*x')";
+    let [_, own, conditions] = told(turned);
+    assert_eq!(
+        own[..3],
+        ["1: 0 + i*(sqrt(k))", "1: 0 + i*(-sqrt(k))", "1: 0 + i*(1/2*sqrt(4*k + 3*B^2) - 1/2*sqrt(3)*B)"]
+    );
+    assert_eq!((own.len(), conditions), (6, vec!["k".to_owned()]));
+    let ring = "param k, g  coord y[1..4]
+        lagrangian = sum(i in 1..4, 1/2*y[i]'^2 - 1/2*k*(y[mod(i, 4) + 1] - y[i])^2 + g*y[i]'*y[mod(i, 4) + 1])";
+    let [_, own, _] = told(ring);
+    assert_eq!(own[..2], ["2: 0 + i*(0)", "1: 0 + i*(2*sqrt(k))"]);
+    assert_eq!(own.len(), 7);
+    // Two that are alike split into their sum and difference.
+    let alike = "param m = 1, k = 2, B = 0.5, a = 0.3  coord x, y, u, v
+        lagrangian = 1/2*m*(x'^2 + y'^2 + u'^2 + v'^2) - 1/2*k*(x^2 + y^2 + u^2 + v^2) - 1/2*a*((x - u)^2 + (y - v)^2)
+            + 1/2*B*(x*y' - y*x' + u*v' - v*u')";
+    assert_eq!(told(alike)[1].len(), 8);
+}
+
+/// Where exponents are equal at the values of the parameters their forms are as good as anywhere else.
+#[test]
+fn exponents_may_be_equal_at_the_values() {
+    let damped = |c: &str, k: &str| {
+        let m = "param m = 0.1  coord x  T = 1/2*m*x'^2  V = 1/2*k*x^2";
+        format!("param c = {c}  param k = {k}  {m}  dissipation = 1/2*c*x'^2")
+    };
+    let (critical, near) = (told(&damped("0.4", "0.4")), told(&damped("0.39", "0.4")));
+    assert_eq!(critical[1].len(), 2);
+    assert_eq!(critical, near);
+    let free = "param m = 1  param k = 0  coord x  T = 1/2*m*x'^2  V = 1/2*k*x^2";
+    assert_eq!(told(free)[1], ["1: 0 + i*(sqrt(k/m))", "1: 0 + i*(-sqrt(k/m))"]);
+    let turning = |k: &str| {
+        let text = "param W = 2  coord x, y  T = 1/2*((x' - W*y)^2 + (y' + W*x)^2)  V = 1/2*k*(x^2 + y^2)";
+        format!("param k = {k}  {text}")
+    };
+    let resting = told(&turning("4"));
+    assert_eq!(resting[1].len(), 4);
+    assert_eq!(resting, told(&turning("4.1")));
+}
+
+#[test]
+fn conditions_that_always_hold_are_left_out() {
+    let open = |text: &str| {
+        let page = page(&common::model(text));
+        let own = linear(&page).unwrap().exponents.as_ref().unwrap().stability.as_ref().unwrap();
+        own.iter().filter_map(|own| Some(page.reduced().pool.display(own.open?))).collect::<Vec<_>>()
+    };
+    // (kx - ky)² and what is positive beside it.
+    let trap = "param m = 1, kx = 2, ky = 3, B = 0.7  coord x, y
+        lagrangian = 1/2*m*(x'^2 + y'^2) - 1/2*kx*x^2 - 1/2*ky*y^2 + B*x*y'";
+    assert!(open(trap).is_empty());
+    // k > 0 follows from k d² > m n².
+    let turned = "param k, d, m, n  coord x, y  assume m > 0
+        lagrangian = 1/2*m*(x'^2 + y'^2) - 1/2*(k*d^2 - m*n^2)*x^2 - 1/2*k*y^2";
+    assert_eq!(open(turned), ["k*d^2 - m*n^2"]);
+    let inverted = page(&common::model("param a, b  coord x  T = 1/2*x'^2  V = -1/2*(a + b)*x^2"));
+    let text = derive_text(&inverted, &Style::default());
+    assert!(text.contains("a + b < 0"), "{text}");
 }

@@ -12,7 +12,7 @@ use super::cubic::Solved;
 use super::frequencies::{Case, Frequency};
 use super::pair::Pair;
 use super::simplify::Algebra;
-use crate::expr::{ExprId, Node, Pool, Symbol, Tape, ZeroVerdict, mix};
+use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, Tape, ZeroVerdict, mix};
 use crate::linearize::{self, LinearizeError, Linearized, Units, evaluate_closed, may_be_singular};
 use crate::model::Model;
 use crate::modes::{self, Options, Problem};
@@ -164,6 +164,13 @@ impl<'a> Checker<'a> {
     pub(super) fn is_negative(&self, pool: &Pool, e: ExprId) -> Option<bool> {
         let value = self.evaluate(pool, &[e])?;
         (value[0].is_finite() && !value[0].contains_zero()).then(|| value[0].is_negative())
+    }
+
+    /// Expressions with the values that parameters have.
+    pub(super) fn at_values(&self, pool: &mut Pool, all: &[ExprId]) -> Vec<ExprId> {
+        let parameters = self.model.parameters.iter();
+        let map: Substitution = parameters.filter_map(|own| Some((own.symbol, own.value?))).collect();
+        pool.substitute(all, &map)
     }
 
     /// Modes to hold exponents against, where all parameters have values and the model is in no units of its own.
@@ -393,9 +400,12 @@ impl<'a> Checker<'a> {
         // Forms that only look different are one, which stands for itself.
         let mut merged: Vec<ExprId> = Vec::new();
         forms.dedup_by(|(later, form), (value, kept)| {
-            let same = later.sub(value).contains_zero() && equal(pool, form.omega_squared, kept.omega_squared);
+            let both = [form.omega_squared, kept.omega_squared];
+            let same = later.sub(value).contains_zero() && (equal(pool, both) || self.are_equal_nearby(pool, both));
             if same {
-                merged.extend([form.omega_squared, kept.omega_squared]);
+                // Forms of one block were found together.
+                kept.omega_squared = both[0].min(both[1]);
+                merged.push(both[0].max(both[1]));
                 kept.join(form);
             }
             same
@@ -523,6 +533,46 @@ impl<'a> Checker<'a> {
         Some((dense(&pair.mass), dense(&pair.stiffness)))
     }
 
+    /// The same at values near those of the parameters which have no relation to each other.
+    fn near(&self) -> Self {
+        let mut near = Self::drawn(self.model, self.draws);
+        near.complete = false;
+        for (i, parameter) in self.model.parameters.iter().enumerate() {
+            if let Some(value) = near.values.get_mut(&parameter.symbol) {
+                let change = drawn(i, 0).mul(&Number::ratio(1, 1000).unwrap_or_default());
+                *value = value.add(&value.mul(&Ball::from_number(&change, ())));
+            }
+        }
+        near
+    }
+
+    /// Whether two forms with different roots have the same value there too, as far as a ball tells.
+    fn are_equal_nearby(&self, pool: &Pool, both: [ExprId; 2]) -> bool {
+        let values = self.near().evaluate(pool, &both);
+        values.is_some_and(|values| is_zero(&values[0].sub(&values[1]), values[0].abs_upper() * WIDEST))
+    }
+
+    /// How often squares of frequencies occur in a block beyond those of it that are known: near the values of the parameters, where no
+    /// equilibrium that was searched for depends on them.
+    pub(super) fn missed(&self, pool: &Pool, block: &Pair, own: &[ExprId], all: &[ExprId]) -> Option<Vec<usize>> {
+        if all.is_empty() {
+            return None;
+        }
+        let squares = [own, all].concat();
+        let at = |of: &Self| Some((of.evaluate(pool, &squares)?, of.solved(pool, block)?));
+        let (values, modes) = at(&self.near()).or_else(|| at(self))?;
+        let scale = modes.iter().map(|mode| mode.omega_squared.abs_upper()).fold(0.0, f64::max);
+        let meets = |a: &Ball, b: &Ball| is_zero(&a.sub(b), scale);
+        let (own, all) = values.split_at(own.len());
+        let missed = all.iter().enumerate().map(|(at, z)| {
+            let known = own.iter().filter(|own| meets(own, z)).count();
+            let count = modes.iter().filter(|mode| meets(&mode.omega_squared, z)).count();
+            // The same in another form.
+            if all[..at].iter().any(|other| meets(other, z)) { 0 } else { count.saturating_sub(known) }
+        });
+        Some(missed.collect())
+    }
+
     /// The frequencies of M and K at the values at hand.
     fn solved(&self, pool: &Pool, pair: &Pair) -> Option<Vec<Reference>> {
         let (mass, stiffness) = self.evaluated(pool, pair)?;
@@ -607,7 +657,7 @@ fn is_zero(value: &Ball, size: f64) -> bool {
     value.contains_zero() && value.is_finite() && value.radius <= WIDEST * size
 }
 
-fn equal(pool: &Pool, a: ExprId, b: ExprId) -> bool {
+fn equal(pool: &Pool, [a, b]: [ExprId; 2]) -> bool {
     // A copy is needed to write the difference down; only near coincidences come here.
     let mut pool = pool.clone();
     let difference = pool.sub(a, b);

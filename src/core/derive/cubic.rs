@@ -48,8 +48,6 @@ pub struct Solved {
     pub abbreviations: Vec<Abbreviation>,
     /// The same zeros written out, as they stand among the frequencies.
     pub frequencies: Vec<ExprId>,
-    /// Their class of symmetry, where it has a name.
-    pub symmetry: Option<String>,
 }
 
 /// One zero, or several that are told apart by a number.
@@ -141,8 +139,7 @@ pub(super) fn solve(pool: &mut Algebra<'_>, model: &Model, sums: &[ExprId], befo
             let abbreviations = names.given.into_iter();
             let abbreviations =
                 abbreviations.map(|(name, value)| Abbreviation { names: vec![name], value, modes: None });
-            let solved =
-                Solved { formulas, abbreviations: abbreviations.collect(), frequencies: all.clone(), symmetry: None };
+            let solved = Solved { formulas, abbreviations: abbreviations.collect(), frequencies: all.clone() };
             best = Some((weight, solved));
         }
     }

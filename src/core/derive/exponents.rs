@@ -6,6 +6,8 @@
 //! conditions are compared with certified exponents before they are given out. Of conservative models the closed forms of the
 //! frequencies are taken.
 
+use std::cmp::Ordering;
+
 use super::Linear;
 use super::blocks::{adapted, commuting_mirrors};
 use super::check::{Checker, WIDEST};
@@ -15,7 +17,7 @@ use super::polynomial::{Polynomial, determinant};
 use super::ring::{EXPONENT, Expanded, Ring};
 use super::roots::{MOST_COORDINATES, determinant_of_polynomials, plain_root, root, with_common_bar};
 use super::shapes::on_one_bar;
-use super::simplify::Algebra;
+use super::simplify::{Algebra, Opening, expand, split, written};
 use super::stability::{Sign, Signs, conditions, conditions_in_coefficients, essential};
 use crate::expr::{ExprId, Pool, ZeroVerdict};
 use crate::number::Number;
@@ -105,6 +107,8 @@ pub struct StabilityCondition {
 pub(super) struct Factor {
     pub(super) polynomial: Polynomial,
     pub(super) times: usize,
+    /// How often it is one of a single part, or class of symmetry.
+    pub(super) repeated: usize,
 }
 
 impl Factor {
@@ -141,8 +145,9 @@ pub(super) fn exponents(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear: &
     if let Some(parts) = &parts {
         let all = parts.factors.iter();
         let conservative = linear.is_conservative();
-        let all = all.map(|factor| conditions(factor, &parts.signs, pool, conservative)).collect::<Option<Vec<_>>>();
-        let kept = all.map(|all| essential(&all.concat(), &parts.signs, pool));
+        let all =
+            all.map(|factor| conditions(factor, &parts.ring, &parts.signs, conservative)).collect::<Option<Vec<_>>>();
+        let kept = all.map(|all| essential(&all.concat(), &parts.signs));
         own.stability = kept.and_then(|kept| parts.conditions(checker, pool, &kept));
         own.stability = own.stability.or_else(|| parts.in_coefficients(checker, pool, conservative));
     } else if let Some(case) = case {
@@ -178,11 +183,11 @@ fn of_squares(
         }
     }
     let known = known(checker, pool, linear);
-    let ring = Ring::new(squares.iter().chain(&known));
+    let ring = Ring::new(pool, squares.iter().chain(&known));
     let signs = Signs::new(pool, &ring, &known);
-    let signed: Vec<Sign> = squares.iter().map(|own| signs.sign_of(pool, &ring, own)).collect::<Option<_>>()?;
+    let signed: Vec<Sign> = squares.iter().map(|own| signs.sign_of(&ring, own)).collect::<Option<_>>()?;
     let all: Vec<Polynomial> = signed.iter().map(|own| own.product(ring.variables())).collect();
-    let kept = essential(&all, &signs, pool);
+    let kept = essential(&all, &signs);
     let parts = Factored { ring, factors: Vec::new(), zeros: 0, signs };
     parts.conditions(checker, pool, &kept)
 }
@@ -234,20 +239,23 @@ impl Factored {
                 }
             }
         }
-        let ring = Ring::new(expanded.iter().map(|(_, own)| own).chain(&known));
+        let ring = Ring::new(pool, expanded.iter().map(|(_, own)| own).chain(&known));
         let mut factors = Vec::new();
         let mut zeros = 0;
         for (n, own) in &expanded {
             let coefficients = ring.polynomials(own)?;
             let entries = coefficients.chunks(coefficients.len() / (n * n));
             let entries: Vec<_> = entries.map(|own| Polynomial::from_coefficients(EXPONENT, own)).collect();
-            let polynomial = determinant(entries.chunks(*n).map(<[_]>::to_vec).collect())?;
+            let polynomial = ring.reduced(determinant(entries.chunks(*n).map(<[_]>::to_vec).collect())?);
             let common = polynomial.common_powers();
             zeros += common[EXPONENT];
             let polynomial = polynomial.without(&common);
             let polynomial = polynomial.over(&polynomial.content(EXPONENT))?;
-            let own = polynomial.factors(EXPONENT).into_iter();
-            factors.extend(own.map(|(polynomial, times)| Factor { polynomial, times }));
+            for (polynomial, times) in polynomial.factors(EXPONENT) {
+                for polynomial in polynomial.split() {
+                    join(&mut factors, Factor { polynomial, times, repeated: times });
+                }
+            }
         }
         let signs = Signs::new(pool, &ring, &known);
         Some(Self { ring, factors, zeros, signs })
@@ -311,7 +319,7 @@ impl Factored {
             if pool.is_constant(positive) && checker.is_negative(pool, positive) == Some(false) {
                 continue;
             }
-            let left = by_signs.sign(pool, &own.product(self.ring.variables()));
+            let left = by_signs.sign(&own.product(self.ring.variables()));
             let open = (!left.holds_always()).then(|| self.product(pool, &left));
             found.push(StabilityCondition { positive, open });
         }
@@ -327,7 +335,7 @@ impl Factored {
     ) -> Option<Vec<StabilityCondition>> {
         let mut found = Vec::new();
         for factor in &self.factors {
-            let (coefficients, conditions) = conditions_in_coefficients(factor, &self.signs, pool, conservative)?;
+            let (coefficients, conditions) = conditions_in_coefficients(factor, &self.signs, conservative)?;
             let coefficients: Vec<ExprId> = coefficients.iter().map(|own| self.ring.expression(pool, own)).collect();
             for condition in conditions {
                 let terms = condition.terms().map(|(powers, number)| {
@@ -343,6 +351,31 @@ impl Factored {
             }
         }
         agreeing(checker, pool, found)
+    }
+}
+
+/// Takes another factor in, without what it has in common with one that is there: parts and classes of symmetry may share exponents.
+fn join(factors: &mut Vec<Factor>, new: Factor) {
+    let mut open = vec![new];
+    while let Some(mut own) = open.pop() {
+        for other in factors.iter_mut() {
+            if other.polynomial.is_prime_to(&own.polynomial, EXPONENT) {
+                continue;
+            }
+            let common = other.polynomial.common_divisor(&own.polynomial);
+            let rests = [&other.polynomial, &own.polynomial].map(|of| of.over(&common));
+            if common.degree(EXPONENT) > 0
+                && let [Some(of_other), Some(of_own)] = rests
+            {
+                open.push(Factor { polynomial: of_other, ..*other });
+                own.polynomial = of_own;
+                let (times, repeated) = (other.times + own.times, other.repeated.max(own.repeated));
+                *other = Factor { polynomial: common, times, repeated };
+            }
+        }
+        if own.polynomial.degree(EXPONENT) > 0 {
+            factors.push(own);
+        }
     }
 }
 
@@ -385,13 +418,22 @@ struct Found<'a, 'p> {
 type Zero = (ExprId, ExprId);
 
 impl Found<'_, '_> {
-    fn is_negative(&self, e: ExprId) -> Option<bool> {
-        self.checker.is_negative(self.pool, e)
+    /// How an expression compares with 0 at the values of the parameters.
+    fn sign(&mut self, e: ExprId) -> Option<Ordering> {
+        match self.checker.is_negative(self.pool, e) {
+            Some(negative) => Some(if negative { Ordering::Less } else { Ordering::Greater }),
+            None => self.vanishes(e).then_some(Ordering::Equal),
+        }
     }
 
-    /// An expression or its opposite, whichever is positive.
+    fn vanishes(&mut self, e: ExprId) -> bool {
+        let value = self.checker.at_values(self.pool, &[e]);
+        value.iter().all(|value| self.pool.is_zero(*value) == ZeroVerdict::Zero)
+    }
+
+    /// An expression or its opposite, whichever is not negative.
     fn positive(&mut self, e: ExprId) -> Option<ExprId> {
-        Some(if self.is_negative(e)? { self.pool.neg(e) } else { e })
+        Some(if self.sign(e)?.is_lt() { self.pool.neg(e) } else { e })
     }
 
     /// A number times a/b.
@@ -407,7 +449,12 @@ impl Found<'_, '_> {
             return plain;
         }
         let over = on_one_bar(self.pool, e);
-        let all = [plain, root(self.pool, over).0, plain_root(self.pool, over)];
+        // A minus sign goes into the sum behind it.
+        let (factor, core) = split(self.pool, over);
+        let terms = expand(self.pool, core, Opening::Outermost).filter(|_| factor.is_negative());
+        let opened = terms.map(|terms| written(self.pool, terms.iter()));
+        let opened = opened.map_or(over, |sum| self.pool.scale(sum, &factor));
+        let all = [plain, root(self.pool, over).0, plain_root(self.pool, opened)];
         all.into_iter().min_by_key(|own| self.pool.cost(&[*own])).unwrap_or(plain)
     }
 
@@ -421,7 +468,8 @@ impl Found<'_, '_> {
 
     /// ± the root of a square whose sign is known at the values of the parameters.
     fn pair(&mut self, square: ExprId, few: bool) -> Option<[Zero; 2]> {
-        let negative = self.is_negative(square)?;
+        // Where it is 0, what holds nearby is as good.
+        let negative = self.sign(square)?.is_le();
         let size = if negative { self.pool.neg(square) } else { square };
         let size = if few { self.root(size) } else { self.pool.sqrt(size) };
         Some(self.both(size, negative))
@@ -431,7 +479,7 @@ impl Found<'_, '_> {
     fn both(&mut self, x: ExprId, imaginary: bool) -> [Zero; 2] {
         let zero = self.pool.zero();
         let mut both = [x, self.pool.neg(x)];
-        if self.is_negative(x) == Some(true) {
+        if self.sign(x) == Some(Ordering::Less) {
             both.reverse();
         }
         both.map(|x| if imaginary { (zero, x) } else { (x, zero) })
@@ -493,8 +541,32 @@ impl Found<'_, '_> {
                 Some((zeros.to_vec(), self.damping_ratio(c, b, a)))
             }
             [c, _, b, _, a] if even => Some((self.of_squares(c, b, a)?, None)),
+            [e, d, c, b, a] => self.about_middle([e, d, c, b, a]),
             _ => None,
         }
+    }
+
+    /// The zeros of a polynomial that is even about the middle of its zeros, as friction in proportion to M makes it.
+    fn about_middle(&mut self, [e, d, c, b, a]: [ExprId; 5]) -> Option<(Vec<Zero>, Option<ExprId>)> {
+        let [bbb, abc, aad] = [[b, b, b], [a, b, c], [a, a, d]].map(|own| self.pool.product(&own));
+        let odd = self.pool.linear(&[(bbb, Number::ONE), (abc, Number::from(-4)), (aad, Number::from(8))]);
+        if self.pool.is_zero(odd) != ZeroVerdict::Zero {
+            return None;
+        }
+        let middle = self.quotient(b, a, Number::half().mul(&Number::half()).neg());
+        let square = self.pool.square(middle);
+        let [aq, cq, dm] = [[a, square], [c, square], [d, middle]].map(|own| self.pool.product(&own));
+        let aqq = self.pool.mul(aq, square);
+        let second = self.pool.short(|pool| pool.linear(&[(c, Number::ONE), (aq, Number::from(-6))]));
+        let last = [(e, 1), (dm, 1), (cq, 1), (aqq, -3)].map(|(own, factor)| (own, Number::from(factor)));
+        let last = self.pool.short(|pool| pool.linear(&last));
+        // Roots within roots help nobody.
+        let [_, square, _] = self.middle(last, second, a);
+        if !root(self.pool, square).1 {
+            return None;
+        }
+        let zeros = self.of_squares(last, second, a)?.into_iter();
+        Some((zeros.map(|(real, imaginary)| (self.pool.add(middle, real), imaginary)).collect(), None))
     }
 
     /// -b/2a, its square less c/a, and c/a.
@@ -508,7 +580,7 @@ impl Found<'_, '_> {
     /// b/(2 sqrt(a c)), where c/a is positive.
     fn damping_ratio(&mut self, c: ExprId, b: ExprId, a: ExprId) -> Option<ExprId> {
         let product = self.pool.mul(a, c);
-        if self.is_negative(product)? {
+        if self.sign(product)?.is_le() {
             return None;
         }
         let (size, _) = root(self.pool, product);
@@ -524,7 +596,7 @@ impl Found<'_, '_> {
             own.pool.cost(&all)
         };
         let [p, square, product] = self.middle(c, b, a);
-        let flutters = self.is_negative(square)?;
+        let flutters = self.sign(square)?.is_lt();
         let (h, exact) = root(self.pool, product);
         let h = self.positive(h).unwrap_or(h);
         let half = |own: &mut Self, h_sign: i64, p_sign: i64| {
@@ -550,7 +622,7 @@ impl Found<'_, '_> {
         {
             zeros = other;
         }
-        let both = squares.iter().all(|square| self.is_negative(*square) == Some(true));
+        let both = squares.into_iter().all(|square| self.sign(square).is_some_and(Ordering::is_le));
         if both && exact {
             let [u, w] = [half(self, 1, -1), half(self, -1, -1)].map(|square| root(self.pool, square).0);
             let sizes = [self.pool.sub(u, w), self.pool.add(u, w)];
@@ -573,7 +645,7 @@ impl Found<'_, '_> {
         for sign in [Number::ONE, Number::MINUS_ONE] {
             let above = self.pool.linear(&[(b, Number::MINUS_ONE), (r, sign)]);
             let above = with_common_bar(self.pool, above);
-            let negative = self.is_negative(above)? != self.is_negative(a)?;
+            let negative = self.sign(above)?.is_lt() != self.sign(a)?.is_lt();
             let below = self.pool.scale(a, &Number::from(if negative { -2 } else { 2 }));
             let size = self.pool.div(above, below);
             let size = plain_root(self.pool, size);
@@ -583,9 +655,18 @@ impl Found<'_, '_> {
     }
 
     /// Whether this is a zero of the polynomial at the values of the parameters, and an exponent where these are certified.
-    fn is_zero_of(&self, (real, imaginary): Zero, coefficients: &[ExprId]) -> bool {
+    fn is_zero_of(&mut self, (real, imaginary): Zero, coefficients: &[ExprId]) -> bool {
         let all: Vec<ExprId> = [real, imaginary].iter().chain(coefficients).copied().collect();
-        let Some(values) = self.checker.evaluate(self.pool, &all) else {
+        // Roots that vanish are exactly 0 with the values put in first.
+        self.vanish(&all) || {
+            let all = self.checker.at_values(self.pool, &all);
+            self.vanish(&all)
+        }
+    }
+
+    /// The same of real and imaginary part and the coefficients, as they stand.
+    fn vanish(&self, all: &[ExprId]) -> bool {
+        let Some(values) = self.checker.evaluate(self.pool, all) else {
             return false;
         };
         let [real, imaginary, coefficients @ ..] = values.as_slice() else {

@@ -3,13 +3,14 @@
 use std::collections::BTreeMap;
 
 use super::blocks::{adapted, commuting_mirrors, is_free, waves};
+use super::check::Checker;
 use super::frequencies::{Block, Case, Series};
 use super::lattice::{Angles, Dimension, Ends, Lattice, lattice};
 use super::pair::{Pair, Sparse};
 use super::roots::{Request, roots};
 use super::shapes::{Shape, shapes};
 use super::simplify::{Algebra, split};
-use crate::expr::{ExprId, Node};
+use crate::expr::{ExprId, Node, Pool};
 use crate::model::Model;
 use crate::number::Number;
 use crate::symmetry::{GroupKind, SignedPermutation, Symmetry, wave_number};
@@ -30,6 +31,8 @@ pub(super) struct Found {
     pub(super) shapes: Vec<Shape>,
     /// Chains, rings and nets, with the coordinates of the model.
     pub(super) lattices: Vec<Lattice>,
+    /// Blocks of which not all frequencies are known, those that are, and the class.
+    unsolved: Vec<(Pair, Vec<ExprId>, Option<String>)>,
 }
 
 impl Found {
@@ -41,6 +44,17 @@ impl Found {
             *class = None;
         }
         self.count += multiplicity;
+    }
+
+    /// Counts frequencies of other blocks in those that are not solved, too.
+    pub(super) fn count_copies(&mut self, pool: &Pool, checker: &Checker<'_>) {
+        let known: Vec<ExprId> = self.frequencies.keys().copied().collect();
+        for (block, own, class) in std::mem::take(&mut self.unsolved) {
+            let missed = checker.missed(pool, &block, &own, &known);
+            for (z, missed) in known.iter().zip(missed.unwrap_or_default()).filter(|(_, missed)| *missed > 0) {
+                self.add(*z, missed, class.clone());
+            }
+        }
     }
 }
 
@@ -148,25 +162,25 @@ fn solve_parts(
         let solution = roots(pool, &own, request, found.case.solved.len());
         found.case.on_request = found.case.on_request.max(solution.unsolved);
         let mut values = Vec::new();
-        if let Some(mut solved) = solution.solved {
-            for value in &solution.zeros {
-                found.add(*value, 1, class.clone());
+        for value in solution.zeros {
+            let is_solved = solution.solved.iter().any(|solved| solved.frequencies.contains(&value));
+            let value = if is_solved { value } else { opened(pool, value) };
+            if is_solved || !pool.is_undefined(value) && pool.weight(value) <= MOST_SYMBOLS {
+                found.add(value, 1, class.clone());
+                values.push(value);
             }
-            values = solution.zeros;
-            solved.symmetry.clone_from(&class);
-            found.case.solved.push(solved);
-        } else {
-            for value in solution.zeros {
-                let value = opened(pool, value);
-                if !pool.is_undefined(value) && pool.weight(value) <= MOST_SYMBOLS {
-                    found.add(value, 1, class.clone());
-                    values.push(value);
-                }
+        }
+        for solved in solution.solved {
+            if found.case.solved.iter().all(|other| other.frequencies != solved.frequencies) {
+                found.case.solved.push(solved);
             }
         }
         let basis: Vec<Sparse> = part.iter().map(|i| basis[*i].clone()).collect();
-        let own = shapes(pool, &own, &values, &basis, class.clone());
-        found.shapes.extend(own);
+        let shapes = shapes(pool, &own, &values, &basis, class.clone());
+        found.shapes.extend(shapes);
+        if values.len() < own.len() {
+            found.unsolved.push((own, values, class.clone()));
+        }
     }
 }
 

@@ -171,7 +171,7 @@ pub(super) fn frequencies(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear:
     let used = pool.symbols_of(&pair.values());
     let none = Ties::default();
     let plain = Symmetries::find(checker, pool, linear, &pair, &none);
-    let (mut general, found) = case(request, pool, &pair, &plain, &none);
+    let (mut general, found) = case(checker, request, pool, &pair, &plain, &none);
     checker.check(pool, &pair, &mut general);
     general.add_normal(pool, checker, &pair, found);
     let mut result = Frequencies { general, tied: None, would_be: None, signs, approximations: Vec::new() };
@@ -191,7 +191,7 @@ pub(super) fn frequencies(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear:
         if equal.values().iter().any(|value| pool.is_undefined(*value)) {
             return result;
         }
-        let (mut found, modes) = case(request, pool, &equal, &symmetry, &ties);
+        let (mut found, modes) = case(checker, request, pool, &equal, &symmetry, &ties);
         if let (Some(own), Some(symmetry)) = (&mut found.symmetry, &symmetry.energies) {
             let needed = ties.needed(model, pool, &pair, &symmetry.generators);
             let map = needed.substitution(model, pool);
@@ -280,6 +280,7 @@ impl Symmetries {
 }
 
 fn case(
+    checker: &Checker<'_>,
     request: Request<'_>,
     pool: &mut Algebra<'_>,
     pair: &Pair,
@@ -290,6 +291,7 @@ fn case(
     if pair.len() <= MOST_COORDINATES {
         let symmetry = symmetry.for_blocks();
         closed_forms(pool, pair, symmetry, request, &mut found);
+        found.count_copies(pool, checker);
     }
     let frequencies: Vec<Frequency> = std::mem::take(&mut found.frequencies)
         .into_iter()

@@ -9,7 +9,7 @@
 //! - symmetry classes and closed forms of the frequencies (`frequencies`, with `ties`, `forms`, `blocks`, `lattice`,
 //!   `roots`, `cubic`, `check`), and normal coordinates (`normal`, `shapes`, `waves`);
 //! - the characteristic polynomial, exponents and conditions of stability of any linear system (`exponents`, `stability`, with
-//!   `polynomial`, `ring`);
+//!   `polynomial`, `factors`, `ring`);
 //! - equilibria in symbols, where a force can be solved by hand (`equilibria`);
 //! - M, K and the equilibrium, from [`linearize`], in short (`simplify`); under constraints multipliers, and M and K among the
 //!   motions that are left (`constraints`);
@@ -45,6 +45,7 @@ mod energy;
 mod equations;
 mod equilibria;
 mod exponents;
+mod factors;
 mod forms;
 mod frequencies;
 mod given;

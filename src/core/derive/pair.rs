@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use super::simplify::Algebra;
+use super::simplify::{Algebra, Monomial, Opening, expand};
 use crate::expr::{ExprId, ModularPoint, Node, Pool, Substitution, ZeroVerdict, neg_mod};
 use crate::number::Number;
 use crate::precision::Function;
@@ -110,11 +110,16 @@ impl Pair {
     ///
     /// Candidates are those that agree at a random point modulo a prime.
     pub(super) fn canonical(&self, pool: &mut Algebra<'_>) -> Self {
-        let values = self.values();
+        let images = proportional_radicands(pool, &self.values());
+        let own = match images.is_empty() {
+            true => self.clone(),
+            false => self.changed(pool, |pool, values| pool.replaced(values, &images)),
+        };
+        let values = own.values();
         let seed = 1;
         let random = |symbol| ModularPoint::random_value(seed, symbol);
         let Some(residues) = pool.evaluate_mod(&values, random, seed) else {
-            return self.clone();
+            return own;
         };
         let mut first: HashMap<u64, ExprId> = HashMap::new();
         let mut images: HashMap<ExprId, ExprId> = HashMap::new();
@@ -136,9 +141,9 @@ impl Pair {
             first.insert(residue, value);
         }
         if images.is_empty() {
-            return self.clone();
+            return own;
         }
-        self.replaced(pool, &images)
+        own.replaced(pool, &images)
     }
 
     /// Which entries are the same expression, or opposite ones.
@@ -245,6 +250,36 @@ impl Pair {
         }
         parts
     }
+}
+
+/// Sums below roots that are others times a number once they are multiplied out, which are taken in their place.
+fn proportional_radicands(pool: &mut Pool, all: &[ExprId]) -> HashMap<ExprId, ExprId> {
+    let mut sums: Vec<ExprId> = Vec::new();
+    for id in pool.reachable(all) {
+        if let Node::Product(factors) = pool.node(id) {
+            let below_roots = factors.iter().filter(|(base, exponent)| !exponent.is_integer() && pool.is_sum(*base));
+            sums.extend(below_roots.map(|(base, _)| *base));
+        }
+    }
+    sums.sort_unstable();
+    sums.dedup();
+    let mut first: HashMap<Vec<(Monomial, Number)>, (ExprId, Number)> = HashMap::new();
+    let mut images = HashMap::new();
+    for sum in sums {
+        let terms = expand(pool, sum, Opening::Powers).unwrap_or_default();
+        let size = terms.values().fold(Number::ZERO, |size, own| size.gcd(own));
+        let Some(inverse) = size.recip() else { continue };
+        let whole = terms.into_iter().map(|(monomial, own)| (monomial, own.mul(&inverse))).collect();
+        match first.get(&whole) {
+            Some((other, by)) => {
+                images.insert(sum, pool.scale(*other, &size.mul(by)));
+            }
+            None => {
+                first.insert(whole, (sum, inverse));
+            }
+        }
+    }
+    images
 }
 
 /// What hangs together of so many, part by part in ascending order.

@@ -25,6 +25,11 @@ pub(super) struct Polynomial {
 }
 
 impl Polynomial {
+    /// How many there are.
+    pub(super) fn variables(&self) -> usize {
+        self.variables
+    }
+
     pub(super) fn zero(variables: usize) -> Self {
         Self { variables, terms: BTreeMap::new() }
     }
@@ -44,10 +49,6 @@ impl Polynomial {
         } else {
             self.terms.insert(powers, sum);
         }
-    }
-
-    pub(super) fn coefficient(&self, powers: &Powers) -> Option<&Number> {
-        self.terms.get(powers)
     }
 
     pub(super) fn terms(&self) -> impl Iterator<Item = (&Powers, &Number)> {
@@ -97,7 +98,24 @@ impl Polynomial {
         whole
     }
 
-    fn minus(self, other: &Self) -> Self {
+    /// With a polynomial in the place of a variable.
+    pub(super) fn put(&self, variable: usize, value: &Self) -> Self {
+        let coefficients = self.coefficients(variable).into_iter().rev();
+        coefficients.fold(Self::zero(self.variables), |sum, own| sum.times(value).plus(&own))
+    }
+
+    /// With other powers of a variable; `None` where there is none for some.
+    pub(super) fn with_powers(&self, variable: usize, of: impl Fn(u32) -> Option<u32>) -> Option<Self> {
+        let mut own = Self::zero(self.variables);
+        for (powers, value) in &self.terms {
+            let mut powers = powers.clone();
+            powers[variable] = of(powers[variable])?;
+            own.add(powers, value);
+        }
+        Some(own)
+    }
+
+    pub(super) fn minus(self, other: &Self) -> Self {
         self.plus(&other.scaled(&Number::MINUS_ONE))
     }
 
@@ -146,7 +164,7 @@ impl Polynomial {
     }
 
     /// d/dx
-    fn derivative(&self, variable: usize) -> Self {
+    pub(super) fn derivative(&self, variable: usize) -> Self {
         let mut slope = Self::zero(self.variables);
         for (powers, value) in self.terms.iter().filter(|(powers, _)| powers[variable] > 0) {
             let factor = Number::from(i64::from(powers[variable]));
@@ -226,7 +244,7 @@ impl Polynomial {
     }
 
     /// Whether they have no divisor with this variable in common, as values at random for the others show modulo a prime.
-    fn is_prime_to(&self, other: &Self, variable: usize) -> bool {
+    pub(super) fn is_prime_to(&self, other: &Self, variable: usize) -> bool {
         let (Some(mut a), Some(mut b)) = (self.residues(variable), other.residues(variable)) else {
             return false;
         };

@@ -15,10 +15,12 @@ const MOST_TERMS: usize = 600;
 pub(super) const EXPONENT: usize = 0;
 
 /// What the variables of polynomials stand for.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Ring {
     /// Bases, and of what part of their powers the variables are powers: 2 for a square root. The first is that of variable 1.
     bases: Vec<(ExprId, Number)>,
+    /// Roots of what has no symbols: the variable, and of which power what is it.
+    roots: Vec<(usize, u32, Polynomial)>,
 }
 
 /// Expressions multiplied out, all with the same powers of what stands below a fraction bar.
@@ -92,7 +94,7 @@ impl Expanded {
 
 impl Ring {
     /// With a variable for each base of these.
-    pub(super) fn new<'a>(expanded: impl Iterator<Item = &'a Expanded>) -> Self {
+    pub(super) fn new<'a>(pool: &mut Pool, expanded: impl Iterator<Item = &'a Expanded>) -> Self {
         let mut bases: BTreeMap<ExprId, Number> = BTreeMap::new();
         for own in expanded {
             let monomials = own.all.iter().flat_map(BTreeMap::keys).flatten();
@@ -103,7 +105,39 @@ impl Ring {
                 *parts = Number::from_integer(common.denominator().into());
             }
         }
-        Self { bases: bases.into_iter().collect() }
+        let mut own = Self { bases: bases.into_iter().collect(), roots: Vec::new() };
+        let mut roots = Vec::new();
+        for (at, (base, parts)) in (1..).zip(&own.bases) {
+            if parts.is_one() || !pool.is_constant(*base) {
+                continue;
+            }
+            let value = Expanded::new(pool, &[*base]).filter(|own| own.by.is_empty());
+            let value = value.and_then(|value| own.polynomial(value.all.first()?));
+            let parts = parts.to_i64().and_then(|parts| u32::try_from(parts).ok());
+            roots.extend(parts.zip(value).map(|(parts, value)| (at, parts, value)));
+        }
+        // Roots of sums with roots in them come first.
+        roots.sort_by_key(|(_, _, value)| value.is_constant());
+        own.roots = roots;
+        own
+    }
+
+    /// With what powers of roots without symbols are: √3² is 3.
+    pub(super) fn reduced(&self, polynomial: Polynomial) -> Polynomial {
+        self.roots.iter().fold(polynomial, |own, (at, parts, value)| {
+            let high = |(powers, _): (&Vec<u32>, &Number)| powers[*at] >= *parts;
+            if !own.terms().any(high) {
+                return own;
+            }
+            let mut sum = Polynomial::zero(self.variables());
+            for (power, own) in (0..).zip(own.coefficients(*at)) {
+                let mut left = vec![0; self.variables()];
+                left[*at] = power % parts;
+                let whole = (0..power / parts).fold(Polynomial::monomial(left), |product, _| product.times(value));
+                sum = sum.plus(&own.times(&whole));
+            }
+            sum
+        })
     }
 
     /// How many variables there are, that for the exponent included.

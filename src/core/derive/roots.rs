@@ -1,7 +1,7 @@
 //! The zeros of det(K - z M) of a small block, where they can be written down.
 //!
-//! Factors z are taken out first, where the last coefficients vanish identically; what is left is solved
-//! up to the second degree, and on request up to the fourth (`cubic`).
+//! Factors z are taken out first, where the last coefficients vanish identically, then others over the parameters (`factors`);
+//! what is left is solved up to the second degree, and on request up to the fourth (`cubic`).
 
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
@@ -9,6 +9,8 @@ use std::collections::BTreeMap;
 use super::collapse::collapse;
 use super::cubic::{Solved, solve};
 use super::pair::Pair;
+use super::polynomial::Polynomial as Ratio;
+use super::ring::{EXPONENT, Expanded, Ring};
 use super::shapes::{below_bars, on_one_bar, one_fraction};
 use super::simplify::{
     Algebra, Monomial, Monomials, Opening, add_to, expand, split, times, with_common_factor, written,
@@ -41,8 +43,8 @@ pub(super) struct Request<'a> {
 pub(super) struct Roots {
     /// Repeated ones as often as they are; none where there is no closed form.
     pub(super) zeros: Vec<ExprId>,
-    /// What of them comes from a cubic or quartic, for the page.
-    pub(super) solved: Option<Solved>,
+    /// What of them comes from cubics and quartics, for the page.
+    pub(super) solved: Vec<Solved>,
     /// The degree, where only a request for a higher one keeps them from being found.
     pub(super) unsolved: Option<usize>,
 }
@@ -69,37 +71,67 @@ pub(super) fn roots(pool: &mut Algebra<'_>, block: &Pair, request: Request<'_>, 
         if pool.weight_of(&zeros) <= MOST_FOR_TWO {
             return Roots::of(zeros);
         }
-        let coefficients = characteristic(pool, block);
-        let coefficients = coefficients.unwrap_or_default();
+        let coefficients = characteristic(pool, block).unwrap_or_default();
         return named(pool, request, before, &coefficients, zeros);
     }
     let Some(coefficients) = characteristic(pool, block) else {
         return Roots::default();
     };
-    let (mut zeros, rest) = without_zeros(pool, &coefficients);
-    match rest {
-        [others @ .., leading] if (3..=4).contains(&others.len()) => {
-            let degree = others.len();
+    let (zeros, rest) = without_zeros(pool, &coefficients);
+    if rest.len() <= 3 {
+        let zeros = of_polynomial(pool, &coefficients).unwrap_or_default();
+        return named(pool, request, before, &coefficients, zeros);
+    }
+    let mut all = Roots::of(vec![pool.zero(); zeros.len()]);
+    for (factor, times) in factors(pool, rest) {
+        let own = of_factor(pool, request, before + all.solved.len(), &factor);
+        (0..times).for_each(|_| all.zeros.extend(&own.zeros));
+        all.solved.extend(own.solved);
+        all.unsolved = all.unsolved.max(own.unsolved);
+    }
+    all
+}
+
+/// The zeros of a polynomial without factors.
+fn of_factor(pool: &mut Algebra<'_>, request: Request<'_>, before: usize, coefficients: &[ExprId]) -> Roots {
+    let degree = coefficients.len() - 1;
+    match coefficients {
+        [others @ .., leading] if degree > 2 => {
             if degree > request.most {
-                return Roots { unsolved: Some(degree), ..Roots::default() };
+                return Roots { unsolved: Some(degree).filter(|degree| *degree <= 4), ..Roots::default() };
             }
             let sums = sums_of_products(pool, others, *leading);
-            let Some((_, solved)) = solve(pool, request.model, &sums, before) else {
-                return Roots::default();
-            };
-            let zero = pool.zero();
-            zeros.fill(zero);
-            zeros.extend(&solved.frequencies);
-            Roots { zeros, solved: Some(solved), unsolved: None }
+            let solved = solve(pool, request.model, &sums, before);
+            solved.map_or_else(Roots::default, |(_, solved)| Roots {
+                zeros: solved.frequencies.clone(),
+                solved: vec![solved],
+                unsolved: None,
+            })
         }
         _ => {
-            let zeros = of_polynomial(pool, &coefficients).unwrap_or_default();
-            if pool.weight_of(&zeros) <= MOST_FOR_TWO {
-                return Roots::of(zeros);
-            }
-            named(pool, request, before, &coefficients, zeros)
+            let zeros = of_polynomial(pool, coefficients).unwrap_or_default();
+            named(pool, request, before, coefficients, zeros)
         }
     }
+}
+
+/// The factors of a polynomial over the numbers and the parameters, and how often each occurs; the whole where there are none.
+fn factors(pool: &mut Algebra<'_>, coefficients: &[ExprId]) -> Vec<(Polynomial, usize)> {
+    let found = Expanded::new(pool, coefficients).and_then(|expanded| {
+        let ring = Ring::new(pool, std::iter::once(&expanded));
+        let all = ring.polynomials(&expanded)?.into_iter().map(|own| ring.reduced(own));
+        let whole = Ratio::from_coefficients(EXPONENT, &all.collect::<Vec<_>>());
+        let whole = whole.over(&whole.content(EXPONENT))?;
+        let repeated = whole.factors(EXPONENT).into_iter();
+        let all = repeated.flat_map(|(own, times)| own.split().into_iter().map(move |own| (own, times)));
+        let all: Vec<(Ratio, usize)> = all.collect();
+        let written = |(own, times): (Ratio, usize)| {
+            let own = own.coefficients(EXPONENT);
+            (own.iter().map(|own| ring.expression(pool, own)).collect(), times)
+        };
+        (all.len() > 1 || all.iter().any(|(_, times)| *times > 1)).then(|| all.into_iter().map(written).collect())
+    });
+    found.unwrap_or_else(|| vec![(coefficients.to_vec(), 1)])
 }
 
 /// Sums of products of 1, 2, … zeros: the coefficients with signs in turn.
@@ -113,7 +145,7 @@ fn sums_of_products(pool: &mut Algebra<'_>, others: &[ExprId], leading: ExprId) 
     sums
 }
 
-/// Two zeros that are long, by their sum and product on a page where that is much shorter.
+/// Two zeros; those that are long by their sum and product on a page where that is much shorter.
 fn named(
     pool: &mut Algebra<'_>,
     request: Request<'_>,
@@ -124,6 +156,9 @@ fn named(
     let (_, rest) = without_zeros(pool, coefficients);
     let written = pool.weight_of(&zeros);
     let mut roots = Roots::of(zeros);
+    if written <= MOST_FOR_TWO {
+        return roots;
+    }
     let [others @ .., leading] = rest else {
         return roots;
     };
@@ -137,7 +172,7 @@ fn named(
     {
         let zeros = roots.zeros.iter().copied();
         solved.frequencies = zeros.filter(|zero| !zero.is_zero()).collect();
-        roots.solved = Some(solved);
+        roots.solved.push(solved);
     }
     roots
 }

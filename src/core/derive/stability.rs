@@ -58,7 +58,7 @@ impl Signs {
         // What is known of one may tell the sign of another.
         for _ in 0..2 {
             for expanded in known {
-                if let Some(sign) = own.sign_of(pool, ring, expanded) {
+                if let Some(sign) = own.sign_of(ring, expanded) {
                     own.learn(&sign);
                 }
             }
@@ -67,8 +67,8 @@ impl Signs {
     }
 
     /// The sign of the only one of the expressions.
-    pub(super) fn sign_of(&self, pool: &mut Pool, ring: &Ring, own: &Expanded) -> Option<Sign> {
-        Some(self.sign(pool, &ring.of_sign(own)?))
+    pub(super) fn sign_of(&self, ring: &Ring, own: &Expanded) -> Option<Sign> {
+        Some(self.sign(&ring.of_sign(own)?))
     }
 
     /// Takes in that a product is positive.
@@ -104,14 +104,21 @@ impl Signs {
         if self.others.contains(polynomial) {
             return Some(false);
         }
-        let known = |powers: &[u32]| powers.iter().zip(&self.variables).all(|(power, known)| *known || power % 2 == 0);
-        let mut all = polynomial.terms().map(|(powers, value)| known(powers).then(|| value.is_negative()));
-        let first = all.next()??;
-        all.all(|own| own == Some(first)).then_some(first)
+        let mut all = polynomial.terms();
+        if !all.all(|(powers, _)| self.is_positive(powers)) {
+            return None;
+        }
+        let opposite = polynomial.scaled(&Number::MINUS_ONE);
+        [polynomial, &opposite].into_iter().position(exceeds_squares).map(|at| at == 1)
+    }
+
+    /// Whether a product of powers is positive.
+    fn is_positive(&self, powers: &[u32]) -> bool {
+        powers.iter().zip(&self.variables).all(|(power, known)| *known || power % 2 == 0)
     }
 
     /// What the sign of a polynomial depends on.
-    pub(super) fn sign(&self, pool: &mut Pool, polynomial: &Polynomial) -> Sign {
+    pub(super) fn sign(&self, polynomial: &Polynomial) -> Sign {
         // What is 0 is never positive.
         let mut sign = Sign { factors: Vec::new(), negative: polynomial.is_zero() };
         if polynomial.is_zero() {
@@ -144,7 +151,7 @@ impl Signs {
             };
             let odd = own.factors(variable).into_iter().filter(|(_, times)| times % 2 == 1);
             for (factor, _) in odd {
-                for factor in halves(pool, &factor).unwrap_or_else(|| vec![factor.clone()]) {
+                for factor in factor.split() {
                     match self.of_known(&factor) {
                         Some(negative) => sign.negative ^= negative,
                         None => sign.factors.push(factor),
@@ -157,73 +164,19 @@ impl Signs {
     }
 }
 
-/// The two factors of what is quadratic in a variable and has a square for its discriminant, behind what stands before all of its powers.
-fn halves(pool: &mut Pool, of: &Polynomial) -> Option<Vec<Polynomial>> {
-    let variables = of.common_powers().len();
-    for variable in (0..variables).filter(|at| of.degree(*at) == 2) {
-        let before = of.content(variable);
-        let of = of.over(&before)?;
-        let coefficients = of.coefficients(variable);
-        let [c, b, a] = coefficients.as_slice() else {
-            continue;
-        };
-        if b.is_long_with(b) || a.is_long_with(c) {
-            continue;
-        }
-        let discriminant = b.times(b).plus(&a.times(c).scaled(&Number::from(-4)));
-        let Some(root) = square_root(pool, &discriminant) else {
-            continue;
-        };
-        let twice = a.scaled(&Number::from(2));
-        let factor = |root: &Polynomial| {
-            let whole = Polynomial::from_coefficients(variable, &[b.clone().plus(root), twice.clone()]);
-            let content = whole.content(variable);
-            whole.over(&content).map(|own| own.primitive())
-        };
-        let both = [factor(&root)?, factor(&root.scaled(&Number::MINUS_ONE))?];
-        return Some(Some(before).filter(|own| !own.is_constant()).into_iter().chain(both).collect());
-    }
-    None
-}
-
-/// The polynomial of which this is the square.
-fn square_root(pool: &mut Pool, of: &Polynomial) -> Option<Polynomial> {
-    let common = of.common_powers();
-    let variables = common.len();
-    if of.is_zero() || common.iter().any(|power| power % 2 == 1) {
-        return None;
-    }
-    let mut root = Polynomial::monomial(common.iter().map(|power| power / 2).collect());
-    let mut rest = of.without(&common);
-    while let Some(variable) = (0..variables).find(|at| rest.degree(*at) > 0) {
-        let content = rest.content(variable);
-        for (factor, times) in rest.over(&content)?.factors(variable) {
-            if times % 2 == 1 {
-                return None;
-            }
-            for _ in 0..times / 2 {
-                root = root.times(&factor);
-            }
-        }
-        rest = content;
-    }
-    let scale = of.over(&root.times(&root))?;
-    let (_, size) = scale.terms().next()?;
-    let size = pool.number(size.clone());
-    let size = pool.sqrt(size);
-    Some(root.scaled(pool.as_number(size)?))
-}
-
 /// What has to be positive for the exponents of a factor to be on the left, or of an even one on the imaginary axis and single; `None`
 /// where that is not written out.
-pub(super) fn conditions(
-    factor: &Factor,
-    signs: &Signs,
-    pool: &mut Pool,
-    conservative: bool,
-) -> Option<Vec<Polynomial>> {
-    let coefficients = coefficients(factor, signs, pool, conservative)?;
-    let found = needed(&coefficients, factor.is_even(), conservative)?;
+pub(super) fn conditions(factor: &Factor, ring: &Ring, signs: &Signs, conservative: bool) -> Option<Vec<Polynomial>> {
+    let coefficients = coefficients(factor, signs, conservative)?;
+    let mut found = needed(&coefficients, factor.is_even(), conservative)?;
+    for own in &mut found {
+        let is_zero = own.is_zero();
+        *own = ring.reduced(std::mem::replace(own, Polynomial::zero(ring.variables())));
+        // Two of the exponents are equal or opposite, whatever the parameters are, as roots of numbers show.
+        if own.is_zero() && !is_zero {
+            return None;
+        }
+    }
     found.iter().all(|own| own.terms().count() <= MOST_TERMS).then_some(found)
 }
 
@@ -231,14 +184,13 @@ pub(super) fn conditions(
 pub(super) fn conditions_in_coefficients(
     factor: &Factor,
     signs: &Signs,
-    pool: &mut Pool,
     conservative: bool,
 ) -> Option<(Vec<Polynomial>, Vec<Polynomial>)> {
-    let coefficients = coefficients(factor, signs, pool, conservative)?;
+    let coefficients = coefficients(factor, signs, conservative)?;
     let count = coefficients.len();
     let variables: Vec<Polynomial> = (0..count).map(|at| Polynomial::variable(count, at)).collect();
     let mut found = needed(&variables, factor.is_even(), conservative)?;
-    let positive: Vec<bool> = coefficients.iter().map(|own| signs.sign(pool, own).holds_always()).collect();
+    let positive: Vec<bool> = coefficients.iter().map(|own| signs.sign(own).holds_always()).collect();
     let holds = |powers: &[u32]| powers.iter().zip(&positive).all(|(power, positive)| *power == 0 || *positive);
     found.retain(|own| !own.terms().all(|(powers, factor)| !factor.is_negative() && holds(powers)));
     let short = found.iter().all(|own| own.terms().count() <= MOST_PRODUCTS);
@@ -246,9 +198,9 @@ pub(super) fn conditions_in_coefficients(
 }
 
 /// The coefficients of a factor, the leading one positive; of an even one those of its powers of s².
-fn coefficients(factor: &Factor, signs: &Signs, pool: &mut Pool, conservative: bool) -> Option<Vec<Polynomial>> {
+fn coefficients(factor: &Factor, signs: &Signs, conservative: bool) -> Option<Vec<Polynomial>> {
     let even = factor.is_even();
-    if even && factor.times > 1 && !conservative {
+    if even && factor.repeated > 1 && !conservative {
         return None;
     }
     let mut coefficients = factor.polynomial.coefficients(EXPONENT);
@@ -256,7 +208,7 @@ fn coefficients(factor: &Factor, signs: &Signs, pool: &mut Pool, conservative: b
         coefficients = coefficients.into_iter().step_by(2).collect();
     }
     let leading = coefficients.last()?.clone();
-    let sign = signs.sign(pool, &leading);
+    let sign = signs.sign(&leading);
     if !sign.factors.is_empty() {
         coefficients = coefficients.iter().map(|own| own.times(&leading)).collect();
     } else if sign.negative {
@@ -336,13 +288,13 @@ fn hurwitz(coefficients: &[Polynomial]) -> Option<Vec<Polynomial>> {
 }
 
 /// Conditions without those that the others, and what is known, imply: shorter ones first.
-pub(super) fn essential(all: &[Polynomial], signs: &Signs, pool: &mut Pool) -> Vec<Sign> {
-    let mut open: Vec<Sign> = all.iter().map(|own| signs.sign(pool, own)).collect();
+pub(super) fn essential(all: &[Polynomial], signs: &Signs) -> Vec<Sign> {
+    let mut open: Vec<Sign> = all.iter().map(|own| signs.sign(own)).collect();
     open.sort_by_key(Sign::terms);
     let mut known = signs.clone();
     let mut kept: Vec<Sign> = Vec::new();
     for own in open {
-        let mut again = known.sign(pool, &own.product(known.variables.len()));
+        let mut again = known.sign(&own.product(known.variables.len()));
         // What is positive as a product is no factor that matters.
         for other in kept.iter().filter(|other| other.factors.len() > 1) {
             if other.factors.iter().all(|factor| again.factors.contains(factor)) {
@@ -357,23 +309,63 @@ pub(super) fn essential(all: &[Polynomial], signs: &Signs, pool: &mut Pool) -> V
         kept.push(again);
     }
     let mut at = 0;
-    while let Some(own) = kept.get(at) {
-        let own = own.product(known.variables.len());
-        let mut others = kept.iter().enumerate().filter(|(other, _)| *other != at);
-        if others.any(|(_, other)| follows(&own, &other.product(known.variables.len()), &known)) {
-            kept.remove(at);
-        } else {
+    while at < kept.len() {
+        let own = kept.remove(at);
+        let mut known = signs.clone();
+        kept.iter().for_each(|other| known.learn(other));
+        let others = kept.iter().map(|other| other.product(known.variables.len()));
+        let product = own.product(known.variables.len());
+        if !others.into_iter().any(|other| follows(&product, &other, &known)) {
+            kept.insert(at, own);
             at += 1;
         }
     }
     kept
 }
 
-/// Whether one is positive where another is: it is more than a part of that.
+/// Whether a sum of products that are positive but for their numbers is positive: each term with a negative number is twice that of a
+/// square a p² - 2 √(a b) p q + b q² whose other terms are there, and something is left.
+fn exceeds_squares(of: &Polynomial) -> bool {
+    let (negative, mut left): (Vec<_>, Vec<_>) =
+        of.terms().map(|(powers, value)| (powers, value.clone())).partition(|(_, value)| value.is_negative());
+    if negative.len().max(left.len()) > MOST_TERMS {
+        return negative.is_empty();
+    }
+    let pairs = |middle: &[u32], a: &[u32], b: &[u32]| (0..middle.len()).all(|at| 2 * middle[at] == a[at] + b[at]);
+    for (middle, value) in negative {
+        let quarter = value.mul(&value).mul(&Number::half()).mul(&Number::half());
+        let found = (0..left.len()).flat_map(|i| (0..i).map(move |j| (i, j))).find_map(|(i, j)| {
+            let ((a, x), (b, y)) = (&left[i], &left[j]);
+            let needed = quarter.div(y).filter(|needed| needed <= x && pairs(middle, a, b))?;
+            Some((i, j, x.sub(&needed)))
+        });
+        let Some((i, j, rest)) = found else {
+            return false;
+        };
+        left[i].1 = rest;
+        left.remove(j);
+        left.retain(|(_, value)| !value.is_zero());
+    }
+    !left.is_empty()
+}
+
+/// Whether one is positive where another is: times what is known to be positive it is more than a part of that.
 fn follows(own: &Polynomial, other: &Polynomial, known: &Signs) -> bool {
-    let shares = other.terms().filter_map(|(powers, value)| own.coefficient(powers)?.div(value));
-    shares.filter(|share| !share.is_negative() && !share.is_zero()).any(|share| {
-        let rest = own.clone().plus(&other.scaled(&share.neg()));
+    // Each positive term of the other has its counterpart.
+    let positive = |of: &Polynomial| of.terms().filter(|(_, value)| !value.is_negative()).count();
+    if positive(other) > positive(own) {
+        return false;
+    }
+    let mut pairs = other.terms().flat_map(|(of_other, whole)| own.terms().map(move |one| (of_other, whole, one)));
+    pairs.any(|(of_other, whole, (powers, value))| {
+        if value.is_negative() != whole.is_negative() {
+            return false;
+        }
+        let more: Option<Vec<u32>> = of_other.iter().zip(powers).map(|(a, b)| a.checked_sub(*b)).collect();
+        let (Some(share), Some(more)) = (value.div(whole), more.filter(|more| known.is_positive(more))) else {
+            return false;
+        };
+        let rest = own.times(&Polynomial::monomial(more)).plus(&other.scaled(&share.neg()));
         rest.is_zero() || known.of_terms(&rest) == Some(false)
     })
 }

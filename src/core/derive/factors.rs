@@ -1,0 +1,187 @@
+//! Factors over the rational numbers that are linear in one of the variables, parameters included, as nearly all are that physics
+//! has: m s² + c s + k is linear in k.
+//!
+//! With numbers for all variables but one, rational zeros are whole ones of a polynomial with leading coefficient 1. From such a
+//! zero its dependence on the other variables follows power by power (Newton and Hensel; Geddes, Czapor and Labahn, Algorithms for
+//! Computer Algebra, chapter 6). What comes out is a factor if the division leaves nothing; what does not is none.
+
+use super::polynomial::Polynomial;
+use super::ring::EXPONENT;
+use crate::number::Number;
+
+/// Values at which a factor is looked for, one a variable.
+const POINTS: [i64; 14] = [7, 3, 11, 5, 17, 13, 23, 19, 31, 29, 41, 37, 47, 43];
+/// Polynomials with more terms are left as they are.
+const MOST_TERMS: usize = 400;
+
+impl Polynomial {
+    /// Factors, as far as they are found, of a polynomial without repeated ones; short ones in the exponent first.
+    pub(super) fn split(&self) -> Vec<Self> {
+        let mut open = vec![self.clone()];
+        let mut found: Vec<Self> = Vec::new();
+        while let Some(own) = open.pop() {
+            match own.divisor().and_then(|part| Some([own.over(&part)?, part])) {
+                Some(parts) => open.extend(parts),
+                None => found.push(own.primitive()),
+            }
+        }
+        found.sort_by_key(|own| (own.degree(EXPONENT), own.terms().count()));
+        found
+    }
+
+    /// A factor that is neither a number nor all of it.
+    fn divisor(&self) -> Option<Self> {
+        if self.terms().count() > MOST_TERMS {
+            return None;
+        }
+        let mut variables: Vec<usize> = (0..self.variables()).filter(|at| self.degree(*at) > 0).collect();
+        for at in &variables {
+            let content = self.content(*at);
+            if !content.is_constant() {
+                return Some(content);
+            }
+        }
+        variables.sort_by_key(|at| self.degree(*at));
+        // What is linear in a variable and has nothing before all of its powers is no product.
+        if self.degree(*variables.first()?) == 1 {
+            return None;
+        }
+        let even = self.with_powers(EXPONENT, |power| power.is_multiple_of(2).then_some(power / 2));
+        let of_squares = || Some(even?.linear_factor(EXPONENT)?.with_powers(EXPONENT, |power| Some(2 * power))?);
+        variables.iter().find_map(|at| self.linear_factor(*at)).or_else(of_squares)
+    }
+
+    /// A factor that is linear in a variable.
+    fn linear_factor(&self, variable: usize) -> Option<Self> {
+        let others = (0..self.variables()).filter(|at| *at != variable && self.degree(*at) > 0);
+        let others: Vec<usize> = others.collect();
+        if others.len() > POINTS.len() || self.degree(variable) < 2 {
+            return None;
+        }
+        let number = |value: i64| Self::constant(self.variables(), Number::from(value));
+        let points: Vec<(usize, Self)> = others.into_iter().zip(POINTS.map(number)).collect();
+        // There is none, as far as most polynomials go.
+        let at_points = points.iter().fold(self.clone(), |own, (at, value)| own.put(*at, value)).monic(variable)?;
+        if at_points.degree(variable) < self.degree(variable) || whole_zeros(&at_points, variable).is_empty() {
+            return None;
+        }
+        let monic = self.monic(variable)?;
+        // With numbers for the last variables, one less each.
+        let mut stages = vec![monic];
+        for (at, value) in points.iter().rev() {
+            let next = stages.last()?.put(*at, value);
+            stages.push(next);
+        }
+        let leading = self.coefficients(variable).pop()?;
+        let y = Self::variable(self.variables(), variable);
+        let zeros = whole_zeros(&stages.pop()?, variable);
+        zeros.iter().find_map(|zero| {
+            let mut zero = Self::constant(self.variables(), zero.clone());
+            for (stage, (at, value)) in stages.iter().rev().zip(&points) {
+                zero = stage.lifted(zero, variable, *at, value)?;
+            }
+            let factor = leading.times(&y).minus(&zero);
+            let factor = factor.over(&factor.content(variable))?;
+            self.over(&factor).map(|_| factor)
+        })
+    }
+
+    /// With the zeros multiplied by the leading coefficient, which makes that 1 and all others whole.
+    fn monic(&self, variable: usize) -> Option<Self> {
+        let mut coefficients = self.coefficients(variable);
+        let leading = coefficients.pop()?;
+        let mut power = Self::constant(self.variables(), Number::ONE);
+        let one = power.clone();
+        for own in coefficients.iter_mut().rev() {
+            if own.is_long_with(&power) || power.is_long_with(&leading) {
+                return None;
+            }
+            *own = own.times(&power);
+            power = power.times(&leading);
+        }
+        coefficients.push(one);
+        Some(Self::from_coefficients(variable, &coefficients))
+    }
+
+    /// A simple zero as a polynomial in one more variable, which has a value in the zero that is known.
+    fn lifted(&self, zero: Self, variable: usize, more: usize, value: &Self) -> Option<Self> {
+        let x = Self::variable(self.variables(), more);
+        let about = self.put(more, &x.clone().plus(value));
+        let slope = about.derivative(variable).put(variable, &zero).coefficients(more).swap_remove(0);
+        let mut zero = zero;
+        // It divides the product of the others, the constant.
+        for power in 1..=about.coefficients(variable).first()?.degree(more) + 1 {
+            if about.terms().count() * zero.terms().count() > MOST_TERMS * MOST_TERMS {
+                return None;
+            }
+            let rest = about.put(variable, &zero);
+            if rest.is_zero() {
+                return Some(zero.put(more, &x.minus(value)));
+            }
+            let wrong = rest.coefficients(more).into_iter().nth(power as usize)?;
+            let change = wrong.over(&slope)?;
+            let mut powers = vec![0; self.variables()];
+            powers[more] = power;
+            zero = zero.minus(&change.times(&Self::monomial(powers)));
+        }
+        None
+    }
+}
+
+/// The whole zeros that are not repeated of a polynomial in one variable with whole coefficients, of which the last is 1.
+fn whole_zeros(of: &Polynomial, variable: usize) -> Vec<Number> {
+    let coefficients = of.coefficients(variable).into_iter();
+    let number = |own: Polynomial| own.terms().next().map_or(Number::ZERO, |(_, value)| value.clone());
+    let own: Vec<Number> = coefficients.map(number).collect();
+    // Twice the largest of their roots, each of the order of its distance from the last (Fujiwara).
+    let digits = own.iter().rev().zip(0_usize..).skip(1).map(|(own, order)| own.bits().div_ceil(order));
+    let bound = i32::try_from(digits.max().unwrap_or(0) + 1).ok().and_then(|bits| Number::from(2).powi(bits));
+    let Some(bound) = bound else {
+        return Vec::new();
+    };
+    let slope = slope(&own);
+    let places = places(&own, &bound).into_iter();
+    let mut zeros: Vec<Number> = places.flat_map(|place| [place.add(&Number::ONE), place]).collect();
+    zeros.sort_unstable();
+    zeros.dedup();
+    zeros.retain(|zero| value(&own, zero).is_zero() && !value(&slope, zero).is_zero());
+    zeros
+}
+
+fn value(coefficients: &[Number], x: &Number) -> Number {
+    coefficients.iter().rev().fold(Number::ZERO, |sum, own| sum.mul(x).add(own))
+}
+
+fn slope(coefficients: &[Number]) -> Vec<Number> {
+    coefficients.iter().zip(0..).skip(1).map(|(own, power)| own.mul(&Number::from(power))).collect()
+}
+
+/// Whole numbers in ascending order: all real zeros up to a bound are from one of them to the next whole one.
+fn places(coefficients: &[Number], bound: &Number) -> Vec<Number> {
+    if coefficients.len() < 2 {
+        return Vec::new();
+    }
+    // Between the zeros of the slope there is one at most.
+    let turns = places(&slope(coefficients), bound);
+    let starts = std::iter::once(bound.neg()).chain(turns.iter().map(|turn| turn.add(&Number::ONE)));
+    let ends = turns.iter().cloned().chain([bound.clone()]);
+    let mut all = turns.clone();
+    for (mut start, mut end) in starts.zip(ends) {
+        let is_below = |x: &Number| value(coefficients, x).is_negative();
+        let below = is_below(&start);
+        if start >= end || is_below(&end) == below {
+            continue;
+        }
+        while end.sub(&start) > Number::ONE {
+            let middle = start.add(&end).mul(&Number::half()).floor();
+            if is_below(&middle) == below {
+                start = middle;
+            } else {
+                end = middle;
+            }
+        }
+        all.push(start);
+    }
+    all.sort_unstable();
+    all
+}
