@@ -35,19 +35,19 @@ impl Polynomial {
             return None;
         }
         let mut variables: Vec<usize> = (0..self.variables()).filter(|at| self.degree(*at) > 0).collect();
+        variables.sort_by_key(|at| self.degree(*at));
         for at in &variables {
             let content = self.content(*at);
             if !content.is_constant() {
                 return Some(content);
             }
-        }
-        variables.sort_by_key(|at| self.degree(*at));
-        // What is linear in a variable and has nothing before all of its powers is no product.
-        if self.degree(*variables.first()?) == 1 {
-            return None;
+            // What is linear in a variable and has nothing before all of its powers is no product.
+            if self.degree(*at) == 1 {
+                return None;
+            }
         }
         let even = self.with_powers(EXPONENT, |power| power.is_multiple_of(2).then_some(power / 2));
-        let of_squares = || Some(even?.linear_factor(EXPONENT)?.with_powers(EXPONENT, |power| Some(2 * power))?);
+        let of_squares = || even?.linear_factor(EXPONENT)?.with_powers(EXPONENT, |power| Some(2 * power));
         variables.iter().find_map(|at| self.linear_factor(*at)).or_else(of_squares)
     }
 
