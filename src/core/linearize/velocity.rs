@@ -106,7 +106,7 @@ impl VelocityFamily {
             splitter.facts.declare(local.coordinate, Variable::Coordinate);
             splitter.facts.declare(local.velocity, Variable::Velocity);
         }
-        let at_rest = self.terms.at_rest(&mut pool);
+        let at_rest = self.terms.at_rest(&pool);
         let mut factors = Vec::new();
         for element in elements(&mut pool, &mut splitter, self.terms.body, &velocities, Variable::Velocity) {
             let element = element.at_rest(&mut pool, &mut splitter.facts, &at_rest);
