@@ -170,7 +170,7 @@ fn conditions_of_both_kinds() {
     let amplitude = |coordinate: usize| known(&found.outputs[coordinate].values[0]).0;
     check("x", &amplitude(0), "2.666666666666666666666666666666666666666667");
     check("pl", &amplitude(3), "1.333333333333333333333333333333333333333333");
-    assert!(amplitude(1).is_zero() && amplitude(2).is_zero());
+    assert!(amplitude(1).is_zero());
 }
 
 #[test]
