@@ -77,7 +77,13 @@ pub(super) fn some_modes(linearized: &Linearized, options: &Options) -> Result<O
         let inner = Options { vectors: options.vectors, ..inner };
         return match some_exponents(linearized, (mass, &stiffness), wanted, (&inner, must))? {
             Some(modes) => Ok(Some(modes)),
-            None if must => Err(not_found(n, given)),
+            None if must => {
+                let reason = format!(
+                    "the modes that are wanted of {n} coordinates are not proved to be all: motions may be unstable or free, or others are as \
+                     near; `--near OMEGA --count K` finds those next to a frequency"
+                );
+                Err(LinearizeError::NoModes { reason })
+            }
             None => dense("the modes that are wanted were not separated"),
         };
     }

@@ -127,7 +127,7 @@ pub fn solve_sparse_quadratic(
             (None, 0.5 * end_of_lowest(&pencil, energy.lowest, count, budget)?, count)
         }
         Wanted::Lowest(_) | Wanted::Given(_) => {
-            budget.tell(|| "solver: motions may be unstable or free, which come first".to_owned());
+            budget.tell(unbounded);
             return None;
         }
     };
@@ -149,6 +149,11 @@ pub fn solve_sparse_quadratic(
         let search = Search { problem, form: &form, definite, sigma, near, budget };
         search.run(count.min(form.dimension()), options)
     })
+}
+
+/// Why the lowest are not found, in words.
+fn unbounded() -> String {
+    "solver: motions may be unstable or free, which come first".to_owned()
 }
 
 /// A positive definite matrix next to the symmetric part of S.
@@ -179,7 +184,10 @@ impl Energy {
         if let Some(floor) = floor(0.5 * lowest, 0.5 * lowest) {
             return Some(Self { matrix: stiffness.clone(), floor, added: 0.0, lowest });
         }
-        let Wanted::Near(omega, _) = wanted else { return None };
+        let Wanted::Near(omega, _) = wanted else {
+            budget.tell(unbounded);
+            return None;
+        };
         let most = 4.0 * pencil.stiffness_norms.0;
         let mut added = omega * omega;
         while added < 4.0 * most {
