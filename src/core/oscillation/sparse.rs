@@ -77,13 +77,6 @@ pub(super) fn some_modes(linearized: &Linearized, options: &Options) -> Result<O
         let inner = Options { vectors: options.vectors, ..inner };
         return match some_exponents(linearized, (mass, &stiffness), wanted, (&inner, must))? {
             Some(modes) => Ok(Some(modes)),
-            None if must => {
-                let reason = format!(
-                    "the modes that are wanted of {n} coordinates are not proved to be all: motions may be unstable or free, or others are as \
-                     near; `--near OMEGA --count K` finds those next to a frequency"
-                );
-                Err(LinearizeError::NoModes { reason })
-            }
             None => dense("the modes that are wanted were not separated"),
         };
     }
@@ -125,10 +118,10 @@ pub(super) fn some_modes(linearized: &Linearized, options: &Options) -> Result<O
     Ok(Some(in_words(linearized, &problem, (spectrum, method), zero_modes, options)))
 }
 
-/// The same with what goes with velocities; `None` where these are not found, or, unless they `must` be, lack digits.
+/// The same with what goes with velocities; `None` where these are not found, or lack digits.
 ///
 /// # Errors
-/// Where the budget is spent.
+/// Where the budget is spent, and where they are not found but `must` be.
 fn some_exponents(
     linearized: &Linearized,
     (mass, stiffness): (SparseMatrix, &SparseMatrix),
@@ -153,10 +146,21 @@ fn some_exponents(
         let mut limits = own.entries.iter().filter(|entry| !entry.growth.contains_zero()).map(|entry| entry.limit);
         limits.all(|limit| limit.is_none())
     };
-    Ok(found.filter(|found| must || is_done(found)).map(|found| {
-        let method = Some(Method::Arnoldi);
-        NormalModes { method, ..exponents::in_words(linearized, found, Vec::new()) }
-    }))
+    match found.filter(|found| must || is_done(found)) {
+        Some(found) => {
+            let method = Some(Method::Arnoldi);
+            Ok(Some(NormalModes { method, ..exponents::in_words(linearized, found, Vec::new()) }))
+        }
+        None if must => {
+            let n = linearized.dimension();
+            let reason = format!(
+                "the modes that are wanted of {n} coordinates are not proved to be all: motions may be unstable or free, or others are as \
+                 near; `--near OMEGA --count K` finds those next to a frequency"
+            );
+            Err(LinearizeError::NoModes { reason })
+        }
+        None => Ok(None),
+    }
 }
 
 /// A spectrum with names and classes.
