@@ -55,6 +55,8 @@ fn a_string_in_a_turning_frame() {
         assert!((mode.imaginary[n + middle].abs() - largest).abs() <= 1e-12);
         assert!(mode.vector_error_bound < 1e-12, "{:e}", mode.vector_error_bound);
     }
+    let next_to_0 = modes(&text, &Options::default().near(0.0, 2).without_vectors());
+    next_to_0.modes.iter().zip(&exact).for_each(|(mode, exact)| holds(&mode.omega, *exact, *exact));
     exact.sort_by(|a, b| (a - 0.5).abs().total_cmp(&(b - 0.5).abs()));
     let near = modes(&text, &Options::default().near(0.5, 4).without_vectors());
     let mut nearest = exact[..4].to_vec();
@@ -173,6 +175,14 @@ fn what_cannot_be_proved_is_left_to_others() {
     let near = modes(text, &Options::default().near(0.3, 2).without_vectors());
     assert!(near.modes.iter().all(|mode| mode.kind == Kind::Unstable));
     assert_eq!(near.stability, Stability::Unstable);
+    // All fall away: at 0 there is nothing to search about, elsewhere nothing to be found.
+    let (mut few, _) = drawn(&[[0.0; 8]; 5], true, 0.0);
+    let shares: Vec<(u32, u32, Ball)> = (0..5).map(|i| (i, i, Ball::exact(-1.0))).collect();
+    few.stiffness = SparseMatrix::from_shares(5, &shares);
+    for omega in [0.0, 1.0] {
+        let near = Wanted::Near(omega, 1);
+        assert!(solve_sparse_quadratic(&few, near, &Options::default(), &Budget::default()).is_none());
+    }
 }
 
 /// Entries next to the diagonal: numbers between -1 and 1 for M, G, C and K.

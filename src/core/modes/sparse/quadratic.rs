@@ -33,6 +33,8 @@ const FAR: f64 = 1.4;
 const BEYOND: usize = 8;
 /// What is farther by this part is behind a gap.
 const GAP: f64 = 1e-3;
+/// Where S is not positive definite, at least this part of it is added to it.
+const LEAST_ADDED: f64 = 1e-6;
 /// Steps of a bisection for where the modes without velocities end.
 const HALVINGS: usize = 8;
 /// How often more exponents are sought.
@@ -121,12 +123,13 @@ pub fn solve_sparse_quadratic(
     let pencil = Pencil::new(&stiffness, &problem.mass)?;
     let energy = Energy::new(&pencil, &stiffness, &problem.mass, wanted, budget)?;
     let definite = problem.symmetric && energy.added == 0.0;
+    let bounded = problem.is_bounded(definite);
     let (near, center, count) = match wanted {
-        Wanted::Near(omega, count) => (Some(omega), omega, count),
-        Wanted::Lowest(count) if definite && (problem.undamped || problem.passive) => {
+        Wanted::Near(omega, count) if omega > 0.0 => (Some(omega), omega, count),
+        Wanted::Near(_, count) | Wanted::Lowest(count) if bounded => {
             (None, 0.5 * end_of_lowest(&pencil, energy.lowest, count, budget)?, count)
         }
-        Wanted::Lowest(_) | Wanted::Given(_) => {
+        Wanted::Near(..) | Wanted::Lowest(_) | Wanted::Given(_) => {
             budget.tell(unbounded);
             return None;
         }
@@ -188,9 +191,9 @@ impl Energy {
             budget.tell(unbounded);
             return None;
         };
-        let most = 4.0 * pencil.stiffness_norms.0;
-        let mut added = omega * omega;
-        while added < 4.0 * most {
+        let most = 16.0 * pencil.stiffness_norms.0;
+        let mut added = (omega * omega).max(LEAST_ADDED * most);
+        while added < most && !budget.is_spent() {
             if let Some(floor) = floor(-0.5 * added, 0.5 * added) {
                 let more = mass.entries().map(|(i, j, value)| (i as u32, j as u32, *value * Ball::exact(added)));
                 let more = SparseMatrix::from_shares(mass.dimension(), &more.collect::<Vec<_>>());
