@@ -319,6 +319,11 @@ impl Assembly {
 
     /// G, C or N, dense, column by column; `None` where no term contributes.
     pub(crate) fn velocity_matrix<S: Scalar>(&self, matrix: Matrix, at: &[S], values: &Values<S>) -> Option<Vec<S>> {
+        // Shares that cancel are added up before they are rounded.
+        if let Some((at, wide)) = values.wide(at) {
+            let found = self.velocity_matrix(matrix, &at, wide)?;
+            return Some(S::all_from_wide(&found));
+        }
         let n = self.dimension;
         let zero = S::from_number(&Number::ZERO, values.precision());
         let mut result: Option<Vec<S>> = None;

@@ -84,14 +84,6 @@ impl<S: Scalar> SparseMatrix<S> {
         });
         Self::from_shares(self.dimension(), &all.collect::<Vec<_>>())
     }
-
-    /// The lower triangle of a matrix of which all entries are stored.
-    #[must_use]
-    pub fn lower(&self) -> Self {
-        let own = self.entries().filter(|(i, j, _)| i >= j);
-        let own: Vec<(u32, u32, S)> = own.map(|(i, j, value)| (i as u32, j as u32, value.clone())).collect();
-        Self::from_shares(self.dimension(), &own)
-    }
 }
 
 impl<S> SparseMatrix<S> {

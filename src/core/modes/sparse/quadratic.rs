@@ -106,6 +106,8 @@ struct Search<'a> {
     form: &'a Form,
     /// S is symmetric and positive definite.
     definite: bool,
+    /// The energy xᴴSx + |s|² xᴴMx bounds all motions.
+    bounded: bool,
     sigma: c64,
     /// The frequency next to which all are wanted; `None` for the lowest.
     near: Option<f64>,
@@ -123,7 +125,7 @@ pub fn solve_sparse_quadratic(
     let pencil = Pencil::new(&stiffness, &problem.mass)?;
     let energy = Energy::new(&pencil, &stiffness, &problem.mass, wanted, budget)?;
     let definite = problem.symmetric && energy.added == 0.0;
-    let bounded = problem.is_bounded(definite);
+    let bounded = definite && (problem.undamped || problem.passive);
     let (near, center, count) = match wanted {
         Wanted::Near(omega, count) if omega > 0.0 => (Some(omega), omega, count),
         Wanted::Near(_, count) | Wanted::Lowest(count) if bounded => {
@@ -149,7 +151,7 @@ pub fn solve_sparse_quadratic(
     // On an exponent there is no decomposition that is of use.
     ASIDES.iter().find_map(|by| {
         let sigma = c64::new(0.0, center * (1.0 + by));
-        let search = Search { problem, form: &form, definite, sigma, near, budget };
+        let search = Search { problem, form: &form, definite, bounded, sigma, near, budget };
         search.run(count.min(form.dimension()), options)
     })
 }
@@ -228,11 +230,6 @@ impl SparseQuadratic {
         });
         SparseMatrix::from_shares(self.mass.dimension(), &shares.collect::<Vec<_>>())
     }
-
-    /// Whether the energy xᴴSx + |s|² xᴴMx bounds all motions.
-    fn is_bounded(&self, definite: bool) -> bool {
-        definite && (self.undamped || self.passive)
-    }
 }
 
 impl Search<'_> {
@@ -290,7 +287,7 @@ impl Search<'_> {
         let mut kept: Vec<usize> = found.into_iter().map(|(at, _)| at).collect();
         kept.sort_unstable();
         let exponents = kept.iter().map(|at| self.entry((&refined, &discs), *at, options));
-        let bounded = self.problem.is_bounded(self.definite);
+        let bounded = self.bounded;
         let entries = exponents.collect::<Option<Vec<Exponent>>>()?;
         let mut found = finish(entries, PrecisionLevel::Refined, options, &|_| bounded);
         if found.stability != Stability::Unstable {
@@ -609,7 +606,7 @@ impl Search<'_> {
         } else {
             up(0.5 * (velocity + up((velocity * velocity + 4.0 * stiffness).sqrt())))
         };
-        let fastest = if self.problem.is_bounded(self.definite) { 0.0 } else { growth };
+        let fastest = if self.bounded { 0.0 } else { growth };
         let mut empty: Vec<(c64, f64)> = vec![(self.sigma, known)];
         let omega = self.near.unwrap_or(0.0);
         let mut rest = vec![[-growth, fastest, (omega - reach).max(0.0), omega + reach]];
