@@ -159,7 +159,7 @@ pub mod expr {
 pub mod model {
     pub use librate_core::model::{
         Constant, Dimension, Model, ModelError, Range, Settings, TableTexts, coordinate_count, dimensions, elaborate,
-        unit_dimension, unit_names,
+        parse, unit_dimension, unit_names,
     };
 }
 

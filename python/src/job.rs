@@ -161,7 +161,8 @@ impl Model {
             }
             let limits = budget.as_deref().map_or(Ok(Limits::default()), Limits::parse);
             let limits = limits.map_err(|wrong| Failure::request("the budget can't be read", &wrong))?;
-            Ok((syntax::parse(&page.text)?, set, limits))
+            let file = model::parse(&page.text, &set).map_err(Failure)?;
+            Ok((file, set, limits))
         });
         let (file, settings, limits) = made.map_err(|told| told.raise(py, &page))?;
         let mut texts = TableTexts::new();

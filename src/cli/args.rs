@@ -228,8 +228,8 @@ Lagrange's equations, momenta, the Hamiltonian and conserved quantities; then th
 second order about it, the mass matrix M, the stiffness matrix K and the linearized equations; symmetry
 classes and closed forms of the frequencies; all as expressions in the parameters.
 
-M_ij = d2T/dq_i'dq_j' and K_ij = d2V/dq_idq_j at the equilibrium. Parameters need no values unless the
-equilibrium has to be searched for; coordinates whose equilibrium was searched for remain symbols.";
+M_ij = d2T/dq_i'dq_j' and K_ij = d2V/dq_idq_j at the equilibrium. Parameters need no values. Coordinates
+whose equilibrium has to be searched for remain symbols.";
 
 const FMT: &str = "\
 Puts model files in canonical layout: one statement a line, lines of at most 100 columns, even

@@ -24,7 +24,6 @@ mod sweep;
 mod threads;
 mod watch;
 
-use std::collections::HashSet;
 use std::ffi::OsString;
 use std::io::{self, IsTerminal, Write};
 use std::path::Path;
@@ -35,7 +34,6 @@ use anstream::{AutoStream, ColorChoice};
 use clap::{CommandFactory, Parser};
 use clap_complete::Shell;
 use librate::Source as Made;
-use librate::budget::Budget;
 use librate::derive::{self, Parts};
 use librate::diagnostic::Diagnostic;
 use librate::model::{self, Constant, Model, ModelError, Range, Settings, TableTexts};
@@ -464,37 +462,16 @@ where
     Failure::Other { message, help, status: USAGE }
 }
 
-/// In so many bytes names are looked for beside mistakes of syntax.
-const MOST_FOR_NAMES: u64 = 16 << 20;
-
 /// Parses a model and reads its tables; from then on its budget counts.
 fn parsed(args: &ModelArgs, mut source: Source) -> Result<(Source, Made), Failure> {
     let settings = settings(args)?;
-    let (file, errors) = syntax::parse_readable(&source.text);
-    if !errors.is_empty() {
-        let mut all: Vec<Diagnostic> = errors.iter().map(Diagnostic::from).collect();
-        all.extend(unknown_names(&file, &source.text, &settings.within(Budget::new(MOST_FOR_NAMES))));
-        all.sort_by_key(|own| own.primary.as_ref().map(|label| label.span));
-        return Err(Failure::Model(source, all));
-    }
+    let file = match model::parse(&source.text, &settings) {
+        Ok(file) => file,
+        Err(all) => return Err(Failure::Model(source, all)),
+    };
     let tables = input::read_tables(args, &file, &mut source)?;
     let settings = settings.within(args.guard.begin(&source, tables.bytes()));
     Ok((source, Made { file, tables, settings }))
-}
-
-/// Names that nothing declares in the readable statements of a file with mistakes, unless one that can't be read may do so.
-fn unknown_names(file: &syntax::File, text: &str, settings: &Settings) -> Vec<Diagnostic> {
-    let errors = model::elaborate(file, &TableTexts::new(), settings).err().unwrap_or_default();
-    let ends = file.statements.iter().map(|statement| statement.span.range().end);
-    let starts = file.statements.iter().map(|statement| statement.span.range().start);
-    let gaps = std::iter::once(0).chain(ends).zip(starts.chain([text.len()]));
-    let unread = gaps.filter_map(|(from, to)| text.get(from..to));
-    let words: HashSet<&str> = unread.flat_map(|gap| gap.split(|c: char| !(c.is_alphanumeric() || c == '_'))).collect();
-    let is_unknown = |error: &&ModelError| match error {
-        ModelError::UndeclaredName { name, .. } | ModelError::NotACoordinate { name, .. } => !words.contains(&**name),
-        _ => false,
-    };
-    errors.iter().filter(is_unknown).map(Diagnostic::from).collect()
 }
 
 /// The model, and what is suspicious in it.

@@ -167,7 +167,7 @@ fn place_text(model: &Model, floquet: &Floquet, digits: usize) -> String {
         let (low, high) = own.range;
         let _ = writeln!(
             text,
-            "which is far from the guess {name} = {:.4}: {name} is between {low:.4} and {high:.4}",
+            "which does not pass the guess {name} = {:.4}: {name} is between {low:.4} and {high:.4}",
             own.guess
         );
     }

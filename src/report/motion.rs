@@ -86,8 +86,11 @@ impl<W: Write> MotionCsv<W> {
     /// Writes a row, with what the superposition of modes has there.
     #[allow(clippy::missing_errors_doc)] // those of the writer
     pub fn row(&mut self, time: &Ball, row: &[Ball], superposition: &[f64]) -> io::Result<()> {
-        let own =
-            row.iter().map(|value| if self.estimated { decided(value, self.digits) } else { number(value.mid_f64()) });
+        let rest = rest(row);
+        let own = row.iter().map(|value| match self.estimated {
+            true => decided(value, self.digits, rest),
+            false => number(value.mid_f64()),
+        });
         let linear = superposition.iter().map(|value| number(*value));
         let start = self.start.map(|start| start.to_string());
         let time = start.into_iter().chain([number(time.mid_f64())]);
@@ -202,13 +205,14 @@ impl<S: Read + Write + Seek> MotionJson<S> {
     /// Those of the file.
     pub fn row(&mut self, time: &Ball, row: &[Ball]) -> io::Result<()> {
         self.put(0, &number(time.mid_f64()))?;
+        let rest = rest(row);
         for (at, value) in row.iter().enumerate() {
             let middle = number(value.mid_f64());
             if !self.estimated {
                 self.put(1 + at, &middle)?;
                 continue;
             }
-            let digits = match decided(value, self.digits) {
+            let digits = match decided(value, self.digits, rest) {
                 text if text.is_empty() => null(),
                 text => string(&text),
             };
@@ -256,10 +260,22 @@ impl<S: Read + Write + Seek> MotionJson<S> {
     }
 }
 
-/// The digits that are certain; nothing where none is.
-fn decided(value: &Ball, digits: usize) -> String {
+/// What may be 0 and is less than this part of the largest number of its row rests.
+const REST: f64 = 1e-25;
+
+/// Below which magnitude what may be 0 counts as 0.
+fn rest(row: &[Ball]) -> f64 {
+    REST * row.iter().map(Ball::abs_upper).fold(0.0, f64::max)
+}
+
+/// The digits that are certain, 0 for what rests; nothing where none is certain.
+fn decided(value: &Ball, digits: usize, rest: f64) -> String {
     let own = decimal(value, digits);
-    if own.digits > 0 { own.text } else { String::new() }
+    match own.digits > 0 {
+        true => own.text,
+        false if value.contains_zero() && value.abs_upper() <= rest => "0".to_owned(),
+        false => String::new(),
+    }
 }
 
 /// So many values that were moved are told.

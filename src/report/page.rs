@@ -423,7 +423,10 @@ impl Page {
             searched.extend(linear.tangent.iter().flat_map(|own| unsolved(derivation, own)));
             self.inline("equilibrium", items);
             if !searched.is_empty() {
-                let title = "equilibrium found numerically; it is kept as symbols below";
+                let title = match linear.open {
+                    true => "equilibrium left open, as parameters have no values; it is kept as symbols below",
+                    false => "equilibrium found numerically; it is kept as symbols below",
+                };
                 self.parts.push(Part::List(title.to_owned(), ticked(searched)));
             }
         }

@@ -53,6 +53,36 @@ fn an_equilibrium_that_runs_away_is_remarked_unless_it_was_given() {
 }
 
 #[test]
+fn a_dissipation_that_is_a_force_is_told() {
+    let codes = |dissipation: &str| {
+        let model = format!("param c = 1  coord x  T = 1/2*x'^2  V = 1/2*x^2  dissipation = {dissipation}");
+        let run = with_input(&["check", "-", "--message-format", "json"], &model);
+        lines(&run.err).iter().map(|line| line["code"].as_str().unwrap().to_owned()).collect::<Vec<_>>()
+    };
+    assert_eq!(codes("c*x'"), ["W0011"]);
+    assert_eq!(codes("c*x^2"), ["W0011"]);
+    for damps in ["c*x'^2", "c*x'^2 + x'", "c*abs(x')", "c*x'^4"] {
+        assert_eq!(codes(damps), Vec::<String>::new(), "{damps}");
+    }
+}
+
+#[test]
+fn all_mistakes_are_told_beside_those_of_syntax() {
+    let codes = |model: &str| {
+        let run = with_input(&["check", "-", "--message-format", "json"], model);
+        lines(&run.err).iter().map(|line| line["code"].as_str().unwrap().to_owned()).collect::<Vec<_>>()
+    };
+    let twice = "param a = 1  param a = 2  coord x  T = 1/2*x'^2  V = 1/2 x^2 + sin(x, x) + acs(x)";
+    assert_eq!(codes(twice), ["E0103", "E0007"]);
+    let apart = "param a = 1/2 b  param a = 2  coord x  T = 1/2*x'^2  V = 1/2*x^2 + sin(x, x) + acs(x)";
+    assert_eq!(codes(apart), ["E0052", "E0113", "E0102"]);
+    // What follows from the broken one is not.
+    assert_eq!(codes("param k = 1/2 b  coord x  T = 1/2*x'^2  V = 1/2*k*x^2"), ["E0052"]);
+    assert_eq!(codes("let u[0] = 2 3  let u[i in 1..2] = u[i-1]  coord x  T = 1/2*x'^2  V = u[0]*x^2"), ["E0008"]);
+    assert_eq!(codes("coord x  T = 1/2 x'^2  V = 1/2*x^2"), ["E0007"]);
+}
+
+#[test]
 fn a_period_without_time_is_told() {
     let warned = |rest: &str| {
         let model = format!("param W = 2  coord x  T = 1/2*x'^2  {rest}");

@@ -397,6 +397,59 @@ fn exponents_may_be_equal_at_the_values() {
     assert_eq!(resting, told(&turning("4.1")));
 }
 
+/// A coordinate that a computed equilibrium leaves 0 is 0 on the page.
+#[test]
+fn computed_equilibria_keep_what_is_zero() {
+    let elastic = "param m = 1, k = 40, L = 1, g = 9.81  coord r, th
+        T = 1/2*m*(r'^2 + r^2*th'^2)  V = 1/2*k*(r - L)^2 - m*g*r*cos(th)  guess r = 1";
+    assert_eq!(told(elastic)[0], ["1: g/r", "1: k/m"]);
+}
+
+/// Without values nothing is searched for; the coordinates stay as they are.
+#[test]
+fn equilibria_may_be_left_open() {
+    let elastic = "param m, k, L, g  coord r, th
+        T = 1/2*m*(r'^2 + r^2*th'^2)  V = 1/2*k*(r - L)^2 - m*g*r*cos(th)  guess r = 1";
+    assert_eq!(told(elastic)[0], ["1: g/r", "1: k/m"]);
+    let hanging = "param m, k, g  coord x, y  T = 1/2*m*(x'^2 + y'^2)  V = 1/2*k*x^2 + 1/2*k*(y - x)^2 - m*g*(x + y)";
+    let resting = "param m, k  coord x, y  T = 1/2*m*(x'^2 + y'^2)  V = 1/2*k*x^2 + 1/2*k*(y - x)^2";
+    assert_eq!(told(hanging), told(resting));
+    let text = derive_text(&page(&common::model(hanging)), &Style::default());
+    assert!(text.contains("equilibrium left open, as parameters have no values"), "{text}");
+}
+
+/// The fourth Lagrange point in space: s⁴ + s² + 27/4 mu (1 - mu) and s² + 1, with lengths that are 1 (Szebehely, Theory of Orbits,
+/// section 5.4).
+#[test]
+fn long_polynomials_are_written_as_they_stand() {
+    let text = "param mu = 0.01  coord x, y, z
+        let r1 = sqrt((x + mu)^2 + y^2 + z^2)  let r2 = sqrt((x - 1 + mu)^2 + y^2 + z^2)
+        lagrangian = 1/2*((x' - y)^2 + (y' + x)^2 + z'^2) + (1 - mu)/r1 + mu/r2
+        guess x = 0.5  guess y = 0.866";
+    let page = page(&common::model(text));
+    let own = linear(&page).unwrap().exponents.as_ref().unwrap();
+    let polynomial = own.characteristic.as_ref().unwrap();
+    let conditions: Vec<ExprId> = own.stability.iter().flatten().map(|own| own.positive).collect();
+    let all: Vec<ExprId> = polynomial.iter().chain(&conditions).copied().collect();
+    let symbols: Vec<Symbol> = page.pool.symbols_of(&all);
+    let tape = Tape::compile(&page.pool, &all, &symbols).unwrap();
+    for mu in [0.01, 0.03, 0.04, 0.2] {
+        let inputs = symbols.iter().map(|symbol| match &*page.pool.symbol_name(*symbol) {
+            "mu" => mu,
+            "x" => 0.5 - mu,
+            "y" => 0.75_f64.sqrt(),
+            other => panic!("{other} is 0 at the equilibrium"),
+        });
+        let values = tape.evaluate(&inputs.collect::<Vec<f64>>(), &mut Vec::new());
+        let (found, conditions) = values.split_at(polynomial.len());
+        let c = 27.0 / 4.0 * mu * (1.0 - mu);
+        for (found_one, want) in found.iter().zip([c, 0.0, 1.0 + c, 0.0, 2.0, 0.0, 1.0]) {
+            assert!((found_one / found[6] - want).abs() < 1e-12, "{mu}: {found:?}");
+        }
+        assert_eq!(conditions.iter().all(|own| *own > 0.0), 4.0 * c < 1.0, "{mu}: {conditions:?}");
+    }
+}
+
 #[test]
 fn conditions_that_always_hold_are_left_out() {
     let open = |text: &str| {

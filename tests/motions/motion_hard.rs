@@ -35,21 +35,23 @@ fn half_unit(text: &str) -> f64 {
     0.5 * 10.0_f64.powi(exponent - i32::try_from(decimals).unwrap())
 }
 
-/// Holds every printed digit against the reference, however small numbers are, and tells how many cells are empty. What is not 0 is
-/// not printed as 0.
+/// Holds every printed digit against the reference, however small numbers are, and tells how many cells are empty. What is printed as 0
+/// is below 1e-25 of the largest number of its row.
 fn digits_hold(name: &str, csv: &str) -> usize {
     let mut empty = 0;
     let rows = cells(csv);
     let want = reference(name);
     assert_eq!(rows.len(), want.len(), "{name}");
     for (row, want) in rows.iter().zip(&want) {
+        let size = |want: &String| want.parse::<f64>().unwrap().abs();
+        let largest = want.iter().map(size).fold(0.0, f64::max);
         for ((text, _), want) in row.iter().zip(want) {
             if text.is_empty() {
                 empty += 1;
                 continue;
             }
             if want == "0.0" || text == "0" {
-                assert_eq!((want.as_str(), text.as_str()), ("0.0", "0"), "{name}");
+                assert!(text == "0" && size(want) <= 1e-25 * largest, "{name}: {want} as {text}");
                 continue;
             }
             let mantissa = text.split_once('e').map_or(text.as_str(), |parts| parts.0);
@@ -70,7 +72,7 @@ fn numbers_may_be_as_small_as_doubles_are() {
     let found = motion(&slope, "x=700", "10", 3);
     assert_eq!(digits_hold("slope", &motion_csv(&slope, &found, None, 10)), 0);
     let found = motion(&slope, "x=760", "10", 3);
-    assert_eq!(digits_hold("far_slope", &motion_csv(&slope, &found, None, 10)), 2);
+    assert_eq!(digits_hold("far_slope", &motion_csv(&slope, &found, None, 10)), 0);
     assert_eq!(found.energy_drift, None);
     let spring = model("coord x  T = 1/2*x'^2  V = 1/2*x^2");
     for from in ["x=1e-310", "x=1/10^310"] {

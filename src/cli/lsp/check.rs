@@ -135,7 +135,9 @@ impl Checker {
         let document = &job.document;
         let (tables, unread) = tables(document);
         let (diagnostics, model) = match checked_model(document, &tables, &job.budget) {
-            _ if !document.is_readable() => (document.errors.to_vec(), None),
+            _ if !document.is_readable() => {
+                (model::parse(&document.text, &Settings::new()).err().unwrap_or_default(), None)
+            }
             _ if unread.is_some() => (unread.into_iter().collect(), None),
             Ok((model, warnings)) => (warnings, Some(model)),
             Err(error) => (error.diagnostics(), None),

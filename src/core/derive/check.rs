@@ -69,6 +69,8 @@ pub(super) struct Checker<'a> {
     draws: usize,
     linearized: OnceCell<Option<Linearized>>,
     modes: OnceCell<Option<NormalModes>>,
+    /// The model at drawn values, where some parameters have none.
+    sample: OnceCell<Option<Linearized>>,
 }
 
 impl<'a> Checker<'a> {
@@ -90,7 +92,15 @@ impl<'a> Checker<'a> {
             complete &= value.is_some();
             values.insert(parameter.symbol, value.unwrap_or_else(|| Ball::from_number(&drawn(i, draws), ())));
         }
-        Self { model, values, complete, draws, linearized: OnceCell::new(), modes: OnceCell::new() }
+        Self {
+            model,
+            values,
+            complete,
+            draws,
+            linearized: OnceCell::new(),
+            modes: OnceCell::new(),
+            sample: OnceCell::new(),
+        }
     }
 
     /// Whether the values are as the model assumes.
@@ -116,6 +126,21 @@ impl<'a> Checker<'a> {
         made.as_ref()
     }
 
+    /// The same with values drawn for those that have none.
+    fn sample(&self) -> Option<&Linearized> {
+        if self.complete {
+            return self.linearized();
+        }
+        let made = self.sample.get_or_init(|| {
+            let mut model = self.model.clone();
+            for (i, parameter) in model.parameters.iter_mut().enumerate() {
+                parameter.value.get_or_insert_with(|| model.pool.number(drawn(i, self.draws)));
+            }
+            linearize::linearize(model).ok()
+        });
+        made.as_ref()
+    }
+
     /// That the coordinates lose a motion at the equilibrium which they have beside it (gimbal lock), at the values of the
     /// parameters or drawn ones.
     pub(super) fn singular_coordinates(&self, pool: &Pool, mass: &[Vec<ExprId>]) -> Option<LinearizeError> {
@@ -123,11 +148,7 @@ impl<'a> Checker<'a> {
         if !may_be_singular(mass.len(), &values) {
             return None;
         }
-        let mut model = self.model.clone();
-        for (i, parameter) in model.parameters.iter_mut().enumerate() {
-            parameter.value.get_or_insert_with(|| model.pool.number(drawn(i, self.draws)));
-        }
-        let error = mass_error(&linearize::linearize(model).ok()?);
+        let error = mass_error(self.sample()?);
         error.filter(|error| matches!(error, LinearizeError::SingularCoordinates { .. }))
     }
 
@@ -186,10 +207,15 @@ impl<'a> Checker<'a> {
         }
         let mut coordinates = self.model.coordinates.iter();
         if let Some(at) = coordinates.position(|coordinate| coordinate.symbol == symbol) {
-            return self.linearized()?.equilibrium().values.get(at).copied();
+            return match self.sample() {
+                Some(own) => own.equilibrium().values.get(at).copied(),
+                None if self.complete => None,
+                // What holds whatever the coordinates are.
+                None => Some(Ball::from_number(&drawn(self.values.len() + at, self.draws), ())),
+            };
         }
         let name = pool.symbol_name(symbol);
-        let mut multipliers = self.linearized()?.multipliers();
+        let mut multipliers = self.sample()?.multipliers();
         multipliers.find_map(|(own, value)| (own == name).then_some(value))
     }
 

@@ -222,20 +222,26 @@ impl Factored {
                 let entries = part.iter().map(|i| part.iter().map(|j| rows[*i][*j].clone()).collect());
                 let entries: Matrix = entries.collect();
                 let all = entries.concat().concat();
-                if part.len() > MOST_COORDINATES_OF_POLYNOMIALS || pool.weight_of(&all) > MOST_SYMBOLS {
-                    return None;
-                }
+                let is_short = pool.weight_of(&all) <= MOST_SYMBOLS;
                 if part.len() > MOST_COORDINATES {
+                    if !is_short || part.len() > MOST_COORDINATES_OF_POLYNOMIALS {
+                        return None;
+                    }
                     expanded.push((part.len(), Expanded::new(pool, &all)?));
                     continue;
                 }
                 let coefficients = determinant_of_polynomials(pool, &entries)?;
-                expanded.push((1, Expanded::new(pool, &coefficients)?));
+                let open = if is_short { Expanded::new(pool, &coefficients) } else { None };
+                let is_open = open.is_some();
+                expanded.push((1, open.unwrap_or_else(|| Expanded::as_they_stand(pool, &coefficients))));
                 // det M is positive, unless it is 0.
                 if coefficients.len() == 2 * part.len() + 1
                     && let Some(last) = coefficients.last()
                 {
-                    known.extend(Expanded::new(pool, &[*last]));
+                    known.extend(match is_open {
+                        true => Expanded::new(pool, &[*last]),
+                        false => Some(Expanded::as_they_stand(pool, &[*last])),
+                    });
                 }
             }
         }

@@ -11,6 +11,8 @@ use crate::number::Number;
 
 /// Values at which a factor is looked for, one a variable.
 const POINTS: [i64; 14] = [7, 3, 11, 5, 17, 13, 23, 19, 31, 29, 41, 37, 47, 43];
+/// Whole zeros are looked for modulo each of these.
+const PRIMES: [u64; 3] = [251, 241, 239];
 /// Polynomials with more terms are left as they are.
 const MOST_TERMS: usize = 400;
 
@@ -128,7 +130,8 @@ impl Polynomial {
     }
 }
 
-/// The whole zeros that are not repeated of a polynomial in one variable with whole coefficients, of which the last is 1.
+/// The whole zeros that are not repeated of a polynomial in one variable with whole coefficients, of which the last is 1: zeros
+/// modulo a small prime, followed to moduli beyond all zeros. One is missed only if it meets another one modulo each of the primes.
 fn whole_zeros(of: &Polynomial, variable: usize) -> Vec<Number> {
     let coefficients = of.coefficients(variable).into_iter();
     let number = |own: Polynomial| own.terms().next().map_or(Number::ZERO, |(_, value)| value.clone());
@@ -139,49 +142,42 @@ fn whole_zeros(of: &Polynomial, variable: usize) -> Vec<Number> {
     let Some(bound) = bound else {
         return Vec::new();
     };
-    let slope = slope(&own);
-    let places = places(&own, &bound).into_iter();
-    let mut zeros: Vec<Number> = places.flat_map(|place| [place.add(&Number::ONE), place]).collect();
+    let slope: Vec<Number> = own.iter().zip(0..).skip(1).map(|(own, power)| own.mul(&Number::from(power))).collect();
+    let mut zeros: Vec<Number> = PRIMES.iter().flat_map(|prime| zeros_from(&own, &slope, *prime, &bound)).collect();
     zeros.sort_unstable();
     zeros.dedup();
-    zeros.retain(|zero| value(&own, zero).is_zero() && !value(&slope, zero).is_zero());
+    zeros.retain(|zero| value(&own, zero).is_zero());
     zeros
+}
+
+/// What whole zeros that are not repeated modulo a prime can be, up to a bound, by Newton's steps, each with twice the digits.
+fn zeros_from(of: &[Number], slope: &[Number], prime: u64, bound: &Number) -> Vec<Number> {
+    let small = |all: &[Number]| all.iter().map(|own| own.mod_prime(prime)).collect::<Option<Vec<u64>>>();
+    let (Some(small_of), Some(small_slope)) = (small(of), small(slope)) else {
+        return Vec::new();
+    };
+    let at = |all: &[u64], x: u64| all.iter().rev().fold(0, |sum, own| (sum * x + own) % prime);
+    let rest = |of: &Number, modulus: &Number| of.rem_floor(modulus).unwrap_or(Number::ZERO);
+    let zeros = (0..prime).filter(|x| at(&small_of, *x) == 0);
+    let simple = zeros.filter_map(|x| {
+        let slope = at(&small_slope, x);
+        Some((x, (1..prime).find(|inverse| slope * inverse % prime == 1)?))
+    });
+    let number = |small: u64| Number::from_integer(small.into());
+    let followed = simple.map(|(zero, inverse)| {
+        let (mut zero, mut inverse, mut modulus) = (number(zero), number(inverse), number(prime));
+        let twice = bound.add(bound);
+        while modulus <= twice {
+            modulus = modulus.mul(&modulus);
+            zero = rest(&zero.sub(&value(of, &zero).mul(&inverse)), &modulus);
+            let product = value(slope, &zero).mul(&inverse);
+            inverse = rest(&inverse.mul(&Number::from(2).sub(&product)), &modulus);
+        }
+        if zero.add(&zero) > modulus { zero.sub(&modulus) } else { zero }
+    });
+    followed.collect()
 }
 
 fn value(coefficients: &[Number], x: &Number) -> Number {
     coefficients.iter().rev().fold(Number::ZERO, |sum, own| sum.mul(x).add(own))
-}
-
-fn slope(coefficients: &[Number]) -> Vec<Number> {
-    coefficients.iter().zip(0..).skip(1).map(|(own, power)| own.mul(&Number::from(power))).collect()
-}
-
-/// Whole numbers in ascending order: all real zeros up to a bound are from one of them to the next whole one.
-fn places(coefficients: &[Number], bound: &Number) -> Vec<Number> {
-    if coefficients.len() < 2 {
-        return Vec::new();
-    }
-    // Between the zeros of the slope there is one at most.
-    let turns = places(&slope(coefficients), bound);
-    let starts = std::iter::once(bound.neg()).chain(turns.iter().map(|turn| turn.add(&Number::ONE)));
-    let ends = turns.iter().cloned().chain([bound.clone()]);
-    let mut all = turns.clone();
-    for (mut start, mut end) in starts.zip(ends) {
-        let is_below = |x: &Number| value(coefficients, x).is_negative();
-        let below = is_below(&start);
-        if start >= end || is_below(&end) == below {
-            continue;
-        }
-        while end.sub(&start) > Number::ONE {
-            let middle = start.add(&end).mul(&Number::half()).floor();
-            if is_below(&middle) == below {
-                start = middle;
-            } else {
-                end = middle;
-            }
-        }
-        all.push(start);
-    }
-    all.sort_unstable();
-    all
 }

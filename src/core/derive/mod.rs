@@ -243,6 +243,8 @@ pub const CHAPTERS: [&str; 19] = [
 pub struct Linear {
     /// The equilibrium; a coordinate that was found numerically stands as itself.
     pub equilibrium: Vec<ExprId>,
+    /// Whether such coordinates were not searched for, since parameters have no values.
+    pub open: bool,
     /// The mass matrix, row by row.
     pub mass: Vec<Vec<ExprId>>,
     /// The stiffness matrix, row by row.
@@ -343,6 +345,7 @@ fn derivation(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
             let tangent = bound.or_else(|| Tangent::without_inertia(&mut matrices));
             let linear = Linear {
                 equilibrium: matrices.equilibrium,
+                open: matrices.open,
                 mass: matrices.mass,
                 stiffness: matrices.stiffness,
                 gyroscopic: matrices.gyroscopic,

@@ -50,6 +50,16 @@ impl Expanded {
         Some(own)
     }
 
+    /// Each for a variable of its own, as it stands, where they get too long otherwise.
+    pub(super) fn as_they_stand(pool: &Pool, expressions: &[ExprId]) -> Self {
+        let alone = |e: &ExprId| match pool.as_number(*e) {
+            Some(number) if number.is_zero() => Monomials::new(),
+            Some(number) => Monomials::from([(Monomial::new(), number.clone())]),
+            None => Monomials::from([(vec![(*e, Number::ONE)], Number::ONE)]),
+        };
+        Self { all: expressions.iter().map(alone).collect(), by: Monomial::new() }
+    }
+
     /// Whether there are powers that are no whole ones.
     pub(super) fn has_roots(&self) -> bool {
         let powers = self.all.iter().flat_map(BTreeMap::keys).flatten();

@@ -3,13 +3,13 @@
 
 use super::assemble::{self, Assembly, Values, evaluate_closed};
 use super::constrained::{Tied, with_multipliers};
-use super::equilibrium::{Equilibrium, short};
+use super::equilibrium::{Equilibrium, Origin, short};
 use super::multipliers;
 use super::rolling::SymbolicRolling;
 use super::symbolic::{self, SymbolicMatrices};
 use super::{
-    LinearizeError, SymbolicConstraints, at_equilibrium, check_terms, in_own_numbers, steady, surface, unbalanced,
-    units, velocity,
+    LinearizeError, SymbolicConstraints, at_equilibrium, check_terms, check_time, in_own_numbers, steady, surface,
+    unbalanced, units, velocity,
 };
 use crate::expr::{ExprId, Substitution, ZeroVerdict};
 use crate::model::Model;
@@ -123,12 +123,27 @@ fn search(
 /// What an entry of M and one of K take, with the forms that they go through.
 const ENTRY: usize = 16;
 
+/// The equilibrium where parameters without values leave it open: coordinates stand as themselves, but for those that are given
+/// and those that no force moves from 0, where the search would start.
+fn open_point(model: &mut Model, assembly: &Assembly) -> Vec<ExprId> {
+    let mut pool = std::mem::take(&mut model.pool);
+    let coordinates = model.coordinates.iter().enumerate();
+    let own = coordinates.map(|(i, own)| match model.equilibria.get(i) {
+        Some(given) => given.symbolic,
+        None => pool.symbol_expr(own.symbol),
+    });
+    let mut point: Vec<ExprId> = own.collect();
+    model.pool = pool;
+    let starts_at_zero = |i: usize| model.guesses.get(i).is_none_or(|guess| guess.symbolic.is_zero());
+    let may_be_zero = |i: usize| model.equilibria.get(i).is_none() && starts_at_zero(i);
+    symbolic::put_in_zeros(model, assembly, &mut point, may_be_zero);
+    point
+}
+
 fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
     let (names, expressions) = (tied.names(), tied.expressions());
     let Tied { mut model, visible, dependent, .. } = tied;
-    if let Some(span) = model.time_dependent {
-        return Err(LinearizeError::TimeDependent { span });
-    }
+    check_time(&mut model)?;
     let order = model.coordinates.len();
     model.pool.budget().room(order.saturating_mul(order), ENTRY)?;
     velocity::check_smooth(&model)?;
@@ -147,12 +162,18 @@ fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
         check_dependent(&model, &point[..visible], &dependent)?;
     }
     let mut at = vec![Ball::ZERO; order];
-    if !settled {
-        let values = assembly.values::<Ball>(&model, ()).map_err(|missing| {
-            let undefined = assembly.undefined_in_symbols(&model, &point);
-            let doubtful = || symbolic::doubtful_force(&model, &assembly, &point);
-            undefined.or_else(doubtful).filter(|_| !guessed).unwrap_or(missing)
-        })?;
+    let values = if settled { None } else { Some(assembly.values::<Ball>(&model, ())) };
+    let mut open = false;
+    if let Some(Err(missing)) = values {
+        let undefined = assembly.undefined_in_symbols(&model, &point);
+        let doubtful = || symbolic::doubtful_force(&model, &assembly, &point);
+        let error = undefined.or_else(doubtful).filter(|_| !guessed);
+        if error.is_some() || !model.rolling.is_empty() {
+            return Err(error.unwrap_or(missing));
+        }
+        point = open_point(&mut model, &assembly);
+        open = true;
+    } else if let Some(Ok(values)) = values {
         let equilibrium = search(&model, &assembly, &values, visible, &dependent)?;
         let mut pool = std::mem::take(&mut model.pool);
         let multipliers = point.split_off(visible);
@@ -165,10 +186,14 @@ fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
             point.extend(symbols.map(|own| pool.symbol_expr(own.symbol)));
         }
         model.pool = pool;
-        at = equilibrium.values;
+        let Equilibrium { values, origins, .. } = equilibrium;
+        let may_be_zero = |i: usize| origins[i] == Origin::Found && values[i].contains_zero();
+        symbolic::put_in_zeros(&model, &assembly, &mut point, may_be_zero);
+        at = values;
     }
     assembly.forget_what_vanishes(&mut model, &point);
     let mut matrices = symbolic::matrices_at(&model, model.pool.clone(), &assembly, &point);
+    matrices.open = open;
     if matrices.are_undefined()
         && let Some(error) = assembly.undefined_in_symbols(&model, &point)
     {

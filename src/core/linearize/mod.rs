@@ -258,9 +258,7 @@ fn linearize_in(
     units: bool,
     far: &Cell<Option<Model>>,
 ) -> Result<Linearized, LinearizeError> {
-    if let Some(span) = model.time_dependent {
-        return Err(LinearizeError::TimeDependent { span });
-    }
+    check_time(&mut model)?;
     let visible = model.coordinates.len();
     let turning = model.rates.any();
     let bound = !model.constraints.is_empty();
@@ -435,6 +433,12 @@ pub fn missing_value(model: &Model, parameter: usize) -> LinearizeError {
     let parameter = model.parameters.get(parameter);
     let (name, span) = parameter.map_or_else(Default::default, |own| (own.name.clone(), own.span));
     LinearizeError::MissingValue { name, span }
+}
+
+/// Refuses a model whose equations depend on the time, and leaves no time in another one.
+pub(super) fn check_time(model: &mut Model) -> Result<(), LinearizeError> {
+    let span = model.time_dependent.unwrap_or_default();
+    if model.drop_time() { Ok(()) } else { Err(LinearizeError::TimeDependent { span }) }
 }
 
 /// Refuses what is beyond M and K of free coordinates at rest.

@@ -3,7 +3,7 @@
 use super::error::{Feature, LinearizeError};
 use super::parameters::put_exponents_in;
 use super::symbolic::{drags_at_rest, written_out};
-use super::{assemble::signed_terms, missing_value, steady};
+use super::{assemble::signed_terms, check_time, missing_value, steady};
 use crate::expr::{ExprId, Pool, Substitution, Symbol};
 use crate::model::{Model, SymbolKind};
 
@@ -31,9 +31,7 @@ pub struct AtRest {
 /// # Errors
 /// Explicit time, conditions on velocities, a rate of what is not cyclic, and a parameter that matters without a value.
 pub fn at_rest(mut model: Model, varying: &[usize]) -> Result<AtRest, LinearizeError> {
-    if let Some(span) = model.time_dependent {
-        return Err(LinearizeError::TimeDependent { span });
-    }
+    check_time(&mut model)?;
     if let Some(own) = model.rolling.first() {
         return Err(LinearizeError::Unsupported { feature: Feature::Rolling, span: own.span });
     }

@@ -30,6 +30,8 @@ pub struct SymbolicMatrices {
     pub coordinates: Vec<String>,
     /// The equilibrium; a coordinate that was found numerically stands as itself.
     pub equilibrium: Vec<ExprId>,
+    /// Whether such coordinates were not searched for, since parameters have no values.
+    pub(crate) open: bool,
     /// The mass matrix, row by row.
     pub mass: Vec<Vec<ExprId>>,
     /// The stiffness matrix, row by row.
@@ -240,6 +242,30 @@ pub(crate) fn equilibrium_expressions(
     result
 }
 
+/// So many coordinates are tried for zeros.
+const MOST_ZEROS: usize = 60;
+
+/// Puts 0 in for those coordinates of an equilibrium that may be 0, where the forces on them vanish identically once they are:
+/// a plane that the motion can stay in, say.
+pub(crate) fn put_in_zeros(model: &Model, assembly: &Assembly, point: &mut [ExprId], may_be: impl Fn(usize) -> bool) {
+    let mut zeros: Vec<usize> = (0..model.coordinates.len()).filter(|i| may_be(*i)).collect();
+    while (1..=MOST_ZEROS).contains(&zeros.len()) {
+        let mut trial = point.to_vec();
+        for i in &zeros {
+            trial[*i] = model.pool.zero();
+        }
+        let Some((pool, forces)) = forces(model, assembly, &trial, &Substitution::default()) else {
+            return;
+        };
+        let tried = zeros.len();
+        zeros.retain(|i| forces.get(&(*i as u32)).is_none_or(|force| pool.is_zero(*force) == ZeroVerdict::Zero));
+        if zeros.len() == tried {
+            point.copy_from_slice(&trial);
+            return;
+        }
+    }
+}
+
 /// Whether all forces vanish identically at a point, whatever the parameters but for those `known`; `None` if
 /// that can't be said.
 pub(crate) fn forces_vanish(
@@ -393,6 +419,7 @@ pub(super) fn matrices_at(model: &Model, mut pool: Pool, assembly: &Assembly, po
         circulatory,
         coordinates: model.coordinates.names().collect(),
         equilibrium: point.to_vec(),
+        open: false,
         constraints: None,
         rolling: None,
         mass,

@@ -237,7 +237,7 @@ impl Compiler<'_> {
             then(tasks, Op::Call(builtin, arguments.len()), span, arguments);
         } else {
             self.unknown_function(function, scope);
-            then(tasks, Op::Vector(arguments.len()), span, arguments);
+            then(tasks, Op::Together(arguments.len()), span, arguments);
             // Stands before what its arguments leave: the run ends there.
             tasks.push(Task::Emit(Op::Broken, span));
         }

@@ -5,6 +5,7 @@
 //! energy is differentiated and no coordinate gets a number here.
 
 mod assume;
+mod beside;
 mod compile;
 mod compile_index;
 mod constant;
@@ -44,6 +45,7 @@ mod values;
 mod warning;
 
 pub use assume::Assumption;
+pub use beside::parse;
 pub use constant::Constant;
 pub use coordinates::{Coordinate, Coordinates, Symbols};
 pub use dimension::{Dimension, DimensionError, Inferred, dimensions};

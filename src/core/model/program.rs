@@ -47,7 +47,10 @@ pub(super) enum Op {
     Power,
     Product(Box<[bool]>),
     Sum(Box<[bool]>),
+    /// A vector, or a matrix by its rows.
     Vector(usize),
+    /// Values side by side, whatever their shapes are.
+    Together(usize),
     Component(Box<[IndexProgram]>),
     Call(Builtin, usize),
     SumOver(Box<SumProgram>),

@@ -125,7 +125,8 @@ impl World {
                 let terms: Vec<(bool, Value)> = subtracted.iter().copied().zip(operands).collect();
                 values::sum(&mut self.pool, &terms).map_err(|e| shape(e, span))?
             }
-            Op::Vector(_) => Value::Vector(operands),
+            Op::Vector(_) => Value::rows(operands).map_err(|e| shape(e, span))?,
+            Op::Together(_) => Value::Vector(operands),
             Op::Component(indices) => {
                 let at = self.integers(indices, slots)?;
                 let base = operands.into_iter().next();
@@ -231,6 +232,7 @@ impl World {
                 | Op::Product(_)
                 | Op::Sum(_)
                 | Op::Vector(_)
+                | Op::Together(_)
                 | Op::Call(..) => {}
             }
         }
@@ -575,7 +577,7 @@ pub(super) fn operand_count(op: &Op) -> usize {
         Op::Prime | Op::Negate | Op::Component(_) => 1,
         Op::Power | Op::Integral(..) => 2,
         Op::Product(parts) | Op::Sum(parts) => parts.len(),
-        Op::Vector(count) | Op::Call(_, count) => *count,
+        Op::Vector(count) | Op::Together(count) | Op::Call(_, count) => *count,
         Op::Literal(_)
         | Op::Broken
         | Op::Time

@@ -348,7 +348,7 @@ fn assemble(compiler: &mut Compiler<'_>, part: &Part) -> Program {
         ops.push((Op::Negate, span));
     }
     if part.acts_on.is_some() {
-        ops.push((Op::Vector(2), span));
+        ops.push((Op::Together(2), span));
     }
     Program { ops, span }
 }

@@ -1,10 +1,12 @@
 //! Whether a model depends on the time. What merely contains `t` does not: a body that is turned about the vertical.
 
-use super::Constraint;
 use super::elaborate::Elaborator;
 use super::names::{SymbolKind, World};
-use super::terms::TermFamily;
-use crate::expr::{ExprId, Substitution, Symbol, ZeroVerdict};
+use super::terms::{Local, TermFamily};
+use super::{Constraint, Model};
+use crate::expr::{ExprId, Pool, Substitution, Symbol, ZeroVerdict};
+use crate::number::Number;
+use crate::precision::Function;
 use crate::span::Span;
 
 impl Elaborator<'_> {
@@ -60,4 +62,104 @@ fn drop_from(world: &mut World, time: Symbol, terms: &mut [&mut TermFamily]) -> 
         terms.iter_mut().zip(at_start).for_each(|(own, body)| own.body = body);
     }
     drops
+}
+
+impl Model {
+    /// Puts t = 0 in, where the equations of motion are the same at all times though the energies are not: those of a pendulum in
+    /// an accelerating car. A term f(q, q', t) - f(q, q', 0) = Σ b_i q_i' + c with ∂b_i/∂q_j = ∂b_j/∂q_i adds ∂b_i/∂t - ∂c/∂q_i to
+    /// the equation of q_i; where that does not depend on the time it becomes a force. False, and nothing is changed, where the
+    /// time matters.
+    pub(crate) fn drop_time(&mut self) -> bool {
+        if self.time_dependent.is_none() {
+            return true;
+        }
+        let Some(time) = self.symbols.time() else { return false };
+        let mut pool = self.pool.clone();
+        let others = self.forces.iter().map(|own| own.body).chain(self.constraints.iter().map(|own| own.expression));
+        let mut others = others.chain(self.rolling.iter().map(|own| own.expression));
+        if others.any(|e| pool.depends_on(e, &|symbol| symbol == time)) {
+            return false;
+        }
+        let (mut kinetic, mut potential, mut forces) =
+            (self.kinetic.clone(), self.potential.clone(), self.forces.clone());
+        let start = Substitution::from([(time, pool.zero())]);
+        // L, term by term, but those in the symbols of the coordinates themselves together.
+        let mut together: Option<TermFamily> = None;
+        let mut terms = Vec::new();
+        for (sign, family) in kinetic.iter_mut().map(|own| (1, own)).chain(potential.iter_mut().map(|own| (-1, own))) {
+            if !pool.depends_on(family.body, &|symbol| symbol == time) {
+                continue;
+            }
+            let body = pool.scale(family.body, &Number::from(sign));
+            let own = |local: &Local| matches!(self.symbols.get(local.coordinate), Some(SymbolKind::Coordinate(_)));
+            if family.count == 1 && family.values.is_empty() && family.locals.iter().all(own) {
+                let sum = together
+                    .get_or_insert_with(|| TermFamily::single(family.span, pool.zero(), Vec::new(), Vec::new()));
+                sum.body = pool.add(sum.body, body);
+                for (local, number) in family.locals.iter().zip(&family.coordinates) {
+                    if !sum.coordinates.contains(number) {
+                        sum.locals.push(*local);
+                        sum.coordinates.push(*number);
+                    }
+                }
+            } else {
+                terms.push(TermFamily { body, ..family.clone() });
+            }
+            family.body = pool.substitute_one(family.body, &start);
+        }
+        for family in terms.into_iter().chain(together) {
+            let Some(slopes) = slopes_of_time(&mut pool, &family, time) else { return false };
+            for (place, slope) in slopes {
+                forces.push(TermFamily { body: pool.neg(slope), acts_on: Some(place), ..family.clone() });
+                self.force.get_or_insert(family.span);
+            }
+        }
+        (self.kinetic, self.potential, self.forces, self.pool) = (kinetic, potential, forces, pool);
+        self.time_dependent = None;
+        true
+    }
+}
+
+/// What a term of L adds to the equations beyond what it adds with t = 0, by the places of its coordinates. `None` where this depends on the
+/// time or on velocities, or is not smooth.
+fn slopes_of_time(pool: &mut Pool, family: &TermFamily, time: Symbol) -> Option<Vec<(usize, ExprId)>> {
+    let depends = |pool: &Pool, e: ExprId| pool.depends_on(e, &|symbol| symbol == time);
+    // Derivatives of square waves vanish, though these do not stay the same.
+    let functions = pool.reachable(&[family.body]).into_iter().filter_map(|id| pool.as_function(id));
+    let jumps = [Function::Abs, Function::Asin, Function::Acos];
+    let mut jumping = functions.filter(|(function, _)| jumps.contains(function));
+    if jumping.any(|(_, argument)| depends(pool, argument)) {
+        return None;
+    }
+    let start = Substitution::from([(time, pool.zero())]);
+    let is_zero = |pool: &mut Pool, e: ExprId| pool.is_zero(e) == ZeroVerdict::Zero;
+    let at_start = pool.substitute_one(family.body, &start);
+    let change = pool.sub(family.body, at_start);
+    let at_rest = family.at_rest(pool);
+    let rest = pool.substitute_one(change, &at_rest);
+    let by_velocities: Vec<ExprId> = family.locals.iter().map(|own| pool.diff(change, own.velocity)).collect();
+    let mut slopes = Vec::new();
+    for (place, own) in family.locals.iter().enumerate() {
+        let by_velocity = by_velocities[place];
+        for (other, by_other) in family.locals.iter().zip(&by_velocities) {
+            let bend = pool.diff(by_velocity, other.velocity);
+            let (one, two) = (pool.diff(by_velocity, other.coordinate), pool.diff(*by_other, own.coordinate));
+            let curl = pool.sub(one, two);
+            if !is_zero(pool, bend) || !is_zero(pool, curl) {
+                return None;
+            }
+        }
+        let (gain, pull) = (pool.diff(by_velocity, time), pool.diff(rest, own.coordinate));
+        let slope = pool.sub(gain, pull);
+        let first = pool.substitute_one(slope, &start);
+        let first = pool.substitute_one(first, &at_rest);
+        let difference = pool.sub(slope, first);
+        if !is_zero(pool, difference) {
+            return None;
+        }
+        if !is_zero(pool, first) {
+            slopes.push((place, first));
+        }
+    }
+    Some(slopes)
 }

@@ -15,6 +15,21 @@ pub(super) enum Value {
 pub(super) type Misfit = (String, Option<String>);
 
 impl Value {
+    /// A vector of numbers, or a matrix by its rows.
+    pub(super) fn rows(parts: Vec<Self>) -> Result<Self, Misfit> {
+        let width = |part: &Self| match part {
+            Self::Scalar(_) => None,
+            Self::Vector(parts) => Some(parts.len()),
+        };
+        if let Some(first) = parts.first()
+            && let Some(other) = parts.iter().find(|part| width(part) != width(first))
+        {
+            let help = "rows of a matrix have the same length";
+            return Err((format!("{} stands beside {}", other.describe(), first.describe()), Some(help.to_owned())));
+        }
+        Ok(Self::Vector(parts))
+    }
+
     pub(super) fn describe(&self) -> String {
         match self {
             Self::Scalar(_) => "a number".to_owned(),

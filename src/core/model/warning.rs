@@ -109,9 +109,9 @@ Warning Warning {
         .with_help(format!("write the unit that is meant: `{word} {name}' : {unit} = …` or `{word} {name}' : {other_unit} = …`")),
 
     /// A dissipation that damps nothing.
-    #[error("the dissipation depends on no velocity")]
+    #[error("the force of the dissipation depends on no velocity")]
     "W0011" FrictionWithoutVelocity(span) => at(*span, "damps nothing").with_help(
-        "Rayleigh's function is one of velocities: `1/2*c*x'^2`; is a prime missing?",
+        "Rayleigh's function is half of the power that is lost: `1/2*c*x'^2`; is a prime or a square missing?",
     ),
 }
 }
@@ -252,12 +252,18 @@ fn period_without_time(model: &Model) -> Option<Warning> {
 fn friction_without_velocity(file: &File, model: &Model) -> Option<Warning> {
     let friction = |kind: &StatementKind| if let StatementKind::Dissipation(root) = kind { Some(*root) } else { None };
     let root = file.statements.iter().find_map(|statement| friction(&statement.kind))?;
-    let damps = |family: &TermFamily| {
-        let symbols = model.pool.symbols_of(&[family.body]);
-        family.acts_on.is_none() && family.locals.iter().any(|local| symbols.binary_search(&local.velocity).is_ok())
+    // Of a function that is linear in the velocities the forces are constant.
+    let mut pool = model.pool.clone();
+    let mut damps = |family: &TermFamily| {
+        family.acts_on.is_none()
+            && family.locals.iter().any(|local| {
+                let force = pool.diff(family.body, local.velocity);
+                let symbols = pool.symbols_of(&[force]);
+                family.locals.iter().any(|local| symbols.binary_search(&local.velocity).is_ok())
+            })
     };
     let is_zero = matches!(file.expr(root).kind, ExprKind::Number("0"));
-    let none = !is_zero && !model.forces.iter().any(damps);
+    let none = !is_zero && !model.forces.iter().any(&mut damps);
     none.then_some(Warning::FrictionWithoutVelocity { span: file.expr(root).span })
 }
 

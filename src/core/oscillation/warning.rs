@@ -65,8 +65,11 @@ Warning Warning {
     ),
 
     /// A constraint that says nothing that others do not.
-    #[error("this constraint follows from the others and has no effect")]
-    "W0105" DependentConstraint(span) => at(*span, "ignored").with_help(
+    #[error("{} follows from the others and has no effect", if *.one_of_several { "one of these constraints" } else { "this constraint" })]
+    "W0105" DependentConstraint(span) {
+        /// Whether it is one of a family.
+        one_of_several: bool,
+    } => at(*span, "ignored").with_help(
         "the model is the same without it; if it was meant to restrict a further motion, it is wrong",
     ),
 
@@ -132,7 +135,10 @@ fn dependent_constraints(linearized: &Linearized) -> Vec<Warning> {
     let dependent = linearized.dependent_constraints().iter();
     dependent
         .filter_map(|number| constraints.get(*number))
-        .map(|constraint| Warning::DependentConstraint { span: constraint.span })
+        .map(|own| Warning::DependentConstraint {
+            one_of_several: constraints.iter().filter(|other| other.span == own.span).count() > 1,
+            span: own.span,
+        })
         .collect()
 }
 

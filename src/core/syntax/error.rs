@@ -374,10 +374,12 @@ Error SyntaxError {
         hint: Option<&'static str>,
         /// A rewriting that depends on the character, such as `^2`.
         fix: Option<String>,
-    } => at(*span, "not a character of the language").or_help(match fix {
-        Some(fix) => Some(format!("write `{fix}`")),
-        None => hint.map(str::to_owned),
-    }),
+    } => match (fix, at(*span, "not a character of the language")) {
+        // Of a longer run it is the first character's.
+        (Some(fix), told) if character.chars().count() == 1 || fix.starts_with('^') => told.written(*span, fix.as_str()),
+        (Some(fix), told) => told.with_help(format!("write `{fix}`")),
+        (None, told) => told.or_help(hint.map(str::to_owned)),
+    },
 
     /// A quote without its partner.
     #[error("the closing quote is missing")]
