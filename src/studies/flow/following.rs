@@ -8,7 +8,7 @@
 use super::bounds::{growth, norm, onwards, reached, time_coefficient};
 use super::plain::weights;
 use super::set::Set;
-use super::{Equations, count, nearest_power_of_two};
+use super::{Equations, count, horner, nearest_power_of_two};
 use librate_core::expr::{Prepared, Series};
 use librate_core::precision::{Ball, Enclosure, Matrix, Scalar, power_of_two, up};
 
@@ -415,9 +415,5 @@ fn scales(n: usize, matrix: &[Ball]) -> Vec<f64> {
 
 /// Polynomials, a row each, at a place.
 fn sums<S: Scalar>(rows: &[Vec<S>], place: &S) -> Vec<S> {
-    let sum = |row: &Vec<S>| {
-        let terms = row.iter().rev().cloned();
-        terms.reduce(|value, lower| value.mul(place).add(&lower))
-    };
-    rows.iter().filter_map(sum).collect()
+    rows.iter().map(|row| horner(row, place)).collect()
 }

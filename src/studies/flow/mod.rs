@@ -24,7 +24,6 @@ pub use following::Following;
 pub use plain::{Doubles, Plain};
 
 use librate_core::expr::{ExprId, Pool, Symbol, Tape, UnboundSymbol};
-use librate_core::number::Number;
 use librate_core::precision::Scalar;
 
 /// x' = f(t, x) with the derivatives of f, compiled.
@@ -109,7 +108,7 @@ impl Equations {
 
     /// Whether the state itself is followed.
     #[must_use]
-    pub fn is_moving(&self) -> bool {
+    pub(crate) fn is_moving(&self) -> bool {
         self.moving
     }
 }
@@ -130,7 +129,7 @@ pub(crate) fn count(number: usize) -> f64 {
 }
 
 /// A polynomial at a place.
-pub(crate) fn horner<S: Scalar<Precision = ()>>(row: &[S], place: &S) -> S {
+pub(crate) fn horner<S: Scalar>(row: &[S], place: &S) -> S {
     let sum = row.iter().rev().cloned().reduce(|value, lower| value.mul(place).add(&lower));
-    sum.unwrap_or_else(|| S::from_number(&Number::ZERO, ()))
+    sum.unwrap_or_else(|| place.sub(place))
 }

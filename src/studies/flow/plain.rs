@@ -125,14 +125,14 @@ impl<N: Doubles> Plain<N> {
     }
 
     /// Values for the open parameters, in their order.
-    pub fn set_parameters(&mut self, values: &[N]) {
+    pub(crate) fn set_parameters(&mut self, values: &[N]) {
         for (own, value) in self.parameters.iter_mut().zip(values) {
             *own = *value;
         }
     }
 
     /// A trip of more steps ends without a result.
-    pub fn set_most_steps(&mut self, most: usize) {
+    pub(crate) fn set_most_steps(&mut self, most: usize) {
         self.most_steps = most.min(MOST_STEPS);
     }
 

@@ -13,13 +13,6 @@ pub struct Place {
     pub result: Result<Period, PeriodError>,
 }
 
-/// What runs over a range.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Over {
-    Amplitude,
-    Energy,
-}
-
 /// The periods at each place of a range `amplitude=a..b:count` or `energy=a..b:count`, one after the other as they are
 /// asked for.
 ///
@@ -30,9 +23,9 @@ pub fn curve<'a>(
     range: &'a Range,
     options: &'a Options,
 ) -> Result<impl ExactSizeIterator<Item = Place> + 'a, ModelError> {
-    let over = match range.name() {
-        "amplitude" => Over::Amplitude,
-        "energy" => Over::Energy,
+    let request = match range.name() {
+        "amplitude" => Request::Amplitude,
+        "energy" => Request::Energy,
         other => {
             return Err(ModelError::BadSetting {
                 text: other.to_owned(),
@@ -42,11 +35,8 @@ pub fn curve<'a>(
     };
     let constants = (0..range.len()).map(|place| Constant::parse(&range.expression(place)));
     let constants = constants.collect::<Result<Vec<Constant>, ModelError>>()?;
-    Ok(constants.into_iter().enumerate().map(move |(at, constant)| {
-        let request = match over {
-            Over::Amplitude => Request::Amplitude(constant),
-            Over::Energy => Request::Energy(constant),
-        };
-        Place { value: range.value(at).unwrap_or(f64::NAN), result: oscillator.period(&request, options) }
+    Ok(constants.into_iter().enumerate().map(move |(at, constant)| Place {
+        value: range.value(at).unwrap_or(f64::NAN),
+        result: oscillator.period(&request(constant), options),
     }))
 }

@@ -56,8 +56,11 @@ pub(super) struct Kinked {
     pub(super) kinks: Vec<Kink>,
 }
 
-/// Refuses what has no period by energy conservation in one coordinate.
-pub(super) fn check(model: &Model) -> Result<(), PeriodError> {
+/// Refuses what has no period by energy conservation in one coordinate, before anything is computed.
+///
+/// # Errors
+/// More coordinates than one, explicit time, friction, constraints and steady motions.
+pub fn check(model: &Model) -> Result<(), PeriodError> {
     if model.coordinates.len() != 1 {
         return Err(PeriodError::NotOneCoordinate {
             count: model.coordinates.len(),

@@ -1,6 +1,7 @@
 //! The zero of E - U on the other side of a barrier that a motion turns close to.
 
 use super::panel::Path;
+use crate::flow::horner;
 use librate_core::precision::{Enclosure, Magnitude};
 
 /// Zeros further away than this part of the path are left: panels feel them little.
@@ -44,13 +45,7 @@ impl<S: Enclosure> Path<'_, S> {
         let (top, bends) = (over.get(order)?.clone(), over.get(2)?.clone());
         terms.push(top);
         terms.remove(0);
-        let value = |t: &S| {
-            let mut sum = self.field.number(0.0);
-            for term in terms.iter().rev() {
-                sum = sum.mul(t).add(term);
-            }
-            sum
-        };
+        let value = |t: &S| horner(&terms, t);
         let mut at = self.field.number(1.0);
         let mut length = f64::INFINITY;
         for _ in 0..MOST_STEPS {

@@ -41,6 +41,7 @@ mod turning;
 mod weights;
 
 pub use curve::{Place, curve};
+pub use energies::check;
 pub use error::PeriodError;
 pub use portrait::{Course, Orbit, portrait};
 
@@ -160,14 +161,6 @@ pub struct Oscillator {
     kinks: Vec<Kink>,
     /// The period of U and M in the coordinate.
     advance: Option<ExprId>,
-}
-
-/// Refuses what has no period by energy conservation in one coordinate, before anything is computed.
-///
-/// # Errors
-/// More coordinates than one, explicit time, friction, constraints and steady motions.
-pub fn check(model: &Model) -> Result<(), PeriodError> {
-    energies::check(model)
 }
 
 impl Oscillator {

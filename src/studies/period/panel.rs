@@ -9,6 +9,7 @@
 //! tells how long the next one may be.
 
 use super::weights::Weight;
+use crate::flow::horner;
 use librate_core::expr::{Prepared, Series, Tape};
 use librate_core::precision::{Enclosure, Magnitude, Scalar, exponent_of, power_of_two};
 
@@ -568,10 +569,7 @@ impl<S: Enclosure> Path<'_, S> {
         // Middles and half widths are whole multiples of powers of 2; the quotients are rounded as enclosures.
         let way = self.field.number(middle).sub(&self.field.number(known.middle));
         let x = way.div(&self.field.number(known.half));
-        let mut sum = self.field.zero.clone();
-        for value in known.coefficients.iter().rev() {
-            sum = sum.mul(&x).add(value);
-        }
+        let sum = horner(&known.coefficients, &x);
         let steps = way.div(&self.field.number(half)).abs_upper_magnitude();
         let power = u32::try_from(self.order).unwrap_or(u32::MAX);
         sum.with_added_magnitude(top.abs_upper_magnitude() * steps.powi(power))

@@ -34,14 +34,6 @@ const BITS_OF_BARRIERS: usize = 1024;
 /// barrier where the integral fails.
 const AT_BARRIER: f64 = 1e-30;
 
-/// What more bits or a look at a barrier make of a failure.
-enum Verdict {
-    Final(PeriodError),
-    /// There is a barrier: E - U is negative at this place.
-    Fence(Big),
-    Unknown,
-}
-
 /// An inertia that is smaller than this on the top of a barrier, relative to that at the equilibrium, counts as none where
 /// the integral fails there.
 const VANISHING: f64 = 1e-12;
@@ -57,20 +49,14 @@ pub(super) fn period(oscillator: &Oscillator, request: &Request, options: &Optio
     if bits <= BITS_OF_BALLS && oscillator.center.units().is_none() {
         let mut task = Task::<Ball>::new(oscillator, request, (), place, bits, None);
         match task.run(request) {
-            Ok(found) if decides(&found.period, options.digits) => {
-                let mut field = task.field;
-                let (small, bend) = small_about(oscillator, &mut field, &place);
-                check_range(request, &found)?;
-                return Ok(finished(oscillator, &place, found, None, small, None, bend));
-            }
+            Ok(found) if decides(&found.period, options.digits) => return finished(oscillator, request, task, found),
             Ok(_) => {}
             // More bits take more terms a panel and as many panels.
             Err(Stop::Final(error @ PeriodError::TooLong { .. })) => return Err(error),
             // Their range is that of doubles: what they find nothing for, more bits may.
             Err(Stop::Final(_) | Stop::AtRest) => {}
-            Err(stop @ (Stop::Precision(_) | Stop::Rough(_))) => {
-                fence = judge(oscillator, request, stop).unwrap_or_default();
-            }
+            Err(Stop::Precision(at)) => fence = look(oscillator, request, &at, false).unwrap_or_default(),
+            Err(Stop::Rough(at)) => fence = look(oscillator, request, &at, true).unwrap_or_default(),
         }
     }
     let mut precision = (bits as usize + 64).next_multiple_of(64);
@@ -79,19 +65,12 @@ pub(super) fn period(oscillator: &Oscillator, request: &Request, options: &Optio
         attempts += 1;
         oscillator.model().pool.budget().check()?;
         let centre = oscillator.position(precision);
-        let mut task = Task::<Big>::new(oscillator, request, precision, centre.clone(), bits, fence.as_ref());
+        let mut task = Task::<Big>::new(oscillator, request, precision, centre, bits, fence.as_ref());
         match task.run(request) {
             Ok(found) => {
                 let complete = found.period.decimal(options.digits).rounding == Rounding::Correct;
                 if complete || attempts > 6 {
-                    let mut field = task.field;
-                    let (small_precise, bend) = small_about(oscillator, &mut field, &centre);
-                    check_range(request, &found)?;
-                    let period = found.period.clone();
-                    let small = small_precise.as_ref().map(Big::to_ball);
-                    let bend = bend.map(|bend| bend.to_ball());
-                    let place = centre.to_ball();
-                    return Ok(finished(oscillator, &place, found, Some(period), small, small_precise, bend));
+                    return finished(oscillator, request, task, found);
                 }
                 bits += 40;
                 precision += 64;
@@ -101,12 +80,8 @@ pub(super) fn period(oscillator: &Oscillator, request: &Request, options: &Optio
                 return Err(task.below_equilibrium());
             }
             Err(Stop::AtRest) => precision *= 2,
-            Err(stop) => {
-                let at = match &stop {
-                    Stop::Precision(at) | Stop::Rough(at) => at.clone(),
-                    Stop::Final(_) | Stop::AtRest => centre.clone(),
-                };
-                let found = match judge(oscillator, request, stop) {
+            Err(ref stop @ (Stop::Precision(ref at) | Stop::Rough(ref at))) => {
+                let found = match look(oscillator, request, at, matches!(stop, Stop::Rough(_))) {
                     // What is lost where terms cancel looks rough as well.
                     Err(PeriodError::NotSmooth { .. }) if precision < ROUGH_BITS => None,
                     other => other?,
@@ -190,64 +165,60 @@ fn check_request(oscillator: &Oscillator, request: &Request) -> Result<(), Perio
 
 fn finished<S: Enclosure>(
     oscillator: &Oscillator,
-    place: &Ball,
+    request: &Request,
+    mut task: Task<S>,
     found: Found<S>,
-    precise: Option<Big>,
-    small: Option<Ball>,
-    small_precise: Option<Big>,
-    bend: Option<Ball>,
-) -> Period {
+) -> Result<Period, PeriodError> {
+    let (small, bend) = small_about(oscillator, &mut task.field, &task.centre);
+    check_range(request, &found)?;
     let motion = match found.course {
         Course::Libration([lower, upper]) => Motion::Libration { turning: [lower.to_ball(), upper.to_ball()] },
         Course::Rotation(advance) => Motion::Rotation { advance: advance.to_ball() },
     };
-    Period {
+    Ok(Period {
         period: found.period.to_ball(),
-        precise,
+        precise: found.period.precise(),
         motion,
         energy_precise: oscillator.center.units().map(|_| found.energy.to_big(BITS_OF_BARRIERS)),
         energy: found.energy.to_ball(),
-        equilibrium: *place,
+        equilibrium: task.centre.to_ball(),
         proved: oscillator.center.is_proved(),
         corner: oscillator.center.is_corner(),
-        small,
-        small_precise,
-        bend,
-    }
-}
-
-/// What is to be said about a place where an integral failed: nothing yet, that there is a barrier, or an error.
-fn judge<S: Enclosure>(oscillator: &Oscillator, request: &Request, stop: Stop<S>) -> Result<Option<Big>, PeriodError> {
-    let (at, rough) = match &stop {
-        Stop::Precision(at) => (at, false),
-        Stop::Rough(at) => (at, true),
-        Stop::Final(_) | Stop::AtRest => return Ok(None),
-    };
-    match look(oscillator, request, &at.to_big(BITS_OF_BARRIERS), rough) {
-        Verdict::Final(error) => Err(error),
-        Verdict::Fence(fence) => Ok(Some(fence)),
-        Verdict::Unknown if rough => Err(not_smooth(oscillator, at)),
-        Verdict::Unknown => Ok(None),
-    }
+        small: small.as_ref().map(Enclosure::to_ball),
+        small_precise: small.and_then(Enclosure::precise),
+        bend: bend.as_ref().map(Enclosure::to_ball),
+    })
 }
 
 fn not_smooth<S: Enclosure>(oscillator: &Oscillator, at: &S) -> PeriodError {
     PeriodError::NotSmooth { coordinate: oscillator.coordinate().name(), place: oscillator.place(at.mid_f64()) }
 }
 
-/// Looks for a barrier beside a place where an integral failed; where it failed because of panels that get too
-/// small, a barrier that is nearly touched is the reason.
-fn look(oscillator: &Oscillator, request: &Request, at: &Big, rough: bool) -> Verdict {
+/// What is to be said about a place where an integral failed: nothing yet, that there is a barrier (where E - U is negative), or an
+/// error. Where it failed because of panels that get too small (`rough`), a barrier that is nearly touched is the reason.
+fn look<S: Enclosure>(
+    oscillator: &Oscillator,
+    request: &Request,
+    at: &S,
+    rough: bool,
+) -> Result<Option<Big>, PeriodError> {
     let bits = BITS_OF_BARRIERS;
+    let at = at.to_big(bits);
     let mut task = Task::<Big>::new(oscillator, request, bits, oscillator.position(bits), 256, None);
+    let unknown = || if rough { Err(not_smooth(oscillator, &at)) } else { Ok(None) };
+    // Where no top is near, a barrier may still be in the way of a turning point that is asked for.
+    let unless_between = |task: &mut Task<Big>| match task.barrier_between() {
+        Some(error) if rough => Err(error),
+        Some(_) | None => unknown(),
+    };
     let reach = at.sub(&task.centre).mid_f64().abs();
-    let Some((summit, height)) = task.field.summit(at, reach) else {
-        return unless_between(&mut task, rough);
+    let Some((summit, height)) = task.field.summit(&at, reach) else {
+        return unless_between(&mut task);
     };
     let one = task.field.number(1.0);
     let (potential, mass) = task.field.expand(&summit, &one, 3);
     if !potential.get(2).is_some_and(Enclosure::is_negative) {
-        return unless_between(&mut task, rough);
+        return unless_between(&mut task);
     }
     let centre = task.centre.clone();
     let (_, own) = task.field.expand(&centre, &one, 1);
@@ -255,14 +226,14 @@ fn look(oscillator: &Oscillator, request: &Request, at: &Big, rough: bool) -> Ve
         && there.abs_upper_magnitude() < here.abs_upper_magnitude() * Magnitude::from_f64(VANISHING)
     {
         // As at the cusps of a cycloid: no time is spent on the top, and no expansion passes it.
-        return Verdict::Final(not_smooth(oscillator, &summit));
+        return Err(not_smooth(oscillator, &summit));
     }
     let excess = task.field.energy.sub(&height);
     let depth = height.sub(&task.field.potential(&task.centre)).abs_upper_magnitude();
     let small = depth * Magnitude::from_f64(AT_BARRIER);
     let undecided = !(excess.is_positive() || excess.is_negative());
     if undecided || rough && excess.abs_upper_magnitude() <= small {
-        return Verdict::Final(PeriodError::AtBarrier {
+        return Err(PeriodError::AtBarrier {
             coordinate: oscillator.coordinate().name(),
             barrier: oscillator.place(summit.mid_f64()),
             margin: oscillator.margin(excess.abs_upper_magnitude()),
@@ -271,25 +242,17 @@ fn look(oscillator: &Oscillator, request: &Request, at: &Big, rough: bool) -> Ve
     }
     if excess.is_negative() {
         let Some((upper, _)) = task.turning.clone() else {
-            return Verdict::Fence(summit);
+            return Ok(Some(summit));
         };
         if summit.sub(&upper).is_positive() {
             // The barrier that the motion turns before.
-            return Verdict::Unknown;
+            return unknown();
         }
         return if summit.sub(&task.centre).is_negative() {
-            Verdict::Fence(summit)
+            Ok(Some(summit))
         } else {
-            Verdict::Final(task.beyond_barrier(&summit, &Height::Top(height)))
+            Err(task.beyond_barrier(&summit, &Height::Top(height)))
         };
     }
-    Verdict::Unknown
-}
-
-/// Where no top is near, a barrier may still be in the way of a turning point that is asked for.
-fn unless_between(task: &mut Task<Big>, rough: bool) -> Verdict {
-    match task.barrier_between() {
-        Some(error) if rough => Verdict::Final(error),
-        Some(_) | None => Verdict::Unknown,
-    }
+    unknown()
 }

@@ -115,11 +115,10 @@ impl<'a, S: Enclosure> Task<'a, S> {
                 Stop::AtRest
             });
         }
-        let course = match self.turning.clone() {
+        let (period, course) = match self.turning.clone() {
             Some((turning, distance)) => self.by_amplitude(turning, &distance)?,
             None => self.by_energy(&excess)?,
         };
-        let (period, course) = course;
         Ok(Found { period, course, energy: self.field.energy.clone() })
     }
 
@@ -129,50 +128,47 @@ impl<'a, S: Enclosure> Task<'a, S> {
             Err(Obstacle { refusal: Refusal::Forbidden, .. }) => return Err(Stop::Final(self.blocked())),
             Err(obstacle) => return Err(self.stopped(obstacle)),
         };
-        if self.oscillator.even {
-            let lower = self.centre.sub(distance);
-            return Ok((right.add(&right), Course::Libration([lower, upper])));
-        }
-        let step = -distance.mid_f64() / 8.0;
-        let (left, lower) = self.side(step, None)?;
+        self.with_lower(&right, upper, distance, -distance.mid_f64() / 8.0, None)
+    }
+
+    /// The whole motion from its upper half.
+    fn with_lower(
+        &mut self,
+        right: &S,
+        upper: S,
+        distance: &S,
+        step: f64,
+        reach: Option<f64>,
+    ) -> Result<(S, Course<S>), Stop<S>> {
+        let (left, lower) = match self.oscillator.even {
+            true => (right.clone(), self.centre.sub(distance)),
+            false => self.side(step, reach)?,
+        };
         Ok((right.add(&left), Course::Libration([lower, upper])))
     }
 
     fn by_energy(&mut self, excess: &S) -> Result<(S, Course<S>), Stop<S>> {
         let step = self.step(excess);
         let reach = self.advance.as_ref().map(|advance| advance.mid_f64().abs());
-        if self.advance.is_some() {
-            // Where steps meet no turning point within a turn, there is none, or the integral will tell.
-            let mut advance = self.advance.clone().unwrap_or_else(|| self.centre.clone());
-            let outward = match &self.fence {
-                Some(_) => None,
-                None => Some(self.outward(step, reach)),
-            };
-            if let Some(Outward::Touch(summit)) = outward {
-                return Err(Stop::Precision(summit));
-            }
-            if let Some(Outward::Open) = outward {
-                match self.time(self.centre.clone(), advance.clone(), false) {
+        // Where steps meet no turning point within a turn, there is none, or the integral will tell.
+        if let (Some(advance), None) = (self.advance.clone(), &self.fence) {
+            match self.outward(step, reach) {
+                Outward::Touch(summit) => return Err(Stop::Precision(summit)),
+                Outward::Open => match self.time(self.centre.clone(), advance.clone(), false) {
                     Ok(time) => {
-                        if advance.is_negative() {
-                            advance = advance.neg();
-                        }
+                        let advance = if advance.is_negative() { advance.neg() } else { advance };
                         let half = self.field.number(0.5);
                         return Ok((time.mul(&half), Course::Rotation(advance)));
                     }
                     Err(Obstacle { refusal: Refusal::Forbidden, at }) => self.fence = Some(at),
                     Err(obstacle) => return Err(self.stopped(obstacle)),
-                }
+                },
+                Outward::Bracket(..) | Outward::End(_) => {}
             }
         }
         let (right, upper) = self.side(step, reach)?;
-        if self.oscillator.even {
-            let distance = upper.sub(&self.centre);
-            let lower = self.centre.sub(&distance);
-            return Ok((right.add(&right), Course::Libration([lower, upper])));
-        }
-        let (left, lower) = self.side(-step, reach)?;
-        Ok((right.add(&left), Course::Libration([lower, upper])))
+        let distance = upper.sub(&self.centre);
+        self.with_lower(&right, upper, &distance, -step, reach)
     }
 
     fn outward(&mut self, step: f64, reach: Option<f64>) -> Outward<S> {
@@ -182,25 +178,19 @@ impl<'a, S: Enclosure> Task<'a, S> {
     /// The time from the first turning point on one side to the equilibrium, and that point.
     fn side(&mut self, step: f64, reach: Option<f64>) -> Result<(S, S), Stop<S>> {
         let centre = self.centre.clone();
-        let mut bracket = match self.outward(step, reach) {
-            Outward::Bracket(inside, outside) => (inside, outside),
-            Outward::End(end) if self.fence_on(step).is_none() => {
-                return Err(Stop::Final(self.open(step > 0.0, Some(end))));
-            }
-            Outward::Touch(summit) if self.fence_on(step).is_none() => {
-                return Err(Stop::Precision(summit));
-            }
-            Outward::Open | Outward::End(_) | Outward::Touch(_) => match self.fence_on(step) {
-                Some(fence) => (centre.clone(), fence),
-                None => return Err(Stop::Final(self.open(step > 0.0, None))),
-            },
+        let fence = self.fence_on(step);
+        let mut bracket = match (self.outward(step, reach), &fence) {
+            (Outward::Bracket(inside, outside), _) => (inside, outside),
+            (_, Some(fence)) => (centre.clone(), fence.clone()),
+            (Outward::End(end), None) => return Err(Stop::Final(self.open(step > 0.0, Some(end)))),
+            (Outward::Touch(summit), None) => return Err(Stop::Precision(summit)),
+            (Outward::Open, None) => return Err(Stop::Final(self.open(step > 0.0, None))),
         };
         // A barrier that is known is nearer than what steps over it have met.
-        if let Some(fence) = self.fence_on(step) {
-            let nearer = bracket.1.sub(&fence).mid_f64() * step > 0.0;
-            if nearer {
-                bracket = (centre.clone(), fence);
-            }
+        if let Some(fence) = fence
+            && bracket.1.sub(&fence).mid_f64() * step > 0.0
+        {
+            bracket = (centre.clone(), fence);
         }
         for _ in 0..MOST_RETRIES {
             let found = self.field.turning_point(&bracket.0, &bracket.1);
@@ -225,17 +215,14 @@ impl<'a, S: Enclosure> Task<'a, S> {
 
     /// The time along a path, from kink to kink.
     fn time(&mut self, start: S, span: S, turning: bool) -> Result<S, Obstacle<S>> {
-        let mut total: Option<S> = None;
+        let mut times = Vec::new();
         for (at, (start, span)) in self.field.pieces(start, span)?.into_iter().enumerate() {
             self.field.hold(&start, &span);
             let time = self.smooth_time(start, span, turning && at == 0);
             self.field.release();
-            let time = time?;
-            total = Some(match total {
-                Some(total) => total.add(&time),
-                None => time,
-            });
+            times.push(time?);
         }
+        let total = times.into_iter().reduce(|total, time| total.add(&time));
         Ok(total.unwrap_or_else(|| self.field.number(0.0)))
     }
 
