@@ -61,6 +61,12 @@ const LOOKS: usize = 200;
 /// A table has at most so many numbers.
 const MOST_NUMBERS: usize = 50_000_000;
 
+/// A constant, enclosed and as it is; `None` where it is not a finite number.
+fn moment_of(constant: &Constant) -> Option<(Ball, Tape)> {
+    let value = librate_core::linearize::constant(constant.pool(), constant.value()).filter(Ball::is_finite)?;
+    Some((value, Tape::compile(constant.pool(), &[constant.value()], &[]).ok()?))
+}
+
 /// When a motion is looked at: rows at equal steps from t = 0, or at times that are listed.
 #[derive(Clone, Debug)]
 pub struct Times {
@@ -87,17 +93,12 @@ impl Times {
     pub fn new(until: &Constant, samples: usize) -> Result<Self, MotionError> {
         let bad =
             |reason: &str| MotionError::BadTimes { until: until.text().to_owned(), samples, reason: reason.to_owned() };
-        let value = librate_core::linearize::constant(until.pool(), until.value());
-        let value = value.filter(|value| value.is_positive() && value.is_finite());
-        let Some(value) = value else {
-            return Err(bad("the time that a motion ends at is a positive number"));
-        };
+        let value = moment_of(until).filter(|(value, _)| value.is_positive());
+        let (until, exact) = value.ok_or_else(|| bad("the time that a motion ends at is a positive number"))?;
         if samples == 0 {
             return Err(bad("a table has at least one row"));
         }
-        let exact = Tape::compile(until.pool(), &[until.value()], &[]);
-        let exact = exact.map_err(|_| bad("it is not a constant"))?;
-        Ok(Self { until: Ball::new(value.mid, 0.0), exact, samples, listed: None })
+        Ok(Self { until: Ball::new(until.mid, 0.0), exact, samples, listed: None })
     }
 
     /// A row at each of these times, which may come in any order.
@@ -107,10 +108,7 @@ impl Times {
     pub fn listed(times: &[Constant]) -> Result<Self, MotionError> {
         let mut rows = Vec::with_capacity(times.len());
         for (place, time) in times.iter().enumerate() {
-            let value = librate_core::linearize::constant(time.pool(), time.value());
-            let value = value.filter(|value| value.is_finite() && !value.is_negative());
-            let exact = Tape::compile(time.pool(), &[time.value()], &[]).ok();
-            let Some((value, exact)) = value.zip(exact) else {
+            let Some((value, exact)) = moment_of(time).filter(|(value, _)| !value.is_negative()) else {
                 let reason = "times are numbers that are not negative".to_owned();
                 return Err(MotionError::BadTimes { until: time.text().to_owned(), samples: times.len(), reason });
             };
