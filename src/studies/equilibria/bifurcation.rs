@@ -66,11 +66,23 @@ struct Image {
 /// A permutation with signs that is its own inverse.
 type Involution = Vec<Image>;
 
-/// Where a coordinate has its value from.
+/// Where an unknown has its value from.
 #[derive(Clone, Copy)]
 enum Origin {
-    Unknown { number: usize, opposite: bool },
+    /// From an unknown, which it may be itself.
+    Unknown { of: usize, opposite: bool },
+    /// It is held at so many half turns.
     Held(i32),
+}
+
+impl Origin {
+    fn value(self, at: &[Ball]) -> Ball {
+        match self {
+            Self::Unknown { of, opposite: true } => -at[of],
+            Self::Unknown { of, opposite: false } => at[of],
+            Self::Held(half_turns) => Ball::PI * Ball::exact(f64::from(half_turns)),
+        }
+    }
 }
 
 /// A system that is regular at bifurcations of one kind.
@@ -93,26 +105,14 @@ pub(super) struct Proved {
     pub(super) at: Vec<Ball>,
     /// The parameter in SI.
     pub(super) value: Ball,
-    /// Unknowns that differ from branch to branch: at a pitchfork those of the symmetric one are as here.
-    pub(super) across: Vec<Across>,
+    /// Per unknown; at a pitchfork those of the symmetric branch are as these say.
+    origins: Vec<Origin>,
 }
 
-/// A combination of unknowns that is 0 on the symmetric branch: z_i - c, or z_i ∓ z_j.
-pub(super) struct Across {
-    number: usize,
-    other: Option<(usize, bool)>,
-    value: Ball,
-}
-
-impl Across {
-    /// Whether it may be 0.
-    pub(super) fn vanishes(&self, at: &[Ball]) -> bool {
-        let other = match self.other {
-            Some((other, true)) => -at[other],
-            Some((other, false)) => at[other],
-            None => self.value,
-        };
-        (at[self.number] - other).contains_zero()
+impl Proved {
+    /// Whether unknowns may be those of the symmetric branch.
+    pub(super) fn is_symmetric(&self, at: &[Ball]) -> bool {
+        self.origins.iter().zip(at).all(|(origin, x)| (*x - origin.value(at)).contains_zero())
     }
 }
 
@@ -211,42 +211,17 @@ impl Extended {
             }
         }
         let value = *root.at.get(self.values.len())?;
-        let at: Vec<Ball> = self
-            .origins
-            .iter()
-            .map(|origin| match *origin {
-                Origin::Unknown { number, opposite: true } => -root.at[number],
-                Origin::Unknown { number, opposite: false } => root.at[number],
-                Origin::Held(half_turns) => held(half_turns),
-            })
-            .collect();
+        let mut at = vec![Ball::ZERO; self.origins.len()];
+        for (own, x) in self.values.iter().zip(&root.at) {
+            at[*own] = *x;
+        }
+        let at: Vec<Ball> = self.origins.iter().map(|origin| origin.value(&at)).collect();
         let near = |(x, (y, whole)): (&Ball, (&f64, &Interval))| (x.mid_f64() - y).abs() <= 0.25 * whole.width();
         if !at.iter().zip(spot.place.iter().zip(spot.whole)).all(near) {
             return None;
         }
-        Some(Proved { kind: self.kind, at, value, across: self.across() })
+        Some(Proved { kind: self.kind, at, value, origins: self.origins.clone() })
     }
-
-    fn across(&self) -> Vec<Across> {
-        let mut all = Vec::new();
-        if self.kind == Kind::Fold {
-            return all;
-        }
-        for (number, origin) in self.origins.iter().enumerate() {
-            match *origin {
-                Origin::Held(half_turns) => all.push(Across { number, other: None, value: held(half_turns) }),
-                Origin::Unknown { number: own, opposite } if self.values[own] != number => {
-                    all.push(Across { number, other: Some((self.values[own], opposite)), value: Ball::ZERO });
-                }
-                Origin::Unknown { .. } => {}
-            }
-        }
-        all
-    }
-}
-
-fn held(half_turns: i32) -> Ball {
-    Ball::PI * Ball::exact(f64::from(half_turns))
 }
 
 /// Σ w_k x_k - 1.
@@ -292,7 +267,7 @@ fn fold(equations: &Equations) -> Option<Extended> {
     all.push(normalisation(&mut pool, &weights, &vector));
     let unknowns = equations.unknowns.iter().chain(&equations.parameters).chain(&directions).copied().collect();
     let system = Equations { pool, unknowns, parameters: weights, all, is_constrained: equations.is_constrained };
-    let origins = (0..n).map(|number| Origin::Unknown { number, opposite: false }).collect();
+    let origins = (0..n).map(|of| Origin::Unknown { of, opposite: false }).collect();
     let (values, directions) = ((0..n).collect(), (0..n).collect());
     Some(Extended { kind: Kind::Fold, forces: system.plain()?, bend: None, origins, values, directions })
 }
@@ -321,11 +296,10 @@ fn crossing(equations: &Equations, own: &Involution) -> Option<Extended> {
             }
             (false, opposite) if image.of < at => {
                 restriction.insert(unknowns[at], moved);
-                let number = values.iter().position(|value| *value == image.of)?;
-                origins.push(Origin::Unknown { number, opposite });
+                origins.push(Origin::Unknown { of: image.of, opposite });
             }
             (same, _) => {
-                origins.push(Origin::Unknown { number: values.len(), opposite: false });
+                origins.push(Origin::Unknown { of: at, opposite: false });
                 values.push(at);
                 if !same {
                     directions.push(at);

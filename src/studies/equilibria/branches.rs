@@ -10,7 +10,6 @@ use std::collections::{HashMap, HashSet};
 use librate_core::budget::Budget;
 use librate_core::linearize;
 use librate_core::model::{Constant, Model, Range};
-use librate_core::modes::Stability;
 use librate_core::precision::Ball;
 
 use super::bifurcation::{Kind, Proved, Systems};
@@ -57,7 +56,7 @@ impl Bifurcation {
     /// How far the coordinates, as doubles, are off at most.
     #[must_use]
     pub fn radius(&self) -> f64 {
-        self.point.iter().map(Ball::mid_f64_error).fold(0.0, f64::max)
+        super::radius(&self.point)
     }
 }
 
@@ -337,7 +336,7 @@ impl Follower<'_> {
                 continue;
             }
             let at = |end: &&End| &self.places[end.mark.0][end.mark.1].root.at;
-            let is_symmetric = |end: &&End| known.found.across.iter().all(|own| own.vanishes(at(end)));
+            let is_symmetric = |end: &&End| known.found.is_symmetric(at(end));
             for symmetric in [true, false] {
                 let pick = |forward: bool| -> Option<&End> {
                     let mut all = joints.ends.iter().filter(|end| {
@@ -409,9 +408,7 @@ impl Follower<'_> {
         let Some(known) = all.find(|known| (known.found.value - self.values[place]).contains_zero()) else {
             return Ok(None);
         };
-        let (omega, growth) = (Vec::new(), Vec::new());
-        let point = known.shown.point.clone();
-        let mut own = Equilibrium { point, isolated: false, stability: Stability::Undecided, omega, growth };
+        let mut own = Equilibrium::new(known.shown.point.clone(), false);
         stability::put_modes(&models[place], &mut own)?;
         Ok(Some((place, own)))
     }

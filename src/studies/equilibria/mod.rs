@@ -62,11 +62,20 @@ pub struct Equilibrium {
 }
 
 impl Equilibrium {
+    /// One whose modes are not known yet.
+    fn new(point: Vec<Ball>, isolated: bool) -> Self {
+        Self { point, isolated, stability: Stability::Undecided, omega: Vec::new(), growth: Vec::new() }
+    }
+
     /// How far the coordinates, as doubles, are off at most.
     #[must_use]
     pub fn radius(&self) -> f64 {
-        self.point.iter().map(Ball::mid_f64_error).fold(0.0, f64::max)
+        radius(&self.point)
     }
+}
+
+fn radius(point: &[Ball]) -> f64 {
+    point.iter().map(Ball::mid_f64_error).fold(0.0, f64::max)
 }
 
 /// A place where it was not decided how many equilibria there are.
@@ -230,8 +239,7 @@ impl<'a> Task<'a> {
         let mut equilibria: Vec<Equilibrium> = self.nodes(findings).map(|node| node.equilibrium).collect();
         let mut undecided = Vec::new();
         for place in self.undecided(findings) {
-            let exact = self.exactly(&place.hull, forces);
-            if let Some(at) = exact {
+            if let Some(at) = self.exactly(&place.hull, forces) {
                 equilibria.extend(self.placed(&at).map(|own| Equilibrium { isolated: false, ..own }));
             }
             undecided.push(self.told(&place));
@@ -315,18 +323,15 @@ impl<'a> Task<'a> {
                 }
             }
         }
-        let slack = |side: &[Ball; 2]| 1e-9 * (side[1] - side[0]).abs_upper();
         let inside = point.iter().zip(&self.region.sides).all(|(x, side)| match side {
             Some([from, to]) if !self.slices.is_empty() => {
-                let slack = slack(&[*from, *to]);
+                let slack = 1e-9 * (*to - *from).abs_upper();
                 x.mid_f64() >= from.mid_f64() - slack && x.mid_f64() <= to.mid_f64() + slack
             }
             Some(_) | None => true,
         });
         let isolated = self.slices.is_empty() && self.left_out.is_empty();
-        let point = rounded(&point);
-        let (omega, growth) = (Vec::new(), Vec::new());
-        inside.then_some(Equilibrium { point, isolated, stability: Stability::Undecided, omega, growth })
+        inside.then(|| Equilibrium::new(rounded(&point), isolated))
     }
 
     /// A place of an undecided piece at which the forces vanish, exactly.

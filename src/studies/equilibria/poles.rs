@@ -180,12 +180,10 @@ impl Poles {
         let mut parts = self.rest(near);
         let pole = &self.poles[*k];
         let rate = self.pool.diff(self.potential, pole.symbol);
-        let (lowest, rest) = leading(&mut self.pool, rate, pole.slope, pole.symbol);
         // The size alone: an odd power of what changes its sign is large on both sides.
         let own = self.pool.symbol_expr(pole.symbol);
         let size = self.pool.abs(own);
-        let front = self.pool.powr(size, &lowest);
-        parts.insert(0, self.pool.mul(front, rest));
+        parts.insert(0, leading(&mut self.pool, rate, pole.slope, own, size));
         self.compiled(&parts)
     }
 
@@ -209,19 +207,15 @@ impl Poles {
             let number = constant(pool, ratio, &self.unknowns)?;
             let own = pool.symbol_expr(pole.symbol);
             let scaled = pool.mul(number, own);
-            let (lowest, rest) = leading(pool, rate, scaled, pole.symbol);
-            let front = pool.powr(own, &lowest);
-            parts.push(pool.mul(front, rest));
+            parts.push(leading(pool, rate, scaled, own, own));
         }
         let total = self.pool.sum(&parts);
         self.compiled(&[total])
     }
 }
 
-/// rate·scaled as the lowest power of a symbol in it, and a factor.
-fn leading(pool: &mut Pool, rate: ExprId, scaled: ExprId, symbol: Symbol) -> (Number, ExprId) {
-    let own = pool.symbol_expr(symbol);
-    let product = pool.mul(rate, scaled);
+/// rate·scaled as the lowest power of a symbol in it, taken of `size` in its place, times a factor.
+fn leading(pool: &mut Pool, rate: ExprId, scaled: ExprId, symbol: ExprId, size: ExprId) -> ExprId {
     let mut terms: Vec<ExprId> = Vec::new();
     if pool.is_sum(rate) {
         for (term, weight) in pool.terms(rate) {
@@ -229,24 +223,20 @@ fn leading(pool: &mut Pool, rate: ExprId, scaled: ExprId, symbol: Symbol) -> (Nu
             terms.push(pool.scale(term, &weight));
         }
     } else {
-        terms.push(product);
+        terms.push(pool.mul(rate, scaled));
     }
-    let lowest = terms
-        .iter()
-        .map(|term| {
-            let power = pool.factors(*term).into_iter().find(|(base, _)| *base == own);
-            power.map_or(Number::ZERO, |(_, exponent)| exponent)
-        })
-        .min();
-    match lowest {
-        Some(lowest) if lowest.is_negative() => {
-            let back = pool.powr(own, &lowest.neg());
-            let rest: Vec<ExprId> = terms.iter().map(|term| pool.mul(*term, back)).collect();
-            let rest = pool.sum(&rest);
-            (lowest, rest)
-        }
-        Some(_) | None => (Number::ZERO, pool.sum(&terms)),
-    }
+    let power = |term: &ExprId| {
+        let power = pool.factors(*term).into_iter().find(|(base, _)| *base == symbol);
+        power.map_or(Number::ZERO, |(_, exponent)| exponent)
+    };
+    let Some(lowest) = terms.iter().map(power).min().filter(Number::is_negative) else {
+        return pool.sum(&terms);
+    };
+    let back = pool.powr(symbol, &lowest.neg());
+    let rest: Vec<ExprId> = terms.iter().map(|term| pool.mul(*term, back)).collect();
+    let rest = pool.sum(&rest);
+    let front = pool.powr(size, &lowest);
+    pool.mul(front, rest)
 }
 
 /// The number that an expression comes to wherever it is taken.

@@ -4,7 +4,7 @@ use super::Equilibrium;
 use librate_core::expr::Pool;
 use librate_core::linearize::{self, LinearizeError, Linearized};
 use librate_core::model::{Given, Givens, Model};
-use librate_core::modes::{Options, Stability};
+use librate_core::modes::Options;
 use librate_core::number::Number;
 use librate_core::oscillation;
 use librate_core::precision::Ball;
@@ -68,8 +68,7 @@ pub(super) fn nearby(model: &Model, start: &[Ball]) -> Result<Option<(Equilibriu
     if !found.proved {
         return Ok(None);
     }
-    let (stability, omega, growth) = (Stability::Undecided, Vec::new(), Vec::new());
-    let mut own = Equilibrium { point: found.values.clone(), isolated: false, stability, omega, growth };
+    let mut own = Equilibrium::new(found.values.clone(), false);
     let motions = put(&linearized, &mut own)?;
     Ok(Some((own, motions)))
 }
