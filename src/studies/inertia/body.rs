@@ -1,7 +1,7 @@
 //! From the exact integrals of a body to its mass, centre of mass and tensor.
 
 use super::InertiaError;
-use super::principal::{Entries, Exact, Failure, Principal, bigs};
+use super::principal::{Entries, Exact, Principal, bigs};
 use librate_core::expr::{ExprId, Pool};
 use librate_core::model::Constant;
 use librate_core::number::Number;
@@ -141,10 +141,7 @@ impl Integrals {
             **density = value(1);
         }
         let mut exact = Exact { pool: &mut self.pool, symbolic: closed, closed };
-        let principal = exact.principal(digits).map_err(|failure| match failure {
-            Failure::NotFinite(..) => InertiaError::OutOfRange {},
-            Failure::Modes(error) => InertiaError::NoMoments { reason: error.to_string() },
-        })?;
+        let principal = exact.principal(digits, |_, _| InertiaError::OutOfRange {})?;
         Ok(Body {
             made,
             mass: value(0),

@@ -36,7 +36,7 @@ use librate_core::linearize;
 use librate_core::model::{self, Constant, Model, SymbolKind, Tensor};
 use librate_core::precision::Big;
 use librate_core::span::Span;
-use principal::{Exact, Failure, bigs};
+use principal::{Exact, bigs};
 
 /// The SI unit of a moment of inertia, as the language writes it.
 const UNIT: &str = "kg*m^2";
@@ -129,9 +129,9 @@ pub fn of_model(model: &Model, digits: usize) -> Result<Vec<NamedTensor>, Vec<In
     let mut nearest = None;
     for tensor in &model.tensors {
         match of_tensor(model, &mut pool, &values, tensor, digits) {
-            Ok(named) => found.push(named),
-            Err(Refused::Error(error)) => errors.push(error),
-            Err(Refused::NoTensor(why)) => {
+            Ok(Ok(named)) => found.push(named),
+            Err(error) => errors.push(error),
+            Ok(Err(why)) => {
                 nearest.get_or_insert((tensor.name.clone(), tensor.span, why));
             }
         }
@@ -145,22 +145,16 @@ pub fn of_model(model: &Model, digits: usize) -> Result<Vec<NamedTensor>, Vec<In
     Ok(found)
 }
 
-/// Why a matrix has no principal moments.
-enum Refused {
-    /// It is not a constant tensor.
-    NoTensor(String),
-    Error(InertiaError),
-}
-
+/// The moments of a tensor; where it is not a constant one, within, why not.
 fn of_tensor(
     model: &Model,
     pool: &mut Pool,
     values: &Substitution,
     tensor: &Tensor,
     digits: usize,
-) -> Result<NamedTensor, Refused> {
+) -> Result<Result<NamedTensor, String>, InertiaError> {
     if let Some(on) = &tensor.varies_with {
-        return Err(Refused::NoTensor(format!("depends on `{on}`")));
+        return Ok(Err(format!("depends on `{on}`")));
     }
     let symbolic = tensor.entries;
     let closed = pool.substitute(symbolic.as_flattened(), values);
@@ -173,46 +167,37 @@ fn of_tensor(
     };
     let pairs = [(0, 1), (0, 2), (1, 2)];
     if let Some((i, j)) = pairs.into_iter().find(|pair| !symmetric(pool, *pair)) {
-        return Err(Refused::NoTensor(format!(
-            "not symmetric: entries ({}, {}) and ({}, {}) differ",
-            i + 1,
-            j + 1,
-            j + 1,
-            i + 1
-        )));
+        let (i, j) = (i + 1, j + 1);
+        return Ok(Err(format!("not symmetric: entries ({i}, {j}) and ({j}, {i}) differ")));
     }
     let valueless = pool.symbols_of(closed.as_flattened());
     if let Some(parameter) = valueless.iter().find_map(|symbol| parameter(model, *symbol)) {
-        return Err(Refused::Error(InertiaError::MissingValue {
+        return Err(InertiaError::MissingValue {
             tensor: tensor.name.clone(),
             span: tensor.span,
             parameter: parameter.name.clone(),
             declared: parameter.span,
-        }));
+        });
     }
     let bits = body::bits_for(digits);
     let entries = bigs(pool, closed.as_flattened(), bits);
     let mut exact = Exact { pool, symbolic, closed };
-    let principal = exact.principal(digits).map_err(|failure| {
-        Refused::Error(match failure {
-            Failure::NotFinite(row, column) => InertiaError::NotANumberEntry {
-                tensor: tensor.name.clone(),
-                span: tensor.span,
-                row: row + 1,
-                column: column + 1,
-            },
-            Failure::Modes(error) => InertiaError::NoMoments { reason: error.to_string() },
-        })
+    let (name, span) = (&tensor.name, tensor.span);
+    let principal = exact.principal(digits, |row, column| InertiaError::NotANumberEntry {
+        tensor: name.clone(),
+        span,
+        row: row + 1,
+        column: column + 1,
     })?;
     let entry = |at: usize| entries[at].clone();
-    Ok(NamedTensor {
+    Ok(Ok(NamedTensor {
         name: tensor.name.clone(),
         span: tensor.span,
         unit: tensor.unit.clone(),
         rotational: tensor.rotational,
         entries: [0, 1, 2].map(|i| [0, 1, 2].map(|j| entry(3 * i + j))),
         principal,
-    })
+    }))
 }
 
 fn parameter(model: &Model, symbol: Symbol) -> Option<&model::Parameter> {

@@ -6,6 +6,7 @@
 
 use std::ops::Range;
 
+use super::InertiaError;
 use librate_core::expr::{ExprId, Pool, Tape, ZeroVerdict};
 use librate_core::modes::{self, Kind, ModesError, Options, PreciseProblem, Problem, Source, Spectrum};
 use librate_core::number::Number;
@@ -71,15 +72,6 @@ pub struct Principal {
     pub impossible: Option<Impossible>,
 }
 
-/// Why there are no principal moments.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) enum Failure {
-    /// An entry, by row and column from 0, is no finite number.
-    NotFinite(usize, usize),
-    /// The eigenvalues could not be had.
-    Modes(ModesError),
-}
-
 /// A symmetric tensor of exact constants.
 pub(super) struct Exact<'a> {
     pub(super) pool: &'a mut Pool,
@@ -122,16 +114,20 @@ impl Source for Precisely<'_> {
 }
 
 impl Exact<'_> {
-    /// The principal moments to so many digits.
-    pub(super) fn principal(&mut self, digits: usize) -> Result<Principal, Failure> {
+    /// The principal moments to so many digits; `not_finite` is said of an entry, by row and column from 0, that is no finite number.
+    pub(super) fn principal(
+        &mut self,
+        digits: usize,
+        not_finite: impl Fn(usize, usize) -> InertiaError,
+    ) -> Result<Principal, InertiaError> {
         // One triangle stands for both, so that what is solved is symmetric to the last bit.
         for (row, column) in PAIRS {
             self.closed[column][row] = self.closed[row][column];
         }
         let stiffness = values::<Ball>(self.pool, self.closed.as_flattened(), ());
-        let stiffness = stiffness.ok_or(Failure::NotFinite(0, 0))?;
+        let stiffness = stiffness.ok_or_else(|| not_finite(0, 0))?;
         if let Some(at) = stiffness.iter().position(|entry| !entry.is_finite()) {
-            return Err(Failure::NotFinite(at / 3, at % 3));
+            return Err(not_finite(at / 3, at % 3));
         }
         let unit = |at| if at % 4 == 0 { Ball::ONE } else { Ball::ZERO };
         let mut problem =
@@ -152,12 +148,13 @@ impl Exact<'_> {
     }
 
     /// The modes with M = 1, to as many digits as it takes to round omega², not omega.
-    fn solve(&self, problem: &Problem, kernel: Vec<[ExprId; 3]>, digits: usize) -> Result<Spectrum, Failure> {
+    fn solve(&self, problem: &Problem, kernel: Vec<[ExprId; 3]>, digits: usize) -> Result<Spectrum, InertiaError> {
+        let no_moments = |error: ModesError| InertiaError::NoMoments { reason: error.to_string() };
         let source = Precisely { pool: self.pool, entries: self.closed, kernel };
         let mut last = None;
         for more in MORE_DIGITS {
             let options = Options::default().digits((digits + more).min(MOST_DIGITS));
-            let spectrum = modes::solve_from(problem, &source, &options).map_err(Failure::Modes)?;
+            let spectrum = modes::solve_from(problem, &source, &options).map_err(no_moments)?;
             let rounded = |mode: &modes::Mode| {
                 let written = match &mode.precise {
                     Some(precise) => precise.omega_squared.decimal(digits),
@@ -174,7 +171,7 @@ impl Exact<'_> {
                 break;
             }
         }
-        last.ok_or(Failure::Modes(ModesError::NoConvergence))
+        last.ok_or_else(|| no_moments(ModesError::NoConvergence))
     }
 
     /// Ascending moments, what is equal among them, and whether a body can have them.
