@@ -5,6 +5,7 @@
 //! resonance, none a finite limit, also where the force or the output is orthogonal to the mode at that frequency. Without D the variable is ω², so
 //! that only this has to be rational.
 
+use super::Value;
 use librate_core::linearize::{Linearized, power_of_two};
 use librate_core::number::Number;
 use librate_core::precision::{Ball, Complex, Root, Scalar};
@@ -22,7 +23,7 @@ const NEVER: i32 = 1 << 20;
 const BITS: usize = 192;
 
 /// A Gaussian rational.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 struct Gaussian {
     re: Number,
     im: Number,
@@ -77,8 +78,7 @@ impl Series {
         if coefficients.iter().all(Gaussian::is_zero) {
             return Self { low: NEVER, terms: Vec::new() };
         }
-        let zero = || Gaussian::real(Number::ZERO);
-        let padded = coefficients.into_iter().chain(std::iter::repeat_with(zero)).take(terms);
+        let padded = coefficients.into_iter().chain(std::iter::repeat_with(Gaussian::default)).take(terms);
         Self::new(0, padded.collect())
     }
 
@@ -94,7 +94,7 @@ impl Series {
     fn term(&self, power: i32) -> Gaussian {
         let place = usize::try_from(power - self.low).ok();
         let found = place.and_then(|place| self.terms.get(place));
-        found.cloned().unwrap_or_else(|| Gaussian::real(Number::ZERO))
+        found.cloned().unwrap_or_default()
     }
 
     fn sub(&self, other: &Self) -> Self {
@@ -110,7 +110,7 @@ impl Series {
         let count = self.terms.len().min(other.terms.len());
         let sum = |k: usize| {
             let products = (0..=k).map(|i| self.terms[i].mul(&other.terms[k - i]));
-            products.fold(Gaussian::real(Number::ZERO), |sum, product| sum.add(&product))
+            products.fold(Gaussian::default(), |sum, product| sum.add(&product))
         };
         Self::new(self.low + other.low, (0..count).map(sum).collect())
     }
@@ -120,22 +120,11 @@ impl Series {
         let mut terms: Vec<Gaussian> = vec![first.clone()];
         for k in 1..self.terms.len() {
             let products = (1..=k).map(|i| self.terms[i].mul(&terms[k - i]));
-            let sum = products.fold(Gaussian::real(Number::ZERO), |sum, product| sum.add(&product));
+            let sum = products.fold(Gaussian::default(), |sum, product| sum.add(&product));
             terms.push(sum.mul(&first).neg());
         }
         Some(Self { low: -self.low, terms })
     }
-}
-
-/// What an output tends to.
-#[derive(Clone, Debug)]
-pub(super) enum Limit {
-    /// It grows beyond all bounds.
-    Infinite,
-    /// A finite response.
-    Finite(Complex<Ball>),
-    /// Undecided.
-    Open,
 }
 
 /// A frequency.
@@ -203,13 +192,13 @@ impl Exact {
         Some(Self { order, matrices, is_real, rate, factor, coordinates })
     }
 
-    /// What outputs tend to at a frequency, for forces in SI.
+    /// What outputs tend to at a frequency, for forces in SI: a finite response, or the value where there is none or it is open.
     pub(super) fn limits(
         &self,
         frequency: &Frequency,
         forces: &[(usize, Complex<Ball>)],
         outputs: &[usize],
-    ) -> Option<Vec<Limit>> {
+    ) -> Option<Vec<Result<Complex<Ball>, Value>>> {
         let square = frequency.square.div(&self.rate.0)?;
         let value = match (&frequency.value, &self.rate.1) {
             (Some(value), Some(rate)) => value.div(rate),
@@ -266,7 +255,12 @@ impl Exact {
     }
 
     /// What an output tends to, from its response to each unit force.
-    fn limit(&self, responses: &[Series], forces: &[(usize, Complex<Ball>)], output: usize) -> Limit {
+    fn limit(
+        &self,
+        responses: &[Series],
+        forces: &[(usize, Complex<Ball>)],
+        output: usize,
+    ) -> Result<Complex<Ball>, Value> {
         let at_power = |power: i32| -> (Complex<Ball>, bool) {
             let mut sum = Complex::new(Ball::ZERO, Ball::ZERO);
             let mut vanishes = true;
@@ -286,10 +280,10 @@ impl Exact {
         for power in low..0 {
             let (sum, vanishes) = at_power(power);
             if !vanishes {
-                return if sum.contains_zero() { Limit::Open } else { Limit::Infinite };
+                return Err(if sum.contains_zero() { Value::Undecided } else { Value::Infinite });
             }
         }
-        Limit::Finite(at_power(0).0)
+        Ok(at_power(0).0)
     }
 }
 

@@ -23,7 +23,7 @@ use std::sync::OnceLock;
 
 use crate::source::{self, End, between, first, rational, share, unit_of, written_ends};
 use drive::{Averaged, Drive, Driven, averaged};
-use exact::{Exact, Frequency, Limit};
+use exact::{Exact, Frequency};
 use librate_core::linearize::{self, Linearized};
 use librate_core::model::{Constant, Model, Range};
 use librate_core::number::Number;
@@ -213,21 +213,21 @@ impl System {
         };
         for (value, own) in values.iter_mut().zip(found().unwrap_or_default()) {
             if *value == Value::Undecided {
-                *value = decided(&own, precision, digits).unwrap_or(Value::Undecided);
+                *value = decided(&own, precision, digits);
             }
         }
     }
 }
 
-/// A response whose digits are decided.
-fn decided<S: Enclosure>(x: &Complex<S>, precision: S::Precision, digits: usize) -> Option<Value> {
+/// A response, where its digits are decided.
+fn decided<S: Enclosure>(x: &Complex<S>, precision: S::Precision, digits: usize) -> Value {
     let (amplitude, phase) = polar(x, precision);
     let (amplitude, phase) = (amplitude.to_ball(), phase.map(|phase| phase.to_ball()));
     // A thousandth of a unit of the last digit.
     let share = 10_f64.powi(-3 - digits as i32);
     let is_known = |own: &Ball| own.is_finite() && own.radius <= share * own.mid_f64().abs();
     let known = is_known(&amplitude) && phase.as_ref().map_or(amplitude.is_zero(), is_known);
-    known.then_some(Value::Known { amplitude, phase })
+    if known { Value::Known { amplitude, phase } } else { Value::Undecided }
 }
 
 impl Study {
@@ -388,11 +388,7 @@ impl Study {
         };
         for (value, limit) in values.iter_mut().zip(limits().unwrap_or_default()) {
             if *value == Value::Undecided {
-                *value = match limit {
-                    Limit::Infinite => Value::Infinite,
-                    Limit::Finite(x) => decided(&x, (), self.request.digits).unwrap_or(Value::Undecided),
-                    Limit::Open => Value::Undecided,
-                };
+                *value = limit.map_or_else(|value| value, |x| decided(&x, (), self.request.digits));
             }
         }
     }
