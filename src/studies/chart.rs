@@ -151,18 +151,11 @@ impl Chart {
             let span = model.constraints.first().map_or(driven.driven_at, |own| own.span);
             return Err(FloquetError::Unsupported { what: "constraints in charts, about what moves", span }.into());
         }
-        let n = driven.dimension();
-        let not_defined = FloquetError::NotDefined { span: driven.driven_at };
-        let equations = if floquet::rests(&model, &mut driven, &begin)? {
-            let slopes = driven.linear(&begin[..n])?;
-            Equations::linear(&driven.pool, driven.time, 2 * n, &driven.open, &slopes)
-                .map_err(|_| not_defined.clone())?
-        } else {
-            driven.equations()?
-        };
+        let (equations, _) = floquet::equations(&model, &mut driven, &begin)?;
         let mut roots = vec![driven.period.0];
         roots.extend(&begin);
-        let start = Tape::compile(&driven.pool, &roots, &driven.open).map_err(|_| not_defined)?;
+        let start = Tape::compile(&driven.pool, &roots, &driven.open)
+            .map_err(|_| FloquetError::NotDefined { span: driven.driven_at })?;
         Ok(Self { axes: [first, second], equations, start: start.prepare(()), damped: driven.damped })
     }
 

@@ -5,7 +5,7 @@
 //! x^n is not defined at 0 for every n. Where the equilibrium has to be searched for, a step of Newton's method is a list of operations
 //! as well. Nothing is evaluated here but the defaults and the point where that search begins.
 
-use crate::mechanics::Mechanics;
+use crate::mechanics::{Mechanics, row};
 use crate::program::Program;
 use crate::source;
 use librate_core::expr::{ExprId, Node, Pool, Substitution, Symbol};
@@ -106,12 +106,7 @@ pub fn code(model: &Model) -> Result<Code, LinearizeError> {
     let forces = mechanics.pool.gradient(mechanics.lagrangian, &mechanics.coordinates);
     let Mechanics { mut pool, coordinates, velocities, time, .. } = mechanics;
     let zero = pool.zero();
-    let mut mass = vec![zero; n * n];
-    for (i, equation) in equations.iter().enumerate() {
-        for (j, entry) in &equation.mass {
-            mass[n * i + j] = *entry;
-        }
-    }
+    let mass: Vec<ExprId> = equations.iter().flat_map(|equation| row(&equation.mass, n, zero)).collect();
     let still = (0..n).find(|i| mass[n * i..n * (i + 1)].iter().all(|entry| *entry == zero));
     if let Some(coordinate) = still {
         let span = model.coordinates.at(coordinate).span;
@@ -153,8 +148,8 @@ pub fn code(model: &Model) -> Result<Code, LinearizeError> {
         let names: Vec<Symbol> = free.iter().map(|at| coordinates[*at]).collect();
         let mut roots: Vec<ExprId> = free.iter().map(|at| loads[*at]).collect();
         roots = pool.substitute(&roots, &there);
-        for row in 0..free.len() {
-            let slopes = pool.gradient(roots[row], &names);
+        for at in 0..free.len() {
+            let slopes = pool.gradient(roots[at], &names);
             roots.extend(slopes);
         }
         let start = free.iter().map(|at| values[*at].mid_f64()).collect();

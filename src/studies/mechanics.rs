@@ -34,6 +34,13 @@ pub(crate) struct Equation {
     pub(crate) load: ExprId,
 }
 
+/// A row of `count` entries, from those that are not 0.
+pub(crate) fn row(entries: &[(usize, ExprId)], count: usize, zero: ExprId) -> Vec<ExprId> {
+    let mut row = vec![zero; count];
+    entries.iter().for_each(|(j, entry)| row[*j] = *entry);
+    row
+}
+
 impl<'a> Mechanics<'a> {
     /// Writes the energies out, with what is known of the parameters; `pool` builds on the model's and has these values.
     pub(crate) fn new(model: &'a Model, mut pool: Pool, known: &Substitution) -> Self {
@@ -73,24 +80,12 @@ impl<'a> Mechanics<'a> {
 
     /// The derivatives by the coordinates, by their numbers, those that are not 0.
     pub(crate) fn slopes(&mut self, e: ExprId) -> Vec<(usize, ExprId)> {
-        self.numbered(e, |kind| match kind {
-            SymbolKind::Coordinate(at) => Some(at),
-            _ => None,
-        })
+        slopes(self.model, &mut self.pool, e)
     }
 
     /// The same by the velocities.
     pub(crate) fn velocity_slopes(&mut self, e: ExprId) -> Vec<(usize, ExprId)> {
-        self.numbered(e, |kind| match kind {
-            SymbolKind::Velocity(at) => Some(at),
-            _ => None,
-        })
-    }
-
-    fn numbered(&mut self, e: ExprId, wanted: impl Fn(SymbolKind) -> Option<usize>) -> Vec<(usize, ExprId)> {
-        let number = |symbol: Symbol| self.model.symbols.get(symbol).and_then(&wanted);
-        let slopes = self.pool.slopes(e, |symbol| number(symbol).is_some());
-        slopes.into_iter().filter_map(|(symbol, slope)| Some((number(symbol)?, slope))).collect()
+        velocity_slopes(self.model, &mut self.pool, e)
     }
 
     /// Σ_j of slopes times velocities, and the derivative by the time: that of an expression in q and t, or in q' too where
@@ -109,15 +104,7 @@ impl<'a> Mechanics<'a> {
         let drags = self.drags.clone();
         let at_rest = drags.iter().all(|own| self.velocity_slopes(*own).is_empty());
         let slopes: Vec<_> = drags.iter().map(|own| self.slopes(*own)).collect();
-        let slope =
-            |i: usize, j: usize| slopes[i].iter().find(|(at, _)| *at == j).map_or(self.pool.zero(), |own| own.1);
-        let pairs: Vec<_> = (0..drags.len()).flat_map(|i| (0..i).map(move |j| (i, j))).collect();
-        let pairs: Vec<_> = pairs.into_iter().map(|(i, j)| (slope(i, j), slope(j, i))).collect();
-        at_rest
-            && pairs.into_iter().all(|(a, b)| {
-                let difference = self.pool.sub(a, b);
-                self.pool.is_zero(difference) == ZeroVerdict::Zero
-            })
+        at_rest && is_gradient(&mut self.pool, &slopes)
     }
 
     /// The equations, one a coordinate.
@@ -135,4 +122,45 @@ impl<'a> Mechanics<'a> {
         });
         rows.collect()
     }
+}
+
+/// The derivatives by the coordinates, by their numbers, those that are not 0.
+pub(crate) fn slopes(model: &Model, pool: &mut Pool, e: ExprId) -> Vec<(usize, ExprId)> {
+    numbered(model, pool, e, |kind| match kind {
+        SymbolKind::Coordinate(at) => Some(at),
+        _ => None,
+    })
+}
+
+/// The same by the velocities.
+pub(crate) fn velocity_slopes(model: &Model, pool: &mut Pool, e: ExprId) -> Vec<(usize, ExprId)> {
+    numbered(model, pool, e, |kind| match kind {
+        SymbolKind::Velocity(at) => Some(at),
+        _ => None,
+    })
+}
+
+fn numbered(
+    model: &Model,
+    pool: &mut Pool,
+    e: ExprId,
+    wanted: impl Fn(SymbolKind) -> Option<usize>,
+) -> Vec<(usize, ExprId)> {
+    let number = |symbol: Symbol| model.symbols.get(symbol).and_then(&wanted);
+    let slopes = pool.slopes(e, |symbol| number(symbol).is_some());
+    slopes.into_iter().filter_map(|(symbol, slope)| Some((number(symbol)?, slope))).collect()
+}
+
+/// Whether components with these derivatives by the coordinates, one list each, are those of a gradient: without a curl.
+pub(crate) fn is_gradient(pool: &mut Pool, slopes: &[Vec<(usize, ExprId)>]) -> bool {
+    let slope = |pool: &Pool, i: usize, j: usize| {
+        let own = slopes[i].iter().find(|(at, _)| *at == j);
+        own.map_or(pool.zero(), |own| own.1)
+    };
+    let mut pairs = (0..slopes.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
+    pairs.all(|(i, j)| {
+        let (own, other) = (slope(pool, i, j), slope(pool, j, i));
+        let curl = pool.sub(own, other);
+        pool.is_zero(curl) == ZeroVerdict::Zero
+    })
 }

@@ -1,9 +1,7 @@
 //! L = T2 - U of a model, compiled to gradients: what is linear in the velocities is proved to move nothing.
 
-use std::collections::HashMap;
-
 use super::error::AmplitudeError;
-use crate::mechanics::Mechanics;
+use crate::mechanics::{Mechanics, is_gradient, slopes, velocity_slopes};
 use crate::source;
 use librate_core::expr::{ExprId, Pool, Substitution, Symbol, Tape, ZeroVerdict};
 use librate_core::linearize::{instance, known_values, signed_terms};
@@ -14,15 +12,17 @@ use librate_core::span::Span;
 /// Terms beyond this are not written out.
 const MOST_TERMS: usize = 200_000;
 
-/// Refuses what has no periodic motions near an equilibrium, or is not covered.
-pub(super) fn check(model: &Model) -> Result<(), AmplitudeError> {
+/// Refuses what is not covered, before anything is computed.
+///
+/// # Errors
+/// Explicit time, friction, constraints and steady motions, and more terms than are written out.
+pub fn check(model: &Model) -> Result<(), AmplitudeError> {
     if let Some((feature, span)) = model.features().next() {
         return Err(AmplitudeError::Unsupported { feature, span });
     }
     let terms = Mechanics::terms(model);
     if terms > MOST_TERMS {
-        let most = MOST_TERMS;
-        return Err(AmplitudeError::TooLarge { terms, most });
+        return Err(AmplitudeError::TooLarge { terms, most: MOST_TERMS });
     }
     Ok(())
 }
@@ -143,25 +143,9 @@ impl Parts {
 /// Whether b(q)·q' has a curl somewhere, or may have one: where it has none it is the derivative of a function of q by the time
 /// and moves nothing.
 fn acts(model: &Model, pool: &mut Pool, linear: ExprId) -> bool {
-    let number = |symbol: Symbol| match model.symbols.get(symbol) {
-        Some(SymbolKind::Coordinate(at) | SymbolKind::Velocity(at)) => at,
-        _ => usize::MAX,
-    };
-    let kind = |symbol: Symbol| model.symbols.get(symbol);
-    let factors = pool.slopes(linear, |s| matches!(kind(s), Some(SymbolKind::Velocity(_))));
-    let mut slopes: HashMap<(usize, usize), ExprId> = HashMap::new();
-    for (velocity, factor) in factors {
-        let row = number(velocity);
-        let own = pool.slopes(factor, |s| matches!(kind(s), Some(SymbolKind::Coordinate(_))));
-        slopes.extend(own.into_iter().map(|(q, slope)| ((row, number(q)), slope)));
+    let mut rows = vec![Vec::new(); model.coordinates.len()];
+    for (row, factor) in velocity_slopes(model, pool, linear) {
+        rows[row] = slopes(model, pool, factor);
     }
-    let zero = pool.zero();
-    let mut entries: Vec<((usize, usize), ExprId)> = slopes.iter().map(|(k, v)| (*k, *v)).collect();
-    entries.sort_unstable();
-    entries.into_iter().any(|((i, j), slope)| {
-        let other = slopes.get(&(j, i)).copied().unwrap_or(zero);
-        let other = pool.neg(other);
-        let curl = pool.sum(&[slope, other]);
-        i != j && pool.is_zero(curl) != ZeroVerdict::Zero
-    })
+    !is_gradient(pool, &rows)
 }

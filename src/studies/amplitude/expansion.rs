@@ -209,13 +209,13 @@ impl<'a> Expansion<'a> {
     /// G1 and G3.
     fn third_order(&mut self, shape: &[Ball], omega: &Ball, c0: &[Ball], c2: &[Ball]) -> (Vec<Ball>, Vec<Ball>) {
         let n = shape.len();
-        let half = Ball::ONE.scale(-1);
-        let one = Ball::ONE;
+        let (one, half) = (Ball::ONE, Ball::ONE.scale(-1));
+        let root = self.root_of_three * half;
         // At u = 0 all is at rest: F1 + F3.
         let most = combined(c0, &one, c2, &one);
         let whole: Vec<Ball> = self.force(&[shape, &most], 3).iter().map(|f| -*f).collect();
         // At u = pi/3: F1/2 - F3.
-        let path = self.path(shape, omega, (c0, c2), Phase::Third);
+        let path = Self::path(shape, omega, (c0, c2), [half, root, -half, root]);
         let mut part: Vec<Ball> = {
             let [q1, q2] = &path.place;
             self.force(&[q1, q2], 3).iter().map(|f| -*f).collect()
@@ -234,9 +234,9 @@ impl<'a> Expansion<'a> {
             return (first, triple);
         }
         // At u = pi/2: P1 - P3; at u = pi/6: P1/2 + P3.
-        let path = self.path(shape, omega, (c0, c2), Phase::Half);
+        let path = Self::path(shape, omega, (c0, c2), [Ball::ZERO, one, -one, Ball::ZERO]);
         let difference = self.inertia(&path, 3);
-        let path = self.path(shape, omega, (c0, c2), Phase::Sixth);
+        let path = Self::path(shape, omega, (c0, c2), [root, half, half, root]);
         let sum = self.inertia(&path, 3);
         if let (Some((_, difference)), Some((_, sum))) = (difference, sum) {
             let threefold = *omega * Ball::exact(3.0);
@@ -250,28 +250,18 @@ impl<'a> Expansion<'a> {
         (first, triple)
     }
 
-    /// a s cos u + a² (C0 + C2 cos 2u) and its derivative -a w s sin u - 2 a² w C2 sin 2u.
-    fn path(&self, s: &[Ball], omega: &Ball, (c0, c2): (&[Ball], &[Ball]), phase: Phase) -> Path {
-        let half = Ball::ONE.scale(-1);
-        let root = self.root_of_three * half;
-        let (cosine, sine, double_cosine, double_sine) = match phase {
-            Phase::Third => (half, root, -half, root),
-            Phase::Half => (Ball::ZERO, Ball::ONE, -Ball::ONE, Ball::ZERO),
-            Phase::Sixth => (root, half, half, root),
-        };
+    /// a s cos u + a² (C0 + C2 cos 2u) and its derivative -a w s sin u - 2 a² w C2 sin 2u, from cos u, sin u, cos 2u and sin 2u.
+    fn path(
+        s: &[Ball],
+        omega: &Ball,
+        (c0, c2): (&[Ball], &[Ball]),
+        [cosine, sine, double_cosine, double_sine]: [Ball; 4],
+    ) -> Path {
         Path {
             place: [scaled(s, &cosine), combined(c0, &Ball::ONE, c2, &double_cosine)],
             speed: [scaled(s, &-(*omega * sine)), scaled(c2, &-(omega.scale(1) * double_sine))],
         }
     }
-}
-
-/// u = pi/3, pi/2, pi/6.
-#[derive(Clone, Copy)]
-enum Phase {
-    Third,
-    Half,
-    Sixth,
 }
 
 fn finite(values: &[Ball]) -> Result<(), Ended> {

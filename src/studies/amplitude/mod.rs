@@ -27,6 +27,7 @@ mod energies;
 mod error;
 mod expansion;
 
+pub use energies::check;
 pub use error::AmplitudeError;
 
 use basis::Basis;
@@ -34,7 +35,6 @@ use energies::Energies;
 use expansion::{Ended, Expansion};
 
 use librate_core::linearize::{LinearizeError, Linearized, Structure};
-use librate_core::model::Model;
 use librate_core::modes::Kind;
 use librate_core::oscillation::{NormalMode, NormalModes, in_units};
 use librate_core::precision::Ball;
@@ -99,14 +99,6 @@ pub enum Obstacle {
     },
     /// Shapes that the bounds do not separate leave it open.
     Undecided,
-}
-
-/// Refuses what is not covered, before anything is computed.
-///
-/// # Errors
-/// Explicit time, friction, constraints and steady motions, and more terms than are written out.
-pub fn check(model: &Model) -> Result<(), AmplitudeError> {
-    energies::check(model)
 }
 
 /// The leading change of each frequency; `modes` are all modes with their shapes.

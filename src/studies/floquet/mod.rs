@@ -138,14 +138,7 @@ fn over_a_period(model: &Model, options: &Options) -> Result<Floquet, FloquetErr
         trial::try_period(&driven, &period, &numbers)?;
     }
     // With the constraints beside the equations what rests is a motion like any other.
-    let rests = driven.tied.is_none() && rests(model, &mut driven, &begin)?;
-    let equations = if rests {
-        let slopes = driven.linear(point)?;
-        let not_defined = |_| FloquetError::NotDefined { span: driven.driven_at };
-        Equations::linear(&driven.pool, driven.time, 2 * n, &[], &slopes).map_err(not_defined)?
-    } else {
-        driven.equations()?
-    };
+    let (equations, rests) = equations(model, &mut driven, &begin)?;
     let task = Task { driven: &driven, equations: &equations, period: &period, point, digits: options.digits };
     let found = if rests { task.about_rest()? } else { task.about_motion(&numbers)? };
     let mut multipliers = found.multipliers;
@@ -258,8 +251,23 @@ pub(crate) fn begin(model: &Model, driven: &mut Driven) -> Vec<ExprId> {
         .collect()
 }
 
+/// The equations of displacements from a state that rests at all times, and whether it does; else those of the state itself.
+pub(crate) fn equations(
+    model: &Model,
+    driven: &mut Driven,
+    begin: &[ExprId],
+) -> Result<(Equations, bool), FloquetError> {
+    if driven.tied.is_some() || !rests(model, driven, begin)? {
+        return Ok((driven.equations()?, false));
+    }
+    let n = driven.dimension();
+    let slopes = driven.linear(&begin[..n])?;
+    let equations = Equations::linear(&driven.pool, driven.time, 2 * n, &driven.open, &slopes);
+    Ok((equations.map_err(|_| FloquetError::NotDefined { span: driven.driven_at })?, true))
+}
+
 /// Whether no motion begins at a state, as it has no velocity and no force acts there at any time.
-pub(crate) fn rests(model: &Model, driven: &mut Driven, begin: &[ExprId]) -> Result<bool, FloquetError> {
+fn rests(model: &Model, driven: &mut Driven, begin: &[ExprId]) -> Result<bool, FloquetError> {
     let (point, velocities) = begin.split_at(driven.dimension());
     let moved = driven.moved(point);
     let energy = driven.driven_at;

@@ -5,7 +5,7 @@
 use super::constrained::Tied;
 use super::error::FloquetError;
 use crate::flow::{Equations, solved};
-use crate::mechanics::Mechanics;
+use crate::mechanics::{Mechanics, row};
 use librate_core::expr::{ExprId, Node, Pool, Substitution, Symbol, ZeroVerdict};
 use librate_core::linearize::{known_values, missing_value, signed_terms};
 use librate_core::model::{Model, SymbolKind};
@@ -64,11 +64,7 @@ impl Driven {
         let damped = !mechanics.has_potential();
         let Mechanics { mut pool, coordinates, velocities, time, .. } = mechanics;
         let zero = pool.zero();
-        let whole = |entries: &[(usize, ExprId)]| {
-            let mut row = vec![zero; coordinates.len()];
-            entries.iter().for_each(|(j, entry)| row[*j] = *entry);
-            row
-        };
+        let whole = |entries: &[(usize, ExprId)]| row(entries, coordinates.len(), zero);
         let mass = equations.iter().map(|own| whole(&own.mass)).collect();
         let slopes = equations.iter().map(|own| whole(&own.slopes)).collect();
         let load = equations.iter().map(|own| own.load).collect();
