@@ -106,7 +106,7 @@ pub fn put_uncertainties(
     modes: &mut NormalModes,
     options: &Options,
 ) -> Result<(), LinearizeError> {
-    if !has_uncertainties(linearized.model()) {
+    if linearized.model().parameters.iter().all(|parameter| parameter.uncertainty.is_none()) {
         return Ok(());
     }
     let found = if options.vectors {
@@ -118,13 +118,6 @@ pub fn put_uncertainties(
     };
     found.put_uncertainties(linearized, modes);
     Ok(())
-}
-
-/// Whether a model states the uncertainty of a parameter.
-#[must_use]
-pub fn has_uncertainties(model: &Model) -> bool {
-    let mut parameters = model.parameters.iter();
-    parameters.any(|parameter| parameter.uncertainty.is_some())
 }
 
 /// The derivatives for all parameters that have a value, are not defined from others and set no range; `modes` with their
