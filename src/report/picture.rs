@@ -158,29 +158,16 @@ pub(super) struct Panel {
     pub(super) y: Axis,
     pub(super) cells: Vec<Cell>,
     pub(super) curves: Vec<Curve>,
-    /// So that lengths on both axes are alike.
-    pub(super) square: bool,
 }
 
 impl Panel {
     pub(super) fn new(x: Axis, y: Axis, curves: Vec<Curve>) -> Self {
-        Self { title: String::new(), x, y, cells: Vec::new(), curves, square: false }
+        Self { title: String::new(), x, y, cells: Vec::new(), curves }
     }
 
     pub(super) fn titled(mut self, title: impl Into<String>) -> Self {
         self.title = title.into();
         self
-    }
-
-    /// Widens one of the axes.
-    fn squared(&mut self, [width, height]: [f64; 2]) {
-        let [x, y] = [self.x.high - self.x.low, self.y.high - self.y.low];
-        let unit = (x / width).max(y / height);
-        for (axis, size) in [(&mut self.x, width), (&mut self.y, height)] {
-            let more = 0.5 * (unit * size - (axis.high - axis.low));
-            axis.low -= more;
-            axis.high += more;
-        }
     }
 }
 
@@ -235,11 +222,8 @@ impl Picture {
         let deep = top + (rows as f64 * down).max(least) + MARGIN * 0.5;
         let mut out = String::new();
         self.open(&mut out, [total, deep]);
-        for (at, panel) in self.panels.iter_mut().enumerate() {
+        for (at, panel) in self.panels.iter().enumerate() {
             let [x, y] = [(at % columns) as f64 * across + left, top + (at / columns) as f64 * down + above];
-            if panel.square {
-                panel.squared(self.size);
-            }
             draw(&mut out, panel, [x, y], self.size);
         }
         let x = columns as f64 * across + MARGIN;
@@ -376,7 +360,7 @@ fn draw(out: &mut String, panel: &Panel, [left, top]: [f64; 2], [width, height]:
     let frame = rectangle([left, top], [width, height]);
     let _ = writeln!(out, "<svg {frame}>");
     let on_page = |[a, b]: [f64; 2]| [x.share(a) * width, height - y.share(b) * height];
-    if y.low < 0.0 && y.high > 0.0 && !matches!(y.ticks, Ticks::Names(_)) && !panel.square {
+    if y.low < 0.0 && y.high > 0.0 && !matches!(y.ticks, Ticks::Names(_)) {
         let _ = writeln!(out, "<path class=\"zero\" d=\"M0 {}H{}\"/>", place(on_page([0.0, 0.0])[1]), place(width));
     }
     for cell in &panel.cells {
