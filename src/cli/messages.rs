@@ -79,33 +79,22 @@ impl<'a> Lines<'a> {
     }
 }
 
-/// Where something is to be said, and what is to be written.
-#[derive(Default)]
-struct Places {
-    primary: Value,
-    secondary: Vec<Value>,
-    replacement: Value,
-}
-
-fn object(
-    severity: &str,
-    code: Option<&str>,
-    message: &str,
-    help: Option<&str>,
-    file: Option<&str>,
-    places: Places,
-) -> String {
-    let value = json!({
+/// A message that is about no place.
+fn object(severity: &str, code: Option<&str>, message: &str, help: Option<&str>) -> Value {
+    json!({
         "severity": severity,
         "code": code,
         "message": message,
-        "file": file,
-        "primary": places.primary,
-        "secondary": places.secondary,
+        "file": null,
+        "primary": null,
+        "secondary": [],
         "help": help,
-        "replacement": places.replacement,
-    });
-    format!("{}\n", visible_json(&value.to_string()))
+        "replacement": null,
+    })
+}
+
+fn line(object: &Value) -> String {
+    format!("{}\n", visible_json(&object.to_string()))
 }
 
 /// All diagnostics, one JSON object a line, in the order given.
@@ -115,22 +104,22 @@ pub(crate) fn diagnostics(source: &Source, all: &[Diagnostic]) -> String {
         .map(|one| {
             let label = |own: &Label| lines.at(own.span, "label", &own.text);
             let changed = |own: &Replacement| lines.at(own.span, "text", &own.text);
-            let places = Places {
-                primary: one.primary.as_ref().map_or(Value::Null, label),
-                secondary: one.secondary.iter().map(label).collect(),
-                replacement: one.replacement.as_ref().map_or(Value::Null, changed),
-            };
-            object(one.severity.as_str(), one.code, &one.message, one.help.as_deref(), Some(&source.name), places)
+            let mut told = object(one.severity.as_str(), one.code, &one.message, one.help.as_deref());
+            told["file"] = json!(source.name);
+            told["primary"] = one.primary.as_ref().map_or(Value::Null, label);
+            told["secondary"] = one.secondary.iter().map(label).collect();
+            told["replacement"] = one.replacement.as_ref().map_or(Value::Null, changed);
+            line(&told)
         })
         .collect()
 }
 
 /// A message that is not about a place in a model.
 pub(crate) fn message(text: &str, help: Option<&str>) -> String {
-    object(Severity::Error.as_str(), None, text, help, None, Places::default())
+    line(&object(Severity::Error.as_str(), None, text, help))
 }
 
 /// A line that tells how something is computed.
 pub(crate) fn note(text: &str) -> String {
-    object("note", None, text, None, None, Places::default())
+    line(&object("note", None, text, None))
 }

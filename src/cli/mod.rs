@@ -62,6 +62,8 @@ enum Failure {
     Model(Source, Vec<Diagnostic>),
     /// Anything else, with the exit status.
     Other { message: String, help: Option<String>, status: u8 },
+    /// Help, or arguments that are wrong.
+    Usage(clap::Error),
     /// Nobody reads the output any more.
     BrokenPipe,
 }
@@ -95,7 +97,7 @@ struct Loaded {
 pub(crate) fn run() -> ExitCode {
     let mut cli = match Cli::try_parse() {
         Ok(cli) => cli,
-        Err(error) => return usage(&error),
+        Err(error) => return ended(Err(Failure::Usage(error)), MessageFormat::Text),
     };
     let format = cli.message_format;
     let guard = Guard::new(cli.budget.unwrap_or_default(), format, cli.command.tells());
@@ -139,14 +141,16 @@ pub(crate) fn run() -> ExitCode {
         output::write_paged(&answer.text)?;
         answer.rest.map_or(Ok(()), output::write_rest)
     });
-    match written {
-        Ok(()) | Err(Failure::BrokenPipe) => ExitCode::SUCCESS,
-        Err(failure) => ExitCode::from(complain(failure, format)),
-    }
+    ended(written, format)
+}
+
+/// The exit status of a command, once it is said what went wrong.
+fn ended(result: Result<(), Failure>, format: MessageFormat) -> ExitCode {
+    ExitCode::from(result.map_or_else(|failure| complain(failure, format), |()| 0))
 }
 
 /// Help, or what is wrong about the arguments; these may be names of files.
-fn usage(error: &clap::Error) -> ExitCode {
+fn usage(error: &clap::Error) -> u8 {
     let text = error.render();
     // Beside colours of ours there are none of an argument's.
     let foreign = |argument: OsString| {
@@ -161,12 +165,10 @@ fn usage(error: &clap::Error) -> ExitCode {
     };
     if error.use_stderr() {
         output::write_messages(&colored(AutoStream::choice(&io::stderr())));
-        return ExitCode::from(USAGE);
+        return USAGE;
     }
-    match write_out(&colored(AutoStream::choice(&io::stdout()))) {
-        Ok(()) | Err(Failure::BrokenPipe) => ExitCode::SUCCESS,
-        Err(failure) => ExitCode::from(complain(failure, MessageFormat::Text)),
-    }
+    let written = write_out(&colored(AutoStream::choice(&io::stdout())));
+    written.map_or_else(|failure| complain(failure, MessageFormat::Text), |()| 0)
 }
 
 fn explain_text(args: &args::Explain) -> Result<Answer, Failure> {
@@ -562,6 +564,7 @@ fn complain(failure: Failure, format: MessageFormat) -> u8 {
             output::write_messages(&text);
             status
         }
+        Failure::Usage(error) => usage(&error),
         Failure::BrokenPipe => 0,
     }
 }

@@ -19,7 +19,7 @@ use serde_json::Value;
 use super::args::{Cli, MessageFormat};
 use super::input::{Source, read_model};
 use super::output::{write_file, write_messages, write_out};
-use super::{Failure, complain, fault};
+use super::{Failure, complain, ended, fault};
 
 pub(super) const ABOUT: &str = "\
 A model that is entered line by line: each statement is checked at once, and once there are energies each change shows how the
@@ -73,10 +73,7 @@ pub(super) fn run(repl: &Repl, format: MessageFormat) -> ExitCode {
         }
         if io::stdin().is_terminal() { session.converse() } else { session.read(io::stdin().lock()) }
     };
-    match go() {
-        Ok(()) | Err(Failure::BrokenPipe) => ExitCode::SUCCESS,
-        Err(failure) => ExitCode::from(complain(failure, format)),
-    }
+    ended(go(), format)
 }
 
 /// Whether the conversation goes on.

@@ -16,7 +16,7 @@ use notify_debouncer_full::{DebounceEventResult, new_debouncer};
 
 use super::args::{Cli, Command, MessageFormat};
 use super::input::folder;
-use super::{Failure, complain, fault, output, usage};
+use super::{Failure, ended, fault, output};
 
 pub(super) const ABOUT: &str = "\
 Runs a command, and again each time its model or a table of it is saved; errors go when they are mended. FILE alone stands for `modes
@@ -48,23 +48,23 @@ struct Task {
 }
 
 impl Task {
-    fn new(watch: &Watch) -> Result<Self, Wrong> {
+    fn new(watch: &Watch) -> Result<Self, Failure> {
         let mut words = watch.words.clone();
         let known = |word: &OsString| Cli::command().get_subcommands().any(|own| word == own.get_name());
         if words.first().is_some_and(|word| !known(word)) {
             words.insert(0, "modes".into());
         }
         let typed = std::iter::once(OsString::from("librate")).chain(words.iter().cloned());
-        let mut cli = Cli::try_parse_from(typed).map_err(Wrong::Usage)?;
+        let mut cli = Cli::try_parse_from(typed).map_err(Failure::Usage)?;
         let file = match &mut cli.command {
             // It would write what it watches.
             Command::Fmt(_) => None,
             command => command.model().map(|model| model.file.clone()),
         };
         let none = || fault("only commands that read one model can be run again and again".to_owned());
-        let file = file.ok_or_else(|| Wrong::Other(none()))?;
+        let file = file.ok_or_else(none)?;
         if file.as_os_str() == "-" {
-            return Err(Wrong::Other(fault("standard input is never saved: give a file".to_owned())));
+            return Err(fault("standard input is never saved: give a file".to_owned()));
         }
         if matches!(&cli.command, Command::Show(show) if show.output.is_some()) {
             words.push("--live".into());
@@ -125,25 +125,10 @@ impl Task {
     }
 }
 
-/// Why nothing is watched.
-enum Wrong {
-    Usage(clap::Error),
-    Other(Failure),
-}
-
 /// Runs until it is interrupted or can't go on.
 pub(super) fn run(watch: &Watch, format: MessageFormat) -> ExitCode {
-    let wrong = match Task::new(watch) {
-        Ok(task) => match task.repeat() {
-            Ok(never) => match never {},
-            Err(failure) => Wrong::Other(failure),
-        },
-        Err(wrong) => wrong,
-    };
-    match wrong {
-        Wrong::Usage(error) => usage(&error),
-        Wrong::Other(failure) => ExitCode::from(complain(failure, format)),
-    }
+    let Err(failure) = Task::new(watch).and_then(|task| task.repeat());
+    ended(Err(failure), format)
 }
 
 /// Waits until one of the files is saved; false where nothing is heard any more.

@@ -176,7 +176,7 @@ fn tables(document: &Document) -> (TableTexts, Option<Diagnostic>) {
     match input::read_tables(&arguments(document), &document.file, &mut source) {
         Ok(tables) => (tables, None),
         Err(Failure::Other { message, .. }) => (TableTexts::new(), Some(Diagnostic::global(message))),
-        Err(Failure::Model(..) | Failure::BrokenPipe) => (TableTexts::new(), None),
+        Err(_) => (TableTexts::new(), None),
     }
 }
 
