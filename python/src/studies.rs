@@ -11,7 +11,7 @@ use librate::modes::Options;
 use librate::motion::{Enclosed, Start, System, Times};
 use librate::oscillation;
 use librate::period::{self, Oscillator, Request as PeriodRequest};
-use librate::report::{self, Style, SweepColumns, SweepCsv, SweepRow, SweepView};
+use librate::report::{self, Remarks, Style, SweepColumns, SweepCsv, SweepRow, SweepView};
 use librate::response::{self, Peaks, ResponseError, Value};
 use librate::sweep::{Place, Sweep};
 use librate::tracking;
@@ -62,9 +62,8 @@ pub(crate) fn sweep(py: Python<'_>, model: &Model, args: SweepArgs) -> PyResult<
         let threads = positive("threads", args.threads)?;
         let name = range.name().to_owned();
         let sweep = Sweep::new(job.made_from(), range, options);
-        let mut places =
-            in_parallel(job, threads, sweep.range().len(), || |at: usize| sweep.place_with_uncertainties(at))?;
-        complain(job, &name, &mut places)?;
+        let places = in_parallel(job, threads, sweep.range().len(), || |at: usize| sweep.place_with_uncertainties(at))?;
+        complain(job, &name, &places)?;
         if args.svg {
             let branches = tracking::branches(&sweep, &places);
             let view = SweepView::new(args.orders.clone(), args.root_locus);
@@ -93,24 +92,13 @@ fn table(name: &str, rows: &[SweepRow]) -> String {
 }
 
 /// Says why places have no modes, each reason once; an error where none has.
-fn complain(job: &mut Job, name: &str, places: &mut [Place]) -> Result<(), Failure> {
-    let mut seen: Vec<Option<&'static str>> = Vec::new();
-    let mut failed = 0;
-    let mut first = None;
-    for place in places.iter() {
-        let Err(error) = &place.result else { continue };
-        failed += 1;
-        first.get_or_insert(error);
-        for mut told in error.diagnostics() {
-            if !seen.contains(&told.code) {
-                seen.push(told.code);
-                told.message = format!("at {name} = {}: {}", place.value, told.message);
-                job.warnings.push(told);
-            }
-        }
-    }
-    match first {
-        Some(error) if failed == places.len() => Err(Failure(error.diagnostics())),
+fn complain(job: &mut Job, name: &str, places: &[Place]) -> Result<(), Failure> {
+    let mut remarks = Remarks::new(name);
+    let failed = places.iter().filter_map(|place| Some((place.value, place.result.as_ref().err()?)));
+    failed.clone().for_each(|(value, error)| remarks.add(value, error.diagnostics()));
+    job.warnings.extend(remarks.all);
+    match failed.clone().next() {
+        Some((_, error)) if failed.count() == places.len() => Err(Failure(error.diagnostics())),
         _ => Ok(()),
     }
 }

@@ -3,10 +3,9 @@
 use librate::diagnostic::Diagnostic;
 use librate::model::{ModelError, Range};
 use librate::period::{self, Options, Oscillator, Place, Request};
-use librate::report;
+use librate::report::{self, Remarks};
 
 use super::args;
-use super::input::Source;
 use super::{
     Answer, Failure, Loaded, Size, constant, during, failed, load_values, range, style, wrong_request, wrong_value,
 };
@@ -57,7 +56,14 @@ pub(super) fn text(args: &args::Period) -> Result<Answer, Failure> {
             let work = || Ok(period::curve(&oscillator, &range, &options)?.collect::<Vec<Place>>());
             let places = during(&args.model, "integrating the periods over the range", work);
             let places = places.map_err(|error: ModelError| wrong_value(&error))?;
-            remark(&source, &range, &places, &mut warnings)?;
+            let mut remarks = Remarks::new(range.name());
+            for (value, error) in places.iter().filter_map(|own| Some((own.value, own.result.as_ref().err()?))) {
+                remarks.add(value, vec![Diagnostic::from(error)]);
+            }
+            warnings.extend(remarks.all);
+            if places.iter().all(|place| place.result.is_err()) {
+                return Err(Failure::Model(source, warnings));
+            }
             if args.model.drawn {
                 report::period_svg(&range, &places, oscillator.model().has_units)
             } else if args.json {
@@ -68,23 +74,4 @@ pub(super) fn text(args: &args::Period) -> Result<Answer, Failure> {
         }
     };
     Ok(Answer::new(text, Some((source, warnings))))
-}
-
-/// Why places have no period, each reason once; an error where none has.
-fn remark(source: &Source, range: &Range, places: &[Place], warnings: &mut Vec<Diagnostic>) -> Result<(), Failure> {
-    let errors = places.iter().filter_map(|place| Some((place.value, place.result.as_ref().err()?)));
-    let errors: Vec<_> = errors.collect();
-    let mut told: Vec<Diagnostic> = Vec::new();
-    for (value, error) in &errors {
-        let mut diagnostic = Diagnostic::from(*error);
-        if told.iter().all(|other| other.code != diagnostic.code) {
-            diagnostic.message = format!("at {} = {value}: {}", range.name(), diagnostic.message);
-            told.push(diagnostic);
-        }
-    }
-    warnings.extend(told);
-    if !places.is_empty() && errors.len() == places.len() {
-        return Err(Failure::Model(source.clone(), std::mem::take(warnings)));
-    }
-    Ok(())
 }

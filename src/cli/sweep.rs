@@ -1,12 +1,12 @@
 //! `librate sweep`: lines as they are made, on all cores, in parts, and continued where they stopped.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::BTreeMap;
 use std::io::Write;
 use std::ops::Range as Places;
 use std::path::Path;
 
 use librate::diagnostic::Diagnostic;
-use librate::report::{self, SweepColumns, SweepCsv, SweepKept, SweepRow};
+use librate::report::{self, Remarks, SweepColumns, SweepCsv, SweepKept, SweepRow};
 use librate::sweep::{Sweep, Worker};
 use librate::{Error, modes, sensitivity, tracking};
 
@@ -38,10 +38,11 @@ pub(super) fn text(args: &args::Sweep) -> Result<Answer, Failure> {
     let name = visible(range.name(), false).into_owned();
     let sweep = Sweep::new(made, range, options);
     let uncertain = sweep.derived().and_then(sensitivity::ignored).filter(|_| !args.json);
-    let mut run = Run { args, sweep: &sweep, name, remarks: Vec::new(), told: HashSet::new(), uncertain };
+    let remarks = Remarks::new(&name);
+    let mut run = Run { args, sweep: &sweep, name, remarks, uncertain };
     if args.model.drawn {
         let picture = run.picture(&source)?;
-        let mut remarks = run.remarks;
+        let mut remarks = run.remarks.all;
         remarks.extend(run.uncertain);
         return Ok(Answer::new(picture, Some((source, remarks))));
     }
@@ -50,8 +51,8 @@ pub(super) fn text(args: &args::Sweep) -> Result<Answer, Failure> {
     } else {
         run.table(&mut source)?;
     }
-    run.remarks.extend(run.uncertain);
-    Ok(Answer::new(String::new(), Some((source, run.remarks))))
+    run.remarks.all.extend(run.uncertain);
+    Ok(Answer::new(String::new(), Some((source, run.remarks.all))))
 }
 
 /// A sweep under way.
@@ -61,9 +62,7 @@ struct Run<'a> {
     /// The parameter, as it is written.
     name: String,
     /// What is to be said of single values.
-    remarks: Vec<Diagnostic>,
-    /// The kinds of these.
-    told: HashSet<String>,
+    remarks: Remarks,
     /// That uncertainties are ignored.
     uncertain: Option<Diagnostic>,
 }
@@ -120,17 +119,6 @@ fn lines(
 }
 
 impl Run<'_> {
-    /// Says a mistake once, with the first value that has it.
-    fn remark(&mut self, place: usize, diagnostics: Vec<Diagnostic>) {
-        for mut diagnostic in diagnostics {
-            if self.told.insert(diagnostic.code.map_or_else(|| diagnostic.message.clone(), str::to_owned)) {
-                let value = self.sweep.value(place);
-                diagnostic.message = format!("at {} = {value}: {}", self.name, diagnostic.message);
-                self.remarks.push(diagnostic);
-            }
-        }
-    }
-
     /// All modes with their shapes, followed from value to value.
     fn picture(&mut self, source: &Source) -> Result<String, Failure> {
         let (args, sweep) = (self.args, self.sweep);
@@ -153,10 +141,10 @@ impl Run<'_> {
         let failed: Vec<_> =
             places.iter().enumerate().filter_map(|(at, own)| Some((at, own.result.as_ref().err()?))).collect();
         for (at, error) in &failed {
-            self.remark(*at, error.diagnostics());
+            self.remarks.add(sweep.value(*at), error.diagnostics());
         }
         if failed.len() == count {
-            return Err(Failure::Model(source.clone(), std::mem::take(&mut self.remarks)));
+            return Err(Failure::Model(source.clone(), std::mem::take(&mut self.remarks.all)));
         }
         let branches = tracking::branches(sweep, &places);
         Ok(report::sweep_svg(sweep, &places, &branches, &args.view))
@@ -182,7 +170,7 @@ impl Run<'_> {
             waiting.push(object);
             match error {
                 Some(error) => {
-                    self.remark(place, error.diagnostics());
+                    self.remarks.add(self.sweep.value(place), error.diagnostics());
                     first.get_or_insert(error);
                     if !is_begun {
                         return Ok(());
@@ -319,12 +307,12 @@ impl Run<'_> {
     ) -> Result<(), Failure> {
         let mut row = line.row;
         if let Some(error) = line.error {
-            self.remark(place, error.diagnostics());
+            self.remarks.add(self.sweep.value(place), error.diagnostics());
         } else if !columns.hold(&row) {
             let message = "there are modes or growth that the table has no columns for".to_owned();
             let help =
                 format!("columns are those that {SAMPLES} values over the range need; `--growth` adds those of growth");
-            self.remark(place, vec![Diagnostic::global(message).with_help(help)]);
+            self.remarks.add(self.sweep.value(place), vec![Diagnostic::global(message).with_help(help)]);
             row = SweepRow::empty(self.sweep.value(place));
         }
         self.uncertain = self.uncertain.take().or(line.uncertain);

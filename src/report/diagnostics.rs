@@ -1,5 +1,7 @@
 //! Diagnostics, drawn below the lines they are about.
 
+use std::collections::HashSet;
+
 use annotate_snippets::{
     Annotation, AnnotationKind, Element, Group, Level, Origin, Renderer, Snippet, normalize_untrusted_str,
 };
@@ -46,6 +48,34 @@ pub fn diagnostics_text(name: &str, text: &str, diagnostics: &[Diagnostic], styl
         out.pop();
     }
     out
+}
+
+/// What is to be said of values of a range: each kind of mistake once, with the first value that has it.
+#[derive(Clone, Debug)]
+pub struct Remarks {
+    /// The name of the range.
+    name: String,
+    told: HashSet<String>,
+    /// All of them.
+    pub all: Vec<Diagnostic>,
+}
+
+impl Remarks {
+    /// Nothing so far.
+    #[must_use]
+    pub fn new(name: &str) -> Self {
+        Self { name: name.to_owned(), told: HashSet::new(), all: Vec::new() }
+    }
+
+    /// What is to be said of a value.
+    pub fn add(&mut self, value: f64, diagnostics: Vec<Diagnostic>) {
+        for mut diagnostic in diagnostics {
+            if self.told.insert(diagnostic.code.map_or_else(|| diagnostic.message.clone(), str::to_owned)) {
+                diagnostic.message = format!("at {} = {value}: {}", self.name, diagnostic.message);
+                self.all.push(diagnostic);
+            }
+        }
+    }
 }
 
 /// An error that is not about a place in a text, and the fix where there is one.

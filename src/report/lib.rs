@@ -41,7 +41,7 @@ pub use amplitude::{amplitude_json, amplitude_text};
 pub use chart::{borders_csv, chart_csv, chart_svg};
 pub use code::{Language, code_text};
 pub use derive::{derive_html, derive_latex, derive_text, derive_typst};
-pub use diagnostics::{diagnostics_text, message_text};
+pub use diagnostics::{Remarks, diagnostics_text, message_text};
 pub use equilibria::{diagram_json, diagram_text, equilibria_json, equilibria_text};
 pub use equilibria_pictures::{diagram_svg, equilibria_svg};
 pub use floquet::{floquet_json, floquet_text};
