@@ -12,9 +12,9 @@ fn cell(value: &Ball, digits: usize) -> String {
     quick_decimal(value, digits).or_else(|| Written::new(value, digits).digits).unwrap_or_default()
 }
 
-fn push_cell(out: &mut Vec<u8>, value: &Ball, digits: usize) -> bool {
+fn push_cell(out: &mut Vec<u8>, value: &Ball, digits: usize) -> Option<()> {
     out.extend_from_slice(cell(value, digits).as_bytes());
-    true
+    Some(())
 }
 
 /// The names of the columns of [`response_csv`].
@@ -36,38 +36,28 @@ pub fn response_csv(response: &Response, digits: usize) -> String {
     String::from_utf8(out).unwrap_or_default()
 }
 
-/// A line; no number is quoted. False where a number can't be written.
+/// A line; no number is quoted. `None` where a number can't be written.
 fn push_line<'a>(
     out: &mut Vec<u8>,
     place: f64,
     values: impl Iterator<Item = &'a Value>,
-    push: impl Fn(&mut Vec<u8>, &Ball) -> bool,
-) -> bool {
+    push: impl Fn(&mut Vec<u8>, &Ball) -> Option<()>,
+) -> Option<()> {
     out.extend_from_slice(number(place).as_bytes());
     for value in values {
         out.push(b',');
-        let is_written = match value {
+        match value {
             Value::Known { amplitude, phase } => {
-                push(out, amplitude) && {
-                    out.push(b',');
-                    phase.as_ref().is_none_or(|phase| push(out, phase))
-                }
-            }
-            Value::Infinite => {
-                out.extend_from_slice(b"inf,");
-                true
-            }
-            _ => {
+                push(out, amplitude)?;
                 out.push(b',');
-                true
+                phase.as_ref().map_or(Some(()), |phase| push(out, phase))?;
             }
-        };
-        if !is_written {
-            return false;
+            Value::Infinite => out.extend_from_slice(b"inf,"),
+            _ => out.push(b','),
         }
     }
     out.push(b'\n');
-    true
+    Some(())
 }
 
 /// Lines of a table.
@@ -87,7 +77,8 @@ pub fn response_lines(study: &Study, places: Range<usize>, digits: usize) -> Res
     let (mut out, mut remarkable) = (Vec::with_capacity(places.len() * 32 * study.outputs()), Vec::new());
     for (place, values) in places.clone().zip(study.in_doubles(places)) {
         let (start, at) = (out.len(), study.place(place));
-        if values.is_some_and(|own| push_line(&mut out, at, own.iter(), |out, own| push_decimal(out, own, digits))) {
+        let quick = |out: &mut Vec<u8>, own: &Ball| push_decimal(out, own, digits).then_some(());
+        if values.and_then(|own| push_line(&mut out, at, own.iter(), quick)).is_some() {
             continue;
         }
         out.truncate(start);

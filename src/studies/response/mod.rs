@@ -202,11 +202,11 @@ impl System {
         &self,
         matrices: &Matrices<S>,
         quantity: Option<S>,
-        precision: S::Precision,
         outputs: &[usize],
         values: &mut [Value],
         digits: usize,
     ) {
+        let precision = matrices.precision;
         let found = || {
             let (omega, forces) = self.driven(&quantity?, &matrices.point, precision)?;
             matrices.response(&omega, &forces, outputs)
@@ -359,8 +359,8 @@ impl Study {
         let (outputs, digits) = (&self.outputs, self.request.digits);
         let mut values = vec![Value::Undecided; outputs.len()];
         let is_open = |values: &[Value]| values.contains(&Value::Undecided);
-        system.decide(&system.balls, self.quantity(place, ()), (), outputs, &mut values, digits);
-        for (level, (bits, _)) in LEVELS.iter().enumerate() {
+        system.decide(&system.balls, self.quantity(place, ()), outputs, &mut values, digits);
+        for level in 0..LEVELS.len() {
             if level == EXACT_AFTER && is_open(&values) {
                 self.exactly(system, place, &mut values);
             }
@@ -368,8 +368,8 @@ impl Study {
                 break;
             }
             if let Some(matrices) = system.level(level) {
-                let bits = matrices.bits().max(*bits);
-                system.decide(matrices, self.quantity(place, bits), bits, outputs, &mut values, digits);
+                let quantity = self.quantity(place, matrices.precision);
+                system.decide(matrices, quantity, outputs, &mut values, digits);
             }
         }
         values

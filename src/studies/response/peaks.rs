@@ -212,21 +212,13 @@ impl Search<'_> {
     /// What the response is over a piece: in double-double, or at a level above.
     fn sample(&self, piece: &Piece, level: Option<usize>) -> Option<Sample> {
         match level {
-            None => self.sample_in(&self.system.balls, piece, ()),
-            Some(level) => {
-                let matrices = self.system.level(level)?;
-                self.sample_in(matrices, piece, matrices.bits().max(LEVELS[level].0))
-            }
+            None => self.sample_in(&self.system.balls, piece),
+            Some(level) => self.sample_in(self.system.level(level)?, piece),
         }
     }
 
-    fn sample_in<S: Enclosure>(
-        &self,
-        matrices: &Matrices<S>,
-        piece: &Piece,
-        precision: S::Precision,
-    ) -> Option<Sample> {
-        let force = self.force(matrices, piece, precision)?;
+    fn sample_in<S: Enclosure>(&self, matrices: &Matrices<S>, piece: &Piece) -> Option<Sample> {
+        let force = self.force(matrices, piece)?;
         let [x, slope] = match self.system.force {
             Force::Unit(_) if piece[0] != piece[1] => {
                 let [omega, way] = &force.omega;
@@ -245,7 +237,8 @@ impl Search<'_> {
     }
 
     /// What drives the model over a piece.
-    fn force<S: Enclosure>(&self, matrices: &Matrices<S>, piece: &Piece, precision: S::Precision) -> Option<Slope<S>> {
+    fn force<S: Enclosure>(&self, matrices: &Matrices<S>, piece: &Piece) -> Option<Slope<S>> {
+        let precision = matrices.precision;
         let [from, to] = piece.each_ref().map(|share| between::<S>(self.ends[0], share, precision));
         let (from, to) = (from?, to?);
         let quantity = if piece[0] == piece[1] { from } else { from.hull(&to) };
@@ -350,24 +343,22 @@ impl Search<'_> {
 
     /// x or, in some unit, 1/x over a piece, where it is finite, with parts that are exactly 0 as such.
     fn eliminated(&self, piece: &Piece, level: Option<usize>, is_reciprocal: bool) -> Option<Complex<Ball>> {
-        fn of<S: Enclosure>(
-            own: &Search<'_>,
-            matrices: &Matrices<S>,
-            piece: &Piece,
-            (precision, is_reciprocal): (S::Precision, bool),
-        ) -> Option<Complex<Ball>> {
-            let force = own.force(matrices, piece, precision)?;
-            let response = || matrices.response(&force.omega[0], &force.forces, &[own.output])?.pop();
-            let found = if is_reciprocal { matrices.reciprocal(&force, own.output) } else { response() }?;
-            Some(Complex::new(found.re.to_ball(), found.im.to_ball()))
-        }
         match level {
-            None => of(self, &self.system.balls, piece, ((), is_reciprocal)),
-            Some(level) => {
-                let matrices = self.system.level(level)?;
-                of(self, matrices, piece, (matrices.bits().max(LEVELS[level].0), is_reciprocal))
-            }
+            None => self.eliminated_in(&self.system.balls, piece, is_reciprocal),
+            Some(level) => self.eliminated_in(self.system.level(level)?, piece, is_reciprocal),
         }
+    }
+
+    fn eliminated_in<S: Enclosure>(
+        &self,
+        matrices: &Matrices<S>,
+        piece: &Piece,
+        is_reciprocal: bool,
+    ) -> Option<Complex<Ball>> {
+        let force = self.force(matrices, piece)?;
+        let response = || matrices.response(&force.omega[0], &force.forces, &[self.output])?.pop();
+        let found = if is_reciprocal { matrices.reciprocal(&force, self.output) } else { response() }?;
+        Some(Complex::new(found.re.to_ball(), found.im.to_ball()))
     }
 
     /// |x|² at a maximum or minimum in a piece, by the mean value theorem, where its digits are decided.

@@ -90,7 +90,7 @@ pub(super) struct Matrices<S: Enclosure> {
     units: Option<Units>,
     /// The equilibrium in SI.
     pub(super) point: Vec<S>,
-    precision: S::Precision,
+    pub(super) precision: S::Precision,
 }
 
 impl Matrices<Ball> {
@@ -122,11 +122,6 @@ impl Matrices<Big> {
         let Precise { bits, mass, velocity, stiffness, equilibrium, .. } = precise;
         let velocity = velocity.unwrap_or_else(|| vec![Big::zero(bits); stiffness.len()]);
         Some(Self::new(own, [&mass, &velocity, &stiffness], directions, equilibrium, bits).coupled(driven))
-    }
-
-    /// The precision.
-    pub(super) fn bits(&self) -> usize {
-        self.precision
     }
 }
 
