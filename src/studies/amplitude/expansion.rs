@@ -31,9 +31,6 @@ pub(super) struct Expansion<'a> {
     equilibrium: &'a [Ball],
     potential: Series<Ball>,
     kinetic: Option<Series<Ball>>,
-    third: Ball,
-    two_thirds: Ball,
-    root_of_three: Ball,
 }
 
 /// Why the expansion of a mode ends early.
@@ -85,15 +82,11 @@ fn coefficients(series: &mut Series<Ball>, inputs: &[Vec<Ball>], zeros: &[Ball],
 
 impl<'a> Expansion<'a> {
     pub(super) fn new(energies: &Energies, basis: &'a Basis, equilibrium: &'a [Ball]) -> Self {
-        let three = Ball::exact(3.0);
         Self {
             basis,
             equilibrium,
             potential: energies.potential.prepare::<Ball>(()).series(),
             kinetic: energies.kinetic.as_ref().map(|tape| tape.prepare::<Ball>(()).series()),
-            third: Ball::ONE / three,
-            two_thirds: Ball::exact(2.0) / three,
-            root_of_three: three.sqrt(),
         }
     }
 
@@ -209,8 +202,8 @@ impl<'a> Expansion<'a> {
     /// G1 and G3.
     fn third_order(&mut self, shape: &[Ball], omega: &Ball, c0: &[Ball], c2: &[Ball]) -> (Vec<Ball>, Vec<Ball>) {
         let n = shape.len();
-        let (one, half) = (Ball::ONE, Ball::ONE.scale(-1));
-        let root = self.root_of_three * half;
+        let (one, half, three) = (Ball::ONE, Ball::ONE.scale(-1), Ball::exact(3.0));
+        let (third, two_thirds, root) = (one / three, Ball::exact(2.0) / three, three.sqrt() * half);
         // At u = 0 all is at rest: F1 + F3.
         let most = combined(c0, &one, c2, &one);
         let whole: Vec<Ball> = self.force(&[shape, &most], 3).iter().map(|f| -*f).collect();
@@ -226,10 +219,9 @@ impl<'a> Expansion<'a> {
                 *place = *place + *g;
             }
         }
-        let mut first: Vec<Ball> = whole.iter().zip(&part).map(|(a, b)| (*a + *b) * self.two_thirds).collect();
+        let mut first: Vec<Ball> = whole.iter().zip(&part).map(|(a, b)| (*a + *b) * two_thirds).collect();
         // F3 = (F1 + F3)/3 - (F1/2 - F3) 2/3
-        let mut triple: Vec<Ball> =
-            whole.iter().zip(&part).map(|(a, b)| *a * self.third - *b * self.two_thirds).collect();
+        let mut triple: Vec<Ball> = whole.iter().zip(&part).map(|(a, b)| *a * third - *b * two_thirds).collect();
         if inertia.is_none() {
             return (first, triple);
         }
@@ -239,9 +231,9 @@ impl<'a> Expansion<'a> {
         let path = Self::path(shape, omega, (c0, c2), [root, half, half, root]);
         let sum = self.inertia(&path, 3);
         if let (Some((_, difference)), Some((_, sum))) = (difference, sum) {
-            let threefold = *omega * Ball::exact(3.0);
+            let threefold = *omega * three;
             for i in 0..n {
-                let p1 = (difference[i] + sum[i]) * self.two_thirds;
+                let p1 = (difference[i] + sum[i]) * two_thirds;
                 let p3 = sum[i] - p1 * half;
                 first[i] = first[i] - *omega * p1;
                 triple[i] = triple[i] - threefold * p3;

@@ -17,7 +17,7 @@ use super::error::EquilibriaError;
 use super::forces::{Equations, Forces};
 use super::interval::Interval;
 use super::region::Region;
-use super::root::Root;
+use super::root::{Root, are_within};
 use super::search::Search;
 use super::{
     Equilibrium, MOST_NAMED, Node, Place, Task, Undecided, compared, may_lie, named_places, rounded, stability,
@@ -490,7 +490,6 @@ impl Search<'_> {
         let middle: Vec<f64> = start.iter().zip(&end).map(|(x, y)| 0.5 * (x + y)).collect();
         self.parameters = vec![from.hull(to)];
         let region = self.alone(&middle, &sides)?.region;
-        let inside = |at: &[Ball]| at.iter().zip(&region).all(|(x, own)| Interval::of_ball(x).is_within(own));
-        (inside(&root.at) && inside(&found.at)).then_some(found)
+        (are_within(&root.at, &region) && are_within(&found.at, &region)).then_some(found)
     }
 }

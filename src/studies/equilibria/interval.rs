@@ -85,6 +85,11 @@ impl Interval {
         self.lo.is_finite() && self.hi.is_finite()
     }
 
+    /// Whether everything on the way was defined and continuous, and bounded.
+    pub(super) fn is_usable(&self) -> bool {
+        self.whole && self.is_bounded()
+    }
+
     pub(super) fn contains(&self, x: f64) -> bool {
         self.lo <= x && x <= self.hi
     }

@@ -37,11 +37,13 @@ impl Root {
 
     /// Whether another one is this.
     pub(super) fn is_same(&self, other: &Self) -> bool {
-        let inside = |at: &[Ball], region: &[Interval]| {
-            at.iter().zip(region).all(|(x, region)| Interval::of_ball(x).is_within(region))
-        };
-        inside(&other.at, &self.region) || inside(&self.at, &other.region)
+        are_within(&other.at, &self.region) || are_within(&self.at, &other.region)
     }
+}
+
+/// Whether enclosures lie in a region.
+pub(super) fn are_within(at: &[Ball], region: &[Interval]) -> bool {
+    at.iter().zip(region).all(|(x, region)| Interval::of_ball(x).is_within(region))
 }
 
 /// A region with one zero, and what proves it.
@@ -115,12 +117,11 @@ impl Search<'_> {
     ) -> Option<f64> {
         let n = at.len();
         let inputs = self.inputs(region, Interval::of_ball);
-        let usable = |own: &Interval| own.whole && own.is_bounded();
-        if !self.intervals.force(&inputs).iter().all(usable) {
+        if !self.intervals.force(&inputs).iter().all(Interval::is_usable) {
             return None;
         }
         let slopes = self.intervals.slopes(&inputs);
-        if !slopes.iter().all(usable) {
+        if !slopes.iter().all(Interval::is_usable) {
             return None;
         }
         // The distances from `at` to the ends, rounded towards it.

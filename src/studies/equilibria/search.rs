@@ -143,7 +143,7 @@ impl<'a> Search<'a> {
             if force.iter().any(Interval::is_empty) || equations.iter().any(|own| !own.contains(0.0)) {
                 return Left::Nothing;
             }
-            let usable = |all: &[Interval]| all.iter().all(|own| own.whole && own.is_bounded());
+            let usable = |all: &[Interval]| all.iter().all(Interval::is_usable);
             let own = usable(&force).then(|| self.intervals.slopes(&inputs)).filter(|own| usable(own));
             let Some(own) = own else {
                 let excluded = self.poles.exclude(&inputs, &mut self.scratch);
@@ -168,7 +168,7 @@ impl<'a> Search<'a> {
         let centre: Vec<Interval> = piece.iter().map(|own| Interval::point(own.middle())).collect();
         let inputs = self.inputs(&centre, Interval::of_ball);
         let force = self.intervals.force(&inputs);
-        if force.iter().any(|own| !own.is_bounded() || !own.whole) {
+        if !force.iter().all(Interval::is_usable) {
             return true;
         }
         for (i, own) in force.iter().take(n).enumerate() {
