@@ -90,6 +90,21 @@ fn the_five_points_of_lagrange() {
     assert_eq!(points(&found).len(), 5);
 }
 
+/// At 0 and -2/3 of the coefficient: as near as doubles tell, and once each.
+#[test]
+fn equilibria_may_lie_close_together() {
+    for exponent in 4..=12 {
+        let found = of(&format!("coord x  T = 1/2*x'^2  V = 1e-{exponent}*x^2 + x^3"), "x=-1..1");
+        let near = -2.0 / 3.0 * 10.0_f64.powi(-exponent);
+        let points = points(&found);
+        assert_eq!(points.len(), 2, "{points:?}");
+        assert!((points[0][0] / near - 1.0).abs() < 1e-14 && points[1][0] == 0.0, "{points:?}");
+    }
+    // One that is no simple zero is not decided, but found.
+    let flat = of("coord x, y  T = 1/2*(x'^2 + y'^2)  V = x^4 + y^2", "x=-1..1, y=-1..1");
+    assert_eq!((flat.equilibria.len(), flat.complete), (1, false));
+}
+
 /// mpmath.findroot in 40 digits.
 #[test]
 fn the_surface_of_muller_and_brown() {

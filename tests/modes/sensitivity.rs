@@ -282,6 +282,26 @@ fn uncertainties_add_up_by_squares() {
     assert!(without.2.uncertainties(&without.0).is_none());
 }
 
+/// Each of several uncertainties splits equal modes along vectors of its own, and their shares can't be added up.
+#[test]
+fn uncertainties_of_equal_modes() {
+    let two = |k: &str| format!("{k}  coord x[1..2]  T = 1/2*dot(x', x')  V = 1/2*sum(i in 1..2, k[i]*x[i]^2)");
+    let sigmas = |text: &str| {
+        let (linearized, _, found) = sensitivity(text);
+        let own = found.uncertainties(&linearized).unwrap().into_iter();
+        own.map(|own| own.omega.map(|omega| omega.mid_f64())).collect::<Vec<_>>()
+    };
+    assert_eq!(sigmas(&two("param k[1..2] = 4 +/- 0.1")), [None, None]);
+    assert!(sigmas(&two("param k[1..2] = [4, 5]  param c = 1 +/- 0.1")).iter().all(Option::is_some));
+    // One that splits them, and one that moves both alike.
+    let one = "param k = 4 +/- 0.1  param m = 1 +/- 0.02  param a = 0 +/- 0.3
+        coord x, y  T = 1/2*m*(x'^2 + y'^2)  V = 1/2*k*(x^2 + y^2) + 1/2*a*(x^2 - y^2)";
+    let common = (2.0 * 0.1 / 4.0 / 2.0_f64).hypot(2.0 * 0.02 / 2.0);
+    for sigma in sigmas(one) {
+        assert!((sigma.unwrap() - common.hypot(0.3 / 4.0)).abs() < 1e-14, "{sigma:?}");
+    }
+}
+
 /// The lines of the table of modes, and what stands below it.
 fn printed(text: &str) -> String {
     let (linearized, mut modes) = solve(text, &[], 10);

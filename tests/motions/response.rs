@@ -203,6 +203,23 @@ fn massless_coordinates_respond_to_forces_on_them() {
     check("y", &known(&found.outputs[1].values[0]).0, "0.2773500981126145610091708667284996881732");
 }
 
+/// Rotation without friction: what is pushed moves in phase with the force or against it, whatever its stiffness.
+#[test]
+fn a_point_in_a_turning_frame_moves_in_phase() {
+    let text = "coord x, y
+        lagrangian = 1/2*(x'^2 + y'^2) + x*y' - 1/2*(2*x^2 + 3*y^2) - sqrt(2)/10*x*y";
+    let found = response(text, Some("x"), "omega=0.5..2:4");
+    for (value, omega) in found.outputs[0].values.iter().zip([0.5_f64, 1.0, 1.5, 2.0]) {
+        // (2 - w²) x + (√2/10 - i w) y = 1, (√2/10 + i w) x + (3 - w²) y = 0.
+        let square = omega * omega;
+        let want = (3.0 - square) / ((2.0 - square) * (3.0 - square) - 0.02 - square);
+        let (amplitude, phase) = known(value);
+        assert!((amplitude.mid_f64() - want.abs()).abs() < 1e-12 * want.abs(), "{omega}: {amplitude:?}, {want}");
+        let against = if want < 0.0 { std::f64::consts::PI } else { 0.0 };
+        assert!((phase.unwrap().mid_f64() - against).abs() < 1e-15, "{omega}: {phase:?}");
+    }
+}
+
 #[test]
 fn drives_are_found_wherever_they_are_written() {
     let support = "param W = 1  param a = 1/10  coord phi

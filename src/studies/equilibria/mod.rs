@@ -31,7 +31,7 @@ use librate_core::model::Model;
 use librate_core::modes::Stability;
 use librate_core::number::Number;
 use librate_core::precision::{Ball, Scalar};
-use root::Root;
+use root::{Root, are_within};
 use search::{Findings, Search};
 
 /// The most coordinates and constraints.
@@ -239,7 +239,9 @@ impl<'a> Task<'a> {
         let mut equilibria: Vec<Equilibrium> = self.nodes(findings).map(|node| node.equilibrium).collect();
         let mut undecided = Vec::new();
         for place in self.undecided(findings) {
-            if let Some(at) = self.exactly(&place.hull, forces) {
+            // What lies in the region of a proved one is that.
+            let is_new = |at: &Vec<Ball>| !findings.roots.iter().any(|root| are_within(at, &root.region));
+            if let Some(at) = self.exactly(&place.hull, forces).filter(is_new) {
                 equilibria.extend(self.placed(&at).map(|own| Equilibrium { isolated: false, ..own }));
             }
             undecided.push(self.told(&place));

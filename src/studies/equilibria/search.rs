@@ -16,8 +16,10 @@ use super::interval::Interval;
 use super::poles::Poles;
 use super::root::Root;
 
-/// Pieces this small beside the whole are not cut further.
+/// Pieces this small beside the whole are not cut further, the first few that are not decided excepted.
 const SMALLEST: f64 = 1.0 / (1_u64 << 24) as f64;
+const FINEST: f64 = 1.0 / (1_u64 << 44) as f64;
+const FEW_UNDECIDED: usize = 16;
 /// The same where so many have not been decided that there is a line of equilibria.
 const COARSE: f64 = 1.0 / 256.0;
 const MANY_UNDECIDED: usize = 2000;
@@ -106,7 +108,11 @@ impl<'a> Search<'a> {
             if self.is_known(&piece) {
                 continue;
             }
-            let smallest = if self.found.undecided.len() > MANY_UNDECIDED { COARSE } else { SMALLEST };
+            let smallest = match self.found.undecided.len() {
+                0..FEW_UNDECIDED => FINEST,
+                FEW_UNDECIDED..=MANY_UNDECIDED => SMALLEST,
+                _ => COARSE,
+            };
             if self.share(&piece).1 < smallest {
                 self.found.undecided.push(piece);
                 continue;

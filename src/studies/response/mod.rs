@@ -24,7 +24,7 @@ use std::sync::OnceLock;
 use crate::source::{self, End, between, first, rational, share, unit_of, written_ends};
 use drive::{Averaged, Drive, Driven, averaged};
 use exact::{Exact, Frequency};
-use librate_core::linearize::{self, Linearized};
+use librate_core::linearize::{self, Linearized, Structure};
 use librate_core::model::{Constant, Model, Range};
 use librate_core::number::Number;
 use librate_core::oscillation;
@@ -211,7 +211,12 @@ impl System {
             let (omega, forces) = self.driven(&quantity?, &matrices.point, precision)?;
             matrices.response(&omega, &forces, outputs)
         };
-        for (value, own) in values.iter_mut().zip(found().unwrap_or_default()) {
+        // -ω²M + iωG + K is Hermitian, and so is its inverse.
+        let is_hermitian = self.linearized.structure() == Structure::Gyroscopic;
+        for ((value, mut own), output) in values.iter_mut().zip(found().unwrap_or_default()).zip(outputs) {
+            if is_hermitian && matches!(self.force, Force::Unit(at) if at == *output) {
+                own.im = Complex::real(0.0, precision).re;
+            }
             if *value == Value::Undecided {
                 *value = decided(&own, precision, digits);
             }

@@ -59,11 +59,14 @@ pub struct Sensitivities {
     pub omega: Vec<Vec<Option<Ball>>>,
     /// By mode and parameter: d growth, likewise.
     pub growth: Vec<Vec<Option<Ball>>>,
+    /// Modes that bounds do not separate.
+    groups: Vec<Vec<usize>>,
 }
 
 impl Sensitivities {
     /// The standard uncertainty of each mode, from those of the parameters that are stated, taken as independent and
-    /// small; `None` without any. Where a derivative that counts is missing there is none either.
+    /// small; `None` without any. Where a derivative that counts is missing there is none either, nor where equal modes split into
+    /// different ones by several parameters, each along vectors of its own.
     #[must_use]
     pub fn uncertainties(&self, linearized: &Linearized) -> Option<Vec<Uncertainty>> {
         let model = linearized.model();
@@ -84,8 +87,23 @@ impl Sensitivities {
             }
             Some(squares.sqrt()).filter(Ball::is_finite)
         };
-        let both = self.omega.iter().zip(&self.growth);
-        Some(both.map(|(omega, growth)| Uncertainty::new(of(omega), of(growth))).collect())
+        let stated = |at: &usize| sigmas[*at].is_some_and(|sigma| !sigma.is_zero());
+        let stated: Vec<usize> = (0..sigmas.len()).filter(stated).collect();
+        let mut open = vec![false; self.omega.len()];
+        for group in &self.groups {
+            let differ = |all: &[Vec<Option<Ball>>], at: usize| {
+                let known = group.iter().filter_map(|mode| all[*mode][at]);
+                known.clone().any(|one| known.clone().any(|other| !(one - other).contains_zero()))
+            };
+            let splits = stated.iter().filter(|at| differ(&self.omega, **at) || differ(&self.growth, **at)).count();
+            group.iter().for_each(|mode| open[*mode] = splits > 1);
+        }
+        let both = self.omega.iter().zip(&self.growth).zip(open);
+        let each = both.map(|((omega, growth), open)| match open {
+            true => Uncertainty::new(None, None),
+            false => Uncertainty::new(of(omega), of(growth)),
+        });
+        Some(each.collect())
     }
 
     /// Puts the uncertainties into the modes.
@@ -147,7 +165,7 @@ pub fn sensitivities(linearized: &Linearized, modes: &NormalModes) -> Sensitivit
             }
         }
     }
-    Sensitivities { parameters, omega, growth }
+    Sensitivities { parameters, omega, growth, groups }
 }
 
 /// Modes that bounds do not separate, zeros apart, by the number of the first.
