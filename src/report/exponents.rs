@@ -8,6 +8,8 @@ use librate_core::number::Number;
 
 /// A characteristic polynomial with more characters is no help on a page.
 const MOST_CHARACTERS: usize = 2000;
+/// The same for a zero of it.
+const MOST_IN_FORM: usize = 500;
 /// Where one condition has more than these, there are none on the page.
 const MOST_IN_CONDITION: usize = 240;
 
@@ -33,6 +35,7 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
         // Of a conjugate pair the one with the positive imaginary part comes first.
         let shown = names.shows(if undamped { "frequencies" } else { "exponents" });
         let mut lines = Vec::new();
+        let mut is_long = false;
         let mut told: Vec<&ClosedExponent> = Vec::new();
         for exponent in &own.exponents {
             let opposite = pool.neg(exponent.imaginary);
@@ -57,12 +60,17 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
                 }
                 format!("{s} = {}", exponent_text(pool, exponent, imaginary_unit(names)))
             };
-            if shown && text.len() <= MOST_CHARACTERS {
+            if shown && text.len() <= MOST_IN_FORM {
                 lines.push(Line::Formula(text, remark));
+            } else {
+                is_long |= shown;
             }
         }
+        let title = if undamped { "frequencies" } else { "exponents" };
+        if is_long {
+            parts.push(section(&format!("{title} too long for a page are in the JSON"), []));
+        }
         if !lines.is_empty() {
-            let title = if undamped { "frequencies" } else { "exponents" };
             let rest = if own.complete { "" } else { " with a closed form" };
             let title = format!("{title}{rest}{}", approximations(&own.approximations));
             parts.push(Part::Section(title, lines, Form::Apart));
@@ -92,6 +100,8 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
         let texts: Vec<String> = open.into_iter().map(|own| condition_text(pool, own)).collect();
         if texts.iter().all(|text| text.len() <= MOST_IN_CONDITION) {
             parts.push(section(&format!("stable while{with}"), texts));
+        } else {
+            parts.push(section("conditions of stability too long for a page are in the JSON", []));
         }
     } else if !linear.is_conservative() && !only_zeros {
         parts.push(section(&format!("stable{with}{always}"), []));

@@ -8,8 +8,8 @@ use super::multipliers;
 use super::rolling::SymbolicRolling;
 use super::symbolic::{self, SymbolicMatrices};
 use super::{
-    LinearizeError, SymbolicConstraints, at_equilibrium, check_terms, check_time, in_own_numbers, steady, surface,
-    unbalanced, units, velocity,
+    LinearizeError, SymbolicConstraints, at_equilibrium, by_hand, check_terms, check_time, in_own_numbers, steady,
+    surface, unbalanced, units, velocity,
 };
 use crate::expr::{ExprId, Substitution, ZeroVerdict};
 use crate::model::Model;
@@ -136,7 +136,8 @@ fn open_point(model: &mut Model, assembly: &Assembly) -> Vec<ExprId> {
     model.pool = pool;
     let starts_at_zero = |i: usize| model.guesses.get(i).is_none_or(|guess| guess.symbolic.is_zero());
     let may_be_zero = |i: usize| model.equilibria.get(i).is_none() && starts_at_zero(i);
-    symbolic::put_in_zeros(model, assembly, &mut point, may_be_zero);
+    by_hand::put_in_zeros(model, assembly, &mut point, may_be_zero);
+    by_hand::put_in_solved(model, assembly, &mut point, None);
     point
 }
 
@@ -188,7 +189,8 @@ fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
         model.pool = pool;
         let Equilibrium { values, origins, .. } = equilibrium;
         let may_be_zero = |i: usize| origins[i] == Origin::Found && values[i].contains_zero();
-        symbolic::put_in_zeros(&model, &assembly, &mut point, may_be_zero);
+        by_hand::put_in_zeros(&model, &assembly, &mut point, may_be_zero);
+        by_hand::put_in_solved(&mut model, &assembly, &mut point, Some(&values[..visible]));
         at = values;
     }
     assembly.forget_what_vanishes(&mut model, &point);

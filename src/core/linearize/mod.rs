@@ -8,6 +8,7 @@
 
 mod absent;
 mod assemble;
+mod by_hand;
 mod condition;
 mod constrained;
 mod dependence;

@@ -242,30 +242,6 @@ pub(crate) fn equilibrium_expressions(
     result
 }
 
-/// So many coordinates are tried for zeros.
-const MOST_ZEROS: usize = 60;
-
-/// Puts 0 in for those coordinates of an equilibrium that may be 0, where the forces on them vanish identically once they are:
-/// a plane that the motion can stay in, say.
-pub(crate) fn put_in_zeros(model: &Model, assembly: &Assembly, point: &mut [ExprId], may_be: impl Fn(usize) -> bool) {
-    let mut zeros: Vec<usize> = (0..model.coordinates.len()).filter(|i| may_be(*i)).collect();
-    while (1..=MOST_ZEROS).contains(&zeros.len()) {
-        let mut trial = point.to_vec();
-        for i in &zeros {
-            trial[*i] = model.pool.zero();
-        }
-        let Some((pool, forces)) = forces(model, assembly, &trial, &Substitution::default()) else {
-            return;
-        };
-        let tried = zeros.len();
-        zeros.retain(|i| forces.get(&(*i as u32)).is_none_or(|force| pool.is_zero(*force) == ZeroVerdict::Zero));
-        if zeros.len() == tried {
-            point.copy_from_slice(&trial);
-            return;
-        }
-    }
-}
-
 /// Whether all forces vanish identically at a point, whatever the parameters but for those `known`; `None` if
 /// that can't be said.
 pub(crate) fn forces_vanish(
@@ -309,7 +285,7 @@ pub(crate) fn doubtful_force(model: &Model, assembly: &Assembly, point: &[ExprId
 }
 
 /// The derivatives of V - T0 and what friction adds at rest, one a coordinate; none where one of them is undefined.
-fn forces(
+pub(super) fn forces(
     model: &Model,
     assembly: &Assembly,
     point: &[ExprId],

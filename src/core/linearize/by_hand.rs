@@ -1,0 +1,91 @@
+//! Equilibria by hand: coordinates that no force moves from 0, and those that linear equations determine. Of what is left to a search
+//! the coordinates stand as themselves.
+
+use super::assemble::{Assembly, evaluate_closed};
+use super::symbolic::forces;
+use crate::expr::{ExprId, Pool, Substitution, Symbol, ZeroVerdict};
+use crate::model::Model;
+use crate::precision::{Ball, Big};
+
+/// So many coordinates are tried for zeros.
+const MOST_ZEROS: usize = 60;
+
+/// Puts 0 in for those coordinates of an equilibrium that may be 0, where the forces on them vanish identically once they are:
+/// a plane that the motion can stay in, say.
+pub(super) fn put_in_zeros(model: &Model, assembly: &Assembly, point: &mut [ExprId], may_be: impl Fn(usize) -> bool) {
+    let mut zeros: Vec<usize> = (0..model.coordinates.len()).filter(|i| may_be(*i)).collect();
+    while (1..=MOST_ZEROS).contains(&zeros.len()) {
+        let mut trial = point.to_vec();
+        for i in &zeros {
+            trial[*i] = model.pool.zero();
+        }
+        let Some((pool, forces)) = forces(model, assembly, &trial, &Substitution::default()) else {
+            return;
+        };
+        let tried = zeros.len();
+        zeros.retain(|i| forces.get(&(*i as u32)).is_none_or(|force| pool.is_zero(*force) == ZeroVerdict::Zero));
+        if zeros.len() == tried {
+            point.copy_from_slice(&trial);
+            return;
+        }
+    }
+}
+
+/// So many coordinates are solved for.
+const MOST_SOLVED: usize = 8;
+/// Values of more symbols are no shorter than the name of the coordinate.
+const LONGEST: usize = 24;
+/// Bits of the numbers that values are compared in.
+const BITS: usize = 192;
+
+/// Puts in what the forces say of coordinates that stand as themselves, one after the other: where the force on one is linear in it
+/// and depends on no other. `at` has what a search found, to compare with; without it nothing is left to compare.
+pub(super) fn put_in_solved(model: &mut Model, assembly: &Assembly, point: &mut [ExprId], at: Option<&[Ball]>) {
+    let coordinates = || model.coordinates.iter().enumerate();
+    let itself = |(i, own): (usize, crate::model::Coordinate)| {
+        (model.pool.as_symbol(point[i]) == Some(own.symbol)).then_some((i, own.symbol))
+    };
+    let open: Vec<(usize, Symbol)> = coordinates().filter_map(itself).collect();
+    if !(1..=MOST_SOLVED).contains(&open.len()) {
+        return;
+    }
+    let Some((mut pool, forces)) = forces(model, assembly, point, &Substitution::default()) else { return };
+    let pool = &mut pool;
+    let equation = |(i, symbol): &(usize, Symbol)| Some((*i, *symbol, *forces.get(&(*i as u32))?));
+    let mut equations: Vec<(usize, Symbol, ExprId)> = open.iter().filter_map(equation).collect();
+    let mut solved: Vec<(usize, Symbol, ExprId)> = Vec::new();
+    let depends = |pool: &Pool, e: ExprId| pool.depends_on(e, &|symbol| open.iter().any(|(_, own)| *own == symbol));
+    while let Some((place, value)) = (0..equations.len()).find_map(|place| {
+        let (_, symbol, force) = equations[place];
+        let slope = pool.diff(force, symbol);
+        if depends(pool, slope) || pool.is_zero(slope) != ZeroVerdict::NonZero {
+            return None;
+        }
+        let zero = pool.zero();
+        let rest = pool.substitute_one(force, &Substitution::from([(symbol, zero)]));
+        // Not so for what jumps where it is 0.
+        let (itself, rest) = (pool.symbol_expr(symbol), pool.neg(rest));
+        let (linear, value) = (pool.mul(slope, itself), pool.div(rest, slope));
+        let difference = pool.sub(force, linear);
+        let difference = pool.add(difference, rest);
+        (pool.is_zero(difference) == ZeroVerdict::Zero).then_some((place, value))
+    }) {
+        let (i, symbol, _) = equations.swap_remove(place);
+        let known = Substitution::from([(symbol, value)]);
+        equations.iter_mut().chain(&mut solved).for_each(|(_, _, e)| *e = pool.substitute_one(*e, &known));
+        solved.push((i, symbol, value));
+    }
+    let values: Substitution = model.parameters.iter().filter_map(|own| Some((own.symbol, own.value?))).collect();
+    for (i, _, value) in solved {
+        if depends(pool, value) || pool.reachable(&[value]).len() > LONGEST {
+            continue;
+        }
+        let number = pool.substitute_one(value, &values);
+        let number: Option<Big> = evaluate_closed(pool, number, BITS);
+        let agrees = |found: &Ball| number.is_some_and(|number| (number.to_far_ball() - *found).contains_zero());
+        if at.and_then(|at| at.get(i)).is_none_or(agrees) {
+            point[i] = value;
+        }
+    }
+    model.pool = pool.clone();
+}
