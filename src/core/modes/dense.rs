@@ -3,8 +3,6 @@
 //! Stored column by column, high and low parts apart, columns padded with zeros to a multiple of
 //! four rows, so that the compiler can turn the inner loops into vector instructions.
 
-use std::ops::Range;
-
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 
@@ -69,7 +67,7 @@ impl Matrix {
 
     /// The high parts.
     pub(super) fn doubles(&self) -> Mat<f64> {
-        self.hi().0.to_owned()
+        self.hi().to_owned()
     }
 
     pub(super) fn from_doubles(doubles: MatRef<'_, f64>) -> Self {
@@ -77,8 +75,8 @@ impl Matrix {
     }
 
     /// The high parts, to be multiplied.
-    pub(super) fn hi(&self) -> View<'_> {
-        View::new(&self.hi, self.rows, self.columns, self.stride)
+    pub(super) fn hi(&self) -> MatRef<'_, f64> {
+        view(&self.hi, self.rows, self.columns, self.stride)
     }
 
     /// The low parts of a column.
@@ -190,8 +188,8 @@ impl Plain {
     }
 
     /// To be multiplied.
-    pub(super) fn view(&self) -> View<'_> {
-        View::new(&self.data, self.rows, self.columns, self.stride)
+    pub(super) fn view(&self) -> MatRef<'_, f64> {
+        view(&self.data, self.rows, self.columns, self.stride)
     }
 
     /// As a matrix of double-doubles.
@@ -200,6 +198,14 @@ impl Plain {
         let (rows, columns, stride) = (self.rows, self.columns, self.stride);
         Matrix { rows, columns, stride, hi: self.data.clone(), lo }
     }
+}
+
+/// Numbers that are stored column by column, as faer multiplies them.
+fn view(data: &[f64], rows: usize, columns: usize, stride: usize) -> MatRef<'_, f64> {
+    if rows == 0 || columns == 0 {
+        return MatRef::from_column_major_slice(&[], rows, columns);
+    }
+    MatRef::from_column_major_slice_with_stride(data, rows, columns, stride)
 }
 
 /// The side of squares that fit the cache.
@@ -240,51 +246,20 @@ pub(super) fn gamma(inner: usize) -> f64 {
 }
 
 /// a b in doubles, by faer; see [`gamma`].
-pub(super) fn multiply(a: View<'_>, b: View<'_>) -> Plain {
-    let mut c = Plain::zeros(a.0.nrows(), b.0.ncols());
+pub(super) fn multiply(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Plain {
+    let mut c = Plain::zeros(a.nrows(), b.ncols());
     multiply_onto(&mut c, Accum::Replace, a, b);
     c
 }
 
 /// a b in doubles, put in the place of what `c` holds, or added to it.
-pub(super) fn multiply_onto(c: &mut Plain, accumulate: Accum, a: View<'_>, b: View<'_>) {
+pub(super) fn multiply_onto(c: &mut Plain, accumulate: Accum, a: MatRef<'_, f64>, b: MatRef<'_, f64>) {
     let (rows, columns, stride) = (c.rows, c.columns, c.stride);
     if rows == 0 || columns == 0 {
         return;
     }
     let to = MatMut::from_column_major_slice_with_stride_mut(&mut c.data, rows, columns, stride);
-    matmul(to, accumulate, a.0, b.0, 1.0, Par::Seq);
-}
-
-/// A matrix of doubles to be multiplied.
-#[derive(Clone, Copy)]
-pub(super) struct View<'a>(MatRef<'a, f64>);
-
-impl<'a> View<'a> {
-    fn new(data: &'a [f64], rows: usize, columns: usize, stride: usize) -> Self {
-        if rows == 0 || columns == 0 {
-            return Self(MatRef::from_column_major_slice(&[], rows, columns));
-        }
-        Self(MatRef::from_column_major_slice_with_stride(data, rows, columns, stride))
-    }
-
-    pub(super) fn matrix(self) -> MatRef<'a, f64> {
-        self.0
-    }
-
-    pub(super) fn transposed(self) -> Self {
-        Self(self.0.transpose())
-    }
-
-    /// Some of its columns.
-    pub(super) fn columns(self, range: Range<usize>) -> Self {
-        Self(self.0.subcols(range.start, range.len()))
-    }
-
-    /// Some of its rows.
-    pub(super) fn rows(self, range: Range<usize>) -> Self {
-        Self(self.0.subrows(range.start, range.len()))
-    }
+    matmul(to, accumulate, a, b, 1.0, Par::Seq);
 }
 
 /// The columns of a sparse matrix, as double-doubles.

@@ -193,12 +193,12 @@ impl Round {
 
     /// Near x_iᵀr_j for all pairs.
     fn h(&self) -> &Plain {
-        self.h.get_or_init(|| multiply(self.xt.hi(), self.residual.view().transposed()))
+        self.h.get_or_init(|| multiply(self.xt.hi(), self.residual.view().transpose()))
     }
 
     /// Near x_iᵀMx_j for all pairs.
     fn g(&self) -> &Plain {
-        self.g.get_or_init(|| multiply(self.xt.hi(), self.mass_image.value.hi().transposed()))
+        self.g.get_or_init(|| multiply(self.xt.hi(), self.mass_image.value.hi().transpose()))
     }
 
     /// Near x_iᵀMx_j for one pair; for all where many have been asked for.
@@ -250,7 +250,7 @@ impl Round {
     /// 2 u² of the sum.
     pub(super) fn corrected(&self) -> Matrix {
         let mut corrected = self.xt.clone();
-        add_to(&mut corrected, &multiply(self.corrections().view().transposed(), self.xt.hi()));
+        add_to(&mut corrected, &multiply(self.corrections().view().transpose(), self.xt.hi()));
         corrected
     }
 

@@ -99,7 +99,7 @@ pub(super) fn refine(pencil: &Pencil, zero: &ZeroSpace, x: &Matrix) -> Matrix {
 /// change.
 pub(super) fn refine_rows(quick: &Quick<'_>, round: &Round, step: &Step) -> (Matrix, Option<Plain>) {
     let mut new = round.xt.clone();
-    let mut change = multiply(step.correction.view().transposed(), new.hi());
+    let mut change = multiply(step.correction.view().transpose(), new.hi());
     if let Some(along) = quick.zero_part(&round.overlap) {
         for (x, part) in change.data.iter_mut().zip(&along.hi) {
             *x -= part;

@@ -85,9 +85,9 @@ pub(super) fn sliced_product(xt: &Matrix, a: &Matrix, lengths: &[f64], slices: u
     let pairs: Vec<_> = pairs.chain(last).collect();
     let mut accumulate = Accum::Replace;
     for start in (0..n).step_by(BLOCK) {
-        let block = start..(start + BLOCK).min(n);
+        let length = BLOCK.min(n - start);
         for (x, a) in &pairs {
-            let (x, a) = (x.columns(block.clone()), a.rows(block.clone()));
+            let (x, a) = (x.subcols(start, length), a.subrows(start, length));
             multiply_onto(&mut part, accumulate, x, a);
             accumulate = Accum::Add;
         }

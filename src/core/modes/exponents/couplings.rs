@@ -134,7 +134,7 @@ impl Bundle {
 /// 2 γ_{n+2} Σ|a||b|. The data are off by da and db: |a db| + |da b| + |da db| more, which the moduli, errors
 /// included, cover as |a| db + da |b|.
 fn inner(a: &Bundle, b: &Bundle) -> (Mat<c64>, Plain) {
-    let products = multiply(a.parts.view().transposed(), b.parts.view());
+    let products = multiply(a.parts.view().transpose(), b.parts.view());
     let rounding = 2.0 * gamma(a.parts.rows + 2);
     let mut weights = b.errors.clone();
     for (e, size) in weights.data.iter_mut().zip(&b.moduli.data) {

@@ -156,7 +156,7 @@ fn rotation(pairs: &Pairs<'_>, cluster: &[usize], places: &[usize]) -> Option<Ma
     let v = if c < LARGE {
         jacobi(block).widened()
     } else {
-        Matrix::from_doubles(symmetric_eigenvectors(block.view().matrix())?.as_ref())
+        Matrix::from_doubles(symmetric_eigenvectors(block.view())?.as_ref())
     };
     // V <- V (3 - VᵀV) / 2: orthogonal up to the square of what it was (Newton and Schulz).
     let square = product(&v.transposed(), &v, Part::Lower);
