@@ -14,6 +14,9 @@ pub mod mistakes;
 
 pub mod choices;
 
+#[cfg(feature = "engine")]
+pub mod groups;
+
 pub mod syntax;
 #[cfg(feature = "format")]
 pub mod typeset;

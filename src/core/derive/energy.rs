@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use super::lagrangian::{Lagrangian, Variables};
 use super::motion::{Factor, Motion, MotionSum, MotionTerm};
-use super::pair::connected;
 use super::simplify::Algebra;
 use crate::expr::{ExprId, Pool, ZeroVerdict};
+use crate::groups::connected;
 use crate::number::Number;
 
 /// Squares of sums of momenta with more symbols help nobody.

@@ -282,23 +282,6 @@ fn proportional_radicands(pool: &mut Pool, all: &[ExprId]) -> HashMap<ExprId, Ex
     images
 }
 
-/// What hangs together of so many, part by part in ascending order.
-pub(super) fn connected(count: usize, linked: impl Fn(usize, usize) -> bool) -> Vec<Vec<usize>> {
-    let mut left: Vec<usize> = (0..count).collect();
-    let mut parts = Vec::new();
-    while !left.is_empty() {
-        let mut part = vec![left.remove(0)];
-        let mut at = 0;
-        while let Some(i) = part.get(at).copied() {
-            part.extend(left.extract_if(.., |j| linked(i, *j)));
-            at += 1;
-        }
-        part.sort_unstable();
-        parts.push(part);
-    }
-    parts
-}
-
 /// An expression with sin(2 x) as 2 sin(x) cos(x) and cos(2 x) as one of its three forms, where functions of x occur too;
 /// if that is shorter.
 fn halved_angles(pool: &mut Algebra<'_>, e: ExprId) -> Option<ExprId> {

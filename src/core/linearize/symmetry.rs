@@ -16,6 +16,7 @@ use super::parameters::rational_values;
 use super::symbolic;
 use super::verify::hold_in_true_numbers;
 use crate::expr::{ExprId, ModularPoint, Pool, Symbol, add_mod, mul_mod, neg_mod, nullspace_mod, rational_reconstruct};
+use crate::groups::Groups;
 use crate::model::{CoordinateFamily, Model};
 use crate::number::Number;
 use crate::precision::{Ball, Scalar};
@@ -410,18 +411,8 @@ fn is_invariant(pool: &Pool, body: &Body<'_>, rotation: &Rotation) -> bool {
 
 /// The bodies that hang together, with the axes of a rotation tied to each other.
 fn components(n: usize, assembly: &Assembly, rotation: &Rotation) -> Vec<Vec<u32>> {
-    let mut parent: Vec<u32> = (0..u32::try_from(n).unwrap_or(0)).collect();
-    fn root(parent: &mut [u32], mut i: u32) -> u32 {
-        while parent[i as usize] != i {
-            parent[i as usize] = parent[parent[i as usize] as usize];
-            i = parent[i as usize];
-        }
-        i
-    }
-    let mut tie = |a: u32, b: u32| {
-        let (a, b) = (root(&mut parent, a), root(&mut parent, b));
-        parent[a.max(b) as usize] = a.min(b);
-    };
+    let mut together = Groups::new(n);
+    let mut tie = |a: u32, b: u32| together.join(a as usize, b as usize);
     for family in &assembly.families {
         if family.potential.is_empty() {
             continue;
@@ -436,12 +427,9 @@ fn components(n: usize, assembly: &Assembly, rotation: &Rotation) -> Vec<Vec<u32
     for (i, (j, _)) in &rotation.partner {
         tie(*i, *j);
     }
-    let mut groups: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
-    for i in 0..u32::try_from(n).unwrap_or(0) {
-        if rotation.partner.contains_key(&i) {
-            let root = root(&mut parent, i);
-            groups.entry(root).or_default().push(i);
-        }
-    }
-    groups.into_values().collect()
+    let turning = |group: Vec<usize>| -> Vec<u32> {
+        let all = group.into_iter().map(|i| i as u32);
+        all.filter(|i| rotation.partner.contains_key(i)).collect()
+    };
+    together.all().into_iter().map(turning).filter(|group| !group.is_empty()).collect()
 }

@@ -148,18 +148,11 @@ impl Options {
         self
     }
 
-    /// So many correctly rounded significant digits of every frequency.
-    #[must_use]
-    pub fn digits(mut self, count: usize) -> Self {
-        self.digits = count;
-        self
-    }
-
-    /// On up to so many threads.
-    #[must_use]
-    pub fn threads(mut self, count: usize) -> Self {
-        self.threads = count;
-        self
+    crate::choices! {
+        /// So many correctly rounded significant digits of every frequency.
+        digits: usize,
+        /// On up to so many threads.
+        threads: usize,
     }
 }
 

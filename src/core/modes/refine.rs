@@ -15,6 +15,7 @@ use super::dense::{Matrix, Plain, add_to, multiply};
 use super::pencil::{Pencil, ZeroSpace, rayleigh};
 use super::product::{Part, product};
 use super::quick::{Quick, Round};
+use crate::groups::Groups;
 use crate::precision::DoubleDouble;
 
 /// Corrections above this are not small: the two columns form a cluster.
@@ -128,7 +129,7 @@ impl Step {
         let upper = mixed.couplings(m);
         let lower = upper.transposed();
         let quotient: Vec<DoubleDouble> = (0..m).map(|i| mixed.quotient(i)).collect();
-        let mut leader: Vec<usize> = (0..m).collect();
+        let mut together = Groups::new(m);
         let mut w = Plain::zeros(m, m);
         for j in 0..m {
             let nu = quotient[j];
@@ -156,11 +157,11 @@ impl Step {
                 w.set(j, i, half);
                 let coupling = upper.get(i, j).abs().max(lower.get(i, j).abs());
                 if coupling > mixed.noise(i, j) {
-                    join(&mut leader, i, j);
+                    together.join(i, j);
                 }
             }
         }
-        let clusters = groups(&mut leader);
+        let clusters: Vec<Vec<usize>> = together.all().into_iter().filter(|cluster| cluster.len() > 1).collect();
         // What a rotation is going to mend must not be mended here too.
         for cluster in &clusters {
             for (q, &j) in cluster.iter().enumerate() {
@@ -185,31 +186,6 @@ impl Step {
             .collect();
         Self { correction: w, rotations }
     }
-}
-
-pub(super) fn root(leader: &mut [usize], mut i: usize) -> usize {
-    while leader[i] != i {
-        leader[i] = leader[leader[i]];
-        i = leader[i];
-    }
-    i
-}
-
-pub(super) fn join(leader: &mut [usize], i: usize, j: usize) {
-    let (a, b) = (root(leader, i), root(leader, j));
-    leader[a.max(b)] = a.min(b);
-}
-
-/// The clusters of more than one column, each in rising order.
-pub(super) fn groups(leader: &mut [usize]) -> Vec<Vec<usize>> {
-    let m = leader.len();
-    let mut members: Vec<Vec<usize>> = vec![Vec::new(); m];
-    for i in 0..m {
-        let r = root(leader, i);
-        members[r].push(i);
-    }
-    members.retain(|c| c.len() > 1);
-    members
 }
 
 /// The block of S - (G - 1) Λ, symmetrised, that belongs to a cluster of so many columns: from their quotients, the differences

@@ -27,6 +27,7 @@
 
 use super::super::certify::slack;
 use super::couplings::Couplings;
+use crate::groups::connected;
 use crate::precision::up;
 
 /// Columns that the bounds do not separate, or a single one.
@@ -312,26 +313,15 @@ fn hopeless(members: Vec<usize>, size: usize) -> Group {
 /// How far an exponent may be from each member: to the far end of the component of its disc; and how many
 /// discs the component has.
 fn spread(couplings: &Couplings, members: &[usize], discs: &[f64]) -> (Vec<f64>, Vec<usize>) {
-    let k = members.len();
-    let mut component: Vec<usize> = (0..k).collect();
-    for a in 0..k {
-        for b in 0..a {
-            let d = couplings.distance.get(members[a], members[b]) * NEAR;
-            if !exceeds(d, up(discs[a] + discs[b])) && component[a] != component[b] {
-                let (from, to) = (component[a], component[b]);
-                for c in &mut component {
-                    if *c == from {
-                        *c = to;
-                    }
-                }
-            }
+    let distance = |a: usize, b: usize| couplings.distance.get(members[a], members[b]);
+    let meet = |a: usize, b: usize| !exceeds(distance(a, b) * NEAR, up(discs[a] + discs[b]));
+    let far_end = |a: usize, b: usize| up(distance(a, b) * FAR + discs[b]);
+    let (mut radii, mut shared) = (vec![0.0; members.len()], vec![0; members.len()]);
+    for component in connected(members.len(), meet) {
+        for &a in &component {
+            radii[a] = component.iter().map(|&b| far_end(a, b)).fold(0.0, f64::max);
+            shared[a] = component.len();
         }
     }
-    let shared = component.iter().map(|a| component.iter().filter(|b| *b == a).count()).collect();
-    let far_end = |a: usize, b: usize| up(couplings.distance.get(members[a], members[b]) * FAR + discs[b]);
-    let radius = |a: usize| {
-        let own = (0..k).filter(|&b| component[b] == component[a]);
-        own.map(|b| far_end(a, b)).fold(0.0, f64::max)
-    };
-    ((0..k).map(radius).collect(), shared)
+    (radii, shared)
 }

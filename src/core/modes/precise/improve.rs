@@ -10,9 +10,10 @@ use dashu_int::IBig;
 use super::data::Data;
 use super::fixed::{double, double_double, from_double_double, shifted};
 use super::measure::{Columns, Measured};
+use crate::groups::Groups;
 use crate::modes::dense::Matrix;
 use crate::modes::product::{Part, product};
-use crate::modes::refine::{NEAR, SMALL, TINY, block, groups, jacobi, join, root};
+use crate::modes::refine::{NEAR, SMALL, TINY, block, jacobi};
 use crate::modes::shape::unit;
 use crate::modes::start::symmetric_eigenvectors;
 use crate::precision::{DoubleDouble, exponent_of};
@@ -71,7 +72,7 @@ pub(super) fn improve(data: &Data, columns: &Columns, measured: &Measured, scale
     let m = measured.quotient.len();
     let own = &measured.own;
     let pairs = Pairs { measured, scale: data.quotient_scale() };
-    let mut leader: Vec<usize> = (0..m).collect();
+    let mut together = Groups::new(m);
     let mut more = Vec::new();
     for (at, &j) in columns.own.iter().enumerate() {
         for (i, other) in own.iter().enumerate() {
@@ -80,7 +81,7 @@ pub(super) fn improve(data: &Data, columns: &Columns, measured: &Measured, scale
             }
             let pair = pairs.pair(i, j, at);
             if !pair.is_separated() && pair.coupling > pair.noise {
-                join(&mut leader, i, j);
+                together.join(i, j);
                 if other.is_none() {
                     more.push(i);
                 }
@@ -92,7 +93,7 @@ pub(super) fn improve(data: &Data, columns: &Columns, measured: &Measured, scale
         more.dedup();
         return Err(more);
     }
-    let group: Vec<usize> = (0..m).map(|i| root(&mut leader, i)).collect();
+    let group: Vec<usize> = (0..m).map(|i| together.least(i)).collect();
 
     let k = columns.own.len();
     let half = DoubleDouble::exact(-0.5);
@@ -133,7 +134,7 @@ pub(super) fn improve(data: &Data, columns: &Columns, measured: &Measured, scale
         }
         better.push(column);
     }
-    for cluster in groups(&mut leader) {
+    for cluster in together.all().into_iter().filter(|cluster| cluster.len() > 1) {
         let places: Vec<usize> = cluster.iter().filter_map(|&i| own[i]).collect();
         if let Some(rotation) = rotation(&pairs, &cluster, &places) {
             rotate(&mut better, &places, &rotation);

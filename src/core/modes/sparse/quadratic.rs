@@ -25,6 +25,7 @@ use super::lanczos::Seed;
 use super::rows::Rows;
 use super::shifted::Pencil;
 use crate::budget::Budget;
+use crate::groups::connected;
 use crate::precision::{Ball, Complex, SparseMatrix, U2, up};
 
 /// Exponents are sought so many times as far from σ as those that are wanted, and some more, to find a gap behind these.
@@ -559,23 +560,15 @@ impl Search<'_> {
         let k = refined.len();
         let apart = |i: usize, j: usize| refined[i].s.sub(&refined[j].s).square_of_modulus().sqrt().lower();
         let meet = |i: usize, j: usize| apart(i, j) <= up(radii[i] + radii[j]);
-        // Connected groups.
-        let mut group: Vec<usize> = (0..k).collect();
-        for i in 0..k {
-            for j in 0..i {
-                if meet(i, j) && group[i] != group[j] {
-                    let (from, to) = (group[i], group[j]);
-                    group.iter_mut().filter(|own| **own == from).for_each(|own| *own = to);
-                }
-            }
-        }
+        let groups = connected(k, meet);
         let force = |i: usize, distance: f64| up(refined[i].residual + rounded[i] * distance);
         let disc = |j: usize| {
-            let members = (0..k).filter(|i| group[*i] == group[j]);
-            let (shared, total) = members.fold((0, 0.0), |(count, sum), i| (count + 1, sum + 2.0 * radii[i]));
+            let members = groups.iter().find(|members| members.contains(&j)).map_or(&[][..], Vec::as_slice);
+            let (shared, group) = (members.len(), members.first().copied().unwrap_or(j));
             if shared > 1 {
+                let total: f64 = members.iter().map(|i| 2.0 * radii[*i]).sum();
                 let radius = up(total * (1.0 + k as f64 * f64::EPSILON));
-                return Disc { radius, shared, group: group[j], vector: f64::INFINITY };
+                return Disc { radius, shared, group, vector: f64::INFINITY };
             }
             let own = force(j, radii[j]);
             let (mut q, mut beside) = (0.0, 0.0);
@@ -588,7 +581,7 @@ impl Search<'_> {
             let q = up(q * (1.0 + 4.0 * k as f64 * f64::EPSILON));
             let whole = if q < 1.0 { up(own / (1.0 - q)) } else { f64::INFINITY };
             let vector = up(whole * (1.0 / room + beside) * (1.0 + 4.0 * (k + 4) as f64 * f64::EPSILON));
-            Disc { radius: radii[j], shared, group: group[j], vector }
+            Disc { radius: radii[j], shared, group, vector }
         };
         (0..k).map(disc).collect()
     }
