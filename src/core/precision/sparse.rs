@@ -1,6 +1,6 @@
 //! Matrices of which most entries are 0.
 
-use super::{Ball, Scalar};
+use super::{Ball, Complex, Enclosure, Scalar};
 
 /// The entries that are not exactly 0, column by column: those of the lower triangle where the matrix is symmetric, unless told otherwise.
 #[derive(Clone, Debug, PartialEq)]
@@ -83,6 +83,28 @@ impl<S: Scalar> SparseMatrix<S> {
             std::iter::once(own).chain(other)
         });
         Self::from_shares(self.dimension(), &all.collect::<Vec<_>>())
+    }
+}
+
+impl<S: Enclosure> SparseMatrix<S> {
+    /// The image of a vector, for a matrix of which all entries are stored.
+    #[must_use]
+    pub fn times(&self, x: &[Complex<S>], precision: S::Precision) -> Vec<Complex<S>> {
+        let mut image = vec![Complex::zero(precision); self.dimension()];
+        for (i, j, entry) in self.entries() {
+            image[i] = image[i].add(&x[j].times(entry));
+        }
+        image
+    }
+
+    /// That under the transposed matrix.
+    #[must_use]
+    pub fn transposed_times(&self, x: &[Complex<S>], precision: S::Precision) -> Vec<Complex<S>> {
+        let mut image = vec![Complex::zero(precision); self.dimension()];
+        for (i, j, entry) in self.entries() {
+            image[j] = image[j].add(&x[i].times(entry));
+        }
+        image
     }
 }
 

@@ -1,19 +1,26 @@
 //! Columns: approximate exponents with their vectors; residuals, quotients and improvement in numbers of any precision.
 
+use std::collections::BTreeMap;
+
 use faer::c64;
 
 use super::super::dense::Matrix;
 use super::super::pencil::{Bounded, Enclosed};
 use super::certify::Certificate;
-use super::complex::{Complex, part, rounded};
+use super::complex::{Complex, Wide, part, rounded};
 use super::couplings::{Approximate, Couplings, Link, Residuals};
-use super::resolve::{Turn, members};
+use super::resolve::{Turn, members, turn};
 use super::scale::Scaled;
 use super::spectrum::Value;
-use crate::precision::{self, Ball, Enclosure, Magnitude, up};
+use super::wide::{Matrices, WideColumn};
+use crate::precision::{self, Ball, Big, Enclosure, Magnitude, up};
 
 /// Quotients are taken so often.
 const QUOTIENTS: usize = 2;
+/// Larger groups have their entries of Q from doubles.
+const MOST_TOGETHER: usize = 16;
+/// Exponents are close where they differ by less than this part.
+const NEAR: f64 = 1e-6;
 
 /// An exponent with its vector and left vector: approximations that are exact numbers, but for the given vectors of the kernel.
 #[derive(Clone)]
@@ -24,8 +31,13 @@ pub(super) struct Column<S> {
 }
 
 impl<S: Enclosure> Column<S> {
+    /// The same with the images of all numbers.
+    pub(super) fn map<T>(&self, image: impl Fn(&precision::Complex<S>) -> precision::Complex<T>) -> Column<T> {
+        Column { mu: image(&self.mu), x: self.x.iter().map(&image).collect(), y: self.y.iter().map(&image).collect() }
+    }
+
     pub(super) fn conjugate(&self) -> Self {
-        Self { mu: self.mu.conjugate(), x: conjugate(&self.x), y: conjugate(&self.y) }
+        self.map(precision::Complex::conjugate)
     }
 
     pub(super) fn is_real(&self) -> bool {
@@ -51,14 +63,14 @@ impl<S: Enclosure> Column<S> {
     }
 }
 
-pub(super) fn conjugate<S: Enclosure>(vector: &[precision::Complex<S>]) -> Vec<precision::Complex<S>> {
-    vector.iter().map(precision::Complex::conjugate).collect()
-}
-
-/// The columns of a problem, in double-double.
+/// The columns of a problem, in double-double, some of them with more bits.
 #[derive(Clone, Default)]
 pub(super) struct Columns {
     pub(super) all: Vec<Column<Ball>>,
+    /// Better columns in the place of those with these numbers, none of which is the conjugate of another.
+    pub(super) wide: BTreeMap<usize, WideColumn>,
+    /// How many bits vectors of these have; 0 where all are of double-double.
+    pub(super) bits: usize,
     /// The column that this one is the exact conjugate of.
     pub(super) conjugate_of: Vec<Option<usize>>,
     pub(super) zeros: usize,
@@ -90,10 +102,109 @@ impl Columns {
         self.conjugate_of[j].is_none() && !self.conjugate_of.contains(&Some(j))
     }
 
+    /// The column with this number and more bits, if it has them.
+    fn wide(&self, j: usize) -> Option<WideColumn> {
+        match self.conjugate_of[j] {
+            Some(i) => self.wide.get(&i).map(WideColumn::conjugate),
+            None => self.wide.get(&j).cloned(),
+        }
+    }
+
+    /// The exponent of that column.
+    fn wide_mu(&self, j: usize) -> Option<Wide> {
+        match self.conjugate_of[j] {
+            Some(i) => self.wide.get(&i).map(|column| column.own.mu.conjugate()),
+            None => self.wide.get(&j).map(|column| column.own.mu.clone()),
+        }
+    }
+
     /// The exponent with this radius.
     pub(super) fn value(&self, j: usize, radius: f64) -> Value {
-        let mu = self.mu(j).with_added_radius(Magnitude::from_f64(radius));
-        Value::new(mu.re, mu.im)
+        let radius = Magnitude::from_f64(radius);
+        match self.wide_mu(j) {
+            Some(mu) => {
+                let mu = mu.with_added_radius(radius);
+                Value::wide(mu.re, mu.im)
+            }
+            None => {
+                let mu = self.mu(j).with_added_radius(radius);
+                Value::new(mu.re, mu.im)
+            }
+        }
+    }
+
+    /// μ_i - μ_j, nearly.
+    pub(super) fn difference(&self, i: usize, j: usize) -> c64 {
+        if let (Some(a), Some(b)) = (self.wide_mu(i), self.wide_mu(j)) {
+            return a.sub(&b).to_c64();
+        }
+        let (a, b) = (self.mu(i), self.mu(j));
+        let difference = a.sub(b);
+        // A column of many bits is rounded to 2^-104 of itself here; closer ones count as not apart.
+        let least = if self.bits == 0 { 0.0 } else { 1e-15 * (a.modulus() + b.modulus()) };
+        if difference.modulus() > least { difference.to_c64() } else { c64::new(0.0, 0.0) }
+    }
+
+    /// Columns get as many bits as the others that have more.
+    pub(super) fn widen(&mut self, which: &[usize]) {
+        for &j in which {
+            if self.conjugate_of[j].is_none() && j >= self.together() && !self.wide.contains_key(&j) {
+                let own = self.all[j].map(|x| Wide::from_complex(x, self.bits));
+                self.wide.insert(j, WideColumn::new(own));
+            }
+        }
+    }
+
+    /// What the columns of many bits contribute, in the place of what those of double-double do.
+    pub(super) fn measure(&mut self, matrices: &Matrices, measured: &mut [Residuals]) {
+        for (&j, column) in &mut self.wide {
+            measured[j] = column.residuals(matrices);
+            self.all[j].mu = column.own.mu.to_complex();
+        }
+        for j in 0..self.count() {
+            if let Some(i) = self.conjugate_of[j].filter(|i| self.wide.contains_key(i)) {
+                measured[j] = measured[i].conjugate();
+                self.all[j].mu = self.mu(i).conjugate();
+            }
+        }
+    }
+
+    /// The entries of Q between members of a group, and between columns that are as close as those of one: doubles lose them.
+    pub(super) fn units(&self, certificate: &Certificate) -> Vec<(usize, usize, Approximate)> {
+        let columns: Vec<(usize, WideColumn)> = (0..self.count()).filter_map(|j| Some((j, self.wide(j)?))).collect();
+        let size = |j: usize| self.mu(j).modulus();
+        let together = |i: usize, j: usize| {
+            certificate.of[i] == certificate.of[j] || self.distance(i, j) < NEAR * size(i).max(size(j))
+        };
+        let mut known = Vec::new();
+        for (i, a) in &columns {
+            let others: Vec<_> = columns.iter().filter(|(j, _)| together(*i, *j)).collect();
+            if (2..=MOST_TOGETHER).contains(&others.len()) {
+                known.extend(others.iter().map(|(j, b)| (*i, *j, a.unit(b))));
+            }
+        }
+        known
+    }
+
+    /// Turns a group by the eigenvectors of its block, in `next`; whether it has any.
+    pub(super) fn turn(&self, couplings: &Couplings, members: Vec<usize>, real: bool, next: &mut Self) -> bool {
+        if self.bits == 0 {
+            let old: Vec<Column<Ball>> = members.iter().map(|&j| self.all[j].clone()).collect();
+            let put = |turn: &Turn, new| next.put(turn, new);
+            return turn_group(couplings, (members, &self.conjugate_of), real, &old, ((), ()), put);
+        }
+        let old: Option<Vec<Column<Big>>> = members.iter().map(|&j| Some(self.wide(j)?.own)).collect();
+        let put = |turn: &Turn, new: Vec<Column<Big>>| {
+            next.put(turn, new.iter().map(|own| own.map(Wide::to_complex)).collect());
+            for (own, j) in new.into_iter().zip(&turn.members) {
+                next.wide.remove(j);
+                if next.conjugate_of[*j].is_none() {
+                    next.wide.insert(*j, WideColumn::new(own));
+                }
+            }
+        };
+        let precisions = (self.bits, 2 * self.bits);
+        old.is_some_and(|old| turn_group(couplings, (members, &self.conjugate_of), real, &old, precisions, put))
     }
 
     /// Puts the turned columns in the place of the members.
@@ -149,12 +260,27 @@ impl Columns {
     }
 }
 
-/// The mean of the exponents of a group; real where the group is closed under conjugation.
-pub(super) fn center<S: Enclosure>(
-    columns: &[Column<S>],
+/// Turns columns of a group by the eigenvectors of their block, if it has any; exponents get the second precision.
+fn turn_group<S: Enclosure>(
+    couplings: &Couplings,
+    (members, conjugate_of): (Vec<usize>, &[Option<usize>]),
     real: bool,
-    precision: S::Precision,
-) -> precision::Complex<S> {
+    old: &[Column<S>],
+    precisions: (S::Precision, S::Precision),
+    put: impl FnOnce(&Turn, Vec<Column<S>>),
+) -> bool {
+    let center = center(old, real, precisions.1);
+    let turn = turn(couplings, members, conjugate_of, |at| old[at].mu.sub(&center).to_c64());
+    if let Some(turn) = &turn
+        && let Some(new) = turned(old, turn, &center, precisions)
+    {
+        put(turn, new);
+    }
+    turn.is_some()
+}
+
+/// The mean of the exponents of a group; real where the group is closed under conjugation.
+fn center<S: Enclosure>(columns: &[Column<S>], real: bool, precision: S::Precision) -> precision::Complex<S> {
     let zero = precision::Complex::zero(precision);
     let sum = columns.iter().fold(zero, |sum, column| sum.add(&column.mu));
     let by = S::exact(1.0, precision).div(&S::exact(columns.len() as f64, precision));
@@ -163,7 +289,7 @@ pub(super) fn center<S: Enclosure>(
 
 /// The columns that a turn makes of the members of a group, with exponents as finely as `center`, vectors with `precision`; `None`
 /// where they leave the range of numbers. The lengths of x and y balance as before.
-pub(super) fn turned<S: Enclosure>(
+fn turned<S: Enclosure>(
     old: &[Column<S>],
     turn: &Turn,
     center: &precision::Complex<S>,

@@ -34,7 +34,6 @@ mod solve;
 mod spectrum;
 mod start;
 mod wide;
-mod wide_columns;
 
 pub(crate) use exact::LARGEST as MOST_EXACT;
 pub use solve::exponents;

@@ -31,7 +31,6 @@ impl<'a> Shapes<'a> {
             return (Vec::new(), 0.0);
         }
         let Solution { columns, measured, certificate, .. } = self.solution;
-        let columns = &columns.base;
         let n = self.scaled.n;
         let x: Vec<c64> = measured[j].x.iter().map(|x| x.value).collect();
         let group = &certificate.groups[certificate.of[j]];

@@ -13,8 +13,7 @@ use super::repeated::exact_spectrum;
 use super::scale::Scaled;
 use super::spectrum::{Facts, Status, finish, mark_rough, spectrum, status};
 use super::start::start;
-use super::wide::beyond;
-use super::wide_columns::{WideColumn, WideColumns};
+use super::wide::{WideColumn, beyond};
 use super::{Exponents, ModesError, Options, PrecisionLevel, QuadraticProblem, QuadraticSource, Structure};
 use crate::precision::{Ball, Big, Integers, sum_of_products};
 
@@ -23,7 +22,7 @@ const ROUNDS: usize = 12;
 
 /// Columns with what is proved about them.
 pub(super) struct Solution {
-    pub(super) columns: WideColumns,
+    pub(super) columns: Columns,
     pub(super) measured: Vec<Residuals>,
     pub(super) certificate: Certificate,
     pub(super) facts: Facts,
@@ -97,13 +96,13 @@ fn decided(scaled: &Scaled, matrices: &Integers, facts: &Facts, options: &Option
 /// of the exponent 0.
 fn undecided(solution: &Solution) -> bool {
     let columns = &solution.columns;
-    (0..columns.base.count()).any(|j| {
+    (0..columns.count()).any(|j| {
         let status = &solution.statuses[j];
         let Disc { radius, shared, .. } = solution.certificate.disc(j);
         let value = columns.value(j, radius);
         status.lacking
             && (shared > 1
-                || j < columns.base.together()
+                || j < columns.together()
                 || !status.growth_zero && value.growth.contains_zero()
                 || !status.omega_zero && value.omega.contains_zero())
     })
@@ -119,12 +118,11 @@ pub(super) fn in_double_double(scaled: &Scaled, options: &Options) -> Result<Sol
         .map_err(|index| ModesError::ZeroVector { index })?;
     let facts = Facts::new(scaled);
     let begun = start(scaled, &l).or_else(|| far_start(scaled));
-    let base = begun.ok_or(ModesError::NoConvergence)?;
-    let mut columns = WideColumns { wide: vec![None; base.count()], base, bits: 0 };
+    let mut columns = begun.ok_or(ModesError::NoConvergence)?;
     let mut rounds = Rounds { scaled, facts: &facts, options, best: None };
     let mut stalled = 0;
     for round in 0..ROUNDS {
-        let measured = measure(scaled, &mut columns.base);
+        let measured = measure(scaled, &mut columns);
         let level = if round == 0 { PrecisionLevel::Doubles } else { PrecisionLevel::Refined };
         let Some(Round { gained, lacking, better, .. }) = rounds.round(columns, measured, level) else {
             break;
@@ -154,39 +152,32 @@ pub(super) struct Round {
     pub(super) lacking: Vec<usize>,
     pub(super) groups: Vec<usize>,
     /// Better columns in the place of those that lack digits.
-    pub(super) better: WideColumns,
+    pub(super) better: Columns,
 }
 
 impl Rounds<'_> {
     /// Certifies columns and keeps them if they are the best so far; `None` where numbers leave the range of doubles.
-    pub(super) fn round(
-        &mut self,
-        columns: WideColumns,
-        measured: Vec<Residuals>,
-        level: PrecisionLevel,
-    ) -> Option<Round> {
+    pub(super) fn round(&mut self, columns: Columns, measured: Vec<Residuals>, level: PrecisionLevel) -> Option<Round> {
         let Self { scaled, facts, options, .. } = *self;
         let distance = |i: usize, j: usize| {
             let d = columns.difference(i, j);
             d.re.hypot(d.im)
         };
-        let base = &columns.base;
         let known = self.best.as_ref().map(|(_, best)| columns.units(&best.certificate)).unwrap_or_default();
-        let couplings = Couplings::new(scaled.n, &measured, &base.links, &known, distance)?;
-        let certificate = certify(&couplings, base.together(), &base.conjugate_of);
-        let value = |j: usize, radius: f64| columns.value(j, radius);
-        let mut statuses = status(facts, base, &measured, &value, &certificate, options);
+        let couplings = Couplings::new(scaled.n, &measured, &columns.links, &known, distance)?;
+        let certificate = certify(&couplings, columns.together(), &columns.conjugate_of);
+        let mut statuses = status(facts, &columns, &measured, &certificate, options);
         if options.vectors && columns.bits == 0 {
-            mark_rough(&mut statuses, base, &measured, &certificate);
+            mark_rough(&mut statuses, &columns, &measured, &certificate);
         }
         // The bits of all radii together, relative to what they have to cover; digits before vectors.
         let weight = |status: &Status| if status.lacking { 1e4 } else { 0.0 };
         let score: f64 = statuses.iter().map(|status| status.score + weight(status)).sum();
         let before = self.best.as_ref().map_or(f64::INFINITY, |(score, _)| *score);
-        let lacking: Vec<usize> = (0..base.count()).filter(|&j| statuses[j].lacking || statuses[j].rough).collect();
-        let groups = closed(&certificate, base, &lacking);
+        let lacking: Vec<usize> = (0..columns.count()).filter(|&j| statuses[j].lacking || statuses[j].rough).collect();
+        let groups = closed(&certificate, &columns, &lacking);
         let better = match lacking[..] {
-            [] => WideColumns { base: Columns::default(), wide: Vec::new(), bits: 0 },
+            [] => Columns::default(),
             _ => better(&couplings, &columns, &measured, &certificate, &lacking),
         };
         if score <= before {
@@ -212,38 +203,37 @@ pub(super) fn closed(certificate: &Certificate, columns: &Columns, which: &[usiz
 /// Better columns in the place of those that lack digits.
 fn better(
     couplings: &Couplings,
-    columns: &WideColumns,
+    columns: &Columns,
     measured: &[Residuals],
     certificate: &Certificate,
     lacking: &[usize],
-) -> WideColumns {
-    let base = &columns.base;
+) -> Columns {
     let mut next = columns.clone();
-    let turned =
-        base.turn_groups(certificate, lacking, &mut |members, real| columns.turn(couplings, members, real, &mut next));
-    for (j, turned) in turned.iter().enumerate().skip(base.together()) {
+    let turned = columns
+        .turn_groups(certificate, lacking, &mut |members, real| columns.turn(couplings, members, real, &mut next));
+    for (j, turned) in turned.iter().enumerate().skip(columns.together()) {
         // In double-double all of the others: the part of a fast column along a slow pair is the difference of two large
         // ones, so that the pair has to be biorthonormal to more digits than it needs for itself.
         if *turned
-            || base.conjugate_of[j].is_some()
-            || columns.bits > 0 && !(columns.wide[j].is_some() && lacking.contains(&j))
+            || columns.conjugate_of[j].is_some()
+            || columns.bits > 0 && !(columns.wide.contains_key(&j) && lacking.contains(&j))
         {
             continue;
         }
         let difference = |i: usize| columns.difference(j, i);
         let same = |i: usize| certificate.of[i] == certificate.of[j];
-        let steps = steps(couplings, base, measured, j, difference, same);
+        let steps = steps(couplings, columns, measured, j, difference, same);
         let unit = couplings.unit[(j, j)];
-        if let Some(column) = &columns.wide[j] {
+        if let Some(column) = columns.wide.get(&j) {
             if let Some(improved) = column.own.improved(steps, unit, columns.bits) {
-                next.wide[j] = Some(WideColumn::new(improved));
+                next.wide.insert(j, WideColumn::new(improved));
             }
-        } else if let Some(improved) = base.all[j].improved(steps, unit, ()) {
-            next.base.all[j] = improved;
+        } else if let Some(improved) = columns.all[j].improved(steps, unit, ()) {
+            next.all[j] = improved;
         }
     }
     if columns.bits == 0 {
-        next.base.mirror();
+        next.mirror();
     }
     next
 }

@@ -75,7 +75,6 @@ pub(super) fn status(
     facts: &Facts,
     columns: &Columns,
     measured: &[Residuals],
-    value: &dyn Fn(usize, f64) -> Value,
     certificate: &Certificate,
     options: &Options,
 ) -> Vec<Status> {
@@ -122,7 +121,7 @@ pub(super) fn status(
                 && !facts.definite
                 && near(im)
                 && (alone(conjugate) || facts.symmetric && shared > 1 && on_axis(j));
-            let Value { growth, omega, wide } = value(j, radius);
+            let Value { growth, omega, wide } = columns.value(j, radius);
             let size = re.hypot(im);
             let part = |zero: bool, value: &Ball, wide: Option<&Big>| {
                 if zero {
@@ -207,7 +206,6 @@ pub(super) fn mark_rough(
 pub(super) fn spectrum(scaled: &Scaled, solution: &Solution, options: &Options) -> Exponents {
     let mut entries = Vec::new();
     let Solution { columns, certificate, facts, .. } = solution;
-    let columns = &columns.base;
     let shapes = Shapes::new(scaled, solution, options.vectors);
     // Of the real exponents without dissipation the growing half stands for the pairs.
     let mut real: Vec<usize> = Vec::new();
@@ -264,7 +262,7 @@ pub(super) fn spectrum(scaled: &Scaled, solution: &Solution, options: &Options) 
 /// Puts an orthonormal basis in the place of the shapes of a group of exponents that the bounds do not separate, if they
 /// show as many vectors as there are of them.
 fn orthonormal(scaled: &Scaled, solution: &Solution, shapes: &Shapes<'_>, group: &Group, entries: &mut [Exponent]) {
-    let columns = &solution.columns.base;
+    let columns = &solution.columns;
     let Some(&first) = group.members.first() else {
         return;
     };

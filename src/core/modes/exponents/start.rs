@@ -327,6 +327,6 @@ fn assemble(
             }
         }
     }
-    let columns = Columns { all, conjugate_of, zeros: z, chains: split - z, links };
+    let columns = Columns { all, conjugate_of, zeros: z, chains: split - z, links, ..Columns::default() };
     columns.all.iter().all(Column::is_finite).then_some(columns)
 }
