@@ -11,8 +11,7 @@ use super::elimination::Elimination;
 use super::parameters::{Formulas, known_values};
 use crate::expr::{ExprId, Symbol};
 use crate::model::{Constraint, Local, Model, SymbolKind, TermFamily};
-use crate::number::Number;
-use crate::precision::{Ball, Big, Enclosure, Scalar, clear_column};
+use crate::precision::{self, Ball, Big, Eliminated, Enclosure, Scalar, clear_column};
 
 /// A model whose multipliers are coordinates behind its own.
 #[derive(Clone, Debug)]
@@ -81,7 +80,7 @@ pub(crate) fn with_multipliers(model: &Model, left_out: &[usize]) -> Tied {
 ///
 /// A row that is a combination of others at a random point is so everywhere: the constraint is a
 /// function of the others. (What is drawn modulo a prime of 61 bits misses an independent row once in 1e18.)
-fn independent(model: &mut Model) -> (Vec<usize>, Vec<usize>) {
+pub(super) fn independent(model: &mut Model) -> (Vec<usize>, Vec<usize>) {
     let count = model.constraints.len();
     let known = known_values(model);
     let bodies: Vec<ExprId> = model.constraints.iter().map(|own| own.expression).collect();
@@ -132,7 +131,7 @@ pub(super) fn choose_bound<S: Enclosure>(
     among: Option<&[usize]>,
     precision: S::Precision,
 ) -> Option<Vec<usize>> {
-    eliminate(gradients.to_vec(), largest_among(among), precision).map(|(pivots, _)| pivots)
+    eliminate(gradients.to_vec(), largest_among(among), precision).map(|own| own.pivots)
 }
 
 /// The same of all coordinates, where it can be of those that move nothing.
@@ -142,43 +141,28 @@ pub(super) fn choose_light<S: Enclosure>(
     precision: S::Precision,
 ) -> Option<Vec<usize>> {
     let rank = |column: usize, size: f64| (size > 0.0).then(|| (!moved[column] && size > LEAST_PIVOT, size));
-    eliminate(gradients.to_vec(), rank, precision).map(|(pivots, _)| pivots)
+    eliminate(gradients.to_vec(), rank, precision).map(|own| own.pivots)
 }
 
 /// The largest pivots that exclude 0, in some columns or in all.
-fn largest_among(columns: Option<&[usize]>) -> impl Fn(usize, f64) -> Option<f64> {
+pub(super) fn largest_among(columns: Option<&[usize]>) -> impl Fn(usize, f64) -> Option<f64> {
     move |column, size| (size > 0.0 && columns.is_none_or(|given| given.contains(&column))).then_some(size)
 }
 
-/// Gauss-Jordan elimination in enclosures. The next pivot is always the entry of the highest rank, from its column and its size beside
-/// what else its row has, so that the units of a constraint do not matter; an entry without a rank is none.
+/// Gauss-Jordan elimination in enclosures, with a pivot for each row: by the rank of its column and its size beside what else its
+/// row has, so that the units of a constraint do not matter; an entry without a rank is none.
 pub(super) fn eliminate<S: Enclosure, R: PartialOrd>(
-    mut rows: Vec<Vec<S>>,
+    rows: Vec<Vec<S>>,
     rank: impl Fn(usize, f64) -> Option<R>,
     precision: S::Precision,
-) -> Option<(Vec<usize>, Vec<Vec<S>>)> {
-    let mut pivots = Vec::with_capacity(rows.len());
-    let mut order: Vec<usize> = Vec::with_capacity(rows.len());
-    for _ in 0..rows.len() {
-        let open = (0..rows.len()).filter(|row| !order.contains(row));
-        let mut best: Option<(R, usize, usize)> = None;
-        for row in open {
-            let largest = rows[row].iter().map(S::certain_size).fold(0.0, f64::max);
-            for (column, entry) in rows[row].iter().enumerate() {
-                if let Some(own) = rank(column, entry.certain_size() / largest)
-                    && best.as_ref().is_none_or(|(other, ..)| own > *other)
-                {
-                    best = Some((own, row, column));
-                }
-            }
-        }
-        let (_, row, column) = best?;
-        clear_column(&mut rows, row, column, precision);
-        order.push(row);
-        pivots.push(column);
-    }
-    let sorted = order.iter().map(|row| rows[*row].clone()).collect();
-    Some((pivots, sorted))
+) -> Option<Eliminated<S>> {
+    let count = rows.len();
+    let ranks = |row: &[S]| {
+        let sizes: Vec<f64> = row.iter().map(S::certain_size).collect();
+        let largest = sizes.iter().copied().fold(0.0, f64::max);
+        sizes.into_iter().enumerate().map(|(column, size)| rank(column, size / largest)).collect()
+    };
+    Some(precision::eliminate(rows, ranks, precision)).filter(|own| own.pivots.len() == count)
 }
 
 /// Gauss-Jordan elimination with the largest pivots in given columns, one a row, which are brought to that order; `size` is positive for what
@@ -202,7 +186,7 @@ pub(super) fn solve_for<S: Scalar>(
 /// are not shown to have just one.
 pub(crate) fn solve<S: Enclosure>(equations: Vec<Vec<S>>, precision: S::Precision) -> Option<Vec<S>> {
     let unknowns: Vec<usize> = (0..equations.len()).collect();
-    let (pivots, rows) = eliminate(equations, largest_among(Some(&unknowns)), precision)?;
+    let Eliminated { pivots, rows } = eliminate(equations, largest_among(Some(&unknowns)), precision)?;
     let mut solution: Vec<Option<S>> = vec![None; unknowns.len()];
     for (pivot, row) in pivots.iter().zip(&rows) {
         solution[*pivot] = row.last().cloned();
@@ -240,13 +224,15 @@ impl<S: Scalar> Tangent<S> {
 
     /// ZᵀAZ for a matrix (column by column) whose first rows and columns are those of the coordinates.
     pub(crate) fn reduce(&self, matrix: &[S], order: usize) -> Vec<S> {
-        let m = self.free.len();
-        let zero = S::from_number(&Number::ZERO, self.precision);
-        // A Z, column by column, for rows of the coordinates.
-        let n = m + self.bound.len();
-        let mut image = vec![zero.clone(); n * m];
-        for (column, own) in self.free.iter().enumerate() {
-            for row in 0..n {
+        let (n, m) = (self.free.len() + self.bound.len(), self.free.len());
+        self.image(&self.image(matrix, order, n), m, m)
+    }
+
+    /// (AZ)ᵀ, column by column, for the first rows of a matrix that has so many altogether.
+    fn image(&self, matrix: &[S], order: usize, rows: usize) -> Vec<S> {
+        let mut image = Vec::with_capacity(rows * self.free.len());
+        for row in 0..rows {
+            for (column, own) in self.free.iter().enumerate() {
                 let mut sum = matrix[row + order * own].clone();
                 for (bound, slopes) in self.bound.iter().zip(&self.slopes) {
                     let entry = &matrix[row + order * bound];
@@ -254,23 +240,10 @@ impl<S: Scalar> Tangent<S> {
                         sum = sum.add(&entry.mul(&slopes[column]));
                     }
                 }
-                image[row + n * column] = sum;
+                image.push(sum);
             }
         }
-        let mut reduced = vec![zero; m * m];
-        for column in 0..m {
-            for (row, own) in self.free.iter().enumerate() {
-                let mut sum = image[own + n * column].clone();
-                for (bound, slopes) in self.bound.iter().zip(&self.slopes) {
-                    let entry = &image[bound + n * column];
-                    if !entry.is_exact_zero() && !slopes[row].is_exact_zero() {
-                        sum = sum.add(&slopes[row].mul(entry));
-                    }
-                }
-                reduced[row + m * column] = sum;
-            }
-        }
-        reduced
+        image
     }
 
     /// The same for a symmetric matrix: what encloses an entry encloses its mirror image.
@@ -295,7 +268,7 @@ impl<S: Enclosure> Tangent<S> {
     /// From the gradients of the constraints, one row each, and the coordinates that are to follow;
     /// `None` where these can't be shown to.
     pub(crate) fn new(gradients: &[Vec<S>], bound: &[usize], precision: S::Precision) -> Option<Self> {
-        let (pivots, rows) = eliminate(gradients.to_vec(), largest_among(Some(bound)), precision)?;
+        let Eliminated { pivots, rows } = eliminate(gradients.to_vec(), largest_among(Some(bound)), precision)?;
         Some(Self::solved(rows.first().map_or(0, Vec::len), &rows, pivots, precision))
     }
 

@@ -15,8 +15,9 @@
 use std::collections::VecDeque;
 
 use super::assemble::{Assembly, Values};
+use super::constrained::{eliminate, largest_among};
 use crate::number::Number;
-use crate::precision::{Enclosure, clear_column};
+use crate::precision::{Eliminated, Enclosure};
 
 /// Elimination of dense rows is for systems of moderate size.
 const MOST: usize = 400;
@@ -50,36 +51,18 @@ pub(crate) fn kernel<S: Enclosure>(
     for (at, coordinate) in loose.iter().enumerate() {
         place[*coordinate] = at;
     }
-    let mut rows: Vec<Vec<S>> = touching
-        .iter()
-        .map(|element| {
-            let mut row = vec![zero.clone(); loose.len()];
-            for (coordinate, entry) in &slopes[*element] {
-                if let Some(to) = row.get_mut(place[*coordinate]) {
-                    *to = entry.clone();
-                }
-            }
-            row
-        })
-        .collect();
-    let mut pivots: Vec<usize> = Vec::with_capacity(rows.len());
-    // Gauss-Jordan elimination, the largest entry of all that are left as pivot.
-    for done in 0..rows.len() {
-        let mut best: Option<(usize, usize, f64)> = None;
-        for (row, own) in rows.iter().enumerate().skip(done) {
-            for (column, entry) in own.iter().enumerate() {
-                let size = entry.certain_size();
-                let wanted = wanted.is_none_or(|wanted| wanted.contains(&loose[column]));
-                if size > best.map_or(0.0, |(_, _, size)| size) && wanted && !pivots.contains(&column) {
-                    best = Some((row, column, size));
-                }
+    let row = |element: &usize| {
+        let mut row = vec![zero.clone(); loose.len()];
+        for (coordinate, entry) in &slopes[*element] {
+            if let Some(to) = row.get_mut(place[*coordinate]) {
+                *to = entry.clone();
             }
         }
-        let (row, column, _) = best?;
-        rows.swap(done, row);
-        clear_column(&mut rows, done, column, values.precision());
-        pivots.push(column);
-    }
+        row
+    };
+    let among = wanted.map(|wanted| wanted.iter().map(|coordinate| place[*coordinate]).collect::<Vec<_>>());
+    let rank = largest_among(among.as_deref());
+    let Eliminated { pivots, rows } = eliminate(touching.iter().map(row).collect(), rank, values.precision())?;
     let free = (0..loose.len()).filter(|column| !pivots.contains(column));
     let vector = |column: usize| {
         let mut vector = vec![zero.clone(); n];

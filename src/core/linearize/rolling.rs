@@ -255,7 +255,7 @@ impl Conditions {
             if held { 0 } else { 2 - usize::from(steers) }
         };
         let rank = |column: usize, size: f64| (size > 1e-9).then(|| (tier(column), size));
-        constrained::eliminate(rows, rank, ()).map(|(pivots, _)| pivots)
+        constrained::eliminate(rows, rank, ()).map(|own| own.pivots)
     }
 }
 

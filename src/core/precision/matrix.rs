@@ -180,6 +180,41 @@ pub fn clear_column<T: Entry>(rows: &mut [Vec<T>], row: usize, column: usize, pr
     }
 }
 
+/// Rows after elimination.
+pub struct Eliminated<T> {
+    /// The columns of the pivots, in the order in which they were taken.
+    pub pivots: Vec<usize>,
+    /// The rows in that order: 1 in the column of the own pivot, 0 in those of the others. Rows without pivots are left out.
+    pub rows: Vec<Vec<T>>,
+}
+
+/// Gauss-Jordan elimination. The next pivot is always the entry of the highest rank, the first of several; `ranks` gives those of
+/// the entries of a row, of which the ones without a rank are no pivots.
+pub fn eliminate<T: Entry, R: PartialOrd>(
+    mut rows: Vec<Vec<T>>,
+    ranks: impl Fn(&[T]) -> Vec<Option<R>>,
+    precision: T::Precision,
+) -> Eliminated<T> {
+    let (mut pivots, mut order) = (Vec::new(), Vec::new());
+    loop {
+        let mut best: Option<(R, usize, usize)> = None;
+        for row in (0..rows.len()).filter(|row| !order.contains(row)) {
+            for (column, rank) in ranks(&rows[row]).into_iter().enumerate() {
+                if let Some(rank) = rank
+                    && best.as_ref().is_none_or(|(other, ..)| rank > *other)
+                {
+                    best = Some((rank, row, column));
+                }
+            }
+        }
+        let Some((_, row, column)) = best else { break };
+        clear_column(&mut rows, row, column, precision);
+        order.push(row);
+        pivots.push(column);
+    }
+    Eliminated { pivots, rows: order.into_iter().map(|row| std::mem::take(&mut rows[row])).collect() }
+}
+
 /// A symmetric matrix as a sum of squares: Σ ± a aᵀ + rest.
 ///
 /// Adding up a stiffness loses soft springs beside stiff ones; the vectors a = √|k| ∇s keep them. The rest holds

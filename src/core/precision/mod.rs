@@ -43,7 +43,7 @@ pub use enclosure::Enclosure;
 pub use lane::{LANES, Lane};
 pub(crate) use lane::{Pair, kernel, lane_product};
 pub use magnitude::Magnitude;
-pub use matrix::{Entry, Factors, Matrix, clear_column, quadratic_form, sum_of_products};
+pub use matrix::{Eliminated, Entry, Factors, Matrix, clear_column, eliminate, quadratic_form, sum_of_products};
 pub use root::{Integers, Root};
 pub use scalar::{Function, Scalar, power};
 pub use sparse::SparseMatrix;

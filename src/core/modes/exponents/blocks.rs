@@ -19,7 +19,7 @@ use dashu_int::IBig;
 use super::basis::Metric;
 use super::complex::Wide;
 use super::polynomial::{Polynomial, rank};
-use crate::precision::{Big, Integers, Magnitude, clear_column, sum_of_products};
+use crate::precision::{Big, Eliminated, Integers, eliminate, sum_of_products};
 
 /// Products of words that an exact rank may cost, about: a second.
 const MOST_WORK: f64 = 1e9;
@@ -116,7 +116,7 @@ impl Pencil<'_> {
             let (mut total, mut certain) = (0, true);
             for (at, lambda) in roots.iter().enumerate() {
                 let before = all[at];
-                let nullity = |echelon: &Echelon| level * self.n - echelon.rank;
+                let nullity = |echelon: &Echelon| level * self.n - echelon.rank();
                 let own = Echelon::new(self.chains(lambda, level, 0));
                 dimensions[at].push(nullity(&own));
                 all[at] = nullity(&own);
@@ -173,7 +173,7 @@ impl Pencil<'_> {
         let rows = self.chains(lambda, 1, 0);
         let column = |j: usize| rows.iter().map(|row| row[j].clone()).collect();
         let echelon = Echelon::new((0..self.n).map(column).collect());
-        let simple = echelon.rank + 1 == self.n;
+        let simple = echelon.rank() + 1 == self.n;
         echelon.kernel().into_iter().next().filter(|_| simple)
     }
 
@@ -263,57 +263,36 @@ impl Pencil<'_> {
     }
 }
 
-/// Rows after the elimination of Gauss and Jordan with complete pivoting, as far as pivots exclude 0.
+/// Rows after elimination with complete pivoting, as far as pivots exclude 0.
 struct Echelon {
-    rank: usize,
-    /// The order of the columns: those of the pivots first.
-    order: Vec<usize>,
-    rows: Vec<Vec<Wide>>,
+    width: usize,
+    bits: usize,
+    eliminated: Eliminated<Wide>,
 }
 
 impl Echelon {
-    fn new(mut rows: Vec<Vec<Wide>>) -> Self {
+    fn new(rows: Vec<Vec<Wide>>) -> Self {
         let width = rows.first().map_or(0, Vec::len);
-        let mut order: Vec<usize> = (0..width).collect();
-        let least = |x: &Wide| x.re.abs_lower().max(x.im.abs_lower());
-        let mut rank = 0;
-        while rank < rows.len() {
-            let mut best: Option<(usize, usize, Magnitude)> = None;
-            for (i, row) in rows.iter().enumerate().skip(rank) {
-                for (j, x) in row.iter().enumerate().skip(rank) {
-                    let size = least(x);
-                    if !size.is_zero() && best.is_none_or(|(_, _, most)| size > most) {
-                        best = Some((i, j, size));
-                    }
-                }
-            }
-            let Some((i, j, _)) = best else { break };
-            rows.swap(rank, i);
-            for row in &mut rows {
-                row.swap(rank, j);
-            }
-            order.swap(rank, j);
-            let bits = rows[rank][rank].re.bits();
-            clear_column(&mut rows, rank, rank, bits);
-            rank += 1;
-        }
-        Self { rank, order, rows }
+        let bits = rows.iter().flatten().next().map_or(64, |x| x.re.bits());
+        let least = |x: &Wide| Some(x.re.abs_lower().max(x.im.abs_lower())).filter(|size| !size.is_zero());
+        Self { width, bits, eliminated: eliminate(rows, |row| row.iter().map(least).collect(), bits) }
+    }
+
+    fn rank(&self) -> usize {
+        self.eliminated.pivots.len()
     }
 
     /// A basis of the kernel, where the rank is no larger than what was found.
     fn kernel(&self) -> Vec<Vec<Wide>> {
-        let width = self.order.len();
-        let Some(bits) = self.rows.first().and_then(|row| Some(row.first()?.re.bits())) else {
-            return Vec::new();
-        };
+        let Eliminated { pivots, rows } = &self.eliminated;
         let vector = |free: usize| {
-            let mut vector = vec![Wide::zero(bits); width];
-            vector[self.order[free]].re = Big::one(bits);
-            for (at, row) in self.order.iter().zip(&self.rows).take(self.rank) {
-                vector[*at] = Wide::zero(bits).sub(&row[free]);
+            let mut vector = vec![Wide::zero(self.bits); self.width];
+            vector[free].re = Big::one(self.bits);
+            for (at, row) in pivots.iter().zip(rows) {
+                vector[*at] = Wide::zero(self.bits).sub(&row[free]);
             }
             vector
         };
-        (self.rank..width).map(vector).collect()
+        (0..self.width).filter(|column| !pivots.contains(column)).map(vector).collect()
     }
 }
