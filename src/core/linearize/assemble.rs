@@ -8,6 +8,7 @@ use std::collections::HashMap;
 use super::elements::{Element, Splitter, elements};
 use super::error::LinearizeError;
 use super::facts::Variable;
+use super::inputs::Inputs;
 use super::missing_value;
 use super::nested::{Nest, compact, nests};
 use super::parameters::parameters_of;
@@ -38,8 +39,7 @@ pub struct ElementFamily {
     /// Both in nests.
     inertia_nests: Vec<Nest>,
     potential_nests: Vec<Nest>,
-    parameters: Vec<usize>,
-    constants: Vec<u32>,
+    pub(super) inputs: Inputs,
     inertia_tape: Tape,
     force_tape: Tape,
     stiffness_tape: Tape,
@@ -65,7 +65,7 @@ pub(crate) struct Assembly {
 /// Parameter values and constants as numbers of one type.
 #[derive(Clone, Debug)]
 pub(crate) struct Values<S: Scalar> {
-    parameters: Vec<Option<S>>,
+    pub(super) parameters: Vec<Option<S>>,
     pub(super) constants: Vec<S>,
     precision: S::Precision,
     /// Where the range of these numbers does not do: the same in others, which all is evaluated in ([`Scalar::to_wide`]).
@@ -213,12 +213,6 @@ fn logarithms(pool: &Pool, splitter: &mut Splitter, root: ExprId) -> Vec<ExprId>
     parts
 }
 
-/// What a family's tape gets: the coordinates and values of an instance, then parameters.
-pub(super) fn inputs(model: &Model, terms: &TermFamily, parameters: &[usize]) -> Vec<Symbol> {
-    let own = terms.locals.iter().map(|local| local.coordinate).chain(terms.values.iter().copied());
-    own.chain(parameters.iter().map(|number| model.parameters[*number].symbol)).collect()
-}
-
 fn compile(
     model: &Model,
     terms: TermFamily,
@@ -237,10 +231,8 @@ fn compile(
     let mut inertia_nests = nests(&inertia);
     let inertia_roots = compact(&mut inertia_nests, &inertia);
     let all: Vec<ExprId> = stiffness_roots.iter().chain(&inertia_roots).chain(&logarithms).copied().collect();
-    let parameters = parameters_of(model, &all);
-    let inputs = inputs(model, &terms, &parameters);
-    // Every symbol of a body is one of these; explicit time is refused before.
-    let tape = |roots: &[ExprId]| Tape::compile(&model.pool, roots, &inputs).ok();
+    let inputs = Inputs::new(model, &all, constants);
+    let tape = |roots: &[ExprId]| inputs.tape(model, &model.pool, &terms, roots);
     Some(ElementFamily {
         span: terms.span,
         inertia_tape: tape(&inertia_roots)?,
@@ -253,18 +245,11 @@ fn compile(
         terms,
         effective,
         logarithms,
-        parameters,
-        constants,
+        inputs,
     })
 }
 
 impl ElementFamily {
-    /// The constants of an instance, by number, one a value slot.
-    pub(super) fn constants_of(&self, instance: usize) -> &[u32] {
-        let width = self.terms.values.len();
-        &self.constants[instance * width..(instance + 1) * width]
-    }
-
     /// What the numbers of an instance add to M or K: for two of its own coordinates, and whether for both orders of them.
     fn shares<S: Scalar>(&self, part: Part, numbers: &[S], mut add: impl FnMut(usize, usize, &S, bool)) {
         let (elements, nests) = self.nests(part);
@@ -282,12 +267,6 @@ impl ElementFamily {
 }
 
 impl<S: Scalar> Values<S> {
-    /// The value of a parameter by number.
-    pub(super) fn parameter(&self, number: usize, otherwise: &S) -> S {
-        let value = self.parameters.get(number).and_then(Option::as_ref);
-        value.unwrap_or(otherwise).clone()
-    }
-
     /// A point and the values in numbers of any range, where these do not do.
     pub(super) fn wide(&self, at: &[S]) -> Option<(Vec<Big>, &Values<Big>)> {
         let wide = self.wide.as_deref()?;
@@ -319,8 +298,9 @@ impl Assembly {
         replaced: impl Fn(usize, S) -> S,
     ) -> Result<Values<S>, LinearizeError> {
         let mut needed: Vec<usize> = self.constants_parameters.clone();
-        needed.extend(self.families.iter().flat_map(|family| &family.parameters));
-        needed.extend(self.velocity.iter().flat_map(|family| &family.parameters));
+        let families = self.families.iter().map(|family| &family.inputs);
+        let all = families.chain(self.velocity.iter().map(|family| &family.inputs));
+        needed.extend(all.flat_map(|inputs| &inputs.parameters));
         needed.sort_unstable();
         needed.dedup();
         let mut parameters: Vec<Option<S>> = vec![None; model.parameters.len()];
@@ -360,60 +340,25 @@ impl Assembly {
         shares.fold(0, u64::saturating_add)
     }
 
-    /// Runs one kind of tape for all instances: `scatter` gets the family, the number of the
-    /// instance, and the numbers in the order of the elements.
+    /// Runs one kind of tape for all instances: `scatter` gets the family, the number of the instance, the numbers in the order of
+    /// the elements, and whether these are not those of the instance before.
     pub(super) fn run<'a, S: Scalar>(
-        &'a self,
-        part: Part,
-        at: &[S],
-        values: &Values<S>,
-        mut scatter: impl FnMut(&'a ElementFamily, usize, &[S]),
-    ) {
-        self.run_each(part, at, values, |family, instance, numbers, _| scatter(family, instance, numbers));
-    }
-
-    /// The same, with whether the numbers are not those of the instance before.
-    fn run_each<'a, S: Scalar>(
         &'a self,
         part: Part,
         at: &[S],
         values: &Values<S>,
         mut scatter: impl FnMut(&'a ElementFamily, usize, &[S], bool),
     ) {
-        let zero = S::from_number(&Number::from(0), values.precision);
-        let mut scratch = Vec::new();
-        let (mut inputs, mut before): (Vec<S>, Vec<S>) = (Vec::new(), Vec::new());
-        let mut out: Vec<S> = Vec::new();
         for family in &self.families {
             let (tape, used) = match part {
                 Part::Inertia => (&family.inertia_tape, !family.inertia.is_empty()),
                 Part::Force => (&family.force_tape, !family.potential.is_empty()),
                 Part::Stiffness => (&family.stiffness_tape, !family.potential.is_empty()),
             };
-            if !used {
-                continue;
-            }
-            let prepared = tape.prepare::<S>(values.precision);
-            out.clear();
-            out.resize(tape.outputs(), zero.clone());
-            before.clear();
-            for instance in 0..family.terms.count {
-                let coordinates = family.terms.coordinates_of(instance);
-                inputs.clear();
-                inputs.extend(coordinates.iter().map(|number| at.get(*number as usize).unwrap_or(&zero).clone()));
-                inputs.extend(
-                    family.constants_of(instance).iter().map(|number| values.constants[*number as usize].clone()),
-                );
-                inputs.extend(
-                    family.parameters.iter().map(|number| values.parameters[*number].clone().unwrap_or(zero.clone())),
-                );
-                // The links of a chain at rest are all alike.
-                let same = instance > 0 && inputs.iter().zip(&before).all(|(x, y)| x.is_same(y));
-                if !same {
-                    prepared.evaluate_into(&inputs, &mut scratch, &mut out);
-                    std::mem::swap(&mut inputs, &mut before);
-                }
-                scatter(family, instance, &out, !same);
+            if used {
+                family.inputs.run(&family.terms, tape, at, values, |instance, numbers, is_new| {
+                    scatter(family, instance, numbers, is_new);
+                });
             }
         }
     }
@@ -424,7 +369,7 @@ impl Assembly {
             return S::all_from_wide(&self.gradient(&at, wide));
         }
         let mut gradient = vec![S::from_number(&Number::from(0), values.precision); self.dimension];
-        self.run(Part::Force, at, values, |family, instance, numbers| {
+        self.run(Part::Force, at, values, |family, instance, numbers, _| {
             let coordinates = family.terms.coordinates_of(instance);
             let mut rest = numbers;
             for element in &family.potential {
@@ -456,7 +401,7 @@ impl Assembly {
         }
         let mut rows = Vec::new();
         let zero = S::from_number(&Number::ZERO, values.precision);
-        self.run(Part::Force, at, values, |family, instance, numbers| {
+        self.run(Part::Force, at, values, |family, instance, numbers, _| {
             let coordinates = family.terms.coordinates_of(instance);
             let mut rest = numbers;
             for element in &family.potential {
@@ -516,7 +461,7 @@ impl Assembly {
             self.entries(part, &at, wide, narrowed);
             return;
         }
-        self.run(part, at, values, |family, instance, numbers| {
+        self.run(part, at, values, |family, instance, numbers, _| {
             let coordinates = family.terms.coordinates_of(instance);
             // Into the lower triangle.
             family.shares(part, numbers, |a, b, value, both| {
@@ -537,7 +482,7 @@ impl Assembly {
             if !plain {
                 return false;
             }
-            self.run_each(part, at, values, |family, _, numbers, is_new| {
+            self.run(part, at, values, |family, _, numbers, is_new| {
                 if is_new && plain && part == Part::Force {
                     let mut rest = numbers;
                     for element in &family.potential {

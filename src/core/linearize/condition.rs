@@ -60,7 +60,7 @@ impl Linearized {
         size: impl Fn(&S) -> f64,
     ) -> Vec<f64> {
         let mut sums = vec![0.0; shapes.len()];
-        self.assembly.run(Part::Stiffness, at, values, |family, instance, numbers| {
+        self.assembly.run(Part::Stiffness, at, values, |family, instance, numbers, _| {
             let numbers: Vec<f64> = numbers.iter().map(&size).collect();
             let numbers = numbers.as_slice();
             let coordinates = family.terms.coordinates_of(instance);

@@ -7,10 +7,10 @@
 
 use nalgebra::DMatrix;
 
-use super::assemble::{Assembly, Values, evaluate_closed, inputs};
+use super::assemble::{Assembly, Values, evaluate_closed};
 use super::equilibrium::Search;
+use super::inputs::Inputs;
 use super::newton::Downhill;
-use super::parameters::parameters_of;
 use crate::expr::Tape;
 use crate::model::Model;
 use crate::precision::{Ball, Scalar};
@@ -27,43 +27,32 @@ const MOST_WORK: f64 = 2e11;
 /// V - T0, but for what is the same everywhere.
 pub(super) struct Energy<'a> {
     assembly: &'a Assembly,
-    values: &'a Values<Ball>,
-    /// Per family: the term, and the parameters in it.
-    terms: Vec<(Tape, Vec<Ball>)>,
+    /// With those parameters too that no force depends on.
+    values: Values<Ball>,
+    /// Per family.
+    terms: Vec<(Tape, Inputs)>,
 }
 
 impl<'a> Energy<'a> {
-    pub(super) fn new(model: &Model, assembly: &'a Assembly, values: &'a Values<Ball>) -> Option<Self> {
-        let term = |family: &super::ElementFamily| {
-            let parameters = parameters_of(model, &[family.effective]);
-            let inputs = inputs(model, &family.terms, &parameters);
-            let value = |number: &usize| evaluate_closed(&model.pool, model.parameters[*number].value?, ());
-            let numbers = parameters.iter().map(value).collect::<Option<_>>()?;
-            let tape = Tape::compile(&model.pool, &[family.effective], &inputs).ok()?;
-            Some((tape, numbers))
-        };
-        Some(Self { assembly, values, terms: assembly.families.iter().map(term).collect::<Option<_>>()? })
+    pub(super) fn new(model: &Model, assembly: &'a Assembly, values: &Values<Ball>) -> Option<Self> {
+        let mut values = values.clone();
+        let mut terms = Vec::with_capacity(assembly.families.len());
+        for family in &assembly.families {
+            let inputs = family.inputs.of_others(model, &[family.effective]);
+            for number in &inputs.parameters {
+                let value = evaluate_closed(&model.pool, model.parameters[*number].value?, ())?;
+                values.parameters[*number] = Some(value);
+            }
+            terms.push((inputs.tape(model, &model.pool, &family.terms, &[family.effective])?, inputs));
+        }
+        Some(Self { assembly, values, terms })
     }
 
     fn at(&self, point: &[Ball]) -> Ball {
         let mut total = Ball::ZERO;
-        let mut scratch = Vec::new();
-        for (family, (tape, parameters)) in self.assembly.families.iter().zip(&self.terms) {
-            if family.potential.is_empty() {
-                continue;
-            }
-            for instance in 0..family.terms.count {
-                let coordinates = family.terms.coordinates_of(instance).iter();
-                let constants = family.constants_of(instance).iter();
-                let inputs: Vec<Ball> = coordinates
-                    .map(|i| point[*i as usize])
-                    .chain(constants.map(|i| self.values.constants[*i as usize]))
-                    .chain(parameters.iter().copied())
-                    .collect();
-                let mut out = [Ball::ZERO];
-                tape.evaluate_into(&inputs, &mut scratch, &mut out);
-                total = total.add(&out[0]);
-            }
+        let families = self.assembly.families.iter().zip(&self.terms);
+        for (family, (tape, inputs)) in families.filter(|(family, _)| !family.potential.is_empty()) {
+            inputs.run(&family.terms, tape, point, &self.values, |_, numbers, _| total = total.add(&numbers[0]));
         }
         total
     }

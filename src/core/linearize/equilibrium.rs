@@ -25,8 +25,8 @@ use super::symbolic::force_text;
 use super::symmetry::symmetries;
 use super::undefined::{given_not_finite, point_text};
 use super::zero::independent_symmetries;
-use crate::expr::ExprId;
-use crate::model::{Given, Model};
+use crate::expr::{ExprId, Pool};
+use crate::model::Model;
 use crate::precision::{Ball, Big, DoubleDouble, Scalar};
 
 /// Where a coordinate of the equilibrium comes from.
@@ -90,11 +90,7 @@ impl Equilibrium {
         precision: S::Precision,
         other: impl Fn(&Ball) -> Option<S>,
     ) -> Option<Vec<S>> {
-        let exact = |(i, value): (usize, &Ball)| match self.expression(model, i) {
-            Some(exact) => evaluate_closed(&model.pool, exact, precision),
-            None => other(value),
-        };
-        self.values.iter().enumerate().map(exact).collect()
+        in_numbers(&model.pool, &self.values, precision, |i| self.expression(model, i), other)
     }
 
     /// What belongs to the first coordinates: those before multipliers.
@@ -104,6 +100,22 @@ impl Equilibrium {
         own.origins.truncate(count);
         own
     }
+}
+
+/// A point in numbers of another type: what is `stated` exactly, by the numbers of coordinates, and for the rest what `other` makes
+/// of it.
+pub(super) fn in_numbers<S: Scalar>(
+    pool: &Pool,
+    at: &[Ball],
+    precision: S::Precision,
+    stated: impl Fn(usize) -> Option<ExprId>,
+    other: impl Fn(&Ball) -> Option<S>,
+) -> Option<Vec<S>> {
+    let number = |(i, value): (usize, &Ball)| match stated(i) {
+        Some(exact) => evaluate_closed(pool, exact, precision),
+        None => other(value),
+    };
+    at.iter().enumerate().map(number).collect()
 }
 
 /// More Newton steps than this find nothing either.
@@ -268,11 +280,7 @@ impl Search<'_> {
 
     /// A point in numbers of so many bits: what is given exactly, and for the rest what `other` makes of it.
     pub(super) fn in_bits(&self, at: &[Ball], bits: usize, other: impl Fn(&Ball) -> Option<Big>) -> Option<Vec<Big>> {
-        let number = |(given, value): (Option<Given>, &Ball)| match given.and_then(|given| given.value) {
-            Some(given) => evaluate_closed(&self.model.pool, given, bits),
-            None => other(value),
-        };
-        self.model.equilibria.iter().zip(at).map(number).collect()
+        in_numbers(&self.model.pool, at, bits, |i| self.model.equilibria.get(i)?.value, other)
     }
 
     /// The forces with [`BITS_TO_VERIFY`] bits, if the place is known as well.

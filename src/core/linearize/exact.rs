@@ -7,7 +7,8 @@ use std::collections::{BTreeMap, VecDeque};
 
 use super::assemble::{Assembly, Part, Values};
 use super::elimination;
-use super::equilibrium::Equilibrium;
+use super::equilibrium::{Equilibrium, in_numbers};
+use super::massless::Direction;
 use super::radicals::{Exact, Surd};
 use super::velocity::{Matrix, sum};
 use crate::model::Model;
@@ -29,8 +30,7 @@ pub(super) fn kernel(
     equilibrium: &Equilibrium,
     known: usize,
 ) -> Option<Vec<Vec<Surd>>> {
-    let values = assembly.values::<Exact>(model, ()).ok()?;
-    let at = point(model, equilibrium, |_| Exact::none())?;
+    let (at, values) = exactly(model, assembly, equilibrium, |_| Exact::none())?;
     let n = at.len();
     let mut lower: Vec<BTreeMap<u32, Exact>> = vec![BTreeMap::new(); n];
     let mut count = 0;
@@ -84,13 +84,12 @@ pub(super) fn without_inertia(
     assembly: &Assembly,
     equilibrium: &Equilibrium,
     all: bool,
-) -> Option<Vec<Vec<Surd>>> {
+) -> Option<Vec<Direction>> {
     let n = model.coordinates.len();
     if n > MOST {
         return None;
     }
-    let values = assembly.values::<Exact>(model, ()).ok()?;
-    let at = point(model, equilibrium, |value| Exact::rational(exact_number(value.mid)))?;
+    let (at, values) = exactly(model, assembly, equilibrium, |value| Exact::rational(exact_number(value.mid)))?;
     let mass = assembly.mass(&at, &values);
     let others = [Matrix::Gyroscopic, Matrix::Damping].into_iter().filter(|_| !all);
     let others = others.map(|matrix| assembly.velocity_matrix(matrix, &at, &values));
@@ -116,7 +115,11 @@ pub(super) fn without_inertia(
         matrices.iter().all(rows)
     };
     vectors.retain(vanishes);
-    Some(vectors.iter().map(|vector| Surd::without_denominators(vector)).collect())
+    let direction = |vector: &Vec<Surd>| {
+        let components = Surd::without_denominators(vector).into_iter().enumerate();
+        components.filter(|(_, x)| !x.is_zero()).collect()
+    };
+    Some(vectors.iter().map(direction).collect())
 }
 
 /// A combination of directions without inertia that takes no force, exactly: its image under K + N is 0.
@@ -124,16 +127,17 @@ pub(super) fn unheld(
     model: &Model,
     assembly: &Assembly,
     equilibrium: &Equilibrium,
-    directions: &[Vec<Surd>],
-) -> Option<Vec<Surd>> {
+    directions: &[Direction],
+) -> Option<Direction> {
     let (at, values) = settled(model, assembly, equilibrium)?;
     let n = at.len();
     let circulatory = assembly.velocity_matrix(Matrix::Circulatory, &at, &values);
     let stiffness = sum(Some(assembly.stiffness(&at, &values)), circulatory)?;
     let zero = || Exact::rational(Some(Number::ZERO));
-    let image = |v: &Vec<Surd>| -> Vec<Exact> {
-        let v: Vec<Exact> = v.iter().map(|x| Exact::of(x.clone())).collect();
-        (0..n).map(|i| (0..n).fold(zero(), |sum, j| sum.add(&stiffness[i + n * j].mul(&v[j])))).collect()
+    let image = |v: &Direction| -> Vec<Exact> {
+        let v: Vec<(usize, Exact)> = v.iter().map(|(j, x)| (*j, Exact::of(x.clone()))).collect();
+        let row = |i: usize| v.iter().fold(zero(), |sum, (j, x)| sum.add(&stiffness[i + n * j].mul(x)));
+        (0..n).map(row).collect()
     };
     let images: Vec<Vec<Exact>> = directions.iter().map(image).collect();
     // The kernel of (SV)ᵀSV is that of SV.
@@ -148,12 +152,15 @@ pub(super) fn unheld(
         }
     }
     let combination = elimination::kernel(&rows, 0)?.into_iter().next()?;
-    let combined = |i: usize| {
-        let parts = directions.iter().zip(&combination);
-        let parts = parts.map(|(v, x)| Exact::of(v[i].clone()).mul(&Exact::rational(Some(x.clone()))));
-        parts.fold(zero(), |sum, part| sum.add(&part)).single().cloned()
-    };
-    (0..n).map(combined).collect()
+    let mut combined = vec![zero(); n];
+    for (v, factor) in directions.iter().zip(combination) {
+        let factor = Exact::rational(Some(factor));
+        for (i, x) in v {
+            combined[*i] = combined[*i].add(&Exact::of(x.clone()).mul(&factor));
+        }
+    }
+    let components = combined.iter().enumerate().filter(|(_, x)| !x.is_exact_zero());
+    components.map(|(i, x)| Some((i, x.single()?.clone()))).collect()
 }
 
 /// Units of the coordinates in which K may be rational: square roots that those of its entries say, from
@@ -201,34 +208,38 @@ fn units(lower: &[BTreeMap<u32, Exact>]) -> Option<Vec<Exact>> {
 
 /// Whether all forces on some coordinates are exactly 0 at an equilibrium.
 pub(super) fn forces_vanish(model: &Model, assembly: &Assembly, equilibrium: &Equilibrium, on: &[usize]) -> bool {
-    let (Ok(values), Some(at)) = (assembly.values::<Exact>(model, ()), point(model, equilibrium, |_| Exact::none()))
-    else {
-        return false;
-    };
-    let force = assembly.gradient(&at, &values);
-    on.iter().all(|i| force[*i].is_exact_zero())
+    exactly(model, assembly, equilibrium, |_| Exact::none()).is_some_and(|(at, values)| {
+        let force = assembly.gradient(&at, &values);
+        on.iter().all(|i| force[*i].is_exact_zero())
+    })
 }
 
-/// The equilibrium in exact numbers, if it is known in such; `other` is asked for coordinates that are neither given nor
-/// exact.
-fn point(model: &Model, equilibrium: &Equilibrium, other: impl Fn(&Ball) -> Exact) -> Option<Vec<Exact>> {
+/// The equilibrium in exact numbers, and what else is evaluated in these, if it is known in such; `other` is asked for coordinates that
+/// are neither given nor exact.
+fn exactly(
+    model: &Model,
+    assembly: &Assembly,
+    equilibrium: &Equilibrium,
+    other: impl Fn(&Ball) -> Exact,
+) -> Option<(Vec<Exact>, Values<Exact>)> {
+    let values = assembly.values::<Exact>(model, ()).ok()?;
     let number =
         |value: &Ball| Some(if value.is_exact() { Exact::rational(exact_number(value.mid)) } else { other(value) });
-    equilibrium.in_numbers(model, (), number).filter(|place| place.iter().all(Exact::is_finite))
+    let at = equilibrium.in_numbers(model, (), number)?;
+    at.iter().all(Exact::is_finite).then_some((at, values))
 }
 
-/// The same of a small model, with its numbers, for one that was searched for and proved too: fractions and square roots of
+/// The same of a small model, for one that was searched for and proved too: fractions and square roots of
 /// fractions within the radii, where all forces vanish exactly there. There is no other equilibrium within these.
 fn settled(model: &Model, assembly: &Assembly, equilibrium: &Equilibrium) -> Option<(Vec<Exact>, Values<Exact>)> {
     if model.coordinates.len() > MOST {
         return None;
     }
-    let values = assembly.values::<Exact>(model, ()).ok()?;
-    if let Some(known) = point(model, equilibrium, |_| Exact::none()) {
-        return Some((known, values));
+    if let Some(known) = exactly(model, assembly, equilibrium, |_| Exact::none()) {
+        return Some(known);
     }
     let guess = |value: &Ball| recognised(value).unwrap_or_else(Exact::none);
-    let place = point(model, equilibrium, guess).filter(|_| equilibrium.proved)?;
+    let (place, values) = exactly(model, assembly, equilibrium, guess).filter(|_| equilibrium.proved)?;
     let forces = assembly.gradient(&place, &values);
     forces.iter().all(Exact::is_exact_zero).then_some((place, values))
 }
@@ -241,14 +252,9 @@ pub(super) fn beside(model: &Model, assembly: &Assembly, at: &[Ball], free: &[us
     let values = assembly.values::<Exact>(model, ()).ok()?;
     let sizes = free.iter().map(|i| at[*i].mid_f64().abs());
     let reach = NEAR * sizes.fold(0.0, f64::max);
-    let mut place = Vec::with_capacity(at.len());
-    for (i, value) in at.iter().enumerate() {
-        let given = model.equilibria.get(i).and_then(|given| given.value);
-        place.push(match given.filter(|_| !free.contains(&i)) {
-            Some(given) => super::assemble::evaluate_closed::<Exact>(&model.pool, given, ())?,
-            None => recognised(&Ball::from(value.mid).with_added_radius(reach))?,
-        });
-    }
+    let stated = |i: usize| model.equilibria.get(i).filter(|_| !free.contains(&i))?.value;
+    let simple = |value: &Ball| recognised(&Ball::from(value.mid).with_added_radius(reach));
+    let place: Vec<Exact> = in_numbers(&model.pool, at, (), stated, simple)?;
     let force = assembly.gradient(&place, &values);
     let vanish = free.iter().all(|i| force[*i].is_exact_zero());
     let numbers = place.iter().map(|exact| exact.in_numbers::<Ball>(()));
@@ -347,13 +353,10 @@ pub(super) fn simplest(mid: &Number, radius: &Number) -> Option<Number> {
 /// The exact matrices, in units in which their entries are fractions or combinations of a few square roots.
 pub(crate) fn integers(model: &Model, assembly: &Assembly, equilibrium: &Equilibrium) -> Option<Integers> {
     let (at, values) = settled(model, assembly, equilibrium)?;
-    let part = |matrix| assembly.velocity_matrix(matrix, &at, &values);
-    let velocity = sum(part(Matrix::Gyroscopic), part(Matrix::Damping));
-    super::integers::integers(&[
-        assembly.mass(&at, &values),
-        velocity.unwrap_or_else(|| vec![Exact::rational(Some(Number::ZERO)); at.len() * at.len()]),
-        sum(Some(assembly.stiffness(&at, &values)), part(Matrix::Circulatory))?,
-    ])
+    let [mass, gyroscopic, damping, stiffness, circulatory] = assembly.matrices(&at, &values);
+    let nothing = || vec![Exact::rational(Some(Number::ZERO)); at.len() * at.len()];
+    let velocity = sum(gyroscopic, damping).unwrap_or_else(nothing);
+    super::integers::integers(&[mass?, velocity, sum(stiffness, circulatory)?])
 }
 
 /// A double-double as a rational number.

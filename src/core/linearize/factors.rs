@@ -9,7 +9,7 @@ impl Assembly {
         let n = self.dimension;
         let mut factors = Factors::default();
         let mut rest: Vec<Ball> = Vec::new();
-        self.run(Part::Stiffness, at, values, |family, instance, numbers| {
+        self.run(Part::Stiffness, at, values, |family, instance, numbers, _| {
             let coordinates = family.terms.coordinates_of(instance);
             let mut numbers = numbers;
             for element in &family.potential {

@@ -11,7 +11,7 @@
 
 use super::Linearized;
 use super::constrained::{choose_bound, solve_for};
-use super::massless::{self, Direction, product, rows};
+use super::massless::{self, Direction, product, row};
 use crate::number::Number;
 use crate::precision::{Ball, Enclosure, Scalar};
 
@@ -73,10 +73,9 @@ pub(super) fn find(own: &mut Linearized) -> Option<Flow> {
     let mut sizes = Vec::with_capacity(places.len());
     for (v, order) in &directions {
         let [drag, spring] = [&velocity, &stiffness].map(|matrix| {
-            let row = rows(std::slice::from_ref(v), matrix, ());
-            let total: f64 = row.iter().flatten().map(|entry| entry.mid_f64().abs()).sum();
-            let along = row.first().map_or(Ball::ZERO, |row| product(v, |i| &row[i], ()));
-            (total, along.mid_f64().abs())
+            let row = row(v, matrix, ());
+            let total: f64 = row.iter().map(|entry| entry.mid_f64().abs()).sum();
+            (total, product(v, |i| &row[i], ()).mid_f64().abs())
         });
         if *order == Order::First {
             fastest = fastest.max(spring.0 / drag.1);
@@ -99,7 +98,8 @@ fn orders_of(own: &Linearized, all: Vec<Direction>) -> Vec<(Direction, Order)> {
     if all.is_empty() {
         return Vec::new();
     }
-    let images = rows(&all, &own.velocity_and_stiffness().0, ());
+    let velocity = own.velocity_and_stiffness().0;
+    let images: Vec<Vec<Ball>> = all.iter().map(|v| row(v, &velocity, ())).collect();
     let is_free = |a: usize, b: usize| product(&all[b], |i| &images[a][i], ()).is_zero();
     let order = |a: usize| {
         let is_static = (0..all.len()).all(|b| is_free(a, b) && is_free(b, a));
@@ -167,9 +167,9 @@ impl Flow {
         let mut parts: Vec<Three<S>> = Vec::with_capacity(n);
         let row = |matrix: &[S], i: usize| -> Vec<S> { (0..n).map(|j| matrix[i + n * j].clone()).collect() };
         parts.extend(others.iter().map(|i| [row(mass, *i), row(velocity, *i), row(stiffness, *i)]));
-        let along = |v: &Direction, matrix: &[S]| rows(std::slice::from_ref(v), matrix, precision).swap_remove(0);
-        let mut own: Vec<[Vec<S>; 2]> =
-            self.directions.iter().map(|(v, _)| [along(v, velocity), along(v, stiffness)]).collect();
+        let along =
+            |(v, _): &(Direction, Order)| [velocity, stiffness].map(|matrix| massless::row(v, matrix, precision));
+        let mut own: Vec<[Vec<S>; 2]> = self.directions.iter().map(along).collect();
         let coupled: Vec<usize> = (0..own.len())
             .filter(|at| self.directions[*at].1 == Order::Static && !own[*at][0].iter().all(Scalar::is_exact_zero))
             .collect();

@@ -94,10 +94,14 @@ fn followed<S: Enclosure>(
 }
 
 /// vᵀA, a row for each direction.
-pub(super) fn rows<S: Scalar>(directions: &[Direction], matrix: &[S], precision: S::Precision) -> Vec<Vec<S>> {
+fn rows<S: Scalar>(directions: &[Direction], matrix: &[S], precision: S::Precision) -> Vec<Vec<S>> {
+    directions.iter().map(|v| row(v, matrix, precision)).collect()
+}
+
+/// vᵀA.
+pub(super) fn row<S: Scalar>(v: &Direction, matrix: &[S], precision: S::Precision) -> Vec<S> {
     let n = matrix.len().isqrt();
-    let row = |v: &Direction| (0..n).map(|j| product(v, |i| &matrix[i + n * j], precision)).collect();
-    directions.iter().map(row).collect()
+    (0..n).map(|j| product(v, |i| &matrix[i + n * j], precision)).collect()
 }
 
 /// vᵀx.
@@ -117,10 +121,7 @@ fn unheld(own: &Linearized, directions: &[Direction], stiffness: &[Ball]) -> Opt
     let direction = match free {
         Some(at) => directions[at].clone(),
         None if own.is_constrained() => return None,
-        None => {
-            let vectors: Vec<Vec<Surd>> = directions.iter().map(|v| dense(v, own.dimension())).collect();
-            exact::unheld(&own.model, &own.assembly, &own.equilibrium, &vectors).map(sparse)?
-        }
+        None => exact::unheld(&own.model, &own.assembly, &own.equilibrium, directions)?,
     };
     let (combination, span) = named(own, &direction);
     Some(LinearizeError::SingularMass { combination, inertia: Inertia::NoneAndFree, span })
@@ -184,7 +185,7 @@ fn directions(own: &Linearized) -> Vec<Direction> {
         && (alone.len() < all.len() || coupled && may_be_singular(n, &own.mass()))
         && let Some(vectors) = exact::without_inertia(&own.model, &own.assembly, &own.equilibrium, false)
     {
-        return vectors.into_iter().map(sparse).collect();
+        return vectors;
     }
     alone.into_iter().map(unit).collect()
 }
@@ -201,21 +202,7 @@ pub(super) fn kernel_of_mass(own: &Linearized) -> Option<Vec<Direction>> {
         return None;
     }
     let mass = own.assembly.mass(&own.equilibrium.values, &own.values);
-    let vectors =
-        may_be_singular(n, &mass).then(|| exact::without_inertia(&own.model, &own.assembly, &own.equilibrium, true));
-    Some(vectors??.into_iter().map(sparse).collect())
-}
-
-fn sparse(vector: Vec<Surd>) -> Direction {
-    vector.into_iter().enumerate().filter(|(_, x)| !x.is_zero()).collect()
-}
-
-fn dense(direction: &Direction, n: usize) -> Vec<Surd> {
-    let mut vector = vec![Surd::rational(Number::ZERO); n];
-    for (i, x) in direction {
-        vector[*i] = x.clone();
-    }
-    vector
+    may_be_singular(n, &mass).then(|| exact::without_inertia(&own.model, &own.assembly, &own.equilibrium, true))?
 }
 
 /// The coordinates that move together in a direction, and where the first is declared.

@@ -25,6 +25,7 @@ mod factors;
 mod facts;
 mod finish;
 mod flow;
+mod inputs;
 mod integers;
 mod invariance;
 mod massless;
@@ -167,7 +168,7 @@ struct Constrained {
     /// The constraints that follow from others, by number.
     dependent: Vec<usize>,
     /// What conditions on velocities leave of the model, and its numbers.
-    rolling: Option<(Rolling, rolling::Numbers<Ball>)>,
+    rolling: Option<(Rolling, velocity::Numbers<Ball>)>,
     /// For each of these that can't be integrated the direction of its family of equilibria.
     families: Vec<Vec<Ball>>,
 }
@@ -514,7 +515,7 @@ impl Linearized {
         self.rolled_numbers().map(|(rolling, _)| rolling)
     }
 
-    fn rolled_numbers(&self) -> Option<&(Rolling, rolling::Numbers<Ball>)> {
+    fn rolled_numbers(&self) -> Option<&(Rolling, velocity::Numbers<Ball>)> {
         self.constrained.as_ref().and_then(|own| own.rolling.as_ref())
     }
 

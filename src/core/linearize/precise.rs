@@ -4,7 +4,7 @@ use super::assemble::{Assembly, Values};
 use super::constrained::{Tangent, gradients};
 use super::equilibrium::Equilibrium;
 use super::existence::Proof;
-use super::velocity::{Matrix, sum};
+use super::velocity::sum;
 use super::zero::{self, ZeroMode};
 use super::{Linearized, tied};
 use crate::model::Model;
@@ -93,13 +93,7 @@ impl Linearized {
                 tangents.push(tangent);
                 matrices
             }
-            None => {
-                let part = |matrix| self.assembly.velocity_matrix(matrix, &point, &values);
-                let [gyroscopic, damping] = [Matrix::Gyroscopic, Matrix::Damping].map(part);
-                let mass = self.assembly.mass(&point, &values);
-                let stiffness = self.assembly.stiffness(&point, &values);
-                [Some(mass), gyroscopic, damping, Some(stiffness), part(Matrix::Circulatory)]
-            }
+            None => self.assembly.matrices(&point, &values),
         };
         let (mut mass, mut stiffness, mut velocity) = (mass?, stiffness?, sum(gyroscopic, damping));
         // Conditions on velocities are put in with the constraints beside them.

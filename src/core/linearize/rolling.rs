@@ -20,12 +20,14 @@ use std::collections::BTreeMap;
 
 use super::assemble::Assembly;
 use super::constrained::{self, Tangent};
+use super::elimination::Elimination;
 use super::equilibrium::Equilibrium;
 use super::error::LinearizeError;
 use super::multipliers::clear_column;
 use super::parameters::{Formulas, known_values};
 use super::symbolic::{SymbolicMatrices, equilibrium_expressions, matrices_at};
-use crate::expr::{Exponentials, ExprId, Pool, Substitution, Symbol, ZeroVerdict, nullspace_mod};
+use super::velocity::{Numbers, sum};
+use crate::expr::{Exponentials, ExprId, Pool, Substitution, Symbol, ZeroVerdict};
 use crate::model::{Constraint, Model, SymbolKind};
 use crate::number::Number;
 use crate::precision::{Ball, Enclosure};
@@ -35,9 +37,6 @@ const MOST_COORDINATES: usize = 60;
 
 /// Stands for the value of a parameter that has none.
 const DRAWN: f64 = 0.703125;
-
-/// M, G, C, K and N column by column, where they are there.
-pub(super) type Numbers<S> = [Option<Vec<S>>; 5];
 
 /// Rows of expressions.
 type Rows = Vec<Vec<ExprId>>;
@@ -423,7 +422,7 @@ impl Rolling {
             return Some(Vec::new());
         }
         let (n, count) = (free.len(), moved.len());
-        let held = super::velocity::sum(stiffness.clone(), circulatory.clone());
+        let held = sum(stiffness.clone(), circulatory.clone());
         let held = held.unwrap_or_else(|| vec![Ball::ZERO; n * n]);
         let numbers = self.formulas.at(model, at, ())?;
         let shifts = numbers.get(numbers.len().checked_sub(n * count)?..)?;
@@ -544,7 +543,7 @@ fn not_integrable(model: &Model, pool: &mut Pool, bound: &[usize], visible: usiz
         Field { free: None, speeds: (0..bound.len()).map(component).collect() }
     };
     // Of fields that are independent of each other and of those allowed.
-    let mut samples: Vec<Vec<u64>> = Vec::new();
+    let (mut samples, mut rank) = (Elimination::default(), 0);
     let mut last: Vec<Field> = Vec::new();
     let mut brackets: Vec<Field> = Vec::new();
     for (at, x) in fields.iter().enumerate() {
@@ -552,17 +551,14 @@ fn not_integrable(model: &Model, pool: &mut Pool, bound: &[usize], visible: usiz
     }
     loop {
         for field in brackets.drain(..) {
-            let residues = pool.evaluate_at_random(&field.speeds, 3)?;
-            let mut tried = samples.clone();
-            tried.push(residues.clone());
-            let kernel = nullspace_mod(&mut tried, bound.len()).len();
-            if bound.len() - kernel > samples.len() {
-                samples.push(residues);
+            let residues = (0..).zip(pool.evaluate_at_random(&field.speeds, 3)?);
+            if samples.add(residues.filter(|(_, value)| *value != 0).collect())? {
+                rank += 1;
                 last.push(field);
             }
         }
-        if samples.len() == bound.len() || last.is_empty() {
-            return Some(samples.len());
+        if rank == bound.len() || last.is_empty() {
+            return Some(rank);
         }
         for field in std::mem::take(&mut last) {
             brackets.extend(fields.iter().map(|own| bracket(pool, own, &field)));

@@ -8,7 +8,7 @@ use super::Linearized;
 use super::assemble::{Values, evaluate_closed};
 use super::equilibrium::Origin;
 use super::parameters::known_values;
-use super::velocity::{Matrix, sum};
+use super::velocity::sum;
 use super::zero::{ZeroMode, zero_modes};
 use crate::precision::{Ball, Dual, System};
 
@@ -48,14 +48,12 @@ impl Linearized {
     #[must_use]
     pub fn with_multipliers(&self) -> WithMultipliers {
         let at = &self.equilibrium.values;
-        let part = |matrix| self.assembly.velocity_matrix(matrix, at, &self.values);
-        let stiffness = self.assembly.stiffness(at, &self.values);
-        let stiffness = sum(Some(stiffness), part(Matrix::Circulatory)).unwrap_or_default();
+        let [mass, gyroscopic, damping, stiffness, circulatory] = self.assembly.matrices(at, &self.values);
         WithMultipliers {
             order: self.model.coordinates.len(),
-            mass: self.assembly.mass(at, &self.values),
-            velocity: sum(part(Matrix::Gyroscopic), part(Matrix::Damping)),
-            stiffness,
+            mass: mass.unwrap_or_default(),
+            velocity: sum(gyroscopic, damping),
+            stiffness: sum(stiffness, circulatory).unwrap_or_default(),
         }
     }
 
@@ -84,16 +82,15 @@ impl Linearized {
         let moving = self.equilibrium_slope(parameter, &values)?;
         let at = self.moving(&moving);
         let slopes = |matrix: Vec<Dual<Ball>>| -> Vec<Ball> { matrix.into_iter().map(|entry| entry.slope).collect() };
-        let part = |matrix| self.assembly.velocity_matrix(matrix, &at, &values).map(slopes);
-        let stiffness = slopes(self.assembly.stiffness(&at, &values));
-        let (damping, circulatory) = (part(Matrix::Damping), part(Matrix::Circulatory));
+        let matrices = self.assembly.matrices(&at, &values).map(|matrix| matrix.map(slopes));
+        let [mass, gyroscopic, damping, stiffness, circulatory] = matrices;
         let acts = |matrix: &Option<Vec<Ball>>| matrix.iter().flatten().any(|entry| !entry.is_zero());
         let found = Slopes {
             damps: acts(&damping),
             drags: acts(&circulatory),
-            mass: slopes(self.assembly.mass(&at, &values)),
-            velocity: sum(part(Matrix::Gyroscopic), damping),
-            stiffness: sum(Some(stiffness), circulatory)?,
+            mass: mass?,
+            velocity: sum(gyroscopic, damping),
+            stiffness: sum(stiffness, circulatory)?,
         };
         let finite = |matrix: &[Ball]| matrix.iter().all(Ball::is_finite);
         let all = finite(&found.mass) && finite(&found.stiffness);

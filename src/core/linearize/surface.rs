@@ -8,10 +8,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::assemble;
-use super::constrained::{gradients, with_multipliers};
-use super::dependence;
-use super::parameters::put_exponents_in;
+use super::constrained::independent;
+use super::dependence::{self, Surface};
 use super::units;
 use crate::model::Model;
 use crate::precision::Ball;
@@ -34,25 +32,15 @@ const MOST: usize = 200;
 /// The numbers of constraints that follow from those before them all along the surface; `None` where that can't be told.
 pub(super) fn dependent(model: &Model) -> Option<Vec<usize>> {
     let visible = model.coordinates.len();
-    let multiplied = with_multipliers(model, &[]);
-    let left: Vec<usize> =
-        (0..model.constraints.len()).filter(|number| !multiplied.dependent.contains(number)).collect();
+    let (left, _) = independent(&mut model.clone());
     if left.len() > MOST {
         return None;
     }
-    let mut work = multiplied.model;
-    put_exponents_in(&mut work);
-    let assembly = assemble::assemble(&mut work);
-    let values = assembly.values::<f64>(&work, ()).ok()?;
-    let order = work.coordinates.len();
-    // -c and -∂c/∂q at a point.
+    let surface = Surface::new(model, &left)?;
+    // c and ∂c/∂q at a point.
     let look = |q: &DVector<f64>| {
-        let mut at: Vec<f64> = q.iter().copied().collect();
-        at.resize(order, 0.0);
-        let gap = assembly.gradient(&at, &values)[visible..].to_vec();
-        let rows = gradients(&assembly.stiffness(&at, &values), visible, order);
-        let rows = DMatrix::from_fn(rows.len(), visible, |a, i| rows[a][i]);
-        (DVector::from_vec(gap), rows)
+        let (gap, rows) = surface.at(model, q.as_slice(), ())?;
+        Some((DVector::from_vec(gap), DMatrix::from_fn(rows.len(), visible, |a, i| rows[a][i])))
     };
     let start = DVector::from_vec(units::start::<f64>(model, ())?);
     let size = start.amax().max(1e-3);
@@ -65,11 +53,8 @@ pub(super) fn dependent(model: &Model) -> Option<Vec<usize>> {
             *x += 0.05 * size * angle.sin();
         }
         for _ in 0..MOST_STEPS {
-            let (gap, rows) = look(&q);
-            if !gap.iter().chain(rows.iter()).all(|x| x.is_finite()) {
-                return None;
-            }
-            // c + A dq = 0 with both signs turned; what is nearly dependent is left to the others.
+            let (gap, rows) = look(&q)?;
+            // c = A (q - q'); what is nearly dependent is left to the others.
             let small = NEARLY * rows.amax();
             let step = rows.svd(true, true).solve(&gap, small).ok()?;
             q -= &step;
@@ -77,7 +62,7 @@ pub(super) fn dependent(model: &Model) -> Option<Vec<usize>> {
                 break;
             }
         }
-        let (gap, rows) = look(&q);
+        let (gap, rows) = look(&q)?;
         let scale = rows.amax() * q.amax().max(size);
         if gap.amax().is_nan() || gap.amax() > 1e-11 * scale {
             return None;

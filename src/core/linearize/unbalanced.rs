@@ -7,10 +7,11 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::assemble::{self, Assembly, Values, evaluate_closed, signed_terms};
+use super::assemble::{self, Assembly, Values, signed_terms};
 use super::equilibrium::{self, Equilibrium};
 use super::error::LinearizeError;
 use super::precise;
+use super::units::start;
 use crate::expr::{ExprId, Pool, Symbol};
 use crate::model::{Given, Local, Model, TermFamily};
 use crate::number::Number;
@@ -109,9 +110,7 @@ fn relaxed(doubled: &Model, assembly: &Assembly, values: &Values<Ball>, mass: &[
     let order = doubled.coordinates.len();
     let count = order / 2;
     let free: Vec<usize> = (0..count).filter(|i| doubled.equilibria.get(*i).is_none()).collect();
-    let stated = |i: usize| doubled.equilibria.get(i).or_else(|| doubled.guesses.get(i))?.value;
-    let start = |i: usize| stated(i).and_then(|value| evaluate_closed::<Ball>(&doubled.pool, value, ()));
-    let mut at: Vec<Ball> = (0..order).map(|i| start(i).unwrap_or(Ball::ZERO)).collect();
+    let mut at = start::<Ball>(doubled, ())?;
     let force = |at: &[Ball]| {
         let gradient = assembly.gradient(at, values);
         DVector::from_iterator(free.len(), free.iter().map(|i| -gradient[count + i].mid_f64()))

@@ -66,7 +66,7 @@ impl Assembly {
     fn first_undefined<'a, S: Scalar>(&'a self, at: &[S], values: &Values<S>, what: &'a str) -> Option<Undefined<'a>> {
         let mut place: Option<(&ElementFamily, usize)> = None;
         for part in [Part::Force, Part::Inertia, Part::Stiffness] {
-            self.run(part, at, values, |family, instance, numbers| {
+            self.run(part, at, values, |family, instance, numbers, _| {
                 if place.is_none() && !numbers.iter().all(S::is_finite) {
                     place = Some((family, instance));
                 }

@@ -6,11 +6,11 @@
 //! -∂Q_i/∂q_j' the symmetric part to C and the rest to G. As with energies, a family of terms is differentiated
 //! once and its instances are scattered.
 
-use super::assemble::{Assembly, Values, VelocityLinear, inputs};
+use super::assemble::{Assembly, Values, VelocityLinear};
 use super::elements::{Splitter, elements};
 use super::error::LinearizeError;
 use super::facts::{Facts, Variable};
-use super::parameters::parameters_of;
+use super::inputs::Inputs;
 use super::symbolic;
 use crate::expr::{ExprId, Node, Pool, Symbol, Tape};
 use crate::model::{Model, TermFamily, slopes_by};
@@ -32,16 +32,10 @@ pub(crate) enum Matrix {
 #[derive(Clone, Debug)]
 pub(crate) struct VelocityFamily {
     pub(super) terms: TermFamily,
-    pub(super) parameters: Vec<usize>,
-    constants: Vec<u32>,
-    /// Matrix, row and column (by local variable), one an output of the tape.
-    entries: Vec<(Matrix, usize, usize)>,
-    /// Their expressions.
-    expressions: Vec<ExprId>,
+    pub(super) inputs: Inputs,
+    derivatives: Derivatives,
+    /// One output for each entry.
     tape: Tape,
-    /// ∂F/∂q' at rest: by local variable.
-    rest: Vec<usize>,
-    rest_expressions: Vec<ExprId>,
     rest_tape: Tape,
 }
 
@@ -52,6 +46,9 @@ pub(super) fn sum<S: Scalar>(left: Option<Vec<S>>, right: Option<Vec<S>>) -> Opt
         (one, None) | (None, one) => one,
     }
 }
+
+/// M, G, C, K and N column by column, where they are there.
+pub(super) type Numbers<S> = [Option<Vec<S>>; 5];
 
 /// What is to be differentiated: L's coefficients of the velocities, or F and generalised forces.
 pub(super) enum Origin<'a> {
@@ -66,39 +63,32 @@ impl VelocityFamily {
             Origin::Linear(linear) => (&linear.family, gyroscopic(&mut model.pool, linear)),
             Origin::Friction(family) => (*family, friction(&mut model.pool, family)),
         };
-        let Derivatives { entries, rest } = derivatives;
-        if entries.is_empty() && rest.is_empty() {
+        let all = derivatives.expressions();
+        if all.is_empty() {
             return None;
         }
-        let expressions: Vec<ExprId> = entries.iter().map(|(.., e)| *e).collect();
-        let rest_expressions: Vec<ExprId> = rest.iter().map(|(_, e)| *e).collect();
-        let all: Vec<ExprId> = expressions.iter().chain(&rest_expressions).copied().collect();
-        let parameters = parameters_of(model, &all);
-        let inputs = inputs(model, terms, &parameters);
+        let (expressions, rest) = all.split_at(derivatives.entries.len());
+        let inputs = Inputs::new(model, &all, terms.constants.iter().map(|constant| number(*constant)).collect());
         Some(Self {
-            tape: Tape::compile(&model.pool, &expressions, &inputs).ok()?,
-            rest_tape: Tape::compile(&model.pool, &rest_expressions, &inputs).ok()?,
+            tape: inputs.tape(model, &model.pool, terms, expressions)?,
+            rest_tape: inputs.tape(model, &model.pool, terms, rest)?,
             terms: terms.clone(),
-            parameters,
-            constants: terms.constants.iter().map(|constant| number(*constant)).collect(),
-            entries: entries.iter().map(|(matrix, i, j, _)| (*matrix, *i, *j)).collect(),
-            expressions,
-            rest: rest.iter().map(|(i, _)| *i).collect(),
-            rest_expressions,
+            inputs,
+            derivatives,
         })
     }
 
     /// Whether friction acts at rest, somewhere.
     pub(super) fn acts_at_rest(&self) -> bool {
-        !self.rest.is_empty()
+        !self.derivatives.rest.is_empty()
     }
 
     fn is_of(&self, matrix: Matrix) -> bool {
-        self.entries.iter().any(|(own, ..)| *own == matrix)
+        self.derivatives.entries.iter().any(|(own, ..)| *own == matrix)
     }
 
     /// The factors of the squares that F is a sum of at rest, with the parameters in them; `None` where it is none.
-    fn strengths(&self, model: &Model) -> Option<(Tape, Vec<usize>)> {
+    fn strengths(&self, model: &Model) -> Option<(Tape, Inputs)> {
         let mut pool = model.pool.clone();
         let velocities: Vec<Symbol> = self.terms.locals.iter().map(|local| local.velocity).collect();
         let mut splitter = Splitter::default();
@@ -115,48 +105,29 @@ impl VelocityFamily {
             }
             factors.push(element.second);
         }
-        let parameters = parameters_of(model, &factors);
-        let tape = Tape::compile(&pool, &factors, &inputs(model, &self.terms, &parameters)).ok()?;
-        Some((tape, parameters))
+        let inputs = self.inputs.of_others(model, &factors);
+        Some((inputs.tape(model, &pool, &self.terms, &factors)?, inputs))
     }
 
     /// ∂F/∂q' at rest, by local variable.
     pub(super) fn at_rest(&self) -> impl Iterator<Item = (usize, ExprId)> {
-        self.rest.iter().copied().zip(self.rest_expressions.iter().copied())
+        self.derivatives.rest.iter().copied()
     }
 
     /// The entries, and what friction does at rest.
     pub(super) fn derivatives(&self) -> Vec<ExprId> {
-        let rest = self.rest_expressions.iter();
-        self.expressions.iter().chain(rest).copied().collect()
+        self.derivatives.expressions()
     }
 
     /// The first instance whose entries at a point are not finite.
     pub(super) fn not_finite<S: Scalar>(&self, at: &[S], values: &Values<S>) -> Option<usize> {
         let mut found = None;
-        self.run(&self.tape, at, values, |instance, numbers| {
+        self.inputs.run(&self.terms, &self.tape, at, values, |instance, numbers, _| {
             if !numbers.iter().all(S::is_finite) {
                 found.get_or_insert(instance);
             }
         });
         found
-    }
-
-    /// Runs a tape for all instances: `scatter` gets the number of each and what comes of it.
-    fn run<S: Scalar>(&self, tape: &Tape, point: &[S], values: &Values<S>, mut scatter: impl FnMut(usize, Vec<S>)) {
-        let zero = S::from_number(&Number::ZERO, values.precision());
-        let prepared = tape.prepare::<S>(values.precision());
-        let width = self.terms.values.len();
-        for at in 0..self.terms.count {
-            let coordinates = self.terms.coordinates_of(at).iter();
-            let constants = self.constants[at * width..(at + 1) * width].iter();
-            let inputs: Vec<S> = coordinates
-                .map(|number| point.get(*number as usize).unwrap_or(&zero).clone())
-                .chain(constants.map(|number| values.constants[*number as usize].clone()))
-                .chain(self.parameters.iter().map(|number| values.parameter(*number, &zero)))
-                .collect();
-            scatter(at, prepared.evaluate(&inputs, &mut Vec::new()));
-        }
     }
 }
 
@@ -191,15 +162,23 @@ pub(super) fn check_smooth(model: &Model) -> Result<(), LinearizeError> {
 /// Whether the second derivatives by the velocities have values at rest: they do for |v|³.
 fn has_derivatives(pool: &Pool, family: &TermFamily) -> bool {
     let mut pool = pool.clone();
-    let Derivatives { entries, rest } = friction(&mut pool, family);
-    let all = entries.iter().map(|(.., entry)| *entry);
-    let mut all = all.chain(rest.iter().map(|(_, entry)| *entry));
-    all.all(|entry| !pool.is_undefined(entry))
+    friction(&mut pool, family).expressions().into_iter().all(|entry| !pool.is_undefined(entry))
 }
 
+#[derive(Clone, Debug)]
 struct Derivatives {
+    /// Matrix, row and column (by local variable), and the entry.
     entries: Vec<(Matrix, usize, usize, ExprId)>,
+    /// ∂F/∂q' at rest: by local variable.
     rest: Vec<(usize, ExprId)>,
+}
+
+impl Derivatives {
+    /// Those of the entries, then those at rest.
+    fn expressions(&self) -> Vec<ExprId> {
+        let entries = self.entries.iter().map(|(.., e)| *e);
+        entries.chain(self.rest.iter().map(|(_, e)| *e)).collect()
+    }
 }
 
 fn gyroscopic(pool: &mut Pool, linear: &VelocityLinear) -> Derivatives {
@@ -258,7 +237,9 @@ impl Assembly {
             {
                 self.vanishing.push(matrix);
                 let vanishing = &self.vanishing;
-                let left = |family: &VelocityFamily| family.entries.iter().any(|(own, ..)| !vanishing.contains(own));
+                let left = |family: &VelocityFamily| {
+                    family.derivatives.entries.iter().any(|(own, ..)| !vanishing.contains(own))
+                };
                 self.velocity.retain(|family| family.acts_at_rest() || left(family));
             }
         }
@@ -267,11 +248,11 @@ impl Assembly {
     /// ∂F/∂q' at rest is added to a gradient.
     pub(super) fn add_friction_at_rest<S: Scalar>(&self, at: &[S], values: &Values<S>, gradient: &mut [S]) {
         for family in self.velocity.iter().filter(|family| family.acts_at_rest()) {
-            family.run(&family.rest_tape, at, values, |instance, numbers| {
+            family.inputs.run(&family.terms, &family.rest_tape, at, values, |instance, numbers, _| {
                 let coordinates = family.terms.coordinates_of(instance);
-                for (place, number) in family.rest.iter().zip(numbers) {
+                for ((place, _), number) in family.derivatives.rest.iter().zip(numbers) {
                     let entry = &mut gradient[coordinates[*place] as usize];
-                    *entry = entry.add(&number);
+                    *entry = entry.add(number);
                 }
             });
         }
@@ -297,9 +278,9 @@ impl Assembly {
             return;
         }
         for family in self.velocity.iter().filter(|family| family.is_of(matrix)) {
-            family.run(&family.tape, at, values, |instance, numbers| {
+            family.inputs.run(&family.terms, &family.tape, at, values, |instance, numbers, _| {
                 let coordinates = family.terms.coordinates_of(instance);
-                for ((own, i, j), number) in family.entries.iter().zip(numbers) {
+                for ((own, i, j, _), number) in family.derivatives.entries.iter().zip(numbers) {
                     if *own != matrix || number.is_exact_zero() {
                         continue;
                     }
@@ -311,7 +292,7 @@ impl Assembly {
                         }
                         share(j, i, number.neg());
                     }
-                    share(i, j, number);
+                    share(i, j, number.clone());
                 }
             });
         }
@@ -334,26 +315,32 @@ impl Assembly {
         result
     }
 
+    /// All matrices at a point.
+    pub(super) fn matrices<S: Scalar>(&self, at: &[S], values: &Values<S>) -> Numbers<S> {
+        let of = |matrix| self.velocity_matrix(matrix, at, values);
+        let [gyroscopic, damping, circulatory] = [Matrix::Gyroscopic, Matrix::Damping, Matrix::Circulatory].map(of);
+        [Some(self.mass(at, values)), gyroscopic, damping, Some(self.stiffness(at, values)), circulatory]
+    }
+
     /// Whether C is not negative, exactly: a sum of squares of velocities with factors that are not, and of forces on a coordinate against
     /// its own velocity.
     pub(super) fn is_passive(&self, model: &Model, at: &[Ball], values: &Values<Ball>) -> bool {
-        let is_fine = |numbers: &[Ball]| numbers.iter().all(|x| x.is_zero() || x.is_positive());
         self.velocity.iter().filter(|family| family.is_of(Matrix::Damping)).all(|family| {
-            let damping = |tape: &Tape, family: &VelocityFamily, chosen: &dyn Fn(usize) -> bool| {
+            let damping = |tape: &Tape, inputs: &Inputs, chosen: &dyn Fn(usize) -> bool| {
                 let mut fine = true;
-                family.run(tape, at, values, |_, numbers| {
-                    let own = numbers.into_iter().enumerate().filter(|(k, _)| chosen(*k));
-                    fine &= is_fine(&own.map(|(_, x)| x).collect::<Vec<Ball>>());
+                inputs.run(&family.terms, tape, at, values, |_, numbers, _| {
+                    let mut own = numbers.iter().enumerate().filter(|(k, _)| chosen(*k));
+                    fine &= own.all(|(_, x)| x.is_zero() || x.is_positive());
                 });
                 fine
             };
             if family.terms.acts_on.is_some() {
-                let is_damping = |k: usize| family.entries[k].0 == Matrix::Damping;
-                let diagonal = family.entries.iter().all(|(own, i, j)| *own != Matrix::Damping || i == j);
-                return diagonal && damping(&family.tape, family, &is_damping);
+                let entries = &family.derivatives.entries;
+                let is_damping = |k: usize| entries[k].0 == Matrix::Damping;
+                let diagonal = entries.iter().all(|(own, i, j, _)| *own != Matrix::Damping || i == j);
+                return diagonal && damping(&family.tape, &family.inputs, &is_damping);
             }
-            let Some((strengths, parameters)) = family.strengths(model) else { return false };
-            damping(&strengths, &VelocityFamily { parameters, ..family.clone() }, &|_| true)
+            family.strengths(model).is_some_and(|(tape, inputs)| damping(&tape, &inputs, &|_| true))
         })
     }
 
@@ -364,9 +351,8 @@ impl Assembly {
     ) -> impl Iterator<Item = (&TermFamily, usize, usize, ExprId)> {
         let there = !self.vanishing.contains(&matrix);
         self.velocity.iter().filter(move |_| there).flat_map(move |family| {
-            let entries = family.entries.iter().zip(&family.expressions);
-            let own = entries.filter(move |((own, ..), _)| *own == matrix);
-            own.map(move |((_, i, j), e)| (&family.terms, *i, *j, *e))
+            let own = family.derivatives.entries.iter().filter(move |(own, ..)| *own == matrix);
+            own.map(move |(_, i, j, e)| (&family.terms, *i, *j, *e))
         })
     }
 

@@ -101,7 +101,7 @@ impl Check<'_> {
             sums.fill(nothing.clone());
         };
         let mut defined = true;
-        self.assembly.run(Part::Force, at, values, |family, instance, numbers| {
+        self.assembly.run(Part::Force, at, values, |family, instance, numbers, _| {
             let coordinates = family.terms.coordinates_of(instance);
             let mut gradient = vec![nothing.clone(); coordinates.len()];
             let mut rest = numbers;
