@@ -382,21 +382,13 @@ impl<'a> Search<'a> {
             }
             known.extend_from_slice(&found.vectors);
             values.extend_from_slice(&found.values);
-            let mut order: Vec<usize> = (0..values.len()).collect();
-            order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
+            let mut order = ordered(&values);
             if values.len() == free {
                 let window = Window { low: None, high: None };
                 let columns = self.columns(&known[base..], &values, &order);
                 return Some(Candidates { columns, window, positive: Some(factor) });
             }
-            // The first place behind those wanted where the next one is apart.
-            let value = |k: usize| order.get(k).map(|at| values[*at]);
-            let cut = (elastic..values.len()).find_map(|k| {
-                let (last, next) = (value(k - 1)?, value(k)?);
-                let next = next.min(found.next);
-                (next - last > APART * next.abs().max(last.abs())).then_some((k, last + 0.6 * (next - last)))
-            });
-            let Some((k, shift)) = cut else {
+            let Some((k, shift)) = gap(&values, &order, elastic, found.next) else {
                 more = (elastic / 2).max(4).min(free - values.len());
                 continue;
             };
@@ -528,15 +520,9 @@ impl<'a> Search<'a> {
             let found = self.lanczos(&factor, &known, more, false)?;
             known.extend_from_slice(&found.vectors);
             values.extend_from_slice(&found.values);
-            let distance = |value: f64| (value.max(0.0).sqrt() - omega).abs();
-            let mut order: Vec<usize> = (0..values.len()).collect();
-            order.sort_by(|a, b| distance(values[*a]).total_cmp(&distance(values[*b])));
-            let at = |k: usize| order.get(k).map(|at| distance(values[*at]));
-            let cut = (count..values.len()).find_map(|k| {
-                let (last, next) = (at(k - 1)?, at(k)?);
-                (next - last > APART * next).then_some((k, last + 0.6 * (next - last)))
-            });
-            let Some((k, reach)) = cut else {
+            let distances: Vec<f64> = values.iter().map(|value| (value.max(0.0).sqrt() - omega).abs()).collect();
+            let mut order = ordered(&distances);
+            let Some((k, reach)) = gap(&distances, &order, count, f64::INFINITY) else {
                 if values.len() == n {
                     return Some((None, Window { low: None, high: Some(4.0 * scale) }));
                 }
@@ -651,6 +637,22 @@ impl Columns {
     }
 }
 
+/// The places of numbers in rising order.
+fn ordered(numbers: &[f64]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..numbers.len()).collect();
+    order.sort_by(|a, b| numbers[*a].total_cmp(&numbers[*b]));
+    order
+}
+
+/// How many numbers, at least so many, are before the first one that is apart from them, in an order, and what lies between; `beyond`
+/// are those that are not known.
+fn gap(numbers: &[f64], order: &[usize], least: usize, beyond: f64) -> Option<(usize, f64)> {
+    (least..order.len()).find_map(|k| {
+        let (last, next) = (numbers[order[k - 1]], numbers[order[k]].min(beyond));
+        (next - last > APART * next.abs().max(last.abs())).then_some((k, last + 0.6 * (next - last)))
+    })
+}
+
 /// A number below a shift by what its factorization may be off.
 fn below(shift: f64, error: f64) -> f64 {
     (shift - error).next_down().next_down()
@@ -658,10 +660,9 @@ fn below(shift: f64, error: f64) -> f64 {
 
 /// Keeps so many modes that are nearest by some distance, in their order.
 pub(crate) fn keep_nearest<M>(modes: &mut Vec<M>, count: usize, distance: impl Fn(&M) -> f64) {
-    let mut order: Vec<usize> = (0..modes.len()).collect();
-    order.sort_by(|a, b| distance(&modes[*a]).total_cmp(&distance(&modes[*b])));
     let mut kept = vec![false; modes.len()];
-    order.into_iter().take(count).for_each(|at| kept[at] = true);
+    let distances: Vec<f64> = modes.iter().map(distance).collect();
+    ordered(&distances).into_iter().take(count).for_each(|at| kept[at] = true);
     let mut kept = kept.into_iter();
     modes.retain(|_| kept.next() == Some(true));
 }

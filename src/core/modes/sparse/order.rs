@@ -13,29 +13,27 @@ use feral_metis::{CscPattern, metis_order};
 /// Multiplications of an elimination that are worth looking for a better order.
 const MUCH: f64 = 2e9;
 
-/// The pattern of L Lᵀ and the entries in each row of L, for a pattern given by its upper triangle, column by column. `None` where there is
-/// no memory for it.
-pub(super) fn elimination(starts: &[usize], rows: &[usize]) -> Option<(SymbolicCholesky<usize>, Vec<usize>)> {
-    let (symbolic, counts, work) = factored(starts, rows, SymmetricOrdering::Amd)?;
-    if work > MUCH
-        && let Some(order) = dissection(starts, rows)
-    {
-        let other = factored(starts, rows, SymmetricOrdering::Custom(permutation(&order, &mut Vec::new())));
-        if let Some((symbolic, counts, _)) = other.filter(|(_, _, other)| *other < work) {
-            return Some((symbolic, counts));
-        }
-    }
-    Some((symbolic, counts))
-}
-
-/// The same in a given order of all rows.
-pub(super) fn elimination_in(
+/// The pattern of L Lᵀ and the entries in each row of L, for a pattern given by its upper triangle, column by column, in an order of all
+/// rows where one is given. `None` where there is no memory for it.
+pub(super) fn elimination(
     starts: &[usize],
     rows: &[usize],
-    order: &[usize],
+    order: Option<&[usize]>,
 ) -> Option<(SymbolicCholesky<usize>, Vec<usize>)> {
-    let found = factored(starts, rows, SymmetricOrdering::Custom(permutation(order, &mut Vec::new())));
-    found.map(|(symbolic, counts, _)| (symbolic, counts))
+    let in_order =
+        |order: &[usize]| factored(starts, rows, SymmetricOrdering::Custom(permutation(order, &mut Vec::new())));
+    let (symbolic, counts, work) = match order {
+        Some(order) => in_order(order)?,
+        None => factored(starts, rows, SymmetricOrdering::Amd)?,
+    };
+    if order.is_none()
+        && work > MUCH
+        && let Some(order) = dissection(starts, rows)
+        && let Some((symbolic, counts, _)) = in_order(&order).filter(|(_, _, other)| *other < work)
+    {
+        return Some((symbolic, counts));
+    }
+    Some((symbolic, counts))
 }
 
 fn permutation<'a>(order: &'a [usize], places: &'a mut Vec<usize>) -> PermRef<'a, usize> {

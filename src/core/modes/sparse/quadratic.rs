@@ -447,9 +447,7 @@ impl Search<'_> {
     fn residual(&self, s: &Complex<Ball>, x: &[Complex<Ball>]) -> (Vec<Complex<Ball>>, Vec<Complex<Ball>>) {
         let form = self.form;
         let row = |i: usize| {
-            let [m, d, k] = [&form.mass, &form.velocity, &form.stiffness].map(|rows| {
-                rows.entries(i).fold(Complex::zero(()), |sum: Complex<Ball>, (j, entry)| sum.add(&x[j].times(&entry)))
-            });
+            let [m, d, k] = [&form.mass, &form.velocity, &form.stiffness].map(|rows| rows.component(x, i));
             let inner = d.add(&s.mul(&m));
             (k.add(&s.mul(&inner)), inner.add(&s.mul(&m)))
         };
@@ -483,13 +481,8 @@ impl Search<'_> {
         let (mut rounded, mut lengths, mut left) = (Vec::new(), Vec::new(), Vec::new());
         for own in refined {
             let y: Vec<Complex<Ball>> = own.x.iter().map(|x| x.mul(&own.s)).collect();
-            let image = |rows: &Rows, of: &[Complex<Ball>], i: usize| {
-                rows.entries(i).fold(Complex::zero(()), |sum: Complex<Ball>, (j, entry)| sum.add(&of[j].times(&entry)))
-            };
-            let exact: Vec<Complex<Ball>> = (0..n)
-                .map(|i| image(&form.energy, &own.x, i))
-                .chain((0..n).map(|i| image(&form.mass, &y, i)))
-                .collect();
+            let above = (0..n).map(|i| form.energy.component(&own.x, i));
+            let exact: Vec<Complex<Ball>> = above.chain((0..n).map(|i| form.mass.component(&y, i))).collect();
             let column: Vec<c64> = exact.iter().map(Complex::to_c64).collect();
             let off: Vec<Complex<Ball>> =
                 exact.iter().zip(&column).map(|(exact, own)| exact.sub(&Complex::from_c64(*own, ()))).collect();

@@ -1,6 +1,6 @@
 //! Sparse matrices by whole rows, and what is computed with eight vectors at once.
 
-use crate::precision::{Ball, DoubleDouble, LANES, Lane, Pair, SparseMatrix, kernel};
+use crate::precision::{Ball, Complex, DoubleDouble, LANES, Lane, Pair, SparseMatrix, kernel};
 
 /// u, the rounding of a double.
 pub(super) const U: f64 = 0.5 * f64::EPSILON;
@@ -119,6 +119,20 @@ impl Rows {
         (most, radius)
     }
 
+    /// A x, enclosed.
+    pub(super) fn times_balls(&self, x: &[Ball]) -> Vec<Ball> {
+        let row = |i: usize| {
+            let parts = self.entries(i).map(|(j, entry)| entry * x[j]);
+            parts.fold(Ball::ZERO, |sum, part| sum + part)
+        };
+        (0..self.dimension()).map(row).collect()
+    }
+
+    /// A component of A x, enclosed.
+    pub(super) fn component(&self, x: &[Complex<Ball>], i: usize) -> Complex<Ball> {
+        self.entries(i).fold(Complex::zero(()), |sum: Complex<Ball>, (j, entry)| sum.add(&x[j].times(&entry)))
+    }
+
     /// y = A x in doubles.
     pub(super) fn times(&self, x: &[f64], y: &mut [f64]) {
         for (i, y) in y.iter_mut().enumerate() {
@@ -128,17 +142,6 @@ impl Rows {
             }
             *y = sum;
         }
-    }
-}
-
-impl Rows {
-    /// y = A x, enclosed.
-    pub(super) fn times_balls(&self, x: &[Ball]) -> Vec<Ball> {
-        let row = |i: usize| {
-            let parts = self.entries(i).map(|(j, entry)| entry * x[j]);
-            parts.fold(Ball::ZERO, |sum, part| sum + part)
-        };
-        (0..self.dimension()).map(row).collect()
     }
 }
 

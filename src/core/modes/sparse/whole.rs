@@ -22,7 +22,7 @@ use super::super::shape::{Shape, finish};
 use super::super::spectrum::{mode, stability};
 use super::super::{Kind, Mode, Options, PrecisionLevel, Spectrum};
 use super::SparseProblem;
-use super::rows::U;
+use super::rows::{Rows, U};
 use crate::precision::{Ball, DoubleDouble, LANES, Lane, Pair, U2, kernel, lane_product, two_sum, up};
 
 /// Most steps of Newton's method.
@@ -71,7 +71,8 @@ pub fn solve_tridiagonal(
     if let Some(at) = pairs.iter().position(|own| own.theta.hi.abs() <= own.residual * 1.001)
         && let [vector] = zero_vectors().as_slice()
     {
-        if !is_zero_vector(problem, vector) {
+        // Whether K z may be 0.
+        if !Rows::new(&problem.stiffness).times_balls(vector).iter().all(Ball::contains_zero) {
             return None;
         }
         // The only interval with a 0 in it, which is an eigenvalue.
@@ -104,18 +105,6 @@ pub fn solve_tridiagonal(
     let count = |kind| modes.iter().filter(|mode| mode.kind == kind).count();
     let stability = stability(count(Kind::Unstable), 0, count(Kind::Zero));
     Some(Spectrum { modes, stability, level: PrecisionLevel::Refined })
-}
-
-/// Whether K z may be 0.
-fn is_zero_vector(problem: &SparseProblem, vector: &[Ball]) -> bool {
-    let mut image = vec![Ball::ZERO; vector.len()];
-    for (i, j, value) in problem.stiffness.entries() {
-        image[i] = image[i] + *value * vector[j];
-        if i != j {
-            image[j] = image[j] + *value * vector[i];
-        }
-    }
-    image.iter().all(Ball::contains_zero)
 }
 
 impl Band {
