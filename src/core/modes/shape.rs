@@ -4,8 +4,9 @@
 use super::certify::Cluster;
 use super::dense::{Matrix, Plain};
 use super::image::lengths_of_rows;
-use super::pencil::{Scaled, ZeroSpace};
+use super::pencil::{Orthonormal, Scaled, ZeroSpace};
 use super::product::{Part, add_product, bound_product, product, product_bound};
+use super::start::{factor, forward};
 use super::{Certificate, Solution};
 use crate::precision::{Ball, DoubleDouble, U2, clear_column, fast_two_sum, kernel, power_of_two, sum_of_products, up};
 
@@ -355,7 +356,7 @@ pub(super) fn echelon(basis: &Matrix, gram: &Matrix) -> Matrix {
         return transform;
     }
     // Where pivots of many columns get small one after the other, the square of their condition is beyond double-double.
-    one_by_one(&inverse, gram)
+    one_by_one(&inverse, gram).unwrap_or(transform)
 }
 
 /// Pivots of a Cholesky factor that differ by less leave twenty digits of double-double.
@@ -363,63 +364,28 @@ const WELL_CONDITIONED: f64 = 1e-6;
 
 /// Gram-Schmidt on the columns of T, one by one and each twice, which leaves them orthonormal to rounding (L. Giraud, J. Langou,
 /// M. Rozložník, J. van den Eshof, Numer. Math. 101 (2005) 87).
-fn one_by_one(transform: &Matrix, gram: &Matrix) -> Matrix {
+fn one_by_one(transform: &Matrix, gram: &Matrix) -> Option<Matrix> {
     let c = transform.columns;
-    let mut columns: Vec<Vec<DoubleDouble>> = Vec::with_capacity(c);
-    let mut images: Vec<Vec<DoubleDouble>> = Vec::with_capacity(c);
-    let dot = |x: &[DoubleDouble], y: &[DoubleDouble]| sum_of_products(x, y, ());
-    let rows: Vec<Vec<DoubleDouble>> = (0..c).map(|i| (0..c).map(|j| gram.get(i, j)).collect()).collect();
-    let image = |x: &[DoubleDouble]| -> Vec<DoubleDouble> { rows.iter().map(|row| dot(row, x)).collect() };
-    for k in 0..c {
-        let mut own: Vec<DoubleDouble> = (0..c).map(|row| transform.get(row, k)).collect();
-        for _ in 0..2 {
-            for (other, image) in columns.iter().zip(&images) {
-                let part = dot(&own, image);
-                for (x, y) in own.iter_mut().zip(other) {
-                    *x = *x - part * *y;
-                }
-            }
-            let length = dot(&own, &image(&own)).sqrt();
-            for x in &mut own {
-                *x = *x / length;
-            }
-        }
-        images.push(image(&own));
-        columns.push(own);
-    }
-    Matrix::from_fn(c, c, |row, k| columns[k][row])
+    let rows: Vec<Vec<Ball>> = (0..c).map(|i| (0..c).map(|j| gram.get(i, j).into()).collect()).collect();
+    let image = |x: &[Ball]| rows.iter().map(|row| sum_of_products(row, x, ())).collect();
+    let columns = (0..c).map(|k| (0..c).map(|row| transform.get(row, k).into()).collect()).collect();
+    let found = Orthonormal::new(columns, &image, ()).ok()?;
+    Some(Matrix::from_fn(c, c, |row, k| found.vectors[k][row].mid))
 }
 
 /// Gram-Schmidt on the columns of T by the Cholesky factor of TᵀGT; the least pivot beside the largest.
 fn by_cholesky(transform: &mut Matrix, gram: &Matrix) -> f64 {
     let c = transform.columns;
     let image = product(gram, transform, Part::All);
-    let mut l = product(&transform.transposed(), &image, Part::Lower);
-    let (mut least, mut largest) = (f64::INFINITY, 0.0_f64);
-    for k in 0..c {
-        let pivot = l.get(k, k).sqrt();
-        if pivot.hi.is_nan() {
-            return 0.0;
-        }
-        (least, largest) = (least.min(pivot.hi), largest.max(pivot.hi));
-        l.set(k, k, pivot);
-        (k + 1..c).for_each(|row| l.set(row, k, l.get(row, k) / pivot));
-        for column in k + 1..c {
-            let factor = l.get(column, k);
-            for row in column..c {
-                let value = l.get(row, column) - l.get(row, k) * factor;
-                l.set(row, column, value);
-            }
-        }
-        for row in 0..c {
-            let mut value = transform.get(row, k);
-            for j in 0..k {
-                value = value - transform.get(row, j) * l.get(k, j);
-            }
-            transform.set(row, k, value / pivot);
-        }
+    let square = product(&transform.transposed(), &image, Part::Lower);
+    let Ok(l) = factor(c, &|i, j| Ball::from(square.get(i, j)), 0.0, ()) else { return 0.0 };
+    for row in 0..c {
+        let mut own: Vec<Ball> = (0..c).map(|k| transform.get(row, k).into()).collect();
+        forward(&l, &mut own);
+        own.iter().enumerate().for_each(|(k, x)| transform.set(row, k, x.mid));
     }
-    least / largest
+    let pivots = || (0..c).map(|k| l[k][k].mid_f64());
+    pivots().fold(f64::INFINITY, f64::min) / pivots().fold(0.0, f64::max)
 }
 
 /// The first rows in which the columns are independent, by elimination on a copy in doubles.

@@ -128,7 +128,7 @@ pub(super) fn careful_eigenvectors<S: Enclosure>(
 }
 
 /// The lower Cholesky factor, column by column, or the vector v = (-M_k⁻¹ m, 1, 0, ...) for which vᵀMv is the k-th pivot.
-fn factor<S: Enclosure>(
+pub(super) fn factor<S: Enclosure>(
     n: usize,
     mass: Entries<'_, S>,
     noise: f64,
@@ -168,7 +168,7 @@ fn subtract<S: Enclosure>(x: &mut [S], y: &[S], factor: &S) {
 }
 
 /// x <- L⁻¹ x
-fn forward<S: Enclosure>(l: &[Vec<S>], x: &mut [S]) {
+pub(super) fn forward<S: Enclosure>(l: &[Vec<S>], x: &mut [S]) {
     for (k, column) in l.iter().enumerate() {
         let value = x[k].div(&column[k]).center();
         subtract(&mut x[k + 1..], &column[k + 1..], &value);
