@@ -2,7 +2,7 @@
 
 use faer::c64;
 
-use super::{NormalMode, NormalModes, Normalization, parts};
+use super::{NormalMode, NormalModes, parts};
 use crate::linearize::{Flow, LinearizeError, Linearized, NO_FORCE, Structure, ZeroMode};
 use crate::modes::exponents::Structure as Form;
 use crate::modes::exponents::{
@@ -88,17 +88,7 @@ pub(super) fn in_words(linearized: &Linearized, found: Exponents, zero_modes: Ve
     let alone = zeros.iter().filter(|mode| mode.limit.is_none());
     let apart = alone.map(motions).sum();
     zero_motions.resize(zero_motions.len().max(apart), NO_FORCE.to_owned());
-    NormalModes {
-        stability: found.stability,
-        secular: found.secular,
-        zero_motions,
-        point_group: None,
-        modes,
-        level: found.level,
-        method: None,
-        normalization: Normalization::Mass,
-        gyroscopically_stabilised: false,
-    }
+    NormalModes { zero_motions, ..NormalModes::new(modes, found.stability, found.secular, found.level) }
 }
 
 /// The exponents of a regular problem.

@@ -62,6 +62,21 @@ pub enum Normalization {
 }
 
 impl NormalModes {
+    /// With what is known of all of them, and no more.
+    fn new(modes: Vec<NormalMode>, stability: Stability, secular: Option<bool>, level: PrecisionLevel) -> Self {
+        Self {
+            stability,
+            secular,
+            modes,
+            level,
+            zero_motions: Vec::new(),
+            point_group: None,
+            method: None,
+            normalization: Normalization::Mass,
+            gyroscopically_stabilised: false,
+        }
+    }
+
     /// With 1 for the largest component of each shape, in place of xᴴMx = 1.
     #[must_use]
     pub fn with_largest_component_one(mut self) -> Self {
@@ -336,18 +351,9 @@ fn with_names(
             NormalMode { precise: mode.precise, symmetry, ..NormalMode::new(mode.kind, numbers, shape, mode.cluster) }
         })
         .collect();
-    NormalModes {
-        stability: spectrum.stability,
-        // K and M are symmetric: a zero mode drifts, and every other motion has its own vector.
-        secular: Some(false),
-        zero_motions,
-        point_group,
-        modes,
-        level: spectrum.level,
-        method: None,
-        normalization: Normalization::Mass,
-        gyroscopically_stabilised: false,
-    }
+    // K and M are symmetric: a zero mode drifts, and every other motion has its own vector.
+    let modes = NormalModes::new(modes, spectrum.stability, Some(false), spectrum.level);
+    NormalModes { zero_motions, point_group, ..modes }
 }
 
 /// The shape in all coordinates, where constraints tie some to others: the first component within 1e-6 of

@@ -7,7 +7,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use crate::linearize::{Entries, Invariance, Linearized};
-use crate::precision::{Ball, Big, Scalar, SparseMatrix};
+use crate::precision::{Ball, Big, Enclosure, Function, SparseMatrix};
 use crate::symmetry::{Classes, Pattern, Symmetry, point_group};
 
 /// Larger models are not searched.
@@ -62,8 +62,8 @@ pub(super) fn labels(linearized: &Linearized, mass: &SparseMatrix, stiffness: &S
     if !Symmetry::may_have_classes(&pattern) {
         return None;
     }
-    if let Some(entries) = linearized.entries(BITS) {
-        pattern = of_entries(n, &entries);
+    if let Some(exact) = linearized.entries(BITS).and_then(|entries| of_entries(n, &entries)) {
+        pattern = exact;
     }
     let mut invariance = linearized.invariance()?;
     let symmetry = Symmetry::of_energies(&pattern, &mut invariance)?;
@@ -106,12 +106,14 @@ fn of_enclosures(mass: &SparseMatrix, stiffness: &SparseMatrix) -> Option<Patter
     if diagonal_differs() {
         return None;
     }
-    let classes = |matrix: &SparseMatrix| -> Option<Vec<(usize, usize, Class)>> {
-        let values: Vec<Ball> = matrix.entries().map(|(_, _, value)| *value).collect();
-        let classes = value_classes(&values)?;
-        Some(matrix.entries().zip(classes).map(|((i, j, _), class)| (i, j, class)).collect())
-    };
+    // Rounding differs with the order of summation: a little more than the radii is allowed.
+    let classes = |matrix: &SparseMatrix| classes(matrix.entries(), 1e-29);
     Some(pattern(n, &classes(mass)?, &classes(stiffness)?))
+}
+
+fn of_entries(n: usize, entries: &Entries) -> Option<Pattern> {
+    let classes = |of: &BTreeMap<(usize, usize), Big>| classes(of.iter().map(|((i, j), value)| (*i, *j, value)), 0.0);
+    Some(pattern(n, &classes(&entries.mass)?, &classes(&entries.stiffness)?))
 }
 
 /// The pattern of both matrices from the classes of their entries, those of one triangle.
@@ -147,67 +149,31 @@ fn pattern(n: usize, masses: &[(usize, usize, Class)], stiffnesses: &[(usize, us
     pattern
 }
 
-/// Numbers values so that those whose balls meet have the same number, and opposite ones opposite
+/// Numbers entries so that those whose enclosures meet, or nearly for their size, have the same number, and opposite ones opposite
 /// numbers.
-fn value_classes(values: &[Ball]) -> Option<Vec<Class>> {
-    if !values.iter().all(Ball::is_finite) {
+fn classes<'a, S: Enclosure + 'a>(
+    entries: impl Iterator<Item = (usize, usize, &'a S)>,
+    slack: f64,
+) -> Option<Vec<(usize, usize, Class)>> {
+    let entries: Vec<(usize, usize, &S)> = entries.collect();
+    if !entries.iter().all(|(.., value)| value.is_finite()) {
         return None;
     }
-    let mut classes = vec![0; values.len()];
-    let told = values.iter().enumerate().filter(|(_, value)| !value.contains_zero());
-    let mut order: Vec<(usize, Ball)> = told.map(|(i, value)| (i, value.abs())).collect();
-    order.sort_by(|(_, a), (_, b)| a.mid.partial_cmp(&b.mid).unwrap_or(std::cmp::Ordering::Equal));
-    let mut class = 1;
-    let mut last: Option<&Ball> = None;
-    for (i, value) in &order {
-        if let Some(before) = last {
-            // Rounding differs with the order of summation: a little more than the radii is allowed.
-            let gap = (value.mid - before.mid).hi;
-            let reach = before.radius + value.radius + 1e-29 * value.mid.hi.abs();
-            if gap > reach {
-                class += 1;
-            }
-        }
+    let mut classes: Vec<_> = entries.iter().map(|(i, j, _)| (*i, *j, 0)).collect();
+    let told = entries.iter().enumerate().filter(|(_, (.., value))| value.is_positive() || value.is_negative());
+    let mut order: Vec<(usize, S)> = told.map(|(at, (.., value))| (at, value.apply(Function::Abs))).collect();
+    let is_above = |a: &S, b: &S| a.sub(b).center().is_positive();
+    order.sort_by(|(_, a), (_, b)| is_above(a, b).cmp(&is_above(b, a)));
+    let mut class = 0;
+    let mut last: Option<&S> = None;
+    for (at, value) in &order {
+        let is_other = last.is_none_or(|before| {
+            let gap = value.sub(before);
+            if slack > 0.0 { gap.with_added_radius(slack * value.mid_f64()).is_positive() } else { gap.is_positive() }
+        });
+        class += Class::from(is_other);
         last = Some(value);
-        classes[*i] = if values[*i].is_negative() { -class } else { class };
+        classes[*at].2 = if entries[*at].2.is_negative() { -class } else { class };
     }
     Some(classes)
-}
-
-/// Numbers values of many bits in the same way.
-#[derive(Default)]
-struct BigClasses {
-    /// By the nearest double: values that were met, with their numbers.
-    met: BTreeMap<u64, Vec<(Big, Class)>>,
-    count: Class,
-}
-
-impl BigClasses {
-    fn of(&mut self, value: &Big) -> Class {
-        if value.contains_zero() {
-            return 0;
-        }
-        let negative = value.is_negative();
-        let size = if negative { value.neg() } else { value.clone() };
-        let near = size.mid_f64().abs();
-        for key in [near.next_down(), near, near.next_up()] {
-            for (other, class) in self.met.get(&key.to_bits()).into_iter().flatten() {
-                if other.sub(&size).contains_zero() {
-                    return if negative { -class } else { *class };
-                }
-            }
-        }
-        self.count += 1;
-        let class = self.count;
-        self.met.entry(near.to_bits()).or_default().push((size, class));
-        if negative { -class } else { class }
-    }
-}
-
-fn of_entries(n: usize, entries: &Entries) -> Pattern {
-    let classes = |entries: &BTreeMap<(usize, usize), Big>| -> Vec<(usize, usize, Class)> {
-        let mut known = BigClasses::default();
-        entries.iter().map(|((i, j), value)| (*i, *j, known.of(value))).collect()
-    };
-    pattern(n, &classes(&entries.mass), &classes(&entries.stiffness))
 }
