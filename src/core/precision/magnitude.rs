@@ -4,6 +4,7 @@ use std::cmp::Ordering;
 use std::ops::{Add, Div, Mul};
 
 use super::double::{power_of_two, scale};
+use super::scalar::power;
 
 /// Exponents beyond this are as good as infinite ...
 const LARGEST: i64 = 1 << 42;
@@ -195,19 +196,7 @@ impl Magnitude {
     /// A power with a whole exponent, rounded up.
     #[must_use]
     pub fn powi(self, exponent: u32) -> Self {
-        let mut left = exponent;
-        let mut square = self;
-        let mut power = Self::ONE;
-        while left > 0 {
-            if left & 1 == 1 {
-                power = power.mul(square);
-            }
-            left >>= 1;
-            if left > 0 {
-                square = square.mul(square);
-            }
-        }
-        power
+        power(&self, exponent, |x, y| *x * *y).unwrap_or(Self::ONE)
     }
 
     /// An upper bound of exp(self) - 1, and of exp(self) where it is 1 greater: e^r - 1 <= r e^r, and

@@ -25,6 +25,11 @@ pub(super) fn part(z: c64, real: bool) -> c64 {
     if real { c64::new(z.re, 0.0) } else { z }
 }
 
+/// The largest modulus of a component.
+pub(super) fn largest(vector: &[c64]) -> f64 {
+    vector.iter().map(|x| x.norm()).fold(0.0, f64::max)
+}
+
 impl Complex {
     /// The modulus, about.
     pub(super) fn modulus(&self) -> f64 {

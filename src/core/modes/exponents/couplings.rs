@@ -34,7 +34,7 @@ pub(super) struct Approximate {
 
 impl Approximate {
     pub(super) fn conjugate(self) -> Self {
-        Self { value: c64::new(self.value.re, -self.value.im), error: self.error }
+        Self { value: self.value.conj(), error: self.error }
     }
 }
 
@@ -119,7 +119,7 @@ impl Bundle {
                 parts.set(i, 2 * j, x.value.re);
                 parts.set(i, 2 * j + 1, x.value.im);
                 // hypot is off by less than a unit of the last place.
-                moduli.set(i, j, up(x.value.re.hypot(x.value.im) + x.error));
+                moduli.set(i, j, up(x.value.norm() + x.error));
                 errors.set(i, j, x.error);
             }
         }
@@ -154,10 +154,6 @@ fn inner(a: &Bundle, b: &Bundle) -> (Mat<c64>, Plain) {
         c64::new(part(i, j) - part(i + 1, j + 1), part(i, j + 1) + part(i + 1, j))
     };
     (Mat::from_fn(a.moduli.columns, b.moduli.columns, entry), bound)
-}
-
-fn modulus(x: c64) -> f64 {
-    x.re.hypot(x.im)
 }
 
 impl Couplings {
@@ -195,20 +191,20 @@ impl Couplings {
                 let error = up(2.0 * (a + b));
                 if i == j {
                     defect.push(own.defect);
-                    least.push((modulus(entry) * (1.0 - 1e-15) - error).max(0.0));
+                    least.push((entry.norm() * (1.0 - 1e-15) - error).max(0.0));
                     continue;
                 }
-                let size = up(modulus(entry) + error);
+                let size = up(entry.norm() + error);
                 q.set(i, j, size);
                 q_t.set(j, i, size);
-                right.set(i, j, up(modulus(residuals[(i, j)]) + residuals_error.get(i, j)));
-                left_t.set(j, i, up(modulus(lefts[(i, j)]) + lefts_error.get(i, j)));
+                right.set(i, j, up(residuals[(i, j)].norm() + residuals_error.get(i, j)));
+                left_t.set(j, i, up(lefts[(i, j)].norm() + lefts_error.get(i, j)));
             }
         }
         // What links add: Σ_k Q_ik T_kj from the right, Σ_k T_ik Q_kj from the left.
         let sizes = |i: usize, j: usize| {
             if i == j {
-                up(modulus(unit[(i, i)]) + 2.0 * (first_error.get(i, i) + second_error.get(i, i)))
+                up(unit[(i, i)].norm() + 2.0 * (first_error.get(i, i) + second_error.get(i, i)))
             } else {
                 q.get(i, j)
             }

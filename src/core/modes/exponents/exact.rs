@@ -15,7 +15,7 @@ use dashu_int::IBig;
 use super::Options;
 use super::basis::{Metric, finished};
 use super::blocks::{Blocks, Pencil, Search};
-use super::complex::Wide;
+use super::complex::{Wide, largest};
 use super::polynomial::{Polynomial, by_multiplicity, determinant, divided, gcd, mirrored, roots, through};
 use crate::precision::{Big, Integers, Rounding};
 
@@ -171,8 +171,7 @@ fn with_blocks(
             Search::Found(found) => {
                 let fine = found.iter().flat_map(|own| &own.heads).all(|head| {
                     let (vector, bound) = finished(head);
-                    let sizes = vector.iter().map(|x| x.re.hypot(x.im));
-                    bound <= FINE * sizes.fold(0.0, f64::max)
+                    bound <= FINE * largest(&vector)
                 });
                 best = Some(roots(found.into_iter().map(Some).collect()));
                 fine

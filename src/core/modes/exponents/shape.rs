@@ -34,21 +34,19 @@ impl<'a> Shapes<'a> {
         let n = self.scaled.n;
         let x: Vec<c64> = measured[j].x.iter().map(|x| x.value).collect();
         let group = &certificate.groups[certificate.of[j]];
-        let mut off: Vec<f64> =
-            measured[j].x.iter().map(|x| x.error + f64::EPSILON * x.value.re.hypot(x.value.im)).collect();
+        let mut off: Vec<f64> = measured[j].x.iter().map(|x| x.error + f64::EPSILON * x.value.norm()).collect();
         if j >= columns.zeros {
             for (i, &reach) in group.reach.iter().enumerate() {
                 if reach > 0.0 {
                     for (off, x) in off.iter_mut().zip(&measured[i].x) {
-                        *off += (x.value.re.hypot(x.value.im) + x.error) * reach;
+                        *off += (x.value.norm() + x.error) * reach;
                     }
                 }
             }
         }
         let slack = 1.0 + 8.0 * (columns.count() as f64 + 4.0) * f64::EPSILON;
         // xᴴMx and what it may be off by: M as an enclosure, sums of n² terms in doubles.
-        let modulus = |x: &c64| x.re.hypot(x.im);
-        let sizes: Vec<f64> = x.iter().map(modulus).collect();
+        let sizes: Vec<f64> = x.iter().map(|x| x.norm()).collect();
         let weighted = self.scaled.mass.magnitude_times(&sizes);
         let mut square = 0.0;
         for p in 0..n {

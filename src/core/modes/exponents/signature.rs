@@ -11,12 +11,13 @@
 //! and m a lower bound of the eigenvalues of ±κ in the columns of C, |κ(v, v)| >= m - 2 Σ_c Σ_i |κ_ci| τ_i -
 //! Σ_ij τ_i |κ_ij| τ_j.
 
-use faer::{Mat, Side, c64};
+use faer::{Mat, c64};
 
-use super::super::start::cholesky;
+use super::super::pencil::Enclosed;
 use super::certify::Group;
 use super::columns::Columns;
 use super::couplings::{Approximate, Residuals};
+use crate::precision::Ball;
 
 /// Groups up to this size are examined.
 const LARGEST: usize = 40;
@@ -83,14 +84,11 @@ pub(super) fn is_definite(columns: &Columns, measured: &[Residuals], group: &Gro
     let rows = (0..k).map(|a| (0..k).map(|b| error[(a, b)]).sum::<f64>());
     // The largest is below the sum, which does not pass over what is not a number.
     let own = rows.sum::<f64>() * slack;
-    [1.0, -1.0].into_iter().any(|side| least_eigenvalue(&form, side).is_some_and(|m| m > (own + outside) * slack))
+    [1.0, -1.0].into_iter().any(|side| is_above(&form, side, (own + outside) * slack))
 }
 
-/// A positive lower bound of the eigenvalues of side (H + Hᴴ) / 2, as doubles stand, if there is one.
-///
-/// As a real matrix of twice the order. If the Cholesky decomposition of B - cI in doubles runs to its end with
-/// c >= γ / (1 - γ) tr B, B is positive definite (Rump, BIT 46 (2006) 433).
-fn least_eigenvalue(form: &Mat<c64>, side: f64) -> Option<f64> {
+/// Whether the eigenvalues of side (H + Hᴴ) / 2, as doubles stand, are above a bound: as a real matrix of twice the order.
+fn is_above(form: &Mat<c64>, side: f64, bound: f64) -> bool {
     let k = form.nrows();
     let entry = |a: usize, b: usize| {
         let (p, q) = (form[(a % k, b % k)], form[(b % k, a % k)]);
@@ -101,16 +99,9 @@ fn least_eigenvalue(form: &Mat<c64>, side: f64) -> Option<f64> {
             (false, true) => im,
         }
     };
-    let real = Mat::from_fn(2 * k, 2 * k, entry);
-    let values = real.self_adjoint_eigenvalues(Side::Lower).ok()?;
-    let least = values.into_iter().fold(f64::INFINITY, f64::min);
-    if least.is_nan() || least <= 0.0 || least == f64::INFINITY {
-        return None;
-    }
-    let size: f64 = (0..2 * k).flat_map(|a| (0..2 * k).map(move |b| (a, b))).map(|(a, b)| real[(a, b)].abs()).sum();
-    // Forming the entries and taking the shift away costs some units of all entries more.
-    let guard = 8.0 * (2.0 * k as f64 + 8.0) * f64::EPSILON * size;
-    let bound = 0.5 * least;
-    let shifted = Mat::from_fn(2 * k, 2 * k, |a, b| real[(a, b)] - if a == b { bound + guard } else { 0.0 });
-    cholesky(&shifted, 0.0).map(|_| bound)
+    let size: f64 = (0..2 * k).flat_map(|a| (0..2 * k).map(move |b| (a, b))).map(|(a, b)| entry(a, b).abs()).sum();
+    // Forming the entries and taking the shift away costs some units of all entries.
+    let shift = bound + 8.0 * (2.0 * k as f64 + 8.0) * f64::EPSILON * (size + bound);
+    let shifted = Enclosed::new(2 * k, |a, b| Ball::exact(entry(a, b) - if a == b { shift } else { 0.0 }));
+    shift.is_finite() && shifted.is_positive_definite()
 }

@@ -159,10 +159,7 @@ impl Rounds<'_> {
     /// Certifies columns and keeps them if they are the best so far; `None` where numbers leave the range of doubles.
     pub(super) fn round(&mut self, columns: Columns, measured: Vec<Residuals>, level: PrecisionLevel) -> Option<Round> {
         let Self { scaled, facts, options, .. } = *self;
-        let distance = |i: usize, j: usize| {
-            let d = columns.difference(i, j);
-            d.re.hypot(d.im)
-        };
+        let distance = |i: usize, j: usize| columns.difference(i, j).norm();
         let known = self.best.as_ref().map(|(_, best)| columns.units(&best.certificate)).unwrap_or_default();
         let couplings = Couplings::new(scaled.n, &measured, &columns.links, &known, distance)?;
         let certificate = certify(&couplings, columns.together(), &columns.conjugate_of);

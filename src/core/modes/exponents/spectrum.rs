@@ -6,7 +6,7 @@ use faer::c64;
 
 use super::certify::{Certificate, Disc, Group};
 use super::columns::Columns;
-use super::complex::Complex;
+use super::complex::{Complex, largest};
 use super::couplings::Residuals;
 use super::repeated::{cluster_shapes, zero, zero_shapes};
 use super::scale::Scaled;
@@ -171,13 +171,8 @@ pub(super) fn mark_rough(
     measured: &[Residuals],
     certificate: &Certificate,
 ) {
-    let largest: Vec<f64> = measured
-        .iter()
-        .map(|residuals| {
-            let sizes = residuals.x.iter().map(|x| x.value.re.hypot(x.value.im));
-            sizes.fold(0.0, f64::max)
-        })
-        .collect();
+    let largest = |residuals: &Residuals| residuals.x.iter().map(|x| x.value.norm()).fold(0.0, f64::max);
+    let largest: Vec<f64> = measured.iter().map(largest).collect();
     // Vectors of several exponents at one place that are next to parallel may be one vector of a Jordan block.
     for group in &certificate.groups {
         let own = group.members.iter().filter(|&&j| j >= columns.together());
@@ -293,11 +288,8 @@ fn orthonormal(scaled: &Scaled, solution: &Solution, shapes: &Shapes<'_>, group:
     let Some(basis) = cluster_shapes(scaled, &spanning) else {
         return;
     };
-    let fine = basis.iter().all(|(vector, bound)| {
-        let sizes = vector.iter().map(|x| x.re.hypot(x.im));
-        *bound <= ROUGH * sizes.fold(0.0, f64::max)
-    });
-    if !fine {
+    let is_fine = |(vector, bound): &(Vec<c64>, f64)| *bound <= ROUGH * largest(vector);
+    if !basis.iter().all(is_fine) {
         return;
     }
     let cluster = solution.certificate.of[first] as u32;
