@@ -305,9 +305,7 @@ fn linearize_in(
     }
     let (equilibrium, unbalanced) = unbalanced::find(&model, &assembly, &values, visible)?;
     if !assembly.velocity.is_empty() && visible <= MOST_COORDINATES {
-        let mut pool = std::mem::take(&mut model.pool);
-        let point = symbolic::equilibrium_expressions(&model, &mut pool, Some(&equilibrium));
-        model.pool = pool;
+        let point = model.with_pool(|model, pool| symbolic::equilibrium_expressions(model, pool, Some(&equilibrium)));
         assembly.forget_what_vanishes(&mut model, &point);
     }
     let rolling = rolls.then(|| rolling::Rolling::new(&mut model, &assembly, &equilibrium, visible)).transpose()?;

@@ -56,9 +56,7 @@ pub fn parametric(mut model: Model, varying: &[usize]) -> Result<Parametric, Lin
     let free: Vec<bool> = model.equilibria.iter().map(|given| given.is_none()).collect();
     let guessed = free.contains(&true) && model.guesses.any();
 
-    let mut pool = std::mem::take(&mut model.pool);
-    let point = symbolic::equilibrium_expressions(&model, &mut pool, None);
-    model.pool = pool;
+    let point = model.with_pool(|model, pool| symbolic::equilibrium_expressions(model, pool, None));
     let gradient = if guessed {
         None
     } else {
@@ -151,11 +149,11 @@ fn fixed(model: &mut Model, varying: &[usize], roots: &[ExprId]) -> Result<Vec<E
 
 /// The gradient of the effective potential at a point, one expression a coordinate.
 fn gradient(model: &mut Model, assembly: &Assembly, point: &[ExprId]) -> Vec<ExprId> {
-    let mut pool = std::mem::take(&mut model.pool);
-    let mut gradient = vec![pool.zero(); model.coordinates.len()];
-    for (number, parts) in symbolic::gradient(model, &mut pool, assembly, point) {
-        gradient[number as usize] = pool.sum(&parts);
-    }
-    model.pool = pool;
-    gradient
+    model.with_pool(|model, pool| {
+        let mut gradient = vec![pool.zero(); model.coordinates.len()];
+        for (number, parts) in symbolic::gradient(model, pool, assembly, point) {
+            gradient[number as usize] = pool.sum(&parts);
+        }
+        gradient
+    })
 }

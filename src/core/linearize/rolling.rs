@@ -76,10 +76,9 @@ pub fn integrated(model: &Model) -> Cow<'_, Model> {
         return Cow::Borrowed(model);
     }
     let mut model = model.clone();
-    let mut pool = std::mem::take(&mut model.pool);
-    let driven: Vec<bool> =
-        model.rolling.iter().map(|own| !model.at_rest(&mut pool, own.expression).is_zero()).collect();
-    model.pool = pool;
+    let driven: Vec<bool> = model.with_pool(|model, pool| {
+        model.rolling.iter().map(|own| !model.at_rest(pool, own.expression).is_zero()).collect()
+    });
     for (own, driven) in std::mem::take(&mut model.rolling).into_iter().zip(driven) {
         let rows = coefficients(&mut model, own.expression);
         match if driven { None } else { integral(&mut model, &rows) } {

@@ -8,7 +8,7 @@
 use super::assemble::signed_terms;
 use super::error::LinearizeError;
 use super::symbolic::{drags_at_rest, instance};
-use crate::expr::{ExprId, Substitution, Symbol, ZeroVerdict};
+use crate::expr::{ExprId, Pool, Substitution, Symbol, ZeroVerdict};
 use crate::model::{Constraint, Model, SymbolKind, TermFamily};
 use crate::span::Span;
 
@@ -27,19 +27,11 @@ pub(crate) fn put_rates_in(model: &mut Model) -> Result<(), LinearizeError> {
         }
     }
     let rates: Vec<Option<ExprId>> = model.rates.iter().map(|rate| rate.map(|rate| rate.symbolic)).collect();
-    let mut kinetic = std::mem::take(&mut model.kinetic);
-    let mut potential = std::mem::take(&mut model.potential);
-    let mut forces = std::mem::take(&mut model.forces);
-    let families = kinetic.iter_mut().chain(&mut potential);
-    for family in families.chain(&mut forces) {
-        put_in(model, family, &rates);
+    let families = model.kinetic.iter_mut().chain(&mut model.potential);
+    for family in families.chain(&mut model.forces) {
+        put_in(&mut model.pool, family, &rates);
     }
-    model.kinetic = kinetic;
-    model.potential = potential;
-    model.forces = forces;
-    let mut pool = std::mem::take(&mut model.pool);
-    let drags = drags_at_rest(model, &mut pool);
-    model.pool = pool;
+    let drags = model.with_pool(drags_at_rest);
     for coordinate in 0..model.coordinates.len() {
         if let Some(rate) = model.rates.get(coordinate) {
             check_kept(model, &drags, coordinate, rate.span)?;
@@ -69,9 +61,9 @@ fn check_kept(
 }
 
 /// v becomes v + w in the body, where the instances fill w with a rate or 0.
-fn put_in(model: &mut Model, family: &mut TermFamily, rates: &[Option<ExprId>]) {
+fn put_in(pool: &mut Pool, family: &mut TermFamily, rates: &[Option<ExprId>]) {
     let width = family.locals.len();
-    let symbols = model.pool.symbols_of(&[family.body]);
+    let symbols = pool.symbols_of(&[family.body]);
     let rate_of = |number: &u32| rates.get(*number as usize).copied().flatten();
     let turning: Vec<usize> = (0..width)
         .filter(|slot| symbols.contains(&family.locals[*slot].velocity))
@@ -83,19 +75,19 @@ fn put_in(model: &mut Model, family: &mut TermFamily, rates: &[Option<ExprId>]) 
     if turning.is_empty() {
         return;
     }
-    let zero = model.pool.zero();
+    let zero = pool.zero();
     let mut map = Substitution::default();
     let mut slots: Vec<Symbol> = Vec::with_capacity(turning.len());
     for slot in &turning {
         let velocity = family.locals[*slot].velocity;
-        let own = model.pool.symbol(&format!("rate {}", velocity.index()));
-        let moving = model.pool.symbol_expr(velocity);
-        let steady = model.pool.symbol_expr(own);
-        let sum = model.pool.add(moving, steady);
+        let own = pool.symbol(&format!("rate {}", velocity.index()));
+        let moving = pool.symbol_expr(velocity);
+        let steady = pool.symbol_expr(own);
+        let sum = pool.add(moving, steady);
         map.insert(velocity, sum);
         slots.push(own);
     }
-    family.body = model.pool.substitute_one(family.body, &map);
+    family.body = pool.substitute_one(family.body, &map);
     let mut constants = Vec::with_capacity(family.constants.len() + family.count * slots.len());
     for at in 0..family.count {
         constants.extend(family.constants_of(at));

@@ -162,10 +162,10 @@ fn doubled(model: &Model, assembly: &Assembly) -> Model {
         let held = own.equilibria.get(i).map(|given| Given { symbolic: zero, value: Some(zero), ..given });
         own.equilibria.set(count + i, held);
     }
-    let mut pool = std::mem::take(&mut own.pool);
+    let pool = &mut own.pool;
     let mut potential = Vec::new();
     for (negative, family) in signed_terms(model) {
-        let rests = family.at_rest(&pool);
+        let rests = family.at_rest(pool);
         let share = pool.substitute_one(family.body, &rests);
         let energy = if negative { share } else { pool.neg(share) };
         let forces: Vec<(usize, ExprId)> = family
@@ -174,13 +174,12 @@ fn doubled(model: &Model, assembly: &Assembly) -> Model {
             .enumerate()
             .map(|(place, local)| (place, pool.diff(energy, local.coordinate)))
             .collect();
-        potential.extend(multiplied(&mut pool, family, &forces, count));
+        potential.extend(multiplied(pool, family, &forces, count));
     }
     for family in &assembly.velocity {
         let forces: Vec<(usize, ExprId)> = family.at_rest().collect();
-        potential.extend(multiplied(&mut pool, &family.terms, &forces, count));
+        potential.extend(multiplied(pool, &family.terms, &forces, count));
     }
-    own.pool = pool;
     own.kinetic = Vec::new();
     own.potential = potential;
     own.forces = Vec::new();

@@ -85,39 +85,32 @@ impl Assembly {
     pub(super) fn undefined_in_symbols(&self, model: &Model, point: &[ExprId]) -> Option<LinearizeError> {
         let mut pool = model.pool.clone();
         let is_undefined = |pool: &Pool, e: ExprId| matches!(pool.node(e), Node::Undefined);
-        let mut place = None;
-        'families: for family in &self.families {
-            for at in 0..family.terms.count {
-                let map = instance(model, &mut pool, &family.terms, at, Some(point));
-                let logarithms = pool.substitute(&family.logarithms, &map);
-                let mut undefined = |elements: &[Element]| {
-                    let mut elements = elements.iter();
-                    elements.any(|element| element.is_undefined_at(&mut pool, &map))
-                };
-                let what = if undefined(&family.potential) {
-                    "the force"
-                } else if undefined(&family.inertia) {
-                    "a second derivative of the energies"
-                } else if logarithms.iter().any(|e| is_undefined(&pool, *e)) {
-                    "the energy"
-                } else {
-                    continue;
-                };
-                place = Some(Undefined::of_energy(family, at, what));
-                break 'families;
-            }
-        }
-        let velocities = self.velocity.iter().filter(|_| place.is_none());
-        'velocities: for family in velocities {
-            for at in 0..family.terms.count {
+        let mut energies = self.families.iter().flat_map(|family| (0..family.terms.count).map(move |at| (family, at)));
+        let place = energies.find_map(|(family, at)| {
+            let map = instance(model, &mut pool, &family.terms, at, Some(point));
+            let logarithms = pool.substitute(&family.logarithms, &map);
+            let mut undefined =
+                |elements: &[Element]| elements.iter().any(|element| element.is_undefined_at(&mut pool, &map));
+            let what = if undefined(&family.potential) {
+                "the force"
+            } else if undefined(&family.inertia) {
+                "a second derivative of the energies"
+            } else if logarithms.iter().any(|e| is_undefined(&pool, *e)) {
+                "the energy"
+            } else {
+                return None;
+            };
+            Some(Undefined::of_energy(family, at, what))
+        });
+        let mut velocities =
+            self.velocity.iter().flat_map(|family| (0..family.terms.count).map(move |at| (family, at)));
+        let place = place.or_else(|| {
+            velocities.find_map(|(family, at)| {
                 let map = instance(model, &mut pool, &family.terms, at, Some(point));
                 let images = pool.substitute(&family.derivatives(), &map);
-                if images.iter().any(|e| is_undefined(&pool, *e)) {
-                    place = Some(Undefined::of_velocities(family, at));
-                    break 'velocities;
-                }
-            }
-        }
+                images.iter().any(|e| is_undefined(&pool, *e)).then(|| Undefined::of_velocities(family, at))
+            })
+        });
         place?.error(model, pool, &Point::Expressions(point))
     }
 }

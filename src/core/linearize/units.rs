@@ -223,13 +223,12 @@ impl Units {
 
     /// Puts the units into all that numbers come from.
     pub(super) fn put_in(&self, model: &mut Model) {
-        let mut pool = std::mem::take(&mut model.pool);
-        let energies = model.kinetic.iter_mut().chain(&mut model.potential);
-        for family in energies {
-            self.put_in_family(&mut pool, family, -self.energy);
+        let pool = &mut model.pool;
+        for family in model.kinetic.iter_mut().chain(&mut model.potential) {
+            self.put_in_family(pool, family, -self.energy);
         }
         for family in &mut model.forces {
-            self.put_in_family(&mut pool, family, -self.energy - if family.acts_on.is_some() { 0 } else { self.rate });
+            self.put_in_family(pool, family, -self.energy - if family.acts_on.is_some() { 0 } else { self.rate });
         }
         let mut map = Substitution::default();
         for (coordinate, length) in model.coordinates.iter().zip(&self.lengths) {
@@ -246,7 +245,6 @@ impl Units {
                 given.value = given.value.map(|value| pool.scale(value, &by));
             }
         }
-        model.pool = pool;
     }
 
     /// The same for a family of terms, which is multiplied by 2^factor, and a force by the unit of what it acts on. Where one slot is filled with coordinates of several units, the units

@@ -168,4 +168,12 @@ impl Model {
         let rest = self.coordinates.iter().map(|own| (own.velocity, pool.zero())).collect();
         pool.substitute_one(e, &rest)
     }
+
+    /// What is made of the model and its expressions, to which others may be added.
+    pub(crate) fn with_pool<T>(&mut self, make: impl FnOnce(&Self, &mut Pool) -> T) -> T {
+        let mut pool = std::mem::take(&mut self.pool);
+        let made = make(self, &mut pool);
+        self.pool = pool;
+        made
+    }
 }
