@@ -113,8 +113,7 @@ struct Body {
 pub(super) fn lagrangian(model: &Model, pool: &mut Algebra<'_>) -> Lagrangian {
     let mut splitter = Splitter::default();
     for local in signed_terms(model).flat_map(|(_, family)| &family.locals) {
-        splitter.facts.declare(local.coordinate, Variable::Coordinate);
-        splitter.facts.declare(local.velocity, Variable::Velocity);
+        splitter.facts.declare(local);
     }
     let mut inertia: BTreeMap<(usize, usize), Vec<ExprId>> = BTreeMap::new();
     let mut linear: BTreeMap<usize, Vec<ExprId>> = BTreeMap::new();

@@ -111,9 +111,7 @@ pub(crate) fn assemble(model: &mut Model) -> Assembly {
         signed_terms(model).map(|(negative, family)| (negative, family.clone())).collect();
     let mut splitter = Splitter::default();
     for local in terms.iter().flat_map(|(_, family)| &family.locals) {
-        let facts = &mut splitter.facts;
-        facts.declare(local.coordinate, Variable::Coordinate);
-        facts.declare(local.velocity, Variable::Velocity);
+        splitter.facts.declare(local);
     }
     for (negative, family) in terms {
         if family.count == 0 {

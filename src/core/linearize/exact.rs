@@ -8,12 +8,12 @@ use std::collections::{BTreeMap, VecDeque};
 use super::assemble::{Assembly, Part, Values};
 use super::elimination;
 use super::equilibrium::{Equilibrium, in_numbers};
-use super::massless::Direction;
+use super::massless::{Direction, product};
 use super::radicals::{Exact, Surd};
 use super::velocity::{Matrix, sum};
 use crate::model::Model;
 use crate::number::Number;
-use crate::precision::{Ball, Big, DoubleDouble, Integers, Magnitude, Scalar};
+use crate::precision::{Ball, Big, DoubleDouble, Integers, Magnitude, Scalar, sum_of_products};
 
 /// Exact characteristic polynomials are for small systems.
 pub(super) const MOST: usize = 60;
@@ -97,29 +97,21 @@ pub(super) fn without_inertia(
     // Neither M nor C is negative, mostly: then that is what both take to 0.
     let both = sum(Some(mass.clone()), others.last().cloned().flatten())?;
     let entry = |i: usize| (0..).zip((0..=i).map(|j| both[i + n * j].clone())).collect();
-    let mut vectors = kernel_of((0..n).map(entry).collect(), 0)?;
+    let vectors = kernel_of((0..n).map(entry).collect(), 0)?;
     let shift = |(i, x): (usize, &Exact)| x.add(&Exact::rational(Number::ratio(7 * i as i64 + 5, 64)));
     let beside: Vec<Exact> = at.iter().enumerate().map(shift).collect();
     let mut matrices = vec![mass, assembly.mass(&beside, &values)];
     matrices.extend(others.into_iter().flatten());
-    let vanishes = |vector: &Vec<Surd>| {
-        let components = vector.iter().map(|x| Exact::of(x.clone())).enumerate();
-        let components: Vec<(usize, Exact)> = components.filter(|(_, x)| !x.is_exact_zero()).collect();
-        let product = |entry: &dyn Fn(usize) -> Exact| {
-            let mut terms = components.iter().map(|(j, x)| entry(*j).mul(x));
-            let first = terms.next().unwrap_or_else(Exact::none);
-            terms.fold(first, |sum, term| sum.add(&term)).is_exact_zero()
-        };
-        let rows =
-            |a: &Vec<Exact>| (0..n).all(|i| product(&|j| a[i + n * j].clone()) && product(&|j| a[j + n * i].clone()));
-        matrices.iter().all(rows)
+    let vanishes = |a: &[Exact], v: &Direction, i: usize| {
+        let sums = [product(v, |j| &a[i + n * j], ()), product(v, |j| &a[j + n * i], ())];
+        sums.iter().all(Exact::is_exact_zero)
     };
-    vectors.retain(vanishes);
-    let direction = |vector: &Vec<Surd>| {
-        let components = Surd::without_denominators(vector).into_iter().enumerate();
+    let direction = |vector: Vec<Surd>| -> Direction {
+        let components = Surd::without_denominators(&vector).into_iter().enumerate();
         components.filter(|(_, x)| !x.is_zero()).collect()
     };
-    Some(vectors.iter().map(direction).collect())
+    let directions = vectors.into_iter().map(direction);
+    Some(directions.filter(|v| matrices.iter().all(|a| (0..n).all(|i| vanishes(a, v, i)))).collect())
 }
 
 /// A combination of directions without inertia that takes no force, exactly: its image under K + N is 0.
@@ -134,17 +126,13 @@ pub(super) fn unheld(
     let circulatory = assembly.velocity_matrix(Matrix::Circulatory, &at, &values);
     let stiffness = sum(Some(assembly.stiffness(&at, &values)), circulatory)?;
     let zero = || Exact::rational(Some(Number::ZERO));
-    let image = |v: &Direction| -> Vec<Exact> {
-        let v: Vec<(usize, Exact)> = v.iter().map(|(j, x)| (*j, Exact::of(x.clone()))).collect();
-        let row = |i: usize| v.iter().fold(zero(), |sum, (j, x)| sum.add(&stiffness[i + n * j].mul(x)));
-        (0..n).map(row).collect()
-    };
+    let image = |v: &Direction| (0..n).map(|i| product(v, |j| &stiffness[i + n * j], ())).collect();
     let images: Vec<Vec<Exact>> = directions.iter().map(image).collect();
     // The kernel of (SV)ᵀSV is that of SV.
     let mut rows: elimination::Rows = vec![Vec::new(); images.len()];
     for (row, left) in rows.iter_mut().zip(&images) {
         for (j, right) in (0..).zip(&images) {
-            let entry = left.iter().zip(right).fold(zero(), |sum, (x, y)| sum.add(&x.mul(y)));
+            let entry = sum_of_products(left, right, ());
             let entry = entry.as_rational()?;
             if !entry.is_zero() {
                 row.push((j, entry.clone()));

@@ -4,6 +4,7 @@
 //! last question answers it for all; nothing is looked at twice. It makes no expressions.
 
 use crate::expr::{ExprId, Node, Pool, Symbol};
+use crate::model::Local;
 use crate::number::Number;
 use crate::precision::Function;
 
@@ -40,12 +41,14 @@ pub(crate) struct Facts {
 }
 
 impl Facts {
-    /// Says what a symbol is; before the first question.
-    pub(crate) fn declare(&mut self, symbol: Symbol, variable: Variable) {
-        if self.variables.len() <= symbol.index() {
-            self.variables.resize(symbol.index() + 1, None);
+    /// Says what the symbols of a slot are; before the first question.
+    pub(crate) fn declare(&mut self, local: &Local) {
+        for (symbol, variable) in [(local.coordinate, Variable::Coordinate), (local.velocity, Variable::Velocity)] {
+            if self.variables.len() <= symbol.index() {
+                self.variables.resize(symbol.index() + 1, None);
+            }
+            self.variables[symbol.index()] = Some(variable);
         }
-        self.variables[symbol.index()] = Some(variable);
     }
 
     /// Whether a symbol is a variable of this kind.

@@ -93,8 +93,7 @@ impl VelocityFamily {
         let velocities: Vec<Symbol> = self.terms.locals.iter().map(|local| local.velocity).collect();
         let mut splitter = Splitter::default();
         for local in &self.terms.locals {
-            splitter.facts.declare(local.coordinate, Variable::Coordinate);
-            splitter.facts.declare(local.velocity, Variable::Velocity);
+            splitter.facts.declare(local);
         }
         let at_rest = self.terms.at_rest(&pool);
         let mut factors = Vec::new();
@@ -136,8 +135,7 @@ impl VelocityFamily {
 pub(super) fn check_smooth(model: &Model) -> Result<(), LinearizeError> {
     let mut facts = Facts::default();
     for local in model.forces.iter().flat_map(|family| &family.locals) {
-        facts.declare(local.coordinate, Variable::Coordinate);
-        facts.declare(local.velocity, Variable::Velocity);
+        facts.declare(local);
     }
     let pool = &model.pool;
     for family in &model.forces {

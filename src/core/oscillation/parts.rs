@@ -9,6 +9,7 @@ use faer::c64;
 
 use super::exponents::Source;
 use crate::expr::{ExprId, ZeroVerdict};
+use crate::groups::connected;
 use crate::linearize::{Flow, Linearized, ZeroMode, known_values};
 use crate::modes::exponents::{
     self, Exponents, PreciseQuadratic, QuadraticProblem, QuadraticSource, Structure, exponents, joined,
@@ -192,18 +193,11 @@ fn divided(
     let multiplied = flow.map_or(&[][..], Flow::places);
     let friction: Vec<Vec<Ball>> = [linearized.damping(), linearized.circulatory()].into_iter().flatten().collect();
     let rubs = |i: usize| friction.iter().any(|own| (0..n).any(|j| couples(own, n, i, j)));
-    let mut reached: Vec<bool> = (0..n).map(|i| multiplied.contains(&i) || rubs(i)).collect();
-    let mut todo: Vec<usize> = (0..n).filter(|i| reached[*i]).collect();
-    let coupling = [&problem.mass, &problem.velocity, &problem.stiffness];
-    while let Some(i) = todo.pop() {
-        for (j, reached) in reached.iter_mut().enumerate() {
-            if !*reached && coupling.iter().any(|own| couples(own, n, i, j)) {
-                *reached = true;
-                todo.push(j);
-            }
-        }
-    }
+    let starts = |i: &usize| multiplied.contains(i) || rubs(*i);
+    let matrices = [&problem.mass, &problem.velocity, &problem.stiffness];
+    let groups = connected(n, |i, j| matrices.iter().any(|own| couples(own, n, i, j))).into_iter();
+    let reached: Vec<usize> = groups.filter(|own| own.iter().any(starts)).flatten().collect();
     let kept = (0..n).filter(|i| !left_out.contains(i));
-    let (rest, free) = kept.partition(|i| reached[*i]);
+    let (rest, free) = kept.partition(|i| reached.contains(i));
     [free, rest]
 }

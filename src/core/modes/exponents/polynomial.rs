@@ -85,9 +85,7 @@ pub(super) fn through(values: Vec<IBig>) -> Polynomial {
 
 /// Without common factors and zeros at the end, the leading coefficient positive.
 pub(super) fn primitive(mut p: Polynomial) -> Polynomial {
-    while p.last().is_some_and(|c| c.is_zero()) {
-        p.pop();
-    }
+    trim(&mut p);
     let sizes = p.iter().filter(|c| !c.is_zero()).map(|c| c.clone().unsigned_abs());
     let common = |content: UBig, c: UBig| if content.is_one() { content } else { content.gcd(c) };
     let Some(content) = sizes.reduce(common).map(IBig::from) else { return p };
@@ -101,21 +99,28 @@ pub(super) fn derivative(p: &Polynomial) -> Polynomial {
     terms.map(|(k, c)| c * IBig::from(k)).collect()
 }
 
+fn trim(p: &mut Polynomial) {
+    while p.last().is_some_and(|c| c.is_zero()) {
+        p.pop();
+    }
+}
+
+/// Takes so many times b off a, where their ends meet, without zeros at the end.
+fn take_off(a: &mut Polynomial, b: &Polynomial, factor: &IBig) {
+    let shift = a.len() - b.len();
+    for (x, c) in a[shift..].iter_mut().zip(b) {
+        *x -= factor * c;
+    }
+    trim(a);
+}
+
 /// What a division of a power of the divisor's leading coefficient times a by b leaves.
 fn pseudo_remainder(mut a: Polynomial, b: &Polynomial) -> Polynomial {
     let Some(lead) = b.last() else { return a };
     while a.len() >= b.len() {
         let Some(top) = a.last().cloned() else { break };
-        let shift = a.len() - b.len();
-        for c in &mut a {
-            *c *= lead;
-        }
-        for (i, c) in b.iter().enumerate() {
-            a[shift + i] -= &top * c;
-        }
-        while a.last().is_some_and(|c| c.is_zero()) {
-            a.pop();
-        }
+        a.iter_mut().for_each(|c| *c *= lead);
+        take_off(&mut a, b, &top);
     }
     a
 }
@@ -143,13 +148,8 @@ pub(super) fn divided(a: &Polynomial, b: &Polynomial) -> Option<Polynomial> {
             return None;
         }
         let shift = a.len() - b.len();
-        for (i, c) in b.iter().enumerate() {
-            a[shift + i] -= &factor * c;
-        }
+        take_off(&mut a, b, &factor);
         quotient[shift] = factor;
-        while a.last().is_some_and(|c| c.is_zero()) {
-            a.pop();
-        }
     }
     a.is_empty().then_some(quotient)
 }
