@@ -8,14 +8,13 @@ use faer::{Accum, Mat, MatMut, MatRef, Par};
 
 use crate::precision::{DoubleDouble, fast_two_sum, two_sum};
 
-/// A matrix of double-doubles.
+/// A matrix of double-doubles: their high parts, and their low parts.
 #[derive(Clone, Debug)]
 pub(super) struct Matrix {
     pub(super) rows: usize,
     pub(super) columns: usize,
-    pub(super) stride: usize,
-    pub(super) hi: Vec<f64>,
-    pub(super) lo: Vec<f64>,
+    pub(super) hi: Plain,
+    pub(super) lo: Plain,
 }
 
 /// A matrix of doubles: magnitudes and bounds.
@@ -27,15 +26,13 @@ pub(super) struct Plain {
     pub(super) data: Vec<f64>,
 }
 
-fn padded(rows: usize) -> usize {
-    rows.next_multiple_of(4)
-}
-
 impl Matrix {
+    fn of(hi: Plain, lo: Plain) -> Self {
+        Self { rows: hi.rows, columns: hi.columns, hi, lo }
+    }
+
     pub(super) fn zeros(rows: usize, columns: usize) -> Self {
-        let stride = padded(rows);
-        let length = stride * columns;
-        Self { rows, columns, stride, hi: vec![0.0; length], lo: vec![0.0; length] }
+        Self::of(Plain::zeros(rows, columns), Plain::zeros(rows, columns))
     }
 
     /// From the entry of each row and column.
@@ -50,59 +47,43 @@ impl Matrix {
     }
 
     pub(super) fn get(&self, row: usize, column: usize) -> DoubleDouble {
-        let at = column * self.stride + row;
-        DoubleDouble { hi: self.hi[at], lo: self.lo[at] }
+        DoubleDouble { hi: self.hi.get(row, column), lo: self.lo.get(row, column) }
     }
 
     pub(super) fn set(&mut self, row: usize, column: usize, value: DoubleDouble) {
-        let at = column * self.stride + row;
-        self.hi[at] = value.hi;
-        self.lo[at] = value.lo;
-    }
-
-    /// The high parts of a column.
-    pub(super) fn column_hi(&self, column: usize) -> &[f64] {
-        &self.hi[column * self.stride..column * self.stride + self.rows]
+        self.hi.set(row, column, value.hi);
+        self.lo.set(row, column, value.lo);
     }
 
     /// The high parts.
     pub(super) fn doubles(&self) -> Mat<f64> {
-        self.hi().to_owned()
+        self.hi.view().to_owned()
     }
 
     pub(super) fn from_doubles(doubles: MatRef<'_, f64>) -> Self {
         Self::from_fn(doubles.nrows(), doubles.ncols(), |i, j| DoubleDouble::exact(doubles[(i, j)]))
     }
 
-    /// The high parts, to be multiplied.
-    pub(super) fn hi(&self) -> MatRef<'_, f64> {
-        view(&self.hi, self.rows, self.columns, self.stride)
-    }
-
-    /// The low parts of a column.
-    pub(super) fn column_lo(&self, column: usize) -> &[f64] {
-        &self.lo[column * self.stride..column * self.stride + self.rows]
-    }
-
     /// High and low parts of a column, to be written.
     pub(super) fn column_mut(&mut self, column: usize) -> (&mut [f64], &mut [f64]) {
-        let range = column * self.stride..column * self.stride + self.rows;
-        (&mut self.hi[range.clone()], &mut self.lo[range])
+        (self.hi.column_mut(column), self.lo.column_mut(column))
     }
 
     pub(super) fn transposed(&self) -> Self {
-        let mut result = Self::zeros(self.columns, self.rows);
-        let shape = (self.rows, self.columns);
-        let to = result.stride;
-        transpose(&self.hi, shape, self.stride, &mut result.hi, to);
-        transpose(&self.lo, shape, self.stride, &mut result.lo, to);
-        result
+        Self::of(self.hi.transposed(), self.lo.transposed())
+    }
+
+    /// Copies the lower triangle into the upper one.
+    pub(super) fn mirror(&mut self) {
+        self.hi.mirror();
+        self.lo.mirror();
     }
 
     /// Upper bounds of the magnitudes: |hi + lo| <= |hi| (1 + 2^-53).
     pub(super) fn magnitudes(&self) -> Plain {
-        let data = self.hi.iter().map(|x| x.abs() * (1.0 + f64::EPSILON)).collect();
-        Plain { rows: self.rows, columns: self.columns, stride: self.stride, data }
+        let mut sizes = self.hi.clone();
+        sizes.data.iter_mut().for_each(|x| *x = x.abs() * (1.0 + f64::EPSILON));
+        sizes
     }
 
     /// Adds another matrix of the same shape.
@@ -112,13 +93,7 @@ impl Matrix {
 
     /// The given columns, in the given order.
     pub(super) fn gather(&self, columns: &[usize]) -> Self {
-        let mut result = Self::zeros(self.rows, columns.len());
-        for (to, &from) in columns.iter().enumerate() {
-            let (to, from) = (to * self.stride, from * self.stride);
-            result.hi[to..to + self.stride].copy_from_slice(&self.hi[from..from + self.stride]);
-            result.lo[to..to + self.stride].copy_from_slice(&self.lo[from..from + self.stride]);
-        }
-        result
+        Self::from_fn(self.rows, columns.len(), |row, to| self.get(row, columns[to]))
     }
 
     /// The given rows, in the given order.
@@ -129,16 +104,18 @@ impl Matrix {
     /// Writes the columns of `other` over the given columns.
     pub(super) fn scatter(&mut self, columns: &[usize], other: &Self) {
         for (from, &to) in columns.iter().enumerate() {
-            let (to, from) = (to * self.stride, from * self.stride);
-            self.hi[to..to + self.stride].copy_from_slice(&other.hi[from..from + self.stride]);
-            self.lo[to..to + self.stride].copy_from_slice(&other.lo[from..from + self.stride]);
+            self.hi.column_mut(to).copy_from_slice(other.hi.column(from));
+            self.lo.column_mut(to).copy_from_slice(other.lo.column(from));
         }
     }
 }
 
+/// The side of squares that fit the cache.
+const SIDE: usize = 16;
+
 impl Plain {
     pub(super) fn zeros(rows: usize, columns: usize) -> Self {
-        let stride = padded(rows);
+        let stride = rows.next_multiple_of(4);
         Self { rows, columns, stride, data: vec![0.0; stride * columns] }
     }
 
@@ -174,66 +151,50 @@ impl Plain {
         &mut self.data[column * self.stride..column * self.stride + self.rows]
     }
 
+    /// The entries of a row.
+    pub(super) fn row(&self, row: usize) -> impl Iterator<Item = &f64> {
+        self.data.iter().skip(row).step_by(self.stride.max(1))
+    }
+
     pub(super) fn transposed(&self) -> Self {
         let mut result = Self::zeros(self.columns, self.rows);
-        let shape = (self.rows, self.columns);
-        let to = result.stride;
-        transpose(&self.data, shape, self.stride, &mut result.data, to);
+        for c0 in (0..self.columns).step_by(SIDE) {
+            for r0 in (0..self.rows).step_by(SIDE) {
+                for column in c0..(c0 + SIDE).min(self.columns) {
+                    for row in r0..(r0 + SIDE).min(self.rows) {
+                        result.data[row * result.stride + column] = self.data[column * self.stride + row];
+                    }
+                }
+            }
+        }
         result
     }
 
     /// Copies the lower triangle into the upper one.
     pub(super) fn mirror(&mut self) {
-        mirror(&mut self.data, self.columns, self.stride);
+        let (n, stride) = (self.columns, self.stride);
+        for c0 in (0..n).step_by(SIDE) {
+            for r0 in (c0..n).step_by(SIDE) {
+                for column in c0..(c0 + SIDE).min(n) {
+                    for row in r0.max(column + 1)..(r0 + SIDE).min(n) {
+                        self.data[row * stride + column] = self.data[column * stride + row];
+                    }
+                }
+            }
+        }
     }
 
-    /// To be multiplied.
+    /// To be multiplied, by faer.
     pub(super) fn view(&self) -> MatRef<'_, f64> {
-        view(&self.data, self.rows, self.columns, self.stride)
+        if self.rows == 0 || self.columns == 0 {
+            return MatRef::from_column_major_slice(&[], self.rows, self.columns);
+        }
+        MatRef::from_column_major_slice_with_stride(&self.data, self.rows, self.columns, self.stride)
     }
 
     /// As a matrix of double-doubles.
     pub(super) fn widened(&self) -> Matrix {
-        let lo = vec![0.0; self.data.len()];
-        let (rows, columns, stride) = (self.rows, self.columns, self.stride);
-        Matrix { rows, columns, stride, hi: self.data.clone(), lo }
-    }
-}
-
-/// Numbers that are stored column by column, as faer multiplies them.
-fn view(data: &[f64], rows: usize, columns: usize, stride: usize) -> MatRef<'_, f64> {
-    if rows == 0 || columns == 0 {
-        return MatRef::from_column_major_slice(&[], rows, columns);
-    }
-    MatRef::from_column_major_slice_with_stride(data, rows, columns, stride)
-}
-
-/// The side of squares that fit the cache.
-const SIDE: usize = 16;
-
-/// Copies the numbers of a matrix, stored column by column, into its transpose.
-fn transpose(from: &[f64], (rows, columns): (usize, usize), stride: usize, to: &mut [f64], to_stride: usize) {
-    for c0 in (0..columns).step_by(SIDE) {
-        for r0 in (0..rows).step_by(SIDE) {
-            for column in c0..(c0 + SIDE).min(columns) {
-                for row in r0..(r0 + SIDE).min(rows) {
-                    to[row * to_stride + column] = from[column * stride + row];
-                }
-            }
-        }
-    }
-}
-
-/// Copies the lower triangle of n by n numbers, stored column by column, into the upper one.
-pub(super) fn mirror(data: &mut [f64], n: usize, stride: usize) {
-    for c0 in (0..n).step_by(SIDE) {
-        for r0 in (c0..n).step_by(SIDE) {
-            for column in c0..(c0 + SIDE).min(n) {
-                for row in r0.max(column + 1)..(r0 + SIDE).min(n) {
-                    data[row * stride + column] = data[column * stride + row];
-                }
-            }
-        }
+        Matrix::of(self.clone(), Self::zeros(self.rows, self.columns))
     }
 }
 
@@ -262,7 +223,7 @@ pub(super) fn multiply_onto(c: &mut Plain, accumulate: Accum, a: MatRef<'_, f64>
     matmul(to, accumulate, a, b, 1.0, Par::Seq);
 }
 
-/// The columns of a sparse matrix, as double-doubles.
+/// The columns of a sparse matrix, as double-doubles with errors.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Columns {
     /// Where each column starts in the lists, and the end.
@@ -271,6 +232,20 @@ pub(super) struct Columns {
     pub(super) places: Vec<usize>,
     pub(super) hi: Vec<f64>,
     pub(super) lo: Vec<f64>,
+    /// What a product with an entry is off by, per unit of the other factor; as in [`Enclosed`](super::pencil::Enclosed).
+    pub(super) weights: Vec<f64>,
+}
+
+impl Columns {
+    /// Adds the weights of a column times the sizes of what its entries are multiplied by, for all rows of Xᵀ.
+    pub(super) fn add_weighted(&self, column: usize, xt: &Matrix, sums: &mut [f64]) {
+        for at in self.starts[column]..self.starts[column + 1] {
+            let weight = self.weights[at];
+            for (sum, x) in sums.iter_mut().zip(xt.hi.column(self.places[at])) {
+                *sum += weight * x.abs();
+            }
+        }
+    }
 }
 
 /// Adds a matrix of doubles, which costs 2 u² of the sum (DWPlusFP).

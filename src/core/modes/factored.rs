@@ -22,8 +22,6 @@ use crate::precision::{Ball, Factors, up};
 pub(super) struct Factored {
     /// The vectors a, one a column.
     columns: Columns,
-    /// What a product with an entry is off by, per unit of the other factor; as in [`Enclosed`].
-    weights: Vec<f64>,
     /// Of each a: whether its square is subtracted.
     negative: Vec<bool>,
     rest: Option<Enclosed>,
@@ -37,7 +35,6 @@ impl Factored {
         let n = scaled.n;
         let half = scaled.power / 2;
         let mut columns = Columns::default();
-        let mut weights = Vec::new();
         columns.starts.push(0);
         for (number, (_, entries)) in factors.rows.iter().enumerate() {
             let unit = product_bound(entries.len());
@@ -52,7 +49,7 @@ impl Factored {
                 columns.places.push(*place);
                 columns.hi.push(entry.mid.hi);
                 columns.lo.push(entry.mid.lo);
-                weights.push(up(entry.radius + unit * entry.mid.hi.abs()));
+                columns.weights.push(up(entry.radius + unit * entry.mid.hi.abs()));
             }
             columns.starts.push(columns.places.len());
         }
@@ -63,7 +60,7 @@ impl Factored {
         } else {
             return Err(ModesError::Shape { matrix: Which::Stiffness, expected: n * n, found: factors.rest.len() });
         };
-        Ok(Self { columns, weights, negative: factors.rows.iter().map(|(positive, _)| !positive).collect(), rest })
+        Ok(Self { columns, negative: factors.rows.iter().map(|(positive, _)| !positive).collect(), rest })
     }
 
     /// XᵀKX.
@@ -77,13 +74,7 @@ impl Factored {
         let mut off = Plain::zeros(xt.rows, count);
         for (element, range) in self.columns.starts.windows(2).enumerate() {
             let off = off.column_mut(element);
-            for at in range[0]..range[1] {
-                let weight = self.weights[at];
-                let components = xt.column_hi(self.columns.places[at]);
-                for (off, x) in off.iter_mut().zip(components) {
-                    *off += weight * x.abs();
-                }
-            }
+            self.columns.add_weighted(element, &xt, off);
             // Sums of at most n terms, and the low parts of x.
             let factor = 1.0 + 4.0 * (range[1] - range[0] + 4) as f64 * f64::EPSILON;
             off.iter_mut().for_each(|off| *off *= factor);

@@ -16,8 +16,6 @@ const SPARSE: f64 = 0.1;
 pub(super) struct Operator<'a> {
     matrix: &'a Enclosed,
     columns: Option<Columns>,
-    /// Weights of the entries of `columns`.
-    weights: Vec<f64>,
     /// Of a dense matrix upper bounds of the Frobenius norms of all weights and of the matrix itself.
     norm: f64,
     size: f64,
@@ -88,39 +86,32 @@ impl<'a> Operator<'a> {
         }
         if places.len() > most {
             // Sums of up to n² squares in doubles, whose roundings the factor covers, and low parts.
-            let norm = |data: &[f64]| -> f64 {
+            let norm = |own: &Plain| -> f64 {
                 let squares = |column: &[f64]| column.iter().map(|x| x * x).sum::<f64>();
-                (data.chunks(matrix.mid.stride).map(squares).sum::<f64>() * (1.0 + 1e-6) + 1e-300).sqrt()
+                (own.data.chunks(own.stride).map(squares).sum::<f64>() * (1.0 + 1e-6) + 1e-300).sqrt()
             };
-            return Self {
-                matrix,
-                columns: None,
-                weights: Vec::new(),
-                norm: norm(&matrix.weights().data),
-                size: norm(&matrix.mid.hi),
-            };
+            return Self { matrix, columns: None, norm: norm(&matrix.weights()), size: norm(&matrix.mid.hi) };
         }
         let most = starts.windows(2).map(|range| range[1] - range[0]).max();
         let unit = product_bound(most.unwrap_or(0));
         let mut columns = Columns::default();
-        let mut weights = Vec::with_capacity(places.len());
         for (column, range) in starts.windows(2).enumerate() {
             for &row in &places[range[0]..range[1]] {
                 let entry = matrix.mid.get(row, column);
                 columns.hi.push(entry.hi);
                 columns.lo.push(entry.lo);
-                weights.push(up(matrix.weight(row, column) + unit * entry.hi.abs()));
+                columns.weights.push(up(matrix.weight(row, column) + unit * entry.hi.abs()));
             }
         }
         (columns.starts, columns.places) = (starts, places);
-        Self { matrix, columns: Some(columns), weights, norm: 0.0, size: 0.0 }
+        Self { matrix, columns: Some(columns), norm: 0.0, size: 0.0 }
     }
 
     /// (A X)ᵀ from Xᵀ; `lengths` are bounds of the lengths of the columns of X, `slices` says how many
     /// slices of a dense matrix are taken.
     pub(super) fn image(&self, xt: &Matrix, lengths: &[f64], slices: usize) -> Image {
         if let Some(columns) = &self.columns {
-            return self.sparse_image(columns, xt);
+            return Self::sparse_image(columns, xt);
         }
         let (value, mut error) = sliced_product(xt, &self.matrix.mid, lengths, slices);
         // |Σ_k r_ik x_k| over i in length, for entries r of A's error: at most the Frobenius norm times the length of x.
@@ -146,14 +137,14 @@ impl<'a> Operator<'a> {
     pub(super) fn image_after(&self, before: Image, moved: &Moved<'_>) -> (Image, Vec<Ball>) {
         let (xt, change) = (&moved.xt, moved.change);
         if let Some(columns) = &self.columns {
-            let image = self.sparse_image(columns, xt);
+            let image = Self::sparse_image(columns, xt);
             let products = image.products_with(xt, &moved.lengths);
             return (image, products);
         }
         let mut products = before.products_with(&moved.ahead, &moved.ahead_lengths);
         let old_lengths = lengths_of_rows(&before.value);
         let Image { mut value, mut error } = before;
-        let part = multiply(change.view(), self.matrix.mid.hi());
+        let part = multiply(change.view(), self.matrix.mid.hi.view());
         let mut squares = vec![0.0; change.rows];
         for column in 0..change.columns {
             let pairs = change.column(column).iter().zip(part.column(column));
@@ -178,18 +169,13 @@ impl<'a> Operator<'a> {
     }
 
     /// The weights hold the radii of A and the rounding of products, per unit of |x|.
-    fn sparse_image(&self, columns: &Columns, xt: &Matrix) -> Image {
+    fn sparse_image(columns: &Columns, xt: &Matrix) -> Image {
         let m = xt.rows;
         let mut squares = vec![0.0; m];
         let mut sum = vec![0.0; m];
-        for range in columns.starts.windows(2) {
+        for column in 0..columns.starts.len() - 1 {
             sum.fill(0.0);
-            for at in range[0]..range[1] {
-                let weight = self.weights[at];
-                for (sum, x) in sum.iter_mut().zip(xt.column_hi(columns.places[at])) {
-                    *sum += weight * x.abs();
-                }
-            }
+            columns.add_weighted(column, xt, &mut sum);
             for (square, sum) in squares.iter_mut().zip(&sum) {
                 *square += sum * sum;
             }
@@ -203,7 +189,7 @@ impl<'a> Operator<'a> {
 
 /// Upper bounds of the lengths of the rows.
 pub(super) fn lengths_of_rows(a: &Matrix) -> Vec<f64> {
-    row_lengths(a.rows, (0..a.columns).map(|i| a.column_hi(i)))
+    row_lengths(a.rows, (0..a.columns).map(|i| a.hi.column(i)))
 }
 
 /// Upper bounds of the lengths of the rows of a matrix with these columns, low parts included.

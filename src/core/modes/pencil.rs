@@ -4,7 +4,7 @@ use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{Mat, Par};
 
 use super::certify::Couplings;
-use super::dense::{Matrix, Plain, mirror};
+use super::dense::{Matrix, Plain};
 use super::factored::Factored;
 use super::product::{Part, TERM, bound_product, measured_product, product, product_bound};
 use super::start::{NOISE, cholesky};
@@ -106,17 +106,15 @@ impl Enclosed {
             if by == 0 { entry } else { entry.scale(by) }
         });
         if !lower.diagonal {
-            let stride = lower.mid.stride;
-            for part in [&mut lower.mid.hi, &mut lower.mid.lo, &mut lower.radius.data] {
-                mirror(part, n, stride);
-            }
+            lower.mid.mirror();
+            lower.radius.mirror();
         }
         lower
     }
 
     /// The rows of a column whose entries are not exactly 0.
     pub(super) fn nonzero(&self, column: usize) -> impl Iterator<Item = usize> {
-        let entries = self.mid.column_hi(column).iter().zip(self.radius.column(column)).enumerate();
+        let entries = self.mid.hi.column(column).iter().zip(self.radius.column(column)).enumerate();
         entries.filter(|(_, (hi, radius))| **hi != 0.0 || **radius != 0.0).map(|(row, _)| row)
     }
 
@@ -133,7 +131,7 @@ impl Enclosed {
     /// [`Enclosed::weight`] of all entries.
     pub(super) fn weights(&self) -> Plain {
         let mut weights = self.radius.clone();
-        for (own, hi) in weights.data.iter_mut().zip(&self.mid.hi) {
+        for (own, hi) in weights.data.iter_mut().zip(&self.mid.hi.data) {
             *own = weight(*own, *hi);
         }
         weights
@@ -162,7 +160,7 @@ impl Enclosed {
     /// w |X| + its noise E, and XᵀY by at most |X|ᵀ (w |X| + E + c u² |Y|) + its own noise.
     pub(super) fn congruent(&self, x: &Matrix, xt: &Matrix) -> Bounded {
         let Bounded { mid: image, radius: mut error } = self.times(x);
-        for (e, y) in error.data.iter_mut().zip(&image.hi) {
+        for (e, y) in error.data.iter_mut().zip(&image.hi.data) {
             *e = up(*e + TERM * y.abs());
         }
         let (mid, noise) = measured_product(xt, &image, Part::Lower);
@@ -197,7 +195,7 @@ impl Enclosed {
     /// Whether nothing is left of the matrix but uncertainty.
     pub(super) fn is_negligible(&self) -> bool {
         let n = self.mid.rows;
-        (0..n).all(|column| self.mid.column_hi(column).iter().all(|x| x.abs() < 1e-25))
+        (0..n).all(|column| self.mid.hi.column(column).iter().all(|x| x.abs() < 1e-25))
     }
 
     /// The transpose times a vector of balls, as balls.

@@ -1,6 +1,6 @@
 //! Products of matrices in double-double with a proved error bound.
 
-use super::dense::{Columns, Matrix, Plain, mirror, multiply};
+use super::dense::{Columns, Matrix, Plain, multiply};
 use crate::precision::{DoubleDouble, kernel, two_sum};
 
 /// Terms summed before the result is carried over into a double-double total: with more, bounds are
@@ -70,9 +70,7 @@ pub(super) fn product(a: &Matrix, b: &Matrix, part: Part) -> Matrix {
 
 fn mirrored(mut c: Matrix, part: Part) -> Matrix {
     if part == Part::Lower {
-        for data in [&mut c.hi, &mut c.lo] {
-            mirror(data, c.columns, c.stride);
-        }
+        c.mirror();
     }
     c
 }
@@ -94,12 +92,10 @@ fn loops<const FUSED: bool, const MEASURED: bool>(
     noise: &mut [f64],
     part: Part,
 ) {
-    let stride = a.stride;
+    let stride = a.hi.stride;
     for column in 0..b.columns {
-        let from = column * b.stride;
-        let b_hi = &b.hi[from..from + a.columns];
-        let b_lo = &b.lo[from..from + a.columns];
-        let to = column * c.stride;
+        let (b_hi, b_lo) = (b.hi.column(column), b.lo.column(column));
+        let to = column * c.hi.stride;
         let mut row = if part == Part::Lower { column & !3 } else { 0 };
         while row + 8 <= stride {
             tile::<FUSED, MEASURED, 8>(a, row, |k| k, (b_hi, b_lo), (c, noise), to + row);
@@ -130,9 +126,9 @@ fn tile<const FUSED: bool, const MEASURED: bool, const N: usize>(
         let mut size = [0.0; N];
         let first = at == 0;
         for (&bh, &bl) in block_hi.iter().zip(block_lo) {
-            let start = places(at) * a.stride + row;
-            let ah = &a.hi[start..start + N];
-            let al = &a.lo[start..start + N];
+            let start = places(at) * a.hi.stride + row;
+            let ah = &a.hi.data[start..start + N];
+            let al = &a.lo.data[start..start + N];
             for l in 0..N {
                 let q = add_product::<FUSED>((ah[l], al[l]), (bh, bl), &mut s[l], &mut t[l]);
                 if MEASURED {
@@ -152,8 +148,8 @@ fn tile<const FUSED: bool, const MEASURED: bool, const N: usize>(
         }
     }
     for (l, total) in total.iter().enumerate() {
-        c.hi[to + l] = total.hi;
-        c.lo[to + l] = total.lo;
+        c.hi.data[to + l] = total.hi;
+        c.lo.data[to + l] = total.lo;
     }
     if MEASURED {
         // The sum has two terms a block, and each of them lost at most a few units.
@@ -199,13 +195,13 @@ fn sparse_loops<const FUSED: bool>(a: &Matrix, b: &Columns) -> Matrix {
         let range = b.starts[column]..b.starts[column + 1];
         let numbers = (&b.hi[range.clone()], &b.lo[range.clone()]);
         let places = &b.places[range];
-        let to = column * c.stride;
+        let to = column * c.hi.stride;
         let mut row = 0;
-        while row + 8 <= a.stride {
+        while row + 8 <= a.hi.stride {
             tile::<FUSED, false, 8>(a, row, |k| places[k], numbers, (&mut c, &mut []), to + row);
             row += 8;
         }
-        if row < a.stride {
+        if row < a.hi.stride {
             tile::<FUSED, false, 4>(a, row, |k| places[k], numbers, (&mut c, &mut []), to + row);
         }
     }
@@ -218,15 +214,16 @@ pub(super) row_products, row_loops, (a: &Matrix, b: &Matrix) -> Vec<DoubleDouble
 
 #[inline(always)]
 fn row_loops<const FUSED: bool>(a: &Matrix, b: &Matrix) -> Vec<DoubleDouble> {
-    let mut result = Vec::with_capacity(a.stride);
-    for row in (0..a.stride).step_by(4) {
+    let mut result = Vec::with_capacity(a.hi.stride);
+    for row in (0..a.hi.stride).step_by(4) {
         let mut total = [DoubleDouble::ZERO; 4];
         for first in (0..a.columns).step_by(BLOCK) {
             let (mut s, mut t) = ([0.0; 4], [0.0; 4]);
             for column in first..(first + BLOCK).min(a.columns) {
-                let at = column * a.stride + row;
+                let at = column * a.hi.stride + row;
                 for l in 0..4 {
-                    let (x, y) = ((a.hi[at + l], a.lo[at + l]), (b.hi[at + l], b.lo[at + l]));
+                    let part = |m: &Matrix| (m.hi.data[at + l], m.lo.data[at + l]);
+                    let (x, y) = (part(a), part(b));
                     add_product::<FUSED>(x, y, &mut s[l], &mut t[l]);
                 }
             }
@@ -251,8 +248,8 @@ pub(super) residuals, residual_loops, (y: &Matrix, z: &Matrix, quotient: &[Doubl
 fn residual_loops<const FUSED: bool>(y: &Matrix, z: &Matrix, quotient: &[DoubleDouble]) -> Plain {
     let mut r = Plain::zeros(y.rows, y.columns);
     for column in 0..y.columns {
-        let (yh, yl) = (y.column_hi(column), y.column_lo(column));
-        let (zh, zl) = (z.column_hi(column), z.column_lo(column));
+        let (yh, yl) = (y.hi.column(column), y.lo.column(column));
+        let (zh, zl) = (z.hi.column(column), z.lo.column(column));
         let to = r.column_mut(column);
         for ((((to, mu), (yh, yl)), zh), zl) in to.iter_mut().zip(quotient).zip(yh.iter().zip(yl)).zip(zh).zip(zl) {
             let (mut s, mut t) = (*yh, *yl);

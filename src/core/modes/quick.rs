@@ -193,12 +193,12 @@ impl Round {
 
     /// Near x_iᵀr_j for all pairs.
     fn h(&self) -> &Plain {
-        self.h.get_or_init(|| multiply(self.xt.hi(), self.residual.view().transpose()))
+        self.h.get_or_init(|| multiply(self.xt.hi.view(), self.residual.view().transpose()))
     }
 
     /// Near x_iᵀMx_j for all pairs.
     fn g(&self) -> &Plain {
-        self.g.get_or_init(|| multiply(self.xt.hi(), self.mass_image.value.hi().transpose()))
+        self.g.get_or_init(|| multiply(self.xt.hi.view(), self.mass_image.value.hi.view().transpose()))
     }
 
     /// Near x_iᵀMx_j for one pair; for all where many have been asked for.
@@ -209,14 +209,14 @@ impl Round {
             return self.g().get(i, j);
         }
         let image = &self.mass_image.value;
-        dot(row(&self.xt.hi, self.xt.stride, i), row(&image.hi, image.stride, j))
+        dot(self.xt.hi.row(i), image.hi.row(j))
     }
 
     /// Near x_iᵀr_j for one pair.
     fn h_entry(&self, i: usize, j: usize) -> f64 {
         match self.h.get() {
             Some(h) => h.get(i, j),
-            None => dot(row(&self.xt.hi, self.xt.stride, i), row(&self.residual.data, self.residual.stride, j)),
+            None => dot(self.xt.hi.row(i), self.residual.row(j)),
         }
     }
 
@@ -250,7 +250,7 @@ impl Round {
     /// 2 u² of the sum.
     pub(super) fn corrected(&self) -> Matrix {
         let mut corrected = self.xt.clone();
-        add_to(&mut corrected, &multiply(self.corrections().view().transpose(), self.xt.hi()));
+        add_to(&mut corrected, &multiply(self.corrections().view().transpose(), self.xt.hi.view()));
         corrected
     }
 
@@ -379,11 +379,6 @@ fn overlap_loops<const FUSED: bool>((hi, lo): (&[f64], &[f64]), h: &Plain, g: &m
         largest = most.iter().fold(0.0, |most: f64, x| most.max(*x));
     }
     largest
-}
-
-/// A row of a matrix that is stored column by column.
-fn row(data: &[f64], stride: usize, at: usize) -> impl Iterator<Item = &f64> {
-    data.iter().skip(at).step_by(stride.max(1))
 }
 
 impl super::refine::Mixed for Round {

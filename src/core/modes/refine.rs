@@ -100,9 +100,9 @@ pub(super) fn refine(pencil: &Pencil, zero: &ZeroSpace, x: &Matrix) -> Matrix {
 /// change.
 pub(super) fn refine_rows(quick: &Quick<'_>, round: &Round, step: &Step) -> (Matrix, Option<Plain>) {
     let mut new = round.xt.clone();
-    let mut change = multiply(step.correction.view().transpose(), new.hi());
+    let mut change = multiply(step.correction.view().transpose(), new.hi.view());
     if let Some(along) = quick.zero_part(&round.overlap) {
-        for (x, part) in change.data.iter_mut().zip(&along.hi) {
+        for (x, part) in change.data.iter_mut().zip(&along.hi.data) {
             *x -= part;
         }
     }

@@ -105,7 +105,7 @@ impl Errors {
         let components = if columns.is_empty() { reach } else { bound_product(&x.magnitudes(), &reach) };
         let mut along_rows = vec![0.0; x.rows];
         for p in 0..zero.mid.columns {
-            for (sum, z) in along_rows.iter_mut().zip(zero.mid.column_hi(p)) {
+            for (sum, z) in along_rows.iter_mut().zip(zero.mid.hi.column(p)) {
                 *sum += z.abs();
             }
         }
@@ -165,7 +165,7 @@ pub(super) fn cluster_shapes(
         let eta = up(errors.length[index] / norm.hi + g.radius / g.mid.hi + 32.0 * U2);
         let (reached, unit) = errors.reached(index);
         let mut single = Single {
-            column: (x.column_hi(k), x.column_lo(k)),
+            column: (x.hi.column(k), x.lo.column(k)),
             inverse,
             reached,
             unit,
@@ -190,12 +190,12 @@ pub(super) fn cluster_shapes(
     let vectors = product(&basis, &transform, Part::All);
     (0..columns.len())
         .map(|q| {
-            let weight: f64 = transform.column_hi(q).iter().map(|t| t.abs()).sum();
+            let weight: f64 = transform.hi.column(q).iter().map(|t| t.abs()).sum();
             let mut bound: f64 = 0.0;
             let mut vector = Vec::with_capacity(n);
             for row in 0..n {
                 // The product of basis and transform is rounded, too.
-                let terms = transform.column_hi(q).iter().enumerate();
+                let terms = transform.hi.column(q).iter().enumerate();
                 let size: f64 = terms.map(|(p, t)| (basis.get(row, p).hi * t).abs()).sum();
                 let rounding = product_bound(columns.len()) * size;
                 let error = errors.component(row, index) * weight + rounding;
@@ -391,7 +391,7 @@ fn by_cholesky(transform: &mut Matrix, gram: &Matrix) -> f64 {
 /// The first rows in which the columns are independent, by elimination on a copy in doubles.
 fn pivot_rows(basis: &Matrix) -> Vec<usize> {
     let (n, c) = (basis.rows, basis.columns);
-    let mut b: Vec<Vec<f64>> = (0..c).map(|q| basis.column_hi(q).to_vec()).collect();
+    let mut b: Vec<Vec<f64>> = (0..c).map(|q| basis.hi.column(q).to_vec()).collect();
     let mut pivots: Vec<usize> = Vec::with_capacity(c);
     for p in 0..c {
         let rest = &b[p..];

@@ -79,7 +79,7 @@ pub(super) fn sliced_product(xt: &Matrix, a: &Matrix, lengths: &[f64], slices: u
         }
     }
     let rest = left.rests.last().and_then(Option::as_ref);
-    let last = rest.map(|rest| (rest.view(), a.hi()));
+    let last = rest.map(|rest| (rest.view(), a.hi.view()));
     let pairs = left.parts.iter().zip(right.rests.iter().rev());
     let pairs = pairs.filter_map(|(x, rest)| Some((x.view(), rest.as_ref()?.view())));
     let pairs: Vec<_> = pairs.chain(last).collect();
@@ -137,10 +137,10 @@ pub(super) fn sliced_product(xt: &Matrix, a: &Matrix, lengths: &[f64], slices: u
 fn few_bits(a: &Matrix, most: i32) -> Option<i32> {
     let mut bits = 1;
     for column in 0..a.columns {
-        let entries = a.column_hi(column);
+        let entries = a.hi.column(column);
         let largest = entries.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
         let scale = scale_of(largest);
-        for (x, low) in entries.iter().zip(a.column_lo(column)) {
+        for (x, low) in entries.iter().zip(a.lo.column(column)) {
             if *x == 0.0 {
                 continue;
             }
@@ -167,7 +167,7 @@ const BLOCK: usize = 128;
 /// Adds a sum of products to the total; the first of them is the total.
 fn put_onto(total: &mut Matrix, part: &mut Plain, first: &mut bool) {
     if *first {
-        std::mem::swap(&mut total.hi, &mut part.data);
+        std::mem::swap(&mut total.hi, part);
         *first = false;
     } else {
         add_to(total, part);
@@ -198,7 +198,7 @@ fn slice(a: &Matrix, (slices, kept): (usize, usize), bits: i32, by: Cut) -> Slic
     let (rows, columns) = (a.rows, a.columns);
     let mut largest = vec![0.0_f64; if by == Cut::Rows { rows } else { columns }];
     for column in 0..columns {
-        let entries = a.column_hi(column).iter();
+        let entries = a.hi.column(column).iter();
         match by {
             Cut::Rows => {
                 for (largest, x) in largest.iter_mut().zip(entries) {
@@ -221,8 +221,8 @@ fn slice(a: &Matrix, (slices, kept): (usize, usize), bits: i32, by: Cut) -> Slic
     let (mut hi, mut lo) = (vec![0.0; rows], vec![0.0; rows]);
     let mut same = vec![0.0; rows];
     for column in 0..columns {
-        hi.copy_from_slice(a.column_hi(column));
-        lo.copy_from_slice(a.column_lo(column));
+        hi.copy_from_slice(a.hi.column(column));
+        lo.copy_from_slice(a.lo.column(column));
         for (number, (part, anchors)) in parts.iter_mut().zip(&anchors).enumerate() {
             let anchors = match by {
                 Cut::Rows => anchors.as_slice(),

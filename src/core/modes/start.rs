@@ -41,7 +41,7 @@ impl Factor {
     /// `None` where doubles will not do.
     pub(super) fn new(mass: &Matrix) -> Option<Self> {
         let n = mass.rows;
-        if (0..n).all(|c| mass.column_hi(c)[c + 1..].iter().all(|x| *x == 0.0)) {
+        if (0..n).all(|c| mass.hi.column(c)[c + 1..].iter().all(|x| *x == 0.0)) {
             let pivots = (0..n).map(|k| mass.get(k, k).hi);
             let inverse = |pivot: f64| (pivot > 0.0 && pivot.is_finite()).then(|| 1.0 / pivot.sqrt());
             return pivots.map(inverse).collect::<Option<_>>().map(Self::Diagonal);

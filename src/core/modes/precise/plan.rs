@@ -71,7 +71,7 @@ impl Plan {
         (stiffness, mass): (f64, f64),
     ) -> Self {
         let m = couplings.order.len();
-        let length: Vec<f64> = (0..m).map(|column| x.column_hi(column).iter().map(|x| x.abs()).sum()).collect();
+        let length: Vec<f64> = (0..m).map(|column| x.hi.column(column).iter().map(|x| x.abs()).sum()).collect();
         let mut is_own = vec![false; m];
         own.iter().for_each(|&j| is_own[j] = true);
         let (mut matrices, mut columns): (f64, f64) = (64.0, 64.0);

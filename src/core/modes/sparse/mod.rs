@@ -582,12 +582,12 @@ impl<'a> Search<'a> {
         let images: Vec<Vec<f64>> = images.collect();
         let gram = Matrix::from_fn(count, count, |p, q| DoubleDouble::exact(dot(&modes[p].vector, &images[q])));
         let transform = echelon(&basis, &gram);
-        if !(0..count).all(|q| transform.column_hi(q).iter().all(|x| x.is_finite())) {
+        if !(0..count).all(|q| transform.hi.column(q).iter().all(|x| x.is_finite())) {
             return;
         }
         let bounds: Vec<f64> = modes.iter().map(|mode| mode.vector_error_bound).collect();
         for (q, mode) in modes.iter_mut().enumerate() {
-            let own = transform.column_hi(q);
+            let own = transform.hi.column(q);
             let sum = |row: usize, term: &dyn Fn(f64, f64) -> f64| -> f64 {
                 own.iter().enumerate().map(|(p, t)| term(basis.get(row, p).hi, *t)).sum()
             };
