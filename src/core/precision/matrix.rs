@@ -181,16 +181,16 @@ pub fn clear_column<T: Entry>(rows: &mut [Vec<T>], row: usize, column: usize, pr
 }
 
 /// Rows after elimination.
-pub struct Eliminated<T> {
+pub(crate) struct Eliminated<T> {
     /// The columns of the pivots, in the order in which they were taken.
-    pub pivots: Vec<usize>,
+    pub(crate) pivots: Vec<usize>,
     /// The rows in that order: 1 in the column of the own pivot, 0 in those of the others. Rows without pivots are left out.
-    pub rows: Vec<Vec<T>>,
+    pub(crate) rows: Vec<Vec<T>>,
 }
 
 /// Gauss-Jordan elimination. The next pivot is always the entry of the highest rank, the first of several; `ranks` gives those of
 /// the entries of a row, of which the ones without a rank are no pivots.
-pub fn eliminate<T: Entry, R: PartialOrd>(
+pub(crate) fn eliminate<T: Entry, R: PartialOrd>(
     mut rows: Vec<Vec<T>>,
     ranks: impl Fn(&[T]) -> Vec<Option<R>>,
     precision: T::Precision,

@@ -88,8 +88,7 @@ impl<S: Scalar> SparseMatrix<S> {
 
 impl<S: Enclosure> SparseMatrix<S> {
     /// The image of a vector, for a matrix of which all entries are stored.
-    #[must_use]
-    pub fn times(&self, x: &[Complex<S>], precision: S::Precision) -> Vec<Complex<S>> {
+    pub(crate) fn times(&self, x: &[Complex<S>], precision: S::Precision) -> Vec<Complex<S>> {
         let mut image = vec![Complex::zero(precision); self.dimension()];
         for (i, j, entry) in self.entries() {
             image[i] = image[i].add(&x[j].times(entry));
@@ -98,8 +97,7 @@ impl<S: Enclosure> SparseMatrix<S> {
     }
 
     /// That under the transposed matrix.
-    #[must_use]
-    pub fn transposed_times(&self, x: &[Complex<S>], precision: S::Precision) -> Vec<Complex<S>> {
+    pub(crate) fn transposed_times(&self, x: &[Complex<S>], precision: S::Precision) -> Vec<Complex<S>> {
         let mut image = vec![Complex::zero(precision); self.dimension()];
         for (i, j, entry) in self.entries() {
             image[j] = image[j].add(&x[i].times(entry));
