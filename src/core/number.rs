@@ -19,6 +19,7 @@ use dashu_int::ops::{BitTest, Gcd, UnsignedAbs};
 use dashu_int::{IBig, UBig};
 use dashu_ratio::RBig;
 
+pub use convert::TwoDoubles;
 pub use roots::Factor;
 
 /// Size in bits up to which numbers are written out: about 30,000 decimal digits.

@@ -5,6 +5,7 @@ use dashu_int::ops::UnsignedAbs;
 use dashu_int::{IBig, UBig};
 use dashu_ratio::RBig;
 use librate::number::Number;
+use librate_core::number::TwoDoubles;
 use proptest::prelude::*;
 
 fn n(text: &str) -> Number {
@@ -78,7 +79,7 @@ proptest! {
             None => prop_assert!(!value.is_finite()),
             Some(exact) => {
                 prop_assert_eq!(exact.to_f64(), value);
-                prop_assert_eq!(exact.to_double_double(), (value, 0.0, 0.0));
+                prop_assert_eq!(exact.to_double_double(), TwoDoubles { high: value, low: 0.0, error: 0.0 });
             }
         }
     }
@@ -92,7 +93,7 @@ proptest! {
     #[test]
     fn double_doubles_hold_their_bound(a in any_number(), exponent in -400i32..300) {
         let a = a.mul(&Number::from(10).powi(exponent).unwrap());
-        let (high, low, error) = a.to_double_double();
+        let TwoDoubles { high, low, error } = a.to_double_double();
         if high.is_finite() {
             prop_assert_eq!(high, a.to_f64());
             let exact = |x| Number::from_f64_exact(x).unwrap();
@@ -177,10 +178,10 @@ fn borders() {
 
 #[test]
 fn out_of_range_of_doubles() {
-    let (high, low, error) = n("1e400").to_double_double();
+    let TwoDoubles { high, low, error } = n("1e400").to_double_double();
     assert_eq!((high, low, error), (f64::INFINITY, 0.0, f64::INFINITY));
-    assert_eq!(n("-1e400").to_double_double().0, f64::NEG_INFINITY);
-    let (high, low, error) = n("1e-400").to_double_double();
+    assert_eq!(n("-1e400").to_double_double().high, f64::NEG_INFINITY);
+    let TwoDoubles { high, low, error } = n("1e-400").to_double_double();
     assert_eq!((high, low), (0.0, 0.0));
     assert!(error > 0.0 && error < 1e-300);
 }

@@ -158,7 +158,7 @@ pub(super) fn reduce(pool: &mut Algebra<'_>, linear: &mut Linear, names: &Names,
     for entry in tangent.multipliers.iter_mut().chain(gradients) {
         *entry = pool.simplify(*entry);
     }
-    if let Some((free, directions, matrices)) = reduction(pool, checker, linear, &mut tangent)
+    if let Some(Reduction { free, directions, matrices }) = reduction(pool, checker, linear, &mut tangent)
         && !free.is_empty()
     {
         let of = |list: &[String]| -> Vec<String> { free.iter().filter_map(|at| list.get(*at).cloned()).collect() };
@@ -190,18 +190,27 @@ pub(super) fn reduce(pool: &mut Algebra<'_>, linear: &mut Linear, names: &Names,
     linear.tangent = Some(tangent);
 }
 
-/// The free coordinates, Z, and M, G, C, K and N of what is left.
+/// What is left under constraints.
+struct Reduction {
+    /// The numbers of the free coordinates.
+    free: Vec<usize>,
+    /// Z, row by row.
+    directions: Rows,
+    /// M, G, C, K and N of the free coordinates.
+    matrices: [Option<Rows>; 5],
+}
+
 fn reduction(
     pool: &mut Algebra<'_>,
     checker: &Checker<'_>,
     linear: &Linear,
     tangent: &mut Tangent,
-) -> Option<(Vec<usize>, Rows, [Option<Rows>; 5])> {
+) -> Option<Reduction> {
     if let Some(mut own) = tangent.rolling.take() {
         for entry in own.directions.iter_mut().flatten() {
             *entry = pool.simplify(*entry);
         }
-        return Some((own.free, own.directions, own.matrices));
+        return Some(Reduction { free: own.free, directions: own.directions, matrices: own.matrices });
     }
     let (free, directions, stiffness) = match condensed(pool, checker, linear, tangent) {
         Some((free, directions, stiffness)) => (free, directions, Some(stiffness)),
@@ -218,7 +227,7 @@ fn reduction(
         Some(stiffness.unwrap_or_else(|| project(&linear.stiffness))),
         linear.circulatory.as_ref().map(&mut project),
     ];
-    Some((free, directions, matrices))
+    Some(Reduction { free, directions, matrices })
 }
 
 /// The free coordinates and Z, row by row; `None` where the rows are not shown to be independent.

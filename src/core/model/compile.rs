@@ -3,7 +3,7 @@
 use super::ModelError;
 use super::functions::Builtin;
 use super::names::{Entity, World};
-use super::program::{Binder, BinderKind, IndexForm, IndexProgram, Op, Program, SumProgram};
+use super::program::{Binder, BinderKind, Field, IndexForm, IndexProgram, Op, Program, SumProgram};
 use crate::diagnostic::nearest;
 use crate::expr::ExprId;
 use crate::number::Number;
@@ -174,7 +174,7 @@ impl Compiler<'_> {
             }
             ExprKind::Field { base, field } => {
                 let op = match self.field(*base, field, scope) {
-                    Some((table, row, column)) => Op::Field { table, row, column },
+                    Some(Field { table, row, column }) => Op::Field { table, row, column },
                     None => Op::Broken,
                 };
                 tasks.push(Task::Emit(op, span));
@@ -315,12 +315,7 @@ impl Compiler<'_> {
         }
     }
 
-    pub(super) fn field(
-        &mut self,
-        base: ExprRef,
-        field: &Name,
-        scope: &mut Scope,
-    ) -> Option<(usize, IndexProgram, usize)> {
+    pub(super) fn field(&mut self, base: ExprRef, field: &Name, scope: &mut Scope) -> Option<Field> {
         let file = self.file;
         if let Some(error) = self.foreign_field(base, field, scope) {
             self.fail(error);
@@ -369,7 +364,7 @@ impl Compiler<'_> {
             };
             self.fail(error);
         }
-        column.map(|column| (table, row, column))
+        column.map(|column| Field { table, row, column })
     }
 
     pub(super) fn unknown_function(&mut self, function: &Name, scope: &Scope) {

@@ -4,7 +4,7 @@ use super::ModelError;
 use super::compile::{Compiler, Scope, Task, then};
 use super::functions::{Builtin, check_count};
 use super::names::Entity;
-use super::program::{IndexForm, IndexOp, IndexProgram};
+use super::program::{Field, IndexForm, IndexOp, IndexProgram};
 use crate::number::Number;
 use crate::span::Span;
 use crate::syntax::{ExprKind, ExprRef, Name};
@@ -57,7 +57,7 @@ impl Compiler<'_> {
                 ExprKind::Name(name) => (self.index_name(name, span, scope), vec![]),
                 ExprKind::Index { .. } => self.indexed_parameter(at, scope),
                 ExprKind::Field { base, field } => match self.field(*base, field, scope) {
-                    Some((table, row, column)) => {
+                    Some(Field { table, row, column }) => {
                         // The row's program stands in front of the operation that pops its value.
                         let row = row.into_ops();
                         ops.extend(row);

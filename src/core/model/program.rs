@@ -19,6 +19,13 @@ pub(super) struct Program {
     pub(super) span: Span,
 }
 
+/// A field of a row of a table.
+pub(super) struct Field {
+    pub(super) table: usize,
+    pub(super) row: IndexProgram,
+    pub(super) column: usize,
+}
+
 /// One operation on the stack of values.
 #[derive(Clone, Debug)]
 pub(super) enum Op {

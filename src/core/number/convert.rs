@@ -14,6 +14,17 @@ const MAX_DIGITS: usize = 40_000;
 /// Whole numbers up to here are exact in a double.
 const EXACT: u64 = 1 << 53;
 
+/// A number as a sum of two doubles, which is off by `error` at most.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TwoDoubles {
+    /// The nearest double.
+    pub high: f64,
+    /// The double nearest to the remainder.
+    pub low: f64,
+    /// An upper bound of what is left.
+    pub error: f64,
+}
+
 impl Number {
     /// The exact value of a decimal literal: `2`, `0.5`, `6.02e23`, with an optional minus sign.
     ///
@@ -64,15 +75,14 @@ impl Number {
         }
     }
 
-    /// The number as a sum of two doubles: `(high, low, error)` with `high` the nearest double,
-    /// `low` the double nearest to the remainder, and `|self - (high + low)| <= error`.
+    /// The number as a sum of two doubles.
     ///
     /// Beyond the range of doubles `high` is infinite, `low` 0 and `error` infinite.
     #[must_use]
-    pub fn to_double_double(&self) -> (f64, f64, f64) {
+    pub fn to_double_double(&self) -> TwoDoubles {
         let high = self.to_f64();
         if !high.is_finite() {
-            return (high, 0.0, f64::INFINITY);
+            return TwoDoubles { high, low: 0.0, error: f64::INFINITY };
         }
         if let Repr::Small(n, d) = &self.0
             && n.unsigned_abs() <= EXACT
@@ -83,10 +93,10 @@ impl Number {
             let (n, d) = (*n as f64, d.get() as f64);
             let low = (-high).mul_add(d, n) / d;
             let error = if low == 0.0 { 0.0 } else { (low.abs() * f64::EPSILON / 2.0).next_up() };
-            return (high, low, error);
+            return TwoDoubles { high, low, error };
         }
         let Some(remainder) = Number::from_f64_exact(high).map(|h| self.sub(&h)) else {
-            return (high, 0.0, f64::INFINITY);
+            return TwoDoubles { high, low: 0.0, error: f64::INFINITY };
         };
         let low = remainder.to_f64();
         let error = match Number::from_f64_exact(low) {
@@ -94,10 +104,10 @@ impl Number {
             None => remainder,
         };
         if error.is_zero() {
-            return (high, low, 0.0);
+            return TwoDoubles { high, low, error: 0.0 };
         }
         // Nearest, then one step up: an upper bound, of what underflows too.
-        (high, low, error.abs().to_f64().next_up())
+        TwoDoubles { high, low, error: error.abs().to_f64().next_up() }
     }
 
     /// The exact value of a double; `None` of infinities and NaN.

@@ -6,14 +6,14 @@ use super::double::DoubleDouble;
 use super::lane::Lane;
 use super::scalar::{self, Function, Scalar, functions, operators, own_methods};
 use super::sums;
-use crate::number::Number;
+use crate::number::{Number, TwoDoubles};
 
 impl Scalar for f64 {
     type Precision = ();
 
     #[inline]
     fn from_number(number: &Number, (): ()) -> Self {
-        number.to_double_double().0
+        number.to_double_double().high
     }
 
     #[inline]
@@ -197,8 +197,8 @@ impl Scalar for Ball {
 
     #[inline]
     fn from_number(number: &Number, (): ()) -> Self {
-        let (hi, lo, error) = number.to_double_double();
-        if hi.is_finite() { Ball::new(DoubleDouble::new(hi, lo), error) } else { Ball::NOT_FINITE }
+        let TwoDoubles { high, low, error } = number.to_double_double();
+        if high.is_finite() { Ball::new(DoubleDouble::new(high, low), error) } else { Ball::NOT_FINITE }
     }
 
     #[inline]

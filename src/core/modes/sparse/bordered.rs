@@ -79,7 +79,7 @@ impl Form {
             rows.append(column);
             starts.push(rows.len());
         }
-        let (symbolic, _) = elimination(&starts, &rows, None)?;
+        let symbolic = elimination(&starts, &rows, None)?.symbolic;
         Some(symbolic.perm().map_or_else(|| (0..n).collect(), |own| own.arrays().0.to_vec()))
     }
 

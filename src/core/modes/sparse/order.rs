@@ -13,27 +13,33 @@ use feral_metis::{CscPattern, metis_order};
 /// Multiplications of an elimination that are worth looking for a better order.
 const MUCH: f64 = 2e9;
 
-/// The pattern of L Lᵀ and the entries in each row of L, for a pattern given by its upper triangle, column by column, in an order of all
-/// rows where one is given. `None` where there is no memory for it.
-pub(super) fn elimination(
-    starts: &[usize],
-    rows: &[usize],
-    order: Option<&[usize]>,
-) -> Option<(SymbolicCholesky<usize>, Vec<usize>)> {
+/// What is known of a factor L before its numbers.
+pub(super) struct Elimination {
+    /// The pattern of L Lᵀ.
+    pub(super) symbolic: SymbolicCholesky<usize>,
+    /// The entries in each row of L.
+    pub(super) counts: Vec<usize>,
+    /// About how many multiplications it takes.
+    work: f64,
+}
+
+/// An elimination for a pattern given by its upper triangle, column by column, in an order of all rows where one is given. `None`
+/// where there is no memory for it.
+pub(super) fn elimination(starts: &[usize], rows: &[usize], order: Option<&[usize]>) -> Option<Elimination> {
     let in_order =
         |order: &[usize]| factored(starts, rows, SymmetricOrdering::Custom(permutation(order, &mut Vec::new())));
-    let (symbolic, counts, work) = match order {
+    let own = match order {
         Some(order) => in_order(order)?,
         None => factored(starts, rows, SymmetricOrdering::Amd)?,
     };
     if order.is_none()
-        && work > MUCH
+        && own.work > MUCH
         && let Some(order) = dissection(starts, rows)
-        && let Some((symbolic, counts, _)) = in_order(&order).filter(|(_, _, other)| *other < work)
+        && let Some(better) = in_order(&order).filter(|other| other.work < own.work)
     {
-        return Some((symbolic, counts));
+        return Some(better);
     }
-    Some((symbolic, counts))
+    Some(own)
 }
 
 fn permutation<'a>(order: &'a [usize], places: &'a mut Vec<usize>) -> PermRef<'a, usize> {
@@ -42,18 +48,13 @@ fn permutation<'a>(order: &'a [usize], places: &'a mut Vec<usize>) -> PermRef<'a
     PermRef::new_checked(order, places, order.len())
 }
 
-/// With the entries of each row, and about how many multiplications it takes.
-fn factored(
-    starts: &[usize],
-    rows: &[usize],
-    ordering: SymmetricOrdering<'_, usize>,
-) -> Option<(SymbolicCholesky<usize>, Vec<usize>, f64)> {
+fn factored(starts: &[usize], rows: &[usize], ordering: SymmetricOrdering<'_, usize>) -> Option<Elimination> {
     let n = starts.len() - 1;
     let pattern = SymbolicSparseColMatRef::new_checked(n, n, starts, None, rows);
     let symbolic =
         factorize_symbolic_cholesky(pattern, Side::Upper, ordering, CholeskySymbolicParams::default()).ok()?;
     let (counts, work) = counts(&symbolic, n);
-    Some((symbolic, counts, work))
+    Some(Elimination { symbolic, counts, work })
 }
 
 /// The entries in each row of L, and about the multiplications that an elimination takes: the squares of the entries in its columns.

@@ -8,7 +8,7 @@ use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Side};
 
 use super::lanczos::{Seed, dot};
-use super::order::elimination;
+use super::order::{Elimination, elimination};
 use super::rows::{Rows, U};
 use crate::precision::{LANES, Lane, SparseMatrix, up};
 
@@ -219,7 +219,7 @@ impl General {
             merge(stiffness, mass, j, |i, _, _| rows.push(i));
             starts.push(rows.len());
         }
-        let (symbolic, counts) = elimination(&starts, &rows, order)?;
+        let Elimination { symbolic, counts, .. } = elimination(&starts, &rows, order)?;
         let widest = counts.into_iter().max().unwrap_or(0);
         Some(Self { symbolic, starts, rows, widest })
     }

@@ -239,6 +239,16 @@ impl Work {
     }
 }
 
+/// Sums of eight pairs.
+struct Sums {
+    /// ‖x‖²
+    square: Pair,
+    /// xᵀr
+    product: Lane,
+    /// ‖r‖²
+    rest: Lane,
+}
+
 /// What is measured of eight pairs: ‖x‖², xᵀ(T x - θ x) / ‖x‖², ‖T x - θ x‖ / ‖x‖.
 struct Measured {
     theta: Pair,
@@ -259,7 +269,7 @@ fn eight_loops<const FUSED: bool>(band: &Band, theta: Lane, gaps: Lane, work: &m
     let enough = gaps * Lane::splat(ENOUGH);
     let mut steps = 0;
     loop {
-        let (square, product, rest) = work.measure::<FUSED>(band, &theta);
+        let Sums { square, product, rest } = work.measure::<FUSED>(band, &theta);
         let step = product / square.high;
         let residual = (rest / square.high).sqrt();
         if steps == STEPS || !residual.above(enough).any() {
@@ -319,13 +329,13 @@ impl Work {
         }
     }
 
-    /// ‖x‖², xᵀr and ‖r‖² for r = T x - θ x.
+    /// The sums with r = T x - θ x.
     ///
     /// r is summed in double-double from four products, of magnitudes with the sum P: products of high parts are taken apart exactly, as
     /// are their sums; what is added to the lower part is at most 6 u P and rounded less than ten times, and products of low parts are
     /// left out. So r is off by less than 100 u² P, and by u of itself.
     #[inline(always)]
-    fn measure<const FUSED: bool>(&mut self, band: &Band, theta: &Pair) -> (Pair, Lane, Lane) {
+    fn measure<const FUSED: bool>(&mut self, band: &Band, theta: &Pair) -> Sums {
         let n = self.x.len();
         let splat = |own: &DoubleDouble| Pair { high: Lane::splat(own.hi), low: Lane::splat(own.lo) };
         let minus = Pair { high: -theta.high, low: -theta.low };
@@ -349,7 +359,7 @@ impl Work {
             rest += r * r;
             add_product::<FUSED>(&mut square, &x, &x);
         }
-        (square.settled(), product, rest)
+        Sums { square: square.settled(), product, rest }
     }
 
     /// x <- x + d with (T - θ) d = step x - r but where the factors meet, and d = 0 there.
