@@ -83,6 +83,17 @@ fn all_mistakes_are_told_beside_those_of_syntax() {
 }
 
 #[test]
+fn what_can_not_be_set_and_where_filters_stand_is_told() {
+    let model = "param k = 2  coord x  let s = 3*x  T = 1/2*x'^2  V = 1/2*k*s^2";
+    let help = |model: &str, more: &[&str]| with_input(&[&["modes", "-"], more].concat(), model).err;
+    assert!(help(model, &["--set", "x=1"]).contains("it is a coordinate: write `guess x = …`"));
+    assert!(help(model, &["--set", "s=1"]).contains("`s` follows from others"));
+    assert!(help(model, &["--set", "kk=1"]).contains("did you mean `k`?"));
+    let filter = "coord x[1..3]  T = 1/2*dot(x', x')  V = sum(i in 1..3 where i != 2, j in 1..3, x[i]*x[j])";
+    assert!(help(filter, &[]).contains("a filter behind all of them"));
+}
+
+#[test]
 fn a_period_without_time_is_told() {
     let warned = |rest: &str| {
         let model = format!("param W = 2  coord x  T = 1/2*x'^2  {rest}");

@@ -240,7 +240,9 @@ Error ModelError {
         name: String,
         /// A parameter that it may have been meant to be.
         nearest: Option<String>,
-    } => nowhere().or_help(nearest.as_ref().map(|name| format!("did you mean `{name}`?"))),
+        /// What it is instead, and what is to be done.
+        instead: Option<String>,
+    } => nowhere().or_help(nearest.as_ref().map(|name| format!("did you mean `{name}`?")).or_else(|| instead.clone())),
 
     /// A `--set` that can't be read.
     #[error("can't read the setting `{text}`: {reason}")]

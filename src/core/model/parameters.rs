@@ -74,7 +74,16 @@ impl Elaborator<'_> {
             known.extend(self.world.parameter_families.iter().map(|f| f.name.as_str()));
             let shown = setting.text.split_once('=').map_or(name.as_str(), |(left, _)| left.trim());
             let nearest = nearest(shown, known).map(str::to_owned);
-            self.errors.push(ModelError::UnknownSetting { name: shown.to_owned(), nearest });
+            let instead = match self.world.names.get(&**name).map(|(entity, _)| *entity) {
+                Some(Entity::Coordinate(_)) => Some(format!(
+                    "it is a coordinate: write `guess {name} = …` or `equilibrium {name} = …` in the file"
+                )),
+                Some(Entity::Let(_)) => {
+                    Some(format!("`{name}` follows from others: set the parameters that it is made of"))
+                }
+                Some(Entity::Parameter(_) | Entity::Table(_)) | None => None,
+            };
+            self.errors.push(ModelError::UnknownSetting { name: shown.to_owned(), nearest, instead });
         }
     }
 

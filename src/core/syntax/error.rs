@@ -555,7 +555,10 @@ Error SyntaxError {
         [] => String::new(),
         [one] => format!("expected {one}"),
         [first @ .., last] => format!("expected {} or {last}", first.join(", ")),
-    }),
+    })
+    .or_help((found == "`in`").then(|| {
+        "indices come first, and a filter behind all of them: `sum(i in 1..3, j in 1..3 where i != j, …)`".to_owned()
+    })),
 }
 }
 
