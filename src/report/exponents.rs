@@ -25,10 +25,15 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
     let free = |letters| free(names, letters);
     let s = free(["s", "lambda", "sigma"]);
     if !linear.is_conservative() {
-        let equation = own.characteristic.as_ref().map(|all| characteristic_text(derivation, all, s));
-        let shown = names.shows("characteristic");
-        if let Some(equation) = equation.filter(|text| shown && text.len() <= MOST_CHARACTERS) {
-            parts.push(section("characteristic equation", [equation]));
+        let all = own.characteristic.as_ref().filter(|_| names.shows("characteristic"));
+        if let Some(equation) = all.map(|all| characteristic_text(derivation, all, s)) {
+            let is_long = equation.len() > MOST_CHARACTERS;
+            let title = if is_long {
+                "the characteristic equation, too long for a page, is in the JSON"
+            } else {
+                "characteristic equation"
+            };
+            parts.push(section(title, Some(equation).filter(|_| !is_long)));
         }
         let undamped = linear.damping.is_none() && own.exponents.iter().all(|own| own.real == zero);
         let omega = free(["omega", "w", "Omega"]);
@@ -68,7 +73,7 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
         }
         let title = if undamped { "frequencies" } else { "exponents" };
         if is_long {
-            parts.push(section(&format!("{title} too long for a page are in the JSON"), []));
+            parts.push(section(&format!("{title}, too long for a page, are in the JSON"), []));
         }
         if !lines.is_empty() {
             let rest = if own.complete { "" } else { " with a closed form" };
@@ -101,7 +106,7 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
         if texts.iter().all(|text| text.len() <= MOST_IN_CONDITION) {
             parts.push(section(&format!("stable while{with}"), texts));
         } else {
-            parts.push(section("conditions of stability too long for a page are in the JSON", []));
+            parts.push(section("conditions of stability, too long for a page, are in the JSON", []));
         }
     } else if !linear.is_conservative() && !only_zeros {
         parts.push(section(&format!("stable{with}{always}"), []));

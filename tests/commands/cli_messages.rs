@@ -80,6 +80,9 @@ fn all_mistakes_are_told_beside_those_of_syntax() {
     assert_eq!(codes("param k = 1/2 b  coord x  T = 1/2*x'^2  V = 1/2*k*x^2"), ["E0052"]);
     assert_eq!(codes("let u[0] = 2 3  let u[i in 1..2] = u[i-1]  coord x  T = 1/2*x'^2  V = u[0]*x^2"), ["E0008"]);
     assert_eq!(codes("coord x  T = 1/2 x'^2  V = 1/2*x^2"), ["E0007"]);
+    let family = "pram n = 4  coord x[1..n]  let y[0] = 0  let y[k in 1..n] = y[k-1] + x[k]
+        T = sum(k in 1..n, 1/2*y[k]'^2)  V = sum(k in 1..n, y[k]^2)";
+    assert_eq!(codes(family), ["E0002"]);
 }
 
 #[test]

@@ -11,6 +11,7 @@ use librate::assert_derives;
 use librate::derive::{Derivation, Parts, derive};
 use librate::expect::Expected;
 use librate::expr::{ExprId, Symbol, Tape};
+use librate::linearize::LinearizeError;
 use librate::model::Model;
 use librate::modes::Options;
 use librate::precision::Ball;
@@ -420,6 +421,44 @@ fn equilibria_may_be_left_open() {
     assert_eq!(told(well)[0], ["1: 6*a/(m*x^4) + 2*b/m"]);
     let text = derive_text(&page(&common::model(well)), &Style::default());
     assert!(text.contains("equilibrium left open, as parameters have no values"), "{text}");
+}
+
+/// Nothing is left open where a force acts whatever the coordinates are, and no coordinate is 0 where others or constraints forbid it.
+#[test]
+fn open_equilibria_are_some() {
+    let of = |text: &str| page(&common::model(text));
+    let given = of("param m, k, a, b  coord x, y  T = 1/2*m*(x'^2 + y'^2)
+        V = 1/2*k*(x - b)^2 + 1/2*k*(y - a)^2  equilibrium x = a");
+    let refused = given.linear.as_ref().err().map(LinearizeError::code);
+    assert_eq!(refused, Some("E0321"));
+    let falls = of("param m, g  coord x, y  T = 1/2*m*(x'^2 + y'^2)  V = m*g*y");
+    assert_eq!(falls.linear.as_ref().err().map(LinearizeError::code), Some("E0301"));
+    for open in [
+        "param m, k, a  coord x, y  T = 1/2*m*(x'^2 + y'^2)  V = k*y*(x^2 - a^2)",
+        "param m, k, h, l  coord x, y  T = 1/2*m*(x'^2 + y'^2)  V = 1/2*k*x^2 + 1/2*h*y^2  constraint x^2 + y^2 = l^2",
+    ] {
+        let page = of(open);
+        let whole = page.linear.as_ref().unwrap();
+        assert!(
+            whole.open && whole.equilibrium.iter().take(2).all(|own| page.pool.as_symbol(*own).is_some()),
+            "{open}"
+        );
+    }
+    // A power may be negative.
+    let [_, _, conditions] = told("param m, k, a, n  coord x  T = 1/2*m*x'^2  V = 1/2*k*a^n*x^2");
+    assert_eq!(conditions, ["k*a^n"]);
+}
+
+/// The inertia of a frame that accelerates is a potential.
+#[test]
+fn pendulums_in_an_accelerating_car_are_conservative() {
+    let page = page(&common::model(
+        "param g = 9.81, l = 0.8, a = 3  coord th[1..2]  let r[i in 1..2] = [l*sin(th[i]) + a*t^2/2, -l*cos(th[i])]
+         T = sum(i in 1..2, 1/2*dot(r[i]', r[i]'))  V = sum(i in 1..2, g*r[i][2])  guess th = -0.3",
+    ));
+    let whole = page.linear.as_ref().unwrap();
+    assert!(whole.is_conservative());
+    assert_eq!(page.pool.display(whole.stiffness[1][1]), "g*l*cos(th[2]) - l*a*sin(th[2])");
 }
 
 /// The fourth Lagrange point in space: s⁴ + s² + 27/4 mu (1 - mu) and s² + 1, with lengths that are 1 (Szebehely, Theory of Orbits,

@@ -33,6 +33,8 @@ const MOST_IN_ALL: usize = 40;
 const MOST_COORDINATES_OF_POLYNOMIALS: usize = 12;
 /// Determinants of more symbols in all entries are not written out.
 const MOST_SYMBOLS: u64 = 500;
+/// Conditions of more symbols are left out.
+const MOST_IN_CONDITION: u64 = 5000;
 /// The roots of more expressions are left as they are.
 const MOST_ROOTS: usize = 12;
 
@@ -322,6 +324,9 @@ impl Factored {
         let mut found = Vec::new();
         for own in all {
             let positive = self.product(pool, own);
+            if pool.weight_of(&[positive]) > MOST_IN_CONDITION {
+                return None;
+            }
             // A relation of numbers.
             if pool.is_constant(positive) && checker.is_negative(pool, positive) == Some(false) {
                 continue;
@@ -352,6 +357,9 @@ impl Factored {
                 });
                 let terms: Vec<(ExprId, Number)> = terms.collect();
                 let positive = pool.linear(&terms);
+                if pool.weight_of(&[positive]) > MOST_IN_CONDITION {
+                    return None;
+                }
                 if !pool.is_constant(positive) || checker.is_negative(pool, positive) != Some(false) {
                     found.push(StabilityCondition { positive, open: Some(positive) });
                 }

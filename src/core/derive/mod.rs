@@ -366,6 +366,7 @@ fn derivation(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
     let pool = &mut Algebra::new(&mut whole);
     let checker = Checker::new(model);
     if let Ok(found) = &linear
+        && !found.open
         && found.tangent.as_ref().is_none_or(|tangent| !tangent.massless.is_empty())
         && let Some(error) = checker.singular_coordinates(pool, &found.mass)
     {
@@ -556,7 +557,8 @@ impl Derivation {
         }
         budget.at("the equilibria in symbols", None);
         let bound = bound || !rolling.names.is_empty();
-        if parts.equilibria && !bound {
+        // A rate turns with it, whose force is not in L.
+        if parts.equilibria && !bound && !model.rates.any() {
             self.equilibria = Some(equilibria::roots(pool, &variables, &lagrangian, &drags, checker));
         }
         if pool.is_spent() {

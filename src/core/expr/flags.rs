@@ -74,7 +74,9 @@ impl Pool {
                 ..Flags::default()
             },
             Node::Power { base, exponent } => {
-                Flags { nonnegative: true, constant: constant(*base) && constant(*exponent), ..Flags::default() }
+                // As (-2)^n is not, with an n that gets the value 3.
+                let constant = constant(*base) && constant(*exponent);
+                Flags { nonnegative: self.is_nonnegative(*base), constant, ..Flags::default() }
             }
             Node::Function(function, x) => Flags {
                 nonnegative: match function {

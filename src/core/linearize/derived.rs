@@ -125,7 +125,10 @@ const ENTRY: usize = 16;
 
 /// The equilibrium where parameters without values leave it open: coordinates stand as themselves, but for those that are given
 /// and those that no force moves from 0, where the search would start.
-fn open_point(model: &mut Model, assembly: &Assembly) -> Vec<ExprId> {
+///
+/// # Errors
+/// That a force acts there wherever the others are.
+fn open_point(model: &mut Model, assembly: &Assembly, missing: LinearizeError) -> Result<Vec<ExprId>, LinearizeError> {
     let mut pool = std::mem::take(&mut model.pool);
     let coordinates = model.coordinates.iter().enumerate();
     let own = coordinates.map(|(i, own)| match model.equilibria.get(i) {
@@ -136,9 +139,21 @@ fn open_point(model: &mut Model, assembly: &Assembly) -> Vec<ExprId> {
     model.pool = pool;
     let starts_at_zero = |i: usize| model.guesses.get(i).is_none_or(|guess| guess.symbolic.is_zero());
     let may_be_zero = |i: usize| model.equilibria.get(i).is_none() && starts_at_zero(i);
+    let plain = point.clone();
     by_hand::put_in_zeros(model, assembly, &mut point, may_be_zero);
-    by_hand::put_in_solved(model, assembly, &mut point, None);
-    point
+    if symbolic::force_left(model, assembly, &point).is_some() {
+        point = plain;
+    }
+    match symbolic::force_left(model, assembly, &point) {
+        Some((number, force)) => {
+            let given = model.equilibria.get(number).map(|given| given.span);
+            let coordinate = model.coordinates.get(number).map(|own| own.name()).unwrap_or_default();
+            let told = |span| LinearizeError::ForceOfParameters { coordinate, force, unsigned: Vec::new(), span };
+            return Err(given.map_or(missing, told));
+        }
+        None => by_hand::put_in_solved(model, assembly, &mut point, None),
+    }
+    Ok(point)
 }
 
 fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
@@ -172,7 +187,7 @@ fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
         if error.is_some() || !model.rolling.is_empty() {
             return Err(error.unwrap_or(missing));
         }
-        point = open_point(&mut model, &assembly);
+        point = open_point(&mut model, &assembly, missing)?;
         open = true;
     } else if let Some(Ok(values)) = values {
         let equilibrium = search(&model, &assembly, &values, visible, &dependent)?;

@@ -3,7 +3,7 @@
 //! Families are written out here, instance by instance, with the model's own symbols. Numeric
 //! commands never come this way, but for an error message.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 
 use super::assemble::{Assembly, signed_terms};
 use super::elements::Element;
@@ -13,7 +13,7 @@ use super::multipliers::SymbolicConstraints;
 use super::parameters::known_values;
 use super::rolling::SymbolicRolling;
 use super::velocity::Matrix;
-use crate::expr::{ExprId, Function, Pool, Substitution, ZeroVerdict};
+use crate::expr::{ExprId, Function, Pool, Substitution, Symbol, ZeroVerdict};
 use crate::model::{Model, SymbolKind, TermFamily};
 use crate::number::Number;
 
@@ -282,6 +282,18 @@ pub(crate) fn doubtful_force(model: &Model, assembly: &Assembly, point: &[ExprId
         unsigned: unsigned.collect(),
         span: given,
     })
+}
+
+/// A force that is not 0 at a point wherever coordinates are that stand as themselves there, and the number of its coordinate.
+pub(super) fn force_left(model: &Model, assembly: &Assembly, point: &[ExprId]) -> Option<(usize, String)> {
+    let (mut pool, forces) = forces(model, assembly, point, &Substitution::default())?;
+    let coordinates: HashSet<Symbol> = model.coordinates.iter().map(|own| own.symbol).collect();
+    let is_open = |symbol| coordinates.contains(&symbol);
+    let mut all = forces.into_iter();
+    let (number, force) =
+        all.find(|(_, force)| pool.is_zero(*force) != ZeroVerdict::Zero && !pool.depends_on(*force, &is_open))?;
+    let force = pool.neg(force);
+    Some((number as usize, pool.display(force)))
 }
 
 /// The derivatives of V - T0 and what friction adds at rest, one a coordinate; none where one of them is undefined.

@@ -8,6 +8,7 @@ use super::settings::Settings;
 use super::table::TableTexts;
 use crate::budget::Budget;
 use crate::diagnostic::Diagnostic;
+use crate::span::Span;
 use crate::syntax::{self, File};
 
 /// The statements of a file with mistakes are elaborated in so many bytes.
@@ -33,7 +34,18 @@ pub fn parse(text: &str, settings: &Settings) -> Result<File, Vec<Diagnostic>> {
     let settings = settings.clone().within(Budget::new(BYTES));
     let others = elaborate(&file, &TableTexts::new(), &settings).err().unwrap_or_default();
     let unread = unread(&file, text);
-    let others = others.iter().filter(|error| stands_alone(error, &unread)).map(Diagnostic::from);
+    // An index whose range can't be read is none that is declared.
+    let is_index = |name: &str, span: &Span| {
+        let statement =
+            file.statements.iter().map(|own| own.span.range()).find(|own| own.contains(&span.range().start));
+        let text = statement.and_then(|own| text.get(own)).unwrap_or_default();
+        text.contains(&format!("{name} in "))
+    };
+    let is_mistake = |error: &&ModelError| match error {
+        ModelError::UndeclaredName { name, span, .. } if is_index(name, span) => false,
+        error => stands_alone(error, &unread),
+    };
+    let others = others.iter().filter(is_mistake).map(Diagnostic::from);
     let mut all: Vec<Diagnostic> = errors.iter().map(Diagnostic::from).chain(others).collect();
     all.sort_by_key(|own| own.primary.as_ref().map(|label| label.span));
     Err(all)

@@ -4,7 +4,7 @@ use super::elaborate::Elaborator;
 use super::names::{SymbolKind, World};
 use super::terms::{Local, TermFamily};
 use super::{Constraint, Model};
-use crate::expr::{ExprId, Pool, Substitution, Symbol, ZeroVerdict};
+use crate::expr::{Exponentials, ExprId, Pool, Substitution, Symbol, ZeroVerdict};
 use crate::number::Number;
 use crate::precision::Function;
 use crate::span::Span;
@@ -67,8 +67,8 @@ fn drop_from(world: &mut World, time: Symbol, terms: &mut [&mut TermFamily]) -> 
 impl Model {
     /// Puts t = 0 in, where the equations of motion are the same at all times though the energies are not: those of a pendulum in
     /// an accelerating car. A term f(q, q', t) - f(q, q', 0) = Σ b_i q_i' + c with ∂b_i/∂q_j = ∂b_j/∂q_i adds ∂b_i/∂t - ∂c/∂q_i to
-    /// the equation of q_i; where that does not depend on the time it becomes a force. False, and nothing is changed, where the
-    /// time matters.
+    /// the equation of q_i; where that does not depend on the time it becomes a potential, or a force where none is found. False, and
+    /// nothing is changed, where the time matters.
     pub(crate) fn drop_time(&mut self) -> bool {
         if self.time_dependent.is_none() {
             return true;
@@ -109,6 +109,10 @@ impl Model {
         }
         for family in terms.into_iter().chain(together) {
             let Some(slopes) = slopes_of_time(&mut pool, &family, time) else { return false };
+            if let Some(body) = potential_of(&mut pool, &family, &slopes) {
+                potential.push(TermFamily { body, ..family });
+                continue;
+            }
             for (place, slope) in slopes {
                 forces.push(TermFamily { body: pool.neg(slope), acts_on: Some(place), ..family.clone() });
                 self.force.get_or_insert(family.span);
@@ -118,6 +122,30 @@ impl Model {
         self.time_dependent = None;
         true
     }
+}
+
+/// A function of the coordinates of a term whose derivatives are these, by their places; `None` where none is found.
+fn potential_of(pool: &mut Pool, family: &TermFamily, slopes: &[(usize, ExprId)]) -> Option<ExprId> {
+    let zero = pool.zero();
+    let mut parts = Vec::new();
+    for (at, (place, slope)) in slopes.iter().enumerate() {
+        // One coordinate after the other goes from 0 to where it is.
+        let later = slopes.iter().skip(at + 1).map(|(place, _)| (family.locals[*place].coordinate, zero));
+        let along = pool.substitute_one(*slope, &later.collect());
+        let variable = family.locals[*place].coordinate;
+        let function = Exponentials::of(pool, along, variable).ok()?;
+        let numbers = pool.clone();
+        let vanishes = |rate| numbers.as_number(rate).map(Number::is_zero);
+        let end = pool.symbol_expr(variable);
+        parts.push(function.integral(pool, [zero, end], vanishes).ok()?);
+    }
+    let sum = pool.sum(&parts);
+    let is_right = slopes.iter().all(|(place, slope)| {
+        let own = pool.diff(sum, family.locals[*place].coordinate);
+        let difference = pool.sub(own, *slope);
+        pool.is_zero(difference) == ZeroVerdict::Zero
+    });
+    is_right.then_some(sum)
 }
 
 /// What a term of L adds to the equations beyond what it adds with t = 0, by the places of its coordinates. `None` where this depends on the
