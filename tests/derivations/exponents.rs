@@ -423,6 +423,21 @@ fn equilibria_may_be_left_open() {
     assert!(text.contains("equilibrium left open, as parameters have no values"), "{text}");
 }
 
+/// A guess at which the forces vanish whatever the parameters are is the equilibrium: a bead on a hoop that turns fast (Taylor, Classical
+/// Mechanics, section 7.6).
+#[test]
+fn guesses_may_be_equilibria_in_symbols() {
+    let hoop = |values: &str| {
+        told(&format!(
+            "{values}  coord th  T = 1/2*m*R^2*(th'^2 + W^2*sin(th)^2)  V = -m*g*R*cos(th)
+            guess th = acos(g/(R*W^2))"
+        ))
+    };
+    for values in ["param m, R, g, W", "param m = 1, R = 0.2, g = 9.81, W = 10"] {
+        assert_eq!(hoop(values)[0], ["1: W^2 - g^2/(R^2*W^2)"]);
+    }
+}
+
 /// Nothing is left open where a force acts whatever the coordinates are, and no coordinate is 0 where others or constraints forbid it.
 #[test]
 fn open_equilibria_are_some() {

@@ -169,11 +169,18 @@ fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
     let guessed = model.guesses.any();
     let mut pool = std::mem::take(&mut model.pool);
     let mut point = symbolic::equilibrium_expressions(&model, &mut pool, None);
+    let mut start = point.clone();
+    for (i, own) in start.iter_mut().enumerate().filter(|(i, _)| model.equilibria.get(*i).is_none()) {
+        *own = model.guesses.get(i).map_or(*own, |guess| guess.symbolic);
+    }
     let determined = multipliers::put_in(&model, &assembly, &mut pool, &mut point, &expressions);
+    let at_start = multipliers::put_in(&model, &assembly, &mut pool, &mut start, &expressions);
     model.pool = pool;
-    let settled = !guessed
-        && determined.is_some()
-        && symbolic::forces_vanish(&model, &assembly, &point, &Substitution::default()) == Some(true);
+    let settled = at_start.is_some()
+        && symbolic::forces_vanish(&model, &assembly, &start, &Substitution::default()) == Some(true);
+    if settled {
+        point = start;
+    }
     if settled {
         check_dependent(&model, &point[..visible], &dependent)?;
     }
