@@ -105,7 +105,7 @@ pub(super) fn renamed_place(document: &Document, at: usize) -> Value {
 /// The name that is asked for at all its places. The new text must read as the old one with other letters.
 pub(super) fn rename(document: &Document, at: usize, new: &str) -> Result<Value, String> {
     let name = document.name_at(at).filter(is_renamable).ok_or("there is no name here that could be changed")?;
-    if !document.is_readable() {
+    if !document.is_readable {
         return Err("first correct the mistakes: places of the name may be in what can't be read".to_owned());
     }
     let names = syntax::names(&document.file);

@@ -135,7 +135,7 @@ impl Checker {
         let document = &job.document;
         let (tables, unread) = tables(document);
         let (diagnostics, model) = match checked_model(document, &tables, &job.budget) {
-            _ if !document.is_readable() => {
+            _ if !document.is_readable => {
                 (model::parse(&document.text, &Settings::new()).err().unwrap_or_default(), None)
             }
             _ if unread.is_some() => (unread.into_iter().collect(), None),

@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use librate::diagnostic::Diagnostic;
 use librate::span::Span;
 use librate::syntax::{self, File, NameKind, NamePlace};
 use serde_json::{Value, json};
@@ -17,15 +16,15 @@ pub(super) struct Document {
     pub(super) version: Option<i64>,
     pub(super) text: Arc<str>,
     pub(super) file: Arc<File>,
-    /// What keeps the rest from being read.
-    pub(super) errors: Arc<[Diagnostic]>,
+    /// Whether the whole text has a tree.
+    pub(super) is_readable: bool,
 }
 
 impl Document {
     pub(super) fn read(uri: &str, version: Option<i64>, text: &str) -> Self {
         let (file, errors) = syntax::parse_readable(text);
-        let errors = errors.iter().map(Diagnostic::from).collect();
-        Self { uri: uri.to_owned(), version, text: text.into(), file: Arc::new(file), errors }
+        let is_readable = errors.is_empty();
+        Self { uri: uri.to_owned(), version, text: text.into(), file: Arc::new(file), is_readable }
     }
 
     pub(super) fn lines(&self) -> Lines<'_> {
@@ -58,11 +57,6 @@ impl Document {
         let mut names = syntax::names(&self.file);
         names.retain(|other| other.text == name.text && other.kind == name.kind);
         names
-    }
-
-    /// The same in the whole file only if all of it can be read.
-    pub(super) fn is_readable(&self) -> bool {
-        self.errors.is_empty()
     }
 
     pub(super) fn location(&self, lines: &Lines<'_>, span: Span) -> Value {

@@ -12,8 +12,8 @@ use super::cubic::Solved;
 use super::frequencies::{Case, Frequency};
 use super::pair::Pair;
 use super::simplify::Algebra;
-use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, Tape, ZeroVerdict, mix};
-use crate::linearize::{self, LinearizeError, Linearized, Units, evaluate_closed, may_be_singular};
+use crate::expr::{ExprId, Node, Pool, Symbol, Tape, ZeroVerdict, mix};
+use crate::linearize::{self, LinearizeError, Linearized, Units, evaluate_closed, known_values, may_be_singular};
 use crate::model::Model;
 use crate::modes::{self, Options, Problem};
 use crate::number::Number;
@@ -189,9 +189,7 @@ impl<'a> Checker<'a> {
 
     /// Expressions with the values that parameters have.
     pub(super) fn at_values(&self, pool: &mut Pool, all: &[ExprId]) -> Vec<ExprId> {
-        let parameters = self.model.parameters.iter();
-        let map: Substitution = parameters.filter_map(|own| Some((own.symbol, own.value?))).collect();
-        pool.substitute(all, &map)
+        pool.substitute(all, &known_values(self.model))
     }
 
     /// Modes to hold exponents against, where all parameters have values and the model is in no units of its own.

@@ -2,9 +2,10 @@
 //! the coordinates stand as themselves.
 
 use super::assemble::{Assembly, evaluate_closed};
+use super::parameters::known_values;
 use super::symbolic::forces;
 use crate::expr::{ExprId, Pool, Substitution, Symbol, ZeroVerdict};
-use crate::model::Model;
+use crate::model::{Coordinate, Model};
 use crate::precision::{Ball, Big};
 
 /// So many coordinates are tried for zeros.
@@ -42,15 +43,13 @@ const BITS: usize = 192;
 /// and depends on no other. `at` has what a search found, to compare with; without it nothing is left to compare.
 pub(super) fn put_in_solved(model: &mut Model, assembly: &Assembly, point: &mut [ExprId], at: Option<&[Ball]>) {
     let coordinates = || model.coordinates.iter().enumerate();
-    let itself = |(i, own): (usize, crate::model::Coordinate)| {
-        (model.pool.as_symbol(point[i]) == Some(own.symbol)).then_some((i, own.symbol))
-    };
+    let itself =
+        |(i, own): (usize, Coordinate)| (model.pool.as_symbol(point[i]) == Some(own.symbol)).then_some((i, own.symbol));
     let open: Vec<(usize, Symbol)> = coordinates().filter_map(itself).collect();
     if !(1..=MOST_SOLVED).contains(&open.len()) {
         return;
     }
     let Some((mut pool, forces)) = forces(model, assembly, point, &Substitution::default()) else { return };
-    let pool = &mut pool;
     let equation = |(i, symbol): &(usize, Symbol)| Some((*i, *symbol, *forces.get(&(*i as u32))?));
     let mut equations: Vec<(usize, Symbol, ExprId)> = open.iter().filter_map(equation).collect();
     let mut solved: Vec<(usize, Symbol, ExprId)> = Vec::new();
@@ -58,7 +57,7 @@ pub(super) fn put_in_solved(model: &mut Model, assembly: &Assembly, point: &mut 
     while let Some((place, value)) = (0..equations.len()).find_map(|place| {
         let (_, symbol, force) = equations[place];
         let slope = pool.diff(force, symbol);
-        if depends(pool, slope) || pool.is_zero(slope) != ZeroVerdict::NonZero {
+        if depends(&pool, slope) || pool.is_zero(slope) != ZeroVerdict::NonZero {
             return None;
         }
         let zero = pool.zero();
@@ -75,17 +74,17 @@ pub(super) fn put_in_solved(model: &mut Model, assembly: &Assembly, point: &mut 
         equations.iter_mut().chain(&mut solved).for_each(|(_, _, e)| *e = pool.substitute_one(*e, &known));
         solved.push((i, symbol, value));
     }
-    let values: Substitution = model.parameters.iter().filter_map(|own| Some((own.symbol, own.value?))).collect();
+    let values = known_values(model);
     for (i, _, value) in solved {
-        if depends(pool, value) || pool.reachable(&[value]).len() > LONGEST {
+        if depends(&pool, value) || pool.reachable(&[value]).len() > LONGEST {
             continue;
         }
         let number = pool.substitute_one(value, &values);
-        let number: Option<Big> = evaluate_closed(pool, number, BITS);
+        let number: Option<Big> = evaluate_closed(&pool, number, BITS);
         let agrees = |found: &Ball| number.is_some_and(|number| (number.to_far_ball() - *found).contains_zero());
         if at.and_then(|at| at.get(i)).is_none_or(agrees) {
             point[i] = value;
         }
     }
-    model.pool = pool.clone();
+    model.pool = pool;
 }

@@ -129,22 +129,22 @@ const ENTRY: usize = 16;
 /// # Errors
 /// That a force acts there wherever the others are.
 fn open_point(model: &mut Model, assembly: &Assembly, missing: LinearizeError) -> Result<Vec<ExprId>, LinearizeError> {
-    let mut pool = std::mem::take(&mut model.pool);
     let coordinates = model.coordinates.iter().enumerate();
     let own = coordinates.map(|(i, own)| match model.equilibria.get(i) {
         Some(given) => given.symbolic,
-        None => pool.symbol_expr(own.symbol),
+        None => model.pool.symbol_expr(own.symbol),
     });
     let mut point: Vec<ExprId> = own.collect();
-    model.pool = pool;
     let starts_at_zero = |i: usize| model.guesses.get(i).is_none_or(|guess| guess.symbolic.is_zero());
     let may_be_zero = |i: usize| model.equilibria.get(i).is_none() && starts_at_zero(i);
     let plain = point.clone();
     by_hand::put_in_zeros(model, assembly, &mut point, may_be_zero);
-    if symbolic::force_left(model, assembly, &point).is_some() {
+    let mut left = symbolic::force_left(model, assembly, &point);
+    if left.is_some() {
         point = plain;
+        left = symbolic::force_left(model, assembly, &point);
     }
-    match symbolic::force_left(model, assembly, &point) {
+    match left {
         Some((number, force)) => {
             let given = model.equilibria.get(number).map(|given| given.span);
             let coordinate = model.coordinates.get(number).map(|own| own.name()).unwrap_or_default();
@@ -170,18 +170,21 @@ fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
     let mut pool = std::mem::take(&mut model.pool);
     let mut point = symbolic::equilibrium_expressions(&model, &mut pool, None);
     let mut start = point.clone();
-    for (i, own) in start.iter_mut().enumerate().filter(|(i, _)| model.equilibria.get(*i).is_none()) {
-        *own = model.guesses.get(i).map_or(*own, |guess| guess.symbolic);
-    }
     let determined = multipliers::put_in(&model, &assembly, &mut pool, &mut point, &expressions);
-    let at_start = multipliers::put_in(&model, &assembly, &mut pool, &mut start, &expressions);
+    let mut at_start = determined;
+    if guessed {
+        for (i, own) in start.iter_mut().enumerate().filter(|(i, _)| model.equilibria.get(*i).is_none()) {
+            *own = model.guesses.get(i).map_or(*own, |guess| guess.symbolic);
+        }
+        at_start = multipliers::put_in(&model, &assembly, &mut pool, &mut start, &expressions);
+    } else {
+        start.clone_from(&point);
+    }
     model.pool = pool;
     let settled = at_start.is_some()
         && symbolic::forces_vanish(&model, &assembly, &start, &Substitution::default()) == Some(true);
     if settled {
         point = start;
-    }
-    if settled {
         check_dependent(&model, &point[..visible], &dependent)?;
     }
     let mut at = vec![Ball::ZERO; order];

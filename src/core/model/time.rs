@@ -1,5 +1,7 @@
 //! Whether a model depends on the time. What merely contains `t` does not: a body that is turned about the vertical.
 
+use std::collections::BTreeMap;
+
 use super::elaborate::Elaborator;
 use super::names::{SymbolKind, World};
 use super::terms::{Local, TermFamily};
@@ -134,9 +136,10 @@ fn potential_of(pool: &mut Pool, family: &TermFamily, slopes: &[(usize, ExprId)]
         let along = pool.substitute_one(*slope, &later.collect());
         let variable = family.locals[*place].coordinate;
         let function = Exponentials::of(pool, along, variable).ok()?;
-        let numbers = pool.clone();
-        let vanishes = |rate| numbers.as_number(rate).map(Number::is_zero);
+        let rates = function.rates().into_iter().map(|rate| (rate, pool.as_number(rate).map(Number::is_zero)));
+        let known: BTreeMap<ExprId, Option<bool>> = rates.collect();
         let end = pool.symbol_expr(variable);
+        let vanishes = |rate| known.get(&rate).copied().unwrap_or(Some(true));
         parts.push(function.integral(pool, [zero, end], vanishes).ok()?);
     }
     let sum = pool.sum(&parts);
