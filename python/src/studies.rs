@@ -314,7 +314,7 @@ impl MotionArgs {
         Ok(match (mode, &self.amplitude, &linearized) {
             (Some(mode), Some(amplitude), Some(linearized)) => {
                 let normal = oscillation::normal_modes(linearized, &Options::default())?;
-                Start::mode(mode, &constant(amplitude)?, linearized, &normal, system)?
+                Start::mode(mode, &constant(amplitude)?, model, (linearized, &normal), system)?
             }
             _ => Start::parse(self.start.as_deref().unwrap_or_default(), model, linearized.as_ref(), system)?,
         })

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use anstream::AutoStream;
 use librate::diagnostic::Diagnostic;
-use librate::linearize::Linearized;
+use librate::linearize::{Linearized, linearize};
 use librate::model::Model;
 use librate::motion::{self, Enclosed, MotionError, Start, System, Times, Trajectory};
 use librate::precision::Ball;
@@ -34,7 +34,13 @@ pub(super) fn text(args: &args::Motion, format: MessageFormat) -> Result<Answer,
             None => Times::new(&until, args.samples)?,
         };
         let at_once = times.at_once(2 * model.coordinates.len() + 1);
-        let linearized = Start::linearized(&model, args.mode.is_some() || args.linear)?;
+        let linearized = if args.linear {
+            let linearized = linearize(model.clone())?;
+            linearized.check_inertia()?;
+            Some(linearized)
+        } else {
+            Start::linearized(&model, args.mode.is_some())?
+        };
         if let Some(table) = &starts {
             let starts = Start::table(&table.text, &model, linearized.as_ref(), &system)?;
             let method = method(args, &model, system)?;
@@ -43,7 +49,7 @@ pub(super) fn text(args: &args::Motion, format: MessageFormat) -> Result<Answer,
         let start = match (args.mode, &amplitude, &linearized) {
             (Some(mode), Some(amplitude), Some(linearized)) => {
                 let normal = oscillation::normal_modes(linearized, &modes::Options::default())?;
-                Start::mode(mode, amplitude, linearized, &normal, &system)?
+                Start::mode(mode, amplitude, &model, (linearized, &normal), &system)?
             }
             _ => {
                 let start = args.start.as_deref().unwrap_or_default();

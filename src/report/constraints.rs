@@ -13,21 +13,22 @@ pub(super) fn constraints_title(derivation: &Derivation) -> String {
 }
 
 /// What the displacements are that follow others.
-pub(super) fn displacements_title(tangent: &Tangent) -> &'static str {
+pub(super) fn displacements_title(tangent: &Tangent, reduced: &Reduced) -> &'static str {
     match tangent.massless.is_empty() {
+        true if reduced.velocities => "velocities that the constraints allow, beside the steady ones",
         true => "displacements that the constraints allow",
         false => "displacements without inertia, which follow the others",
     }
 }
 
-/// `delta_x = r*delta_theta`, for the displacements that follow others.
+/// `delta_x = r*delta_theta`, for the displacements that follow others, or their velocities.
 pub(super) fn direction_texts(derivation: &Derivation, reduced: &Reduced) -> Vec<String> {
     let names = &derivation.names.displacements;
     let follows = reduced.follows.iter();
     follows
         .map(|(i, sum)| {
-            let name = names.get(*i).map_or("", String::as_str);
-            format!("{name} = {}", derivation.displaced_text(sum))
+            let (name, prime) = (names.get(*i).map_or("", String::as_str), if reduced.velocities { "'" } else { "" });
+            format!("{name}{prime} = {}", derivation.displaced_text(sum))
         })
         .collect()
 }

@@ -83,9 +83,17 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
         let mut ratios: Vec<ExprId> = own.exponents.iter().filter_map(|own| own.damping_ratio).collect();
         ratios.dedup();
         if !ratios.is_empty() && names.shows("exponents") {
-            let zeta = free(["zeta", "D", "xi"]);
-            let lines = ratios.iter().map(|own| format!("{zeta} = {}", pool.display(*own)));
-            parts.push(section(&format!("damping ratio, -Re {s}/|{s}|"), lines));
+            let (zeta, quality) = (free(["zeta", "D", "xi"]), free(["Q", "QF", "quality"]));
+            let half = Number::half();
+            let mut lines = Vec::new();
+            for own in ratios {
+                let inverse = pool.product_of_powers(&[(own, Number::MINUS_ONE)]);
+                let inverse = pool.scale(inverse, &half);
+                lines.push(format!("{zeta} = {}", pool.display(own)));
+                lines.push(format!("{quality} = {}", pool.display(inverse)));
+            }
+            let title = format!("damping ratio and quality factor, of an oscillation where `{zeta}` < 1");
+            parts.push(section(&title, lines));
         }
     }
     let Some(all) = own.stability.as_ref().filter(|_| names.shows("stability")) else {
@@ -95,8 +103,12 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
     let by_signs = all.iter().any(|own| own.open != Some(own.positive));
     let with = if by_signs { ", with the signs that the parameters have" } else { "" };
     // Where odd coefficients vanish exponents that no friction meets are on the axis.
-    let always = if by_signs { "" } else { ", whatever the parameters are" };
-    let mostly = if by_signs { "" } else { ", but for special values of the parameters" };
+    let assumed = !names.assumptions.is_empty();
+    let [always, mostly] = match (by_signs, assumed) {
+        (true, _) => ["", ""],
+        (false, true) => [", under the assumptions"; 2],
+        (false, false) => [", whatever the parameters are", ", but for special values of the parameters"],
+    };
     let only_zeros = own.complete && own.exponents.iter().all(|own| own.real == own.imaginary);
     if open.iter().any(|own| pool.as_number(*own).is_some()) {
         // Numbers that are positive are no conditions.

@@ -424,6 +424,9 @@ pub(super) fn frequency_parts(derivation: &Derivation, linear: &Linear, parts: &
     let Some(frequencies) = &linear.frequencies else {
         return;
     };
+    if let Some(group) = &frequencies.point_group {
+        parts.push(Part::List("point group".to_owned(), vec![group.clone()]));
+    }
     case_parts(derivation, frequencies, &frequencies.general, parts);
     if let Some(tied) = &frequencies.tied {
         case_parts(derivation, frequencies, tied, parts);

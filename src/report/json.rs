@@ -155,8 +155,10 @@ pub fn derive_json(derivation: &Derivation) -> String {
     if let Some(part) = linear.and_then(|own| own.second_order.as_ref()) {
         let form = |sum| string(&page.displaced_text(sum));
         fields.push(("linearized_equations", texts(page.linearized_texts())));
-        fields.push(("kinetic_second_order", form(&part.kinetic)));
-        fields.push(("potential_second_order", form(&part.potential)));
+        if !part.kinetic.terms.is_empty() {
+            fields.push(("kinetic_second_order", form(&part.kinetic)));
+            fields.push(("potential_second_order", form(&part.potential)));
+        }
     }
     if let Some(energy) = &derivation.energy {
         let text = |sum| string(&derivation.text(sum));
@@ -335,6 +337,9 @@ fn frequency_fields(derivation: &Derivation, found: &Frequencies, fields: &mut V
         let exchanges = exchanges.map(|g| string(&exchange(g, names)));
         record([("kind", string(&kind(&found.kind))), ("exchanges", array(exchanges)), ("equal", sets(&found.ties))])
     };
+    if let Some(group) = &found.point_group {
+        fields.push(("point_group", string(group)));
+    }
     if let Some(found) = &case.symmetry {
         fields.push(("symmetry", symmetry(found)));
     }

@@ -6,7 +6,7 @@ use super::{
     Exponent, FrequencyUnit, Style, Tone, Written, common, counted, damping, headline, limit_words, listed, shown_unit,
     with_unit, zero_motions,
 };
-use librate_core::linearize::{Linearized, Origin, Structure};
+use librate_core::linearize::{Linearized, Origin};
 use librate_core::model::Coordinates;
 use librate_core::modes::exponents::Limit;
 use librate_core::modes::{Kind, Method, Options, Stability};
@@ -73,8 +73,7 @@ pub fn modes_text(linearized: &Linearized, modes: &NormalModes, options: &Option
             out.push_str(&format!("{some} of {count} modes, from given vectors, none between them missing\n"));
         }
         // The number of all is not known beforehand where friction holds what has no inertia.
-        (some, _)
-            if some >= count || linearized.structure() == Structure::Damped && linearized.check_inertia().is_err() => {}
+        (some, _) if some >= count || linearized.is_first_order() => {}
         (1, None) => out.push_str(&format!("the lowest of {count} modes{proved}\n")),
         (some, None) => out.push_str(&format!("the {some} lowest of {count} modes{proved}\n")),
         (1, Some((omega, _))) => out.push_str(&format!("the mode nearest to {omega} rad/s of {count}{proved}\n")),

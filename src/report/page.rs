@@ -214,7 +214,7 @@ impl Page {
         if let (Some(given), Some(modes)) = (&derivation.given, &derivation.numbers)
             && derivation.shows("numbers")
         {
-            page.numbers(derivation, modes, given.has_units);
+            page.numbers(modes, given.has_units);
         }
         let left_out = derivation.left_out.iter().map(|own| Part::Paragraph(left_out(own).message));
         page.parts.extend(left_out);
@@ -240,9 +240,9 @@ impl Page {
     }
 
     /// The frequencies at these values; exponents where some motion grows or decays.
-    fn numbers(&mut self, derivation: &Derivation, modes: &NormalModes, has_units: bool) {
+    fn numbers(&mut self, modes: &NormalModes, has_units: bool) {
         let are_frequencies = modes.modes.iter().all(|mode| mode.growth.is_zero());
-        let is_damped = derivation.linear.as_ref().is_ok_and(|own| own.damping.is_some());
+        let is_damped = !modes.paired;
         let item = |mode: &NormalMode| {
             let [omega, growth] = Written::of_mode(mode, DIGITS).map(|own| own.digits);
             let (omega, growth) = (omega?, growth?);
@@ -256,7 +256,9 @@ impl Page {
                 (false, false) => format!("± `{growth}` ± `{omega}` i"),
             })
         };
-        let Some(items) = modes.modes.iter().map(item).collect::<Option<Vec<Words>>>() else { return };
+        // Of pairs those that grow stand for both.
+        let listed = modes.modes.iter().filter(|mode| is_damped || !mode.growth.is_negative());
+        let Some(items) = listed.map(item).collect::<Option<Vec<Words>>>() else { return };
         let (what, unit) = if are_frequencies {
             ("`omega` at these values", ", in rad/s")
         } else {
@@ -347,7 +349,10 @@ impl Page {
         let Some(reduced) = &tangent.reduced else {
             return;
         };
-        self.parts.push(section(displacements_title(tangent), direction_texts(derivation, reduced)));
+        if !reduced.follows.is_empty() {
+            let title = displacements_title(tangent, reduced);
+            self.parts.push(section(title, direction_texts(derivation, reduced)));
+        }
         let own = &*reduced.derivation;
         if let Ok(linear) = &own.linear {
             let title = format!("in terms of {}", ticked(&own.names.displacements).join(", "));
@@ -396,7 +401,7 @@ impl Page {
             let items = pairs.map(|(displacement, name)| format!("`{displacement}` of `{name}`"));
             self.parts.push(Part::List("displacements from it".to_owned(), items.collect()));
         }
-        if names.coordinates.len() <= MOST_FOR_ENERGIES {
+        if names.coordinates.len() <= MOST_FOR_ENERGIES && !part.kinetic.terms.is_empty() {
             let kinetic = format!("T = {}", derivation.displaced_text(&part.kinetic));
             let own = format!("{potential} = {}", derivation.displaced_text(&part.potential));
             self.parts.push(section(&format!("`T` and `{potential}` to second order"), [kinetic, own]));

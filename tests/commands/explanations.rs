@@ -155,7 +155,7 @@ fn asked_motion(
                 let linearized = linearized?;
                 let modes = normal_modes(&linearized, &Options::default())?;
                 let mode = mode.parse().unwrap();
-                Start::mode(mode, &constant("1/10"), &linearized, &modes, &system)?
+                Start::mode(mode, &constant("1/10"), linearized.model(), (&linearized, &modes), &system)?
             }
             None => Start::parse(start.unwrap(), model, linearized.as_ref().ok(), &system)?,
         };

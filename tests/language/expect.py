@@ -166,7 +166,9 @@ def expect(source):
     if any(g != 0 for g in growth):
         lines.append("# growth: " + " ".join(map(digits, growth)))
     lines.append("# kinds: " + " ".join(kinds))
-    stability = "unstable" if "unstable" in kinds else "neutral" if "zero" in kinds else "stable"
+    # Zeros that rolling leaves (`rolled`, so many) do not count.
+    zeros = kinds.count("zero") - space.get("rolled", 0)
+    stability = "unstable" if "unstable" in kinds else "neutral" if zeros else "stable"
     lines.append("# stability: " + stability)
     if "equilibrium" in space:
         lines.append("# equilibrium: " + " ".join(map(digits, space["equilibrium"])))

@@ -21,6 +21,7 @@ fn problem(structure: Structure, m: &[&[f64]], d: &[&[f64]], s: &[&[f64]]) -> Qu
         stiffness: balls(s),
         structure,
         zero_vectors: Vec::new(),
+        unmoved: Vec::new(),
     }
 }
 

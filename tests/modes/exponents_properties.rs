@@ -128,6 +128,7 @@ fn planted(blocks: &[Block], mixing: &[i64], structure: Structure) -> Planted {
             stiffness: balls(&s),
             structure,
             zero_vectors,
+            unmoved: Vec::new(),
         },
         whole: Integers { matrices: [whole(&m), whole(&d), whole(&s)], ..Integers::default() },
         truth,
@@ -196,6 +197,7 @@ fn equal_vectors_do_not_end_the_decomposition() {
         stiffness: balls([-1, 0, 0, 1]),
         structure: Structure::Damped,
         zero_vectors: Vec::new(),
+        unmoved: Vec::new(),
     };
     let whole = |entries: [i64; 4]| entries.map(IBig::from).to_vec();
     let planted = Planted {
@@ -271,6 +273,7 @@ proptest! {
                 stiffness: balls(&s, 2),
                 structure,
                 zero_vectors: Vec::new(),
+                unmoved: Vec::new(),
             },
             whole: Integers { matrices: [whole(&m, 0), whole(&d, 1), whole(&s, 2)], ..Integers::default() },
             truth: Vec::new(),

@@ -76,6 +76,7 @@ fn problem(kind: u32, n: usize, seed: u64) -> QuadraticProblem {
         stiffness: balls(&s),
         structure: if kind < 2 { Structure::Gyroscopic } else { Structure::Damped },
         zero_vectors: Vec::new(),
+        unmoved: Vec::new(),
     }
 }
 

@@ -6,12 +6,13 @@ use crate::common;
 use std::path::Path;
 
 use common::{load, model};
+use faer::c64;
 use librate::derive::{in_independent_coordinates, linearized};
 use librate::diagnostic::Diagnostic;
 use librate::linearize::{Linearized, linearize};
 use librate::modes::{Kind, Options, Stability};
 use librate::number::Number;
-use librate::oscillation::{NormalModes, normal_modes};
+use librate::oscillation::{NormalMode, NormalModes, normal_modes};
 use librate::precision::{Ball, Scalar};
 use librate::sensitivity::sensitivities;
 use serde_json::Value;
@@ -312,8 +313,10 @@ fn what_is_not_covered_is_refused() {
     let upright = std::fs::read_to_string("models/rolling/disc.lag").unwrap();
     let slips = error(&upright.replace("equilibrium phi' = v/r", "equilibrium phi' = 2*v/r"));
     assert!(slips.starts_with("E0322"), "{slips}");
-    let belt = "coord x, th  T = 1/2*(x'^2 + th'^2)  V = 1/2*x^2 + 1/2*th^2  constraint x' = cos(x)*th' + x";
-    assert!(error(belt).starts_with("E0323"), "{}", error(belt));
+    // One of them is a relation of the coordinates, in no form that is seen.
+    let both = "coord x, y, z, th  T = 1/2*(x'^2 + y'^2 + z'^2 + th'^2)  V = 1/2*th^2 + z^2
+        constraint x' = (2 + cos(x))*th'  constraint y' = th*z'";
+    assert!(error(both).starts_with("E0323"), "{}", error(both));
     let twice = format!("{}\nconstraint x'*sin(psi) = y'*cos(psi)", upright);
     assert!(error(&twice).starts_with("E0323"), "{}", error(&twice));
 }
@@ -365,4 +368,115 @@ fn families_of_equilibria_may_take_others_along() {
     assert!((x * x + y * y + th * th - 1.0).abs() < 1e-15);
     let squares: Vec<f64> = found.modes[1..].iter().map(|mode| mode.omega.mid_f64().powi(2)).collect();
     assert!((squares[0] - 2.0).abs() < 1e-14 && (squares[1] - 3.0).abs() < 1e-14, "{squares:?}");
+}
+
+/// x, y, … of so many coordinates with drawn numbers in halves.
+struct Draw(u64);
+
+impl Draw {
+    fn next(&mut self) -> f64 {
+        // D. Knuth, The Art of Computer Programming, volume 2, section 3.3.4.
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((self.0 >> 33) % 9) as f64 / 2.0 - 2.0
+    }
+}
+
+/// Conditions A q' + B q = 0 with constant A and B: what is printed are exponents of the whole pencil with
+/// multipliers, with its vectors.
+#[test]
+fn conditions_that_depend_on_places_have_the_exponents_of_the_whole_pencil() {
+    let names = ["w", "x", "y", "z"];
+    let (n, c) = (4, 2);
+    let (mut answered, mut first_order) = (0, 0);
+    for seed in 1..=80 {
+        let mut draw = Draw(seed);
+        let masses: Vec<f64> = (0..n).map(|_| draw.next().abs() + 0.5).collect();
+        let springs: Vec<f64> = (0..n).map(|_| draw.next()).collect();
+        let coupling = draw.next();
+        // Each third drawing acts through one place alone.
+        let sparse = seed % 3 == 0;
+        let mut rows = Vec::new();
+        for _ in 0..c {
+            let slopes: Vec<f64> = (0..n).map(|_| draw.next()).collect();
+            let places: Vec<f64> = (0..n).map(|i| if sparse && i != 1 { 0.0 } else { draw.next() }).collect();
+            rows.push((slopes, places));
+        }
+        let sum = |of: &dyn Fn(usize) -> String| (0..n).map(of).collect::<Vec<_>>().join(" + ");
+        let mut text = format!("coord {}\n", names.join(", "));
+        text += &format!("T = {}\n", sum(&|i| format!("({})*{}'^2/2", masses[i], names[i])));
+        text += &format!("V = {} + ({coupling})*w*z\n", sum(&|i| format!("({})*{}^2/2", springs[i], names[i])));
+        for (slopes, places) in &rows {
+            let term = |i: usize| format!("({})*{name}' + ({})*{name}", slopes[i], places[i], name = names[i]);
+            text += &format!("constraint {} = 0\n", sum(&term));
+        }
+        let Ok(own) = linearize(model(&text)) else { continue };
+        let found = modes(&own);
+        answered += 1;
+        first_order += usize::from(own.dimension() > n - c);
+        for mode in &found.modes {
+            let s = c64::new(mode.growth.mid_f64(), mode.omega.mid_f64());
+            if s.norm() == 0.0 {
+                continue;
+            }
+            let part = |i: usize| mode.imaginary.get(i).copied().unwrap_or(0.0);
+            let x: Vec<c64> = (0..n).map(|i| c64::new(mode.vector[i], part(i))).collect();
+            let inertia: f64 = (0..n).map(|i| masses[i] * x[i].norm_sqr()).sum();
+            assert!((inertia - 1.0).abs() < 1e-9, "{text}: {inertia}");
+            // (s A + B) x = 0, and (s² M + K) x is Aᵀ times multipliers: orthogonal to what A allows.
+            for (slopes, places) in &rows {
+                let off: c64 = (0..n).map(|i| (s * slopes[i] + places[i]) * x[i]).sum();
+                assert!(off.norm() < 1e-8 * (1.0 + s.norm()), "{text}: {s} {off}");
+            }
+            let mut force: Vec<c64> = (0..n).map(|i| (s * s * masses[i] + springs[i]) * x[i]).collect();
+            force[0] += x[3] * coupling;
+            force[3] += x[0] * coupling;
+            let dot = |a: usize, b: usize| (0..n).map(|i| rows[a].0[i] * rows[b].0[i]).sum::<f64>();
+            let determinant = dot(0, 0) * dot(1, 1) - dot(0, 1) * dot(0, 1);
+            let image = |a: usize| (0..n).map(|i| force[i] * rows[a].0[i]).sum::<c64>();
+            let multiplier = [
+                (image(0) * dot(1, 1) - image(1) * dot(0, 1)) / determinant,
+                (image(1) * dot(0, 0) - image(0) * dot(0, 1)) / determinant,
+            ];
+            for i in 0..n {
+                let held: c64 = (0..c).map(|a| multiplier[a] * rows[a].0[i]).sum();
+                assert!((force[i] - held).norm() < 1e-7 * (1.0 + s.norm_sqr()), "{text}: {s} {:?}", force[i] - held);
+            }
+        }
+    }
+    assert!(answered > 60 && first_order > 40, "{answered} {first_order}");
+}
+
+/// A ball on a turntable, a towed caster, a car and its trailer: closed forms, and shapes that move the coordinates that follow.
+#[test]
+fn first_order_conditions_have_their_closed_forms() {
+    for turning in ["3", "-5/2"] {
+        let found = found("turntable", &[("rad/s = 3", &format!("rad/s = {turning}"))]);
+        let swings: Vec<&NormalMode> = found.modes.iter().filter(|own| own.kind == Kind::Oscillation).collect();
+        let rate = if turning == "3" { 3.0 } else { -2.5 };
+        assert_eq!((swings.len(), found.modes.len(), found.stability), (1, 5, Stability::Neutral));
+        let omega = swings[0].omega.mid_f64();
+        assert!((omega - (2.0_f64 / 7.0 * rate).abs()).abs() < 1e-15, "{omega}");
+        // r*b' = x' + W*y.
+        let part = |i: usize| c64::new(swings[0].vector[i], swings[0].imaginary[i]);
+        let off = c64::new(0.0, 0.1 * omega) * part(3) - c64::new(0.0, omega) * part(0) - rate * part(1);
+        assert!(off.norm() < 1e-12, "{off}");
+    }
+    let (m, inertia, a, c, k, v) = (2.0, 0.3, 0.25, 0.4, 50.0, 3.0);
+    let caster = found("caster", &[]);
+    assert_eq!(caster.stability, Stability::Unstable);
+    for mode in caster.modes.iter().filter(|own| own.kind != Kind::Zero) {
+        let s = c64::new(mode.growth.mid_f64(), mode.omega.mid_f64());
+        let own = ((s * (inertia + m * (c - a) * (c - a)) + m * v * (c - a)) * s + k * c * c) * s + k * c * v;
+        assert!(own.norm() < 1e-11, "{s}: {own}");
+    }
+    let stable = found("caster", &[("kg*m^2 = 0.3", "kg*m^2 = 0.07")]);
+    assert_eq!(stable.stability, Stability::Neutral);
+    // Pushed, it turns round.
+    let trailer = "param v = -2  param L = 1  coord x, psi  T = 500*x'^2
+        constraint L*psi' = -x'*sin(psi)  equilibrium x' = v";
+    let own = of_text(trailer);
+    assert_eq!((own.stability, own.modes[0].growth.mid_f64()), (Stability::Unstable, 2.0));
+    // What moves by itself is not left out.
+    let own = of_text("param a = 0.3  coord th, x  T = th'^2 + x'^2  V = 2*x^2  constraint th' = a*sin(th)");
+    assert_eq!((own.stability, own.modes.len()), (Stability::Unstable, 2));
 }

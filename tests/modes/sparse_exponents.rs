@@ -232,6 +232,7 @@ fn drawn(numbers: &[Band], damped: bool, circulatory: f64) -> (SparseQuadratic, 
         stiffness: dense(&stiffness, false),
         structure,
         zero_vectors: Vec::new(),
+        unmoved: Vec::new(),
     };
     let few = SparseQuadratic {
         mass: sparse(&mass),

@@ -199,7 +199,7 @@ fn motions_have_the_frequency() {
     let system = System::new(linearized.model()).unwrap();
     let size = 0.01;
     let amplitude = Constant::parse("1/100").unwrap();
-    let start = Start::mode(2, &amplitude, &linearized, &modes, &system).unwrap();
+    let start = Start::mode(2, &amplitude, linearized.model(), (&linearized, &modes), &system).unwrap();
     let omega = 2.0_f64.sqrt();
     let phase_after = |change: f64| {
         let period = std::f64::consts::TAU / (omega * (1.0 + change * size * size));

@@ -180,7 +180,8 @@ fn modes_start_with_the_sign_of_their_shapes() {
         let linearized = linearize(model.clone()).unwrap();
         let modes = normal_modes(&linearized, &Options::default()).unwrap();
         let system = System::new(&model).unwrap();
-        let start = Start::mode(mode, &share(&linearized, 1.0), &linearized, &modes, &system).unwrap();
+        let start =
+            Start::mode(mode, &share(&linearized, 1.0), linearized.model(), (&linearized, &modes), &system).unwrap();
         let own: Vec<f64> =
             start.positions.iter().map(|x| x.mid_f64().signum() * f64::from(x.mid_f64() != 0.0)).collect();
         assert_eq!(own, signs, "{text}");
@@ -213,7 +214,7 @@ fn modes_start_small_motions() {
                 continue;
             }
             followed += 1;
-            let from = Start::mode(at + 1, &amplitude, &linearized, &modes, &system).unwrap();
+            let from = Start::mode(at + 1, &amplitude, linearized.model(), (&linearized, &modes), &system).unwrap();
             let period = format!("{:.17e}", std::f64::consts::TAU / omega);
             let found = system.motion(&from, &times(&period, 5)).unwrap();
             // After a period it is where it was, but for its decay.
@@ -391,7 +392,7 @@ fn wrong_starts_are_told() {
     }
     let modes = normal_modes(&linearized, &Options::default()).unwrap();
     let amplitude = Constant::parse("1").unwrap();
-    let error = Start::mode(2, &amplitude, &linearized, &modes, &system).unwrap_err();
+    let error = Start::mode(2, &amplitude, linearized.model(), (&linearized, &modes), &system).unwrap_err();
     assert!(matches!(error, MotionError::NoSuchMode { mode: 2, count: 1 }));
     assert!(Times::new(&Constant::parse("0").unwrap(), 3).is_err());
     assert!(Times::new(&Constant::parse("1").unwrap(), 0).is_err());
@@ -404,7 +405,7 @@ fn a_table_and_a_picture() {
     let modes = normal_modes(&linearized, &Options::default()).unwrap();
     let system = System::new(&model).unwrap();
     let amplitude = Constant::parse("1/2").unwrap();
-    let from = Start::mode(2, &amplitude, &linearized, &modes, &system).unwrap();
+    let from = Start::mode(2, &amplitude, linearized.model(), (&linearized, &modes), &system).unwrap();
     let times = times("10", 11);
     let found = system.motion(&from, &times).unwrap();
     let linear = superposition(&linearized, &from, &times).unwrap().collect::<Vec<_>>();

@@ -276,7 +276,7 @@ fn shapes_have_no_more_digits_than_are_known() {
     let modes = normal_modes(&linearized, &Options::default()).unwrap();
     let system = System::new(&springs).unwrap();
     let amplitude = Constant::parse("1").unwrap();
-    let from = Start::mode(1, &amplitude, &linearized, &modes, &system).unwrap();
+    let from = Start::mode(1, &amplitude, linearized.model(), (&linearized, &modes), &system).unwrap();
     let found = system.motion(&from, &times("2", 3)).unwrap();
     // The other component is (sqrt 5 - 1)/2, and both go as cos(omega t), omega² = (5 - sqrt 5)/2.
     let golden = (5.0_f64.sqrt() - 1.0) / 2.0;

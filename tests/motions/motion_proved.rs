@@ -301,7 +301,7 @@ fn modes_start_within_their_bounds() {
             if omega == 0.0 {
                 continue;
             }
-            let from = Start::mode(at + 1, &amplitude, &linearized, &modes, &system).unwrap();
+            let from = Start::mode(at + 1, &amplitude, linearized.model(), (&linearized, &modes), &system).unwrap();
             let times = times(&format!("{:.17e}", 3.0 / omega), 4);
             let found = match enclosed.motion(&from, &times, 10) {
                 Ok(found) => found,

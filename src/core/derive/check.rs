@@ -6,7 +6,7 @@
 //! enclosures meet it, each mode counted once.
 
 use std::cell::OnceCell;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use super::cubic::Solved;
 use super::frequencies::{Case, Frequency};
@@ -435,6 +435,17 @@ impl<'a> Checker<'a> {
             same
         });
         let scale = modes.iter().map(|mode| mode.omega_squared.abs_upper()).fold(0.0, f64::max);
+        let has_group = self.point_group().is_some();
+        if has_group {
+            for block in &mut case.blocks {
+                let values = self.solved(pool, &Pair::new(&block.mass, &block.stiffness)).unwrap_or_default();
+                let moving = values.iter().filter(|own| !own.omega_squared.contains_zero());
+                let classes: Option<BTreeSet<&str>> = moving.map(|own| class_of(&modes, &own.omega_squared)).collect();
+                if let Some(classes) = classes.filter(|classes| !classes.is_empty()) {
+                    block.class = Vec::from_iter(classes).join(", ");
+                }
+            }
+        }
         let mut used = vec![false; modes.len()];
         let before = forms.len();
         let mut failed: Vec<ExprId> = Vec::new();
@@ -458,8 +469,10 @@ impl<'a> Checker<'a> {
             for at in &fits {
                 used[*at] = true;
             }
-            // Where the symmetry itself gives no name, the modes may have one.
-            if form.symmetry.is_none()
+            // Classes of a point group have names of their own; elsewhere, where the symmetry itself gives no name, the modes may have one.
+            if has_group {
+                form.symmetry = class_of(&modes, value).map(str::to_owned);
+            } else if form.symmetry.is_none()
                 && let Some(first) = fits.first()
                 && let Some(class) = &modes[*first].symmetry
                 && fits.iter().all(|at| modes[*at].symmetry.as_ref() == Some(class))
@@ -519,6 +532,11 @@ impl<'a> Checker<'a> {
         };
         let wide = self.wide(pool, expressions)?;
         Some(wide.iter().map(|own| own.scale(-2 * units.rate()).to_ball()).collect())
+    }
+
+    /// The point group of the model at the values of its parameters, where it has one.
+    pub(super) fn point_group(&self) -> Option<&str> {
+        self.modes()?.point_group.as_deref()
     }
 
     /// The modes to compare with: of the other path, or of M and K at the values at hand.
@@ -611,6 +629,13 @@ impl<'a> Checker<'a> {
             spectrum.modes.into_iter().map(|mode| Reference { omega_squared: mode.omega_squared, symmetry: None });
         Some(modes.collect())
     }
+}
+
+/// The class of the modes with a frequency, where they all have one.
+fn class_of<'a>(modes: &'a [Reference], omega_squared: &Ball) -> Option<&'a str> {
+    let mut own = modes.iter().filter(|mode| mode.omega_squared.sub(omega_squared).contains_zero());
+    let class = own.next()?.symmetry.as_deref()?;
+    own.all(|mode| mode.symmetry.as_deref() == Some(class)).then_some(class)
 }
 
 /// [`Checker::waves`] in numbers of one kind, with the values of parameters.

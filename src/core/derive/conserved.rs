@@ -25,7 +25,7 @@ pub enum Conserved {
     Momentum(usize),
     /// The energy function h = sum q' dL/dq' - L: the time doesn't occur in L.
     Energy {
-        /// Whether it is T + V: no part of L but V is without velocities or linear in them.
+        /// Whether it is T + V: no part of T is without velocities or linear in them.
         is_total: bool,
     },
     /// A sum of momenta: L is unchanged by a motion of several coordinates (Noether's theorem).
@@ -77,7 +77,9 @@ pub(super) fn conserved(
         }
     }
     if !drives {
-        let is_total = lagrangian.linear.is_empty() && lagrangian.other.is_empty() && !lagrangian.has_rest_energy;
+        // Of an L that is given as a whole, T is what is quadratic in the velocities.
+        let is_total = lagrangian.other.is_empty()
+            && (model.lagrangian || lagrangian.linear.is_empty() && !lagrangian.has_rest_energy);
         result.push(Conserved::Energy { is_total });
     }
     result

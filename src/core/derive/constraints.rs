@@ -103,8 +103,10 @@ pub struct Reduced {
     pub free: Vec<usize>,
     /// Z, one row a coordinate: what its displacement is made of.
     pub directions: Vec<Vec<ExprId>>,
-    /// The other coordinates, by number, with their displacements in terms of the free ones.
+    /// The other coordinates, by number, with their displacements in terms of the free ones, or their velocities.
     pub follows: Vec<(usize, MotionSum)>,
+    /// Whether these are velocities, which depend on places too.
+    pub velocities: bool,
     /// The matrices, closed forms and linearized equations of the free displacements.
     pub derivation: Box<Derivation>,
 }
@@ -158,7 +160,7 @@ pub(super) fn reduce(pool: &mut Algebra<'_>, linear: &mut Linear, names: &Names,
     for entry in tangent.multipliers.iter_mut().chain(gradients) {
         *entry = pool.simplify(*entry);
     }
-    if let Some(Reduction { free, directions, matrices }) = reduction(pool, checker, linear, &mut tangent)
+    if let Some(Reduction { free, directions, matrices, drift }) = reduction(pool, checker, linear, &mut tangent)
         && !free.is_empty()
     {
         let of = |list: &[String]| -> Vec<String> { free.iter().filter_map(|at| list.get(*at).cloned()).collect() };
@@ -174,18 +176,26 @@ pub(super) fn reduce(pool: &mut Algebra<'_>, linear: &mut Linear, names: &Names,
         };
         reduced.finish(pool, checker, parts);
         reduced.closed_forms(pool, checker, parts);
+        if let Some(part) = reduced.second_order.as_mut().filter(|_| drift.is_some()) {
+            // Matrices of conditions are not those of energies.
+            (part.kinetic, part.potential) = Default::default();
+        }
         let own =
             Names { coordinates: of(&names.coordinates), displacements: of(&names.displacements), ..names.clone() };
         let derivation = Derivation::of_matrices((**pool).clone(), checker.model, own, Ok(reduced));
+        let velocities = drift.is_some();
+        let moved = |at: usize| if velocities { Motion::Velocity(at) } else { Motion::Displacement(at) };
         let others = (0..directions.len()).filter(|i| !free.contains(i));
         let follows = others
             .map(|i| {
                 let terms = directions[i].iter().zip(&free);
-                let terms = terms.map(|(value, at)| MotionTerm::new(*value, &[(Motion::Displacement(*at), 1)]));
-                (i, MotionSum::new(pool, terms))
+                let terms = terms.map(|(value, at)| MotionTerm::new(*value, &[(moved(*at), 1)]));
+                let places = drift.iter().flat_map(|rows| rows[i].iter().enumerate());
+                let places = places.map(|(at, value)| MotionTerm::new(*value, &[(Motion::Displacement(at), 1)]));
+                (i, MotionSum::new(pool, terms.chain(places)))
             })
             .collect();
-        tangent.reduced = Some(Reduced { free, directions, follows, derivation: Box::new(derivation) });
+        tangent.reduced = Some(Reduced { free, directions, follows, velocities, derivation: Box::new(derivation) });
     }
     linear.tangent = Some(tangent);
 }
@@ -198,6 +208,8 @@ struct Reduction {
     directions: Rows,
     /// M, G, C, K and N of the free coordinates.
     matrices: [Option<Rows>; 5],
+    /// What the velocities of the others owe to the places of all, one row a coordinate, where they do.
+    drift: Option<Rows>,
 }
 
 fn reduction(
@@ -210,7 +222,11 @@ fn reduction(
         for entry in own.directions.iter_mut().flatten() {
             *entry = pool.simplify(*entry);
         }
-        return Some(Reduction { free: own.free, directions: own.directions, matrices: own.matrices });
+        let mut drift = own.drift_of_all(pool);
+        for entry in drift.iter_mut().flatten().flatten() {
+            *entry = pool.simplify(*entry);
+        }
+        return Some(Reduction { free: own.free, directions: own.directions, matrices: own.matrices, drift });
     }
     let (free, directions, stiffness) = match condensed(pool, checker, linear, tangent) {
         Some((free, directions, stiffness)) => (free, directions, Some(stiffness)),
@@ -227,7 +243,7 @@ fn reduction(
         Some(stiffness.unwrap_or_else(|| project(&linear.stiffness))),
         linear.circulatory.as_ref().map(&mut project),
     ];
-    Some(Reduction { free, directions, matrices })
+    Some(Reduction { free, directions, matrices, drift: None })
 }
 
 /// The free coordinates and Z, row by row; `None` where the rows are not shown to be independent.

@@ -162,14 +162,15 @@ pub(super) fn linearized(pool: &mut Pool, linear: &Linear) -> Vec<MotionSum> {
     (0..linear.mass.len())
         .map(|i| {
             let mut parts = terms(&linear.mass[i], Motion::Acceleration);
-            // One term for what goes with a velocity, in whichever matrix.
-            let velocity = match (row(&linear.gyroscopic, i), row(&linear.damping, i)) {
-                (Some(g), Some(c)) => g.iter().zip(&c).map(|(g, c)| pool.add(*g, *c)).collect(),
-                (g, c) => g.or(c).unwrap_or_default(),
+            // One term for what goes with a velocity or a displacement, in whichever matrix.
+            let mut both = |one: Option<Vec<ExprId>>, other: Option<Vec<ExprId>>| match (one, other) {
+                (Some(a), Some(b)) => a.iter().zip(&b).map(|(a, b)| pool.add(*a, *b)).collect(),
+                (a, b) => a.or(b).unwrap_or_default(),
             };
+            let velocity: Vec<ExprId> = both(row(&linear.gyroscopic, i), row(&linear.damping, i));
+            let place: Vec<ExprId> = both(Some(linear.stiffness[i].clone()), row(&linear.circulatory, i));
             parts.extend(terms(&velocity, Motion::Velocity));
-            parts.extend(terms(&linear.stiffness[i], Motion::Displacement));
-            parts.extend(terms(&row(&linear.circulatory, i).unwrap_or_default(), Motion::Displacement));
+            parts.extend(terms(&place, Motion::Displacement));
             MotionSum::new(pool, parts)
         })
         .collect()

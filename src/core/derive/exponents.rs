@@ -600,7 +600,16 @@ impl Found<'_, '_> {
         }
         let (size, _) = root(self.pool, product);
         let size = self.positive(size)?;
-        Some(self.quotient(b, size, Number::half()))
+        let plain = self.quotient(b, size, Number::half());
+        if self.sign(b)?.is_le() {
+            return Some(plain);
+        }
+        let square = self.pool.square(b);
+        let square = self.quotient(square, product, Number::half().mul(&Number::half()));
+        let (other, _) = root(self.pool, square);
+        let other = self.positive(other)?;
+        let shorter = self.pool.weight(other) < self.pool.weight(plain);
+        Some(if shorter { other } else { plain })
     }
 
     /// The zeros of a s⁴ + b s² + c: with z = p ± r the squares, both negative, and h = sqrt(c/a) they are ±i(u ± w) with

@@ -33,6 +33,8 @@ pub struct Frequencies {
     pub general: Case,
     /// With parameters equal as their values are, where that tells more.
     pub tied: Option<Case>,
+    /// The point group of bodies whose energies turn freely, at the values of the parameters; the classes are its then.
+    pub point_group: Option<String>,
     /// A symmetry that the model would have if parameters were equal that aren't.
     pub would_be: Option<Exchange>,
     /// What is taken to be positive, or where the second is true negative, as it is at the values.
@@ -174,7 +176,9 @@ pub(super) fn frequencies(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear:
     let (mut general, found) = case(checker, request, pool, &pair, &plain, &none);
     checker.check(pool, &pair, &mut general);
     general.add_normal(pool, checker, &pair, found);
-    let mut result = Frequencies { general, tied: None, would_be: None, signs, approximations: Vec::new() };
+    let point_group = checker.point_group().map(str::to_owned);
+    let mut result =
+        Frequencies { general, tied: None, would_be: None, signs, point_group, approximations: Vec::new() };
 
     let ties = Ties::of_a_kind(model, pool, &used, true);
     let mut tied_order = plain.order();

@@ -292,6 +292,9 @@ pub fn in_independent_coordinates(model: &Model) -> Option<Model> {
         checker.differs_from_zero(&pool, here)
     };
     let (mut pool, found) = reduced(&model, &differs)?;
+    if moves_by_itself(&mut pool, &variables, &found) {
+        return None;
+    }
     for (i, speed) in &found.follows {
         if let Some(rate) = model.rates.get(*i) {
             let speed = at_constant_rates(&mut pool, &variables, speed);
@@ -302,6 +305,23 @@ pub fn in_independent_coordinates(model: &Model) -> Option<Model> {
         }
     }
     of_independent(&model, pool, &variables, &found)
+}
+
+/// Whether the velocity of a coordinate that follows depends on its own place, by way of others too: then it has exponents of its own.
+fn moves_by_itself(pool: &mut Pool, variables: &Variables, found: &Independent) -> bool {
+    let mut left: Vec<(Symbol, Vec<Symbol>)> = Vec::new();
+    for (i, speed) in &found.follows {
+        let speed = at_constant_rates(pool, variables, speed);
+        left.push((variables.coordinates[*i], pool.symbols_of(&[speed])));
+    }
+    loop {
+        let open: Vec<Symbol> = left.iter().map(|(own, _)| *own).collect();
+        let before = left.len();
+        left.retain(|(_, symbols)| symbols.iter().any(|symbol| open.contains(symbol)));
+        if left.len() == before {
+            return before > 0;
+        }
+    }
 }
 
 /// The model that has these equations.

@@ -11,7 +11,7 @@ use super::elimination::Elimination;
 use super::parameters::{Formulas, known_values};
 use crate::expr::{ExprId, Symbol};
 use crate::model::{Constraint, Local, Model, SymbolKind, TermFamily};
-use crate::precision::{self, Ball, Big, Eliminated, Enclosure, Scalar, clear_column};
+use crate::precision::{self, Ball, Big, Complex, Eliminated, Enclosure, Scalar, clear_column};
 
 /// A model whose multipliers are coordinates behind its own.
 #[derive(Clone, Debug)]
@@ -198,6 +198,27 @@ impl Tangent<Ball> {
     /// All directions.
     pub(crate) fn all(coordinates: usize) -> Self {
         Self { free: (0..coordinates).collect(), bound: Vec::new(), slopes: Vec::new(), precision: () }
+    }
+}
+
+impl Tangent<Ball> {
+    /// All components of a shape of the exponent s, from those that the others follow: of these z it is (s + γ) z = (s Z - β) y, with -β and -γ
+    /// side by side in `drift`, of which γ is nilpotent.
+    pub(crate) fn carried(&self, drift: &[Vec<Ball>], s: &Complex<Ball>, y: &[Complex<Ball>]) -> Vec<Complex<Ball>> {
+        let zero = Complex::zero(());
+        let sum = |row: &[Ball], x: &[Complex<Ball>]| {
+            row.iter().zip(x).fold(zero, |sum, (factor, x)| sum.add(&x.times(factor)))
+        };
+        let mut all = y.to_vec();
+        all.resize(y.len() + self.bound.len(), zero);
+        for _ in 0..=self.bound.len() {
+            let next = self.slopes.iter().zip(drift).map(|(slopes, row)| sum(slopes, y).add(&sum(row, &all).div(s)));
+            let next: Vec<Complex<Ball>> = next.collect();
+            all[y.len()..].clone_from_slice(&next);
+        }
+        let mut placed = vec![zero; all.len()];
+        self.free.iter().chain(&self.bound).zip(all).for_each(|(place, own)| placed[*place] = own);
+        placed
     }
 }
 

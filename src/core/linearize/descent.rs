@@ -48,7 +48,7 @@ impl<'a> Energy<'a> {
         Some(Self { assembly, values, terms })
     }
 
-    fn at(&self, point: &[Ball]) -> Ball {
+    pub(super) fn at(&self, point: &[Ball]) -> Ball {
         let mut total = Ball::ZERO;
         let families = self.assembly.families.iter().zip(&self.terms);
         for (family, (tape, inputs)) in families.filter(|(family, _)| !family.potential.is_empty()) {

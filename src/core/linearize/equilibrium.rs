@@ -322,12 +322,13 @@ impl Search<'_> {
             *at = trial;
             return Ok((steps, proof));
         }
-        // With multipliers the potential has no bottom.
-        let energy = (self.visible == at.len()).then(|| Energy::new(self.model, self.assembly, self.values)).flatten();
-        if let Some(energy) = energy {
+        if let Some(energy) = Energy::new(self.model, self.assembly, self.values) {
             for metric in &metrics {
                 let mut low = start.clone();
-                if !self.descend(&mut low, metric, &energy) {
+                // With multipliers the potential has no bottom.
+                let tied = self.visible < at.len();
+                let is_low = if tied { self.slide(&mut low, &energy) } else { self.descend(&mut low, metric, &energy) };
+                if !is_low {
                     continue;
                 }
                 for metric in [metric, &self.stiffness_metric(&low)] {

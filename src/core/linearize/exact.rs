@@ -5,10 +5,11 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use super::assemble::{Assembly, Part, Values};
+use super::assemble::{Assembly, Part, Values, assemble};
 use super::elimination;
 use super::equilibrium::{Equilibrium, in_numbers};
 use super::massless::{Direction, product};
+use super::parameters::with_values;
 use super::radicals::{Exact, Surd};
 use super::velocity::{Matrix, sum};
 use crate::model::Model;
@@ -21,6 +22,25 @@ pub(super) const MOST: usize = 60;
 /// A matrix with more entries in its lower triangle is too much work to eliminate.
 const MOST_ENTRIES: usize = 1_000_000;
 
+/// A model with its assembly, or one with the values of parameters put in where these are no fractions.
+struct Put {
+    own: Option<(Model, Assembly)>,
+}
+
+impl Put {
+    fn new(model: &Model) -> Self {
+        let put = |mut model: Model| {
+            let assembly = assemble(&mut model);
+            (model, assembly)
+        };
+        Self { own: with_values(model).map(put) }
+    }
+
+    fn or<'a>(&'a self, model: &'a Model, assembly: &'a Assembly) -> (&'a Model, &'a Assembly) {
+        self.own.as_ref().map_or((model, assembly), |(model, assembly)| (model, assembly))
+    }
+}
+
 /// Vectors of the kernel of K, independent of each other, where K is rational in units of its own for each
 /// coordinate, which may be square roots; `None` where it is not, or too large, and none where its kernel has no
 /// more dimensions than the `known` ones.
@@ -30,6 +50,8 @@ pub(super) fn kernel(
     equilibrium: &Equilibrium,
     known: usize,
 ) -> Option<Vec<Vec<Surd>>> {
+    let put = Put::new(model);
+    let (model, assembly) = put.or(model, assembly);
     let (at, values) = exactly(model, assembly, equilibrium, |_| Exact::none())?;
     let n = at.len();
     let mut lower: Vec<BTreeMap<u32, Exact>> = vec![BTreeMap::new(); n];
@@ -89,6 +111,8 @@ pub(super) fn without_inertia(
     if n > MOST {
         return None;
     }
+    let put = Put::new(model);
+    let (model, assembly) = put.or(model, assembly);
     let (at, values) = exactly(model, assembly, equilibrium, |value| Exact::rational(exact_number(value.mid)))?;
     let mass = assembly.mass(&at, &values);
     let others = [Matrix::Gyroscopic, Matrix::Damping].into_iter().filter(|_| !all);
@@ -121,6 +145,8 @@ pub(super) fn unheld(
     equilibrium: &Equilibrium,
     directions: &[Direction],
 ) -> Option<Direction> {
+    let put = Put::new(model);
+    let (model, assembly) = put.or(model, assembly);
     let (at, values) = settled(model, assembly, equilibrium)?;
     let n = at.len();
     let circulatory = assembly.velocity_matrix(Matrix::Circulatory, &at, &values);
@@ -196,6 +222,8 @@ fn units(lower: &[BTreeMap<u32, Exact>]) -> Option<Vec<Exact>> {
 
 /// Whether all forces on some coordinates are exactly 0 at an equilibrium.
 pub(super) fn forces_vanish(model: &Model, assembly: &Assembly, equilibrium: &Equilibrium, on: &[usize]) -> bool {
+    let put = Put::new(model);
+    let (model, assembly) = put.or(model, assembly);
     exactly(model, assembly, equilibrium, |_| Exact::none()).is_some_and(|(at, values)| {
         let force = assembly.gradient(&at, &values);
         on.iter().all(|i| force[*i].is_exact_zero())
@@ -340,6 +368,8 @@ pub(super) fn simplest(mid: &Number, radius: &Number) -> Option<Number> {
 
 /// The exact matrices, in units in which their entries are fractions or combinations of a few square roots.
 pub(crate) fn integers(model: &Model, assembly: &Assembly, equilibrium: &Equilibrium) -> Option<Integers> {
+    let put = Put::new(model);
+    let (model, assembly) = put.or(model, assembly);
     let (at, values) = settled(model, assembly, equilibrium)?;
     let [mass, gyroscopic, damping, stiffness, circulatory] = assembly.matrices(&at, &values);
     let nothing = || vec![Exact::rational(Some(Number::ZERO)); at.len() * at.len()];

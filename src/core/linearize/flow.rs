@@ -44,8 +44,13 @@ pub(super) type Three<S> = [Vec<S>; 3];
 /// The directions without inertia of what is left of a model, where friction or gyroscopic forces determine how they move. Where they are no coordinates,
 /// those that follow the others are among them, and none follows before.
 pub(super) fn find(own: &mut Linearized) -> Option<Flow> {
-    let mut directions = orders_of(own, massless::resting(own).into_iter().map(massless::unit).collect());
-    if let Some(all) = massless::kernel_of_mass(own)
+    let first = |places: &[usize]| places.iter().map(|at| (massless::unit(*at), Order::First)).collect();
+    let mut directions = match own.rolling() {
+        Some(rolling) => first(rolling.first_order()),
+        None => orders_of(own, massless::resting(own).into_iter().map(massless::unit).collect()),
+    };
+    if own.rolling().is_none()
+        && let Some(all) = massless::kernel_of_mass(own)
         && all.len() > own.massless_directions() + directions.len()
     {
         let followed = own.massless.take();

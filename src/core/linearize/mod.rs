@@ -342,7 +342,7 @@ fn linearize_in(
         linearized.massless = massless::find(&linearized).map(Box::new);
     }
     linearized.structure = linearized.find_structure();
-    if matches!(linearized.structure, Structure::Damped | Structure::Gyroscopic) && !rolls {
+    if matches!(linearized.structure, Structure::Damped | Structure::Gyroscopic) {
         linearized.flow = flow::find(&mut linearized).map(Box::new);
     }
     Ok(linearized)
@@ -524,6 +524,16 @@ impl Linearized {
         self.rolling().map_or(&[], |own| &own.symbolic.moved)
     }
 
+    /// How the velocities of coordinates that follow others under conditions come of places; see [`Rolling::drift`].
+    pub(crate) fn drift(&self) -> Option<Vec<Vec<Ball>>> {
+        self.rolling().filter(|own| own.drifts())?.drift(&self.model, &self.equilibrium.values)
+    }
+
+    /// The coordinates that others follow under conditions, and these.
+    pub(crate) fn following(&self) -> Option<&Tangent<Ball>> {
+        self.constrained.as_ref().map(|own| &own.tangent)
+    }
+
     /// The direction of each of these families, in all coordinates.
     pub(crate) fn families(&self) -> &[Vec<Ball>] {
         self.constrained.as_ref().map_or(&[], |own| &own.families)
@@ -562,8 +572,15 @@ impl Linearized {
     /// directions that follow the others, and one of each two that gyroscopic forces alone hold.
     #[must_use]
     pub fn mode_count(&self) -> usize {
-        let flow = self.flow().filter(|_| self.structure == Structure::Gyroscopic);
-        self.coordinates() - self.constraints() - self.massless_directions() - flow.map_or(0, Flow::pairs)
+        let undamped = self.structure == Structure::Gyroscopic;
+        let less = |flow: &Flow| flow.following() + if undamped { flow.pairs() } else { 0 };
+        self.dimension() - self.flow().map_or(0, less)
+    }
+
+    /// Whether some equations with friction are of first order, so that how many entries there are is seen from the exponents alone.
+    #[must_use]
+    pub fn is_first_order(&self) -> bool {
+        self.structure == Structure::Damped && (self.flow.is_some() || self.massless.is_some())
     }
 
     /// Refuses coordinates without inertia, for what has to have accelerations.
@@ -575,7 +592,8 @@ impl Linearized {
             Some(own) => own.tangent.free[*at],
             None => *at,
         });
-        let flowing = || self.flow()?.places().first().and_then(|at| self.free_coordinates().get(*at).copied());
+        let flow = || self.flow().filter(|_| self.rolling().is_none());
+        let flowing = || flow()?.places().first().and_then(|at| self.free_coordinates().get(*at).copied());
         match following.or_else(flowing) {
             Some(at) => {
                 let span = self.model().coordinates.at(at).span;
@@ -620,7 +638,8 @@ impl Linearized {
     #[must_use]
     pub fn constraints(&self) -> usize {
         let own = self.constrained.as_ref();
-        own.map_or(0, |own| own.rolling.as_ref().map_or(own.bound.len(), |(rolling, _)| rolling.bound().len()))
+        let of = |rolling: &Rolling| rolling.bound().len() + rolling.first_order().len();
+        own.map_or(0, |own| own.rolling.as_ref().map_or(own.bound.len(), |(rolling, _)| of(rolling)))
     }
 
     /// The constraints that follow from the others, by their number in the model: nothing would change
@@ -647,7 +666,9 @@ impl Linearized {
             return Structure::Damped;
         }
         let circulatory = self.sparse_of_velocities(velocity::Matrix::Circulatory);
-        match (acts(&self.sparse_of_velocities(velocity::Matrix::Gyroscopic)), acts(&circulatory)) {
+        // Where velocities follow places, shapes are complex.
+        let turns = self.rolling().is_some_and(Rolling::drifts);
+        match (acts(&self.sparse_of_velocities(velocity::Matrix::Gyroscopic)) || turns, acts(&circulatory)) {
             (false, false) => Structure::Conservative,
             (true, false) => Structure::Gyroscopic,
             (false, true) => Structure::Circulatory,
@@ -740,6 +761,12 @@ impl Linearized {
     #[must_use]
     pub fn zero_modes(&self) -> Vec<ZeroMode> {
         self.zero_modes_with(true)
+    }
+
+    /// Which of some zero modes no force acts on that goes with velocities, whatever the parameters are.
+    pub(crate) fn unmoved(&self, modes: &[ZeroMode]) -> Vec<bool> {
+        let pool = &mut self.model.pool.clone();
+        modes.iter().map(|mode| self.rolling().is_none() && mode.is_unmoved(&self.assembly, pool)).collect()
     }
 
     /// Those that symmetries and loose parts explain, or all.

@@ -30,11 +30,30 @@ pub(crate) fn put_exponents_in(model: &mut Model) {
     for number in parameters_of(model, &exponents) {
         values.extend(rational_value(model, &model.parameters[number]));
     }
-    let bodies = model.pool.substitute(&bodies, &values);
+    put_into_bodies(model, &bodies, &values);
+}
+
+fn put_into_bodies(model: &mut Model, bodies: &[ExprId], values: &Substitution) {
+    let bodies = model.pool.substitute(bodies, values);
     let families = model.kinetic.iter_mut().chain(&mut model.potential);
     for (family, body) in families.chain(&mut model.forces).zip(bodies) {
         family.body = body;
     }
+}
+
+/// A model with those values of parameters put in that are no fractions, as cos(a) for a = π/3 is one; `None` where all are.
+pub(super) fn with_values(model: &Model) -> Option<Model> {
+    let bodies: Vec<ExprId> =
+        signed_terms(model).map(|(_, family)| family).chain(&model.forces).map(|family| family.body).collect();
+    let mut values = Substitution::default();
+    for number in parameters_of(model, &bodies) {
+        let own = &model.parameters[number];
+        values
+            .extend(own.value.filter(|value| model.pool.as_number(*value).is_none()).map(|value| (own.symbol, value)));
+    }
+    let mut model = if values.is_empty() { return None } else { model.clone() };
+    put_into_bodies(&mut model, &bodies, &values);
+    Some(model)
 }
 
 /// The parameters whose values are fractions.

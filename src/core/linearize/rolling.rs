@@ -9,10 +9,11 @@
 //! ZᵀMZ y'' + (ZᵀDZ - Pβ) y' + (ZᵀSZ + Pγβ - Qβ) y + (Pγ² - Qγ + R) z = 0,    P = ZᵀMW, Q = ZᵀDW, R = ZᵀSW.
 //! ```
 //!
-//! Where z stays out of it, which is proved in symbols, the exponents are those of y and, as γ is nilpotent, a 0 for each
+//! Those of z that act on y in a steady motion are coordinates of first order beside y, with the equations z' + β y + γ z = 0. Where the others stay
+//! out of it, which is proved in symbols, the exponents are those of y and, as γ is nilpotent for them, a 0 for each
 //! condition that can't be integrated: at rest the equilibria come in a family of as many dimensions. How many
-//! can't be is told by the Lie brackets of the fields of allowed velocities (Frobenius). All of this is done in symbols, and evaluated
-//! at any precision. Holonomic constraints beside them are rows of A with B = 0. *Nothing is integrated but conditions whose
+//! can't be is told by the Lie brackets of the fields of allowed velocities and, where b is not 0, of the one at which all others rest (Frobenius).
+//! All of this is done in symbols, and evaluated at any precision. Holonomic constraints beside them are rows of A with B = 0. *Nothing is integrated but conditions whose
 //! coefficients are gradients as they stand; none is multiplied by a factor for it.*
 
 use std::borrow::Cow;
@@ -47,7 +48,11 @@ type Rows = Vec<Vec<ExprId>>;
 pub struct SymbolicRolling {
     /// The coordinates that the others follow, by number.
     pub free: Vec<usize>,
+    /// Those of them, by place, whose equations are conditions, of first order.
+    first: Vec<usize>,
     bound: Vec<usize>,
+    /// How the velocities of `bound` follow what `free` and `bound` are: -β, then -γ; one row each, and none where all of it is 0.
+    drift: Rows,
     /// For each condition that can't be integrated, the coordinate that moves along its family of equilibria.
     pub(super) moved: Vec<usize>,
     /// M, G, C, K and N of `free`; those that are 0 are not there.
@@ -176,6 +181,31 @@ fn added(pool: &mut Pool, left: &Rows, right: &Rows) -> Rows {
     left.iter().zip(right).map(|(a, b)| a.iter().zip(b).map(&mut both).collect()).collect()
 }
 
+/// Which of z act on y (`feeds_back`), or on those that do, or decay or grow by themselves: what is left of γ is nilpotent.
+fn acting(pool: &mut Pool, feeds_back: &Rows, gamma: &Rows) -> Vec<bool> {
+    let count = gamma.len();
+    let mut acting: Vec<bool> = (0..count).map(|k| feeds_back.iter().any(|row| !row[k].is_zero())).collect();
+    let close = |acting: &mut Vec<bool>| {
+        for _ in 0..count {
+            for k in 0..count {
+                acting[k] |= (0..count).any(|i| acting[i] && !gamma[i][k].is_zero());
+            }
+        }
+    };
+    close(&mut acting);
+    let left: Vec<usize> = (0..count).filter(|k| !acting[*k]).collect();
+    let own: Rows = left.iter().map(|i| left.iter().map(|j| gamma[*i][*j]).collect()).collect();
+    let mut power = own.clone();
+    for _ in 1..left.len() {
+        power = product(pool, &power, &own);
+    }
+    if !vanish(&power) {
+        left.iter().for_each(|k| acting[*k] = gamma[*k].iter().any(|e| !e.is_zero()));
+        close(&mut acting);
+    }
+    acting
+}
+
 fn vanish(rows: &Rows) -> bool {
     rows.iter().flatten().all(|e| e.is_zero())
 }
@@ -272,12 +302,6 @@ impl SymbolicRolling {
         let refused = |reason| LinearizeError::RollingNotCovered { reason, span };
         let rates: Vec<Option<ExprId>> = model.rates.iter().map(|rate| rate.map(|rate| rate.symbolic)).collect();
         let conditions = Conditions::new(model, pool, point, whole, visible, &rates)?;
-        for own in &model.rolling {
-            let part = model.at_rest(pool, own.expression);
-            if !is_zero(pool, part) {
-                return Err(refused("one of them has a part without velocities"));
-            }
-        }
         let dependent = "they depend on each other there";
         let bound = conditions.choose(model, pool, whole, at);
         let bound = bound.ok_or_else(|| refused(dependent))?;
@@ -330,26 +354,85 @@ impl SymbolicRolling {
         let feeds_back = product(pool, &p_gamma, &gamma);
         let feeds_back = minus(pool, &feeds_back, &q, &gamma);
         let feeds_back = added(pool, &feeds_back, &r);
-        let mut power = gamma.clone();
-        for _ in 1..bound.len() {
-            power = product(pool, &power, &gamma);
-        }
-        if drifts && !(vanish(&feeds_back) && vanish(&power)) {
-            return Err(refused("the coordinates that they leave open act on the others in this steady motion"));
-        }
+        let acting = if drifts { acting(pool, &feeds_back, &gamma) } else { vec![false; bound.len()] };
         let zeros = not_integrable(model, pool, &bound, visible)
             .ok_or_else(|| refused("whether they can be integrated is not decided"))?;
-        // A family of equilibria moves these alone.
-        let moved = if zeros == 0 { Vec::new() } else { moved };
-        let places = moved.iter().filter_map(|i| bound.iter().position(|own| own == i));
-        let places: Vec<usize> = places.collect();
-        let shifts: Rows = r.iter().map(|row| places.iter().map(|at| row[*at]).collect()).collect();
-        if moved.len() != zeros || drifts && !vanish(&shifts) {
+        // A family of equilibria moves these alone; those that act on the others have exponents of their own.
+        let place = |i: &usize| bound.iter().position(|own| own == i);
+        let is_acting = |i: &usize| place(i).is_some_and(|at| acting[at]);
+        let (alive, mut moved): (Vec<usize>, Vec<usize>) = moved.into_iter().partition(is_acting);
+        if zeros == 0 && alive.is_empty() {
+            moved.clear();
+        } else if zeros != alive.len() + moved.len() && (alive.is_empty() || !moved.is_empty()) {
             return Err(refused("the family of equilibria that they leave is not one of single coordinates"));
         }
+        let places: Vec<usize> = moved.iter().filter_map(place).collect();
+        let shifts: Rows = r.iter().map(|row| places.iter().map(|at| row[*at]).collect()).collect();
+        if drifts && !vanish(&shifts) {
+            return Err(refused("the family of equilibria that they leave is not one of single coordinates"));
+        }
+        // Coordinates of first order among those of second.
+        let mut left: Vec<usize> = free.iter().copied().chain(bound.iter().copied().filter(is_acting)).collect();
+        left.sort_unstable();
+        // Of y and z + Z y, which are the coordinates themselves.
+        let opposite = scaled(pool, &slopes, -1);
+        let share = product(pool, &feeds_back, &opposite);
+        let stiffness = if acting.contains(&true) { added(pool, &stiffness, &share) } else { stiffness };
+        let whole = |first: &dyn Fn(usize, usize) -> ExprId, rows: &[&Rows; 2]| -> Rows {
+            let entry = |i: &usize, j: &usize| match (free.binary_search(i), free.binary_search(j)) {
+                (Ok(i), Ok(j)) => rows[0][i][j],
+                (Ok(i), Err(_)) => place(j).map_or(zero, |j| rows[1][i][j]),
+                (Err(_), _) => first(*i, *j),
+            };
+            left.iter().map(|i| left.iter().map(|j| entry(i, j)).collect()).collect()
+        };
+        let none: Rows = vec![vec![zero; bound.len()]; free.len()];
+        let held = |i: usize, j: usize| match (place(&i), free.binary_search(&j)) {
+            (Some(row), Ok(at)) => own[row][at],
+            (Some(row), Err(_)) => place(&j).map_or(zero, |at| gamma[row][at]),
+            (None, _) => zero,
+        };
+        let mass = whole(&|_, _| zero, &[&mass, &none]);
+        let moved_by = |i: usize, j: usize| match (place(&i), free.binary_search(&j)) {
+            (Some(row), Ok(at)) => opposite[row][at],
+            _ if i == j => one,
+            _ => zero,
+        };
+        let velocity = whole(&moved_by, &[&velocity, &none]);
+        let stiffness = whole(&held, &[&stiffness, &feeds_back]);
+        let others: Vec<usize> = bound.iter().copied().filter(|i| !is_acting(i)).collect();
+        let first = (0..left.len()).filter(|at| is_acting(&left[*at])).collect();
+        let mut drift: Rows = Vec::new();
+        if drifts {
+            let both: Vec<usize> = left.iter().chain(&others).copied().collect();
+            drift.extend(others.iter().map(|i| both.iter().map(|j| pool.neg(held(*i, *j))).collect()));
+        }
+        let directions: Rows = (0..visible)
+            .map(|i| match left.binary_search(&i) {
+                Ok(_) => unit(&left, i),
+                Err(_) => left.iter().map(|j| free.binary_search(j).map_or(zero, |at| directions[i][at])).collect(),
+            })
+            .collect();
         let matrices = parts(pool, mass, &velocity, &stiffness);
         let gradients = conditions.rows.iter().map(|row| row[..visible].to_vec()).collect();
-        Ok(Self { free, bound, moved, matrices, gradients, directions, shifts })
+        Ok(Self { free: left, first, bound: others, drift, moved, matrices, gradients, directions, shifts })
+    }
+}
+
+impl SymbolicRolling {
+    /// What the velocities of coordinates that follow owe to the places of all coordinates, one row a coordinate; `None` where they owe nothing.
+    pub(crate) fn drift_of_all(&self, pool: &Pool) -> Option<Rows> {
+        if vanish(&self.drift) && self.first.is_empty() {
+            return None;
+        }
+        let count = self.free.len() + self.bound.len();
+        let mut all = vec![vec![pool.zero(); count]; count];
+        for (row, i) in self.drift.iter().zip(&self.bound) {
+            for (entry, j) in row.iter().zip(self.free.iter().chain(&self.bound)) {
+                all[*i][*j] = *entry;
+            }
+        }
+        Some(all)
     }
 }
 
@@ -378,7 +461,8 @@ impl Rolling {
         let symbolic = SymbolicRolling::new(model, &mut whole, &point, &equilibrium.values, visible)?;
         let slopes = symbolic.bound.iter().flat_map(|i| &symbolic.directions[*i]);
         let all = symbolic.matrices.iter().flatten().flatten().flatten().chain(slopes);
-        let all: Vec<ExprId> = all.chain(symbolic.shifts.iter().flatten()).copied().collect();
+        let all = all.chain(symbolic.drift.iter().flatten()).chain(symbolic.shifts.iter().flatten());
+        let all: Vec<ExprId> = all.copied().collect();
         let formulas = Formulas::new(model, &whole.pool, &all);
         let formulas = formulas.ok_or_else(|| refused("their matrices have no numbers there"))?;
         if let Some(missing) = formulas.missing(model) {
@@ -443,6 +527,25 @@ impl Rolling {
             families.push(vector);
         }
         Some(families)
+    }
+
+    /// Those of the coordinates that are left, by place, whose equations are conditions, of first order.
+    pub(super) fn first_order(&self) -> &[usize] {
+        &self.symbolic.first
+    }
+
+    /// Whether some velocities are not made of velocities alone.
+    pub(super) fn drifts(&self) -> bool {
+        !vanish(&self.symbolic.drift) || !self.symbolic.first.is_empty()
+    }
+
+    /// How the velocities of those that follow come of the others' places and of their own; one row each, and none where they do not.
+    pub(super) fn drift(&self, model: &Model, at: &[Ball]) -> Option<Vec<Vec<Ball>>> {
+        let SymbolicRolling { free, bound, drift, shifts, .. } = &self.symbolic;
+        let numbers = self.formulas.at(model, at, ())?;
+        let width = free.len() + bound.len();
+        let end = numbers.len() - shifts.iter().map(Vec::len).sum::<usize>();
+        Some(numbers[end - drift.len() * width..end].chunks(width).map(<[Ball]>::to_vec).collect())
     }
 
     /// The coordinates that follow the others.
@@ -529,9 +632,18 @@ fn not_integrable(model: &Model, pool: &mut Pool, bound: &[usize], visible: usiz
         rows.push(pool.gradient(own.expression, &velocities));
     }
     let free: Vec<usize> = (0..visible).filter(|i| !bound.contains(i)).collect();
+    let constraints = rows.len() - model.rolling.len();
+    for (at, row) in rows.iter_mut().enumerate() {
+        let rest = at.checked_sub(constraints).map(|at| model.at_rest(pool, model.rolling[at].expression));
+        row.push(rest.unwrap_or(pool.zero()));
+    }
     let rows = eliminate(pool, rows, bound)?;
-    let speeds = |pool: &mut Pool, i: usize| rows.iter().map(|row| pool.neg(row[i])).collect();
-    let fields: Vec<Field> = free.iter().map(|i| Field { free: Some(*i), speeds: speeds(pool, *i) }).collect();
+    let speeds = |pool: &mut Pool, i: usize| -> Vec<ExprId> { rows.iter().map(|row| pool.neg(row[i])).collect() };
+    let mut fields: Vec<Field> = free.iter().map(|i| Field { free: Some(*i), speeds: speeds(pool, *i) }).collect();
+    let rest = speeds(pool, visible);
+    if rest.iter().any(|e| !is_zero(pool, *e)) {
+        fields.push(Field { free: None, speeds: rest });
+    }
     let bound: Vec<Symbol> = bound.iter().map(|i| coordinates[*i]).collect();
     let bracket = |pool: &mut Pool, x: &Field, y: &Field| -> Field {
         let component = |k: usize| {
@@ -567,7 +679,7 @@ fn not_integrable(model: &Model, pool: &mut Pool, bound: &[usize], visible: usiz
 
 /// A field of allowed velocities, or a Lie bracket of such.
 struct Field {
-    /// The free coordinate whose velocity is 1; those of all others are 0.
+    /// The free coordinate whose velocity is 1, if any; those of all others are 0.
     free: Option<usize>,
     /// The velocities of the bound coordinates.
     speeds: Vec<ExprId>,

@@ -15,9 +15,11 @@ use super::naming;
 use super::parameters::rational_values;
 use super::symbolic;
 use super::verify::hold_in_true_numbers;
-use crate::expr::{ExprId, ModularPoint, Pool, Symbol, add_mod, mul_mod, neg_mod, nullspace_mod, rational_reconstruct};
+use crate::expr::{
+    ExprId, ModularPoint, Pool, Symbol, ZeroVerdict, add_mod, mul_mod, neg_mod, nullspace_mod, rational_reconstruct,
+};
 use crate::groups::Groups;
-use crate::model::{CoordinateFamily, Model};
+use crate::model::{CoordinateFamily, Model, TermFamily};
 use crate::number::Number;
 use crate::precision::{Ball, Scalar};
 
@@ -71,6 +73,43 @@ impl Symmetry {
             Generator::Constant(vector) => Some(vector),
             Generator::Rotation(_) => None,
         }
+    }
+
+    /// Whether no force that goes with velocities acts along it or on it, identically: D ξ = 0, term by term.
+    pub(super) fn is_unmoved(&self, assembly: &Assembly, pool: &mut Pool) -> bool {
+        let stranger = pool.fresh_symbol("stranger");
+        let stranger = pool.symbol_expr(stranger);
+        assembly.velocity.iter().all(|family| {
+            let rows = family.velocity_rows(pool);
+            let mut tested: HashSet<Vec<ExprId>> = HashSet::new();
+            (0..family.terms.count).all(|instance| {
+                let speeds = self.speeds(pool, &family.terms, instance, stranger);
+                if !tested.insert(speeds.clone()) {
+                    return true;
+                }
+                (0..speeds.len()).all(|i| {
+                    let own = rows.iter().filter(|(row, ..)| *row == i);
+                    let parts: Vec<ExprId> = own.map(|(_, j, entry)| pool.mul(*entry, speeds[*j])).collect();
+                    let sum = pool.sum(&parts);
+                    pool.is_zero(sum) == ZeroVerdict::Zero
+                })
+            })
+        })
+    }
+
+    /// The generator by local variables of a term, with a `stranger` for what the term does not contain.
+    fn speeds(&self, pool: &mut Pool, terms: &TermFamily, instance: usize, stranger: ExprId) -> Vec<ExprId> {
+        let coordinates = terms.coordinates_of(instance);
+        let mut speed = |own: &u32| match &self.generator {
+            Generator::Constant(vector) => pool.number(vector.get(*own as usize).cloned().unwrap_or_default()),
+            Generator::Rotation(rotation) => {
+                let Some((partner, minus)) = rotation.partner.get(own) else { return pool.zero() };
+                let place = coordinates.iter().position(|other| other == partner);
+                let partner = place.map_or(stranger, |at| pool.symbol_expr(terms.locals[at].coordinate));
+                if *minus { pool.neg(partner) } else { partner }
+            }
+        };
+        coordinates.iter().map(&mut speed).collect()
     }
 
     /// Whether it never moves any but these coordinates.

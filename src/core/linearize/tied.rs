@@ -11,10 +11,18 @@ use nalgebra::{DMatrix, DVector};
 use super::assemble::{Assembly, Values};
 use super::constrained::{choose_bound, gradients, solve};
 use super::dependence;
+use super::descent::Energy;
 use super::equilibrium::{BITS_TO_VERIFY, Equilibrium, Origin, Search, closed, short};
 use super::error::LinearizeError;
 use super::symbolic::force_text;
 use crate::precision::{Ball, Big, Enclosure};
+
+/// Steps onto the constraints, and halvings of a step along them.
+const MOST_ROUNDS: usize = 50;
+
+/// Steps down along the constraints, and the coordinates for which they are taken.
+const MOST_SLIDES: usize = 300;
+const MOST_SLIDING: usize = 200;
 
 /// Puts the multipliers into a point whose coordinates are known: from the forces on the coordinates `bound`.
 /// `None` where these do not determine them.
@@ -171,6 +179,83 @@ impl Search<'_> {
             }));
         }
         Ok(None)
+    }
+
+    /// Moves coordinates the least way onto the constraints; whether it got there.
+    fn move_onto_constraints(&self, at: &mut [Ball]) -> bool {
+        let (visible, order) = (self.visible, at.len());
+        for _ in 0..MOST_ROUNDS {
+            let off = self.gradient(at).split_off(visible);
+            let sizes = at[..visible].iter().map(|x| x.mid_f64().abs());
+            let scale = sizes.fold(0.0, f64::max);
+            let rows = gradients(&self.assembly.stiffness(at, self.values), visible, order);
+            let matrix = DMatrix::from_fn(rows.len(), visible, |a, i| rows[a][i].mid_f64());
+            let right = DVector::from_fn(rows.len(), |a, _| -off[a].mid_f64());
+            if !matrix.iter().chain(right.iter()).all(|x| x.is_finite()) {
+                return false;
+            }
+            let Ok(step) = matrix.svd(true, true).solve(&right, 1e-12) else { return false };
+            for (x, step) in at.iter_mut().zip(step.iter()) {
+                *x = Ball::exact(x.mid_f64() + step);
+            }
+            if step.norm() <= 1e-13 * scale || step.norm() == 0.0 {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Down the potential along the surface that constraints leave, by Newton steps with |K| in place of K there, near enough to a minimum
+    /// for the search to take over; whether it got there.
+    pub(super) fn slide(&self, at: &mut [Ball], energy: &Energy<'_>) -> bool {
+        let (visible, order) = (self.visible, at.len());
+        let height = |at: &[Ball]| {
+            let mut free = at.to_vec();
+            free[visible..].fill(Ball::ZERO);
+            energy.at(&free)
+        };
+        if visible > MOST_SLIDING || !self.move_onto_constraints(at) {
+            return false;
+        }
+        for _ in 0..MOST_SLIDES {
+            // What force the constraints leave is that along the surface.
+            self.guess_multipliers(at);
+            let stiffness = self.assembly.stiffness(at, self.values);
+            let rows = gradients(&stiffness, visible, order);
+            let slopes = DMatrix::from_fn(rows.len(), visible, |a, i| rows[a][i].mid_f64());
+            let force = DVector::from_iterator(visible, self.gradient(at).iter().take(visible).map(Ball::mid_f64));
+            let Ok(inverse) = slopes.clone().pseudo_inverse(1e-12) else { return false };
+            let along = DMatrix::identity(visible, visible) - inverse * slopes;
+            let second = DMatrix::from_fn(visible, visible, |i, j| stiffness[i + order * j].mid_f64());
+            if !second.iter().chain(along.iter()).chain(force.iter()).all(|x| x.is_finite()) {
+                return false;
+            }
+            let eigen = nalgebra::SymmetricEigen::new(&along * second * &along);
+            let size = DVector::from_iterator(visible, at.iter().take(visible).map(Ball::mid_f64)).norm();
+            let size = if size > 0.0 { size } else { 1.0 };
+            // No step is longer than the place is far from 0.
+            let least = (force.norm() / size).max(1e-9 * eigen.eigenvalues.amax());
+            let mut step = DVector::zeros(visible);
+            for (value, v) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
+                step -= v * (v.dot(&force) / value.abs().max(least));
+            }
+            if step.norm().is_nan() || step.norm() <= 1e-9 * size {
+                return true;
+            }
+            let (here, mut part) = (height(at), 1.0);
+            let lower = (0..MOST_ROUNDS).find_map(|_| {
+                let mut there = at.to_vec();
+                for (x, step) in there.iter_mut().zip(step.iter()) {
+                    *x = Ball::exact(x.mid_f64() + part * step);
+                }
+                let falls = 1e-4 * part * step.dot(&force).abs();
+                part *= 0.5;
+                (self.move_onto_constraints(&mut there) && (here - height(&there)).mid_f64() >= falls).then_some(there)
+            });
+            let Some(lower) = lower else { return true };
+            at.copy_from_slice(&lower);
+        }
+        false
     }
 
     /// Multipliers that leave the least force.

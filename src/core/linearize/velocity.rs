@@ -87,6 +87,19 @@ impl VelocityFamily {
         self.derivatives.entries.iter().any(|(own, ..)| *own == matrix)
     }
 
+    /// The entries of D = G + C by local variables: row, column and share.
+    pub(super) fn velocity_rows(&self, pool: &mut Pool) -> Vec<(usize, usize, ExprId)> {
+        let mut rows = Vec::new();
+        for (matrix, i, j, entry) in &self.derivatives.entries {
+            match matrix {
+                Matrix::Damping => rows.push((*i, *j, *entry)),
+                Matrix::Gyroscopic => rows.extend([(*i, *j, *entry), (*j, *i, pool.neg(*entry))]),
+                Matrix::Circulatory => {}
+            }
+        }
+        rows
+    }
+
     /// The factors of the squares that F is a sum of at rest, with the parameters in them; `None` where it is none.
     fn strengths(&self, model: &Model) -> Option<(Tape, Inputs)> {
         let mut pool = model.pool.clone();

@@ -10,6 +10,7 @@ use super::equilibrium::Equilibrium;
 use super::radicals::Surd;
 use super::symmetry::{Symmetry, symmetries};
 use super::{exact, mechanism};
+use crate::expr::Pool;
 use crate::model::Model;
 use crate::precision::Ball;
 use crate::precision::Enclosure;
@@ -32,6 +33,14 @@ impl<N> ZeroMode<N> {
     /// Whether it is one whatever the values of the parameters are: a symmetry that holds identically.
     pub fn holds_everywhere(&self) -> bool {
         matches!(self.ground, Ground::Symmetry(_))
+    }
+
+    /// Whether no force that goes with velocities acts on it, whatever the parameters are.
+    pub(super) fn is_unmoved(&self, assembly: &Assembly, pool: &mut Pool) -> bool {
+        match &self.ground {
+            Ground::Symmetry(own) | Ground::AtValues(own) => own.is_unmoved(assembly, pool),
+            Ground::Plain | Ground::Exact(_) | Ground::Mechanism { .. } => false,
+        }
     }
 
     /// The same mode with its vector in other coordinates.

@@ -9,7 +9,7 @@ use crate::modes::exponents::{
     Exponent, Exponents, Limit, PreciseQuadratic, QuadraticProblem, QuadraticSource, exponents, finish,
 };
 use crate::modes::{Kind, ModesError, Options, Stability};
-use crate::precision::{Ball, Big, Enclosure, Integers, quadratic_form};
+use crate::precision::{Ball, Big, Complex, Enclosure, Integers, Magnitude, quadratic_form};
 
 /// The model as a source of matrices.
 pub(super) struct Source<'a> {
@@ -58,6 +58,7 @@ pub(super) fn normal_modes(linearized: &Linearized, options: &Options) -> Result
             Structure::Conservative | Structure::Gyroscopic => Form::Gyroscopic,
         },
         zero_vectors: zero_modes.iter().map(|mode| mode.vector.clone()).collect(),
+        unmoved: linearized.unmoved(&zero_modes),
     };
     let found = match linearized.flow() {
         Some(flow) => flowing(linearized, flow, &problem, &mut zero_modes, options)?,
@@ -88,7 +89,8 @@ pub(super) fn in_words(linearized: &Linearized, found: Exponents, zero_modes: Ve
     let alone = zeros.iter().filter(|mode| mode.limit.is_none());
     let apart = alone.map(motions).sum();
     zero_motions.resize(zero_motions.len().max(apart), NO_FORCE.to_owned());
-    NormalModes { zero_motions, ..NormalModes::new(modes, found.stability, found.secular, found.level) }
+    let paired = linearized.structure() != Structure::Damped || linearized.runs_backward();
+    NormalModes { zero_motions, paired, ..NormalModes::new(modes, found.stability, found.secular, found.level) }
 }
 
 /// The exponents of a regular problem.
@@ -109,6 +111,7 @@ fn solved(
             Err(ModesError::ZeroVector { index }) if index < zero_modes.len() => {
                 zero_modes.remove(index);
                 problem.zero_vectors.remove(index);
+                problem.unmoved.remove(index);
             }
             other => return other.map_err(|error| named(linearized, &error)),
         }
@@ -221,7 +224,9 @@ fn normalise(entry: &mut Exponent, mass: &[Ball]) {
 }
 
 fn mode(linearized: &Linearized, entry: Exponent) -> NormalMode {
-    let Shape { real, imaginary, bound } = shape(linearized, &entry.vector, entry.vector_error_bound);
+    let own = carried(linearized, &entry);
+    let own = own.unwrap_or_else(|| shape(linearized, &entry.vector, entry.vector_error_bound));
+    let Shape { real, imaginary, bound } = own;
     let numbers = (entry.omega_squared, entry.omega, entry.growth);
     let plain = NormalMode::new(entry.kind, numbers, (real, bound), entry.cluster);
     NormalMode { precise: entry.precise, imaginary, limit: entry.limit, ..plain }
@@ -235,8 +240,33 @@ struct Shape {
     bound: f64,
 }
 
-/// Real and imaginary parts in all coordinates: the first component within 1e-6 of the largest is real and
-/// positive there.
+/// The shape where velocities follow places under conditions, with xᴴMx = 1 for all coordinates; `None` elsewhere, and where the exponent may be 0.
+fn carried(linearized: &Linearized, entry: &Exponent) -> Option<Shape> {
+    let drift = linearized.drift()?;
+    let s = Complex::new(entry.growth, entry.omega);
+    if entry.vector.is_empty() || s.contains_zero() {
+        return None;
+    }
+    let error = Magnitude::from_f64(entry.vector_error_bound);
+    let own: Vec<Complex<Ball>> =
+        entry.vector.iter().map(|x| Complex::from_c64(*x, ()).with_added_radius(error)).collect();
+    let mut all = linearized.following()?.carried(&drift, &s, &own);
+    let whole = linearized.with_multipliers();
+    let part = |of: fn(&Complex<Ball>) -> Ball| {
+        let part: Vec<Ball> = all.iter().map(of).collect();
+        quadratic_form(&whole.mass, whole.order, &part, ())
+    };
+    let inertia = part(|x| x.re) + part(|x| x.im);
+    if inertia.is_positive() {
+        let size = Ball::ONE / inertia.sqrt();
+        all.iter_mut().for_each(|x| *x = x.times(&size));
+    }
+    let bound = all.iter().map(|x| x.radius().to_f64()).fold(0.0, f64::max).next_up();
+    let (real, imaginary) = all.iter().map(Complex::to_c64).map(|x| (x.re, x.im)).unzip();
+    Some(turned(real, imaginary, bound))
+}
+
+/// Real and imaginary parts in all coordinates.
 fn shape(linearized: &Linearized, own: &[c64], bound: f64) -> Shape {
     let real: Vec<f64> = own.iter().map(|x| x.re).collect();
     let imaginary: Vec<f64> = own.iter().map(|x| x.im).collect();
@@ -253,6 +283,11 @@ fn shape(linearized: &Linearized, own: &[c64], bound: f64) -> Shape {
         units.shape(&mut imaginary, false);
         bound = units.shape_error(bound, real.len(), false);
     }
+    turned(real, imaginary, bound)
+}
+
+/// Turned so that the first component within 1e-6 of the largest is real and positive.
+fn turned(real: Vec<f64>, imaginary: Vec<f64>, bound: f64) -> Shape {
     let size = |at: usize| real[at].hypot(imaginary[at]);
     let largest = (0..real.len()).fold(0.0_f64, |most, at| most.max(size(at)));
     let first = (0..real.len()).find(|at| size(*at) >= largest * (1.0 - 1e-6));

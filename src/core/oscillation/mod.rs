@@ -49,6 +49,8 @@ pub struct NormalModes {
     pub normalization: Normalization,
     /// The potential has no minimum here, and gyroscopic forces keep the motion stable all the same.
     pub gyroscopically_stabilised: bool,
+    /// Whether each exponent s has a partner -s, as without friction.
+    pub paired: bool,
 }
 
 /// The length of a shape.
@@ -74,6 +76,7 @@ impl NormalModes {
             method: None,
             normalization: Normalization::Mass,
             gyroscopically_stabilised: false,
+            paired: true,
         }
     }
 

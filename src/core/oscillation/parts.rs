@@ -87,6 +87,7 @@ pub(super) fn solve(
             stiffness: block(&problem.stiffness, n, own),
             structure,
             zero_vectors: zero_modes.iter().map(|mode| piece(&mode.vector, own)).collect(),
+            unmoved: linearized.unmoved(zero_modes),
         };
         if structure == Structure::Gyroscopic
             && !zero_modes.is_empty()

@@ -145,7 +145,8 @@ fn dependent_constraints(linearized: &Linearized) -> Vec<Warning> {
 /// A motion that takes energy in from friction.
 fn feeds_energy(linearized: &Linearized, modes: &NormalModes) -> Option<Warning> {
     let model = linearized.model();
-    let span = model.dissipation.filter(|_| model.force.is_none())?;
+    // Conditions on velocities have shares in C and N that are no friction.
+    let span = model.dissipation.filter(|_| model.force.is_none() && model.rolling.is_empty())?;
     feeds_moving(linearized, span).or_else(|| {
         // A medium that drags along and takes out more than it feeds in is friction like any other.
         let swells = |mode: &super::NormalMode| mode.growth.is_positive() && mode.omega.is_positive();

@@ -87,7 +87,12 @@ impl Place {
 
 impl Start {
     /// Moves what is not given so that constraints hold, then what is given in decimals within their digits.
-    pub(super) fn onto_constraints(&mut self, system: &System, given: &[Given]) -> Result<(), MotionError> {
+    pub(super) fn onto_constraints(
+        &mut self,
+        system: &System,
+        given: &[Given],
+        held: &[usize],
+    ) -> Result<(), MotionError> {
         if system.equations.constraints == 0 {
             return Ok(());
         }
@@ -98,8 +103,13 @@ impl Start {
                 given.find(|own| (own.coordinate, own.moves) == (i, rates))
             };
             let n = system.equations.coordinates;
-            let mut free: Vec<usize> = (0..n).filter(|i| own(*i).is_none()).collect();
+            let mut free: Vec<usize> = (0..n).filter(|i| own(*i).is_none() && !(rates && held.contains(i))).collect();
             let mut settled = self.settle(system, rates, &free, false);
+            if !settled && !held.is_empty() {
+                *self = before.clone();
+                free = (0..n).filter(|i| own(*i).is_none()).collect();
+                settled = self.settle(system, rates, &free, false);
+            }
             let mut off = None;
             let rounded = |i: usize| own(i).is_some_and(|own| own.half_unit.is_some());
             if !settled && (0..n).any(rounded) {

@@ -3,9 +3,10 @@
 use super::error::MotionError;
 use super::{System, table};
 use crate::source;
+use librate_core::derive::in_independent_coordinates;
 use librate_core::expr::{ExprId, Pool, Tape};
 use librate_core::linearize::{self, LinearizeError, Linearized, Origin, evaluate_closed};
-use librate_core::model::{Constant, Model, entries};
+use librate_core::model::{Constant, Given as Stated, Model, entries};
 use librate_core::oscillation::NormalModes;
 use librate_core::precision::{Ball, Enclosure, Scalar, up};
 
@@ -179,17 +180,18 @@ impl Start {
                 start.known[at] = own.known.clone();
             }
         }
-        start.onto_constraints(system, given)?;
+        start.onto_constraints(system, given, &held(model, linearized))?;
         Ok(start)
     }
 
-    /// The model about its equilibrium, for a start there; a motion needs none: where there is none it is `None`, unless it is
-    /// `needed`.
+    /// The model about its equilibrium, for a start there, or of the coordinates whose velocities are independent where these alone have
+    /// one; a motion needs none: where there is none it is `None`, unless it is `needed`.
     ///
     /// # Errors
     /// Those of [`linearize::linearize`] that leave nothing to start from, and coordinates without inertia.
     pub fn linearized(model: &Model, needed: bool) -> Result<Option<Linearized>, LinearizeError> {
-        match linearize::linearize(model.clone()) {
+        let reduced = || linearize::linearize(in_independent_coordinates(model)?).ok();
+        match linearize::linearize(model.clone()).or_else(|error| reduced().ok_or(error)) {
             Ok(linearized) => linearized.check_inertia().map(|()| Some(linearized)),
             Err(
                 error @ (LinearizeError::MissingValue { .. }
@@ -209,11 +211,11 @@ impl Start {
     pub fn mode(
         number: usize,
         amplitude: &Constant,
-        linearized: &Linearized,
-        modes: &NormalModes,
+        model: &Model,
+        (linearized, modes): (&Linearized, &NormalModes),
         system: &System,
     ) -> Result<Self, MotionError> {
-        let model = linearized.model();
+        let places = places(model, linearized);
         let mut start = Self::at_rest(model, Some(linearized));
         let count = modes.modes.len();
         let none = MotionError::NoSuchMode { mode: number, count };
@@ -231,7 +233,7 @@ impl Start {
         let most = (0..mode.vector.len()).map(size).fold(0.0, f64::max);
         // The one that is positive in the shapes of `modes`.
         let largest = (0..mode.vector.len()).find(|at| size(*at) >= most * (1.0 - 1e-6)).unwrap_or(0);
-        let value = scaled(model, largest, &value);
+        let value = scaled(linearized.model(), largest, &value);
         // Turned so that the largest component is real: it is displaced by the amplitude.
         let (re, im) = (mode.vector[largest], imaginary[largest]);
         let square = re.hypot(im).powi(2);
@@ -248,18 +250,19 @@ impl Start {
             let mut near = near.filter(|whole| (x - whole).abs() <= 2.0 * off);
             near.next().map_or((x, off), |near| (near, 0.0))
         };
-        let n = mode.vector.len();
+        let n = model.coordinates.len();
         // A mode in phase starts where it turns.
         let in_phase = mode.imaginary.is_empty() && mode.omega.mid_f64() != 0.0;
-        for (at, (a, b)) in mode.vector.iter().zip(imaginary).enumerate() {
-            let ((real, real_off), (rest, rest_off)) = if at == largest {
+        for (component, (a, b)) in mode.vector.iter().zip(imaginary).enumerate() {
+            let Some(at) = places.get(component).copied() else { continue };
+            let ((real, real_off), (rest, rest_off)) = if component == largest {
                 ((1.0, 0.0), (0.0, 0.0))
             } else {
                 (known((a * re + b * im) / square), known((b * re - a * im) / square))
             };
             let part = |x: f64, off: f64| Ball::exact(x).with_added_radius(off);
             // Of the values as they are used, with what is estimated of them; and as they are proved.
-            let proved = |x: f64| part(x, if at == largest { 0.0 } else { 4.0 * off });
+            let proved = |x: f64| part(x, if component == largest { 0.0 } else { 4.0 * off });
             let moved = value.mul(&part(real, real_off));
             let x = &mut start.positions[at];
             *x = Ball::new(x.add(&moved).mid, moved.radius * f64::from(u8::from(real_off > 0.0)));
@@ -281,53 +284,45 @@ impl Start {
                 start.known[at] = Known::Open;
             }
         }
-        start.onto_constraints(system, &[])?;
+        start.onto_constraints(system, &[], &held(model, Some(linearized)))?;
         Ok(start)
     }
 
+    /// At the equilibrium, or in the steady motion, as far as these are known.
     fn at_rest(model: &Model, linearized: Option<&Linearized>) -> Self {
         // What may be 0 is: a middle beside it would be a number with digits.
         let centre = |value: &Ball| if value.contains_zero() { Ball::ZERO } else { Ball::new(value.mid, 0.0) };
         let n = model.coordinates.len();
-        if let Some(linearized) = linearized {
-            let equilibrium = linearized.equilibrium();
-            let rates = linearized.rates();
-            let place = |at: usize| match equilibrium.origins.get(at) {
+        let stated = |given: Option<Stated>| match given.and_then(|given| given.value) {
+            Some(value) => {
+                let middle = linearize::constant(&model.pool, value);
+                (middle.as_ref().map_or(Ball::ZERO, centre), Known::constant(&model.pool, value))
+            }
+            None => (Ball::ZERO, Known::Within(Ball::ZERO)),
+        };
+        let given = model.equilibria.iter().zip(model.guesses.iter());
+        let places = given.map(|(equilibrium, guess)| stated(equilibrium.or(guess)));
+        let (positions, mut known): (Vec<Ball>, Vec<Known>) = places.unzip();
+        let (velocities, moving): (Vec<Ball>, Vec<Known>) = model.rates.iter().map(stated).unzip();
+        known.extend(moving);
+        let mut start = Self { positions, velocities, moved: Vec::new(), known };
+        let Some(linearized) = linearized else { return start };
+        let (equilibrium, rates) = (linearized.equilibrium(), linearized.rates());
+        for (own, at) in self::places(model, linearized).into_iter().enumerate() {
+            start.positions[at] = centre(&equilibrium.values[own]);
+            start.known[at] = match equilibrium.origins.get(own) {
                 Some(Origin::Given) => {
-                    let given = model.equilibria.get(at);
-                    let value = given.and_then(|given| given.value);
+                    let value = model.equilibria.get(at).and_then(|given| given.value);
                     value.map_or(Known::Open, |value| Known::constant(&model.pool, value))
                 }
                 Some(Origin::Zero) => Known::Within(Ball::ZERO),
-                Some(Origin::Found) if equilibrium.proved => Known::Within(equilibrium.values[at]),
+                Some(Origin::Found) if equilibrium.proved => Known::Within(equilibrium.values[own]),
                 Some(Origin::Found) | None => Known::Open,
             };
-            let moving = rates.iter().map(|rate| Known::Within(*rate));
-            return Self {
-                positions: equilibrium.values.iter().map(centre).collect(),
-                velocities: rates.iter().map(centre).collect(),
-                moved: Vec::new(),
-                known: (0..n).map(place).chain(moving).collect(),
-            };
+            start.velocities[at] = centre(&rates[own]);
+            start.known[n + at] = Known::Within(rates[own]);
         }
-        let given = model.equilibria.iter().zip(model.guesses.iter());
-        let given = given.map(|(equilibrium, guess)| equilibrium.or(guess).and_then(|given| given.value));
-        let given: Vec<Option<ExprId>> = given.collect();
-        let positions = given.iter().map(|value| {
-            let value = value.and_then(|value| linearize::constant(&model.pool, value));
-            value.as_ref().map_or(Ball::ZERO, centre)
-        });
-        let known = given.iter().map(|value| match value {
-            Some(value) => Known::constant(&model.pool, *value),
-            None => Known::Within(Ball::ZERO),
-        });
-        let resting = (0..n).map(|_| Known::Within(Ball::ZERO));
-        Self {
-            positions: positions.collect(),
-            velocities: vec![Ball::ZERO; n],
-            moved: Vec::new(),
-            known: known.chain(resting).collect(),
-        }
+        start
     }
 
     /// Enclosures of the coordinates, then of the velocities.
@@ -348,6 +343,23 @@ impl Start {
             Known::Open => false,
         })
     }
+}
+
+/// The places in a model of the coordinates that are left of it.
+fn places(model: &Model, linearized: &Linearized) -> Vec<usize> {
+    let own = linearized.model().coordinates.names();
+    let place = |name: String| model.coordinates.names().position(|other| other == name);
+    if linearized.coordinates() == model.coordinates.len() {
+        (0..model.coordinates.len()).collect()
+    } else {
+        own.filter_map(place).collect()
+    }
+}
+
+/// The coordinates whose velocities the others follow, where these alone have an equilibrium or steady motion.
+fn held(model: &Model, linearized: Option<&Linearized>) -> Vec<usize> {
+    let reduced = linearized.filter(|own| own.coordinates() < model.coordinates.len());
+    reduced.map_or_else(Vec::new, |own| places(model, own))
 }
 
 /// `phi[1]'=0.1`

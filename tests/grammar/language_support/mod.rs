@@ -119,7 +119,10 @@ pub(crate) fn check_vectors(done: &Done) -> Vec<String> {
         let short = done.normal.modes.iter().position(|one| one.vector.len() != n);
         return short.map(|at| format!("vector {} is too short", at + 1)).into_iter().collect();
     }
-    let mass: Vec<f64> = done.linearized.mass().iter().map(Ball::mid_f64).collect();
+    // Of all coordinates, those of equations of first order too.
+    let mass =
+        if done.linearized.is_constrained() { done.linearized.with_multipliers().mass } else { done.linearized.mass() };
+    let mass: Vec<f64> = mass.iter().map(Ball::mid_f64).collect();
     let modes = &done.normal.modes;
     let mut faults = Vec::new();
     for (i, one) in modes.iter().enumerate() {

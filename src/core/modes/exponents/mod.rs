@@ -60,6 +60,8 @@ pub struct QuadraticProblem {
     /// Linearly independent vectors proved to span the kernel of the exact S, each ball enclosing the exact
     /// component.
     pub zero_vectors: Vec<Vec<Ball>>,
+    /// Which of these D is proved to take to 0 as well; those beyond are not known to.
+    pub unmoved: Vec<bool>,
 }
 
 /// What is known of the exact matrices beside their enclosures.

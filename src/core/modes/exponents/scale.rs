@@ -19,6 +19,8 @@ pub(super) struct Scaled {
     pub(super) stiffness_t: Enclosed,
     /// Linearly independent vectors of the kernel of S, scaled.
     pub(super) zero: Vec<Vec<Ball>>,
+    /// Which of these are in that of D.
+    pub(super) unmoved: Vec<bool>,
 }
 
 impl Enclosed {
@@ -26,7 +28,7 @@ impl Enclosed {
     pub(super) fn is_symmetric(&self) -> bool {
         let n = self.mid.rows;
         (0..n).all(|j| {
-            (0..=j).all(|i| {
+            (0..j).all(|i| {
                 self.radius.get(i, j) == 0.0 && self.radius.get(j, i) == 0.0 && self.mid.get(i, j) == self.mid.get(j, i)
             })
         })
@@ -109,6 +111,7 @@ impl Scaled {
                     v.iter().map(|x| x.scale(by)).collect()
                 })
                 .collect(),
+            unmoved: problem.unmoved.clone(),
             shift,
         })
     }

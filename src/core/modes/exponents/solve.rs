@@ -265,14 +265,19 @@ impl Facts {
 /// being symmetric and of even order.
 fn least_zeros(scaled: &Scaled) -> (usize, Vec<usize>) {
     let z = scaled.zero.len();
-    let is_head = |v: &Vec<Ball>| {
-        let image = scaled.velocity_t.transpose_times(v);
-        if matches!(scaled.structure, Structure::Circulatory | Structure::Damped) {
+    let mirrored =
+        !matches!(scaled.structure, Structure::Circulatory | Structure::Damped) || scaled.stiffness.is_symmetric();
+    let is_head = |at: usize| {
+        if scaled.unmoved.get(at) == Some(&true) {
+            return true;
+        }
+        let image = scaled.velocity_t.transpose_times(&scaled.zero[at]);
+        if !mirrored {
             return image.iter().all(Ball::is_zero);
         }
         scaled.zero.iter().all(|other| sum_of_products(other, &image, ()).is_zero())
     };
-    let heads: Vec<usize> = (0..z).filter(|at| is_head(&scaled.zero[*at])).collect();
+    let heads: Vec<usize> = (0..z).filter(|at| is_head(*at)).collect();
     if scaled.structure != Structure::Gyroscopic {
         return (z + heads.len(), heads);
     }
