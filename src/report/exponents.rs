@@ -80,20 +80,8 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
             let title = format!("{title}{rest}{}", approximations(&own.approximations));
             parts.push(Part::Section(title, lines, Form::Apart));
         }
-        let mut ratios: Vec<ExprId> = own.exponents.iter().filter_map(|own| own.damping_ratio).collect();
-        ratios.dedup();
-        if !ratios.is_empty() && names.shows("exponents") {
-            let (zeta, quality) = (free(["zeta", "D", "xi"]), free(["Q", "QF", "quality"]));
-            let half = Number::half();
-            let mut lines = Vec::new();
-            for own in ratios {
-                let inverse = pool.product_of_powers(&[(own, Number::MINUS_ONE)]);
-                let inverse = pool.scale(inverse, &half);
-                lines.push(format!("{zeta} = {}", pool.display(own)));
-                lines.push(format!("{quality} = {}", pool.display(inverse)));
-            }
-            let title = format!("damping ratio and quality factor, of an oscillation where `{zeta}` < 1");
-            parts.push(section(&title, lines));
+        if names.shows("exponents") {
+            parts.extend(damping_part(pool, &own.exponents, names));
         }
     }
     let Some(all) = own.stability.as_ref().filter(|_| names.shows("stability")) else {
@@ -124,6 +112,23 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
         parts.push(section(&format!("stable{with}{always}"), []));
     }
     parts
+}
+
+/// Damping ratios and quality factors in symbols.
+fn damping_part(pool: &mut Pool, exponents: &[ClosedExponent], names: &Derivation) -> Option<Part> {
+    let mut ratios: Vec<ExprId> = exponents.iter().filter_map(|own| own.damping_ratio).collect();
+    ratios.dedup();
+    let (zeta, quality) = (free(names, ["zeta", "D", "xi"]), free(names, ["Q", "QF", "quality"]));
+    let half = Number::half();
+    let mut lines = Vec::new();
+    for own in ratios {
+        let inverse = pool.product_of_powers(&[(own, Number::MINUS_ONE)]);
+        let inverse = pool.scale(inverse, &half);
+        lines.push(format!("{zeta} = {}", pool.display(own)));
+        lines.push(format!("{quality} = {}", pool.display(inverse)));
+    }
+    let title = format!("damping ratio and quality factor, of an oscillation where `{zeta}` < 1");
+    (!lines.is_empty()).then(|| section(&title, lines))
 }
 
 /// `a > b` for the difference of the two.

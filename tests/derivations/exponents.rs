@@ -98,7 +98,7 @@ fn closed_exponents_are_those_of_the_modes() {
         }
         if own.complete {
             // A page leaves the zeros of conditions on velocities aside.
-            let moving = modes.iter().filter(|(growth, omega)| !rolls || !(growth.is_zero() && omega.is_zero()));
+            let moving = modes.iter().filter(|(growth, omega)| !(rolls && growth.is_zero() && omega.is_zero()));
             for (growth, omega) in moving {
                 let mut all = parts.chunks_exact(2);
                 let found = all.any(|pair| of_mode(growth.mid_f64(), omega.mid_f64(), (pair[0], pair[1])));

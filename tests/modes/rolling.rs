@@ -437,9 +437,9 @@ fn conditions_that_depend_on_places_have_the_exponents_of_the_whole_pencil() {
                 (image(0) * dot(1, 1) - image(1) * dot(0, 1)) / determinant,
                 (image(1) * dot(0, 0) - image(0) * dot(0, 1)) / determinant,
             ];
-            for i in 0..n {
+            for (i, own) in force.iter().enumerate() {
                 let held: c64 = (0..c).map(|a| multiplier[a] * rows[a].0[i]).sum();
-                assert!((force[i] - held).norm() < 1e-7 * (1.0 + s.norm_sqr()), "{text}: {s} {:?}", force[i] - held);
+                assert!((own - held).norm() < 1e-7 * (1.0 + s.norm_sqr()), "{text}: {s} {:?}", own - held);
             }
         }
     }

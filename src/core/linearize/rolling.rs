@@ -39,6 +39,9 @@ const MOST_COORDINATES: usize = 60;
 /// Stands for the value of a parameter that has none.
 const DRAWN: f64 = 0.703125;
 
+/// Why a family of equilibria is not covered.
+const NOT_SINGLE: &str = "the family of equilibria that they leave is not one of single coordinates";
+
 /// Rows of expressions.
 type Rows = Vec<Vec<ExprId>>;
 
@@ -181,10 +184,74 @@ fn added(pool: &mut Pool, left: &Rows, right: &Rows) -> Rows {
     left.iter().zip(right).map(|(a, b)| a.iter().zip(b).map(&mut both).collect()).collect()
 }
 
-/// Which of z act on y (`feeds_back`), or on those that do, or decay or grow by themselves: what is left of γ is nilpotent.
-fn acting(pool: &mut Pool, feeds_back: &Rows, gamma: &Rows) -> Vec<bool> {
+/// The coordinates y with equations of second order, and z of which some have equations of first order.
+struct FirstOrder<'a> {
+    free: &'a [usize],
+    bound: &'a [usize],
+    /// Those of `bound` with equations.
+    acting: &'a [bool],
+    /// -Z, one row a coordinate of `bound`.
+    opposite: &'a Rows,
+    /// The coefficients of y in the conditions solved for z', and those of z.
+    own: &'a Rows,
+    gamma: &'a Rows,
+}
+
+impl FirstOrder<'_> {
+    fn row(&self, i: usize) -> Option<usize> {
+        self.bound.iter().position(|own| *own == i)
+    }
+
+    /// The coordinates with equations, ascending.
+    fn left(&self) -> Vec<usize> {
+        let acting = self.bound.iter().zip(self.acting).filter(|(_, acting)| **acting);
+        let mut left: Vec<usize> = self.free.iter().copied().chain(acting.map(|(i, _)| *i)).collect();
+        left.sort_unstable();
+        left
+    }
+
+    /// The coefficient of a velocity in the equation of first order of a coordinate.
+    fn velocity(&self, i: usize, j: usize, [zero, one]: [ExprId; 2]) -> ExprId {
+        match (self.row(i), self.free.binary_search(&j)) {
+            (Some(row), Ok(at)) => self.opposite[row][at],
+            _ if i == j => one,
+            _ => zero,
+        }
+    }
+
+    /// The coefficient of a place in it.
+    fn place(&self, i: usize, j: usize, zero: ExprId) -> ExprId {
+        match (self.row(i), self.free.binary_search(&j)) {
+            (Some(row), Ok(at)) => self.own[row][at],
+            (Some(row), Err(_)) => self.row(j).map_or(zero, |at| self.gamma[row][at]),
+            (None, _) => zero,
+        }
+    }
+
+    /// -β and -γ of the `others`, whose velocities follow.
+    fn drift(&self, pool: &mut Pool, left: &[usize], others: &[usize]) -> Rows {
+        let (both, zero) = (left.iter().chain(others), pool.zero());
+        let mut row = |i: &usize| both.clone().map(|j| pool.neg(self.place(*i, *j, zero))).collect();
+        others.iter().map(&mut row).collect()
+    }
+
+    /// A matrix of all equations, from those of second order by y and z and entries of the others.
+    fn joined(&self, left: &[usize], second: [&Rows; 2], zero: ExprId, first: &dyn Fn(usize, usize) -> ExprId) -> Rows {
+        let entry = |i: &usize, j: &usize| match (self.free.binary_search(i), self.free.binary_search(j)) {
+            (Ok(i), Ok(j)) => second[0][i][j],
+            (Ok(i), Err(_)) => self.row(*j).map_or(zero, |j| second[1][i][j]),
+            (Err(_), _) => first(*i, *j),
+        };
+        left.iter().map(|i| left.iter().map(|j| entry(i, j)).collect()).collect()
+    }
+}
+
+/// Which of z, but for those that are `held`, act on y (`feeds_back`), or on those that do, or decay or grow by themselves: what is left of γ
+/// is nilpotent.
+fn acting(pool: &mut Pool, feeds_back: &Rows, gamma: &Rows, held: &[bool]) -> Vec<bool> {
     let count = gamma.len();
-    let mut acting: Vec<bool> = (0..count).map(|k| feeds_back.iter().any(|row| !row[k].is_zero())).collect();
+    let acts = |k: usize| !held[k] && feeds_back.iter().any(|row| !row[k].is_zero());
+    let mut acting: Vec<bool> = (0..count).map(acts).collect();
     let close = |acting: &mut Vec<bool>| {
         for _ in 0..count {
             for k in 0..count {
@@ -204,6 +271,21 @@ fn acting(pool: &mut Pool, feeds_back: &Rows, gamma: &Rows) -> Vec<bool> {
         close(&mut acting);
     }
     acting
+}
+
+/// left - a b
+fn minus(pool: &mut Pool, left: &Rows, a: &Rows, b: &Rows) -> Rows {
+    let own = product(pool, a, b);
+    let own = scaled(pool, &own, -1);
+    added(pool, left, &own)
+}
+
+/// The sum of two matrices by the first so many coordinates.
+fn total(pool: &mut Pool, visible: usize, parts: [Option<&Rows>; 2]) -> Rows {
+    let block = |rows: &Rows| -> Rows { rows.iter().take(visible).map(|row| row[..visible].to_vec()).collect() };
+    let nothing = || vec![vec![pool.zero(); visible]; visible];
+    let [first, second] = parts.map(|rows| rows.map_or_else(&nothing, block));
+    added(pool, &first, &second)
 }
 
 fn vanish(rows: &Rows) -> bool {
@@ -235,7 +317,6 @@ impl Conditions {
         point: &[ExprId],
         stiffness: &Rows,
         visible: usize,
-        rates: &[Option<ExprId>],
     ) -> Result<Self, LinearizeError> {
         let zero = pool.zero();
         let mut rows: Rows = Vec::new();
@@ -248,7 +329,7 @@ impl Conditions {
         let mut place = Substitution::default();
         for (i, own) in model.coordinates.iter().enumerate().take(visible) {
             place.insert(own.symbol, point[i]);
-            place.insert(own.velocity, rates.get(i).copied().flatten().unwrap_or(zero));
+            place.insert(own.velocity, model.rates.get(i).map_or(zero, |rate| rate.symbolic));
         }
         for own in &model.rolling {
             let here = pool.substitute_one(own.expression, &place);
@@ -300,15 +381,13 @@ impl SymbolicRolling {
         let SymbolicMatrices { pool, mass, stiffness: whole, gyroscopic, damping, circulatory, .. } = whole;
         let span = model.rolling.first().map(|own| own.span).unwrap_or_default();
         let refused = |reason| LinearizeError::RollingNotCovered { reason, span };
-        let rates: Vec<Option<ExprId>> = model.rates.iter().map(|rate| rate.map(|rate| rate.symbolic)).collect();
-        let conditions = Conditions::new(model, pool, point, whole, visible, &rates)?;
-        let dependent = "they depend on each other there";
-        let bound = conditions.choose(model, pool, whole, at);
-        let bound = bound.ok_or_else(|| refused(dependent))?;
+        let conditions = Conditions::new(model, pool, point, whole, visible)?;
+        let dependent = || refused("they depend on each other there");
+        let bound = conditions.choose(model, pool, whole, at).ok_or_else(dependent)?;
         let free: Vec<usize> = (0..visible).filter(|i| !bound.contains(i)).collect();
         let loose = |i: &&usize| conditions.rows.iter().take(conditions.constraints).all(|row| row[**i].is_zero());
         let moved: Vec<usize> = bound.iter().filter(loose).copied().collect();
-        let rows = eliminate(pool, conditions.rows.clone(), &bound).ok_or_else(|| refused(dependent))?;
+        let rows = eliminate(pool, conditions.rows.clone(), &bound).ok_or_else(dependent)?;
         let slopes: Rows = rows.iter().map(|row| free.iter().map(|i| pool.neg(row[*i])).collect()).collect();
         let part = |columns: &[usize]| -> Rows {
             rows.iter().map(|row| columns.iter().map(|i| row[visible + i]).collect()).collect()
@@ -325,26 +404,15 @@ impl SymbolicRolling {
             .collect();
         let others: Rows = (0..visible).map(|i| unit(&bound, i)).collect();
         let back = transposed(&directions);
-        let block = |rows: &Rows| -> Rows { rows.iter().take(visible).map(|row| row[..visible].to_vec()).collect() };
-        let mut total = |first: Option<&Rows>, second: Option<&Rows>| -> Rows {
-            let nothing = vec![vec![zero; visible]; visible];
-            let [first, second] = [first, second].map(|rows| rows.map_or_else(|| nothing.clone(), block));
-            added(pool, &first, &second)
-        };
-        let mass = total(Some(mass), None);
-        let velocity = total(gyroscopic.as_ref(), damping.as_ref());
-        let stiffness = total(Some(whole), circulatory.as_ref());
-        let mut both = |matrix: &Rows| {
-            let image = product(pool, &back, matrix);
+        let mut both = |parts: [Option<&Rows>; 2]| {
+            let matrix = total(pool, visible, parts);
+            let image = product(pool, &back, &matrix);
             (product(pool, &image, &directions), product(pool, &image, &others))
         };
-        let ((mass, p), (velocity, q), (stiffness, r)) = (both(&mass), both(&velocity), both(&stiffness));
+        let (mass, p) = both([Some(mass), None]);
+        let (velocity, q) = both([gyroscopic.as_ref(), damping.as_ref()]);
+        let (stiffness, r) = both([Some(whole), circulatory.as_ref()]);
 
-        let minus = |pool: &mut Pool, left: &Rows, a: &Rows, b: &Rows| {
-            let own = product(pool, a, b);
-            let own = scaled(pool, &own, -1);
-            added(pool, left, &own)
-        };
         let p_gamma = product(pool, &p, &gamma);
         let velocity = minus(pool, &velocity, &p, &beta);
         let share = product(pool, &p_gamma, &beta);
@@ -354,59 +422,46 @@ impl SymbolicRolling {
         let feeds_back = product(pool, &p_gamma, &gamma);
         let feeds_back = minus(pool, &feeds_back, &q, &gamma);
         let feeds_back = added(pool, &feeds_back, &r);
-        let acting = if drifts { acting(pool, &feeds_back, &gamma) } else { vec![false; bound.len()] };
+        // What constraints hold has nowhere to drift.
+        let held: Vec<bool> = (0..bound.len())
+            .map(|k| {
+                !moved.contains(&bound[k]) && [&beta, &gamma].iter().all(|rows| rows[k].iter().all(|e| e.is_zero()))
+            })
+            .collect();
+        let acting = if drifts { acting(pool, &feeds_back, &gamma, &held) } else { vec![false; bound.len()] };
         let zeros = not_integrable(model, pool, &bound, visible)
             .ok_or_else(|| refused("whether they can be integrated is not decided"))?;
         // A family of equilibria moves these alone; those that act on the others have exponents of their own.
         let place = |i: &usize| bound.iter().position(|own| own == i);
         let is_acting = |i: &usize| place(i).is_some_and(|at| acting[at]);
         let (alive, mut moved): (Vec<usize>, Vec<usize>) = moved.into_iter().partition(is_acting);
+        if alive.len() < acting.iter().filter(|own| **own).count() {
+            return Err(refused("coordinates that constraints hold as well act on the others in this steady motion"));
+        }
         if zeros == 0 && alive.is_empty() {
             moved.clear();
         } else if zeros != alive.len() + moved.len() && (alive.is_empty() || !moved.is_empty()) {
-            return Err(refused("the family of equilibria that they leave is not one of single coordinates"));
+            return Err(refused(NOT_SINGLE));
         }
         let places: Vec<usize> = moved.iter().filter_map(place).collect();
         let shifts: Rows = r.iter().map(|row| places.iter().map(|at| row[*at]).collect()).collect();
         if drifts && !vanish(&shifts) {
-            return Err(refused("the family of equilibria that they leave is not one of single coordinates"));
+            return Err(refused(NOT_SINGLE));
         }
-        // Coordinates of first order among those of second.
-        let mut left: Vec<usize> = free.iter().copied().chain(bound.iter().copied().filter(is_acting)).collect();
-        left.sort_unstable();
-        // Of y and z + Z y, which are the coordinates themselves.
         let opposite = scaled(pool, &slopes, -1);
+        let order =
+            FirstOrder { free: &free, bound: &bound, acting: &acting, opposite: &opposite, own: &own, gamma: &gamma };
+        let left = order.left();
+        // Of y and z + Z y, which are the coordinates themselves.
         let share = product(pool, &feeds_back, &opposite);
         let stiffness = if acting.contains(&true) { added(pool, &stiffness, &share) } else { stiffness };
-        let whole = |first: &dyn Fn(usize, usize) -> ExprId, rows: &[&Rows; 2]| -> Rows {
-            let entry = |i: &usize, j: &usize| match (free.binary_search(i), free.binary_search(j)) {
-                (Ok(i), Ok(j)) => rows[0][i][j],
-                (Ok(i), Err(_)) => place(j).map_or(zero, |j| rows[1][i][j]),
-                (Err(_), _) => first(*i, *j),
-            };
-            left.iter().map(|i| left.iter().map(|j| entry(i, j)).collect()).collect()
-        };
         let none: Rows = vec![vec![zero; bound.len()]; free.len()];
-        let held = |i: usize, j: usize| match (place(&i), free.binary_search(&j)) {
-            (Some(row), Ok(at)) => own[row][at],
-            (Some(row), Err(_)) => place(&j).map_or(zero, |at| gamma[row][at]),
-            (None, _) => zero,
-        };
-        let mass = whole(&|_, _| zero, &[&mass, &none]);
-        let moved_by = |i: usize, j: usize| match (place(&i), free.binary_search(&j)) {
-            (Some(row), Ok(at)) => opposite[row][at],
-            _ if i == j => one,
-            _ => zero,
-        };
-        let velocity = whole(&moved_by, &[&velocity, &none]);
-        let stiffness = whole(&held, &[&stiffness, &feeds_back]);
+        let mass = order.joined(&left, [&mass, &none], zero, &|_, _| zero);
+        let velocity = order.joined(&left, [&velocity, &none], zero, &|i, j| order.velocity(i, j, [zero, one]));
+        let stiffness = order.joined(&left, [&stiffness, &feeds_back], zero, &|i, j| order.place(i, j, zero));
         let others: Vec<usize> = bound.iter().copied().filter(|i| !is_acting(i)).collect();
         let first = (0..left.len()).filter(|at| is_acting(&left[*at])).collect();
-        let mut drift: Rows = Vec::new();
-        if drifts {
-            let both: Vec<usize> = left.iter().chain(&others).copied().collect();
-            drift.extend(others.iter().map(|i| both.iter().map(|j| pool.neg(held(*i, *j))).collect()));
-        }
+        let drift = if drifts { order.drift(pool, &left, &others) } else { Vec::new() };
         let directions: Rows = (0..visible)
             .map(|i| match left.binary_search(&i) {
                 Ok(_) => unit(&left, i),
