@@ -150,8 +150,10 @@ fn drawn(pool: &mut Algebra<'_>, values: &[ExprId]) -> Option<Vec<ExprId>> {
 }
 
 fn transform_case(pool: &mut Algebra<'_>, case: &mut Case, change: impl Fn(&mut Algebra<'_>, ExprId) -> ExprId) {
-    // Their names stand for what was before.
+    // They stand for what was before.
     case.solved.clear();
+    case.normal = None;
+    case.waves.clear();
     let mut frequencies: Vec<Frequency> = Vec::new();
     let mut values: Vec<ExprId> = case.frequencies.iter().map(|form| change(pool, form.omega_squared)).collect();
     if let Some(drawn) = drawn(pool, &values) {

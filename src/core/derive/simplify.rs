@@ -103,6 +103,7 @@ impl<'a> Algebra<'a> {
 
     /// The shortest of the forms of an expression whose closed parts are short already.
     fn shortest(&mut self, e: ExprId) -> ExprId {
+        let e = self.cancelled(e);
         if !has_sums(self.pool, e) && !has_functions(self.pool, e) {
             return e;
         }
@@ -122,6 +123,35 @@ impl<'a> Algebra<'a> {
             }
         }
         self.over_powers(best)
+    }
+
+    /// Factors that all terms of a sum below a fraction bar have in front of it, where what stands above cancels them: m g s/(m l² + m s²) is
+    /// g s/(l² + s²).
+    fn cancelled(&mut self, e: ExprId) -> ExprId {
+        let below =
+            |own: &(ExprId, Number), pool: &Pool| own.1.is_integer() && own.1.is_negative() && pool.is_sum(own.0);
+        let mut terms = self.pool.terms(e);
+        let mut changed = false;
+        for (term, coefficient) in &mut terms {
+            let mut factors = self.pool.factors(*term);
+            if factors.len() < 2 || !factors.iter().any(|own| below(own, self.pool)) {
+                continue;
+            }
+            for own in &mut factors {
+                if below(own, self.pool)
+                    && let Some(monomials) = expand(self.pool, own.0, Opening::Outermost)
+                {
+                    own.0 = with_common_factor(self.pool, monomials.into_iter().collect());
+                }
+            }
+            let made = self.pool.product_of_powers(&factors);
+            if self.weight(made) < self.weight(*term) {
+                let (scale, core) = split(self.pool, made);
+                (*term, *coefficient) = (core, coefficient.mul(&scale));
+                changed = true;
+            }
+        }
+        if changed { self.pool.linear(&terms) } else { e }
     }
 
     /// Several powers of one sum below a fraction bar over the highest, where that is shorter: m/√u + m v²/(c² √u³) with

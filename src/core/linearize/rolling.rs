@@ -280,11 +280,15 @@ fn minus(pool: &mut Pool, left: &Rows, a: &Rows, b: &Rows) -> Rows {
     added(pool, left, &own)
 }
 
+/// The first so many entries of rows.
+fn beginning(rows: &[Vec<ExprId>], width: usize) -> Rows {
+    rows.iter().map(|row| row[..width].to_vec()).collect()
+}
+
 /// The sum of two matrices by the first so many coordinates.
 fn total(pool: &mut Pool, visible: usize, parts: [Option<&Rows>; 2]) -> Rows {
-    let block = |rows: &Rows| -> Rows { rows.iter().take(visible).map(|row| row[..visible].to_vec()).collect() };
     let nothing = || vec![vec![pool.zero(); visible]; visible];
-    let [first, second] = parts.map(|rows| rows.map_or_else(&nothing, block));
+    let [first, second] = parts.map(|rows| rows.map_or_else(&nothing, |rows| beginning(&rows[..visible], visible)));
     added(pool, &first, &second)
 }
 
@@ -418,7 +422,7 @@ impl SymbolicRolling {
         let share = product(pool, &p_gamma, &beta);
         let stiffness = added(pool, &stiffness, &share);
         let stiffness = minus(pool, &stiffness, &q, &beta);
-        let drifts = !vanish(&beta) || !vanish(&gamma);
+        let drifts = !(vanish(&beta) && vanish(&gamma));
         let feeds_back = product(pool, &p_gamma, &gamma);
         let feeds_back = minus(pool, &feeds_back, &q, &gamma);
         let feeds_back = added(pool, &feeds_back, &r);
@@ -469,7 +473,7 @@ impl SymbolicRolling {
             })
             .collect();
         let matrices = parts(pool, mass, &velocity, &stiffness);
-        let gradients = conditions.rows.iter().map(|row| row[..visible].to_vec()).collect();
+        let gradients = beginning(&conditions.rows, visible);
         Ok(Self { free: left, first, bound: others, drift, moved, matrices, gradients, directions, shifts })
     }
 }

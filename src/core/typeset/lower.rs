@@ -179,16 +179,19 @@ impl Notation {
     fn product(&self, file: &File, factors: &[Member]) -> Formula {
         let mut numbers = Vec::new();
         let (mut above, mut below) = (Vec::new(), Vec::new());
-        let mut rest = factors;
+        let (mut rest, mut negative) = (factors, false);
         // `1/2*...` keeps its fraction to itself where nothing else stands below.
         if let [first, second, others @ ..] = factors
             && second.inverted()
-            && let (Some(a), Some(b)) = (literal(file, first.value()), literal(file, second.value()))
+            && let (minus, first) = match file.expr(first.value()).kind {
+                ExprKind::Negate(inner) => (true, inner),
+                _ => (false, first.value()),
+            }
+            && let (Some(a), Some(b)) = (literal(file, first), literal(file, second.value()))
         {
             numbers = vec![Formula::Number(a), Formula::Number(b)];
-            rest = others;
+            (rest, negative) = (others, minus);
         }
-        let mut negative = false;
         for factor in rest {
             let (minus, formula) = signed(self.formula(file, factor.value()));
             negative ^= minus;
