@@ -73,7 +73,11 @@ pub fn modes_text(linearized: &Linearized, modes: &NormalModes, options: &Option
             out.push_str(&format!("{some} of {count} modes, from given vectors, none between them missing\n"));
         }
         // The number of all is not known beforehand where friction holds what has no inertia.
-        (some, _) if some >= count || linearized.is_first_order() => {}
+        // Fewer than were asked for are all there are.
+        (some, _)
+            if some >= count
+                || linearized.is_first_order()
+                || options.lowest.is_none_or(|own| own > some) && options.near.is_none() => {}
         (1, None) => out.push_str(&format!("the lowest of {count} modes{proved}\n")),
         (some, None) => out.push_str(&format!("the {some} lowest of {count} modes{proved}\n")),
         (1, Some((omega, _))) => out.push_str(&format!("the mode nearest to {omega} rad/s of {count}{proved}\n")),

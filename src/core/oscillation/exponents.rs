@@ -6,7 +6,8 @@ use super::{NormalMode, NormalModes, parts};
 use crate::linearize::{Flow, LinearizeError, Linearized, NO_FORCE, Structure, ZeroMode};
 use crate::modes::exponents::Structure as Form;
 use crate::modes::exponents::{
-    Exponent, Exponents, Limit, PreciseQuadratic, QuadraticProblem, QuadraticSource, exponents, finish,
+    Exponent, Exponents, Limit, PreciseQuadratic, QuadraticProblem, QuadraticSource, exponents,
+    exponents_without_inertia, finish,
 };
 use crate::modes::{Kind, ModesError, Options, Stability};
 use crate::precision::{Ball, Big, Complex, Enclosure, Integers, Magnitude, quadratic_form};
@@ -37,6 +38,20 @@ impl QuadraticSource for Source<'_> {
 /// # Errors
 /// As [`super::normal_modes`].
 pub(super) fn normal_modes(linearized: &Linearized, options: &Options) -> Result<NormalModes, LinearizeError> {
+    let (problem, mut zero_modes) = problem(linearized);
+    let found = match linearized.flow() {
+        Some(flow) => flowing(linearized, flow, &problem, &mut zero_modes, options)?,
+        None => solved(linearized, None, problem.clone(), &mut zero_modes, options)?,
+    };
+    let stabilised = problem.structure == Form::Gyroscopic
+        && found.stability == Stability::Stable
+        && falling_direction(&problem.mass, &problem.stiffness).is_some();
+    let modes = in_words(linearized, found, zero_modes);
+    Ok(NormalModes { gyroscopically_stabilised: stabilised, ..modes })
+}
+
+/// The problem of a model, with its proved zero modes.
+fn problem(linearized: &Linearized) -> (QuadraticProblem, Vec<ZeroMode>) {
     let (velocity, stiffness) = linearized.velocity_and_stiffness();
     let circulatory = linearized.circulatory().is_some();
     let mut zero_modes = linearized.zero_modes();
@@ -60,15 +75,27 @@ pub(super) fn normal_modes(linearized: &Linearized, options: &Options) -> Result
         zero_vectors: zero_modes.iter().map(|mode| mode.vector.clone()).collect(),
         unmoved: linearized.unmoved(&zero_modes),
     };
-    let found = match linearized.flow() {
-        Some(flow) => flowing(linearized, flow, &problem, &mut zero_modes, options)?,
-        None => solved(linearized, None, problem.clone(), &mut zero_modes, options)?,
-    };
-    let stabilised = problem.structure == Form::Gyroscopic
-        && found.stability == Stability::Stable
-        && falling_direction(&problem.mass, &problem.stiffness).is_some();
-    let modes = in_words(linearized, found, zero_modes);
-    Ok(NormalModes { gyroscopically_stabilised: stabilised, ..modes })
+    (problem, zero_modes)
+}
+
+/// Where M is singular in a way that does not reduce to a regular one: decided exactly, if all matrices are known exactly.
+pub(super) fn without_inertia(linearized: &Linearized, options: &Options) -> Option<NormalModes> {
+    // Where coordinates are singular there is inertia beside the place.
+    if linearized.has_inertia_nearby() {
+        return None;
+    }
+    let (problem, _) = problem(linearized);
+    let (n, m) = (problem.dimension, &problem.mass);
+    let falls = |i: usize, j: usize| (m[i + n * i] * m[j + n * j] - m[i + n * j] * m[i + n * j]).is_negative();
+    if (0..n).any(|i| (0..i).any(|j| falls(i, j))) {
+        return None;
+    }
+    let integers = linearized.integers_with(None)?;
+    let problem = QuadraticProblem { zero_vectors: Vec::new(), unmoved: Vec::new(), ..problem };
+    let mut found = exponents_without_inertia(&problem, &integers, options)?;
+    found.entries.truncate(options.lowest.unwrap_or(usize::MAX));
+    found.entries.iter_mut().for_each(|entry| normalise(entry, &problem.mass));
+    Some(in_words(linearized, found, Vec::new()))
 }
 
 /// Exponents as modes, with what is known of those without frequency.

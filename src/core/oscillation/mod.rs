@@ -218,11 +218,20 @@ pub fn normal_modes(linearized: &Linearized, options: &Options) -> Result<Normal
     let budget = linearized.model().pool.budget();
     let what = format!("the modes of {} coordinates", linearized.dimension());
     budget.at(what, None);
-    if let Some(error) = linearized.massless_error() {
-        return Err(error.clone());
-    }
     let rate = linearized.units().map_or(0, Units::rate);
-    let modes = modes_of(linearized, &options.smaller(rate));
+    let options_here = options.smaller(rate);
+    let modes = match linearized.massless_error() {
+        Some(error) => Err(error.clone()),
+        None => modes_of(linearized, &options_here),
+    };
+    let modes = modes.or_else(|error| match error {
+        LinearizeError::SingularMass { .. } => exponents::without_inertia(linearized, &options_here).ok_or(error),
+        // Where no velocities act it is a condensation that can't be, as that of a multiplier in V.
+        LinearizeError::NotCondensed { .. } if linearized.structure() != Structure::Conservative => {
+            exponents::without_inertia(linearized, &options_here).ok_or(error)
+        }
+        _ => Err(error),
+    });
     budget.check()?;
     let mut modes = modes?;
     budget.tell(|| format!("precision: {}", modes.level.as_str()));

@@ -485,9 +485,11 @@ fn feet_text(feet: &[Subscript]) -> String {
     }
     let mut out = String::new();
     let mut indices = Vec::new();
+    // Two indices stand together: K[2, 11].
+    let apart = feet.iter().filter(|foot| matches!(foot, Subscript::Index(_))).count() < 2;
     for (at, (foot, low)) in feet.iter().zip(lows).enumerate() {
         match (foot, low) {
-            (_, Some(low)) if at == 0 => out.push_str(&low),
+            (foot, Some(low)) if at == 0 && (apart || !matches!(foot, Subscript::Index(_))) => out.push_str(&low),
             (Subscript::Word(word), _) => out.push_str(&format!("_{}", unicode_word(word))),
             (Subscript::Coordinate(symbol), _) => out.push_str(&format!("_{}", symbol_text(symbol))),
             (Subscript::Index(formula), _) => indices.push(one_line(formula)),

@@ -37,6 +37,7 @@ mod wide;
 
 pub(crate) use exact::LARGEST as MOST_EXACT;
 pub use solve::exponents;
+pub use solve::exponents_without_inertia;
 pub(crate) use spectrum::{finish, joined};
 
 use faer::c64;

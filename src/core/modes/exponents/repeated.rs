@@ -35,7 +35,8 @@ pub(super) fn exact_spectrum(
     let n = scaled.n;
     let pencil = Pencil { matrices, n };
     let mass = pencil.values(&matrices.matrices[0], 0, 4 * BITS);
-    let multiple = mass.first().map_or(Big::one(BITS), |mass| (mass / &true_mass).sqrt());
+    let multiple = mass.first().filter(|_| !true_mass.is_zero());
+    let multiple = multiple.map_or(Big::one(BITS), |mass| (mass / &true_mass).sqrt());
     let shape = |head: Option<&Vec<Wide>>, known: bool| match head {
         Some(head) => finished(&head.iter().map(|x| x.times(&multiple)).collect::<Vec<_>>()),
         None if known || !options.vectors => (Vec::new(), 0.0),

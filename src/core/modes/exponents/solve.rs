@@ -79,13 +79,30 @@ pub fn exponents(
     Ok(spectrum(&scaled, &solution, options))
 }
 
+/// The exponents of matrices that are known exactly, of which M is singular: as many as the determinant has roots. Vectors have any length;
+/// several of one exponent are orthogonal in M + 1. `None` where the determinant is 0 everywhere, or out of reach.
+#[must_use]
+pub fn exponents_without_inertia(
+    problem: &QuadraticProblem,
+    matrices: &Integers,
+    options: &Options,
+) -> Option<Exponents> {
+    let scaled = Scaled::new(problem).ok()?;
+    let facts = Facts { definite: false, ..Facts::new(&scaled) };
+    decided(&scaled, matrices, &facts, options)
+}
+
 /// The exponents of matrices that are known exactly.
 fn decided(scaled: &Scaled, matrices: &Integers, facts: &Facts, options: &Options) -> Option<Exponents> {
     let n = scaled.n;
     let bits = 128 + 4 * options.digits;
     let pencil = Pencil { matrices, n };
     let values = pencil.values(&matrices.matrices[0], 0, bits);
-    let mass = |i: usize, j: usize| values.get(j * n + i).cloned().unwrap_or(Big::zero(bits));
+    let singular = !scaled.mass.is_positive_definite();
+    let mass = |i: usize, j: usize| {
+        let own = values.get(j * n + i).cloned().unwrap_or(Big::zero(bits));
+        if singular && i == j { &own + &Big::one(bits) } else { own }
+    };
     let metric = Metric { n, mass: &mass, shift: &scaled.shift };
     let metric = options.vectors.then_some(&metric);
     let found = exact(matrices, n, options, facts.definite, metric)?;
