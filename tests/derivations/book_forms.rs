@@ -14,6 +14,7 @@ use crate::common;
 use common::{load, model};
 use librate::derive::{Derivation, Parts, derive};
 use librate::expect::Expected;
+use librate::expr::ExprId;
 use librate::number::Number;
 use librate::report::{Style, derive_text};
 
@@ -172,6 +173,28 @@ fn a_limit_separates_what_was_equal() {
     assert!(frequencies(&derivation).tied.is_some());
     derivation.limit("m[2]", &Number::ZERO);
     assert!(frequencies(&derivation).tied.is_none());
+    // Without the upper mass it is one pendulum of both lengths: the other frequency grows without end.
+    let mut derivation = derive(&model(&text), &Parts::default().frequencies(true)).unwrap();
+    derivation.limit("m[1]", &Number::ZERO);
+    let left = frequencies(&derivation).general.frequencies;
+    let left: Vec<String> = left.iter().map(|own| derivation.pool.display(own.omega_squared)).collect();
+    assert_eq!(left, ["g/(l[1] + l[2])"]);
+}
+
+/// Water has its polynomial, and its classes are those of C2v.
+#[test]
+fn water_has_its_characteristic_polynomial_and_its_classes() {
+    let text = std::fs::read_to_string("models/water.lag").unwrap();
+    let derivation = derive(&model(&text), &Parts::default().frequencies(true)).unwrap();
+    let linear = derivation.linear.as_ref().unwrap();
+    let found = linear.exponents.as_ref().unwrap().characteristic.as_ref().unwrap();
+    assert_eq!(found.len(), 19);
+    let zero = |own: &ExprId| derivation.pool.as_number(*own).is_some_and(Number::is_zero);
+    assert!(found[..12].iter().all(zero) && !zero(&found[12]));
+    let frequencies = linear.frequencies.as_ref().unwrap();
+    assert_eq!(frequencies.point_group.as_deref(), Some("C2v"));
+    let classes: Vec<&str> = frequencies.best().frequencies.iter().filter_map(|own| own.symmetry.as_deref()).collect();
+    assert_eq!(classes, ["A1", "A1", "B2"]);
 }
 
 #[test]

@@ -75,7 +75,7 @@ fn what_a_terminal_shows() {
         ("sqrt(2)/2*x^-1", "√2 x⁻¹\n──────\n  2"),
         ("sin(x)^2*cos(2*x)", "sin² x cos(2 x)"),
         ("2*3*x", "2 · 3 x"),
-        ("u[1,2] + u[10,2]", "u₁₂ + u₁₀[2]"),
+        ("u[1,2] + u[10,2]", "u₁₂ + u[10, 2]"),
         ("m_eff + theta_0", "m_eff + θ₀"),
         ("delta_x' + p_phi[2] - p_x", "δx\u{307} + p_φ₂ - p_x"),
         ("m_a + m_b + omega0_x + k_12", "m_a + m_b + ω₀_x + k₁₂"),

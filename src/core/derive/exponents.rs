@@ -216,8 +216,9 @@ impl Factored {
         }
         let rows = (0..linear.mass.len()).map(|i| (0..linear.mass.len()).map(|j| linear.entry(pool, i, j)).collect());
         let rows: Matrix = rows.collect();
-        let blocks = if linear.is_conservative() { None } else { by_symmetry(pool, linear, &rows) };
-        let mut expanded = Vec::new();
+        let few = linear.is_conservative() && rows.len() <= MOST_COORDINATES;
+        let blocks = if few { None } else { by_symmetry(pool, linear, &rows) };
+        let (mut expanded, mut symbols) = (Vec::new(), 0);
         let mut known = known(checker, pool, linear);
         for rows in blocks.unwrap_or_else(|| vec![rows]) {
             let couples = |i: usize, j: usize| rows[i][j].iter().any(|own| !own.is_zero());
@@ -225,7 +226,13 @@ impl Factored {
                 let entries = part.iter().map(|i| part.iter().map(|j| rows[*i][*j].clone()).collect());
                 let entries: Matrix = entries.collect();
                 let all = entries.concat().concat();
-                let is_short = pool.weight_of(&all) <= MOST_SYMBOLS;
+                let weight = pool.weight_of(&all);
+                let is_short = weight <= MOST_SYMBOLS;
+                symbols += weight;
+                // Frequencies say what conditions say, elsewhere.
+                if linear.is_conservative() && linear.mass.len() > MOST_COORDINATES && symbols > 2 * MOST_SYMBOLS {
+                    return None;
+                }
                 if part.len() > MOST_COORDINATES {
                     if !is_short || part.len() > MOST_COORDINATES_OF_POLYNOMIALS {
                         return None;

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::exponents::Exponents;
 use super::frequencies::{Approximation, Case, Frequencies, Frequency};
-use super::roots::root;
+use super::roots::{of_polynomial, root};
 use super::simplify::{Algebra, rebuild};
 use crate::expr::{ExprId, Node, Substitution, Symbol, ZeroVerdict};
 use crate::number::Number;
@@ -59,9 +59,14 @@ fn symbol(pool: &Algebra<'_>, all: &[ExprId], name: &str) -> Option<Symbol> {
 }
 
 impl Frequencies {
-    /// The frequencies for a special value of a parameter, `--limit k=0`, or to some power of it, `--expand k 2`. A form that is not defined
-    /// there is dropped.
-    pub(super) fn approximate(&mut self, pool: &mut Algebra<'_>, done: &Approximation) {
+    /// The frequencies for a special value of a parameter, `--limit k=0`, or to some power of it, `--expand k 2`. Where forms are not defined
+    /// there, in a limit the zeros of the characteristic polynomial that stay finite stand for all; else they are dropped.
+    pub(super) fn approximate(
+        &mut self,
+        pool: &mut Algebra<'_>,
+        done: &Approximation,
+        characteristic: Option<&[ExprId]>,
+    ) {
         // Where all is known without equalities, one that the parameter would have to drag along says nothing of this limit.
         let drags = |tied: &mut Case| tied.ties.iter().flatten().any(|own| own == done.name());
         if self.general.complete {
@@ -73,7 +78,13 @@ impl Frequencies {
             let leader = set.and_then(|set| set.first()).map_or(done.name(), String::as_str);
             let all: Vec<ExprId> = case.frequencies.iter().map(|f| f.omega_squared).collect();
             if let Some(symbol) = symbol(pool, &all, leader) {
+                let before = case.frequencies.len();
                 transform_case(pool, case, |pool, e| done.of(pool, e, symbol));
+                if case.frequencies.len() < before
+                    && let Some(finite) = characteristic.and_then(|all| finite_limits(pool, done, all, symbol))
+                {
+                    case.frequencies = finite;
+                }
             }
         }
         self.approximations.push(done.clone());
@@ -100,6 +111,31 @@ impl Exponents {
         self.stability = None;
         self.approximations.push(done.clone());
     }
+}
+
+/// The squares of the frequencies that stay finite in a limit: zeros of det(K - z M), whose degree falls there.
+fn finite_limits(
+    pool: &mut Algebra<'_>,
+    done: &Approximation,
+    characteristic: &[ExprId],
+    symbol: Symbol,
+) -> Option<Vec<Frequency>> {
+    if !matches!(done, Approximation::Limit { .. }) {
+        return None;
+    }
+    let mut coefficients = Vec::new();
+    for (power, own) in characteristic.iter().step_by(2).enumerate() {
+        let value = done.of(pool, *own, symbol);
+        let value = if power % 2 == 0 { value } else { pool.neg(value) };
+        coefficients.push(pool.simplify(value));
+    }
+    while coefficients.last().is_some_and(|last| pool.is_zero(*last) == ZeroVerdict::Zero) {
+        coefficients.pop();
+    }
+    let mut squares = of_polynomial(pool, &coefficients)?;
+    squares.retain(|square| !pool.is_undefined(*square));
+    let found = squares.into_iter().map(|omega_squared| Frequency { omega_squared, multiplicity: 1, symmetry: None });
+    Some(found.collect())
 }
 
 /// An expression with the square roots drawn that have become those of squares, and their powers, each with one sign or all with the other;

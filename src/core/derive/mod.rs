@@ -620,8 +620,8 @@ impl Derivation {
             if let Some(reduced) = linear.tangent.as_mut().and_then(|tangent| tangent.reduced.as_mut()) {
                 reduced.derivation.approximate(done);
             } else if let Some(frequencies) = &mut linear.frequencies {
-                frequencies.approximate(pool, done);
-                linear.exponents = None;
+                let characteristic = linear.exponents.take().and_then(|own| own.characteristic);
+                frequencies.approximate(pool, done, characteristic.as_deref());
             } else if let Some(exponents) = &mut linear.exponents {
                 exponents.approximate(pool, done);
             }

@@ -457,8 +457,7 @@ impl SymbolicRolling {
             FirstOrder { free: &free, bound: &bound, acting: &acting, opposite: &opposite, own: &own, gamma: &gamma };
         let left = order.left();
         // Of y and z + Z y, which are the coordinates themselves.
-        let share = product(pool, &feeds_back, &opposite);
-        let stiffness = if acting.contains(&true) { added(pool, &stiffness, &share) } else { stiffness };
+        let stiffness = if alive.is_empty() { stiffness } else { minus(pool, &stiffness, &feeds_back, &slopes) };
         let none: Rows = vec![vec![zero; bound.len()]; free.len()];
         let mass = order.joined(&left, [&mass, &none], zero, &|_, _| zero);
         let velocity = order.joined(&left, [&velocity, &none], zero, &|i, j| order.velocity(i, j, [zero, one]));
