@@ -273,6 +273,12 @@ fn acting(pool: &mut Pool, feeds_back: &Rows, gamma: &Rows, held: &[bool]) -> Ve
     acting
 }
 
+/// A matrix with columns of 0 but for some.
+fn masked(pool: &Pool, rows: &Rows, kept: &[bool]) -> Rows {
+    let entry = |(e, kept): (&ExprId, &bool)| if *kept { *e } else { pool.zero() };
+    rows.iter().map(|row| row.iter().zip(kept).map(entry).collect()).collect()
+}
+
 /// left - a b
 fn minus(pool: &mut Pool, left: &Rows, a: &Rows, b: &Rows) -> Rows {
     let own = product(pool, a, b);
@@ -427,12 +433,10 @@ impl SymbolicRolling {
         let feeds_back = minus(pool, &feeds_back, &q, &gamma);
         let feeds_back = added(pool, &feeds_back, &r);
         // What constraints hold has nowhere to drift.
-        let held: Vec<bool> = (0..bound.len())
-            .map(|k| {
-                !moved.contains(&bound[k]) && [&beta, &gamma].iter().all(|rows| rows[k].iter().all(|e| e.is_zero()))
-            })
-            .collect();
+        let rests = |k: usize| [&beta, &gamma].iter().all(|rows| rows[k].iter().all(|e| e.is_zero()));
+        let held: Vec<bool> = (0..bound.len()).map(|k| !moved.contains(&bound[k]) && rests(k)).collect();
         let acting = if drifts { acting(pool, &feeds_back, &gamma, &held) } else { vec![false; bound.len()] };
+        let feeds_back = masked(pool, &feeds_back, &acting);
         let zeros = not_integrable(model, pool, &bound, visible)
             .ok_or_else(|| refused("whether they can be integrated is not decided"))?;
         // A family of equilibria moves these alone; those that act on the others have exponents of their own.
