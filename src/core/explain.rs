@@ -67,6 +67,8 @@ const PAGES: &[(&str, &str)] = &[
     ("E0063", include_str!("../../docs/errors/E0063.md")),
     ("E0064", include_str!("../../docs/errors/E0064.md")),
     ("E0065", include_str!("../../docs/errors/E0065.md")),
+    ("E0066", include_str!("../../docs/errors/E0066.md")),
+    ("E0067", include_str!("../../docs/errors/E0067.md")),
     ("E0101", include_str!("../../docs/errors/E0101.md")),
     ("E0102", include_str!("../../docs/errors/E0102.md")),
     ("E0103", include_str!("../../docs/errors/E0103.md")),

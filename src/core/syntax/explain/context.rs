@@ -204,7 +204,7 @@ impl<'s> Context<'s> {
                 _ if words::is_naming(statement) => {
                     SyntaxError::MissingName { statement, found: "nothing".to_owned(), span }
                 }
-                _ => SyntaxError::MissingRightSide { statement, span: end },
+                _ => SyntaxError::MissingRightSide { statement, value: None, span: end },
             };
         }
         if self.before.kind == TokenKind::Comma && self.part == Part::Name {
@@ -220,7 +220,7 @@ impl<'s> Context<'s> {
             }
             _ => match self.comparison {
                 Some(token) => SyntaxError::ComparisonForEquals { span: token.span() },
-                None => SyntaxError::MissingRightSide { statement, span: end },
+                None => SyntaxError::MissingRightSide { statement, value: None, span: end },
             },
         }
     }
@@ -271,6 +271,16 @@ impl<'s> Context<'s> {
         }
         if self.part == Part::Unit {
             return Some(self.in_unit(found));
+        }
+        if text == "in" && statement == "constraint" {
+            return self.constraint_indices();
+        }
+        if found.kind == TokenKind::Colon
+            && let Some(enclosure) = self.enclosures.last()
+            && (enclosure.has_in || self.part == Part::Name && words::is_naming(statement))
+            && matches!(self.before.kind, TokenKind::Number | TokenKind::Word)
+        {
+            return Some(SyntaxError::ColonForRange { span });
         }
         if found.kind == TokenKind::Word && self.before_expects_operand() {
             match text {
@@ -360,6 +370,7 @@ impl<'s> Context<'s> {
                 }
                 Part::Value if words::is_naming(statement) => Some(SyntaxError::UnitBehindValue {
                     fix: self.after.and_then(|unit| self.with_unit_behind_name(unit)),
+                    change: self.after.and_then(|unit| self.unit_moved(unit)),
                     span,
                 }),
                 Part::Name if matches!(statement, "param" | "coord" | "let") => None,
@@ -371,6 +382,7 @@ impl<'s> Context<'s> {
                 let fix = format!("{}_{}", self.text(self.before), self.after.map_or("", |t| self.text(t)));
                 Some(SyntaxError::BrokenName {
                     fix,
+                    is_certain: statement == "model",
                     span: self.before.span().to(self.after.map_or(span, |after| after.span())),
                 })
             }
@@ -453,6 +465,7 @@ impl<'s> Context<'s> {
 fn decimal_comma(source: &str, before: Token, after: Token) -> Option<SyntaxError> {
     (before.kind == TokenKind::Number && after.kind == TokenKind::Number).then(|| SyntaxError::DecimalComma {
         fix: format!("{}.{}", before.text(source), after.text(source)),
+        is_certain: before.end + 1 == after.start,
         span: before.span().to(after.span()),
     })
 }

@@ -3,7 +3,7 @@
 use super::super::error::SyntaxError;
 use super::super::lexer::{Lexer, Token, TokenKind};
 use super::super::words;
-use super::context::Context;
+use super::context::{Context, Part};
 use crate::span::Span;
 
 /// A longer fix would not be read.
@@ -62,6 +62,50 @@ pub(super) fn binds(source: &str, token: Token, end: u32) -> bool {
             _ if depth == 0 => return false,
             _ => {}
         }
+    }
+    false
+}
+
+/// Whether all names at a place in a statement are declared, or indices of the statement, or the language's own, and nothing in
+/// it is called with the time: `x (t)`.
+pub(in super::super) fn are_known(source: &str, statement: Span, place: Span) -> bool {
+    let words: Vec<&str> = Lexer::new(source, statement).map(|own| own.text(source)).collect();
+    let is_index = |name: &str| words.windows(2).any(|two| two == [name, "in"]);
+    let is_called = |four: &[&str]| matches!(four, [name, "(", "t", ")"] if !words::is_function(name));
+    let names = Lexer::new(source, place).filter(|own| own.kind == TokenKind::Word);
+    !words.windows(4).any(is_called)
+        && names.into_iter().all(|own| {
+            let name = own.text(source);
+            let own_word = words::is_function(name) || words::is_connective(name) || matches!(name, "t" | "pi");
+            own_word || is_index(name) || is_declared(source, statement.start, name)
+        })
+}
+
+/// Whether a name is declared before a place, and not too long before.
+fn is_declared(source: &str, place: u32, name: &str) -> bool {
+    let mut from = place.saturating_sub(LOOKED_BACK);
+    while !source.is_char_boundary(from as usize) {
+        from += 1;
+    }
+    let mut before: Option<Token> = None;
+    let (mut word, mut depth) = ("", 0_usize);
+    let tokens = Lexer::new(source, Span::new(from, place));
+    for token in tokens.filter(|token| token.kind != TokenKind::Comment) {
+        let text = token.text(source);
+        let declares = before.is_some_and(|before| match before.kind {
+            TokenKind::Comma => depth == 0 && words::takes_several(word),
+            _ => words::is_naming(before.text(source)),
+        });
+        if declares && text == name {
+            return true;
+        }
+        match token.kind {
+            TokenKind::Open => depth += 1,
+            TokenKind::Close => depth = depth.saturating_sub(1),
+            _ if words::is_statement_word(text) => (word, depth) = (text, 0),
+            _ => {}
+        }
+        before = Some(token);
     }
     false
 }
@@ -241,6 +285,63 @@ impl Context<'_> {
         complete.then_some(end)
     }
 
+    /// The unit that begins at a token put behind the name: what is replaced, and by what.
+    pub(super) fn unit_moved(&self, unit: Token) -> Option<(Span, String)> {
+        let value = verbatim(self.source, self.value_start?, self.before.end)?;
+        let end = self.unit_end(unit)?;
+        let unit = verbatim(self.source, unit.start, end)?;
+        // What is given several times, or has brackets around its unit, is left to the author.
+        let plain = self.part == Part::Value && unit.starts_with(|c: char| c.is_alphabetic());
+        let name = self.source.get(self.name_start as usize..self.name_end.filter(|_| plain)? as usize)?.trim_end();
+        let place = Span::new(self.name_start + name.len() as u32, end);
+        Some((place, format!(" : {unit} = {value}")))
+    }
+
+    /// `sin^2(x)` as `sin(x)^2`, with parentheses that open at a token: what is replaced, and by what.
+    pub(super) fn power_moved(&self, function: Token, open: Token) -> Option<(Span, String)> {
+        let close = self.closing(open).filter(|_| self.text(open) == "(")?;
+        let next = Lexer::new(self.source, Span::new(close.end, self.end)).next();
+        if next.is_some_and(|next| matches!(next.kind, TokenKind::Caret | TokenKind::Prime | TokenKind::Illegal)) {
+            return None;
+        }
+        let argument = self.source.get(open.start as usize..close.end as usize)?;
+        let text = format!("{}{argument}^{}", self.text(function), self.text(self.before));
+        Some((Span::new(function.start, close.end), text))
+    }
+
+    /// `constraint rod[i in 1..n]: …` and `constraint i in 1..n: …`: the place is at `in`.
+    pub(super) fn constraint_indices(&self) -> Option<SyntaxError> {
+        let bracket = self.enclosures.len() == 1 && self.before_last.is_some_and(|own| self.text(own) == "[");
+        if !bracket && !self.enclosures.is_empty() {
+            return None;
+        }
+        let mut rest = Lexer::new(self.source, Span::new(self.before.start, self.end));
+        let last = rest.find(|own| match own.kind {
+            TokenKind::Close => bracket,
+            TokenKind::Colon | TokenKind::Comma => !bracket,
+            _ => false,
+        });
+        let colon = if bracket { rest.next() } else { last };
+        let inside = verbatim(self.source, self.before.start, last.map_or(self.end, |own| own.start))?;
+        let place = colon.filter(|own| own.kind == TokenKind::Colon).map(|own| Span::new(self.word.end, own.end));
+        let span = self.before.span().to(self.found?.span());
+        Some(SyntaxError::ConstraintIndices { fix: format!("[{inside}]"), place, span })
+    }
+
+    /// Whether `T - V` begins at a token and is all of a Lagrangian.
+    pub(super) fn is_difference_of_energies(&self, first: Token) -> bool {
+        let rest = Lexer::new(self.source, Span::new(first.start, self.end));
+        let words: Vec<&str> = rest.take(4).map(|own| self.text(own)).collect();
+        self.statement == "lagrangian" && self.before.kind == TokenKind::Equals && words == ["T", "-", "V"]
+    }
+
+    /// The names in a unit that begins at a token.
+    pub(super) fn names_of_unit(&self, unit: Token) -> impl Iterator<Item = &str> {
+        let end = self.unit_end(unit).unwrap_or(unit.end);
+        let all = Lexer::new(self.source, Span::new(unit.start, end));
+        all.filter(|token| token.kind == TokenKind::Word).map(|token| self.text(token))
+    }
+
     /// Whether a unit may begin at `found`: behind a value of numbers alone, with a name that is one of units.
     pub(super) fn is_unit_behind_number(&self, found: Token, is_unit: &dyn Fn(&str) -> bool) -> bool {
         let behind = matches!(self.before.kind, TokenKind::Number | TokenKind::Close) || self.text(self.before) == "pi";
@@ -253,49 +354,18 @@ impl Context<'_> {
             token.kind != TokenKind::Word || text == "pi" || words::is_function(text)
         });
         // Where it does not end as a unit, its first name tells.
-        let end = match (self.unit_end(found), found.kind) {
-            (Some(end), _) => end,
-            (None, TokenKind::Word) => found.end,
-            (None, _) => return false,
-        };
-        let names = || {
-            Lexer::new(self.source, Span::new(found.start, end))
-                .filter(|token| token.kind == TokenKind::Word)
-                .map(|token| self.text(token))
-        };
+        if self.unit_end(found).is_none() && found.kind != TokenKind::Word {
+            return false;
+        }
         of_numbers
             && self.enclosures.is_empty()
-            && names().all(|name| words::reserved_for(name).is_none())
-            && names().any(is_unit)
+            && self.names_of_unit(found).all(|name| words::reserved_for(name).is_none())
+            && self.names_of_unit(found).any(is_unit)
     }
 
     /// Whether a name is declared before the statement, and not too long before.
     pub(super) fn is_declared(&self, name: &str) -> bool {
-        let mut from = self.word.start.saturating_sub(LOOKED_BACK);
-        while !self.source.is_char_boundary(from as usize) {
-            from += 1;
-        }
-        let mut before: Option<Token> = None;
-        let (mut word, mut depth) = ("", 0_usize);
-        let tokens = Lexer::new(self.source, Span::new(from, self.word.start));
-        for token in tokens.filter(|token| token.kind != TokenKind::Comment) {
-            let text = self.text(token);
-            let declares = before.is_some_and(|before| match before.kind {
-                TokenKind::Comma => depth == 0 && words::takes_several(word),
-                _ => words::is_naming(self.text(before)),
-            });
-            if declares && text == name {
-                return true;
-            }
-            match token.kind {
-                TokenKind::Open => depth += 1,
-                TokenKind::Close => depth = depth.saturating_sub(1),
-                _ if words::is_statement_word(text) => (word, depth) = (text, 0),
-                _ => {}
-            }
-            before = Some(token);
-        }
-        false
+        is_declared(self.source, self.word.start, name)
     }
 
     /// The statement begun by the name at the place, whose word is missing: `param k = 2`.
