@@ -235,6 +235,7 @@ const PAGES: &[(&str, &str)] = &[
     ("W0009", include_str!("../../docs/errors/W0009.md")),
     ("W0010", include_str!("../../docs/errors/W0010.md")),
     ("W0011", include_str!("../../docs/errors/W0011.md")),
+    ("W0012", include_str!("../../docs/errors/W0012.md")),
     ("W0101", include_str!("../../docs/errors/W0101.md")),
     ("W0102", include_str!("../../docs/errors/W0102.md")),
     ("W0103", include_str!("../../docs/errors/W0103.md")),
