@@ -109,6 +109,7 @@ const PAGES: &[(&str, &str)] = &[
     ("E0138", include_str!("../../docs/errors/E0138.md")),
     ("E0139", include_str!("../../docs/errors/E0139.md")),
     ("E0140", include_str!("../../docs/errors/E0140.md")),
+    ("E0141", include_str!("../../docs/errors/E0141.md")),
     ("E0201", include_str!("../../docs/errors/E0201.md")),
     ("E0202", include_str!("../../docs/errors/E0202.md")),
     ("E0203", include_str!("../../docs/errors/E0203.md")),

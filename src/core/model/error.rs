@@ -306,6 +306,13 @@ Error ModelError {
         "change the values or the assumption: what a derivation simplifies has to hold for both",
     ),
 
+    /// Two relations of which one at most can hold.
+    #[error("these assumptions contradict each other")]
+    "E0141" AssumptionsContradict(span) {
+        /// The earlier one.
+        first: Span,
+    } => at(*span, "no number is so").with_secondary(*first, "if this holds").with_help("remove one of them"),
+
     /// What is integrated is no sum of powers times exponentials.
     #[error("`{part}` can't be integrated over `{variable}` in symbols")]
     "E0136" NoIntegral(span) {
