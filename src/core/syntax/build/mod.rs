@@ -84,7 +84,7 @@ impl Builder {
         let kind = match self.error.take() {
             Some(mut error) => {
                 if let SyntaxError::MissingMultiplication { is_certain, span: place, .. } = &mut error {
-                    *is_certain = explain::are_known(source, span, *place);
+                    *is_certain = explain::are_factors(source, span, *place);
                 }
                 Err(error)
             }

@@ -35,7 +35,6 @@ pub(super) struct Context<'s> {
     pub(super) source: &'s str,
     pub(super) statement: &'static str,
     pub(super) word: Token,
-    pub(super) third_last: Option<Token>,
     pub(super) before_last: Option<Token>,
     pub(super) before: Token,
     pub(super) found: Option<Token>,
@@ -62,7 +61,6 @@ impl<'s> Context<'s> {
             source,
             statement,
             word,
-            third_last: None,
             before_last: None,
             before: word,
             found: None,
@@ -149,7 +147,6 @@ impl<'s> Context<'s> {
             }
             _ => {}
         }
-        self.third_last = self.before_last;
         self.before_last = Some(self.before);
         self.before = token;
     }
@@ -157,7 +154,8 @@ impl<'s> Context<'s> {
     /// Keeps the beginning of the product that a token belongs to.
     fn follow_product(&mut self, token: Token) {
         let ends = expects_operand(token.kind, token.text(self.source))
-            && !matches!(token.kind, TokenKind::Star | TokenKind::Slash | TokenKind::Caret | TokenKind::Open);
+            && !matches!(token.kind, TokenKind::Star | TokenKind::Slash | TokenKind::Caret | TokenKind::Open)
+            && self.before.kind != TokenKind::Caret;
         if ends {
             self.chain = None;
         } else {
@@ -272,8 +270,11 @@ impl<'s> Context<'s> {
         if self.part == Part::Unit {
             return Some(self.in_unit(found));
         }
-        if text == "in" && statement == "constraint" {
-            return self.constraint_indices();
+        if text == "in"
+            && statement == "constraint"
+            && let Some(error) = self.constraint_indices()
+        {
+            return Some(error);
         }
         if found.kind == TokenKind::Colon
             && let Some(enclosure) = self.enclosures.last()

@@ -66,19 +66,88 @@ pub(super) fn binds(source: &str, token: Token, end: u32) -> bool {
     false
 }
 
-/// Whether all names at a place in a statement are declared, or indices of the statement, or the language's own, and nothing in
-/// it is called with the time: `x (t)`.
-pub(in super::super) fn are_known(source: &str, statement: Span, place: Span) -> bool {
+/// Whether all that stands at a place in a statement are factors: names that are declared, indices of the statement, or the
+/// language's own words as it has them. What may be called with the time, `x (t)`, or belong below a bar, `x/2 l`, is not sure.
+pub(in super::super) fn are_factors(source: &str, statement: Span, place: Span) -> bool {
     let words: Vec<&str> = Lexer::new(source, statement).map(|own| own.text(source)).collect();
     let is_index = |name: &str| words.windows(2).any(|two| two == [name, "in"]);
     let is_called = |four: &[&str]| matches!(four, [name, "(", "t", ")"] if !words::is_function(name));
-    let names = Lexer::new(source, place).filter(|own| own.kind == TokenKind::Word);
-    !words.windows(4).any(is_called)
-        && names.into_iter().all(|own| {
-            let name = own.text(source);
-            let own_word = words::is_function(name) || words::is_connective(name) || matches!(name, "t" | "pi");
-            own_word || is_index(name) || is_declared(source, statement.start, name)
-        })
+    let is_known = |own: Token| {
+        let name = own.text(source);
+        let own_word = words::is_function(name) || words::is_connective(name) || matches!(name, "t" | "pi");
+        own.kind != TokenKind::Word || own_word || is_index(name) || is_declared(source, statement.start, name)
+    };
+    Lexer::new(source, place).all(is_known)
+        && !words.windows(4).any(is_called)
+        && !is_below_a_bar(source, Span::new(statement.start, place.end))
+}
+
+/// What a product divides by.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Bar {
+    None,
+    /// A number that divides a number: `1/2`.
+    Fraction,
+    Some,
+}
+
+/// Whether a factor without a sign before it may belong below a bar: `x/2 l` and `1/2k`, but not `1/2 k`.
+fn is_below_a_bar(source: &str, place: Span) -> bool {
+    let mut levels = vec![Bar::None];
+    let [mut before, mut last] = [None::<Token>; 2];
+    for token in Lexer::new(source, place).filter(|token| token.kind != TokenKind::Comment) {
+        let is_number = |own: Option<Token>| own.is_some_and(|own| own.kind == TokenKind::Number);
+        let is_gap = before.is_some_and(|before| side_by_side_at(source, before, token) == Some(true));
+        let bar = levels.last().copied().unwrap_or(Bar::None);
+        if is_gap && (bar == Bar::Some || bar == Bar::Fraction && token.glued && is_number(before)) {
+            return true;
+        }
+        let is_behind = |kind: TokenKind| before.is_some_and(|before| before.kind == kind);
+        let bar = match token.kind {
+            // The exponent of `x^2/2` is no numerator.
+            TokenKind::Slash if is_number(before) && last.is_none_or(|last| last.kind != TokenKind::Caret) => {
+                Bar::Fraction
+            }
+            TokenKind::Slash => Bar::Some,
+            TokenKind::Plus | TokenKind::Comma | TokenKind::Equals => Bar::None,
+            TokenKind::Minus if !is_behind(TokenKind::Caret) => Bar::None,
+            kind if is_behind(TokenKind::Slash) && kind != TokenKind::Number => Bar::Some,
+            _ => bar,
+        };
+        match token.kind {
+            TokenKind::Close => levels.truncate(levels.len().saturating_sub(1).max(1)),
+            kind => {
+                levels.pop();
+                levels.push(bar);
+                levels.extend((kind == TokenKind::Open).then_some(Bar::None));
+            }
+        }
+        (last, before) = (before, Some(token));
+    }
+    false
+}
+
+/// Whether a sign is missing between two tokens; `None` where something else is.
+fn side_by_side_at(source: &str, before: Token, token: Token) -> Option<bool> {
+    let (left, right) = (before.text(source), token.text(source));
+    let ends = match before.kind {
+        TokenKind::Word => !words::is_connective(left),
+        TokenKind::Number | TokenKind::Close | TokenKind::Prime => true,
+        _ => false,
+    };
+    let begins = match token.kind {
+        TokenKind::Word => !words::is_connective(right),
+        TokenKind::Number => true,
+        TokenKind::Open => right == "(",
+        _ => false,
+    };
+    let call = before.kind == TokenKind::Word && right == "(" && (token.glued || words::is_function(left));
+    if !ends || !begins || call {
+        return Some(false);
+    }
+    let wrong = before.kind == TokenKind::Word && words::is_function(left)
+        || before.kind == TokenKind::Number && token.kind == TokenKind::Number;
+    (!wrong).then_some(true)
 }
 
 /// Whether a name is declared before a place, and not too long before.
@@ -188,10 +257,15 @@ impl Context<'_> {
         let mut before: Option<Token> = None;
         for token in Lexer::new(self.source, Span::new(start, self.end)) {
             let text = self.text(token);
+            // `sin^2(x)` is no product.
+            if before.is_some_and(|before| words::is_function(self.text(before))) && text != "(" {
+                return None;
+            }
             let inside = matches!(
                 token.kind,
                 TokenKind::Star | TokenKind::Slash | TokenKind::Caret | TokenKind::Prime | TokenKind::Open
-            );
+            ) || token.kind == TokenKind::Minus
+                && before.is_some_and(|before| before.kind == TokenKind::Caret);
             match token.kind {
                 TokenKind::Word | TokenKind::Number if words::reserved_for(text) == Some("begins a statement") => break,
                 TokenKind::Word if depth == 0 && words::is_connective(text) => break,
@@ -203,7 +277,7 @@ impl Context<'_> {
                 _ => {}
             }
             if let Some(before) = before {
-                if self.side_by_side_at(before, token)? {
+                if side_by_side_at(self.source, before, token)? {
                     if token.first_on_line && depth == 0 {
                         break;
                     }
@@ -217,29 +291,6 @@ impl Context<'_> {
             before = Some(token);
         }
         Some((Span::new(start, before?.end), out))
-    }
-
-    /// Whether a sign is missing between two tokens; `None` where something else is.
-    fn side_by_side_at(&self, before: Token, token: Token) -> Option<bool> {
-        let (left, right) = (self.text(before), self.text(token));
-        let ends = match before.kind {
-            TokenKind::Word => !words::is_connective(left),
-            TokenKind::Number | TokenKind::Close | TokenKind::Prime => true,
-            _ => false,
-        };
-        let begins = match token.kind {
-            TokenKind::Word => !words::is_connective(right),
-            TokenKind::Number => true,
-            TokenKind::Open => right == "(",
-            _ => false,
-        };
-        let call = before.kind == TokenKind::Word && right == "(" && (token.glued || words::is_function(left));
-        if !ends || !begins || call {
-            return Some(false);
-        }
-        let wrong = before.kind == TokenKind::Word && words::is_function(left)
-            || before.kind == TokenKind::Number && token.kind == TokenKind::Number;
-        (!wrong).then_some(true)
     }
 
     /// The product that ends before the place: `1/2` before the `x` of `1/2 x`.
@@ -298,14 +349,15 @@ impl Context<'_> {
     }
 
     /// `sin^2(x)` as `sin(x)^2`, with parentheses that open at a token: what is replaced, and by what.
-    pub(super) fn power_moved(&self, function: Token, open: Token) -> Option<(Span, String)> {
-        let close = self.closing(open).filter(|_| self.text(open) == "(")?;
+    pub(super) fn power_moved(&self, function: Token, exponent: &str, open: Token) -> Option<(Span, String)> {
+        // `sin^-1` is mostly meant as the inverse function.
+        let close = self.closing(open).filter(|_| self.text(open) == "(" && !exponent.starts_with('-'))?;
         let next = Lexer::new(self.source, Span::new(close.end, self.end)).next();
         if next.is_some_and(|next| matches!(next.kind, TokenKind::Caret | TokenKind::Prime | TokenKind::Illegal)) {
             return None;
         }
         let argument = self.source.get(open.start as usize..close.end as usize)?;
-        let text = format!("{}{argument}^{}", self.text(function), self.text(self.before));
+        let text = format!("{}{argument}^{exponent}", self.text(function));
         Some((Span::new(function.start, close.end), text))
     }
 

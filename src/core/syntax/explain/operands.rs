@@ -1,7 +1,7 @@
 //! Mistakes with operands: two in a row, or a word that can't be one.
 
 use super::super::error::SyntaxError;
-use super::super::lexer::{Token, TokenKind};
+use super::super::lexer::{Lexer, Token, TokenKind};
 use super::super::words;
 use super::context::{Context, Part};
 use super::fixes;
@@ -122,16 +122,20 @@ impl Context<'_> {
                 span: both,
             };
         }
-        match (self.third_last, self.before_last) {
-            (Some(function), Some(caret))
-                if is_function(function)
-                    && caret.kind == TokenKind::Caret
-                    && matches!(before.kind, TokenKind::Number | TokenKind::Word) =>
-            {
+        let chain = Lexer::new(self.source, Span::new(self.chain.unwrap_or(found.start), found.start));
+        let chain: Vec<Token> = chain.collect();
+        let (exponent, rest) = match chain.as_slice() {
+            [rest @ .., minus, last] if minus.kind == TokenKind::Minus => (minus.span().to(last.span()), rest),
+            [rest @ .., last] => (last.span(), rest),
+            [] => (both, &[][..]),
+        };
+        match rest {
+            [.., function, caret] if is_function(*function) && caret.kind == TokenKind::Caret => {
+                let exponent = self.source.get(exponent.range()).unwrap_or_default().to_owned();
                 SyntaxError::FunctionPower {
-                    function: self.text(function).to_owned(),
-                    exponent: self.text(before).to_owned(),
-                    change: self.power_moved(function, found),
+                    function: self.text(*function).to_owned(),
+                    change: self.power_moved(*function, &exponent, found),
+                    exponent,
                     span: function.span().to(before.span()),
                 }
             }
@@ -166,11 +170,14 @@ impl Context<'_> {
         }
         let is_unit = self.is_unit_behind_number(found, &|name| words::SHORT_UNITS.contains(&name));
         let unit = if is_unit { self.with_unit_behind_name(found) } else { None };
-        let whole = self.product_with_signs();
+        // A line that is meant for itself is no factor.
+        let whole = self.product_with_signs().filter(|(span, _)| span.end > found.start);
+        let is_factor = whole.is_some() || !found.first_on_line;
         let fix = whole.as_ref().and_then(|(_, text)| fixes::short(text.clone()));
         let fix = fix.unwrap_or_else(|| format!("{left}*{right}"));
         let (place, text) = whole.unwrap_or_else(|| (Span::new(self.before.end, found.start), "*".to_owned()));
-        let is_certain = fixes::are_known(self.source, Span::new(self.word.start, self.end), place.to(found.span()));
+        let is_certain =
+            is_factor && fixes::are_factors(self.source, Span::new(self.word.start, self.end), place.to(found.span()));
         SyntaxError::MissingMultiplication { fix, place, text, is_certain, unit, span }
     }
 }
