@@ -32,10 +32,12 @@ fn perhaps_meant(word: &str, meant: &str) -> String {
     }
 }
 
-/// The coordinate that the force acts on in `Q_x = …`, `F_x = …`.
+/// The coordinate that the force acts on in `Q_x = …`, `Fx = …`, or `x` for any.
 fn force_on(name: &str) -> Option<&str> {
-    let coordinate = name.strip_prefix("Q_").or_else(|| name.strip_prefix("F_"))?;
-    coordinate.starts_with(char::is_alphabetic).then_some(coordinate)
+    let behind = name.strip_prefix(['Q', 'F'])?;
+    let coordinate = behind.strip_prefix('_').or((behind.chars().count() == 1).then_some(behind));
+    let coordinate = coordinate.filter(|own| own.starts_with(char::is_alphabetic));
+    coordinate.or((name == "Q").then_some("x"))
 }
 
 fn partner(bracket: char) -> char {

@@ -364,7 +364,7 @@ impl Context<'_> {
     /// `constraint rod[i in 1..n]: …` and `constraint i in 1..n: …`: the place is at `in`.
     pub(super) fn constraint_indices(&self) -> Option<SyntaxError> {
         let bracket = self.enclosures.len() == 1 && self.before_last.is_some_and(|own| self.text(own) == "[");
-        if !bracket && !self.enclosures.is_empty() {
+        if self.before_is_word() || !bracket && !self.enclosures.is_empty() {
             return None;
         }
         let mut rest = Lexer::new(self.source, Span::new(self.before.start, self.end));

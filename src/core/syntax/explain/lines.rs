@@ -37,7 +37,7 @@ pub(in super::super) fn foreign_line(
             let operand = |token: Token| matches!(token.kind, TokenKind::Word | TokenKind::Number | TokenKind::Open);
             let line = text.lines().next().unwrap_or_default().trim_start_matches(mark);
             let mut behind = Lexer::new(line, Span::new(0, line.len() as u32));
-            let is_text = behind.next().is_none_or(|first| operand(first) && behind.next().is_some_and(operand));
+            let is_text = [behind.next(), behind.next()].into_iter().all(|own| own.is_some_and(operand));
             let is_certain = token.first_on_line && complete || is_text;
             (!unit).then_some(SyntaxError::ForeignComment { is_certain, span })
         }
