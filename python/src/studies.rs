@@ -62,10 +62,11 @@ pub(crate) fn sweep(py: Python<'_>, model: &Model, args: SweepArgs) -> PyResult<
         let threads = positive("threads", args.threads)?;
         let name = range.name().to_owned();
         let sweep = Sweep::new(job.made_from(), range, options);
-        let places = in_parallel(job, threads, sweep.range().len(), || |at: usize| sweep.place_with_uncertainties(at))?;
+        let mut places =
+            in_parallel(job, threads, sweep.range().len(), || |at: usize| sweep.place_with_uncertainties(at))?;
         complain(job, &name, &places)?;
         if args.svg {
-            let branches = tracking::branches(&sweep, &places);
+            let branches = tracking::branches(&sweep, &mut places);
             let view = SweepView::new(args.orders.clone(), args.root_locus);
             return Ok(Written::drawn(report::sweep_svg(&sweep, &places, &branches, &view)));
         }

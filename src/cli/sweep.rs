@@ -146,7 +146,7 @@ impl Run<'_> {
         if failed.len() == count {
             return Err(Failure::Model(source.clone(), std::mem::take(&mut self.remarks.all)));
         }
-        let branches = tracking::branches(sweep, &places);
+        let branches = tracking::branches(sweep, &mut places);
         Ok(report::sweep_svg(sweep, &places, &branches, &args.view))
     }
 

@@ -89,7 +89,9 @@ pub struct Diagnostic {
     pub secondary: Vec<Label>,
     /// The fix, if there is one.
     pub help: Option<String>,
-    /// The fix as a change of the text, where it is certain enough to be made for the author.
+    /// The fix as a change of the text, where it is certain enough to be made unseen: the same in the notation of the
+    /// language where it has one reading only, or a slip of the pen ([`is_misspelt`]). What is declared by it is as
+    /// before but for a coordinate whose velocity is used, and what has a meaning of its own keeps it.
     pub replacement: Option<Replacement>,
 }
 
@@ -160,19 +162,26 @@ impl Diagnostic {
         self
     }
 
+    /// The same with a change of the text, if there is one.
+    pub(crate) fn or_replacing(self, change: Option<&(Span, String)>) -> Self {
+        match change {
+            Some((span, text)) => self.replacing(*span, text),
+            None => self,
+        }
+    }
+
     /// The same with the fix to write something else at a place.
     pub(crate) fn written(self, span: Span, text: impl Into<String>) -> Self {
         let text = text.into();
         self.with_help(format!("write `{text}`")).replacing(span, text)
     }
 
-    /// The same with the name that was probably meant at a place, if there is one.
+    /// The same with what was probably meant at a place, if there is something.
     #[cfg(feature = "engine")]
-    pub(crate) fn or_meant(self, span: Span, nearest: Option<&String>) -> Self {
-        match nearest {
-            Some(name) => self.with_help(format!("did you mean `{name}`?")).replacing(span, name),
-            None => self,
-        }
+    pub(crate) fn or_meant(self, span: Span, meant: Option<&Meant>) -> Self {
+        let Some(Meant { text, is_certain }) = meant else { return self };
+        let shown = self.with_help(format!("did you mean `{text}`?"));
+        if *is_certain { shown.replacing(span, text) } else { shown }
     }
 
     /// The same with the code of its kind.
@@ -194,6 +203,35 @@ impl Diagnostic {
     pub fn with_help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(readable(help.into()));
         self
+    }
+}
+
+/// What was probably meant by something that is not declared.
+#[cfg(feature = "engine")]
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Meant {
+    /// As the language has it.
+    pub text: String,
+    /// Whether it can be written unseen.
+    pub is_certain: bool,
+}
+
+#[cfg(feature = "engine")]
+impl Meant {
+    /// The same thing in the notation of the language.
+    pub(crate) fn certain(text: String) -> Self {
+        Self { text, is_certain: true }
+    }
+
+    /// What may be something else as well.
+    pub(crate) fn guess(text: String) -> Self {
+        Self { text, is_certain: false }
+    }
+
+    /// The nearest of the names that there are.
+    pub(crate) fn near<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<Self> {
+        let nearest = nearest(name, candidates)?;
+        Some(Self { text: nearest.to_owned(), is_certain: is_misspelt(name, nearest) })
     }
 }
 
@@ -261,6 +299,18 @@ pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) ->
         }
     }
     best.map(|(_, candidate)| candidate)
+}
+
+/// Whether a name can only be a slip of the pen for another: one letter within it left out, doubled, wrong or swapped with its
+/// neighbour, in four letters at least. `K` may be another stiffness than `k`, and `k2` than `k1`.
+pub(crate) fn is_misspelt(name: &str, meant: &str) -> bool {
+    let digits = |text: &str| text.chars().filter(char::is_ascii_digit).collect::<String>();
+    let ends = |text: &str| (text.chars().next(), text.chars().next_back());
+    name.chars().count().max(meant.chars().count()) >= 4
+        && name.len() <= LONGEST_COMPARED
+        && ends(name) == ends(meant)
+        && digits(name) == digits(meant)
+        && strsim::osa_distance(&name.to_lowercase(), &meant.to_lowercase()) == 1
 }
 
 fn ordered(a: usize, b: usize) -> [usize; 2] {

@@ -134,7 +134,7 @@ fn equilibrium_object(own: &Equilibrium) -> String {
     record([
         ("point", values(&own.point)),
         ("radius", number(one_digit_up(own.radius()))),
-        ("isolated", own.isolated.to_string()),
+        ("isolated", own.isolated.map_or_else(null, |own| own.to_string())),
         ("stability", string(own.stability.as_str())),
         ("omega", values(&own.omega)),
         ("growth", values(&own.growth)),

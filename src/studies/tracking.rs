@@ -3,20 +3,26 @@
 //! Two modes belong together where |xᴴ M y|² is large, M being the mass matrix at the first value (the modal assurance criterion of
 //! R. J. Allemang and D. L. Brown, Proc. 1st Int. Modal Analysis Conf., 1982). Where it decides nothing, or two modes seem to change
 //! places, the interval is halved, and halved again: at an avoided crossing shapes turn into each other, at a crossing they keep what
-//! they are. Modes of different symmetry classes never belong together. Among equal frequencies no shape is one of a mode; those before
+//! they are. So it is where frequencies bend. Modes of different symmetry classes never belong together. Among equal frequencies no shape is one of a mode; those before
 //! are kept until they part again.
 
 use crate::sweep::{Place, Sweep};
 use librate_core::linearize::Linearized;
 use librate_core::modes::Kind;
-use librate_core::oscillation::NormalModes;
+use librate_core::oscillation::{NormalMode, NormalModes};
 
 /// Shapes that agree less leave it open what belongs together.
 const SURE: f64 = 0.7;
 /// Those that agree less than this have nothing in common.
 const LEAST: f64 = 0.05;
+/// Between shapes that agree less frequencies may bend.
+const STEADY: f64 = 0.98;
+/// What is off by less than this part of all frequencies is not seen: half a pixel.
+const FLAT: f64 = 1.0 / 760.0;
 /// An interval is halved so many times.
 const DEEPEST: u32 = 16;
+/// So many places are added for each that there is.
+const MOST_FINER: usize = 4;
 /// Masses of more coordinates count alike.
 const MOST_DENSE: usize = 600;
 
@@ -41,6 +47,8 @@ struct Shape {
     class: Option<String>,
     cluster: u32,
     kind: Kind,
+    /// Frequency and growth.
+    point: [f64; 2],
 }
 
 impl Shape {
@@ -66,11 +74,15 @@ impl Shape {
 /// The modes at a place.
 type Shapes = Vec<Shape>;
 
+fn point(mode: &NormalMode) -> [f64; 2] {
+    [mode.omega.mid_f64(), mode.growth.mid_f64()]
+}
+
 fn shapes(linearized: &Linearized, modes: &NormalModes) -> Shapes {
     let n = modes.modes.first().map_or(0, |mode| mode.vector.len());
     let mass = if n <= MOST_DENSE { linearized.mass() } else { Vec::new() };
     let mass: Vec<f64> = if mass.len() == n * n { mass.iter().map(|own| own.mid_f64()).collect() } else { Vec::new() };
-    let shape = |mode: &librate_core::oscillation::NormalMode| {
+    let shape = |mode: &NormalMode| {
         let imaginary = mode.imaginary.iter().copied().chain(std::iter::repeat(0.0));
         let vector: Vec<[f64; 2]> = mode.vector.iter().zip(imaginary).map(|(re, im)| [*re, im]).collect();
         let image: Vec<[f64; 2]> = if mass.is_empty() {
@@ -87,13 +99,21 @@ fn shapes(linearized: &Linearized, modes: &NormalModes) -> Shapes {
             mass.chunks(n).map(row).collect()
         };
         let length = vector.iter().zip(&image).map(|(a, b)| a[0] * b[0] + a[1] * b[1]).sum();
-        Shape { vector, image, length, class: mode.symmetry.clone(), cluster: mode.cluster, kind: mode.kind }
+        Shape {
+            vector,
+            image,
+            length,
+            class: mode.symmetry.clone(),
+            cluster: mode.cluster,
+            kind: mode.kind,
+            point: point(mode),
+        }
     };
     modes.modes.iter().map(shape).collect()
 }
 
 /// For each mode of one place that of another, and how sure the least certain pair is.
-fn matched(from: &Shapes, to: &Shapes) -> (Vec<Option<usize>>, f64) {
+fn matched(from: &Shapes, to: &Shapes) -> (Pairs, f64) {
     let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
     for (i, own) in from.iter().enumerate() {
         for (j, other) in to.iter().enumerate() {
@@ -127,7 +147,7 @@ fn matched(from: &Shapes, to: &Shapes) -> (Vec<Option<usize>>, f64) {
 /// Whether two modes change places that may only seem to: shapes that turn into each other within a short way, and are not told apart by
 /// their classes.
 fn swaps([from, to]: [&Shapes; 2], found: &[Option<usize>]) -> bool {
-    let known: Vec<(usize, usize)> = found.iter().enumerate().filter_map(|(i, j)| Some((i, (*j)?))).collect();
+    let known: Vec<(usize, usize)> = pairs(found).collect();
     let alike = |i: usize, k: usize| from[i].class.is_none() || from[i].class == from[k].class;
     let single = |i: usize, k: usize| from[i].cluster != from[k].cluster;
     known.iter().enumerate().any(|(at, (i, j))| {
@@ -136,65 +156,135 @@ fn swaps([from, to]: [&Shapes; 2], found: &[Option<usize>]) -> bool {
     })
 }
 
-/// The modes between two places of a range, which is refined where their shapes leave it open.
-fn connected(sweep: &Sweep, ends: [&Shapes; 2], between: [usize; 2], depth: u32) -> Vec<Option<usize>> {
-    let (found, sure) = matched(ends[0], ends[1]);
-    if sure >= SURE && !swaps(ends, &found) || depth == DEEPEST {
-        return found;
-    }
-    let [from, to] = between.map(|place| 2 * place);
-    let Some(finer) = sweep.finer() else {
-        return found;
-    };
-    let Ok((linearized, modes)) = finer.place(from + 1).result else {
-        return found;
-    };
-    let middle = shapes(&linearized, &modes);
-    // A crossing itself, at which any basis is as good.
-    if (1..middle.len()).any(|at| middle[at].cluster == middle[at - 1].cluster && middle[at].kind != Kind::Zero) {
-        return found;
-    }
-    let first = connected(&finer, [ends[0], &middle], [from, from + 1], depth + 1);
-    let second = connected(&finer, [&middle, ends[1]], [from + 1, to], depth + 1);
-    first.into_iter().map(|at| second.get(at?).copied().flatten()).collect()
+/// Modes that belong together, from one place to the next.
+type Pairs = Vec<Option<usize>>;
+
+/// The way to the next place: where no finer place is reached, to that of the range.
+struct Step {
+    found: Pairs,
+    finer: Option<(Place, Shapes)>,
 }
 
-/// Follows the modes of a sweep from place to place; `places` are all of its places, with shapes, in order. A place without modes
-/// ends all branches.
-#[must_use]
-pub fn branches(sweep: &Sweep, places: &[Place]) -> Vec<Branch> {
-    let mut branches: Vec<Branch> = Vec::new();
-    // Of the modes at the place before: their shapes, and their branches.
-    let mut before: Option<(Shapes, Vec<usize>)> = None;
-    for (place, own) in places.iter().enumerate() {
-        let Ok((linearized, modes)) = &own.result else {
-            before = None;
-            continue;
-        };
-        let mut here = shapes(linearized, modes);
-        let mut owners = vec![None; here.len()];
-        if let Some((shapes, known)) = &before {
-            let found = connected(sweep, [shapes, &here], [place - 1, place], 0);
-            for ((old, at), branch) in shapes.iter().zip(found).zip(known) {
-                let Some(at) = at else { continue };
-                owners[at] = Some(*branch);
-                let cluster = here[at].cluster;
-                if here.iter().filter(|one| one.cluster == cluster).count() > 1 {
-                    let old = old.clone();
-                    here[at] = Shape { cluster, ..old };
+/// Follows modes from place to place.
+struct Follower {
+    /// Frequencies and growths that are off so little are seen as straight.
+    slack: [f64; 2],
+    /// So many places may still be added where curves bend.
+    left: usize,
+}
+
+impl Follower {
+    fn new(places: &[Place]) -> Self {
+        let slack = [0, 1].map(|part| {
+            let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
+            for (_, modes) in places.iter().filter_map(|place| place.result.as_ref().ok()) {
+                for own in modes.modes.iter().map(|mode| point(mode)[part]) {
+                    (least, most) = (least.min(own), most.max(own));
                 }
             }
-        }
-        let mut known = Vec::with_capacity(here.len());
-        for (at, owner) in owners.into_iter().enumerate() {
-            let branch = owner.unwrap_or_else(|| {
-                branches.push(Branch { class: here[at].class.clone(), at: Vec::new() });
-                branches.len() - 1
-            });
-            branches[branch].at.push((place, at));
-            known.push(branch);
-        }
-        before = Some((here, known));
+            (FLAT * (most - least)).max(1e-9 * most.abs().max(least.abs()))
+        });
+        Self { slack, left: MOST_FINER * places.len() }
     }
+
+    /// The modes between two places of a range, which is refined where their shapes leave it open and where curves bend;
+    /// `is_bent` if they do so about these places.
+    fn connect(
+        &mut self,
+        sweep: &Sweep,
+        ends: [&Shapes; 2],
+        between: [usize; 2],
+        (found, sure): (Pairs, f64),
+        (depth, is_bent): (u32, bool),
+        way: &mut Vec<Step>,
+    ) {
+        let is_open = sure < SURE || swaps(ends, &found);
+        let turns = depth == 0 && pairs(&found).any(|(i, j)| ends[0][i].kind != ends[1][j].kind);
+        let is_wanted = is_open || self.left > 0 && (is_bent || turns || sure < STEADY);
+        let finer = sweep.finer().filter(|_| is_wanted && depth < DEEPEST);
+        let [from, to] = between.map(|place| 2 * place);
+        let middle = finer.and_then(|finer| {
+            let place = finer.place(from + 1);
+            let (linearized, modes) = place.result.as_ref().ok()?;
+            let middle = shapes(linearized, modes);
+            // A crossing itself, at which any basis is as good.
+            let is_crossing = |at: usize| middle[at].cluster == middle[at - 1].cluster && middle[at].kind != Kind::Zero;
+            (!(1..middle.len()).any(is_crossing)).then_some((finer, place, middle))
+        });
+        let Some((finer, place, middle)) = middle else {
+            way.push(Step { found, finer: None });
+            return;
+        };
+        self.left = self.left.saturating_sub(1);
+        let (first, second) = (matched(ends[0], &middle), matched(&middle, ends[1]));
+        let bends = pairs(&first.0).any(|(i, j)| {
+            let Some(k) = second.0[j] else { return false };
+            let [a, b, c] = [&ends[0][i], &middle[j], &ends[1][k]].map(|own| own.point);
+            (0..2).any(|part| (b[part] - 0.5 * (a[part] + c[part])).abs() > self.slack[part])
+        });
+        self.connect(&finer, [ends[0], &middle], [from, from + 1], first, (depth + 1, bends), way);
+        let reached = way.len() - 1;
+        self.connect(&finer, [&middle, ends[1]], [from + 1, to], second, (depth + 1, bends), way);
+        way[reached].finer = Some((place, middle));
+    }
+}
+
+fn pairs(found: &[Option<usize>]) -> impl Iterator<Item = (usize, usize)> + '_ {
+    found.iter().enumerate().filter_map(|(i, j)| Some((i, (*j)?)))
+}
+
+/// Follows the modes of a sweep from place to place; `places` are all of its places, with shapes, in order, to which finer ones are
+/// added where curves through them would be off. A place without modes ends all branches.
+#[must_use]
+pub fn branches(sweep: &Sweep, places: &mut Vec<Place>) -> Vec<Branch> {
+    let mut follower = Follower::new(places);
+    let mut branches: Vec<Branch> = Vec::new();
+    // Of the modes at the place before: their shapes, and their branches.
+    let mut before: Option<(Shapes, Vec<Option<usize>>)> = None;
+    let mut all: Vec<Place> = Vec::with_capacity(places.len());
+    for (number, place) in std::mem::take(places).into_iter().enumerate() {
+        let Ok((linearized, modes)) = &place.result else {
+            before = None;
+            all.push(place);
+            continue;
+        };
+        let here = shapes(linearized, modes);
+        let mut way = Vec::new();
+        if let Some((shapes, _)) = &before {
+            let found = matched(shapes, &here);
+            follower.connect(sweep, [shapes, &here], [number - 1, number], found, (0, false), &mut way);
+        } else {
+            way.push(Step { found: Vec::new(), finer: None });
+        }
+        let mut last = Some((place, here));
+        for Step { found, finer } in way {
+            let is_finer = finer.is_some();
+            let Some((place, mut here)) = finer.or_else(|| last.take()) else { continue };
+            let mut owners = vec![None; here.len()];
+            if let Some((shapes, known)) = &before {
+                for ((old, at), branch) in shapes.iter().zip(found).zip(known) {
+                    let Some(at) = at else { continue };
+                    owners[at] = *branch;
+                    let cluster = here[at].cluster;
+                    if here.iter().filter(|one| one.cluster == cluster).count() > 1 {
+                        let old = old.clone();
+                        here[at] = Shape { cluster, point: here[at].point, ..old };
+                    }
+                }
+            }
+            for (at, owner) in owners.iter_mut().enumerate() {
+                if owner.is_none() && !is_finer {
+                    branches.push(Branch { class: here[at].class.clone(), at: Vec::new() });
+                    *owner = Some(branches.len() - 1);
+                }
+                if let Some(branch) = owner {
+                    branches[*branch].at.push((all.len(), at));
+                }
+            }
+            all.push(place);
+            before = Some((here, owners));
+        }
+    }
+    *places = all;
     branches
 }

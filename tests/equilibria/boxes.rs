@@ -24,7 +24,7 @@ fn of_file(name: &str, settings: &[&str], ranges: &str) -> Found {
 /// The points of a complete search.
 fn points(found: &Found) -> Vec<Vec<f64>> {
     assert!(found.complete, "{:?}", found.reasons);
-    assert!(found.equilibria.iter().all(|own| own.isolated && own.radius() < 1e-15));
+    assert!(found.equilibria.iter().all(|own| own.isolated == Some(true) && own.radius() < 1e-15));
     found.equilibria.iter().map(|own| own.point.iter().map(|x| x.mid_f64()).collect()).collect()
 }
 
@@ -206,6 +206,7 @@ fn families_are_not_counted() {
         let found = of(text, ranges);
         assert!(!found.complete && !found.equilibria.is_empty(), "{text}");
         assert!(found.reasons.iter().any(|reason| reason.contains(said)), "{text}: {:?}", found.reasons);
+        assert!(found.equilibria.iter().any(|own| own.isolated == Some(false)), "{text}");
     }
     // No equilibrium at all: nothing is left open.
     assert!(points(&of("coord x, y T = 1/2*(x'^2 + y'^2) V = x", "x=-1..2, y=-1..1")).is_empty());
@@ -215,6 +216,7 @@ fn families_are_not_counted() {
     let quartic = of("coord x T = 1/2*x'^2 V = x^4", "x=-1..2");
     assert!(!quartic.complete && quartic.equilibria.len() == 1 && quartic.undecided.len() == 1);
     assert!(quartic.reasons.iter().all(|reason| !reason.contains("not isolated")), "{:?}", quartic.reasons);
+    assert_eq!(quartic.equilibria[0].isolated, None);
     // A saddle and a minimum that have just met.
     let fold = of("coord x T = 1/2*x'^2 V = x^3 + (x - 1)^2*0", "x=-1..2");
     assert!(!fold.complete && fold.undecided.len() == 1, "{fold:?}");
@@ -236,7 +238,7 @@ fn boxes_that_are_none() {
         ("x=-1..1, y=-1..1, z=0..1", Some("E0721")),
         ("x[3]=-1..1", Some("E0721")),
         ("x=-1..1, y=1..-1", Some("E0722")),
-        ("x=-1..1, y=1..1", Some("E0722")),
+        ("x=-1..1, y=1..1", None),
         ("x=-1..1, y=-1..inf", Some("E0722")),
         ("x=-1..1, y=-1..1/0", Some("E0720")),
         ("x=-1..1, x[1]=0..1, y=-1..1", Some("E0720")),
@@ -246,6 +248,19 @@ fn boxes_that_are_none() {
     ] {
         assert_eq!(code(ranges), expected, "{ranges}");
     }
+}
+
+/// A closed range of one value holds what lies at it.
+#[test]
+fn boxes_of_one_point() {
+    let text = "coord x T = 1/2*x'^2 V = x^4/4 - x^2/2";
+    assert_near(&of(text, "x=1..1"), &[&[1.0]]);
+    assert!(points(&of(text, "x=1.0000001..1.0000001")).is_empty());
+    assert_near(&of("coord x T = 1/2*x'^2 V = -cos(x)", "x=pi..pi"), &[&[std::f64::consts::PI]]);
+    assert_near(
+        &of("coord x, y T = 1/2*(x'^2 + y'^2) V = x^4/4 - x^2/2 + y^2", "x=-1..1, y=0..0"),
+        &[&[-1.0, 0.0], &[0.0, 0.0], &[1.0, 0.0]],
+    );
 }
 
 /// In units of the coordinates.

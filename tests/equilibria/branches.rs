@@ -135,6 +135,33 @@ fn bifurcations_at_a_value() {
     }
 }
 
+/// Where the range ends in a bifurcation, the equilibrium there belongs to one branch.
+#[test]
+fn bifurcations_at_an_end() {
+    let quartic = "param a = 0 coord x T = 1/2*x'^2 V = x^4/4 - a*x^2/2";
+    let cubic = "param a = 0 coord x T = 1/2*x'^2 V = x^3/3 - a*x";
+    for (text, over, place, expected) in [
+        (quartic, "a=-1..0:5", 4, &[[-1.0, 0.0]][..]),
+        (quartic, "a=0..-1:5", 0, &[[0.0, -1.0]]),
+        (quartic, "a=0..1:5", 0, &[[0.0, 1.0], [0.25, 1.0], [0.25, 1.0]]),
+        (cubic, "a=0..1:5", 0, &[[0.0, 1.0], [0.25, 1.0]]),
+        (cubic, "a=-1..1:5", 2, &[[0.0, 1.0], [0.5, 1.0]]),
+        (cubic, "a=1..0:5", 4, &[[1.0, 0.0], [1.0, 0.25]]),
+    ] {
+        let found = complete(text, "x=-2..2", over);
+        let mut all = ends(&found);
+        assert_eq!(found.bifurcations.len(), 1);
+        let there = found.branches.iter().filter(|own| own.at.iter().any(|(at, _)| *at == place));
+        let there: Vec<(f64, Stability)> = there.map(|own| at(own, place)).collect();
+        assert_eq!((there.len(), there[0].0), (1, 0.0), "{text} {over}");
+        let mut expected = expected.to_vec();
+        for own in [&mut all, &mut expected] {
+            own.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+        }
+        assert_eq!(all, expected, "{text} {over}");
+    }
+}
+
 /// x (p - x) with a second coordinate that moves along: no mirror, but x = 0 remains.
 #[test]
 fn two_branches_cross() {

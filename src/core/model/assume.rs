@@ -6,6 +6,7 @@ use std::cmp::Ordering;
 use super::compile::Scope;
 use super::elaborate::Elaborator;
 use super::index::is_so;
+use super::names::World;
 use super::{Given, Model, ModelError};
 use crate::expr::{ExprId, Function, Node, Pool, ZeroVerdict, evaluate_closed};
 use crate::precision::Big;
@@ -86,6 +87,28 @@ impl Elaborator<'_> {
             evaluate_closed::<f64>(&self.world.pool, closed, ())
         });
         Some(format!("{} {} {}", left?, relation.sign(), right?))
+    }
+}
+
+impl World {
+    /// That a relation leaves no value to a difference together with those before it: `a > 0` and `a < 0`.
+    pub(super) fn assumed_before(&mut self, own: &Assumption) -> Option<ModelError> {
+        let difference = self.pool.sub(own.left, own.right);
+        let opposite = self.pool.neg(difference);
+        let mut possible = vec![Ordering::Less, Ordering::Equal, Ordering::Greater];
+        possible.retain(|order| is_so(*order, own.relation));
+        for earlier in &self.assumptions {
+            let other = self.pool.sub(earlier.left, earlier.right);
+            if other == difference {
+                possible.retain(|order| is_so(*order, earlier.relation));
+            } else if other == opposite {
+                possible.retain(|order| is_so(order.reverse(), earlier.relation));
+            }
+            if possible.is_empty() {
+                return Some(ModelError::AssumptionsContradict { first: earlier.span, span: own.span });
+            }
+        }
+        None
     }
 }
 

@@ -4,7 +4,7 @@ use super::ModelError;
 use super::functions::Builtin;
 use super::names::{Entity, World};
 use super::program::{Binder, BinderKind, Field, IndexForm, IndexProgram, Op, Program, SumProgram};
-use crate::diagnostic::nearest;
+use crate::diagnostic::Meant;
 use crate::expr::ExprId;
 use crate::number::Number;
 use crate::span::Span;
@@ -114,7 +114,7 @@ impl Compiler<'_> {
     pub(super) fn undeclared_table(&mut self, name: &str, span: Span, scope: &Scope) {
         let rows = scope.variables.iter().filter(|(_, own)| matches!(own, Variable::Row(_)));
         let known = rows.map(|(own, _)| own.as_str()).chain(self.world.tables.iter().map(|own| own.name.as_str()));
-        let nearest = nearest(name, known).map(str::to_owned);
+        let nearest = Meant::near(name, known);
         let later = self.later.get(name).copied();
         self.fail(ModelError::UndeclaredName { name: name.to_owned(), span, nearest, later, coordinate: None });
     }
@@ -359,7 +359,7 @@ impl Compiler<'_> {
                 table: known.name.clone(),
                 column: field.text.to_string(),
                 available: known.some_columns().join(", "),
-                nearest: nearest(&field.text, known.columns.iter().map(String::as_str)).map(str::to_owned),
+                nearest: Meant::near(&field.text, known.columns.iter().map(String::as_str)),
                 span: field.span,
             };
             self.fail(error);
@@ -369,11 +369,13 @@ impl Compiler<'_> {
 
     pub(super) fn unknown_function(&mut self, function: &Name, scope: &Scope) {
         let quantity = self.entity(&function.text).is_some() || scope.find(&function.text).is_some();
+        let known = syntax::FUNCTIONS.into_iter().chain(["sum", "integral", "rows"]);
+        let same = known.clone().find(|own| own.eq_ignore_ascii_case(&function.text));
+        let same = same.or_else(|| syntax::function_meant(&function.text));
         self.fail(ModelError::UnknownFunction {
             name: function.text.to_string(),
             span: function.span,
-            nearest: nearest(&function.text, syntax::FUNCTIONS.into_iter().chain(["sum", "integral", "rows"]))
-                .map(str::to_owned),
+            nearest: same.map(|own| Meant::certain(own.to_owned())).or_else(|| Meant::near(&function.text, known)),
             quantity,
         });
     }

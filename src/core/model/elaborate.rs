@@ -187,7 +187,10 @@ impl<'a> Elaborator<'a> {
             StatementKind::Assume(relations) => {
                 for at in relations {
                     let found = self.assumption(*at);
-                    self.world.assumptions.extend(found.unwrap_or_default());
+                    for own in found.unwrap_or_default() {
+                        self.errors.extend(self.world.assumed_before(&own));
+                        self.world.assumptions.push(own);
+                    }
                 }
             }
             // These need all coordinates and are read at the end.

@@ -3,7 +3,7 @@
 use super::dimension::DimensionError;
 use super::values::Misfit;
 use crate::budget::Exceeded;
-use crate::diagnostic::{at, nowhere};
+use crate::diagnostic::{Meant, at, nowhere};
 use crate::mistakes;
 use crate::span::Span;
 use crate::syntax::FUNCTIONS;
@@ -18,7 +18,7 @@ Error ModelError {
         /// The name.
         name: String,
         /// A declared name that it may have been meant to be.
-        nearest: Option<String>,
+        nearest: Option<Meant>,
         /// Where it is declared, but too late.
         later: Option<Span>,
         /// Where it can be declared as a coordinate, if its time derivative is used.
@@ -49,7 +49,7 @@ Error ModelError {
         /// The name.
         name: String,
         /// A function that it may have been meant to be.
-        nearest: Option<String>,
+        nearest: Option<Meant>,
         /// Whether the name is a declared quantity, so that a `*` is missing.
         quantity: bool,
     } => match function_elsewhere(name) {
@@ -285,7 +285,7 @@ Error ModelError {
         /// The first columns.
         available: String,
         /// A column that it may have been meant to be.
-        nearest: Option<String>,
+        nearest: Option<Meant>,
     } => at(*span, "unknown column")
         .with_help(format!("its columns are {available}"))
         .or_meant(*span, nearest.as_ref()),
@@ -305,6 +305,13 @@ Error ModelError {
     } => at(*span, format!("{values} is false")).with_help(
         "change the values or the assumption: what a derivation simplifies has to hold for both",
     ),
+
+    /// Two relations of which one at most can hold.
+    #[error("these assumptions contradict each other")]
+    "E0141" AssumptionsContradict(span) {
+        /// The earlier one.
+        first: Span,
+    } => at(*span, "no number is so").with_secondary(*first, "if this holds").with_help("remove one of them"),
 
     /// What is integrated is no sum of powers times exponentials.
     #[error("`{part}` can't be integrated over `{variable}` in symbols")]
@@ -391,7 +398,7 @@ Error ModelError {
         /// As written.
         name: String,
         /// A unit that it may have been meant to be.
-        nearest: Option<String>,
+        nearest: Option<Meant>,
     } => at(*span, "unknown unit").with_help(unit_elsewhere(name)).or_meant(*span, nearest.as_ref()),
 
     /// A table or a row where a number is expected.
@@ -409,7 +416,7 @@ Error ModelError {
         /// The name.
         name: String,
         /// A coordinate that it may have been meant to be.
-        nearest: Option<String>,
+        nearest: Option<Meant>,
     } => at(*span, "not a coordinate").or_meant(*span, nearest.as_ref()),
 
     /// A mistake that only follows from another one. It is never returned.
@@ -448,7 +455,7 @@ impl ModelError {
     }
 
     /// A name that is not declared, with what it may have been meant to be.
-    pub(super) fn undeclared(name: &str, nearest: Option<String>, span: Span) -> Self {
+    pub(super) fn undeclared(name: &str, nearest: Option<Meant>, span: Span) -> Self {
         Self::UndeclaredName { name: name.to_owned(), nearest, later: None, coordinate: None, span }
     }
 }
@@ -515,7 +522,7 @@ fn unit_elsewhere(name: &str) -> &'static str {
     match name.to_lowercase().as_str() {
         "meter" | "meters" | "metre" | "metres" => "the metre is `m`",
         "second" | "seconds" | "sec" => "the second is `s`",
-        "gram" | "grams" | "gr" => "the gram is `g`",
+        "gram" | "grams" | "gramm" | "gr" => "the gram is `g`",
         "kilogram" | "kilograms" | "kgs" => "the kilogram is `kg`",
         "radian" | "radians" => "the radian is `rad`",
         "degree" | "degrees" | "°" => "the degree is `deg`",

@@ -8,7 +8,7 @@ use super::members::{Members, reads_names};
 use super::names::{Entity, Key, key, member_name};
 use super::terms::{TermFamily, forces};
 use super::values::Value;
-use crate::diagnostic::nearest;
+use crate::diagnostic::Meant;
 use crate::expr::ExprId;
 use crate::span::Span;
 use crate::syntax::{Binding, ExprKind};
@@ -92,7 +92,7 @@ impl Elaborator<'_> {
         let entity = self.world.names.get(name.text.as_str()).map(|(entity, _)| *entity);
         let Some(entity @ Entity::Coordinate(family)) = entity else {
             let known = self.world.coordinate_families.iter().map(|family| family.name.as_str());
-            let nearest = nearest(&name.text, known.filter(|_| entity.is_none())).map(str::to_owned);
+            let nearest = Meant::near(&name.text, known.filter(|_| entity.is_none()));
             return self.refuse(ModelError::NotACoordinate { name: name.text.to_string(), span: name.span, nearest });
         };
         // What members there are is not known where the declaration has a mistake of its own.

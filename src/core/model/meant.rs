@@ -5,7 +5,7 @@
 use super::ModelError;
 use super::compile::{Compiler, Scope};
 use super::names::{Entity, Family, key};
-use crate::diagnostic::nearest;
+use crate::diagnostic::Meant;
 use crate::span::Span;
 use crate::syntax::{ExprKind, ExprRef, GREEK, Name, function_meant, print_expr};
 
@@ -40,7 +40,7 @@ fn spelling(name: &str) -> String {
 
 impl Compiler<'_> {
     /// What `name` with these indices behind it was probably meant to be, as text for the whole.
-    pub(super) fn meant(&self, name: &str, indices: &[ExprRef], scope: &Scope) -> Option<String> {
+    pub(super) fn meant(&self, name: &str, indices: &[ExprRef], scope: &Scope) -> Option<Meant> {
         let fits = |entity: Entity| match self.rank(entity) {
             Some(rank) if matches!(entity, Entity::Let(_)) => rank <= indices.len(),
             rank => rank == Some(indices.len()),
@@ -69,7 +69,10 @@ impl Compiler<'_> {
             DOTS.iter().find_map(|(before, behind)| {
                 let moving = same(dotted.strip_prefix(before)?.strip_suffix(behind)?)?;
                 let stem = moving.split('[').next().unwrap_or(&moving);
-                matches!(self.entity(stem), Some(Entity::Coordinate(_))).then(|| format!("{moving}'"))
+                // `dx`, `x_d` and `x_prime` may be a distance, what is desired, or in another frame.
+                let is_certain = before.contains("dot") || behind.contains("dot");
+                let is_moving = matches!(self.entity(stem), Some(Entity::Coordinate(_)));
+                is_moving.then(|| Meant { text: format!("{moving}'"), is_certain })
             })
         };
         let single = || {
@@ -78,12 +81,25 @@ impl Compiler<'_> {
             let mut names = self.world.names.iter().filter(|(_, (own, _))| self.rank(*own) == Some(0));
             names.find(|(own, _)| digits && !indices.is_empty() && spelling(own) == spelt).map(|(own, _)| own.clone())
         };
+        let near = || {
+            let near = Meant::near(name, known.iter().copied())?;
+            Some(Meant { text: format!("{}{behind}", near.text), ..near })
+        };
         same(name)
-            .or_else(|| (name == "π").then(|| "pi".to_owned()))
+            .or_else(|| self.member_by_index(name, indices, scope))
+            .or_else(|| matches!(name, "π" | "Pi" | "PI").then(|| "pi".to_owned()))
+            .map(Meant::certain)
             .or_else(velocity)
-            .or_else(single)
-            .or_else(|| self.product(name).filter(|_| indices.is_empty()))
-            .or_else(|| nearest(name, known.iter().copied()).map(|own| format!("{own}{behind}")))
+            .or_else(|| single().map(Meant::certain))
+            .or_else(|| self.product(name).filter(|_| indices.is_empty()).map(Meant::guess))
+            .or_else(near)
+    }
+
+    /// `x_i` for `x[i]` where `i` is an index.
+    fn member_by_index(&self, name: &str, indices: &[ExprRef], scope: &Scope) -> Option<String> {
+        let (head, index) = name.rsplit_once('_').filter(|_| indices.is_empty())?;
+        let is_family = self.entity(head).and_then(|own| self.rank(own)) == Some(1);
+        (is_family && scope.find(index).is_some()).then(|| format!("{head}[{index}]"))
     }
 
     fn rank(&self, entity: Entity) -> Option<usize> {
@@ -172,8 +188,13 @@ impl Compiler<'_> {
         let ExprKind::Power { base, exponent } = expr.kind else { return None };
         let ExprKind::Name(name) = &self.file.expr(base).kind else { return None };
         let free = self.entity(name).is_none() && scope.find(name).is_none() && scope.integrated(name).is_none();
-        (matches!(&**name, "e" | "E") && free && !self.later.contains_key(&**name))
-            .then(|| ModelError::undeclared(name, Some(format!("exp({})", print_expr(self.file, exponent))), expr.span))
+        (matches!(&**name, "e" | "E") && free && !self.later.contains_key(&**name)).then(|| {
+            ModelError::undeclared(
+                name,
+                Some(Meant::certain(format!("exp({})", print_expr(self.file, exponent)))),
+                expr.span,
+            )
+        })
     }
 
     /// `dot(phi)`, `diff(phi, t)`, `phi(t)`.
@@ -203,12 +224,18 @@ impl Compiler<'_> {
         }
         let ExprKind::Name(name) = &self.file.expr(base).kind else { return None };
         let free = self.entity(name).is_none() && scope.find(name).is_none();
-        (free && field.text.as_str() == "pi").then(|| ModelError::undeclared(name, Some("pi".to_owned()), span))
+        (free && field.text.as_str() == "pi")
+            .then(|| ModelError::undeclared(name, Some(Meant::certain("pi".to_owned())), span))
     }
 
     /// Where a coordinate that is missing has to be declared: before the statement at a place that uses it, if its time
     /// derivative is used somewhere in the file.
     pub(super) fn missing_coordinate(&self, name: &str, span: Span) -> Option<u32> {
+        // `x_j` and `x4` may be members that `x` does not have.
+        let stem = name.split('_').next().unwrap_or(name).trim_end_matches(|c: char| c.is_ascii_digit());
+        if stem != name && self.entity(stem).is_some() {
+            return None;
+        }
         let moves = self.file.expressions.iter().any(|expr| {
             matches!(expr.kind, ExprKind::Prime(inner)
                 if matches!(&self.file.expr(inner).kind, ExprKind::Name(own) if *own == name))

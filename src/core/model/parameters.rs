@@ -10,7 +10,7 @@ use super::names::{Entity, Family, Grid, Key, Parameter, SymbolKind, World, key,
 use super::settings::Settings;
 use super::values::Value;
 use crate::diagnostic::nearest;
-use crate::expr::{ExprId, Substitution};
+use crate::expr::{ExprId, Substitution, evaluate_closed};
 use crate::span::Span;
 use crate::syntax::{Binding, ExprRef, Name};
 
@@ -336,6 +336,11 @@ impl Elaborator<'_> {
             }
         }
         let uncertainty = sigma.and_then(|sigma| self.world.closed(sigma));
+        let is_negative = |sigma| evaluate_closed::<f64>(&self.world.pool, sigma, ()).is_some_and(|sigma| sigma < 0.0);
+        if uncertainty.is_some_and(is_negative) {
+            let (what, help) = (format!("the uncertainty of `{name}` is negative"), None);
+            self.errors.push(ModelError::Shape { what, span: value_span, help });
+        }
         self.world.parameters.push(Parameter { name, span, symbol, symbolic, value, uncertainty });
     }
 

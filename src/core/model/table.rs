@@ -182,16 +182,17 @@ impl Table {
         let mut cells = Vec::new();
         let mut texts = vec![false; columns.len()];
         let mut lines = Vec::new();
-        for record in reader.records() {
-            let record = match record {
-                Ok(record) => record,
-                Err(error) => return Err(describe(&error)),
-            };
+        let mut record = csv::StringRecord::new();
+        while reader.read_record(&mut record).map_err(|error| describe(&error))? {
             let line = record.position().map_or(0, csv::Position::line);
+            // The reader takes the end of the text for the quote that is missing.
+            let start = record.position().map_or(0, csv::Position::byte);
+            let whole = text.as_bytes().get(start as usize..reader.position().byte() as usize).unwrap_or_default();
+            let quotes = whole.iter().filter(|byte| **byte == b'"').count();
+            if quotes % 2 == 1 && record.iter().any(|field| field.contains('\n')) {
+                return Err(bad(line, "a quote that is opened here is never closed".to_owned()));
+            }
             for (field, is_text) in record.iter().zip(&mut texts) {
-                if field.contains('\n') {
-                    return Err(bad(line, "a quote that is opened here is not closed in this line".to_owned()));
-                }
                 let field = field.trim();
                 let number = parse_field(field);
                 *is_text |= number.is_none();

@@ -3,7 +3,7 @@
 //! What the dimensions say about the energies is the business of [`super::dimension`].
 
 use super::{Dimension, ModelError};
-use crate::diagnostic::nearest;
+use crate::diagnostic::{Meant, nearest};
 use crate::expr::{ExprId, Pool};
 use crate::number::Number;
 use crate::span::Span;
@@ -158,11 +158,18 @@ pub(super) fn exponents(name: &str) -> Option<[i8; 7]> {
 
 fn unknown(name: &str, span: Span) -> ModelError {
     let known = UNITS.iter().map(|known| known.name);
-    ModelError::UnknownUnit {
-        name: name.to_owned(),
-        span,
-        nearest: power(name).or_else(|| product(name)).or_else(|| nearest(name, known).map(str::to_owned)),
-    }
+    // Prefixes are told apart by their case, and `n` may be short for anything.
+    let same = of_other_case(name).map(|own| Meant { text: own.to_owned(), is_certain: name.len() > 1 });
+    let written = || power(name).or_else(|| product(name)).map(Meant::certain);
+    let near = || nearest(name, known).map(|own| Meant::guess(own.to_owned()));
+    ModelError::UnknownUnit { name: name.to_owned(), span, nearest: same.or_else(written).or_else(near) }
+}
+
+/// `kg` for `Kg` and `KG`, `Hz` for `hz`: of the units that are often written so the only one.
+fn of_other_case(name: &str) -> Option<&'static str> {
+    let plain = UNITS.iter().map(|known| known.name).chain(["kg", "cm", "km"]);
+    let mut same = plain.filter(|own| own.eq_ignore_ascii_case(name));
+    same.next().filter(|_| same.next().is_none())
 }
 
 /// `s2`, as many programs write it, in the language: `s^2`.

@@ -2,11 +2,10 @@
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 
-use super::names::SymbolKind;
 use super::survey::{mentions, structural_names};
-use super::{Model, TermFamily, units};
+use super::{Local, Model, TermFamily, units};
 use crate::diagnostic::{Diagnostic, at};
-use crate::expr::Pool;
+use crate::expr::{Pool, Symbol};
 use crate::mistakes;
 use crate::number::Number;
 use crate::span::Span;
@@ -113,6 +112,19 @@ Warning Warning {
     "W0011" FrictionWithoutVelocity(span) => at(*span, "damps nothing").with_help(
         "Rayleigh's function is half of the power that is lost: `1/2*c*x'^2`; is a prime or a square missing?",
     ),
+
+    /// A kinetic energy that depends on a coordinate, but not on its velocity, or on no velocity at all.
+    #[error("T depends on {}", match .name {
+        Some(name) => format!("`{name}`, but not on `{name}'`"),
+        None => "no velocity".to_owned(),
+    })]
+    "W0012" WithoutVelocity(span) {
+        /// The coordinate or family.
+        name: Option<String>,
+    } => at(*span, "no inertia").with_help(match name {
+        Some(name) => format!("is a prime missing: `{name}'`?"),
+        None => "a kinetic energy is one of velocities, such as `1/2*m*x'^2`".to_owned(),
+    }),
 }
 }
 
@@ -136,6 +148,7 @@ impl Model {
         found.extend(period_without_time(self));
         found.extend(useless_velocity(self));
         found.extend(friction_without_velocity(file, self));
+        found.extend(inertia_without_velocity(file, self));
         found.extend(rates_beside_other_units(file, self));
         let unused: HashSet<String> = found
             .iter()
@@ -267,6 +280,26 @@ fn friction_without_velocity(file: &File, model: &Model) -> Option<Warning> {
     none.then_some(Warning::FrictionWithoutVelocity { span: file.expr(root).span })
 }
 
+/// The first coordinate or family that T depends on, but not on its velocity, or T itself if there are no velocities in it.
+fn inertia_without_velocity(file: &File, model: &Model) -> Option<Warning> {
+    let kinetic = |kind: &StatementKind| if let StatementKind::Kinetic(root) = kind { Some(*root) } else { None };
+    let root = file.statements.iter().find_map(|statement| kinetic(&statement.kind))?;
+    let [mut placed, mut moving] = [0, 1].map(|_| vec![false; model.coordinates.len()]);
+    for family in &model.kinetic {
+        mark(model, family, |local| local.coordinate, &mut placed);
+        mark(model, family, |local| local.velocity, &mut moving);
+    }
+    let is_still = |at: &usize| placed[*at] && !moving[*at];
+    let is_zero = matches!(file.expr(root).kind, ExprKind::Number("0"));
+    let name = model.families.iter().find_map(|family| {
+        let still = (family.first..family.first + family.len()).find(is_still)?;
+        let alone = (family.first..family.first + family.len()).any(|at| moving[at]);
+        Some(if alone { model.coordinates.at(still).name() } else { family.name.clone() })
+    });
+    let span = file.expr(root).span;
+    (name.is_some() || !is_zero && !moving.contains(&true)).then_some(Warning::WithoutVelocity { name, span })
+}
+
 /// The first guess of a velocity where no periodic motion is searched for.
 fn useless_velocity(model: &Model) -> Option<Warning> {
     let guess = model.guessed_velocities.given().next()?;
@@ -334,7 +367,7 @@ fn free_coordinates(model: &Model) -> Vec<Warning> {
     let mut bound = vec![false; model.coordinates.len()];
     let energies = model.kinetic.iter().chain(&model.potential);
     for family in energies.chain(&model.forces) {
-        bind(model, family, &mut bound);
+        mark(model, family, |local| local.coordinate, &mut bound);
     }
     if !model.constraints.is_empty() || !model.rolling.is_empty() {
         // A constraint is a force as well.
@@ -362,21 +395,16 @@ fn free_coordinates(model: &Model) -> Vec<Warning> {
     found
 }
 
-/// Marks the coordinates that a family of terms depends on by position.
-fn bind(model: &Model, family: &TermFamily, bound: &mut [bool]) {
+/// Marks the coordinates that a family of terms depends on by position, or whose velocities it depends on.
+fn mark(model: &Model, family: &TermFamily, of: impl Fn(&Local) -> Symbol, marked: &mut [bool]) {
     let symbols = model.pool.symbols_of(&[family.body]);
-    for symbol in &symbols {
-        if let Some(SymbolKind::Coordinate(number)) = model.symbols.get(*symbol) {
-            bound[number] = true;
-        }
-    }
     let width = family.locals.len();
     for (slot, local) in family.locals.iter().enumerate() {
-        if symbols.binary_search(&local.coordinate).is_ok() {
+        if symbols.binary_search(&of(local)).is_ok() {
             let numbers = family.coordinates.iter().skip(slot).step_by(width);
             for number in numbers {
-                if let Some(bound) = bound.get_mut(*number as usize) {
-                    *bound = true;
+                if let Some(marked) = marked.get_mut(*number as usize) {
+                    *marked = true;
                 }
             }
         }

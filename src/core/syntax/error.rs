@@ -2,6 +2,7 @@
 //!
 //! One entry a kind of mistake, each with its place.
 
+use super::words::is_control;
 use crate::diagnostic::{Diagnostic, at, nowhere};
 use crate::mistakes;
 use crate::span::Span;
@@ -12,6 +13,31 @@ const STATEMENTS: &str = "a statement starts with `model`, `param`, `coord`, `le
 /// Words of other languages that bring functions from elsewhere.
 pub(super) fn is_import(word: &str) -> bool {
     matches!(word, "import" | "from" | "using")
+}
+
+/// What to write for a word that may mean a statement.
+fn perhaps_meant(word: &str, meant: &str) -> String {
+    match (word, meant) {
+        (_, "dissipation" | "force") => {
+            "write `force x = …` for a force on the coordinate x, `dissipation = …` for half of the power that friction takes"
+                .to_owned()
+        }
+        ("var" | "variable", _) => "write `coord …` for a coordinate, `param …` for a constant".to_owned(),
+        (_, "lagrangian") => format!(
+            "write `lagrangian = …` in place of T and V, or leave it out beside them; for a quantity, `let {word} = …`"
+        ),
+        ("t", _) => "write `T = …` for the kinetic energy; `t` is the time".to_owned(),
+        (_, "T" | "V") => format!("write `{meant} = …` for the energy, `param {word} = …` or `let {word} = …` for a quantity"),
+        _ => format!("did you mean `{meant}`?"),
+    }
+}
+
+/// The coordinate that the force acts on in `Q_x = …`, `Fx = …`, or `x` for any.
+fn force_on(name: &str) -> Option<&str> {
+    let behind = name.strip_prefix(['Q', 'F'])?;
+    let coordinate = behind.strip_prefix('_').or((behind.chars().count() == 1).then_some(behind));
+    let coordinate = coordinate.filter(|own| own.starts_with(char::is_alphabetic));
+    coordinate.or((name == "Q").then_some("x"))
 }
 
 fn partner(bracket: char) -> char {
@@ -40,8 +66,13 @@ Error SyntaxError {
         word: String,
         /// The statement word probably meant.
         suggestion: Option<&'static str>,
+        /// Whether nothing else can be meant.
+        is_certain: bool,
     } => match suggestion {
-        Some(word) => at(*span, "not a statement word").written(*span, *word),
+        Some(meant) if *is_certain => at(*span, "not a statement word").written(*span, *meant),
+        Some(meant) => at(*span, "not a statement word").with_help(perhaps_meant(word, meant)),
+        None if is_control(word) => at(*span, "nothing is repeated or chosen")
+            .with_help("a sum is written `sum(i in 1..n, …)`, a family `let a[i in 1..n] = …`"),
         None if is_import(word) => at(*span, "nothing has to be imported")
             .with_help("remove the line: `sin`, `exp`, `pi` and the other functions are there without it")
             .replacing(*span, ""),
@@ -55,9 +86,12 @@ Error SyntaxError {
         name: String,
         /// The statement in full, where the one before it tells which word is meant.
         fix: Option<String>,
-    } => at(*span, "a statement begins here").with_help(match fix {
-        Some(fix) => format!("write `{fix}`"),
-        None => format!(
+    } => at(*span, "a statement begins here").with_help(match (fix, force_on(name)) {
+        (Some(fix), _) => format!("write `{fix}`"),
+        (None, Some(coordinate)) => format!(
+            "write `force {coordinate} = …` for the force on a coordinate `{coordinate}`, `let {name} = …` for anything else"
+        ),
+        (None, None) => format!(
             "write `param {name} = …` for a constant, `let {name} = …` for anything else"
         ),
     }),
@@ -83,12 +117,19 @@ Error SyntaxError {
     "E0006" WordInExpression(span) {
         /// The word.
         word: String,
-    } => at(*span, "begins a statement").with_help(match word.as_str() {
-        "T" | "V" => {
-            "the energies are not names: give the common part a name with `let` and use that"
+        /// The statement, where it is `lagrangian = T - V`.
+        needless: Option<Span>,
+    } => {
+        let shown = at(*span, "begins a statement");
+        match (needless, word.as_str()) {
+            (Some(line), _) => shown
+                .with_help("remove `lagrangian = T - V`: without it the Lagrangian is just this")
+                .replacing(*line, ""),
+            (None, "T" | "V") => shown
+                .with_help("the energies are not names: give the common part a name with `let` and use that"),
+            (None, _) => shown.with_help("take another name"),
         }
-        _ => "take another name",
-    }),
+    },
 
     /// Two operands without a sign between them.
     #[error("the multiplication sign is missing")]
@@ -99,13 +140,16 @@ Error SyntaxError {
         place: Span,
         /// By what: the whole product, or a `*` in the gap.
         text: String,
+        /// Whether all of it are factors.
+        is_certain: bool,
         /// The statement with a unit behind its name, where a unit may have been meant.
         unit: Option<String>,
     } => {
         let shown = at(*span, "two factors without an operator between them");
         match unit {
             Some(unit) => shown.with_help(format!("write `{fix}`, or, if a unit is meant, `{unit}`")),
-            None => shown.with_help(format!("write `{fix}`")).replacing(*place, text),
+            None if *is_certain => shown.with_help(format!("write `{fix}`")).replacing(*place, text),
+            None => shown.with_help(format!("write `{fix}`")),
         }
     },
 
@@ -132,13 +176,9 @@ Error SyntaxError {
         fix: String,
         /// What is replaced, where the whole of it is known, and by what.
         change: Option<(Span, String)>,
-    } => {
-        let shown = at(*span, "a name and a point before a function").with_help(format!("write `{fix}`"));
-        match change {
-            Some((place, text)) => shown.replacing(*place, text),
-            None => shown,
-        }
-    },
+    } => at(*span, "a name and a point before a function")
+        .with_help(format!("write `{fix}`"))
+        .or_replacing(change.as_ref()),
 
     /// `sin^2(x)`
     #[error("the power of `{function}` is written after its argument")]
@@ -147,7 +187,11 @@ Error SyntaxError {
         function: String,
         /// The exponent.
         exponent: String,
-    } => at(*span, "a power before the argument").with_help(format!("write `{function}(…)^{exponent}`")),
+        /// What is replaced, where the argument is in parentheses, and by what.
+        change: Option<(Span, String)>,
+    } => at(*span, "a power before the argument")
+        .with_help(format!("write `{function}(…)^{exponent}`"))
+        .or_replacing(change.as_ref()),
 
     /// `1.` or `.5`.
     #[error("a number needs digits on both sides of the point")]
@@ -164,7 +208,12 @@ Error SyntaxError {
     "E0012" DecimalComma(span) {
         /// The number with a point.
         fix: String,
-    } => at(*span, "two numbers here").written(*span, fix),
+        /// Whether there is no blank in it.
+        is_certain: bool,
+    } => match is_certain {
+        true => at(*span, "two numbers here").written(*span, fix),
+        false => at(*span, "two numbers here").with_help(format!("write `{fix}` for a number, `[…, …]` for a list")),
+    },
 
     /// `+x`
     #[error("a plus sign needs something on its left")]
@@ -201,17 +250,25 @@ Error SyntaxError {
     "E0017" MissingValue(span) =>
         at(*span, "nothing follows").with_help("write the value; a `param` may have none, but then no `=` either"),
 
-    /// A statement that needs a right side has none.
-    #[error("`{statement}` needs a right side: `= …`")]
+    /// A statement that needs a right side has none, or no `=` before it.
+    #[error("{}", match .value {
+        Some(_) => "`=` is missing before the value".to_owned(),
+        None => format!("`{statement}` needs a right side: `= …`"),
+    })]
     "E0018" MissingRightSide(span) {
         /// The statement word.
         statement: &'static str,
-    } => at(*span, "`= …` is missing here").with_help(match *statement {
+        /// The value, where it stands there.
+        value: Option<String>,
+    } => match value {
+        Some(value) => at(*span, "no `=` before it").written(*span, format!("= {value}")),
+        None => at(*span, "`= …` is missing here").with_help(match *statement {
         "constraint" => "a constraint is written `constraint EXPR = EXPR`",
         "T" | "V" | "lagrangian" | "dissipation" => "write `=` and the expression",
         "table" => "write `= \"file.csv\"`",
         _ => "only a `param` may have no value",
-    }),
+        }),
+    },
 
     /// Nothing where a statement expects an expression.
     #[error("an expression is missing after `{statement}`")]
@@ -235,6 +292,7 @@ Error SyntaxError {
         "model" => {
             "write `model NAME`; a name is a letter or `_`, then letters, digits and `_`, without quotes"
         }
+        "force" => "write `force x = …`, with the coordinate that the force acts on",
         _ => "a name is a letter or `_`, then letters, digits and `_`",
     }),
 
@@ -374,7 +432,10 @@ Error SyntaxError {
         hint: Option<&'static str>,
         /// A rewriting that depends on the character, such as `^2`.
         fix: Option<String>,
+        /// Whether it may be something else together with what stands before it, as a number and a fraction.
+        is_glued: bool,
     } => match (fix, at(*span, "not a character of the language")) {
+        (Some(fix), told) if *is_glued => told.with_help(format!("write `{fix}`")),
         // Of a longer run it is the first character's.
         (Some(fix), told) if character.chars().count() == 1 || fix.starts_with('^') => told.written(*span, fix.as_str()),
         (Some(fix), told) => told.with_help(format!("write `{fix}`")),
@@ -486,10 +547,11 @@ Error SyntaxError {
     "E0052" UnitBehindValue(span) {
         /// The statement with the unit where it belongs, if it is short.
         fix: Option<String>,
-    } => at(*span, "after the value").with_help(format!(
-        "write `{}`",
-        fix.as_deref().unwrap_or("NAME : UNIT = VALUE")
-    )),
+        /// What is replaced, where it can only be a unit, and by what.
+        change: Option<(Span, String)>,
+    } => at(*span, "after the value")
+        .with_help(format!("write `{}`", fix.as_deref().unwrap_or("NAME : UNIT = VALUE")))
+        .or_replacing(change.as_ref()),
 
     /// Something in a unit that is no part of one.
     #[error("this is not a unit")]
@@ -504,7 +566,12 @@ Error SyntaxError {
     "E0055" BrokenName(span) {
         /// The name with underscores.
         fix: String,
-    } => at(*span, "not one name").written(*span, fix),
+        /// Whether nothing else calls it by the name.
+        is_certain: bool,
+    } => match is_certain {
+        true => at(*span, "not one name").written(*span, fix),
+        false => at(*span, "not one name").with_help(format!("write `{fix}`")),
+    },
 
     /// A point without a column behind it.
     #[error("the name of a column is missing after the point")]
@@ -523,7 +590,13 @@ Error SyntaxError {
 
     /// `// …`, `% …`
     #[error("a comment begins with `#`")]
-    "E0063" ForeignComment(span) => at(*span, "begins no comment here").written(*span, "#"),
+    "E0063" ForeignComment(span) {
+        /// Whether it can't be an operator.
+        is_certain: bool,
+    } => match is_certain {
+        true => at(*span, "begins no comment here").written(*span, "#"),
+        false => at(*span, "begins no comment here").with_help("write `#`; a remainder is written `mod(a, b)`"),
+    },
 
     /// `x'' + k*x = 0`
     #[error("an equation of motion is derived from the energies, not given")]
@@ -543,6 +616,25 @@ Error SyntaxError {
         /// The same in full.
         text: String,
     } => at(*span, "the index behind what is summed").with_help(format!("write `{fix}`")).replacing(*span, text),
+
+    /// `constraint rod[i in 1..n]: …`, `constraint i in 1..n: …`
+    #[error("the indices of a constraint stand in brackets before it")]
+    "E0066" ConstraintIndices(span) {
+        /// The indices in brackets.
+        fix: String,
+        /// What is replaced, where the end of it is known.
+        place: Option<Span>,
+    } => {
+        let shown = at(*span, "an index of the constraint").with_help(format!("write `constraint {fix} …`"));
+        match place {
+            Some(place) => shown.replacing(*place, format!(" {fix}")),
+            None => shown,
+        }
+    },
+
+    /// `x[1:3]`
+    #[error("a range is written with two points")]
+    "E0067" ColonForRange(span) => at(*span, "a colon begins a unit").written(*span, ".."),
 
     /// Anything else.
     #[error("{found} is not allowed here")]

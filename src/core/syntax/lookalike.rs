@@ -59,10 +59,10 @@ pub(super) fn advice(run: &str) -> Lookalike {
         '∨' => "or",
         '¬' => "not",
         '∈' => "in",
-        '½' => "1/2",
-        '⅓' => "1/3",
-        '¼' => "1/4",
-        '¾' => "3/4",
+        '½' => "(1/2)",
+        '⅓' => "(1/3)",
+        '¼' => "(1/4)",
+        '¾' => "(3/4)",
         '（' => "(",
         '）' => ")",
         '，' => ",",
@@ -89,6 +89,9 @@ fn typeset(command: &str) -> Lookalike {
         ("ddot", Some(name)) => return Lookalike::Write(format!("{}''", in_parentheses(name))),
         ("dot" | "ddot", None) => {
             return Lookalike::Say("write the time derivative after the name: `x'`");
+        }
+        ("vec" | "hat" | "bar" | "tilde" | "mathbf" | "boldsymbol" | "bm", _) => {
+            return Lookalike::Say("names have no accents and no type: write `r`, or `r_hat` where both occur");
         }
         ("frac" | "tfrac" | "dfrac", _) => return Lookalike::Say("write a fraction as `a/b`"),
         ("sqrt", Some(inside)) => return Lookalike::Write(format!("sqrt({})", inside.trim())),

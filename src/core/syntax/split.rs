@@ -138,7 +138,7 @@ impl<'s> Splitter<'s> {
             self.word = token.text(self.source);
             self.lost = false;
         } else if let Some(error) =
-            explain::foreign_line(self.source, self.previous, token, rest, !self.brackets.is_empty())
+            explain::foreign_line(self.source, self.previous, token, rest, !self.brackets.is_empty(), self.word)
         {
             let comment = matches!(error, SyntaxError::ForeignComment { .. });
             let passed = comment && self.lost && !token.first_on_line;
@@ -253,12 +253,17 @@ impl<'s> Splitter<'s> {
                 if let Some(error) = self.index_in_braces(token) {
                     return Some(error);
                 }
+                let open = self.source.get(span.range().end..).is_some_and(|rest| rest.starts_with('('));
+                let before = self.source.get(..span.range().start).and_then(|before| before.chars().next_back());
+                let is_glued = matches!(text, "√" | "½" | "⅓" | "¼" | "¾")
+                    && before.is_some_and(|c| c.is_alphanumeric() || c == '_');
                 let (fix, hint) = match lookalike::advice(text) {
+                    _ if text == "√" && open => (Some("sqrt".to_owned()), None),
                     Lookalike::Write(fix) => (Some(fix), None),
                     Lookalike::Say(hint) => (None, Some(hint)),
                     Lookalike::Unknown => (None, None),
                 };
-                Some(SyntaxError::IllegalCharacter { character: shown(text), hint, fix, span })
+                Some(SyntaxError::IllegalCharacter { character: shown(text), hint, fix, is_glued, span })
             }
             _ => None,
         }

@@ -24,6 +24,12 @@ pub const STATEMENT_WORDS: [&str; 15] = [
 /// Units that parameters are often called as.
 pub(crate) const SHORT_UNITS: [&str; 12] = ["m", "g", "s", "N", "A", "C", "F", "H", "J", "K", "h", "d"];
 
+/// Units that stand behind a number in a text, if no such name is declared.
+pub(super) const UNITS_BEHIND_NUMBERS: [&str; 22] = [
+    "m", "g", "s", "N", "J", "K", "kg", "mm", "cm", "km", "ms", "rad", "deg", "Hz", "kN", "Pa", "kPa", "MPa", "GPa",
+    "W", "eV", "rpm",
+];
+
 /// Words with a meaning inside expressions, besides the functions.
 const EXPRESSION_WORDS: [&str; 10] = ["t", "pi", "sum", "integral", "in", "where", "and", "or", "not", "rows"];
 
@@ -200,25 +206,42 @@ pub(super) fn reserved_for(word: &str) -> Option<&'static str> {
     }
 }
 
-/// The statement word that somebody means who writes `word`, where the spelling doesn't tell.
+/// The statement word that `word` is another name of.
 pub(super) fn synonym(word: &str) -> Option<&'static str> {
     match word {
-        "parameter" | "parameters" | "params" | "const" | "constant" | "var" | "variable" | "set" | "par" => {
-            Some("param")
-        }
-        "coordinate" | "coordinates" | "coords" | "dof" | "generalized" | "q" => Some("coord"),
+        "parameter" | "parameters" | "params" | "const" | "constant" => Some("param"),
+        "coordinate" | "coordinates" | "coords" | "dof" => Some("coord"),
         "def" | "define" => Some("let"),
-        "kinetic" | "kinetic_energy" | "K" | "KE" | "Ekin" | "E_kin" | "Tkin" => Some("T"),
-        "potential" | "potential_energy" | "U" | "PE" | "Epot" | "E_pot" | "W" => Some("V"),
-        "L" | "Lagrangian" | "lagrange" | "lag" => Some("lagrangian"),
-        "F" | "D" | "rayleigh" | "damping" | "friction" => Some("dissipation"),
-        "Q" | "forcing" | "torque" | "moment" | "input" => Some("force"),
-        "constrain" | "subject" | "restrict" => Some("constraint"),
-        "assumption" | "assumptions" | "assuming" | "suppose" | "given" => Some("assume"),
-        "start" | "initial" | "init" => Some("guess"),
-        "equilibria" | "rest" | "eq" => Some("equilibrium"),
-        "name" | "title" | "system" => Some("model"),
-        "csv" | "data" | "load" | "import" | "include" => Some("table"),
+        "kinetic" | "kinetic_energy" | "KE" | "Ekin" | "E_kin" | "Tkin" => Some("T"),
+        "potential" | "potential_energy" | "PE" | "Epot" | "E_pot" => Some("V"),
+        "constrain" => Some("constraint"),
+        "assumption" | "assumptions" | "assuming" | "suppose" => Some("assume"),
+        "equilibria" => Some("equilibrium"),
         _ => STATEMENT_WORDS.into_iter().find(|own| own.len() > 1 && own.eq_ignore_ascii_case(word)),
     }
+}
+
+/// The statement word that `word` may be another name of; it may be a quantity or mean something else as well.
+pub(super) fn guessed(word: &str) -> Option<&'static str> {
+    match word {
+        "var" | "variable" | "set" | "par" => Some("param"),
+        "generalized" | "q" => Some("coord"),
+        "K" => Some("T"),
+        "U" | "W" => Some("V"),
+        "L" | "lagrange" | "lag" => Some("lagrangian"),
+        "F" | "D" | "rayleigh" | "damping" | "friction" => Some("dissipation"),
+        "Q" | "forcing" | "torque" | "moment" | "input" => Some("force"),
+        "subject" | "restrict" => Some("constraint"),
+        "given" => Some("assume"),
+        "start" | "initial" | "init" => Some("guess"),
+        "rest" | "eq" => Some("equilibrium"),
+        "name" | "title" | "system" => Some("model"),
+        "csv" | "data" | "load" | "import" | "include" => Some("table"),
+        _ => None,
+    }
+}
+
+/// Words of other languages that repeat or choose.
+pub(super) fn is_control(word: &str) -> bool {
+    matches!(word, "for" | "while" | "if" | "else" | "elif" | "then" | "when" | "end")
 }

@@ -123,8 +123,8 @@ pub fn follow(source: &Source, region: &Region, range: &Range) -> Result<Diagram
     };
     follower.search(&models)?;
     let joints = follower.connect()?;
-    let mut branches = follower.branches(joints, &models)?;
-    follower.account();
+    let mut branches = follower.branches(&joints, &models)?;
+    follower.account(&joints);
     branches.sort_by(|a, b| {
         let first = |branch: &Branch| branch.at.first().map(|(place, own)| (*place, own.point.clone()));
         match (first(a), first(b)) {
@@ -186,6 +186,8 @@ struct Joints {
     next: HashMap<Mark, (Mark, Way)>,
     later: HashSet<Mark>,
     ends: Vec<End>,
+    /// The bifurcations that are equilibria at a value behind (`true`) or before one.
+    reached: HashMap<(Mark, bool), usize>,
 }
 
 /// A bifurcation as it was found and as it is shown.
@@ -275,6 +277,7 @@ impl Follower<'_> {
             )
         }));
         self.join(&mut joints);
+        self.reach(&mut joints);
         Ok(joints)
     }
 
@@ -350,10 +353,40 @@ impl Follower<'_> {
                 way.push(self.spot(number));
                 way.extend(after.way.iter().rev().cloned());
                 let (before, after) = (before.mark, after.mark);
+                if before.0 + 2 == after.0 && self.is_at(number, before.0 + 1) {
+                    joints.reached.insert((before, true), number);
+                }
                 joints.next.insert(before, (after, way));
                 joints.later.insert(after);
             }
         }
+    }
+
+    /// Gives an equilibrium that is a bifurcation at one of the values to a branch that ends in it, the symmetric one if there is
+    /// one, where no branch passes through it.
+    fn reach(&self, joints: &mut Joints) {
+        let mut ends: Vec<(bool, Mark, bool, usize)> = Vec::new();
+        for end in &joints.ends {
+            let Some(number) = end.bifurcation else { continue };
+            let place = if end.forward { end.mark.0 + 1 } else { end.mark.0 - 1 };
+            let known = &self.bifurcations[number];
+            let inside = known.found.at.iter().zip(&self.task.sides()).all(|(x, side)| may_lie(x, side.as_ref()));
+            if inside && self.is_at(number, place) {
+                let own = &self.places[end.mark.0][end.mark.1].root.at;
+                ends.push((!known.found.is_symmetric(own), end.mark, end.forward, number));
+            }
+        }
+        ends.sort_unstable();
+        for (_, mark, forward, number) in ends {
+            if !joints.reached.values().any(|own| *own == number) {
+                joints.reached.insert((mark, forward), number);
+            }
+        }
+    }
+
+    /// Whether a bifurcation is at one of the values.
+    fn is_at(&self, number: usize, place: usize) -> bool {
+        (self.bifurcations[number].found.value - self.values[place]).contains_zero()
     }
 
     /// An end that nothing is known of.
@@ -369,7 +402,7 @@ impl Follower<'_> {
     }
 
     /// The branches, each from its first value to its last.
-    fn branches(&self, joints: Joints, models: &[Model]) -> Result<Vec<Branch>, EquilibriaError> {
+    fn branches(&self, joints: &Joints, models: &[Model]) -> Result<Vec<Branch>, EquilibriaError> {
         let mut branches = Vec::new();
         let ending =
             |mark: Mark, forward: bool| joints.ends.iter().find(|end| end.mark == mark && end.forward == forward);
@@ -382,15 +415,18 @@ impl Follower<'_> {
             }
             let mut at = Vec::new();
             let mut mark = first;
+            if let Some(number) = joints.reached.get(&(first, false)) {
+                at.push((first.0 - 1, self.reached(*number, &models[first.0 - 1])?));
+            }
             loop {
                 let node = &self.places[mark.0][mark.1];
                 at.push((mark.0, node.equilibrium.clone()));
                 way.push((self.values[mark.0].mid_f64(), node.root.at.iter().map(Ball::mid_f64).collect()));
+                if let Some(number) = joints.reached.get(&(mark, true)) {
+                    at.push((mark.0 + 1, self.reached(*number, &models[mark.0 + 1])?));
+                }
                 let Some((next, own)) = joints.next.get(&mark) else { break };
                 way.extend(own.iter().cloned());
-                if next.0 == mark.0 + 2 {
-                    at.extend(self.passed(mark.0 + 1, models)?);
-                }
                 mark = *next;
             }
             if let Some(end) = ending(mark, true).filter(|_| !joints.next.contains_key(&mark)) {
@@ -402,15 +438,11 @@ impl Follower<'_> {
         Ok(branches)
     }
 
-    /// The equilibrium where a branch passes through a bifurcation at one of the values.
-    fn passed(&self, place: usize, models: &[Model]) -> Result<Option<(usize, Equilibrium)>, EquilibriaError> {
-        let mut all = self.bifurcations.iter();
-        let Some(known) = all.find(|known| (known.found.value - self.values[place]).contains_zero()) else {
-            return Ok(None);
-        };
-        let mut own = Equilibrium::new(known.shown.point.clone(), false);
-        stability::put_modes(&models[place], &mut own)?;
-        Ok(Some((place, own)))
+    /// The equilibrium that is a bifurcation.
+    fn reached(&self, number: usize, model: &Model) -> Result<Equilibrium, EquilibriaError> {
+        let mut own = Equilibrium::new(self.bifurcations[number].shown.point.clone(), None);
+        stability::put_modes(model, &mut own)?;
+        Ok(own)
     }
 
     /// In the parameter's unit, with all coordinates.
@@ -423,19 +455,20 @@ impl Follower<'_> {
         way.into_iter().map(|(value, own)| (value / unit, all(&own))).collect()
     }
 
-    /// Says what no bifurcation accounts for.
-    fn account(&mut self) {
+    /// Says what no bifurcation on a branch accounts for.
+    fn account(&mut self, joints: &Joints) {
         let mut open: Vec<String> = Vec::new();
         for (place, own, words) in &self.undecided {
-            let accounts = |known: &Known| {
+            let accounts = |number: &usize| {
+                let known = &self.bifurcations[*number];
                 let near = |(x, (own, whole)): (&Ball, (&Interval, &Interval))| {
                     let slack = 1e-3 * whole.width();
                     own.lo - slack <= x.mid_f64() && x.mid_f64() <= own.hi + slack
                 };
-                (known.found.value - self.values[*place]).contains_zero()
+                self.is_at(*number, *place)
                     && known.found.at.iter().zip(own.hull.iter().zip(&self.task.whole)).all(near)
             };
-            if !self.bifurcations.iter().any(accounts) {
+            if !joints.reached.values().any(accounts) {
                 open.extend(words.iter().map(|own| format!("at {}: {own}", self.named(*place))));
             }
         }

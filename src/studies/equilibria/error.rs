@@ -33,7 +33,7 @@ Error EquilibriaError {
     "E0722" BadRange {
         /// The coordinate.
         coordinate: String,
-        /// `reversed`, `empty` or `infinite`.
+        /// `reversed` or `infinite`.
         what: &'static str,
         /// The lower end.
         from: String,
@@ -41,7 +41,6 @@ Error EquilibriaError {
         to: String,
     } => nowhere().with_help(match *what {
         "reversed" => format!("write `{coordinate}={to}..{from}`"),
-        "empty" => "the lower end is less than the upper one".to_owned(),
         _ => "both ends are finite; a large box does as well".to_owned(),
     }),
 

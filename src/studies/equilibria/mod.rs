@@ -42,6 +42,8 @@ const MOST_EXAMPLES: usize = 20;
 const MOST_NAMED: usize = 3;
 /// A place smaller than this, beside the box, may be one equilibrium.
 const SMALL: f64 = 1e-4;
+/// A range of one value is searched with so much on each side, beside its value.
+const POINT: f64 = 1e-6;
 /// Undecided pieces are gathered one by one up to so many.
 const MOST_GATHERED: usize = 4000;
 
@@ -51,8 +53,8 @@ const MOST_GATHERED: usize = 4000;
 pub struct Equilibrium {
     /// The coordinates in SI, each enclosed.
     pub point: Vec<Ball>,
-    /// Whether it is proved that it is the only one near it.
-    pub isolated: bool,
+    /// Whether it is the only one near it; `None` where that is not decided.
+    pub isolated: Option<bool>,
     /// What its modes say.
     pub stability: Stability,
     /// The frequency of each mode in rad/s, in the order of `modes`; none where it has no modes.
@@ -63,7 +65,7 @@ pub struct Equilibrium {
 
 impl Equilibrium {
     /// One whose modes are not known yet.
-    fn new(point: Vec<Ball>, isolated: bool) -> Self {
+    fn new(point: Vec<Ball>, isolated: Option<bool>) -> Self {
         Self { point, isolated, stability: Stability::Undecided, omega: Vec::new(), growth: Vec::new() }
     }
 
@@ -194,7 +196,11 @@ impl<'a> Task<'a> {
         let mut whole: Vec<Interval> = Vec::new();
         for at in &searched {
             let side = region.sides[*at].as_ref();
-            whole.extend(side.map(|[from, to]| Interval::new(from.lower(), to.upper())));
+            whole.extend(side.map(|[from, to]| {
+                let (from, to) = (from.lower(), to.upper());
+                let room = if to - from > POINT * from.abs() { 0.0 } else { POINT * from.abs().max(1.0) };
+                Interval::new(from - room, to + room)
+            }));
         }
         let slices = slices(&neutral, &searched, &mut whole);
         let held = |at: &usize| slices.iter().any(|slice| slice.pivot == *at);
@@ -242,7 +248,9 @@ impl<'a> Task<'a> {
             // What lies in the region of a proved one is that.
             let is_new = |at: &Vec<Ball>| !findings.roots.iter().any(|root| are_within(at, &root.region));
             if let Some(at) = self.exactly(&place.hull, forces).filter(is_new) {
-                equilibria.extend(self.placed(&at).map(|own| Equilibrium { isolated: false, ..own }));
+                equilibria.extend(
+                    self.placed(&at).map(|own| Equilibrium { isolated: own.isolated.filter(|own| !own), ..own }),
+                );
             }
             undecided.push(self.told(&place));
         }
@@ -333,7 +341,7 @@ impl<'a> Task<'a> {
             Some(_) | None => true,
         });
         let isolated = self.slices.is_empty() && self.left_out.is_empty();
-        inside.then(|| Equilibrium::new(rounded(&point), isolated))
+        inside.then(|| Equilibrium::new(rounded(&point), Some(isolated)))
     }
 
     /// A place of an undecided piece at which the forces vanish, exactly.
@@ -355,7 +363,7 @@ impl<'a> Task<'a> {
         let mut told: Vec<String> = Vec::new();
         for place in found.undecided.iter().take(MOST_EXAMPLES) {
             let start: Vec<Ball> = place.point.iter().map(|x| Ball::exact(*x)).collect();
-            let Some((own, motions)) = stability::nearby(self.model, &start)? else { continue };
+            let Some((mut own, motions)) = stability::nearby(self.model, &start)? else { continue };
             let reach = 2.0 * place.radius;
             let near = own.point.iter().zip(&start).all(|(x, y)| (*x - *y).abs_upper() <= reach);
             let inside = own.point.iter().zip(&self.region.sides).all(|(x, side)| may_lie(x, side.as_ref()));
@@ -366,12 +374,14 @@ impl<'a> Task<'a> {
             // Without a force to second order it may be alone: then nothing is known but that it is undecided.
             for motion in motions.iter().filter(|motion| *motion != linearize::NO_FORCE) {
                 let words = format!("equilibria are not isolated: {motion} changes nothing; one of them is given");
+                own.isolated = Some(false);
                 if !told.contains(&words) {
                     told.push(words);
                 }
             }
-            if !found.equilibria.iter().any(same) {
-                found.equilibria.push(own);
+            match found.equilibria.iter_mut().find(|other| same(other)) {
+                Some(other) => other.isolated = other.isolated.or(own.isolated),
+                None => found.equilibria.push(own),
             }
         }
         found.reasons.splice(0..0, told);

@@ -89,8 +89,5 @@ fn side(
     if width.is_negative() {
         return Err(wrong("reversed"));
     }
-    if !width.is_positive() {
-        return Err(wrong("empty"));
-    }
     Ok(ends)
 }

@@ -68,7 +68,7 @@ pub(super) fn nearby(model: &Model, start: &[Ball]) -> Result<Option<(Equilibriu
     if !found.proved {
         return Ok(None);
     }
-    let mut own = Equilibrium::new(found.values.clone(), false);
+    let mut own = Equilibrium::new(found.values.clone(), None);
     let motions = put(&linearized, &mut own)?;
     Ok(Some((own, motions)))
 }

@@ -193,6 +193,7 @@ impl Builder {
                 fix: format!("{name}*(…)"),
                 place: Span::new(operand.span.end, at.start),
                 text: "*".to_owned(),
+                is_certain: false,
                 unit: None,
                 span: Span::new(operand.span.start, at.start + 1),
             });

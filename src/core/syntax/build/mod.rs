@@ -82,7 +82,12 @@ impl Builder {
         let kind = required(statement_in(pairs), span).and_then(|pair| self.kind(pair));
         // What the tree objects to stands before the place where building it ended.
         let kind = match self.error.take() {
-            Some(error) => Err(error),
+            Some(mut error) => {
+                if let SyntaxError::MissingMultiplication { is_certain, span: place, .. } = &mut error {
+                    *is_certain = explain::are_factors(source, span, *place);
+                }
+                Err(error)
+            }
             None => kind,
         }?;
         self.statements.push(Statement { span, kind });

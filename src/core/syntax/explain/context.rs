@@ -35,7 +35,6 @@ pub(super) struct Context<'s> {
     pub(super) source: &'s str,
     pub(super) statement: &'static str,
     pub(super) word: Token,
-    pub(super) third_last: Option<Token>,
     pub(super) before_last: Option<Token>,
     pub(super) before: Token,
     pub(super) found: Option<Token>,
@@ -62,7 +61,6 @@ impl<'s> Context<'s> {
             source,
             statement,
             word,
-            third_last: None,
             before_last: None,
             before: word,
             found: None,
@@ -149,7 +147,6 @@ impl<'s> Context<'s> {
             }
             _ => {}
         }
-        self.third_last = self.before_last;
         self.before_last = Some(self.before);
         self.before = token;
     }
@@ -157,7 +154,8 @@ impl<'s> Context<'s> {
     /// Keeps the beginning of the product that a token belongs to.
     fn follow_product(&mut self, token: Token) {
         let ends = expects_operand(token.kind, token.text(self.source))
-            && !matches!(token.kind, TokenKind::Star | TokenKind::Slash | TokenKind::Caret | TokenKind::Open);
+            && !matches!(token.kind, TokenKind::Star | TokenKind::Slash | TokenKind::Caret | TokenKind::Open)
+            && self.before.kind != TokenKind::Caret;
         if ends {
             self.chain = None;
         } else {
@@ -204,7 +202,7 @@ impl<'s> Context<'s> {
                 _ if words::is_naming(statement) => {
                     SyntaxError::MissingName { statement, found: "nothing".to_owned(), span }
                 }
-                _ => SyntaxError::MissingRightSide { statement, span: end },
+                _ => SyntaxError::MissingRightSide { statement, value: None, span: end },
             };
         }
         if self.before.kind == TokenKind::Comma && self.part == Part::Name {
@@ -220,7 +218,7 @@ impl<'s> Context<'s> {
             }
             _ => match self.comparison {
                 Some(token) => SyntaxError::ComparisonForEquals { span: token.span() },
-                None => SyntaxError::MissingRightSide { statement, span: end },
+                None => SyntaxError::MissingRightSide { statement, value: None, span: end },
             },
         }
     }
@@ -271,6 +269,19 @@ impl<'s> Context<'s> {
         }
         if self.part == Part::Unit {
             return Some(self.in_unit(found));
+        }
+        if text == "in"
+            && statement == "constraint"
+            && let Some(error) = self.constraint_indices()
+        {
+            return Some(error);
+        }
+        if found.kind == TokenKind::Colon
+            && let Some(enclosure) = self.enclosures.last()
+            && (enclosure.has_in || self.part == Part::Name && words::is_naming(statement))
+            && matches!(self.before.kind, TokenKind::Number | TokenKind::Word)
+        {
+            return Some(SyntaxError::ColonForRange { span });
         }
         if found.kind == TokenKind::Word && self.before_expects_operand() {
             match text {
@@ -360,6 +371,7 @@ impl<'s> Context<'s> {
                 }
                 Part::Value if words::is_naming(statement) => Some(SyntaxError::UnitBehindValue {
                     fix: self.after.and_then(|unit| self.with_unit_behind_name(unit)),
+                    change: self.after.and_then(|unit| self.unit_moved(unit)),
                     span,
                 }),
                 Part::Name if matches!(statement, "param" | "coord" | "let") => None,
@@ -371,6 +383,7 @@ impl<'s> Context<'s> {
                 let fix = format!("{}_{}", self.text(self.before), self.after.map_or("", |t| self.text(t)));
                 Some(SyntaxError::BrokenName {
                     fix,
+                    is_certain: statement == "model",
                     span: self.before.span().to(self.after.map_or(span, |after| after.span())),
                 })
             }
@@ -453,6 +466,7 @@ impl<'s> Context<'s> {
 fn decimal_comma(source: &str, before: Token, after: Token) -> Option<SyntaxError> {
     (before.kind == TokenKind::Number && after.kind == TokenKind::Number).then(|| SyntaxError::DecimalComma {
         fix: format!("{}.{}", before.text(source), after.text(source)),
+        is_certain: before.end + 1 == after.start,
         span: before.span().to(after.span()),
     })
 }

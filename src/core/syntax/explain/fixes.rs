@@ -3,7 +3,7 @@
 use super::super::error::SyntaxError;
 use super::super::lexer::{Lexer, Token, TokenKind};
 use super::super::words;
-use super::context::Context;
+use super::context::{Context, Part};
 use crate::span::Span;
 
 /// A longer fix would not be read.
@@ -62,6 +62,119 @@ pub(super) fn binds(source: &str, token: Token, end: u32) -> bool {
             _ if depth == 0 => return false,
             _ => {}
         }
+    }
+    false
+}
+
+/// Whether all that stands at a place in a statement are factors: names that are declared, indices of the statement, or the
+/// language's own words as it has them. What may be called with the time, `x (t)`, or belong below a bar, `x/2 l`, is not sure.
+pub(in super::super) fn are_factors(source: &str, statement: Span, place: Span) -> bool {
+    let words: Vec<&str> = Lexer::new(source, statement).map(|own| own.text(source)).collect();
+    let is_index = |name: &str| words.windows(2).any(|two| two == [name, "in"]);
+    let is_called = |four: &[&str]| matches!(four, [name, "(", "t", ")"] if !words::is_function(name));
+    let is_known = |own: Token| {
+        let name = own.text(source);
+        let own_word = words::is_function(name) || words::is_connective(name) || matches!(name, "t" | "pi");
+        own.kind != TokenKind::Word || own_word || is_index(name) || is_declared(source, statement.start, name)
+    };
+    Lexer::new(source, place).all(is_known)
+        && !words.windows(4).any(is_called)
+        && !is_below_a_bar(source, Span::new(statement.start, place.end))
+}
+
+/// What a product divides by.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Bar {
+    None,
+    /// A number that divides a number: `1/2`.
+    Fraction,
+    Some,
+}
+
+/// Whether a factor without a sign before it may belong below a bar: `x/2 l` and `1/2k`, but not `1/2 k`.
+fn is_below_a_bar(source: &str, place: Span) -> bool {
+    let mut levels = vec![Bar::None];
+    let [mut before, mut last] = [None::<Token>; 2];
+    for token in Lexer::new(source, place).filter(|token| token.kind != TokenKind::Comment) {
+        let is_number = |own: Option<Token>| own.is_some_and(|own| own.kind == TokenKind::Number);
+        let is_gap = before.is_some_and(|before| side_by_side_at(source, before, token) == Some(true));
+        let bar = levels.last().copied().unwrap_or(Bar::None);
+        if is_gap && (bar == Bar::Some || bar == Bar::Fraction && token.glued && is_number(before)) {
+            return true;
+        }
+        let is_behind = |kind: TokenKind| before.is_some_and(|before| before.kind == kind);
+        let bar = match token.kind {
+            // The exponent of `x^2/2` is no numerator.
+            TokenKind::Slash if is_number(before) && last.is_none_or(|last| last.kind != TokenKind::Caret) => {
+                Bar::Fraction
+            }
+            TokenKind::Slash => Bar::Some,
+            TokenKind::Plus | TokenKind::Comma | TokenKind::Equals => Bar::None,
+            TokenKind::Minus if !is_behind(TokenKind::Caret) => Bar::None,
+            kind if is_behind(TokenKind::Slash) && kind != TokenKind::Number => Bar::Some,
+            _ => bar,
+        };
+        match token.kind {
+            TokenKind::Close => levels.truncate(levels.len().saturating_sub(1).max(1)),
+            kind => {
+                levels.pop();
+                levels.push(bar);
+                levels.extend((kind == TokenKind::Open).then_some(Bar::None));
+            }
+        }
+        (last, before) = (before, Some(token));
+    }
+    false
+}
+
+/// Whether a sign is missing between two tokens; `None` where something else is.
+fn side_by_side_at(source: &str, before: Token, token: Token) -> Option<bool> {
+    let (left, right) = (before.text(source), token.text(source));
+    let ends = match before.kind {
+        TokenKind::Word => !words::is_connective(left),
+        TokenKind::Number | TokenKind::Close | TokenKind::Prime => true,
+        _ => false,
+    };
+    let begins = match token.kind {
+        TokenKind::Word => !words::is_connective(right),
+        TokenKind::Number => true,
+        TokenKind::Open => right == "(",
+        _ => false,
+    };
+    let call = before.kind == TokenKind::Word && right == "(" && (token.glued || words::is_function(left));
+    if !ends || !begins || call {
+        return Some(false);
+    }
+    let wrong = before.kind == TokenKind::Word && words::is_function(left)
+        || before.kind == TokenKind::Number && token.kind == TokenKind::Number;
+    (!wrong).then_some(true)
+}
+
+/// Whether a name is declared before a place, and not too long before.
+fn is_declared(source: &str, place: u32, name: &str) -> bool {
+    let mut from = place.saturating_sub(LOOKED_BACK);
+    while !source.is_char_boundary(from as usize) {
+        from += 1;
+    }
+    let mut before: Option<Token> = None;
+    let (mut word, mut depth) = ("", 0_usize);
+    let tokens = Lexer::new(source, Span::new(from, place));
+    for token in tokens.filter(|token| token.kind != TokenKind::Comment) {
+        let text = token.text(source);
+        let declares = before.is_some_and(|before| match before.kind {
+            TokenKind::Comma => depth == 0 && words::takes_several(word),
+            _ => words::is_naming(before.text(source)),
+        });
+        if declares && text == name {
+            return true;
+        }
+        match token.kind {
+            TokenKind::Open => depth += 1,
+            TokenKind::Close => depth = depth.saturating_sub(1),
+            _ if words::is_statement_word(text) => (word, depth) = (text, 0),
+            _ => {}
+        }
+        before = Some(token);
     }
     false
 }
@@ -144,10 +257,15 @@ impl Context<'_> {
         let mut before: Option<Token> = None;
         for token in Lexer::new(self.source, Span::new(start, self.end)) {
             let text = self.text(token);
+            // `sin^2(x)` is no product.
+            if before.is_some_and(|before| words::is_function(self.text(before))) && text != "(" {
+                return None;
+            }
             let inside = matches!(
                 token.kind,
                 TokenKind::Star | TokenKind::Slash | TokenKind::Caret | TokenKind::Prime | TokenKind::Open
-            );
+            ) || token.kind == TokenKind::Minus
+                && before.is_some_and(|before| before.kind == TokenKind::Caret);
             match token.kind {
                 TokenKind::Word | TokenKind::Number if words::reserved_for(text) == Some("begins a statement") => break,
                 TokenKind::Word if depth == 0 && words::is_connective(text) => break,
@@ -159,7 +277,7 @@ impl Context<'_> {
                 _ => {}
             }
             if let Some(before) = before {
-                if self.side_by_side_at(before, token)? {
+                if side_by_side_at(self.source, before, token)? {
                     if token.first_on_line && depth == 0 {
                         break;
                     }
@@ -173,29 +291,6 @@ impl Context<'_> {
             before = Some(token);
         }
         Some((Span::new(start, before?.end), out))
-    }
-
-    /// Whether a sign is missing between two tokens; `None` where something else is.
-    fn side_by_side_at(&self, before: Token, token: Token) -> Option<bool> {
-        let (left, right) = (self.text(before), self.text(token));
-        let ends = match before.kind {
-            TokenKind::Word => !words::is_connective(left),
-            TokenKind::Number | TokenKind::Close | TokenKind::Prime => true,
-            _ => false,
-        };
-        let begins = match token.kind {
-            TokenKind::Word => !words::is_connective(right),
-            TokenKind::Number => true,
-            TokenKind::Open => right == "(",
-            _ => false,
-        };
-        let call = before.kind == TokenKind::Word && right == "(" && (token.glued || words::is_function(left));
-        if !ends || !begins || call {
-            return Some(false);
-        }
-        let wrong = before.kind == TokenKind::Word && words::is_function(left)
-            || before.kind == TokenKind::Number && token.kind == TokenKind::Number;
-        (!wrong).then_some(true)
     }
 
     /// The product that ends before the place: `1/2` before the `x` of `1/2 x`.
@@ -241,6 +336,64 @@ impl Context<'_> {
         complete.then_some(end)
     }
 
+    /// The unit that begins at a token put behind the name: what is replaced, and by what.
+    pub(super) fn unit_moved(&self, unit: Token) -> Option<(Span, String)> {
+        let value = verbatim(self.source, self.value_start?, self.before.end)?;
+        let end = self.unit_end(unit)?;
+        let unit = verbatim(self.source, unit.start, end)?;
+        // What is given several times, or has brackets around its unit, is left to the author.
+        let plain = self.part == Part::Value && unit.starts_with(|c: char| c.is_alphabetic());
+        let name = self.source.get(self.name_start as usize..self.name_end.filter(|_| plain)? as usize)?.trim_end();
+        let place = Span::new(self.name_start + name.len() as u32, end);
+        Some((place, format!(" : {unit} = {value}")))
+    }
+
+    /// `sin^2(x)` as `sin(x)^2`, with parentheses that open at a token: what is replaced, and by what.
+    pub(super) fn power_moved(&self, function: Token, exponent: &str, open: Token) -> Option<(Span, String)> {
+        // `sin^-1` is mostly meant as the inverse function.
+        let close = self.closing(open).filter(|_| self.text(open) == "(" && !exponent.starts_with('-'))?;
+        let next = Lexer::new(self.source, Span::new(close.end, self.end)).next();
+        if next.is_some_and(|next| matches!(next.kind, TokenKind::Caret | TokenKind::Prime | TokenKind::Illegal)) {
+            return None;
+        }
+        let argument = self.source.get(open.start as usize..close.end as usize)?;
+        let text = format!("{}{argument}^{exponent}", self.text(function));
+        Some((Span::new(function.start, close.end), text))
+    }
+
+    /// `constraint rod[i in 1..n]: …` and `constraint i in 1..n: …`: the place is at `in`.
+    pub(super) fn constraint_indices(&self) -> Option<SyntaxError> {
+        let bracket = self.enclosures.len() == 1 && self.before_last.is_some_and(|own| self.text(own) == "[");
+        if self.before_is_word() || !bracket && !self.enclosures.is_empty() {
+            return None;
+        }
+        let mut rest = Lexer::new(self.source, Span::new(self.before.start, self.end));
+        let last = rest.find(|own| match own.kind {
+            TokenKind::Close => bracket,
+            TokenKind::Colon | TokenKind::Comma => !bracket,
+            _ => false,
+        });
+        let colon = if bracket { rest.next() } else { last };
+        let inside = verbatim(self.source, self.before.start, last.map_or(self.end, |own| own.start))?;
+        let place = colon.filter(|own| own.kind == TokenKind::Colon).map(|own| Span::new(self.word.end, own.end));
+        let span = self.before.span().to(self.found?.span());
+        Some(SyntaxError::ConstraintIndices { fix: format!("[{inside}]"), place, span })
+    }
+
+    /// Whether `T - V` begins at a token and is all of a Lagrangian.
+    pub(super) fn is_difference_of_energies(&self, first: Token) -> bool {
+        let rest = Lexer::new(self.source, Span::new(first.start, self.end));
+        let words: Vec<&str> = rest.take(4).map(|own| self.text(own)).collect();
+        self.statement == "lagrangian" && self.before.kind == TokenKind::Equals && words == ["T", "-", "V"]
+    }
+
+    /// The names in a unit that begins at a token.
+    pub(super) fn names_of_unit(&self, unit: Token) -> impl Iterator<Item = &str> {
+        let end = self.unit_end(unit).unwrap_or(unit.end);
+        let all = Lexer::new(self.source, Span::new(unit.start, end));
+        all.filter(|token| token.kind == TokenKind::Word).map(|token| self.text(token))
+    }
+
     /// Whether a unit may begin at `found`: behind a value of numbers alone, with a name that is one of units.
     pub(super) fn is_unit_behind_number(&self, found: Token, is_unit: &dyn Fn(&str) -> bool) -> bool {
         let behind = matches!(self.before.kind, TokenKind::Number | TokenKind::Close) || self.text(self.before) == "pi";
@@ -253,49 +406,18 @@ impl Context<'_> {
             token.kind != TokenKind::Word || text == "pi" || words::is_function(text)
         });
         // Where it does not end as a unit, its first name tells.
-        let end = match (self.unit_end(found), found.kind) {
-            (Some(end), _) => end,
-            (None, TokenKind::Word) => found.end,
-            (None, _) => return false,
-        };
-        let names = || {
-            Lexer::new(self.source, Span::new(found.start, end))
-                .filter(|token| token.kind == TokenKind::Word)
-                .map(|token| self.text(token))
-        };
+        if self.unit_end(found).is_none() && found.kind != TokenKind::Word {
+            return false;
+        }
         of_numbers
             && self.enclosures.is_empty()
-            && names().all(|name| words::reserved_for(name).is_none())
-            && names().any(is_unit)
+            && self.names_of_unit(found).all(|name| words::reserved_for(name).is_none())
+            && self.names_of_unit(found).any(is_unit)
     }
 
     /// Whether a name is declared before the statement, and not too long before.
     pub(super) fn is_declared(&self, name: &str) -> bool {
-        let mut from = self.word.start.saturating_sub(LOOKED_BACK);
-        while !self.source.is_char_boundary(from as usize) {
-            from += 1;
-        }
-        let mut before: Option<Token> = None;
-        let (mut word, mut depth) = ("", 0_usize);
-        let tokens = Lexer::new(self.source, Span::new(from, self.word.start));
-        for token in tokens.filter(|token| token.kind != TokenKind::Comment) {
-            let text = self.text(token);
-            let declares = before.is_some_and(|before| match before.kind {
-                TokenKind::Comma => depth == 0 && words::takes_several(word),
-                _ => words::is_naming(self.text(before)),
-            });
-            if declares && text == name {
-                return true;
-            }
-            match token.kind {
-                TokenKind::Open => depth += 1,
-                TokenKind::Close => depth = depth.saturating_sub(1),
-                _ if words::is_statement_word(text) => (word, depth) = (text, 0),
-                _ => {}
-            }
-            before = Some(token);
-        }
-        false
+        is_declared(self.source, self.word.start, name)
     }
 
     /// The statement begun by the name at the place, whose word is missing: `param k = 2`.

@@ -13,9 +13,10 @@ use super::error::SyntaxError;
 use super::lexer::{Lexer, Token, TokenKind};
 use super::split::{MOST_ERRORS, expects_operand};
 use super::words;
-use crate::diagnostic::nearest;
+use crate::diagnostic::{is_misspelt, nearest};
 use crate::span::Span;
 use context::Context;
+pub(super) use fixes::are_factors;
 pub(super) use lines::foreign_line;
 
 /// The mistake in the statement at `span` that the grammar could not read beyond `at`;
@@ -34,10 +35,12 @@ pub(super) fn no_statement(source: &str, token: Token, next: Option<Token>) -> S
         return SyntaxError::NoStatement { found: describe(source, token), span: token.span() };
     }
     let suggestion = suggested(source, token, next);
-    if suggestion.is_none() && next.is_some_and(|next| binds(source, next)) && words::reserved_for(text).is_none() {
+    let is_unknown = suggestion.is_none() && !words::is_control(text);
+    if is_unknown && next.is_some_and(|next| binds(source, next)) && words::reserved_for(text).is_none() {
         SyntaxError::MissingStatementWord { name: text.to_owned(), fix: None, span: token.span() }
     } else {
-        SyntaxError::UnknownStatement { word: text.to_owned(), suggestion, span: token.span() }
+        let is_certain = suggestion.is_some_and(|own| words::synonym(text) == Some(own) || is_misspelt(text, own));
+        SyntaxError::UnknownStatement { word: text.to_owned(), suggestion, is_certain, span: token.span() }
     }
 }
 
@@ -122,7 +125,11 @@ fn suggested(source: &str, token: Token, next: Option<Token>) -> Option<&'static
         Some(TokenKind::Word) => !words::is_function_statement(candidate),
         _ => words::takes_expression(candidate),
     };
+    if words::is_control(word) {
+        return None;
+    }
     words::synonym(word)
+        .or_else(|| words::guessed(word))
         .filter(|s| fits(s))
         .or_else(|| nearest(word, words::STATEMENT_WORDS.into_iter().filter(|s| fits(s))))
 }

@@ -1,7 +1,7 @@
 //! Mistakes with operands: two in a row, or a word that can't be one.
 
 use super::super::error::SyntaxError;
-use super::super::lexer::{Token, TokenKind};
+use super::super::lexer::{Lexer, Token, TokenKind};
 use super::super::words;
 use super::context::{Context, Part};
 use super::fixes;
@@ -23,7 +23,8 @@ impl Context<'_> {
             return self.before_expects_operand().then(|| self.missing_operand(found));
         }
         if word && words::is_statement_word(text) {
-            return Some(SyntaxError::WordInExpression { word: text.to_owned(), span });
+            let needless = self.is_difference_of_energies(found).then(|| Span::new(self.word.start, self.end));
+            return Some(SyntaxError::WordInExpression { word: text.to_owned(), needless, span });
         }
         if self.statement == "table" && self.part == Part::Value {
             return Some(SyntaxError::MissingPath { span });
@@ -37,15 +38,22 @@ impl Context<'_> {
                     Some(SyntaxError::MisplacedRate { statement: self.statement, span: self.before.span() })
                 }
                 (false, _) if text == "(" => Some(SyntaxError::FunctionDefinition { span }),
-                _ if self.before_is_word() => {
-                    Some(SyntaxError::MissingRightSide { statement: self.statement, span: self.word.span() })
-                }
+                _ if self.before_is_word() => Some(SyntaxError::MissingRightSide {
+                    statement: self.statement,
+                    value: None,
+                    span: self.word.span(),
+                }),
                 (true, word) if words::takes_several(word) => Some(SyntaxError::MissingComma {
                     span: self.before.span().to(span),
                     left: self.text(self.before).to_owned(),
                     right: text.to_owned(),
                 }),
                 (true, statement) => Some(SyntaxError::SeveralNames { statement, span }),
+                (false, statement)
+                    if found.kind == TokenKind::Number && !matches!(statement, "model" | "coord" | "table") =>
+                {
+                    Some(SyntaxError::MissingRightSide { statement, value: Some(text.to_owned()), span })
+                }
                 (false, _) => None,
             };
         }
@@ -70,9 +78,14 @@ impl Context<'_> {
                 span,
             });
         }
+        if word && words::is_control(text) && !self.is_declared(text) {
+            return Some(SyntaxError::ConditionOutsideFilter { span });
+        }
         if self.is_unit_behind_number(found, &|name| !self.is_declared(name)) {
+            let is_unit = self.names_of_unit(found).all(|own| words::UNITS_BEHIND_NUMBERS.contains(&own));
             return Some(SyntaxError::UnitBehindValue {
                 fix: self.with_unit_behind_name(found),
+                change: if is_unit { self.unit_moved(found) } else { None },
                 span: Span::new(found.start, self.unit_end(found).unwrap_or(found.end)),
             });
         }
@@ -92,7 +105,7 @@ impl Context<'_> {
         if let Some(error) = self.prefixed_function(found) {
             return error;
         }
-        if before.kind == TokenKind::Prime && found.glued && self.argument(found).as_deref() == Some("t") {
+        if before.kind == TokenKind::Prime && self.argument(found).as_deref() == Some("t") {
             let end = self.closing(found).map_or(found.end, |close| close.end);
             return SyntaxError::ArgumentOfDerivative { span: Span::new(found.start, end) };
         }
@@ -109,15 +122,20 @@ impl Context<'_> {
                 span: both,
             };
         }
-        match (self.third_last, self.before_last) {
-            (Some(function), Some(caret))
-                if is_function(function)
-                    && caret.kind == TokenKind::Caret
-                    && matches!(before.kind, TokenKind::Number | TokenKind::Word) =>
-            {
+        let chain = Lexer::new(self.source, Span::new(self.chain.unwrap_or(found.start), found.start));
+        let chain: Vec<Token> = chain.collect();
+        let (exponent, rest) = match chain.as_slice() {
+            [rest @ .., minus, last] if minus.kind == TokenKind::Minus => (minus.span().to(last.span()), rest),
+            [rest @ .., last] => (last.span(), rest),
+            [] => (both, &[][..]),
+        };
+        match rest {
+            [.., function, caret] if is_function(*function) && caret.kind == TokenKind::Caret => {
+                let exponent = self.source.get(exponent.range()).unwrap_or_default().to_owned();
                 SyntaxError::FunctionPower {
-                    function: self.text(function).to_owned(),
-                    exponent: self.text(before).to_owned(),
+                    function: self.text(*function).to_owned(),
+                    change: self.power_moved(*function, &exponent, found),
+                    exponent,
                     span: function.span().to(before.span()),
                 }
             }
@@ -147,14 +165,19 @@ impl Context<'_> {
         let grouped = self.text(found).strip_prefix('_').filter(|rest| rest.bytes().all(|b| b.is_ascii_digit()));
         if let (Some(rest), TokenKind::Number, true) = (grouped, self.before.kind, found.glued) {
             let text = format!("{}{}", self.text(self.before), rest.replace('_', ""));
-            return SyntaxError::MissingMultiplication { fix: text.clone(), place: span, text, unit: None, span };
+            let fix = text.clone();
+            return SyntaxError::MissingMultiplication { fix, place: span, text, is_certain: true, unit: None, span };
         }
         let is_unit = self.is_unit_behind_number(found, &|name| words::SHORT_UNITS.contains(&name));
         let unit = if is_unit { self.with_unit_behind_name(found) } else { None };
-        let whole = self.product_with_signs();
+        // A line that is meant for itself is no factor.
+        let whole = self.product_with_signs().filter(|(span, _)| span.end > found.start);
+        let is_factor = whole.is_some() || !found.first_on_line;
         let fix = whole.as_ref().and_then(|(_, text)| fixes::short(text.clone()));
         let fix = fix.unwrap_or_else(|| format!("{left}*{right}"));
         let (place, text) = whole.unwrap_or_else(|| (Span::new(self.before.end, found.start), "*".to_owned()));
-        SyntaxError::MissingMultiplication { fix, place, text, unit, span }
+        let is_certain =
+            is_factor && fixes::are_factors(self.source, Span::new(self.word.start, self.end), place.to(found.span()));
+        SyntaxError::MissingMultiplication { fix, place, text, is_certain, unit, span }
     }
 }
