@@ -33,7 +33,12 @@ pub(crate) fn put_rates_in(model: &mut Model) -> Result<(), LinearizeError> {
     }
     let drags = model.with_pool(drags_at_rest);
     for coordinate in 0..model.coordinates.len() {
-        if let Some(rate) = model.rates.get(coordinate) {
+        // What a constraint holds may be balanced by its force, which the search for the equilibrium tells.
+        let own = model.coordinates.at(coordinate).symbol;
+        let is_tied = |tie: &Constraint| model.pool.depends_on(tie.expression, &|symbol| symbol == own);
+        if let Some(rate) = model.rates.get(coordinate)
+            && !model.constraints.iter().any(is_tied)
+        {
             check_kept(model, &drags, coordinate, rate.span)?;
         }
     }

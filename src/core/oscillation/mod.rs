@@ -260,7 +260,8 @@ fn add_rolled(linearized: &Linearized, modes: &mut NormalModes, options: &Option
         let scaled: Vec<Ball> = family.iter().map(|x| *x * size).collect();
         let bound = scaled.iter().map(Ball::mid_f64_error).fold(0.0, f64::max);
         let vector: Vec<f64> = scaled.iter().map(Ball::mid_f64).collect();
-        modes.zero_motions.push(format!("equilibria with any {}", coordinates.at(*own).name()));
+        let what = if linearized.model().rates.any() { "steady motions" } else { "equilibria" };
+        modes.zero_motions.push(format!("{what} with any {}", coordinates.at(*own).name()));
         let vector = if options.vectors { modes::signed(vector) } else { Vec::new() };
         NormalMode::new(Kind::Zero, (Some(Ball::ZERO), Ball::ZERO, Ball::ZERO), (vector, bound), cluster)
     });

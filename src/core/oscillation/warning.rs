@@ -253,6 +253,12 @@ fn runs_away(linearized: &Linearized, modes: &NormalModes) -> Option<Warning> {
     if unstable == 0 || origins.iter().all(|origin| *origin == Origin::Given) {
         return None;
     }
+    // Forces and rolling make motions grow about a minimum, too.
+    let falls = || super::exponents::falling_direction(&linearized.mass(), &linearized.stiffness()).is_some();
+    let by_potential = linearized.structure() == Structure::Conservative || falls();
+    if !linearized.model().rolling.is_empty() || !by_potential {
+        return None;
+    }
     let largest = modes.modes.first().and_then(|mode| largest(&mode.vector));
     let own = linearized.model().coordinates.get(largest.unwrap_or(0))?;
     let (span, coordinate) = (own.span, own.name());
