@@ -90,7 +90,7 @@ pub struct Diagnostic {
     /// The fix, if there is one.
     pub help: Option<String>,
     /// The fix as a change of the text, where it is certain enough to be made unseen: the same in the notation of the
-    /// language where it has one reading only, or a slip of the pen ([`is_misspelt`]). What is declared by it is as
+    /// language where it has one reading only, or a slip of the pen (`is_misspelt`). What is declared by it is as
     /// before but for a coordinate whose velocity is used, and what has a meaning of its own keeps it.
     pub replacement: Option<Replacement>,
 }

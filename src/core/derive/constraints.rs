@@ -119,8 +119,9 @@ impl Tangent {
         let (mut multipliers, mut gradients) =
             constraints.map_or_else(Default::default, |own| (own.multipliers, own.gradients));
         if let Some(own) = &rolling {
-            // Forces of conditions vanish there.
+            // Forces of others vanish there.
             gradients.extend_from_slice(&own.gradients[gradients.len()..]);
+            multipliers.extend_from_slice(&own.reactions);
             multipliers.resize(gradients.len(), matrices.pool.zero());
         }
         (!gradients.is_empty()).then_some(Self { massless: Vec::new(), multipliers, gradients, rolling, reduced: None })
@@ -160,7 +161,8 @@ pub(super) fn reduce(pool: &mut Algebra<'_>, linear: &mut Linear, names: &Names,
     for entry in tangent.multipliers.iter_mut().chain(gradients) {
         *entry = pool.simplify(*entry);
     }
-    if let Some(Reduction { free, directions, matrices, drift }) = reduction(pool, checker, linear, &mut tangent)
+    if let Some(Reduction { free, directions, matrices, drift, energies }) =
+        reduction(pool, checker, linear, &mut tangent)
         && !free.is_empty()
     {
         let of = |list: &[String]| -> Vec<String> { free.iter().filter_map(|at| list.get(*at).cloned()).collect() };
@@ -176,7 +178,7 @@ pub(super) fn reduce(pool: &mut Algebra<'_>, linear: &mut Linear, names: &Names,
         };
         reduced.finish(pool, checker, parts);
         reduced.closed_forms(pool, checker, parts);
-        if let Some(part) = reduced.second_order.as_mut().filter(|_| drift.is_some()) {
+        if let Some(part) = reduced.second_order.as_mut().filter(|_| !energies) {
             // Matrices of conditions are not those of energies.
             (part.kinetic, part.potential) = Default::default();
         }
@@ -210,6 +212,8 @@ struct Reduction {
     matrices: [Option<Rows>; 5],
     /// What the velocities of the others owe to the places of all, one row a coordinate, where they do.
     drift: Option<Rows>,
+    /// Whether M and K are those of T and V.
+    energies: bool,
 }
 
 fn reduction(
@@ -226,7 +230,9 @@ fn reduction(
         for entry in drift.iter_mut().flatten().flatten() {
             *entry = pool.simplify(*entry);
         }
-        return Some(Reduction { free: own.free, directions: own.directions, matrices: own.matrices, drift });
+        let energies = drift.is_none() && own.reactions.is_empty();
+        let SymbolicRolling { free, directions, matrices, .. } = own;
+        return Some(Reduction { free, directions, matrices, drift, energies });
     }
     let (free, directions, stiffness) = match condensed(pool, checker, linear, tangent) {
         Some((free, directions, stiffness)) => (free, directions, Some(stiffness)),
@@ -243,7 +249,7 @@ fn reduction(
         Some(stiffness.unwrap_or_else(|| project(&linear.stiffness))),
         linear.circulatory.as_ref().map(&mut project),
     ];
-    Some(Reduction { free, directions, matrices, drift: None })
+    Some(Reduction { free, directions, matrices, drift: None, energies: true })
 }
 
 /// The free coordinates and Z, row by row; `None` where the rows are not shown to be independent.

@@ -5,7 +5,7 @@ use super::assemble::{self, Assembly, Values, evaluate_closed};
 use super::constrained::{Tied, with_multipliers};
 use super::equilibrium::{Equilibrium, Origin, short};
 use super::multipliers;
-use super::rolling::SymbolicRolling;
+use super::rolling::{self, SymbolicRolling};
 use super::symbolic::{self, SymbolicMatrices};
 use super::{
     LinearizeError, SymbolicConstraints, at_equilibrium, by_hand, check_terms, check_time, in_own_numbers, steady,
@@ -181,8 +181,10 @@ fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
         start.clone_from(&point);
     }
     model.pool = pool;
-    let settled = at_start.is_some()
-        && symbolic::forces_vanish(&model, &assembly, &start, &Substitution::default()) == Some(true);
+    let reactions = rolling::reactions(&mut model, &assembly);
+    let settled = reactions.is_some()
+        || at_start.is_some()
+            && symbolic::forces_vanish(&model, &assembly, &start, &Substitution::default()) == Some(true);
     if settled {
         point = start;
         check_dependent(&model, &point[..visible], &dependent)?;
@@ -227,7 +229,13 @@ fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
         return Err(error);
     }
     if !model.rolling.is_empty() {
-        matrices.rolling = Some(SymbolicRolling::new(&model, &mut matrices, &point, &at, visible)?);
+        matrices.rolling = Some(SymbolicRolling::new(
+            &model,
+            &mut matrices,
+            &point,
+            &at,
+            (visible, reactions.as_deref().unwrap_or_default()),
+        )?);
     }
     if !expressions.is_empty() {
         matrices.first(visible);

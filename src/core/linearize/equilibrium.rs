@@ -66,6 +66,17 @@ pub struct Equilibrium {
     pub(crate) at_guess: bool,
 }
 
+/// The equilibrium that a model states in full.
+///
+/// # Errors
+/// [`LinearizeError::MissingValue`] where one has none.
+pub(super) fn stated(model: &Model) -> Result<Equilibrium, LinearizeError> {
+    let values = model.equilibria.iter().map(|given| Ok(closed(model, given)?.unwrap_or(Ball::ZERO)));
+    let values = values.collect::<Result<Vec<_>, LinearizeError>>()?;
+    let origins = vec![Origin::Given; values.len()];
+    Ok(Equilibrium::exactly(values, origins))
+}
+
 impl Equilibrium {
     /// A point where all forces are known to vanish.
     pub(super) fn exactly(values: Vec<Ball>, origins: Vec<Origin>) -> Self {

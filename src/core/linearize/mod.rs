@@ -27,6 +27,7 @@ mod finish;
 mod flow;
 mod inputs;
 mod integers;
+mod integrable;
 mod invariance;
 mod massless;
 mod matrices;
@@ -42,6 +43,7 @@ mod radicals;
 mod rational;
 mod rest;
 mod rolling;
+mod rows;
 mod simple;
 mod slopes;
 mod steady;
@@ -70,6 +72,7 @@ pub use equilibrium::{Equilibrium, Origin};
 pub use error::{Feature, Inertia, LinearizeError};
 pub(crate) use facts::Variable;
 pub(crate) use flow::Flow;
+pub use integrable::integrated;
 pub(crate) use invariance::{Bodies, Invariance};
 pub(crate) use massless::may_be_singular;
 pub use multipliers::SymbolicConstraints;
@@ -79,7 +82,7 @@ pub use parameters::known_values;
 pub use parametric::{Parametric, parametric};
 pub use precise::Precise;
 pub use rest::{AtRest, at_rest};
-pub use rolling::{SymbolicRolling, integrated};
+pub use rolling::SymbolicRolling;
 pub use slopes::{Slopes, WithMultipliers};
 pub use symbolic::SymbolicMatrices;
 pub(crate) use symbolic::instances;
@@ -212,7 +215,7 @@ pub enum Structure {
 pub fn linearize(model: Model) -> Result<Linearized, LinearizeError> {
     let budget = model.pool.budget().clone();
     budget.at("the equilibrium and the matrices there", None);
-    let model = if model.rolling.is_empty() { model } else { rolling::integrated(&model).into_owned() };
+    let model = if model.rolling.is_empty() { model } else { integrated(&model).into_owned() };
     let linearized = if model.constraints.is_empty() {
         linearize_without(model, &[])
     } else {
@@ -303,12 +306,17 @@ fn linearize_in(
         }
         values = assembly.wide_values(&model)?;
     }
-    let (equilibrium, unbalanced) = unbalanced::find(&model, &assembly, &values, visible)?;
+    let reactions = rolling::reactions(&mut model, &assembly);
+    let (equilibrium, unbalanced) = match &reactions {
+        Some(_) => (equilibrium::stated(&model)?, None),
+        None => unbalanced::find(&model, &assembly, &values, visible)?,
+    };
     if !assembly.velocity.is_empty() && visible <= MOST_COORDINATES {
         let point = model.with_pool(|model, pool| symbolic::equilibrium_expressions(model, pool, Some(&equilibrium)));
         assembly.forget_what_vanishes(&mut model, &point);
     }
-    let rolling = rolls.then(|| rolling::Rolling::new(&mut model, &assembly, &equilibrium, visible)).transpose()?;
+    let reactions = (visible, reactions.as_deref().unwrap_or_default());
+    let rolling = rolls.then(|| rolling::Rolling::new(&mut model, &assembly, &equilibrium, reactions)).transpose()?;
     let mut constrained = None;
     if rolls || bound {
         let mut found = at_equilibrium(&model, &assembly, &values, &equilibrium, visible, dependent)?;

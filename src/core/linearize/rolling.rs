@@ -1,8 +1,8 @@
 //! Conditions on velocities: rolling, skates, and what else constraint forces keep without a relation of the coordinates.
 //!
 //! A condition A(q) q' + b(q) = 0 restricts velocities and, linearised about rest or a steady motion q0' = s,
-//! A δq' + B δq = 0 with B = ∂(A s + b)/∂q; its forces Aᵀλ vanish at the equilibria that are covered here (Neimark and
-//! Fufaev, Dynamics of Nonholonomic Systems, chapter 4). With as many coordinates z expressed by the others y as there
+//! A δq' + B δq = 0 with B = ∂(A s + b)/∂q (Neimark and Fufaev, Dynamics of Nonholonomic Systems, chapter 4). Its forces Aᵀμ vanish there,
+//! or balance others at an equilibrium that is given in full, and then turn with the directions A: S is less Σ μ ∂A/∂q. With as many coordinates z expressed by the others y as there
 //! are conditions, δq = Z y + W z with AZ = 0 and z' = -β y - γ z, and
 //!
 //! ```text
@@ -13,24 +13,22 @@
 //! out of it, which is proved in symbols, the exponents are those of y and, as γ is nilpotent for them, a 0 for each
 //! condition that can't be integrated: at rest the equilibria come in a family of as many dimensions. How many
 //! can't be is told by the Lie brackets of the fields of allowed velocities and, where b is not 0, of the one at which all others rest (Frobenius).
-//! All of this is done in symbols, and evaluated at any precision. Holonomic constraints beside them are rows of A with B = 0. *Nothing is integrated but conditions whose
-//! coefficients are gradients as they stand; none is multiplied by a factor for it.*
-
-use std::borrow::Cow;
-use std::collections::BTreeMap;
+//! All of this is done in symbols, and evaluated at any precision. Holonomic constraints beside them are rows of A with B = 0. *Nothing is
+//! integrated here.*
 
 use super::assemble::Assembly;
 use super::constrained::{self, Tangent};
-use super::elimination::Elimination;
 use super::equilibrium::Equilibrium;
 use super::error::LinearizeError;
-use super::multipliers::clear_column;
+use super::integrable::not_integrable;
 use super::parameters::{Formulas, known_values};
-use super::symbolic::{SymbolicMatrices, equilibrium_expressions, matrices_at};
+use super::rows::{
+    Rows, added, beginning, eliminate, is_zero, masked, minus, parts, product, scaled, total, transposed, vanish,
+};
+use super::symbolic::{self, SymbolicMatrices, equilibrium_expressions, matrices_at};
 use super::velocity::{Numbers, sum};
-use crate::expr::{Exponentials, ExprId, Pool, Substitution, Symbol, ZeroVerdict};
-use crate::model::{Constraint, Model, SymbolKind};
-use crate::number::Number;
+use crate::expr::{ExprId, Pool, Substitution, Symbol, ZeroVerdict};
+use crate::model::Model;
 use crate::precision::{Ball, Enclosure};
 
 /// Models with more coordinates, multipliers included, are not written out.
@@ -41,9 +39,6 @@ const DRAWN: f64 = 0.703125;
 
 /// Why a family of equilibria is not covered.
 const NOT_SINGLE: &str = "the family of equilibria that they leave is not one of single coordinates";
-
-/// Rows of expressions.
-type Rows = Vec<Vec<ExprId>>;
 
 /// The linearised model in symbols, for the coordinates that the others follow.
 #[derive(Clone, Debug)]
@@ -64,6 +59,8 @@ pub struct SymbolicRolling {
     pub gradients: Rows,
     /// Z, one row a coordinate: what its velocity is made of.
     pub directions: Rows,
+    /// The multipliers of the conditions at the equilibrium; none where they exert no force.
+    pub reactions: Vec<ExprId>,
     /// What forces on `free` come with each of `moved`, which these follow along the family; one row each of `free`.
     shifts: Rows,
 }
@@ -74,114 +71,6 @@ pub(super) struct Rolling {
     pub(super) symbolic: SymbolicRolling,
     /// The matrices, and how each of `bound` follows `free`, one after another.
     formulas: Formulas,
-}
-
-/// Conditions whose coefficients are the gradient of a function, integrated: relations of the coordinates that hold where the search
-/// starts. The others are left as they are, and those whose integral is not known.
-#[must_use]
-pub fn integrated(model: &Model) -> Cow<'_, Model> {
-    if model.rolling.is_empty() {
-        return Cow::Borrowed(model);
-    }
-    let mut model = model.clone();
-    let driven: Vec<bool> = model.with_pool(|model, pool| {
-        model.rolling.iter().map(|own| !model.at_rest(pool, own.expression).is_zero()).collect()
-    });
-    for (own, driven) in std::mem::take(&mut model.rolling).into_iter().zip(driven) {
-        let rows = coefficients(&mut model, own.expression);
-        match if driven { None } else { integral(&mut model, &rows) } {
-            Some(expression) => model.constraints.push(Constraint { expression, span: own.span }),
-            None => model.rolling.push(own),
-        }
-    }
-    Cow::Owned(model)
-}
-
-/// The function with these derivatives that is 0 where the search starts: along a path from there, one coordinate after the other.
-fn integral(model: &mut Model, rows: &[(usize, ExprId)]) -> Option<ExprId> {
-    let timed = |symbol| matches!(model.symbols.get(symbol), Some(SymbolKind::Velocity(_) | SymbolKind::Time));
-    if rows.iter().any(|(_, e)| model.pool.depends_on(*e, &timed)) {
-        return None;
-    }
-    let slopes: Vec<ExprId> = rows.iter().map(|(_, slope)| *slope).collect();
-    for symbol in model.pool.symbols_of(&slopes) {
-        let Some(SymbolKind::Coordinate(number)) = model.symbols.get(symbol) else { continue };
-        let other = rows.iter().find(|(i, _)| *i == number).map_or(model.pool.zero(), |(_, slope)| *slope);
-        for (i, slope) in rows {
-            let forth = model.pool.diff(*slope, symbol);
-            let back = model.pool.diff(other, model.coordinates.at(*i).symbol);
-            let difference = model.pool.sub(forth, back);
-            if !is_zero(&model.pool, difference) {
-                return None;
-            }
-        }
-    }
-    let places: Vec<(Symbol, ExprId)> = rows
-        .iter()
-        .map(|(i, _)| {
-            let stated = model.equilibria.get(*i).or_else(|| model.guesses.get(*i));
-            (model.coordinates.at(*i).symbol, stated.map_or(model.pool.zero(), |stated| stated.symbolic))
-        })
-        .collect();
-    let mut terms = Vec::with_capacity(rows.len());
-    for (at, ((_, slope), (symbol, start))) in rows.iter().zip(&places).enumerate() {
-        let pool = &mut model.pool;
-        let later: Substitution = places[at + 1..].iter().copied().collect();
-        let slope = pool.substitute_one(*slope, &later);
-        let own = pool.symbol_expr(*symbol);
-        let function = Exponentials::of(pool, slope, *symbol).ok()?;
-        let numbers = function.rates().into_iter();
-        let numbers: BTreeMap<ExprId, Option<bool>> =
-            numbers.map(|rate| (rate, pool.as_number(rate).map(Number::is_zero))).collect();
-        let vanishes = |rate| numbers.get(&rate).copied().unwrap_or(Some(true));
-        terms.push(function.integral(pool, [*start, own], vanishes).ok()?);
-    }
-    Some(model.pool.sum(&terms))
-}
-
-/// The coefficients of the velocities in a condition, by coordinate.
-fn coefficients(model: &mut Model, condition: ExprId) -> Vec<(usize, ExprId)> {
-    let Model { pool, symbols, .. } = model;
-    let number = |symbol| match symbols.get(symbol) {
-        Some(SymbolKind::Velocity(number)) => Some(number),
-        _ => None,
-    };
-    let slopes = pool.slopes(condition, |symbol| number(symbol).is_some());
-    slopes.into_iter().filter_map(|(symbol, slope)| Some((number(symbol)?, slope))).collect()
-}
-
-fn is_zero(pool: &Pool, e: ExprId) -> bool {
-    pool.is_zero(e) == ZeroVerdict::Zero
-}
-
-/// A sum of products of rows and columns, 0 where it is proved to be.
-fn product(pool: &mut Pool, left: &Rows, right: &Rows) -> Rows {
-    let width = right.first().map_or(0, Vec::len);
-    let mut entry = |row: &Vec<ExprId>, column: usize| {
-        let parts = row.iter().zip(right).filter(|(a, own)| !a.is_zero() && !own[column].is_zero());
-        let parts: Vec<ExprId> = parts.map(|(a, own)| pool.mul(*a, own[column])).collect();
-        let sum = pool.sum(&parts);
-        if is_zero(pool, sum) { pool.zero() } else { sum }
-    };
-    left.iter().map(|row| (0..width).map(|column| entry(row, column)).collect()).collect()
-}
-
-fn transposed(rows: &Rows) -> Rows {
-    let width = rows.first().map_or(0, Vec::len);
-    (0..width).map(|column| rows.iter().map(|row| row[column]).collect()).collect()
-}
-
-fn scaled(pool: &mut Pool, rows: &Rows, factor: i64) -> Rows {
-    let factor = pool.integer(factor);
-    rows.iter().map(|row| row.iter().map(|e| pool.mul(factor, *e)).collect()).collect()
-}
-
-fn added(pool: &mut Pool, left: &Rows, right: &Rows) -> Rows {
-    let mut both = |(a, b): (&ExprId, &ExprId)| {
-        let sum = pool.add(*a, *b);
-        if is_zero(pool, sum) { pool.zero() } else { sum }
-    };
-    left.iter().zip(right).map(|(a, b)| a.iter().zip(b).map(&mut both).collect()).collect()
 }
 
 /// The coordinates y with equations of second order, and z of which some have equations of first order.
@@ -273,45 +162,6 @@ fn acting(pool: &mut Pool, feeds_back: &Rows, gamma: &Rows, held: &[bool]) -> Ve
     acting
 }
 
-/// A matrix with columns of 0 but for some.
-fn masked(pool: &Pool, rows: &Rows, kept: &[bool]) -> Rows {
-    let entry = |(e, kept): (&ExprId, &bool)| if *kept { *e } else { pool.zero() };
-    rows.iter().map(|row| row.iter().zip(kept).map(entry).collect()).collect()
-}
-
-/// left - a b
-fn minus(pool: &mut Pool, left: &Rows, a: &Rows, b: &Rows) -> Rows {
-    let own = product(pool, a, b);
-    let own = scaled(pool, &own, -1);
-    added(pool, left, &own)
-}
-
-/// The first so many entries of rows.
-fn beginning(rows: &[Vec<ExprId>], width: usize) -> Rows {
-    rows.iter().map(|row| row[..width].to_vec()).collect()
-}
-
-/// The sum of two matrices by the first so many coordinates.
-fn total(pool: &mut Pool, visible: usize, parts: [Option<&Rows>; 2]) -> Rows {
-    let nothing = || vec![vec![pool.zero(); visible]; visible];
-    let [first, second] = parts.map(|rows| rows.map_or_else(&nothing, |rows| beginning(&rows[..visible], visible)));
-    added(pool, &first, &second)
-}
-
-fn vanish(rows: &Rows) -> bool {
-    rows.iter().flatten().all(|e| e.is_zero())
-}
-
-/// Gauss-Jordan elimination in symbols with pivots in given columns, in that order; the rows come in the order of the pivots.
-fn eliminate(pool: &mut Pool, mut rows: Rows, columns: &[usize]) -> Option<Rows> {
-    for (at, column) in columns.iter().enumerate() {
-        let found = (at..rows.len()).find(|row| !is_zero(pool, rows[*row][*column]))?;
-        rows.swap(at, found);
-        clear_column(pool, &mut rows, at, *column);
-    }
-    Some(rows)
-}
-
 /// The conditions at a point, in symbols.
 struct Conditions {
     /// Of constraints and of conditions: the coefficients of the velocities, then those of the coordinates.
@@ -336,11 +186,7 @@ impl Conditions {
             rows.push(own);
         }
         let constraints = rows.len();
-        let mut place = Substitution::default();
-        for (i, own) in model.coordinates.iter().enumerate().take(visible) {
-            place.insert(own.symbol, point[i]);
-            place.insert(own.velocity, model.rates.get(i).map_or(zero, |rate| rate.symbolic));
-        }
+        let place = place(model, pool, &point[..visible]);
         for own in &model.rolling {
             let here = pool.substitute_one(own.expression, &place);
             let valued = pool.substitute_one(here, &known_values(model));
@@ -378,20 +224,84 @@ impl Conditions {
     }
 }
 
+/// The multipliers μ of conditions that hold a model at an equilibrium or in a steady motion which is given in full, one a condition, where forces act there:
+/// those on the coordinates are Aᵀμ. `None` where no forces act, others are left, or constraints are there as well.
+pub(super) fn reactions(model: &mut Model, assembly: &Assembly) -> Option<Vec<ExprId>> {
+    if model.rolling.is_empty() || !model.constraints.is_empty() {
+        return None;
+    }
+    let point: Option<Vec<ExprId>> = model.equilibria.iter().map(|given| given.map(|given| given.symbolic)).collect();
+    let point = point?;
+    let (mut pool, forces) = symbolic::forces(model, assembly, &point, &Substitution::default())?;
+    let (place, velocities) = (place(model, &pool, &point), model.coordinates.iter().map(|own| own.velocity));
+    let velocities: Vec<Symbol> = velocities.collect();
+    let mut rows: Rows = vec![Vec::new(); point.len()];
+    for own in &model.rolling {
+        let slopes = pool.gradient(own.expression, &velocities);
+        let slopes = pool.substitute(&slopes, &place);
+        rows.iter_mut().zip(slopes).for_each(|(row, slope)| row.push(slope));
+    }
+    for (row, i) in rows.iter_mut().zip(0..) {
+        row.push(forces.get(&i).copied().unwrap_or(pool.zero()));
+    }
+    let count = model.rolling.len();
+    let solved = eliminate(&mut pool, rows, &(0..count).collect::<Vec<_>>())?;
+    let known = known_values(model);
+    let is_none = |pool: &mut Pool, e: ExprId| {
+        let valued = pool.substitute_one(e, &known);
+        is_zero(pool, e) || is_zero(pool, valued)
+    };
+    let last = |row: &Vec<ExprId>| row.last().copied();
+    let multipliers: Vec<ExprId> = solved.iter().take(count).filter_map(last).collect();
+    let held = solved.iter().skip(count).filter_map(last).all(|rest| is_none(&mut pool, rest));
+    let acts = multipliers.iter().any(|own| !is_none(&mut pool, *own));
+    model.pool = pool;
+    (held && acts).then_some(multipliers)
+}
+
+/// -Σ μ ∂A/∂q: what the directions of reactions add to the stiffness.
+fn bent(model: &Model, pool: &mut Pool, point: &[ExprId], reactions: &[ExprId]) -> Option<Rows> {
+    let coordinates: Vec<Symbol> = model.coordinates.iter().take(point.len()).map(|own| own.symbol).collect();
+    let place = place(model, pool, point);
+    let mut rows: Rows = vec![vec![pool.zero(); point.len()]; point.len()];
+    for (own, reaction) in model.rolling.iter().zip(reactions) {
+        for (row, coordinate) in rows.iter_mut().zip(model.coordinates.iter()) {
+            let slope = pool.diff(own.expression, coordinate.velocity);
+            let slopes = pool.gradient(slope, &coordinates);
+            for (entry, slope) in row.iter_mut().zip(pool.substitute(&slopes, &place)) {
+                let share = pool.mul(*reaction, slope);
+                *entry = pool.sub(*entry, share);
+            }
+        }
+    }
+    (!reactions.is_empty()).then_some(rows)
+}
+
+/// A point, and the rates there.
+fn place(model: &Model, pool: &Pool, point: &[ExprId]) -> Substitution {
+    let mut place = Substitution::default();
+    for ((own, at), rate) in model.coordinates.iter().zip(point).zip(model.rates.iter()) {
+        place.insert(own.symbol, *at);
+        place.insert(own.velocity, rate.map_or(pool.zero(), |rate| rate.symbolic));
+    }
+    place
+}
+
 impl SymbolicRolling {
     /// The linearised model at a point of expressions, from its matrices with multipliers of constraints; `at` is the point where
-    /// these hold coordinates.
+    /// these hold coordinates, and `reactions` are the multipliers of conditions there, none where these exert no force.
     pub(super) fn new(
         model: &Model,
         whole: &mut SymbolicMatrices,
         point: &[ExprId],
         at: &[Ball],
-        visible: usize,
+        (visible, reactions): (usize, &[ExprId]),
     ) -> Result<Self, LinearizeError> {
         let SymbolicMatrices { pool, mass, stiffness: whole, gyroscopic, damping, circulatory, .. } = whole;
         let span = model.rolling.first().map(|own| own.span).unwrap_or_default();
         let refused = |reason| LinearizeError::RollingNotCovered { reason, span };
         let conditions = Conditions::new(model, pool, point, whole, visible)?;
+        let bent = bent(model, pool, &point[..visible], reactions);
         let dependent = || refused("they depend on each other there");
         let bound = conditions.choose(model, pool, whole, at).ok_or_else(dependent)?;
         let free: Vec<usize> = (0..visible).filter(|i| !bound.contains(i)).collect();
@@ -405,7 +315,6 @@ impl SymbolicRolling {
         let gamma = part(&bound);
         let (own, through) = (part(&free), product(pool, &gamma, &slopes));
         let beta = added(pool, &own, &through);
-
         // Z and W as rows of all coordinates.
         let (zero, one) = (pool.zero(), pool.one());
         let unit = |of: &[usize], i: usize| of.iter().map(|own| if *own == i { one } else { zero }).collect();
@@ -414,14 +323,15 @@ impl SymbolicRolling {
             .collect();
         let others: Rows = (0..visible).map(|i| unit(&bound, i)).collect();
         let back = transposed(&directions);
-        let mut both = |parts: [Option<&Rows>; 2]| {
+        let both = |pool: &mut Pool, parts: [Option<&Rows>; 2]| {
             let matrix = total(pool, visible, parts);
             let image = product(pool, &back, &matrix);
             (product(pool, &image, &directions), product(pool, &image, &others))
         };
-        let (mass, p) = both([Some(mass), None]);
-        let (velocity, q) = both([gyroscopic.as_ref(), damping.as_ref()]);
-        let (stiffness, r) = both([Some(whole), circulatory.as_ref()]);
+        let (mass, p) = both(pool, [Some(mass), None]);
+        let (velocity, q) = both(pool, [gyroscopic.as_ref(), damping.as_ref()]);
+        let bent = total(pool, visible, [circulatory.as_ref(), bent.as_ref()]);
+        let (stiffness, r) = both(pool, [Some(whole), Some(&bent)]);
 
         let p_gamma = product(pool, &p, &gamma);
         let velocity = minus(pool, &velocity, &p, &beta);
@@ -477,7 +387,8 @@ impl SymbolicRolling {
             .collect();
         let matrices = parts(pool, mass, &velocity, &stiffness);
         let gradients = beginning(&conditions.rows, visible);
-        Ok(Self { free: left, first, bound: others, drift, moved, matrices, gradients, directions, shifts })
+        let (free, bound, reactions) = (left, others, reactions.to_vec());
+        Ok(Self { free, first, bound, drift, moved, matrices, gradients, directions, reactions, shifts })
     }
 }
 
@@ -507,7 +418,7 @@ impl Rolling {
         model: &mut Model,
         assembly: &Assembly,
         equilibrium: &Equilibrium,
-        visible: usize,
+        (visible, reactions): (usize, &[ExprId]),
     ) -> Result<Self, LinearizeError> {
         let span = model.rolling.first().map(|own| own.span).unwrap_or_default();
         let refused = |reason| LinearizeError::RollingNotCovered { reason, span };
@@ -520,7 +431,7 @@ impl Rolling {
             point[i] = pool.symbol_expr(own.symbol);
         }
         let mut whole = matrices_at(model, pool, assembly, &point);
-        let symbolic = SymbolicRolling::new(model, &mut whole, &point, &equilibrium.values, visible)?;
+        let symbolic = SymbolicRolling::new(model, &mut whole, &point, &equilibrium.values, (visible, reactions))?;
         let slopes = symbolic.bound.iter().flat_map(|i| &symbolic.directions[*i]);
         let all = symbolic.matrices.iter().flatten().flatten().flatten().chain(slopes);
         let all = all.chain(symbolic.drift.iter().flatten()).chain(symbolic.shifts.iter().flatten());
@@ -659,102 +570,5 @@ impl Rolling {
         let held = |i: usize| both.clone().any(|rows| rows.iter().any(|row| !row[i].is_zero()));
         let unit = |i: usize| (0..n).map(|j| if i == j { Ball::ONE } else { Ball::ZERO }).collect();
         (0..n).filter(|i| !held(*i)).map(unit).collect()
-    }
-}
-
-/// M, G, C, K and N: what of D and S is symmetric and what is not.
-fn parts(pool: &mut Pool, mass: Rows, velocity: &Rows, stiffness: &Rows) -> [Option<Rows>; 5] {
-    let mut split = |rows: &Rows| {
-        let mirrored = transposed(rows);
-        let opposite = scaled(pool, &mirrored, -1);
-        [&mirrored, &opposite].map(|other| {
-            let sum = added(pool, rows, other);
-            let half = pool.number(crate::number::Number::half());
-            let all: Rows = sum.iter().map(|row| row.iter().map(|e| pool.mul(half, *e)).collect()).collect();
-            all
-        })
-    };
-    let [damping, gyroscopic] = split(velocity);
-    let [stiffness, circulatory] = split(stiffness);
-    let there = |rows: Rows| (!vanish(&rows)).then_some(rows);
-    [Some(mass), there(gyroscopic), there(damping), Some(stiffness), there(circulatory)]
-}
-
-/// How many of the conditions, constraints included, no function of the coordinates gives: the rank of the Lie brackets of the
-/// allowed velocities beyond these, at random points.
-fn not_integrable(model: &Model, pool: &mut Pool, bound: &[usize], visible: usize) -> Option<usize> {
-    let coordinates: Vec<Symbol> = model.coordinates.iter().take(visible).map(|own| own.symbol).collect();
-    let velocities: Vec<Symbol> = model.coordinates.iter().take(visible).map(|own| own.velocity).collect();
-    let mut rows: Rows = Vec::new();
-    for own in &model.constraints {
-        rows.push(pool.gradient(own.expression, &coordinates));
-    }
-    rows.truncate(bound.len() - model.rolling.len());
-    for own in &model.rolling {
-        rows.push(pool.gradient(own.expression, &velocities));
-    }
-    let free: Vec<usize> = (0..visible).filter(|i| !bound.contains(i)).collect();
-    let constraints = rows.len() - model.rolling.len();
-    for (at, row) in rows.iter_mut().enumerate() {
-        let rest = at.checked_sub(constraints).map(|at| model.at_rest(pool, model.rolling[at].expression));
-        row.push(rest.unwrap_or(pool.zero()));
-    }
-    let rows = eliminate(pool, rows, bound)?;
-    let speeds = |pool: &mut Pool, i: usize| -> Vec<ExprId> { rows.iter().map(|row| pool.neg(row[i])).collect() };
-    let mut fields: Vec<Field> = free.iter().map(|i| Field { free: Some(*i), speeds: speeds(pool, *i) }).collect();
-    let rest = speeds(pool, visible);
-    if rest.iter().any(|e| !is_zero(pool, *e)) {
-        fields.push(Field { free: None, speeds: rest });
-    }
-    let bound: Vec<Symbol> = bound.iter().map(|i| coordinates[*i]).collect();
-    let bracket = |pool: &mut Pool, x: &Field, y: &Field| -> Field {
-        let component = |k: usize| {
-            let forth = x.along(pool, &coordinates, &bound, y.speeds[k]);
-            let back = y.along(pool, &coordinates, &bound, x.speeds[k]);
-            pool.sub(forth, back)
-        };
-        Field { free: None, speeds: (0..bound.len()).map(component).collect() }
-    };
-    // Of fields that are independent of each other and of those allowed.
-    let (mut samples, mut rank) = (Elimination::default(), 0);
-    let mut last: Vec<Field> = Vec::new();
-    let mut brackets: Vec<Field> = Vec::new();
-    for (at, x) in fields.iter().enumerate() {
-        brackets.extend(fields[at + 1..].iter().map(|y| bracket(pool, x, y)));
-    }
-    loop {
-        for field in brackets.drain(..) {
-            let residues = (0..).zip(pool.evaluate_at_random(&field.speeds, 3)?);
-            if samples.add(residues.filter(|(_, value)| *value != 0).collect())? {
-                rank += 1;
-                last.push(field);
-            }
-        }
-        if rank == bound.len() || last.is_empty() {
-            return Some(rank);
-        }
-        for field in std::mem::take(&mut last) {
-            brackets.extend(fields.iter().map(|own| bracket(pool, own, &field)));
-        }
-    }
-}
-
-/// A field of allowed velocities, or a Lie bracket of such.
-struct Field {
-    /// The free coordinate whose velocity is 1, if any; those of all others are 0.
-    free: Option<usize>,
-    /// The velocities of the bound coordinates.
-    speeds: Vec<ExprId>,
-}
-
-impl Field {
-    /// The derivative of an expression along it.
-    fn along(&self, pool: &mut Pool, coordinates: &[Symbol], bound: &[Symbol], e: ExprId) -> ExprId {
-        let mut parts: Vec<ExprId> = self.free.iter().map(|i| pool.diff(e, coordinates[*i])).collect();
-        for (own, speed) in bound.iter().zip(&self.speeds) {
-            let slope = pool.diff(e, *own);
-            parts.push(pool.mul(*speed, slope));
-        }
-        pool.sum(&parts)
     }
 }

@@ -1,0 +1,166 @@
+//! Conditions on velocities that are relations of the coordinates.
+//!
+//! Those whose coefficients are gradients as they stand are integrated. How many of the others no function of the coordinates gives is
+//! told by the Lie brackets of the fields of allowed velocities (Frobenius). *Nothing is multiplied by a factor to be a gradient.*
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+
+use super::elimination::Elimination;
+use super::rows::{Rows, eliminate, is_zero};
+use crate::expr::{Exponentials, ExprId, Pool, Substitution, Symbol};
+use crate::model::{Constraint, Model, SymbolKind};
+use crate::number::Number;
+
+/// Conditions whose coefficients are the gradient of a function, integrated: relations of the coordinates that hold where the search
+/// starts. The others are left as they are, and those whose integral is not known.
+#[must_use]
+pub fn integrated(model: &Model) -> Cow<'_, Model> {
+    if model.rolling.is_empty() {
+        return Cow::Borrowed(model);
+    }
+    let mut model = model.clone();
+    let driven: Vec<bool> = model.with_pool(|model, pool| {
+        model.rolling.iter().map(|own| !model.at_rest(pool, own.expression).is_zero()).collect()
+    });
+    for (own, driven) in std::mem::take(&mut model.rolling).into_iter().zip(driven) {
+        let rows = coefficients(&mut model, own.expression);
+        match if driven { None } else { integral(&mut model, &rows) } {
+            Some(expression) => model.constraints.push(Constraint { expression, span: own.span }),
+            None => model.rolling.push(own),
+        }
+    }
+    Cow::Owned(model)
+}
+
+/// The function with these derivatives that is 0 where the search starts: along a path from there, one coordinate after the other.
+fn integral(model: &mut Model, rows: &[(usize, ExprId)]) -> Option<ExprId> {
+    let timed = |symbol| matches!(model.symbols.get(symbol), Some(SymbolKind::Velocity(_) | SymbolKind::Time));
+    if rows.iter().any(|(_, e)| model.pool.depends_on(*e, &timed)) {
+        return None;
+    }
+    let slopes: Vec<ExprId> = rows.iter().map(|(_, slope)| *slope).collect();
+    for symbol in model.pool.symbols_of(&slopes) {
+        let Some(SymbolKind::Coordinate(number)) = model.symbols.get(symbol) else { continue };
+        let other = rows.iter().find(|(i, _)| *i == number).map_or(model.pool.zero(), |(_, slope)| *slope);
+        for (i, slope) in rows {
+            let forth = model.pool.diff(*slope, symbol);
+            let back = model.pool.diff(other, model.coordinates.at(*i).symbol);
+            let difference = model.pool.sub(forth, back);
+            if !is_zero(&model.pool, difference) {
+                return None;
+            }
+        }
+    }
+    let places: Vec<(Symbol, ExprId)> = rows
+        .iter()
+        .map(|(i, _)| {
+            let stated = model.equilibria.get(*i).or_else(|| model.guesses.get(*i));
+            (model.coordinates.at(*i).symbol, stated.map_or(model.pool.zero(), |stated| stated.symbolic))
+        })
+        .collect();
+    let mut terms = Vec::with_capacity(rows.len());
+    for (at, ((_, slope), (symbol, start))) in rows.iter().zip(&places).enumerate() {
+        let pool = &mut model.pool;
+        let later: Substitution = places[at + 1..].iter().copied().collect();
+        let slope = pool.substitute_one(*slope, &later);
+        let own = pool.symbol_expr(*symbol);
+        let function = Exponentials::of(pool, slope, *symbol).ok()?;
+        let numbers = function.rates().into_iter();
+        let numbers: BTreeMap<ExprId, Option<bool>> =
+            numbers.map(|rate| (rate, pool.as_number(rate).map(Number::is_zero))).collect();
+        let vanishes = |rate| numbers.get(&rate).copied().unwrap_or(Some(true));
+        terms.push(function.integral(pool, [*start, own], vanishes).ok()?);
+    }
+    Some(model.pool.sum(&terms))
+}
+
+/// The coefficients of the velocities in a condition, by coordinate.
+fn coefficients(model: &mut Model, condition: ExprId) -> Vec<(usize, ExprId)> {
+    let Model { pool, symbols, .. } = model;
+    let number = |symbol| match symbols.get(symbol) {
+        Some(SymbolKind::Velocity(number)) => Some(number),
+        _ => None,
+    };
+    let slopes = pool.slopes(condition, |symbol| number(symbol).is_some());
+    slopes.into_iter().filter_map(|(symbol, slope)| Some((number(symbol)?, slope))).collect()
+}
+
+/// How many of the conditions, constraints included, no function of the coordinates gives: the rank of the Lie brackets of the
+/// allowed velocities beyond these, at random points.
+pub(super) fn not_integrable(model: &Model, pool: &mut Pool, bound: &[usize], visible: usize) -> Option<usize> {
+    let coordinates: Vec<Symbol> = model.coordinates.iter().take(visible).map(|own| own.symbol).collect();
+    let velocities: Vec<Symbol> = model.coordinates.iter().take(visible).map(|own| own.velocity).collect();
+    let mut rows: Rows = Vec::new();
+    for own in &model.constraints {
+        rows.push(pool.gradient(own.expression, &coordinates));
+    }
+    rows.truncate(bound.len() - model.rolling.len());
+    for own in &model.rolling {
+        rows.push(pool.gradient(own.expression, &velocities));
+    }
+    let free: Vec<usize> = (0..visible).filter(|i| !bound.contains(i)).collect();
+    let constraints = rows.len() - model.rolling.len();
+    for (at, row) in rows.iter_mut().enumerate() {
+        let rest = at.checked_sub(constraints).map(|at| model.at_rest(pool, model.rolling[at].expression));
+        row.push(rest.unwrap_or(pool.zero()));
+    }
+    let rows = eliminate(pool, rows, bound)?;
+    let speeds = |pool: &mut Pool, i: usize| -> Vec<ExprId> { rows.iter().map(|row| pool.neg(row[i])).collect() };
+    let mut fields: Vec<Field> = free.iter().map(|i| Field { free: Some(*i), speeds: speeds(pool, *i) }).collect();
+    let rest = speeds(pool, visible);
+    if rest.iter().any(|e| !is_zero(pool, *e)) {
+        fields.push(Field { free: None, speeds: rest });
+    }
+    let bound: Vec<Symbol> = bound.iter().map(|i| coordinates[*i]).collect();
+    let bracket = |pool: &mut Pool, x: &Field, y: &Field| -> Field {
+        let component = |k: usize| {
+            let forth = x.along(pool, &coordinates, &bound, y.speeds[k]);
+            let back = y.along(pool, &coordinates, &bound, x.speeds[k]);
+            pool.sub(forth, back)
+        };
+        Field { free: None, speeds: (0..bound.len()).map(component).collect() }
+    };
+    // Of fields that are independent of each other and of those allowed.
+    let (mut samples, mut rank) = (Elimination::default(), 0);
+    let mut last: Vec<Field> = Vec::new();
+    let mut brackets: Vec<Field> = Vec::new();
+    for (at, x) in fields.iter().enumerate() {
+        brackets.extend(fields[at + 1..].iter().map(|y| bracket(pool, x, y)));
+    }
+    loop {
+        for field in brackets.drain(..) {
+            let residues = (0..).zip(pool.evaluate_at_random(&field.speeds, 3)?);
+            if samples.add(residues.filter(|(_, value)| *value != 0).collect())? {
+                rank += 1;
+                last.push(field);
+            }
+        }
+        if rank == bound.len() || last.is_empty() {
+            return Some(rank);
+        }
+        for field in std::mem::take(&mut last) {
+            brackets.extend(fields.iter().map(|own| bracket(pool, own, &field)));
+        }
+    }
+}
+
+/// A field of allowed velocities, or a Lie bracket of such.
+struct Field {
+    /// The free coordinate whose velocity is 1, if any; those of all others are 0.
+    free: Option<usize>,
+    /// The velocities of the bound coordinates.
+    speeds: Vec<ExprId>,
+}
+
+impl Field {
+    /// The derivative of an expression along it.
+    fn along(&self, pool: &mut Pool, coordinates: &[Symbol], bound: &[Symbol], e: ExprId) -> ExprId {
+        let mut parts: Vec<ExprId> = self.free.iter().map(|i| pool.diff(e, coordinates[*i])).collect();
+        for (own, speed) in bound.iter().zip(&self.speeds) {
+            let slope = pool.diff(e, *own);
+            parts.push(pool.mul(*speed, slope));
+        }
+        pool.sum(&parts)
+    }
+}
