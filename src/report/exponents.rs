@@ -22,9 +22,10 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
     };
     let pool = &mut derivation.pool.clone();
     let zero = pool.zero();
-    let free = |letters| free(names, letters);
-    let s = free(["s", "lambda", "sigma"]);
-    if !linear.is_conservative() {
+    let s = free(names, ["s", "lambda", "sigma"]);
+    // Of conservative models frequencies say as much, unless one asks.
+    let asked = |chapter: &str| !linear.is_conservative() || names.only.is_some() && names.shows(chapter);
+    if asked("characteristic") || asked("exponents") {
         let all = own.characteristic.as_ref().filter(|_| names.shows("characteristic"));
         if let Some(equation) = all.map(|all| characteristic_text(derivation, all, s)) {
             let is_long = equation.len() > MOST_CHARACTERS;
@@ -35,8 +36,9 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
             };
             parts.push(section(title, Some(equation).filter(|_| !is_long)));
         }
-        let undamped = linear.damping.is_none() && own.exponents.iter().all(|own| own.real == zero);
-        let omega = free(["omega", "w", "Omega"]);
+        let only = linear.is_conservative() && asked("exponents");
+        let undamped = !only && linear.damping.is_none() && own.exponents.iter().all(|own| own.real == zero);
+        let omega = free(names, ["omega", "w", "Omega"]);
         // Of a conjugate pair the one with the positive imaginary part comes first.
         let shown = names.shows(if undamped { "frequencies" } else { "exponents" });
         let mut lines = Vec::new();
@@ -108,7 +110,7 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
         } else {
             parts.push(section("conditions of stability, too long for a page, are in the JSON", []));
         }
-    } else if !linear.is_conservative() && !only_zeros {
+    } else if asked("stability") && !only_zeros {
         parts.push(section(&format!("stable{with}{always}"), []));
     }
     parts

@@ -239,3 +239,16 @@ fn a_chain_of_ten_has_its_characteristic_polynomial() {
     }
     assert_eq!(found.len(), 21);
 }
+
+/// Whoever asks for the polynomial of a conservative model gets it, and whether it is stable.
+#[test]
+fn chapters_that_are_asked_for_are_there() {
+    let only = ["characteristic", "exponents", "stability"].map(str::to_owned);
+    let model = model("param m, k coord x T = 1/2*m*x'^2 V = 1/2*k*x^2");
+    let mut derivation = derive(&model, &Parts::of(&only)).unwrap();
+    derivation.only = Some(only.to_vec());
+    let page = derive_text(&derivation, &Style::default());
+    for part in ["m s² + k = 0", ", and its conjugate", "k > 0"] {
+        assert!(page.contains(part), "{part}\n\n{page}");
+    }
+}
