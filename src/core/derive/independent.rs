@@ -17,6 +17,10 @@ use crate::linearize::{self, LinearizeError, Linearized};
 use crate::model::{Local, Model, TermFamily};
 use crate::number::Number;
 
+/// Why no oscillations are found.
+const NOWHERE: &str =
+    "no equilibrium is found without their forces; where they carry a load, give every coordinate with `equilibrium`";
+
 /// Larger equations are not reduced.
 const MOST_PARTS: usize = 3000;
 /// Divisors are tried to this power: that of slopes, twice in M, and once more in their rates.
@@ -405,7 +409,14 @@ pub fn linearized(model: Model) -> Result<Linearized, LinearizeError> {
                 | LinearizeError::RateNotKept { .. }
         );
         let reduced = if own { in_independent_coordinates(&model) } else { None };
-        reduced.and_then(|reduced| linearize::linearize(reduced).ok()).ok_or(error)
+        reduced.and_then(|reduced| linearize::linearize(reduced).ok()).ok_or_else(|| match error {
+            // Conditions may carry what no place is free of.
+            LinearizeError::NoEquilibrium { .. } | LinearizeError::EquilibriumNotFound { .. } => {
+                let span = model.rolling.first().map(|own| own.span).unwrap_or_default();
+                LinearizeError::RollingNotCovered { reason: NOWHERE, span }
+            }
+            error => error,
+        })
     })
 }
 
