@@ -166,7 +166,9 @@ pub mod model {
 /// The equilibrium, and the matrices there, in symbols and in numbers with bounds. In full: [`librate_core::linearize`].
 #[cfg(feature = "engine")]
 pub mod linearize {
-    pub use librate_core::linearize::{LinearizeError, Linearized, Structure, check_size, constant, linearize};
+    pub use librate_core::linearize::{
+        Feature, LinearizeError, Linearized, Structure, check_size, constant, linearize,
+    };
 }
 
 /// What is wanted of the modes, and what they are called. In full: [`librate_core::modes`].

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use anstream::AutoStream;
 use librate::diagnostic::Diagnostic;
-use librate::linearize::{Linearized, linearize};
+use librate::linearize::{Feature, LinearizeError, Linearized, linearize};
 use librate::model::Model;
 use librate::motion::{self, Enclosed, MotionError, Start, System, Times, Trajectory};
 use librate::precision::Ball;
@@ -35,6 +35,9 @@ pub(super) fn text(args: &args::Motion, format: MessageFormat) -> Result<Answer,
         };
         let at_once = times.at_once(2 * model.coordinates.len() + 1);
         let linearized = if args.linear {
+            if let Some(own) = model.rolling.first() {
+                return Err(LinearizeError::Unsupported { feature: Feature::Rolling, span: own.span }.into());
+            }
             let linearized = linearize(model.clone())?;
             linearized.check_inertia()?;
             Some(linearized)

@@ -315,6 +315,25 @@ fn a_disc_rolls() {
     }
 }
 
+/// What the conditions leave of a steady motion is where a motion starts: a bicycle rides on, a disc leans in its circle.
+#[test]
+fn steady_rolling_goes_on() {
+    for (name, still) in [("bicycle", "phi"), ("disc_in_circle", "theta")] {
+        let model = load(Path::new(&format!("models/rolling/{name}.lag")));
+        let system = System::new(&model).unwrap();
+        let linearized = Start::linearized(&model, false).unwrap();
+        let from = Start::parse("x=0", &model, linearized.as_ref(), &system).unwrap();
+        let names: Vec<String> = model.coordinates.names().collect();
+        let still = names.iter().position(|own| own == still).unwrap();
+        let found = system.motion(&from, &times("1", 2)).unwrap();
+        let [first, last] = [0, 1].map(|row| found.rows[row][still].mid_f64());
+        assert!((last - first).abs() < 1e-12, "{name}: {first} {last}");
+        // It moves on all the same.
+        assert!(from.velocities.iter().any(|own| own.mid_f64().abs() > 1.0), "{name}");
+        assert!(from.velocities.iter().all(|own| own.mid_f64() == 0.0 || own.mid_f64().abs() > 1e-20), "{name}");
+    }
+}
+
 /// Turned against its sense it rattles and turns back, else it goes on (A. Garcia and M. Hubbard, Proceedings of the Royal Society A 418
 /// (1988) 165).
 #[test]

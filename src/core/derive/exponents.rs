@@ -216,7 +216,9 @@ impl Factored {
         }
         let rows = (0..linear.mass.len()).map(|i| (0..linear.mass.len()).map(|j| linear.entry(pool, i, j)).collect());
         let rows: Matrix = rows.collect();
-        let few = linear.is_conservative() && rows.len() <= MOST_COORDINATES;
+        // Of conservative models it is known whether there is a symmetry, and few coordinates need none.
+        let symmetric = linear.frequencies.as_ref().is_none_or(|own| own.best().symmetry.is_some());
+        let few = linear.is_conservative() && (rows.len() <= MOST_COORDINATES || !symmetric);
         let blocks = if few { None } else { by_symmetry(pool, linear, &rows) };
         let (mut expanded, mut symbols) = (Vec::new(), 0);
         let mut known = known(checker, pool, linear);

@@ -252,7 +252,10 @@ fn normalise(entry: &mut Exponent, mass: &[Ball]) {
 
 fn mode(linearized: &Linearized, entry: Exponent) -> NormalMode {
     let own = carried(linearized, &entry);
-    let own = own.unwrap_or_else(|| shape(linearized, &entry.vector, entry.vector_error_bound));
+    let own = own.unwrap_or_else(|| {
+        let own = shape(linearized, &entry.vector, entry.vector_error_bound);
+        if linearized.drift().is_some() { of_length_one(linearized, own) } else { own }
+    });
     let Shape { real, imaginary, bound } = own;
     let numbers = (entry.omega_squared, entry.omega, entry.growth);
     let plain = NormalMode::new(entry.kind, numbers, (real, bound), entry.cluster);
@@ -291,6 +294,24 @@ fn carried(linearized: &Linearized, entry: &Exponent) -> Option<Shape> {
     let bound = all.iter().map(|x| x.radius().to_f64()).fold(0.0, f64::max).next_up();
     let (real, imaginary) = all.iter().map(Complex::to_c64).map(|x| (x.re, x.im)).unzip();
     Some(turned(real, imaginary, bound))
+}
+
+/// A shape with xᴴMx = 1 for all coordinates, those of first order too.
+fn of_length_one(linearized: &Linearized, own: Shape) -> Shape {
+    let whole = linearized.with_multipliers();
+    let part = |of: &[f64]| {
+        let part: Vec<Ball> = of.iter().map(|x| Ball::exact(*x).with_added_radius(own.bound)).collect();
+        quadratic_form(&whole.mass, whole.order, &part, ())
+    };
+    let inertia = part(&own.real) + part(&own.imaginary);
+    if !inertia.is_positive() {
+        return own;
+    }
+    let size = inertia.sqrt();
+    let scaled = |of: &[f64]| of.iter().map(|x| x / size.mid_f64()).collect();
+    let largest = own.real.iter().chain(&own.imaginary).fold(0.0_f64, |most, x| most.max(x.abs()));
+    let bound = (own.bound + largest * (size.radius / size.mid_f64() + 4.0 * f64::EPSILON)) / size.lower();
+    Shape { real: scaled(&own.real), imaginary: scaled(&own.imaginary), bound }
 }
 
 /// Real and imaginary parts in all coordinates.

@@ -157,21 +157,26 @@ impl Start {
     /// Newton steps for some coordinates, or velocities: of least length, or least in the metric of the masses.
     fn settle(&mut self, system: &System, rates: bool, free: &[usize], by_mass: bool) -> bool {
         let n = system.equations.coordinates;
-        let mut gap = f64::INFINITY;
+        let (mut gap, before) = (f64::INFINITY, self.clone());
         for _ in 0..MOST_STEPS {
             let place = Place::new(system, &self.positions, &self.velocities, rates, false);
             let Some(place) = place else { return false };
-            let mut sizes = vec![0.0_f64; place.gaps.len()];
+            // Of the parts of each constraint, and beside the largest number: where parts are 0, roundings of the others are left.
+            let largest = self.state(rates).iter().fold(0.0_f64, |most, x| most.max(x.mid_f64().abs()));
+            let mut sizes = vec![[0.0_f64; 2]; place.gaps.len()];
             for (a, i, slope) in &place.slopes {
-                let part = slope.mid_f64() * self.state(rates)[*i].mid_f64();
-                sizes[*a] = sizes[*a].max(part.abs());
+                let slope = slope.mid_f64().abs();
+                let parts = [slope * self.state(rates)[*i].mid_f64().abs(), slope * largest];
+                sizes[*a].iter_mut().zip(parts).for_each(|(size, part)| *size = size.max(part));
             }
-            let off = place.gaps.iter().zip(&sizes);
-            let off = off.fold(0.0_f64, |most, (gap, size)| {
-                let gap = gap.mid_f64().abs();
-                most.max(if gap > 0.0 { gap / size.max(f64::MIN_POSITIVE) } else { 0.0 })
+            let [off, rounding] = [0, 1].map(|which| {
+                place.gaps.iter().zip(&sizes).fold(0.0_f64, |most, (gap, size)| {
+                    let gap = gap.mid_f64().abs();
+                    most.max(if gap > 0.0 { gap / size[which].max(f64::MIN_POSITIVE) } else { 0.0 })
+                })
             });
-            if off <= 1e-30 || (off <= 1e-26 && off >= 0.5 * gap) {
+            if off <= 1e-30 || off >= 0.5 * gap && (off <= 1e-26 || rounding <= 1e-30) {
+                self.forget_roundings(&before, rates, free, largest);
                 return true;
             }
             gap = off;
@@ -203,6 +208,20 @@ impl Start {
             }
         }
         false
+    }
+
+    /// Puts back what moved by no more than roundings of the largest number leave.
+    fn forget_roundings(&mut self, before: &Self, rates: bool, free: &[usize], largest: f64) {
+        let n = self.positions.len();
+        for &at in free {
+            let old = before.state(rates)[at];
+            if (self.state(rates)[at] - old).mid_f64().abs() <= 1e-28 * largest {
+                let number = if rates { n + at } else { at };
+                self.known[number] = before.known[number].clone();
+                let state = if rates { &mut self.velocities } else { &mut self.positions };
+                state[at] = old;
+            }
+        }
     }
 
     /// Encloses the point of the constraints beside which Newton's steps ended; leaves open what can't be proved.
