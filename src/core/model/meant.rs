@@ -236,6 +236,14 @@ impl Compiler<'_> {
         if stem != name && self.entity(stem).is_some() {
             return None;
         }
+        // Nor is a slip of the pen declared: `h'` beside `th`.
+        let digits = |text: &str| text.chars().filter(char::is_ascii_digit).collect::<String>();
+        let is_slip = |own: &str| {
+            own.len().max(name.len()) > 1 && digits(own) == digits(name) && strsim::osa_distance(own, name) == 1
+        };
+        if self.world.names.keys().any(|own| is_slip(own)) {
+            return None;
+        }
         let moves = self.file.expressions.iter().any(|expr| {
             matches!(expr.kind, ExprKind::Prime(inner)
                 if matches!(&self.file.expr(inner).kind, ExprKind::Name(own) if *own == name))

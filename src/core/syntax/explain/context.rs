@@ -354,7 +354,13 @@ impl<'s> Context<'s> {
         let statement = self.statement;
         let naming = self.part == Part::Name && self.enclosures.is_empty();
         match found.kind {
-            TokenKind::Plus if self.before_expects_operand() => Some(SyntaxError::UnaryPlus { span }),
+            // Behind `^` with a space behind it, it is the exponent that is missing.
+            TokenKind::Plus
+                if self.before_expects_operand()
+                    && (self.before.kind != TokenKind::Caret || self.after.is_some_and(|after| after.glued)) =>
+            {
+                Some(SyntaxError::UnaryPlus { span })
+            }
             TokenKind::PlusMinus => Some(SyntaxError::MisplacedUncertainty { span }),
             TokenKind::Text => Some(SyntaxError::MisplacedText { number: quoted_number(text), span }),
             TokenKind::Word | TokenKind::Number | TokenKind::Open => self.operand(found, naming),

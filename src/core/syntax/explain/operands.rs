@@ -176,8 +176,12 @@ impl Context<'_> {
         let fix = whole.as_ref().and_then(|(_, text)| fixes::short(text.clone()));
         let fix = fix.unwrap_or_else(|| format!("{left}*{right}"));
         let (place, text) = whole.unwrap_or_else(|| (Span::new(self.before.end, found.start), "*".to_owned()));
-        let is_certain =
-            is_factor && fixes::are_factors(self.source, Span::new(self.word.start, self.end), place.to(found.span()));
+        // Between two spaces an operator may be missing, before a number that of a power, and nobody writes 1 times something.
+        let is_plain =
+            found.start - self.before.end <= 1 && found.kind != TokenKind::Number && self.text(self.before) != "1";
+        let is_certain = is_factor
+            && is_plain
+            && fixes::are_factors(self.source, Span::new(self.word.start, self.end), place.to(found.span()));
         SyntaxError::MissingMultiplication { fix, place, text, is_certain, unit, span }
     }
 }
