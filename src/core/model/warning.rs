@@ -280,14 +280,18 @@ fn friction_without_velocity(file: &File, model: &Model) -> Option<Warning> {
     none.then_some(Warning::FrictionWithoutVelocity { span: file.expr(root).span })
 }
 
-/// The first coordinate or family that T depends on, but not on its velocity, or T itself if there are no velocities in it.
+/// The first coordinate or family that T depends on at rest, but not on its velocity, or T itself if there are no velocities in it.
 fn inertia_without_velocity(file: &File, model: &Model) -> Option<Warning> {
     let kinetic = |kind: &StatementKind| if let StatementKind::Kinetic(root) = kind { Some(*root) } else { None };
     let root = file.statements.iter().find_map(|statement| kinetic(&statement.kind))?;
     let [mut placed, mut moving] = [0, 1].map(|_| vec![false; model.coordinates.len()]);
+    let mut pool = model.pool.clone();
     for family in &model.kinetic {
-        mark(model, family, |local| local.coordinate, &mut placed);
-        mark(model, family, |local| local.velocity, &mut moving);
+        // What stands beside velocities alone, as in B x y', has a meaning.
+        let rest = pool.substitute_one(family.body, &family.at_rest(&pool));
+        let [rest, all] = [rest, family.body].map(|body| pool.symbols_of(&[body]));
+        mark(&rest, family, |local| local.coordinate, &mut placed);
+        mark(&all, family, |local| local.velocity, &mut moving);
     }
     let is_still = |at: &usize| placed[*at] && !moving[*at];
     let is_zero = matches!(file.expr(root).kind, ExprKind::Number("0"));
@@ -367,7 +371,7 @@ fn free_coordinates(model: &Model) -> Vec<Warning> {
     let mut bound = vec![false; model.coordinates.len()];
     let energies = model.kinetic.iter().chain(&model.potential);
     for family in energies.chain(&model.forces) {
-        mark(model, family, |local| local.coordinate, &mut bound);
+        mark(&model.pool.symbols_of(&[family.body]), family, |local| local.coordinate, &mut bound);
     }
     if !model.constraints.is_empty() || !model.rolling.is_empty() {
         // A constraint is a force as well.
@@ -396,8 +400,7 @@ fn free_coordinates(model: &Model) -> Vec<Warning> {
 }
 
 /// Marks the coordinates that a family of terms depends on by position, or whose velocities it depends on.
-fn mark(model: &Model, family: &TermFamily, of: impl Fn(&Local) -> Symbol, marked: &mut [bool]) {
-    let symbols = model.pool.symbols_of(&[family.body]);
+fn mark(symbols: &[Symbol], family: &TermFamily, of: impl Fn(&Local) -> Symbol, marked: &mut [bool]) {
     let width = family.locals.len();
     for (slot, local) in family.locals.iter().enumerate() {
         if symbols.binary_search(&of(local)).is_ok() {
