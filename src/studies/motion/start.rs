@@ -3,7 +3,7 @@
 use super::error::MotionError;
 use super::{System, table};
 use crate::source;
-use librate_core::derive::in_independent_coordinates;
+use librate_core::derive;
 use librate_core::expr::{ExprId, Pool, Tape};
 use librate_core::linearize::{self, LinearizeError, Linearized, Origin, evaluate_closed};
 use librate_core::model::{Constant, Given as Stated, Model, entries};
@@ -188,10 +188,9 @@ impl Start {
     /// one; a motion needs none: where there is none it is `None`, unless it is `needed`.
     ///
     /// # Errors
-    /// Those of [`linearize::linearize`] that leave nothing to start from, and coordinates without inertia.
+    /// Those of [`derive::linearized`] that leave nothing to start from, and coordinates without inertia.
     pub fn linearized(model: &Model, needed: bool) -> Result<Option<Linearized>, LinearizeError> {
-        let reduced = || linearize::linearize(in_independent_coordinates(model)?).ok();
-        match linearize::linearize(model.clone()).or_else(|error| reduced().ok_or(error)) {
+        match derive::linearized(model.clone()) {
             Ok(linearized) => linearized.check_inertia().map(|()| Some(linearized)),
             Err(
                 error @ (LinearizeError::MissingValue { .. }
