@@ -277,6 +277,12 @@ pub mod tracking {
     pub use librate_studies::tracking::branches;
 }
 
+/// Modes over a grid of one or two parameters. In full: [`librate_studies::grid`].
+#[cfg(feature = "engine")]
+pub mod grid {
+    pub use librate_studies::grid::{Grid, Nodes};
+}
+
 /// Charts of stability over two parameters. In full: [`librate_studies::chart`].
 #[cfg(feature = "engine")]
 pub mod chart {

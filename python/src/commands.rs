@@ -199,7 +199,7 @@ pub(crate) fn show(py: Python<'_>, model: &Model, digits_wanted: i64, lowest: Op
         // A derivation may fail where there are modes, and is left out then.
         let derivation = derive::derive(&model, &Parts::all()).ok();
         let (linearized, modes) = solved(job, model, &options)?;
-        let figure = figure::figure(&linearized);
+        let figure = figure::figure(&linearized, &[]);
         let text = report::show_html(&ShownPage {
             text: &job.source.page.text,
             linearized: &linearized,
@@ -207,6 +207,7 @@ pub(crate) fn show(py: Python<'_>, model: &Model, digits_wanted: i64, lowest: Op
             options: &options,
             figure: figure.as_ref(),
             derivation: derivation.as_ref(),
+            grid: None,
         });
         Ok(Written::drawn(text))
     })

@@ -160,11 +160,12 @@ const SHOW: &str = "\
 One HTML page that needs nothing else: the model, its modes in motion, their digits, and the derivation. Points are drawn where \
 the model has them: vectors whose velocities are used (`let r = [...]`), coordinates that are read as vectors (`coord r[1..N, 1..3]`), \
 and what is named x, y and z; rods are where distances can't change, springs where a term of V couples two points. Otherwise each \
-coordinate is a bar.";
+coordinate is a bar. With `--over` a slider moves a parameter: modes are followed by their shapes from one of its values to the next.";
 const SHOW_EXAMPLE: &str = "\
 Examples:
     librate show models/double_pendulum.lag -o page.html
-    librate show models/water.lag -o water.html";
+    librate show models/water.lag -o water.html
+    librate show models/double_pendulum.lag --over 'l[2]=0.3..3:9' -o l.html";
 const INERTIA: &str = "\
 Principal moments and axes of inertia, every printed digit right. FILE is one of three, recognised by
 the extension of its name (.lag, .csv, .stl) or else by its first bytes:
@@ -454,6 +455,9 @@ pub(crate) struct Show {
     /// Only the K lowest modes, in the order of `modes`
     #[arg(long, value_name = "K", value_parser = positive)]
     pub(crate) lowest: Option<usize>,
+    /// A slider that moves this parameter, once or twice; between its values modes are interpolated
+    #[arg(long, value_name = "NAME=a..b:count")]
+    pub(crate) over: Vec<String>,
     /// Significant digits of the frequencies, up to 250
     #[arg(long, value_name = "D", default_value = "10", value_parser = digits::<MOST_DIGITS>)]
     pub(crate) digits: usize,

@@ -4,16 +4,24 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
 
 use librate::derive::{self, Parts};
+use librate::figure::Figure;
+use librate::grid::{Grid, Nodes};
+use librate::linearize::Linearized;
+use librate::model::{Model, Range};
+use librate::oscillation::NormalModes;
 use librate::report::{self, Shown};
 use librate::{figure, modes};
 
 use super::input::Source;
 use super::output::{into_file, write_file};
-use super::{Answer, Failure, Loaded, Size, args, during, failed, load, solved, wrong_request};
+use super::threads::in_order;
+use super::{Answer, Failure, Loaded, Made, Size, args, during, failed, load, range, solved, wrong_request};
 use serde_json::Value;
 
 /// A page of more modes would be too long to look through.
 const MOST_MODES: usize = 200;
+/// So many numbers of shapes over a grid are about 400 kB.
+const MOST_NUMBERS: usize = 50_000;
 
 /// Loads the page again once there is another one.
 const LIVE: &str = "\
@@ -27,7 +35,7 @@ const LIVE: &str = "\
 ";
 
 pub(super) fn text(args: &args::Show) -> Result<Answer, Failure> {
-    let Loaded { mut source, model, mut warnings, .. } =
+    let Loaded { mut source, made, model, mut warnings } =
         load(&args.model, if args.lowest.is_some() { Size::Any } else { Size::Dense })?;
     let shown = args.lowest.unwrap_or(model.coordinates.len());
     if shown > MOST_MODES {
@@ -36,12 +44,20 @@ pub(super) fn text(args: &args::Show) -> Result<Answer, Failure> {
     }
     let mut options = modes::Options::default().digits(args.digits);
     options.lowest = args.lowest;
+    let nodes = nodes(args, &made, &model, &options)?;
     // A derivation may fail where there are modes, and is left out then.
     let work = || (derive::derive(&model, &Parts::all()).ok(), solved(model, &options));
     let (derivation, computed) = during(&args.model, "computing the modes", work);
     let (linearized, modes) = computed.map_err(|error| failed(&source, &warnings, error))?;
     warnings.extend(modes.warnings(&linearized));
-    let figure = figure::figure(&linearized);
+    let grid = match nodes {
+        Some(nodes) => Some(grid(args, &source, nodes, (&linearized, &modes))?),
+        None => None,
+    };
+    let figure = match &grid {
+        Some((_, figure)) => figure.clone(),
+        None => figure::figure(&linearized, &[]),
+    };
     let mut page = report::show_html(&Shown {
         text: &source.text,
         linearized: &linearized,
@@ -49,12 +65,70 @@ pub(super) fn text(args: &args::Show) -> Result<Answer, Failure> {
         options: &options,
         figure: figure.as_ref(),
         derivation: derivation.as_ref(),
+        grid: grid.as_ref().map(|(grid, _)| grid),
     });
     if let Some(file) = args.output.as_ref().filter(|_| args.live) {
         make_live(file, &mut page, &mut source)?;
     }
     into_file(args.output.as_deref(), &mut page, &mut source)?;
     Ok(Answer::new(page, Some((source, warnings))))
+}
+
+/// The grid that is asked for.
+fn nodes(args: &args::Show, made: &Made, model: &Model, options: &modes::Options) -> Result<Option<Nodes>, Failure> {
+    let help = "write `--over NAME=a..b:count` once or twice, for example `--over k=1..4:9`";
+    let ranges: Vec<Range> = args.over.iter().map(|text| range(text, help)).collect::<Result<_, _>>()?;
+    let (names, counts): (Vec<&str>, Vec<usize>) = ranges.iter().map(|own| (own.name(), own.len())).unzip();
+    match names[..] {
+        [] => return Ok(None),
+        [first, second] if first == second => {
+            return Err(wrong_request(format!("`{first}` can't have two sliders"), help));
+        }
+        [_] | [_, _] => {}
+        _ => return Err(wrong_request("a page has room for two sliders".to_owned(), help)),
+    }
+    let n = model.coordinates.len();
+    let numbers = counts.iter().fold(n * options.lowest.unwrap_or(n), |all, count| all.saturating_mul(*count));
+    if counts.contains(&1) || numbers > MOST_NUMBERS {
+        let message = format!(
+            "{} values are not for a slider",
+            counts.iter().map(usize::to_string).collect::<Vec<_>>().join(" x ")
+        );
+        let help = format!(
+            "of each parameter two at least; shapes of all modes at all of them are {numbers} numbers, and a page has room for {MOST_NUMBERS}"
+        );
+        return Err(wrong_request(message, &help));
+    }
+    let settings = made.settings.clone().with_points();
+    let made = Made { settings, ..made.clone() };
+    let nodes = Nodes::new(&made, model, &ranges, options).ok_or_else(|| {
+        let message = format!(
+            "{} can't be moved",
+            names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(" and ")
+        );
+        wrong_request(message, "name parameters of the model and ends that these can have")
+    })?;
+    Ok(Some(nodes))
+}
+
+/// The modes over the grid, and what moves with its parameters.
+fn grid(
+    args: &args::Show,
+    source: &Source,
+    nodes: Nodes,
+    own: (&Linearized, &NormalModes),
+) -> Result<(Grid, Option<Figure>), Failure> {
+    let mut places = Vec::with_capacity(nodes.count());
+    let place = || |at: usize| nodes.place(at);
+    in_order(None, nodes.count(), "computing the modes over the grid", place, |place| {
+        places.push(place);
+        args.model.guard.go_on(source)
+    })?;
+    let grid = nodes.followed(&places, own);
+    let names: Vec<&str> = grid.axes.iter().map(|axis| axis.name.as_str()).collect();
+    let first = places.iter().find_map(|place| place.result.as_ref().ok());
+    let figure = first.and_then(|(linearized, _)| figure::figure(linearized, &names));
+    Ok((grid, figure))
 }
 
 /// A page from a file may load scripts alone: one beside it says which page is the newest.

@@ -11,8 +11,9 @@ use super::{Exponent, counted, derive_html};
 use librate_core::derive::Derivation;
 use librate_core::linearize::Linearized;
 use librate_core::modes::Options;
-use librate_core::oscillation::NormalModes;
+use librate_core::oscillation::{NormalMode, NormalModes};
 use librate_studies::figure::{Figure, Link};
+use librate_studies::grid::{Axis, Grid, Node};
 
 const STYLE: &str = include_str!("show/page.css");
 const SCRIPT: &str = include_str!("show/page.js");
@@ -34,6 +35,8 @@ pub struct Shown<'a> {
     pub figure: Option<&'a Figure>,
     /// Its derivation, where there is one.
     pub derivation: Option<&'a Derivation>,
+    /// The modes over parameters that can be moved; these are inputs of the figure, too, behind the coordinates.
+    pub grid: Option<&'a Grid>,
 }
 
 /// The page as HTML. Without scripts it has the shapes as a still picture in place of moving ones.
@@ -51,7 +54,7 @@ pub fn show_html(shown: &Shown<'_>) -> String {
         modes.stability.as_str(),
     );
     if !modes.modes.is_empty() {
-        out.push_str(STAGE);
+        out.push_str(&STAGE.replace("SLIDERS", &shown.grid.map_or_else(String::new, sliders)));
         let _ = write!(out, "<div class=\"still\">\n{}</div>\n", modes_svg(linearized, modes));
         out.push_str(&table(shown));
     }
@@ -93,8 +96,25 @@ const STAGE: &str = "<div id=\"stage\">
 <label>amplitude <input id=\"size\" type=\"range\" min=\"0\" max=\"2\" step=\"0.02\" value=\"1\"></label>
 <label>speed <input id=\"speed\" type=\"range\" min=\"0.1\" max=\"4\" step=\"0.1\" value=\"1\"></label>
 </div>
-</div>
+SLIDERS</div>
 ";
+
+/// What moves parameters; without a value in the range it stands in the middle.
+fn sliders(grid: &Grid) -> String {
+    let mut out = String::from("<div class=\"controls\">\n");
+    for axis in &grid.axes {
+        let Axis { ends: [from, to], own, .. } = axis;
+        let unit = axis.unit.as_ref().map_or_else(String::new, |unit| format!(" {}", escaped(unit)));
+        let value = from + own.unwrap_or(0.5) * (to - from);
+        let _ = writeln!(
+            out,
+            "<label>{} <input data-axis type=\"range\" min=\"0\" max=\"1\" step=\"any\" value=\"{}\"> <output>{value}</output>{unit}</label>",
+            escaped(&axis.name),
+            own.unwrap_or(0.5),
+        );
+    }
+    out + "<button id=\"own\" type=\"button\" disabled>As in the model</button>\n</div>\n"
+}
 
 /// Text of several lines, not markup.
 fn lines_escaped(text: &str) -> String {
@@ -142,24 +162,47 @@ fn rough(value: f64) -> String {
     text.parse().map_or_else(|_| null(), number)
 }
 
+/// A mode as it is drawn, but for its caption.
+fn drawn(mode: &NormalMode) -> String {
+    let list = |parts: &[f64]| array(parts.iter().map(|part| rough(*part)));
+    let imaginary = if mode.imaginary.is_empty() { null() } else { list(&mode.imaginary) };
+    format!(
+        "\"kind\": \"{}\", \"omega\": {}, \"growth\": {}, \"shape\": {}, \"imaginary\": {imaginary}}}",
+        mode.kind.as_str(),
+        rough(mode.omega.mid_f64()),
+        rough(mode.growth.mid_f64()),
+        list(&mode.vector),
+    )
+}
+
+/// The nodes that sliders move between.
+fn nodes(grid: &Grid) -> String {
+    let axes = grid.axes.iter().map(|axis| {
+        let pair = |ends: [f64; 2]| array(ends.into_iter().map(number));
+        let own = axis.own.map_or_else(null, number);
+        let (ends, si) = (pair(axis.ends), pair(axis.ends_si));
+        let name = string(&axis.name);
+        format!("{{\"name\": {name}, \"count\": {}, \"ends\": {ends}, \"si\": {si}, \"own\": {own}}}", axis.count)
+    });
+    let node = |node: &Option<Node>| {
+        node.as_ref().map_or_else(null, |node| {
+            let modes =
+                node.modes.iter().map(|mode| mode.as_ref().map_or_else(null, |mode| format!("{{{}", drawn(mode))));
+            let equilibrium = array(node.equilibrium.iter().map(|value| rough(*value)));
+            format!("{{\"equilibrium\": {equilibrium}, \"modes\": {}}}", array(modes))
+        })
+    };
+    format!("{{\"axes\": {}, \"nodes\": {}}}", array(axes), array(grid.nodes.iter().map(node)))
+}
+
 /// What the script draws.
 fn data(shown: &Shown<'_>) -> String {
     let Shown { linearized, modes, figure, .. } = shown;
     let model = linearized.model();
-    let drawn = modes.modes.iter().zip(1..).map(|(mode, at)| {
-        let imaginary = match mode.imaginary.as_slice() {
-            [] => null(),
-            parts => array(parts.iter().map(|part| rough(*part))),
-        };
-        format!(
-            "{{\"caption\": {}, \"kind\": \"{}\", \"omega\": {}, \"growth\": {}, \"shape\": {}, \"imaginary\": {imaginary}}}",
-            string(&caption(mode, at, model.has_units)),
-            mode.kind.as_str(),
-            rough(mode.omega.mid_f64()),
-            rough(mode.growth.mid_f64()),
-            array(mode.vector.iter().map(|part| rough(*part))),
-        )
-    });
+    let drawn =
+        modes.modes.iter().zip(1..).map(|(mode, at)| {
+            format!("{{\"caption\": {}, {}", string(&caption(mode, at, model.has_units)), drawn(mode))
+        });
     let lines = figure.iter().flat_map(|figure| &figure.lines).map(|(from, to, link)| {
         let kind = match link {
             Link::Rod => "rod",
@@ -172,11 +215,12 @@ fn data(shown: &Shown<'_>) -> String {
     // Positions bend with angles, and only with them.
     let angles = model.coordinates.iter().any(|own| own.unit == Some("rad")) || !model.has_units;
     format!(
-        "{{\"names\": {}, \"equilibrium\": {}, \"angles\": {angles}, \"figure\": {figure},\n\"modes\": [\n{}]}}",
+        "{{\"names\": {}, \"equilibrium\": {}, \"angles\": {angles}, \"figure\": {figure}, \"grid\": {},\n\"modes\": [\n{}]}}",
         strings(model.coordinates.names()),
         array(
             linearized.equilibrium().values.iter().take(model.coordinates.len()).map(|value| number(value.mid_f64()))
         ),
+        shown.grid.map_or_else(null, nodes),
         drawn.collect::<Vec<_>>().join(",\n"),
     )
 }

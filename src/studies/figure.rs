@@ -6,9 +6,11 @@
 use std::collections::HashSet;
 
 use crate::program::Program;
-use librate_core::expr::{ExprId, Node, Pool, Symbol, ZeroVerdict};
-use librate_core::linearize::{Linearized, known_values};
-use librate_core::model::{Model, SymbolKind};
+use librate_core::expr::{ExprId, Node, Pool, Substitution, Symbol, ZeroVerdict};
+use librate_core::linearize::{Linearized, constant, known_values};
+use librate_core::model::{Model, Parameter, SymbolKind};
+use librate_core::number::Number;
+use librate_core::precision::Scalar;
 
 /// Rods are looked for between so many points, ...
 const MOST_RIGID: usize = 40;
@@ -34,33 +36,44 @@ pub struct Figure {
     pub names: Vec<String>,
     /// 2 in a plane, 3 in space.
     pub dimension: usize,
-    /// Their positions, one after another, `dimension` components each, of the coordinates in SI.
+    /// Their positions, one after another, `dimension` components each, of the coordinates in SI, then of the parameters that are open.
     pub positions: Program,
     /// Lines between points; one end is the origin where there is no second point.
     pub lines: Vec<(usize, Option<usize>, Link)>,
 }
 
-/// The figure of a model that was checked by [`librate_core::model::Settings::with_points`]; parameters have their values, and the time is 0.
+/// The figure of a model that was checked by [`librate_core::model::Settings::with_points`]; parameters have their values but for those
+/// named in `open`, and the time is 0.
 #[must_use]
-pub fn figure(linearized: &Linearized) -> Option<Figure> {
+pub fn figure(linearized: &Linearized, open: &[&str]) -> Option<Figure> {
     let model = linearized.model();
     let mut pool = model.pool.clone();
+    let opened: Vec<&Parameter> =
+        open.iter().filter_map(|name| model.parameters.iter().find(|own| own.name == *name)).collect();
+    // What is defined from others follows them.
+    let defined: Substitution = model.parameters.iter().map(|own| (own.symbol, own.symbolic)).collect();
     let mut values = known_values(model);
+    opened.iter().for_each(|own| {
+        values.remove(&own.symbol);
+    });
     let zero = pool.zero();
     values.extend(model.symbols.time().map(|time| (time, zero)));
     let dimension = model.points.iter().map(|point| point.position.len()).max()?;
     let mut positions: Vec<ExprId> = Vec::new();
     for point in &model.points {
-        let own = pool.substitute(&point.position, &values);
+        let own = if open.is_empty() { point.position.clone() } else { pool.substitute(&point.position, &defined) };
+        let own = pool.substitute(&own, &values);
         positions.extend(own.into_iter().chain(std::iter::repeat(zero)).take(dimension));
     }
     let mut names: Vec<String> = model.points.iter().map(|point| point.name.clone()).collect();
     names.extend(add_pivots(&mut pool, model, &mut positions, dimension));
-    let coordinates: Vec<Symbol> = model.coordinates.iter().map(|own| own.symbol).collect();
-    let program = Program::compile(&pool, &positions, &coordinates).ok()?;
-    let at = linearized.equilibrium().values.iter().map(|value| value.mid_f64()).collect::<Vec<_>>();
-    let at = at.get(..coordinates.len())?;
-    let there = evaluated(&pool, &positions, &coordinates, at)?;
+    let inputs: Vec<Symbol> =
+        model.coordinates.iter().map(|own| own.symbol).chain(opened.iter().map(|own| own.symbol)).collect();
+    let program = Program::compile(&pool, &positions, &inputs).ok()?;
+    let equilibrium = linearized.equilibrium().values.iter().take(model.coordinates.len());
+    let mut at: Vec<f64> = equilibrium.map(|value| value.mid_f64()).collect();
+    at.extend(opened.iter().filter_map(|own| Some(constant(&model.pool, own.value?)?.mid_f64())));
+    let there = evaluated(&pool, &positions, &inputs, &at)?;
     let count = names.len();
     // Displacements from one place are no figure.
     let is_one_place = there.chunks(dimension).all(|own| Some(own) == there.get(..dimension));
@@ -194,6 +207,23 @@ fn held(pool: &mut Pool, model: &Model, positions: &[ExprId], dimension: usize) 
     found
 }
 
+/// What is written as a sum, or a constant times a sum, is term by term.
+fn add_summands(pool: &Pool, term: ExprId, is_local: &impl Fn(&Symbol) -> bool, found: &mut Vec<ExprId>) {
+    match pool.node(term) {
+        Node::Sum { terms, .. } => terms.iter().for_each(|(term, _)| add_summands(pool, *term, is_local, found)),
+        Node::Product(factors) => {
+            let moves = |factor: &&(ExprId, Number)| pool.symbols_of(&[factor.0]).iter().any(is_local);
+            match factors.iter().filter(moves).collect::<Vec<_>>()[..] {
+                [(sum, power)] if power.is_one() => {
+                    add_summands(pool, *sum, is_local, found);
+                }
+                _ => found.push(term),
+            }
+        }
+        _ => found.push(term),
+    }
+}
+
 /// Pairs of points that a term of the potential depends on.
 fn springs(pool: &Pool, model: &Model, positions: &[ExprId], dimension: usize) -> Vec<(usize, usize)> {
     let moves: Vec<Vec<usize>> = positions.chunks(dimension).map(|own| moving(pool, model, own)).collect();
@@ -205,11 +235,9 @@ fn springs(pool: &Pool, model: &Model, positions: &[ExprId], dimension: usize) -
     let mut seen = HashSet::new();
     let families = model.potential.iter().filter(|family| family.count <= MOST_TERMS);
     for family in families {
-        // What is written as a sum has its coordinates term by term.
-        let terms: Vec<ExprId> = match pool.node(family.body) {
-            Node::Sum { terms, .. } => terms.iter().map(|(term, _)| *term).collect(),
-            _ => vec![family.body],
-        };
+        let mut terms = Vec::new();
+        let is_local = |symbol: &Symbol| family.locals.iter().any(|local| local.coordinate == *symbol);
+        add_summands(pool, family.body, &is_local, &mut terms);
         let places = terms.iter().map(|term| {
             let inside = pool.symbols_of(&[*term]);
             let locals = family.locals.iter().enumerate().filter(|(_, local)| inside.contains(&local.coordinate));

@@ -47,4 +47,6 @@ pub mod sweep;
 
 pub mod tracking;
 
+pub mod grid;
+
 pub mod chart;

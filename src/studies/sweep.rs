@@ -130,18 +130,23 @@ impl Sweep {
         Some(Self { range: self.range.finer()?, derived: None, ..self.clone() })
     }
 
-    /// The model with its parameter open; `None` where it is better solved place by place.
-    fn derive(&self) -> Option<Derived> {
-        let first = self.model(0).ok()?;
-        let last = self.model(self.range.len() - 1).ok()?;
-        if first.coordinates.len() > MOST_COORDINATES {
-            return None;
-        }
-        let end = |model: &Model| {
+    /// The ends of the range in SI.
+    pub(crate) fn ends_si(&self) -> Option<(Ball, Ball)> {
+        let end = |place| {
+            let model = self.model(place).ok()?;
             let parameter = model.parameters.iter().find(|own| own.name == self.range.name())?;
             linearize::constant(&model.pool, parameter.value?)
         };
-        let (from, to) = (end(&first)?, end(&last)?);
+        Some((end(0)?, end(self.range.len() - 1)?))
+    }
+
+    /// The model with its parameter open; `None` where it is better solved place by place.
+    fn derive(&self) -> Option<Derived> {
+        let (from, to) = self.ends_si()?;
+        let first = self.model(0).ok()?;
+        if first.coordinates.len() > MOST_COORDINATES {
+            return None;
+        }
         let options = batch::Options::default().without_vectors().without_matrices();
         let study = Study::with_options(first, &[self.range.name()], options).ok()?;
         study.is_at_rest().then_some(Derived { study, from, to })

@@ -38,14 +38,14 @@ pub struct Branch {
 
 /// A mode as it is compared.
 #[derive(Clone, Debug)]
-struct Shape {
+pub(crate) struct Shape {
     /// Real and imaginary part of each component.
     vector: Vec<[f64; 2]>,
     /// M times it, and the root of xᴴMx.
     image: Vec<[f64; 2]>,
     length: f64,
     class: Option<String>,
-    cluster: u32,
+    pub(crate) cluster: u32,
     kind: Kind,
     /// Frequency and growth.
     point: [f64; 2],
@@ -59,26 +59,32 @@ impl Shape {
         {
             return 0.0;
         }
-        let (mut re, mut im) = (0.0, 0.0);
-        let (mut square, mut cross) = (0.0, 0.0);
-        for ([a, b], ([c, d], [e, f])) in self.image.iter().zip(other.vector.iter().zip(&other.image)) {
-            re += a * c + b * d;
-            im += a * d - b * c;
-            square += c * e + d * f;
-            cross += a * a + b * b;
-        }
-        if cross == 0.0 || square <= 0.0 { 0.0 } else { (re * re + im * im) / (self.length * square) }
+        let [re, im] = self.product(other);
+        if self.length <= 0.0 || other.length <= 0.0 { 0.0 } else { (re * re + im * im) / (self.length * other.length) }
+    }
+
+    /// xᴴ M y, real and imaginary part.
+    pub(crate) fn product(&self, other: &Self) -> [f64; 2] {
+        self.image
+            .iter()
+            .zip(&other.vector)
+            .fold([0.0; 2], |[re, im], ([a, b], [c, d])| [re + a * c + b * d, im + a * d - b * c])
+    }
+
+    /// The shape as one of a number of equal ones.
+    pub(crate) fn in_cluster(self, cluster: u32) -> Self {
+        Self { cluster, ..self }
     }
 }
 
 /// The modes at a place.
-type Shapes = Vec<Shape>;
+pub(crate) type Shapes = Vec<Shape>;
 
 fn point(mode: &NormalMode) -> [f64; 2] {
     [mode.omega.mid_f64(), mode.growth.mid_f64()]
 }
 
-fn shapes(linearized: &Linearized, modes: &NormalModes) -> Shapes {
+pub(crate) fn shapes(linearized: &Linearized, modes: &NormalModes) -> Shapes {
     let n = modes.modes.first().map_or(0, |mode| mode.vector.len());
     let mass = if n <= MOST_DENSE { linearized.mass() } else { Vec::new() };
     let mass: Vec<f64> = if mass.len() == n * n { mass.iter().map(|own| own.mid_f64()).collect() } else { Vec::new() };
@@ -113,7 +119,7 @@ fn shapes(linearized: &Linearized, modes: &NormalModes) -> Shapes {
 }
 
 /// For each mode of one place that of another, and how sure the least certain pair is.
-fn matched(from: &Shapes, to: &Shapes) -> (Pairs, f64) {
+pub(crate) fn matched(from: &Shapes, to: &Shapes) -> (Pairs, f64) {
     let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
     for (i, own) in from.iter().enumerate() {
         for (j, other) in to.iter().enumerate() {
@@ -157,7 +163,7 @@ fn swaps([from, to]: [&Shapes; 2], found: &[Option<usize>]) -> bool {
 }
 
 /// Modes that belong together, from one place to the next.
-type Pairs = Vec<Option<usize>>;
+pub(crate) type Pairs = Vec<Option<usize>>;
 
 /// The way to the next place: where no finer place is reached, to that of the range.
 struct Step {

@@ -16,7 +16,7 @@ use librate::syntax::parse;
 use librate::tracking::branches;
 use librate_studies::figure::Link;
 use librate_studies::tracking::Branch;
-use roxmltree::{Document, Node};
+use roxmltree::Document;
 use serde_json::Value;
 
 /// An SVG picture that is what all of them are.
@@ -220,7 +220,7 @@ fn curves_are_right_between_values() {
 fn drawn(text: &str) -> Option<Figure> {
     let file = parse(text).unwrap();
     let model = elaborate(&file, &TableTexts::new(), &Settings::new().with_points()).unwrap();
-    figure(&linearize(model).unwrap())
+    figure(&linearize(model).unwrap(), &[])
 }
 
 #[test]
@@ -229,8 +229,8 @@ fn points_rods_and_springs_are_found() {
     let double = drawn(&text).unwrap();
     assert_eq!((double.names.as_slice(), double.dimension), (&["r1".to_owned(), "r2".to_owned()][..], 2));
     assert_eq!(double.lines, [(0, None, Link::Rod), (0, Some(1), Link::Rod)]);
-    let bonds = "coord r[1..3, 1..3]  T = sum(a in 1..3, dot(r[a]', r[a]')/2)
-        V = (norm(r[2] - r[1]) - 1)^2 + (norm(r[3] - r[2]) - 1)^2  guess r[a in 1..3] = [0, 0, a]";
+    let bonds = "param k = 2  coord r[1..3, 1..3]  T = sum(a in 1..3, dot(r[a]', r[a]')/2)
+        V = 1/2*k*((norm(r[2] - r[1]) - 1)^2 + (norm(r[3] - r[2]) - 1)^2)  guess r[a in 1..3] = [0, 0, a]";
     let molecule = drawn(bonds).unwrap();
     assert_eq!((molecule.names[1].as_str(), molecule.dimension), ("r[2]", 3));
     assert_eq!(molecule.lines, [(0, Some(1), Link::Spring), (1, Some(2), Link::Spring)]);
@@ -308,6 +308,59 @@ fn pages_of_thousands_of_modes_are_refused() {
     assert_eq!(self::run(&["show", "models/chain_walls.lag", "--set", "N=300", "--lowest", "5"]).status, 0);
 }
 
+#[test]
+fn sliders_move_modes_that_are_followed_from_node_to_node() {
+    let numbers =
+        |value: &Value| -> Vec<f64> { value.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect() };
+    let pendulum = "models/double_pendulum.lag";
+    let run_page = run(&["show", pendulum, "--over", "m[2]=0.5..4:3", "--over", "l[2]=0.5..2:4"]);
+    assert_eq!(run_page.status, 0, "{}", run_page.err);
+    assert_eq!(run_page.out.matches("data-axis type=\"range\"").count(), 2);
+    let grid = &data(&run_page.out)["grid"];
+    for (node, mass, length) in [(0, "0.5", "0.5"), (6, "2.25", "3/2"), (11, "4", "2")] {
+        let [mass, length] = [format!("m[2]={mass}"), format!("l[2]={length}")];
+        let there = run(&["modes", pendulum, "--json", "--set", &mass, "--set", &length]);
+        let there: Value = serde_json::from_str(&there.out).unwrap();
+        for (drawn, mode) in
+            grid["nodes"][node]["modes"].as_array().unwrap().iter().zip(there["modes"].as_array().unwrap())
+        {
+            let [drawn_omega, omega] = [drawn, mode].map(|own| own["omega"].as_f64().unwrap());
+            assert!((drawn_omega / omega - 1.0).abs() < 1e-4, "{node}");
+            let [a, b] = [numbers(&drawn["shape"]), numbers(&mode["vector"])];
+            assert!((a[0] * b[1] - a[1] * b[0]).abs() < 1e-3 * a[0].hypot(a[1]) * b[0].hypot(b[1]), "{node}");
+        }
+    }
+    // Frequencies that cross: each keeps its shape, and its sign. At k = 3 any basis is as good.
+    let crossing = "param k = 2\ncoord x, y\nT = 1/2*x'^2 + 1/2*y'^2\nV = 1/2*k*x^2 + 3/2*y^2\n";
+    let run_page = with_input(&["show", "-", "--over", "k=1..5:5"], crossing);
+    let grid = data(&run_page.out)["grid"].clone();
+    assert_eq!(grid["axes"][0]["own"], 0.25);
+    for (node, k) in grid["nodes"].as_array().unwrap().iter().zip(1..) {
+        let modes = &node["modes"];
+        assert!((modes[0]["omega"].as_f64().unwrap() - f64::from(k).sqrt()).abs() < 1e-4);
+        assert!((modes[1]["omega"].as_f64().unwrap() - 3_f64.sqrt()).abs() < 1e-4);
+        assert_eq!([numbers(&modes[0]["shape"]), numbers(&modes[1]["shape"])], [[1.0, 0.0], [0.0, 1.0]]);
+    }
+    // No modes where the model has none: said in the data, not a failure.
+    let lonely = "param k = 1\ncoord x\nT = 1/2*x'^2\nV = 1/2*x^2 + sqrt(k)*x^4\n";
+    let run_page = with_input(&["show", "-", "--over", "k=-1..1:3"], lonely);
+    assert_eq!(run_page.status, 0, "{}", run_page.err);
+    assert!(data(&run_page.out)["grid"]["nodes"][0].is_null() && data(&run_page.out)["grid"]["nodes"][2].is_object());
+    for (ranges, wanted) in [
+        (&["k=1..2:3", "k=2..3:3"][..], "`k` can't have two sliders"),
+        (&["q=1..2:3"], "`q` can't be moved"),
+        (&["k=1..2:1"], "two at least"),
+        (&["k=1..2:100000"], "a page has room for"),
+        (&["k=1..2"], "NAME=a..b:count"),
+        (&["k=1..2:2", "m=1..2:2", "l=1..2:2"], "two sliders"),
+    ] {
+        let arguments: Vec<&str> =
+            ["show", "-"].into_iter().chain(ranges.iter().flat_map(|own| ["--over", own])).collect();
+        let refused = with_input(&arguments, crossing);
+        assert!(refused.status == 2 && refused.err.contains(wanted), "{ranges:?}: {}", refused.err);
+    }
+}
+
 /// What a browser makes of a page; nothing where there is no browser.
 fn in_browser(page: &str, address: &str) -> Option<(String, String)> {
     let browser = ["chromium", "chromium-browser", "google-chrome"]
@@ -322,6 +375,8 @@ fn in_browser(page: &str, address: &str) -> Option<(String, String)> {
             "--headless",
             "--no-sandbox",
             "--disable-gpu",
+            "--no-first-run",
+            "--disable-background-networking",
             "--enable-logging=stderr",
             "--virtual-time-budget=1000",
             "--dump-dom",
@@ -334,6 +389,33 @@ fn in_browser(page: &str, address: &str) -> Option<(String, String)> {
     Some((String::from_utf8(output.stdout).unwrap(), String::from_utf8_lossy(&output.stderr).into_owned()))
 }
 
+/// What a page that stands still has drawn.
+fn frame(dom: &str) -> Value {
+    let start = dom.find("data-drawn=\"").expect("drawn") + "data-drawn=\"".len();
+    let text = dom[start..start + dom[start..].find('"').unwrap()].replace("&quot;", "\"");
+    serde_json::from_str(&text).unwrap()
+}
+
+#[test]
+fn browsers_draw_what_sliders_say() {
+    let page = run(&["show", "models/double_pendulum.lag", "--over", "l[2]=0.5..2:4"]).out;
+    let Some((dom, log)) = in_browser(&page, "mode=2&t=0&l[2]=1.75") else {
+        eprintln!("no browser here: pages are not looked at");
+        return;
+    };
+    assert!(!log.contains("Uncaught") && !log.contains("SyntaxError"), "{log}");
+    let drawn = frame(&dom);
+    let [first, second] = [0, 1].map(|point| [0, 1].map(|axis| drawn["points"][point][axis].as_f64().unwrap()));
+    // The rod is as long as the slider says, and the shape half way between two nodes.
+    assert!(((second[0] - first[0]).hypot(second[1] - first[1]) - 1.75).abs() < 1e-9);
+    let nodes = &data(&page)["grid"]["nodes"];
+    let part =
+        |at: usize| -> f64 { [2, 3].iter().map(|node| nodes[node]["modes"][1]["shape"][at].as_f64().unwrap()).sum() };
+    let angles = [0, 1].map(|at| drawn["coordinates"][at].as_f64().unwrap());
+    assert!((angles[0] * part(1) - angles[1] * part(0)).abs() < 1e-9);
+    assert!(dom.contains("≈ "), "the table says that numbers are interpolated");
+}
+
 #[test]
 fn browsers_draw_what_was_computed() {
     let page = page("models/double_pendulum.lag");
@@ -343,17 +425,7 @@ fn browsers_draw_what_was_computed() {
             return;
         };
         assert!(!log.contains("Uncaught") && !log.contains("SyntaxError"), "{log}");
-        let tree =
-            Document::parse_with_options(&dom, roxmltree::ParsingOptions { allow_dtd: true, ..Default::default() });
-        let drawn = match &tree {
-            Ok(tree) => tree.descendants().find_map(|node: Node| node.attribute("data-drawn").map(str::to_owned)),
-            // HTML need not be XML.
-            Err(_) => {
-                let start = dom.find("data-drawn=\"").expect("drawn") + "data-drawn=\"".len();
-                Some(dom[start..start + dom[start..].find('"').unwrap()].replace("&quot;", "\""))
-            }
-        };
-        let drawn: Value = serde_json::from_str(&drawn.expect("drawn")).unwrap();
+        let drawn = frame(&dom);
         let data = data(&page);
         let shape: Vec<f64> =
             data["modes"][mode - 1]["shape"].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect();

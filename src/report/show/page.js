@@ -12,6 +12,40 @@ let number = Math.min(Math.max((asked.get('mode') | 0) - 1, 0), data.modes.lengt
 let time = parseFloat(asked.get('t')) || 0;
 let running = !asked.has('t') && !matchMedia('(prefers-reduced-motion: reduce)').matches;
 let turned = [0.5, 0.35], last = 0, scale = 1, moves = true;
+const grid = data.grid, axes = grid ? grid.axes : [], sliders = [...document.querySelectorAll('[data-axis]')];
+const between = (from, to, share) => from + share * (to - from);
+// What is drawn: the modes and the equilibrium where the sliders stand, and the values of the parameters in SI.
+let shown = data, si = axes.map((axis, k) => between(...axis.si, parseFloat(sliders[k].value)));
+// The nodes about a place, each with its weight.
+function corners(shares) {
+  return axes.reduce((all, axis, k) => {
+    const at = shares[k] * (axis.count - 1), low = Math.min(Math.floor(at), Math.max(axis.count - 2, 0)), rest = at - low;
+    return all.flatMap(([node, weight]) => [[node * axis.count + low, weight * (1 - rest)], [node * axis.count + low + 1, weight * rest]]);
+  }, [[0, 1]]).filter(([, weight]) => weight > 0);
+}
+// Linear between nodes; the nearest alone where modes are of several kinds or not at all.
+function interpolated(shares) {
+  let near = corners(shares).sort((a, b) => b[1] - a[1]).map(([node, weight]) => [grid.nodes[node], weight]);
+  if (near.some(([node]) => !node)) near = [[near[0][0], 1]];
+  if (!near[0][0]) return null;
+  const mixed = parts => parts[0][0].map((_, i) => parts.reduce((sum, [part, weight]) => sum + weight * part[i], 0));
+  const mode = k => {
+    const all = near.map(([node, weight]) => [node.modes[k], weight]);
+    const alike = all.every(([own]) => own && own.kind === all[0][0]?.kind && !own.imaginary === !all[0][0].imaginary);
+    const used = alike ? all : [[all[0][0], 1]], first = used[0][0];
+    if (!first) return null;
+    const part = name => used.map(([own, weight]) => [own[name], weight]), one = name => mixed(part(name).map(([x, w]) => [[x], w]))[0];
+    return { kind: first.kind, omega: one('omega'), growth: one('growth'), shape: mixed(part('shape')), imaginary: first.imaginary && mixed(part('imaginary')) };
+  };
+  const modes = data.modes.map((own, k) => {
+    const found = mode(k) || { ...own, shape: own.shape.map(() => 0), imaginary: null, gone: true };
+    const rate = x => x.toPrecision(3), grows = found.growth !== 0;
+    const told = found.gone ? 'nothing like it here' : found.kind === 'zero' ? 'zero mode' : found.kind === 'oscillation' ? `ω ≈ ${rate(found.omega)}`
+      : `${found.kind}, ω ≈ ${rate(found.omega)}${grows ? `, growth ≈ ${rate(found.growth)}` : ''}`;
+    return { ...found, caption: `${k + 1}: ${told}` };
+  });
+  return { equilibrium: mixed(near.map(([node, weight]) => [node.equilibrium, weight])), modes };
+}
 
 // How far a mode has gone at a time in periods: the real and the imaginary part of its factor.
 function factor(mode, t) {
@@ -30,29 +64,31 @@ function factor(mode, t) {
   }
 }
 function coordinates(mode, [re, im], far) {
-  return data.equilibrium.map((q, i) => q + far * (re * mode.shape[i] - im * (mode.imaginary ? mode.imaginary[i] : 0)));
+  return shown.equilibrium.map((q, i) => q + far * (re * mode.shape[i] - im * (mode.imaginary ? mode.imaginary[i] : 0)));
 }
 function points(q) {
-  const flat = figure.positions(q), all = [];
+  const flat = figure.positions(q.concat(si)), all = [];
   for (let at = 0; at < flat.length; at += dimension) all.push(flat.slice(at, at + dimension));
   return all;
 }
 const distance = (a, b) => Math.hypot(...a.map((x, i) => x - b[i]));
-// The middle and half the width of everything.
-const view = (() => {
-  if (!figure) return null;
-  const all = points(data.equilibrium).concat(figure.lines.some(line => line[1] === null) ? [Array(dimension).fill(0)] : []);
-  const middle = [...Array(dimension).keys()].map(k => (Math.min(...all.map(p => p[k])) + Math.max(...all.map(p => p[k]))) / 2);
-  return { middle, half: Math.max(...all.map(p => distance(p, middle))) || 1 };
-})();
+// The middle and half the width of everything, as far as it has been seen.
+let view = null;
+function look() {
+  if (!figure) return;
+  const all = points(shown.equilibrium).concat(figure.lines.some(line => line[1] === null) ? [Array(dimension).fill(0)] : []);
+  const middle = view ? view.middle : [...Array(dimension).keys()].map(k => (Math.min(...all.map(p => p[k])) + Math.max(...all.map(p => p[k]))) / 2);
+  view = { middle, half: Math.max(view ? view.half : 0, ...all.map(p => distance(p, middle))) || 1 };
+}
+look();
 // The displacement that is well to be seen: angles stay below half a radian, points go a fifth of the width.
 function choose() {
-  const mode = data.modes[number], parts = mode.shape.concat(mode.imaginary || []);
+  const mode = shown.modes[number], parts = mode.shape.concat(mode.imaginary || []);
   const largest = Math.max(...parts.map(Math.abs)) || 1;
   scale = 1 / largest;
   moves = true;
   if (!figure) return;
-  const rest = points(data.equilibrium), small = 1e-4 / largest;
+  const rest = points(shown.equilibrium), small = 1e-4 / largest;
   const way = [[1, 0], [0, 1]].map(turn => {
     const there = points(coordinates(mode, turn, small));
     return Math.max(...there.map((p, i) => distance(p, rest[i]))) / small;
@@ -80,7 +116,7 @@ function spring(a, b) {
 }
 function drawFigure(q, width, height) {
   const place = p => projected(p, width, height), origin = place(Array(dimension).fill(0));
-  const rest = points(data.equilibrium).map(place), now = points(q).map(place);
+  const rest = points(shown.equilibrium).map(place), now = points(q).map(place);
   const few = now.length <= 12;
   context.lineWidth = 2;
   for (const [a, b, kind] of figure.lines) {
@@ -109,7 +145,7 @@ function drawFigure(q, width, height) {
 }
 // Where no points are known: each coordinate a bar.
 function drawBars(mode, turn, far, width, height) {
-  const n = mode.shape.length, unit = height / 2 - 30, parts = coordinates(mode, turn, 1).map((q, i) => q - data.equilibrium[i]);
+  const n = mode.shape.length, unit = height / 2 - 30, parts = coordinates(mode, turn, 1).map((q, i) => q - shown.equilibrium[i]);
   const largest = Math.max(...mode.shape.concat(mode.imaginary || []).map(Math.abs)) || 1;
   const x = i => width * (i + 0.5) / n;
   context.strokeStyle = colour('--faint');
@@ -128,7 +164,7 @@ function drawBars(mode, turn, far, width, height) {
   });
 }
 function draw() {
-  const mode = data.modes[number], ratio = devicePixelRatio || 1;
+  const mode = shown.modes[number], ratio = devicePixelRatio || 1;
   const [width, height] = [canvas.clientWidth, canvas.clientHeight];
   if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
     canvas.width = Math.round(width * ratio); canvas.height = Math.round(height * ratio);
@@ -154,10 +190,36 @@ function select(at, restart) {
   number = at;
   rows.forEach((row, i) => { if (i === at) row.setAttribute('aria-current', 'true'); else row.removeAttribute('aria-current'); });
   choose();
-  caption.textContent = data.modes[at].caption + (figure && !moves ? ' (no drawn point moves: the coordinates are shown)' : '');
-  canvas.setAttribute('aria-label', 'Moving picture of mode ' + data.modes[at].caption);
+  caption.textContent = shown.modes[at].caption + (figure && !moves ? ' (no drawn point moves: the coordinates are shown)' : '');
+  canvas.setAttribute('aria-label', 'Moving picture of mode ' + shown.modes[at].caption);
   if (restart) time = 0;
   if (!running) draw();
+}
+const columns = [...document.querySelectorAll('thead th')].map(head => head.textContent.split(' ')[0]);
+const cells = rows.map(row => [...row.children].slice(1).map((cell, i) => [cell, cell.textContent, columns[i + 1]]));
+// Moves to the sliders, or back to what the model says.
+function move(back) {
+  const shares = axes.map((axis, k) => { if (back) sliders[k].value = axis.own ?? 0.5; return parseFloat(sliders[k].value); });
+  axes.forEach((axis, k) => { sliders[k].nextElementSibling.textContent = parseFloat(between(...axis.ends, shares[k]).toPrecision(4)); });
+  si = axes.map((axis, k) => between(...axis.si, shares[k]));
+  const found = back ? data : interpolated(shares);
+  byId('own').disabled = back;
+  if (!found) { caption.textContent = 'There are no modes here.'; return; }
+  shown = found;
+  cells.forEach((row, k) => row.forEach(([cell, text]) => { cell.textContent = text; }));
+  if (!back) cells.forEach((row, k) => {
+    const { kind, omega, growth, gone } = shown.modes[k], texts = { kind, 'ω': omega, growth };
+    row.forEach(([cell, , column]) => {
+      const text = texts[column];
+      if (text !== undefined) cell.textContent = gone ? '' : typeof text === 'string' ? text : text === 0 ? '0' : '≈ ' + text.toPrecision(3);
+    });
+  });
+  look();
+  select(number, false);
+}
+if (grid) {
+  sliders.forEach(slider => slider.addEventListener('input', () => move(false)));
+  byId('own').addEventListener('click', () => move(true));
 }
 rows.forEach((row, at) => row.addEventListener('click', () => select(at, true)));
 pause.addEventListener('click', () => { running = !running; go(); });
@@ -179,6 +241,10 @@ canvas.addEventListener('keydown', event => {
   if (event.key === ' ') { pause.click(); event.preventDefault(); }
 });
 document.body.classList.add('live');
+if (axes.some(axis => asked.has(axis.name))) {
+  axes.forEach((axis, k) => { if (asked.has(axis.name)) sliders[k].value = (parseFloat(asked.get(axis.name)) - axis.ends[0]) / (axis.ends[1] - axis.ends[0]); });
+  move(false);
+}
 select(number, false);
 draw();
 go();

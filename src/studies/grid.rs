@@ -1,0 +1,185 @@
+//! A model over a grid of one or two parameters, its modes followed from node to node: what the sliders of a page show.
+//!
+//! Each node is solved by itself and in full. Between nodes nothing is computed here: whoever draws a mode there interpolates, and
+//! says so.
+
+use crate::source::Source;
+use crate::sweep::{Place, Sweep};
+use crate::tracking::{Shapes, matched, shapes};
+use librate_core::linearize::{Linearized, constant};
+use librate_core::model::{Model, Range};
+use librate_core::modes::Options;
+use librate_core::oscillation::{NormalMode, NormalModes};
+
+/// A parameter over its range.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Axis {
+    /// Its name.
+    pub name: String,
+    /// The unit that it is declared with.
+    pub unit: Option<String>,
+    /// How many nodes there are.
+    pub count: usize,
+    /// Its ends, in that unit, ...
+    pub ends: [f64; 2],
+    /// ... and in SI.
+    pub ends_si: [f64; 2],
+    /// Where the model's own value lies, from 0 to 1; outside the range nowhere.
+    pub own: Option<f64>,
+}
+
+/// The model at a node.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Node {
+    /// The equilibrium, in SI.
+    pub equilibrium: Vec<f64>,
+    /// What has become of each mode at the model's own values: shapes are turned so that they change steadily.
+    pub modes: Vec<Option<NormalMode>>,
+}
+
+/// A model over a grid.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Grid {
+    /// One or two parameters.
+    pub axes: Vec<Axis>,
+    /// The nodes, the last parameter changing fastest; nothing where the model has no modes.
+    pub nodes: Vec<Option<Node>>,
+}
+
+/// The nodes of a grid, each of which can be solved for itself.
+#[derive(Clone, Debug)]
+pub struct Nodes {
+    axes: Vec<Axis>,
+    /// One for each value of the first of two parameters.
+    lines: Vec<Sweep>,
+}
+
+impl Nodes {
+    /// Over one or two ranges; `model` has the values of the file. Nothing if the model can't be read at the ends of a range.
+    #[must_use]
+    pub fn new(source: &Source, model: &Model, ranges: &[Range], options: &Options) -> Option<Self> {
+        let sweep = |source: &Source, range: &Range| Sweep::new(source.clone(), range.clone(), options.clone());
+        let axis = |range: &Range| {
+            let sweep = sweep(source, range);
+            let (from, to) = sweep.ends_si()?;
+            let ends_si = [from.mid_f64(), to.mid_f64()];
+            let parameter = model.parameters.iter().find(|own| own.name == range.name());
+            let value = constant(&model.pool, parameter?.value?).map(|value| value.mid_f64());
+            let own = value.map(|value| (value - ends_si[0]) / (ends_si[1] - ends_si[0]));
+            Some(Axis {
+                name: range.name().to_owned(),
+                unit: sweep.unit(),
+                count: range.len(),
+                ends: [sweep.value(0), sweep.value(range.len() - 1)],
+                ends_si,
+                own: own.filter(|share| (0.0..=1.0).contains(share)),
+            })
+        };
+        let axes: Vec<Axis> = ranges.iter().map(axis).collect::<Option<_>>()?;
+        let lines = match ranges {
+            [range] => vec![sweep(source, range)],
+            [first, second] => {
+                let line = |place: usize| {
+                    let value = format!("{} = {}", first.name(), first.expression(place));
+                    let settings = source.settings_with(&[&value]).ok()?;
+                    Some(sweep(&Source { settings, ..source.clone() }, second))
+                };
+                (0..first.len()).map(line).collect::<Option<_>>()?
+            }
+            _ => return None,
+        };
+        Some(Self { axes, lines })
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.axes.iter().map(|axis| axis.count).product()
+    }
+
+    /// The model at a node.
+    #[must_use]
+    pub fn place(&self, node: usize) -> Place {
+        let across = self.count() / self.lines.len();
+        self.lines[node / across].place(node % across)
+    }
+
+    /// The grid of all nodes in order, with shapes; modes are followed from those at the model's own values.
+    #[must_use]
+    pub fn followed(self, places: &[Place], (linearized, modes): (&Linearized, &NormalModes)) -> Grid {
+        let counts: Vec<usize> = self.axes.iter().map(|axis| axis.count).collect();
+        let across = counts.last().copied().unwrap_or(1);
+        let nearest = |axis: &Axis| (axis.own.unwrap_or(0.5) * (axis.count - 1) as f64).round() as usize;
+        let start = self.axes.iter().fold(0, |at, axis| at * axis.count + nearest(axis));
+        let (row, column) = (start / across, start % across);
+        let away = |node: usize| (node / across).abs_diff(row) + (node % across).abs_diff(column);
+        let mut order: Vec<usize> = (0..places.len()).collect();
+        order.sort_by_key(|node| away(*node));
+        let mut nodes: Vec<Option<Node>> = vec![None; places.len()];
+        let mut known: Vec<Option<Vec<Option<Followed>>>> = vec![None; places.len()];
+        let own = shapes(linearized, modes);
+        let count = linearized.model().coordinates.len();
+        let own: Vec<Option<Followed>> =
+            own.into_iter().zip(&modes.modes).map(|(shape, mode)| Some((shape, mode.clone()))).collect();
+        for node in order {
+            let Ok((linearized, modes)) = &places[node].result else { continue };
+            let mut neighbours: Vec<usize> = Vec::new();
+            if node % across > 0 {
+                neighbours.push(node - 1);
+            }
+            if node % across + 1 < across {
+                neighbours.push(node + 1);
+            }
+            neighbours.extend(node.checked_sub(across));
+            neighbours.push(node + across);
+            let nearer = neighbours.into_iter().filter(|own| *own < places.len() && away(*own) < away(node));
+            let before = nearer.filter_map(|own| known[own].as_ref()).next().unwrap_or(&own);
+            let found = follow(before, shapes(linearized, modes), modes);
+            let equilibrium = linearized.equilibrium().values.iter().take(count).map(|value| value.mid_f64()).collect();
+            let modes = found.iter().map(|own| own.as_ref().map(|(_, mode)| mode.clone())).collect();
+            nodes[node] = Some(Node { equilibrium, modes });
+            known[node] = Some(found);
+        }
+        Grid { axes: self.axes, nodes }
+    }
+}
+
+/// A mode with what it is compared by.
+type Followed = (crate::tracking::Shape, NormalMode);
+
+/// The modes of a node in the order of those before it.
+fn follow(before: &[Option<Followed>], here: Shapes, modes: &NormalModes) -> Vec<Option<Followed>> {
+    let known: Vec<usize> = (0..before.len()).filter(|at| before[*at].is_some()).collect();
+    let old: Shapes = before.iter().flatten().map(|(shape, _)| shape.clone()).collect();
+    let (pairs, _) = matched(&old, &here);
+    let mut found: Vec<Option<Followed>> = vec![None; before.len()];
+    for ((at, old), new) in known.into_iter().zip(&old).zip(pairs) {
+        let Some(new) = new else { continue };
+        let mut mode = modes.modes[new].clone();
+        let is_several = here.iter().filter(|own| own.cluster == here[new].cluster).count() > 1;
+        // Among equal exponents any basis is as good: the one before is kept.
+        if let (true, Some((_, last))) = (is_several, &before[at]) {
+            mode.vector.clone_from(&last.vector);
+            mode.imaginary.clone_from(&last.imaginary);
+            found[at] = Some((old.clone().in_cluster(here[new].cluster), mode));
+            continue;
+        }
+        let [re, im] = old.product(&here[new]);
+        let size = re.hypot(im);
+        if size > 0.0 {
+            let [c, s] = [re / size, -im / size];
+            let turned = |(x, y): (f64, f64)| (c * x - s * y, s * x + c * y);
+            if mode.imaginary.is_empty() {
+                mode.vector.iter_mut().for_each(|part| *part *= c.signum());
+            } else {
+                let parts = mode.vector.iter().copied().zip(mode.imaginary.iter().copied()).map(turned);
+                (mode.vector, mode.imaginary) = parts.unzip();
+            }
+        }
+        found[at] = Some((here[new].clone(), mode));
+    }
+    found
+}
