@@ -199,9 +199,10 @@ indptr), shape) takes it, K and the others likewise. --petsc writes M, K and so 
 format.
 
 --code writes functions of doubles: librate_defaults(p), the parameters; librate_equilibrium(p, q);
-librate_mass(p, M) and librate_stiffness(p, K) there, row by row; and librate_acceleration(t, q, v, p,
-a), of the full equations of motion. In Python they are PARAMETERS, equilibrium(p), mass(p),
-stiffness(p) and acceleration(t, q, v, p), with p a dict or a list.";
+librate_mass(p, M), librate_stiffness(p, K) and what there is of librate_damping, librate_gyroscopic
+and librate_circulatory there, row by row; and of the full equations of motion librate_mass_matrix(t,
+q, v, p, M), librate_forces(t, q, v, p, f), librate_acceleration(t, q, v, p, a) and librate_energy(t,
+q, v, p). In Python they are PARAMETERS, equilibrium(p), mass(p) and so on, with p a dict or a list.";
 
 const EXPORT_EXAMPLE: &str = "\
 Examples:

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::json::string;
 use librate_core::expr::{Function, function_name};
-use librate_studies::code::{Code, Search};
+use librate_studies::code::{Code, Rest, Search};
 use librate_studies::program::{Operation, Program};
 
 /// A programming language.
@@ -207,9 +207,15 @@ impl Language {
 
     /// A line that puts a value somewhere.
     fn put(self, place: &str, value: &str) -> String {
+        let value = bare(value);
         let end = if self == Self::Python { "" } else { ";" };
         format!("    {place} = {value}{end}\n")
     }
+}
+
+/// A negative number where nothing stands beside it.
+fn bare(value: &str) -> &str {
+    value.strip_prefix('(').and_then(|rest| rest.strip_suffix(')')).unwrap_or(value)
 }
 
 /// What a program computes, in lines, and the names of its results.
@@ -259,17 +265,26 @@ pub(super) fn script(program: &Program) -> String {
     )
 }
 
-/// Source code with functions of doubles in SI: default parameters, the equilibrium, M and K there, row by row, and the accelerations.
+/// Source code with functions of doubles in SI: default parameters, the equilibrium and the matrices there, row by row, and the full
+/// equations of motion, M q'' = f.
 ///
-/// In C and Rust `LIBRATE_N`, `librate_defaults(p)`, `librate_equilibrium(p, q)`, `librate_mass(p, M)`, `librate_stiffness(p, K)` and
-/// `librate_acceleration(t, q, v, p, a)`; in Python `PARAMETERS`, `equilibrium(p)`, `mass(p)`, `stiffness(p)` and `acceleration(t, q, v, p)`.
+/// In C and Rust `LIBRATE_N`, `librate_defaults(p)`, `librate_equilibrium(p, q)`, `librate_mass(p, M)`, `librate_stiffness(p, K)` and,
+/// where there is one, `librate_damping(p, C)`, `librate_gyroscopic(p, G)`, `librate_circulatory(p, N)`; `librate_mass_matrix(t, q, v, p, M)`,
+/// `librate_forces(t, q, v, p, f)`, `librate_energy(t, q, v, p)` and `librate_acceleration(t, q, v, p, a)`. In Python the same without
+/// `librate_` and the results, which are returned, and `PARAMETERS`. A model that contains the time has the functions of t alone.
 #[must_use]
 pub fn code_text(code: &Code, language: Language) -> String {
     let writer = Writer { code, language };
     let mut out = writer.head();
-    out.push_str(&writer.equilibrium());
-    out.push_str(&writer.matrix("mass", "M", &code.mass));
-    out.push_str(&writer.matrix("stiffness", "K", &code.stiffness));
+    if let Some(rest) = &code.rest {
+        out.push_str(&writer.equilibrium(rest));
+        for (name, letter, program) in &rest.matrices {
+            out.push_str(&writer.matrix(rest, name, letter, program));
+        }
+    }
+    out.push_str(&writer.mass_matrix());
+    out.push_str(&writer.forces());
+    out.push_str(&writer.energy());
     out.push_str(&writer.acceleration());
     out
 }
@@ -290,8 +305,8 @@ impl Writer<'_> {
     }
 
     /// The parameters, then the coordinates that are searched for.
-    fn still(&self) -> Vec<String> {
-        let free = self.code.search.iter().flat_map(|search| &search.free);
+    fn still(&self, rest: &Rest) -> Vec<String> {
+        let free = rest.search.iter().flat_map(|search| &search.free);
         Self::indexed("p", self.code.parameters.len()).chain(free.map(|at| format!("q[{at}]"))).collect()
     }
 
@@ -336,8 +351,8 @@ impl Writer<'_> {
     }
 
     /// A function of the parameters, whose lines may use the equilibrium.
-    fn function(&self, name: &str, result: &str, lines: &str) -> String {
-        let searched = self.code.search.is_some() && name != "equilibrium";
+    fn function(&self, rest: &Rest, name: &str, result: &str, lines: &str) -> String {
+        let searched = rest.search.is_some() && name != "equilibrium";
         match self.language {
             Language::C => {
                 let search = if searched { "    double q[LIBRATE_N];\n    librate_equilibrium(p, q);\n" } else { "" };
@@ -360,44 +375,52 @@ impl Writer<'_> {
         }
     }
 
-    fn matrix(&self, name: &str, letter: &str, program: &Program) -> String {
-        let (mut text, results) = lines(self.language, program, &self.still());
-        let n = self.n();
+    /// Lines that leave a matrix in what has this name, or return it.
+    fn entries(&self, name: &str, (mut text, results): (String, Vec<String>)) -> String {
         if self.language == Language::Python {
-            let rows = results.chunks(n.max(1)).map(|row| format!("        [{}],\n", row.join(", ")));
+            let rows = results.chunks(self.n().max(1)).map(|row| format!("        [{}],\n", row.join(", ")));
             let _ = write!(text, "    return [\n{}    ]\n", rows.collect::<String>());
         } else {
-            let letter = if self.language == Language::Rust { letter.to_lowercase() } else { letter.to_owned() };
-            let puts = results.iter().enumerate();
-            text.extend(puts.map(|(at, value)| self.language.put(&format!("{letter}[{at}]"), value)));
+            text.push_str(&self.puts(name, &results));
         }
-        self.function(name, letter, &text)
+        text
     }
 
-    fn equilibrium(&self) -> String {
+    fn puts(&self, name: &str, values: &[String]) -> String {
+        let name = if self.language == Language::Rust { name.to_lowercase() } else { name.to_owned() };
+        let line = |(at, value): (usize, &String)| self.language.put(&format!("{name}[{at}]"), value);
+        values.iter().enumerate().map(line).collect()
+    }
+
+    fn matrix(&self, rest: &Rest, name: &str, letter: &str, program: &Program) -> String {
+        let text = self.entries(letter, lines(self.language, program, &self.still(rest)));
+        self.function(rest, name, letter, &text)
+    }
+
+    fn equilibrium(&self, rest: &Rest) -> String {
         let language = self.language;
         let mut text = String::new();
         if language == Language::Python {
             let _ = writeln!(text, "    q = [0.0]*N");
         }
-        if let Some(search) = &self.code.search {
-            text.push_str(&self.search(search));
+        if let Some(search) = &rest.search {
+            text.push_str(&self.search(rest, search));
         }
-        let (own, results) = lines(language, &self.code.equilibrium, &self.still());
+        let (own, results) = lines(language, &rest.equilibrium, &self.still(rest));
         text.push_str(&own);
         let given = results.iter().enumerate().filter(|(at, value)| **value != format!("q[{at}]"));
         text.extend(given.map(|(at, value)| language.put(&format!("q[{at}]"), value)));
         if language == Language::Python {
             text.push_str("    return q\n");
         }
-        self.function("equilibrium", "q", &text)
+        self.function(rest, "equilibrium", "q", &text)
     }
 
     /// Newton's method for the coordinates that are not given; these are no numbers where it does not converge.
-    fn search(&self, search: &Search) -> String {
+    fn search(&self, rest: &Rest, search: &Search) -> String {
         let language = self.language;
         let count = search.free.len();
-        let (own, results) = lines(language, &search.step, &self.still());
+        let (own, results) = lines(language, &search.step, &self.still(rest));
         let (forces, slopes) = results.split_at(count);
         let listed = |items: Vec<String>| items.join(", ");
         let which = listed(search.free.iter().map(usize::to_string).collect());
@@ -407,8 +430,8 @@ impl Writer<'_> {
             let rows: Vec<String> = slopes.chunks(count).map(|row| format!("[{}]", row.join(", "))).collect();
             let _ = writeln!(body, "    f = _solve([{}], [{}])", rows.join(", "), forces.join(", "));
         } else {
-            body.extend(forces.iter().enumerate().map(|(at, value)| language.put(&format!("f[{at}]"), value)));
-            body.extend(slopes.iter().enumerate().map(|(at, value)| language.put(&format!("h[{at}]"), value)));
+            body.push_str(&self.puts("f", forces));
+            body.push_str(&self.puts("h", slopes));
         }
         let body: String = body.lines().map(|line| format!("    {line}\n")).collect();
         let template = match language {
@@ -420,32 +443,94 @@ impl Writer<'_> {
         text.replace("START", &start).replace("        BODY\n", &body)
     }
 
+    /// What a program of the motion computes.
+    fn moving(&self, program: &Program) -> (String, Vec<String>) {
+        let inputs = ["q", "v"].into_iter().flat_map(|name| Self::indexed(name, self.n()));
+        let parameters = Self::indexed("p", self.code.parameters.len());
+        let inputs: Vec<String> = ["t".to_owned()].into_iter().chain(inputs).chain(parameters).collect();
+        lines(self.language, program, &inputs)
+    }
+
+    /// A function of the motion; without a name for the result it is a number.
+    fn of_motion(&self, name: &str, result: &str, text: &str) -> String {
+        let is_number = result.is_empty();
+        match self.language {
+            Language::C => {
+                let (kind, result) =
+                    if is_number { ("double", String::new()) } else { ("void", format!(", double *{result}")) };
+                format!(
+                    "\n{kind} librate_{name}(double t, const double *q, const double *v, const double *p{result}) {{\n    \
+                     (void)t; (void)q; (void)v; (void)p;\n{text}}}\n"
+                )
+            }
+            Language::Rust => {
+                let (result, kind) = if is_number {
+                    (String::new(), " -> f64")
+                } else {
+                    (format!(", {}: &mut [f64]", result.to_lowercase()), "")
+                };
+                format!(
+                    "\npub fn librate_{name}(t: f64, q: &[f64], v: &[f64], p: &[f64]{result}){kind} {{\n    \
+                     let _ = (t, q, v, p);\n{text}}}\n"
+                )
+            }
+            Language::Python => format!("\n\ndef {name}(t, q, v, p):\n    p = _values(p)\n{text}"),
+        }
+    }
+
+    fn mass_matrix(&self) -> String {
+        self.of_motion("mass_matrix", "M", &self.entries("M", self.moving(&self.code.mass)))
+    }
+
+    fn forces(&self) -> String {
+        let (mut text, results) = self.moving(&self.code.forces);
+        match self.language {
+            Language::Python => {
+                let _ = writeln!(text, "    return [{}]", results.join(", "));
+            }
+            Language::C | Language::Rust => text.push_str(&self.puts("f", &results)),
+        }
+        self.of_motion("forces", "f", &text)
+    }
+
+    fn energy(&self) -> String {
+        let (mut text, results) = self.moving(&self.code.energy);
+        let energy = results.concat();
+        let energy = bare(&energy);
+        match self.language {
+            Language::Rust => {
+                let _ = writeln!(text, "    {energy}");
+            }
+            Language::C => {
+                let _ = writeln!(text, "    return {energy};");
+            }
+            Language::Python => {
+                let _ = writeln!(text, "    return {energy}");
+            }
+        }
+        self.of_motion("energy", "", &text)
+    }
+
     fn acceleration(&self) -> String {
-        let (language, n) = (self.language, self.n());
-        let inputs = ["q", "v"].into_iter().flat_map(|name| Self::indexed(name, n));
-        let inputs: Vec<String> =
-            ["t".to_owned()].into_iter().chain(inputs).chain(Self::indexed("p", self.code.parameters.len())).collect();
-        let (mut text, results) = lines(language, &self.code.motion, &inputs);
+        let n = self.n();
+        let (mut text, results) = self.moving(&self.code.motion);
         let (mass, loads) = results.split_at(n * n);
-        if language == Language::Python {
-            let rows = mass.chunks(n.max(1)).map(|row| format!("        [{}],\n", row.join(", ")));
-            let loads: Vec<String> = loads.iter().map(|load| format!("-{load}")).collect();
-            let _ = writeln!(text, "    return _solve([\n{}    ], [{}])", rows.collect::<String>(), loads.join(", "));
-            return format!("\n\ndef acceleration(t, q, v, p):\n    p = _values(p)\n{text}");
+        let loads: Vec<String> = loads.iter().map(|load| format!("-{load}")).collect();
+        match self.language {
+            Language::Python => {
+                let rows = mass.chunks(n.max(1)).map(|row| format!("        [{}],\n", row.join(", ")));
+                let rows: String = rows.collect();
+                let _ = writeln!(text, "    return _solve([\n{rows}    ], [{}])", loads.join(", "));
+            }
+            Language::C | Language::Rust => {
+                let (declared, solved) = match self.language {
+                    Language::C => ("double m[LIBRATE_N*LIBRATE_N]", "librate_solve(LIBRATE_N, m, a)"),
+                    _ => ("let mut m = [0.0_f64; LIBRATE_N*LIBRATE_N]", "librate_solve(LIBRATE_N, &mut m, a)"),
+                };
+                let (mass, loads) = (self.puts("m", mass), self.puts("a", &loads));
+                text = format!("    {declared};\n{text}{mass}{loads}    {solved};\n");
+            }
         }
-        text.extend(mass.iter().enumerate().map(|(at, value)| language.put(&format!("m[{at}]"), value)));
-        text.extend(loads.iter().enumerate().map(|(at, load)| language.put(&format!("a[{at}]"), &format!("-{load}"))));
-        if language == Language::C {
-            return format!(
-                "\nvoid librate_acceleration(double t, const double *q, const double *v, const double *p, double *a) {{\n    \
-                 double m[LIBRATE_N*LIBRATE_N];\n    (void)t; (void)q; (void)v; (void)p;\n{text}    \
-                 librate_solve(LIBRATE_N, m, a);\n}}\n"
-            );
-        }
-        format!(
-            "\npub fn librate_acceleration(t: f64, q: &[f64], v: &[f64], p: &[f64], a: &mut [f64]) {{\n    \
-             let mut m = [0.0_f64; LIBRATE_N*LIBRATE_N];\n    let _ = (t, q, v, p);\n{text}    \
-             librate_solve(LIBRATE_N, &mut m, a);\n}}\n"
-        )
+        self.of_motion("acceleration", "a", &text)
     }
 }

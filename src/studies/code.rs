@@ -1,7 +1,7 @@
-//! A model as functions of doubles, for code in other languages: M and K at the equilibrium and the accelerations of a motion, each a
-//! list of operations ([`Program`]).
+//! A model as functions of doubles, for code in other languages: M, C, G, K and N at the equilibrium, and M, forces, energy and
+//! accelerations of a motion, each a list of operations ([`Program`]).
 //!
-//! M and h of M q'' + h = 0 are those of `mechanics`, with the parameters open. What stands in an exponent has its value, as
+//! M and h of M q'' + h = 0 are those of `mechanics`, with the parameters open. A model that contains the time has no equilibrium, but a motion. What stands in an exponent has its value, as
 //! x^n is not defined at 0 for every n. Where the equilibrium has to be searched for, a step of Newton's method is a list of operations
 //! as well. Nothing is evaluated here but the defaults and the point where that search begins.
 
@@ -9,7 +9,7 @@ use crate::mechanics::{Mechanics, row};
 use crate::program::Program;
 use crate::source;
 use librate_core::expr::{ExprId, Node, Pool, Substitution, Symbol};
-use librate_core::linearize::{self, Feature, LinearizeError, Linearized, signed_terms};
+use librate_core::linearize::{self, Feature, LinearizeError, Linearized, SymbolicMatrices, signed_terms};
 use librate_core::model::Model;
 use librate_core::number::Number;
 use librate_core::precision::clear_column;
@@ -27,16 +27,29 @@ pub struct Code {
     pub coordinates: Vec<String>,
     /// Parameters that stand for themselves, with their values in SI.
     pub parameters: Vec<(String, Option<f64>)>,
+    /// What is asked of it at the equilibrium; nothing for a model that contains the time.
+    pub rest: Option<Rest>,
+    /// M row by row, of the time, the coordinates, the velocities and the parameters, ...
+    pub mass: Program,
+    /// ... the forces -h of the same, ...
+    pub forces: Program,
+    /// ... the energy Σ q' dL/dq' - L, ...
+    pub energy: Program,
+    /// ... and M row by row, then h: M q'' + h = 0.
+    pub motion: Program,
+}
+
+/// A model at its equilibrium.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Rest {
     /// The equilibrium, of the parameters and the coordinates that are searched for.
     pub equilibrium: Program,
     /// How these are found.
     pub search: Option<Search>,
-    /// M there, row by row, of the same.
-    pub mass: Program,
-    /// K there, row by row, of the same.
-    pub stiffness: Program,
-    /// M row by row, then h, of the time, the coordinates, the velocities and the parameters: M q'' + h = 0.
-    pub motion: Program,
+    /// The matrices there, each with its name in words and as a letter, row by row, of the same: M, K, and those of C, G and N that
+    /// are not 0 whatever the parameters are.
+    pub matrices: Vec<(&'static str, &'static str, Program)>,
 }
 
 /// A search for an equilibrium.
@@ -93,7 +106,10 @@ pub fn code(model: &Model) -> Result<Code, LinearizeError> {
     if n > MOST_COORDINATES {
         return Err(LinearizeError::TooLarge { coordinates: n, most: MOST_COORDINATES });
     }
-    let matrices = linearize::derive(model.clone())?;
+    let matrices = match linearize::derive(model.clone()) {
+        Err(LinearizeError::TimeDependent { .. }) => None,
+        other => Some(other?),
+    };
     let fixed = exponents(model);
     let open: Vec<usize> = (0..model.parameters.len())
         .filter(|at| {
@@ -101,11 +117,10 @@ pub fn code(model: &Model) -> Result<Code, LinearizeError> {
             model.pool.as_symbol(own.symbolic) == Some(own.symbol) && !fixed.contains_key(&own.symbol)
         })
         .collect();
-    let mut mechanics = Mechanics::new(model, matrices.pool.clone(), &fixed);
+    let pool = matrices.as_ref().map_or(&model.pool, |matrices| &matrices.pool).clone();
+    let mut mechanics = Mechanics::new(model, pool, &fixed);
     let equations = mechanics.equations();
-    let forces = mechanics.pool.gradient(mechanics.lagrangian, &mechanics.coordinates);
-    let Mechanics { mut pool, coordinates, velocities, time, .. } = mechanics;
-    let zero = pool.zero();
+    let zero = mechanics.pool.zero();
     let mass: Vec<ExprId> = equations.iter().flat_map(|equation| row(&equation.mass, n, zero)).collect();
     let still = (0..n).find(|i| mass[n * i..n * (i + 1)].iter().all(|entry| *entry == zero));
     if let Some(coordinate) = still {
@@ -113,51 +128,21 @@ pub fn code(model: &Model) -> Result<Code, LinearizeError> {
         return Err(LinearizeError::Unsupported { feature: Feature::Massless, span });
     }
     let loads: Vec<ExprId> = equations.iter().map(|equation| equation.load).collect();
-    let mut stiffness = Vec::with_capacity(n * n);
-    for force in forces {
-        let row = pool.gradient(force, &coordinates);
-        stiffness.extend(row.into_iter().map(|slope| pool.neg(slope)));
-    }
-
-    // Where coordinates are given, and at what rates they move.
-    let mut point = pool.substitute(&matrices.equilibrium, &fixed);
-    let mut free: Vec<usize> = (0..n).filter(|at| pool.as_symbol(point[*at]) == Some(coordinates[*at])).collect();
-    let found = if free.is_empty() { None } else { Some(linearize::linearize(model.clone())?) };
-    let values = found.as_ref().map_or(&[][..], |found| &found.equilibrium().values);
-    // Where nothing holds a motion every place along it does: the one of the default parameters is kept.
-    for at in found.iter().flat_map(|found| held(found, &free)) {
-        point[at] = pool.number(Number::from_f64_exact(values[at].mid_f64()).unwrap_or_default());
-    }
-    free.retain(|at| pool.as_symbol(point[*at]) == Some(coordinates[*at]));
-    let mut there = Substitution::default();
-    for at in 0..n {
-        there.insert(coordinates[at], point[at]);
-        let rate = model.rates.get(at).map_or(zero, |rate| rate.symbolic);
-        there.insert(velocities[at], rate);
-    }
     let parameters: Vec<Symbol> = open.iter().map(|at| model.parameters[*at].symbol).collect();
-    let searched = free.iter().map(|at| coordinates[*at]);
-    let still: Vec<Symbol> = parameters.iter().copied().chain(searched).collect();
-    let compiled = |pool: &Pool, roots: &[ExprId], inputs: &[Symbol]| {
-        Program::compile(pool, roots, inputs).map_err(|unbound| source::missing(model, &unbound))
+    let rest = match &matrices {
+        Some(matrices) => Some(at_rest(model, matrices, &mut mechanics, (&fixed, &parameters), &loads)?),
+        None => None,
     };
 
-    let search = if free.is_empty() {
-        None
-    } else {
-        let names: Vec<Symbol> = free.iter().map(|at| coordinates[*at]).collect();
-        let mut roots: Vec<ExprId> = free.iter().map(|at| loads[*at]).collect();
-        roots = pool.substitute(&roots, &there);
-        for at in 0..free.len() {
-            let slopes = pool.gradient(roots[at], &names);
-            roots.extend(slopes);
-        }
-        let start = free.iter().map(|at| values[*at].mid_f64()).collect();
-        Some(Search { start, step: compiled(&pool, &roots, &still)?, free })
-    };
-    let [mass_there, stiffness_there] = [&mass, &stiffness].map(|entries| pool.substitute(entries, &there));
-    let moving: Vec<Symbol> =
-        [time].into_iter().chain(coordinates).chain(velocities).chain(parameters.iter().copied()).collect();
+    let Mechanics { mut pool, coordinates, velocities, time, lagrangian, .. } = mechanics;
+    let mut energy = vec![pool.neg(lagrangian)];
+    for (equation, velocity) in equations.iter().zip(&velocities) {
+        let velocity = pool.symbol_expr(*velocity);
+        energy.push(pool.mul(equation.momentum, velocity));
+    }
+    let energy = pool.sum(&energy);
+    let forces: Vec<ExprId> = loads.iter().map(|load| pool.neg(*load)).collect();
+    let moving: Vec<Symbol> = [time].into_iter().chain(coordinates).chain(velocities).chain(parameters).collect();
     let value = |at: &usize| {
         let own = &model.parameters[*at];
         let value = own.value.and_then(|value| linearize::constant(&model.pool, value));
@@ -165,12 +150,80 @@ pub fn code(model: &Model) -> Result<Code, LinearizeError> {
     };
     Ok(Code {
         model: model.name.clone(),
-        coordinates: matrices.coordinates,
+        coordinates: model.coordinates.names().collect(),
         parameters: open.iter().map(value).collect(),
-        equilibrium: compiled(&pool, &point, &still)?,
-        search,
-        mass: compiled(&pool, &mass_there, &still)?,
-        stiffness: compiled(&pool, &stiffness_there, &still)?,
-        motion: compiled(&pool, &[mass, loads].concat(), &moving)?,
+        rest,
+        forces: compiled(model, &pool, &forces, &moving)?,
+        energy: compiled(model, &pool, &[energy], &moving)?,
+        mass: compiled(model, &pool, &mass, &moving)?,
+        motion: compiled(model, &pool, &[mass, loads].concat(), &moving)?,
     })
+}
+
+fn compiled(model: &Model, pool: &Pool, roots: &[ExprId], inputs: &[Symbol]) -> Result<Program, LinearizeError> {
+    Program::compile(pool, roots, inputs).map_err(|unbound| source::missing(model, &unbound))
+}
+
+/// The equilibrium and the matrices there, of the mass matrix and the loads of the motion.
+fn at_rest(
+    model: &Model,
+    matrices: &SymbolicMatrices,
+    mechanics: &mut Mechanics<'_>,
+    (fixed, parameters): (&Substitution, &[Symbol]),
+    loads: &[ExprId],
+) -> Result<Rest, LinearizeError> {
+    let n = model.coordinates.len();
+    let zero = mechanics.pool.zero();
+    let (coordinates, velocities) = (mechanics.coordinates.clone(), mechanics.velocities.clone());
+    // Where coordinates are given, and at what rates they move.
+    let mut point = mechanics.pool.substitute(&matrices.equilibrium, fixed);
+    let is_open = |pool: &Pool, point: &[ExprId], at: usize| pool.as_symbol(point[at]) == Some(coordinates[at]);
+    let mut free: Vec<usize> = (0..n).filter(|at| is_open(&mechanics.pool, &point, *at)).collect();
+    let found = if free.is_empty() { None } else { Some(linearize::linearize(model.clone())?) };
+    let values = found.as_ref().map_or(&[][..], |found| &found.equilibrium().values);
+    // Where nothing holds a motion every place along it does: the one of the default parameters is kept.
+    for at in found.iter().flat_map(|found| held(found, &free)) {
+        point[at] = mechanics.pool.number(Number::from_f64_exact(values[at].mid_f64()).unwrap_or_default());
+    }
+    free.retain(|at| is_open(&mechanics.pool, &point, *at));
+    let mut there = Substitution::default();
+    for at in 0..n {
+        there.insert(coordinates[at], point[at]);
+        let rate = model.rates.get(at).map_or(zero, |rate| rate.symbolic);
+        there.insert(velocities[at], rate);
+    }
+    // It drops out of the equations.
+    there.insert(mechanics.time, zero);
+    let searched = free.iter().map(|at| coordinates[*at]);
+    let inputs: Vec<Symbol> = parameters.iter().copied().chain(searched).collect();
+
+    let pool = &mut mechanics.pool;
+    let search = if free.is_empty() {
+        None
+    } else {
+        let names: Vec<Symbol> = free.iter().map(|at| coordinates[*at]).collect();
+        let roots: Vec<ExprId> = free.iter().map(|at| loads[*at]).collect();
+        let mut roots = pool.substitute(&roots, &there);
+        for at in 0..free.len() {
+            let slopes = pool.gradient(roots[at], &names);
+            roots.extend(slopes);
+        }
+        let start = free.iter().map(|at| values[*at].mid_f64()).collect();
+        Some(Search { start, step: compiled(model, pool, &roots, &inputs)?, free })
+    };
+    // What is defined from others, and what stands in exponents.
+    there.extend(fixed.iter().map(|(symbol, value)| (*symbol, *value)));
+    let all = [
+        ("mass", "M", Some(&matrices.mass)),
+        ("stiffness", "K", Some(&matrices.stiffness)),
+        ("damping", "C", matrices.damping.as_ref()),
+        ("gyroscopic", "G", matrices.gyroscopic.as_ref()),
+        ("circulatory", "N", matrices.circulatory.as_ref()),
+    ];
+    let mut found = Vec::new();
+    for (name, letter, rows) in all.into_iter().filter_map(|(name, letter, rows)| Some((name, letter, rows?))) {
+        let entries = pool.substitute(&rows.concat(), &there);
+        found.push((name, letter, compiled(model, pool, &entries, &inputs)?));
+    }
+    Ok(Rest { equilibrium: compiled(model, pool, &point, &inputs)?, search, matrices: found })
 }

@@ -13,7 +13,9 @@ use librate::linearize::{Linearized, linearize};
 use librate::model::{Settings, TableTexts, elaborate};
 use librate::precision::Ball;
 
-const MODELS: [&str; 10] = [
+const MODELS: [&str; 12] = [
+    "ziegler_column",
+    "controlled_pendulum",
     "three_pendulums",
     "double_pendulum",
     "elastic_pendulum",
@@ -26,7 +28,8 @@ const MODELS: [&str; 10] = [
     "co2",
 ];
 
-/// Reads parameters, and how many states follow; prints the equilibrium, M, K, and the accelerations.
+/// Reads parameters, and how many states follow; prints the equilibrium, the matrices there, and for each state accelerations, M, forces
+/// and the energy.
 const MAIN_C: &str = "
 #include <stdio.h>
 #include \"model.c\"
@@ -37,11 +40,13 @@ int main(void) {
     librate_defaults(p); put(p, LIBRATE_PARAMETERS);
     get(p, LIBRATE_PARAMETERS); get(&count, 1);
     librate_equilibrium(p, q); put(q, LIBRATE_N);
-    librate_mass(p, m); put(m, LIBRATE_N*LIBRATE_N);
-    librate_stiffness(p, m); put(m, LIBRATE_N*LIBRATE_N);
+    MATRIX librate_NAME(p, m); put(m, LIBRATE_N*LIBRATE_N);
     for (; count > 0; count--) {
         get(q, LIBRATE_N); get(v, LIBRATE_N);
         librate_acceleration(0.0, q, v, p, a); put(a, LIBRATE_N);
+        librate_mass_matrix(0.0, q, v, p, m); put(m, LIBRATE_N*LIBRATE_N);
+        librate_forces(0.0, q, v, p, a); put(a, LIBRATE_N);
+        a[0] = librate_energy(0.0, q, v, p); put(a, 1);
     }
     return 0;
 }
@@ -65,22 +70,24 @@ fn main() {
     let mut m = [0.0; LIBRATE_N * LIBRATE_N];
     librate_equilibrium(&p, &mut q);
     put(&q);
-    librate_mass(&p, &mut m);
-    put(&m);
-    librate_stiffness(&p, &mut m);
-    put(&m);
+    MATRIX librate_NAME(&p, &mut m); put(&m);
     for _ in 0..count {
         let (q, v) = (get(LIBRATE_N), get(LIBRATE_N));
         let mut a = [0.0; LIBRATE_N];
         librate_acceleration(0.0, &q, &v, &p, &mut a);
         put(&a);
+        librate_mass_matrix(0.0, &q, &v, &p, &mut m);
+        put(&m);
+        librate_forces(0.0, &q, &v, &p, &mut a);
+        put(&a);
+        put(&[librate_energy(0.0, &q, &v, &p)]);
     }
 }
 ";
 
 const MAIN_PYTHON: &str = "
 import sys
-from model import N, PARAMETERS, acceleration, equilibrium, mass, stiffness
+from model import *
 words = iter(map(float, sys.stdin.read().split()))
 get = lambda n: [next(words) for _ in range(n)]
 put = lambda x: [print(repr(float(own))) for own in x]
@@ -88,15 +95,17 @@ put(PARAMETERS.values())
 p = dict(zip(PARAMETERS, get(len(PARAMETERS))))
 count = int(get(1)[0])
 put(equilibrium(p))
-put(sum(mass(p), []))
-put(sum(stiffness(list(p.values())), []))
+MATRIX put(sum(NAME(list(p.values())), []))
 for _ in range(count):
     q, v = get(N), get(N)
     put(acceleration(0.0, q, v, p))
+    put(sum(mass_matrix(0.0, q, v, p), []))
+    put(forces(0.0, q, v, p))
+    put([energy(0.0, q, v, p)])
 ";
 
 /// The code of a model in a folder, and how it is run; `None` where that is not installed.
-fn built(model: &Path, language: &str) -> Option<Command> {
+fn built(model: &Path, language: &str, matrices: &[&str]) -> Option<Command> {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("code").join(model.file_stem().unwrap()).join(language);
     let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(&folder).unwrap();
@@ -107,6 +116,14 @@ fn built(model: &Path, language: &str) -> Option<Command> {
     };
     let file = folder.join(format!("model.{end}"));
     assert_eq!(printed(&["export", model.to_str()?, "--code", language, "-o", file.to_str()?]), "");
+    // A line for each of the matrices that there are.
+    let main: String = main
+        .lines()
+        .flat_map(|line| match line.split_once("MATRIX ") {
+            Some((_, own)) => matrices.iter().map(|name| own.replace("NAME", name) + "\n").collect(),
+            None => vec![format!("{line}\n")],
+        })
+        .collect();
     fs::write(folder.join(format!("main.{end}")), main).unwrap();
     let mut build = match language {
         "c" => Command::new("cc"),
@@ -158,16 +175,17 @@ fn assert_near(found: &[f64], expected: &[f64], tolerance: f64, what: &str) {
 
 #[allow(clippy::print_stderr, reason = "says what is skipped")]
 fn check(path: &Path, language: &str) {
-    let Some(command) = built(path, language) else {
-        eprintln!("skipped: nothing that runs {language} is installed");
-        return;
-    };
     let what = format!("{} in {language}", path.display());
     // Other parameters than the defaults, where these have a name in the file.
     let probe = fs::read_to_string(path).unwrap();
     let file = librate::syntax::parse(&probe).unwrap();
     let model = elaborate(&file, &TableTexts::new(), &Settings::new()).unwrap();
     let code = librate::code::code(&model).unwrap();
+    let names: Vec<&str> = code.rest.as_ref().unwrap().matrices.iter().map(|(name, ..)| *name).collect();
+    let Some(command) = built(path, language, &names) else {
+        eprintln!("skipped: nothing that runs {language} is installed");
+        return;
+    };
     let mut settings = Settings::new();
     let mut p = Vec::new();
     for (at, (name, value)) in code.parameters.iter().enumerate() {
@@ -198,6 +216,14 @@ fn check(path: &Path, language: &str) {
             states.push((q, v));
         }
     }
+    // Energies bend less than forces: a longer step.
+    for at in 0..2 * n {
+        for side in [100.0 * step(at), -100.0 * step(at)] {
+            let (mut q, mut v) = (q.clone(), v.clone());
+            *if at < n { &mut q[at] } else { &mut v[at - n] } += side;
+            states.push((q, v));
+        }
+    }
     let mut input = p.clone();
     input.push(states.len() as f64);
     input.extend(states.iter().flat_map(|(q, v)| q.iter().chain(v)));
@@ -207,12 +233,36 @@ fn check(path: &Path, language: &str) {
     assert_eq!(defaults, values, "{what}");
     let (found, out) = out.split_at(n);
     assert_near(found, &q, 1e-12, &format!("{what}, equilibrium"));
-    let (found, out) = out.split_at(n * n);
-    assert_near(found, &mass, 1e-12, &format!("{what}, M"));
-    let (found, out) = out.split_at(n * n);
-    assert_near(found, &stiffness, 1e-11, &format!("{what}, K"));
-    let accelerations: Vec<&[f64]> = out.chunks(n).collect();
-    assert_eq!(accelerations.len(), states.len());
+    let others = [own.damping(), own.gyroscopic(), own.circulatory()];
+    let all = [Some(mass.clone()), Some(stiffness.clone())].into_iter();
+    let all: Vec<Vec<f64>> = all.chain(others.map(|own| own.map(|own| transposed(doubles(own))))).flatten().collect();
+    assert_eq!(all.len(), names.len(), "{what}: {names:?}");
+    let (matrices, out) = out.split_at(all.len() * n * n);
+    for ((found, expected), name) in matrices.chunks(n * n).zip(&all).zip(&names) {
+        assert_near(found, expected, 1e-11, &format!("{what}, {name}"));
+    }
+    let found: Vec<&[f64]> = out.chunks(n * n + 2 * n + 1).collect();
+    assert_eq!(found.len(), states.len());
+    let accelerations: Vec<&[f64]> = found.iter().map(|own| &own[..n]).collect();
+    let energies: Vec<f64> = found.iter().map(|own| own[n * n + 2 * n]).collect();
+    // M q'' = f.
+    for own in &found {
+        let (acceleration, rest) = own.split_at(n);
+        let image: Vec<f64> = (0..n).map(|i| (0..n).map(|j| rest[n * i + j] * acceleration[j]).sum()).collect();
+        let scale = largest(&rest[..n * n]) * largest(acceleration);
+        for (image, force) in image.iter().zip(&rest[n * n..]) {
+            assert!((image - force).abs() <= 1e-11 * scale, "{what}: {image} instead of {force}");
+        }
+    }
+    assert_near(&found[0][n..n + n * n], &mass, 1e-11, &format!("{what}, M(q)"));
+    // At rest the energy bends as M and K do.
+    let is_conservative = own.circulatory().is_none() && model.forces.iter().all(|own| own.acts_on.is_none());
+    for at in (0..2 * n).filter(|at| *at >= n || largest(&v) == 0.0 && is_conservative) {
+        let [up, down] = [0, 1].map(|side| energies[1 + 4 * n + 2 * at + side]);
+        let bent = (up - 2.0 * energies[0] + down) / (100.0 * step(at)).powi(2);
+        let (matrix, i) = if at < n { (&stiffness, at) } else { (&mass, at - n) };
+        assert!((bent - matrix[n * i + i]).abs() <= 1e-4 * largest(matrix), "{what}, energy by {at}: {bent}");
+    }
     assert!(largest(accelerations[0]) <= 1e-11 * length * rate.powi(2), "{what} {:?}", accelerations[0]);
     // M da/dq = -(K + N), M da/dq' = -(G + C).
     for at in 0..2 * n {
@@ -272,13 +322,26 @@ fn free_bodies_are_searched_for_across_their_motion() {
     }
 }
 
+/// A model that contains the time has no equilibrium, but a motion.
+#[test]
+fn driven_models_have_the_code_of_their_motion() {
+    let text = "param F = 2  param W = 3  coord x  T = 1/2*x'^2  V = 1/2*x^2 - F*x*cos(W*t)";
+    for (language, absent) in [("c", "librate_equilibrium"), ("rust", "librate_equilibrium"), ("python", "def mass(")] {
+        let code = with_input(&["export", "-", "--code", language], text);
+        assert!(code.status == 0 && !code.out.contains(absent), "{}", code.err);
+    }
+    let code = with_input(&["export", "-", "--code", "python"], text).out;
+    let ask = "t, q, v, p = 0.5, [0.1], [0.2], PARAMETERS\nprint(acceleration(t, q, v, p)[0], forces(t, q, v, p)[0], energy(t, q, v, p), mass_matrix(t, q, v, p)[0][0])";
+    let Ok(run) = Command::new("python3").arg("-c").arg(code + ask).output() else { return };
+    let found: Vec<f64> =
+        String::from_utf8(run.stdout).unwrap().split_whitespace().map(|word| word.parse().unwrap()).collect();
+    let force = -0.1 + 2.0 * 1.5_f64.cos();
+    assert_near(&found, &[force, force, 0.02 + 0.005 - 0.2 * 1.5_f64.cos(), 1.0], 1e-15, "driven");
+}
+
 #[test]
 fn what_has_no_code_is_refused() {
-    for (model, code) in [
-        ("models/pendulum_in_x_and_y.lag", "E0308"),
-        ("models/mathieu.lag", "E0309"),
-        ("models/heavy_roller_on_incline.lag", "E03"),
-    ] {
+    for (model, code) in [("models/pendulum_in_x_and_y.lag", "E0308"), ("models/heavy_roller_on_incline.lag", "E03")] {
         let run = run(&["export", model, "--code", "c"]);
         assert_eq!((run.status, run.out.as_str()), (1, ""), "{model}");
         assert!(run.err.contains(code), "{}", run.err);
