@@ -70,7 +70,7 @@ pub(super) fn text(args: &ResponseArgs) -> Result<Answer, Failure> {
         let message = format!("the frequency of a force given with --input is `omega`, not `{}`", range.name());
         return Err(wrong_request(message, help));
     }
-    let Loaded { source, made, model, mut warnings } = load_values(&args.model, Size::Dense)?;
+    let Loaded { source, made, model, mut warnings } = load_values(&args.model, Size::Any)?;
     let request = Request { input: args.input.clone(), outputs: args.outputs.clone(), range, digits: args.digits };
     let fails = |error: ResponseError, warnings: &[Diagnostic]| failed(&source, warnings, error);
     let study = Study::new(model, made, request).map_err(|error| fails(error, &warnings))?;

@@ -2,13 +2,15 @@
 //! textbooks, and plain elimination with 60 digits for random models.
 #![cfg(feature = "engine")]
 
+use faer::c64;
 use librate::Source;
 use librate::model::{Range, Settings, TableTexts, elaborate};
 use librate::number::Number;
 use librate::precision::{Ball, Big, Scalar};
 use librate::response::{Request, Response, ResponseError, Study, Value};
 use librate::syntax;
-use librate_core::precision::{Complex, Rounding, decimal, push_decimal};
+use librate_core::modes::{SparseQuadratic, SparseResponse};
+use librate_core::precision::{Complex, Rounding, SparseMatrix, decimal, push_decimal};
 use proptest::prelude::*;
 
 /// What a model responds to a force on a coordinate, or to its own drive.
@@ -275,6 +277,55 @@ fn what_is_no_response_is_refused() {
     }
 }
 
+/// sin(N θ)/((k + iωc) sin((N + 1) θ)) with 2 (k + iωc)(1 - cos θ) = ω²m.
+#[test]
+fn long_chains_respond_as_their_closed_form_says() {
+    let text = std::fs::read_to_string("models/response/driven_chain.lag").unwrap();
+    let n = 5000;
+    let study = study(&text, &[format!("N={n}")], Some("x[1]"), "omega=1/2..19:6").unwrap();
+    for place in 0..6 {
+        let omega = study.place(place);
+        let spring = c64::new(100.0, 0.5 * omega);
+        let angle = (c64::new(1.0, 0.0) - c64::new(0.5 * omega * omega, 0.0) / spring).acos();
+        // By powers of the smaller of e^(±iθ).
+        let z = (angle * c64::new(0.0, 1.0)).exp();
+        let z = if z.norm() > 1.0 { z.inv() } else { z };
+        let one = c64::new(1.0, 0.0);
+        let exact = z * (one - z.powu(2 * n)) / (one - z.powu(2 * n + 2)) / spring;
+        let (amplitude, phase) = known(&study.values(place).unwrap()[0]);
+        assert!((amplitude.mid_f64() / exact.norm() - 1.0).abs() < 1e-10, "{omega}");
+        assert!((phase.unwrap().mid_f64() - exact.arg()).abs() < 1e-9, "{omega}");
+    }
+}
+
+/// A square membrane in oil by the sum over its modes, which are products of sines.
+#[test]
+fn membranes_respond_as_their_modes_say() {
+    let n = 20_usize;
+    let text = format!(
+        "coord z[1..{n}, 1..{n}]  T = sum(i in 1..{n}, j in 1..{n}, 1/2*z[i,j]'^2)
+        let u[0, j in 1..{n}] = 0  let u[{n} + 1, j in 1..{n}] = 0  let u[i in 1..{n}, j in 1..{n}] = z[i,j]
+        let v[i in 1..{n}, 0] = 0  let v[i in 1..{n}, {n} + 1] = 0  let v[i in 1..{n}, j in 1..{n}] = z[i,j]
+        V = sum(i in 0..{n}, j in 1..{n}, 1/2*(u[i+1,j] - u[i,j])^2) + sum(i in 1..{n}, j in 0..{n}, 1/2*(v[i,j+1] - v[i,j])^2)
+        dissipation = sum(i in 1..{n}, j in 1..{n}, 1/40*z[i,j]'^2)"
+    );
+    let study = study(&text, &[], Some("z[3,4]"), "omega=1/3..5/2:4").unwrap();
+    let (from, to) = ([3.0, 4.0], [7.0, 5.0]);
+    let angle = |k: usize| std::f64::consts::PI * k as f64 / (n + 1) as f64;
+    for place in 0..4 {
+        let omega = study.place(place);
+        let mut exact = c64::new(0.0, 0.0);
+        for (k, l) in (1..=n).flat_map(|k| (1..=n).map(move |l| (angle(k), angle(l)))) {
+            let shape = |[i, j]: [f64; 2]| 2.0 / (n + 1) as f64 * (k * i).sin() * (l * j).sin();
+            let square = 4.0 - 2.0 * k.cos() - 2.0 * l.cos();
+            exact += shape(from) * shape(to) / c64::new(square - omega * omega, 0.05 * omega);
+        }
+        let (amplitude, phase) = known(&study.values(place).unwrap()[n * 6 + 4]);
+        assert!((amplitude.mid_f64() / exact.norm() - 1.0).abs() < 1e-11, "{omega}: {amplitude:?} {exact}");
+        assert!((phase.unwrap().mid_f64() - exact.arg()).abs() < 1e-11, "{omega}");
+    }
+}
+
 /// Gauss elimination with row exchanges, in numbers of many bits.
 fn plainly(mut rows: Vec<Vec<Complex<Big>>>) -> Vec<Complex<Big>> {
     let n = rows.len();
@@ -341,6 +392,68 @@ proptest! {
             prop_assert!((amplitude - modulus).contains_zero(), "{text}: {amplitude:?} {modulus:?}");
             let angle = exact.im.atan2(&exact.re).to_ball();
             prop_assert!((phase.unwrap() - angle).contains_zero(), "{text}: {phase:?} {angle:?}");
+        }
+    }
+
+    /// Sparse decompositions with one bound for all, for any D and S.
+    #[test]
+    fn random_sparse_systems_respond_as_plain_elimination_says(
+        order in 2_usize..14,
+        entries in prop::collection::vec((0_usize..14, 0_usize..14, -9_i64..10, 0_u8..4), 1..60),
+        top in 0_i64..60,
+        input in 0_usize..14,
+    ) {
+        let input = input % order;
+        let mut whole = [0, 1].map(|_| vec![vec![0_i64; order]; order]);
+        // Springs, dampers and gyroscopic couplings between two, and what is none of these.
+        for (i, j, value, kind) in entries {
+            let (i, j) = (i % order, j % order);
+            let [damping, stiffness] = &mut whole;
+            let matrix = if kind % 2 == 0 { damping } else { stiffness };
+            match kind {
+                0 => { matrix[i][j] += value; matrix[j][i] -= value; }
+                3 => matrix[i][j] += value,
+                _ => {
+                    matrix[i][i] += value.abs(); matrix[j][j] += value.abs();
+                    matrix[i][j] -= value.abs(); matrix[j][i] -= value.abs();
+                }
+            }
+        }
+        let mass = |i: usize, j: usize| if i == j { 3 + i as i64 } else { i64::from(i.abs_diff(j) == 1) };
+        let sparse = |entry: &dyn Fn(usize, usize) -> i64, lower: bool| {
+            let all = (0..order).flat_map(|i| (0..order).map(move |j| (i, j))).filter(|(i, j)| !lower || i >= j);
+            let shares = all.map(|(i, j)| (i as u32, j as u32, Ball::exact(entry(i, j) as f64)));
+            SparseMatrix::from_shares(order, &shares.filter(|own| !own.2.is_zero()).collect::<Vec<_>>())
+        };
+        let problem = SparseQuadratic {
+            mass: sparse(&mass, true),
+            velocity: sparse(&|i, j| whole[0][i][j], false),
+            stiffness: sparse(&|i, j| whole[1][i][j] + i64::from(i == j), false),
+            undamped: false,
+            symmetric: false,
+            passive: false,
+        };
+        let bits = 256;
+        let big = |top: i64, bottom: i64| Big::from_number(&Number::ratio(top, bottom).unwrap(), bits);
+        let w = big(top, 7);
+        let rows = (0..order).map(|i| {
+            let own = (0..order).map(|j| {
+                let re = big(whole[1][i][j] + i64::from(i == j), 1).sub(&w.mul(&w).mul(&big(mass(i, j), 1)));
+                Complex::new(re, w.mul(&big(whole[0][i][j], 1)))
+            });
+            own.chain([Complex::new(big(i64::from(i == input), 1), big(0, 1))]).collect()
+        });
+        let exact = plainly(rows.collect());
+        let omega = Ball::from_number(&Number::ratio(top, 7).unwrap(), ());
+        let found = SparseResponse::new(&problem).unwrap().at(&omega, &[(input, Complex::real(1.0, ()))]);
+        let most = exact.iter().map(|own| own.square_of_modulus().mid_f64()).fold(0.0, f64::max).sqrt();
+        // Without an answer only where A is nearly singular.
+        prop_assert!(found.is_some() || most.is_nan() || most > 1e8, "{most}");
+        for (own, exact) in found.iter().flatten().zip(&exact) {
+            for (own, exact) in [(own.re, &exact.re), (own.im, &exact.im)] {
+                prop_assert!((own - exact.to_ball()).contains_zero(), "{own:?} {exact:?}");
+                prop_assert!(own.radius < 1e-18 * most.max(1.0), "{own:?} {most}");
+            }
         }
     }
 

@@ -41,7 +41,8 @@ use pencil::{Scaled, ZeroSpace};
 pub(crate) use shape::signed;
 pub(crate) use sparse::keep_nearest;
 pub use sparse::{
-    Method, SparseProblem, SparseQuadratic, Wanted, solve_sparse, solve_sparse_quadratic, solve_tridiagonal,
+    Method, SparseProblem, SparseQuadratic, SparseResponse, Wanted, is_definite, solve_sparse, solve_sparse_quadratic,
+    solve_tridiagonal,
 };
 use spectrum::spectrum;
 

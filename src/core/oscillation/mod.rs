@@ -11,6 +11,7 @@ mod symmetry;
 mod units;
 mod warning;
 
+pub use sparse::sparse_quadratic;
 pub use units::in_units;
 pub use warning::{Warning, never_reached};
 

@@ -4,8 +4,8 @@ use super::{MOST_SHAPES_FOR_CLASSES, NormalModes, exponents, named, symmetry, wi
 use crate::linearize::{LinearizeError, Linearized, MOST_COORDINATES, Structure, ZeroMode};
 use crate::modes::exponents::Exponents;
 use crate::modes::{
-    Kind, Method, Options, SparseProblem, SparseQuadratic, Spectrum, Wanted, solve_sparse, solve_sparse_quadratic,
-    solve_tridiagonal,
+    Kind, Method, Options, SparseProblem, SparseQuadratic, Spectrum, Wanted, is_definite, solve_sparse,
+    solve_sparse_quadratic, solve_tridiagonal,
 };
 use crate::precision::{Ball, SparseMatrix};
 
@@ -118,6 +118,38 @@ pub(super) fn some_modes(linearized: &Linearized, options: &Options) -> Result<O
     Ok(Some(in_words(linearized, &problem, (spectrum, method), zero_modes, options)))
 }
 
+/// Whether the energy, which friction takes from at most, is proved to bound all motions. `false` where that is not known.
+pub(super) fn is_bound(linearized: &Linearized) -> bool {
+    let is_left = match linearized.structure() {
+        Structure::Conservative | Structure::Gyroscopic => true,
+        Structure::Damped | Structure::Circulatory => linearized.is_passive(),
+    };
+    is_left
+        && linearized.units().is_none()
+        && linearized.sparse_velocity()[1].stored() == 0
+        && linearized.sparse().is_some_and(|(mass, stiffness)| is_definite(&stiffness, &mass))
+}
+
+/// M, D and S as sparse matrices; `None` under constraints, where massless coordinates follow the others, and in units of their own.
+#[must_use]
+pub fn sparse_quadratic(linearized: &Linearized) -> Option<SparseQuadratic> {
+    let (mass, stiffness) = linearized.sparse().filter(|_| linearized.units().is_none())?;
+    Some(quadratic(linearized, mass, &stiffness))
+}
+
+fn quadratic(linearized: &Linearized, mass: SparseMatrix, stiffness: &SparseMatrix) -> SparseQuadratic {
+    let [velocity, circulatory] = linearized.sparse_velocity();
+    let undamped = linearized.structure() == Structure::Gyroscopic;
+    SparseQuadratic {
+        mass,
+        velocity,
+        stiffness: stiffness.mirrored().plus(&circulatory),
+        undamped,
+        symmetric: undamped || circulatory.stored() == 0,
+        passive: linearized.is_passive(),
+    }
+}
+
 /// The same with what goes with velocities; `None` where these are not found, or lack digits.
 ///
 /// # Errors
@@ -128,16 +160,7 @@ fn some_exponents(
     wanted: Wanted<'_>,
     (options, must): (&Options, bool),
 ) -> Result<Option<NormalModes>, LinearizeError> {
-    let [velocity, circulatory] = linearized.sparse_velocity();
-    let undamped = linearized.structure() == Structure::Gyroscopic;
-    let problem = SparseQuadratic {
-        mass,
-        velocity,
-        stiffness: stiffness.mirrored().plus(&circulatory),
-        undamped,
-        symmetric: undamped || circulatory.stored() == 0,
-        passive: linearized.is_passive(),
-    };
+    let problem = quadratic(linearized, mass, stiffness);
     let budget = linearized.model().pool.budget();
     let found = solve_sparse_quadratic(&problem, wanted, options, budget);
     budget.check()?;

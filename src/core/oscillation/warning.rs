@@ -121,9 +121,15 @@ impl NormalModes {
     }
 }
 
-/// What is to be said of a steady response about this equilibrium.
+/// All exponents of more coordinates are not computed for a warning.
+const MOST_TOLD: usize = 200;
+
+/// What is to be said of a steady response about this equilibrium; nothing of more than 200 coordinates whose energy does not bound them.
 #[must_use]
 pub fn never_reached(linearized: &Linearized) -> Option<Warning> {
+    if super::sparse::is_bound(linearized) || linearized.dimension() > MOST_TOLD {
+        return None;
+    }
     let modes = super::normal_modes(linearized, &Options::default().digits(2)).ok()?;
     let fastest = modes.modes.first().filter(|_| modes.stability == Stability::Unstable)?;
     let coordinate = linearized.model().coordinates.get(largest(&fastest.vector)?)?;

@@ -26,6 +26,7 @@ use drive::{Averaged, Drive, Driven, averaged};
 use exact::{Exact, Frequency};
 use librate_core::linearize::{self, Linearized, Structure};
 use librate_core::model::{Constant, Model, Range};
+use librate_core::modes::SparseResponse;
 use librate_core::number::Number;
 use librate_core::oscillation;
 use librate_core::precision::{Ball, Big, Complex, Enclosure, LANES};
@@ -33,6 +34,12 @@ use solve::{Matrices, polar};
 
 /// Bits of the levels above double-double, and the multiplications that an elimination may take there.
 const LEVELS: [(usize, f64); 3] = [(192, 2e7), (512, 4e6), (1536, 4e5)];
+/// More bits than double-double are for no more coordinates.
+const MOST_PRECISE: usize = 1000;
+/// An elimination in a band that takes more multiplications comes behind a sparse decomposition, ...
+const MOST_ELIMINATED: f64 = 1e5;
+/// ... which is not for fewer coordinates.
+const FEW: usize = 24;
 /// Exact matrices are looked at once this level decides nothing.
 const EXACT_AFTER: usize = 1;
 
@@ -152,6 +159,8 @@ struct System {
     linearized: Linearized,
     force: Force,
     balls: Matrices<Ball>,
+    /// What is solved without a band, where that is wide.
+    sparse: OnceLock<Option<SparseResponse>>,
     levels: [OnceLock<Option<Matrices<Big>>>; LEVELS.len()],
     exact: OnceLock<Option<Exact>>,
 }
@@ -179,13 +188,15 @@ impl System {
     fn new(linearized: &Linearized, force: Force) -> Self {
         let linearized = linearized.with_massless();
         let balls = Matrices::in_balls(&linearized, force.coordinates());
-        Self { linearized, force, balls, levels: Default::default(), exact: OnceLock::new() }
+        Self { linearized, force, balls, sparse: OnceLock::new(), levels: Default::default(), exact: OnceLock::new() }
     }
 
     fn level(&self, level: usize) -> Option<&Matrices<Big>> {
         let (bits, most) = LEVELS[level];
         let matrices = || Matrices::in_bits(&self.linearized, self.force.coordinates(), bits);
-        let found = || (self.balls.work() <= most).then(matrices).flatten();
+        // More bits are for dense matrices.
+        let is_small = self.linearized.dimension() <= MOST_PRECISE && self.balls.work() <= most;
+        let found = || is_small.then(matrices).flatten();
         self.levels[level].get_or_init(found).as_ref()
     }
 
@@ -197,23 +208,38 @@ impl System {
         }
     }
 
-    /// Puts in what numbers of one kind decide.
-    fn decide<S: Enclosure>(
+    /// The response of the outputs by elimination within the band.
+    fn eliminated<S: Enclosure>(
         &self,
         matrices: &Matrices<S>,
         quantity: Option<S>,
         outputs: &[usize],
+    ) -> Option<Vec<Complex<S>>> {
+        let (omega, forces) = self.driven(&quantity?, &matrices.point, matrices.precision)?;
+        matrices.response(&omega, &forces, outputs)
+    }
+
+    /// The same by a sparse decomposition and a bound for all coordinates together.
+    fn without_band(&self, quantity: Option<Ball>, outputs: &[usize]) -> Option<Vec<Complex<Ball>>> {
+        let problem = || SparseResponse::new(&oscillation::sparse_quadratic(&self.linearized)?);
+        let sparse = self.sparse.get_or_init(problem).as_ref()?;
+        let (omega, forces) = self.driven(&quantity?, &self.balls.point, ())?;
+        let all = sparse.at(&omega, &forces)?;
+        outputs.iter().map(|at| all.get(*at).copied()).collect()
+    }
+
+    /// Puts in what numbers of one kind decide.
+    fn decide<S: Enclosure>(
+        &self,
+        found: Option<Vec<Complex<S>>>,
+        precision: S::Precision,
+        outputs: &[usize],
         values: &mut [Value],
         digits: usize,
     ) {
-        let precision = matrices.precision;
-        let found = || {
-            let (omega, forces) = self.driven(&quantity?, &matrices.point, precision)?;
-            matrices.response(&omega, &forces, outputs)
-        };
         // -ω²M + iωG + K is Hermitian, and so is its inverse.
         let is_hermitian = self.linearized.structure() == Structure::Gyroscopic;
-        for ((value, mut own), output) in values.iter_mut().zip(found().unwrap_or_default()).zip(outputs) {
+        for ((value, mut own), output) in values.iter_mut().zip(found.unwrap_or_default()).zip(outputs) {
             if is_hermitian && matches!(self.force, Force::Unit(at) if at == *output) {
                 own.im = Complex::real(0.0, precision).re;
             }
@@ -242,6 +268,9 @@ impl Study {
     /// Where names are no coordinates, nothing drives the model, its drive is not harmonic or changes the matrices, or there is no
     /// equilibrium.
     pub fn new(model: Model, source: Source, request: Request) -> Result<Self, ResponseError> {
+        if !(model.constraints.is_empty() && model.rolling.is_empty()) {
+            linearize::check_size(model.coordinates.len())?;
+        }
         let outputs = request.outputs.iter().map(|name| coordinate(&model, name, "output"));
         let outputs: Vec<usize> = outputs.collect::<Result<_, _>>()?;
         let outputs = if outputs.is_empty() { (0..model.coordinates.len()).collect() } else { outputs };
@@ -364,7 +393,19 @@ impl Study {
         let (outputs, digits) = (&self.outputs, self.request.digits);
         let mut values = vec![Value::Undecided; outputs.len()];
         let is_open = |values: &[Value]| values.contains(&Value::Undecided);
-        system.decide(&system.balls, self.quantity(place, ()), outputs, &mut values, digits);
+        let is_wide = system.balls.work() > MOST_ELIMINATED;
+        for in_band in [!is_wide, is_wide] {
+            let quantity = self.quantity(place, ());
+            let found = match in_band {
+                true => system.eliminated(&system.balls, quantity, outputs),
+                false if system.linearized.dimension() > FEW => system.without_band(quantity, outputs),
+                false => None,
+            };
+            system.decide(found, (), outputs, &mut values, digits);
+            if !is_open(&values) {
+                return values;
+            }
+        }
         for level in 0..LEVELS.len() {
             if level == EXACT_AFTER && is_open(&values) {
                 self.exactly(system, place, &mut values);
@@ -373,8 +414,9 @@ impl Study {
                 break;
             }
             if let Some(matrices) = system.level(level) {
-                let quantity = self.quantity(place, matrices.precision);
-                system.decide(matrices, quantity, outputs, &mut values, digits);
+                let precision = matrices.precision;
+                let found = system.eliminated(matrices, self.quantity(place, precision), outputs);
+                system.decide(found, precision, outputs, &mut values, digits);
             }
         }
         values

@@ -6,6 +6,8 @@
 
 use faer::c64;
 use librate_core::linearize::{Linearized, Precise, Units};
+use librate_core::modes::SparseQuadratic;
+use librate_core::oscillation;
 use librate_core::precision::{Ball, Banded, Big, Complex, Enclosure, Entry, Function, Scalar};
 
 use nalgebra::DMatrix;
@@ -38,8 +40,10 @@ fn first_order<S: Enclosure>(own: &Coefficient<S>, omega: &S) -> Complex<S> {
 /// Larger matrices are eliminated.
 const MOST_INVERTED: usize = 120;
 
-/// Entries within the band that eight frequencies at once may have, of 200 bytes each.
+/// Entries within the band that eight frequencies at once may have, of 200 bytes each, ...
 const MOST_SIDE_BY_SIDE: usize = 1 << 16;
+/// ... or within one that is no wider than this, beyond which bounds of long products grow.
+const NARROW: (usize, usize) = (1 << 20, 16);
 
 /// More than the roundings of sums of so many doubles.
 const ROUNDED_UP: f64 = 1.0 + 1e-12;
@@ -93,17 +97,55 @@ pub(super) struct Matrices<S: Enclosure> {
     pub(super) precision: S::Precision,
 }
 
+/// The entries that are not 0, column by column, without a dense matrix; `None` under constraints and in units of their own.
+fn sparse(own: &Linearized) -> Option<Vec<Coefficient<Ball>>> {
+    let SparseQuadratic { mass, velocity, stiffness, .. } = oscillation::sparse_quadratic(own)?;
+    let mut all: Vec<(usize, usize, [Ball; 3])> = Vec::new();
+    for (part, matrix) in [mass.mirrored(), velocity, stiffness].iter().enumerate() {
+        all.extend(matrix.entries().map(|(row, column, value)| {
+            let mut parts = [Ball::ZERO; 3];
+            parts[part] = *value;
+            (column, row, parts)
+        }));
+    }
+    all.sort_by_key(|(column, row, _)| (*column, *row));
+    let same = |one: &mut (usize, usize, [Ball; 3]), kept: &mut (usize, usize, [Ball; 3])| {
+        let is_same = (one.0, one.1) == (kept.0, kept.1);
+        if is_same {
+            (0..3).for_each(|part| kept.2[part] = kept.2[part] + one.2[part]);
+        }
+        is_same
+    };
+    all.dedup_by(same);
+    all.retain(|(_, _, parts)| !parts.iter().all(Ball::is_zero));
+    let coefficient = |(column, row, [mass, velocity, stiffness]): (usize, usize, [Ball; 3])| Coefficient {
+        row,
+        column,
+        mass,
+        velocity,
+        stiffness,
+    };
+    Some(all.into_iter().map(coefficient).collect())
+}
+
 impl Matrices<Ball> {
     pub(super) fn in_balls(own: &Linearized, driven: &[usize]) -> Self {
-        let (velocity, stiffness) = own.velocity_and_stiffness();
         let point = own.equilibrium().values.clone();
-        Self::new(own, [&own.mass(), &velocity, &stiffness], own.directions(), point, ()).coupled(driven)
+        let all = match sparse(own) {
+            Some(entries) => Self::of(own, entries, None, point, ()),
+            None => {
+                let (velocity, stiffness) = own.velocity_and_stiffness();
+                Self::new(own, [&own.mass(), &velocity, &stiffness], own.directions(), point, ())
+            }
+        };
+        all.coupled(driven)
     }
 
     /// For eight frequencies at once; none where coordinates are sums of unknowns or in units of their own, or that takes much memory.
     pub(super) fn banded(&self) -> Option<Banded> {
         let is_plain = self.directions.is_none() && self.units.is_none();
-        let is_small = self.order * (1 + self.band[0] + self.band[1]) <= MOST_SIDE_BY_SIDE;
+        let width = 1 + self.band[0] + self.band[1];
+        let is_small = self.order * width <= MOST_SIDE_BY_SIDE || width <= NARROW.1 && self.order * width <= NARROW.0;
         let entry = |own: &'_ Coefficient<Ball>| (own.row, own.column, [own.stiffness, own.mass, own.velocity]);
         (is_plain && is_small).then(|| Banded::new(self.order, self.band, self.entries.iter().map(entry)))
     }
@@ -144,6 +186,17 @@ impl<S: Enclosure> Matrices<S> {
                 }
             }
         }
+        Self::of(own, entries, directions, point, precision)
+    }
+
+    fn of(
+        own: &Linearized,
+        entries: Vec<Coefficient<S>>,
+        directions: Option<Vec<Vec<S>>>,
+        point: Vec<S>,
+        precision: S::Precision,
+    ) -> Self {
+        let n = own.dimension();
         let is_real = entries.iter().all(|own| own.velocity.is_exact_zero());
         let units = own.units().cloned();
         let (places, band) = ((0..n).collect(), [0; 2]);

@@ -59,7 +59,7 @@ pub(super) struct Bordered {
 
 /// Entries of the lower triangle that are added up.
 #[derive(Default)]
-struct Shares(Vec<(u32, u32, Ball)>);
+pub(super) struct Shares(Vec<(u32, u32, Ball)>);
 
 impl Form {
     /// An order in which to eliminate coordinates that any of some matrices couple; `None` where there is no memory.
@@ -134,7 +134,7 @@ impl Shares {
     }
 
     /// An entry of B.
-    fn add(&mut self, a: usize, b: usize, entry: &Complex<Ball>) {
+    pub(super) fn add(&mut self, a: usize, b: usize, entry: &Complex<Ball>) {
         if a == b {
             self.hermitian([a, 0], [a, 0], &Complex::new(entry.re, Ball::ZERO));
             self.hermitian([a, 1], [a, 1], &Complex::new(-entry.re, Ball::ZERO));
@@ -203,6 +203,17 @@ impl Bordered {
         Some(Self { pencil: Pencil::ordered(&matrix, &unit, weights.collect(), &places)?, order, turn })
     }
 
+    /// Any matrix, turned already, in units of d, its rows eliminated in an order. `None` where there is no memory.
+    pub(super) fn of(shares: &Shares, weights: &[f64], order: &[usize], turn: c64) -> Option<Self> {
+        let n = weights.len();
+        let matrix = SparseMatrix::from_shares(4 * n, &shares.0);
+        let diagonal = |at: usize| (at as u32, at as u32, Ball::exact(weights[at / 4]));
+        let unit = SparseMatrix::from_shares(4 * n, &(0..4 * n).map(diagonal).collect::<Vec<_>>());
+        let weights = weights.iter().flat_map(|own| [own * (1.0 - 8.0 * U); 4]).collect();
+        let places: Vec<usize> = order.iter().flat_map(|i| 4 * i..4 * i + 4).collect();
+        Some(Self { pencil: Pencil::ordered(&matrix, &unit, weights, &places)?, order: n, turn })
+    }
+
     /// About how many entries a decomposition has.
     pub(super) fn fill(&self) -> usize {
         self.pencil.fill()
@@ -210,7 +221,12 @@ impl Bordered {
 
     /// What solutions are made with.
     pub(super) fn factor(&self) -> Option<Factor<'_>> {
-        self.pencil.factor(0.0)
+        self.factor_aside(0.0)
+    }
+
+    /// The same of a matrix that is this part of the norm aside.
+    pub(super) fn factor_aside(&self, part: f64) -> Option<Factor<'_>> {
+        self.pencil.factor(part * self.pencil.stiffness_norms.0)
     }
 
     /// A proved lower bound of the singular values in units of E, next to `wanted`; else how many seem to be less.

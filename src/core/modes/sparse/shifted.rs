@@ -182,7 +182,7 @@ impl Pencil {
 }
 
 /// d with M - diag(d) not negative: what is left of the diagonal beside the other entries of its row (Gershgorin).
-fn weights(mass: &Rows) -> Option<Vec<f64>> {
+pub(super) fn weights(mass: &Rows) -> Option<Vec<f64>> {
     let n = mass.dimension();
     let mut roots = vec![0.0; n];
     for (i, root) in roots.iter_mut().enumerate() {
