@@ -5,6 +5,7 @@ use super::{Written, with_unit};
 use librate_core::linearize::{Linearized, constant};
 use librate_core::modes::Kind;
 use librate_core::oscillation::{NormalMode, NormalModes};
+use librate_core::precision::Ball;
 use librate_studies::sweep::{Place, Sweep};
 use librate_studies::tracking::Branch;
 
@@ -187,10 +188,45 @@ pub fn sweep_svg(sweep: &Sweep, places: &[Place], branches: &[Branch], view: &Sw
         let points = values().map(|value| [value, order * unit * value]).collect();
         omega.push(Curve { name: format!("order {order}"), colour, stroke: Stroke::Thin, points });
     }
+    let points = crossings(places, branches);
+    let crossed = !points.is_empty();
+    if crossed {
+        let colour = branches.len() + view.orders.len();
+        omega.push(Curve { name: "crossing, proved".to_owned(), colour, stroke: Stroke::Rings, points });
+    }
     let growth = grows.then(|| Panel::new(across(), axis(exponent, &growth, 1), growth));
     let what = if view.orders.is_empty() { "Frequencies" } else { "Campbell diagram" };
-    let description = format!("The frequencies over {name}; each mode is followed by its shape.");
+    let rings = if crossed { " Rings are where modes of different symmetry cross." } else { "" };
+    let description = format!("The frequencies over {name}; each mode is followed by its shape.{rings}");
     with_growth(titled(what, model_name), description, Panel::new(across(), up, omega), growth)
+}
+
+/// Where frequencies of different symmetry classes change places, as their bounds at two values prove; about where between these. Others
+/// that come near to each other may avoid it.
+fn crossings(places: &[Place], branches: &[Branch]) -> Vec<[f64; 2]> {
+    let mode = |(place, at): (usize, usize)| Some(&places.get(place)?.result.as_ref().ok()?.1.modes.get(at)?.omega);
+    let mut found = Vec::new();
+    for (number, own) in branches.iter().enumerate() {
+        let others = branches[number + 1..].iter().filter(|other| other.class.is_some() && other.class != own.class);
+        for other in others.filter(|_| own.class.is_some()) {
+            let beside = own.at.iter().filter_map(|(place, at)| {
+                let there = other.at.binary_search_by_key(place, |own| own.0).ok()?;
+                let (one, two) = (mode((*place, *at))?, mode(other.at[there])?);
+                Some((*place, one.mid_f64(), *one - *two))
+            });
+            // At a value where they are equal nothing is decided.
+            let beside: Vec<(usize, f64, Ball)> = beside.filter(|(.., apart)| !apart.contains_zero()).collect();
+            for pair in beside.windows(2) {
+                let [(first, omega, before), (second, next, after)] = [pair[0], pair[1]];
+                if before.is_negative() != after.is_negative() {
+                    let share = before.mid_f64() / (before.mid_f64() - after.mid_f64());
+                    let [from, to] = [first, second].map(|place| places[place].value);
+                    found.push([from + share * (to - from), omega + share * (next - omega)]);
+                }
+            }
+        }
+    }
+    found
 }
 
 /// What the unit of the parameter is worth in SI.

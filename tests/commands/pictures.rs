@@ -164,6 +164,27 @@ fn modes_cross_where_nothing_couples_them_and_avoid_it_where_something_does() {
     assert_eq!([odd[0].at[0].1, odd[0].at.last().unwrap().1], [1, 2]);
 }
 
+/// Even frequencies with ω² = 3/2 ± sqrt(33/100), the odd one with 4a: it crosses both, which rings tell; what only comes near has none.
+#[test]
+fn crossings_that_are_proved_have_rings() {
+    let model = "param a = 1  coord x, y, z  T = 1/2*(x'^2 + y'^2 + z'^2)
+        V = 1/2*(x + y)^2 + a*(x - y)^2 + 1/2*z^2 + 1/5*z*(x + y)";
+    let rings = |model: &str| -> Vec<f64> {
+        let svg = with_input(&["plot", "sweep", "-", "--over", "a=0..3:31"], model).out;
+        let page = Document::parse(&svg).unwrap();
+        let rings = page.descendants().filter(|node| node.attribute("class").is_some_and(|own| own.ends_with(" ring")));
+        rings.map(|node| node.attribute("cx").unwrap().parse().unwrap()).collect()
+    };
+    let found = rings(model);
+    // The last one stands in the legend.
+    assert_eq!(found.len(), 3);
+    let (left, right) = (0.0, 608.0);
+    for (x, a) in found.iter().zip([1.5 - 0.33_f64.sqrt(), 1.5 + 0.33_f64.sqrt()]) {
+        assert!((x - left - a / 4.0 / 3.0 * (right - left)).abs() < 2.0, "{x}");
+    }
+    assert_eq!(rings(&model.replace("1/5*z*(x + y)", "1/5*z*(x + 2*y)")), [0.0; 0]);
+}
+
 /// The cubic pieces of each curve of a picture: four points each.
 fn pieces(svg: &str) -> Vec<Vec<[[f64; 2]; 4]>> {
     let page = Document::parse(svg).unwrap();
