@@ -16,6 +16,8 @@ use super::args::MessageFormat;
 use super::input::Source;
 use super::{Answer, FAULT, Failure, complain, output};
 
+/// A search that has found something ends at this part of the time, so that the rest is enough to tell it.
+const NEARLY: f64 = 0.6;
 /// How often is looked.
 const INTERVAL: Duration = Duration::from_millis(10);
 
@@ -86,6 +88,7 @@ impl Guard {
         let input = (source.text.len() + tables) as u64;
         let (seconds, bytes) = (self.limits.seconds(input), self.limits.bytes(input));
         let budget = Budget::new(bytes);
+        budget.watch();
         let watch = Watch {
             budget: budget.clone(),
             guard: self.clone(),
@@ -134,6 +137,9 @@ impl Watch {
                 (self.time() / self.seconds as f64, Limit::Time(self.seconds)),
                 (memory() / self.bytes as f64, Limit::Memory(self.bytes)),
             ];
+            if used[0].0 > NEARLY {
+                self.budget.hurry();
+            }
             for (used, limit) in used {
                 if used > 0.9 {
                     let exceeded = self.budget.stop(limit);

@@ -155,6 +155,27 @@ fn ions_repel_each_other() {
     let end = 1.25_f64.cbrt();
     assert_eq!(points(&three).len(), 6);
     assert!(points(&three).iter().all(|own| own.iter().any(|x| (x.abs() - end).abs() < 1e-15) && own.contains(&0.0)));
+    // In a plane: lines and triangles, each in every order and from both sides.
+    let plane = of_file("ions_in_a_plane", &[], "r=-2..2");
+    assert!(plane.complete && points(&plane).len() == 36, "{:?}", plane.reasons);
+    for own in points(&plane) {
+        let swapped: Vec<f64> = [2, 3, 0, 1, 4, 5].map(|at| own[at]).to_vec();
+        let mirrored: Vec<f64> = own.iter().enumerate().map(|(at, x)| if at % 2 == 1 { -x } else { *x }).collect();
+        for image in [swapped, mirrored] {
+            let near = |other: &Vec<f64>| other.iter().zip(&image).all(|(x, y)| (x - y).abs() < 1e-12);
+            assert!(points(&plane).iter().any(near), "{image:?}");
+        }
+        // Forces by the formula itself.
+        for (i, (x, k)) in own.iter().zip([1.0, 2.0, 1.0, 2.0, 1.0, 2.0]).enumerate() {
+            let others = (0..3).filter(|j| *j != i / 2).map(|j| {
+                let [dx, dy] = [0, 1].map(|axis| own[2 * (i / 2) + axis] - own[2 * j + axis]);
+                (if i % 2 == 0 { dx } else { dy }) / dx.hypot(dy).powi(3)
+            });
+            assert!((k * x - others.sum::<f64>()).abs() < 1e-12, "{own:?}");
+        }
+    }
+    let lines = points(&plane).into_iter().filter(|own| [1, 3, 5].iter().all(|at| own[*at].abs() < 1e-12));
+    assert_eq!(lines.count(), 6);
 }
 
 /// Singular points are no equilibria, and what is beside them is excluded.

@@ -215,6 +215,9 @@ struct Shared {
     held: AtomicU64,
     written: AtomicU64,
     spent: AtomicBool,
+    /// Whether somebody watches the time, and little of it is left.
+    watched: AtomicBool,
+    nearly: AtomicBool,
     /// What is at work, and by what the budget was used up.
     state: Mutex<(Task, Option<Exceeded>)>,
     listener: OnceLock<Listener>,
@@ -240,6 +243,8 @@ impl Budget {
             held: AtomicU64::new(0),
             written: AtomicU64::new(0),
             spent: AtomicBool::new(false),
+            watched: AtomicBool::new(false),
+            nearly: AtomicBool::new(false),
             state: Mutex::new((task, None)),
             listener: OnceLock::new(),
         }))
@@ -272,6 +277,28 @@ impl Budget {
     #[must_use]
     pub fn is_spent(&self) -> bool {
         self.0.spent.load(Ordering::Relaxed)
+    }
+
+    /// Somebody watches the time from now on: searches without an end of their own may go on until little is left of it.
+    pub fn watch(&self) {
+        self.0.watched.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether the time is watched.
+    #[must_use]
+    pub fn is_watched(&self) -> bool {
+        self.0.watched.load(Ordering::Relaxed)
+    }
+
+    /// Little time is left.
+    pub fn hurry(&self) {
+        self.0.nearly.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether a search has to be content with what it has found.
+    #[must_use]
+    pub fn is_nearly_spent(&self) -> bool {
+        self.0.nearly.load(Ordering::Relaxed)
     }
 
     /// Nothing, or by what the budget was used up.

@@ -11,11 +11,13 @@ mod error;
 mod forces;
 mod interval;
 mod landscape;
+mod moments;
 mod poles;
 mod region;
 mod root;
 mod search;
 mod stability;
+mod symmetric;
 
 pub use bifurcation::Kind;
 pub use branches::{Bifurcation, Branch, Diagram, follow};
@@ -31,8 +33,10 @@ use librate_core::model::Model;
 use librate_core::modes::Stability;
 use librate_core::number::Number;
 use librate_core::precision::{Ball, Scalar};
+use moments::Moments;
 use root::{Root, are_within};
 use search::{Findings, Search};
+use symmetric::Symmetries;
 
 /// The most coordinates and constraints.
 const MOST_COORDINATES: usize = 64;
@@ -117,8 +121,12 @@ pub fn find(model: &Model, region: &Region) -> Result<Found, EquilibriaError> {
     budget.at("the equilibria in the box", None);
     let model = &*linearize::integrated(model);
     let task = Task::new(model, region, None)?;
-    let mut forces = task.forces(&task.equations())?;
-    let findings = Search::new(&mut forces, Vec::new(), task.whole.clone()).run(&budget)?;
+    let equations = task.equations();
+    let mut forces = task.forces(&equations)?;
+    let mut search = Search::new(&mut forces, Vec::new(), task.whole.clone());
+    search.symmetries = Symmetries::new(model, &task.searched, (&equations, task.rest.potential), &task.whole);
+    search.moments = Moments::new(model, &task.searched, &task.rest);
+    let findings = search.run(&budget)?;
     let mut found = task.found(&findings, &mut forces);
     budget.at("the modes at each equilibrium", None);
     for own in &mut found.equilibria {

@@ -16,6 +16,8 @@ use super::interval::Interval;
 
 /// More poles are not looked at together.
 const MOST_POLES: usize = 200;
+/// A pole is near where what vanishes there takes values from so small a part of others on.
+const NEAR: f64 = 0.5;
 /// Forms of sums of fields that are tried.
 const MOST_FORMS: usize = 2000;
 
@@ -54,7 +56,7 @@ struct Form {
 }
 
 /// What a potential has no value at 0 of, and depends on unknowns.
-fn bases(pool: &Pool, potential: ExprId, unknowns: &[Symbol]) -> Vec<ExprId> {
+pub(super) fn bases(pool: &Pool, potential: ExprId, unknowns: &[Symbol]) -> Vec<ExprId> {
     let mut found = Vec::new();
     for id in pool.reachable(&[potential]) {
         match pool.node(id) {
@@ -122,7 +124,9 @@ impl Poles {
     pub(super) fn exclude(&mut self, at: &[Interval], scratch: &mut Vec<Interval>) -> bool {
         let Some(bases) = &self.bases else { return false };
         let values = bases.evaluate(at, scratch);
-        let near: Vec<usize> = (0..values.len()).filter(|k| values[*k].contains(0.0)).collect();
+        // What is as far away as the piece is large bounds derivatives no better.
+        let is_near = |own: &Interval| own.contains(0.0) || own.lo > 0.0 && own.lo < NEAR * own.hi;
+        let near: Vec<usize> = (0..values.len()).filter(|k| is_near(&values[*k])).collect();
         if near.is_empty() {
             return false;
         }

@@ -13,8 +13,10 @@ use librate_core::precision::{Ball, Scalar};
 
 use super::forces::{Evaluator, Forces};
 use super::interval::Interval;
+use super::moments::Moments;
 use super::poles::Poles;
 use super::root::Root;
+use super::symmetric::Symmetries;
 
 /// Pieces this small beside the whole are not cut further, the first few that are not decided excepted.
 const SMALLEST: f64 = 1.0 / (1_u64 << 24) as f64;
@@ -23,13 +25,15 @@ const FEW_UNDECIDED: usize = 16;
 /// The same where so many have not been decided that there is a line of equilibria.
 const COARSE: f64 = 1.0 / 256.0;
 const MANY_UNDECIDED: usize = 2000;
-/// Operations after which what is left is undecided.
+/// Operations after which what is left is undecided, where nobody watches the time.
 const MOST_WORK: usize = 3_000_000_000;
 /// Steps of Newton's method in doubles.
 const MOST_STEPS: usize = 25;
 /// A contraction is repeated where it leaves less than this of a side.
 const WORTHWHILE: f64 = 0.75;
 const MOST_ROUNDS: usize = 6;
+/// Newton's operator has an approximate inverse on pieces no larger than this beside the whole.
+const PRECONDITIONED: f64 = 0.05;
 /// Rows are solved for each unknown up to so many.
 const FEW: usize = 12;
 
@@ -55,6 +59,10 @@ pub(super) struct Search<'a> {
     pub(super) parameters: Vec<Ball>,
     /// Where it searches.
     pub(super) whole: Vec<Interval>,
+    /// What carries equilibria into each other.
+    pub(super) symmetries: Symmetries,
+    /// Equations that follow from the others.
+    pub(super) moments: Option<Moments>,
     found: Findings,
     scratch: Vec<Interval>,
     cost: usize,
@@ -78,6 +86,8 @@ impl<'a> Search<'a> {
             poles: &mut forces.poles,
             parameters,
             whole,
+            symmetries: Symmetries::default(),
+            moments: None,
             found: Findings::default(),
             scratch: Vec::new(),
         }
@@ -89,13 +99,14 @@ impl<'a> Search<'a> {
         while let Some(mut piece) = todo.pop() {
             budget.check()?;
             self.found.pieces += 1;
-            if self.found.pieces.saturating_mul(self.cost) > MOST_WORK {
+            let is_long = !budget.is_watched() && self.found.pieces.saturating_mul(self.cost) > MOST_WORK;
+            if is_long || budget.is_nearly_spent() {
                 self.found.is_cut_short = true;
                 self.found.undecided.push(piece);
                 self.found.undecided.append(&mut todo);
                 break;
             }
-            if self.is_known(&piece) {
+            if self.symmetries.leave_aside(&piece) || self.is_known(&piece) {
                 continue;
             }
             let slopes = match self.contract(&mut piece) {
@@ -144,6 +155,10 @@ impl<'a> Search<'a> {
         let mut slopes = None;
         for _ in 0..MOST_ROUNDS {
             let inputs = self.inputs(piece, Interval::of_ball);
+            if !self.balance(piece, &inputs) {
+                return Left::Nothing;
+            }
+            let inputs = self.inputs(piece, Interval::of_ball);
             let force = self.intervals.force(&inputs);
             let Some((_, equations)) = force.split_last() else { return Left::Nothing };
             if force.iter().any(Interval::is_empty) || equations.iter().any(|own| !own.contains(0.0)) {
@@ -165,7 +180,24 @@ impl<'a> Search<'a> {
                 break;
             }
         }
-        Left::Some(slopes)
+        let inputs = self.inputs(piece, Interval::of_ball);
+        if self.poles.exclude(&inputs, &mut self.scratch) { Left::Nothing } else { Left::Some(slopes) }
+    }
+
+    /// What sums of forces leave of a piece; false where that is nothing.
+    fn balance(&mut self, piece: &mut [Interval], inputs: &[Interval]) -> bool {
+        let Some(moments) = &mut self.moments else { return true };
+        let values = moments.values(inputs);
+        if values.iter().any(|own| own.is_bounded() && !own.contains(0.0)) {
+            return false;
+        }
+        let centre: Vec<Interval> = piece.iter().map(|own| Interval::point(own.middle())).collect();
+        let middle: Vec<Interval> = centre.iter().chain(&inputs[piece.len()..]).copied().collect();
+        let (values, slopes) = (moments.values(&middle), moments.slopes(inputs));
+        values.iter().zip(slopes.chunks(piece.len())).all(|(own, row)| {
+            let is_usable = own.is_usable() && row.iter().all(Interval::is_usable);
+            !is_usable || solve_row(piece, &centre, row, own, None)
+        })
     }
 
     /// Newton's operator; false where nothing is left.
@@ -182,6 +214,10 @@ impl<'a> Search<'a> {
             if !solve_row(piece, &centre, row, own, (n > FEW).then_some(i)) {
                 return false;
             }
+        }
+        // Over large pieces slopes change too much for it.
+        if self.share(piece).1 > PRECONDITIONED {
+            return true;
         }
         let middle = DMatrix::from_fn(n, n, |i, j| slopes[n * i + j].middle());
         let Some(inverse) = middle.try_inverse() else { return true };
@@ -219,7 +255,12 @@ impl<'a> Search<'a> {
         if let Some(root) = self.prove(&end, &sides)
             && !self.found.roots.iter().any(|other| other.is_same(&root))
         {
-            self.found.roots.push(root);
+            self.found.roots.push(root.clone());
+            for image in self.symmetries.images(&root) {
+                if !self.found.roots.iter().any(|other| other.is_same(&image)) {
+                    self.found.roots.push(image);
+                }
+            }
         }
     }
 

@@ -1,0 +1,116 @@
+//! Sums of forces, of their moments and of their virials, which vanish at an equilibrium too: what acts between bodies cancels in them.
+//!
+//! For any field w the forces along it have the sum Σ w_i F_i = dU(q + εw)/dε + Σ w_i Q_i. Fields are translations, rotations and the dilation of
+//! coordinates with indices; sums that keep poles are of no use, but for the virial.
+
+use librate_core::expr::{ExprId, Prepared, Substitution, Symbol, Tape};
+use librate_core::linearize::AtRest;
+use librate_core::model::Model;
+
+use super::interval::Interval;
+use super::poles::bases;
+use super::symmetric::place;
+
+/// More components are not turned into each other.
+const MOST_COMPONENTS: usize = 6;
+
+/// Equations that follow from the others.
+pub(super) struct Moments {
+    values: Prepared<Interval>,
+    /// Their derivatives, row by row.
+    slopes: Prepared<Interval>,
+    scratch: Vec<Interval>,
+}
+
+impl Moments {
+    /// Those of a model without constraints; `searched` are the coordinates that are unknown, by number.
+    pub(super) fn new(model: &Model, searched: &[usize], rest: &AtRest) -> Option<Self> {
+        if !rest.constraints.is_empty() {
+            return None;
+        }
+        let mut rest = rest.clone();
+        let mut found: Vec<ExprId> = Vec::new();
+        for field in fields(model, searched, &mut rest) {
+            let along = along(&mut rest, &field);
+            let is_dilation = field.iter().zip(&rest.coordinates).all(|(w, q)| rest.pool.as_symbol(*w) == Some(*q));
+            if along != rest.pool.zero()
+                && (is_dilation || bases(&rest.pool, along, &rest.coordinates).is_empty())
+                && !rest.pool.is_undefined(along)
+            {
+                found.push(along);
+            }
+        }
+        if found.is_empty() {
+            return None;
+        }
+        let AtRest { mut pool, coordinates, parameters, .. } = rest;
+        let slopes: Vec<ExprId> = found.iter().flat_map(|own| pool.gradient(*own, &coordinates)).collect();
+        let inputs: Vec<Symbol> = coordinates.into_iter().chain(parameters).collect();
+        let prepared = |roots: &[ExprId]| Some(Tape::compile(&pool, roots, &inputs).ok()?.prepare(()));
+        Some(Self { values: prepared(&found)?, slopes: prepared(&slopes)?, scratch: Vec::new() })
+    }
+
+    pub(super) fn values(&mut self, at: &[Interval]) -> Vec<Interval> {
+        self.values.evaluate(at, &mut self.scratch)
+    }
+
+    pub(super) fn slopes(&mut self, at: &[Interval]) -> Vec<Interval> {
+        self.slopes.evaluate(at, &mut self.scratch)
+    }
+}
+
+/// Σ w_i F_i.
+fn along(rest: &mut AtRest, field: &[ExprId]) -> ExprId {
+    let AtRest { pool, coordinates, potential, others, .. } = rest;
+    let shift = pool.fresh_symbol("shift");
+    let epsilon = pool.symbol_expr(shift);
+    let mut map = Substitution::default();
+    for (symbol, w) in coordinates.iter().zip(field) {
+        let (own, by) = (pool.symbol_expr(*symbol), pool.mul(epsilon, *w));
+        map.insert(*symbol, pool.add(own, by));
+    }
+    let moved = pool.substitute_one(*potential, &map);
+    let slope = pool.diff(moved, shift);
+    let zero = pool.zero();
+    let mut terms = vec![pool.substitute_one(slope, &[(shift, zero)].into_iter().collect())];
+    for (w, other) in field.iter().zip(others.iter()) {
+        terms.push(pool.mul(*w, *other));
+    }
+    pool.sum(&terms)
+}
+
+/// Translations along each component of all bodies, rotations of two into each other, and the dilation.
+fn fields(model: &Model, searched: &[usize], rest: &mut AtRest) -> Vec<Vec<ExprId>> {
+    // Of the indices of a vector the last tells the component; of others the family does.
+    let parted = |at: &usize| {
+        let (family, mut key) = place(model, *at);
+        let component = if key.len() > 1 { key.pop() } else { None };
+        ((family, component), key)
+    };
+    let places: Vec<((usize, Option<usize>), Vec<usize>)> = searched.iter().map(parted).collect();
+    let mut components: Vec<(usize, Option<usize>)> = places.iter().map(|own| own.0).collect();
+    components.sort_unstable();
+    components.dedup();
+    let AtRest { pool, coordinates, .. } = rest;
+    let (zero, one) = (pool.zero(), pool.one());
+    let mut found: Vec<Vec<ExprId>> = Vec::new();
+    for (number, first) in components.iter().take(MOST_COMPONENTS).enumerate() {
+        found.push(places.iter().map(|own| if own.0 == *first { one } else { zero }).collect());
+        for second in components.iter().take(MOST_COMPONENTS).skip(number + 1) {
+            let mut turn = |(component, body): &((usize, Option<usize>), Vec<usize>)| {
+                let (other, sign) = match component {
+                    own if own == first => (second, -1),
+                    own if own == second => (first, 1),
+                    _ => return Some(zero),
+                };
+                // The same body of another family, or of the same.
+                let at = places.iter().position(|own| own.0 == *other && own.1 == *body)?;
+                let own = pool.symbol_expr(coordinates[at]);
+                Some(if sign < 0 { pool.neg(own) } else { own })
+            };
+            found.extend(places.iter().map(&mut turn).collect::<Option<Vec<ExprId>>>());
+        }
+    }
+    found.push(coordinates.iter().map(|own| pool.symbol_expr(*own)).collect());
+    found
+}
