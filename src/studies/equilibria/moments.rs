@@ -79,6 +79,9 @@ fn along(rest: &mut AtRest, field: &[ExprId]) -> ExprId {
     pool.sum(&terms)
 }
 
+/// A component of a vector: its family, and the last index where there are several.
+type Component = (usize, Option<usize>);
+
 /// Translations along each component of all bodies, rotations of two into each other, and the dilation.
 fn fields(model: &Model, searched: &[usize], rest: &mut AtRest) -> Vec<Vec<ExprId>> {
     // Of the indices of a vector the last tells the component; of others the family does.
@@ -87,8 +90,8 @@ fn fields(model: &Model, searched: &[usize], rest: &mut AtRest) -> Vec<Vec<ExprI
         let component = if key.len() > 1 { key.pop() } else { None };
         ((family, component), key)
     };
-    let places: Vec<((usize, Option<usize>), Vec<usize>)> = searched.iter().map(parted).collect();
-    let mut components: Vec<(usize, Option<usize>)> = places.iter().map(|own| own.0).collect();
+    let places: Vec<(Component, Vec<usize>)> = searched.iter().map(parted).collect();
+    let mut components: Vec<Component> = places.iter().map(|own| own.0).collect();
     components.sort_unstable();
     components.dedup();
     let AtRest { pool, coordinates, .. } = rest;
@@ -97,7 +100,7 @@ fn fields(model: &Model, searched: &[usize], rest: &mut AtRest) -> Vec<Vec<ExprI
     for (number, first) in components.iter().take(MOST_COMPONENTS).enumerate() {
         found.push(places.iter().map(|own| if own.0 == *first { one } else { zero }).collect());
         for second in components.iter().take(MOST_COMPONENTS).skip(number + 1) {
-            let mut turn = |(component, body): &((usize, Option<usize>), Vec<usize>)| {
+            let mut turn = |(component, body): &(Component, Vec<usize>)| {
                 let (other, sign) = match component {
                     own if own == first => (second, -1),
                     own if own == second => (first, 1),
