@@ -240,7 +240,8 @@ kept; the meaning of the file never changes. A file with syntax errors is not ch
 
 const LSP: &str = "\
 A language server for editors, on standard input and output: errors while you type, values and dimensions of names, definitions,
-references, renaming, completion, layout, an outline, and the frequencies above the model.
+references, renaming, completion, arguments of functions, layout, an outline, K and M of coordinates at the equilibrium, and the
+frequencies above the model.
 
 An editor starts it by itself once it is told to use `librate lsp` for files that end in .lag.";
 

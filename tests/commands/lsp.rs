@@ -119,6 +119,19 @@ impl Editor {
         self.ask(&format!("textDocument/{method}"), params)
     }
 
+    /// The hover, once it has a part: what takes longer comes a moment after the mistakes.
+    fn hover(&mut self, uri: &str, text: &str, place: &str, part: &str) -> String {
+        let start = Instant::now();
+        loop {
+            let told = self.at("hover", uri, text, place, json!({}))["contents"]["value"].to_string();
+            if told.contains(part) {
+                return told;
+            }
+            assert!(start.elapsed() < Duration::from_secs(60), "{told}");
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    }
+
     fn end(mut self) {
         assert_eq!(self.ask("shutdown", Value::Null), Value::Null);
         self.tell("exit", Value::Null);
@@ -185,12 +198,11 @@ fn names_lead_to_each_other() {
     let mut editor = Editor::new();
     let text = PENDULUM.to_owned() + "let a = sum(i in 1..2, i*sum(j in 1..i, j)) + sum(i in 1..3, i)\n";
     editor.open(URI, &text);
-    let hover = editor.at("hover", URI, &text, "sqrt(g/|ℓ)", json!({}));
-    let told = hover["contents"]["value"].as_str().unwrap();
-    for part in ["param ℓ : m = 0.5", "`ℓ = 0.5 m`", "a length"] {
+    let told = editor.hover(URI, &text, "sqrt(g/|ℓ)", "`ℓ = 0.5 m`");
+    for part in ["param ℓ : m = 0.5", "a length"] {
         assert!(told.contains(part), "{told}");
     }
-    let told = editor.at("hover", URI, &text, "assume ω|0", json!({}))["contents"]["value"].to_string();
+    let told = editor.hover(URI, &text, "assume ω|0", "1/s");
     assert!(told.contains("ω0 = 4.42945 1/s") && told.contains("a rate"), "{told}");
     let told = editor.at("hover", URI, &text, "co|s(", json!({}))["contents"]["value"].to_string();
     assert!(told.contains("cos(x)"), "{told}");
@@ -255,6 +267,77 @@ fn what_can_be_written_is_offered() {
 }
 
 #[test]
+fn coordinates_have_their_stiffness_and_inertia_at_the_equilibrium() {
+    let mut editor = Editor::new();
+    // d²V/dφ² = m g l cos φ and d²T/dφ'² = m l² at φ = 0.
+    editor.open(URI, PENDULUM);
+    let told = editor.hover(URI, PENDULUM, "cos(|φ)", "equilibrium");
+    let line = "at the equilibrium `φ = 0`: stiffness K = `m*g*ℓ = 4.905 J`, inertia M = `m*ℓ^2 = 0.25 kg*m^2`";
+    assert!(told.contains(line), "{told}");
+    // A soft spring that hangs: its third power leaves 3 a x² of K, where a x³ = m g; the expression has no closed form in
+    // shorter terms than x itself. Without units there are none.
+    let text = "param m = 2 param g = 10 param a = 20\ncoord x, y[1..9]\nT = 1/2*m*x'^2 + sum(i in 1..9, 3/2*y[i]'^2)\n\
+        V = 1/4*a*x^4 - m*g*x + sum(i in 1..9, i*y[i]^2)\nguess x = 2\n";
+    editor.change(URI, text);
+    editor.shown();
+    let told = editor.hover(URI, text, "coord |x", "equilibrium");
+    assert!(told.contains("`x = 1`: stiffness K = `3*a*x^2 = 60`, inertia M = `m = 2`"), "{told}");
+    let told = editor.hover(URI, text, "x, |y[1", "equilibrium");
+    assert!(told.contains("`y[6] = 0`: stiffness K = `12`, inertia M = `3`"), "{told}");
+    assert!(!told.contains("y[7] = 0") && told.contains('…'), "{told}");
+    // On a circle of radius 2 about the lowest point, K is that of the motions which are left: m g/l.
+    let text = "param m = 3 param l = 2 param g = 10\ncoord x, y\nconstraint x^2 + y^2 = l^2\n\
+        T = 1/2*m*(x'^2 + y'^2)\nV = m*g*y\nequilibrium x = 0 equilibrium y = -l\n";
+    editor.change(URI, text);
+    editor.shown();
+    let told = editor.hover(URI, text, "coord |x", "equilibrium");
+    assert!(told.contains("stiffness K = `m*g/l = 15`, inertia M = `m = 3`"), "{told}");
+    // What follows has none of its own, nor has a model that is wrong.
+    let told = editor.at("hover", URI, text, "x, |y", json!({}))["contents"]["value"].to_string();
+    assert!(told.contains("coord x, y") && !told.contains("stiffness"), "{told}");
+    let wrong = text.replace("m*g*y", "m*g*z");
+    editor.change(URI, &wrong);
+    editor.shown();
+    let told = editor.at("hover", URI, &wrong, "coord |x", json!({}))["contents"]["value"].to_string();
+    assert!(told.contains("coord x, y") && !told.contains("stiffness"), "{told}");
+    editor.end();
+}
+
+#[test]
+fn arguments_are_named_while_they_are_written() {
+    let mut editor = Editor::new();
+    editor.open(URI, PENDULUM);
+    let cases = [
+        ("let a = sin(|", Some(("sin(x)", "x"))),
+        ("let a = atan2(φ, |", Some(("atan2(y, x)", "x"))),
+        ("let a = atan2(|φ, 1)", Some(("atan2(y, x)", "y"))),
+        // Whatever is closed, or no call, is passed over.
+        ("let a = cross([1, 0, 0], [sin(φ), (0|", Some(("cross(u, v)", "v"))),
+        ("let a = inertia_box(m, 1,\n  2 # (ends, here\n  , |", Some(("inertia_box(m, a, b, c)", "c"))),
+        ("let a = dot (|", Some(("dot(u, v)", "u"))),
+        ("let a = sum(i in 1..3, j in 1..i, |", Some(("sum(i in a..b, EXPR)", "EXPR"))),
+        ("let a = norm(sin(φ)|)", Some(("norm(v)", "v"))),
+        ("let a = norm(φ)|", None),
+        ("let a = wrong(|", None),
+        ("let a = (|", None),
+        ("# sin(|", None),
+        // What is open above does not reach below.
+        ("let a = sin(\ncoord x|", None),
+    ];
+    for (written, expected) in cases {
+        let text = format!("{PENDULUM}{}", written.replace('|', ""));
+        editor.change(URI, &text);
+        let help = editor.at("signatureHelp", URI, &text, written, json!({}));
+        let found = help["signatures"][0]["label"].as_str().map(|call| {
+            let active = help["activeParameter"].as_u64().unwrap() as usize;
+            (call, help["signatures"][0]["parameters"][active]["label"].as_str().unwrap())
+        });
+        assert_eq!(found, expected, "{written}");
+    }
+    editor.end();
+}
+
+#[test]
 fn the_text_is_laid_out_and_summed_up() {
     let mut editor = Editor::new();
     let text = PENDULUM.replace("T = 1/2", "T  =  1/2");
@@ -292,8 +375,9 @@ proptest! {
     fn any_text_is_survived(
         edits in prop::collection::vec((0_usize..400, 0_usize..40, "[ -~\n\t\r\\u{feff}φ𝒢']{0,12}", 0_u32..12, 0_u32..40), 150),
     ) {
-        const METHODS: [&str; 8] = [
+        const METHODS: [&str; 9] = [
             "hover", "definition", "references", "completion", "documentSymbol", "formatting", "codeLens", "prepareRename",
+            "signatureHelp",
         ];
         let mut editor = Editor::new();
         let mut text = PENDULUM.to_owned();

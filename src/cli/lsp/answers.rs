@@ -69,6 +69,13 @@ fn quantity(document: &Document, facts: &Facts, name: &NamePlace<'_>) -> Option<
     if let Some(dimension) = dimension {
         text = format!("{text}\n\n{dimension}");
     }
+    let members = facts.at_rest.get(name.text).map(Vec::as_slice).unwrap_or_default();
+    for own in members.iter().take(SHOWN) {
+        text = format!("{text}\n\n{}", own.line(dimension));
+    }
+    if members.len() > SHOWN {
+        text.push_str("\n\n…");
+    }
     Some(text)
 }
 

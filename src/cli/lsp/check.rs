@@ -9,6 +9,7 @@ use librate::budget::Budget;
 use librate::diagnostic::{Diagnostic, Severity};
 use librate::model::{self, Dimension, Model, Settings, TableTexts};
 use librate::modes::Options;
+use librate::oscillation::NormalModes;
 use librate::precision::{Ball, decimal};
 use librate::syntax::StatementKind;
 use librate::{Error, linearize};
@@ -16,6 +17,7 @@ use lsp_server::{Message, Notification, Request, RequestId};
 use serde_json::{Value, json};
 
 use super::document::Document;
+use super::rest::{AtRest, at_rest};
 use crate::cli::args::ModelArgs;
 use crate::cli::guard::Guard;
 use crate::cli::input::{self, Source};
@@ -49,6 +51,8 @@ pub(super) struct Facts {
     pub(super) columns: BTreeMap<String, Vec<String>>,
     /// The frequencies in a line.
     pub(super) modes: Option<String>,
+    /// The coordinates at the equilibrium, by the names of their families.
+    pub(super) at_rest: BTreeMap<String, Vec<AtRest>>,
 }
 
 /// A poisoned lock holds nothing that is half done.
@@ -104,9 +108,8 @@ impl Checker {
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return,
             }
-            if self.is_latest(&job) {
-                let modes = modes_line(model);
-                self.put(&job, |facts| facts.modes = modes);
+            if self.is_latest(&job) && model.coordinates.len() <= MOST_COORDINATES && model.time_dependent.is_none() {
+                self.solve(&job, &model);
             }
         }
     }
@@ -115,12 +118,33 @@ impl Checker {
         lock(&self.known).get(&job.document.uri).is_some_and(|state| state.latest == job.number)
     }
 
-    /// Changes what is known, unless the text is another one by now, and has it shown.
+    /// Works out the modes, and then what takes longer.
+    fn solve(&self, job: &Job, model: &Model) {
+        let mut options = Options::default().digits(DIGITS);
+        (options.vectors, options.threads) = (false, 1);
+        let found = solved(model.clone(), &options);
+        let line = found.as_ref().map_or_else(ToString::to_string, |(_, modes)| modes_line(modes));
+        self.put(job, |facts| facts.modes = Some(line));
+        self.renew(job);
+        if let Ok((linearized, _)) = found {
+            let at_rest = at_rest(model, &linearized);
+            self.put(job, |facts| facts.at_rest = at_rest);
+        }
+    }
+
+    /// Changes what is known, unless the text is another one by now.
     fn put(&self, job: &Job, change: impl FnOnce(&mut Facts)) {
         let mut known = lock(&self.known);
-        let Some(state) = known.get_mut(&job.document.uri).filter(|state| state.latest == job.number) else { return };
-        change(Arc::make_mut(&mut state.facts));
-        drop(known);
+        if let Some(state) = known.get_mut(&job.document.uri).filter(|state| state.latest == job.number) {
+            change(Arc::make_mut(&mut state.facts));
+        }
+    }
+
+    /// Has it shown, unless the text is another one by now.
+    fn renew(&self, job: &Job) {
+        if !self.is_latest(job) {
+            return;
+        }
         for method in &self.renewed {
             let id = RequestId::from(format!("{method} {}", job.number));
             (self.editor)(Message::Request(Request::new(id, (*method).to_owned(), Value::Null)));
@@ -150,16 +174,18 @@ impl Checker {
         let columns = columns(document, &tables);
         self.put(job, |facts| {
             facts.diagnostics = diagnostics;
-            facts.modes = None;
+            (facts.modes, facts.at_rest) = (None, BTreeMap::new());
             // A table that can't be read for the moment has the columns that it had.
             facts.columns.extend(columns);
-            if let Some(model) = &model {
-                facts.values = values(model);
-                facts.dimensions = model::dimensions(&document.file);
-            }
         });
-        // Only now, as an editor asks for corrections as soon as it has the mistakes.
+        // Only now, as an editor asks for corrections as soon as it has the mistakes; and before anything else, as they are
+        // waited for.
         (self.editor)(Message::Notification(told));
+        if let Some(model) = &model {
+            let (values, dimensions) = (values(model), model::dimensions(&document.file));
+            self.put(job, |facts| (facts.values, facts.dimensions) = (values, dimensions));
+        }
+        self.renew(job);
         model
     }
 }
@@ -197,7 +223,7 @@ fn columns(document: &Document, tables: &TableTexts) -> BTreeMap<String, Vec<Str
 }
 
 /// The digits of a value, without zeros at the end: it is often a short decimal.
-fn digits(value: &Ball) -> String {
+pub(super) fn digits(value: &Ball) -> String {
     let text = decimal(value, DIGITS).text;
     if text.contains('.') && !text.contains('e') {
         return text.trim_end_matches('0').trim_end_matches('.').to_owned();
@@ -217,24 +243,14 @@ fn values(model: &Model) -> BTreeMap<String, Vec<(String, String)>> {
     values
 }
 
-/// The frequencies of a small model, or why there are none.
-fn modes_line(model: Model) -> Option<String> {
-    let count = model.coordinates.len();
-    if count > MOST_COORDINATES || model.time_dependent.is_some() {
-        return None;
-    }
-    let mut options = Options::default().digits(DIGITS);
-    (options.vectors, options.threads) = (false, 1);
-    let modes = match solved(model, &options) {
-        Ok((_, modes)) => modes,
-        Err(error) => return Some(error.to_string()),
-    };
+/// The frequencies, and whether motions stay small.
+fn modes_line(modes: &NormalModes) -> String {
     let shown = modes.modes.iter().take(SHOWN).map(|mode| decimal(&mode.omega, DIGITS).text);
     let mut all: Vec<String> = shown.collect();
     if modes.modes.len() > SHOWN {
         all.push("…".to_owned());
     }
-    Some(format!("omega = {} rad/s, {}", all.join(", "), modes.stability.as_str()))
+    format!("omega = {} rad/s, {}", all.join(", "), modes.stability.as_str())
 }
 
 /// A message as an editor has it.

@@ -1,6 +1,8 @@
 //! What may be written at a place. The statement that is being written can rarely be read, so that this is decided by the
 //! letters before the place.
 
+use std::collections::HashSet;
+
 use librate::model;
 use librate::syntax::{self, NameKind, STATEMENT_WORDS, signature};
 use serde_json::{Value, json};
@@ -38,11 +40,9 @@ pub(super) fn completion(document: &Document, facts: &Facts, at: usize) -> Value
     if line.trim().is_empty() || line.trim_end().ends_with(';') {
         all.extend(STATEMENT_WORDS.map(|word| json!({"label": word, "kind": KEYWORD})));
     }
-    let mut seen = Vec::new();
+    let mut seen = HashSet::new();
     for name in syntax::names(&document.file) {
-        let is_new = name.kind == NameKind::Quantity && name.is_declaration && !seen.contains(&name.text);
-        if is_new {
-            seen.push(name.text);
+        if name.kind == NameKind::Quantity && name.is_declaration && seen.insert(name.text) {
             let value = facts.values.get(name.text).and_then(|own| own.first()).map(|(_, digits)| digits);
             let dimension = facts.dimensions.get(name.text).map(ToString::to_string);
             let detail: Vec<String> = value.cloned().into_iter().chain(dimension).collect();
@@ -58,11 +58,11 @@ pub(super) fn completion(document: &Document, facts: &Facts, at: usize) -> Value
     Value::Array(all)
 }
 
-fn is_letter(c: char) -> bool {
+pub(super) fn is_letter(c: char) -> bool {
     c.is_alphanumeric() || c == '_'
 }
 
-fn without_word(text: &str) -> &str {
+pub(super) fn without_word(text: &str) -> &str {
     text.trim_end_matches(is_letter)
 }
 

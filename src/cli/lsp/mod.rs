@@ -5,9 +5,11 @@
 //! once. What needs the model is worked out beside it ([`check`]).
 
 mod answers;
+mod call;
 mod check;
 mod complete;
 mod document;
+mod rest;
 
 use std::collections::HashMap;
 use std::process::ExitCode;
@@ -55,6 +57,7 @@ fn capabilities() -> Value {
         "referencesProvider": true,
         "renameProvider": {"prepareProvider": true},
         "completionProvider": {"triggerCharacters": [".", ":"]},
+        "signatureHelpProvider": {"triggerCharacters": ["(", ","]},
         "documentSymbolProvider": true,
         "documentFormattingProvider": true,
         "inlayHintProvider": true,
@@ -201,6 +204,7 @@ impl Server {
                 }
             }
             "textDocument/completion" => complete::completion(document, &facts, at),
+            "textDocument/signatureHelp" => call::help(document, at),
             "textDocument/documentSymbol" => answers::outline(document),
             "textDocument/formatting" => answers::formatted(document),
             "textDocument/inlayHint" => answers::hints(document, &facts, &params["range"]),

@@ -57,7 +57,14 @@ impl Dimension {
     }
 
     /// What is to be multiplied by `self` to get `wanted`.
-    fn missing(&self, wanted: &Self) -> Self {
+    ///
+    /// ```
+    /// use librate::model::Dimension;
+    /// let (length, force) = (Dimension::new([0, 1, 0, 0, 0, 0, 0]), Dimension::new([1, 1, -2, 0, 0, 0, 0]));
+    /// assert_eq!(length.missing(&force).unit(), "N/m");
+    /// ```
+    #[must_use]
+    pub fn missing(&self, wanted: &Self) -> Self {
         let mut factor = Self::default();
         for (at, e) in factor.exponents.iter_mut().enumerate() {
             *e = wanted.exponents[at].sub(&self.exponents[at]);
