@@ -26,3 +26,4 @@ mod syntax_files;
 mod syntax_random;
 mod syntax_trees;
 mod textmate;
+mod tree_sitter;
