@@ -5,18 +5,20 @@ from __future__ import annotations
 import csv
 import decimal
 import functools
+import html
 import io
 import json
 import numbers
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from . import _native
-from ._errors import Diagnostic, _request, _warn
+from ._errors import Diagnostic, Error, _request, _warn
 from ._results import Batch, Derivation, Modes, Page, Picture, Result
 
 Number = str | numbers.Real | decimal.Decimal
@@ -28,6 +30,31 @@ _OUTCOMES = np.array(
 _PICTURES = ("modes", "spectrum", "sweep", "response", "period", "motion", "floquet", "equilibria")
 # Larger matrices are sparse, where SciPy is there.
 _DENSE = 500
+# As modes() has them.
+_DIGITS = 10
+
+
+def _ask(function: Callable, *arguments: Any) -> Any:
+    """Calls the native half; an argument of a wrong type is named as it is in Python."""
+    try:
+        return function(*arguments)
+    except OverflowError as error:
+        raise ValueError(f"a number is too large: {error}") from None
+    except TypeError as error:
+        field = re.fullmatch(r"failed to extract field \w+[.](\w+)", str(error))
+        if field is None:
+            raise
+        name, reason = field[1], error.__cause__
+        kind = ValueError if isinstance(reason, (OverflowError, ValueError)) else TypeError
+        [value] = [own[name] for own in arguments if isinstance(own, dict)]
+        raise kind(f"`{name}` can't be {value!r}: {reason}") from None
+
+
+def _items(value: Any, example: str) -> Iterable[tuple[Any, Any]]:
+    """The entries of a dict, or of a data frame."""
+    if not hasattr(value, "items"):
+        raise TypeError(f"{example} is needed, not {value!r}")
+    return value.items()
 
 
 def _text(value: Any) -> str:
@@ -56,6 +83,11 @@ def _settings(name: str, value: Any) -> Iterator[str]:
         yield f"{name}={_text(value)}"
 
 
+def _all_settings(values: Mapping[str, Any] | None) -> list[str]:
+    given = _items(values or {}, 'a dict of values, {"k": 8}')
+    return [setting for name, value in given for setting in _settings(name, value)]
+
+
 def _optional(value: Any) -> str | None:
     return None if value is None else _text(value)
 
@@ -64,25 +96,41 @@ def _range(value: Range) -> str:
     """`k=0..8:17`, or `{"k": (0, 8, 17)}`; where no count is wanted without it."""
     if isinstance(value, str):
         return value
-    [(name, (first, last, *count))] = value.items()
+    example = '"k=0..8:17" or {"k": (0, 8, 17)}'
+    items = _items(value, example)
+    try:
+        [(name, (first, last, *count))] = items
+    except (TypeError, ValueError):
+        raise ValueError(f"a range is {example}, not {value!r}") from None
     return ":".join([f"{name}={_text(first)}..{_text(last)}", *map(_text, count)])
 
 
 def _box(value: str | Mapping[str, Sequence[Number]]) -> str:
     if isinstance(value, str):
         return value
-    return ", ".join(f"{name}={_text(first)}..{_text(last)}" for name, (first, last) in value.items())
+    example = '"x=-2..2" or {"x": (-2, 2)}'
+    items = _items(value, example)
+    try:
+        ranges = [(name, first, last) for name, (first, last) in items]
+    except (TypeError, ValueError):
+        raise ValueError(f"a box is {example}, not {value!r}") from None
+    return ", ".join(f"{name}={_text(first)}..{_text(last)}" for name, first, last in ranges)
 
 
 def _start(value: str | Mapping[str, Number] | None) -> str | None:
     if value is None or isinstance(value, str):
         return value
-    return ", ".join(f"{name}={_text(one)}" for name, one in value.items())
+    return ", ".join(f"{name}={_text(one)}" for name, one in _items(value, '"x=1, x\'=0" or {"x": 1}'))
 
 
 def _table(value: Any) -> str:
     """The text of a table: of a data frame, its rows."""
     return value.to_csv(index=False) if hasattr(value, "to_csv") else value
+
+
+def _tables(values: Mapping[str, Any] | None) -> dict[str, Any]:
+    given = _items(values or {}, 'a dict of texts, {"springs.csv": "k\\n1\\n"}')
+    return {name: _table(table) for name, table in given}
 
 
 def _array(data: bytes, *shape: int) -> np.ndarray:
@@ -97,6 +145,13 @@ def _result(answer: dict, kind: type[Result] = Result) -> Result:
 def _picture(answer: dict) -> Any:
     _warn(answer["warnings"], 4)
     return Picture(answer["text"])
+
+
+def _check_unicode(text: str) -> None:
+    try:
+        text.encode()
+    except UnicodeEncodeError as error:
+        raise _request(f"the text is not Unicode: {error.reason}", "decode files as UTF-8") from None
 
 
 def _read(folder: Path, path: str, roots: list[Path]) -> str:
@@ -127,10 +182,13 @@ class Model:
         *,
         budget: str | None = None,
     ) -> None:
-        if isinstance(text, os.PathLike):
-            raise TypeError("a model is made from its text; Model.open(path) reads a file")
-        texts = {name: _table(table) for name, table in (tables or {}).items()}
-        settings = [setting for name, value in (set or {}).items() for setting in _settings(name, value)]
+        if not isinstance(text, str):
+            raise TypeError(f"a model is made from its text, not from {text!r}; Model.open(path) reads a file")
+        if text.strip().endswith(".lag") and "=" not in text:
+            path = text.strip()
+            raise _request(f"{path!r} is a path, not the text of a model", f"`librate.Model.open({path!r})` reads a file")
+        texts = _tables(tables)
+        settings = _all_settings(set)
         self._make(text, "model", texts, {}, settings, budget)
 
     def _make(
@@ -142,14 +200,11 @@ class Model:
         settings: list[str],
         budget: str | None,
     ) -> None:
-        try:
-            text.encode()
-        except UnicodeEncodeError as error:
-            raise _request(f"the text is not Unicode: {error.reason}", "decode files as UTF-8") from None
+        _check_unicode(text)
         self.text = text
         self._arguments = (name, tables, failures, settings, budget)
         self._native = _native.Model((name, text), tables, failures, settings, budget)
-        content = _native.check(self._native, True)
+        content = _ask(_native.check, self._native, True)
         #: From the `model` statement.
         self.name: str | None = content["name"]
         #: Names, in the order of declaration.
@@ -181,7 +236,7 @@ class Model:
             raise _request(f"can't read the model file `{path}`: it is not UTF-8 text ({error.reason})") from None
         allowed = [allow_path] if isinstance(allow_path, (str, os.PathLike)) else allow_path
         roots = [path.parent.resolve(), path.resolve().parent, *(Path(one).resolve() for one in allowed)]
-        given = {name: _table(table) for name, table in (tables or {}).items()}
+        given = _tables(tables)
         texts, failures = {}, {}
         for name in _native.Model((str(path), text), {}, {}, [], None).paths():
             try:
@@ -189,7 +244,7 @@ class Model:
                     texts[name] = _read(path.parent, name, roots)
             except (OSError, ValueError) as error:
                 failures[name] = str(error)
-        settings = [setting for name, value in (set or {}).items() for setting in _settings(name, value)]
+        settings = _all_settings(set)
         return _again(cls, text, (str(path), {**texts, **given}, failures, settings, budget))
 
     def __reduce__(self) -> tuple:
@@ -199,9 +254,16 @@ class Model:
         count = len(self.coordinates)
         return f"<Model {self.name or ''}: {count} coordinate{'' if count == 1 else 's'}>".replace(" :", ":")
 
+    def _repr_html_(self) -> str:
+        """The page of `show`, or the text of a model that has none."""
+        try:
+            return Page(_native.show(self._native, _DIGITS, None)["text"])._repr_html_()
+        except Error:
+            return f"<pre>{html.escape(self.text)}</pre>"
+
     def check(self) -> list[Diagnostic]:
         """Checks the model; what is suspicious in it is in the list."""
-        return _warn(_native.check(self._native, False)["warnings"], 2)
+        return _warn(_ask(_native.check, self._native, False)["warnings"], 2)
 
     def modes(
         self,
@@ -236,8 +298,8 @@ class Model:
             threads=threads,
         )
         if _svg:
-            return _picture(_native.plot_modes(self._native, arguments, _spectrum))
-        native, told = _native.modes(self._native, arguments)
+            return _picture(_ask(_native.plot_modes, self._native, arguments, _spectrum))
+        native, told = _ask(_native.modes, self._native, arguments)
         fields = json.loads(native.json())
         shapes = None
         if vectors:
@@ -256,10 +318,10 @@ class Model:
         expand: tuple[str, int] | None = None,
     ) -> Derivation:
         """Equations of motion, matrices and closed forms, as expressions in the parameters."""
-        limits = {name: _text(value) for name, value in (limit or {}).items()}
+        limits = {name: _text(value) for name, value in _items(limit or {}, '{"m2": 0}')}
         only = only.split(",") if isinstance(only, str) else only
         arguments: dict[str, Any] = dict(cubic=cubic, quartic=quartic, limit=limits, expand=expand, only=only)
-        native, told = _native.derivation(self._native, {**arguments, "limit": list(limits.items())})
+        native, told = _ask(_native.derivation, self._native, {**arguments, "limit": list(limits.items())})
         return Derivation(native, _warn(told, 2), (functools.partial(Model.derive, **arguments), (self,)))
 
     def sweep(
@@ -282,7 +344,7 @@ class Model:
         over = _range(over)
         arguments = dict(over=over, digits=digits, lowest=lowest, vectors=vectors, threads=threads, svg=_svg)
         arguments |= dict(orders=list(_orders), root_locus=_root_locus)
-        answer = _native.sweep(self._native, arguments)
+        answer = _ask(_native.sweep, self._native, arguments)
         if _svg:
             return _picture(answer)
         name = over.split("=", 1)[0].strip()
@@ -315,7 +377,7 @@ class Model:
         Each parameter has an array with a value for each set, in SI, or one value for all; a family has a row for each
         set, or one value for all its members. Modes are in the order of rising omega squared.
         """
-        columns = {name: np.asarray(value, dtype=float) for name, value in sets.items()}
+        columns = {name: np.asarray(value, dtype=float) for name, value in _items(sets, "a dict of arrays")}
         count = max((len(column) for column in columns.values() if column.ndim), default=1)
         rows = []
         for name, column in columns.items():
@@ -325,7 +387,7 @@ class Model:
                 raise _request(f"`{name}` has {len(column)} values for {count} sets")
             rows.append((name, np.ascontiguousarray(column).tobytes()))
         arguments = dict(columns=rows, sets=count, vectors=vectors, matrices=matrices, bounds=bounds, threads=threads)
-        found = _native.solve_sets(self._native, arguments)
+        found = _ask(_native.solve_sets, self._native, arguments)
         n = len(found["coordinates"])
         squared = _array(found["omega_squared"], count, n)
         result = Batch({"coordinates": found["coordinates"]})
@@ -355,7 +417,7 @@ class Model:
         """The exact period of one coordinate at finite amplitude; with `over` a curve."""
         curve = None if over is None else _range(over)
         amount = dict(amplitude=_optional(amplitude), energy=_optional(energy))
-        answer = _native.periods(self._native, dict(**amount, over=curve, digits=digits, svg=_svg))
+        answer = _ask(_native.periods, self._native, dict(**amount, over=curve, digits=digits, svg=_svg))
         if _svg:
             return _picture(answer)
         if over is None:
@@ -374,9 +436,10 @@ class Model:
         """
         ranges = None
         if map is not None:
-            first, second = map
-            ranges = (_range(first), _range(second))
-        answer = _native.multipliers(self._native, ranges, digits, _svg)
+            if isinstance(map, str) or len(map) != 2:
+                raise ValueError(f"a map has two ranges, not {map!r}")
+            ranges = (_range(map[0]), _range(map[1]))
+        answer = _ask(_native.multipliers, self._native, ranges, digits, _svg)
         if _svg:
             return _picture(answer)
         if map is None:
@@ -407,7 +470,7 @@ class Model:
         """
         outputs = [output] if isinstance(output, str) else list(output)
         arguments = dict(over=_range(over), input=input, output=outputs, digits=digits, threads=threads)
-        answer = _native.steady_response(self._native, arguments | dict(svg=_svg, peaks=False))
+        answer = _ask(_native.steady_response, self._native, arguments | dict(svg=_svg, peaks=False))
         if _svg:
             return _picture(answer)
         found = _result(answer)
@@ -430,7 +493,7 @@ class Model:
         """
         outputs = [output] if isinstance(output, str) else list(output)
         arguments = dict(over=_range(over), input=input, output=outputs, digits=digits, threads=threads)
-        return _result(_native.steady_response(self._native, arguments | dict(svg=False, peaks=True)))
+        return _result(_ask(_native.steady_response, self._native, arguments | dict(svg=False, peaks=True)))
 
     def motion(
         self,
@@ -460,7 +523,7 @@ class Model:
             tolerance=tolerance,
             svg=_svg,
         )
-        answer = _native.trajectory(self._native, arguments)
+        answer = _ask(_native.trajectory, self._native, arguments)
         if _svg:
             return _picture(answer)
         fields = json.loads(answer["json"])
@@ -477,24 +540,24 @@ class Model:
         """Every equilibrium in a box, `"x=-2..2, phi=-pi..pi"` or `{"x": (-2, 2)}`, none missed; with `over` the
         `branches` of equilibria over a parameter, and their `bifurcations`."""
         arguments = dict(region=_box(box), over=None if over is None else _range(over), svg=_svg)
-        answer = _native.all_equilibria(self._native, arguments)
+        answer = _ask(_native.all_equilibria, self._native, arguments)
         return _picture(answer) if _svg else _result(answer)
 
     def sensitivity(self, digits: int = 10, lowest: int | None = None) -> Result:
         """How much each frequency changes with each parameter: `modes` with their `derivatives`."""
-        return _result(_native.sensitivities(self._native, digits, lowest))
+        return _result(_ask(_native.sensitivities, self._native, digits, lowest))
 
     def amplitude(self, digits: int = 10) -> Result:
         """How the frequencies begin to change with the amplitudes of their modes."""
-        return _result(_native.amplitudes(self._native, digits))
+        return _result(_ask(_native.amplitudes, self._native, digits))
 
     def inertia(self, digits: int = 10) -> Result:
         """Principal moments and axes of every constant tensor of the model."""
-        return _result(_native.tensors(self._native, digits))
+        return _result(_ask(_native.tensors, self._native, digits))
 
     def show(self, digits: int = 10, lowest: int | None = None) -> Page:
         """A page with the modes in motion, their digits, the model and its derivation."""
-        answer = _native.show(self._native, digits, lowest)
+        answer = _ask(_native.show, self._native, digits, lowest)
         _warn(answer["warnings"], 2)
         return Page(answer["text"])
 
@@ -513,7 +576,7 @@ class Model:
 
     def matrices(self) -> dict[str, Any]:
         """M and K, and what there is of G, C and N; SciPy's sparse arrays for large models, where SciPy is there."""
-        data, told = _native.archive(self._native)
+        data, told = _ask(_native.archive, self._native)
         _warn(told, 2)
         with np.load(io.BytesIO(data)) as archive:
             parts = dict(archive)
@@ -521,13 +584,13 @@ class Model:
 
     def export(self, code: str) -> str:
         """M, K and accelerations as source code: `"c"`, `"rust"` or `"python"`."""
-        answer = _native.source_code(self._native, code)
+        answer = _ask(_native.source_code, self._native, code)
         _warn(answer["warnings"], 2)
         return answer["text"]
 
     def fmt(self) -> str:
         """The text in canonical layout."""
-        return _native.format(self.text)
+        return _ask(_native.format, self.text)
 
 
 def _again(kind: type[Model], text: str, arguments: tuple) -> Model:
@@ -553,7 +616,10 @@ def _matrix(parts: dict[str, np.ndarray], name: str) -> Any:
 
 def fmt(text: str) -> str:
     """The text of a model in canonical layout."""
-    return _native.format(text)
+    if not isinstance(text, str):
+        raise TypeError(f"a text is needed, not {text!r}")
+    _check_unicode(text)
+    return _ask(_native.format, text)
 
 
 def explain(code: str | None = None) -> str:
@@ -583,4 +649,4 @@ def inertia(
     amount = None
     if density is not None or mass is not None:
         amount = (mass is not None, _text(density if mass is None else mass))
-    return _result(_native.body(None if points is None else _table(points), mesh, amount, digits))
+    return _result(_ask(_native.body, None if points is None else _table(points), mesh, amount, digits))

@@ -2,6 +2,7 @@
 
 import csv
 import io
+import html
 import json
 import math
 import subprocess
@@ -240,6 +241,10 @@ def test_pictures_and_pages(models):
     page = pendulums.show()
     assert page.startswith("<!DOCTYPE html>") and "<canvas" in page and "3.132091953" in page
     assert page._repr_html_().startswith("<iframe") and "<canvas" not in page._repr_html_()
+    # A notebook shows a model as its page, or as its text where it has none.
+    assert pendulums._repr_html_() == page._repr_html_()
+    driven = librate.Model.open(models / "mathieu.lag")
+    assert driven._repr_html_() == f"<pre>{html.escape(driven.text)}</pre>"
 
 
 def test_layout_explanations_and_code():

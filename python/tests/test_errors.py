@@ -1,12 +1,17 @@
 """Errors, warnings, tables, and what no text may do."""
 
+import inspect
+import math
 import os
 import random
 import signal
 import subprocess
 import threading
 import time
+from decimal import Decimal
+from pathlib import Path
 
+import numpy as np
 import pytest
 
 import librate
@@ -128,6 +133,57 @@ def test_other_requests_that_can_not_be_met():
         with pytest.raises(librate.Error) as caught:
             request()
         assert str(caught.value).startswith("error") and caught.value.diagnostics
+
+
+# Of every kind that somebody may hand over by mistake.
+STRANGE = [
+    None, 0, -1, 5, 2**70, -(2**70), 1.5, math.nan, math.inf, True, "", "x", "k=1..2:3", "nul\0", "\ud800", b"x", [], [1], ["k", "x"],
+    (1, 2), (1, 2, 3), {}, {"k": 1}, {"k": (1, 2, 3)}, {1: 2}, {"k": "a"}, {"k": [[1]]}, object(), np.array([[1.0]]), np.array(["a"]),
+    1j, Decimal("NaN"), range(3), {"k"}, len,
+]  # fmt: skip
+
+
+def test_whatever_is_handed_over_the_error_is_one_of_three(models):
+    """`Error` for what a model can't do, `TypeError` and `ValueError` for what no argument can be."""
+    spring = librate.Model("param k = 1  coord x  T = 1/2*x'^2  V = k*x^2 + x^4", budget="2s")
+    driven = librate.Model(
+        "param W = 2  coord x  T = 1/2*x'^2  V = 1/2*(1 + cos(W*t)/10)*x^2  period 2*pi/W", budget="2s"
+    )
+    needed = {
+        "sweep": {"over": "k=1..2:3"}, "batch": {"sets": {"k": [1.0]}}, "period": {"amplitude": 1}, "export": {"code": "c"},
+        "response": {"over": "omega=1..2:3", "input": "x"}, "peaks": {"over": "omega=1..2", "input": "x"},
+        "motion": {"start": "x=1", "until": 1}, "equilibria": {"box": "x=-1..1"}, "plot": {"kind": "modes"},
+    }  # fmt: skip
+    calls = []
+    for model in (spring, driven):
+        for name, method in inspect.getmembers(model, inspect.ismethod):
+            if not name.startswith("_") and name != "open":
+                parameters = inspect.signature(method).parameters
+                calls += [(method, needed.get(name, {}), one) for one in parameters if not one.startswith("_")]
+    calls += [(librate.Model, {"text": spring.text}, one) for one in ("text", "tables", "set", "budget")]
+    calls += [(librate.Model.open, {"path": models / "water.lag"}, one) for one in ("tables", "set", "allow_path", "budget")]
+    calls += [(librate.inertia, {}, one) for one in ("points", "mesh")]
+    calls += [(librate.inertia, {"points": "m,x,y,z\n1,2,3,4\n"}, one) for one in ("density", "mass", "digits")]
+    calls += [(librate.fmt, {}, "text"), (librate.explain, {}, "code")]
+    refused = 0
+    for call, needed, name in calls:
+        for value in STRANGE:
+            try:
+                call(**{**needed, name: value})
+            except (librate.Error, TypeError, ValueError) as error:
+                assert "extract field" not in str(error) and "unpack" not in str(error), (call, name, value)
+                refused += 1
+    assert len(calls) > 120 and refused > 3000
+
+
+def test_a_path_is_no_text():
+    for path in ("models/none.lag", "models/water.lag"):
+        with pytest.raises(librate.Error, match="is a path") as caught:
+            librate.Model(path)
+        assert caught.value.diagnostics[0].help == f"`librate.Model.open({path!r})` reads a file"
+    with pytest.raises(TypeError, match="Model.open"):
+        librate.Model(Path("models/none.lag"))
+    assert failed("V = b.lag").diagnostics[0].code
 
 
 def test_what_is_suspicious_is_a_warning():
