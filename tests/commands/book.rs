@@ -127,6 +127,17 @@ fn links_lead_somewhere() {
     }
 }
 
+/// The chapter on tests names them by their places.
+#[test]
+fn what_is_said_to_be_checked_is_there() {
+    let text = read(&Path::new(BOOK).join("checking.md"));
+    let places =
+        text.split('`').skip(1).step_by(2).filter(|own| !own.contains(char::is_whitespace) && own.contains(['/', '.']));
+    let places: Vec<&str> = places.collect();
+    places.iter().for_each(|own| assert!(Path::new(own).exists(), "{own}"));
+    assert!(places.len() > 25);
+}
+
 /// The comment at the beginning of a model, by lines.
 fn header(text: &str) -> Vec<&str> {
     text.lines().map_while(|line| line.strip_prefix('#')).map(str::trim).collect()
