@@ -38,6 +38,16 @@ fn flowing(text: &str) -> String {
     out
 }
 
+/// How a command is called that takes one of several things: a line for each, as no line of usages is ever broken.
+fn usage(command: &str, ways: &[&str]) -> String {
+    let lines: Vec<String> = ways.iter().map(|way| format!("librate {command} [OPTIONS] {way} <FILE>")).collect();
+    lines.join("\n       ")
+}
+
+const PERIODS: [&str; 3] = ["--amplitude <A>", "--energy <E>", "--over <NAME=a..b:count>"];
+const MOTIONS: [&str; 3] = ["--start <VALUES>", "--start-table <FILE.csv>", "--mode <NUMBER>"];
+const EXPORTS: [&str; 4] = ["--matrix-market -o <PATH>", "--npz -o <PATH>", "--petsc -o <PATH>", "--code <LANGUAGE>"];
+
 const ABOUT: &str = "\
 Small oscillations: write T and V as on the blackboard, get normal frequencies in which every printed
 digit is right.";
@@ -285,7 +295,7 @@ Examples:
 
 /// The command line.
 #[derive(Debug, Parser)]
-#[command(name = "librate", version, about = ABOUT, after_help = flowing(EXAMPLE))]
+#[command(name = "librate", version, about = flowing(ABOUT), after_help = flowing(EXAMPLE))]
 #[command(arg_required_else_help = true, disable_help_subcommand = true, max_term_width = 100)]
 pub(crate) struct Cli {
     #[command(subcommand)]
@@ -363,7 +373,7 @@ pub(crate) enum Command {
     #[command(long_about = flowing(SWEEP), after_help = flowing(SWEEP_EXAMPLE))]
     Sweep(Sweep),
     /// The exact period of one coordinate at finite amplitude
-    #[command(long_about = flowing(PERIOD), after_help = flowing(PERIOD_EXAMPLE))]
+    #[command(override_usage = usage("period", &PERIODS), long_about = flowing(PERIOD), after_help = flowing(PERIOD_EXAMPLE))]
     Period(Period),
     /// How the frequency of each mode changes with its amplitude
     #[command(long_about = flowing(AMPLITUDE))]
@@ -378,7 +388,7 @@ pub(crate) enum Command {
     #[command(long_about = flowing(RESPONSE), after_help = flowing(RESPONSE_EXAMPLE))]
     Response(ResponseArgs),
     /// Time evolution, as CSV
-    #[command(long_about = flowing(MOTION), after_help = flowing(MOTION_EXAMPLE))]
+    #[command(override_usage = usage("motion", &MOTIONS), long_about = flowing(MOTION), after_help = flowing(MOTION_EXAMPLE))]
     Motion(Motion),
     /// A picture of what another command answers, as SVG
     #[command(long_about = flowing(PLOT), after_help = flowing(PLOT_EXAMPLE))]
@@ -393,7 +403,7 @@ pub(crate) enum Command {
     #[command(long_about = flowing(INERTIA), after_help = flowing(INERTIA_EXAMPLE))]
     Inertia(Inertia),
     /// The matrices as files of other programs, the equations as source code
-    #[command(long_about = flowing(EXPORT), after_help = flowing(EXPORT_EXAMPLE))]
+    #[command(override_usage = usage("export", &EXPORTS), long_about = flowing(EXPORT), after_help = flowing(EXPORT_EXAMPLE))]
     Export(Export),
     /// Check a model file without computing anything
     #[command(long_about = flowing(CHECK))]
@@ -483,10 +493,12 @@ pub(crate) enum Plotted {
     /// Amplitude and phase of the steady response over the frequency
     Response(Drawn<ResponseArgs>),
     /// The period over the amplitude or the energy
+    #[command(override_usage = usage("plot period", &PERIODS))]
     Period(Drawn<Period>),
     /// The stability chart over two parameters
     Floquet(Drawn<Floquet>),
     /// The coordinates over the time
+    #[command(override_usage = usage("plot motion", &MOTIONS))]
     Motion(Drawn<Motion>),
     /// The equilibria in a box, or their branches over a parameter
     Equilibria(Drawn<Equilibria>),

@@ -3,7 +3,10 @@
 
 use crate::cli_support;
 
+use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::process::Stdio;
+use std::time::Duration;
 
 use cli_support::*;
 use serde_json::Value;
@@ -686,6 +689,43 @@ fn manual_pages_are_those_of_the_help() {
     assert_eq!((refused.status, refused.out.as_str()), (2, ""));
 }
 
+/// The names in a list of commands.
+fn commands(help: &str) -> Vec<String> {
+    let listed = help.lines().skip_while(|line| *line != "Commands:").skip(1).take_while(|line| !line.is_empty());
+    listed.filter_map(|line| Some(line.split_whitespace().next()?.to_owned())).collect()
+}
+
+#[test]
+fn help_is_as_wide_as_the_terminal() {
+    let help = |words: &[&str], width: &str| {
+        let mut command = command(words);
+        command.arg("--help").env("COLUMNS", width);
+        let run = finish(command, b"");
+        assert_eq!(run.status, 0, "{words:?}");
+        run.out
+    };
+    let mut all = vec![vec![]];
+    all.extend(commands(&printed(&["--help"])).into_iter().map(|name| vec![name]));
+    all.extend(commands(&printed(&["plot", "--help"])).into_iter().map(|kind| vec!["plot".to_owned(), kind]));
+    assert!(all.len() > 30);
+    for own in all {
+        let words: Vec<&str> = own.iter().map(String::as_str).collect();
+        for line in help(&words, "80").lines() {
+            assert!(line.chars().count() <= 80, "{words:?}: {line}");
+        }
+        // Where there is more room it is used, up to 100 columns; no line is broken where it stands in the source.
+        let wide = help(&words, "200");
+        let (text, _) = wide.split_once("Usage:").unwrap();
+        let lines: Vec<&str> = text.lines().collect();
+        for (line, next) in lines.iter().zip(&lines[1..]) {
+            let word = next.split_whitespace().next().map_or(usize::MAX, |word| word.chars().count());
+            let has_room = line.chars().count().saturating_add(word) < 99;
+            let ends = line.is_empty() || line.ends_with(':') || next.starts_with(' ') || line.starts_with(' ');
+            assert!(line.chars().count() <= 100 && (ends || !has_room || next.is_empty()), "{words:?}: {line}");
+        }
+    }
+}
+
 #[test]
 #[cfg(unix)]
 fn examples_of_the_help_run() {
@@ -694,22 +734,50 @@ fn examples_of_the_help_run() {
     std::fs::create_dir_all(&folder).unwrap();
     std::os::unix::fs::symlink(std::fs::canonicalize("models").unwrap(), folder.join("models")).unwrap();
     let help = printed(&["--help"]);
-    let commands = help.lines().skip_while(|line| *line != "Commands:").skip(1).take_while(|line| !line.is_empty());
-    let names: Vec<&str> = commands.filter_map(|line| line.split_whitespace().next()).collect();
+    let names = commands(&help);
     assert!(names.len() > 20, "{names:?}");
-    // These go on until they are told to end; an editor's words are no example.
-    let endless = ["watch", "repl", "lsp", "help"];
     let program = Path::new(env!("CARGO_BIN_EXE_librate")).parent().unwrap();
     let path = format!("{}:{}", program.display(), std::env::var("PATH").unwrap());
+    let shell = |line: &str| {
+        let mut shell = std::process::Command::new("sh");
+        shell.args(["-c", line]).current_dir(&folder).env("PATH", &path).stdin(Stdio::null());
+        shell
+    };
+    let run = |line: &str| {
+        let ran = shell(line).output().unwrap();
+        assert!(ran.status.success(), "{line}\n{}", String::from_utf8_lossy(&ran.stderr));
+    };
+    // The first page has its own model.
+    let (_, model) = help.split_once("three_pendulums.lag:\n").unwrap();
+    let (model, lines) = model.split_once("Commands:").unwrap();
+    std::fs::write(folder.join("three_pendulums.lag"), model).unwrap();
+    std::fs::copy("models/simple_pendulum.lag", folder.join("pendulum.lag")).unwrap();
+    let lines = lines.lines().filter_map(|line| line.strip_prefix("    librate "));
+    lines.for_each(|line| run(&format!("librate {}", line.split("   ").next().unwrap())));
     let mut examples = 0;
-    for name in names.iter().filter(|name| !endless.contains(name)) {
+    for name in &names {
         let own = printed(&[name, "--help"]);
         for line in own.lines().skip_while(|line| *line != "Examples:").filter(|line| line.contains("librate ")) {
             let line = line.trim().split(" > ").next().unwrap().trim_end_matches(" | man -l -");
-            let mut shell = std::process::Command::new("sh");
-            let ran = shell.args(["-c", line]).current_dir(&folder).env("PATH", &path).output().unwrap();
-            assert!(ran.status.success(), "{line}\n{}", String::from_utf8_lossy(&ran.stderr));
             examples += 1;
+            if name != "watch" {
+                run(line);
+                continue;
+            }
+            // Goes on until it is told to end, once it has answered.
+            let page = folder.join("page.html");
+            let _ = std::fs::remove_file(&page);
+            let mut watch = shell(&format!("exec {line}")).stdout(Stdio::piped()).spawn().unwrap();
+            let mut out = watch.stdout.take().unwrap();
+            if line.contains("page.html") {
+                while !page.exists() {
+                    std::thread::sleep(Duration::from_millis(20));
+                }
+            } else {
+                out.read_exact(&mut [0; 20]).unwrap();
+            }
+            watch.kill().unwrap();
+            watch.wait().unwrap();
         }
     }
     assert!(examples > 30, "{examples}");
