@@ -21,6 +21,7 @@ use super::rest::{AtRest, at_rest};
 use crate::cli::args::ModelArgs;
 use crate::cli::guard::Guard;
 use crate::cli::input::{self, Source};
+use crate::cli::messages::Lines;
 use crate::cli::{Failure, Size, checked, solved};
 
 /// Modes are computed once nothing was typed for so long, of models up to so many coordinates.
@@ -169,7 +170,8 @@ impl Checker {
         if !self.is_latest(job) {
             return None;
         }
-        let shown = diagnostics.iter().map(|own| shown(document, own)).collect();
+        let lines = document.lines();
+        let shown = diagnostics.iter().map(|own| shown(document, &lines, own)).collect();
         let told = published(&document.uri, document.version, shown);
         let columns = columns(document, &tables);
         self.put(job, |facts| {
@@ -254,8 +256,7 @@ fn modes_line(modes: &NormalModes) -> String {
 }
 
 /// A message as an editor has it.
-fn shown(document: &Document, own: &Diagnostic) -> Value {
-    let lines = document.lines();
+fn shown(document: &Document, lines: &Lines<'_>, own: &Diagnostic) -> Value {
     let primary = own.primary.as_ref();
     let mut message = own.message.clone();
     if let Some(label) = primary.filter(|label| !label.text.is_empty()) {
@@ -267,7 +268,7 @@ fn shown(document: &Document, own: &Diagnostic) -> Value {
     let related = own
         .secondary
         .iter()
-        .map(|label| json!({"location": document.location(&lines, label.span), "message": label.text}));
+        .map(|label| json!({"location": document.location(lines, label.span), "message": label.text}));
     let severity = match own.severity {
         Severity::Warning => 2,
         _ => 1,
