@@ -292,9 +292,9 @@ fn coordinates_have_their_stiffness_and_inertia_at_the_equilibrium() {
     editor.shown();
     let told = editor.hover(URI, text, "coord |x", "equilibrium");
     assert!(told.contains("stiffness K = `m*g/l = 15`, inertia M = `m = 3`"), "{told}");
-    // What follows has none of its own, nor has a model that is wrong.
-    let told = editor.at("hover", URI, text, "x, |y", json!({}))["contents"]["value"].to_string();
-    assert!(told.contains("coord x, y") && !told.contains("stiffness"), "{told}");
+    let told = editor.hover(URI, text, "x, |y", "equilibrium");
+    assert!(told.contains("at the equilibrium `y = -2`, near which it follows other coordinates"), "{told}");
+    // A model that is wrong has none.
     let wrong = text.replace("m*g*y", "m*g*z");
     editor.change(URI, &wrong);
     editor.shown();
@@ -347,6 +347,7 @@ fn the_text_is_laid_out_and_summed_up() {
     let names: Vec<&str> = outline.as_array().unwrap().iter().map(|own| own["name"].as_str().unwrap()).collect();
     assert_eq!(names, ["pendel", "m", "g", "ℓ", "ω0", "φ", "T", "V", "assume"]);
     let whole = json!({"start": {"line": 0, "character": 0}, "end": {"line": 99, "character": 0}});
+    editor.hover(URI, &text, "assume ω|0", "1/s");
     let hints = editor.ask("textDocument/inlayHint", json!({"textDocument": {"uri": URI}, "range": whole}));
     let labels: Vec<&str> = hints.as_array().unwrap().iter().map(|own| own["label"].as_str().unwrap()).collect();
     assert_eq!(labels, [": 1/s", "= 4.42945"]);

@@ -227,10 +227,11 @@ fn columns(document: &Document, tables: &TableTexts) -> BTreeMap<String, Vec<Str
 /// The digits of a value, without zeros at the end: it is often a short decimal.
 pub(super) fn digits(value: &Ball) -> String {
     let text = decimal(value, DIGITS).text;
-    if text.contains('.') && !text.contains('e') {
-        return text.trim_end_matches('0').trim_end_matches('.').to_owned();
+    let (digits, power) = text.split_at(text.find('e').unwrap_or(text.len()));
+    match digits.contains('.') {
+        true => format!("{}{power}", digits.trim_end_matches('0').trim_end_matches('.')),
+        false => text,
     }
-    text
 }
 
 fn values(model: &Model) -> BTreeMap<String, Vec<(String, String)>> {

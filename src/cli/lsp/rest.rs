@@ -17,13 +17,13 @@ const ENERGY: [i8; 7] = [1, 2, -2, 0, 0, 0, 0];
 /// An energy over the square of a rate.
 const INERTIA: [i8; 7] = [1, 2, 0, 0, 0, 0, 0];
 
-/// A coordinate at the equilibrium; of those that others follow, K and M among the motions that are left.
+/// A coordinate at the equilibrium.
 #[derive(Clone)]
 pub(super) struct AtRest {
     member: String,
     position: String,
-    stiffness: Entry,
-    inertia: Entry,
+    /// The entries of K and M, where others follow it those among the motions that are left; `None` where it follows.
+    entries: Option<[Entry; 2]>,
 }
 
 /// An entry of a matrix.
@@ -31,6 +31,14 @@ pub(super) struct AtRest {
 struct Entry {
     symbol: Option<String>,
     digits: String,
+}
+
+impl Entry {
+    fn new(symbol: String, value: &Ball) -> Self {
+        let digits = digits(value);
+        let is_shown = !symbol.is_empty() && symbol.chars().count() <= LONGEST && symbol != digits;
+        Self { symbol: is_shown.then_some(symbol), digits }
+    }
 }
 
 impl AtRest {
@@ -41,46 +49,37 @@ impl AtRest {
             false => format!(" {}", of.unit()),
         };
         let own = dimension.cloned().map(unit).unwrap_or_default();
+        let place = format!("at the equilibrium `{} = {}{own}`", self.member, self.position);
+        let Some([stiffness, inertia]) = &self.entries else {
+            return format!("{place}, near which it follows other coordinates");
+        };
         let entry = |entry: &Entry, energy: [i8; 7]| {
             let unit = dimension.map(|x| unit(x.missing(&x.missing(&Dimension::new(energy))))).unwrap_or_default();
             let symbol = entry.symbol.as_ref().map(|text| format!("{text} = ")).unwrap_or_default();
             format!("`{symbol}{}{unit}`", entry.digits)
         };
-        format!(
-            "at the equilibrium `{} = {}{own}`: stiffness K = {}, inertia M = {}",
-            self.member,
-            self.position,
-            entry(&self.stiffness, ENERGY),
-            entry(&self.inertia, INERTIA),
-        )
+        format!("{place}: stiffness K = {}, inertia M = {}", entry(stiffness, ENERGY), entry(inertia, INERTIA))
     }
 }
 
-/// All coordinates that follow no others, by the names of their families.
+/// All coordinates, by the names of their families.
 pub(super) fn at_rest(model: &Model, linearized: &Linearized) -> BTreeMap<String, Vec<AtRest>> {
     let free = linearized.free_coordinates();
     let symbols = if free.len() <= MOST_SYMBOLS { symbols(model, &free) } else { None };
     let (mass, stiffness) = (linearized.mass(), linearized.stiffness());
-    let names: Vec<String> = linearized.model().coordinates.names().collect();
-    let mut all: BTreeMap<String, Vec<AtRest>> = BTreeMap::new();
-    for (k, i) in free.iter().enumerate() {
-        let diagonal = k * (free.len() + 1);
-        let (Some(member), Some(position)) = (names.get(*i), linearized.equilibrium().values.get(*i)) else { continue };
-        let (Some(stiffness), Some(mass)) = (stiffness.get(diagonal), mass.get(diagonal)) else { continue };
+    let entries = |i: usize| {
+        let k = free.iter().position(|own| *own == i)?;
+        let (stiffness, mass) = (stiffness.get(k * (free.len() + 1))?, mass.get(k * (free.len() + 1))?);
         let symbols = symbols.as_ref().and_then(|all| all.get(k).cloned()).unwrap_or_default();
-        let entry = |symbol: String, value: &Ball| {
-            let digits = digits(value);
-            let is_shown = !symbol.is_empty() && symbol.chars().count() <= LONGEST && symbol != digits;
-            Entry { symbol: is_shown.then_some(symbol), digits }
-        };
-        let own = AtRest {
-            member: member.clone(),
-            position: digits(position),
-            stiffness: entry(symbols.0, stiffness),
-            inertia: entry(symbols.1, mass),
-        };
-        let family = member.split('[').next().unwrap_or_default();
-        all.entry(family.to_owned()).or_default().push(own);
+        Some([Entry::new(symbols.0, stiffness), Entry::new(symbols.1, mass)])
+    };
+    let mut all: BTreeMap<String, Vec<AtRest>> = BTreeMap::new();
+    for (i, (member, position)) in
+        linearized.model().coordinates.names().zip(&linearized.equilibrium().values).enumerate()
+    {
+        let family = member.split('[').next().unwrap_or_default().to_owned();
+        let own = AtRest { member, position: digits(position), entries: entries(i) };
+        all.entry(family).or_default().push(own);
     }
     all
 }
