@@ -65,6 +65,7 @@ fn gives(statement: &Statement) -> (&'static str, Vec<&str>) {
         StatementKind::Guess { binding, .. } => ("guess", vec![&binding.name.text]),
         StatementKind::Equilibrium { binding, .. } => ("equilibrium", vec![&binding.name.text]),
         StatementKind::Period(_) => ("period", Vec::new()),
+        StatementKind::Draw { drawn, .. } => ("draw", vec![drawn.as_str()]),
         StatementKind::Table { name, .. } => ("table", vec![&name.text]),
     }
 }

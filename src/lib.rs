@@ -118,9 +118,9 @@ pub mod syntax {
     #[cfg(feature = "format")]
     pub use librate_core::syntax::format;
     pub use librate_core::syntax::{
-        Binding, Comparison, Expr, ExprKind, ExprRef, FUNCTIONS, File, IndexKind, Indices, MOST_BYTES, Name, NameKind,
-        NamePlace, STATEMENT_WORDS, Statement, StatementKind, SyntaxError, UnitKind, names, parse, parse_readable,
-        print_expr, print_statement, signature,
+        Binding, Comparison, Drawn, Expr, ExprKind, ExprRef, FUNCTIONS, File, IndexKind, Indices, MOST_BYTES, Name,
+        NameKind, NamePlace, STATEMENT_WORDS, Statement, StatementKind, SyntaxError, UnitKind, names, parse,
+        parse_readable, print_expr, print_statement, signature,
     };
 }
 

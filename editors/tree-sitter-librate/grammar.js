@@ -9,7 +9,7 @@ const list = rule => seq(rule, repeat(seq(',', rule)));
 /** What can't be a name. */
 const STATEMENTS = [
   'model', 'param', 'coord', 'let', 'T', 'V', 'lagrangian', 'dissipation', 'force', 'constraint', 'assume', 'guess',
-  'equilibrium', 'period', 'table',
+  'equilibrium', 'period', 'table', 'draw',
 ];
 const WORDS = [...STATEMENTS, 'sum', 'integral', 'in', 'where', 'and', 'or', 'not'];
 /** The tesla, the volt and the inch. */
@@ -42,7 +42,7 @@ module.exports = grammar({
 
     _statement: $ => choice(
       $.model, $.param, $.coord, $.let, $.kinetic, $.potential, $.lagrangian, $.dissipation, $.force, $.constraint,
-      $.assume, $.guess, $.equilibrium, $.period, $.table,
+      $.assume, $.guess, $.equilibrium, $.period, $.table, $.draw,
     ),
 
     model: $ => seq('model', field('name', $.name)),
@@ -61,6 +61,10 @@ module.exports = grammar({
     equilibrium: $ => seq('equilibrium', $._point, '=', $._expression),
     period: $ => seq('period', $._expression),
     table: $ => seq('table', field('name', $.name), '=', field('path', $.text)),
+
+    draw: $ => seq(
+      'draw', choice('point', 'line', 'spring'), optional(alias($._named_indices, $.indices)), list($._expression),
+    ),
 
     parameter: $ => seq($._declared, optional(seq('=', $._expression, optional($.uncertainty)))),
     declaration: $ => $._declared,

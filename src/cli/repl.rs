@@ -343,7 +343,7 @@ fn declared(kind: &StatementKind) -> Vec<String> {
         StatementKind::Force(own) => vec![format!("force {}", own.name.text)],
         StatementKind::Guess { binding, rate } => vec![format!("guess {rate} {}", binding.name.text)],
         StatementKind::Equilibrium { binding, rate } => vec![format!("equilibrium {rate} {}", binding.name.text)],
-        StatementKind::Constraint { .. } | StatementKind::Assume(_) => Vec::new(),
+        StatementKind::Constraint { .. } | StatementKind::Assume(_) | StatementKind::Draw { .. } => Vec::new(),
     }
 }
 

@@ -210,8 +210,9 @@ fn data(shown: &Shown<'_>) -> String {
         };
         format!("[{from}, {}, \"{kind}\"]", to.map_or_else(null, |to| to.to_string()))
     });
-    let figure = figure
-        .map_or_else(null, |figure| format!("{{\"dimension\": {}, \"lines\": {}}}", figure.dimension, array(lines)));
+    let figure = figure.map_or_else(null, |figure| {
+        format!("{{\"dimension\": {}, \"dots\": {}, \"lines\": {}}}", figure.dimension, figure.dots, array(lines))
+    });
     // Positions bend with angles, and only with them.
     let angles = model.coordinates.iter().any(|own| own.unit == Some("rad")) || !model.has_units;
     format!(

@@ -1,7 +1,8 @@
 //! What a model looks like: its points at given coordinates, with the rods and springs between them.
 //!
 //! A rod is where a distance can't change, which is proved; a spring is where a term of the potential depends on the coordinates of two
-//! points and no others. Nothing is said about models whose points are not known, or are all in one place at the equilibrium.
+//! points and no others. Nothing is said about models whose points are not known, or are all in one place at the equilibrium. Where a model says itself
+//! what is to be drawn, that is the figure.
 
 use std::collections::HashSet;
 
@@ -38,6 +39,8 @@ pub struct Figure {
     pub dimension: usize,
     /// Their positions, one after another, `dimension` components each, of the coordinates in SI, then of the parameters that are open.
     pub positions: Program,
+    /// How many of them, from the first on, are dots; others are ends of lines alone.
+    pub dots: usize,
     /// Lines between points; one end is the origin where there is no second point.
     pub lines: Vec<(usize, Option<usize>, Link)>,
 }
@@ -58,15 +61,20 @@ pub fn figure(linearized: &Linearized, open: &[&str]) -> Option<Figure> {
     });
     let zero = pool.zero();
     values.extend(model.symbols.time().map(|time| (time, zero)));
-    let dimension = model.points.iter().map(|point| point.position.len()).max()?;
+    let found = model.points.iter().map(|point| &point.position);
+    let said = model.drawing.iter().flat_map(|own| own.points.iter().chain(own.lines.iter().flat_map(|line| &line.0)));
+    let all: Vec<&Vec<ExprId>> = found.chain(said).collect();
+    let dimension = all.iter().map(|position| position.len()).max()?;
     let mut positions: Vec<ExprId> = Vec::new();
-    for point in &model.points {
-        let own = if open.is_empty() { point.position.clone() } else { pool.substitute(&point.position, &defined) };
+    for position in all {
+        let own = if open.is_empty() { position.clone() } else { pool.substitute(position, &defined) };
         let own = pool.substitute(&own, &values);
         positions.extend(own.into_iter().chain(std::iter::repeat(zero)).take(dimension));
     }
     let mut names: Vec<String> = model.points.iter().map(|point| point.name.clone()).collect();
-    names.extend(add_pivots(&mut pool, model, &mut positions, dimension));
+    if model.drawing.is_none() {
+        names.extend(add_pivots(&mut pool, model, &mut positions, dimension));
+    }
     let inputs: Vec<Symbol> =
         model.coordinates.iter().map(|own| own.symbol).chain(opened.iter().map(|own| own.symbol)).collect();
     let program = Program::compile(&pool, &positions, &inputs).ok()?;
@@ -74,6 +82,15 @@ pub fn figure(linearized: &Linearized, open: &[&str]) -> Option<Figure> {
     let mut at: Vec<f64> = equilibrium.map(|value| value.mid_f64()).collect();
     at.extend(opened.iter().filter_map(|own| Some(constant(&model.pool, own.value?)?.mid_f64())));
     let there = evaluated(&pool, &positions, &inputs, &at)?;
+    if let Some(drawing) = &model.drawing {
+        let dots = drawing.points.len();
+        let line = |(at, (_, is_spring)): (usize, &(_, bool))| {
+            let from = dots + 2 * at;
+            (from, Some(from + 1), if *is_spring { Link::Spring } else { Link::Rod })
+        };
+        let lines = drawing.lines.iter().enumerate().map(line).collect();
+        return Some(Figure { names, dimension, positions: program, dots, lines });
+    }
     let count = names.len();
     // Displacements from one place are no figure.
     let is_one_place = there.chunks(dimension).all(|own| Some(own) == there.get(..dimension));
@@ -88,7 +105,7 @@ pub fn figure(linearized: &Linearized, open: &[&str]) -> Option<Figure> {
     if springs.len() <= MOST_LINES * count {
         lines.extend(springs.into_iter().map(|(a, b)| (a, Some(b), Link::Spring)));
     }
-    Some(Figure { names, dimension, positions: program, lines })
+    Some(Figure { dots: count, names, dimension, positions: program, lines })
 }
 
 fn evaluated(pool: &Pool, roots: &[ExprId], inputs: &[Symbol], at: &[f64]) -> Option<Vec<f64>> {

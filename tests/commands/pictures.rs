@@ -273,6 +273,47 @@ fn points_rods_and_springs_are_found() {
     }
 }
 
+/// What a model says of itself takes the place of what is found in it.
+#[test]
+fn drawings_are_what_models_say() {
+    let pendulum = "param l = 2  coord phi, y  T = 1/2*(l^2*phi'^2 + y'^2)  V = phi^2 + y^2
+        let r = l*[sin(phi), -cos(phi)]
+        draw point r, [3, y]
+        draw line [0, 0], r
+        draw spring [i in 1..2] [i, 0], [i + 1, y], [4, 4]";
+    let figure = drawn(pendulum).unwrap();
+    assert_eq!((figure.dimension, figure.dots), (2, 2));
+    let lines: Vec<_> = figure.lines.iter().map(|own| own.2).collect();
+    assert_eq!(lines, [Link::Rod, Link::Spring, Link::Spring, Link::Spring, Link::Spring]);
+    let page = with_input(&["show", "-"], pendulum).out;
+    let figure = &data(&page)["figure"];
+    assert_eq!((&figure["dots"], &figure["lines"][0]), (&Value::from(2), &serde_json::json!([2, 3, "rod"])));
+    if let Some((dom, log)) = in_browser(&page, "mode=1&t=0") {
+        assert!(!log.contains("Uncaught"), "{log}");
+        let frame = frame(&dom);
+        let number = |value: &Value| value.as_f64().unwrap();
+        let [phi, y] = [0, 1].map(|at| number(&frame["coordinates"][at]));
+        let expected = [[2.0 * phi.sin(), -2.0 * phi.cos()], [3.0, y], [0.0, 0.0]];
+        for (point, expected) in frame["points"].as_array().unwrap().iter().zip(expected) {
+            let [x, y] = [0, 1].map(|axis| number(&point[axis]));
+            assert!((x - expected[0]).hypot(y - expected[1]) < 1e-12, "{frame}");
+        }
+    }
+    for (wrong, code, words) in [
+        ("draw point phi", "E0112", "this is a number"),
+        ("draw point [phi', 0]", "E0112", "without velocities"),
+        ("draw point [1, 2, 3, phi]", "E0112", "a vector of 4"),
+        ("draw line r", "E0112", "a line has two ends"),
+        ("draw point [q, 0]", "E0101", "`q` is not declared"),
+        ("draw rod r, r", "E0058", "expected `point`, `line` or `spring`"),
+        ("draw line", "E0019", "`draw line r, s`"),
+        ("param draw = 1", "E0005", "begins a statement"),
+    ] {
+        let checked = with_input(&["check", "-"], &format!("{pendulum}\n{wrong}"));
+        assert!(checked.status == 1 && checked.err.contains(code) && checked.err.contains(words), "{}", checked.err);
+    }
+}
+
 fn page(model: &str) -> String {
     let run = run(&["show", model]);
     assert_eq!(run.status, 0, "{model}: {}", run.err);

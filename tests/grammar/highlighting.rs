@@ -120,7 +120,7 @@ fn check(grammar: &Grammar, source: &str) {
                     indices(&file, &colours, declaration.indices.as_deref());
                 }
             }
-            StatementKind::Constraint { indices: list, .. } => {
+            StatementKind::Constraint { indices: list, .. } | StatementKind::Draw { indices: list, .. } => {
                 indices(&file, &colours, list.as_deref());
             }
             StatementKind::Table { name: text, path_span, .. } => {

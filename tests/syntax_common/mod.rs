@@ -61,6 +61,11 @@ impl Copy<'_> {
             StatementKind::Lagrangian(e) => StatementKind::Lagrangian(self.expr(*e)),
             StatementKind::Dissipation(e) => StatementKind::Dissipation(self.expr(*e)),
             StatementKind::Assume(list) => StatementKind::Assume(list.iter().map(|e| self.expr(*e)).collect()),
+            StatementKind::Draw { drawn, indices, points } => StatementKind::Draw {
+                drawn: *drawn,
+                indices: indices.as_deref().map(|i| Box::new(self.indices(i))),
+                points: points.iter().map(|e| self.expr(*e)).collect(),
+            },
             StatementKind::Period(e) => StatementKind::Period(self.expr(*e)),
             StatementKind::Constraint { indices, left, right } => StatementKind::Constraint {
                 indices: indices.as_deref().map(|i| Box::new(self.indices(i))),

@@ -29,8 +29,9 @@
 
 [
   "model" "param" "coord" "let" "T" "V" "lagrangian" "dissipation" "force" "constraint" "assume" "guess" "equilibrium"
-  "period" "table"
+  "period" "table" "draw"
 ] @keyword
+["point" "line" "spring"] @attribute
 ["in" "where"] @keyword
 ["and" "or" "not"] @keyword.operator
 ["=" "==" "!=" "<" "<=" ">" ">=" "+" "-" "*" "/" "^" "'" ".." "±" "+/-"] @operator

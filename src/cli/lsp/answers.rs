@@ -159,7 +159,8 @@ fn symbol_kind(kind: &StatementKind) -> u8 {
         | StatementKind::Assume(_)
         | StatementKind::Guess { .. }
         | StatementKind::Equilibrium { .. }
-        | StatementKind::Period(_) => 12, // a function
+        | StatementKind::Period(_)
+        | StatementKind::Draw { .. } => 12, // a function
     }
 }
 

@@ -5,6 +5,7 @@ use std::collections::{HashMap, HashSet};
 use super::compile::{Compiler, Scope};
 use super::coordinates::coordinate_families;
 use super::names::{Entity, Key, SymbolKind, World};
+use super::points::MOST_MEMBERS;
 use super::settings::{Purpose, Settings};
 use super::survey::{declared_names, structural_names, tables_of_coordinates};
 use super::table::{Table, TableTexts};
@@ -196,6 +197,7 @@ impl<'a> Elaborator<'a> {
             // These need all coordinates and are read at the end.
             StatementKind::Force(_)
             | StatementKind::Constraint { .. }
+            | StatementKind::Draw { .. }
             | StatementKind::Guess { .. }
             | StatementKind::Equilibrium { .. } => {}
         }
@@ -333,6 +335,7 @@ impl<'a> Elaborator<'a> {
         let count = self.world.coordinates.len();
         let [mut guesses, mut guessed_velocities, mut equilibria, mut rates] = [(); 4].map(|()| Givens::none(count));
         let mut constraints = Vec::new();
+        let mut drawing = None;
         let (mut forces, mut acted, mut first_force) = (Vec::new(), HashMap::new(), None);
         for statement in &self.file.statements {
             self.begin(&statement.kind, statement.span);
@@ -351,6 +354,10 @@ impl<'a> Elaborator<'a> {
             } else if let StatementKind::Constraint { indices, left, right } = &statement.kind {
                 let found = self.constraint([*left, *right], indices.as_deref(), statement.span);
                 constraints.extend(found.unwrap_or_default());
+            } else if let StatementKind::Draw { drawn, indices, points } = &statement.kind {
+                let most = if purpose == Purpose::Picture { MOST_MEMBERS } else { 1 };
+                let drawing = drawing.get_or_insert_default();
+                self.draw((drawing, most), *drawn, (indices.as_deref(), points), statement.span);
             }
         }
         let energies = std::mem::take(&mut self.energies);
@@ -383,7 +390,7 @@ impl<'a> Elaborator<'a> {
         let (rolling, constraints): (Vec<_>, Vec<_>) = constraints.into_iter().partition(|own| self.rolls(own));
         let tensors = self.tensors(purpose == Purpose::Tensors, &dimensions);
         let unnamed_tensors = self.unnamed_tensors();
-        let points = if purpose == Purpose::Picture { self.points() } else { Vec::new() };
+        let points = if purpose == Purpose::Picture && drawing.is_none() { self.points() } else { Vec::new() };
         let is_lagrangian = energies.lagrangian.is_some();
         Ok(Model {
             name: self.model_name.map(|(name, _)| name),
@@ -409,6 +416,7 @@ impl<'a> Elaborator<'a> {
             tensors,
             unnamed_tensors,
             points,
+            drawing,
             has_units: self.has_units,
             pool: self.world.pool,
         })

@@ -54,7 +54,7 @@ pub use error::ModelError;
 pub use feature::Feature;
 pub use given::{Given, Givens};
 pub use names::{Parameter, SymbolKind};
-pub use points::Point;
+pub use points::{Drawing, Point};
 pub use range::{Range, entries};
 pub(crate) use run::BYTES_A_TERM;
 pub use settings::Settings;
@@ -156,7 +156,9 @@ pub struct Model {
     pub tensors: Vec<Tensor>,
     /// Matrices of numbers and parameters that are written where a tensor of inertia is meant, without a name.
     pub unnamed_tensors: Vec<Tensor>,
-    /// The points that may be drawn, with [`Settings::with_points`] alone.
+    /// What `draw` statements say; `None` without any.
+    pub drawing: Option<Drawing>,
+    /// The points that may be drawn, with [`Settings::with_points`] alone, and without a drawing.
     pub points: Vec<Point>,
     /// Whether the file uses units, so that results are in SI.
     pub has_units: bool,

@@ -7,9 +7,11 @@
 use std::collections::HashSet;
 
 use super::elaborate::Elaborator;
+use super::error::ModelError;
 use super::names::{Entity, Key, SymbolKind, member_name};
 use crate::expr::ExprId;
-use crate::syntax::{ExprKind, ExprRef};
+use crate::span::Span;
+use crate::syntax::{Drawn, ExprKind, ExprRef, Indices, Name};
 
 /// A point in a plane or in space.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -21,8 +23,18 @@ pub struct Point {
     pub position: Vec<ExprId>,
 }
 
-/// Families of more members are not drawn.
-const MOST_MEMBERS: usize = 5000;
+/// What is to be drawn, in the symbols of coordinates, parameters and the time.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Drawing {
+    /// Dots, two or three components each.
+    pub points: Vec<Vec<ExprId>>,
+    /// From one point to another, and whether it is a spring.
+    pub lines: Vec<([Vec<ExprId>; 2], bool)>,
+}
+
+/// Families of more members are not drawn, and of what `draw` says no more.
+pub(super) const MOST_MEMBERS: usize = 5000;
 
 /// How names are used.
 #[derive(Default)]
@@ -69,6 +81,62 @@ impl Elaborator<'_> {
         let mut seen = HashSet::new();
         found.retain(|point| seen.insert(point.position.clone()) && self.is_place(&point.position));
         found
+    }
+
+    /// Adds what a `draw` statement says of its first members.
+    pub(super) fn draw(
+        &mut self,
+        (drawing, most): (&mut Drawing, usize),
+        drawn: Drawn,
+        (indices, points): (Option<&Indices>, &[ExprRef]),
+        span: Span,
+    ) -> Option<()> {
+        let members = self.members(indices, &Name { text: "draw".into(), span })?;
+        let before = self.errors.len();
+        let compiled = points.iter().map(|point| {
+            let mut scope = members.scope.clone();
+            (self.compiler().value(*point, &mut scope), self.file.expr(*point).span)
+        });
+        let programs: Vec<_> = compiled.collect();
+        if self.errors.len() > before {
+            return None;
+        }
+        if drawn != Drawn::Point && points.len() < 2 {
+            let what = format!("a {0} has two ends: `draw {0} a, b`", drawn.as_str());
+            return self.refuse(ModelError::shape((what, None), span));
+        }
+        for at in members.keys().into_iter().take(most) {
+            let mut positions: Vec<Vec<ExprId>> = Vec::new();
+            for (program, span) in &programs {
+                let value = self.world.run_written_out(program, &mut at[..members.rank].to_vec());
+                let value = self.note(value)?;
+                let position = value.components("").ok().filter(|own| matches!(own.len(), 2 | 3) && self.rests(own));
+                let Some(position) = position else {
+                    let what = format!(
+                        "what is drawn is a vector of two or three components without velocities, but this is {}",
+                        value.describe()
+                    );
+                    return self.refuse(ModelError::shape((what, None), *span));
+                };
+                positions.push(position);
+            }
+            if drawn == Drawn::Point {
+                drawing.points.append(&mut positions);
+            } else {
+                let pairs = positions.windows(2).map(|pair| [pair[0].clone(), pair[1].clone()]);
+                drawing.lines.extend(pairs.map(|pair| (pair, drawn == Drawn::Spring)));
+            }
+        }
+        Some(())
+    }
+
+    /// Whether components depend on no velocity.
+    fn rests(&self, position: &[ExprId]) -> bool {
+        let moves = |symbol| match self.world.kinds.get(symbol) {
+            Some(kind) => !matches!(kind, SymbolKind::Coordinate(_) | SymbolKind::Parameter(_) | SymbolKind::Time),
+            None => false,
+        };
+        !self.world.pool.symbols_of(position).into_iter().any(moves)
     }
 
     /// Whether components depend on coordinates and on no velocity.

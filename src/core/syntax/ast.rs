@@ -72,6 +72,29 @@ pub struct Statement {
     pub kind: StatementKind,
 }
 
+/// What a `draw` statement draws.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Drawn {
+    /// A dot at each point.
+    Point,
+    /// A line from each point to the next.
+    Line,
+    /// A spring from each point to the next.
+    Spring,
+}
+
+impl Drawn {
+    /// As it is written.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Point => "point",
+            Self::Line => "line",
+            Self::Spring => "spring",
+        }
+    }
+}
+
 /// What a statement says.
 #[derive(Clone, Debug, PartialEq)]
 pub enum StatementKind {
@@ -126,6 +149,15 @@ pub enum StatementKind {
     },
     /// `period EXPR`
     Period(ExprRef),
+    /// `draw point [indices] EXPR, …`, also `draw line` and `draw spring` through several points
+    Draw {
+        /// What is drawn.
+        drawn: Drawn,
+        /// `[i in 1..n where …]`, if there.
+        indices: Option<Box<Indices>>,
+        /// Points as vectors.
+        points: Vec<ExprRef>,
+    },
     /// `table NAME = "file.csv"`
     Table {
         /// The table's name.

@@ -8,7 +8,7 @@ use crate::mistakes;
 use crate::span::Span;
 
 const STATEMENTS: &str = "a statement starts with `model`, `param`, `coord`, `let`, `T`, `V`, `lagrangian`, \
-     `dissipation`, `force`, `constraint`, `assume`, `guess`, `equilibrium`, `period` or `table`";
+     `dissipation`, `force`, `constraint`, `assume`, `guess`, `equilibrium`, `period`, `table` or `draw`";
 
 /// Words of other languages that bring functions from elsewhere.
 pub(super) fn is_import(word: &str) -> bool {
@@ -277,6 +277,7 @@ Error SyntaxError {
         statement: &'static str,
     } => at(*span, "nothing follows").with_help(match *statement {
         "period" => "write the period of the explicit time dependence: `period 2*pi/W`",
+        "draw" => "what is drawn is written `draw point r`, `draw line r, s` or `draw spring r, s`",
         "assume" => "write a relation between parameters: `assume k > 0, l > d`",
         _ => "a constraint is written `constraint EXPR = EXPR`",
     }),

@@ -49,6 +49,7 @@ pub(super) fn in_words(rules: &[Rule]) -> Vec<&'static str> {
 
 fn rule_in_words(rule: Rule) -> Option<&'static str> {
     match rule {
+        Rule::drawn => Some("`point`, `line` or `spring`"),
         Rule::name | Rule::declaration => Some("a name"),
         Rule::column => Some("a column's name"),
         Rule::number

@@ -90,6 +90,10 @@ impl<'f> Finder<'f> {
                 let scope = self.indices(indices.as_deref(), span, None);
                 self.todo.extend([(*left, scope), (*right, scope)]);
             }
+            StatementKind::Draw { indices, points, .. } => {
+                let scope = self.indices(indices.as_deref(), span, None);
+                self.todo.extend(points.iter().map(|own| (*own, scope)));
+            }
             StatementKind::Assume(relations) => self.todo.extend(relations.iter().map(|own| (*own, None))),
             StatementKind::Kinetic(value)
             | StatementKind::Potential(value)

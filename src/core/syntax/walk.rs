@@ -49,7 +49,8 @@ impl StatementKind {
     /// The indices in brackets behind its names.
     pub(crate) fn indices(&self) -> impl Iterator<Item = &Indices> {
         let own = self.bindings().iter().map(|binding| &binding.indices);
-        let tied = if let Self::Constraint { indices, .. } = self { Some(indices) } else { None };
+        let tied =
+            if let Self::Constraint { indices, .. } | Self::Draw { indices, .. } = self { Some(indices) } else { None };
         let declared = if let Self::Coord { declarations } = self { declarations.as_slice() } else { &[] };
         let declared = declared.iter().map(|one| &one.indices);
         own.chain(tied).chain(declared).filter_map(Option::as_deref)

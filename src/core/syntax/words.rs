@@ -3,7 +3,7 @@
 //! Tables only; nothing here reads text.
 
 /// The words that begin a statement.
-pub const STATEMENT_WORDS: [&str; 15] = [
+pub const STATEMENT_WORDS: [&str; 16] = [
     "model",
     "param",
     "coord",
@@ -19,6 +19,7 @@ pub const STATEMENT_WORDS: [&str; 15] = [
     "equilibrium",
     "period",
     "table",
+    "draw",
 ];
 
 /// Units that parameters are often called as.
@@ -174,7 +175,7 @@ pub(super) fn is_naming(word: &str) -> bool {
 
 /// Statement words behind which an expression stands.
 pub(super) fn takes_expression(word: &str) -> bool {
-    matches!(word, "constraint" | "assume" | "period")
+    matches!(word, "constraint" | "assume" | "period" | "draw")
 }
 
 /// Statement words behind which several names may stand, with commas.

@@ -117,7 +117,7 @@ function spring(a, b) {
 function drawFigure(q, width, height) {
   const place = p => projected(p, width, height), origin = place(Array(dimension).fill(0));
   const rest = points(shown.equilibrium).map(place), now = points(q).map(place);
-  const few = now.length <= 12;
+  const few = figure.lines.length <= 40;
   context.lineWidth = 2;
   for (const [a, b, kind] of figure.lines) {
     context.beginPath();
@@ -132,9 +132,9 @@ function drawFigure(q, width, height) {
     context.beginPath(); context.moveTo(origin[0] - 9, origin[1]); context.lineTo(origin[0] + 9, origin[1]); context.stroke();
   }
   context.strokeStyle = colour('--faint');
-  for (const [x, y] of rest) { context.beginPath(); context.arc(x, y, 5, 0, 7); context.stroke(); }
-  const order = now.map((p, i) => i).sort((i, j) => now[j][2] - now[i][2]);
-  const large = now.length <= 30 ? 7 : now.length <= 150 ? 4.5 : 2.5;
+  for (const [x, y] of rest.slice(0, figure.dots)) { context.beginPath(); context.arc(x, y, 5, 0, 7); context.stroke(); }
+  const order = now.slice(0, figure.dots).map((p, i) => i).sort((i, j) => now[j][2] - now[i][2]);
+  const large = figure.dots <= 30 ? 7 : figure.dots <= 150 ? 4.5 : 2.5;
   for (const i of order) {
     const [x, y, deep] = now[i];
     context.fillStyle = colour('--mark');

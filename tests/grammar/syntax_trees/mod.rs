@@ -311,7 +311,7 @@ impl Planter {
 
     /// The bound thing as each of the statements it can be.
     pub(crate) fn statements(&mut self, bound: &Bound) {
-        for variant in 0..11 {
+        for variant in 0..14 {
             let indices = bound.indices.as_ref();
             let indices = indices.map(|(entries, c)| Box::new(self.indices(entries, c.as_ref())));
             let unit = bound.unit.as_ref().map(|unit| self.unit(unit));
@@ -354,6 +354,11 @@ impl Planter {
                         planter.file.expressions.push(Expr { span, kind })
                     };
                     StatementKind::Assume(vec![relation(self), relation(self)])
+                }
+                10..=12 => {
+                    let drawn = [Drawn::Point, Drawn::Line, Drawn::Spring][variant - 10];
+                    let points = vec![self.tree(&bound.value), self.tree(&bound.value)];
+                    StatementKind::Draw { drawn, indices: None, points }
                 }
                 _ => StatementKind::Constraint {
                     indices: None,

@@ -146,6 +146,12 @@ impl<'a> Inference<'a> {
                 let sides = [*left, *right].map(|side| (self.evaluate(side, scope), self.file.expr(side).span));
                 self.equations.alike(&sides, &Context::Arguments("the sides of a constraint"));
             }
+            StatementKind::Draw { indices, points, .. } => {
+                let scope = self.binders(indices.as_deref(), 0);
+                for point in points {
+                    self.evaluate(*point, scope);
+                }
+            }
             StatementKind::Assume(relations) => {
                 for at in relations {
                     if let ExprKind::Compare { left, right, .. } = self.file.expr(*at).kind {

@@ -16,7 +16,7 @@ use pest::pratt_parser::PrattParser;
 use self::pieces::Places;
 use super::arena::{Expressions, Units};
 use super::ast::{
-    Binding, Comment, Comparison, Declaration, ExprKind, ExprRef, File, IndexEntry, IndexKind, Indices, Name,
+    Binding, Comment, Comparison, Declaration, Drawn, ExprKind, ExprRef, File, IndexEntry, IndexKind, Indices, Name,
     Statement, StatementKind,
 };
 use super::error::SyntaxError;
@@ -135,6 +135,7 @@ impl Builder {
                 StatementKind::Coord { declarations }
             }
             Rule::constraint => self.constraint(pair)?,
+            Rule::draw => self.drawing(pair)?,
             Rule::assume => self.assumptions(pair),
             Rule::table => {
                 let mut name = None;
@@ -179,6 +180,22 @@ impl Builder {
             [left, right] => Ok(StatementKind::Constraint { indices, left: *left, right: *right }),
             _ => required(None, span),
         }
+    }
+
+    fn drawing(&mut self, pair: Pair<'_, Rule>) -> Result<StatementKind, SyntaxError> {
+        let (mut drawn, mut indices, mut points) = (Drawn::Point, None, Vec::new());
+        for part in pair.into_inner() {
+            match part.as_rule() {
+                Rule::drawn => {
+                    let all = [Drawn::Point, Drawn::Line, Drawn::Spring];
+                    drawn = all.into_iter().find(|own| own.as_str() == part.as_str()).unwrap_or(drawn);
+                }
+                Rule::indices => indices = Some(Box::new(self.indices(part)?)),
+                Rule::expr => points.push(self.expression(part)),
+                _ => {}
+            }
+        }
+        Ok(StatementKind::Draw { drawn, indices, points })
     }
 
     fn assumptions(&self, pair: Pair<'_, Rule>) -> StatementKind {

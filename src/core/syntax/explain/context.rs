@@ -218,6 +218,7 @@ impl<'s> Context<'s> {
             }
             _ => match self.comparison {
                 Some(token) => SyntaxError::ComparisonForEquals { span: token.span() },
+                None if statement == "draw" => SyntaxError::MissingExpression { statement, span: end },
                 None => SyntaxError::MissingRightSide { statement, value: None, span: end },
             },
         }

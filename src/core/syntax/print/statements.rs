@@ -126,6 +126,22 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
                 self.blank();
                 self.put_expr(*right);
             }
+            StatementKind::Draw { drawn, indices, points } => {
+                self.word("draw");
+                self.token(drawn.as_str());
+                self.blank();
+                if let Some(indices) = indices {
+                    self.next.push(Job::Indices(indices, true));
+                    self.place(Break::Weak, " ");
+                }
+                for (position, point) in points.iter().enumerate() {
+                    if position > 0 {
+                        self.token(",");
+                        self.place(Break::Fill, " ");
+                    }
+                    self.put_expr(*point);
+                }
+            }
             StatementKind::Assume(relations) => {
                 self.listed("assume", relations, |own, _, relation| own.put_expr(*relation));
             }
