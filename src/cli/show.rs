@@ -4,6 +4,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
 
 use librate::derive::{self, Parts};
+use librate::diagnostic::Diagnostic;
 use librate::figure::Figure;
 use librate::grid::{Grid, Nodes};
 use librate::linearize::Linearized;
@@ -58,6 +59,11 @@ pub(super) fn text(args: &args::Show) -> Result<Answer, Failure> {
         Some((_, figure)) => figure.clone(),
         None => figure::figure(&linearized, &[]),
     };
+    if let Some(left_out) = figure.as_ref().map(|own| own.left_out).filter(|own| *own > 0) {
+        let what = if left_out == 1 { "one thing that `draw` names has" } else { "some of what `draw` names has" };
+        let told = Diagnostic::remark(format!("{what} no place at the equilibrium, and is left out"));
+        warnings.push(told.with_help("its value there is no number"));
+    }
     let mut page = report::show_html(&Shown {
         text: &source.text,
         linearized: &linearized,

@@ -116,8 +116,8 @@ const SEARCH_C: &str = "    static const double start[COUNT] = {START};
 ";
 
 const SEARCH_RUST: &str = "    let which: [usize; COUNT] = [WHICH];
-    for (at, value) in which.into_iter().zip([START]) {
-        q[at] = value;
+    for (at, value) in which.iter().zip([START].iter()) {
+        q[*at] = *value;
     }
     let mut last = false;
     for _ in 0..100 {
@@ -126,10 +126,10 @@ const SEARCH_RUST: &str = "    let which: [usize; COUNT] = [WHICH];
         BODY
         librate_solve(COUNT, &mut h, &mut f);
         let (mut step, mut scale) = (0.0_f64, 0.0_f64);
-        for (at, by) in which.into_iter().zip(f) {
-            q[at] -= by;
+        for (at, by) in which.iter().zip(f.iter()) {
+            q[*at] -= by;
             step = step.max(by.abs());
-            scale = scale.max(q[at].abs());
+            scale = scale.max(q[*at].abs());
         }
         if last {
             break;
@@ -137,8 +137,8 @@ const SEARCH_RUST: &str = "    let which: [usize; COUNT] = [WHICH];
         last = step <= 1e-9*scale;
     }
     if !last {
-        for at in which {
-            q[at] = f64::NAN;
+        for at in which.iter() {
+            q[*at] = f64::NAN;
         }
     }
 ";

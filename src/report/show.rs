@@ -48,10 +48,11 @@ pub fn show_html(shown: &Shown<'_>) -> String {
     let mut out = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{0}</title>\n<style>\n{STYLE}</style>\n</head>\n\
-         <body>\n<h1>{0}</h1>\n<p>{1}, equilibrium {2}.</p>\n",
+         <body>\n<h1>{0}</h1>\n<p>{1}, equilibrium {2}{3}.</p>\n",
         escaped(&title),
         counted(linearized.coordinates(), "coordinate"),
         modes.stability.as_str(),
+        if shown.grid.is_some() { " at the model's own values" } else { "" },
     );
     if !modes.modes.is_empty() {
         out.push_str(&STAGE.replace("SLIDERS", &shown.grid.map_or_else(String::new, sliders)));
@@ -189,7 +190,7 @@ fn nodes(grid: &Grid) -> String {
             let modes =
                 node.modes.iter().map(|mode| mode.as_ref().map_or_else(null, |mode| format!("{{{}", drawn(mode))));
             let equilibrium = array(node.equilibrium.iter().map(|value| rough(*value)));
-            format!("{{\"equilibrium\": {equilibrium}, \"modes\": {}}}", array(modes))
+            format!("{{\"count\": {}, \"equilibrium\": {equilibrium}, \"modes\": {}}}", node.count, array(modes))
         })
     };
     format!("{{\"axes\": {}, \"nodes\": {}}}", array(axes), array(grid.nodes.iter().map(node)))

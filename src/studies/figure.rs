@@ -43,6 +43,8 @@ pub struct Figure {
     pub dots: usize,
     /// Lines between points; one end is the origin where there is no second point.
     pub lines: Vec<(usize, Option<usize>, Link)>,
+    /// How much of what the model draws has no place at the equilibrium, and is left out.
+    pub left_out: usize,
 }
 
 /// The figure of a model that was checked by [`librate_core::model::Settings::with_points`]; parameters have their values but for those
@@ -77,20 +79,32 @@ pub fn figure(linearized: &Linearized, open: &[&str]) -> Option<Figure> {
     }
     let inputs: Vec<Symbol> =
         model.coordinates.iter().map(|own| own.symbol).chain(opened.iter().map(|own| own.symbol)).collect();
-    let program = Program::compile(&pool, &positions, &inputs).ok()?;
     let equilibrium = linearized.equilibrium().values.iter().take(model.coordinates.len());
     let mut at: Vec<f64> = equilibrium.map(|value| value.mid_f64()).collect();
     at.extend(opened.iter().filter_map(|own| Some(constant(&model.pool, own.value?)?.mid_f64())));
-    let there = evaluated(&pool, &positions, &inputs, &at)?;
     if let Some(drawing) = &model.drawing {
-        let dots = drawing.points.len();
-        let line = |(at, (_, is_spring)): (usize, &(_, bool))| {
-            let from = dots + 2 * at;
-            (from, Some(from + 1), if *is_spring { Link::Spring } else { Link::Rod })
-        };
-        let lines = drawing.lines.iter().enumerate().map(line).collect();
-        return Some(Figure { names, dimension, positions: program, dots, lines });
+        // What has no place there is left out.
+        let has_place = |own: &[ExprId]| evaluated(&pool, own, &inputs, &at).is_some();
+        let (dots, ends) = positions.split_at(dimension * drawing.points.len());
+        let mut kept: Vec<ExprId> = dots.chunks(dimension).filter(|own| has_place(own)).flatten().copied().collect();
+        let dots = kept.len() / dimension;
+        let mut lines = Vec::new();
+        for (pair, (_, is_spring)) in ends.chunks(2 * dimension).zip(&drawing.lines) {
+            if has_place(pair) {
+                let from = kept.len() / dimension;
+                lines.push((from, Some(from + 1), if *is_spring { Link::Spring } else { Link::Rod }));
+                kept.extend(pair);
+            }
+        }
+        let left_out = drawing.points.len() + drawing.lines.len() - dots - lines.len();
+        if kept.is_empty() {
+            return None;
+        }
+        let positions = Program::compile(&pool, &kept, &inputs).ok()?;
+        return Some(Figure { names, dimension, positions, dots, lines, left_out });
     }
+    let program = Program::compile(&pool, &positions, &inputs).ok()?;
+    let there = evaluated(&pool, &positions, &inputs, &at)?;
     let count = names.len();
     // Displacements from one place are no figure.
     let is_one_place = there.chunks(dimension).all(|own| Some(own) == there.get(..dimension));
@@ -105,7 +119,7 @@ pub fn figure(linearized: &Linearized, open: &[&str]) -> Option<Figure> {
     if springs.len() <= MOST_LINES * count {
         lines.extend(springs.into_iter().map(|(a, b)| (a, Some(b), Link::Spring)));
     }
-    Some(Figure { dots: count, names, dimension, positions: program, lines })
+    Some(Figure { dots: count, names, dimension, positions: program, lines, left_out: 0 })
 }
 
 fn evaluated(pool: &Pool, roots: &[ExprId], inputs: &[Symbol], at: &[f64]) -> Option<Vec<f64>> {

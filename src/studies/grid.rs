@@ -35,6 +35,8 @@ pub struct Axis {
 pub struct Node {
     /// The equilibrium, in SI.
     pub equilibrium: Vec<f64>,
+    /// How many modes there are.
+    pub count: usize,
     /// What has become of each mode at the model's own values: shapes are turned so that they change steadily.
     pub modes: Vec<Option<NormalMode>>,
 }
@@ -139,8 +141,9 @@ impl Nodes {
             let before = nearer.filter_map(|own| known[own].as_ref()).next().unwrap_or(&own);
             let found = follow(before, shapes(linearized, modes), modes);
             let equilibrium = linearized.equilibrium().values.iter().take(count).map(|value| value.mid_f64()).collect();
+            let all = modes.modes.len();
             let modes = found.iter().map(|own| own.as_ref().map(|(_, mode)| mode.clone())).collect();
-            nodes[node] = Some(Node { equilibrium, modes });
+            nodes[node] = Some(Node { equilibrium, count: all, modes });
             known[node] = Some(found);
         }
         Grid { axes: self.axes, nodes }

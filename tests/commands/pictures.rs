@@ -301,7 +301,7 @@ fn drawings_are_what_models_say() {
     }
     for (wrong, code, words) in [
         ("draw point phi", "E0112", "this is a number"),
-        ("draw point [phi', 0]", "E0112", "without velocities"),
+        ("draw point [phi', 0]", "E0112", "this has a velocity in it"),
         ("draw point [1, 2, 3, phi]", "E0112", "a vector of 4"),
         ("draw line r", "E0112", "a line has two ends"),
         ("draw point [q, 0]", "E0101", "`q` is not declared"),
@@ -476,6 +476,20 @@ fn browsers_draw_what_sliders_say() {
     let angles = [0, 1].map(|at| drawn["coordinates"][at].as_f64().unwrap());
     assert!((angles[0] * part(1) - angles[1] * part(0)).abs() < 1e-9);
     assert!(dom.contains("≈ "), "the table says that numbers are interpolated");
+    // No numbers where there is no equilibrium, and s² between kinds of modes.
+    let hoop = "param g = 9.81, R = 1/5, W = 10  coord th  T = 1/2*R^2*(th'^2 + W^2*sin(th)^2)  V = -g*R*cos(th)
+        equilibrium th = acos(g/(W^2*R))";
+    let hoop = with_input(&["show", "-", "--over", "W=2..20:4"], hoop).out;
+    for at in ["2", "5"] {
+        let (dom, _) = in_browser(&hoop, &format!("mode=1&t=0&W={at}")).unwrap();
+        assert!(dom.contains("No equilibrium or no modes are known here.") && !dom.contains("<td>8.714"), "{at}");
+    }
+    let pair = "param k = 1  coord x, y  T = 1/2*(x'^2 + y'^2)  V = 1/2*k*x^2 + y^2";
+    let pair = with_input(&["show", "-", "--over", "k=-1..3:3"], pair).out;
+    for (k, told) in [("-0.36", "unstable, ω ≈ 0.00, growth ≈ 0.600"), ("0.36", "ω ≈ 0.600")] {
+        let (dom, _) = in_browser(&pair, &format!("mode=1&t=0&k={k}")).unwrap();
+        assert!(dom.contains(told), "{k}: {told}");
+    }
 }
 
 #[test]

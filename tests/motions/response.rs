@@ -326,6 +326,32 @@ fn membranes_respond_as_their_modes_say() {
     }
 }
 
+/// The same without friction, where nothing but counts of eigenvalues tells how near a resonance is; and all the digits there are.
+#[test]
+fn membranes_without_friction_respond_in_phase() {
+    let n = 24_usize;
+    let text = format!(
+        "coord z[1..{n}, 1..{n}]  T = sum(i in 1..{n}, j in 1..{n}, 1/2*z[i,j]'^2)
+        V = sum(i in 1..{n}, j in 1..{n}, 2*z[i,j]^2) - sum(i in 1..{n}-1, j in 1..{n}, z[i+1,j]*z[i,j])
+          - sum(i in 1..{n}, j in 1..{n}-1, z[i,j+1]*z[i,j])"
+    );
+    let study = study(&text, &[], Some("z[3,4]"), "omega=1/3..5/2:4").unwrap();
+    let angle = |k: usize| std::f64::consts::PI * k as f64 / (n + 1) as f64;
+    for place in 0..4 {
+        let omega = study.place(place);
+        let mut exact = 0.0;
+        for (k, l) in (1..=n).flat_map(|k| (1..=n).map(move |l| (angle(k), angle(l)))) {
+            let shape = |[i, j]: [f64; 2]| 2.0 / (n + 1) as f64 * (k * i).sin() * (l * j).sin();
+            let square = 4.0 - 2.0 * k.cos() - 2.0 * l.cos();
+            exact += shape([3.0, 4.0]) * shape([7.0, 5.0]) / (square - omega * omega);
+        }
+        let (amplitude, phase) = known(&study.values(place).unwrap()[n * 6 + 4]);
+        assert!((amplitude.mid_f64() / exact.abs() - 1.0).abs() < 1e-10, "{omega}: {amplitude:?} {exact}");
+        let expected = if exact > 0.0 { Ball::ZERO } else { Ball::PI };
+        assert!((phase.unwrap() - expected).contains_zero());
+    }
+}
+
 /// Gauss elimination with row exchanges, in numbers of many bits.
 fn plainly(mut rows: Vec<Vec<Complex<Big>>>) -> Vec<Complex<Big>> {
     let n = rows.len();

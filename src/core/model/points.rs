@@ -110,14 +110,16 @@ impl Elaborator<'_> {
             for (program, span) in &programs {
                 let value = self.world.run_written_out(program, &mut at[..members.rank].to_vec());
                 let value = self.note(value)?;
-                let position = value.components("").ok().filter(|own| matches!(own.len(), 2 | 3) && self.rests(own));
+                let position = value.components("").ok().filter(|own| matches!(own.len(), 2 | 3));
                 let Some(position) = position else {
-                    let what = format!(
-                        "what is drawn is a vector of two or three components without velocities, but this is {}",
-                        value.describe()
-                    );
+                    let shape = value.describe();
+                    let what = format!("what is drawn is a vector of two or three components, but this is {shape}");
                     return self.refuse(ModelError::shape((what, None), *span));
                 };
+                if !self.rests(&position) {
+                    let what = "what is drawn has a place, but this has a velocity in it".to_owned();
+                    return self.refuse(ModelError::shape((what, None), *span));
+                }
                 positions.push(position);
             }
             if drawn == Drawn::Point {

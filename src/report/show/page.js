@@ -15,7 +15,7 @@ let turned = [0.5, 0.35], last = 0, scale = 1, moves = true;
 const grid = data.grid, axes = grid ? grid.axes : [], sliders = [...document.querySelectorAll('[data-axis]')];
 const between = (from, to, share) => from + share * (to - from);
 // What is drawn: the modes and the equilibrium where the sliders stand, and the values of the parameters in SI.
-let shown = data, si = axes.map((axis, k) => between(...axis.si, parseFloat(sliders[k].value)));
+let missing = false, shown = data, si = axes.map((axis, k) => between(...axis.si, parseFloat(sliders[k].value)));
 // The nodes about a place, each with its weight.
 function corners(shares) {
   return axes.reduce((all, axis, k) => {
@@ -26,23 +26,36 @@ function corners(shares) {
 // Linear between nodes; the nearest alone where modes are of several kinds or not at all.
 function interpolated(shares) {
   let near = corners(shares).sort((a, b) => b[1] - a[1]).map(([node, weight]) => [grid.nodes[node], weight]);
-  if (near.some(([node]) => !node)) near = [[near[0][0], 1]];
-  if (!near[0][0]) return null;
+  // Beside a node without an equilibrium nothing is known.
+  if (near.some(([node]) => !node)) return null;
+  const others = near[0][0].count - near[0][0].modes.filter(own => own).length;
   const mixed = parts => parts[0][0].map((_, i) => parts.reduce((sum, [part, weight]) => sum + weight * part[i], 0));
+  const number = parts => mixed(parts.map(([x, w]) => [[x], w]))[0];
+  // Of what swings or falls without friction the square of the rate changes steadily, through 0 as well.
+  const square = own => own.kind === 'oscillation' && !own.growth ? own.omega ** 2 : own.kind === 'zero' ? 0 : own.kind === 'unstable' && !own.omega ? -(own.growth ** 2) : null;
+  const rate = used => {
+    if (used.every(([own]) => square(own) !== null)) {
+      const all = number(used.map(([own, weight]) => [square(own), weight])), size = Math.sqrt(Math.abs(all));
+      return all > 0 ? { kind: 'oscillation', omega: size, growth: 0 } : all < 0 ? { kind: 'unstable', omega: 0, growth: size } : { kind: 'zero', omega: 0, growth: 0 };
+    }
+    const part = name => number(used.map(([own, weight]) => [own[name], weight]));
+    return { kind: used[0][0].kind, omega: part('omega'), growth: part('growth') };
+  };
   const mode = k => {
     const all = near.map(([node, weight]) => [node.modes[k], weight]);
-    const alike = all.every(([own]) => own && own.kind === all[0][0]?.kind && !own.imaginary === !all[0][0].imaginary);
+    const one = ([own]) => own && !own.imaginary && square(own) !== null;
+    const alike = all.every(one) || all.every(([own]) => own && own.kind === all[0][0]?.kind && !own.imaginary === !all[0][0].imaginary);
     const used = alike ? all : [[all[0][0], 1]], first = used[0][0];
     if (!first) return null;
-    const part = name => used.map(([own, weight]) => [own[name], weight]), one = name => mixed(part(name).map(([x, w]) => [[x], w]))[0];
-    return { kind: first.kind, omega: one('omega'), growth: one('growth'), shape: mixed(part('shape')), imaginary: first.imaginary && mixed(part('imaginary')) };
+    const part = name => used.map(([own, weight]) => [own[name], weight]);
+    return { ...rate(used), shape: mixed(part('shape')), imaginary: first.imaginary && mixed(part('imaginary')) };
   };
   const modes = data.modes.map((own, k) => {
     const found = mode(k) || { ...own, shape: own.shape.map(() => 0), imaginary: null, gone: true };
-    const rate = x => x.toPrecision(3), grows = found.growth !== 0;
-    const told = found.gone ? 'nothing like it here' : found.kind === 'zero' ? 'zero mode' : found.kind === 'oscillation' ? `ω ≈ ${rate(found.omega)}`
-      : `${found.kind}, ω ≈ ${rate(found.omega)}${grows ? `, growth ≈ ${rate(found.growth)}` : ''}`;
-    return { ...found, caption: `${k + 1}: ${told}` };
+    const short = x => x.toPrecision(3), grows = found.growth !== 0;
+    const told = found.gone ? 'nothing like it here' : found.kind === 'zero' ? 'zero mode' : found.kind === 'oscillation' ? `ω ≈ ${short(found.omega)}`
+      : `${found.kind}, ω ≈ ${short(found.omega)}${grows ? `, growth ≈ ${short(found.growth)}` : ''}`;
+    return { ...found, caption: `${k + 1}: ${told}` + (others > 0 ? ` (${others} more here that the model's own values do not have)` : '') };
   });
   return { equilibrium: mixed(near.map(([node, weight]) => [node.equilibrium, weight])), modes };
 }
@@ -172,6 +185,7 @@ function draw() {
   context.setTransform(ratio, 0, 0, ratio, 0, 0);
   context.clearRect(0, 0, width, height);
   const turn = factor(mode, time), far = parseFloat(size.value);
+  if (missing) return;
   if (figure && moves) {
     const q = coordinates(mode, turn, far * scale);
     drawFigure(q, width, height);
@@ -190,7 +204,7 @@ function select(at, restart) {
   number = at;
   rows.forEach((row, i) => { if (i === at) row.setAttribute('aria-current', 'true'); else row.removeAttribute('aria-current'); });
   choose();
-  caption.textContent = shown.modes[at].caption + (figure && !moves ? ' (no drawn point moves: the coordinates are shown)' : '');
+  caption.textContent = missing ? 'No equilibrium or no modes are known here.' : shown.modes[at].caption + (figure && !moves ? ' (no drawn point moves: the coordinates are shown)' : '');
   canvas.setAttribute('aria-label', 'Moving picture of mode ' + shown.modes[at].caption);
   if (restart) time = 0;
   if (!running) draw();
@@ -204,11 +218,11 @@ function move(back) {
   si = axes.map((axis, k) => between(...axis.si, shares[k]));
   const found = back ? data : interpolated(shares);
   byId('own').disabled = back;
-  if (!found) { caption.textContent = 'There are no modes here.'; return; }
-  shown = found;
+  missing = !found;
+  shown = found || shown;
   cells.forEach((row, k) => row.forEach(([cell, text]) => { cell.textContent = text; }));
   if (!back) cells.forEach((row, k) => {
-    const { kind, omega, growth, gone } = shown.modes[k], texts = { kind, 'ω': omega, growth };
+    const { kind, omega, growth, gone } = missing ? { kind: '', omega: 0, growth: 0, gone: true } : shown.modes[k], texts = { kind, 'ω': omega, growth };
     row.forEach(([cell, , column]) => {
       const text = texts[column];
       if (text !== undefined) cell.textContent = gone ? '' : typeof text === 'string' ? text : text === 0 ? '0' : '≈ ' + text.toPrecision(3);

@@ -34,6 +34,8 @@ use solve::{Matrices, polar};
 
 /// Bits of the levels above double-double, and the multiplications that an elimination may take there.
 const LEVELS: [(usize, f64); 3] = [(192, 2e7), (512, 4e6), (1536, 4e5)];
+/// What an enclosure in two doubles may be off by, beside itself.
+const HELD: f64 = 1e-31;
 /// More bits than double-double are for no more coordinates.
 const MOST_PRECISE: usize = 1000;
 /// An elimination in a band that takes more multiplications comes behind a sparse decomposition, ...
@@ -224,7 +226,10 @@ impl System {
         let problem = || SparseResponse::new(&oscillation::sparse_quadratic(&self.linearized)?);
         let sparse = self.sparse.get_or_init(problem).as_ref()?;
         let (omega, forces) = self.driven(&quantity?, &self.balls.point, ())?;
-        let all = sparse.at(&omega, &forces)?;
+        let mut all = sparse.at(&omega, &forces)?;
+        if omega.is_zero() && forces.iter().all(|(_, force)| force.im.is_zero()) {
+            all.iter_mut().for_each(|own| own.im = Ball::ZERO);
+        }
         outputs.iter().map(|at| all.get(*at).copied()).collect()
     }
 
@@ -254,8 +259,8 @@ impl System {
 fn decided<S: Enclosure>(x: &Complex<S>, precision: S::Precision, digits: usize) -> Value {
     let (amplitude, phase) = polar(x, precision);
     let (amplitude, phase) = (amplitude.to_ball(), phase.map(|phase| phase.to_ball()));
-    // A thousandth of a unit of the last digit.
-    let share = 10_f64.powi(-3 - digits as i32);
+    // A thousandth of a unit of the last digit, or what two doubles hold.
+    let share = 10_f64.powi(-3 - digits as i32).max(HELD);
     let is_known = |own: &Ball| own.is_finite() && own.radius <= share * own.mid_f64().abs();
     let known = is_known(&amplitude) && phase.as_ref().map_or(amplitude.is_zero(), is_known);
     if known { Value::Known { amplitude, phase } } else { Value::Undecided }
@@ -369,8 +374,8 @@ impl Study {
         };
         let driven: Vec<Driven<Ball>> = places.map(driven).collect::<Option<_>>()?;
         let found = banded.polar(&driven, &rows);
-        let of_place = |(at, (_, forces)): (usize, &Driven<Ball>)| {
-            let is_real = matrices.is_real && forces.iter().all(|(_, force)| force.im.is_zero());
+        let of_place = |(at, (omega, forces)): (usize, &Driven<Ball>)| {
+            let is_real = (matrices.is_real || omega.is_zero()) && forces.iter().all(|(_, force)| force.im.is_zero());
             let mut values = Vec::with_capacity(rows.len());
             for own in &found[at / LANES * rows.len()..][..rows.len()] {
                 let [amplitude, phase] = own.at(at % LANES);

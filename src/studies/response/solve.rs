@@ -432,7 +432,7 @@ impl<S: Enclosure> Matrices<S> {
     }
 
     fn solution(&self, omega: &S, right: Vec<Complex<S>>) -> Option<Vec<Complex<S>>> {
-        if self.is_real { self.real(omega, right) } else { self.complex(omega, right) }
+        if self.is_real || omega.is_exact_zero() { self.real(omega, right) } else { self.complex(omega, right) }
     }
 
     fn real(&self, omega: &S, right: Vec<Complex<S>>) -> Option<Vec<Complex<S>>> {

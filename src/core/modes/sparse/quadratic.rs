@@ -224,7 +224,7 @@ fn end_of_lowest(pencil: &Pencil, lowest: f64, count: usize, budget: &Budget) ->
 }
 
 impl SparseQuadratic {
-    fn symmetric_stiffness(&self) -> SparseMatrix {
+    pub(super) fn symmetric_stiffness(&self) -> SparseMatrix {
         let shares = self.stiffness.entries().map(|(i, j, value)| {
             let own = if i == j { *value } else { value.scale(-1) };
             (i.max(j) as u32, i.min(j) as u32, own)

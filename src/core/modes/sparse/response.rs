@@ -2,7 +2,7 @@
 //!
 //! x comes from a decomposition of A as a real symmetric matrix ([`super::bordered`]) and steps of refinement in double-double. With d so that
 //! M - diag(d) is not negative, and no singular value of d^(-1/2) A d^(-1/2) less than τ, which an inertia proves, what x is off by has at most
-//! the length |d^(-1/2) (f - A x)|/τ in units of d^(1/2).
+//! the length |d^(-1/2) (f - A x)|/τ in units of d^(1/2). Where A is real and symmetric, K - ω²M, counts of eigenvalues below ω² ± τ say the same.
 
 use faer::c64;
 
@@ -27,7 +27,6 @@ const REFINED: f64 = 1e-20;
 const ASIDES: [f64; 3] = [0.0, 1e-10, 1e-6];
 
 /// M, D and S, whose response is asked for at many frequencies.
-#[derive(Debug)]
 pub struct SparseResponse {
     /// D, S and M by rows.
     parts: [Rows; 3],
@@ -35,6 +34,14 @@ pub struct SparseResponse {
     /// 1/√d, rounded up.
     roots: Vec<f64>,
     order: Vec<usize>,
+    /// K and M, where nothing depends on velocities and S is symmetric.
+    pencil: Option<Pencil>,
+}
+
+impl std::fmt::Debug for SparseResponse {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("SparseResponse").field("coordinates", &self.roots.len()).finish_non_exhaustive()
+    }
 }
 
 impl SparseResponse {
@@ -45,7 +52,9 @@ impl SparseResponse {
         let weights = weights(&parts[2])?;
         let roots = weights.iter().map(|d| (1.0 / d).sqrt() * (1.0 + 4.0 * U)).collect();
         let order = Form::order([&parts[0], &parts[1], &parts[2], &parts[2]])?;
-        Some(Self { parts, weights, roots, order })
+        let is_real = problem.symmetric && problem.velocity.stored() == 0;
+        let pencil = if is_real { Pencil::new(&problem.symmetric_stiffness(), &problem.mass) } else { None };
+        Some(Self { parts, weights, roots, order, pencil })
     }
 
     /// The response at an angular frequency to forces on coordinates; `None` where A is not shown to be regular, as at a resonance.
@@ -57,7 +66,58 @@ impl SparseResponse {
         for (at, force) in forces {
             right[*at] = right[*at].add(force);
         }
-        TURNS.iter().find_map(|turn| self.solved(&rows, &right, *turn))
+        match &self.pencil {
+            Some(pencil) => self.really(pencil, omega, &rows, &right),
+            None => TURNS.iter().find_map(|turn| self.solved(&rows, &right, *turn)),
+        }
+    }
+
+    /// The same of a real symmetric A.
+    fn really(
+        &self,
+        pencil: &Pencil,
+        omega: &Ball,
+        rows: &[Vec<(usize, Complex<Ball>)>],
+        right: &[Complex<Ball>],
+    ) -> Option<Vec<Complex<Ball>>> {
+        let ball = *omega * *omega;
+        let square = ball.mid_f64();
+        let aside = pencil.stiffness_norms.0 * ASIDES[1];
+        let factor = pencil.factor(square).or_else(|| pencil.factor(square + aside))?;
+        let (x, length) = self.refined(rows, right, &|left: &[c64]| {
+            let [mut re, mut im]: [Vec<f64>; 2] =
+                [left.iter().map(|x| x.re).collect(), left.iter().map(|x| x.im).collect()];
+            factor.solve(&mut re);
+            factor.solve(&mut im);
+            re.into_iter().zip(im).map(|(re, im)| c64::new(re, im)).collect()
+        });
+        if length > REFINED * self.length(right) {
+            return None;
+        }
+        let seems = factor.least();
+        let least = SHARES.iter().find_map(|share| {
+            let [below, above] = [-1.0, 1.0].map(|side| pencil.factor(square + side * share * seems));
+            let (below, above) = (below?, above?);
+            // ω² itself is off by a few roundings.
+            let least = share * seems - below.error.max(above.error) - 8.0 * U * square - ball.mid_f64_error();
+            (below.negative == above.negative && least > 0.0).then_some(least)
+        })?;
+        let imaginary = right.iter().any(|own| !own.im.is_zero());
+        let mut all = self.widened(x, length / (least * (1.0 - 8.0 * U)))?;
+        if !imaginary {
+            all.iter_mut().for_each(|own| own.im = Ball::ZERO);
+        }
+        Some(all)
+    }
+
+    /// With what components may be off by, a length in units of d^(1/2).
+    fn widened(&self, x: Vec<Complex<Ball>>, far: f64) -> Option<Vec<Complex<Ball>>> {
+        let far = up(far) * (1.0 + 8.0 * U);
+        let widened = |(x, root): (Complex<Ball>, &f64)| {
+            let by = up(far * root);
+            Complex::new(x.re.with_added_radius(by), x.im.with_added_radius(by))
+        };
+        far.is_finite().then(|| x.into_iter().zip(&self.roots).map(widened).collect())
     }
 
     /// A by rows.
@@ -96,17 +156,17 @@ impl SparseResponse {
         let matrix = Bordered::of(&shares, &self.weights, &self.order, turn)?;
         let (factor, x, length) = ASIDES.iter().find_map(|part| {
             let factor = matrix.factor_aside(*part)?;
-            let (x, length) = self.refined(rows, right, &matrix, &factor);
+            let nothing = vec![c64::new(0.0, 0.0); rows.len()];
+            let solve = |left: &[c64]| {
+                let [x, _] = matrix.solve(&factor, left, &nothing);
+                x
+            };
+            let (x, length) = self.refined(rows, right, &solve);
             (length <= REFINED * self.length(right)).then_some((factor, x, length))
         })?;
         let seems = self.least(&matrix, &factor);
         let least = SHARES.iter().find_map(|share| matrix.least(share * seems).ok())?;
-        let far = up(length / least) * (1.0 + 8.0 * U);
-        let widened = |(x, root): (Complex<Ball>, &f64)| {
-            let by = up(far * root);
-            Complex::new(x.re.with_added_radius(by), x.im.with_added_radius(by))
-        };
-        far.is_finite().then(|| x.into_iter().zip(&self.roots).map(widened).collect())
+        self.widened(x, length / least)
     }
 
     /// A solution with the length of what it leaves of the forces.
@@ -114,16 +174,14 @@ impl SparseResponse {
         &self,
         rows: &[Vec<(usize, Complex<Ball>)>],
         right: &[Complex<Ball>],
-        matrix: &Bordered,
-        factor: &Factor<'_>,
+        solve: &dyn Fn(&[c64]) -> Vec<c64>,
     ) -> (Vec<Complex<Ball>>, f64) {
-        let nothing = vec![c64::new(0.0, 0.0); rows.len()];
         let mut x = vec![Complex::<Ball>::zero(()); rows.len()];
         let mut left = right.to_vec();
         let mut length = self.length(&left);
         for _ in 0..REFINEMENTS {
             let mids: Vec<c64> = left.iter().map(Complex::to_c64).collect();
-            let [step, _] = matrix.solve(factor, &mids, &nothing);
+            let step = solve(&mids);
             // Centres alone: any x has the bound of its own residual.
             let next = x.iter().zip(&step).map(|(x, step)| {
                 let sum = x.add(&Complex::from_c64(*step, ()));

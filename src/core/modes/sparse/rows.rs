@@ -8,7 +8,6 @@ pub(super) const U: f64 = 0.5 * f64::EPSILON;
 const PIECE: usize = 1024;
 
 /// A matrix by rows: centres of the entries as two doubles.
-#[derive(Debug)]
 pub(super) struct Rows {
     pub(super) starts: Vec<usize>,
     pub(super) columns: Vec<u32>,

@@ -205,7 +205,7 @@ impl<'s> Context<'s> {
                 _ => SyntaxError::MissingRightSide { statement, value: None, span: end },
             };
         }
-        if self.before.kind == TokenKind::Comma && self.part == Part::Name {
+        if self.before.kind == TokenKind::Comma && self.part == Part::Name && statement != "draw" {
             return SyntaxError::MissingName { statement, found: "nothing".to_owned(), span };
         }
         match self.before.kind {
