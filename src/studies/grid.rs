@@ -3,7 +3,7 @@
 //! Each node is solved by itself and in full. Between nodes nothing is computed here: whoever draws a mode there interpolates, and
 //! says so.
 
-use crate::source::Source;
+use crate::source::{Source, parameter};
 use crate::sweep::{Place, Sweep};
 use crate::tracking::{Shapes, matched, shapes};
 use librate_core::linearize::{Linearized, constant};
@@ -63,13 +63,13 @@ impl Nodes {
     /// Over one or two ranges; `model` has the values of the file. Nothing if the model can't be read at the ends of a range.
     #[must_use]
     pub fn new(source: &Source, model: &Model, ranges: &[Range], options: &Options) -> Option<Self> {
-        let sweep = |source: &Source, range: &Range| Sweep::new(source.clone(), range.clone(), options.clone());
+        let sweep = |source: &Source, range: &Range| Sweep::by_places(source.clone(), range.clone(), options.clone());
         let axis = |range: &Range| {
             let sweep = sweep(source, range);
             let (from, to) = sweep.ends_si()?;
             let ends_si = [from.mid_f64(), to.mid_f64()];
-            let parameter = model.parameters.iter().find(|own| own.name == range.name());
-            let value = constant(&model.pool, parameter?.value?).map(|value| value.mid_f64());
+            let number = parameter(model, range)?;
+            let value = constant(&model.pool, model.parameters[number].value?).map(|value| value.mid_f64());
             let own = value.map(|value| (value - ends_si[0]) / (ends_si[1] - ends_si[0]));
             Some(Axis {
                 name: range.name().to_owned(),

@@ -11,7 +11,7 @@ use crate::source::Source;
 use crate::batch::{self, Outcome, Solutions, Study};
 use crate::error::Error;
 use crate::sensitivity;
-use crate::source::{End, rational, share, unit_of, written_ends};
+use crate::source::{End, parameter, rational, share, unit_of, written_ends};
 use librate_core::linearize::{self, Linearized};
 use librate_core::model::{Model, Range};
 use librate_core::modes::{Kind, Options};
@@ -57,12 +57,17 @@ impl Sweep {
     /// The modes that `options` ask for, at each place of a range.
     #[must_use]
     pub fn new(source: Source, range: Range, options: Options) -> Self {
-        let ends = written_ends(&range).ok();
-        let mut sweep = Self { source, range, options, ends, derived: None };
+        let mut sweep = Self::by_places(source, range, options);
         if sweep.range.len() >= FEW {
             sweep.derived = sweep.derive();
         }
         sweep
+    }
+
+    /// The same for places that are all solved in full: nothing is derived once.
+    pub(crate) fn by_places(source: Source, range: Range, options: Options) -> Self {
+        let ends = written_ends(&range).ok();
+        Self { source, range, options, ends, derived: None }
     }
 
     /// The range.
@@ -132,21 +137,24 @@ impl Sweep {
 
     /// The ends of the range in SI.
     pub(crate) fn ends_si(&self) -> Option<(Ball, Ball)> {
-        let end = |place| {
-            let model = self.model(place).ok()?;
-            let parameter = model.parameters.iter().find(|own| own.name == self.range.name())?;
-            linearize::constant(&model.pool, parameter.value?)
-        };
+        let end = |place| self.in_si(&self.model(place).ok()?);
         Some((end(0)?, end(self.range.len() - 1)?))
+    }
+
+    /// The value that a model was made with, in SI.
+    fn in_si(&self, model: &Model) -> Option<Ball> {
+        let number = parameter(model, &self.range)?;
+        linearize::constant(&model.pool, model.parameters[number].value?)
     }
 
     /// The model with its parameter open; `None` where it is better solved place by place.
     fn derive(&self) -> Option<Derived> {
-        let (from, to) = self.ends_si()?;
         let first = self.model(0).ok()?;
+        let last = self.model(self.range.len() - 1).ok()?;
         if first.coordinates.len() > MOST_COORDINATES {
             return None;
         }
+        let (from, to) = (self.in_si(&first)?, self.in_si(&last)?);
         let options = batch::Options::default().without_vectors().without_matrices();
         let study = Study::with_options(first, &[self.range.name()], options).ok()?;
         study.is_at_rest().then_some(Derived { study, from, to })

@@ -143,11 +143,8 @@ impl Elaborator<'_> {
 
     /// Whether components depend on coordinates and on no velocity.
     fn is_place(&self, position: &[ExprId]) -> bool {
-        let symbols = self.world.pool.symbols_of(position);
-        let kinds: Vec<_> = symbols.into_iter().filter_map(|symbol| self.world.kinds.get(symbol)).collect();
-        let rests =
-            |kind: &SymbolKind| matches!(kind, SymbolKind::Coordinate(_) | SymbolKind::Parameter(_) | SymbolKind::Time);
-        kinds.iter().all(rests) && kinds.iter().any(|kind| matches!(kind, SymbolKind::Coordinate(_)))
+        let moves = |symbol| matches!(self.world.kinds.get(symbol), Some(SymbolKind::Coordinate(_)));
+        self.rests(position) && self.world.pool.symbols_of(position).into_iter().any(moves)
     }
 
     fn coordinate_expression(&mut self, number: usize) -> ExprId {
