@@ -7,8 +7,9 @@
 //!
 //! The problems: `A`, three pendulums joined by springs; `B`, a pendulum of n links, written with
 //! Cartesian positions that build on one another; `C`, the Fermi–Pasta–Ulam–Tsingou chain between
-//! walls; `D`, a square net of n by n masses under tension; `E`, a network of points from a table
-//! (`--points FILE`, columns x, y, z), spring beside spring up to a distance of 1.93.
+//! walls; `D`, a square net of n by n masses under tension; `E`, a network of n random points or of
+//! those of a table (`--points FILE`, columns x, y, z), spring beside spring up to a distance of 1.93.
+//! Of large problems the lowest frequencies are computed, from sparse matrices.
 //!
 //! Keys, times in seconds: `parse_s`, `elaborate_s`, `linearize_s`, their sum with the first M and
 //! K, `build_s` (from text to M and K with bounds), `eval1_s` (M and K once more), `eig_s`; all of
@@ -21,6 +22,10 @@ use std::fmt::Write as _;
 use std::io::Write as _;
 use std::time::{Duration, Instant};
 
+#[path = "points.rs"]
+#[allow(dead_code, reason = "an example of its own")]
+mod points;
+
 use librate::linearize::{Linearized, linearize};
 use librate::model::{Settings, TableTexts, elaborate};
 use librate::modes::Options;
@@ -31,6 +36,9 @@ use rustix::time::{ClockId, clock_gettime};
 
 /// Digits of the printed frequencies; fewer where the bound decides fewer.
 const DIGITS: usize = 25;
+
+/// Matrices of more coordinates are sparse.
+const MOST_DENSE: usize = 2000;
 
 const PENDULUMS: &str = "model three_pendulums
 param m = 1  param l = 1  param g = 9.81  param L = 0.5  param k12 = 2  param k23 = 3
@@ -122,7 +130,7 @@ fn problem(model: &str, n: usize) -> Result<(String, Option<usize>), Box<dyn Err
     let (text, lowest) = match model {
         "A" => (PENDULUMS, None),
         "B" => (LINKS, None),
-        "C" => (CHAIN, None),
+        "C" => (CHAIN, (n > 2000).then_some(10)),
         "D" => (NET, Some(10)),
         "E" => (POINTS, (n > 100).then_some(20)),
         _ => return Err(format!("there is no problem {model}").into()),
@@ -184,6 +192,13 @@ fn first<E: Error + 'static>(errors: Vec<E>) -> Box<dyn Error> {
     }
 }
 
+/// M and K: of few coordinates dense, of many sparse.
+fn matrices(linear: &Linearized) -> impl PartialEq + use<> {
+    let is_large = linear.dimension() > MOST_DENSE;
+    let dense = (!is_large).then(|| (linear.mass(), linear.stiffness()));
+    (dense, is_large.then(|| linear.sparse()))
+}
+
 /// From text to a linearization, with the times of the three stages.
 fn linearized(text: &str, tables: &TableTexts, mut lap: impl FnMut(&str)) -> Result<Linearized, Box<dyn Error>> {
     let file = parse(text).map_err(first)?;
@@ -206,8 +221,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     let mut tables = TableTexts::new();
     if request.model == "E" {
-        let path = request.points.ok_or("problem E needs --points FILE")?;
-        tables = tables.with("points.csv".to_owned(), std::fs::read_to_string(path)?);
+        let table = match request.points {
+            Some(path) => std::fs::read_to_string(path)?,
+            None => points::table(u32::try_from(request.n)?),
+        };
+        tables = tables.with("points.csv".to_owned(), table);
     }
     let mut options = Options::default();
     options.lowest = lowest;
@@ -218,7 +236,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         while start.elapsed() < Duration::from_secs(3) {
             match stage.as_str() {
                 "build" => drop(linearized(&text, &tables, |_| {})?),
-                "eval" => drop((linear.mass(), linear.stiffness())),
+                "eval" => drop(matrices(&linear)),
                 _ => drop(normal_modes(&linear, &options)?),
             }
         }
@@ -232,12 +250,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut whole = Clock::start();
     let mut clock = Clock::start();
     let linear = linearized(&text, &tables, |stage| put(stage, clock.lap()))?;
-    let matrices = (linear.mass(), linear.stiffness());
+    let first = matrices(&linear);
     put("build", whole.lap());
     clock = Clock::start();
-    let again = (linear.mass(), linear.stiffness());
+    let again = matrices(&linear);
     put("eval1", clock.lap());
-    if matrices != again {
+    if first != again {
         return Err("M and K differ from one evaluation to the next".into());
     }
     clock = Clock::start();
@@ -249,14 +267,14 @@ fn main() -> Result<(), Box<dyn Error>> {
             "build_warm",
             repeat(|| {
                 let linear = linearized(&text, &tables, |_| {})?;
-                std::hint::black_box((linear.mass(), linear.stiffness()));
+                std::hint::black_box(matrices(&linear));
                 Ok(())
             })?,
         );
         put(
             "eval_warm",
             repeat(|| {
-                std::hint::black_box((linear.mass(), linear.stiffness()));
+                std::hint::black_box(matrices(&linear));
                 Ok(())
             })?,
         );

@@ -12,6 +12,8 @@ const MOST_CHARACTERS: usize = 2000;
 const MOST_IN_FORM: usize = 500;
 /// Where one condition has more than these, there are none on the page.
 const MOST_IN_CONDITION: usize = 240;
+/// Nor where there are more of them: those of a lattice, one for each wave.
+const MOST_CONDITIONS: usize = 12;
 
 /// What the page has beside frequencies: of conservative models what stability needs, of others the characteristic equation and its
 /// zeros too. `names` are those of the whole model.
@@ -105,7 +107,7 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
         parts.push(section(&format!("unstable{with}{mostly}"), []));
     } else if !open.is_empty() {
         let texts: Vec<String> = open.into_iter().map(|own| condition_text(pool, own)).collect();
-        if texts.iter().all(|text| text.len() <= MOST_IN_CONDITION) {
+        if texts.len() <= MOST_CONDITIONS && texts.iter().all(|text| text.len() <= MOST_IN_CONDITION) {
             parts.push(section(&format!("stable while{with}"), texts));
         } else {
             parts.push(section("conditions of stability, too long for a page, are in the JSON", []));

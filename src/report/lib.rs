@@ -31,6 +31,7 @@ mod period_picture;
 mod picture;
 mod plain;
 mod response;
+mod runs;
 mod sensitivity;
 mod show;
 mod sweep;

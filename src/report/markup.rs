@@ -80,7 +80,7 @@ impl Writer<'_> {
             None => {
                 let (remark, entries) = matrix.listed();
                 let lead = self.sentence(&format!("{remark}the entries that are not zero"));
-                between(self.markup.lead, &lead) + &entries.map(|text| self.display(&text, "")).collect::<String>()
+                between(self.markup.lead, &lead) + &entries.iter().map(|own| self.line(own)).collect::<String>()
             }
         }
     }

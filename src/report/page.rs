@@ -8,6 +8,7 @@ use super::constraints::{
 };
 use super::exponents::exponent_parts;
 use super::frequencies::{frequency_parts, signs};
+use super::runs::{ends, gathered};
 use librate_core::budget::Exceeded;
 use librate_core::derive::{
     Condition, Conserved, Definition, Derivation, Energy, Given, Linear, Motion, Names, Root, SecondOrder,
@@ -121,10 +122,19 @@ impl Matrix {
     }
 
     /// What is said about the entries, and these as relations, the upper triangle standing for both.
-    pub(super) fn listed(&self) -> (&'static str, impl Iterator<Item = String>) {
+    pub(super) fn listed(&self) -> (&'static str, Vec<Line>) {
         let (remark, all) = symmetry_of(&self.letter);
-        let shown = self.entries.iter().filter(move |(i, j, _)| all || j >= i);
-        (remark, shown.map(|(i, j, text)| format!("{}[{}, {}] = {text}", self.letter, i + 1, j + 1)))
+        let mut shown: Vec<_> = self.entries.iter().filter(|(i, j, _)| all || j >= i).collect();
+        let lines = |shown: &[&(usize, usize, String)]| {
+            gathered(shown.iter().map(|(i, j, text)| format!("{}[{}, {}] = {text}", self.letter, i + 1, j + 1)))
+        };
+        let by_row = lines(&shown);
+        if by_row.len() == shown.len() {
+            return (remark, by_row);
+        }
+        shown.sort_by_key(|(i, j, _)| (j.abs_diff(*i), j < i, *i));
+        let by_diagonal = lines(&shown);
+        (remark, if by_diagonal.len() < by_row.len() { by_diagonal } else { by_row })
     }
 }
 
@@ -169,7 +179,7 @@ pub(super) fn with(assumed: &[Words]) -> Words {
 }
 
 pub(super) fn section(title: &str, texts: impl IntoIterator<Item = String>) -> Part {
-    Part::Section(title.to_owned(), texts.into_iter().map(Line::plain).collect(), Form::Apart)
+    Part::Section(title.to_owned(), gathered(texts), Form::Apart)
 }
 
 impl Page {
@@ -186,7 +196,7 @@ impl Page {
             notation: notation(derivation, definitions),
             model: derivation.model.clone(),
             dimension: derivation.names.coordinates.len(),
-            parts: vec![Part::List("coordinates".to_owned(), ticked(&derivation.names.coordinates))],
+            parts: vec![Part::List("coordinates".to_owned(), ends(ticked(&derivation.names.coordinates)))],
         };
         if !derivation.assumptions.is_empty() {
             page.parts.push(Part::List("assumed".to_owned(), ticked(assumption_texts(derivation))));
@@ -399,7 +409,7 @@ impl Page {
         if names.displacements != names.coordinates {
             let pairs = names.displacements.iter().zip(&names.coordinates);
             let items = pairs.map(|(displacement, name)| format!("`{displacement}` of `{name}`"));
-            self.parts.push(Part::List("displacements from it".to_owned(), items.collect()));
+            self.parts.push(Part::List("displacements from it".to_owned(), ends(items.collect())));
         }
         if names.coordinates.len() <= MOST_FOR_ENERGIES && !part.kinetic.terms.is_empty() {
             let kinetic = format!("T = {}", derivation.displaced_text(&part.kinetic));

@@ -81,7 +81,7 @@ impl Layout<'_> {
             return block.lines().map(str::to_owned).collect();
         }
         let mut lines = formula.text(width);
-        let remark = wrapped(remark.trim_start(), width.saturating_sub(4));
+        let remark = wrapped(remark.trim_start_matches([',', ' ']), width.saturating_sub(4));
         lines.extend(remark.into_iter().map(|line| format!("    {line}")));
         lines
     }
@@ -97,21 +97,22 @@ impl Layout<'_> {
         })
     }
 
+    fn line(&self, line: &Line, width: usize) -> Vec<String> {
+        match line {
+            Line::Formula(text, remark) => self.lines(text, remark, width),
+            Line::Item(text, words) => self.lines(text, &format!(": {words}"), width),
+            Line::Words(words) => wrapped(&self.words(words), width),
+            Line::Below(matrix) => {
+                let lines = self.small_matrix(matrix, width.saturating_sub(2)).into_iter();
+                lines.map(|line| format!("  {line}")).collect()
+            }
+        }
+    }
+
     fn section(&self, title: &str, all: &[Line], form: Form) -> String {
         let title = self.words(title);
         let width = self.width.saturating_sub(2);
-        let formulas: Vec<Vec<String>> = all
-            .iter()
-            .map(|line| match line {
-                Line::Formula(text, remark) => self.lines(text, remark, width),
-                Line::Item(text, words) => self.lines(text, &format!(": {words}"), width),
-                Line::Words(words) => wrapped(&self.words(words), width),
-                Line::Below(matrix) => {
-                    let lines = self.small_matrix(matrix, width.saturating_sub(2)).into_iter();
-                    lines.map(|line| format!("  {line}")).collect()
-                }
-            })
-            .collect();
+        let formulas: Vec<Vec<String>> = all.iter().map(|line| self.line(line, width)).collect();
         let tall = formulas.iter().any(|lines| lines.len() > 1);
         if form == Form::Inline && (!tall || all.len() > MOST_IN_SECTION) {
             let one = |line: &Line| match line {
@@ -147,7 +148,7 @@ impl Layout<'_> {
         let whole = matrix.formula(notation, width).map(|formula| formula.block());
         match whole.filter(|block| block.width() <= width) {
             Some(block) => block.lines().map(str::to_owned).collect(),
-            None => matrix.listed().1.flat_map(|text| self.lines(&text, "", width)).collect(),
+            None => matrix.listed().1.iter().flat_map(|line| self.line(line, width)).collect(),
         }
     }
 
@@ -182,10 +183,8 @@ impl Layout<'_> {
             None => {
                 let (remark, entries) = matrix.listed();
                 out.push_str(&format!("{heading}, {remark}entries that are not zero:\n"));
-                for text in entries {
-                    let lines = self.lines(&text, "", self.width.saturating_sub(2));
-                    out.extend(lines.iter().map(|line| format!("  {line}\n")));
-                }
+                let width = self.width.saturating_sub(2);
+                out.extend(entries.iter().flat_map(|line| self.line(line, width)).map(|line| format!("  {line}\n")));
             }
         }
         out

@@ -3,6 +3,7 @@
 
 use std::path::Path;
 use std::process::Command;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::cli_support::*;
 use crate::common::model_files;
@@ -428,7 +429,10 @@ fn in_browser(page: &str, address: &str) -> Option<(String, String)> {
     let browser = ["chromium", "chromium-browser", "google-chrome"]
         .into_iter()
         .find(|name| Command::new(name).arg("--version").output().is_ok_and(|output| output.status.success()))?;
-    let folder = std::env::temp_dir().join(format!("librate-show-{}-{}", std::process::id(), address.len()));
+    // Tests run side by side.
+    static OPENED: AtomicUsize = AtomicUsize::new(0);
+    let own = OPENED.fetch_add(1, Ordering::Relaxed);
+    let folder = std::env::temp_dir().join(format!("librate-show-{}-{own}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     let file = folder.join("page.html");
     std::fs::write(&file, page).unwrap();

@@ -140,3 +140,62 @@ fn what_is_given_stands_first() {
     insta::assert_snapshot!("given_ascii", derive_text(&derivation, &Style::default().ascii(true)));
     insta::assert_snapshot!("given_typst", derive_typst(&derivation));
 }
+
+/// All the lines that one with indices stands for.
+fn spelled_out(line: &str) -> Vec<String> {
+    let (text, ranges) = line.split_once(", for ").unwrap_or((line, ""));
+    let mut all = vec![text.to_owned()];
+    for range in ranges.split(", ").filter(|range| !range.is_empty()) {
+        let (index, range) = range.split_once(" in ").unwrap();
+        let (first, last) = range.split_once("..").unwrap();
+        let values = first.parse::<i64>().unwrap()..=last.parse().unwrap();
+        let with = |text: &str, value: i64| {
+            let part = |part: &str| {
+                let own = part.trim_end_matches([',', ']']);
+                let more = own.trim_start().strip_prefix(index).filter(|_| own.len() < part.len());
+                let more = more.and_then(|more| if more.is_empty() { Some(0) } else { more.parse::<i64>().ok() });
+                more.map_or_else(
+                    || part.to_owned(),
+                    |more| {
+                        let space = &own[..own.len() - own.trim_start().len()];
+                        format!("{space}{}{}", value + more, &part[own.len()..])
+                    },
+                )
+            };
+            text.split_inclusive(['[', ',', ']']).map(part).collect::<String>()
+        };
+        all = all.iter().flat_map(|text| values.clone().map(|value| with(text, value)).collect::<Vec<_>>()).collect();
+    }
+    all
+}
+
+/// Equations that differ by their indices are one line, and nothing is lost by that: chains, rings, lattices, bodies.
+#[test]
+fn lines_with_indices_stand_for_all() {
+    let mut gathered = 0;
+    let lattice = "param n = 6  param i = 2  coord x[1..5, 1..n], y[1..3]
+        T = 1/2*sum(a in 1..5, b in 1..n, x[a,b]'^2) + 1/2*sum(a in 1..3, y[a]'^2)
+        V = sum(a in 1..4, b in 1..n, i/2*(x[a+1,b] - x[a,b])^2) + sum(a in 1..5, b in 1..n-1, i*(x[a,b+1] - x[a,b])^4)
+          + 1/2*dot([x[1,1], x[2,2]], [x[3,3], x[4,4]]) + 1/2*sum(a in 1..3, y[a]^2)";
+    let own = common::model(lattice);
+    let derivations = derivations().chain([("lattice".to_owned(), derive(&own, &Parts::all()).unwrap())]);
+    for (name, mut derivation) in derivations {
+        if derivation.equations.is_none() || derivation.abbreviated().is_some() {
+            continue;
+        }
+        derivation.only = Some(vec!["equations".to_owned()]);
+        let page = derive_text(&derivation, &Style::default().ascii(true));
+        let lines = page.lines().skip_while(|line| !line.starts_with("Lagrange")).skip(1);
+        let lines: Vec<&str> = lines.take_while(|line| line.starts_with("  ")).map(str::trim).collect();
+        let mut all: Vec<String> = lines.iter().flat_map(|line| spelled_out(line)).collect();
+        gathered += usize::from(lines.len() < all.len());
+        let mut expected = derivation.equation_texts();
+        all.sort();
+        expected.sort();
+        assert_eq!(all, expected, "{name}");
+    }
+    assert!(gathered > 5, "{gathered}");
+    let mut own = derive(&own, &Parts::all()).unwrap();
+    own.only = Some(vec!["mass".to_owned(), "stiffness".to_owned()]);
+    insta::assert_snapshot!("matrices_with_indices", derive_text(&own, &Style::default()));
+}

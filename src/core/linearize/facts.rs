@@ -24,8 +24,8 @@ struct Fact {
     coordinate: bool,
     /// A velocity occurs in it.
     velocity: bool,
-    /// It becomes 0 with all velocities.
-    rests: bool,
+    /// It is seen to become 0 with all velocities, at least as fast as this power of them; 0 where it is not.
+    order: f64,
     /// A symbol, a number or a function of a symbol.
     atom: bool,
     /// A product of atoms.
@@ -67,7 +67,13 @@ impl Facts {
 
     /// Whether an expression is seen to become 0 when all velocities do.
     pub(crate) fn rests(&mut self, pool: &Pool, id: ExprId) -> bool {
-        self.of(pool, id).rests
+        self.order(pool, id) > 0.0
+    }
+
+    /// The power of the velocities that an expression is seen to be a bounded multiple of near rest; 0 where it is not seen
+    /// to become 0 there.
+    pub(crate) fn order(&mut self, pool: &Pool, id: ExprId) -> f64 {
+        self.of(pool, id).order
     }
 
     /// Whether an expression is a product of symbols and functions of symbols: parts of it that
@@ -96,28 +102,31 @@ impl Facts {
         });
         match node {
             Node::Number(value) => {
-                fact.rests = value.is_zero();
+                fact.order = if value.is_zero() { f64::INFINITY } else { 0.0 };
                 fact.atom = true;
             }
             Node::Pi => fact.atom = true,
             Node::Symbol(symbol) => {
                 fact.coordinate = self.is(*symbol, Variable::Coordinate);
                 fact.velocity = self.is(*symbol, Variable::Velocity);
-                fact.rests = fact.velocity;
+                fact.order = if fact.velocity { 1.0 } else { 0.0 };
                 fact.atom = true;
             }
             Node::Sum { constant, terms } => {
-                fact.rests = constant.is_zero() && terms.iter().all(|(term, _)| known(term).rests);
+                let orders = terms.iter().map(|(term, _)| known(term).order);
+                fact.order = if constant.is_zero() { orders.fold(f64::INFINITY, f64::min) } else { 0.0 };
             }
             Node::Product(factors) => {
-                let vanishes = |base: &ExprId, exponent: &Number| known(base).rests && !exponent.is_negative();
+                let vanishes = |base: &ExprId, exponent: &Number| known(base).order > 0.0 && !exponent.is_negative();
                 // A factor that may have no value at rest leaves it open.
-                fact.rests = factors.iter().any(|(base, power)| vanishes(base, power))
-                    && factors.iter().all(|(base, power)| !known(base).velocity || vanishes(base, power));
+                if factors.iter().all(|(base, power)| !known(base).velocity || vanishes(base, power)) {
+                    let vanishing = factors.iter().filter(|(base, power)| vanishes(base, power));
+                    fact.order = vanishing.map(|(base, power)| known(base).order * power.to_f64()).sum();
+                }
                 fact.simple = factors.iter().all(|(base, _)| known(base).atom);
             }
             Node::Function(function, x) => {
-                fact.rests = known(x).rests && vanishes_at_zero(*function);
+                fact.order = if vanishes_at_zero(*function) { known(x).order } else { 0.0 };
                 fact.atom = matches!(pool.node(*x), Node::Symbol(_));
             }
             Node::Power { .. } | Node::Atan2 { .. } | Node::Undefined => {}

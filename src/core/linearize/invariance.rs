@@ -321,7 +321,8 @@ impl Invariance {
 fn vanishes_near(pool: &Pool, places: &HashMap<Symbol, &Big>, beside: ExprId, expression: ExprId) -> Option<bool> {
     let both = [expression, beside];
     let symbols = pool.symbols_of(&both);
-    let tape = Tape::compile(pool, &both, &symbols).ok()?.prepare::<Big>(BITS);
+    let tape = Tape::compile(pool, &both, &symbols).ok()?;
+    let exact = tape.prepare::<Big>(BITS);
     let size = places.values().map(|own| own.mid_f64().abs()).fold(0.0, f64::max);
     for seed in 0..NEARBY_POINTS {
         let input = |symbol: &Symbol| {
@@ -330,7 +331,13 @@ fn vanishes_near(pool: &Pool, places: &HashMap<Symbol, &Big>, beside: ExprId, ex
             places.get(symbol).map_or_else(|| step.clone(), |place| place.add(&step))
         };
         let inputs: Vec<Big> = symbols.iter().map(input).collect();
-        let [value, scale] = tape.evaluate(&inputs, &mut Vec::new()).try_into().ok()?;
+        // Few bits tell most of what is no symmetry.
+        let rough: Vec<Ball> = inputs.iter().map(|own| own.to_ball()).collect();
+        let rough = tape.evaluate(&rough, &mut Vec::new());
+        if rough.first().is_some_and(|value| value.is_finite() && !value.contains_zero()) {
+            return Some(false);
+        }
+        let [value, scale] = exact.evaluate(&inputs, &mut Vec::new()).try_into().ok()?;
         if !value.is_finite() || !scale.is_finite() {
             return None;
         }

@@ -211,9 +211,17 @@ fn friction(pool: &mut Pool, family: &TermFamily) -> Derivatives {
     let velocities: Vec<Symbol> = family.locals.iter().map(|local| local.velocity).collect();
     let at_rest = family.at_rest(pool);
     let (mut entries, mut rest) = (Vec::new(), Vec::new());
-    for (i, force) in family.drags(pool) {
-        for (j, entry) in slopes_by(pool, force, &velocities) {
-            let entry = pool.substitute_one(entry, &at_rest);
+    for (i, mut force) in family.drags(pool) {
+        let at_rest_slopes = |pool: &mut Pool, force| {
+            let slopes = slopes_by(pool, force, &velocities).into_iter();
+            slopes.map(|(j, entry)| (j, pool.substitute_one(entry, &at_rest))).collect::<Vec<_>>()
+        };
+        let mut slopes = at_rest_slopes(pool, force);
+        if slopes.iter().any(|(_, entry)| pool.is_undefined(*entry)) {
+            force = slow(pool, family, force);
+            slopes = at_rest_slopes(pool, force);
+        }
+        for (j, entry) in slopes {
             if entry.is_zero() {
                 continue;
             }
@@ -235,6 +243,18 @@ fn friction(pool: &mut Pool, family: &TermFamily) -> Derivatives {
         }
     }
     Derivatives { entries, rest }
+}
+
+/// A force without those terms that become 0 faster than the velocities do, as v |v| does: their derivatives at rest are 0, also
+/// where rules of differentiation find 0/0.
+fn slow(pool: &mut Pool, family: &TermFamily, force: ExprId) -> ExprId {
+    let mut facts = Facts::default();
+    for local in &family.locals {
+        facts.declare(local);
+    }
+    let terms = pool.terms(force).into_iter().filter(|(term, _)| facts.order(pool, *term) <= 1.0).collect::<Vec<_>>();
+    let parts: Vec<ExprId> = terms.iter().map(|(term, factor)| pool.scale(*term, factor)).collect();
+    pool.sum(&parts)
 }
 
 impl Assembly {

@@ -475,12 +475,17 @@ pub(super) fn symbol_text(symbol: &Symbol) -> String {
 fn feet_text(feet: &[Subscript]) -> String {
     let low = |foot: &Subscript| match foot {
         Subscript::Word(word) => lowered(word).filter(|_| word.bytes().all(|b| b.is_ascii_digit())),
-        Subscript::Index(formula) => lowered(&one_line(formula)),
+        Subscript::Index(formula) => lowered(&one_line(formula).replace(' ', "")),
         Subscript::Coordinate(_) => None,
     };
     let lows: Vec<Option<String>> = feet.iter().map(low).collect();
     let is_one = |low: &Option<String>| low.as_ref().is_some_and(|low| low.chars().count() == 1);
-    if lows.iter().all(is_one) {
+    // K with the feet i and i + 1, but not with 2 and 11.
+    let is_last = |low: &Option<String>| low.as_ref().is_some_and(|low| !low.starts_with(|c| ('₀'..='₉').contains(&c)));
+    if let Some((last, others)) = lows.split_last()
+        && others.iter().all(is_one)
+        && (is_one(last) || is_last(last))
+    {
         return lows.into_iter().flatten().collect();
     }
     let mut out = String::new();
