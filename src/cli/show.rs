@@ -59,8 +59,14 @@ pub(super) fn text(args: &args::Show) -> Result<Answer, Failure> {
         Some((_, figure)) => figure.clone(),
         None => figure::figure(&linearized, &[]),
     };
-    if let Some(left_out) = figure.as_ref().map(|own| own.left_out).filter(|own| *own > 0) {
-        let what = if left_out == 1 { "one thing that `draw` names has" } else { "some of what `draw` names has" };
+    let nothing_left = figure.is_none() && linearized.model().drawing.is_some();
+    let left_out = figure.as_ref().map_or(0, |own| own.left_out);
+    if left_out > 0 || nothing_left {
+        let what = match left_out {
+            0 => "all that `draw` names has",
+            1 => "one thing that `draw` names has",
+            _ => "some of what `draw` names has",
+        };
         let told = Diagnostic::remark(format!("{what} no place at the equilibrium, and is left out"));
         warnings.push(told.with_help("its value there is no number"));
     }

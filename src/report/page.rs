@@ -23,6 +23,8 @@ use librate_core::typeset::{Formula, Notation};
 const MOST_FOR_ENERGIES: usize = 12;
 /// Matrices of more columns than this are given by their entries.
 const MOST_COLUMNS: usize = 40;
+/// What takes more characters of the model language is left out, unless one asks for chapters.
+const MOST_IN_CHAPTER: usize = 20_000;
 /// Digits of the frequencies at the end.
 const DIGITS: usize = 10;
 
@@ -52,6 +54,23 @@ pub(super) enum Part {
     Gap,
 }
 
+impl Part {
+    /// A chapter that nobody would read is named instead.
+    fn shorten(&mut self) {
+        let (title, length) = match self {
+            Self::Section(title, lines, _) => (&*title, lines.iter().map(Line::length).sum()),
+            Self::Matrix(matrix) => (&matrix.title, matrix.length()),
+            Self::List(..) | Self::Paragraph(_) | Self::Gap => return,
+        };
+        if length > MOST_IN_CHAPTER {
+            let why = format!(
+                "{title}: too long for a page with {length} characters; --only has single chapters, and the JSON all"
+            );
+            *self = Self::Paragraph(why);
+        }
+    }
+}
+
 /// How the lines of a section follow each other.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Form {
@@ -74,6 +93,15 @@ pub(super) enum Line {
 }
 
 impl Line {
+    /// How many characters it takes in the model language.
+    fn length(&self) -> usize {
+        match self {
+            Self::Formula(text, words) | Self::Item(text, words) => text.len() + words.len(),
+            Self::Words(words) => words.len(),
+            Self::Below(matrix) => matrix.length(),
+        }
+    }
+
     pub(super) fn plain(text: String) -> Self {
         Self::Formula(text, String::new())
     }
@@ -103,6 +131,10 @@ impl Matrix {
             entries.extend(shown.map(|(j, at)| (i, j, pool.display(*at))));
         }
         Self { title: title.to_owned(), letter, rows: rows.len(), columns, entries }
+    }
+
+    fn length(&self) -> usize {
+        self.listed().1.iter().map(Line::length).sum()
     }
 
     /// All entries, row by row; nothing where there are too many.
@@ -225,6 +257,9 @@ impl Page {
             && derivation.shows("numbers")
         {
             page.numbers(modes, given.has_units);
+        }
+        if derivation.only.is_none() {
+            page.parts.iter_mut().for_each(Part::shorten);
         }
         let left_out = derivation.left_out.iter().map(|own| Part::Paragraph(left_out(own).message));
         page.parts.extend(left_out);

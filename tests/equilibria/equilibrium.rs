@@ -301,3 +301,38 @@ fn matrices_are_exact_beside_angles_of_pi() {
     let modes = normal_modes(&linearized, &librate::modes::Options::default()).unwrap();
     assert!((modes.modes[1].omega_squared.unwrap().mid_f64() - 27.0).abs() < 1e-12);
 }
+
+/// Of many springs none is asked for its force where symbols show that there is none; a place that is off by less than bounds of
+/// doubles tell is still found out.
+#[test]
+fn many_springs_are_unstressed_by_their_lengths() {
+    let mut table = "x,y,off\n".to_owned();
+    for i in 0..60 {
+        table += &format!(
+            "{}.{},{}.{},{}\n",
+            i * 7 % 11,
+            i * i % 97,
+            i * 5 % 13,
+            i * 3 % 89,
+            if i == 9 { "1e-40" } else { "0" }
+        );
+    }
+    let tables = TableTexts::new().with("t.csv".to_owned(), table);
+    let at = |place: &str, length: &str| {
+        let text = format!(
+            "table t = \"t.csv\"  coord r[1..rows(t), 1..2]  let s[a in t] = [a.x, a.y]
+            T = sum(a in t, 1/2*dot(r[a]', r[a]'))
+            V = sum(a in t, b in t where a < b, 1/2*(norm(r[b] - r[a]) - {length})^2)
+            equilibrium r[a in t] = [{place}, a.y]"
+        );
+        let file = parse(&text).unwrap();
+        linearize(elaborate(&file, &tables, &Settings::new()).unwrap())
+    };
+    let whole = at("a.x", "norm(s[b] - s[a])").unwrap();
+    let zero = normal_modes(&whole, &Default::default()).unwrap().modes.into_iter().filter(|mode| mode.omega.is_zero());
+    assert_eq!(zero.count(), 3);
+    for (place, length) in [("a.x + a.off", "norm(s[b] - s[a])"), ("a.x", "(norm(s[b] - s[a]) + a.off)")] {
+        let error = at(place, length).unwrap_err();
+        assert!(matches!(error, LinearizeError::NotAnEquilibrium { .. }), "{error}");
+    }
+}

@@ -14,7 +14,7 @@ use super::nested::{Nest, compact, nests};
 use super::parameters::parameters_of;
 use super::velocity::{Matrix, Origin, VelocityFamily};
 pub use crate::expr::evaluate_closed;
-use crate::expr::{ExprId, Node, Pool, Symbol, Tape};
+use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, Tape};
 use crate::model::{Model, TermFamily};
 use crate::number::Number;
 use crate::precision::{Ball, Big, Function, Scalar};
@@ -48,6 +48,9 @@ pub struct ElementFamily {
 /// Bits of numbers of any range, where those of balls do not do.
 const WIDE: usize = 192;
 
+/// Of more elements it pays to know that none has a force.
+const MANY: usize = 1000;
+
 /// All families, with what they share.
 #[derive(Clone, Debug)]
 pub(crate) struct Assembly {
@@ -60,6 +63,9 @@ pub(crate) struct Assembly {
     pub(super) velocity: Vec<VelocityFamily>,
     /// The matrices that are proved to vanish though these have entries of them.
     pub(super) vanishing: Vec<Matrix>,
+    /// Whether each element is without force by itself where the equilibrium is given, whatever the numbers are: springs between
+    /// points of a table with their distances for lengths. Asked of many elements only.
+    pub(super) unstressed: bool,
 }
 
 /// Parameter values and constants as numbers of one type.
@@ -143,6 +149,7 @@ pub(crate) fn assemble(model: &mut Model) -> Assembly {
         constants_parameters.iter().map(|parameter| model.parameters[*parameter].symbol).collect();
     let constants_tape = Tape::compile(&model.pool, &constants, &inputs).ok();
     Assembly {
+        unstressed: velocity.is_empty() && are_unstressed(model, &families),
         families,
         constants_tape,
         constants_parameters,
@@ -150,6 +157,35 @@ pub(crate) fn assemble(model: &mut Model) -> Assembly {
         velocity,
         vanishing: Vec::new(),
     }
+}
+
+/// Whether elements are without force in symbols: with the value of the instance put in for a coordinate that has the same place in
+/// each of them.
+fn are_unstressed(model: &mut Model, families: &[ElementFamily]) -> bool {
+    let count: usize = families.iter().map(|family| family.terms.count).sum();
+    count > MANY
+        && families.iter().filter(|family| !family.potential.is_empty()).all(|family| {
+            let terms = &family.terms;
+            let given = |i: &u32| model.equilibria.get(*i as usize).and_then(|given| given.value);
+            let mut same = vec![vec![true; terms.values.len()]; terms.locals.len()];
+            for instance in 0..terms.count {
+                let constants = terms.constants_of(instance);
+                for (own, i) in same.iter_mut().zip(terms.coordinates_of(instance)) {
+                    let at = given(i);
+                    own.iter_mut().zip(constants).for_each(|(same, constant)| *same &= at == Some(*constant));
+                }
+            }
+            let mut places = Substitution::default();
+            for (own, local) in same.iter().zip(&terms.locals) {
+                if let Some(k) = own.iter().position(|same| *same) {
+                    places.insert(local.coordinate, model.pool.symbol_expr(terms.values[k]));
+                }
+            }
+            family.potential.iter().all(|element| {
+                let first = model.pool.substitute(&[element.first], &places)[0];
+                first.is_zero()
+            })
+        })
 }
 
 type Parts = (Vec<Element>, Vec<Element>);
@@ -477,8 +513,8 @@ impl Assembly {
     pub(super) fn rests_plainly<S: Scalar>(&self, at: &[S], values: &Values<S>, is_plain: impl Fn(&S) -> bool) -> bool {
         let mut plain = self.velocity.is_empty() && values.wide.is_none();
         for part in [Part::Inertia, Part::Stiffness, Part::Force] {
-            if !plain {
-                return false;
+            if !plain || part == Part::Force && self.unstressed {
+                return plain;
             }
             self.run(part, at, values, |family, _, numbers, is_new| {
                 if is_new && plain && part == Part::Force {

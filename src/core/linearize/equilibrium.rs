@@ -272,7 +272,7 @@ impl Search<'_> {
         }
         let mut held: Vec<usize> = (0..at.len()).collect();
         held.retain(|i| self.free.binary_search(i).is_err());
-        let open = held.iter().any(|i| !force[*i].is_zero() && force[*i].contains_zero());
+        let open = !self.assembly.unstressed && held.iter().any(|i| !force[*i].is_zero() && force[*i].contains_zero());
         if open && let Some(closer) = self.closer_force(at, proof) {
             force = closer;
         }

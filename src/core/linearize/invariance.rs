@@ -319,11 +319,14 @@ impl Invariance {
 /// Whether an expression vanishes at points near places, beside another one, to so many bits that it is 0; `None` where some of
 /// the points say neither.
 fn vanishes_near(pool: &Pool, places: &HashMap<Symbol, &Big>, beside: ExprId, expression: ExprId) -> Option<bool> {
+    let size = places.values().map(|own| own.mid_f64().abs()).fold(0.0, f64::max);
+    if size == 0.0 {
+        return None;
+    }
     let both = [expression, beside];
     let symbols = pool.symbols_of(&both);
     let tape = Tape::compile(pool, &both, &symbols).ok()?;
     let exact = tape.prepare::<Big>(BITS);
-    let size = places.values().map(|own| own.mid_f64().abs()).fold(0.0, f64::max);
     for seed in 0..NEARBY_POINTS {
         let input = |symbol: &Symbol| {
             let random = ModularPoint::random_value(seed, *symbol) as f64 / PRIME as f64 - 0.5;
@@ -350,5 +353,5 @@ fn vanishes_near(pool: &Pool, places: &HashMap<Symbol, &Big>, beside: ExprId, ex
             return None;
         }
     }
-    (size > 0.0).then_some(true)
+    Some(true)
 }

@@ -335,7 +335,6 @@ impl<'a> Elaborator<'a> {
         let count = self.world.coordinates.len();
         let [mut guesses, mut guessed_velocities, mut equilibria, mut rates] = [(); 4].map(|()| Givens::none(count));
         let mut constraints = Vec::new();
-        let mut drawing = None;
         let (mut forces, mut acted, mut first_force) = (Vec::new(), HashMap::new(), None);
         for statement in &self.file.statements {
             self.begin(&statement.kind, statement.span);
@@ -354,10 +353,6 @@ impl<'a> Elaborator<'a> {
             } else if let StatementKind::Constraint { indices, left, right } = &statement.kind {
                 let found = self.constraint([*left, *right], indices.as_deref(), statement.span);
                 constraints.extend(found.unwrap_or_default());
-            } else if let StatementKind::Draw { drawn, indices, points } = &statement.kind {
-                let most = if purpose == Purpose::Picture { MOST_MEMBERS } else { 1 };
-                let drawing = drawing.get_or_insert_default();
-                self.draw((drawing, most), *drawn, (indices.as_deref(), points), statement.span);
             }
         }
         let energies = std::mem::take(&mut self.energies);
@@ -375,6 +370,16 @@ impl<'a> Elaborator<'a> {
         let mut lagrangian = self.energy(energies.lagrangian, "lagrangian");
         forces.extend(self.energy(energies.dissipation, "dissipation"));
         let period = energies.period.and_then(|(root, span)| self.period(root, span));
+        // Behind the energies, whose parts stand in the order in which they are met.
+        let mut drawing = None;
+        for statement in &self.file.statements {
+            if let StatementKind::Draw { drawn, indices, points } = &statement.kind {
+                self.begin(&statement.kind, statement.span);
+                let most = if purpose == Purpose::Picture { MOST_MEMBERS } else { 1 };
+                let drawing = drawing.get_or_insert_default();
+                self.draw((drawing, most), *drawn, (indices.as_deref(), points), statement.span);
+            }
+        }
         let dimensions = dimension::infer(self.file);
         self.errors.extend(dimensions.errors.iter().cloned().map(ModelError::from));
         // Whatever else there is to say may only follow from it.

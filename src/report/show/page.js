@@ -101,13 +101,13 @@ function choose() {
   scale = 1 / largest;
   moves = true;
   if (!figure) return;
-  const rest = points(shown.equilibrium), small = 1e-4 / largest;
+  const rest = points(shown.equilibrium), small = 1e-4 * (data.angles ? 1 : view.half) / largest;
   const way = [[1, 0], [0, 1]].map(turn => {
     const there = points(coordinates(mode, turn, small));
     return Math.max(...there.map((p, i) => distance(p, rest[i]))) / small;
   });
   const far = Math.max(...way);
-  moves = far * scale > 1e-6 * view.half;
+  moves = far * small > 1e-10 * view.half;
   if (moves) scale = Math.min(0.2 * view.half / far, data.angles ? 0.5 / largest : Infinity);
 }
 const colour = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
