@@ -317,13 +317,13 @@ fn many_springs_are_unstressed_by_their_lengths() {
             if i == 9 { "1e-40" } else { "0" }
         );
     }
-    let tables = TableTexts::new().with("t.csv".to_owned(), table);
+    let tables = TableTexts::new().with("p.csv".to_owned(), table);
     let at = |place: &str, length: &str| {
         let text = format!(
-            "table t = \"t.csv\"  coord r[1..rows(t), 1..2]  let s[a in t] = [a.x, a.y]
-            T = sum(a in t, 1/2*dot(r[a]', r[a]'))
-            V = sum(a in t, b in t where a < b, 1/2*(norm(r[b] - r[a]) - {length})^2)
-            equilibrium r[a in t] = [{place}, a.y]"
+            "table p = \"p.csv\"  coord r[1..rows(p), 1..2]  let s[a in p] = [a.x, a.y]
+            T = sum(a in p, 1/2*dot(r[a]', r[a]'))
+            V = sum(a in p, b in p where a < b, 1/2*(norm(r[b] - r[a]) - {length})^2)
+            equilibrium r[a in p] = [{place}, a.y]"
         );
         let file = parse(&text).unwrap();
         linearize(elaborate(&file, &tables, &Settings::new()).unwrap())

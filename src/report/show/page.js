@@ -91,7 +91,8 @@ function look() {
   if (!figure) return;
   const all = points(shown.equilibrium).concat(figure.lines.some(line => line[1] === null) ? [Array(dimension).fill(0)] : []);
   const middle = view ? view.middle : [...Array(dimension).keys()].map(k => (Math.min(...all.map(p => p[k])) + Math.max(...all.map(p => p[k]))) / 2);
-  view = { middle, half: Math.max(view ? view.half : 0, ...all.map(p => distance(p, middle))) || 1 };
+  const reach = middle.map((x, k) => Math.max(view ? view.reach[k] : 0, ...all.map(p => Math.abs(p[k] - x))));
+  view = { middle, reach, half: Math.max(view ? view.half : 0, ...all.map(p => distance(p, middle))) || 1 };
 }
 look();
 // The displacement that is well to be seen: angles stay below half a radian, points go a fifth of the width.
@@ -112,8 +113,13 @@ function choose() {
 }
 const colour = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 function projected(p, width, height) {
-  const unit = 0.36 * Math.min(width, height) / view.half, own = p.map((x, i) => x - view.middle[i]);
-  if (dimension === 2) return [width / 2 + unit * own[0], height / 2 - unit * own[1], 0];
+  const own = p.map((x, i) => x - view.middle[i]);
+  if (dimension === 2) {
+    // With room for a fifth of the size on all sides.
+    const unit = Math.min(...[width, height].map((room, k) => 0.45 * room / (view.reach[k] + 0.22 * view.half)));
+    return [width / 2 + unit * own[0], height / 2 - unit * own[1], 0];
+  }
+  const unit = 0.36 * Math.min(width, height) / view.half;
   const [c, s] = [Math.cos(turned[0]), Math.sin(turned[0])], [d, e] = [Math.cos(turned[1]), Math.sin(turned[1])];
   const [x, y] = [c * own[0] - s * own[1], s * own[0] + c * own[1]], up = own[2] * d + y * e, deep = y * d - own[2] * e;
   return [width / 2 + unit * x, height / 2 - unit * up, deep / view.half];
