@@ -158,12 +158,7 @@ pub(super) fn write_data(text: &str) -> Result<(), Failure> {
 }
 
 fn write_bytes(bytes: &[u8]) -> Result<(), Failure> {
-    if at_start::closed() {
-        return Err(not_written(&"standard output is closed"));
-    }
-    let mut out = io::stdout().lock();
-    let written = out.write_all(bytes).and_then(|()| out.flush());
-    written.map_err(failed)
+    write_rest(|out| out.write_all(bytes).map_err(failed))
 }
 
 /// Writes what is worked out meanwhile, numbers and names of a model.

@@ -21,16 +21,6 @@ use super::input::{Source, read_model};
 use super::output::{write_file, write_messages, write_out};
 use super::{Failure, complain, ended, fault};
 
-pub(super) const ABOUT: &str = "\
-A model that is entered line by line: each statement is checked at once, and once there are energies each change shows how the
-frequencies move. A statement takes the place of the one that declared the same name, and `k = 8` gives a parameter another value.
-Other commands are typed as in a shell, without the file: `derive --only mass`. `help` lists the rest.";
-
-pub(super) const EXAMPLE: &str = "\
-Examples:
-    librate repl
-    librate repl models/three_pendulums.lag";
-
 const HELP: &str = "\
 a statement          declares, or takes the place of what declared the same name: `param k = 8`
 NAME = VALUE         another value for a parameter
@@ -200,8 +190,7 @@ impl Session {
         for statement in &parsed.statements {
             let own = declared(&statement.kind);
             let same = |entry: &String| {
-                let parsed = syntax::parse(entry).map(|file| file.statements).unwrap_or_default();
-                parsed.iter().any(|other| declared(&other.kind).iter().any(|name| own.contains(name)))
+                statements(entry).iter().any(|other| declared(&other.kind).iter().any(|name| own.contains(name)))
             };
             let new = text[statement.span.range()].to_owned();
             match self.entries.iter().position(same) {
@@ -209,10 +198,7 @@ impl Session {
                 // What others are made from stands above them.
                 None => {
                     let own = rank(&statement.kind);
-                    let before = |entry: &String| {
-                        let parsed = syntax::parse(entry).map(|file| file.statements).unwrap_or_default();
-                        parsed.iter().all(|other| rank(&other.kind) <= own)
-                    };
+                    let before = |entry: &String| statements(entry).iter().all(|other| rank(&other.kind) <= own);
                     let at = self.entries.iter().rposition(before).map_or(0, |at| at + 1);
                     self.entries.insert(at, new);
                 }
@@ -245,7 +231,7 @@ impl Session {
 
     /// All names that are declared.
     fn names(&self) -> Vec<String> {
-        let parsed = syntax::parse(&self.text()).map(|file| file.statements).unwrap_or_default();
+        let parsed = statements(&self.text());
         let names = parsed.iter().flat_map(|statement| declared(&statement.kind));
         names.filter_map(|name| name.split_whitespace().last().map(str::to_owned)).collect()
     }
@@ -300,6 +286,10 @@ impl Session {
 }
 
 /// This program once more, with what it says handed on or kept.
+fn statements(text: &str) -> Vec<syntax::Statement> {
+    syntax::parse(text).map(|file| file.statements).unwrap_or_default()
+}
+
 fn own_process(words: &[&str], output: fn() -> Stdio) -> Result<Child, Failure> {
     let start = |own| Process::new(own).args(words).stdin(Stdio::piped()).stdout(output()).stderr(output()).spawn();
     let started = std::env::current_exe().and_then(start);

@@ -51,10 +51,7 @@ pub(super) fn text(args: &args::Show) -> Result<Answer, Failure> {
     let (derivation, computed) = during(&args.model, "computing the modes", work);
     let (linearized, modes) = computed.map_err(|error| failed(&source, &warnings, error))?;
     warnings.extend(modes.warnings(&linearized));
-    let grid = match nodes {
-        Some(nodes) => Some(grid(args, &source, nodes, (&linearized, &modes))?),
-        None => None,
-    };
+    let grid = nodes.map(|nodes| grid(args, &source, nodes, (&linearized, &modes))).transpose()?;
     let figure = match &grid {
         Some((_, figure)) => figure.clone(),
         None => figure::figure(&linearized, &[]),
@@ -96,10 +93,8 @@ fn nodes(args: &args::Show, made: &Made, model: &Model, options: &modes::Options
     let n = model.coordinates.len();
     let numbers = counts.iter().fold(n * options.lowest.unwrap_or(n), |all, count| all.saturating_mul(*count));
     if counts.contains(&1) || numbers > MOST_NUMBERS {
-        let message = format!(
-            "{} values are not for a slider",
-            counts.iter().map(usize::to_string).collect::<Vec<_>>().join(" x ")
-        );
+        let counts: Vec<String> = counts.iter().map(usize::to_string).collect();
+        let message = format!("{} values are not for a slider", counts.join(" x "));
         let help = format!(
             "of each parameter two at least; shapes of all modes at all of them are {numbers} numbers, and a page has room for {MOST_NUMBERS}"
         );
@@ -108,11 +103,11 @@ fn nodes(args: &args::Show, made: &Made, model: &Model, options: &modes::Options
     let settings = made.settings.clone().with_points();
     let made = Made { settings, ..made.clone() };
     let nodes = Nodes::new(&made, model, &ranges, options).ok_or_else(|| {
-        let message = format!(
-            "{} can't be moved",
-            names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(" and ")
-        );
-        wrong_request(message, "name parameters of the model and ends that these can have")
+        let names: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+        wrong_request(
+            format!("{} can't be moved", names.join(" and ")),
+            "name parameters of the model and ends that these can have",
+        )
     })?;
     Ok(Some(nodes))
 }

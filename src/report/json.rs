@@ -519,13 +519,5 @@ pub(super) fn strings(texts: impl IntoIterator<Item = impl AsRef<str>>) -> Strin
 }
 
 pub(super) fn array(items: impl Iterator<Item = String>) -> String {
-    let mut out = "[".to_owned();
-    for (at, item) in items.enumerate() {
-        if at > 0 {
-            out.push_str(", ");
-        }
-        out.push_str(&item);
-    }
-    out.push(']');
-    out
+    format!("[{}]", items.collect::<Vec<_>>().join(", "))
 }

@@ -57,10 +57,7 @@ pub fn modes_text(linearized: &Linearized, modes: &NormalModes, options: &Option
     out.push_str(&equilibrium_text(linearized, options, style));
     out.push_str(&rates_text(linearized, options, style));
     let (tone, word) = (stability_tone(modes.stability), modes.stability.as_str());
-    let secular = match modes.secular {
-        Some(true) => ", secular growth: motions grow as powers of t",
-        Some(false) | None => "",
-    };
+    let secular = if modes.secular == Some(true) { ", secular growth: motions grow as powers of t" } else { "" };
     out.push_str(&format!("stability: {}{secular}\n", style.paint(tone, word)));
     if let Some(group) = &modes.point_group {
         out.push_str(&format!("point group: {group}\n"));
@@ -90,10 +87,7 @@ pub fn modes_text(linearized: &Linearized, modes: &NormalModes, options: &Option
     let common = common(model.coordinates.iter().map(shown_unit));
     let names = Headings { coordinates: &model.coordinates, with_unit: common.is_none() };
     let motions = zero_motions(modes, count);
-    let motion = match motions.as_slice() {
-        [only] => Some(*only),
-        [] | [_, ..] => None,
-    };
+    let motion = if let [only] = motions[..] { Some(only) } else { None };
     out.push_str(&table(&modes.modes, &rows, &names, motion, model.has_units, style));
     let remarks = remarks(modes, &rows, &motions, options, style);
     if let Some(unit) = common
@@ -160,10 +154,8 @@ fn equilibrium_text(linearized: &Linearized, options: &Options, style: &Style) -
                 Origin::Given | Origin::Zero | Origin::Found => "",
             };
             let written = known(value, largest, options.digits);
-            let unit = match shown_unit(coordinate) {
-                Some(unit) if common.is_none() => format!(" {unit}"),
-                Some(_) | None => String::new(),
-            };
+            let unit = shown_unit(coordinate).filter(|_| common.is_none());
+            let unit = unit.map_or_else(String::new, |unit| format!(" {unit}"));
             format!("{} = {written}{unit}{remark}", coordinate.name())
         })
         .collect();
@@ -245,11 +237,9 @@ impl Row {
                 let bits = x.omega.bits();
                 &x.omega * &(&Big::from_number(&size, bits) / &Big::pi(bits).scale(1))
             });
-            match mode.uncertainty.as_ref().and_then(|own| own.omega) {
-                Some(sigma) => {
-                    let sigma = sigma * of_radian;
-                    Written::measured(&turns, precise.as_ref(), Some(&sigma), options.digits).0
-                }
+            let sigma = mode.uncertainty.as_ref().and_then(|own| own.omega).map(|sigma| sigma * of_radian);
+            match sigma {
+                Some(sigma) => Written::measured(&turns, precise.as_ref(), Some(&sigma), options.digits).0,
                 None => Written::finest(&turns, precise.as_ref(), options.digits),
             }
             .text()
@@ -281,9 +271,7 @@ fn table(
         return "there are no degrees of freedom: constraints, or what has no inertia, leave no motion\n".to_owned();
     }
     let of = |text: fn(&Row) -> &str| rows.iter().map(|row| text(row).to_owned()).collect();
-    let heading = |plain: &str, unit: &str| {
-        if has_units { format!("{plain} ({unit})") } else { plain.to_owned() }
-    };
+    let heading = |plain: &str, unit: &str| with_unit(plain, has_units.then_some(unit));
     let mut columns =
         vec![Column::counting("mode", modes.len()), Column::numbers(&heading("omega", "rad/s"), of(|row| &row.omega))];
     let uncertain = modes.iter().any(|mode| mode.uncertainty.is_some());
@@ -302,14 +290,9 @@ fn table(
     }
     let kinds = modes.iter().map(|mode| mode.kind.as_str().to_owned()).collect();
     columns.push(Column::words("kind", kinds));
-    let optional = |text: fn(&NormalMode) -> &Option<String>| -> Option<Vec<String>> {
-        modes.iter().any(|mode| text(mode).is_some()).then(|| {
-            let cells = modes.iter().map(|mode| text(mode).clone().unwrap_or_default());
-            cells.collect()
-        })
-    };
-    if let Some(cells) = optional(|mode| &mode.symmetry) {
-        columns.push(Column::words("symmetry", cells));
+    if modes.iter().any(|mode| mode.symmetry.is_some()) {
+        let cells = modes.iter().map(|mode| mode.symmetry.clone().unwrap_or_default());
+        columns.push(Column::words("symmetry", cells.collect()));
     }
     let meaning = motion.map(|motion| {
         let cells = modes.iter().map(|mode| match mode.kind {
@@ -540,12 +523,7 @@ fn remarks(modes: &NormalModes, rows: &[Row], motions: &[&str], options: &Option
     } else if modes.stability == Stability::Undecided {
         out.push_str("the stability is undecided: the bounds do not decide it\n");
     }
-    let short: Vec<usize> = rows
-        .iter()
-        .enumerate()
-        .filter(|(at, row)| !row.complete && !undecided.contains(at))
-        .map(|(at, _)| at)
-        .collect();
+    let short: Vec<usize> = (0..rows.len()).filter(|at| !rows[*at].complete && !undecided.contains(at)).collect();
     if !short.is_empty() {
         out.push_str(&format!(
             "fewer than {} digits of {}: only those that are certain are printed\n",

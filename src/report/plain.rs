@@ -7,13 +7,21 @@ use unicode_width::UnicodeWidthStr;
 use super::page::{self, Form, Line, Matrix, Page, Part};
 use super::table::{lines, plain};
 use super::{Style, Tone, headline, listed};
+use librate_core::derive::Derivation;
 use librate_core::typeset::{Block, Formula, Notation};
 
 /// Formulas of more lines are not written behind a title.
 const MOST_IN_SECTION: usize = 12;
 
-/// Writes a page.
-pub(super) fn write(page: &Page, style: &Style) -> String {
+/// The derivation as text, in the order of the page: Lagrange's equations, momenta and what is
+/// conserved, the equilibrium, T and V to second order, M, K, the linearized equations, symmetry and
+/// closed forms of the frequencies.
+///
+/// What would be repeated too often is given a name at the top. Matrices have aligned columns where they fit into the width, else their entries that are not
+/// zero stand one a line, with the upper triangle standing for both.
+#[must_use]
+pub fn derive_text(derivation: &Derivation, style: &Style) -> String {
+    let page = &Page::new(derivation);
     let layout = Layout { style: *style, notation: (!style.ascii).then_some(&page.notation) };
     let mut out = style.paint(Tone::Heading, &headline(page.model.as_deref(), page.dimension));
     out.push('\n');

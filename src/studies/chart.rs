@@ -243,18 +243,11 @@ impl Worker<'_> {
 
     /// What the model does at places between the first and the last of both ranges.
     fn places(&mut self, places: &[[f64; 2]]) -> Vec<Place> {
-        let mut found = Vec::with_capacity(places.len());
-        for group in places.chunks(LANES) {
-            let together = match group {
-                [_] => None,
-                _ => self.together(group),
-            };
-            match together {
-                Some(together) => found.extend(together),
-                None => found.extend(group.iter().map(|place| self.alone(*place))),
-            }
-        }
-        found
+        let found = places.chunks(LANES).flat_map(|group| {
+            let together = if group.len() > 1 { self.together(group) } else { None };
+            together.unwrap_or_else(|| group.iter().map(|place| self.alone(*place)).collect())
+        });
+        found.collect()
     }
 
     /// `None` where there is no period.

@@ -133,38 +133,22 @@ impl Basis {
 
     /// Σ c_k x_k in the coordinates.
     pub(super) fn displacement(&self, coefficients: &[Ball]) -> Vec<Ball> {
-        let n = self.shapes.len();
-        let mut sum = vec![Ball::ZERO; n];
-        for (c, shape) in coefficients.iter().zip(&self.shapes) {
-            if c.is_zero() {
-                continue;
-            }
-            for (place, x) in sum.iter_mut().zip(shape) {
-                *place = *place + *c * *x;
-            }
-        }
-        sum
+        let live = || coefficients.iter().zip(&self.shapes).filter(|(c, _)| !c.is_zero());
+        (0..self.shapes.len()).map(|i| live().fold(Ball::ZERO, |sum, (c, shape)| sum + *c * shape[i])).collect()
     }
 }
 
 /// e/(1 - e) for the largest row sum e of |UᵀMU - 1|.
 fn slack(mass: &[Ball], shapes: &[Vec<Ball>], members: &[usize]) -> f64 {
     let n = shapes.len();
-    let images: Vec<Vec<Ball>> = members
-        .iter()
-        .map(|k| {
-            let mut image = vec![Ball::ZERO; n];
-            for (j, x) in shapes[*k].iter().enumerate() {
-                for (i, place) in image.iter_mut().enumerate() {
-                    let entry = &mass[i + n * j];
-                    if !entry.is_zero() {
-                        *place = *place + *entry * *x;
-                    }
-                }
-            }
-            image
-        })
-        .collect();
+    let image = |k: &usize| -> Vec<Ball> {
+        let row = |i: usize| {
+            let entries = (0..n).map(|j| (mass[i + n * j], shapes[*k][j])).filter(|(entry, _)| !entry.is_zero());
+            entries.fold(Ball::ZERO, |sum, (entry, x)| sum + entry * x)
+        };
+        (0..n).map(row).collect()
+    };
+    let images: Vec<Vec<Ball>> = members.iter().map(image).collect();
     let mut most = 0.0_f64;
     for (a, k) in members.iter().enumerate() {
         let mut sum = 0.0;

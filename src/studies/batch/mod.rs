@@ -133,23 +133,20 @@ impl Default for Options {
 impl Options {
     /// Without bounds of the errors.
     #[must_use]
-    pub fn without_bounds(mut self) -> Self {
-        self.bounds = Bounds::None;
-        self
+    pub fn without_bounds(self) -> Self {
+        Self { bounds: Bounds::None, ..self }
     }
 
     /// Without mode shapes.
     #[must_use]
-    pub fn without_vectors(mut self) -> Self {
-        self.vectors = false;
-        self
+    pub fn without_vectors(self) -> Self {
+        Self { vectors: false, ..self }
     }
 
     /// Without M and K themselves.
     #[must_use]
-    pub fn without_matrices(mut self) -> Self {
-        self.matrices = false;
-        self
+    pub fn without_matrices(self) -> Self {
+        Self { matrices: false, ..self }
     }
 }
 

@@ -320,7 +320,7 @@ impl<'a> Comparison<'a> {
     }
 
     fn count(&mut self, place: String, expected: usize, found: usize) {
-        self.mismatches.push(Mismatch::Count { part: place, expected: expected.to_string(), found: found.to_string() });
+        self.differs(&place, &expected.to_string(), &found.to_string());
     }
 
     fn matrix(&mut self, part: Part, texts: &[String], found: &[Found]) {
@@ -335,11 +335,7 @@ impl<'a> Comparison<'a> {
             let side = self.derivation.names.coordinates.len();
             if rows.len() != side || rows.iter().any(|row| row.len() != side) {
                 let wide = rows.iter().map(Vec::len).max().unwrap_or(0);
-                self.mismatches.push(Mismatch::Count {
-                    part: part.name().to_owned(),
-                    expected: format!("{} by {wide}", rows.len()),
-                    found: format!("{side} by {side}"),
-                });
+                self.differs(part.name(), &format!("{} by {wide}", rows.len()), &format!("{side} by {side}"));
                 continue;
             }
             for (Written { value, text }, found) in rows.into_iter().flatten().zip(found) {

@@ -242,12 +242,8 @@ pub(super) fn inverse<S: Enclosure>(
     let mut rows: Vec<Vec<Complex<S>>> =
         matrix.rows().zip(unit.rows()).map(|(own, unit)| [own, unit].concat()).collect();
     for k in 0..n {
-        let mut pivot = k;
-        for i in k + 1..n {
-            if rows[pivot][k].upper_bound() < rows[i][k].upper_bound() {
-                pivot = i;
-            }
-        }
+        let larger = |own: usize, i: usize| rows[own][k].upper_bound() < rows[i][k].upper_bound();
+        let pivot = (k + 1..n).fold(k, |own, i| if larger(own, i) { i } else { own });
         if rows[pivot][k].upper_bound().is_zero() {
             return None;
         }

@@ -163,7 +163,7 @@ impl<S: Enclosure> Following<S> {
             };
             if excess <= 1.0 {
                 self.next = rounded * (0.9 / excess.powf(1.0 / count(self.order))).clamp(0.5, 1.5);
-                self.stretch = Some(stretch);
+                self.stretch = stretch;
                 return Some(rounded * BEYOND);
             }
             length = rounded * (0.9 / excess.powf(1.0 / count(self.order))).clamp(0.1, 0.9);
@@ -172,7 +172,7 @@ impl<S: Enclosure> Following<S> {
     }
 
     /// How much remainders exceed what is allowed, and the polynomials if they do not.
-    fn attempt(&mut self, start: &[Ball], rates: &[Ball], length: f64) -> Option<(f64, Stretch<S>)> {
+    fn attempt(&mut self, start: &[Ball], rates: &[Ball], length: f64) -> Option<(f64, Option<Stretch<S>>)> {
         let n = self.dimension;
         let unit = nearest_power_of_two(length);
         let share = length / unit;
@@ -211,7 +211,7 @@ impl<S: Enclosure> Following<S> {
             rest.push(last);
         }
         if excess.is_nan() || excess > 1.0 {
-            return excess.is_finite().then(|| (excess, Stretch::empty()));
+            return excess.is_finite().then(|| (excess, None));
         }
 
         // |T(s) - 1| <= e^(a s) - 1 in the operator norm that belongs to max |x_i|/w_i, for a >= |J| there (Gronwall).
@@ -228,7 +228,7 @@ impl<S: Enclosure> Following<S> {
         let size = norm(&last, scales) * share.powf(count(self.slope_order));
         excess = excess.max((size / SLOPE).powf(count(self.order) / count(self.slope_order)));
         if excess.is_nan() || excess > 1.0 {
-            return excess.is_finite().then(|| (excess, Stretch::empty()));
+            return excess.is_finite().then(|| (excess, None));
         }
         let mut slopes = self.expand_slopes(&time_here, start, &Matrix::unit(n, ()).into_entries(), unit);
         for (row, last) in slopes.iter_mut().zip(&last) {
@@ -243,7 +243,7 @@ impl<S: Enclosure> Following<S> {
             row.push(S::from_ball(last, self.precision));
         }
         let stretch = Stretch { unit, length, path, slopes, weights: scales.clone() };
-        Some((excess, stretch))
+        Some((excess, Some(stretch)))
     }
 
     /// A box that no solution from `start` leaves before it is behind the end of the step.
@@ -367,12 +367,6 @@ impl<S: Enclosure> Following<S> {
         self.center = values.iter().map(S::center).collect();
         self.time += stretch.length;
         Some(())
-    }
-}
-
-impl<S> Stretch<S> {
-    fn empty() -> Self {
-        Self { unit: 1.0, length: 0.0, path: Vec::new(), slopes: Vec::new(), weights: Vec::new() }
     }
 }
 
