@@ -45,8 +45,7 @@ fn flowing(text: &str) -> String {
     let mut out = String::new();
     let mut before = "";
     for line in text.lines() {
-        let apart = [before, line];
-        let apart = apart.iter().any(|own| own.is_empty() || own.starts_with(' '));
+        let apart = [before, line].iter().any(|own| own.is_empty() || own.starts_with(' '));
         if !out.is_empty() {
             out.push(if apart || before.ends_with(':') { '\n' } else { ' ' });
         }

@@ -27,8 +27,7 @@ pub(crate) struct Equilibria {
 pub(super) fn text(args: &Equilibria) -> Result<Answer, Failure> {
     let help = "write `--over NAME=a..b:count`: `--over P=0..1:101`";
     let over = args.over.as_deref().map(|text| range(text, help)).transpose()?;
-    let loaded = load_values(&args.model, Size::Any)?;
-    loaded.answer(&args.model, "searching the box", |made, model, warnings| {
+    load_values(&args.model, Size::Any)?.answer(&args.model, "searching the box", |made, model, warnings| {
         let region = Region::parse(&args.region, &model)?;
         let (text, reasons) = if let Some(range) = &over {
             let diagram = equilibria::follow(made, &region, range)?;

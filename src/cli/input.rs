@@ -159,8 +159,7 @@ impl Allowed {
 
 /// The folder of a file.
 pub(crate) fn folder(file: &Path) -> &Path {
-    let parent = file.parent().filter(|parent| !parent.as_os_str().is_empty());
-    parent.unwrap_or_else(|| Path::new("."))
+    file.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or_else(|| Path::new("."))
 }
 
 /// Standard input, or what a shell has opened, as for `<(…)`: read to its end like a pipe.
@@ -198,8 +197,7 @@ fn open(file: &Path) -> Result<File, String> {
 
 fn all(source: impl Read, most: usize) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::new();
-    let read = source.take(most as u64 + 1).read_to_end(&mut bytes);
-    read.map_err(|error| in_words(&error))?;
+    source.take(most as u64 + 1).read_to_end(&mut bytes).map_err(|error| in_words(&error))?;
     Ok(bytes)
 }
 

@@ -224,11 +224,9 @@ impl Motion {
         }
         let linearized = self.linearized.as_ref();
         let mut linear = linearized.and_then(|own| motion::superposition(own, &self.start, &self.times));
-        let table = MotionCsv::new(out, model, known, linear.is_some(), digits);
-        let mut table = table.map_err(output::failed)?;
+        let mut table = MotionCsv::new(out, model, known, linear.is_some(), digits).map_err(output::failed)?;
         self.each(|time, row| {
-            let linear = linear.as_mut().and_then(Iterator::next);
-            let linear = linear.unwrap_or_default();
+            let linear = linear.as_mut().and_then(Iterator::next).unwrap_or_default();
             table.row(time, row, &linear).map_err(output::failed)
         })?;
         table.finish().map(drop).map_err(output::failed)

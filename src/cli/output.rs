@@ -30,8 +30,7 @@ pub(super) fn visible_json(json: &str) -> Cow<'_, str> {
         '\n' | '\t' | '\r' => None,
         _ => {
             let mut units = [0; 2];
-            let units = c.encode_utf16(&mut units).iter();
-            Some(units.map(|unit| format!("\\u{unit:04x}")).collect())
+            Some(c.encode_utf16(&mut units).iter().map(|unit| format!("\\u{unit:04x}")).collect())
         }
     })
 }
@@ -70,8 +69,7 @@ fn is_hidden(c: char) -> bool {
 /// Whether the text begins with `ESC [ 1 ; 31 m`.
 fn is_style(text: &str) -> bool {
     let numbers = text.strip_prefix("\u{1b}[").unwrap_or_default();
-    let end = numbers.trim_start_matches(|c: char| c.is_ascii_digit() || c == ';');
-    end.starts_with('m')
+    numbers.trim_start_matches(|c: char| c.is_ascii_digit() || c == ';').starts_with('m')
 }
 
 /// Whether standard output was closed when the program began. Before `main`, the runtime opens `/dev/null` in its place,

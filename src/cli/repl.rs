@@ -292,8 +292,7 @@ fn statements(text: &str) -> Vec<syntax::Statement> {
 
 fn own_process(words: &[&str], output: fn() -> Stdio) -> Result<Child, Failure> {
     let start = |own| Process::new(own).args(words).stdin(Stdio::piped()).stdout(output()).stderr(output()).spawn();
-    let started = std::env::current_exe().and_then(start);
-    started.map_err(|error| fault(format!("can't run the command: {error}")))
+    std::env::current_exe().and_then(start).map_err(|error| fault(format!("can't run the command: {error}")))
 }
 
 /// Hands a text to the standard input of a command; one that does not want it has said why.

@@ -220,8 +220,7 @@ fn snippet<'a>(page: &Page<'a>, cluster: &[Mark<'a>]) -> Vec<Element<'a>> {
     let last = cluster.iter().map(|mark| mark.last).max().unwrap_or(first);
     let (offset, text) = page.excerpt(first, last);
     if text.len() > LONG {
-        let mark = cluster.iter().find(|mark| mark.primary);
-        let mark = mark.or(cluster.first());
+        let mark = cluster.iter().find(|mark| mark.primary).or(cluster.first());
         return mark.map_or_else(Vec::new, |mark| cutting(page, mark));
     }
     let annotations = cluster.iter().map(|mark| annotation(mark, offset, mark.end));

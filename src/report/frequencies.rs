@@ -225,12 +225,9 @@ fn case_parts(derivation: &Derivation, frequencies: &Frequencies, case: &Case, p
 
 /// The closed forms that are not written down with names of their own.
 fn alone(case: &Case) -> impl Iterator<Item = &Frequency> {
-    let has_names = |frequency: &&Frequency| {
-        let mut all = case.solved.iter();
-        all.any(|solved| solved.frequencies.contains(&frequency.omega_squared))
-    };
-    let all = case.frequencies.iter();
-    all.filter(move |frequency| !has_names(frequency))
+    let has_names =
+        |frequency: &&Frequency| case.solved.iter().any(|solved| solved.frequencies.contains(&frequency.omega_squared));
+    case.frequencies.iter().filter(move |frequency| !has_names(frequency))
 }
 
 /// Relations in the model language with remarks behind them: the zeros of a cubic or quartic, and what is abbreviated there.
@@ -351,8 +348,7 @@ fn displacement_lines(
         let letters: Vec<&str> = waves.places.iter().map(|(name, _)| name.as_str()).collect();
         format!("{own}[{}]", letters.join(", "))
     });
-    let places = waves.places.iter();
-    let places: String = places.map(|(name, last)| format!(", `{name}` = 1..{last}")).collect();
+    let places: String = waves.places.iter().map(|(name, last)| format!(", `{name}` = 1..{last}")).collect();
     let mut lines = vec![Line::Formula(format!("{left} = {}", parts.join(" + ")), places)];
     if family.is_none() {
         lines.push(Line::plain(format!("{own} = [{}]", along.join(", "))));
@@ -362,10 +358,7 @@ fn displacement_lines(
 
 /// The first of some names that the model does not have.
 fn unused<'a>(derivation: &Derivation, names: &[&'a str]) -> &'a str {
-    let taken = |name: &str| {
-        let mut all = derivation.symbols.keys();
-        all.any(|own| own.split('[').next() == Some(name))
-    };
+    let taken = |name: &str| derivation.symbols.keys().any(|own| own.split('[').next() == Some(name));
     let mut free = names.iter().copied().filter(|name| !taken(name));
     let last = names.last().copied().unwrap_or_default();
     free.next().unwrap_or(last)
@@ -375,8 +368,7 @@ fn unused<'a>(derivation: &Derivation, names: &[&'a str]) -> &'a str {
 fn family(along: &[&str], places: &[(String, i64)]) -> Option<String> {
     let split = |name: &str| -> Option<(String, Vec<i64>)> {
         let (base, rest) = name.split_once('[')?;
-        let indices = rest.strip_suffix(']')?.split(',');
-        let indices = indices.map(|index| index.trim().parse().ok());
+        let indices = rest.strip_suffix(']')?.split(',').map(|index| index.trim().parse().ok());
         Some((base.to_owned(), indices.collect::<Option<_>>()?))
     };
     let (base, start) = split(along.first()?)?;
@@ -394,8 +386,7 @@ fn family(along: &[&str], places: &[(String, i64)]) -> Option<String> {
             return None;
         }
     }
-    let letters = places.iter().zip(&start);
-    let letters = letters.map(|((letter, _), first)| match first - 1 {
+    let letters = places.iter().zip(&start).map(|((letter, _), first)| match first - 1 {
         0 => letter.clone(),
         more if more > 0 => format!("{letter} + {more}"),
         less => format!("{letter} - {}", -less),

@@ -44,6 +44,5 @@ pub fn derive_html(derivation: &Derivation) -> String {
 
 /// Text, not markup.
 fn escaped(text: &str) -> String {
-    let arrows = text.replace("<->", "↔").replace("->", "→");
-    arrows.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+    text.replace("<->", "↔").replace("->", "→").replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }

@@ -138,8 +138,7 @@ pub fn derive_json(derivation: &Derivation) -> String {
         fields.push(("equations", texts(derivation.equation_texts())));
     }
     if derivation.constraints.is_some() {
-        let constraints = constraint_texts(derivation);
-        let constraints = constraints.iter().map(|(text, _)| string(text));
+        let constraints = constraint_texts(derivation).into_iter().map(|(text, _)| string(&text));
         fields.push(("constraints", lines(constraints)));
         let names = derivation.constraints.iter().flat_map(|own| &own.names);
         fields.push(("constraint_multipliers", strings(names)));
@@ -278,8 +277,7 @@ fn matrix(derivation: &Derivation, rows: &[Vec<ExprId>]) -> String {
 /// Multipliers, gradients of the constraints, and the matrices of the motions that these allow, or that massless coordinates follow.
 fn tangent_fields(derivation: &Derivation, tangent: &Tangent, fields: &mut Vec<(&str, String)>) {
     if tangent.massless.is_empty() {
-        let names = derivation.constraints.iter().flat_map(|own| &own.names);
-        let multipliers = names.zip(&tangent.multipliers);
+        let multipliers = derivation.constraints.iter().flat_map(|own| &own.names).zip(&tangent.multipliers);
         let multipliers = multipliers.map(|(name, value)| (name, expression(derivation, *value)));
         fields.push(("multipliers", record(multipliers)));
         fields.push(("constraint_gradients", matrix(derivation, &tangent.gradients)));
@@ -333,8 +331,7 @@ fn frequency_fields(derivation: &Derivation, found: &Frequencies, fields: &mut V
     let case = found.best();
     let names = &derivation.names.displacements;
     let symmetry = |found: &Exchange| {
-        let exchanges = found.generators.iter();
-        let exchanges = exchanges.map(|g| string(&exchange(g, names)));
+        let exchanges = found.generators.iter().map(|g| string(&exchange(g, names)));
         record([("kind", string(&kind(&found.kind))), ("exchanges", array(exchanges)), ("equal", sets(&found.ties))])
     };
     if let Some(group) = &found.point_group {

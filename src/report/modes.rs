@@ -141,8 +141,7 @@ fn equilibrium_text(linearized: &Linearized, options: &Options, style: &Style) -
     }
     let coordinates = &linearized.model().coordinates;
     let common = common(coordinates.iter().map(shown_unit));
-    let sizes = equilibrium.values.iter().map(|value| value.mid_f64().abs());
-    let largest = sizes.fold(0.0, f64::max);
+    let largest = equilibrium.values.iter().map(|value| value.mid_f64().abs()).fold(0.0, f64::max);
     let mut items: Vec<String> = coordinates
         .iter()
         .zip(&equilibrium.values)
@@ -329,8 +328,7 @@ fn table(
         let shapes = shape(modes, names, room).unwrap_or_else(|| vec![largest_of(modes, names, room)]);
         tables.push(std::iter::once(Column::counting("mode", modes.len())).chain(shapes).collect());
     }
-    let tables = tables.iter().map(|columns| draw(columns, modes.len(), painted, style));
-    tables.collect::<Vec<_>>().join("\n")
+    tables.iter().map(|columns| draw(columns, modes.len(), painted, style)).collect::<Vec<_>>().join("\n")
 }
 
 /// The shapes: a column a coordinate where there are few, else heights and the largest components by name;
@@ -345,8 +343,7 @@ fn shape(modes: &[NormalMode], names: &Headings<'_>, room: usize) -> Option<Vec<
                 let of = |part: &[f64]| part.get(at).copied();
                 // What may be 0 has no size.
                 let certain = |x: &f64| x.abs() > mode.error_bound_of(at);
-                let both = of(&mode.vector).into_iter().chain(of(&mode.imaginary));
-                both.filter(certain).collect::<Vec<f64>>()
+                of(&mode.vector).into_iter().chain(of(&mode.imaginary)).filter(certain).collect::<Vec<f64>>()
             });
             let parts: Vec<f64> = parts.collect();
             let power = common_power(parts.iter());
@@ -547,8 +544,7 @@ fn clusters(modes: &NormalModes) -> Vec<Vec<usize>> {
             None => groups.push((mode.cluster, vec![at])),
         }
     }
-    let groups = groups.into_iter().map(|(_, group)| group);
-    groups.filter(|group| group.len() > 1).collect()
+    groups.into_iter().map(|(_, group)| group).filter(|group| group.len() > 1).collect()
 }
 
 /// That shapes of equal modes are one choice of many; of many clusters in one line.
@@ -582,8 +578,7 @@ fn uncertainty_remark(modes: &NormalModes) -> String {
             let own = mode.uncertainty.as_ref()?;
             Some(test(&mode.omega, own.omega) || test(&mode.growth, own.growth))
         };
-        let modes = modes.modes.iter().enumerate();
-        modes.filter(|(_, mode)| parts(mode) == Some(true)).map(|(at, _)| at).collect()
+        modes.modes.iter().enumerate().filter(|(_, mode)| parts(mode) == Some(true)).map(|(at, _)| at).collect()
     };
     let missing = among(&|_, sigma| sigma.is_none());
     if !missing.is_empty() {
@@ -633,8 +628,7 @@ fn limited(modes: &[NormalMode]) -> Vec<Vec<usize>> {
 }
 
 fn of_kind(modes: &NormalModes, kind: Kind) -> Vec<usize> {
-    let modes = modes.modes.iter().enumerate();
-    modes.filter(|(_, mode)| mode.kind == kind).map(|(at, _)| at).collect()
+    modes.modes.iter().enumerate().filter(|(_, mode)| mode.kind == kind).map(|(at, _)| at).collect()
 }
 
 /// `mode 3`, `modes 1, 2 and 5`, `modes 1 to 6`, `modes 1, 2, 5 and 40 more`

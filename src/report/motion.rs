@@ -92,8 +92,7 @@ impl<W: Write> MotionCsv<W> {
             false => number(value.mid_f64()),
         });
         let linear = superposition.iter().map(|value| number(*value));
-        let start = self.start.map(|start| start.to_string());
-        let time = start.into_iter().chain([number(time.mid_f64())]);
+        let time = self.start.map(|start| start.to_string()).into_iter().chain([number(time.mid_f64())]);
         let record = time.chain(own).chain(linear);
         self.table.write_record(record).map_err(plain)
     }

@@ -154,8 +154,7 @@ pub(super) fn words(text: &str, plain: impl Fn(&str) -> String, formula: impl Fn
 /// With a capital letter at the beginning.
 pub(super) fn capitalized(text: &str) -> String {
     let mut rest = text.chars();
-    let first = rest.next();
-    first.into_iter().flat_map(char::to_uppercase).chain(rest).collect()
+    rest.next().into_iter().flat_map(char::to_uppercase).chain(rest).collect()
 }
 
 /// Between backticks.

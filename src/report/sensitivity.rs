@@ -74,8 +74,7 @@ pub fn sensitivity_text(
         Some(value) if value.contains_zero() => UNDECIDED.to_owned(),
         Some(value) => Written::new(&value, DIGITS).text(),
     };
-    let rows = modes.modes.iter();
-    let rows: Vec<Exponent> = rows.map(|mode| Exponent::new(mode, options.digits)).collect();
+    let rows: Vec<Exponent> = modes.modes.iter().map(|mode| Exponent::new(mode, options.digits)).collect();
     let omega = rows.iter().map(|row| row.omega.text());
     let mut columns = vec![Column::counting("mode", modes.modes.len()), Column::numbers("omega", omega.collect())];
     if modes.modes.iter().any(|mode| mode.uncertainty.is_some()) {

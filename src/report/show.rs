@@ -159,8 +159,7 @@ fn table(shown: &Shown<'_>) -> String {
 
 /// A number that is only drawn.
 fn rough(value: f64) -> String {
-    let text = format!("{value:.4e}");
-    text.parse().map_or_else(|_| null(), number)
+    format!("{value:.4e}").parse().map_or_else(|_| null(), number)
 }
 
 /// A mode as it is drawn, but for its caption.

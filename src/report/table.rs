@@ -87,8 +87,7 @@ pub(super) fn lines(table: &mut Table) -> Vec<String> {
     for column in table.column_iter_mut() {
         column.set_padding((0, GAP as u16));
     }
-    let lines = table.lines();
-    lines.map(|line| line.trim_end().to_owned()).collect()
+    table.lines().map(|line| line.trim_end().to_owned()).collect()
 }
 
 /// Pads numbers on both sides so that their decimal points stand in one column.

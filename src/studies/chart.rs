@@ -237,8 +237,7 @@ impl Worker<'_> {
                 }
             }
         }
-        let borders = found.iter().map(|search| self.chart.border(search.middle()));
-        borders.collect()
+        found.iter().map(|search| self.chart.border(search.middle())).collect()
     }
 
     /// What the model does at places between the first and the last of both ranges.
@@ -395,8 +394,7 @@ impl Chart {
         }
         let n = self.equations.dimension();
         let matrix = DMatrix::from_row_slice(n, n, slopes);
-        let schur = nalgebra::Schur::try_new(matrix, f64::EPSILON, 10_000)?;
-        let values = schur.complex_eigenvalues();
+        let values = nalgebra::Schur::try_new(matrix, f64::EPSILON, 10_000)?.complex_eigenvalues();
         let size = values.iter().map(|z| z.norm()).fold(0.0, f64::max);
         size.is_finite().then_some((size, size > 1.0 + COARSE))
     }

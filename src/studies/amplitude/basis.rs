@@ -41,8 +41,7 @@ impl Basis {
         let shapes: Vec<Vec<Ball>> = modes
             .iter()
             .map(|mode| {
-                let own = mode.vector.iter();
-                own.map(|x| Ball::exact(*x).with_added_radius(mode.vector_error_bound)).collect()
+                mode.vector.iter().map(|x| Ball::exact(*x).with_added_radius(mode.vector_error_bound)).collect()
             })
             .collect();
         let mut groups: Vec<Group> = Vec::new();
@@ -153,8 +152,7 @@ fn slack(mass: &[Ball], shapes: &[Vec<Ball>], members: &[usize]) -> f64 {
     for (a, k) in members.iter().enumerate() {
         let mut sum = 0.0;
         for (b, image) in images.iter().enumerate() {
-            let products = shapes[*k].iter().zip(image);
-            let entry = products.fold(Ball::ZERO, |sum, (x, y)| sum + *x * *y);
+            let entry = shapes[*k].iter().zip(image).fold(Ball::ZERO, |sum, (x, y)| sum + *x * *y);
             let unit = if a == b { Ball::ONE } else { Ball::ZERO };
             sum = up(sum + Scalar::sub(&entry, &unit).abs_upper());
         }

@@ -91,8 +91,7 @@ impl Parts {
         let mut sums: [Vec<ExprId>; 3] = Default::default();
         let mut linear_span = None;
         for (negative, family) in signed_terms(model) {
-            let velocities = family.locals.iter().map(|local| local.velocity);
-            let velocities: Vec<Symbol> = velocities.collect();
+            let velocities: Vec<Symbol> = family.locals.iter().map(|local| local.velocity).collect();
             let is_velocity = |symbol| velocities.contains(&symbol);
             let bodies = if pool.depends_on(family.body, &is_velocity) {
                 let mut scaled = Substitution::default();

@@ -55,13 +55,11 @@ fn scaled(vector: &[Ball], factor: &Ball) -> Vec<Ball> {
 
 /// a x + b y
 fn combined(x: &[Ball], a: &Ball, y: &[Ball], b: &Ball) -> Vec<Ball> {
-    let pairs = x.iter().zip(y);
-    pairs.map(|(x, y)| *a * *x + *b * *y).collect()
+    x.iter().zip(y).map(|(x, y)| *a * *x + *b * *y).collect()
 }
 
 fn norm(parts: &[Ball]) -> f64 {
-    let own = parts.iter().map(certain);
-    own.fold(0.0, f64::hypot)
+    parts.iter().map(certain).fold(0.0, f64::hypot)
 }
 
 /// The size, 0 where it is not told from 0.
@@ -171,8 +169,7 @@ impl<'a> Expansion<'a> {
         }
         // Parts that grow with a beside the mode, then those that grow with a².
         let linear = [norm(&zeroth), norm(&second)].map(|part| part / SHARE);
-        let quadratic = [norm(&beside), norm(&third), certain(&change)];
-        let quadratic = quadratic.map(|part| (part / SHARE).sqrt());
+        let quadratic = [norm(&beside), norm(&third), certain(&change)].map(|part| (part / SHARE).sqrt());
         let steepest = linear.into_iter().chain(quadratic).fold(0.0, f64::max);
         let reach = largest.mid_f64().abs() / steepest;
         found.change = Some(change_per_square);

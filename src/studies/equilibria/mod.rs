@@ -275,8 +275,7 @@ impl<'a> Task<'a> {
     fn told(&self, place: &Place) -> Undecided {
         let middle: Vec<Ball> = place.first.iter().map(|own| Ball::exact(own.middle())).collect();
         let reach = |(own, x): (&Interval, &Ball)| (own.hi - x.mid_f64()).max(x.mid_f64() - own.lo);
-        let own = place.hull.iter().zip(&middle).take(self.searched.len());
-        let radius = own.map(reach).fold(0.0, f64::max);
+        let radius = place.hull.iter().zip(&middle).take(self.searched.len()).map(reach).fold(0.0, f64::max);
         let point = self.embedded(&middle).iter().map(Ball::mid_f64).collect();
         Undecided { point, radius }
     }
@@ -303,8 +302,7 @@ impl<'a> Task<'a> {
 
     /// The ranges of what is searched for; none where slices let it be further out.
     fn sides(&self) -> Vec<Option<[Ball; 2]>> {
-        let whole = self.searched.iter().map(|at| self.region.sides[*at].filter(|_| self.slices.is_empty()));
-        whole.collect()
+        self.searched.iter().map(|at| self.region.sides[*at].filter(|_| self.slices.is_empty())).collect()
     }
 
     /// All coordinates, from those that are searched for.
@@ -485,8 +483,7 @@ fn scale(rest: &mut AtRest, whole: &[Interval], parameters: &[Ball]) -> Number {
     let largest = |roots: &[ExprId]| {
         let inputs: Vec<Symbol> = rest.coordinates.iter().chain(&rest.parameters).copied().collect();
         let tape = Tape::compile(&rest.pool, roots, &inputs).ok();
-        let shares = [0.5, 0.31, 0.77];
-        let values = shares.iter().flat_map(|share| {
+        let values = [0.5, 0.31, 0.77].iter().flat_map(|share| {
             let at = whole.iter().take(rest.coordinates.len()).map(|own| own.lo + share * own.width());
             let at: Vec<f64> = at.chain(parameters.iter().map(Ball::mid_f64)).collect();
             tape.as_ref().map(|tape| tape.evaluate(&at, &mut Vec::new())).unwrap_or_default()

@@ -60,8 +60,7 @@ impl Search<'_> {
         let Alone { region, half, inverse, ratio } = self.alone(at, sides)?;
         let at = self.refined(at, &inverse, &half, ratio)?;
         // Its bound holds for points of the region alone.
-        let within = at.iter().zip(&region).all(|(x, region)| region.contains(x.mid_f64()));
-        within.then_some(Root { at, region })
+        at.iter().zip(&region).all(|(x, region)| region.contains(x.mid_f64())).then_some(Root { at, region })
     }
 
     /// As large a region about `at` as possible in which there is exactly one zero, for all values of parameters.

@@ -392,8 +392,7 @@ fn solve_row(piece: &mut [Interval], centre: &[Interval], row: &[Interval], b: &
         if row[j].contains(0.0) {
             continue;
         }
-        let others = terms.iter().enumerate().filter(|(k, _)| *k != j);
-        let others = others.fold(*b, |sum, (_, term)| sum.add(term));
+        let others = terms.iter().enumerate().filter(|(k, _)| *k != j).fold(*b, |sum, (_, term)| sum.add(term));
         let own = centre[j].sub(&others.div(&row[j]));
         piece[j] = piece[j].meet(&own);
         if piece[j].is_empty() {

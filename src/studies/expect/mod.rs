@@ -296,8 +296,7 @@ impl<'a> Comparison<'a> {
         };
         let reader = &self.reader;
         let value = sum.expression(&mut self.pool, |pool, motion| {
-            let known = reader.names.get(&name(motion)).copied();
-            known.unwrap_or_else(|| pool.undefined())
+            reader.names.get(&name(motion)).copied().unwrap_or_else(|| pool.undefined())
         });
         Found { place: place.into(), value, text: sum.text(&self.derivation.reduced().pool, name) }
     }

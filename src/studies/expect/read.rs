@@ -124,8 +124,7 @@ impl Reader {
 /// The only expression of a text.
 fn parsed(text: &str) -> Result<(File, ExprRef), String> {
     let file = parse(&format!("{BEFORE}{text}\n")).map_err(|errors| {
-        let first = errors.first().map(ToString::to_string);
-        first.unwrap_or_else(|| "it is not an expression".to_owned())
+        errors.first().map(ToString::to_string).unwrap_or_else(|| "it is not an expression".to_owned())
     })?;
     match file.statements.as_slice() {
         [statement] => match statement.kind {

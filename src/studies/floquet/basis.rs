@@ -24,8 +24,7 @@ impl<S: Enclosure> Basis<S> {
         if !matrix.iter().all(|x| x.mid_f64().is_finite()) {
             return None;
         }
-        let middle = Mat::from_fn(n, n, |i, j| matrix[n * i + j].mid_f64());
-        let eigen = middle.eigen().ok()?;
+        let eigen = Mat::from_fn(n, n, |i, j| matrix[n * i + j].mid_f64()).eigen().ok()?;
         let (values, vectors) = (eigen.S(), eigen.U());
         let inverse = nalgebra::DMatrix::from_fn(n, n, |i, j| vectors[(i, j)]).try_inverse()?;
         let exact = |of: &dyn Fn(usize, usize) -> c64| {

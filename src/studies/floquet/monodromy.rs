@@ -85,10 +85,8 @@ impl<S: Enclosure> Chain<S> {
 
     /// Where displacements of the initial state have come.
     fn image(&self, initial: &[S]) -> Vec<S> {
-        let links = self.links.iter();
-        links.fold(initial.to_vec(), |before, link| {
-            let turned = link.slopes.image(&before, self.precision);
-            turned.iter().zip(&link.drift).map(|(x, y)| x.add(y)).collect()
+        self.links.iter().fold(initial.to_vec(), |before, link| {
+            link.slopes.image(&before, self.precision).iter().zip(&link.drift).map(|(x, y)| x.add(y)).collect()
         })
     }
 
@@ -170,7 +168,5 @@ pub(super) fn period_map<S: Enclosure>(
 
 /// A number in a message.
 pub(super) fn short(value: f64) -> String {
-    let text = format!("{value:.6}");
-    let text = text.trim_end_matches('0').trim_end_matches('.');
-    text.to_owned()
+    format!("{value:.6}").trim_end_matches('0').trim_end_matches('.').to_owned()
 }

@@ -122,14 +122,12 @@ impl Driven {
 
     /// dp_i/dq_j, then dp_i/dq_j' = M_ij, row by row: what makes displacements of the state ones of q and p.
     pub(super) fn canonical(&self) -> Vec<ExprId> {
-        let slopes = self.slopes.iter().flatten();
-        slopes.chain(self.mass.iter().flatten()).copied().collect()
+        self.slopes.iter().flatten().chain(self.mass.iter().flatten()).copied().collect()
     }
 
     /// The time, the coordinates, their velocities.
     pub(crate) fn symbols(&self) -> Vec<Symbol> {
-        let time = std::iter::once(&self.time);
-        time.chain(&self.coordinates).chain(&self.velocities).copied().collect()
+        std::iter::once(&self.time).chain(&self.coordinates).chain(&self.velocities).copied().collect()
     }
 
     /// The coordinates on which a force acts at rest at a point, at some time; `None` for those of which that is
@@ -209,8 +207,7 @@ impl Driven {
     /// -M⁻¹ times the right sides.
     fn solved(&mut self, mass: Vec<Vec<ExprId>>, right: Vec<Vec<ExprId>>) -> Result<Vec<Vec<ExprId>>, FloquetError> {
         let span = self.driven_at;
-        let rows = solved(&mut self.pool, mass, right);
-        let mut rows = rows.ok_or(FloquetError::NotDefined { span })?;
+        let mut rows = solved(&mut self.pool, mass, right).ok_or(FloquetError::NotDefined { span })?;
         for value in rows.iter_mut().flatten() {
             *value = self.pool.neg(*value);
         }

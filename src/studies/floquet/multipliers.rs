@@ -63,8 +63,7 @@ impl Multiplier {
             single,
             semisimple: single,
             precise: re.precise().zip(im.precise()).map(|(re, im)| {
-                let modulus = modulus.and_then(Enclosure::precise);
-                let modulus = modulus.unwrap_or_else(|| Big::one(re.bits()));
+                let modulus = modulus.and_then(Enclosure::precise).unwrap_or_else(|| Big::one(re.bits()));
                 Box::new([re, im, modulus])
             }),
         }
@@ -130,8 +129,7 @@ pub(super) fn is_lacking(multipliers: &[Multiplier], digits: usize) -> bool {
 /// About how many bits more it takes for these digits.
 pub(super) fn missing_bits(multipliers: &[Multiplier], digits: usize) -> usize {
     let missing = multipliers.iter().flat_map(|own| own.parts(digits));
-    let ratio = missing.map(|(spread, allowed)| (spread / allowed).log2());
-    ratio.fold(0.0_f64, f64::max).min(1e6) as usize
+    missing.map(|(spread, allowed)| (spread / allowed).log2()).fold(0.0_f64, f64::max).min(1e6) as usize
 }
 
 impl Multiplier {
@@ -190,8 +188,7 @@ pub(super) fn of_two<S: Enclosure>(matrix: &[S], symplectic: bool, precision: S:
             trace.sub(&root)
         } else {
             // h may be 0: both roots as they are.
-            let sides = [trace.add(&root), trace.sub(&root)];
-            return sides.map(|x| real(x, None)).to_vec();
+            return [trace.add(&root), trace.sub(&root)].map(|x| real(x, None)).to_vec();
         };
         let smaller = determinant.div(&larger);
         let places = [Place::Outside, Place::Inside].map(|own| symplectic.then_some(own));
@@ -225,14 +222,10 @@ pub(super) fn of_many<S: Enclosure>(
         return Vec::new();
     };
     let partners = if symplectic.is_some() { partners(&covers, precision) } else { vec![None; n] };
-    let own = covers.of.iter().zip(partners);
-    let own = own.map(|(cover, partner)| {
+    let own = covers.of.iter().zip(partners).map(|(cover, partner)| {
         let disc = &cover.disc;
         // An eigenvalue that is in none of the others is in this one.
-        let is_own = |image: &Disc<S>| {
-            let mut others = cover.others.iter();
-            others.all(|other| image.is_apart(other, precision))
-        };
+        let is_own = |image: &Disc<S>| cover.others.iter().all(|other| image.is_apart(other, precision));
         let real = disc.single && is_own(&disc.conjugate());
         let part = |disc: &Disc<S>, real: bool| {
             let re = disc.center.re.with_added_magnitude(disc.radius);
@@ -308,8 +301,7 @@ fn partners<S: Enclosure>(covers: &Covers<S>, precision: S::Precision) -> Vec<Op
                 return None;
             }
             let conjugate = disc.conjugate();
-            let mut others = cover.others.iter();
-            let real = others.all(|other| conjugate.is_apart(other, precision));
+            let real = cover.others.iter().all(|other| conjugate.is_apart(other, precision));
             Some((disc.mirrored(precision)?, real))
         })
         .collect();

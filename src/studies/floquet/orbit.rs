@@ -126,8 +126,7 @@ impl Place {
     fn new(states: DVector<f64>, gaps: &DVector<f64>, slopes: DMatrix<f64>) -> Self {
         let slopes = slopes.lu();
         // Where periodic motions are not isolated none is asked for.
-        let asked = slopes.solve(gaps);
-        let asked = asked.unwrap_or_else(|| states.map(|_| f64::INFINITY));
+        let asked = slopes.solve(gaps).unwrap_or_else(|| states.map(|_| f64::INFINITY));
         Self { states, asked, slopes, exact: gaps.norm() == 0.0 }
     }
 }

@@ -41,10 +41,7 @@ pub(super) fn is_definite<S: Enclosure>(
     let turned: Vec<Vec<Complex<S>>> = vectors
         .iter()
         .map(|vector| {
-            let row = |row: &[S]| {
-                let parts = row.iter().zip(vector);
-                parts.fold(zero.clone(), |sum, (a, x)| sum.add(&x.times(a)))
-            };
+            let row = |row: &[S]| row.iter().zip(vector).fold(zero.clone(), |sum, (a, x)| sum.add(&x.times(a)));
             form.chunks_exact(n).map(row).collect()
         })
         .collect();

@@ -70,10 +70,7 @@ fn shown(pool: &mut Pool, time: Symbol, period: ExprId, roots: &[ExprId]) -> Opt
     let mut turns = Vec::new();
     for id in &ids {
         // Children stand before their parents.
-        let of = |child: ExprId| {
-            let place = ids.binary_search(&child);
-            place.map_or(Later::Other, |at| later[at])
-        };
+        let of = |child: ExprId| ids.binary_search(&child).map_or(Later::Other, |at| later[at]);
         let own = match pool.node(*id).clone() {
             Node::Number(_) | Node::Pi | Node::Undefined => Later::Same,
             Node::Symbol(symbol) if symbol == time => Later::More(period),

@@ -187,10 +187,8 @@ impl<S: Enclosure> Enclosing<S> {
         let size = norm(last, weights) * power;
         excess = excess.max(size / rounding);
         if self.moving {
-            let relative = |values: &[S]| {
-                let parts = values.iter().zip(weights);
-                parts.fold(0.0_f64, |most, (x, w)| most.max(x.abs_upper() / w))
-            };
+            let relative =
+                |values: &[S]| values.iter().zip(weights).fold(0.0_f64, |most, (x, w)| most.max(x.abs_upper() / w));
             let size = relative(expansion.state.get(self.order)?) * power;
             let scale = relative(point.state.first()?) + length * relative(point.state.get(1)?);
             if scale > 0.0 {
@@ -303,8 +301,7 @@ impl<S: Enclosure> Enclosing<S> {
         } else {
             Vec::new()
         };
-        let finite = slopes.iter().chain(&image).all(S::is_finite);
-        finite.then_some(Step { length: step, whole, image, slopes })
+        slopes.iter().chain(&image).all(S::is_finite).then_some(Step { length: step, whole, image, slopes })
     }
 
     /// The coefficients of the solution through a point, up to order p - 1.

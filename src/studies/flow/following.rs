@@ -110,18 +110,14 @@ impl<S: Enclosure> Following<S> {
     #[must_use]
     pub fn state(&self) -> Vec<S> {
         let spread = self.set.spread();
-        let parts = self.center.iter().zip(&spread);
-        parts.map(|(x, r)| x.with_added_radius(*r)).collect()
+        self.center.iter().zip(&spread).map(|(x, r)| x.with_added_radius(*r)).collect()
     }
 
     /// How large the set is beside where it is, both on the scales of the components; 0 where all of it is next to nothing.
     #[must_use]
     pub fn spread(&self) -> f64 {
         let weights = self.set.weights();
-        let most = |sizes: &mut dyn Iterator<Item = f64>| {
-            let scaled = sizes.zip(weights).map(|(x, w)| x / w);
-            scaled.fold(0.0, f64::max)
-        };
+        let most = |sizes: &mut dyn Iterator<Item = f64>| sizes.zip(weights).map(|(x, w)| x / w).fold(0.0, f64::max);
         let place = most(&mut self.center.iter().map(|x| x.mid_f64().abs()));
         let spread = self.set.spread();
         let size = most(&mut spread.iter().copied());
@@ -195,8 +191,7 @@ impl<S: Enclosure> Following<S> {
         let path = expanded(&mut self.coarse, &time, &tube, unit, self.order, ());
         let power = share.powf(count(self.order));
         let sizes: Vec<f64> = tube.iter().map(Ball::abs_upper).collect();
-        let parts = sizes.iter().zip(scales);
-        let largest = parts.fold(0.0_f64, |most, (x, w)| most.max(x / w));
+        let largest = sizes.iter().zip(scales).fold(0.0_f64, |most, (x, w)| most.max(x / w));
         let mut excess = 1e-30_f64;
         let mut rest = Vec::with_capacity(n);
         for (i, row) in path.iter().enumerate() {
@@ -280,10 +275,7 @@ impl<S: Enclosure> Following<S> {
             };
             let held = tube.iter().zip(&next).all(within);
             // What rests begins to move one after the other.
-            let moving = |tube: &[Ball]| {
-                let moving = tube.iter().zip(start);
-                moving.filter(|(own, x)| own.radius > x.radius).count()
-            };
+            let moving = |tube: &[Ball]| tube.iter().zip(start).filter(|(own, x)| own.radius > x.radius).count();
             if moving(&next) <= moving(&tube) {
                 left -= 1;
             }

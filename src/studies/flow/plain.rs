@@ -280,8 +280,7 @@ impl<N: Doubles> Plain<N> {
         for order in LAST.rev() {
             let pace = pace.powi(order as i32);
             let root = 1.0 / order as f64;
-            let entries = self.slopes.iter().enumerate();
-            let mut term = entries.fold(0.0_f64, |most, (at, row)| {
+            let mut term = self.slopes.iter().enumerate().fold(0.0_f64, |most, (at, row)| {
                 let size = row[order].mul(&pace).size();
                 most.max(size * weights[at % n] / weights[at / n])
             });

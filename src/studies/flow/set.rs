@@ -66,10 +66,7 @@ impl Set {
     pub(super) fn image(&self, matrix: &[Ball]) -> Vec<f64> {
         let n = self.radii.len();
         let turned = self.turned(matrix, &vec![1.0; n]);
-        let row = |row: &[Ball]| {
-            let parts = row.iter().zip(&self.radii);
-            parts.fold(0.0, |sum, (a, r)| plus(sum, a.abs_upper() * r))
-        };
+        let row = |row: &[Ball]| row.iter().zip(&self.radii).fold(0.0, |sum, (a, r)| plus(sum, a.abs_upper() * r));
         turned.rows().map(row).collect()
     }
 
@@ -116,8 +113,7 @@ impl Set {
             return None;
         }
         let shared = up(largest / (1.0 - gap));
-        let radii = sizes.iter().zip(&gaps);
-        let radii = radii.map(|(size, gap)| plus(*size, gap * shared)).collect();
+        let radii = sizes.iter().zip(&gaps).map(|(size, gap)| plus(*size, gap * shared)).collect();
         Some(Self { weights: scales, axes, radii })
     }
 
@@ -128,8 +124,7 @@ impl Set {
         let edges = |i: usize| (0..n).any(|j| self.radii[j] > 0.0 && !turned[(i, j)].is_zero());
         let live: Vec<usize> = (0..n).filter(|i| errors[*i] > 0.0 || edges(*i)).collect();
         let edge = |j: usize| -> Vec<f64> {
-            let entries = live.iter().map(|i| turned[(*i, j)].mid_f64());
-            entries.map(|x| x * self.radii[j]).collect()
+            live.iter().map(|i| turned[(*i, j)].mid_f64()).map(|x| x * self.radii[j]).collect()
         };
         let length = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
         let normal = |v: Vec<f64>| -> Option<Vec<f64>> {

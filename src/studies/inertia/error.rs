@@ -261,8 +261,7 @@ fn point(at: &[f32; 3]) -> String {
 
 fn edge_words(edge: &Edge, edges: usize, verb: &str, after: &str) -> String {
     let (from, to) = (point(&edge.from), point(&edge.to));
-    let numbers = edge.triangles.iter().map(ToString::to_string);
-    let mut numbers = numbers.collect::<Vec<_>>().join(", ");
+    let mut numbers = edge.triangles.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
     if edge.count > edge.triangles.len() {
         numbers.push_str(", …");
     }

@@ -83,8 +83,7 @@ pub(super) struct Exact<'a> {
 
 /// Values of expressions without symbols.
 pub(super) fn values<S: Scalar>(pool: &Pool, closed: &[ExprId], precision: S::Precision) -> Option<Vec<S>> {
-    let tape = Tape::compile(pool, closed, &[]).ok()?;
-    Some(tape.prepare::<S>(precision).evaluate(&[], &mut Vec::new()))
+    Some(Tape::compile(pool, closed, &[]).ok()?.prepare::<S>(precision).evaluate(&[], &mut Vec::new()))
 }
 
 /// The same with so many bits; nothing is a number where one has no value.
@@ -191,8 +190,7 @@ impl Exact<'_> {
         let mut from = 0;
         while from < spectrum.modes.len() {
             let number = spectrum.modes[from].cluster;
-            let own = spectrum.modes[from..].iter();
-            let count = own.take_while(|mode| mode.cluster == number).count();
+            let count = spectrum.modes[from..].iter().take_while(|mode| mode.cluster == number).count();
             if count > 1 {
                 let zero = spectrum.modes[from].kind == Kind::Zero;
                 equal.push(Equal {
@@ -213,8 +211,7 @@ impl Exact<'_> {
 
     /// Whether all three moments are equal, or two of them.
     fn are_equal(&mut self, count: usize) -> bool {
-        let forms = [self.symbolic, self.closed];
-        forms.into_iter().any(|entries| {
+        [self.symbolic, self.closed].into_iter().any(|entries| {
             let conditions = if count == 3 {
                 isotropy(self.pool, &entries).to_vec()
             } else {
@@ -232,8 +229,7 @@ impl Exact<'_> {
             let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
             forms.iter().any(|e| {
                 let difference = self.pool.sub(e[i][i], e[j][j]);
-                let conditions = [e[1][0], e[2][0], e[2][1], difference];
-                conditions.into_iter().all(|e| self.is_zero(e))
+                [e[1][0], e[2][0], e[2][1], difference].into_iter().all(|e| self.is_zero(e))
             })
         })
     }
@@ -250,8 +246,7 @@ impl Exact<'_> {
             return vec![[one, zero, zero], [zero, one, zero], [zero, zero, one]];
         }
         let vanishes = |own: &mut Self, e: fn(&mut Pool, &Entries) -> Vec<ExprId>| {
-            let forms = [own.symbolic, own.closed];
-            forms.iter().any(|form| {
+            [own.symbolic, own.closed].iter().any(|form| {
                 let all = e(own.pool, form);
                 all.into_iter().all(|e| own.is_zero(e))
             })

@@ -32,8 +32,7 @@ impl<S: Real> Stepper<'_, S> {
         let all = [(&self.positions, 2), (&self.velocities, 1)];
         let rows = || {
             all.into_iter().flat_map(|(rows, degree)| {
-                let rows = rows.iter().take(self.equations.coordinates);
-                rows.map(move |row| {
+                rows.iter().take(self.equations.coordinates).map(move |row| {
                     // What moves with a high power of the time at first has no size but from that.
                     let first = row.iter().position(|term| term.middle() != 0.0);
                     (row, first.unwrap_or(0).max(degree))
@@ -93,8 +92,7 @@ impl<S: Real> Stepper<'_, S> {
             size = if reach.is_finite() {
                 on_the_way(row, degree, reach)
             } else {
-                let terms = row.iter().take(degree + 1).skip(1);
-                terms.map(|x| x.middle().abs()).fold(0.0, f64::max)
+                row.iter().take(degree + 1).skip(1).map(|x| x.middle().abs()).fold(0.0, f64::max)
             };
         }
         own
@@ -184,8 +182,7 @@ impl<S: Real> Stepper<'_, S> {
         }
         // A coordinate at rest has nothing but what is rounded of others.
         let way = equations.free.iter().zip(&buffers.inertia).fold(0.0_f64, |most, (i, inertia)| {
-            let own = self.positions[*i][0].middle().abs();
-            let own = own.max(buffers.inputs[1 + i].middle().abs());
+            let own = self.positions[*i][0].middle().abs().max(buffers.inputs[1 + i].middle().abs());
             let own = own.max(buffers.inputs[1 + n + i].middle().abs() * after);
             most.max(own * inertia.sqrt())
         });

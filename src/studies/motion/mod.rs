@@ -185,8 +185,7 @@ impl Times {
             return zero;
         }
         let (row, rows) = (row as f64, (self.samples - 1) as f64);
-        let row = value(&self.exact).mul(&S::exact(row, precision));
-        row.div(&S::exact(rows, precision))
+        value(&self.exact).mul(&S::exact(row, precision)).div(&S::exact(rows, precision))
     }
 
     /// Refuses tables of so many values a row that are too large.
@@ -308,8 +307,7 @@ fn grow<'a, S: Real + 'a>(sizes: &mut [f64], state: impl IntoIterator<Item = &'a
 
 impl<S: Real> Run<S> {
     fn balls(self) -> Run<Ball> {
-        let rows = self.rows.into_iter();
-        let rows = rows.map(|row| row.into_iter().map(Real::to_ball).collect());
+        let rows = self.rows.into_iter().map(|row| row.into_iter().map(Real::to_ball).collect());
         Run { rows: rows.collect(), followed: self.followed }
     }
 }

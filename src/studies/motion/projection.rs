@@ -39,17 +39,14 @@ impl Place {
         let mut scratch = Vec::new();
         let mut inputs = vec![Ball::ZERO];
         inputs.extend(positions.iter().chain(velocities).copied());
-        let surface = equations.surface.prepare::<Ball>(());
-        let gaps = surface.evaluate(&inputs, &mut scratch);
+        let gaps = equations.surface.prepare::<Ball>(()).evaluate(&inputs, &mut scratch);
         let gaps = if rates { gaps.get(c..)? } else { gaps.get(..c)? };
-        let kinks = equations.kinks.prepare::<Ball>(());
-        let kinks = kinks.evaluate(&inputs, &mut scratch);
+        let kinks = equations.kinks.prepare::<Ball>(()).evaluate(&inputs, &mut scratch);
         if decided && kinks.iter().any(Ball::contains_zero) {
             return None;
         }
         inputs.extend(kinks.iter().map(|x| Ball::exact(sign(x.mid_f64()))));
-        let values = equations.tape.prepare::<Ball>(());
-        let values = values.evaluate(&inputs, &mut scratch);
+        let values = equations.tape.prepare::<Ball>(()).evaluate(&inputs, &mut scratch);
         let masses = equations.mass.iter().zip(&values);
         let slopes = values.get(equations.mass.len() + n..)?;
         let slopes = equations.gradients.iter().zip(slopes);
@@ -98,10 +95,7 @@ impl Start {
         }
         for rates in [false, true] {
             let before = self.clone();
-            let own = |i: usize| {
-                let mut given = given.iter();
-                given.find(|own| (own.coordinate, own.moves) == (i, rates))
-            };
+            let own = |i: usize| given.iter().find(|own| (own.coordinate, own.moves) == (i, rates));
             let n = system.equations.coordinates;
             let mut free: Vec<usize> = (0..n).filter(|i| own(*i).is_none() && !(rates && held.contains(i))).collect();
             let mut settled = self.settle(system, rates, &free, false);

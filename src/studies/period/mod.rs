@@ -299,8 +299,7 @@ impl Oscillator {
     }
 
     fn field<S: Enclosure>(&self, precision: S::Precision) -> Field<S> {
-        let kinks = self.kinks.iter();
-        let kinks = kinks.filter_map(|kink| kink.evaluated(&self.pool, precision));
+        let kinks = self.kinks.iter().filter_map(|kink| kink.evaluated(&self.pool, precision));
         Field::new(&self.energies, &self.shape, kinks.collect(), precision)
     }
 }

@@ -127,8 +127,7 @@ impl<S: Enclosure> Field<S> {
 
     /// Whether no absolute value may have its kink at a position.
     pub(super) fn is_smooth_at(&self, at: &S) -> bool {
-        let mut kinks = self.kinks.iter();
-        kinks.all(|kink| {
+        self.kinks.iter().all(|kink| {
             let way = at.sub(&kink.place);
             way.is_positive() || way.is_negative()
         })
@@ -354,8 +353,7 @@ impl<S: Enclosure> Path<'_, S> {
     pub(super) fn time(&mut self) -> Result<S, Obstacle<S>> {
         if self.turning {
             // E - U rises from the turning point, or there is none.
-            let slope = self.field.excess_and_slope(&self.start).1;
-            let rise = slope.mul(&self.span);
+            let rise = self.field.excess_and_slope(&self.start).1.mul(&self.span);
             let refusal = if rise.is_negative() {
                 Some(Refusal::Forbidden)
             } else {
@@ -517,8 +515,7 @@ impl<S: Enclosure> Path<'_, S> {
             let over = self.beside(from, to, &step, 0)?;
             let excess = over_panel(&excess, &over.0[order]);
             let x = self.field.number(from).hull(&self.field.number(to));
-            let top = weight.taken_out(&excess, &x, &r).pop();
-            let top = top.unwrap_or_else(|| self.field.zero.clone());
+            let top = weight.taken_out(&excess, &x, &r).pop().unwrap_or_else(|| self.field.zero.clone());
             rest = self.top(&h, &top, &mass, &over.1[order]) * whole;
         }
         let bits = bits_between(rest, wanted * time.abs_lower_magnitude());

@@ -222,8 +222,7 @@ impl<'a, S: Enclosure> Task<'a, S> {
             self.field.release();
             times.push(time?);
         }
-        let total = times.into_iter().reduce(|total, time| total.add(&time));
-        Ok(total.unwrap_or_else(|| self.field.number(0.0)))
+        Ok(times.into_iter().reduce(|total, time| total.add(&time)).unwrap_or_else(|| self.field.number(0.0)))
     }
 
     /// The time along a path without kinks; where it passes a barrier closely, in three parts.

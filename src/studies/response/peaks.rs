@@ -133,8 +133,7 @@ impl Study {
         let number = self.outputs[output];
         // As many as a double has for JSON; an enclosure is not narrower than double-double.
         let accuracy = 10_f64.powi(-3 - self.request.digits.max(16) as i32).max(1e-30);
-        let search = Search { system, ends: [&self.ends, &given], output: number, accuracy };
-        let (found, undecided) = search.run();
+        let (found, undecided) = Search { system, ends: [&self.ends, &given], output: number, accuracy }.run();
         let unit = self.unit(number);
         Ok(Peaks { coordinate: self.model.coordinates.at(number).name(), unit, found, undecided })
     }

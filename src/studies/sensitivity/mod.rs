@@ -36,8 +36,7 @@ type Rows<T> = Vec<Vec<T>>;
 pub fn ignored(model: &Model) -> Option<Diagnostic> {
     let uncertain = model.parameters.iter().filter(|own| own.uncertainty.is_some());
     let count = uncertain.clone().count();
-    let first = uncertain.map(|own| (&own.name, own.span)).next();
-    let (name, span) = first?;
+    let (name, span) = uncertain.map(|own| (&own.name, own.span)).next()?;
     let message = match count {
         1 => format!("the uncertainty of `{name}` is ignored here"),
         _ => format!("the uncertainties of `{name}` and {} more are ignored here", count - 1),
@@ -98,8 +97,7 @@ impl Sensitivities {
             let splits = stated.iter().filter(|at| differ(&self.omega, **at) || differ(&self.growth, **at)).count();
             group.iter().for_each(|mode| open[*mode] = splits > 1);
         }
-        let both = self.omega.iter().zip(&self.growth).zip(open);
-        let each = both.map(|((omega, growth), open)| match open {
+        let each = self.omega.iter().zip(&self.growth).zip(open).map(|((omega, growth), open)| match open {
             true => Uncertainty::new(None, None),
             false => Uncertainty::new(of(omega), of(growth)),
         });
@@ -397,10 +395,8 @@ impl Space {
                         };
                         let order = velocity.len().isqrt();
                         let vectors: Rows<Enclosed> = vectors.iter().map(whole).collect();
-                        let unchanged = || {
-                            let change = form(order, velocity, &vectors, &vectors);
-                            change.entries().iter().all(Enclosed::is_zero)
-                        };
+                        let unchanged =
+                            || form(order, velocity, &vectors, &vectors).entries().iter().all(Enclosed::is_zero);
                         velocity.iter().all(Ball::is_zero) || vectors.iter().all(|x| x.len() == order) && unchanged()
                     }
                     _ => true,
