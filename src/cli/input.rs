@@ -95,9 +95,7 @@ pub(crate) fn read_tables(args: &ModelArgs, model: &syntax::File, source: &mut S
     let mut texts = TableTexts::new();
     let mut seen: Vec<&str> = Vec::new();
     for statement in &model.statements {
-        let StatementKind::Table { path, .. } = &statement.kind else {
-            continue;
-        };
+        let StatementKind::Table { path, .. } = &statement.kind else { continue };
         if seen.contains(&path.as_str()) {
             continue;
         }
@@ -203,10 +201,7 @@ fn all(source: impl Read, most: usize) -> Result<Vec<u8>, String> {
 
 /// Refuses what is more than `most` bytes.
 fn within(bytes: Vec<u8>, most: usize) -> Result<Vec<u8>, String> {
-    if bytes.len() > most {
-        return Err(format!("it is larger than {} MB", most >> 20));
-    }
-    Ok(bytes)
+    if bytes.len() > most { Err(format!("it is larger than {} MB", most >> 20)) } else { Ok(bytes) }
 }
 
 fn utf8(bytes: Vec<u8>) -> Result<String, String> {

@@ -119,28 +119,21 @@ pub(super) fn write_paged(text: &str) -> Result<(), Failure> {
     let shown = visible(text, color);
     let height = terminal_size::terminal_size().map(|(_, terminal_size::Height(lines))| usize::from(lines));
     let is_long = io::stdout().is_terminal() && height.is_some_and(|height| shown.lines().count() >= height);
-    if is_long && is_read_in_pager(&shown) {
-        return Ok(());
-    }
-    write_bytes(shown.as_bytes())
+    if is_long && is_read_in_pager(&shown) { Ok(()) } else { write_bytes(shown.as_bytes()) }
 }
 
 /// Whether a pager could be started; one that is left before the end has shown enough.
 fn is_read_in_pager(text: &str) -> bool {
     let pager = std::env::var("PAGER").unwrap_or_else(|_| "less".to_owned());
     let mut words = pager.split_whitespace();
-    let Some(program) = words.next() else {
-        return false;
-    };
+    let Some(program) = words.next() else { return false };
     let mut command = Command::new(program);
     command.args(words).stdin(Stdio::piped());
     if std::env::var_os("LESS").is_none() {
         // Colours as they are, nothing cleared, and no wait where all fits.
         command.env("LESS", "FRX");
     }
-    let Ok(mut child) = command.spawn() else {
-        return false;
-    };
+    let Ok(mut child) = command.spawn() else { return false };
     if let Some(mut input) = child.stdin.take() {
         let _ = input.write_all(text.as_bytes());
     }
@@ -149,10 +142,7 @@ fn is_read_in_pager(text: &str) -> bool {
 
 /// Writes a text of the user's own: as it is, unless somebody looks at it.
 pub(super) fn write_data(text: &str) -> Result<(), Failure> {
-    if io::stdout().is_terminal() {
-        return write_out(text);
-    }
-    write_bytes(text.as_bytes())
+    if io::stdout().is_terminal() { write_out(text) } else { write_bytes(text.as_bytes()) }
 }
 
 fn write_bytes(bytes: &[u8]) -> Result<(), Failure> {
@@ -261,9 +251,7 @@ pub(super) fn in_words(error: &io::Error) -> String {
 
 /// Whether two paths lead to one file, by whatever name.
 fn same_file(one: &Path, other: &Path) -> bool {
-    let (Ok(first), Ok(second)) = (fs::metadata(one), fs::metadata(other)) else {
-        return false;
-    };
+    let (Ok(first), Ok(second)) = (fs::metadata(one), fs::metadata(other)) else { return false };
     #[cfg(unix)]
     let same = {
         use std::os::unix::fs::MetadataExt;

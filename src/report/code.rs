@@ -152,7 +152,8 @@ pub fn code_text(code: &Code, language: Language) -> String {
     if let Some(rest) = &code.rest {
         out.push_str(&writer.equilibrium(rest));
         for (name, letter, program) in &rest.matrices {
-            out.push_str(&writer.matrix(rest, name, letter, program));
+            let text = writer.entries(letter, lines(writer.language, program, &writer.still(rest)));
+            out.push_str(&writer.function(rest, name, letter, &text));
         }
     }
     out.push_str(&writer.mass_matrix());
@@ -263,11 +264,6 @@ impl Writer<'_> {
         let name = if self.language == Language::Rust { name.to_lowercase() } else { name.to_owned() };
         let line = |(at, value): (usize, &String)| self.language.put(&format!("{name}[{at}]"), value);
         values.iter().enumerate().map(line).collect()
-    }
-
-    fn matrix(&self, rest: &Rest, name: &str, letter: &str, program: &Program) -> String {
-        let text = self.entries(letter, lines(self.language, program, &self.still(rest)));
-        self.function(rest, name, letter, &text)
     }
 
     fn equilibrium(&self, rest: &Rest) -> String {

@@ -17,9 +17,7 @@ const MOST_IN_CONDITION: usize = 240;
 /// zeros too. `names` are those of the whole model.
 pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &Derivation) -> Vec<Part> {
     let mut parts = Vec::new();
-    let Some(own) = &linear.exponents else {
-        return parts;
-    };
+    let Some(own) = &linear.exponents else { return parts };
     let pool = &mut derivation.pool.clone();
     let zero = pool.zero();
     let s = free(names, ["s", "lambda", "sigma"]);
@@ -86,9 +84,7 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
             parts.extend(damping_part(pool, &own.exponents, names));
         }
     }
-    let Some(all) = own.stability.as_ref().filter(|_| names.shows("stability")) else {
-        return parts;
-    };
+    let Some(all) = own.stability.as_ref().filter(|_| names.shows("stability")) else { return parts };
     let open: Vec<ExprId> = all.iter().filter_map(|own| own.open).collect();
     let by_signs = all.iter().any(|own| own.open != Some(own.positive));
     let with = if by_signs { ", with the signs that the parameters have" } else { "" };

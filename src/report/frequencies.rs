@@ -142,12 +142,6 @@ fn remark(frequency: &Frequency) -> String {
     if remarks.is_empty() { String::new() } else { format!("  ({})", remarks.join(", ")) }
 }
 
-/// One square of a frequency, with what is remarked about it.
-fn frequency_line(derivation: &Derivation, frequency: &Frequency) -> Line {
-    let value = derivation.pool.display(frequency.omega_squared);
-    Line::Formula(format!("omega^2 = {value}"), remark(frequency))
-}
-
 /// `a > 0`, one for each sign that is taken from the values.
 pub(super) fn signs(derivation: &Derivation, signs: &[(ExprId, bool)]) -> Vec<String> {
     let signs = signs.iter();
@@ -209,7 +203,10 @@ fn case_parts(derivation: &Derivation, frequencies: &Frequencies, case: &Case, p
         lines.push(Line::Formula(format!("omega^2 = {value}"), remark));
     }
     if case.series.is_empty() || (!case.complete && case.frequencies.len() <= MOST_LISTED) {
-        lines.extend(alone(case).map(|frequency| frequency_line(derivation, frequency)));
+        lines.extend(alone(case).map(|frequency| {
+            let value = derivation.pool.display(frequency.omega_squared);
+            Line::Formula(format!("omega^2 = {value}"), remark(frequency))
+        }));
     }
     lines.extend(case.solved.iter().flat_map(|solved| solved_lines(derivation, case, solved)));
     parts.push(Part::Section(title, lines, Form::Close));
@@ -412,9 +409,7 @@ fn abbreviation_lines(derivation: &Derivation, abbreviations: &[Abbreviation]) -
 
 /// Symmetry, blocks and closed forms; what holds in general first, then with parameters that are equal.
 pub(super) fn frequency_parts(derivation: &Derivation, linear: &Linear, parts: &mut Vec<Part>) {
-    let Some(frequencies) = &linear.frequencies else {
-        return;
-    };
+    let Some(frequencies) = &linear.frequencies else { return };
     if let Some(group) = &frequencies.point_group {
         parts.push(Part::List("point group".to_owned(), vec![group.clone()]));
     }

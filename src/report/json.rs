@@ -282,9 +282,7 @@ fn tangent_fields(derivation: &Derivation, tangent: &Tangent, fields: &mut Vec<(
         fields.push(("multipliers", record(multipliers)));
         fields.push(("constraint_gradients", matrix(derivation, &tangent.gradients)));
     }
-    let Some(reduced) = &tangent.reduced else {
-        return;
-    };
+    let Some(reduced) = &tangent.reduced else { return };
     let page = &*reduced.derivation;
     fields.push(("free_coordinates", strings(&page.names.coordinates)));
     fields.push(("directions", matrix(derivation, &reduced.directions)));

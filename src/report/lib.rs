@@ -206,9 +206,7 @@ impl Written {
     /// uncertainty itself in two digits; `none` where it has no first order.
     fn measured(value: &Ball, precise: Option<&Big>, sigma: Option<&Ball>, digits: usize) -> (Self, String) {
         let full = || Self::finest(value, precise, digits);
-        let Some(sigma) = sigma else {
-            return (full(), "none".to_owned());
-        };
+        let Some(sigma) = sigma else { return (full(), "none".to_owned()) };
         if sigma.contains_zero() {
             let word = if sigma.is_zero() { "0" } else { UNDECIDED };
             return (full(), word.to_owned());

@@ -223,9 +223,7 @@ impl<S: Read + Write + Seek> MotionJson<S> {
     }
 
     fn put(&mut self, array: usize, item: &str) -> io::Result<()> {
-        let Some(array) = self.arrays.get_mut(array) else {
-            return Ok(());
-        };
+        let Some(array) = self.arrays.get_mut(array) else { return Ok(()) };
         if !(array.text.is_empty() && array.blocks.is_empty()) {
             array.text.push_str(", ");
         }

@@ -338,16 +338,12 @@ impl Page {
             self.inline("steady motion", rates.collect());
         }
         self.matrices(derivation, derivation, linear, "");
-        let Some(tangent) = &linear.tangent else {
-            return;
-        };
+        let Some(tangent) = &linear.tangent else { return };
         if tangent.massless.is_empty() && derivation.shows("constraints") {
             let matrix = Matrix::new("gradients of the constraints", "A".to_owned(), &tangent.gradients, derivation);
             self.parts.push(Part::Matrix(matrix));
         }
-        let Some(reduced) = &tangent.reduced else {
-            return;
-        };
+        let Some(reduced) = &tangent.reduced else { return };
         if !reduced.follows.is_empty() {
             let title = displacements_title(tangent, reduced);
             self.parts.push(section(title, direction_texts(derivation, reduced)));

@@ -430,9 +430,7 @@ fn draw_curve(out: &mut String, curve: &Curve, on_page: &dyn Fn([f64; 2]) -> [f6
 /// Cubic pieces through points where one coordinate rises from each to the next, straight ones where not.
 fn path(points: &[[f64; 2]]) -> String {
     let mut out = String::new();
-    let Some([x, y]) = points.first() else {
-        return out;
-    };
+    let Some([x, y]) = points.first() else { return out };
     let _ = write!(out, "M{} {}", place(*x), place(*y));
     let rises = points.windows(2).all(|pair| matches!(pair, [a, b] if b[0] > a[0]));
     if !rises || points.len() < 3 || points.len() > MOST_SMOOTH {

@@ -75,12 +75,8 @@ impl Layout<'_> {
     /// A formula of the model language with a remark behind it, in the lines that it takes; what is none stays as it is.
     fn lines(&self, text: &str, remark: &str, width: usize) -> Vec<String> {
         let remark = self.words(remark);
-        let Some(notation) = self.notation else {
-            return vec![format!("{text}{remark}")];
-        };
-        let Some(formula) = notation.read_relation(text) else {
-            return wrapped(&format!("{text}{remark}"), width);
-        };
+        let Some(notation) = self.notation else { return vec![format!("{text}{remark}")] };
+        let Some(formula) = notation.read_relation(text) else { return wrapped(&format!("{text}{remark}"), width) };
         if remark.is_empty() {
             return formula.text(width);
         }

@@ -180,9 +180,7 @@ impl Chart {
     /// The values along a parameter (0 or 1), in the unit that it is declared with.
     #[must_use]
     pub fn values(&self, axis: usize) -> Vec<f64> {
-        let Some(own) = self.axes.get(axis) else {
-            return Vec::new();
-        };
+        let Some(own) = self.axes.get(axis) else { return Vec::new() };
         (0..own.range.len()).map(|at| own.value(own.declared, at as f64)).collect()
     }
 
@@ -209,9 +207,7 @@ impl Worker<'_> {
     /// The borders between neighbours of a row, and between it and the next one, each to 1e-13 of the distance of
     /// neighbours, rounding of the multipliers aside; `rows` are that row and, if there is one, the next.
     pub fn borders(&mut self, first: usize, rows: [Option<&[Place]>; 2]) -> Vec<Border> {
-        let Some(own) = rows[0] else {
-            return Vec::new();
-        };
+        let Some(own) = rows[0] else { return Vec::new() };
         let mut found = Vec::new();
         for second in 0..own.len() {
             let here = own[second].stable;
@@ -237,7 +233,12 @@ impl Worker<'_> {
                 }
             }
         }
-        found.iter().map(|search| self.chart.border(search.middle())).collect()
+        let value = |axis: usize, place: f64| self.chart.axes[axis].value(self.chart.axes[axis].declared, place);
+        found
+            .iter()
+            .map(Search::middle)
+            .map(|[first, second]| Border { at: [value(0, first), value(1, second)] })
+            .collect()
     }
 
     /// What the model does at places between the first and the last of both ranges.
@@ -330,9 +331,7 @@ impl Search {
 /// one.
 fn monodromy<N: Doubles>(plain: &mut Plain<N>, period: N, start: Option<Vec<N>>) -> Option<Vec<N>> {
     let zero = N::each(|_| 0.0);
-    let Some(mut x) = start else {
-        return Some(plain.travel(zero, period, &[], |_, _, _| {})?.1);
-    };
+    let Some(mut x) = start else { return Some(plain.travel(zero, period, &[], |_, _, _| {})?.1) };
     let n = x.len();
     plain.set_most_steps(usize::MAX);
     for _ in 0..NEWTON {
@@ -374,11 +373,6 @@ impl Chart {
         let [a, b, c, d] = slopes else { return false };
         let meet = (0.5 * (a + d).abs() - 1.0).abs() <= FINE;
         !self.damped && meet && (b / period).abs().max((c * period).abs()) > COARSE
-    }
-
-    fn border(&self, place: [f64; 2]) -> Border {
-        let [first, second] = &self.axes;
-        Border { at: [first.value(first.declared, place[0]), second.value(second.declared, place[1])] }
     }
 
     /// The modulus of the largest multiplier, and whether it is outside the unit circle.

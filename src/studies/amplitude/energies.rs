@@ -21,10 +21,7 @@ pub fn check(model: &Model) -> Result<(), AmplitudeError> {
         return Err(AmplitudeError::Unsupported { feature, span });
     }
     let terms = Mechanics::terms(model);
-    if terms > MOST_TERMS {
-        return Err(AmplitudeError::TooLarge { terms, most: MOST_TERMS });
-    }
-    Ok(())
+    if terms > MOST_TERMS { Err(AmplitudeError::TooLarge { terms, most: MOST_TERMS }) } else { Ok(()) }
 }
 
 /// Gradients of U = V - T0 and of T2, with the values of the parameters.

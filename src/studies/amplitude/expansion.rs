@@ -47,10 +47,7 @@ struct Path {
 }
 
 fn scaled(vector: &[Ball], factor: &Ball) -> Vec<Ball> {
-    if factor.is_zero() {
-        return vec![Ball::ZERO; vector.len()];
-    }
-    vector.iter().map(|x| *x * *factor).collect()
+    if factor.is_zero() { vec![Ball::ZERO; vector.len()] } else { vector.iter().map(|x| *x * *factor).collect() }
 }
 
 /// a x + b y

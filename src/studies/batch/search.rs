@@ -100,9 +100,7 @@ impl Workspace {
     /// Searches for the equilibria of a block, and leaves M, K and the forces with their bounds in
     /// the registers; gives 1 where one was found.
     pub(super) fn search(&mut self, compiled: &Compiled) -> Lane {
-        let (Some(start), Some(mut search)) = (&compiled.search, self.search.take()) else {
-            return Lane::ZERO;
-        };
+        let (Some(start), Some(mut search)) = (&compiled.search, self.search.take()) else { return Lane::ZERO };
         self.starting_point(compiled, start, &mut search);
         self.walk(compiled, start, &mut search);
         self.settle(compiled, start, &mut search);
@@ -259,9 +257,7 @@ impl Workspace {
     /// of the forces (the idea of R. Krawczyk, Computing 4 (1969) 187).
     pub(super) fn equilibrium_proved(&self, compiled: &Compiled) -> Lane {
         let n = compiled.dimension;
-        let (Some(start), Some(search)) = (&compiled.search, &self.search) else {
-            return Lane::ZERO;
-        };
+        let (Some(start), Some(search)) = (&compiled.search, &self.search) else { return Lane::ZERO };
         // With coordinates held fixed the modes mix what moves with what does not.
         if start.free.len() < n {
             return search.stays;

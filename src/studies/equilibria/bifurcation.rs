@@ -261,9 +261,7 @@ fn fold(equations: &Equations) -> Option<Extended> {
     let (directions, vector) = fresh(&mut pool, "direction", n);
     let (weights, _) = fresh(&mut pool, "weight", n);
     let mut all = equations.all.clone();
-    for own in &equations.all {
-        all.push(along(&mut pool, *own, &equations.unknowns, &vector));
-    }
+    all.extend(equations.all.iter().map(|own| along(&mut pool, *own, &equations.unknowns, &vector)));
     all.push(normalisation(&mut pool, &weights, &vector));
     let unknowns = equations.unknowns.iter().chain(&equations.parameters).chain(&directions).copied().collect();
     let system = Equations { pool, unknowns, parameters: weights, all, is_constrained: equations.is_constrained };

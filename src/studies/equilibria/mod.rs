@@ -289,14 +289,11 @@ impl<'a> Task<'a> {
         proved.filter_map(|root| Some(Node { root: root.clone(), equilibrium: self.placed(&root.at)? }))
     }
 
-    /// Gradients of constraints depend on each other there: the multiplier of the forces is 0.
-    fn is_singular(&self, root: &Root) -> bool {
-        root.at.get(self.searched.len()).is_some_and(Ball::contains_zero)
-    }
-
     /// Places that a search did not decide.
     fn undecided(&self, findings: &Findings) -> Vec<Place> {
-        let singular = findings.roots.iter().filter(|root| self.is_singular(root)).map(|root| &root.region);
+        // Gradients of constraints depend on each other where the multiplier of the forces is 0.
+        let is_singular = |root: &&Root| root.at.get(self.searched.len()).is_some_and(Ball::contains_zero);
+        let singular = findings.roots.iter().filter(is_singular).map(|root| &root.region);
         gathered(findings.undecided.iter().chain(singular))
     }
 
@@ -476,10 +473,8 @@ fn scale(rest: &mut AtRest, whole: &[Interval], parameters: &[Ball]) -> Number {
         return Number::ONE;
     }
     let forces = gradient(rest);
-    let mut slopes = Vec::new();
-    for own in rest.constraints.clone() {
-        slopes.extend(rest.pool.gradient(own, &rest.coordinates));
-    }
+    let slopes: Vec<ExprId> =
+        rest.constraints.iter().flat_map(|own| rest.pool.gradient(*own, &rest.coordinates)).collect();
     let largest = |roots: &[ExprId]| {
         let inputs: Vec<Symbol> = rest.coordinates.iter().chain(&rest.parameters).copied().collect();
         let tape = Tape::compile(&rest.pool, roots, &inputs).ok();

@@ -384,10 +384,7 @@ fn solve_row(piece: &mut [Interval], centre: &[Interval], row: &[Interval], b: &
     if !total.contains(0.0) {
         return false;
     }
-    let wanted = match only {
-        Some(i) => i..i + 1,
-        None => 0..row.len(),
-    };
+    let wanted = only.map_or_else(|| 0..row.len(), |i| i..i + 1);
     for j in wanted {
         if row[j].contains(0.0) {
             continue;

@@ -439,18 +439,14 @@ impl<'a> Comparison<'a> {
     fn ties(&mut self) -> Substitution {
         let mut map = Substitution::new();
         let linear = self.derivation.reduced().linear.as_ref().ok();
-        let Some(frequencies) = linear.and_then(|linear| linear.frequencies.as_ref()) else {
-            return map;
-        };
+        let Some(frequencies) = linear.and_then(|linear| linear.frequencies.as_ref()) else { return map };
         for set in &frequencies.best().ties {
             let mut members = set.iter().map(|name| {
                 let plain = name.strip_prefix('-');
                 let value = self.reader.names.get(plain.unwrap_or(name));
                 (plain.is_some(), value.copied())
             });
-            let Some((_, Some(leader))) = members.next() else {
-                continue;
-            };
+            let Some((_, Some(leader))) = members.next() else { continue };
             for (negative, value) in members {
                 if let Some(symbol) = value.and_then(|value| self.pool.as_symbol(value)) {
                     let image = if negative { self.pool.neg(leader) } else { leader };

@@ -181,10 +181,7 @@ impl<S: Enclosure> Schur<S> {
         let root = half.mul(&half).add(&product).center().root(self.precision);
         let (plus, minus) = (half.add(&root).center(), half.sub(&root).center());
         let larger = if plus.upper_bound() < minus.upper_bound() { minus } else { plus };
-        if larger.upper_bound().is_zero() {
-            return d.clone();
-        }
-        d.sub(&product.mul(&larger.inverse()))
+        if larger.upper_bound().is_zero() { d.clone() } else { d.sub(&product.mul(&larger.inverse())) }
     }
 
     /// One step with a shift, implicitly: the first turn is that of A - shift, the others bring the matrix back to its form.

@@ -116,9 +116,7 @@ impl Task<'_> {
             }
             let finer = wide(bits, steps, &found);
             let open = |found: &Found| undecided(&found.multipliers);
-            let Some(finer) = finer.filter(|finer| open(finer) <= open(&found)) else {
-                break;
-            };
+            let Some(finer) = finer.filter(|finer| open(finer) <= open(&found)) else { break };
             let steps = found.steps;
             found = Found { steps, ..finer };
             bits *= 2;

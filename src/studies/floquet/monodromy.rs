@@ -128,9 +128,7 @@ pub(super) fn period_map<S: Enclosure>(
         let spread = chain.image(&initial);
         let state: Vec<S> = middle.iter().zip(&spread).map(|(m, d)| m.add(d)).collect();
         let left = period.sub(&time);
-        let Some(step) = walk.step(&time, &state, &left) else {
-            return Err(Stop::Singular { time: time.mid_f64() });
-        };
+        let Some(step) = walk.step(&time, &state, &left) else { return Err(Stop::Singular { time: time.mid_f64() }) };
         // From the midpoint m to the center of the state, and from its image to the next midpoint.
         let shift: Vec<S> = middle.iter().zip(&state).map(|(m, x)| m.sub(&x.center())).collect();
         middle = step.image.iter().map(S::center).collect();

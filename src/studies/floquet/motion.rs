@@ -170,12 +170,12 @@ impl Driven {
         let n = self.dimension();
         let map = self.at(point);
         let symbols: Vec<Symbol> = self.symbols()[1..].to_vec();
-        let mut right = Vec::new();
-        for load in self.load.clone() {
-            let row = self.pool.gradient(load, &symbols);
-            right.push(self.pool.substitute(&row, &map));
-        }
-        let mass: Vec<Vec<ExprId>> = self.mass.iter().map(|row| self.pool.substitute(row, &map)).collect::<Vec<_>>();
+        let bent = |load: &ExprId| {
+            let row = self.pool.gradient(*load, &symbols);
+            self.pool.substitute(&row, &map)
+        };
+        let right = self.load.iter().map(bent).collect();
+        let mass = self.mass.iter().map(|row| self.pool.substitute(row, &map)).collect();
         let solved = self.solved(mass, right)?;
         let mut rows = vec![self.pool.zero(); 2 * n * n];
         for i in 0..n {
@@ -194,10 +194,7 @@ impl Driven {
         }
         let mut accelerations = self.solved(matrix, right)?;
         accelerations.truncate(self.dimension());
-        let mut rates: Vec<ExprId> = Vec::new();
-        for velocity in self.velocities.clone() {
-            rates.push(self.pool.symbol_expr(velocity));
-        }
+        let mut rates: Vec<ExprId> = self.velocities.iter().map(|own| self.pool.symbol_expr(*own)).collect();
         rates.extend(accelerations.into_iter().flatten());
         let state: Vec<Symbol> = self.symbols()[1..].to_vec();
         Equations::compile(&mut self.pool, self.time, &state, &self.open, &rates)
@@ -262,9 +259,7 @@ fn suggested_period(model: &Model) -> Option<String> {
     let bodies: Vec<ExprId> = signed_terms(model).map(|(_, family)| family.body).collect();
     let mut rate = None;
     for id in pool.reachable(&bodies) {
-        let Node::Function(Function::Sin | Function::Cos, x) = *pool.node(id) else {
-            continue;
-        };
+        let Node::Function(Function::Sin | Function::Cos, x) = *pool.node(id) else { continue };
         let own = pool.diff(x, time);
         if pool.as_number(own).is_some_and(Number::is_zero) {
             continue;

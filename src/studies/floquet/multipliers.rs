@@ -95,10 +95,7 @@ impl Multiplier {
 
     /// The modulus with enough range.
     pub(super) fn wide_modulus(&self) -> Big {
-        match &self.precise {
-            Some(precise) => precise[2].clone(),
-            None => Big::from_ball(&self.modulus, BITS),
-        }
+        self.precise.as_ref().map_or_else(|| Big::from_ball(&self.modulus, BITS), |precise| precise[2].clone())
     }
 
     /// An upper bound of the distance of the multiplier from the midpoints of its parts in doubles.
@@ -162,9 +159,7 @@ impl Multiplier {
 /// With half the trace h and the determinant d they are h ± sqrt(h² - d). For d = 1 both lie on the circle where |h| < 1, and
 /// one is outside where |h| > 1.
 pub(super) fn of_two<S: Enclosure>(matrix: &[S], symplectic: bool, precision: S::Precision) -> Vec<Multiplier> {
-    let [a, b, c, d] = matrix else {
-        return Vec::new();
-    };
+    let [a, b, c, d] = matrix else { return Vec::new() };
     let (one, half) = (S::exact(1.0, precision), S::exact(0.5, precision));
     let trace = a.add(d).mul(&half);
     let determinant = if symplectic { one.clone() } else { a.mul(d).sub(&b.mul(c)) };
@@ -215,12 +210,8 @@ pub(super) fn of_many<S: Enclosure>(
     precision: S::Precision,
 ) -> Vec<Multiplier> {
     let basis = if careful { Basis::careful(matrix, n, precision) } else { Basis::quick(matrix, n, precision) };
-    let Some(basis) = basis else {
-        return Vec::new();
-    };
-    let Some(covers) = Covers::new(matrix, n, &basis, precision) else {
-        return Vec::new();
-    };
+    let Some(basis) = basis else { return Vec::new() };
+    let Some(covers) = Covers::new(matrix, n, &basis, precision) else { return Vec::new() };
     let partners = if symplectic.is_some() { partners(&covers, precision) } else { vec![None; n] };
     let own = covers.of.iter().zip(partners).map(|(cover, partner)| {
         let disc = &cover.disc;

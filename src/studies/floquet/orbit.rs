@@ -261,9 +261,7 @@ pub(super) fn orbit<S: Enclosure>(
             break;
         }
     }
-    let Some(newton) = newton else {
-        return Err(Lost::Search("periodic motions are not isolated here"));
-    };
+    let Some(newton) = newton else { return Err(Lost::Search("periodic motions are not isolated here")) };
     for size in BOXES.map(|size| size * rounding) {
         let reach: Vec<f64> = guess
             .scale

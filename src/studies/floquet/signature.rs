@@ -26,9 +26,7 @@ pub(super) fn is_definite<S: Enclosure>(
 ) -> bool {
     let n = covers.plain.len();
     let others: Vec<usize> = (0..n).filter(|at| !members.contains(at)).collect();
-    let Some(reach) = reach(members, &others, covers, precision) else {
-        return false;
-    };
+    let Some(reach) = reach(members, &others, covers, precision) else { return false };
     // U = V1 + V2 Z.
     let vector = |i: usize, j: usize| {
         let size = |m: &usize| basis.vectors[(i, *m)].upper_bound();

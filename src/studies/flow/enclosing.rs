@@ -271,10 +271,7 @@ impl<S: Enclosure> Enclosing<S> {
                             });
                         }
                     }
-                    next.push(match sum {
-                        None => zero.clone(),
-                        Some(sum) => sum.div(&count),
-                    });
+                    next.push(sum.map_or_else(|| zero.clone(), |sum| sum.div(&count)));
                 }
             }
             into.slopes[k + 1] = next;

@@ -121,10 +121,7 @@ impl<S: Enclosure> Following<S> {
         let place = most(&mut self.center.iter().map(|x| x.mid_f64().abs()));
         let spread = self.set.spread();
         let size = most(&mut spread.iter().copied());
-        if spread.iter().all(|own| *own <= NEXT_TO * self.nothing) {
-            return 0.0;
-        }
-        size / place
+        if spread.iter().all(|own| *own <= NEXT_TO * self.nothing) { 0.0 } else { size / place }
     }
 
     /// Finds a step, of about the length asked for or a shorter one; tells how far [`Following::at`] reaches. `None` where none was

@@ -139,10 +139,7 @@ pub fn of_model(model: &Model, digits: usize) -> Result<Vec<NamedTensor>, Vec<In
     if !errors.is_empty() {
         return Err(errors);
     }
-    if found.is_empty() {
-        return Err(vec![InertiaError::NoTensor { nearest }]);
-    }
-    Ok(found)
+    if found.is_empty() { Err(vec![InertiaError::NoTensor { nearest }]) } else { Ok(found) }
 }
 
 /// The moments of a tensor; where it is not a constant one, within, why not.

@@ -213,7 +213,8 @@ impl Exact<'_> {
     fn are_equal(&mut self, count: usize) -> bool {
         [self.symbolic, self.closed].into_iter().any(|entries| {
             let conditions = if count == 3 {
-                isotropy(self.pool, &entries).to_vec()
+                let [first, second] = [1, 2].map(|at| self.pool.sub(entries[0][0], entries[at][at]));
+                vec![first, second, entries[1][0], entries[2][0], entries[2][1]]
             } else {
                 vec![discriminant(self.pool, &entries)]
             };
@@ -261,9 +262,7 @@ impl Exact<'_> {
                 (0..3).find(certain)
             };
             let found = entries.iter().find_map(|row| Some((*row, size(row)?)));
-            let Some((row, at)) = found else {
-                return Vec::new();
-            };
+            let Some((row, at)) = found else { return Vec::new() };
             let others = [(at + 1) % 3, (at + 2) % 3];
             return others
                 .map(|other| {
@@ -276,9 +275,7 @@ impl Exact<'_> {
         }
         let adjugate = adjugate(self.pool, &entries);
         let diagonal = [0, 1, 2].map(|at| adjugate[at][at]);
-        let Some(sizes) = values::<Ball>(self.pool, &diagonal, ()) else {
-            return Vec::new();
-        };
+        let Some(sizes) = values::<Ball>(self.pool, &diagonal, ()) else { return Vec::new() };
         let largest = (0..3).reduce(|a, b| if sizes[b].abs_lower() > sizes[a].abs_lower() { b } else { a });
         match largest {
             Some(at) if !sizes[at].contains_zero() => {
@@ -320,13 +317,6 @@ fn determinant(pool: &mut Pool, e: &Entries) -> ExprId {
     let cofactors = adjugate(pool, e)[0];
     let terms = [0, 1, 2].map(|at| pool.mul(e[0][at], cofactors[at]));
     pool.sum(&terms)
-}
-
-/// What is 0 where all moments are equal.
-fn isotropy(pool: &mut Pool, e: &Entries) -> [ExprId; 5] {
-    let first = pool.sub(e[0][0], e[1][1]);
-    let second = pool.sub(e[0][0], e[2][2]);
-    [first, second, e[1][0], e[2][0], e[2][1]]
 }
 
 /// 4 J2³ - 27 J3² of the deviator S, J2 = tr(S²)/2, J3 = det S: the discriminant of the characteristic polynomial

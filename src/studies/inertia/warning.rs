@@ -34,9 +34,7 @@ fn described(name: &str) -> String {
 impl Warning {
     /// What is to be said of a tensor whose moments are known.
     pub(super) fn of(tensor: &NamedTensor) -> Option<Self> {
-        let [a, b, c] = tensor.principal.moments.as_slice() else {
-            return None;
-        };
+        let [a, b, c] = tensor.principal.moments.as_slice() else { return None };
         // A matrix that the file says to be something else may have any eigenvalues.
         if tensor.unit.as_deref().is_some_and(|unit| unit != super::UNIT) {
             return None;

@@ -231,10 +231,7 @@ impl<'a> Written<'a> {
         let solution = solved(&mut self.pool, matrix, right)
             .ok_or(MotionError::NotProved { reached: "0".to_owned(), reason: NO_INVERSE })?;
         let state: Vec<Symbol> = self.inputs().split_off(1);
-        let mut rates: Vec<ExprId> = Vec::with_capacity(2 * n);
-        for velocity in &self.velocities {
-            rates.push(self.pool.symbol_expr(*velocity));
-        }
+        let mut rates: Vec<ExprId> = self.velocities.iter().map(|own| self.pool.symbol_expr(*own)).collect();
         rates.extend(solution.into_iter().take(n).flatten());
         let time = self.time;
         crate::flow::Equations::compile(&mut self.pool, time, &state, &[], &rates)

@@ -61,10 +61,7 @@ impl<S: Real> Stepper<'_, S> {
                 size = on_the_way(row, degree, length);
             }
         }
-        if length.is_nan() || length <= 0.0 {
-            return Err(Trouble::NoStep);
-        }
-        Ok(length)
+        if length.is_nan() || length <= 0.0 { Err(Trouble::NoStep) } else { Ok(length) }
     }
 
     /// Where the k-th term of a coordinate is what is allowed beside the largest that the coordinate gets on the way, which
@@ -109,9 +106,7 @@ impl<S: Real> Stepper<'_, S> {
         let mut vain = 0;
         for _ in 0..HALVINGS {
             let samples = (own / spacing).ceil().max(LEAST);
-            let Some(left) = self.left(t, own, samples) else {
-                return own;
-            };
+            let Some(left) = self.left(t, own, samples) else { return own };
             vain = if left > 0.5 * before { vain + 1 } else { 0 };
             // Rounding does not get smaller, nor does a jump, which is larger.
             if vain >= PATIENCE && left < (LEFT * S::ROUNDING).sqrt() {

@@ -148,9 +148,7 @@ impl Times {
 
     /// The rows that are asked for of those that were looked at, or of all of them, in their order.
     fn asked<T>(&self, all: Vec<T>) -> Vec<T> {
-        let Some(listed) = self.listed.as_ref().filter(|own| own.places.len() == all.len()) else {
-            return all;
-        };
+        let Some(listed) = self.listed.as_ref().filter(|own| own.places.len() == all.len()) else { return all };
         let mut rows: Vec<(usize, T)> =
             listed.places.iter().zip(all).filter_map(|(place, row)| Some(((*place)?, row))).collect();
         rows.sort_by_key(|(place, _)| *place);

@@ -190,9 +190,7 @@ impl Start {
                 }
                 _ => slopes.svd(true, true).solve(&right, 1e-12).ok(),
             };
-            let Some(step) = step.filter(|step| step.iter().all(|x| x.is_finite())) else {
-                return false;
-            };
+            let Some(step) = step.filter(|step| step.iter().all(|x| x.is_finite())) else { return false };
             let state = if rates { &mut self.velocities } else { &mut self.positions };
             for (at, step) in free.iter().zip(step.iter()) {
                 let moved = state[*at] + Ball::exact(*step);
@@ -227,9 +225,7 @@ impl Start {
         if moved.is_empty() {
             return;
         }
-        let Some(radii) = self.radii(system, rates, &moved) else {
-            return;
-        };
+        let Some(radii) = self.radii(system, rates, &moved) else { return };
         for (i, radius) in moved.iter().zip(radii) {
             let centre = Ball::new(self.state(rates)[*i].mid, 0.0);
             self.known[number(*i)] = Known::Within(centre.with_added_radius(radius));

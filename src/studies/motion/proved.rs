@@ -106,9 +106,7 @@ impl Enclosed {
         let mut table = self.table::<Ball>(start, times, BITS, ())?;
         let mut bits = BITS;
         for _ in 0..CLIMBS {
-            let Some(more) = wanted_bits(&table, times, digits, bits) else {
-                break;
-            };
+            let Some(more) = wanted_bits(&table, times, digits, bits) else { break };
             if more > MOST_BITS || !start.is_exact() {
                 break;
             }

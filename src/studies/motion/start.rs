@@ -374,10 +374,7 @@ fn read(entry: &str, model: &Model) -> Result<Given, MotionError> {
 fn place(name: &str, model: &Model) -> Result<(usize, bool), MotionError> {
     // Indices as names of coordinates have them.
     let name: String = name.split_whitespace().collect();
-    let (plain, moves) = match name.strip_suffix('\'') {
-        Some(plain) => (plain, true),
-        None => (name.as_str(), false),
-    };
+    let (plain, moves) = name.strip_suffix('\'').map_or_else(|| (name.as_str(), false), |plain| (plain, true));
     if plain.ends_with('\'') {
         let reason = "accelerations follow from the equations of motion".to_owned();
         return Err(MotionError::BadStart { text: name, reason });

@@ -242,9 +242,7 @@ impl<'a, S: Real> Stepper<'a, S> {
                 before = after;
             }
         }
-        let Some((low, high, at)) = first else {
-            return Ok(None);
-        };
+        let Some((low, high, at)) = first else { return Ok(None) };
         // It turns back at once: forces on both sides lead to the kink.
         let turns_back = self.signs[at] * self.kinks[at][1].middle() < 0.0;
         if low == 0.0 && turns_back && fresh == Some(at) {
@@ -349,9 +347,7 @@ impl<'a, S: Real> Stepper<'a, S> {
         if !self.equations.constant {
             self.move_lower_orders(k);
         }
-        let Some(matrix) = &self.matrix else {
-            return Err(Trouble::Singular);
-        };
+        let Some(matrix) = &self.matrix else { return Err(Trouble::Singular) };
         matrix.solve(&mut self.right, &mut self.scratch);
         let rows = self.accelerations.iter_mut().chain(&mut self.multipliers);
         for (row, value) in rows.zip(&self.right) {
@@ -424,9 +420,7 @@ impl<'a, S: Real> Stepper<'a, S> {
             self.series.clear();
             // Order 0 leaves the factors of the matrix here.
             self.advance(0, t)?;
-            let Some(matrix) = &self.matrix else {
-                return Err(Trouble::Singular);
-            };
+            let Some(matrix) = &self.matrix else { return Err(Trouble::Singular) };
             let gaps = self.surface.evaluate(&self.inputs, &mut self.scratch);
             let mut moved = 0.0_f64;
             for (state, gaps) in [(&mut *q, &gaps[..c]), (&mut *v, &gaps[c..])] {

@@ -45,9 +45,7 @@ impl<S: Enclosure> Field<S> {
         let mut before = f64::INFINITY;
         for _ in 0..MOST_STEPS {
             let (potential, _) = self.expand(&at, &one, 3);
-            let [_, slope, half] = potential.as_slice() else {
-                return None;
-            };
+            let [_, slope, half] = potential.as_slice() else { return None };
             let step = slope.center().div(&half.center().add(&half.center()));
             let length = step.mid_f64().abs();
             if !step.is_finite() {

@@ -132,8 +132,6 @@ fn is_minimum(field: &mut Field<Big>, at: &Big) -> bool {
         field.release();
         potential.get(1).cloned()
     });
-    let [Some(before), Some(behind)] = slopes else {
-        return false;
-    };
+    let [Some(before), Some(behind)] = slopes else { return false };
     Enclosure::is_negative(&before) && Enclosure::is_positive(&behind)
 }

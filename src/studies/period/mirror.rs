@@ -26,9 +26,7 @@ impl<S: Enclosure> Path<'_, S> {
         }
         let (start, span) = (self.start.clone(), self.span.clone());
         let (slopes, _) = self.field.excess(&start, &span, 3);
-        let [_, slope, bend] = slopes.as_slice() else {
-            return None;
-        };
+        let [_, slope, bend] = slopes.as_slice() else { return None };
         if !(slope.is_positive() && bend.is_positive()) {
             return None;
         }

@@ -164,9 +164,7 @@ impl<S: Enclosure> Field<S> {
         between.sort_by(|a, b| way(a).total_cmp(&way(b)));
         let mut pieces: Vec<(S, S)> = vec![(start, span)];
         for place in between {
-            let Some((from, rest)) = pieces.pop() else {
-                break;
-            };
+            let Some((from, rest)) = pieces.pop() else { break };
             let own = place.sub(&from);
             if own.is_exact_zero() {
                 // Two of them have their kinks at the same place.
@@ -472,9 +470,7 @@ impl<S: Enclosure> Path<'_, S> {
         let r = self.field.number(half);
         let h = weight.taken_out(&excess, &self.field.number(middle), &r);
         let g = self.field.integrand(&h, &mass);
-        let Some(first) = g.first().filter(|first| first.is_positive()) else {
-            return Err(Refusal::Rough.into());
-        };
+        let Some(first) = g.first().filter(|first| first.is_positive()) else { return Err(Refusal::Rough.into()) };
         // A rest is hardly smaller than the last terms: no need to enclose what is refused anyway.
         let last = g.iter().rev().take(2).map(Enclosure::abs_upper_magnitude);
         let last = last.fold(Magnitude::ZERO, Magnitude::max);

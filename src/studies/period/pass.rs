@@ -175,10 +175,7 @@ impl<S: Enclosure> Field<S> {
 /// Σ (-c)^j D_(2j + from), about.
 fn part<S: Enclosure>(terms: &[S], from: usize, square: &S) -> Option<S> {
     let sum = terms.get(from..)?.iter().step_by(2).rev().fold(None, |sum: Option<S>, term| {
-        Some(match sum {
-            None => term.center(),
-            Some(sum) => term.center().sub(&sum.mul(square)).center(),
-        })
+        Some(sum.map_or_else(|| term.center(), |sum| term.center().sub(&sum.mul(square)).center()))
     })?;
     sum.is_finite().then_some(sum)
 }

@@ -212,9 +212,7 @@ fn look<S: Enclosure>(
         Some(_) | None => unknown(),
     };
     let reach = at.sub(&task.centre).mid_f64().abs();
-    let Some((summit, height)) = task.field.summit(&at, reach) else {
-        return unless_between(&mut task);
-    };
+    let Some((summit, height)) = task.field.summit(&at, reach) else { return unless_between(&mut task) };
     let one = task.field.number(1.0);
     let (potential, mass) = task.field.expand(&summit, &one, 3);
     if !potential.get(2).is_some_and(Enclosure::is_negative) {
@@ -241,9 +239,7 @@ fn look<S: Enclosure>(
         });
     }
     if excess.is_negative() {
-        let Some((upper, _)) = task.turning.clone() else {
-            return Ok(Some(summit));
-        };
+        let Some((upper, _)) = task.turning.clone() else { return Ok(Some(summit)) };
         if summit.sub(&upper).is_positive() {
             // The barrier that the motion turns before.
             return unknown();

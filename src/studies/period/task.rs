@@ -107,10 +107,7 @@ impl<'a, S: Enclosure> Task<'a, S> {
         if !excess.is_positive() {
             return Err(if amplitude {
                 // As high as the equilibrium, it may be, and a barrier between: bits do not tell.
-                match self.barrier_between() {
-                    Some(error) => Stop::Final(error),
-                    None => Stop::Precision(centre),
-                }
+                self.barrier_between().map_or_else(|| Stop::Precision(centre), |error| Stop::Final(error))
             } else {
                 Stop::AtRest
             });
@@ -194,9 +191,7 @@ impl<'a, S: Enclosure> Task<'a, S> {
         }
         for _ in 0..MOST_RETRIES {
             let found = self.field.turning_point(&bracket.0, &bracket.1);
-            let Some(turning) = found else {
-                return Err(Stop::Precision(bracket.1));
-            };
+            let Some(turning) = found else { return Err(Stop::Precision(bracket.1)) };
             match self.time(turning.clone(), centre.sub(&turning), true) {
                 Ok(time) => return Ok((time, turning)),
                 Err(Obstacle { refusal: Refusal::Forbidden, at }) => bracket = (centre.clone(), at),
@@ -228,9 +223,7 @@ impl<'a, S: Enclosure> Task<'a, S> {
     /// The time along a path without kinks; where it passes a barrier closely, in three parts.
     fn smooth_time(&mut self, start: S, span: S, turning: bool) -> Result<S, Obstacle<S>> {
         let pass = self.field.pass(&start, &span, order_for(self.bits), self.bits);
-        let Some(pass) = pass else {
-            return self.time_between(start, span, turning);
-        };
+        let Some(pass) = pass else { return self.time_between(start, span, turning) };
         let half = span.mul(&self.field.number(pass.half));
         let before = pass.place.sub(&half);
         let after = pass.place.add(&half);

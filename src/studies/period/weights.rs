@@ -64,10 +64,7 @@ impl<S: Enclosure> Weight<S> {
 fn divided<S: Enclosure>(coefficients: &[S], c: &S, r: &S) -> Vec<S> {
     let mut h: Vec<S> = Vec::with_capacity(coefficients.len());
     for value in coefficients {
-        let rest = match h.last() {
-            Some(before) => value.sub(&r.mul(before)),
-            None => value.clone(),
-        };
+        let rest = h.last().map_or_else(|| value.clone(), |before| value.sub(&r.mul(before)));
         h.push(rest.div(c));
     }
     h

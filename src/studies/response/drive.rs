@@ -131,9 +131,7 @@ fn rate(
     let bodies: Vec<ExprId> = families.map(|family| family.body).collect();
     let mut rates: Vec<(ExprId, ExprId)> = Vec::new();
     for id in pool.reachable(&bodies) {
-        let Node::Function(Function::Sin | Function::Cos, x) = *pool.node(id) else {
-            continue;
-        };
+        let Node::Function(Function::Sin | Function::Cos, x) = *pool.node(id) else { continue };
         let own = pool.diff(x, time);
         if pool.is_zero(own) == ZeroVerdict::Zero {
             continue;

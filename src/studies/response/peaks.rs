@@ -164,8 +164,8 @@ impl Search<'_> {
             }
         }
         turns.sort_by(|(left, _), (right, _)| left[0].cmp(&right[0]));
-        let exact: Vec<(Piece, bool)> =
-            turns.iter().map(|(piece, is_top)| (self.halved(piece, *is_top), *is_top)).collect();
+        let halved = |(piece, is_top): &(Piece, bool)| self.closed_in(piece, |at| Some(self.rises(at)? == *is_top));
+        let exact: Vec<(Piece, bool)> = turns.iter().map(|own| (halved(own), own.1)).collect();
         let mut found = Vec::with_capacity(exact.len());
         for (at, (piece, is_top)) in exact.iter().enumerate() {
             let before = at.checked_sub(1).map_or(&first, |before| &exact[before].0[1]);
@@ -303,10 +303,6 @@ impl Search<'_> {
             }
         }
         piece
-    }
-
-    fn halved(&self, piece: &Piece, is_top: bool) -> Piece {
-        self.closed_in(piece, |at| Some(self.rises(at)? == is_top))
     }
 
     /// What is in a piece around a change of the slope's sign, `None` where bounds do not tell.

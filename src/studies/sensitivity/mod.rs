@@ -151,9 +151,7 @@ pub fn sensitivities(linearized: &Linearized, modes: &NormalModes) -> Sensitivit
     let mut omega = vec![vec![None; parameters.len()]; count];
     let mut growth = omega.clone();
     for (at, parameter) in parameters.iter().enumerate() {
-        let Some(slopes) = linearized.slopes(*parameter) else {
-            continue;
-        };
+        let Some(slopes) = linearized.slopes(*parameter) else { continue };
         for (group, space) in groups.iter().zip(&spaces) {
             let moved = space.as_ref().and_then(|space| space.moved(&slopes));
             for (mode, moved) in group.iter().zip(moved.into_iter().flatten()) {
@@ -293,9 +291,7 @@ fn stay(linearized: &Linearized, zeros: &[ZeroMode]) -> bool {
             let short = x.is_exact() && x.mid.lo == 0.0;
             short.then(|| Number::from_f64_exact(x.mid_f64())).flatten()
         });
-        let Some(vector) = exact.collect::<Option<Vec<Number>>>() else {
-            return false;
-        };
+        let Some(vector) = exact.collect::<Option<Vec<Number>>>() else { return false };
         let rows = own.stiffness.iter().chain(own.circulatory.iter().flatten());
         rows.into_iter().all(|row| zero(pool, row, &vector))
     })
@@ -331,9 +327,7 @@ fn symmetric_form(order: usize, matrix: impl Fn(usize) -> Option<Ball>, vectors:
     let mut sums = Matrix::from_fn(m, m, |_, _| Ball::ZERO);
     for j in 0..order {
         for i in 0..=j {
-            let Some(entry) = matrix(i + order * j) else {
-                continue;
-            };
+            let Some(entry) = matrix(i + order * j) else { continue };
             for (p, x) in vectors.iter().enumerate() {
                 for (q, y) in vectors.iter().enumerate().take(p + 1) {
                     let product = if i == j { x[i] * y[i] } else { x[i] * y[j] + x[j] * y[i] };

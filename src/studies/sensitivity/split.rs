@@ -98,10 +98,7 @@ pub(super) fn general(a: &Matrix<Enclosed>, g: &Matrix<Enclosed>) -> Option<Vec<
             h[(i, i)].with_added_radius(Magnitude::from_f64(rest))
         })
         .collect();
-    if !discs.iter().all(Enclosed::is_finite) {
-        return None;
-    }
-    Some(joined(discs))
+    discs.iter().all(Enclosed::is_finite).then(|| joined(discs))
 }
 
 /// What meets is replaced by its hull, until nothing more meets; then by rising imaginary part.
