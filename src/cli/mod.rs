@@ -521,8 +521,7 @@ fn checked(
         true => model::elaborate(file, tables, &settings.clone().with_points())?,
         false => model::elaborate(file, tables, settings)?,
     };
-    let mut told = model.warnings(file);
-    told.extend(librate::inertia::warnings(&model));
+    let told = [model.warnings(file), librate::inertia::warnings(&model)].concat();
     Ok((model, told))
 }
 

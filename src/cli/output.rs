@@ -5,7 +5,7 @@ use std::fmt::Display;
 use std::fs::{self, File, Metadata};
 use std::io::{self, BufWriter, ErrorKind, IsTerminal, Seek, SeekFrom, Write};
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 
 use anstream::{AutoStream, ColorChoice};
 use tempfile::{Builder, NamedTempFile};
@@ -134,10 +134,15 @@ fn is_read_in_pager(text: &str) -> bool {
         command.env("LESS", "FRX");
     }
     let Ok(mut child) = command.spawn() else { return false };
+    feed(&mut child, text);
+    child.wait().is_ok()
+}
+
+/// Hands a text to a process; one that ends before it has read everything has seen enough.
+pub(super) fn feed(child: &mut Child, text: &str) {
     if let Some(mut input) = child.stdin.take() {
         let _ = input.write_all(text.as_bytes());
     }
-    child.wait().is_ok()
 }
 
 /// Writes a text of the user's own: as it is, unless somebody looks at it.

@@ -1,6 +1,6 @@
 //! `librate repl`: a model that is entered line by line, and how its frequencies move.
 
-use std::io::{self, BufRead, IsTerminal, Write};
+use std::io::{self, BufRead, IsTerminal};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command as Process, ExitCode, Stdio};
 
@@ -18,7 +18,7 @@ use serde_json::Value;
 
 use super::args::{Cli, MessageFormat};
 use super::input::{Source, read_model};
-use super::output::{write_file, write_messages, write_out};
+use super::output::{feed, write_file, write_messages, write_out};
 use super::{Failure, complain, ended, fault};
 
 const HELP: &str = "\
@@ -296,12 +296,6 @@ fn own_process(words: &[&str], output: fn() -> Stdio) -> Result<Child, Failure> 
 }
 
 /// Hands a text to the standard input of a command; one that does not want it has said why.
-fn feed(child: &mut Child, text: &str) {
-    if let Some(mut input) = child.stdin.take() {
-        let _ = input.write_all(text.as_bytes());
-    }
-}
-
 fn wrong(text: &str, errors: &[syntax::SyntaxError]) -> Failure {
     let source = Source { name: "<input>".to_owned(), text: text.to_owned(), taken: Vec::new() };
     Failure::Model(source, errors.iter().map(Diagnostic::from).collect())

@@ -42,8 +42,7 @@ pub(super) fn text(args: &args::Sweep) -> Result<Answer, Failure> {
     let mut run = Run { args, sweep: &sweep, name, remarks, uncertain };
     if args.model.drawn {
         let picture = run.picture(&source)?;
-        let mut remarks = run.remarks.all;
-        remarks.extend(run.uncertain);
+        let remarks = run.remarks.all.into_iter().chain(run.uncertain).collect();
         return Ok(Answer::new(picture, Some((source, remarks))));
     }
     if args.json {

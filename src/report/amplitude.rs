@@ -59,8 +59,7 @@ pub fn amplitude_text(
 ) -> String {
     let model = linearized.model();
     let count = linearized.dimension();
-    let mut out = style.paint(Tone::Heading, &headline(model.name.as_deref(), count));
-    out.push_str("\n\n");
+    let mut out = style.paint(Tone::Heading, &headline(model.name.as_deref(), count)) + "\n\n";
     let found = &amplitudes.modes;
     let rows = found.len();
     let name = |own: &ModeAmplitude| match own.change {

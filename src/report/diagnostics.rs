@@ -123,8 +123,7 @@ struct Page<'a> {
 impl<'a> Page<'a> {
     fn new(name: &'a str, whole: &'a str) -> Self {
         let text = whole.strip_prefix('\u{feff}').unwrap_or(whole);
-        let mut lines = vec![0];
-        lines.extend(text.match_indices('\n').map(|(at, _)| at + 1));
+        let lines = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect();
         Self { name, text, mark: whole.len() - text.len(), lines }
     }
 

@@ -72,9 +72,7 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
             }
         }
         let title = if undamped { "frequencies" } else { "exponents" };
-        if is_long {
-            parts.push(section(&format!("{title}, too long for a page, are in the JSON"), []));
-        }
+        parts.extend(is_long.then(|| section(&format!("{title}, too long for a page, are in the JSON"), [])));
         if !lines.is_empty() {
             let rest = if own.complete { "" } else { " with a closed form" };
             let title = format!("{title}{rest}{}", approximations(&own.approximations));

@@ -153,8 +153,7 @@ fn place_text(model: &Model, floquet: &Floquet, digits: usize) -> String {
         let place = named(names(""), &floquet.place).join(", ");
         return format!("about the equilibrium {place}\n");
     }
-    let mut state = named(names(""), &floquet.place);
-    state.extend(named(names("'"), &floquet.velocities));
+    let state = [named(names(""), &floquet.place), named(names("'"), &floquet.velocities)].concat();
     let mut text = format!("about the periodic motion through {} at t = 0\n", state.join(", "));
     for own in &floquet.away {
         let name = model.coordinates.get(own.coordinate);

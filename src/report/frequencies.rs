@@ -34,9 +34,7 @@ pub(super) fn exchange(g: &SignedPermutation, names: &[String]) -> String {
         seen[start] = true;
         let (to, negative) = g.of(start);
         if to == start {
-            if negative {
-                cycles.push(format!("{0} -> -{0}", name(start)));
-            }
+            cycles.extend(negative.then(|| format!("{0} -> -{0}", name(start))));
             continue;
         }
         let (back, again) = g.of(to);
@@ -347,9 +345,7 @@ fn displacement_lines(
     });
     let places: String = waves.places.iter().map(|(name, last)| format!(", `{name}` = 1..{last}")).collect();
     let mut lines = vec![Line::Formula(format!("{left} = {}", parts.join(" + ")), places)];
-    if family.is_none() {
-        lines.push(Line::plain(format!("{own} = [{}]", along.join(", "))));
-    }
+    lines.extend(family.is_none().then(|| Line::plain(format!("{own} = [{}]", along.join(", ")))));
     lines
 }
 

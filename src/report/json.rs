@@ -134,9 +134,7 @@ pub fn derive_json(derivation: &Derivation) -> String {
         Ok(linear) => linear_fields(derivation, linear, &mut fields),
         Err(error) => fields.push(("not_linearized", string(&error.to_string()))),
     }
-    if derivation.equations.is_some() {
-        fields.push(("equations", texts(derivation.equation_texts())));
-    }
+    fields.extend(derivation.equations.is_some().then(|| ("equations", texts(derivation.equation_texts()))));
     if derivation.constraints.is_some() {
         let constraints = constraint_texts(derivation).into_iter().map(|(text, _)| string(&text));
         fields.push(("constraints", lines(constraints)));
@@ -265,9 +263,7 @@ fn matrix_fields(
     let all = names.iter().zip(all).filter_map(|(name, rows)| Some((*name, matrix(derivation, rows?))));
     fields.extend(all);
     let taken = signs(derivation, &linear.signs);
-    if !taken.is_empty() {
-        fields.push((names[5], strings(taken)));
-    }
+    fields.extend((!taken.is_empty()).then(|| (names[5], strings(taken))));
 }
 
 fn matrix(derivation: &Derivation, rows: &[Vec<ExprId>]) -> String {
@@ -332,15 +328,11 @@ fn frequency_fields(derivation: &Derivation, found: &Frequencies, fields: &mut V
         let exchanges = found.generators.iter().map(|g| string(&exchange(g, names)));
         record([("kind", string(&kind(&found.kind))), ("exchanges", array(exchanges)), ("equal", sets(&found.ties))])
     };
-    if let Some(group) = &found.point_group {
-        fields.push(("point_group", string(group)));
-    }
+    fields.extend(found.point_group.as_ref().map(|group| ("point_group", string(group))));
     if let Some(found) = &case.symmetry {
         fields.push(("symmetry", symmetry(found)));
     }
-    if let Some(found) = &found.would_be {
-        fields.push(("symmetry_if_equal", symmetry(found)));
-    }
+    fields.extend(found.would_be.as_ref().map(|found| ("symmetry_if_equal", symmetry(found))));
     if !case.blocks.is_empty() {
         let matrix = |rows: &[Vec<ExprId>]| array(rows.iter().map(|row| expressions(derivation, row)));
         let blocks = case.blocks.iter().map(|block| {
@@ -376,9 +368,7 @@ fn frequency_fields(derivation: &Derivation, found: &Frequencies, fields: &mut V
     fields.push(("frequencies_complete", case.complete.to_string()));
     fields.push(("frequencies_equal", sets(&case.ties)));
     let taken = signs(derivation, &found.signs);
-    if !taken.is_empty() {
-        fields.push(("frequencies_signs", strings(taken)));
-    }
+    fields.extend((!taken.is_empty()).then(|| ("frequencies_signs", strings(taken))));
     if let Some(normal) = &case.normal {
         fields.push(("normal_coordinates", normal_modes(derivation, normal)));
     }

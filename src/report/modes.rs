@@ -52,8 +52,7 @@ pub fn modes_text(linearized: &Linearized, modes: &NormalModes, options: &Option
         let massless = counted(linearized.massless_directions(), "massless direction");
         heading.push_str(&format!(", {massless}"));
     }
-    let mut out = style.paint(Tone::Heading, &heading);
-    out.push('\n');
+    let mut out = style.paint(Tone::Heading, &heading) + "\n";
     out.push_str(&equilibrium_text(linearized, options, style));
     out.push_str(&rates_text(linearized, options, style));
     let (tone, word) = (stability_tone(modes.stability), modes.stability.as_str());
@@ -159,9 +158,7 @@ fn equilibrium_text(linearized: &Linearized, options: &Options, style: &Style) -
         })
         .collect();
     let count = equilibrium.values.len();
-    if count > MOST_LISTED {
-        items.push(format!("… ({} more)", count - MOST_LISTED));
-    }
+    items.extend((count > MOST_LISTED).then(|| format!("… ({} more)", count - MOST_LISTED)));
     let unit = common.map_or_else(String::new, |unit| format!(" in {unit}"));
     listed(&format!("equilibrium{unit}{how}"), &items, style.width)
 }
@@ -274,14 +271,10 @@ fn table(
     let mut columns =
         vec![Column::counting("mode", modes.len()), Column::numbers(&heading("omega", "rad/s"), of(|row| &row.omega))];
     let uncertain = modes.iter().any(|mode| mode.uncertainty.is_some());
-    if uncertain {
-        columns.push(Column::numbers("sigma", of(|row| &row.omega_sigma)));
-    }
+    columns.extend(uncertain.then(|| Column::numbers("sigma", of(|row| &row.omega_sigma))));
     if modes.iter().any(|mode| !mode.growth.is_zero()) {
         columns.push(Column::numbers(&heading("growth", "1/s"), of(|row| &row.growth)));
-        if uncertain {
-            columns.push(Column::numbers("sigma", of(|row| &row.growth_sigma)));
-        }
+        columns.extend(uncertain.then(|| Column::numbers("sigma", of(|row| &row.growth_sigma))));
     }
     columns.push(Column::right("bound", of(|row| &row.bound)));
     if let Some(unit) = style.unit.or(has_units.then_some(FrequencyUnit::Hertz)) {
@@ -557,9 +550,7 @@ fn clusters_remark(clusters: &[Vec<usize>]) -> String {
     let group = |modes: &Vec<usize>| numbered(modes).replace("modes ", "");
     let mut groups: Vec<String> = clusters.iter().take(MOST_GROUPS).map(group).collect();
     let more = clusters.len() - groups.len();
-    if more > 0 {
-        groups.push(format!("and {more} more groups"));
-    }
+    groups.extend((more > 0).then(|| format!("and {more} more groups")));
     let groups = groups.join("; ");
     format!("modes {groups} are equal within their bounds: any other basis of {own} is equally valid, within them\n")
 }

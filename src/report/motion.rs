@@ -287,9 +287,7 @@ pub fn start_remark(model: &Model, start: &Start) -> Option<String> {
         let prime = if own.velocity { "'" } else { "" };
         moved.push(format!("{name}{prime} by {:.1e}", own.by));
     }
-    if start.moved.len() > MOST_MOVED {
-        moved.push("…".to_owned());
-    }
+    moved.extend((start.moved.len() > MOST_MOVED).then(|| "…".to_owned()));
     let all = moved.join(", ");
     let within = if start.moved.iter().all(|own| own.rounded) { ", within the digits given" } else { "" };
     (!moved.is_empty()).then(|| format!("the start was moved onto the constraints{within}: {all}"))

@@ -198,9 +198,7 @@ impl Page {
             page.parts.push(section("abbreviations", texts));
         }
         page.motion(derivation);
-        if derivation.shows("equilibrium") {
-            page.parts.push(Part::Gap);
-        }
+        page.parts.extend(derivation.shows("equilibrium").then_some(Part::Gap));
         match &derivation.linear {
             Ok(linear) => page.linear(derivation, linear),
             Err(error) => {

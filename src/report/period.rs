@@ -18,8 +18,7 @@ pub fn period_text(oscillator: &Oscillator, found: &Period, options: &Options, s
     let digits = options.digits;
     let short = digits.min(10);
     let period = Written::finest(&found.period, found.precise.as_ref(), digits);
-    let mut out = style.paint(Tone::Heading, &headline(model.name.as_deref(), 1));
-    out.push_str("\n\n");
+    let mut out = style.paint(Tone::Heading, &headline(model.name.as_deref(), 1)) + "\n\n";
     let written = |value: &Ball| Written::new(value, short).text();
     let behind = |unit: &'static str| if model.has_units { unit } else { "" };
     let coordinate = model.coordinates.first();

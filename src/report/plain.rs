@@ -23,8 +23,7 @@ const MOST_IN_SECTION: usize = 12;
 pub fn derive_text(derivation: &Derivation, style: &Style) -> String {
     let page = &Page::new(derivation);
     let layout = Layout { style: *style, notation: (!style.ascii).then_some(&page.notation) };
-    let mut out = style.paint(Tone::Heading, &headline(page.model.as_deref(), page.dimension));
-    out.push('\n');
+    let mut out = style.paint(Tone::Heading, &headline(page.model.as_deref(), page.dimension)) + "\n";
     for part in &page.parts {
         match part {
             Part::List(title, items) => {
@@ -126,8 +125,7 @@ impl Layout<'_> {
         }
         let mut out = if form == Form::Inline { String::new() } else { "\n".to_owned() };
         for line in wrapped(&title, self.width) {
-            out.push_str(&self.paint(Tone::Heading, &line));
-            out.push('\n');
+            out.push_str(&(self.paint(Tone::Heading, &line) + "\n"));
         }
         for (at, lines) in formulas.iter().enumerate() {
             if tall && at > 0 && form != Form::Close {
@@ -171,9 +169,7 @@ impl Layout<'_> {
             }
             None => {
                 let mut table = plain();
-                for row in rows {
-                    table.add_row(row);
-                }
+                table.add_rows(rows);
                 lines(&mut table)
             }
         });

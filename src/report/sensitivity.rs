@@ -66,8 +66,7 @@ pub fn sensitivity_text(
 ) -> String {
     let model = linearized.model();
     let count = linearized.dimension();
-    let mut out = style.paint(Tone::Heading, &headline(model.name.as_deref(), count));
-    out.push_str("\n\n");
+    let mut out = style.paint(Tone::Heading, &headline(model.name.as_deref(), count)) + "\n\n";
     let written = |value: Option<Ball>| match value {
         None => "none".to_owned(),
         Some(value) if value.is_zero() => "0".to_owned(),

@@ -152,8 +152,7 @@ impl Chart {
             return Err(FloquetError::Unsupported { what: "constraints in charts, about what moves", span }.into());
         }
         let (equations, _) = floquet::equations(&model, &mut driven, &begin)?;
-        let mut roots = vec![driven.period.0];
-        roots.extend(&begin);
+        let roots = [&[driven.period.0], begin.as_slice()].concat();
         let start = Tape::compile(&driven.pool, &roots, &driven.open)
             .map_err(|_| FloquetError::NotDefined { span: driven.driven_at })?;
         Ok(Self { axes: [first, second], equations, start: start.prepare(()), damped: driven.damped })

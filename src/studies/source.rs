@@ -140,6 +140,5 @@ pub(crate) fn between<S: Enclosure>(ends: &[End; 2], share: &Number, precision: 
     let [from, to] = ends;
     let from: S = evaluate_closed(&from.pool, from.value, precision)?;
     let to: S = evaluate_closed(&to.pool, to.value, precision)?;
-    let share = S::from_number(share, precision);
-    Some(from.add(&to.sub(&from).mul(&share)))
+    Some(from.add(&to.sub(&from).mul(&S::from_number(share, precision))))
 }

@@ -57,9 +57,7 @@ fn quantity(document: &Document, facts: &Facts, name: &NamePlace<'_>) -> Option<
     if let Some(values) = facts.values.get(name.text) {
         let mut shown: Vec<String> =
             values.iter().take(SHOWN).map(|(member, digits)| format!("`{member} = {digits}{unit}`")).collect();
-        if values.len() > SHOWN {
-            shown.push("…".to_owned());
-        }
+        shown.extend((values.len() > SHOWN).then(|| "…".to_owned()));
         text = format!("{text}\n{}", shown.join(", "));
     }
     if let Some(dimension) = dimension {

@@ -250,9 +250,7 @@ fn values(model: &Model) -> BTreeMap<String, Vec<(String, String)>> {
 fn modes_line(modes: &NormalModes) -> String {
     let shown = modes.modes.iter().take(SHOWN).map(|mode| decimal(&mode.omega, DIGITS).text);
     let mut all: Vec<String> = shown.collect();
-    if modes.modes.len() > SHOWN {
-        all.push("…".to_owned());
-    }
+    all.extend((modes.modes.len() > SHOWN).then(|| "…".to_owned()));
     format!("omega = {} rad/s, {}", all.join(", "), modes.stability.as_str())
 }
 

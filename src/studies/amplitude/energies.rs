@@ -58,8 +58,7 @@ impl Energies {
         let kinetic = if pool.depends_on(parts.kinetic, &moves) {
             let mut roots = pool.gradient(parts.kinetic, &coordinates);
             roots.extend(pool.gradient(parts.kinetic, &velocities));
-            let inputs = [coordinates, velocities].concat();
-            Some(compile(&pool, &roots, &inputs)?)
+            Some(compile(&pool, &roots, &[coordinates, velocities].concat())?)
         } else {
             None
         };
@@ -104,8 +103,7 @@ impl Parts {
                     let span = family.span;
                     return Err(AmplitudeError::NotQuadratic { span });
                 }
-                let half = Number::ratio(1, 2).unwrap_or_default();
-                let twice = pool.scale(twice, &half);
+                let twice = pool.scale(twice, &Number::ratio(1, 2).unwrap_or_default());
                 let mut parts = pool.substitute(&[whole, once, twice], &at_rest);
                 if let Some(once) = parts.get_mut(1) {
                     if pool.is_zero(*once) == ZeroVerdict::Zero {

@@ -69,8 +69,7 @@ fn coefficients(series: &mut Series<Ball>, inputs: &[Vec<Ball>], zeros: &[Ball],
     series.clear();
     let mut out = Vec::new();
     for k in 0..=order {
-        let own = inputs.get(k).map_or(zeros, Vec::as_slice);
-        out = series.next(own).to_vec();
+        out = series.next(inputs.get(k).map_or(zeros, Vec::as_slice)).to_vec();
     }
     out
 }
@@ -89,8 +88,7 @@ impl<'a> Expansion<'a> {
     fn force(&mut self, place: &[&[Ball]], order: usize) -> Vec<Ball> {
         let mut inputs = vec![self.equilibrium.to_vec()];
         inputs.extend(place.iter().map(|own| own.to_vec()));
-        let zeros = vec![Ball::ZERO; self.equilibrium.len()];
-        coefficients(&mut self.potential, &inputs, &zeros, order)
+        coefficients(&mut self.potential, &inputs, &vec![Ball::ZERO; self.equilibrium.len()], order)
     }
 
     /// ∂T2/∂q and ∂T2/∂q' of an order along a path; `None` where the masses are the same everywhere: then the first is 0 and
@@ -101,8 +99,7 @@ impl<'a> Expansion<'a> {
         let zeros = vec![Ball::ZERO; 2 * n];
         let mut inputs = vec![self.equilibrium.to_vec()];
         inputs[0].resize(2 * n, Ball::ZERO);
-        let orders = path.place.iter().zip(&path.speed);
-        inputs.extend(orders.map(|(q, v)| [q.as_slice(), v].concat()));
+        inputs.extend(path.place.iter().zip(&path.speed).map(|(q, v)| [q.as_slice(), v].concat()));
         let mut both = coefficients(series, &inputs, &zeros, order);
         let second = both.split_off(n);
         Some((both, second))

@@ -148,8 +148,7 @@ fn amplitudes(linearized: &Linearized, modes: &NormalModes) -> Result<Amplitudes
         let modes = vec![undecided; modes.modes.len()];
         return Ok(Amplitudes { modes });
     };
-    let equilibrium = linearized.measured_equilibrium();
-    let mut expansion = Expansion::new(&energies, &basis, equilibrium);
+    let mut expansion = Expansion::new(&energies, &basis, linearized.measured_equilibrium());
     let mut found = Vec::with_capacity(largest.len());
     for (at, mode) in modes.modes.iter().enumerate() {
         let mut own = ModeAmplitude { coordinate: largest[at], obstacle: None, ..undecided.clone() };

@@ -86,8 +86,7 @@ impl Search {
         let m = self.force.len();
         self.step.fill(Lane::ZERO);
         for i in 0..m {
-            let held = self.held(i);
-            let along = (-self.modal[i] / self.solver.values[i]).choose(held, Lane::ZERO);
+            let along = (-self.modal[i] / self.solver.values[i]).choose(self.held(i), Lane::ZERO);
             for a in 0..m {
                 self.step[a] += along * self.solver.vectors[i * m + a];
             }

@@ -144,8 +144,7 @@ impl<'a> Systems<'a> {
         for own in &all {
             let known = self.crossings.contains_key(own);
             if !known {
-                let system = crossing(self.equations, own);
-                self.crossings.insert(own.clone(), system);
+                self.crossings.insert(own.clone(), crossing(self.equations, own));
             }
         }
         for kind in [Kind::Pitchfork, Kind::Transcritical] {

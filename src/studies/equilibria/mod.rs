@@ -203,8 +203,7 @@ impl<'a> Task<'a> {
         let neutral = neutral_directions(&mut rest, &forces);
         let mut whole: Vec<Interval> = Vec::new();
         for at in &searched {
-            let side = region.sides[*at].as_ref();
-            whole.extend(side.map(|[from, to]| {
+            whole.extend(region.sides[*at].as_ref().map(|[from, to]| {
                 let (from, to) = (from.lower(), to.upper());
                 let room = if to - from > POINT * from.abs() { 0.0 } else { POINT * from.abs().max(1.0) };
                 Interval::new(from - room, to + room)
@@ -219,9 +218,7 @@ impl<'a> Task<'a> {
             let value = rest.pool.number(Number::from_f64_exact(slice.value).unwrap_or(Number::ZERO));
             let Some(place) = place else { continue };
             let map = [(rest.coordinates[place], value)].into_iter().collect();
-            let mut all = vec![rest.potential];
-            all.extend(&rest.others);
-            all.extend(&rest.constraints);
+            let all = [&[rest.potential], rest.others.as_slice(), &rest.constraints].concat();
             let all = rest.pool.substitute(&all, &map);
             rest.potential = all[0];
             let (others, constraints) = all[1..].split_at(rest.others.len());

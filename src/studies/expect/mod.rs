@@ -443,8 +443,7 @@ impl<'a> Comparison<'a> {
         for set in &frequencies.best().ties {
             let mut members = set.iter().map(|name| {
                 let plain = name.strip_prefix('-');
-                let value = self.reader.names.get(plain.unwrap_or(name));
-                (plain.is_some(), value.copied())
+                (plain.is_some(), self.reader.names.get(plain.unwrap_or(name)).copied())
             });
             let Some((_, Some(leader))) = members.next() else { continue };
             for (negative, value) in members {

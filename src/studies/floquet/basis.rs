@@ -101,8 +101,7 @@ impl<S: Enclosure> Schur<S> {
         let (c, s) = (&turn.cosine, &turn.sine);
         let pair = |x: &Complex<S>, y: &Complex<S>, s: &Complex<S>| {
             let first = x.times(c).add(&s.mul(y)).center();
-            let second = y.times(c).sub(&s.conjugate().mul(x)).center();
-            (first, second)
+            (first, y.times(c).sub(&s.conjugate().mul(x)).center())
         };
         for j in 0..self.n {
             let (above, below) = ((i, j), (i + 1, j));

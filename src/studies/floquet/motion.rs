@@ -97,8 +97,7 @@ impl Driven {
             if let Some(SymbolKind::Parameter(number)) = model.symbols.get(symbol)
                 && !open.contains(&number)
             {
-                let missing = missing_value(model, number);
-                return Err(FloquetError::Linearize(missing));
+                return Err(FloquetError::Linearize(missing_value(model, number)));
             }
         }
         Ok(())
@@ -116,8 +115,7 @@ impl Driven {
 
     /// h and M, then, in the order of [`Driven::symbols`].
     pub(crate) fn expressions(&self) -> Vec<ExprId> {
-        let mass = self.mass.iter().flatten();
-        self.load.iter().chain(mass).copied().collect()
+        self.load.iter().chain(self.mass.iter().flatten()).copied().collect()
     }
 
     /// dp_i/dq_j, then dp_i/dq_j' = M_ij, row by row: what makes displacements of the state ones of q and p.
@@ -133,8 +131,7 @@ impl Driven {
     /// The coordinates on which a force acts at rest at a point, at some time; `None` for those of which that is
     /// not known.
     pub(crate) fn moved(&mut self, point: &[ExprId]) -> Vec<Option<bool>> {
-        let map = self.at(point);
-        let forces = self.pool.substitute(&self.load, &map);
+        let forces = self.pool.substitute(&self.load, &self.at(point));
         forces
             .into_iter()
             .map(|force| match self.pool.is_zero(force) {

@@ -308,8 +308,7 @@ fn partners<S: Enclosure>(covers: &Covers<S>, precision: S::Precision) -> Vec<Op
         for (place, (at, (image, real))) in members.iter().zip(&here).enumerate() {
             let mut rest = here.iter().enumerate().filter(|(k, _)| *k != place);
             let single = rest.all(|(_, (other, _))| image.is_apart(other, precision));
-            let image = Disc { single, ..image.clone() };
-            partners[*at] = Some((image, *real));
+            partners[*at] = Some((Disc { single, ..image.clone() }, *real));
         }
     }
     partners

@@ -68,14 +68,12 @@ pub(super) fn search(
     let mut shooting = Shooting { plain, period, n, pieces, steps: 0, range: Vec::new() };
     let resting = DVector::from_iterator(n * pieces, start.iter().copied().cycle().take(n * pieces));
     let limit = most_steps.saturating_add(1);
-    let mut begins: Vec<Place> = Vec::with_capacity(2);
-    begins.extend(shooting.place(resting, limit));
+    let mut begins: Vec<Place> = shooting.place(resting, limit).into_iter().collect();
     if shooting.steps > most_steps {
         return Err(Lost::Stopped(Stop::TooManySteps { steps: most_steps }));
     }
     let first = shooting.steps;
-    let followed = shooting.followed(start, limit);
-    begins.extend(followed.and_then(|states| shooting.place(states, limit)));
+    begins.extend(shooting.followed(start, limit).and_then(|states| shooting.place(states, limit)));
     begins.sort_by(|a, b| a.asked.norm().total_cmp(&b.asked.norm()));
     // Where it takes that much longer it has gone astray.
     let most = ASTRAY * (first + 10);

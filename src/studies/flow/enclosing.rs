@@ -166,8 +166,7 @@ impl<S: Enclosure> Enclosing<S> {
         let time = onwards(t, length, self.precision);
         let (tube, jacobian) = self.tube(&time, state, length, here, weights)?;
         // |T(s) - 1| <= e^(a s) - 1 in the operator norm that belongs to max |x_i|/w_i, for a >= |J| there (Gronwall).
-        let a = norm(&jacobian, weights);
-        let bound = growth(up(a * length));
+        let bound = growth(up(norm(&jacobian, weights) * length));
         if !bound.is_finite() {
             return None;
         }
@@ -183,8 +182,7 @@ impl<S: Enclosure> Enclosing<S> {
         let power = length.powi(self.order as i32);
         let rounding = REMAINDER * S::rounding(self.precision);
         let mut excess = 0.0_f64;
-        let last = expansion.slopes.get(self.order)?;
-        let size = norm(last, weights) * power;
+        let size = norm(expansion.slopes.get(self.order)?, weights) * power;
         excess = excess.max(size / rounding);
         if self.moving {
             let relative =
@@ -293,8 +291,7 @@ impl<S: Enclosure> Enclosing<S> {
         let slopes = horner(&point.slopes, self.tube.slopes.get(p)?);
         let image = if self.moving {
             let centers: Vec<S> = state.iter().map(S::center).collect();
-            let orders = self.path(t, &centers);
-            horner(&orders, self.tube.state.get(p)?)
+            horner(&self.path(t, &centers), self.tube.state.get(p)?)
         } else {
             Vec::new()
         };

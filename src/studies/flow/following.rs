@@ -130,8 +130,7 @@ impl<S: Enclosure> Following<S> {
         self.stretch = None;
         let time = Ball::exact(self.time);
         let start: Vec<Ball> = self.state().iter().map(S::to_ball).collect();
-        let mut inputs = vec![time];
-        inputs.extend_from_slice(&start);
+        let inputs = [&[time], start.as_slice()].concat();
         let here = self.values.evaluate(&inputs, &mut self.scratch);
         if here.iter().any(|x| !x.is_finite()) {
             return None;
@@ -171,8 +170,7 @@ impl<S: Enclosure> Following<S> {
         let share = length / unit;
         let time = onwards(&Ball::exact(self.time), up(length * BEYOND), ());
         let tube = self.tube(&time, start, rates, length)?;
-        let mut inputs = vec![time];
-        inputs.extend_from_slice(&tube);
+        let inputs = [&[time], tube.as_slice()].concat();
         let there = self.values.evaluate(&inputs, &mut self.scratch);
         if there.iter().any(|x| !x.is_finite()) {
             return None;
@@ -334,8 +332,7 @@ impl<S: Enclosure> Following<S> {
     pub fn at(&self, after: &S) -> Option<Vec<S>> {
         let stretch = self.stretch.as_ref()?;
         let place = after.div(&S::exact(stretch.unit, self.precision));
-        let slopes = sums(&stretch.slopes, &place.to_ball());
-        let spread = self.set.image(&slopes);
+        let spread = self.set.image(&sums(&stretch.slopes, &place.to_ball()));
         let values = sums(&stretch.path, &place);
         let parts = values.iter().zip(&spread);
         let state: Vec<S> = parts.map(|(x, r)| x.with_added_radius(*r)).collect();

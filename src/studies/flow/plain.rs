@@ -233,8 +233,7 @@ impl<N: Doubles> Plain<N> {
                 _ => zero,
             });
             self.inputs.extend(self.state.iter().map(|row| row[k]));
-            let parameters = self.parameters.iter();
-            self.inputs.extend(parameters.map(|p| if k == 0 { *p } else { zero }));
+            self.inputs.extend(self.parameters.iter().map(|p| if k == 0 { *p } else { zero }));
             let outputs = self.series.next(&self.inputs);
             for ((row, live), value) in self.jacobian.iter_mut().zip(&mut self.live).zip(&outputs[states..]) {
                 row[k] = *value;

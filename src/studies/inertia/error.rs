@@ -36,11 +36,8 @@ Error InertiaError {
         parameter: String,
         /// Where that is declared.
         declared: Span,
-    } => at(*span, "depends on it")
-        .with_secondary(*declared, "declared without a value")
-        .with_help(format!(
-            "give it a value in the file, or on the command line: --set {parameter}=VALUE"
-        )),
+    } => at(*span, "depends on it").with_secondary(*declared, "declared without a value")
+        .with_help(format!("give it a value in the file, or on the command line: --set {parameter}=VALUE")),
 
     /// An entry of a tensor that is no number.
     #[error("entry ({row}, {column}) of the tensor `{tensor}` is not a finite number")]
@@ -51,8 +48,7 @@ Error InertiaError {
         row: usize,
         /// The column, from 1.
         column: usize,
-    } => at(*span, "this tensor")
-        .with_help("is there a division by zero, or a root of a negative number?"),
+    } => at(*span, "this tensor").with_help("is there a division by zero, or a root of a negative number?"),
 
     /// A table that can't be read.
     #[error("line {line} of the table: {reason}")]

@@ -176,8 +176,7 @@ fn of_tensor(
             declared: parameter.span,
         });
     }
-    let bits = body::bits_for(digits);
-    let entries = bigs(pool, closed.as_flattened(), bits);
+    let entries = bigs(pool, closed.as_flattened(), body::bits_for(digits));
     let mut exact = Exact { pool, symbolic, closed };
     let (name, span) = (&tensor.name, tensor.span);
     let principal = exact.principal(digits, |row, column| InertiaError::NotANumberEntry {

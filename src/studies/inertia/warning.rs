@@ -84,8 +84,7 @@ pub fn warnings(model: &Model) -> Vec<Diagnostic> {
         }
         // One by one: what can't be told of one says nothing of the others. Few digits do: what counts are signs.
         rotating.tensors = vec![tensor.clone()];
-        let known = of_model(&rotating, 4).unwrap_or_default();
-        found.extend(known.iter().filter_map(Warning::of));
+        found.extend(of_model(&rotating, 4).unwrap_or_default().iter().filter_map(Warning::of));
     }
     found.sort_by_key(|Warning::ImpossibleTensor { span, .. }| span.start);
     found.iter().map(Diagnostic::from).collect()

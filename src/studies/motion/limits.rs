@@ -47,9 +47,7 @@ impl System {
     ) -> MotionError {
         let place = self.names.iter().zip(q).map(|(name, x)| format!("{name} = {}", moment(x.middle())));
         let mut place: Vec<String> = place.take(6).collect();
-        if self.names.len() > 6 {
-            place.push("…".to_owned());
-        }
+        place.extend((self.names.len() > 6).then(|| "…".to_owned()));
         let (time, place) = (moment(t.middle()), place.join(", "));
         let beside = if length > 0.0 { " or right beside it" } else { "" };
         let nearby = self.nearby(stepper, t, (q, v), BESIDE * length);

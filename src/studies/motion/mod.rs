@@ -499,8 +499,7 @@ impl System {
             if done == times.samples {
                 return Ok(Followed { steps, sizes });
             }
-            let h = kink.unwrap_or_else(|| S::exact(longest));
-            let next = t.add(&h);
+            let next = t.add(&kink.unwrap_or_else(|| S::exact(longest)));
             // Steps that get longer later on may save a motion that begins with short ones, but not by much more than this.
             let share = next.middle() / end.middle();
             let expected = FIRST_STEPS as f64 / share;

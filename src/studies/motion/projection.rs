@@ -37,8 +37,7 @@ impl Place {
         let equations = &system.equations;
         let (n, c) = (equations.coordinates, equations.constraints);
         let mut scratch = Vec::new();
-        let mut inputs = vec![Ball::ZERO];
-        inputs.extend(positions.iter().chain(velocities).copied());
+        let mut inputs = [&[Ball::ZERO], positions, velocities].concat();
         let gaps = equations.surface.prepare::<Ball>(()).evaluate(&inputs, &mut scratch);
         let gaps = if rates { gaps.get(c..)? } else { gaps.get(..c)? };
         let kinks = equations.kinks.prepare::<Ball>(()).evaluate(&inputs, &mut scratch);

@@ -127,8 +127,7 @@ fn is_minimum(field: &mut Field<Big>, at: &Big) -> bool {
     let slopes = [-1.0, 1.0].map(|side| {
         let span = field.free_way(at, side)?;
         field.hold(at, &span);
-        let one = field.number(1.0);
-        let (potential, _) = field.expand(at, &one, 2);
+        let (potential, _) = field.expand(at, &field.number(1.0), 2);
         field.release();
         potential.get(1).cloned()
     });

@@ -191,8 +191,7 @@ impl Oscillator {
 
     fn about_corner(model: &Model) -> Option<Self> {
         let mut energies = Energies::new(model).ok()?;
-        let corner = Corner::find(model, &mut energies)?;
-        Self::about(Center::Corner(corner), energies).ok()
+        Self::about(Center::Corner(Corner::find(model, &mut energies)?), energies).ok()
     }
 
     fn about(center: Center, mut energies: Energies) -> Result<Self, PeriodError> {

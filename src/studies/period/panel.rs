@@ -341,8 +341,7 @@ fn spreads<S: Enclosure>(middle: &[S], top: Magnitude) -> Vec<Magnitude> {
 
 /// The coefficients at any place of the panel: those of the middle with their spreads, then the top one.
 pub(super) fn over_panel<S: Enclosure>(middle: &[S], top: &S) -> Vec<S> {
-    let spreads = spreads(middle, top.abs_upper_magnitude());
-    let own = middle.iter().zip(spreads);
+    let own = middle.iter().zip(spreads(middle, top.abs_upper_magnitude()));
     own.map(|(value, spread)| value.with_added_magnitude(spread)).chain(std::iter::once(top.clone())).collect()
 }
 
@@ -429,8 +428,7 @@ impl<S: Enclosure> Path<'_, S> {
     }
 
     fn position(&self, x: f64) -> S {
-        let x = self.field.number(x);
-        self.start.add(&self.span.mul(&x))
+        self.start.add(&self.span.mul(&self.field.number(x)))
     }
 
     /// The part of one panel.
@@ -481,10 +479,8 @@ impl<S: Enclosure> Path<'_, S> {
             });
         }
         let weights = self.weights(weight, from, to);
-        let mut time = self.field.zero.clone();
-        for (value, weight) in g.iter().zip(&weights) {
-            time = time.add(&value.mul(weight));
-        }
+        let zero = self.field.zero.clone();
+        let time = g.iter().zip(&weights).fold(zero, |time, (value, weight)| time.add(&value.mul(weight)));
         if matches!(weight, Weight::Pair(_)) && doubtful(&time) {
             return Err(Refusal::Precision.into());
         }
@@ -561,8 +557,7 @@ impl<S: Enclosure> Path<'_, S> {
         };
         // Middles and half widths are whole multiples of powers of 2; the quotients are rounded as enclosures.
         let way = self.field.number(middle).sub(&self.field.number(known.middle));
-        let x = way.div(&self.field.number(known.half));
-        let sum = horner(&known.coefficients, &x);
+        let sum = horner(&known.coefficients, &way.div(&self.field.number(known.half)));
         let steps = way.div(&self.field.number(half)).abs_upper_magnitude();
         let power = u32::try_from(self.order).unwrap_or(u32::MAX);
         sum.with_added_magnitude(top.abs_upper_magnitude() * steps.powi(power))

@@ -29,6 +29,5 @@ pub(super) fn small<S: Enclosure>(field: &mut Field<S>, at: &S) -> (Option<S>, O
     let third = u3.sub(&p.mul(u2).mul(&two));
     let fourth = u2.mul(&square.mul(&ten.mul(&half)).sub(&r.mul(&two))).sub(&p.mul(u3).mul(&three)).add(u4);
     let bend = fourth.div(u2).mul(&three_quarters).sub(&third.div(u2).powi(2).mul(&fifteen_sixteenths));
-    let bend = bend.is_finite().then_some(bend);
-    (small.is_finite().then_some(small), bend)
+    (small.is_finite().then_some(small), bend.is_finite().then_some(bend))
 }

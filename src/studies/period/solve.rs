@@ -137,8 +137,7 @@ fn check_range<S: Enclosure>(request: &Request, found: &Found<S>) -> Result<(), 
 fn check_request(oscillator: &Oscillator, request: &Request) -> Result<(), PeriodError> {
     let value = oscillator.value::<Big>(request, BITS_OF_BARRIERS);
     let (what, text) = asked(request);
-    let size = value.mid_f64().abs();
-    let within = (LEAST_SIZE..MOST_SIZE).contains(&size);
+    let within = (LEAST_SIZE..MOST_SIZE).contains(&value.mid_f64().abs());
     let bad = |reason| {
         Err(PeriodError::BadRequest {
             what,

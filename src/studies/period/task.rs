@@ -154,8 +154,7 @@ impl<'a, S: Enclosure> Task<'a, S> {
                 Outward::Open => match self.time(self.centre.clone(), advance.clone(), false) {
                     Ok(time) => {
                         let advance = if advance.is_negative() { advance.neg() } else { advance };
-                        let half = self.field.number(0.5);
-                        return Ok((time.mul(&half), Course::Rotation(advance)));
+                        return Ok((time.mul(&self.field.number(0.5)), Course::Rotation(advance)));
                     }
                     Err(Obstacle { refusal: Refusal::Forbidden, at }) => self.fence = Some(at),
                     Err(obstacle) => return Err(self.stopped(obstacle)),
@@ -240,8 +239,7 @@ impl<'a, S: Enclosure> Task<'a, S> {
 
     /// A step outward that is small beside the amplitude.
     fn step(&mut self, excess: &S) -> f64 {
-        let one = self.field.number(1.0);
-        let (potential, _) = self.field.expand(&self.centre, &one, 3);
+        let (potential, _) = self.field.expand(&self.centre, &self.field.number(1.0), 3);
         if let Some(half) = potential.get(2).filter(|half| half.is_positive()) {
             // E - U = u2 A²
             let amplitude = excess.div(half).sqrt().mid_f64();
@@ -280,8 +278,7 @@ impl<'a, S: Enclosure> Task<'a, S> {
     }
 
     fn is_maximum(&mut self) -> bool {
-        let one = self.field.number(1.0);
-        let (potential, _) = self.field.expand(&self.centre, &one, 3);
+        let (potential, _) = self.field.expand(&self.centre, &self.field.number(1.0), 3);
         potential.get(2).is_some_and(Enclosure::is_negative)
     }
 

@@ -142,9 +142,7 @@ fn rate(
             let difference = pool.sub(*other, value);
             pool.is_zero(difference) != ZeroVerdict::Zero
         });
-        if is_new {
-            rates.push((own, value));
-        }
+        rates.extend(is_new.then_some((own, value)));
     }
     let named = |symbol| symbol == model.parameters[parameter].symbol;
     let is_open = |(_, value): &&(ExprId, ExprId)| pool.depends_on(*value, &named);

@@ -537,8 +537,7 @@ impl<T: Entry> Rows<T> {
             }
         }
         for k in (0..n).rev() {
-            let first = self.place(k, k);
-            let (row, rest) = self.rows[k][first..].split_first()?;
+            let (row, rest) = self.rows[k][self.place(k, k)..].split_first()?;
             let (own, below) = right.split_at_mut(k + 1);
             let own = own.last_mut()?;
             for (entry, x) in rest.iter().zip(below.iter()) {
@@ -571,6 +570,5 @@ pub(super) fn polar<S: Enclosure>(x: &Complex<S>, precision: S::Precision) -> (S
         };
         return (x.re.apply(Function::Abs), angle);
     }
-    let modulus = x.square_of_modulus().sqrt();
-    (modulus, (!x.contains_zero()).then(|| x.im.atan2(&x.re)))
+    (x.square_of_modulus().sqrt(), (!x.contains_zero()).then(|| x.im.atan2(&x.re)))
 }

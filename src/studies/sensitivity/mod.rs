@@ -69,10 +69,7 @@ impl Sensitivities {
     #[must_use]
     pub fn uncertainties(&self, linearized: &Linearized) -> Option<Vec<Uncertainty>> {
         let model = linearized.model();
-        let stated = |parameter: &usize| {
-            let uncertainty = model.parameters.get(*parameter)?.uncertainty?;
-            constant(&model.pool, uncertainty)
-        };
+        let stated = |parameter: &usize| constant(&model.pool, model.parameters.get(*parameter)?.uncertainty?);
         let sigmas: Vec<Option<Ball>> = self.parameters.iter().map(stated).collect();
         if sigmas.iter().all(Option::is_none) {
             return None;
@@ -147,8 +144,7 @@ pub fn sensitivities(linearized: &Linearized, modes: &NormalModes) -> Sensitivit
     let whole = linearized.with_multipliers();
     let groups = groups(&modes.modes);
     let spaces: Vec<Option<Space>> = groups.iter().map(|group| space(&whole, linearized, modes, group)).collect();
-    let count = modes.modes.len();
-    let mut omega = vec![vec![None; parameters.len()]; count];
+    let mut omega = vec![vec![None; parameters.len()]; modes.modes.len()];
     let mut growth = omega.clone();
     for (at, parameter) in parameters.iter().enumerate() {
         let Some(slopes) = linearized.slopes(*parameter) else { continue };
@@ -241,8 +237,7 @@ fn space(whole: &WithMultipliers, linearized: &Linearized, modes: &NormalModes, 
         let place = Place { exponent, square: square_of_exponent };
         let kernel = bordered::kernel(whole, place, count, true)?;
         let real = |x: Vec<Enclosed>| x.into_iter().map(|x| x.re).collect();
-        let vectors = kernel.x.into_iter().map(real).collect();
-        return Some(Space::real(whole, square, vectors));
+        return Some(Space::real(whole, square, kernel.x.into_iter().map(real).collect()));
     }
     let exponent = Enclosed { re: hull(own().map(|mode| mode.growth))?, im: hull(own().map(|mode| mode.omega))? };
     let square = exponent.mul(&exponent);
