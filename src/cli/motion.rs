@@ -49,15 +49,12 @@ pub(super) fn text(args: &args::Motion, format: MessageFormat) -> Result<Answer,
             let method = method(args, &model, system)?;
             return Ok(Computed::Ensemble(Box::new(Ensemble { model, method, starts, times })));
         }
-        let start = match (args.mode, &amplitude, &linearized) {
-            (Some(mode), Some(amplitude), Some(linearized)) => {
-                let normal = oscillation::normal_modes(linearized, &modes::Options::default())?;
-                Start::mode(mode, amplitude, &model, (linearized, &normal), &system)?
-            }
-            _ => {
-                let start = args.start.as_deref().unwrap_or_default();
-                Start::parse(start, &model, linearized.as_ref(), &system)?
-            }
+        let start = if let (Some(mode), Some(amplitude), Some(linearized)) = (args.mode, &amplitude, &linearized) {
+            let normal = oscillation::normal_modes(linearized, &modes::Options::default())?;
+            Start::mode(mode, amplitude, &model, (linearized, &normal), &system)?
+        } else {
+            let start = args.start.as_deref().unwrap_or_default();
+            Start::parse(start, &model, linearized.as_ref(), &system)?
         };
         let method = method(args, &model, system)?;
         let known = method.motion(&start, &at_once, args.digits)?;

@@ -11,7 +11,7 @@ use super::frequencies::{exchange, kind, signs};
 use super::page::{assumption_texts, condition_text, conserved_because, left_out};
 use super::{Written, damping, zero_motions};
 use librate_core::derive::{
-    CHAPTERS, Conserved, Derivation, Exchange, Exponents, Frequencies, Linear, Motion, NormalCoordinates, NormalWaves,
+    CHAPTERS, Conserved, Derivation, Exchange, Frequencies, Linear, Motion, NormalCoordinates, NormalWaves,
     StabilityCondition, Tangent,
 };
 use librate_core::expr::ExprId;
@@ -118,6 +118,9 @@ fn mode_object(mode: &NormalMode, options: &Options, more: &str) -> String {
     object.end()
 }
 
+/// Names and what is written behind them.
+type Fields<'a> = Vec<(&'a str, String)>;
+
 /// The derivation as a JSON object: `model`, `coordinates`, then what there is of `equilibrium`, `mass`,
 /// `stiffness` (arrays of rows), `equations` and the other parts, as expressions in the model language.
 ///
@@ -128,7 +131,7 @@ fn mode_object(mode: &NormalMode, options: &Options, more: &str) -> String {
 pub fn derive_json(derivation: &Derivation) -> String {
     let texts = |texts: Vec<String>| lines(texts.iter().map(|text| string(text)));
     let names = &derivation.names.coordinates;
-    let mut fields: Vec<(&str, String)> =
+    let mut fields: Fields<'_> =
         vec![("model", model_and_version(derivation.model.as_deref())), ("coordinates", strings(names))];
     match &derivation.linear {
         Ok(linear) => linear_fields(derivation, linear, &mut fields),
@@ -182,8 +185,8 @@ pub fn derive_json(derivation: &Derivation) -> String {
     if let Some(found) = linear.and_then(|own| own.frequencies.as_ref()) {
         frequency_fields(page, found, &mut fields);
     }
-    if let Some((linear, found)) = linear.and_then(|own| Some((own, own.exponents.as_ref()?))) {
-        exponent_fields((page, derivation), linear, found, &mut fields);
+    if let Some(linear) = linear {
+        exponent_fields((page, derivation), linear, &mut fields);
     }
     if let Some(roots) = &derivation.equilibria {
         let roots = roots.iter().map(|root| {
@@ -226,7 +229,7 @@ fn chapter(field: &str) -> Option<&str> {
 }
 
 /// The equilibrium and the matrices there.
-fn linear_fields(derivation: &Derivation, linear: &Linear, fields: &mut Vec<(&str, String)>) {
+fn linear_fields(derivation: &Derivation, linear: &Linear, fields: &mut Fields<'_>) {
     if !derivation.assumptions.is_empty() {
         fields.push(("assumptions", strings(assumption_texts(derivation))));
     }
@@ -252,12 +255,7 @@ const REDUCED: [&str; 6] = [
     "reduced_signs",
 ];
 
-fn matrix_fields(
-    derivation: &Derivation,
-    linear: &Linear,
-    names: &[&'static str; 6],
-    fields: &mut Vec<(&str, String)>,
-) {
+fn matrix_fields(derivation: &Derivation, linear: &Linear, names: &[&'static str; 6], fields: &mut Fields<'_>) {
     let others = [&linear.gyroscopic, &linear.damping, &linear.circulatory].map(Option::as_ref);
     let all = [Some(&linear.mass), Some(&linear.stiffness)].into_iter().chain(others);
     let all = names.iter().zip(all).filter_map(|(name, rows)| Some((*name, matrix(derivation, rows?))));
@@ -271,7 +269,7 @@ fn matrix(derivation: &Derivation, rows: &[Vec<ExprId>]) -> String {
 }
 
 /// Multipliers, gradients of the constraints, and the matrices of the motions that these allow, or that massless coordinates follow.
-fn tangent_fields(derivation: &Derivation, tangent: &Tangent, fields: &mut Vec<(&str, String)>) {
+fn tangent_fields(derivation: &Derivation, tangent: &Tangent, fields: &mut Fields<'_>) {
     if tangent.massless.is_empty() {
         let multipliers = derivation.constraints.iter().flat_map(|own| &own.names).zip(&tangent.multipliers);
         let multipliers = multipliers.map(|(name, value)| (name, expression(derivation, *value)));
@@ -288,12 +286,8 @@ fn tangent_fields(derivation: &Derivation, tangent: &Tangent, fields: &mut Vec<(
 }
 
 /// `characteristic`, `exponents`, `stability`, and `frequencies` where velocities matter but nothing is damped.
-fn exponent_fields(
-    (page, whole): (&Derivation, &Derivation),
-    linear: &Linear,
-    found: &Exponents,
-    fields: &mut Vec<(&str, String)>,
-) {
+fn exponent_fields((page, whole): (&Derivation, &Derivation), linear: &Linear, fields: &mut Fields<'_>) {
+    let Some(found) = &linear.exponents else { return };
     let characteristic = found.characteristic.as_ref();
     fields.push(("characteristic", characteristic.map_or_else(null, |all| expressions(page, all))));
     let own_pool = &mut page.pool.clone();
@@ -320,7 +314,7 @@ fn exponent_fields(
 }
 
 /// `symmetry`, `frequencies` and what they need.
-fn frequency_fields(derivation: &Derivation, found: &Frequencies, fields: &mut Vec<(&str, String)>) {
+fn frequency_fields(derivation: &Derivation, found: &Frequencies, fields: &mut Fields<'_>) {
     let sets = |sets: &[Vec<String>]| array(sets.iter().map(strings));
     let case = found.best();
     let names = &derivation.names.displacements;

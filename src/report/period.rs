@@ -42,21 +42,18 @@ pub fn period_text(oscillator: &Oscillator, found: &Period, options: &Options, s
         "energy",
         format!("{}{}", Written::finest(&found.energy, found.energy_precise.as_ref(), short).text(), behind(" J")),
     ));
-    match &found.small {
-        Some(small) => {
-            let small = Written::finest(small, found.small_precise.as_ref(), digits);
-            rows.push(("small oscillations", format!("{}{}", small.text(), behind(" s"))));
-        }
-        None => {
-            let why = if found.corner {
-                "none: the force jumps at the equilibrium"
-            } else if found.proved {
-                "none: the stiffness is not positive at the equilibrium"
-            } else {
-                "unknown: the equilibrium is not proved"
-            };
-            rows.push(("small oscillations", why.to_owned()));
-        }
+    if let Some(small) = &found.small {
+        let small = Written::finest(small, found.small_precise.as_ref(), digits);
+        rows.push(("small oscillations", format!("{}{}", small.text(), behind(" s"))));
+    } else {
+        let why = if found.corner {
+            "none: the force jumps at the equilibrium"
+        } else if found.proved {
+            "none: the stiffness is not positive at the equilibrium"
+        } else {
+            "unknown: the equilibrium is not proved"
+        };
+        rows.push(("small oscillations", why.to_owned()));
     }
     if let Some(bend) = &found.bend {
         let within = if unit.is_empty() { String::new() } else { format!(" in{unit}") };

@@ -399,12 +399,11 @@ fn draw_curve(out: &mut String, curve: &Curve, on_page: &dyn Fn([f64; 2]) -> [f6
     for piece in pieces.filter(|piece| !piece.is_empty()) {
         let points: Vec<[f64; 2]> = piece.iter().copied().map(on_page).collect();
         let (class, is_point) = match curve.stroke {
-            Stroke::Solid => ("line", false),
+            Stroke::Solid | Stroke::Stems => ("line", false),
             Stroke::Dashed => ("line dashed", false),
             Stroke::Thin => ("line thin", false),
             Stroke::Dots => ("dot", true),
             Stroke::Rings => ("ring", true),
-            Stroke::Stems => ("line", false),
         };
         if curve.stroke == Stroke::Stems {
             let feet = piece.iter().map(|[x, _]| on_page([*x, 0.0])[1]);

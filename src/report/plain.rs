@@ -174,18 +174,15 @@ impl Layout<'_> {
             }
         });
         let mut out = String::new();
-        match lines.filter(|lines| lines.iter().all(|line| line.width() + 2 <= self.width)) {
-            Some(lines) => {
-                out.push_str(&format!("{heading}\n"));
+        if let Some(lines) = lines.filter(|lines| lines.iter().all(|line| line.width() + 2 <= self.width)) {
+            out.push_str(&format!("{heading}\n"));
+            out.extend(lines.iter().map(|line| format!("  {line}\n")));
+        } else {
+            let (remark, entries) = matrix.listed();
+            out.push_str(&format!("{heading}, {remark}entries that are not zero:\n"));
+            for text in entries {
+                let lines = self.lines(&text, "", self.width.saturating_sub(2));
                 out.extend(lines.iter().map(|line| format!("  {line}\n")));
-            }
-            None => {
-                let (remark, entries) = matrix.listed();
-                out.push_str(&format!("{heading}, {remark}entries that are not zero:\n"));
-                for text in entries {
-                    let lines = self.lines(&text, "", self.width.saturating_sub(2));
-                    out.extend(lines.iter().map(|line| format!("  {line}\n")));
-                }
             }
         }
         out

@@ -57,16 +57,13 @@ impl Basis {
                     first.cluster == mode.cluster && (first.kind == Kind::Zero) == (mode.kind == Kind::Zero)
                 })
             };
-            let place = match groups.iter().position(same) {
-                Some(place) => {
-                    groups[place].members.push(at);
-                    groups[place].square = groups[place].square.hull(&square);
-                    place
-                }
-                None => {
-                    groups.push(Group { members: vec![at], square, slack: 0.0 });
-                    groups.len() - 1
-                }
+            let place = if let Some(place) = groups.iter().position(same) {
+                groups[place].members.push(at);
+                groups[place].square = groups[place].square.hull(&square);
+                place
+            } else {
+                groups.push(Group { members: vec![at], square, slack: 0.0 });
+                groups.len() - 1
             };
             group_of.push(place);
         }

@@ -70,9 +70,8 @@ fn shown(pool: &mut Pool, time: Symbol, period: ExprId, roots: &[ExprId]) -> Opt
         // Children stand before their parents.
         let of = |child: ExprId| ids.binary_search(&child).map_or(Later::Other, |at| later[at]);
         let own = match pool.node(*id).clone() {
-            Node::Number(_) | Node::Pi | Node::Undefined => Later::Same,
             Node::Symbol(symbol) if symbol == time => Later::More(period),
-            Node::Symbol(_) => Later::Same,
+            Node::Number(_) | Node::Pi | Node::Undefined | Node::Symbol(_) => Later::Same,
             Node::Sum { constant, terms } => {
                 let parts: Vec<(Later, Number)> = terms.iter().map(|(term, c)| (of(*term), c.clone())).collect();
                 sum(pool, constant.is_zero(), &parts)

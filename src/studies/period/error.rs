@@ -225,12 +225,9 @@ fn at_barrier_words(coordinate: &str, barrier: &str, margin: &str) -> String {
 }
 
 fn open_words(coordinate: &str, upward: bool, end: Option<&str>) -> String {
-    match end {
-        Some(end) => {
-            format!("`{coordinate}` reaches {end}, where the energies are no longer defined, with kinetic energy left")
-        }
-        None => {
-            format!("there is no turning point of `{coordinate}` on the way {}", if upward { "up" } else { "down" })
-        }
+    if let Some(end) = end {
+        format!("`{coordinate}` reaches {end}, where the energies are no longer defined, with kinetic energy left")
+    } else {
+        format!("there is no turning point of `{coordinate}` on the way {}", if upward { "up" } else { "down" })
     }
 }
