@@ -1,5 +1,7 @@
 //! Symmetry and closed forms on a page.
 
+use std::collections::HashSet;
+
 use super::exponents::sum_text;
 use super::page::{Form, Line, Matrix, Part, Words, ticked, with};
 use librate_core::derive::{
@@ -82,27 +84,18 @@ pub(super) fn kind(kind: &GroupKind) -> String {
 /// How the coordinates move in a class: `phi[1] = -phi[3], phi[2] = 0`.
 fn motion(block: &Block, names: &[String]) -> String {
     let name = |i: usize| names.get(i).map_or("", String::as_str);
-    let mut at_rest = vec![true; names.len()];
+    let moved: HashSet<usize> = block.basis.iter().flatten().map(|(i, _)| *i).collect();
     let mut parts = Vec::new();
     for vector in &block.basis {
-        for (i, _) in vector {
-            if let Some(rests) = at_rest.get_mut(*i) {
-                *rests = false;
-            }
-        }
         if let [(first, sign), others @ ..] = vector.as_slice()
             && !others.is_empty()
         {
-            let mut text = name(*first).to_owned();
-            for (i, other) in others {
-                let minus = if (*other < 0) == (*sign < 0) { "" } else { "-" };
-                text.push_str(&format!(" = {minus}{}", name(*i)));
-            }
-            parts.push(text);
+            let minus = |other: i64| if (other < 0) == (*sign < 0) { "" } else { "-" };
+            let others: String = others.iter().map(|(i, own)| format!(" = {}{}", minus(*own), name(*i))).collect();
+            parts.push(format!("{}{others}", name(*first)));
         }
     }
-    let resting = at_rest.iter().enumerate().filter(|(_, rests)| **rests);
-    let resting: Vec<&str> = resting.map(|(i, _)| name(i)).collect();
+    let resting: Vec<&str> = (0..names.len()).filter(|i| !moved.contains(i)).map(name).collect();
     if !resting.is_empty() {
         parts.push(if resting.len() > MOST_NAMED {
             "all others 0".to_owned()
@@ -392,13 +385,10 @@ fn abbreviation_lines(derivation: &Derivation, abbreviations: &[Abbreviation]) -
     abbreviations.iter().map(|abbreviation| {
         let names = abbreviation.names.join(" = ");
         let value = derivation.pool.display(abbreviation.value);
-        let remark = match &abbreviation.modes {
-            None => String::new(),
-            Some((letter, modes)) => {
-                let modes: Vec<String> = modes.iter().map(|r| (r + 1).to_string()).collect();
-                format!(", `{letter}` = {}", modes.join(", "))
-            }
-        };
+        let remark = abbreviation.modes.as_ref().map_or_else(String::new, |(letter, modes)| {
+            let modes: Vec<String> = modes.iter().map(|r| (r + 1).to_string()).collect();
+            format!(", `{letter}` = {}", modes.join(", "))
+        });
         Line::Formula(format!("{names} = {value}"), remark)
     })
 }

@@ -457,12 +457,8 @@ fn root_texts(derivation: &Derivation, roots: &[Root]) -> Vec<String> {
             let texts = roots.iter().map(|root| {
                 let value = pool.display(root.value);
                 let left = pool.display(root.left);
-                match &root.condition {
-                    Some(condition) => {
-                        format!("{left} = {value}, if {}", condition_text(derivation, condition))
-                    }
-                    None => format!("{left} = {value}"),
-                }
+                let condition = root.condition.as_ref().map(|own| format!(", if {}", condition_text(derivation, own)));
+                format!("{left} = {value}{}", condition.unwrap_or_default())
             });
             texts.collect::<Vec<_>>().join("; or ")
         })
