@@ -233,11 +233,8 @@ impl Worker<'_> {
             }
         }
         let value = |axis: usize, place: f64| self.chart.axes[axis].value(self.chart.axes[axis].declared, place);
-        found
-            .iter()
-            .map(Search::middle)
-            .map(|[first, second]| Border { at: [value(0, first), value(1, second)] })
-            .collect()
+        let places = found.iter().map(Search::middle);
+        places.map(|[first, second]| Border { at: [value(0, first), value(1, second)] }).collect()
     }
 
     /// What the model does at places between the first and the last of both ranges.
