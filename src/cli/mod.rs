@@ -497,10 +497,7 @@ where
 /// Parses a model and reads its tables; from then on its budget counts.
 fn parsed(args: &ModelArgs, mut source: Source) -> Result<(Source, Made), Failure> {
     let settings = settings(args)?;
-    let file = match model::parse(&source.text, &settings) {
-        Ok(file) => file,
-        Err(all) => return Err(Failure::Model(source, all)),
-    };
+    let file = model::parse(&source.text, &settings).map_err(|all| Failure::Model(source.clone(), all))?;
     let tables = input::read_tables(args, &file, &mut source)?;
     let settings = settings.within(args.guard.begin(&source, tables.bytes()));
     Ok((source, Made { file, tables, settings }))

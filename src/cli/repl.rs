@@ -156,10 +156,8 @@ impl Session {
     /// Begins with a file.
     fn open(&mut self, file: &Path) -> Result<(), Failure> {
         let source = read_model(file)?;
-        let parsed = match syntax::parse(&source.text) {
-            Ok(parsed) => parsed,
-            Err(errors) => return Err(Failure::Model(source, errors.iter().map(Diagnostic::from).collect())),
-        };
+        let told = |all: Vec<_>| Failure::Model(source.clone(), all.iter().map(Diagnostic::from).collect());
+        let parsed = syntax::parse(&source.text).map_err(told)?;
         let mut done = 0;
         for statement in &parsed.statements {
             let end = statement.span.range().end;

@@ -109,10 +109,7 @@ impl<'a> Search<'a> {
             if self.symmetries.leave_aside(&piece) || self.is_known(&piece) {
                 continue;
             }
-            let slopes = match self.contract(&mut piece) {
-                Left::Nothing => continue,
-                Left::Some(slopes) => slopes,
-            };
+            let Left::Some(slopes) = self.contract(&mut piece) else { continue };
             if slopes.is_some() && !self.is_known(&piece) {
                 self.look_for(&piece);
             }

@@ -44,10 +44,7 @@ fn is_text(bytes: &[u8]) -> bool {
 fn collect(file: Vec<u8>, bad: &dyn Fn(usize, String) -> InertiaError) -> Result<Vec<Corners>, InertiaError> {
     let mut cursor = Cursor::new(file);
     let mut found: Vec<Corners> = Vec::new();
-    let triangles = match stl_io::create_stl_reader(&mut cursor) {
-        Ok(triangles) => triangles,
-        Err(error) => return Err(bad(0, error.to_string())),
-    };
+    let triangles = stl_io::create_stl_reader(&mut cursor).map_err(|error| bad(0, error.to_string()))?;
     for triangle in triangles {
         match triangle {
             Ok(triangle) => found.push(triangle.vertices.map(|vertex| vertex.0)),

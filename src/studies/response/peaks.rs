@@ -283,10 +283,7 @@ impl Search<'_> {
             let half = middle(&piece);
             // The place itself may be hit, where nothing is decided.
             let quarters = || [middle(&[piece[0].clone(), half.clone()]), middle(&[half.clone(), piece[1].clone()])];
-            let tried = match is_before(&half) {
-                Some(_) => vec![half],
-                None => quarters().to_vec(),
-            };
+            let tried = if is_before(&half).is_some() { vec![half] } else { quarters().to_vec() };
             let before = piece.clone();
             for at in tried {
                 match is_before(&at) {
