@@ -633,10 +633,8 @@ pub(crate) const DOUBLE_DOUBLE_DIGITS: usize = 30;
 pub(crate) fn positive(text: &str) -> Result<usize, String> {
     // 1e6 is one too.
     let number = Number::parse(text).and_then(|number| number.to_i64());
-    match number.and_then(|number| usize::try_from(number).ok()) {
-        Some(0) | None => Err("a whole number, 1 or more, is needed".to_owned()),
-        Some(count) => Ok(count),
-    }
+    let count = number.and_then(|number| usize::try_from(number).ok()).filter(|count| *count > 0);
+    count.ok_or_else(|| "a whole number, 1 or more, is needed".to_owned())
 }
 
 /// What a constant expression is worth.

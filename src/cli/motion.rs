@@ -29,10 +29,8 @@ pub(super) fn text(args: &args::Motion, format: MessageFormat) -> Result<Answer,
     source.taken.extend([&at, &starts].into_iter().flatten().flat_map(|table| table.taken.clone()));
     let computed = during(&args.model, "integrating the motion", || -> Result<_, Error> {
         let system = System::new(&model)?;
-        let times = match &at {
-            Some(table) => Times::table(&table.text)?,
-            None => Times::new(&until, args.samples)?,
-        };
+        let asked = || Times::new(&until, args.samples);
+        let times = at.as_ref().map_or_else(asked, |table| Times::table(&table.text))?;
         let at_once = times.at_once(2 * model.coordinates.len() + 1);
         let linearized = if args.linear {
             if let Some(own) = model.rolling.first() {

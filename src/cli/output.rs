@@ -166,10 +166,7 @@ pub(super) fn write_rest(rest: impl FnOnce(&mut dyn Write) -> Result<(), Failure
 
 /// Why a result was not written.
 pub(super) fn failed(error: io::Error) -> Failure {
-    match error.kind() {
-        ErrorKind::BrokenPipe => Failure::BrokenPipe,
-        _ => not_written(&error),
-    }
+    if error.kind() == ErrorKind::BrokenPipe { Failure::BrokenPipe } else { not_written(&error) }
 }
 
 fn not_written(reason: &dyn Display) -> Failure {

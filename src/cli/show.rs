@@ -52,10 +52,8 @@ pub(super) fn text(args: &args::Show) -> Result<Answer, Failure> {
     let (linearized, modes) = computed.map_err(|error| failed(&source, &warnings, error))?;
     warnings.extend(modes.warnings(&linearized));
     let grid = nodes.map(|nodes| grid(args, &source, nodes, (&linearized, &modes))).transpose()?;
-    let figure = match &grid {
-        Some((_, figure)) => figure.clone(),
-        None => figure::figure(&linearized, &[]),
-    };
+    let alone = || figure::figure(&linearized, &[]);
+    let figure = grid.as_ref().map_or_else(alone, |(_, figure)| figure.clone());
     if let Some(left_out) = figure.as_ref().map(|own| own.left_out).filter(|own| *own > 0) {
         let what = if left_out == 1 { "one thing that `draw` names has" } else { "some of what `draw` names has" };
         let told = Diagnostic::remark(format!("{what} no place at the equilibrium, and is left out"));

@@ -196,10 +196,8 @@ impl Run<'_> {
         let part = args.part.unwrap_or_default();
         let own = part.of(sweep.range().len());
         let file = args.resume.as_deref();
-        let kept = match file.filter(|file| file.exists()) {
-            Some(file) => self.kept(file, &own)?,
-            None => SweepKept::default(),
-        };
+        let kept = file.filter(|file| file.exists()).map(|file| self.kept(file, &own)).transpose()?;
+        let kept = kept.unwrap_or_default();
         let open = own.start + kept.rows..own.end;
         let mut known: BTreeMap<usize, Line> = BTreeMap::new();
         let columns = match &kept.columns {

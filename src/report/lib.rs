@@ -196,10 +196,8 @@ impl Written {
 
     /// From the more precise number, where there is one.
     fn finest(value: &Ball, precise: Option<&Big>, digits: usize) -> Self {
-        match precise {
-            Some(precise) => Self::from_decimal(precise.decimal(digits), precise.is_zero()),
-            None => Self::new(value, digits),
-        }
+        let written = |precise: &Big| Self::from_decimal(precise.decimal(digits), precise.is_zero());
+        precise.map_or_else(|| Self::new(value, digits), written)
     }
 
     /// The digits that a standard uncertainty leaves: those down to the second digit of it, but at least one. With the

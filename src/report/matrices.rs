@@ -57,10 +57,8 @@ pub fn matrices(linearized: &Linearized) -> Result<Vec<Matrix>, String> {
     let double = |matrix, by_rate: i64| {
         let (units, free) = (units, &free);
         move |i: usize, j: usize, entry: &Ball| {
-            let value = match units {
-                Some(units) => entry.scale_far(power(units, by_rate, free[i], free[j])).mid_f64(),
-                None => entry.mid_f64(),
-            };
+            let in_si = |units: &Units| entry.scale_far(power(units, by_rate, free[i], free[j]));
+            let value = units.map_or(*entry, in_si).mid_f64();
             let lost = value.abs() < f64::MIN_POSITIVE && !entry.contains_zero();
             let place = || format!("the entry of {matrix} in row {} and column {}", i + 1, j + 1);
             if value.is_finite() && !lost { Ok(value) } else { Err(place() + " is beyond the range of doubles") }

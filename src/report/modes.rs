@@ -147,10 +147,7 @@ fn equilibrium_text(linearized: &Linearized, options: &Options, style: &Style) -
         .zip(origins)
         .take(MOST_LISTED)
         .map(|((coordinate, value), origin)| {
-            let remark = match origin {
-                Origin::Given if mixed => " (given)",
-                Origin::Given | Origin::Zero | Origin::Found => "",
-            };
+            let remark = if mixed && *origin == Origin::Given { " (given)" } else { "" };
             let written = known(value, largest, options.digits);
             let unit = shown_unit(coordinate).filter(|_| common.is_none());
             let unit = unit.map_or_else(String::new, |unit| format!(" {unit}"));
@@ -450,10 +447,7 @@ fn largest(mode: &NormalMode, names: &Headings<'_>, power: i32, room: usize) -> 
         .into_iter()
         .map(|(_, at)| {
             let text = component(mode, at, power, ROUGH_DIGITS);
-            let size = match text.parse::<f64>() {
-                Ok(size) => size.abs(),
-                Err(_) => modulus(mode, at) / 10f64.powi(power),
-            };
+            let size = text.parse().map_or_else(|_| modulus(mode, at) / 10f64.powi(power), f64::abs);
             (size, at, text)
         })
         .collect();

@@ -211,10 +211,8 @@ impl<S: Read + Write + Seek> MotionJson<S> {
                 self.put(1 + at, &middle)?;
                 continue;
             }
-            let digits = match decided(value, self.digits, rest) {
-                text if text.is_empty() => null(),
-                text => string(&text),
-            };
+            let text = decided(value, self.digits, rest);
+            let digits = if text.is_empty() { null() } else { string(&text) };
             self.put(1 + 3 * at, &middle)?;
             self.put(2 + 3 * at, &digits)?;
             self.put(3 + 3 * at, &number(one_digit_up(value.mid_f64_error())))?;

@@ -204,10 +204,7 @@ fn data(shown: &Shown<'_>) -> String {
             format!("{{\"caption\": {}, {}", string(&caption(mode, at, model.has_units)), drawn(mode))
         });
     let lines = figure.iter().flat_map(|figure| &figure.lines).map(|(from, to, link)| {
-        let kind = match link {
-            Link::Rod => "rod",
-            Link::Spring => "spring",
-        };
+        let kind = if *link == Link::Rod { "rod" } else { "spring" };
         format!("[{from}, {}, \"{kind}\"]", to.map_or_else(null, |to| to.to_string()))
     });
     let figure = figure.map_or_else(null, |figure| {

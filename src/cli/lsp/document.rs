@@ -83,10 +83,7 @@ impl Document {
 
 /// Whether a name can be given another one.
 pub(super) fn is_renamable(name: &NamePlace<'_>) -> bool {
-    match name.kind {
-        NameKind::Quantity | NameKind::Index(_) | NameKind::Model => true,
-        NameKind::Column(_) | NameKind::Function | NameKind::Unit => false,
-    }
+    matches!(name.kind, NameKind::Quantity | NameKind::Index(_) | NameKind::Model)
 }
 
 /// `%20` and the like as what they stand for.

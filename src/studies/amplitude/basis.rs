@@ -47,10 +47,7 @@ impl Basis {
         let mut groups: Vec<Group> = Vec::new();
         let mut group_of = Vec::with_capacity(n);
         for (at, mode) in modes.iter().enumerate() {
-            let square = match mode.kind {
-                Kind::Zero => Ball::ZERO,
-                _ => mode.omega_squared?,
-            };
+            let square = if mode.kind == Kind::Zero { Ball::ZERO } else { mode.omega_squared? };
             let same = |group: &Group| {
                 let first = group.members.first().and_then(|first| modes.get(*first));
                 first.is_some_and(|first| {

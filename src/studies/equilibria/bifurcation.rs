@@ -216,10 +216,8 @@ impl Extended {
         }
         let at: Vec<Ball> = self.origins.iter().map(|origin| origin.value(&at)).collect();
         let near = |(x, (y, whole)): (&Ball, (&f64, &Interval))| (x.mid_f64() - y).abs() <= 0.25 * whole.width();
-        if !at.iter().zip(spot.place.iter().zip(spot.whole)).all(near) {
-            return None;
-        }
-        Some(Proved { kind: self.kind, at, value, origins: self.origins.clone() })
+        let is_near = at.iter().zip(spot.place.iter().zip(spot.whole)).all(near);
+        is_near.then(|| Proved { kind: self.kind, at, value, origins: self.origins.clone() })
     }
 }
 

@@ -197,8 +197,6 @@ fn of_tensor(
 }
 
 fn parameter(model: &Model, symbol: Symbol) -> Option<&model::Parameter> {
-    match model.symbols.get(symbol)? {
-        SymbolKind::Parameter(number) => model.parameters.get(number),
-        _ => None,
-    }
+    let SymbolKind::Parameter(number) = model.symbols.get(symbol)? else { return None };
+    model.parameters.get(number)
 }

@@ -55,10 +55,7 @@ pub(super) enum Known {
 impl Known {
     /// A constant that may be evaluated to any number of digits.
     fn constant(pool: &Pool, value: ExprId) -> Self {
-        match Tape::compile(pool, &[value], &[]) {
-            Ok(tape) => Self::Constant(tape, None),
-            Err(_) => Self::Open,
-        }
+        Tape::compile(pool, &[value], &[]).map_or(Self::Open, |tape| Self::Constant(tape, None))
     }
 
     pub(super) fn enclosed<S: Enclosure>(&self, precision: S::Precision) -> Option<S> {

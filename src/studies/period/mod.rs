@@ -261,10 +261,8 @@ impl Oscillator {
 
     /// The equilibrium in the units of the energies, as precisely as it is known.
     fn position(&self, bits: usize) -> Big {
-        match self.center.precisely(bits) {
-            Some(place) => place.scale(-self.powers().length),
-            None => Big::from_ball(&self.center.position(), bits),
-        }
+        let estimate = || Big::from_ball(&self.center.position(), bits);
+        self.center.precisely(bits).map_or_else(estimate, |place| place.scale(-self.powers().length))
     }
 
     fn text(&self, value: f64, power: i64) -> String {

@@ -523,10 +523,8 @@ impl<S: Enclosure> Path<'_, S> {
     fn top(&mut self, h: &[S], top_h: &S, mass: &[S], top_mass: &S) -> Magnitude {
         let h = over_panel(h, top_h);
         let mass = over_panel(mass, top_mass);
-        match self.field.integrand(&h, &mass).pop() {
-            Some(top) if top.is_finite() => top.abs_upper_magnitude(),
-            Some(_) | None => Magnitude::INFINITE,
-        }
+        let top = self.field.integrand(&h, &mass).pop().filter(S::is_finite);
+        top.map_or(Magnitude::INFINITE, |top| top.abs_upper_magnitude())
     }
 
     /// Enclosures of the coefficients of E - U and M between two places, the order-th and `more` beyond it being the last.
