@@ -13,22 +13,39 @@ use librate::model::Constant;
 use librate::number::Number;
 use librate::report::{FrequencyUnit, SweepView};
 
-use super::equilibria::{self, Equilibria};
+use super::equilibria::Equilibria;
 use super::export::CodeLanguage;
 use super::guard::Guard;
-use super::repl::{self, Repl};
-use super::response::{RESPONSE, RESPONSE_EXAMPLE, ResponseArgs};
+use super::repl::Repl;
+use super::response::ResponseArgs;
 use super::sweep::{Part, part};
-use super::watch::{self, Watch};
+use super::watch::Watch;
 
-/// Paragraphs without the line breaks that they have here: they are broken as the terminal is wide. What is indented and
+/// What a command does, and its examples.
+fn help(command: &str) -> [String; 2] {
+    let mut all = include_str!("help.txt").split("\n== ");
+    let own = all.find_map(|own| own.strip_prefix(command)?.strip_prefix('\n')).unwrap_or_default();
+    let (about, examples) = own.split_once("---\n").unwrap_or((own, ""));
+    [about, examples].map(flowing)
+}
+
+fn about(command: &str) -> String {
+    let [about, _] = help(command);
+    about
+}
+
+fn examples(command: &str) -> String {
+    let [_, examples] = help(command);
+    examples
+}
+
+/// Paragraphs without the line breaks that they have in the file: they are broken as the terminal is wide. What is indented and
 /// what stands behind a colon keeps its lines.
 fn flowing(text: &str) -> String {
     let mut out = String::new();
     let mut before = "";
     for line in text.lines() {
-        let apart = [before, line];
-        let apart = apart.iter().any(|own| own.is_empty() || own.starts_with(' '));
+        let apart = [before, line].iter().any(|own| own.is_empty() || own.starts_with(' '));
         if !out.is_empty() {
             out.push(if apart || before.ends_with(':') { '\n' } else { ' ' });
         }
@@ -48,254 +65,9 @@ const PERIODS: [&str; 3] = ["--amplitude <A>", "--energy <E>", "--over <NAME=a..
 const MOTIONS: [&str; 3] = ["--start <VALUES>", "--start-table <FILE.csv>", "--mode <NUMBER>"];
 const EXPORTS: [&str; 4] = ["--matrix-market -o <PATH>", "--npz -o <PATH>", "--petsc -o <PATH>", "--code <LANGUAGE>"];
 
-const ABOUT: &str = "\
-Small oscillations: write T and V as on the blackboard, get normal frequencies in which every printed
-digit is right.";
-
-const EXAMPLE: &str = "\
-A model file, three_pendulums.lag:
-
-    model three_pendulums
-
-    param g : m/s^2 = 9.81
-    param L : m     = 0.3
-    param m[1..3] : kg = [1, 2, 1]
-    param l[1..3] : m  = 1  # one value fills the family
-    param k : N/m = 4
-
-    coord phi[1..3] : rad
-
-    T = sum(i in 1..3, 1/2*m[i]*l[i]^2*phi[i]'^2)
-    V = sum(i in 1..3, m[i]*g*l[i]*(1 - cos(phi[i])))
-      + k*L^2/2*((phi[2] - phi[1])^2 + (phi[3] - phi[2])^2)
-
-Commands:
-
-    librate check three_pendulums.lag                 is the model valid?
-    librate derive three_pendulums.lag                equations, M and K in symbols
-    librate modes three_pendulums.lag                 frequencies and mode shapes
-    librate modes three_pendulums.lag --set k=8       the same with stronger springs
-    librate sweep three_pendulums.lag --over k=0..8:17
-                                                      frequencies for a range of springs
-    librate period pendulum.lag --amplitude 2         the exact period of one coordinate
-    librate explain E0201                             more about an error, by its code
-    librate fmt three_pendulums.lag                   put the file in canonical layout
-
-`librate COMMAND --help` has details. Exit status: 0 success, 1 an error in the model or the
-request, 2 wrong usage.";
-
-const MODES: &str = "\
-Frequencies and mode shapes about the equilibrium.
-
-The equilibrium is the one given in the file with `equilibrium`, else all coordinates 0 if no force
-acts there, else it is searched for, starting at `guess`. Unstable modes come first, then zero modes,
-then oscillations by increasing omega. Only digits that are certain are printed; `bound` bounds the
-error of omega and growth as printed.";
-
-const MODES_EXAMPLE: &str = "\
-Examples:
-    librate modes models/water.lag --digits 15
-    librate modes models/three_pendulums.lag --set k12=6 --set 'm[1]=3/2' --lowest 2
-    librate modes models/chain_walls.lag --json --no-vectors
-    echo \"coord x  T = 1/2*x'^2  V = 2*x^2\" | librate modes -";
-
-const SWEEP: &str = "\
-Frequencies over a range of a parameter, as CSV: a line for each value, with the parameter, omega1, omega2, …
-and, where some growth isn't 0, growth1, … At each value the equilibrium is determined anew, as in
-`modes`. Where there are no modes, cells are empty, and the reason is reported on standard error.
-
-Values are computed on all cores, and lines are written as they are made. --resume keeps them in a file
-and goes on with one that was interrupted; --part computes the i-th of n parts, whose outputs one after the other are the
-whole table. The time of --budget is that for a single value.";
-
-const SWEEP_EXAMPLE: &str = "\
-Examples:
-    librate sweep models/three_pendulums.lag --over k12=0..8:17
-    librate sweep models/bead_on_hoop.lag --over 'W=sqrt(50)..10:51' --digits 15
-    librate sweep models/three_pendulums.lag --over 'm[2]=1..4:4' --json
-    librate sweep models/chain_walls.lag --over k=1..2:1000 --part 3/20 --resume part3.csv";
-
-const PERIOD: &str = "\
-The exact period of a model with one coordinate at finite amplitude, from energy conservation; the mass may depend
-on the position. The amplitude is the distance of the upper turning point from the equilibrium, in the unit of the
-coordinate; the energy is E = T + V with V as the model writes it. Above the barriers of a potential that is periodic
-in the coordinate the motion is a rotation, and its period is the time in which the coordinate advances by the period
-of V.";
-
-const PERIOD_EXAMPLE: &str = "\
-Examples:
-    librate period models/simple_pendulum.lag --amplitude 'pi/2'
-    librate period models/simple_pendulum.lag --amplitude 'pi - 1e-6' --digits 20
-    librate period models/double_well.lag --energy 3 --json
-    librate plot period models/simple_pendulum.lag --over 'amplitude=1/10..3:30' -o period.svg";
-
-const SENSITIVITY: &str = "\
-d omega / d parameter for every mode and every parameter that has a value: how much a frequency changes with a
-parameter, including the shift of the equilibrium. Parameters that are defined by others have no entry of their own; their
-effect is included in that of the others. Where frequencies coincide, the derivatives are those of the modes into which
-they split.";
-
-const FLOQUET: &str = "\
-Stability of a periodically driven model: its Floquet multipliers, the factors by which displacements are
-multiplied in a period of the drive, with bounds.
-
-They belong to the equilibrium given in the file with `equilibrium`, else to the point 0 if no force acts
-there at any time, else to the periodic motion near `guess`, which is searched for. That a multiplier lies on the unit
-circle is concluded from symmetry, never from its numerical value; what the bounds do not decide is reported as
-undecided. The file gives the period with `period`.";
-
-const FLOQUET_EXAMPLE: &str = "\
-Examples:
-    librate floquet models/child_on_swing.lag
-    librate floquet models/mathieu.lag --set q=0.5 --digits 15
-    librate floquet models/mathieu.lag --json
-    librate plot floquet models/mathieu.lag --map a=-2..10:60 q=0..10:60 -o chart.svg
-
-A chart has a line for each point, the second parameter varying faster: both parameters, stable (true or false, empty
-where there is no periodic motion), and growth_rate in 1/s. It is computed in double precision, on all cores. --borders
-writes the points on the lines of the grid where stable and unstable meet.";
-
-const CHECK: &str = "\
-Checks a model file: its syntax, names, ranges, shapes and tables, without computing anything.";
-
-const PLOT: &str = "\
-A picture of what the other commands answer, as SVG: mode shapes, frequencies over a parameter, responses, periods, motions, stability charts. \
-The arguments are those of the command. Pictures scale, text in them is text, and they follow the reader's light or dark colours.";
-const PLOT_EXAMPLE: &str = "\
-Examples:
-    librate plot modes models/three_pendulums.lag -o modes.svg
-    librate plot sweep models/three_pendulums_unequal.lag --over k12=0..8:81 -o sweep.svg
-    librate plot sweep models/whirling_shaft_above.lag --over W=0..60:61 --orders 1";
-const SHOW: &str = "\
-One HTML page that needs nothing else: the model, its modes in motion, their digits, and the derivation. Points are drawn where \
-the model has them: vectors whose velocities are used (`let r = [...]`), coordinates that are read as vectors (`coord r[1..N, 1..3]`), \
-and what is named x, y and z; rods are where distances can't change, springs where a term of V couples two points. Otherwise each \
-coordinate is a bar. With `--over` a slider moves a parameter: modes are followed by their shapes from one of its values to the next.";
-const SHOW_EXAMPLE: &str = "\
-Examples:
-    librate show models/double_pendulum.lag -o page.html
-    librate show models/water.lag -o water.html
-    librate show models/double_pendulum.lag --over 'l[2]=0.3..3:9' -o l.html";
-const INERTIA: &str = "\
-Principal moments and axes of inertia, every printed digit right. FILE is one of three, recognised by
-the extension of its name (.lag, .csv, .stl) or else by its first bytes:
-
-A model: all its named tensors, that is each `let` which is a symmetric 3 x 3 matrix of parameters and
-numbers alone. T and coordinates may be missing.
-
-A table of points: CSV with a header that has the columns m (or mass), x, y and z. Mass, centre of mass
-and the tensor about it are printed, too.
-
-A mesh: STL, binary or ASCII, a closed surface whose triangles are ordered counterclockwise seen from
-outside, surfaces of cavities clockwise. The volume is printed, too. Coordinates are the
-single-precision numbers of the file, and results are in its units.";
-
-const INERTIA_EXAMPLE: &str = "\
-Examples:
-    librate inertia models/box_on_gimbals.lag --set a=0.5
-    librate inertia models/data/body_points.csv --digits 15
-    librate inertia models/data/box_with_cavity.stl --density 2700 --json";
-
-const EXPORT: &str = "\
-The matrices of M q'' + (G + C) q' + (K + N) q = 0 about the equilibrium, for other programs: mass and
-stiffness M and K, and what there is of the gyroscopic, damping and circulatory matrices G, C and N.
-Entries are doubles, in SI, those that are 0 left out. Rows are the coordinates in the order of the
-model; under constraints those that the others follow.
-
---matrix-market writes M.mtx, K.mtx and so on: a triangle of what is symmetric, numbers as the
-shortest decimals that read back to the same doubles. --npz writes one archive for NumPy, in which
-`M_data`, `M_indices`, `M_indptr` and `M_shape` are M as scipy.sparse.csr_array((data, indices,
-indptr), shape) takes it, K and the others likewise. --petsc writes M, K and so on in PETSc's binary
-format.
-
---code writes functions of doubles: librate_defaults(p), the parameters; librate_equilibrium(p, q);
-librate_mass(p, M), librate_stiffness(p, K) and what there is of librate_damping, librate_gyroscopic
-and librate_circulatory there, row by row; and of the full equations of motion librate_mass_matrix(t,
-q, v, p, M), librate_forces(t, q, v, p, f), librate_acceleration(t, q, v, p, a) and librate_energy(t,
-q, v, p). In Python they are PARAMETERS, equilibrium(p), mass(p) and so on, with p a dict or a list.";
-
-const EXPORT_EXAMPLE: &str = "\
-Examples:
-    librate export models/chain_walls.lag --set N=1000 --matrix-market -o chain
-    librate export models/response/whirling_rotor.lag --npz -o rotor.npz
-    librate export models/chain_walls.lag --petsc -o chain
-    librate export models/double_pendulum.lag --code c -o double_pendulum.c";
-
-const EXPLAIN: &str = "\
-More about a kind of error or warning: what is wrong, why it matters, a model with it and one
-without. Without a code, the list of all codes.";
-
-const COMPLETIONS_EXAMPLE: &str = "\
-Examples:
-    librate completions bash > ~/.local/share/bash-completion/completions/librate
-    librate completions fish > ~/.config/fish/completions/librate.fish";
-
-const MAN_EXAMPLE: &str = "\
-Examples:
-    librate man modes | man -l -
-    librate man > ~/.local/share/man/man1/librate.1";
-
-const DERIVE: &str = "\
-Lagrange's equations, momenta, the Hamiltonian and conserved quantities; then the equilibrium, T and V to
-second order about it, the mass matrix M, the stiffness matrix K and the linearized equations; symmetry
-classes and closed forms of the frequencies; all as expressions in the parameters.
-
-M_ij = d2T/dq_i'dq_j' and K_ij = d2V/dq_idq_j at the equilibrium. Parameters need no values. Coordinates
-whose equilibrium has to be searched for remain symbols.";
-
-const FMT: &str = "\
-Puts model files in canonical layout: one statement a line, lines of at most 100 columns, even
-spacing, no parentheses that aren't needed. Comments, blank lines and statements that share a line are
-kept; the meaning of the file never changes. A file with syntax errors is not changed.";
-
-const LSP: &str = "\
-A language server for editors, on standard input and output: errors while you type, values and dimensions of names, definitions,
-references, renaming, completion, arguments of functions, layout, an outline, K and M of coordinates at the equilibrium, and the
-frequencies above the model.
-
-An editor starts it by itself once it is told to use `librate lsp` for files that end in .lag.";
-
-const FMT_EXAMPLE: &str = "\
-Examples:
-    librate fmt models/*.lag
-    librate fmt --check models/water.lag
-    librate fmt - < models/water.lag";
-
-const DERIVE_EXAMPLE: &str = "\
-Examples:
-    librate derive models/double_pendulum.lag
-    librate derive models/three_pendulums.lag --expand k12 2
-    librate derive models/chain_walls.lag --set N=4 --json
-    librate derive models/double_pendulum.lag --latex --standalone > page.tex";
-
-const AMPLITUDE: &str = "\
-The leading change of the frequency of each mode with its amplitude: omega = omega_0*(1 + change*A^2 + ...), where A is the
-amplitude of the mode's largest component, in SI (rad for an angle). It comes from third and fourth derivatives at the equilibrium,
-with a bound; for a pendulum it is -1/16.
-
-`up to about` is the amplitude at which the next corrections to the motion, or the change of the frequency, reach a tenth of
-the mode itself. If a mode of once, twice or three times the frequency is driven, there is no such change; this is reported
-instead.";
-
-const MOTION: &str = "\
-The motion from initial values, by the full equations of motion: as CSV with the columns t, the coordinates and
-their velocities. Numbers in --start are in the units of the coordinates; the table is in SI. Constraints, friction and
-driving are covered.
-
-The equations are integrated twice, with 31 and with 16 digits. The difference shows how much the motion amplifies errors,
-and only the remaining digits are printed: a chaotic motion loses them in the course of time. That is an estimate.
-With --proved the motion is enclosed step by step, with as many bits as are needed, and every digit is proved. With
---tolerance it is integrated once in double precision, and the doubles are printed as they are. The change of the energy is
-reported on standard error.";
-const MOTION_EXAMPLE: &str = "\
-Examples:
-    librate motion models/double_pendulum.lag --start \"th[1]=0.3\" --until 100 --samples 1001
-    librate motion models/double_pendulum.lag --start \"th[1]=0.3\" --until 10 --digits 20 --proved
-    librate plot motion models/three_pendulums.lag --mode 2 --amplitude 0.5 --until 20 -o motion.svg";
-
 /// The command line.
 #[derive(Debug, Parser)]
-#[command(name = "librate", version, about = flowing(ABOUT), after_help = flowing(EXAMPLE))]
+#[command(name = "librate", version, about = about("librate"), after_help = examples("librate"))]
 #[command(arg_required_else_help = true, disable_help_subcommand = true, max_term_width = 100)]
 pub(crate) struct Cli {
     #[command(subcommand)]
@@ -333,13 +105,7 @@ impl Command {
             Self::Export(args) => Some(&mut args.model),
             Self::Check(args) => Some(&mut args.model),
             Self::Derive(args) => Some(&mut args.model),
-            Self::Explain(_)
-            | Self::Completions(_)
-            | Self::Man(_)
-            | Self::Fmt(_)
-            | Self::Watch(_)
-            | Self::Repl(_)
-            | Self::Lsp => None,
+            _ => None,
         }
     }
 }
@@ -367,70 +133,70 @@ impl MessageFormat {
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     /// Frequencies and mode shapes about the equilibrium
-    #[command(long_about = flowing(MODES), after_help = flowing(MODES_EXAMPLE))]
+    #[command(long_about = about("modes"), after_help = examples("modes"))]
     Modes(Modes),
     /// Frequencies over a range of a parameter, as CSV
-    #[command(long_about = flowing(SWEEP), after_help = flowing(SWEEP_EXAMPLE))]
+    #[command(long_about = about("sweep"), after_help = examples("sweep"))]
     Sweep(Sweep),
     /// The exact period of one coordinate at finite amplitude
-    #[command(override_usage = usage("period", &PERIODS), long_about = flowing(PERIOD), after_help = flowing(PERIOD_EXAMPLE))]
+    #[command(override_usage = usage("period", &PERIODS), long_about = about("period"), after_help = examples("period"))]
     Period(Period),
     /// How the frequency of each mode changes with its amplitude
-    #[command(long_about = flowing(AMPLITUDE))]
+    #[command(long_about = about("amplitude"))]
     Amplitude(Amplitude),
     /// How much each frequency changes with each parameter
-    #[command(long_about = flowing(SENSITIVITY))]
+    #[command(long_about = about("sensitivity"))]
     Sensitivity(Sensitivity),
     /// Stability of a periodically driven model: Floquet multipliers
-    #[command(long_about = flowing(FLOQUET), after_help = flowing(FLOQUET_EXAMPLE))]
+    #[command(long_about = about("floquet"), after_help = examples("floquet"))]
     Floquet(Floquet),
     /// The steady response to a harmonic force, as CSV
-    #[command(long_about = flowing(RESPONSE), after_help = flowing(RESPONSE_EXAMPLE))]
+    #[command(long_about = about("response"), after_help = examples("response"))]
     Response(ResponseArgs),
     /// Time evolution, as CSV
-    #[command(override_usage = usage("motion", &MOTIONS), long_about = flowing(MOTION), after_help = flowing(MOTION_EXAMPLE))]
+    #[command(override_usage = usage("motion", &MOTIONS), long_about = about("motion"), after_help = examples("motion"))]
     Motion(Motion),
     /// A picture of what another command answers, as SVG
-    #[command(long_about = flowing(PLOT), after_help = flowing(PLOT_EXAMPLE))]
+    #[command(long_about = about("plot"), after_help = examples("plot"))]
     Plot(Plot),
     /// A page with the modes in motion, for a browser
-    #[command(long_about = flowing(SHOW), after_help = flowing(SHOW_EXAMPLE))]
+    #[command(long_about = about("show"), after_help = examples("show"))]
     Show(Show),
     /// Every equilibrium in a box of coordinates
-    #[command(long_about = flowing(equilibria::ABOUT), after_help = flowing(equilibria::EXAMPLE))]
+    #[command(long_about = about("equilibria"), after_help = examples("equilibria"))]
     Equilibria(Equilibria),
     /// Principal moments and axes of inertia: of a model's tensors, of points, of a mesh
-    #[command(long_about = flowing(INERTIA), after_help = flowing(INERTIA_EXAMPLE))]
+    #[command(long_about = about("inertia"), after_help = examples("inertia"))]
     Inertia(Inertia),
     /// The matrices as files of other programs, the equations as source code
-    #[command(override_usage = usage("export", &EXPORTS), long_about = flowing(EXPORT), after_help = flowing(EXPORT_EXAMPLE))]
+    #[command(override_usage = usage("export", &EXPORTS), long_about = about("export"), after_help = examples("export"))]
     Export(Export),
     /// Check a model file without computing anything
-    #[command(long_about = flowing(CHECK))]
+    #[command(long_about = about("check"))]
     Check(Check),
     /// Lagrange's equations, mass and stiffness matrices in symbols
-    #[command(long_about = flowing(DERIVE), after_help = flowing(DERIVE_EXAMPLE))]
+    #[command(long_about = about("derive"), after_help = examples("derive"))]
     Derive(Derive),
     /// What the code of an error or warning means, with an example
-    #[command(long_about = flowing(EXPLAIN))]
+    #[command(long_about = about("explain"))]
     Explain(Explain),
     /// Completions for a shell, to be put where it looks for them
-    #[command(after_help = flowing(COMPLETIONS_EXAMPLE))]
+    #[command(after_help = examples("completions"))]
     Completions(Completions),
     /// A manual page, for man
-    #[command(after_help = flowing(MAN_EXAMPLE))]
+    #[command(after_help = examples("man"))]
     Man(Man),
     /// Put model files in canonical layout, comments kept
-    #[command(long_about = flowing(FMT), after_help = flowing(FMT_EXAMPLE))]
+    #[command(long_about = about("fmt"), after_help = examples("fmt"))]
     Fmt(Fmt),
     /// A command again each time its model is saved
-    #[command(long_about = flowing(watch::ABOUT), after_help = flowing(watch::EXAMPLE))]
+    #[command(long_about = about("watch"), after_help = examples("watch"))]
     Watch(Watch),
     /// A model line by line, and how its frequencies move
-    #[command(long_about = flowing(repl::ABOUT), after_help = flowing(repl::EXAMPLE))]
+    #[command(long_about = about("repl"), after_help = examples("repl"))]
     Repl(Repl),
     /// Answer an editor: errors while you type, values, completions, renaming
-    #[command(long_about = flowing(LSP))]
+    #[command(long_about = about("lsp"))]
     Lsp,
 }
 
@@ -867,10 +633,8 @@ pub(crate) const DOUBLE_DOUBLE_DIGITS: usize = 30;
 pub(crate) fn positive(text: &str) -> Result<usize, String> {
     // 1e6 is one too.
     let number = Number::parse(text).and_then(|number| number.to_i64());
-    match number.and_then(|number| usize::try_from(number).ok()) {
-        Some(0) | None => Err("a whole number, 1 or more, is needed".to_owned()),
-        Some(count) => Ok(count),
-    }
+    let count = number.and_then(|number| usize::try_from(number).ok()).filter(|count| *count > 0);
+    count.ok_or_else(|| "a whole number, 1 or more, is needed".to_owned())
 }
 
 /// What a constant expression is worth.

@@ -17,11 +17,14 @@ pub(super) fn run(args: &args::Floquet, first: &str, second: &str) -> Result<Ans
     let (mut source, made) = parsed(&args.model, input::read_model(&args.model.file)?)?;
     let chart = match Chart::new(&made, ranges) {
         Ok(chart) => chart,
-        Err(Error::Model(errors)) if matches!(errors.as_slice(), [ModelError::BadSetting { .. }]) => {
-            let told: Vec<String> = errors.iter().map(ToString::to_string).collect();
-            return Err(wrong_request(told.join("; "), HELP));
+        Err(error) => {
+            return Err(match &error {
+                Error::Model(errors) if matches!(errors[..], [ModelError::BadSetting { .. }]) => {
+                    wrong_request(errors[0].to_string(), HELP)
+                }
+                _ => Failure::Model(source, error.diagnostics()),
+            });
         }
-        Err(error) => return Err(Failure::Model(source, error.diagnostics())),
     };
     let count = chart.len()[0];
     let worker = || {

@@ -28,29 +28,23 @@ pub(super) fn text(args: &args::Export) -> Result<Answer, Failure> {
     let linearized = linearize::linearize(model).map_err(|error| failed(&source, &warnings, error))?;
     let matrices = report::matrices(&linearized).map_err(|error| match linearized.not_finite() {
         Some(undefined) => failed(&source, &warnings, undefined),
-        None => fault(error.to_string()),
+        None => fault(error),
     })?;
     if args.npz {
         write_content(output, &|out| report::write_npz(&matrices, out), &mut source)?;
     } else {
         make_folder(output)?;
-        let files: Vec<PathBuf> = NAMES.iter().map(|name| file(args, output, name)).collect();
-        let own = |name: &str| matrices.iter().find(|matrix| matrix.name() == name);
-        for (name, file) in NAMES.iter().zip(&files).filter(|(name, _)| own(name).is_none()) {
-            if file.exists() {
-                let file = file.display();
-                return Err(fault(format!(
-                    "`{file}` is of another model: this one has no {name}; remove that file first"
-                )));
-            }
+        let is_own = |name: &str| matrices.iter().any(|matrix| matrix.name() == name);
+        if let Some(name) = NAMES.iter().find(|name| !is_own(name) && file(args, output, name).exists()) {
+            let (file, what) = (file(args, output, name), format!("this one has no {name}; remove that file first"));
+            return Err(fault(format!("`{}` is of another model: {what}", file.display())));
         }
         let comments = comments(&linearized);
-        for (name, file) in NAMES.iter().zip(&files) {
-            let Some(matrix) = own(name) else { continue };
-            if args.petsc {
-                write_content(file, &|out| matrix.write_petsc(out), &mut source)?;
-            } else {
-                write_content(file, &|out| matrix.write_matrix_market(&comments, out), &mut source)?;
+        for matrix in &matrices {
+            let file = file(args, output, matrix.name());
+            match args.petsc {
+                true => write_content(&file, &|out| matrix.write_petsc(out), &mut source)?,
+                false => write_content(&file, &|out| matrix.write_matrix_market(&comments, out), &mut source)?,
             }
         }
     }

@@ -37,10 +37,8 @@ pub(super) fn run(args: &Fmt, format: MessageFormat) -> ExitCode {
 /// Formats a file; says whether all is well with it: not so if it was to be checked and differs.
 fn one(file: &Path, check: bool) -> Result<bool, Failure> {
     let source = input::read_model(file)?;
-    let formatted = match syntax::format(&source.text) {
-        Ok(formatted) => formatted,
-        Err(errors) => return Err(Failure::Model(source, Error::from(errors).diagnostics())),
-    };
+    let formatted = syntax::format(&source.text);
+    let formatted = formatted.map_err(|all| Failure::Model(source.clone(), Error::from(all).diagnostics()))?;
     let same = formatted == source.text;
     if check {
         if !same {

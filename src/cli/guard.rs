@@ -49,9 +49,7 @@ impl Guard {
         if self.done.swap(true, Ordering::Relaxed) {
             return answer;
         }
-        let Some(Err(exceeded)) = self.budget.get().map(Budget::check) else {
-            return answer;
-        };
+        let Some(Err(exceeded)) = self.budget.get().map(Budget::check) else { return answer };
         // Whatever else it ended with may only follow from that.
         let source = match answer {
             Ok(answer) => answer.remarks.map(|(source, _)| source),

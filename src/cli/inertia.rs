@@ -28,8 +28,7 @@ fn kind(file: &Path, bytes: &[u8]) -> Kind {
         Some("stl") => return Kind::Mesh,
         Some(_) | None => {}
     }
-    let start = bytes.trim_ascii_start();
-    let solid = start.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
+    let solid = bytes.trim_ascii_start().get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
     if solid || bytes.contains(&0) {
         return Kind::Mesh;
     }

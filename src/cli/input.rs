@@ -95,9 +95,7 @@ pub(crate) fn read_tables(args: &ModelArgs, model: &syntax::File, source: &mut S
     let mut texts = TableTexts::new();
     let mut seen: Vec<&str> = Vec::new();
     for statement in &model.statements {
-        let StatementKind::Table { path, .. } = &statement.kind else {
-            continue;
-        };
+        let StatementKind::Table { path, .. } = &statement.kind else { continue };
         if seen.contains(&path.as_str()) {
             continue;
         }
@@ -159,8 +157,7 @@ impl Allowed {
 
 /// The folder of a file.
 pub(crate) fn folder(file: &Path) -> &Path {
-    let parent = file.parent().filter(|parent| !parent.as_os_str().is_empty());
-    parent.unwrap_or_else(|| Path::new("."))
+    file.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or_else(|| Path::new("."))
 }
 
 /// Standard input, or what a shell has opened, as for `<(…)`: read to its end like a pipe.
@@ -198,17 +195,13 @@ fn open(file: &Path) -> Result<File, String> {
 
 fn all(source: impl Read, most: usize) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::new();
-    let read = source.take(most as u64 + 1).read_to_end(&mut bytes);
-    read.map_err(|error| in_words(&error))?;
+    source.take(most as u64 + 1).read_to_end(&mut bytes).map_err(|error| in_words(&error))?;
     Ok(bytes)
 }
 
 /// Refuses what is more than `most` bytes.
 fn within(bytes: Vec<u8>, most: usize) -> Result<Vec<u8>, String> {
-    if bytes.len() > most {
-        return Err(format!("it is larger than {} MB", most >> 20));
-    }
-    Ok(bytes)
+    if bytes.len() > most { Err(format!("it is larger than {} MB", most >> 20)) } else { Ok(bytes) }
 }
 
 fn utf8(bytes: Vec<u8>) -> Result<String, String> {

@@ -1,6 +1,5 @@
 //! From arguments to an exit status: reads files, calls the library, writes.
 
-mod amplitude;
 mod args;
 mod chart;
 mod check;
@@ -39,7 +38,7 @@ use librate::diagnostic::Diagnostic;
 use librate::model::{self, Constant, Model, ModelError, Range, Settings, TableTexts};
 use librate::number::Number;
 use librate::report::{self, Style};
-use librate::{Error, explain, floquet, linearize, modes, oscillation, sensitivity, syntax};
+use librate::{Error, amplitude, explain, floquet, linearize, modes, oscillation, sensitivity, syntax};
 
 use args::{Cli, Command, MessageFormat, ModelArgs};
 use guard::Guard;
@@ -93,6 +92,22 @@ struct Loaded {
     warnings: Vec<Diagnostic>,
 }
 
+impl Loaded {
+    /// The answer that `work` computes of the model, with the warnings that it adds, while progress is shown.
+    fn answer(
+        self,
+        args: &ModelArgs,
+        what: &'static str,
+        work: impl FnOnce(&Made, Model, &mut Vec<Diagnostic>) -> Result<String, Error>,
+    ) -> Result<Answer, Failure> {
+        let Self { source, made, model, mut warnings } = self;
+        match during(args, what, || work(&made, model, &mut warnings)) {
+            Ok(text) => Ok(Answer::new(text, Some((source, warnings)))),
+            Err(error) => Err(failed(&source, &warnings, error)),
+        }
+    }
+}
+
 /// Runs the command that was typed.
 pub(crate) fn run() -> ExitCode {
     let mut cli = match Cli::try_parse() {
@@ -110,7 +125,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Modes(modes) => modes_text(modes, report::modes_svg),
         Command::Sweep(sweep) => sweep::text(sweep),
         Command::Period(period) => period::text(period),
-        Command::Amplitude(amplitude) => amplitude::text(amplitude),
+        Command::Amplitude(amplitude) => amplitude_text(amplitude),
         Command::Sensitivity(sensitivity) => sensitivity_text(sensitivity),
         Command::Floquet(floquet) => floquet_text(floquet),
         Command::Response(response) => response::text(response),
@@ -210,29 +225,28 @@ fn modes_text(
     picture: impl Fn(&linearize::Linearized, &oscillation::NormalModes) -> String,
 ) -> Result<Answer, Failure> {
     let few = args.lowest.is_some() || args.near.is_some() || args.certify.is_some();
-    let Loaded { source, model, mut warnings, .. } = load(&args.model, if few { Size::Any } else { Size::Dense })?;
+    let loaded = load(&args.model, if few { Size::Any } else { Size::Dense })?;
     let mut options = modes::Options::default().digits(args.digits);
     options.lowest = args.lowest;
     options.near = args.near.zip(args.count);
-    options.given = args.certify.as_ref().map(|file| vectors_to_certify(file, &model)).transpose()?;
+    options.given = args.certify.as_ref().map(|file| vectors_to_certify(file, &loaded.model)).transpose()?;
     options.vectors = !args.no_vectors;
     options.threads = args.threads.unwrap_or_else(threads::cores);
-    let computed = during(&args.model, "computing the modes", || solved(model, &options));
-    let (linearized, mut modes) = computed.map_err(|error| failed(&source, &warnings, error))?;
-    warnings.extend(modes.warnings(&linearized));
-    sensitivity::put_uncertainties(&linearized, &mut modes, &options)
-        .map_err(|error| failed(&source, &warnings, error))?;
-    if args.normalize == "max" {
-        modes = modes.with_largest_component_one();
-    }
-    let text = if args.model.drawn {
-        picture(&linearized, &modes)
-    } else if args.json {
-        report::modes_json(&linearized, &modes, &options)
-    } else {
-        report::modes_text(&linearized, &modes, &options, &style().unit(args.unit))
-    };
-    Ok(Answer::new(text, Some((source, warnings))))
+    loaded.answer(&args.model, "computing the modes", |_, model, warnings| {
+        let (linearized, mut modes) = solved(model, &options)?;
+        warnings.extend(modes.warnings(&linearized));
+        sensitivity::put_uncertainties(&linearized, &mut modes, &options)?;
+        if args.normalize == "max" {
+            modes = modes.with_largest_component_one();
+        }
+        Ok(if args.model.drawn {
+            picture(&linearized, &modes)
+        } else if args.json {
+            report::modes_json(&linearized, &modes, &options)
+        } else {
+            report::modes_text(&linearized, &modes, &options, &style().unit(args.unit))
+        })
+    })
 }
 
 /// The vectors of an archive, one component a coordinate.
@@ -258,24 +272,21 @@ fn solved(
 }
 
 fn sensitivity_text(args: &args::Sensitivity) -> Result<Answer, Failure> {
-    let Loaded { source, model, mut warnings, .. } = load(&args.model, Size::Dense)?;
     let mut options = modes::Options::default().digits(args.digits);
     options.lowest = args.lowest;
-    let progress = Progress::start("computing the modes", &args.model.guard);
-    // Conditions on velocities have no derivatives, the equations in independent velocities do.
-    let model = derive::in_independent_coordinates(&model).unwrap_or(model);
-    let computed = solved(model, &options);
-    let (linearized, mut modes) = computed.map_err(|error| failed(&source, &warnings, error))?;
-    let found = sensitivity::sensitivities(&linearized, &modes);
-    found.put_uncertainties(&linearized, &mut modes);
-    drop(progress);
-    warnings.extend(modes.warnings(&linearized));
-    let text = if args.json {
-        report::sensitivity_json(&linearized, &modes, &found, &options)
-    } else {
-        report::sensitivity_text(&linearized, &modes, &found, &options, &style())
-    };
-    Ok(Answer::new(text, Some((source, warnings))))
+    load(&args.model, Size::Dense)?.answer(&args.model, "computing the modes", |_, model, warnings| {
+        // Conditions on velocities have no derivatives, the equations in independent velocities do.
+        let model = derive::in_independent_coordinates(&model).unwrap_or(model);
+        let (linearized, mut modes) = solved(model, &options)?;
+        let found = sensitivity::sensitivities(&linearized, &modes);
+        found.put_uncertainties(&linearized, &mut modes);
+        warnings.extend(modes.warnings(&linearized));
+        Ok(if args.json {
+            report::sensitivity_json(&linearized, &modes, &found, &options)
+        } else {
+            report::sensitivity_text(&linearized, &modes, &found, &options, &style())
+        })
+    })
 }
 
 /// What a later stage says, below what was suspicious already.
@@ -287,22 +298,41 @@ fn floquet_text(args: &args::Floquet) -> Result<Answer, Failure> {
     if let [first, second] = args.map.as_slice() {
         return chart::run(args, first, second);
     }
-    let Loaded { source, model, warnings, .. } = load_values(&args.model, Size::Any)?;
     let options = floquet::Options::default().digits(args.digits);
-    let what = "integrating the motion over a period";
-    let found = during(&args.model, what, || floquet::floquet(&model, &options));
-    let found = found.map_err(|error| failed(&source, &warnings, error))?;
-    let text = if args.json {
-        report::floquet_json(&model, &found, args.digits)
-    } else {
-        report::floquet_text(&model, &found, args.digits, &style())
-    };
-    Ok(Answer::new(text, Some((source, warnings))))
+    let loaded = load_values(&args.model, Size::Any)?;
+    loaded.answer(&args.model, "integrating the motion over a period", |_, model, _| {
+        let found = floquet::floquet(&model, &options)?;
+        Ok(if args.json {
+            report::floquet_json(&model, &found, args.digits)
+        } else {
+            report::floquet_text(&model, &found, args.digits, &style())
+        })
+    })
+}
+
+/// Shapes to fewer digits would cost digits of the change.
+const SHAPE_DIGITS: usize = 14;
+
+fn amplitude_text(args: &args::Amplitude) -> Result<Answer, Failure> {
+    let options = modes::Options::default().digits(args.digits.max(SHAPE_DIGITS));
+    let loaded = load_values(&args.model, Size::Dense)?;
+    loaded.answer(&args.model, "computing the modes and their change", |_, model, warnings| {
+        amplitude::check(&model)?;
+        let linearized = linearize::linearize(model)?;
+        let normal = oscillation::normal_modes(&linearized, &options)?;
+        let found = amplitude::amplitude(&linearized, &normal)?;
+        warnings.extend(normal.warnings(&linearized));
+        Ok(if args.json {
+            report::amplitude_json(&linearized, &normal, &found, args.digits)
+        } else {
+            report::amplitude_text(&linearized, &normal, &found, args.digits, &style())
+        })
+    })
 }
 
 fn derive_text(args: &args::Derive) -> Result<Answer, Failure> {
-    let Loaded { source, made, model, mut warnings } = load(&args.model, Size::Any)?;
-    let known: Vec<&str> = model.parameters.iter().map(|p| p.name.as_str()).collect();
+    let loaded = load(&args.model, Size::Any)?;
+    let known: Vec<&str> = loaded.model.parameters.iter().map(|p| p.name.as_str()).collect();
     let limits = args.limits.iter().map(|text| limit(text, &known));
     let limits: Vec<(String, Number)> = limits.collect::<Result<_, _>>()?;
     let expansion = match args.expand.as_slice() {
@@ -313,33 +343,33 @@ fn derive_text(args: &args::Derive) -> Result<Answer, Failure> {
     let parts = parts.cubic(args.cubic).quartic(args.quartic);
     // Only a page has numbers, and none at other values than the limits.
     let parts = parts.numbers(parts.numbers && !args.json && limits.is_empty());
-    let derived = during(&args.model, "deriving the equations", || derive::derive(&model, &parts));
-    let mut derivation = derived.map_err(|error| failed(&source, &warnings, error))?;
-    if let Some(exceeded) = &derivation.left_out {
-        if args.only.is_some() {
-            return Err(failed(&source, &warnings, linearize::LinearizeError::from(exceeded.clone())));
+    loaded.answer(&args.model, "deriving the equations", |made, model, warnings| {
+        let mut derivation = derive::derive(&model, &parts)?;
+        if let Some(exceeded) = &derivation.left_out {
+            if args.only.is_some() {
+                return Err(linearize::LinearizeError::from(exceeded.clone()).into());
+            }
+            args.model.guard.accept();
+            warnings.push(report::left_out(exceeded));
         }
-        args.model.guard.accept();
-        warnings.push(report::left_out(exceeded));
-    }
-    for (name, value) in &limits {
-        derivation.limit(name, value);
-    }
-    if let Some((name, order)) = &expansion {
-        derivation.expand(name, *order);
-    }
-    derivation.only.clone_from(&args.only);
-    if !args.json {
-        derivation.put_given(&made.file, &made.settings, &model);
-    }
-    let text = match &derivation {
-        own if args.json => report::derive_json(own),
-        own if args.latex => report::derive_latex(own, args.standalone),
-        own if args.html => report::derive_html(own),
-        own if args.typst => report::derive_typst(own),
-        own => report::derive_text(own, &style().ascii(args.ascii)),
-    };
-    Ok(Answer::new(text, Some((source, warnings))))
+        for (name, value) in &limits {
+            derivation.limit(name, value);
+        }
+        if let Some((name, order)) = &expansion {
+            derivation.expand(name, *order);
+        }
+        derivation.only.clone_from(&args.only);
+        if !args.json {
+            derivation.put_given(&made.file, &made.settings, &model);
+        }
+        Ok(match &derivation {
+            own if args.json => report::derive_json(own),
+            own if args.latex => report::derive_latex(own, args.standalone),
+            own if args.html => report::derive_html(own),
+            own if args.typst => report::derive_typst(own),
+            own => report::derive_text(own, &style().ascii(args.ascii)),
+        })
+    })
 }
 
 /// A script for a shell.
@@ -467,10 +497,7 @@ where
 /// Parses a model and reads its tables; from then on its budget counts.
 fn parsed(args: &ModelArgs, mut source: Source) -> Result<(Source, Made), Failure> {
     let settings = settings(args)?;
-    let file = match model::parse(&source.text, &settings) {
-        Ok(file) => file,
-        Err(all) => return Err(Failure::Model(source, all)),
-    };
+    let file = model::parse(&source.text, &settings).map_err(|all| Failure::Model(source.clone(), all))?;
     let tables = input::read_tables(args, &file, &mut source)?;
     let settings = settings.within(args.guard.begin(&source, tables.bytes()));
     Ok((source, Made { file, tables, settings }))
@@ -491,8 +518,7 @@ fn checked(
         true => model::elaborate(file, tables, &settings.clone().with_points())?,
         false => model::elaborate(file, tables, settings)?,
     };
-    let mut told = model.warnings(file);
-    told.extend(librate::inertia::warnings(&model));
+    let told = [model.warnings(file), librate::inertia::warnings(&model)].concat();
     Ok((model, told))
 }
 

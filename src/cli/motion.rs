@@ -29,10 +29,8 @@ pub(super) fn text(args: &args::Motion, format: MessageFormat) -> Result<Answer,
     source.taken.extend([&at, &starts].into_iter().flatten().flat_map(|table| table.taken.clone()));
     let computed = during(&args.model, "integrating the motion", || -> Result<_, Error> {
         let system = System::new(&model)?;
-        let times = match &at {
-            Some(table) => Times::table(&table.text)?,
-            None => Times::new(&until, args.samples)?,
-        };
+        let asked = || Times::new(&until, args.samples);
+        let times = at.as_ref().map_or_else(asked, |table| Times::table(&table.text))?;
         let at_once = times.at_once(2 * model.coordinates.len() + 1);
         let linearized = if args.linear {
             if let Some(own) = model.rolling.first() {
@@ -49,15 +47,12 @@ pub(super) fn text(args: &args::Motion, format: MessageFormat) -> Result<Answer,
             let method = method(args, &model, system)?;
             return Ok(Computed::Ensemble(Box::new(Ensemble { model, method, starts, times })));
         }
-        let start = match (args.mode, &amplitude, &linearized) {
-            (Some(mode), Some(amplitude), Some(linearized)) => {
-                let normal = oscillation::normal_modes(linearized, &modes::Options::default())?;
-                Start::mode(mode, amplitude, &model, (linearized, &normal), &system)?
-            }
-            _ => {
-                let start = args.start.as_deref().unwrap_or_default();
-                Start::parse(start, &model, linearized.as_ref(), &system)?
-            }
+        let start = if let (Some(mode), Some(amplitude), Some(linearized)) = (args.mode, &amplitude, &linearized) {
+            let normal = oscillation::normal_modes(linearized, &modes::Options::default())?;
+            Start::mode(mode, amplitude, &model, (linearized, &normal), &system)?
+        } else {
+            let start = args.start.as_deref().unwrap_or_default();
+            Start::parse(start, &model, linearized.as_ref(), &system)?
         };
         let method = method(args, &model, system)?;
         let known = method.motion(&start, &at_once, args.digits)?;
@@ -224,11 +219,9 @@ impl Motion {
         }
         let linearized = self.linearized.as_ref();
         let mut linear = linearized.and_then(|own| motion::superposition(own, &self.start, &self.times));
-        let table = MotionCsv::new(out, model, known, linear.is_some(), digits);
-        let mut table = table.map_err(output::failed)?;
+        let mut table = MotionCsv::new(out, model, known, linear.is_some(), digits).map_err(output::failed)?;
         self.each(|time, row| {
-            let linear = linear.as_mut().and_then(Iterator::next);
-            let linear = linear.unwrap_or_default();
+            let linear = linear.as_mut().and_then(Iterator::next).unwrap_or_default();
             table.row(time, row, &linear).map_err(output::failed)
         })?;
         table.finish().map(drop).map_err(output::failed)

@@ -5,7 +5,7 @@ use std::fmt::Display;
 use std::fs::{self, File, Metadata};
 use std::io::{self, BufWriter, ErrorKind, IsTerminal, Seek, SeekFrom, Write};
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 
 use anstream::{AutoStream, ColorChoice};
 use tempfile::{Builder, NamedTempFile};
@@ -30,8 +30,7 @@ pub(super) fn visible_json(json: &str) -> Cow<'_, str> {
         '\n' | '\t' | '\r' => None,
         _ => {
             let mut units = [0; 2];
-            let units = c.encode_utf16(&mut units).iter();
-            Some(units.map(|unit| format!("\\u{unit:04x}")).collect())
+            Some(c.encode_utf16(&mut units).iter().map(|unit| format!("\\u{unit:04x}")).collect())
         }
     })
 }
@@ -70,8 +69,7 @@ fn is_hidden(c: char) -> bool {
 /// Whether the text begins with `ESC [ 1 ; 31 m`.
 fn is_style(text: &str) -> bool {
     let numbers = text.strip_prefix("\u{1b}[").unwrap_or_default();
-    let end = numbers.trim_start_matches(|c: char| c.is_ascii_digit() || c == ';');
-    end.starts_with('m')
+    numbers.trim_start_matches(|c: char| c.is_ascii_digit() || c == ';').starts_with('m')
 }
 
 /// Whether standard output was closed when the program began. Before `main`, the runtime opens `/dev/null` in its place,
@@ -121,49 +119,39 @@ pub(super) fn write_paged(text: &str) -> Result<(), Failure> {
     let shown = visible(text, color);
     let height = terminal_size::terminal_size().map(|(_, terminal_size::Height(lines))| usize::from(lines));
     let is_long = io::stdout().is_terminal() && height.is_some_and(|height| shown.lines().count() >= height);
-    if is_long && is_read_in_pager(&shown) {
-        return Ok(());
-    }
-    write_bytes(shown.as_bytes())
+    if is_long && is_read_in_pager(&shown) { Ok(()) } else { write_bytes(shown.as_bytes()) }
 }
 
 /// Whether a pager could be started; one that is left before the end has shown enough.
 fn is_read_in_pager(text: &str) -> bool {
     let pager = std::env::var("PAGER").unwrap_or_else(|_| "less".to_owned());
     let mut words = pager.split_whitespace();
-    let Some(program) = words.next() else {
-        return false;
-    };
+    let Some(program) = words.next() else { return false };
     let mut command = Command::new(program);
     command.args(words).stdin(Stdio::piped());
     if std::env::var_os("LESS").is_none() {
         // Colours as they are, nothing cleared, and no wait where all fits.
         command.env("LESS", "FRX");
     }
-    let Ok(mut child) = command.spawn() else {
-        return false;
-    };
+    let Ok(mut child) = command.spawn() else { return false };
+    feed(&mut child, text);
+    child.wait().is_ok()
+}
+
+/// Hands a text to a process; one that ends before it has read everything has seen enough.
+pub(super) fn feed(child: &mut Child, text: &str) {
     if let Some(mut input) = child.stdin.take() {
         let _ = input.write_all(text.as_bytes());
     }
-    child.wait().is_ok()
 }
 
 /// Writes a text of the user's own: as it is, unless somebody looks at it.
 pub(super) fn write_data(text: &str) -> Result<(), Failure> {
-    if io::stdout().is_terminal() {
-        return write_out(text);
-    }
-    write_bytes(text.as_bytes())
+    if io::stdout().is_terminal() { write_out(text) } else { write_bytes(text.as_bytes()) }
 }
 
 fn write_bytes(bytes: &[u8]) -> Result<(), Failure> {
-    if at_start::closed() {
-        return Err(not_written(&"standard output is closed"));
-    }
-    let mut out = io::stdout().lock();
-    let written = out.write_all(bytes).and_then(|()| out.flush());
-    written.map_err(failed)
+    write_rest(|out| out.write_all(bytes).map_err(failed))
 }
 
 /// Writes what is worked out meanwhile, numbers and names of a model.
@@ -178,10 +166,7 @@ pub(super) fn write_rest(rest: impl FnOnce(&mut dyn Write) -> Result<(), Failure
 
 /// Why a result was not written.
 pub(super) fn failed(error: io::Error) -> Failure {
-    match error.kind() {
-        ErrorKind::BrokenPipe => Failure::BrokenPipe,
-        _ => not_written(&error),
-    }
+    if error.kind() == ErrorKind::BrokenPipe { Failure::BrokenPipe } else { not_written(&error) }
 }
 
 fn not_written(reason: &dyn Display) -> Failure {
@@ -268,9 +253,7 @@ pub(super) fn in_words(error: &io::Error) -> String {
 
 /// Whether two paths lead to one file, by whatever name.
 fn same_file(one: &Path, other: &Path) -> bool {
-    let (Ok(first), Ok(second)) = (fs::metadata(one), fs::metadata(other)) else {
-        return false;
-    };
+    let (Ok(first), Ok(second)) = (fs::metadata(one), fs::metadata(other)) else { return false };
     #[cfg(unix)]
     let same = {
         use std::os::unix::fs::MetadataExt;

@@ -1,6 +1,6 @@
 //! `librate repl`: a model that is entered line by line, and how its frequencies move.
 
-use std::io::{self, BufRead, IsTerminal, Write};
+use std::io::{self, BufRead, IsTerminal};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command as Process, ExitCode, Stdio};
 
@@ -18,18 +18,8 @@ use serde_json::Value;
 
 use super::args::{Cli, MessageFormat};
 use super::input::{Source, read_model};
-use super::output::{write_file, write_messages, write_out};
+use super::output::{feed, write_file, write_messages, write_out};
 use super::{Failure, complain, ended, fault};
-
-pub(super) const ABOUT: &str = "\
-A model that is entered line by line: each statement is checked at once, and once there are energies each change shows how the
-frequencies move. A statement takes the place of the one that declared the same name, and `k = 8` gives a parameter another value.
-Other commands are typed as in a shell, without the file: `derive --only mass`. `help` lists the rest.";
-
-pub(super) const EXAMPLE: &str = "\
-Examples:
-    librate repl
-    librate repl models/three_pendulums.lag";
 
 const HELP: &str = "\
 a statement          declares, or takes the place of what declared the same name: `param k = 8`
@@ -166,10 +156,8 @@ impl Session {
     /// Begins with a file.
     fn open(&mut self, file: &Path) -> Result<(), Failure> {
         let source = read_model(file)?;
-        let parsed = match syntax::parse(&source.text) {
-            Ok(parsed) => parsed,
-            Err(errors) => return Err(Failure::Model(source, errors.iter().map(Diagnostic::from).collect())),
-        };
+        let told = |all: Vec<_>| Failure::Model(source.clone(), all.iter().map(Diagnostic::from).collect());
+        let parsed = syntax::parse(&source.text).map_err(told)?;
         let mut done = 0;
         for statement in &parsed.statements {
             let end = statement.span.range().end;
@@ -200,8 +188,7 @@ impl Session {
         for statement in &parsed.statements {
             let own = declared(&statement.kind);
             let same = |entry: &String| {
-                let parsed = syntax::parse(entry).map(|file| file.statements).unwrap_or_default();
-                parsed.iter().any(|other| declared(&other.kind).iter().any(|name| own.contains(name)))
+                statements(entry).iter().any(|other| declared(&other.kind).iter().any(|name| own.contains(name)))
             };
             let new = text[statement.span.range()].to_owned();
             match self.entries.iter().position(same) {
@@ -209,10 +196,7 @@ impl Session {
                 // What others are made from stands above them.
                 None => {
                     let own = rank(&statement.kind);
-                    let before = |entry: &String| {
-                        let parsed = syntax::parse(entry).map(|file| file.statements).unwrap_or_default();
-                        parsed.iter().all(|other| rank(&other.kind) <= own)
-                    };
+                    let before = |entry: &String| statements(entry).iter().all(|other| rank(&other.kind) <= own);
                     let at = self.entries.iter().rposition(before).map_or(0, |at| at + 1);
                     self.entries.insert(at, new);
                 }
@@ -245,7 +229,7 @@ impl Session {
 
     /// All names that are declared.
     fn names(&self) -> Vec<String> {
-        let parsed = syntax::parse(&self.text()).map(|file| file.statements).unwrap_or_default();
+        let parsed = statements(&self.text());
         let names = parsed.iter().flat_map(|statement| declared(&statement.kind));
         names.filter_map(|name| name.split_whitespace().last().map(str::to_owned)).collect()
     }
@@ -300,19 +284,16 @@ impl Session {
 }
 
 /// This program once more, with what it says handed on or kept.
+fn statements(text: &str) -> Vec<syntax::Statement> {
+    syntax::parse(text).map(|file| file.statements).unwrap_or_default()
+}
+
 fn own_process(words: &[&str], output: fn() -> Stdio) -> Result<Child, Failure> {
     let start = |own| Process::new(own).args(words).stdin(Stdio::piped()).stdout(output()).stderr(output()).spawn();
-    let started = std::env::current_exe().and_then(start);
-    started.map_err(|error| fault(format!("can't run the command: {error}")))
+    std::env::current_exe().and_then(start).map_err(|error| fault(format!("can't run the command: {error}")))
 }
 
 /// Hands a text to the standard input of a command; one that does not want it has said why.
-fn feed(child: &mut Child, text: &str) {
-    if let Some(mut input) = child.stdin.take() {
-        let _ = input.write_all(text.as_bytes());
-    }
-}
-
 fn wrong(text: &str, errors: &[syntax::SyntaxError]) -> Failure {
     let source = Source { name: "<input>".to_owned(), text: text.to_owned(), taken: Vec::new() };
     Failure::Model(source, errors.iter().map(Diagnostic::from).collect())

@@ -10,25 +10,6 @@ use super::args::{DOUBLE_DOUBLE_DIGITS, ModelArgs, digits, positive};
 use super::threads::{all, in_order};
 use super::{Answer, Failure, Loaded, Size, failed, load_values, wrong_request};
 
-pub(super) const RESPONSE: &str = "\
-The steady response of the model, linearised about its equilibrium, to a harmonic force, as CSV: a line for each frequency, with the
-amplitude and the phase of each output. A coordinate moves as amplitude*cos(omega*t + phase), with the phase in (-pi, pi]. At an
-undamped resonance the amplitude is `inf`, which is only said where it is proved; every printed digit is certain.
-
-With --input the force is cos(omega*t) on that coordinate, in N for a length and N m for an angle. Without it the force is the model's own drive,
-a moving support or a `force` with the time in it: --over then has the parameter in its frequency. The drive has to be
-harmonic and leave M, C and K constant; `floquet` and `motion` are for others.
-
-With --peaks all maxima, minima, resonances and antiresonances of each amplitude between the ends of the range are found, none missed, and for a maximum where on
-both sides the amplitude has fallen to 1/sqrt(2) of it (half the power).";
-
-pub(super) const RESPONSE_EXAMPLE: &str = "\
-Examples:
-    librate response models/response/damped_absorber.lag --input x1 --over omega=0..20:401
-    librate response models/three_pendulums.lag --input 'phi[1]' --over 'omega=0..2*pi:101' --json
-    librate response models/response/unbalance.lag --over n=1..10:91
-    librate response models/response/damped_absorber.lag --input x1 --over omega=0..20 --peaks";
-
 /// So many frequencies are worked on at a time.
 const BLOCK: usize = 64;
 

@@ -51,14 +51,9 @@ pub(super) fn text(args: &args::Show) -> Result<Answer, Failure> {
     let (derivation, computed) = during(&args.model, "computing the modes", work);
     let (linearized, modes) = computed.map_err(|error| failed(&source, &warnings, error))?;
     warnings.extend(modes.warnings(&linearized));
-    let grid = match nodes {
-        Some(nodes) => Some(grid(args, &source, nodes, (&linearized, &modes))?),
-        None => None,
-    };
-    let figure = match &grid {
-        Some((_, figure)) => figure.clone(),
-        None => figure::figure(&linearized, &[]),
-    };
+    let grid = nodes.map(|nodes| grid(args, &source, nodes, (&linearized, &modes))).transpose()?;
+    let alone = || figure::figure(&linearized, &[]);
+    let figure = grid.as_ref().map_or_else(alone, |(_, figure)| figure.clone());
     let nothing_left = figure.is_none() && linearized.model().drawing.is_some();
     let left_out = figure.as_ref().map_or(0, |own| own.left_out);
     if left_out > 0 || nothing_left {
@@ -102,10 +97,8 @@ fn nodes(args: &args::Show, made: &Made, model: &Model, options: &modes::Options
     let n = model.coordinates.len();
     let numbers = counts.iter().fold(n * options.lowest.unwrap_or(n), |all, count| all.saturating_mul(*count));
     if counts.contains(&1) || numbers > MOST_NUMBERS {
-        let message = format!(
-            "{} values are not for a slider",
-            counts.iter().map(usize::to_string).collect::<Vec<_>>().join(" x ")
-        );
+        let counts: Vec<String> = counts.iter().map(usize::to_string).collect();
+        let message = format!("{} values are not for a slider", counts.join(" x "));
         let help = format!(
             "of each parameter two at least; shapes of all modes at all of them are {numbers} numbers, and a page has room for {MOST_NUMBERS}"
         );
@@ -114,11 +107,11 @@ fn nodes(args: &args::Show, made: &Made, model: &Model, options: &modes::Options
     let settings = made.settings.clone().with_points();
     let made = Made { settings, ..made.clone() };
     let nodes = Nodes::new(&made, model, &ranges, options).ok_or_else(|| {
-        let message = format!(
-            "{} can't be moved",
-            names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(" and ")
-        );
-        wrong_request(message, "name parameters of the model and ends that these can have")
+        let names: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+        wrong_request(
+            format!("{} can't be moved", names.join(" and ")),
+            "name parameters of the model and ends that these can have",
+        )
     })?;
     Ok(Some(nodes))
 }

@@ -42,8 +42,7 @@ pub(super) fn text(args: &args::Sweep) -> Result<Answer, Failure> {
     let mut run = Run { args, sweep: &sweep, name, remarks, uncertain };
     if args.model.drawn {
         let picture = run.picture(&source)?;
-        let mut remarks = run.remarks.all;
-        remarks.extend(run.uncertain);
+        let remarks = run.remarks.all.into_iter().chain(run.uncertain).collect();
         return Ok(Answer::new(picture, Some((source, remarks))));
     }
     if args.json {
@@ -197,10 +196,8 @@ impl Run<'_> {
         let part = args.part.unwrap_or_default();
         let own = part.of(sweep.range().len());
         let file = args.resume.as_deref();
-        let kept = match file.filter(|file| file.exists()) {
-            Some(file) => self.kept(file, &own)?,
-            None => SweepKept::default(),
-        };
+        let kept = file.filter(|file| file.exists()).map(|file| self.kept(file, &own)).transpose()?;
+        let kept = kept.unwrap_or_default();
         let open = own.start + kept.rows..own.end;
         let mut known: BTreeMap<usize, Line> = BTreeMap::new();
         let columns = match &kept.columns {

@@ -49,11 +49,6 @@ impl<T> Shared<T> {
         (!queue.stop && at < count).then_some(at)
     }
 
-    fn put(&self, at: usize, result: T) {
-        self.queue().done.insert(at, result);
-        self.changed.notify_all();
-    }
-
     /// The next result in order; none where a thread has ended without one.
     fn result(&self) -> Option<T> {
         let mut queue = self.queue();
@@ -106,7 +101,8 @@ pub(super) fn in_order<T: Send, W: FnMut(usize) -> T>(
         while let Some(at) = shared.take(count, AHEAD * threads) {
             let result = work(at);
             counter.step();
-            shared.put(at, result);
+            shared.queue().done.insert(at, result);
+            shared.changed.notify_all();
         }
     };
     thread::scope(|scope| {

@@ -18,16 +18,6 @@ use super::args::{Cli, Command, MessageFormat};
 use super::input::folder;
 use super::{Failure, ended, fault, output};
 
-pub(super) const ABOUT: &str = "\
-Runs a command, and again each time its model or a table of it is saved; errors go when they are mended. FILE alone stands for `modes
-FILE`. In a terminal each answer takes the place of the last one. Ctrl-C ends it.";
-
-pub(super) const EXAMPLE: &str = "\
-Examples:
-    librate watch models/three_pendulums.lag
-    librate watch derive models/three_pendulums.lag --only mass,stiffness
-    librate watch show models/three_pendulums.lag -o page.html";
-
 /// Events within this time are one save.
 const SETTLE: Duration = Duration::from_millis(50);
 /// How often a running command is asked whether it has ended.

@@ -59,8 +59,7 @@ pub fn amplitude_text(
 ) -> String {
     let model = linearized.model();
     let count = linearized.dimension();
-    let mut out = style.paint(Tone::Heading, &headline(model.name.as_deref(), count));
-    out.push_str("\n\n");
+    let mut out = style.paint(Tone::Heading, &headline(model.name.as_deref(), count)) + "\n\n";
     let found = &amplitudes.modes;
     let rows = found.len();
     let name = |own: &ModeAmplitude| match own.change {
@@ -71,13 +70,9 @@ pub fn amplitude_text(
         None => String::new(),
     };
     let frequency = if model.has_units { "omega (rad/s)" } else { "omega" };
-    let (changes, bounds): (Vec<String>, Vec<String>) = found
-        .iter()
-        .map(|own| match &own.change {
-            Some(change) => change_text(change),
-            None => ("none".to_owned(), String::new()),
-        })
-        .unzip();
+    let none = || ("none".to_owned(), String::new());
+    let changes = found.iter().map(|own| own.change.as_ref().map_or_else(none, change_text));
+    let (changes, bounds): (Vec<String>, Vec<String>) = changes.unzip();
     let reach = found.iter().map(|own| match (own.reach, &own.change) {
         (Some(reach), _) => format!("{reach:.1e}").parse().map_or_else(|_| String::new(), plain),
         (None, Some(_)) => "any".to_owned(),

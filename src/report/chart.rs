@@ -82,8 +82,6 @@ pub fn chart_svg(chart: &Chart, rows: &[Vec<Place>]) -> String {
         picture.legend.push((Sample::Cell(Some(FAINTEST)), "growth slow".to_owned()));
         picture.legend.push((Sample::Cell(Some(1.0)), format!("growth rate {most:.3}")));
     }
-    if undecided {
-        picture.legend.push((Sample::Cell(None), "undecided".to_owned()));
-    }
+    picture.legend.extend(undecided.then(|| (Sample::Cell(None), "undecided".to_owned())));
     picture.svg()
 }

@@ -19,145 +19,18 @@ pub enum Language {
 }
 
 /// What the accelerations are computed with.
-const SOLVE_C: &str = "
-/* Solves m x = b by elimination; x is in b then. */
-static void librate_solve(int n, double *m, double *b) {
-    int i, j, k;
-    for (k = 0; k < n; k++) {
-        int best = k;
-        double swap;
-        for (i = k + 1; i < n; i++) if (fabs(m[n*i + k]) > fabs(m[n*best + k])) best = i;
-        for (j = 0; j < n; j++) { swap = m[n*k + j]; m[n*k + j] = m[n*best + j]; m[n*best + j] = swap; }
-        swap = b[k]; b[k] = b[best]; b[best] = swap;
-        for (i = k + 1; i < n; i++) {
-            double factor = m[n*i + k]/m[n*k + k];
-            for (j = k; j < n; j++) m[n*i + j] -= factor*m[n*k + j];
-            b[i] -= factor*b[k];
-        }
-    }
-    for (k = n - 1; k >= 0; k--) {
-        for (j = k + 1; j < n; j++) b[k] -= m[n*k + j]*b[j];
-        b[k] /= m[n*k + k];
-    }
-}
-";
+const SOLVE_C: &str = include_str!("code/solve.c");
 
-const SOLVE_RUST: &str = "
-/// Solves m x = b by elimination; x is in b then.
-fn librate_solve(n: usize, m: &mut [f64], b: &mut [f64]) {
-    for k in 0..n {
-        let mut best = k;
-        for i in k + 1..n {
-            if m[n*i + k].abs() > m[n*best + k].abs() {
-                best = i;
-            }
-        }
-        for j in 0..n {
-            m.swap(n*k + j, n*best + j);
-        }
-        b.swap(k, best);
-        for i in k + 1..n {
-            let factor = m[n*i + k]/m[n*k + k];
-            for j in k..n {
-                m[n*i + j] -= factor*m[n*k + j];
-            }
-            b[i] -= factor*b[k];
-        }
-    }
-    for k in (0..n).rev() {
-        for j in k + 1..n {
-            b[k] -= m[n*k + j]*b[j];
-        }
-        b[k] /= m[n*k + k];
-    }
-}
-";
+const SOLVE_RUST: &str = include_str!("code/solve.rust");
 
-const SOLVE_PYTHON: &str = "
-
-def _values(p):
-    return [p[name] for name in PARAMETERS] if isinstance(p, dict) else p
-
-
-def _solve(m, b):
-    n = len(b)
-    for k in range(n):
-        best = max(range(k, n), key=lambda i: abs(m[i][k]))
-        m[k], m[best], b[k], b[best] = m[best], m[k], b[best], b[k]
-        for i in range(k + 1, n):
-            factor = m[i][k]/m[k][k]
-            for j in range(k, n):
-                m[i][j] -= factor*m[k][j]
-            b[i] -= factor*b[k]
-    for k in reversed(range(n)):
-        b[k] = (b[k] - sum(m[k][j]*b[j] for j in range(k + 1, n)))/m[k][k]
-    return b
-";
+const SOLVE_PYTHON: &str = include_str!("code/solve.py");
 
 /// Newton's method: COUNT coordinates, WHICH ones, where they START, and the BODY of forces and slopes.
-const SEARCH_C: &str = "    static const double start[COUNT] = {START};
-    static const int which[COUNT] = {WHICH};
-    double f[COUNT], h[COUNT*COUNT];
-    int i, k, last = 0;
-    for (i = 0; i < COUNT; i++) q[which[i]] = start[i];
-    for (k = 0; k < 100; k++) {
-        double step = 0.0, scale = 0.0;
-        BODY
-        librate_solve(COUNT, h, f);
-        for (i = 0; i < COUNT; i++) {
-            q[which[i]] -= f[i];
-            step = fmax(step, fabs(f[i]));
-            scale = fmax(scale, fabs(q[which[i]]));
-        }
-        if (last) break;
-        last = step <= 1e-9*scale;
-    }
-    if (!last) for (i = 0; i < COUNT; i++) q[which[i]] = NAN;
-";
+const SEARCH_C: &str = include_str!("code/search.c");
 
-const SEARCH_RUST: &str = "    let which: [usize; COUNT] = [WHICH];
-    for (at, value) in which.iter().zip([START].iter()) {
-        q[*at] = *value;
-    }
-    let mut last = false;
-    for _ in 0..100 {
-        let mut f = [0.0_f64; COUNT];
-        let mut h = [0.0_f64; COUNT*COUNT];
-        BODY
-        librate_solve(COUNT, &mut h, &mut f);
-        let (mut step, mut scale) = (0.0_f64, 0.0_f64);
-        for (at, by) in which.iter().zip(f.iter()) {
-            q[*at] -= by;
-            step = step.max(by.abs());
-            scale = scale.max(q[*at].abs());
-        }
-        if last {
-            break;
-        }
-        last = step <= 1e-9*scale;
-    }
-    if !last {
-        for at in which.iter() {
-            q[*at] = f64::NAN;
-        }
-    }
-";
+const SEARCH_RUST: &str = include_str!("code/search.rust");
 
-const SEARCH_PYTHON: &str = "    which = [WHICH]
-    for at, value in zip(which, [START]):
-        q[at] = value
-    last = False
-    for _ in range(100):
-        BODY
-        for at, by in zip(which, f):
-            q[at] -= by
-        if last:
-            break
-        last = max(map(abs, f)) <= 1e-9*max(abs(q[at]) for at in which)
-    if not last:
-        for at in which:
-            q[at] = math.nan
-";
+const SEARCH_PYTHON: &str = include_str!("code/search.py");
 
 impl Language {
     fn applied(self, function: Function) -> String {
@@ -279,7 +152,8 @@ pub fn code_text(code: &Code, language: Language) -> String {
     if let Some(rest) = &code.rest {
         out.push_str(&writer.equilibrium(rest));
         for (name, letter, program) in &rest.matrices {
-            out.push_str(&writer.matrix(rest, name, letter, program));
+            let text = writer.entries(letter, lines(writer.language, program, &writer.still(rest)));
+            out.push_str(&writer.function(rest, name, letter, &text));
         }
     }
     out.push_str(&writer.mass_matrix());
@@ -392,11 +266,6 @@ impl Writer<'_> {
         values.iter().enumerate().map(line).collect()
     }
 
-    fn matrix(&self, rest: &Rest, name: &str, letter: &str, program: &Program) -> String {
-        let text = self.entries(letter, lines(self.language, program, &self.still(rest)));
-        self.function(rest, name, letter, &text)
-    }
-
     fn equilibrium(&self, rest: &Rest) -> String {
         let language = self.language;
         let mut text = String::new();
@@ -484,12 +353,10 @@ impl Writer<'_> {
 
     fn forces(&self) -> String {
         let (mut text, results) = self.moving(&self.code.forces);
-        match self.language {
-            Language::Python => {
-                let _ = writeln!(text, "    return [{}]", results.join(", "));
-            }
-            Language::C | Language::Rust => text.push_str(&self.puts("f", &results)),
-        }
+        text.push_str(&match self.language {
+            Language::Python => format!("    return [{}]\n", results.join(", ")),
+            Language::C | Language::Rust => self.puts("f", &results),
+        });
         self.of_motion("forces", "f", &text)
     }
 
@@ -497,40 +364,33 @@ impl Writer<'_> {
         let (mut text, results) = self.moving(&self.code.energy);
         let energy = results.concat();
         let energy = bare(&energy);
-        match self.language {
-            Language::Rust => {
-                let _ = writeln!(text, "    {energy}");
-            }
-            Language::C => {
-                let _ = writeln!(text, "    return {energy};");
-            }
-            Language::Python => {
-                let _ = writeln!(text, "    return {energy}");
-            }
-        }
+        text.push_str(&match self.language {
+            Language::Rust => format!("    {energy}\n"),
+            Language::C => format!("    return {energy};\n"),
+            Language::Python => format!("    return {energy}\n"),
+        });
         self.of_motion("energy", "", &text)
     }
 
     fn acceleration(&self) -> String {
         let n = self.n();
-        let (mut text, results) = self.moving(&self.code.motion);
+        let (text, results) = self.moving(&self.code.motion);
         let (mass, loads) = results.split_at(n * n);
         let loads: Vec<String> = loads.iter().map(|load| format!("-{load}")).collect();
-        match self.language {
+        let solved = |declared: &str, call: &str| {
+            let (mass, loads) = (self.puts("m", mass), self.puts("a", &loads));
+            format!("    {declared};\n{text}{mass}{loads}    {call};\n")
+        };
+        let text = match self.language {
+            Language::C => solved("double m[LIBRATE_N*LIBRATE_N]", "librate_solve(LIBRATE_N, m, a)"),
+            Language::Rust => {
+                solved("let mut m = [0.0_f64; LIBRATE_N*LIBRATE_N]", "librate_solve(LIBRATE_N, &mut m, a)")
+            }
             Language::Python => {
                 let rows = mass.chunks(n.max(1)).map(|row| format!("        [{}],\n", row.join(", ")));
-                let rows: String = rows.collect();
-                let _ = writeln!(text, "    return _solve([\n{rows}    ], [{}])", loads.join(", "));
+                format!("{text}    return _solve([\n{}    ], [{}])\n", rows.collect::<String>(), loads.join(", "))
             }
-            Language::C | Language::Rust => {
-                let (declared, solved) = match self.language {
-                    Language::C => ("double m[LIBRATE_N*LIBRATE_N]", "librate_solve(LIBRATE_N, m, a)"),
-                    _ => ("let mut m = [0.0_f64; LIBRATE_N*LIBRATE_N]", "librate_solve(LIBRATE_N, &mut m, a)"),
-                };
-                let (mass, loads) = (self.puts("m", mass), self.puts("a", &loads));
-                text = format!("    {declared};\n{text}{mass}{loads}    {solved};\n");
-            }
-        }
+        };
         self.of_motion("acceleration", "a", &text)
     }
 }

@@ -123,8 +123,7 @@ struct Page<'a> {
 impl<'a> Page<'a> {
     fn new(name: &'a str, whole: &'a str) -> Self {
         let text = whole.strip_prefix('\u{feff}').unwrap_or(whole);
-        let mut lines = vec![0];
-        lines.extend(text.match_indices('\n').map(|(at, _)| at + 1));
+        let lines = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect();
         Self { name, text, mark: whole.len() - text.len(), lines }
     }
 
@@ -220,8 +219,7 @@ fn snippet<'a>(page: &Page<'a>, cluster: &[Mark<'a>]) -> Vec<Element<'a>> {
     let last = cluster.iter().map(|mark| mark.last).max().unwrap_or(first);
     let (offset, text) = page.excerpt(first, last);
     if text.len() > LONG {
-        let mark = cluster.iter().find(|mark| mark.primary);
-        let mark = mark.or(cluster.first());
+        let mark = cluster.iter().find(|mark| mark.primary).or(cluster.first());
         return mark.map_or_else(Vec::new, |mark| cutting(page, mark));
     }
     let annotations = cluster.iter().map(|mark| annotation(mark, offset, mark.end));

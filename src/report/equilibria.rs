@@ -100,9 +100,7 @@ fn modes_columns(model: &Model, all: &[Equilibrium]) -> Vec<Column> {
         Column::numbers(frequency, all.iter().map(|own| first(&own.omega)).collect()),
     ];
     let growth: Vec<String> = all.iter().map(|own| first(&own.growth)).collect();
-    if growth.iter().any(|own| !own.is_empty()) {
-        columns.push(Column::numbers(rate, growth));
-    }
+    columns.extend(growth.iter().any(|own| !own.is_empty()).then(|| Column::numbers(rate, growth)));
     columns
 }
 

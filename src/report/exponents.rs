@@ -19,9 +19,7 @@ const MOST_CONDITIONS: usize = 12;
 /// zeros too. `names` are those of the whole model.
 pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &Derivation) -> Vec<Part> {
     let mut parts = Vec::new();
-    let Some(own) = &linear.exponents else {
-        return parts;
-    };
+    let Some(own) = &linear.exponents else { return parts };
     let pool = &mut derivation.pool.clone();
     let zero = pool.zero();
     let s = free(names, ["s", "lambda", "sigma"]);
@@ -76,9 +74,7 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
             }
         }
         let title = if undamped { "frequencies" } else { "exponents" };
-        if is_long {
-            parts.push(section(&format!("{title}, too long for a page, are in the JSON"), []));
-        }
+        parts.extend(is_long.then(|| section(&format!("{title}, too long for a page, are in the JSON"), [])));
         if !lines.is_empty() {
             let rest = if own.complete { "" } else { " with a closed form" };
             let title = format!("{title}{rest}{}", approximations(&own.approximations));
@@ -88,9 +84,7 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
             parts.extend(damping_part(pool, &own.exponents, names));
         }
     }
-    let Some(all) = own.stability.as_ref().filter(|_| names.shows("stability")) else {
-        return parts;
-    };
+    let Some(all) = own.stability.as_ref().filter(|_| names.shows("stability")) else { return parts };
     let open: Vec<ExprId> = all.iter().filter_map(|own| own.open).collect();
     let by_signs = all.iter().any(|own| own.open != Some(own.positive));
     let with = if by_signs { ", with the signs that the parameters have" } else { "" };

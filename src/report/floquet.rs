@@ -117,8 +117,7 @@ pub fn floquet_text(model: &Model, floquet: &Floquet, digits: usize, style: &Sty
             one_digit_up_text(bound)
         }
     };
-    let places = floquet.multipliers.iter();
-    let places = places.map(|own| place_words(own.place).to_owned());
+    let places = floquet.multipliers.iter().map(|own| place_words(own.place).to_owned());
     let columns = [
         Column::numbers("re", column(0)),
         Column::numbers("im", column(1)),
@@ -149,16 +148,12 @@ fn place_text(model: &Model, floquet: &Floquet, digits: usize) -> String {
             .map(|(name, value)| format!("{name} = {}", Written::new(value, digits).text()))
             .collect()
     };
-    let names = |suffix: &str| {
-        let names = model.coordinates.iter();
-        names.map(|own| format!("{}{suffix}", own.name())).collect()
-    };
+    let names = |suffix: &str| model.coordinates.iter().map(|own| format!("{}{suffix}", own.name())).collect();
     if floquet.rests {
         let place = named(names(""), &floquet.place).join(", ");
         return format!("about the equilibrium {place}\n");
     }
-    let mut state = named(names(""), &floquet.place);
-    state.extend(named(names("'"), &floquet.velocities));
+    let state = [named(names(""), &floquet.place), named(names("'"), &floquet.velocities)].concat();
     let mut text = format!("about the periodic motion through {} at t = 0\n", state.join(", "));
     for own in &floquet.away {
         let name = model.coordinates.get(own.coordinate);

@@ -1,5 +1,7 @@
 //! Symmetry and closed forms on a page.
 
+use std::collections::HashSet;
+
 use super::exponents::sum_text;
 use super::page::{Form, Line, Matrix, Part, Words, ticked, with};
 use librate_core::derive::{
@@ -34,9 +36,7 @@ pub(super) fn exchange(g: &SignedPermutation, names: &[String]) -> String {
         seen[start] = true;
         let (to, negative) = g.of(start);
         if to == start {
-            if negative {
-                cycles.push(format!("{0} -> -{0}", name(start)));
-            }
+            cycles.extend(negative.then(|| format!("{0} -> -{0}", name(start))));
             continue;
         }
         let (back, again) = g.of(to);
@@ -84,27 +84,18 @@ pub(super) fn kind(kind: &GroupKind) -> String {
 /// How the coordinates move in a class: `phi[1] = -phi[3], phi[2] = 0`.
 fn motion(block: &Block, names: &[String]) -> String {
     let name = |i: usize| names.get(i).map_or("", String::as_str);
-    let mut at_rest = vec![true; names.len()];
+    let moved: HashSet<usize> = block.basis.iter().flatten().map(|(i, _)| *i).collect();
     let mut parts = Vec::new();
     for vector in &block.basis {
-        for (i, _) in vector {
-            if let Some(rests) = at_rest.get_mut(*i) {
-                *rests = false;
-            }
-        }
         if let [(first, sign), others @ ..] = vector.as_slice()
             && !others.is_empty()
         {
-            let mut text = name(*first).to_owned();
-            for (i, other) in others {
-                let minus = if (*other < 0) == (*sign < 0) { "" } else { "-" };
-                text.push_str(&format!(" = {minus}{}", name(*i)));
-            }
-            parts.push(text);
+            let minus = |other: i64| if (other < 0) == (*sign < 0) { "" } else { "-" };
+            let others: String = others.iter().map(|(i, own)| format!(" = {}{}", minus(*own), name(*i))).collect();
+            parts.push(format!("{}{others}", name(*first)));
         }
     }
-    let resting = at_rest.iter().enumerate().filter(|(_, rests)| **rests);
-    let resting: Vec<&str> = resting.map(|(i, _)| name(i)).collect();
+    let resting: Vec<&str> = (0..names.len()).filter(|i| !moved.contains(i)).map(name).collect();
     if !resting.is_empty() {
         parts.push(if resting.len() > MOST_NAMED {
             "all others 0".to_owned()
@@ -140,12 +131,6 @@ fn remark(frequency: &Frequency) -> String {
     };
     let remarks: Vec<String> = times.into_iter().chain(frequency.symmetry.clone()).collect();
     if remarks.is_empty() { String::new() } else { format!("  ({})", remarks.join(", ")) }
-}
-
-/// One square of a frequency, with what is remarked about it.
-fn frequency_line(derivation: &Derivation, frequency: &Frequency) -> Line {
-    let value = derivation.pool.display(frequency.omega_squared);
-    Line::Formula(format!("omega^2 = {value}"), remark(frequency))
 }
 
 /// `a > 0`, one for each sign that is taken from the values.
@@ -209,7 +194,10 @@ fn case_parts(derivation: &Derivation, frequencies: &Frequencies, case: &Case, p
         lines.push(Line::Formula(format!("omega^2 = {value}"), remark));
     }
     if case.series.is_empty() || (!case.complete && case.frequencies.len() <= MOST_LISTED) {
-        lines.extend(alone(case).map(|frequency| frequency_line(derivation, frequency)));
+        lines.extend(alone(case).map(|frequency| {
+            let value = derivation.pool.display(frequency.omega_squared);
+            Line::Formula(format!("omega^2 = {value}"), remark(frequency))
+        }));
     }
     lines.extend(case.solved.iter().flat_map(|solved| solved_lines(derivation, case, solved)));
     parts.push(Part::Section(title, lines, Form::Close));
@@ -225,12 +213,9 @@ fn case_parts(derivation: &Derivation, frequencies: &Frequencies, case: &Case, p
 
 /// The closed forms that are not written down with names of their own.
 fn alone(case: &Case) -> impl Iterator<Item = &Frequency> {
-    let has_names = |frequency: &&Frequency| {
-        let mut all = case.solved.iter();
-        all.any(|solved| solved.frequencies.contains(&frequency.omega_squared))
-    };
-    let all = case.frequencies.iter();
-    all.filter(move |frequency| !has_names(frequency))
+    let has_names =
+        |frequency: &&Frequency| case.solved.iter().any(|solved| solved.frequencies.contains(&frequency.omega_squared));
+    case.frequencies.iter().filter(move |frequency| !has_names(frequency))
 }
 
 /// Relations in the model language with remarks behind them: the zeros of a cubic or quartic, and what is abbreviated there.
@@ -351,21 +336,15 @@ fn displacement_lines(
         let letters: Vec<&str> = waves.places.iter().map(|(name, _)| name.as_str()).collect();
         format!("{own}[{}]", letters.join(", "))
     });
-    let places = waves.places.iter();
-    let places: String = places.map(|(name, last)| format!(", `{name}` = 1..{last}")).collect();
+    let places: String = waves.places.iter().map(|(name, last)| format!(", `{name}` = 1..{last}")).collect();
     let mut lines = vec![Line::Formula(format!("{left} = {}", parts.join(" + ")), places)];
-    if family.is_none() {
-        lines.push(Line::plain(format!("{own} = [{}]", along.join(", "))));
-    }
+    lines.extend(family.is_none().then(|| Line::plain(format!("{own} = [{}]", along.join(", ")))));
     lines
 }
 
 /// The first of some names that the model does not have.
 fn unused<'a>(derivation: &Derivation, names: &[&'a str]) -> &'a str {
-    let taken = |name: &str| {
-        let mut all = derivation.symbols.keys();
-        all.any(|own| own.split('[').next() == Some(name))
-    };
+    let taken = |name: &str| derivation.symbols.keys().any(|own| own.split('[').next() == Some(name));
     let mut free = names.iter().copied().filter(|name| !taken(name));
     let last = names.last().copied().unwrap_or_default();
     free.next().unwrap_or(last)
@@ -375,8 +354,7 @@ fn unused<'a>(derivation: &Derivation, names: &[&'a str]) -> &'a str {
 fn family(along: &[&str], places: &[(String, i64)]) -> Option<String> {
     let split = |name: &str| -> Option<(String, Vec<i64>)> {
         let (base, rest) = name.split_once('[')?;
-        let indices = rest.strip_suffix(']')?.split(',');
-        let indices = indices.map(|index| index.trim().parse().ok());
+        let indices = rest.strip_suffix(']')?.split(',').map(|index| index.trim().parse().ok());
         Some((base.to_owned(), indices.collect::<Option<_>>()?))
     };
     let (base, start) = split(along.first()?)?;
@@ -394,8 +372,7 @@ fn family(along: &[&str], places: &[(String, i64)]) -> Option<String> {
             return None;
         }
     }
-    let letters = places.iter().zip(&start);
-    let letters = letters.map(|((letter, _), first)| match first - 1 {
+    let letters = places.iter().zip(&start).map(|((letter, _), first)| match first - 1 {
         0 => letter.clone(),
         more if more > 0 => format!("{letter} + {more}"),
         less => format!("{letter} - {}", -less),
@@ -408,22 +385,17 @@ fn abbreviation_lines(derivation: &Derivation, abbreviations: &[Abbreviation]) -
     abbreviations.iter().map(|abbreviation| {
         let names = abbreviation.names.join(" = ");
         let value = derivation.pool.display(abbreviation.value);
-        let remark = match &abbreviation.modes {
-            None => String::new(),
-            Some((letter, modes)) => {
-                let modes: Vec<String> = modes.iter().map(|r| (r + 1).to_string()).collect();
-                format!(", `{letter}` = {}", modes.join(", "))
-            }
-        };
+        let remark = abbreviation.modes.as_ref().map_or_else(String::new, |(letter, modes)| {
+            let modes: Vec<String> = modes.iter().map(|r| (r + 1).to_string()).collect();
+            format!(", `{letter}` = {}", modes.join(", "))
+        });
         Line::Formula(format!("{names} = {value}"), remark)
     })
 }
 
 /// Symmetry, blocks and closed forms; what holds in general first, then with parameters that are equal.
 pub(super) fn frequency_parts(derivation: &Derivation, linear: &Linear, parts: &mut Vec<Part>) {
-    let Some(frequencies) = &linear.frequencies else {
-        return;
-    };
+    let Some(frequencies) = &linear.frequencies else { return };
     if let Some(group) = &frequencies.point_group {
         parts.push(Part::List("point group".to_owned(), vec![group.clone()]));
     }

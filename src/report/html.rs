@@ -2,6 +2,7 @@
 
 use super::markup::Markup;
 use super::page::Page;
+use librate_core::derive::Derivation;
 
 const HTML: Markup = Markup {
     heading: ["<h3>", "</h3>\n"],
@@ -28,8 +29,10 @@ const STYLE: &str = "<style>
 </style>
 ";
 
-/// Writes a page: an element `article`, which is well-formed XML.
-pub(super) fn write(page: &Page) -> String {
+/// The same page as an HTML element `article` with its style, whose formulas are MathML; it is XML too.
+#[must_use]
+pub fn derive_html(derivation: &Derivation) -> String {
+    let page = &Page::new(derivation);
     let mut out = format!("<article class=\"librate\">\n{STYLE}");
     if let Some(name) = &page.model {
         out.push_str(&format!("<h2>{}</h2>\n", escaped(&name.replace('_', " "))));
@@ -41,6 +44,5 @@ pub(super) fn write(page: &Page) -> String {
 
 /// Text, not markup.
 fn escaped(text: &str) -> String {
-    let arrows = text.replace("<->", "↔").replace("->", "→");
-    arrows.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+    text.replace("<->", "↔").replace("->", "→").replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }

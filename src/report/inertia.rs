@@ -20,8 +20,7 @@ fn written(value: &Big, digits: usize) -> Written {
 /// Moments have `digits` correctly rounded digits, as [`of_model`](librate_studies::inertia::of_model) was asked for.
 #[must_use]
 pub fn tensors_text(model: Option<&str>, tensors: &[NamedTensor], digits: usize, style: &Style) -> String {
-    let mut out = style.paint(Tone::Heading, &headed(model, counted(tensors.len(), "tensor")));
-    out.push('\n');
+    let mut out = style.paint(Tone::Heading, &headed(model, counted(tensors.len(), "tensor"))) + "\n";
     for tensor in tensors {
         out.push_str(&format!("\n{}\n", style.paint(Tone::Heading, &tensor.name)));
         out.push_str(&principal_text(&tensor.principal, tensor.unit.as_deref(), digits, style));
@@ -42,8 +41,7 @@ pub fn body_text(name: &str, body: &Body, digits: usize, style: &Style) -> Strin
             }
         }
     };
-    let mut out = style.paint(Tone::Heading, &format!("{name}: {made}"));
-    out.push('\n');
+    let mut out = style.paint(Tone::Heading, &format!("{name}: {made}")) + "\n";
     let text = |value: &Big| written(value, digits).text();
     if let Made::Solid { left_out, cavities, volume, density, by_default, .. } = &body.made {
         if *cavities > 0 {

@@ -11,7 +11,7 @@ use super::frequencies::{exchange, kind, signs};
 use super::page::{assumption_texts, condition_text, conserved_because, left_out};
 use super::{Written, damping, zero_motions};
 use librate_core::derive::{
-    CHAPTERS, Conserved, Derivation, Exchange, Exponents, Frequencies, Linear, Motion, NormalCoordinates, NormalWaves,
+    CHAPTERS, Conserved, Derivation, Exchange, Frequencies, Linear, Motion, NormalCoordinates, NormalWaves,
     StabilityCondition, Tangent,
 };
 use librate_core::expr::ExprId;
@@ -118,6 +118,9 @@ fn mode_object(mode: &NormalMode, options: &Options, more: &str) -> String {
     object.end()
 }
 
+/// Names and what is written behind them.
+type Fields<'a> = Vec<(&'a str, String)>;
+
 /// The derivation as a JSON object: `model`, `coordinates`, then what there is of `equilibrium`, `mass`,
 /// `stiffness` (arrays of rows), `equations` and the other parts, as expressions in the model language.
 ///
@@ -128,18 +131,15 @@ fn mode_object(mode: &NormalMode, options: &Options, more: &str) -> String {
 pub fn derive_json(derivation: &Derivation) -> String {
     let texts = |texts: Vec<String>| lines(texts.iter().map(|text| string(text)));
     let names = &derivation.names.coordinates;
-    let mut fields: Vec<(&str, String)> =
+    let mut fields: Fields<'_> =
         vec![("model", model_and_version(derivation.model.as_deref())), ("coordinates", strings(names))];
     match &derivation.linear {
         Ok(linear) => linear_fields(derivation, linear, &mut fields),
         Err(error) => fields.push(("not_linearized", string(&error.to_string()))),
     }
-    if derivation.equations.is_some() {
-        fields.push(("equations", texts(derivation.equation_texts())));
-    }
+    fields.extend(derivation.equations.is_some().then(|| ("equations", texts(derivation.equation_texts()))));
     if derivation.constraints.is_some() {
-        let constraints = constraint_texts(derivation);
-        let constraints = constraints.iter().map(|(text, _)| string(text));
+        let constraints = constraint_texts(derivation).into_iter().map(|(text, _)| string(&text));
         fields.push(("constraints", lines(constraints)));
         let names = derivation.constraints.iter().flat_map(|own| &own.names);
         fields.push(("constraint_multipliers", strings(names)));
@@ -185,8 +185,8 @@ pub fn derive_json(derivation: &Derivation) -> String {
     if let Some(found) = linear.and_then(|own| own.frequencies.as_ref()) {
         frequency_fields(page, found, &mut fields);
     }
-    if let Some((linear, found)) = linear.and_then(|own| Some((own, own.exponents.as_ref()?))) {
-        exponent_fields((page, derivation), linear, found, &mut fields);
+    if let Some(linear) = linear {
+        exponent_fields((page, derivation), linear, &mut fields);
     }
     if let Some(roots) = &derivation.equilibria {
         let roots = roots.iter().map(|root| {
@@ -229,7 +229,7 @@ fn chapter(field: &str) -> Option<&str> {
 }
 
 /// The equilibrium and the matrices there.
-fn linear_fields(derivation: &Derivation, linear: &Linear, fields: &mut Vec<(&str, String)>) {
+fn linear_fields(derivation: &Derivation, linear: &Linear, fields: &mut Fields<'_>) {
     if !derivation.assumptions.is_empty() {
         fields.push(("assumptions", strings(assumption_texts(derivation))));
     }
@@ -255,20 +255,13 @@ const REDUCED: [&str; 6] = [
     "reduced_signs",
 ];
 
-fn matrix_fields(
-    derivation: &Derivation,
-    linear: &Linear,
-    names: &[&'static str; 6],
-    fields: &mut Vec<(&str, String)>,
-) {
+fn matrix_fields(derivation: &Derivation, linear: &Linear, names: &[&'static str; 6], fields: &mut Fields<'_>) {
     let others = [&linear.gyroscopic, &linear.damping, &linear.circulatory].map(Option::as_ref);
     let all = [Some(&linear.mass), Some(&linear.stiffness)].into_iter().chain(others);
     let all = names.iter().zip(all).filter_map(|(name, rows)| Some((*name, matrix(derivation, rows?))));
     fields.extend(all);
     let taken = signs(derivation, &linear.signs);
-    if !taken.is_empty() {
-        fields.push((names[5], strings(taken)));
-    }
+    fields.extend((!taken.is_empty()).then(|| (names[5], strings(taken))));
 }
 
 fn matrix(derivation: &Derivation, rows: &[Vec<ExprId>]) -> String {
@@ -276,17 +269,14 @@ fn matrix(derivation: &Derivation, rows: &[Vec<ExprId>]) -> String {
 }
 
 /// Multipliers, gradients of the constraints, and the matrices of the motions that these allow, or that massless coordinates follow.
-fn tangent_fields(derivation: &Derivation, tangent: &Tangent, fields: &mut Vec<(&str, String)>) {
+fn tangent_fields(derivation: &Derivation, tangent: &Tangent, fields: &mut Fields<'_>) {
     if tangent.massless.is_empty() {
-        let names = derivation.constraints.iter().flat_map(|own| &own.names);
-        let multipliers = names.zip(&tangent.multipliers);
+        let multipliers = derivation.constraints.iter().flat_map(|own| &own.names).zip(&tangent.multipliers);
         let multipliers = multipliers.map(|(name, value)| (name, expression(derivation, *value)));
         fields.push(("multipliers", record(multipliers)));
         fields.push(("constraint_gradients", matrix(derivation, &tangent.gradients)));
     }
-    let Some(reduced) = &tangent.reduced else {
-        return;
-    };
+    let Some(reduced) = &tangent.reduced else { return };
     let page = &*reduced.derivation;
     fields.push(("free_coordinates", strings(&page.names.coordinates)));
     fields.push(("directions", matrix(derivation, &reduced.directions)));
@@ -296,12 +286,8 @@ fn tangent_fields(derivation: &Derivation, tangent: &Tangent, fields: &mut Vec<(
 }
 
 /// `characteristic`, `exponents`, `stability`, and `frequencies` where velocities matter but nothing is damped.
-fn exponent_fields(
-    (page, whole): (&Derivation, &Derivation),
-    linear: &Linear,
-    found: &Exponents,
-    fields: &mut Vec<(&str, String)>,
-) {
+fn exponent_fields((page, whole): (&Derivation, &Derivation), linear: &Linear, fields: &mut Fields<'_>) {
+    let Some(found) = &linear.exponents else { return };
     let characteristic = found.characteristic.as_ref();
     fields.push(("characteristic", characteristic.map_or_else(null, |all| expressions(page, all))));
     let own_pool = &mut page.pool.clone();
@@ -328,24 +314,19 @@ fn exponent_fields(
 }
 
 /// `symmetry`, `frequencies` and what they need.
-fn frequency_fields(derivation: &Derivation, found: &Frequencies, fields: &mut Vec<(&str, String)>) {
+fn frequency_fields(derivation: &Derivation, found: &Frequencies, fields: &mut Fields<'_>) {
     let sets = |sets: &[Vec<String>]| array(sets.iter().map(strings));
     let case = found.best();
     let names = &derivation.names.displacements;
     let symmetry = |found: &Exchange| {
-        let exchanges = found.generators.iter();
-        let exchanges = exchanges.map(|g| string(&exchange(g, names)));
+        let exchanges = found.generators.iter().map(|g| string(&exchange(g, names)));
         record([("kind", string(&kind(&found.kind))), ("exchanges", array(exchanges)), ("equal", sets(&found.ties))])
     };
-    if let Some(group) = &found.point_group {
-        fields.push(("point_group", string(group)));
-    }
+    fields.extend(found.point_group.as_ref().map(|group| ("point_group", string(group))));
     if let Some(found) = &case.symmetry {
         fields.push(("symmetry", symmetry(found)));
     }
-    if let Some(found) = &found.would_be {
-        fields.push(("symmetry_if_equal", symmetry(found)));
-    }
+    fields.extend(found.would_be.as_ref().map(|found| ("symmetry_if_equal", symmetry(found))));
     if !case.blocks.is_empty() {
         let matrix = |rows: &[Vec<ExprId>]| array(rows.iter().map(|row| expressions(derivation, row)));
         let blocks = case.blocks.iter().map(|block| {
@@ -381,9 +362,7 @@ fn frequency_fields(derivation: &Derivation, found: &Frequencies, fields: &mut V
     fields.push(("frequencies_complete", case.complete.to_string()));
     fields.push(("frequencies_equal", sets(&case.ties)));
     let taken = signs(derivation, &found.signs);
-    if !taken.is_empty() {
-        fields.push(("frequencies_signs", strings(taken)));
-    }
+    fields.extend((!taken.is_empty()).then(|| ("frequencies_signs", strings(taken))));
     if let Some(normal) = &case.normal {
         fields.push(("normal_coordinates", normal_modes(derivation, normal)));
     }
@@ -519,13 +498,5 @@ pub(super) fn strings(texts: impl IntoIterator<Item = impl AsRef<str>>) -> Strin
 }
 
 pub(super) fn array(items: impl Iterator<Item = String>) -> String {
-    let mut out = "[".to_owned();
-    for (at, item) in items.enumerate() {
-        if at > 0 {
-            out.push_str(", ");
-        }
-        out.push_str(&item);
-    }
-    out.push(']');
-    out
+    format!("[{}]", items.collect::<Vec<_>>().join(", "))
 }

@@ -2,6 +2,7 @@
 
 use super::markup::{Markup, Writer};
 use super::page::{Page, words};
+use librate_core::derive::Derivation;
 use librate_core::typeset::Formula;
 
 const LATEX: Markup = Markup {
@@ -18,9 +19,11 @@ const LATEX: Markup = Markup {
     display,
 };
 
-/// Writes a page: headings and displayed formulas to be read into a document that has the package `amsmath`, or with
-/// `standalone` a whole document.
-pub(super) fn write(page: &Page, standalone: bool) -> String {
+/// The same page in LaTeX: headings and numbered formulas to be read into a document that has the package `amsmath`, or with
+/// `standalone` a whole document. No line is wider than a page of the class `article`.
+#[must_use]
+pub fn derive_latex(derivation: &Derivation, standalone: bool) -> String {
+    let page = &Page::new(derivation);
     let out = LATEX.parts(page);
     if !standalone {
         return out;

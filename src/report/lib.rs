@@ -8,7 +8,6 @@ mod amplitude;
 mod chart;
 mod code;
 mod constraints;
-mod derive;
 mod diagnostics;
 mod equilibria;
 mod equilibria_pictures;
@@ -41,14 +40,15 @@ mod typst;
 pub use amplitude::{amplitude_json, amplitude_text};
 pub use chart::{borders_csv, chart_csv, chart_svg};
 pub use code::{Language, code_text};
-pub use derive::{derive_html, derive_latex, derive_text, derive_typst};
 pub use diagnostics::{Remarks, diagnostics_text, message_text};
 pub use equilibria::{diagram_json, diagram_text, equilibria_json, equilibria_text};
 pub use equilibria_pictures::{diagram_svg, equilibria_svg};
 pub use floquet::{floquet_json, floquet_text};
+pub use html::derive_html;
 pub use inertia::{body_json, body_text, tensors_json, tensors_text};
 pub use json::{derive_json, modes_json};
-pub use matrices::{Matrix, Mirror, OutOfRange, matrices, write_npz};
+pub use latex::derive_latex;
+pub use matrices::{Matrix, Mirror, matrices, write_npz};
 pub use mode_pictures::{SweepView, modes_svg, spectrum_svg, sweep_svg};
 pub use modes::modes_text;
 pub use motion::{MotionCsv, MotionJson, motion_csv, motion_json, motion_remark, motion_svg, start_remark};
@@ -56,12 +56,14 @@ pub use npz::{Vectors, read_vectors};
 pub use page::left_out;
 pub use period::{period_csv, period_curve_json, period_json, period_text};
 pub use period_picture::period_svg;
+pub use plain::derive_text;
 pub use response::{
     ResponseLines, peaks_csv, peaks_json, response_csv, response_header, response_json, response_lines, response_svg,
 };
 pub use sensitivity::{sensitivity_json, sensitivity_text};
 pub use show::{Shown, show_html};
 pub use sweep::{SweepColumns, SweepCsv, SweepKept, SweepRow, sweep_json};
+pub use typst::derive_typst;
 
 use anstyle::{AnsiColor, Effects};
 
@@ -195,19 +197,15 @@ impl Written {
 
     /// From the more precise number, where there is one.
     fn finest(value: &Ball, precise: Option<&Big>, digits: usize) -> Self {
-        match precise {
-            Some(precise) => Self::from_decimal(precise.decimal(digits), precise.is_zero()),
-            None => Self::new(value, digits),
-        }
+        let written = |precise: &Big| Self::from_decimal(precise.decimal(digits), precise.is_zero());
+        precise.map_or_else(|| Self::new(value, digits), written)
     }
 
     /// The digits that a standard uncertainty leaves: those down to the second digit of it, but at least one. With the
     /// uncertainty itself in two digits; `none` where it has no first order.
     fn measured(value: &Ball, precise: Option<&Big>, sigma: Option<&Ball>, digits: usize) -> (Self, String) {
         let full = || Self::finest(value, precise, digits);
-        let Some(sigma) = sigma else {
-            return (full(), "none".to_owned());
-        };
+        let Some(sigma) = sigma else { return (full(), "none".to_owned()) };
         if sigma.contains_zero() {
             let word = if sigma.is_zero() { "0" } else { UNDECIDED };
             return (full(), word.to_owned());

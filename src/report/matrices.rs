@@ -3,7 +3,6 @@
 //! Entries are the doubles nearest to the centres of their enclosures, in SI. Rows and columns are the coordinates in the order of the
 //! model; under constraints, those that the others follow. Files are written entry by entry.
 
-use std::fmt;
 use std::io::{self, BufWriter, Write};
 
 use librate_core::linearize::{Linearized, Units};
@@ -47,43 +46,22 @@ pub struct Matrix {
     values: Vec<f64>,
 }
 
-/// An entry that is no double, or loses digits as one: it is not finite, or closer to 0 than 2.2e-308.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct OutOfRange {
-    /// The name of the matrix.
-    pub matrix: &'static str,
-    /// The row, from 0.
-    pub row: usize,
-    /// The column, from 0.
-    pub column: usize,
-}
-
-impl fmt::Display for OutOfRange {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { matrix, row, column } = self;
-        write!(f, "the entry of {matrix} in row {} and column {} is beyond the range of doubles", row + 1, column + 1)
-    }
-}
-
-impl std::error::Error for OutOfRange {}
-
 /// M and K, and what there is of G, C and N.
 ///
 /// # Errors
-/// [`OutOfRange`] with the first entry that is no double in SI.
-pub fn matrices(linearized: &Linearized) -> Result<Vec<Matrix>, OutOfRange> {
+/// The first entry that is no double in SI, or loses digits as one: it is not finite, or closer to 0 than 2.2e-308.
+pub fn matrices(linearized: &Linearized) -> Result<Vec<Matrix>, String> {
     let free = linearized.free_coordinates();
     let units = linearized.units();
     let n = free.len();
     let double = |matrix, by_rate: i64| {
         let (units, free) = (units, &free);
         move |i: usize, j: usize, entry: &Ball| {
-            let value = match units {
-                Some(units) => entry.scale_far(power(units, by_rate, free[i], free[j])).mid_f64(),
-                None => entry.mid_f64(),
-            };
+            let in_si = |units: &Units| entry.scale_far(power(units, by_rate, free[i], free[j]));
+            let value = units.map_or(*entry, in_si).mid_f64();
             let lost = value.abs() < f64::MIN_POSITIVE && !entry.contains_zero();
-            if value.is_finite() && !lost { Ok(value) } else { Err(OutOfRange { matrix, row: i, column: j }) }
+            let place = || format!("the entry of {matrix} in row {} and column {}", i + 1, j + 1);
+            if value.is_finite() && !lost { Ok(value) } else { Err(place() + " is beyond the range of doubles") }
         }
     };
     let (mass, stiffness) = match linearized.sparse() {
@@ -121,8 +99,8 @@ impl Matrix {
     fn sparse(
         name: &'static str,
         lower: &SparseMatrix,
-        double: impl Fn(usize, usize, &Ball) -> Result<f64, OutOfRange>,
-    ) -> Result<Self, OutOfRange> {
+        double: impl Fn(usize, usize, &Ball) -> Result<f64, String>,
+    ) -> Result<Self, String> {
         let n = lower.dimension();
         let mut next = vec![0_usize; n + 1];
         for (i, j, _) in lower.entries() {
@@ -156,8 +134,8 @@ impl Matrix {
         mirror: Mirror,
         n: usize,
         entries: &[Ball],
-        double: impl Fn(usize, usize, &Ball) -> Result<f64, OutOfRange>,
-    ) -> Result<Self, OutOfRange> {
+        double: impl Fn(usize, usize, &Ball) -> Result<f64, String>,
+    ) -> Result<Self, String> {
         let (mut columns, mut values, mut starts) = (Vec::new(), Vec::new(), vec![0]);
         let mut holds = true;
         for i in 0..n {

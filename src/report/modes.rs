@@ -52,15 +52,11 @@ pub fn modes_text(linearized: &Linearized, modes: &NormalModes, options: &Option
         let massless = counted(linearized.massless_directions(), "massless direction");
         heading.push_str(&format!(", {massless}"));
     }
-    let mut out = style.paint(Tone::Heading, &heading);
-    out.push('\n');
+    let mut out = style.paint(Tone::Heading, &heading) + "\n";
     out.push_str(&equilibrium_text(linearized, options, style));
     out.push_str(&rates_text(linearized, options, style));
     let (tone, word) = (stability_tone(modes.stability), modes.stability.as_str());
-    let secular = match modes.secular {
-        Some(true) => ", secular growth: motions grow as powers of t",
-        Some(false) | None => "",
-    };
+    let secular = if modes.secular == Some(true) { ", secular growth: motions grow as powers of t" } else { "" };
     out.push_str(&format!("stability: {}{secular}\n", style.paint(tone, word)));
     if let Some(group) = &modes.point_group {
         out.push_str(&format!("point group: {group}\n"));
@@ -90,10 +86,7 @@ pub fn modes_text(linearized: &Linearized, modes: &NormalModes, options: &Option
     let common = common(model.coordinates.iter().map(shown_unit));
     let names = Headings { coordinates: &model.coordinates, with_unit: common.is_none() };
     let motions = zero_motions(modes, count);
-    let motion = match motions.as_slice() {
-        [only] => Some(*only),
-        [] | [_, ..] => None,
-    };
+    let motion = if let [only] = motions[..] { Some(only) } else { None };
     out.push_str(&table(&modes.modes, &rows, &names, motion, model.has_units, style));
     let remarks = remarks(modes, &rows, &motions, options, style);
     if let Some(unit) = common
@@ -147,30 +140,22 @@ fn equilibrium_text(linearized: &Linearized, options: &Options, style: &Style) -
     }
     let coordinates = &linearized.model().coordinates;
     let common = common(coordinates.iter().map(shown_unit));
-    let sizes = equilibrium.values.iter().map(|value| value.mid_f64().abs());
-    let largest = sizes.fold(0.0, f64::max);
+    let largest = equilibrium.values.iter().map(|value| value.mid_f64().abs()).fold(0.0, f64::max);
     let mut items: Vec<String> = coordinates
         .iter()
         .zip(&equilibrium.values)
         .zip(origins)
         .take(MOST_LISTED)
         .map(|((coordinate, value), origin)| {
-            let remark = match origin {
-                Origin::Given if mixed => " (given)",
-                Origin::Given | Origin::Zero | Origin::Found => "",
-            };
+            let remark = if mixed && *origin == Origin::Given { " (given)" } else { "" };
             let written = known(value, largest, options.digits);
-            let unit = match shown_unit(coordinate) {
-                Some(unit) if common.is_none() => format!(" {unit}"),
-                Some(_) | None => String::new(),
-            };
+            let unit = shown_unit(coordinate).filter(|_| common.is_none());
+            let unit = unit.map_or_else(String::new, |unit| format!(" {unit}"));
             format!("{} = {written}{unit}{remark}", coordinate.name())
         })
         .collect();
     let count = equilibrium.values.len();
-    if count > MOST_LISTED {
-        items.push(format!("… ({} more)", count - MOST_LISTED));
-    }
+    items.extend((count > MOST_LISTED).then(|| format!("… ({} more)", count - MOST_LISTED)));
     let unit = common.map_or_else(String::new, |unit| format!(" in {unit}"));
     listed(&format!("equilibrium{unit}{how}"), &items, style.width)
 }
@@ -245,11 +230,9 @@ impl Row {
                 let bits = x.omega.bits();
                 &x.omega * &(&Big::from_number(&size, bits) / &Big::pi(bits).scale(1))
             });
-            match mode.uncertainty.as_ref().and_then(|own| own.omega) {
-                Some(sigma) => {
-                    let sigma = sigma * of_radian;
-                    Written::measured(&turns, precise.as_ref(), Some(&sigma), options.digits).0
-                }
+            let sigma = mode.uncertainty.as_ref().and_then(|own| own.omega).map(|sigma| sigma * of_radian);
+            match sigma {
+                Some(sigma) => Written::measured(&turns, precise.as_ref(), Some(&sigma), options.digits).0,
                 None => Written::finest(&turns, precise.as_ref(), options.digits),
             }
             .text()
@@ -281,20 +264,14 @@ fn table(
         return "there are no degrees of freedom: constraints, or what has no inertia, leave no motion\n".to_owned();
     }
     let of = |text: fn(&Row) -> &str| rows.iter().map(|row| text(row).to_owned()).collect();
-    let heading = |plain: &str, unit: &str| {
-        if has_units { format!("{plain} ({unit})") } else { plain.to_owned() }
-    };
+    let heading = |plain: &str, unit: &str| with_unit(plain, has_units.then_some(unit));
     let mut columns =
         vec![Column::counting("mode", modes.len()), Column::numbers(&heading("omega", "rad/s"), of(|row| &row.omega))];
     let uncertain = modes.iter().any(|mode| mode.uncertainty.is_some());
-    if uncertain {
-        columns.push(Column::numbers("sigma", of(|row| &row.omega_sigma)));
-    }
+    columns.extend(uncertain.then(|| Column::numbers("sigma", of(|row| &row.omega_sigma))));
     if modes.iter().any(|mode| !mode.growth.is_zero()) {
         columns.push(Column::numbers(&heading("growth", "1/s"), of(|row| &row.growth)));
-        if uncertain {
-            columns.push(Column::numbers("sigma", of(|row| &row.growth_sigma)));
-        }
+        columns.extend(uncertain.then(|| Column::numbers("sigma", of(|row| &row.growth_sigma))));
     }
     columns.push(Column::right("bound", of(|row| &row.bound)));
     if let Some(unit) = style.unit.or(has_units.then_some(FrequencyUnit::Hertz)) {
@@ -302,14 +279,9 @@ fn table(
     }
     let kinds = modes.iter().map(|mode| mode.kind.as_str().to_owned()).collect();
     columns.push(Column::words("kind", kinds));
-    let optional = |text: fn(&NormalMode) -> &Option<String>| -> Option<Vec<String>> {
-        modes.iter().any(|mode| text(mode).is_some()).then(|| {
-            let cells = modes.iter().map(|mode| text(mode).clone().unwrap_or_default());
-            cells.collect()
-        })
-    };
-    if let Some(cells) = optional(|mode| &mode.symmetry) {
-        columns.push(Column::words("symmetry", cells));
+    if modes.iter().any(|mode| mode.symmetry.is_some()) {
+        let cells = modes.iter().map(|mode| mode.symmetry.clone().unwrap_or_default());
+        columns.push(Column::words("symmetry", cells.collect()));
     }
     let meaning = motion.map(|motion| {
         let cells = modes.iter().map(|mode| match mode.kind {
@@ -346,8 +318,7 @@ fn table(
         let shapes = shape(modes, names, room).unwrap_or_else(|| vec![largest_of(modes, names, room)]);
         tables.push(std::iter::once(Column::counting("mode", modes.len())).chain(shapes).collect());
     }
-    let tables = tables.iter().map(|columns| draw(columns, modes.len(), painted, style));
-    tables.collect::<Vec<_>>().join("\n")
+    tables.iter().map(|columns| draw(columns, modes.len(), painted, style)).collect::<Vec<_>>().join("\n")
 }
 
 /// The shapes: a column a coordinate where there are few, else heights and the largest components by name;
@@ -362,8 +333,7 @@ fn shape(modes: &[NormalMode], names: &Headings<'_>, room: usize) -> Option<Vec<
                 let of = |part: &[f64]| part.get(at).copied();
                 // What may be 0 has no size.
                 let certain = |x: &f64| x.abs() > mode.error_bound_of(at);
-                let both = of(&mode.vector).into_iter().chain(of(&mode.imaginary));
-                both.filter(certain).collect::<Vec<f64>>()
+                of(&mode.vector).into_iter().chain(of(&mode.imaginary)).filter(certain).collect::<Vec<f64>>()
             });
             let parts: Vec<f64> = parts.collect();
             let power = common_power(parts.iter());
@@ -477,10 +447,7 @@ fn largest(mode: &NormalMode, names: &Headings<'_>, power: i32, room: usize) -> 
         .into_iter()
         .map(|(_, at)| {
             let text = component(mode, at, power, ROUGH_DIGITS);
-            let size = match text.parse::<f64>() {
-                Ok(size) => size.abs(),
-                Err(_) => modulus(mode, at) / 10f64.powi(power),
-            };
+            let size = text.parse().map_or_else(|_| modulus(mode, at) / 10f64.powi(power), f64::abs);
             (size, at, text)
         })
         .collect();
@@ -540,12 +507,7 @@ fn remarks(modes: &NormalModes, rows: &[Row], motions: &[&str], options: &Option
     } else if modes.stability == Stability::Undecided {
         out.push_str("the stability is undecided: the bounds do not decide it\n");
     }
-    let short: Vec<usize> = rows
-        .iter()
-        .enumerate()
-        .filter(|(at, row)| !row.complete && !undecided.contains(at))
-        .map(|(at, _)| at)
-        .collect();
+    let short: Vec<usize> = (0..rows.len()).filter(|at| !rows[*at].complete && !undecided.contains(at)).collect();
     if !short.is_empty() {
         out.push_str(&format!(
             "fewer than {} digits of {}: only those that are certain are printed\n",
@@ -569,8 +531,7 @@ fn clusters(modes: &NormalModes) -> Vec<Vec<usize>> {
             None => groups.push((mode.cluster, vec![at])),
         }
     }
-    let groups = groups.into_iter().map(|(_, group)| group);
-    groups.filter(|group| group.len() > 1).collect()
+    groups.into_iter().map(|(_, group)| group).filter(|group| group.len() > 1).collect()
 }
 
 /// That shapes of equal modes are one choice of many; of many clusters in one line.
@@ -583,9 +544,7 @@ fn clusters_remark(clusters: &[Vec<usize>]) -> String {
     let group = |modes: &Vec<usize>| numbered(modes).replace("modes ", "");
     let mut groups: Vec<String> = clusters.iter().take(MOST_GROUPS).map(group).collect();
     let more = clusters.len() - groups.len();
-    if more > 0 {
-        groups.push(format!("and {more} more groups"));
-    }
+    groups.extend((more > 0).then(|| format!("and {more} more groups")));
     let groups = groups.join("; ");
     format!("modes {groups} are equal within their bounds: any other basis of {own} is equally valid, within them\n")
 }
@@ -604,8 +563,7 @@ fn uncertainty_remark(modes: &NormalModes) -> String {
             let own = mode.uncertainty.as_ref()?;
             Some(test(&mode.omega, own.omega) || test(&mode.growth, own.growth))
         };
-        let modes = modes.modes.iter().enumerate();
-        modes.filter(|(_, mode)| parts(mode) == Some(true)).map(|(at, _)| at).collect()
+        modes.modes.iter().enumerate().filter(|(_, mode)| parts(mode) == Some(true)).map(|(at, _)| at).collect()
     };
     let missing = among(&|_, sigma| sigma.is_none());
     if !missing.is_empty() {
@@ -655,8 +613,7 @@ fn limited(modes: &[NormalMode]) -> Vec<Vec<usize>> {
 }
 
 fn of_kind(modes: &NormalModes, kind: Kind) -> Vec<usize> {
-    let modes = modes.modes.iter().enumerate();
-    modes.filter(|(_, mode)| mode.kind == kind).map(|(at, _)| at).collect()
+    modes.modes.iter().enumerate().filter(|(_, mode)| mode.kind == kind).map(|(at, _)| at).collect()
 }
 
 /// `mode 3`, `modes 1, 2 and 5`, `modes 1 to 6`, `modes 1, 2, 5 and 40 more`

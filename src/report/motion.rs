@@ -92,8 +92,7 @@ impl<W: Write> MotionCsv<W> {
             false => number(value.mid_f64()),
         });
         let linear = superposition.iter().map(|value| number(*value));
-        let start = self.start.map(|start| start.to_string());
-        let time = start.into_iter().chain([number(time.mid_f64())]);
+        let time = self.start.map(|start| start.to_string()).into_iter().chain([number(time.mid_f64())]);
         let record = time.chain(own).chain(linear);
         self.table.write_record(record).map_err(plain)
     }
@@ -212,10 +211,8 @@ impl<S: Read + Write + Seek> MotionJson<S> {
                 self.put(1 + at, &middle)?;
                 continue;
             }
-            let digits = match decided(value, self.digits, rest) {
-                text if text.is_empty() => null(),
-                text => string(&text),
-            };
+            let text = decided(value, self.digits, rest);
+            let digits = if text.is_empty() { null() } else { string(&text) };
             self.put(1 + 3 * at, &middle)?;
             self.put(2 + 3 * at, &digits)?;
             self.put(3 + 3 * at, &number(one_digit_up(value.mid_f64_error())))?;
@@ -224,9 +221,7 @@ impl<S: Read + Write + Seek> MotionJson<S> {
     }
 
     fn put(&mut self, array: usize, item: &str) -> io::Result<()> {
-        let Some(array) = self.arrays.get_mut(array) else {
-            return Ok(());
-        };
+        let Some(array) = self.arrays.get_mut(array) else { return Ok(()) };
         if !(array.text.is_empty() && array.blocks.is_empty()) {
             array.text.push_str(", ");
         }
@@ -290,9 +285,7 @@ pub fn start_remark(model: &Model, start: &Start) -> Option<String> {
         let prime = if own.velocity { "'" } else { "" };
         moved.push(format!("{name}{prime} by {:.1e}", own.by));
     }
-    if start.moved.len() > MOST_MOVED {
-        moved.push("…".to_owned());
-    }
+    moved.extend((start.moved.len() > MOST_MOVED).then(|| "…".to_owned()));
     let all = moved.join(", ");
     let within = if start.moved.iter().all(|own| own.rounded) { ", within the digits given" } else { "" };
     (!moved.is_empty()).then(|| format!("the start was moved onto the constraints{within}: {all}"))

@@ -196,8 +196,7 @@ pub(super) fn words(text: &str, plain: impl Fn(&str) -> String, formula: impl Fn
 /// With a capital letter at the beginning.
 pub(super) fn capitalized(text: &str) -> String {
     let mut rest = text.chars();
-    let first = rest.next();
-    first.into_iter().flat_map(char::to_uppercase).chain(rest).collect()
+    rest.next().into_iter().flat_map(char::to_uppercase).chain(rest).collect()
 }
 
 /// Between backticks.
@@ -241,9 +240,7 @@ impl Page {
             page.parts.push(section("abbreviations", texts));
         }
         page.motion(derivation);
-        if derivation.shows("equilibrium") {
-            page.parts.push(Part::Gap);
-        }
+        page.parts.extend(derivation.shows("equilibrium").then_some(Part::Gap));
         match &derivation.linear {
             Ok(linear) => page.linear(derivation, linear),
             Err(error) => {
@@ -384,16 +381,12 @@ impl Page {
             self.inline("steady motion", rates.collect());
         }
         self.matrices(derivation, derivation, linear, "");
-        let Some(tangent) = &linear.tangent else {
-            return;
-        };
+        let Some(tangent) = &linear.tangent else { return };
         if tangent.massless.is_empty() && derivation.shows("constraints") {
             let matrix = Matrix::new("gradients of the constraints", "A".to_owned(), &tangent.gradients, derivation);
             self.parts.push(Part::Matrix(matrix));
         }
-        let Some(reduced) = &tangent.reduced else {
-            return;
-        };
+        let Some(reduced) = &tangent.reduced else { return };
         if !reduced.follows.is_empty() {
             let title = displacements_title(tangent, reduced);
             self.parts.push(section(title, direction_texts(derivation, reduced)));
@@ -509,12 +502,8 @@ fn root_texts(derivation: &Derivation, roots: &[Root]) -> Vec<String> {
             let texts = roots.iter().map(|root| {
                 let value = pool.display(root.value);
                 let left = pool.display(root.left);
-                match &root.condition {
-                    Some(condition) => {
-                        format!("{left} = {value}, if {}", condition_text(derivation, condition))
-                    }
-                    None => format!("{left} = {value}"),
-                }
+                let condition = root.condition.as_ref().map(|own| format!(", if {}", condition_text(derivation, own)));
+                format!("{left} = {value}{}", condition.unwrap_or_default())
             });
             texts.collect::<Vec<_>>().join("; or ")
         })

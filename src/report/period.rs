@@ -18,8 +18,7 @@ pub fn period_text(oscillator: &Oscillator, found: &Period, options: &Options, s
     let digits = options.digits;
     let short = digits.min(10);
     let period = Written::finest(&found.period, found.precise.as_ref(), digits);
-    let mut out = style.paint(Tone::Heading, &headline(model.name.as_deref(), 1));
-    out.push_str("\n\n");
+    let mut out = style.paint(Tone::Heading, &headline(model.name.as_deref(), 1)) + "\n\n";
     let written = |value: &Ball| Written::new(value, short).text();
     let behind = |unit: &'static str| if model.has_units { unit } else { "" };
     let coordinate = model.coordinates.first();
@@ -43,21 +42,18 @@ pub fn period_text(oscillator: &Oscillator, found: &Period, options: &Options, s
         "energy",
         format!("{}{}", Written::finest(&found.energy, found.energy_precise.as_ref(), short).text(), behind(" J")),
     ));
-    match &found.small {
-        Some(small) => {
-            let small = Written::finest(small, found.small_precise.as_ref(), digits);
-            rows.push(("small oscillations", format!("{}{}", small.text(), behind(" s"))));
-        }
-        None => {
-            let why = if found.corner {
-                "none: the force jumps at the equilibrium"
-            } else if found.proved {
-                "none: the stiffness is not positive at the equilibrium"
-            } else {
-                "unknown: the equilibrium is not proved"
-            };
-            rows.push(("small oscillations", why.to_owned()));
-        }
+    if let Some(small) = &found.small {
+        let small = Written::finest(small, found.small_precise.as_ref(), digits);
+        rows.push(("small oscillations", format!("{}{}", small.text(), behind(" s"))));
+    } else {
+        let why = if found.corner {
+            "none: the force jumps at the equilibrium"
+        } else if found.proved {
+            "none: the stiffness is not positive at the equilibrium"
+        } else {
+            "unknown: the equilibrium is not proved"
+        };
+        rows.push(("small oscillations", why.to_owned()));
     }
     if let Some(bend) = &found.bend {
         let within = if unit.is_empty() { String::new() } else { format!(" in{unit}") };

@@ -399,12 +399,11 @@ fn draw_curve(out: &mut String, curve: &Curve, on_page: &dyn Fn([f64; 2]) -> [f6
     for piece in pieces.filter(|piece| !piece.is_empty()) {
         let points: Vec<[f64; 2]> = piece.iter().copied().map(on_page).collect();
         let (class, is_point) = match curve.stroke {
-            Stroke::Solid => ("line", false),
+            Stroke::Solid | Stroke::Stems => ("line", false),
             Stroke::Dashed => ("line dashed", false),
             Stroke::Thin => ("line thin", false),
             Stroke::Dots => ("dot", true),
             Stroke::Rings => ("ring", true),
-            Stroke::Stems => ("line", false),
         };
         if curve.stroke == Stroke::Stems {
             let feet = piece.iter().map(|[x, _]| on_page([*x, 0.0])[1]);
@@ -430,9 +429,7 @@ fn draw_curve(out: &mut String, curve: &Curve, on_page: &dyn Fn([f64; 2]) -> [f6
 /// Cubic pieces through points where one coordinate rises from each to the next, straight ones where not.
 fn path(points: &[[f64; 2]]) -> String {
     let mut out = String::new();
-    let Some([x, y]) = points.first() else {
-        return out;
-    };
+    let Some([x, y]) = points.first() else { return out };
     let _ = write!(out, "M{} {}", place(*x), place(*y));
     let rises = points.windows(2).all(|pair| matches!(pair, [a, b] if b[0] > a[0]));
     if !rises || points.len() < 3 || points.len() > MOST_SMOOTH {

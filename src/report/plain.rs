@@ -7,16 +7,23 @@ use unicode_width::UnicodeWidthStr;
 use super::page::{self, Form, Line, Matrix, Page, Part};
 use super::table::{lines, plain};
 use super::{Style, Tone, headline, listed};
+use librate_core::derive::Derivation;
 use librate_core::typeset::{Block, Formula, Notation};
 
 /// Formulas of more lines are not written behind a title.
 const MOST_IN_SECTION: usize = 12;
 
-/// Writes a page.
-pub(super) fn write(page: &Page, style: &Style) -> String {
+/// The derivation as text, in the order of the page: Lagrange's equations, momenta and what is
+/// conserved, the equilibrium, T and V to second order, M, K, the linearized equations, symmetry and
+/// closed forms of the frequencies.
+///
+/// What would be repeated too often is given a name at the top. Matrices have aligned columns where they fit into the width, else their entries that are not
+/// zero stand one a line, with the upper triangle standing for both.
+#[must_use]
+pub fn derive_text(derivation: &Derivation, style: &Style) -> String {
+    let page = &Page::new(derivation);
     let layout = Layout { style: *style, notation: (!style.ascii).then_some(&page.notation) };
-    let mut out = style.paint(Tone::Heading, &headline(page.model.as_deref(), page.dimension));
-    out.push('\n');
+    let mut out = style.paint(Tone::Heading, &headline(page.model.as_deref(), page.dimension)) + "\n";
     for part in &page.parts {
         match part {
             Part::List(title, items) => {
@@ -67,12 +74,8 @@ impl Layout<'_> {
     /// A formula of the model language with a remark behind it, in the lines that it takes; what is none stays as it is.
     fn lines(&self, text: &str, remark: &str, width: usize) -> Vec<String> {
         let remark = self.words(remark);
-        let Some(notation) = self.notation else {
-            return vec![format!("{text}{remark}")];
-        };
-        let Some(formula) = notation.read_relation(text) else {
-            return wrapped(&format!("{text}{remark}"), width);
-        };
+        let Some(notation) = self.notation else { return vec![format!("{text}{remark}")] };
+        let Some(formula) = notation.read_relation(text) else { return wrapped(&format!("{text}{remark}"), width) };
         if remark.is_empty() {
             return formula.text(width);
         }
@@ -123,8 +126,7 @@ impl Layout<'_> {
         }
         let mut out = if form == Form::Inline { String::new() } else { "\n".to_owned() };
         for line in wrapped(&title, self.width) {
-            out.push_str(&self.paint(Tone::Heading, &line));
-            out.push('\n');
+            out.push_str(&(self.paint(Tone::Heading, &line) + "\n"));
         }
         for (at, lines) in formulas.iter().enumerate() {
             if tall && at > 0 && form != Form::Close {
@@ -168,24 +170,19 @@ impl Layout<'_> {
             }
             None => {
                 let mut table = plain();
-                for row in rows {
-                    table.add_row(row);
-                }
+                table.add_rows(rows);
                 lines(&mut table)
             }
         });
         let mut out = String::new();
-        match lines.filter(|lines| lines.iter().all(|line| line.width() + 2 <= self.width)) {
-            Some(lines) => {
-                out.push_str(&format!("{heading}\n"));
-                out.extend(lines.iter().map(|line| format!("  {line}\n")));
-            }
-            None => {
-                let (remark, entries) = matrix.listed();
-                out.push_str(&format!("{heading}, {remark}entries that are not zero:\n"));
-                let width = self.width.saturating_sub(2);
-                out.extend(entries.iter().flat_map(|line| self.line(line, width)).map(|line| format!("  {line}\n")));
-            }
+        if let Some(lines) = lines.filter(|lines| lines.iter().all(|line| line.width() + 2 <= self.width)) {
+            out.push_str(&format!("{heading}\n"));
+            out.extend(lines.iter().map(|line| format!("  {line}\n")));
+        } else {
+            let (remark, entries) = matrix.listed();
+            out.push_str(&format!("{heading}, {remark}entries that are not zero:\n"));
+            let width = self.width.saturating_sub(2);
+            out.extend(entries.iter().flat_map(|line| self.line(line, width)).map(|line| format!("  {line}\n")));
         }
         out
     }

@@ -66,16 +66,14 @@ pub fn sensitivity_text(
 ) -> String {
     let model = linearized.model();
     let count = linearized.dimension();
-    let mut out = style.paint(Tone::Heading, &headline(model.name.as_deref(), count));
-    out.push_str("\n\n");
+    let mut out = style.paint(Tone::Heading, &headline(model.name.as_deref(), count)) + "\n\n";
     let written = |value: Option<Ball>| match value {
         None => "none".to_owned(),
         Some(value) if value.is_zero() => "0".to_owned(),
         Some(value) if value.contains_zero() => UNDECIDED.to_owned(),
         Some(value) => Written::new(&value, DIGITS).text(),
     };
-    let rows = modes.modes.iter();
-    let rows: Vec<Exponent> = rows.map(|mode| Exponent::new(mode, options.digits)).collect();
+    let rows: Vec<Exponent> = modes.modes.iter().map(|mode| Exponent::new(mode, options.digits)).collect();
     let omega = rows.iter().map(|row| row.omega.text());
     let mut columns = vec![Column::counting("mode", modes.modes.len()), Column::numbers("omega", omega.collect())];
     if modes.modes.iter().any(|mode| mode.uncertainty.is_some()) {

@@ -159,8 +159,7 @@ fn table(shown: &Shown<'_>) -> String {
 
 /// A number that is only drawn.
 fn rough(value: f64) -> String {
-    let text = format!("{value:.4e}");
-    text.parse().map_or_else(|_| null(), number)
+    format!("{value:.4e}").parse().map_or_else(|_| null(), number)
 }
 
 /// A mode as it is drawn, but for its caption.
@@ -205,10 +204,7 @@ fn data(shown: &Shown<'_>) -> String {
             format!("{{\"caption\": {}, {}", string(&caption(mode, at, model.has_units)), drawn(mode))
         });
     let lines = figure.iter().flat_map(|figure| &figure.lines).map(|(from, to, link)| {
-        let kind = match link {
-            Link::Rod => "rod",
-            Link::Spring => "spring",
-        };
+        let kind = if *link == Link::Rod { "rod" } else { "spring" };
         format!("[{from}, {}, \"{kind}\"]", to.map_or_else(null, |to| to.to_string()))
     });
     let figure = figure.map_or_else(null, |figure| {

@@ -53,12 +53,9 @@ pub(super) fn draw<'a>(
 ) -> String {
     let mut table = plain();
     table.set_header(columns.iter().map(|column| Cell::new(&column.heading).set_alignment(column.alignment)));
-    for at in 0..rows {
-        table.add_row(columns.iter().map(|column| {
-            let cell = column.cells.get(at).map_or("", String::as_str);
-            Cell::new(cell).set_alignment(column.alignment)
-        }));
-    }
+    let cell = |column: &Column, at: usize| Cell::new(column.cells.get(at).map_or("", String::as_str));
+    let row = |at: usize| columns.iter().map(move |column| cell(column, at).set_alignment(column.alignment));
+    table.add_rows((0..rows).map(row));
     let mut out = String::new();
     for (line, text) in lines(&mut table).into_iter().enumerate() {
         let painted = match line.checked_sub(1) {
@@ -87,8 +84,7 @@ pub(super) fn lines(table: &mut Table) -> Vec<String> {
     for column in table.column_iter_mut() {
         column.set_padding((0, GAP as u16));
     }
-    let lines = table.lines();
-    lines.map(|line| line.trim_end().to_owned()).collect()
+    table.lines().map(|line| line.trim_end().to_owned()).collect()
 }
 
 /// Pads numbers on both sides so that their decimal points stand in one column.

@@ -2,6 +2,7 @@
 
 use super::markup::{Markup, Writer};
 use super::page::{Page, words};
+use librate_core::derive::Derivation;
 use librate_core::typeset::Formula;
 
 const TYPST: Markup = Markup {
@@ -17,8 +18,10 @@ const TYPST: Markup = Markup {
     display,
 };
 
-/// Writes a page: a document, which can be included in another one.
-pub(super) fn write(page: &Page) -> String {
+/// The same page as a Typst document, which can be included in others.
+#[must_use]
+pub fn derive_typst(derivation: &Derivation) -> String {
+    let page = &Page::new(derivation);
     let mut out = "#set math.equation(numbering: \"(1)\")\n".to_owned();
     if let Some(name) = &page.model {
         out.push_str(&format!("\n= {}\n", escaped(&name.replace('_', " "))));

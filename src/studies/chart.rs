@@ -152,8 +152,7 @@ impl Chart {
             return Err(FloquetError::Unsupported { what: "constraints in charts, about what moves", span }.into());
         }
         let (equations, _) = floquet::equations(&model, &mut driven, &begin)?;
-        let mut roots = vec![driven.period.0];
-        roots.extend(&begin);
+        let roots = [&[driven.period.0], begin.as_slice()].concat();
         let start = Tape::compile(&driven.pool, &roots, &driven.open)
             .map_err(|_| FloquetError::NotDefined { span: driven.driven_at })?;
         Ok(Self { axes: [first, second], equations, start: start.prepare(()), damped: driven.damped })
@@ -180,9 +179,7 @@ impl Chart {
     /// The values along a parameter (0 or 1), in the unit that it is declared with.
     #[must_use]
     pub fn values(&self, axis: usize) -> Vec<f64> {
-        let Some(own) = self.axes.get(axis) else {
-            return Vec::new();
-        };
+        let Some(own) = self.axes.get(axis) else { return Vec::new() };
         (0..own.range.len()).map(|at| own.value(own.declared, at as f64)).collect()
     }
 
@@ -209,9 +206,7 @@ impl Worker<'_> {
     /// The borders between neighbours of a row, and between it and the next one, each to 1e-13 of the distance of
     /// neighbours, rounding of the multipliers aside; `rows` are that row and, if there is one, the next.
     pub fn borders(&mut self, first: usize, rows: [Option<&[Place]>; 2]) -> Vec<Border> {
-        let Some(own) = rows[0] else {
-            return Vec::new();
-        };
+        let Some(own) = rows[0] else { return Vec::new() };
         let mut found = Vec::new();
         for second in 0..own.len() {
             let here = own[second].stable;
@@ -237,24 +232,18 @@ impl Worker<'_> {
                 }
             }
         }
-        let borders = found.iter().map(|search| self.chart.border(search.middle()));
-        borders.collect()
+        let value = |axis: usize, place: f64| self.chart.axes[axis].value(self.chart.axes[axis].declared, place);
+        let places = found.iter().map(Search::middle);
+        places.map(|[first, second]| Border { at: [value(0, first), value(1, second)] }).collect()
     }
 
     /// What the model does at places between the first and the last of both ranges.
     fn places(&mut self, places: &[[f64; 2]]) -> Vec<Place> {
-        let mut found = Vec::with_capacity(places.len());
-        for group in places.chunks(LANES) {
-            let together = match group {
-                [_] => None,
-                _ => self.together(group),
-            };
-            match together {
-                Some(together) => found.extend(together),
-                None => found.extend(group.iter().map(|place| self.alone(*place))),
-            }
-        }
-        found
+        let found = places.chunks(LANES).flat_map(|group| {
+            let together = if group.len() > 1 { self.together(group) } else { None };
+            together.unwrap_or_else(|| group.iter().map(|place| self.alone(*place)).collect())
+        });
+        found.collect()
     }
 
     /// `None` where there is no period.
@@ -338,9 +327,7 @@ impl Search {
 /// one.
 fn monodromy<N: Doubles>(plain: &mut Plain<N>, period: N, start: Option<Vec<N>>) -> Option<Vec<N>> {
     let zero = N::each(|_| 0.0);
-    let Some(mut x) = start else {
-        return Some(plain.travel(zero, period, &[], |_, _, _| {})?.1);
-    };
+    let Some(mut x) = start else { return Some(plain.travel(zero, period, &[], |_, _, _| {})?.1) };
     let n = x.len();
     plain.set_most_steps(usize::MAX);
     for _ in 0..NEWTON {
@@ -384,11 +371,6 @@ impl Chart {
         !self.damped && meet && (b / period).abs().max((c * period).abs()) > COARSE
     }
 
-    fn border(&self, place: [f64; 2]) -> Border {
-        let [first, second] = &self.axes;
-        Border { at: [first.value(first.declared, place[0]), second.value(second.declared, place[1])] }
-    }
-
     /// The modulus of the largest multiplier, and whether it is outside the unit circle.
     fn largest(&self, slopes: &[f64]) -> Option<(f64, bool)> {
         if let [a, b, c, d] = slopes {
@@ -402,8 +384,7 @@ impl Chart {
         }
         let n = self.equations.dimension();
         let matrix = DMatrix::from_row_slice(n, n, slopes);
-        let schur = nalgebra::Schur::try_new(matrix, f64::EPSILON, 10_000)?;
-        let values = schur.complex_eigenvalues();
+        let values = nalgebra::Schur::try_new(matrix, f64::EPSILON, 10_000)?.complex_eigenvalues();
         let size = values.iter().map(|z| z.norm()).fold(0.0, f64::max);
         size.is_finite().then_some((size, size > 1.0 + COARSE))
     }

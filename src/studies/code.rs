@@ -129,10 +129,8 @@ pub fn code(model: &Model) -> Result<Code, LinearizeError> {
     }
     let loads: Vec<ExprId> = equations.iter().map(|equation| equation.load).collect();
     let parameters: Vec<Symbol> = open.iter().map(|at| model.parameters[*at].symbol).collect();
-    let rest = match &matrices {
-        Some(matrices) => Some(at_rest(model, matrices, &mut mechanics, (&fixed, &parameters), &loads)?),
-        None => None,
-    };
+    let rest = |own| at_rest(model, own, &mut mechanics, (&fixed, &parameters), &loads);
+    let rest = matrices.as_ref().map(rest).transpose()?;
 
     let Mechanics { mut pool, coordinates, velocities, time, lagrangian, .. } = mechanics;
     let mut energy = vec![pool.neg(lagrangian)];

@@ -128,16 +128,10 @@ impl Nodes {
             own.into_iter().zip(&modes.modes).map(|(shape, mode)| Some((shape, mode.clone()))).collect();
         for node in order {
             let Ok((linearized, modes)) = &places[node].result else { continue };
-            let mut neighbours: Vec<usize> = Vec::new();
-            if node % across > 0 {
-                neighbours.push(node - 1);
-            }
-            if node % across + 1 < across {
-                neighbours.push(node + 1);
-            }
-            neighbours.extend(node.checked_sub(across));
-            neighbours.push(node + across);
-            let nearer = neighbours.into_iter().filter(|own| *own < places.len() && away(*own) < away(node));
+            let column = node % across;
+            let beside = [(column > 0).then(|| node - 1), (column + 1 < across).then_some(node + 1)];
+            let neighbours = beside.into_iter().chain([node.checked_sub(across), Some(node + across)]).flatten();
+            let nearer = neighbours.filter(|own| *own < places.len() && away(*own) < away(node));
             let before = nearer.filter_map(|own| known[own].as_ref()).next().unwrap_or(&own);
             let found = follow(before, shapes(linearized, modes), modes);
             let equilibrium = linearized.equilibrium().values.iter().take(count).map(|value| value.mid_f64()).collect();

@@ -68,8 +68,7 @@ impl<'a> Mechanics<'a> {
 
     /// How many terms the energies have.
     pub(crate) fn terms(model: &Model) -> usize {
-        let families = signed_terms(model).map(|(_, family)| family);
-        families.chain(&model.forces).map(|family| family.count).sum()
+        signed_terms(model).map(|(_, family)| family).chain(&model.forces).map(|family| family.count).sum()
     }
 
     /// The first constraint on velocities or rate of a steady motion beside the energies, in the words for each.
@@ -157,8 +156,7 @@ pub(crate) fn is_gradient(pool: &mut Pool, slopes: &[Vec<(usize, ExprId)>]) -> b
         let own = slopes[i].iter().find(|(at, _)| *at == j);
         own.map_or(pool.zero(), |own| own.1)
     };
-    let mut pairs = (0..slopes.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
-    pairs.all(|(i, j)| {
+    (0..slopes.len()).flat_map(|i| (0..i).map(move |j| (i, j))).all(|(i, j)| {
         let (own, other) = (slope(pool, i, j), slope(pool, j, i));
         let curl = pool.sub(own, other);
         pool.is_zero(curl) == ZeroVerdict::Zero

@@ -236,10 +236,7 @@ impl Compiler<'_> {
                 (Some(total), true) => self.operation(Operation::Subtract(total, term)),
             });
         }
-        let mut total = match total {
-            Some(total) => total,
-            None => self.number(&Number::ZERO),
-        };
+        let mut total = total.unwrap_or_else(|| self.number(&Number::ZERO));
         if !constant.is_zero() {
             let constant = self.number(constant);
             total = self.operation(Operation::Add(total, constant));
@@ -310,10 +307,7 @@ impl Compiler<'_> {
         let (mut square, mut left) = (base, exponent);
         while left > 0 {
             if left % 2 == 1 {
-                result = Some(match result {
-                    None => square,
-                    Some(result) => self.operation(Operation::Multiply(result, square)),
-                });
+                result = Some(result.map_or(square, |result| self.operation(Operation::Multiply(result, square))));
             }
             left /= 2;
             if left > 0 {

@@ -87,8 +87,7 @@ pub(crate) fn constant(text: &str) -> Result<Constant, String> {
 /// Reads a table; the error is a line and what is wrong there.
 pub(crate) fn table(text: &str, name: &str) -> Result<Table, (u64, String)> {
     let texts = TableTexts::new().with(name, text);
-    let table = Table::read(name, name, Span::default(), Span::default(), &texts);
-    table.map_err(|error| match error {
+    Table::read(name, name, Span::default(), Span::default(), &texts).map_err(|error| match error {
         ModelError::BadTable { line, reason, .. } => (line, reason),
         other => (1, other.to_string()),
     })
@@ -141,6 +140,5 @@ pub(crate) fn between<S: Enclosure>(ends: &[End; 2], share: &Number, precision: 
     let [from, to] = ends;
     let from: S = evaluate_closed(&from.pool, from.value, precision)?;
     let to: S = evaluate_closed(&to.pool, to.value, precision)?;
-    let share = S::from_number(share, precision);
-    Some(from.add(&to.sub(&from).mul(&share)))
+    Some(from.add(&to.sub(&from).mul(&S::from_number(share, precision))))
 }

@@ -95,12 +95,8 @@ pub(crate) fn shapes(linearized: &Linearized, modes: &NormalModes) -> Shapes {
             vector.clone()
         } else {
             let row = |row: &[f64]| {
-                let mut sums = [0.0; 2];
-                for (entry, part) in row.iter().zip(&vector) {
-                    sums[0] += entry * part[0];
-                    sums[1] += entry * part[1];
-                }
-                sums
+                let parts = row.iter().zip(&vector);
+                parts.fold([0.0; 2], |[re, im], (entry, part)| [re + entry * part[0], im + entry * part[1]])
             };
             mass.chunks(n).map(row).collect()
         };
@@ -120,15 +116,8 @@ pub(crate) fn shapes(linearized: &Linearized, modes: &NormalModes) -> Shapes {
 
 /// For each mode of one place that of another, and how sure the least certain pair is.
 pub(crate) fn matched(from: &Shapes, to: &Shapes) -> (Pairs, f64) {
-    let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
-    for (i, own) in from.iter().enumerate() {
-        for (j, other) in to.iter().enumerate() {
-            let agreement = own.agreement(other);
-            if agreement > LEAST {
-                pairs.push((agreement, i, j));
-            }
-        }
-    }
+    let all = (0..from.len()).flat_map(|i| (0..to.len()).map(move |j| (from[i].agreement(&to[j]), i, j)));
+    let mut pairs: Vec<(f64, usize, usize)> = all.filter(|(agreement, ..)| *agreement > LEAST).collect();
     pairs.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2)));
     let mut found = vec![None; from.len()];
     let mut taken = vec![false; to.len()];

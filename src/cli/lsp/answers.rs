@@ -17,7 +17,7 @@ pub(super) fn hover(document: &Document, facts: &Facts, at: usize) -> Value {
     let Some(name) = document.name_at(at) else { return Value::Null };
     let text = match name.kind {
         NameKind::Quantity => quantity(document, facts, &name),
-        NameKind::Function => called(name.text),
+        NameKind::Function => signature(name.text).map(|(call, meaning)| format!("```librate\n{call}\n```\n{meaning}")),
         NameKind::Unit => model::unit_dimension(name.text)
             .map(|own| format!("`{}` measures {own}: `{}` in SI", name.text, own.unit())),
         NameKind::Index(around) => {
@@ -34,10 +34,6 @@ pub(super) fn hover(document: &Document, facts: &Facts, at: usize) -> Value {
         }),
         None => Value::Null,
     }
-}
-
-fn called(function: &str) -> Option<String> {
-    signature(function).map(|(call, meaning)| format!("```librate\n{call}\n```\n{meaning}"))
 }
 
 /// The statements that declare a name, its value, its dimension.
@@ -61,9 +57,7 @@ fn quantity(document: &Document, facts: &Facts, name: &NamePlace<'_>) -> Option<
     if let Some(values) = facts.values.get(name.text) {
         let mut shown: Vec<String> =
             values.iter().take(SHOWN).map(|(member, digits)| format!("`{member} = {digits}{unit}`")).collect();
-        if values.len() > SHOWN {
-            shown.push("…".to_owned());
-        }
+        shown.extend((values.len() > SHOWN).then(|| "…".to_owned()));
         text = format!("{text}\n{}", shown.join(", "));
     }
     if let Some(dimension) = dimension {

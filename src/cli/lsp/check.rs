@@ -80,14 +80,9 @@ pub(super) struct Checker {
 
 impl Checker {
     pub(super) fn new(editor: Editor, workspace: &Value) -> Self {
-        let mut renewed = Vec::new();
-        for (field, method) in
-            [("codeLens", "workspace/codeLens/refresh"), ("inlayHint", "workspace/inlayHint/refresh")]
-        {
-            if workspace[field]["refreshSupport"] == json!(true) {
-                renewed.push(method);
-            }
-        }
+        let known = |field: &str| workspace[field]["refreshSupport"] == json!(true);
+        let all = [("codeLens", "workspace/codeLens/refresh"), ("inlayHint", "workspace/inlayHint/refresh")];
+        let renewed = all.into_iter().filter(|(field, _)| known(field)).map(|(_, method)| method).collect();
         Self { editor, renewed, known: Known::default() }
     }
 
@@ -96,13 +91,7 @@ impl Checker {
         let mut waiting = VecDeque::new();
         loop {
             waiting.extend(jobs.try_iter());
-            let job = match waiting.pop_front() {
-                Some(job) => job,
-                None => match jobs.recv() {
-                    Ok(job) => job,
-                    Err(_) => return,
-                },
-            };
+            let Some(job) = waiting.pop_front().or_else(|| jobs.recv().ok()) else { return };
             let Some(model) = self.check(&job) else { continue };
             match jobs.recv_timeout(PAUSE) {
                 Ok(newer) => waiting.push_back(newer),
@@ -237,8 +226,7 @@ pub(super) fn digits(value: &Ball) -> String {
 fn values(model: &Model) -> BTreeMap<String, Vec<(String, String)>> {
     let mut values: BTreeMap<String, Vec<(String, String)>> = BTreeMap::new();
     for own in &model.parameters {
-        let value = own.value.and_then(|value| linearize::constant(&model.pool, value));
-        if let Some(value) = value {
+        if let Some(value) = own.value.and_then(|value| linearize::constant(&model.pool, value)) {
             let family = own.name.split('[').next().unwrap_or_default();
             values.entry(family.to_owned()).or_default().push((own.name.clone(), digits(&value)));
         }
@@ -250,30 +238,21 @@ fn values(model: &Model) -> BTreeMap<String, Vec<(String, String)>> {
 fn modes_line(modes: &NormalModes) -> String {
     let shown = modes.modes.iter().take(SHOWN).map(|mode| decimal(&mode.omega, DIGITS).text);
     let mut all: Vec<String> = shown.collect();
-    if modes.modes.len() > SHOWN {
-        all.push("…".to_owned());
-    }
+    all.extend((modes.modes.len() > SHOWN).then(|| "…".to_owned()));
     format!("omega = {} rad/s, {}", all.join(", "), modes.stability.as_str())
 }
 
 /// A message as an editor has it.
 fn shown(document: &Document, lines: &Lines<'_>, own: &Diagnostic) -> Value {
     let primary = own.primary.as_ref();
-    let mut message = own.message.clone();
-    if let Some(label) = primary.filter(|label| !label.text.is_empty()) {
-        message = format!("{message}: {}", label.text);
-    }
-    if let Some(help) = &own.help {
-        message = format!("{message}\n{help}");
-    }
+    let label = primary.filter(|label| !label.text.is_empty()).map(|label| format!(": {}", label.text));
+    let help = own.help.as_ref().map(|help| format!("\n{help}"));
+    let message = format!("{}{}{}", own.message, label.unwrap_or_default(), help.unwrap_or_default());
     let related = own
         .secondary
         .iter()
         .map(|label| json!({"location": document.location(lines, label.span), "message": label.text}));
-    let severity = match own.severity {
-        Severity::Warning => 2,
-        _ => 1,
-    };
+    let severity = if own.severity == Severity::Warning { 2 } else { 1 };
     let mut shown = json!({
         "range": lines.range(primary.map(|label| label.span).unwrap_or_default()),
         "severity": severity,

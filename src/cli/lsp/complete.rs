@@ -80,8 +80,7 @@ fn columns(row: &str, facts: &Facts) -> Value {
         None => {
             let index = format!("{} in ", word(row));
             let found = row.match_indices(&index).filter(|(at, _)| !row[..*at].ends_with(is_letter)).last();
-            let rest = found.map_or("", |(at, _)| &row[at + index.len()..]);
-            rest.chars().take_while(|c| is_letter(*c)).collect()
+            found.map_or("", |(at, _)| &row[at + index.len()..]).chars().take_while(|c| is_letter(*c)).collect()
         }
     };
     let columns = facts.columns.get(&table).into_iter().flatten();

@@ -83,10 +83,7 @@ impl Document {
 
 /// Whether a name can be given another one.
 pub(super) fn is_renamable(name: &NamePlace<'_>) -> bool {
-    match name.kind {
-        NameKind::Quantity | NameKind::Index(_) | NameKind::Model => true,
-        NameKind::Column(_) | NameKind::Function | NameKind::Unit => false,
-    }
+    matches!(name.kind, NameKind::Quantity | NameKind::Index(_) | NameKind::Model)
 }
 
 /// `%20` and the like as what they stand for.
@@ -95,15 +92,12 @@ fn decoded(text: &str) -> String {
     let mut rest = text.as_bytes();
     while let [first, after @ ..] = rest {
         let digit = |at: usize| after.get(at).and_then(|byte| char::from(*byte).to_digit(16));
-        match (first, digit(0), digit(1)) {
-            (b'%', Some(high), Some(low)) => {
-                bytes.push((16 * high + low) as u8);
-                rest = &after[2..];
-            }
-            _ => {
-                bytes.push(*first);
-                rest = after;
-            }
+        if let (b'%', Some(high), Some(low)) = (first, digit(0), digit(1)) {
+            bytes.push((16 * high + low) as u8);
+            rest = &after[2..];
+        } else {
+            bytes.push(*first);
+            rest = after;
         }
     }
     String::from_utf8_lossy(&bytes).into_owned()

@@ -41,33 +41,26 @@ impl Basis {
         let shapes: Vec<Vec<Ball>> = modes
             .iter()
             .map(|mode| {
-                let own = mode.vector.iter();
-                own.map(|x| Ball::exact(*x).with_added_radius(mode.vector_error_bound)).collect()
+                mode.vector.iter().map(|x| Ball::exact(*x).with_added_radius(mode.vector_error_bound)).collect()
             })
             .collect();
         let mut groups: Vec<Group> = Vec::new();
         let mut group_of = Vec::with_capacity(n);
         for (at, mode) in modes.iter().enumerate() {
-            let square = match mode.kind {
-                Kind::Zero => Ball::ZERO,
-                _ => mode.omega_squared?,
-            };
+            let square = if mode.kind == Kind::Zero { Ball::ZERO } else { mode.omega_squared? };
             let same = |group: &Group| {
                 let first = group.members.first().and_then(|first| modes.get(*first));
                 first.is_some_and(|first| {
                     first.cluster == mode.cluster && (first.kind == Kind::Zero) == (mode.kind == Kind::Zero)
                 })
             };
-            let place = match groups.iter().position(same) {
-                Some(place) => {
-                    groups[place].members.push(at);
-                    groups[place].square = groups[place].square.hull(&square);
-                    place
-                }
-                None => {
-                    groups.push(Group { members: vec![at], square, slack: 0.0 });
-                    groups.len() - 1
-                }
+            let place = if let Some(place) = groups.iter().position(same) {
+                groups[place].members.push(at);
+                groups[place].square = groups[place].square.hull(&square);
+                place
+            } else {
+                groups.push(Group { members: vec![at], square, slack: 0.0 });
+                groups.len() - 1
             };
             group_of.push(place);
         }
@@ -133,44 +126,27 @@ impl Basis {
 
     /// Σ c_k x_k in the coordinates.
     pub(super) fn displacement(&self, coefficients: &[Ball]) -> Vec<Ball> {
-        let n = self.shapes.len();
-        let mut sum = vec![Ball::ZERO; n];
-        for (c, shape) in coefficients.iter().zip(&self.shapes) {
-            if c.is_zero() {
-                continue;
-            }
-            for (place, x) in sum.iter_mut().zip(shape) {
-                *place = *place + *c * *x;
-            }
-        }
-        sum
+        let live = || coefficients.iter().zip(&self.shapes).filter(|(c, _)| !c.is_zero());
+        (0..self.shapes.len()).map(|i| live().fold(Ball::ZERO, |sum, (c, shape)| sum + *c * shape[i])).collect()
     }
 }
 
 /// e/(1 - e) for the largest row sum e of |UᵀMU - 1|.
 fn slack(mass: &[Ball], shapes: &[Vec<Ball>], members: &[usize]) -> f64 {
     let n = shapes.len();
-    let images: Vec<Vec<Ball>> = members
-        .iter()
-        .map(|k| {
-            let mut image = vec![Ball::ZERO; n];
-            for (j, x) in shapes[*k].iter().enumerate() {
-                for (i, place) in image.iter_mut().enumerate() {
-                    let entry = &mass[i + n * j];
-                    if !entry.is_zero() {
-                        *place = *place + *entry * *x;
-                    }
-                }
-            }
-            image
-        })
-        .collect();
+    let image = |k: &usize| -> Vec<Ball> {
+        let row = |i: usize| {
+            let entries = (0..n).map(|j| (mass[i + n * j], shapes[*k][j])).filter(|(entry, _)| !entry.is_zero());
+            entries.fold(Ball::ZERO, |sum, (entry, x)| sum + entry * x)
+        };
+        (0..n).map(row).collect()
+    };
+    let images: Vec<Vec<Ball>> = members.iter().map(image).collect();
     let mut most = 0.0_f64;
     for (a, k) in members.iter().enumerate() {
         let mut sum = 0.0;
         for (b, image) in images.iter().enumerate() {
-            let products = shapes[*k].iter().zip(image);
-            let entry = products.fold(Ball::ZERO, |sum, (x, y)| sum + *x * *y);
+            let entry = shapes[*k].iter().zip(image).fold(Ball::ZERO, |sum, (x, y)| sum + *x * *y);
             let unit = if a == b { Ball::ONE } else { Ball::ZERO };
             sum = up(sum + Scalar::sub(&entry, &unit).abs_upper());
         }

@@ -21,10 +21,7 @@ pub fn check(model: &Model) -> Result<(), AmplitudeError> {
         return Err(AmplitudeError::Unsupported { feature, span });
     }
     let terms = Mechanics::terms(model);
-    if terms > MOST_TERMS {
-        return Err(AmplitudeError::TooLarge { terms, most: MOST_TERMS });
-    }
-    Ok(())
+    if terms > MOST_TERMS { Err(AmplitudeError::TooLarge { terms, most: MOST_TERMS }) } else { Ok(()) }
 }
 
 /// Gradients of U = V - T0 and of T2, with the values of the parameters.
@@ -61,8 +58,7 @@ impl Energies {
         let kinetic = if pool.depends_on(parts.kinetic, &moves) {
             let mut roots = pool.gradient(parts.kinetic, &coordinates);
             roots.extend(pool.gradient(parts.kinetic, &velocities));
-            let inputs = [coordinates, velocities].concat();
-            Some(compile(&pool, &roots, &inputs)?)
+            Some(compile(&pool, &roots, &[coordinates, velocities].concat())?)
         } else {
             None
         };
@@ -91,8 +87,7 @@ impl Parts {
         let mut sums: [Vec<ExprId>; 3] = Default::default();
         let mut linear_span = None;
         for (negative, family) in signed_terms(model) {
-            let velocities = family.locals.iter().map(|local| local.velocity);
-            let velocities: Vec<Symbol> = velocities.collect();
+            let velocities: Vec<Symbol> = family.locals.iter().map(|local| local.velocity).collect();
             let is_velocity = |symbol| velocities.contains(&symbol);
             let bodies = if pool.depends_on(family.body, &is_velocity) {
                 let mut scaled = Substitution::default();
@@ -108,8 +103,7 @@ impl Parts {
                     let span = family.span;
                     return Err(AmplitudeError::NotQuadratic { span });
                 }
-                let half = Number::ratio(1, 2).unwrap_or_default();
-                let twice = pool.scale(twice, &half);
+                let twice = pool.scale(twice, &Number::ratio(1, 2).unwrap_or_default());
                 let mut parts = pool.substitute(&[whole, once, twice], &at_rest);
                 if let Some(once) = parts.get_mut(1) {
                     if pool.is_zero(*once) == ZeroVerdict::Zero {

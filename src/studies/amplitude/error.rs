@@ -61,8 +61,7 @@ Error AmplitudeError {
     "E0804" Unstable {
         /// How many modes grow.
         count: usize,
-    } => nowhere()
-        .with_help("give a point near a minimum of the potential with `guess` or `equilibrium`"),
+    } => nowhere().with_help("give a point near a minimum of the potential with `guess` or `equilibrium`"),
 
     /// Third and fourth derivatives that are no numbers.
     #[error(

@@ -47,21 +47,16 @@ struct Path {
 }
 
 fn scaled(vector: &[Ball], factor: &Ball) -> Vec<Ball> {
-    if factor.is_zero() {
-        return vec![Ball::ZERO; vector.len()];
-    }
-    vector.iter().map(|x| *x * *factor).collect()
+    if factor.is_zero() { vec![Ball::ZERO; vector.len()] } else { vector.iter().map(|x| *x * *factor).collect() }
 }
 
 /// a x + b y
 fn combined(x: &[Ball], a: &Ball, y: &[Ball], b: &Ball) -> Vec<Ball> {
-    let pairs = x.iter().zip(y);
-    pairs.map(|(x, y)| *a * *x + *b * *y).collect()
+    x.iter().zip(y).map(|(x, y)| *a * *x + *b * *y).collect()
 }
 
 fn norm(parts: &[Ball]) -> f64 {
-    let own = parts.iter().map(certain);
-    own.fold(0.0, f64::hypot)
+    parts.iter().map(certain).fold(0.0, f64::hypot)
 }
 
 /// The size, 0 where it is not told from 0.
@@ -74,8 +69,7 @@ fn coefficients(series: &mut Series<Ball>, inputs: &[Vec<Ball>], zeros: &[Ball],
     series.clear();
     let mut out = Vec::new();
     for k in 0..=order {
-        let own = inputs.get(k).map_or(zeros, Vec::as_slice);
-        out = series.next(own).to_vec();
+        out = series.next(inputs.get(k).map_or(zeros, Vec::as_slice)).to_vec();
     }
     out
 }
@@ -94,8 +88,7 @@ impl<'a> Expansion<'a> {
     fn force(&mut self, place: &[&[Ball]], order: usize) -> Vec<Ball> {
         let mut inputs = vec![self.equilibrium.to_vec()];
         inputs.extend(place.iter().map(|own| own.to_vec()));
-        let zeros = vec![Ball::ZERO; self.equilibrium.len()];
-        coefficients(&mut self.potential, &inputs, &zeros, order)
+        coefficients(&mut self.potential, &inputs, &vec![Ball::ZERO; self.equilibrium.len()], order)
     }
 
     /// ∂T2/∂q and ∂T2/∂q' of an order along a path; `None` where the masses are the same everywhere: then the first is 0 and
@@ -106,8 +99,7 @@ impl<'a> Expansion<'a> {
         let zeros = vec![Ball::ZERO; 2 * n];
         let mut inputs = vec![self.equilibrium.to_vec()];
         inputs[0].resize(2 * n, Ball::ZERO);
-        let orders = path.place.iter().zip(&path.speed);
-        inputs.extend(orders.map(|(q, v)| [q.as_slice(), v].concat()));
+        inputs.extend(path.place.iter().zip(&path.speed).map(|(q, v)| [q.as_slice(), v].concat()));
         let mut both = coefficients(series, &inputs, &zeros, order);
         let second = both.split_off(n);
         Some((both, second))
@@ -171,8 +163,7 @@ impl<'a> Expansion<'a> {
         }
         // Parts that grow with a beside the mode, then those that grow with a².
         let linear = [norm(&zeroth), norm(&second)].map(|part| part / SHARE);
-        let quadratic = [norm(&beside), norm(&third), certain(&change)];
-        let quadratic = quadratic.map(|part| (part / SHARE).sqrt());
+        let quadratic = [norm(&beside), norm(&third), certain(&change)].map(|part| (part / SHARE).sqrt());
         let steepest = linear.into_iter().chain(quadratic).fold(0.0, f64::max);
         let reach = largest.mid_f64().abs() / steepest;
         found.change = Some(change_per_square);

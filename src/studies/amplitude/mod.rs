@@ -117,8 +117,7 @@ pub fn amplitude(linearized: &Linearized, modes: &NormalModes) -> Result<Amplitu
 /// The coordinate of the largest component: the first of those that are as large.
 fn largest(mode: &NormalMode) -> usize {
     let size = mode.vector.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-    let mut all = mode.vector.iter();
-    all.position(|x| x.abs() >= size * (1.0 - EQUAL)).unwrap_or(0)
+    mode.vector.iter().position(|x| x.abs() >= size * (1.0 - EQUAL)).unwrap_or(0)
 }
 
 fn amplitudes(linearized: &Linearized, modes: &NormalModes) -> Result<Amplitudes, AmplitudeError> {
@@ -126,8 +125,7 @@ fn amplitudes(linearized: &Linearized, modes: &NormalModes) -> Result<Amplitudes
     check(model)?;
     let energies = Energies::new(linearized.measured_model())?;
     if linearized.structure() != Structure::Conservative {
-        let first = model.kinetic.first();
-        let span = first.map(|family| family.span).unwrap_or_default();
+        let span = model.kinetic.first().map(|family| family.span).unwrap_or_default();
         return Err(AmplitudeError::Gyroscopic { span });
     }
     let grows = |mode: &&NormalMode| mode.kind == Kind::Unstable;
@@ -150,8 +148,7 @@ fn amplitudes(linearized: &Linearized, modes: &NormalModes) -> Result<Amplitudes
         let modes = vec![undecided; modes.modes.len()];
         return Ok(Amplitudes { modes });
     };
-    let equilibrium = linearized.measured_equilibrium();
-    let mut expansion = Expansion::new(&energies, &basis, equilibrium);
+    let mut expansion = Expansion::new(&energies, &basis, linearized.measured_equilibrium());
     let mut found = Vec::with_capacity(largest.len());
     for (at, mode) in modes.modes.iter().enumerate() {
         let mut own = ModeAmplitude { coordinate: largest[at], obstacle: None, ..undecided.clone() };

@@ -209,8 +209,7 @@ impl Workspace {
         for register in &compiled.gradient {
             let (force, error) = (self.registers.value[*register], self.registers.error[*register]);
             // Where the bound is infinite nothing is known.
-            let known = finite(error);
-            rest = rest * known * (Lane::ONE - force.abs().above(error)) * finite(force);
+            rest = rest * finite(error) * (Lane::ONE - force.abs().above(error)) * finite(force);
         }
         rest
     }

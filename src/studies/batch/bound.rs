@@ -190,8 +190,7 @@ impl Bounder {
         let numbers = (values, errors);
         let scratch = (&mut self.product[..], &mut self.error[..]);
         self.stiffness.compute(stiffness, numbers, x, scratch);
-        let scratch = (&mut self.product[..], &mut self.error[..]);
-        self.inertia.compute(mass, numbers, x, scratch);
+        self.inertia.compute(mass, numbers, x, (&mut self.product[..], &mut self.error[..]));
         let longest = self.reach.iter().fold(Lane::ZERO, |most, z| z.max(most));
         let mut proved = Lane::splat(LONGEST).above(longest);
         self.positive = Lane::ONE;
@@ -204,8 +203,7 @@ impl Bounder {
         }
         proved = proved * self.positive;
         for k in 0..n {
-            let radius = self.radius(k, grow);
-            self.radii[k] = radius.choose(proved, Lane::splat(f64::INFINITY));
+            self.radii[k] = self.radius(k, grow).choose(proved, Lane::splat(f64::INFINITY));
         }
     }
 

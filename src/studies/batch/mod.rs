@@ -133,23 +133,20 @@ impl Default for Options {
 impl Options {
     /// Without bounds of the errors.
     #[must_use]
-    pub fn without_bounds(mut self) -> Self {
-        self.bounds = Bounds::None;
-        self
+    pub fn without_bounds(self) -> Self {
+        Self { bounds: Bounds::None, ..self }
     }
 
     /// Without mode shapes.
     #[must_use]
-    pub fn without_vectors(mut self) -> Self {
-        self.vectors = false;
-        self
+    pub fn without_vectors(self) -> Self {
+        Self { vectors: false, ..self }
     }
 
     /// Without M and K themselves.
     #[must_use]
-    pub fn without_matrices(mut self) -> Self {
-        self.matrices = false;
-        self
+    pub fn without_matrices(self) -> Self {
+        Self { matrices: false, ..self }
     }
 }
 
@@ -290,10 +287,7 @@ fn parameters(model: &Model, names: &[&str]) -> Result<Vec<usize>, StudyError> {
             varying.push(number);
         }
     }
-    if varying.is_empty() {
-        return Err(StudyError::NothingVaries {});
-    }
-    Ok(varying)
+    if varying.is_empty() { Err(StudyError::NothingVaries {}) } else { Ok(varying) }
 }
 
 /// Refuses a parameter that stands for a number or for an expression in others.
@@ -312,10 +306,7 @@ fn independent(model: &Model, number: usize) -> Result<(), StudyError> {
             Some(_) | None => None,
         })
         .collect();
-    if on.is_empty() {
-        return Err(StudyError::SetsRange { name });
-    }
-    Err(StudyError::Dependent { name, on })
+    if on.is_empty() { Err(StudyError::SetsRange { name }) } else { Err(StudyError::Dependent { name, on }) }
 }
 
 /// A symbol that is neither a parameter nor a coordinate is not known to happen; it is said as if

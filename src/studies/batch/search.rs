@@ -86,8 +86,7 @@ impl Search {
         let m = self.force.len();
         self.step.fill(Lane::ZERO);
         for i in 0..m {
-            let held = self.held(i);
-            let along = (-self.modal[i] / self.solver.values[i]).choose(held, Lane::ZERO);
+            let along = (-self.modal[i] / self.solver.values[i]).choose(self.held(i), Lane::ZERO);
             for a in 0..m {
                 self.step[a] += along * self.solver.vectors[i * m + a];
             }
@@ -100,9 +99,7 @@ impl Workspace {
     /// Searches for the equilibria of a block, and leaves M, K and the forces with their bounds in
     /// the registers; gives 1 where one was found.
     pub(super) fn search(&mut self, compiled: &Compiled) -> Lane {
-        let (Some(start), Some(mut search)) = (&compiled.search, self.search.take()) else {
-            return Lane::ZERO;
-        };
+        let (Some(start), Some(mut search)) = (&compiled.search, self.search.take()) else { return Lane::ZERO };
         self.starting_point(compiled, start, &mut search);
         self.walk(compiled, start, &mut search);
         self.settle(compiled, start, &mut search);
@@ -259,9 +256,7 @@ impl Workspace {
     /// of the forces (the idea of R. Krawczyk, Computing 4 (1969) 187).
     pub(super) fn equilibrium_proved(&self, compiled: &Compiled) -> Lane {
         let n = compiled.dimension;
-        let (Some(start), Some(search)) = (&compiled.search, &self.search) else {
-            return Lane::ZERO;
-        };
+        let (Some(start), Some(search)) = (&compiled.search, &self.search) else { return Lane::ZERO };
         // With coordinates held fixed the modes mix what moves with what does not.
         if start.free.len() < n {
             return search.stays;

@@ -27,10 +27,7 @@ impl Outcome {
     /// Whether there are numbers.
     #[must_use]
     pub fn is_solved(self) -> bool {
-        match self {
-            Self::Solved | Self::Estimated => true,
-            Self::NotFinite | Self::MassNotPositive | Self::NoEquilibrium | Self::NotConverged => false,
-        }
+        matches!(self, Self::Solved | Self::Estimated)
     }
 }
 

@@ -255,9 +255,7 @@ impl Solver {
                 self.converged.0[lane] = 1.0;
                 continue;
             }
-            let Some(eigen) = SymmetricEigen::try_new(a, f64::EPSILON, 100 * n) else {
-                continue;
-            };
+            let Some(eigen) = SymmetricEigen::try_new(a, f64::EPSILON, 100 * n) else { continue };
             self.converged.0[lane] = 1.0;
             for i in 0..n {
                 self.values[i].0[lane] = eigen.eigenvalues[i] * power.0[lane];

@@ -144,8 +144,7 @@ impl<'a> Systems<'a> {
         for own in &all {
             let known = self.crossings.contains_key(own);
             if !known {
-                let system = crossing(self.equations, own);
-                self.crossings.insert(own.clone(), system);
+                self.crossings.insert(own.clone(), crossing(self.equations, own));
             }
         }
         for kind in [Kind::Pitchfork, Kind::Transcritical] {
@@ -217,10 +216,8 @@ impl Extended {
         }
         let at: Vec<Ball> = self.origins.iter().map(|origin| origin.value(&at)).collect();
         let near = |(x, (y, whole)): (&Ball, (&f64, &Interval))| (x.mid_f64() - y).abs() <= 0.25 * whole.width();
-        if !at.iter().zip(spot.place.iter().zip(spot.whole)).all(near) {
-            return None;
-        }
-        Some(Proved { kind: self.kind, at, value, origins: self.origins.clone() })
+        let is_near = at.iter().zip(spot.place.iter().zip(spot.whole)).all(near);
+        is_near.then(|| Proved { kind: self.kind, at, value, origins: self.origins.clone() })
     }
 }
 
@@ -261,9 +258,7 @@ fn fold(equations: &Equations) -> Option<Extended> {
     let (directions, vector) = fresh(&mut pool, "direction", n);
     let (weights, _) = fresh(&mut pool, "weight", n);
     let mut all = equations.all.clone();
-    for own in &equations.all {
-        all.push(along(&mut pool, *own, &equations.unknowns, &vector));
-    }
+    all.extend(equations.all.iter().map(|own| along(&mut pool, *own, &equations.unknowns, &vector)));
     all.push(normalisation(&mut pool, &weights, &vector));
     let unknowns = equations.unknowns.iter().chain(&equations.parameters).chain(&directions).copied().collect();
     let system = Equations { pool, unknowns, parameters: weights, all, is_constrained: equations.is_constrained };

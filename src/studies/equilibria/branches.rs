@@ -284,8 +284,7 @@ impl Follower<'_> {
     fn follow(&mut self, mark: Mark, to: usize, joints: &mut Joints) {
         let (from, own) = mark;
         let start = self.places[from][own].root.clone();
-        let whole = self.task.whole.clone();
-        let mut search = Search::new(&mut self.forces, Vec::new(), whole);
+        let mut search = Search::new(&mut self.forces, Vec::new(), self.task.whole.clone());
         let Trace { mut way, end, value, arrived } = search.trace(start, self.values[from], self.values[to]);
         let forward = from < to;
         if !arrived {
@@ -474,9 +473,7 @@ impl Follower<'_> {
         }
         let more = open.len().saturating_sub(MOST_NAMED);
         open.truncate(MOST_NAMED);
-        if more > 0 {
-            open.push(format!("the same holds at {more} further places"));
-        }
+        open.extend((more > 0).then(|| format!("the same holds at {more} further places")));
         self.reasons.append(&mut open);
     }
 }
@@ -484,8 +481,7 @@ impl Follower<'_> {
 impl Search<'_> {
     /// The derivatives in doubles.
     fn slopes(&mut self, at: &[f64]) -> Vec<f64> {
-        let inputs = self.inputs(at, Ball::mid_f64);
-        self.doubles.slopes(&inputs)
+        self.doubles.slopes(&self.inputs(at, Ball::mid_f64))
     }
 
     /// Follows an equilibrium from one value of the parameter to another, as far as it is proved to be the same.

@@ -99,9 +99,7 @@ Error EquilibriaError {
 fn listed(names: &[String]) -> String {
     const MOST: usize = 6;
     let mut shown: Vec<String> = names.iter().take(MOST).map(|name| format!("`{name}`")).collect();
-    if names.len() > MOST {
-        shown.push(format!("{} others", names.len() - MOST));
-    }
+    shown.extend((names.len() > MOST).then(|| format!("{} others", names.len() - MOST)));
     match shown.split_last() {
         Some((last, [])) => last.clone(),
         Some((last, first)) => format!("{} and {last}", first.join(", ")),

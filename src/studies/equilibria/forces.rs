@@ -57,14 +57,10 @@ pub(super) fn neutral_directions(rest: &mut AtRest, forces: &[ExprId]) -> Vec<(u
     let mut rows: Vec<Vec<u64>> = Vec::new();
     let functions: Vec<ExprId> = forces.iter().chain(&rest.constraints).copied().collect();
     let mut gradients: Vec<Vec<ExprId>> = vec![forces.to_vec()];
-    for own in rest.constraints.clone() {
-        gradients.push(rest.pool.gradient(own, &rest.coordinates));
-    }
+    gradients.extend(rest.constraints.iter().map(|own| rest.pool.gradient(*own, &rest.coordinates)));
     let gentle = rest.others.iter().all(|own| rest.pool.as_number(*own).is_some_and(Number::is_zero));
     if !gentle {
-        for own in &functions {
-            gradients.push(rest.pool.gradient(*own, &rest.coordinates));
-        }
+        gradients.extend(functions.iter().map(|own| rest.pool.gradient(*own, &rest.coordinates)));
     }
     for gradient in &gradients {
         for seed in 0..n as u64 + POINTS_MORE {
@@ -137,10 +133,7 @@ impl Equations {
     /// Compiles them, with what has to have a value, and what there are poles of.
     fn compiled(&self, valued: ExprId, poles: impl FnOnce(&[Symbol]) -> Poles) -> Option<Forces> {
         let mut pool = self.pool.clone();
-        let mut slopes = Vec::with_capacity(self.unknowns.len() * self.unknowns.len());
-        for equation in &self.all {
-            slopes.extend(pool.gradient(*equation, &self.unknowns));
-        }
+        let slopes: Vec<ExprId> = self.all.iter().flat_map(|own| pool.gradient(*own, &self.unknowns)).collect();
         let drifts: Vec<ExprId> = self.all.iter().flat_map(|own| pool.gradient(*own, &self.parameters)).collect();
         let inputs: Vec<Symbol> = self.unknowns.iter().chain(&self.parameters).copied().collect();
         let outputs: Vec<ExprId> = self.all.iter().copied().chain([valued]).collect();

@@ -203,8 +203,7 @@ impl<'a> Task<'a> {
         let neutral = neutral_directions(&mut rest, &forces);
         let mut whole: Vec<Interval> = Vec::new();
         for at in &searched {
-            let side = region.sides[*at].as_ref();
-            whole.extend(side.map(|[from, to]| {
+            whole.extend(region.sides[*at].as_ref().map(|[from, to]| {
                 let (from, to) = (from.lower(), to.upper());
                 let room = if to - from > POINT * from.abs() { 0.0 } else { POINT * from.abs().max(1.0) };
                 Interval::new(from - room, to + room)
@@ -219,9 +218,7 @@ impl<'a> Task<'a> {
             let value = rest.pool.number(Number::from_f64_exact(slice.value).unwrap_or(Number::ZERO));
             let Some(place) = place else { continue };
             let map = [(rest.coordinates[place], value)].into_iter().collect();
-            let mut all = vec![rest.potential];
-            all.extend(&rest.others);
-            all.extend(&rest.constraints);
+            let all = [&[rest.potential], rest.others.as_slice(), &rest.constraints].concat();
             let all = rest.pool.substitute(&all, &map);
             rest.potential = all[0];
             let (others, constraints) = all[1..].split_at(rest.others.len());
@@ -275,8 +272,7 @@ impl<'a> Task<'a> {
     fn told(&self, place: &Place) -> Undecided {
         let middle: Vec<Ball> = place.first.iter().map(|own| Ball::exact(own.middle())).collect();
         let reach = |(own, x): (&Interval, &Ball)| (own.hi - x.mid_f64()).max(x.mid_f64() - own.lo);
-        let own = place.hull.iter().zip(&middle).take(self.searched.len());
-        let radius = own.map(reach).fold(0.0, f64::max);
+        let radius = place.hull.iter().zip(&middle).take(self.searched.len()).map(reach).fold(0.0, f64::max);
         let point = self.embedded(&middle).iter().map(Ball::mid_f64).collect();
         Undecided { point, radius }
     }
@@ -290,21 +286,17 @@ impl<'a> Task<'a> {
         proved.filter_map(|root| Some(Node { root: root.clone(), equilibrium: self.placed(&root.at)? }))
     }
 
-    /// Gradients of constraints depend on each other there: the multiplier of the forces is 0.
-    fn is_singular(&self, root: &Root) -> bool {
-        root.at.get(self.searched.len()).is_some_and(Ball::contains_zero)
-    }
-
     /// Places that a search did not decide.
     fn undecided(&self, findings: &Findings) -> Vec<Place> {
-        let singular = findings.roots.iter().filter(|root| self.is_singular(root)).map(|root| &root.region);
+        // Gradients of constraints depend on each other where the multiplier of the forces is 0.
+        let is_singular = |root: &&Root| root.at.get(self.searched.len()).is_some_and(Ball::contains_zero);
+        let singular = findings.roots.iter().filter(is_singular).map(|root| &root.region);
         gathered(findings.undecided.iter().chain(singular))
     }
 
     /// The ranges of what is searched for; none where slices let it be further out.
     fn sides(&self) -> Vec<Option<[Ball; 2]>> {
-        let whole = self.searched.iter().map(|at| self.region.sides[*at].filter(|_| self.slices.is_empty()));
-        whole.collect()
+        self.searched.iter().map(|at| self.region.sides[*at].filter(|_| self.slices.is_empty())).collect()
     }
 
     /// All coordinates, from those that are searched for.
@@ -478,15 +470,12 @@ fn scale(rest: &mut AtRest, whole: &[Interval], parameters: &[Ball]) -> Number {
         return Number::ONE;
     }
     let forces = gradient(rest);
-    let mut slopes = Vec::new();
-    for own in rest.constraints.clone() {
-        slopes.extend(rest.pool.gradient(own, &rest.coordinates));
-    }
+    let slopes: Vec<ExprId> =
+        rest.constraints.iter().flat_map(|own| rest.pool.gradient(*own, &rest.coordinates)).collect();
     let largest = |roots: &[ExprId]| {
         let inputs: Vec<Symbol> = rest.coordinates.iter().chain(&rest.parameters).copied().collect();
         let tape = Tape::compile(&rest.pool, roots, &inputs).ok();
-        let shares = [0.5, 0.31, 0.77];
-        let values = shares.iter().flat_map(|share| {
+        let values = [0.5, 0.31, 0.77].iter().flat_map(|share| {
             let at = whole.iter().take(rest.coordinates.len()).map(|own| own.lo + share * own.width());
             let at: Vec<f64> = at.chain(parameters.iter().map(Ball::mid_f64)).collect();
             tape.as_ref().map(|tape| tape.evaluate(&at, &mut Vec::new())).unwrap_or_default()

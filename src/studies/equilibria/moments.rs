@@ -73,9 +73,7 @@ fn along(rest: &mut AtRest, field: &[ExprId]) -> ExprId {
     let slope = pool.diff(moved, shift);
     let zero = pool.zero();
     let mut terms = vec![pool.substitute_one(slope, &[(shift, zero)].into_iter().collect())];
-    for (w, other) in field.iter().zip(others.iter()) {
-        terms.push(pool.mul(*w, *other));
-    }
+    terms.extend(field.iter().zip(others.iter()).map(|(w, other)| pool.mul(*w, *other)));
     pool.sum(&terms)
 }
 

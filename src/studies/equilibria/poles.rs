@@ -233,9 +233,7 @@ fn leading(pool: &mut Pool, rate: ExprId, scaled: ExprId, symbol: ExprId, size: 
         let power = pool.factors(*term).into_iter().find(|(base, _)| *base == symbol);
         power.map_or(Number::ZERO, |(_, exponent)| exponent)
     };
-    let Some(lowest) = terms.iter().map(power).min().filter(Number::is_negative) else {
-        return pool.sum(&terms);
-    };
+    let Some(lowest) = terms.iter().map(power).min().filter(Number::is_negative) else { return pool.sum(&terms) };
     let back = pool.powr(symbol, &lowest.neg());
     let rest: Vec<ExprId> = terms.iter().map(|term| pool.mul(*term, back)).collect();
     let rest = pool.sum(&rest);

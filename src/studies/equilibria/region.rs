@@ -86,8 +86,5 @@ fn side(
     };
     let ends = [end(from)?, end(to)?];
     let width = ends[1].sub(&ends[0]);
-    if width.is_negative() {
-        return Err(wrong("reversed"));
-    }
-    Ok(ends)
+    if width.is_negative() { Err(wrong("reversed")) } else { Ok(ends) }
 }

@@ -60,8 +60,7 @@ impl Search<'_> {
         let Alone { region, half, inverse, ratio } = self.alone(at, sides)?;
         let at = self.refined(at, &inverse, &half, ratio)?;
         // Its bound holds for points of the region alone.
-        let within = at.iter().zip(&region).all(|(x, region)| region.contains(x.mid_f64()));
-        within.then_some(Root { at, region })
+        at.iter().zip(&region).all(|(x, region)| region.contains(x.mid_f64())).then_some(Root { at, region })
     }
 
     /// As large a region about `at` as possible in which there is exactly one zero, for all values of parameters.
@@ -131,10 +130,9 @@ impl Search<'_> {
         for i in 0..n {
             let mut sum = 0.0;
             for j in 0..n {
-                let mut own = Interval::point(if i == j { 1.0 } else { 0.0 });
-                for k in 0..n {
-                    own = own.sub(&Interval::point(inverse[(i, k)]).mul(&slopes[n * k + j]));
-                }
+                let one = Interval::point(if i == j { 1.0 } else { 0.0 });
+                let product = |k: usize| Interval::point(inverse[(i, k)]).mul(&slopes[n * k + j]);
+                let own = (0..n).fold(one, |own, k| own.sub(&product(k)));
                 // The region may reach a little further on one side.
                 let far = (region[j].hi - at[j]).max(at[j] - region[j].lo).next_up();
                 sum = up(sum + own.size() * far);

@@ -109,10 +109,7 @@ impl<'a> Search<'a> {
             if self.symmetries.leave_aside(&piece) || self.is_known(&piece) {
                 continue;
             }
-            let slopes = match self.contract(&mut piece) {
-                Left::Nothing => continue,
-                Left::Some(slopes) => slopes,
-            };
+            let Left::Some(slopes) = self.contract(&mut piece) else { continue };
             if slopes.is_some() && !self.is_known(&piece) {
                 self.look_for(&piece);
             }
@@ -204,8 +201,7 @@ impl<'a> Search<'a> {
     fn newton(&mut self, piece: &mut [Interval], slopes: &[Interval]) -> bool {
         let n = piece.len();
         let centre: Vec<Interval> = piece.iter().map(|own| Interval::point(own.middle())).collect();
-        let inputs = self.inputs(&centre, Interval::of_ball);
-        let force = self.intervals.force(&inputs);
+        let force = self.intervals.force(&self.inputs(&centre, Interval::of_ball));
         if !force.iter().all(Interval::is_usable) {
             return true;
         }
@@ -313,8 +309,7 @@ impl<'a> Search<'a> {
         }
         let inputs = self.inputs(at, Ball::mid_f64);
         let force = self.doubles.force(&inputs);
-        let slopes = self.doubles.slopes(&inputs);
-        let matrix = DMatrix::from_row_slice(n, n, &slopes);
+        let matrix = DMatrix::from_row_slice(n, n, &self.doubles.slopes(&inputs));
         let right = nalgebra::DVector::from_column_slice(&force[..n]);
         let step = matrix.lu().solve(&right)?;
         step.iter().all(|x| x.is_finite()).then(|| step.iter().copied().collect())
@@ -384,18 +379,13 @@ fn solve_row(piece: &mut [Interval], centre: &[Interval], row: &[Interval], b: &
     if !total.contains(0.0) {
         return false;
     }
-    let wanted = match only {
-        Some(i) => i..i + 1,
-        None => 0..row.len(),
-    };
+    let wanted = only.map_or_else(|| 0..row.len(), |i| i..i + 1);
     for j in wanted {
         if row[j].contains(0.0) {
             continue;
         }
-        let others = terms.iter().enumerate().filter(|(k, _)| *k != j);
-        let others = others.fold(*b, |sum, (_, term)| sum.add(term));
-        let own = centre[j].sub(&others.div(&row[j]));
-        piece[j] = piece[j].meet(&own);
+        let others = terms.iter().enumerate().filter(|(k, _)| *k != j).fold(*b, |sum, (_, term)| sum.add(term));
+        piece[j] = piece[j].meet(&centre[j].sub(&others.div(&row[j])));
         if piece[j].is_empty() {
             return false;
         }

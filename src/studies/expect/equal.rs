@@ -29,9 +29,7 @@ pub fn are_equal(pool: &mut Pool, a: ExprId, b: ExprId) -> bool {
 fn agree_at_points(pool: &Pool, difference: ExprId, side: ExprId) -> bool {
     let roots = [difference, side];
     let symbols = pool.symbols_of(&roots);
-    let Ok(tape) = Tape::compile(pool, &roots, &symbols) else {
-        return false;
-    };
+    let Ok(tape) = Tape::compile(pool, &roots, &symbols) else { return false };
     let tape = tape.prepare::<Big>(BITS);
     let mut decided = 0;
     // Lehmer's generator: any points will do, but the same ones every time.
@@ -65,9 +63,7 @@ fn agree_at_points(pool: &Pool, difference: ExprId, side: ExprId) -> bool {
 /// which is read off an acceleration, in which both are linear.
 pub(super) fn same_equation(pool: &mut Pool, accelerations: &[ExprId], a: ExprId, b: ExprId) -> bool {
     for acceleration in accelerations {
-        let Some(symbol) = pool.as_symbol(*acceleration) else {
-            continue;
-        };
+        let Some(symbol) = pool.as_symbol(*acceleration) else { continue };
         let (of_a, of_b) = (pool.diff(a, symbol), pool.diff(b, symbol));
         let zero = pool.zero();
         match (are_equal(pool, of_a, zero), are_equal(pool, of_b, zero)) {

@@ -24,16 +24,6 @@ pub enum Mismatch {
         /// Why.
         reason: String,
     },
-    /// There are more or fewer of them.
-    #[error("{part}\n  expected: {expected}\n  found:    {found}")]
-    Count {
-        /// The part.
-        part: String,
-        /// How many are expected, in words.
-        expected: String,
-        /// How many there are.
-        found: String,
-    },
     /// The two are not equal.
     #[error("{part}\n  expected: {expected}\n  found:    {found}")]
     Differs {

@@ -296,8 +296,7 @@ impl<'a> Comparison<'a> {
         };
         let reader = &self.reader;
         let value = sum.expression(&mut self.pool, |pool, motion| {
-            let known = reader.names.get(&name(motion)).copied();
-            known.unwrap_or_else(|| pool.undefined())
+            reader.names.get(&name(motion)).copied().unwrap_or_else(|| pool.undefined())
         });
         Found { place: place.into(), value, text: sum.text(&self.derivation.reduced().pool, name) }
     }
@@ -320,7 +319,7 @@ impl<'a> Comparison<'a> {
     }
 
     fn count(&mut self, place: String, expected: usize, found: usize) {
-        self.mismatches.push(Mismatch::Count { part: place, expected: expected.to_string(), found: found.to_string() });
+        self.differs(&place, &expected.to_string(), &found.to_string());
     }
 
     fn matrix(&mut self, part: Part, texts: &[String], found: &[Found]) {
@@ -335,11 +334,7 @@ impl<'a> Comparison<'a> {
             let side = self.derivation.names.coordinates.len();
             if rows.len() != side || rows.iter().any(|row| row.len() != side) {
                 let wide = rows.iter().map(Vec::len).max().unwrap_or(0);
-                self.mismatches.push(Mismatch::Count {
-                    part: part.name().to_owned(),
-                    expected: format!("{} by {wide}", rows.len()),
-                    found: format!("{side} by {side}"),
-                });
+                self.differs(part.name(), &format!("{} by {wide}", rows.len()), &format!("{side} by {side}"));
                 continue;
             }
             for (Written { value, text }, found) in rows.into_iter().flatten().zip(found) {
@@ -444,18 +439,13 @@ impl<'a> Comparison<'a> {
     fn ties(&mut self) -> Substitution {
         let mut map = Substitution::new();
         let linear = self.derivation.reduced().linear.as_ref().ok();
-        let Some(frequencies) = linear.and_then(|linear| linear.frequencies.as_ref()) else {
-            return map;
-        };
+        let Some(frequencies) = linear.and_then(|linear| linear.frequencies.as_ref()) else { return map };
         for set in &frequencies.best().ties {
             let mut members = set.iter().map(|name| {
                 let plain = name.strip_prefix('-');
-                let value = self.reader.names.get(plain.unwrap_or(name));
-                (plain.is_some(), value.copied())
+                (plain.is_some(), self.reader.names.get(plain.unwrap_or(name)).copied())
             });
-            let Some((_, Some(leader))) = members.next() else {
-                continue;
-            };
+            let Some((_, Some(leader))) = members.next() else { continue };
             for (negative, value) in members {
                 if let Some(symbol) = value.and_then(|value| self.pool.as_symbol(value)) {
                     let image = if negative { self.pool.neg(leader) } else { leader };

@@ -39,14 +39,10 @@ impl Reader {
     pub(super) fn rows(&self, pool: &mut Pool, text: &str) -> Result<Vec<Vec<Written>>, String> {
         let (file, at) = parsed(text)?;
         let no_matrix = "a matrix is written by rows, `[[a, b], [c, d]]`";
-        let ExprKind::Vector(rows) = file.expr(at).kind else {
-            return Err(no_matrix.to_owned());
-        };
+        let ExprKind::Vector(rows) = file.expr(at).kind else { return Err(no_matrix.to_owned()) };
         let mut result = Vec::new();
         for row in rows {
-            let ExprKind::Vector(entries) = file.expr(*row).kind else {
-                return Err(no_matrix.to_owned());
-            };
+            let ExprKind::Vector(entries) = file.expr(*row).kind else { return Err(no_matrix.to_owned()) };
             let mut written = Vec::new();
             for entry in entries {
                 let value = self.value(pool, &file, *entry)?;
@@ -124,8 +120,7 @@ impl Reader {
 /// The only expression of a text.
 fn parsed(text: &str) -> Result<(File, ExprRef), String> {
     let file = parse(&format!("{BEFORE}{text}\n")).map_err(|errors| {
-        let first = errors.first().map(ToString::to_string);
-        first.unwrap_or_else(|| "it is not an expression".to_owned())
+        errors.first().map(ToString::to_string).unwrap_or_else(|| "it is not an expression".to_owned())
     })?;
     match file.statements.as_slice() {
         [statement] => match statement.kind {

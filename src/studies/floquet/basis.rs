@@ -24,8 +24,7 @@ impl<S: Enclosure> Basis<S> {
         if !matrix.iter().all(|x| x.mid_f64().is_finite()) {
             return None;
         }
-        let middle = Mat::from_fn(n, n, |i, j| matrix[n * i + j].mid_f64());
-        let eigen = middle.eigen().ok()?;
+        let eigen = Mat::from_fn(n, n, |i, j| matrix[n * i + j].mid_f64()).eigen().ok()?;
         let (values, vectors) = (eigen.S(), eigen.U());
         let inverse = nalgebra::DMatrix::from_fn(n, n, |i, j| vectors[(i, j)]).try_inverse()?;
         let exact = |of: &dyn Fn(usize, usize) -> c64| {
@@ -102,8 +101,7 @@ impl<S: Enclosure> Schur<S> {
         let (c, s) = (&turn.cosine, &turn.sine);
         let pair = |x: &Complex<S>, y: &Complex<S>, s: &Complex<S>| {
             let first = x.times(c).add(&s.mul(y)).center();
-            let second = y.times(c).sub(&s.conjugate().mul(x)).center();
-            (first, second)
+            (first, y.times(c).sub(&s.conjugate().mul(x)).center())
         };
         for j in 0..self.n {
             let (above, below) = ((i, j), (i + 1, j));
@@ -182,10 +180,7 @@ impl<S: Enclosure> Schur<S> {
         let root = half.mul(&half).add(&product).center().root(self.precision);
         let (plus, minus) = (half.add(&root).center(), half.sub(&root).center());
         let larger = if plus.upper_bound() < minus.upper_bound() { minus } else { plus };
-        if larger.upper_bound().is_zero() {
-            return d.clone();
-        }
-        d.sub(&product.mul(&larger.inverse()))
+        if larger.upper_bound().is_zero() { d.clone() } else { d.sub(&product.mul(&larger.inverse())) }
     }
 
     /// One step with a shift, implicitly: the first turn is that of A - shift, the others bring the matrix back to its form.
@@ -242,12 +237,8 @@ pub(super) fn inverse<S: Enclosure>(
     let mut rows: Vec<Vec<Complex<S>>> =
         matrix.rows().zip(unit.rows()).map(|(own, unit)| [own, unit].concat()).collect();
     for k in 0..n {
-        let mut pivot = k;
-        for i in k + 1..n {
-            if rows[pivot][k].upper_bound() < rows[i][k].upper_bound() {
-                pivot = i;
-            }
-        }
+        let larger = |own: usize, i: usize| rows[own][k].upper_bound() < rows[i][k].upper_bound();
+        let pivot = (k + 1..n).fold(k, |own, i| if larger(own, i) { i } else { own });
         if rows[pivot][k].upper_bound().is_zero() {
             return None;
         }

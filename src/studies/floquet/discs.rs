@@ -109,8 +109,7 @@ impl<S: Enclosure> Covers<S> {
                 });
             }
         }
-        let finite = of.iter().all(|own| own.disc.radius.is_finite());
-        finite.then_some(Self { of, plain, sets, form: matrix })
+        of.iter().all(|own| own.disc.radius.is_finite()).then_some(Self { of, plain, sets, form: matrix })
     }
 
     /// A bound of an entry of V⁻¹ΦV, on the diagonal of its distance from the center of the disc.

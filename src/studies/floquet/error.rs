@@ -42,8 +42,7 @@ Error FloquetError {
         time: String,
         /// Where the time occurs.
         energy: Span,
-    } => at(*span, "given here")
-        .with_secondary(*energy, "contains the time")
+    } => at(*span, "given here").with_secondary(*energy, "contains the time")
         .with_help("a drive with cos(W*t) has the period 2*pi/W"),
 
     /// A period that is no positive number.
@@ -51,8 +50,7 @@ Error FloquetError {
     "E0704" PeriodNotPositive(span) {
         /// What it is.
         value: String,
-    } => at(*span, "given here")
-        .with_help("the period is a time, like 2*pi/W"),
+    } => at(*span, "given here").with_help("the period is a time, like 2*pi/W"),
 
     /// A given equilibrium on which a force acts at some time.
     #[error("this is not an equilibrium at all times: a force {force} acts on `{coordinate}`")]
@@ -63,8 +61,7 @@ Error FloquetError {
         force: String,
         /// Where the time occurs.
         energy: Span,
-    } => at(*span, "given here")
-        .with_secondary(*energy, "contains the time")
+    } => at(*span, "given here").with_secondary(*energy, "contains the time")
         .with_help("without the statement, or with `guess` in its place, the periodic motion near this point is searched for"),
 
     /// The search for a periodic motion led nowhere.
@@ -119,8 +116,7 @@ Error FloquetError {
         steps: usize,
         /// Where the time occurs.
         energy: Span,
-    } => at(*span, "given here")
-        .with_secondary(*energy, "contains the time")
+    } => at(*span, "given here").with_secondary(*energy, "contains the time")
         .with_help("at most some thousand oscillations in one period of the drive are possible; are both in the same unit?"),
 } else {
     /// What is wrong with a model already without its drive.

@@ -89,9 +89,7 @@ impl Task<'_> {
                 }
                 // A motion that magnifies what is rounded more than double-double has digits.
                 let bits = (0..LEVELS).map(|level| FIRST_BITS << level);
-                let own = bits.map(|bits| wide(bits, self.wide_steps(bits), None));
-                let own = own.flatten().next();
-                own.ok_or(failed)?
+                bits.flat_map(|bits| wide(bits, self.wide_steps(bits), None)).next().ok_or(failed)?
             }
         };
         let found = self.climb(found, TRIPS, |bits, steps, found| wide(bits, steps, Some(&found.start)));
@@ -118,9 +116,7 @@ impl Task<'_> {
             }
             let finer = wide(bits, steps, &found);
             let open = |found: &Found| undecided(&found.multipliers);
-            let Some(finer) = finer.filter(|finer| open(finer) <= open(&found)) else {
-                break;
-            };
+            let Some(finer) = finer.filter(|finer| open(finer) <= open(&found)) else { break };
             let steps = found.steps;
             found = Found { steps, ..finer };
             bits *= 2;
@@ -147,8 +143,7 @@ impl Task<'_> {
         let sizes = monodromy.entries().iter().map(Enclosure::abs_upper_magnitude);
         let size = sizes.fold(Magnitude::ZERO, Magnitude::max);
         let wide = || -> Vec<Big> {
-            let entries = monodromy.entries().iter();
-            entries.map(|x| x.unrounded(RANGE_BITS).scale(there.exponent)).collect()
+            monodromy.entries().iter().map(|x| x.unrounded(RANGE_BITS).scale(there.exponent)).collect()
         };
         let blocks = Blocks { n, symplectic, digits: self.digits };
         let multipliers = if there.exponent != 0 || size.scale(-FAR) > Magnitude::ONE {
@@ -314,14 +309,12 @@ impl Blocks {
 
 /// How many multipliers bounds do not place.
 fn undecided(multipliers: &[Multiplier]) -> usize {
-    let undecided = multipliers.iter();
-    undecided.filter(|own| own.place == Place::Undecided).count()
+    multipliers.iter().filter(|own| own.place == Place::Undecided).count()
 }
 
 /// Discs for multipliers of which nothing is known: all lie within the largest row sum of the matrix.
 fn unknown<S: Enclosure>(monodromy: &[S], n: usize, precision: S::Precision) -> Vec<Multiplier> {
     let row = |row: &[S]| row.iter().fold(Magnitude::ZERO, |sum, x| sum + x.abs_upper_magnitude());
-    let rows = monodromy.chunks_exact(n).map(row);
-    let reach = rows.fold(Magnitude::ZERO, Magnitude::max);
+    let reach = monodromy.chunks_exact(n).map(row).fold(Magnitude::ZERO, Magnitude::max);
     (0..n).map(|_| Multiplier::anywhere::<S>(reach, precision)).collect()
 }

@@ -99,8 +99,7 @@ impl Floquet {
     /// A bound of the distance of every multiplier from the midpoints of its parts in doubles.
     #[must_use]
     pub fn error_bound(&self) -> f64 {
-        let errors = self.multipliers.iter().map(Multiplier::error);
-        errors.fold(0.0, f64::max)
+        self.multipliers.iter().map(Multiplier::error).fold(0.0, f64::max)
     }
 }
 
@@ -201,8 +200,7 @@ fn sort(multipliers: &mut [Multiplier]) {
 
 /// About the coordinates and velocities of a state.
 fn numbers(driven: &Driven, point: &[ExprId]) -> Vec<f64> {
-    let values = point.iter();
-    values.map(|value| constant(&driven.pool, *value).map_or(0.0, |value| value.mid_f64())).collect()
+    point.iter().map(|value| constant(&driven.pool, *value).map_or(0.0, |value| value.mid_f64())).collect()
 }
 
 /// Tries the period of a model at many states.
@@ -215,8 +213,7 @@ pub(crate) fn try_period(model: &Model) -> Result<(), FloquetError> {
 
 /// A state that repeats after a period, as far as doubles tell, found from one near it in at most `budget` steps.
 pub(crate) fn repeating(plain: &mut Plain, period: f64, start: &[f64], budget: usize) -> Option<Vec<f64>> {
-    let found = orbit::search(plain, period, start, (budget, budget));
-    Some(found.ok()?.start)
+    Some(orbit::search(plain, period, start, (budget, budget)).ok()?.start)
 }
 
 /// The period, which is a positive number.
@@ -240,8 +237,7 @@ pub(crate) fn begin(model: &Model, driven: &mut Driven) -> Vec<ExprId> {
     let resting = model.equilibria.any();
     let places = model.equilibria.iter().zip(model.guesses.iter());
     let places = places.map(|(equilibrium, guess)| equilibrium.or(guess));
-    let velocities = model.guessed_velocities.iter();
-    let velocities = velocities.map(|guess| guess.filter(|_| !resting));
+    let velocities = model.guessed_velocities.iter().map(|guess| guess.filter(|_| !resting));
     places
         .chain(velocities)
         .map(|given| match given {
@@ -286,8 +282,7 @@ fn rests(model: &Model, driven: &mut Driven, begin: &[ExprId]) -> Result<bool, F
             });
         }
     }
-    let mut still = velocities.iter();
-    let still = still.all(|own| driven.pool.is_zero(*own) == ZeroVerdict::Zero);
+    let still = velocities.iter().all(|own| driven.pool.is_zero(*own) == ZeroVerdict::Zero);
     Ok(still && moved.iter().all(|moved| *moved == Some(false)))
 }
 
@@ -316,20 +311,15 @@ fn growth_rate(multipliers: &[Multiplier], stable: Option<bool>, period: &Ball) 
     // The largest is outside where any is, however near to 1 both are in doubles, and one of those that reach as far as the
     // largest lower bound.
     let outside = any(Place::Outside);
-    let own = || {
-        let all = multipliers.iter();
-        all.filter(|own| !outside || own.place == Place::Outside)
-    };
+    let own = || multipliers.iter().filter(|own| !outside || own.place == Place::Outside);
     let logarithm = if own().all(|own| own.modulus.is_finite()) {
-        let least = own().map(|own| own.modulus.lower());
-        let least = least.fold(0.0_f64, f64::max);
+        let least = own().map(|own| own.modulus.lower()).fold(0.0_f64, f64::max);
         let largest = own().map(|own| own.modulus).filter(|modulus| modulus.upper() >= least);
         largest.reduce(|all, one| all.hull(&one))?.ln()
     } else {
         let wide = || own().map(Multiplier::wide_modulus);
         let least = wide().fold(Magnitude::ZERO, |most, one| most.max(one.abs_lower()));
-        let largest = wide().filter(|modulus| modulus.abs_upper() >= least);
-        let largest = largest.reduce(|all, one| all.hull(&one))?;
+        let largest = wide().filter(|modulus| modulus.abs_upper() >= least).reduce(|all, one| all.hull(&one))?;
         largest.apply(Function::Ln).to_ball()
     };
     let rate = logarithm / *period;

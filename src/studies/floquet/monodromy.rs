@@ -85,10 +85,8 @@ impl<S: Enclosure> Chain<S> {
 
     /// Where displacements of the initial state have come.
     fn image(&self, initial: &[S]) -> Vec<S> {
-        let links = self.links.iter();
-        links.fold(initial.to_vec(), |before, link| {
-            let turned = link.slopes.image(&before, self.precision);
-            turned.iter().zip(&link.drift).map(|(x, y)| x.add(y)).collect()
+        self.links.iter().fold(initial.to_vec(), |before, link| {
+            link.slopes.image(&before, self.precision).iter().zip(&link.drift).map(|(x, y)| x.add(y)).collect()
         })
     }
 
@@ -130,9 +128,7 @@ pub(super) fn period_map<S: Enclosure>(
         let spread = chain.image(&initial);
         let state: Vec<S> = middle.iter().zip(&spread).map(|(m, d)| m.add(d)).collect();
         let left = period.sub(&time);
-        let Some(step) = walk.step(&time, &state, &left) else {
-            return Err(Stop::Singular { time: time.mid_f64() });
-        };
+        let Some(step) = walk.step(&time, &state, &left) else { return Err(Stop::Singular { time: time.mid_f64() }) };
         // From the midpoint m to the center of the state, and from its image to the next midpoint.
         let shift: Vec<S> = middle.iter().zip(&state).map(|(m, x)| m.sub(&x.center())).collect();
         middle = step.image.iter().map(S::center).collect();
@@ -170,7 +166,5 @@ pub(super) fn period_map<S: Enclosure>(
 
 /// A number in a message.
 pub(super) fn short(value: f64) -> String {
-    let text = format!("{value:.6}");
-    let text = text.trim_end_matches('0').trim_end_matches('.');
-    text.to_owned()
+    format!("{value:.6}").trim_end_matches('0').trim_end_matches('.').to_owned()
 }

@@ -97,8 +97,7 @@ impl Driven {
             if let Some(SymbolKind::Parameter(number)) = model.symbols.get(symbol)
                 && !open.contains(&number)
             {
-                let missing = missing_value(model, number);
-                return Err(FloquetError::Linearize(missing));
+                return Err(FloquetError::Linearize(missing_value(model, number)));
             }
         }
         Ok(())
@@ -116,27 +115,23 @@ impl Driven {
 
     /// h and M, then, in the order of [`Driven::symbols`].
     pub(crate) fn expressions(&self) -> Vec<ExprId> {
-        let mass = self.mass.iter().flatten();
-        self.load.iter().chain(mass).copied().collect()
+        self.load.iter().chain(self.mass.iter().flatten()).copied().collect()
     }
 
     /// dp_i/dq_j, then dp_i/dq_j' = M_ij, row by row: what makes displacements of the state ones of q and p.
     pub(super) fn canonical(&self) -> Vec<ExprId> {
-        let slopes = self.slopes.iter().flatten();
-        slopes.chain(self.mass.iter().flatten()).copied().collect()
+        self.slopes.iter().flatten().chain(self.mass.iter().flatten()).copied().collect()
     }
 
     /// The time, the coordinates, their velocities.
     pub(crate) fn symbols(&self) -> Vec<Symbol> {
-        let time = std::iter::once(&self.time);
-        time.chain(&self.coordinates).chain(&self.velocities).copied().collect()
+        std::iter::once(&self.time).chain(&self.coordinates).chain(&self.velocities).copied().collect()
     }
 
     /// The coordinates on which a force acts at rest at a point, at some time; `None` for those of which that is
     /// not known.
     pub(crate) fn moved(&mut self, point: &[ExprId]) -> Vec<Option<bool>> {
-        let map = self.at(point);
-        let forces = self.pool.substitute(&self.load, &map);
+        let forces = self.pool.substitute(&self.load, &self.at(point));
         forces
             .into_iter()
             .map(|force| match self.pool.is_zero(force) {
@@ -172,12 +167,12 @@ impl Driven {
         let n = self.dimension();
         let map = self.at(point);
         let symbols: Vec<Symbol> = self.symbols()[1..].to_vec();
-        let mut right = Vec::new();
-        for load in self.load.clone() {
-            let row = self.pool.gradient(load, &symbols);
-            right.push(self.pool.substitute(&row, &map));
-        }
-        let mass: Vec<Vec<ExprId>> = self.mass.iter().map(|row| self.pool.substitute(row, &map)).collect::<Vec<_>>();
+        let bent = |load: &ExprId| {
+            let row = self.pool.gradient(*load, &symbols);
+            self.pool.substitute(&row, &map)
+        };
+        let right = self.load.iter().map(bent).collect();
+        let mass = self.mass.iter().map(|row| self.pool.substitute(row, &map)).collect();
         let solved = self.solved(mass, right)?;
         let mut rows = vec![self.pool.zero(); 2 * n * n];
         for i in 0..n {
@@ -196,10 +191,7 @@ impl Driven {
         }
         let mut accelerations = self.solved(matrix, right)?;
         accelerations.truncate(self.dimension());
-        let mut rates: Vec<ExprId> = Vec::new();
-        for velocity in self.velocities.clone() {
-            rates.push(self.pool.symbol_expr(velocity));
-        }
+        let mut rates: Vec<ExprId> = self.velocities.iter().map(|own| self.pool.symbol_expr(*own)).collect();
         rates.extend(accelerations.into_iter().flatten());
         let state: Vec<Symbol> = self.symbols()[1..].to_vec();
         Equations::compile(&mut self.pool, self.time, &state, &self.open, &rates)
@@ -209,8 +201,7 @@ impl Driven {
     /// -M⁻¹ times the right sides.
     fn solved(&mut self, mass: Vec<Vec<ExprId>>, right: Vec<Vec<ExprId>>) -> Result<Vec<Vec<ExprId>>, FloquetError> {
         let span = self.driven_at;
-        let rows = solved(&mut self.pool, mass, right);
-        let mut rows = rows.ok_or(FloquetError::NotDefined { span })?;
+        let mut rows = solved(&mut self.pool, mass, right).ok_or(FloquetError::NotDefined { span })?;
         for value in rows.iter_mut().flatten() {
             *value = self.pool.neg(*value);
         }
@@ -265,9 +256,7 @@ fn suggested_period(model: &Model) -> Option<String> {
     let bodies: Vec<ExprId> = signed_terms(model).map(|(_, family)| family.body).collect();
     let mut rate = None;
     for id in pool.reachable(&bodies) {
-        let Node::Function(Function::Sin | Function::Cos, x) = *pool.node(id) else {
-            continue;
-        };
+        let Node::Function(Function::Sin | Function::Cos, x) = *pool.node(id) else { continue };
         let own = pool.diff(x, time);
         if pool.as_number(own).is_some_and(Number::is_zero) {
             continue;

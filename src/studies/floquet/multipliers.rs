@@ -63,8 +63,7 @@ impl Multiplier {
             single,
             semisimple: single,
             precise: re.precise().zip(im.precise()).map(|(re, im)| {
-                let modulus = modulus.and_then(Enclosure::precise);
-                let modulus = modulus.unwrap_or_else(|| Big::one(re.bits()));
+                let modulus = modulus.and_then(Enclosure::precise).unwrap_or_else(|| Big::one(re.bits()));
                 Box::new([re, im, modulus])
             }),
         }
@@ -96,10 +95,7 @@ impl Multiplier {
 
     /// The modulus with enough range.
     pub(super) fn wide_modulus(&self) -> Big {
-        match &self.precise {
-            Some(precise) => precise[2].clone(),
-            None => Big::from_ball(&self.modulus, BITS),
-        }
+        self.precise.as_ref().map_or_else(|| Big::from_ball(&self.modulus, BITS), |precise| precise[2].clone())
     }
 
     /// An upper bound of the distance of the multiplier from the midpoints of its parts in doubles.
@@ -130,8 +126,7 @@ pub(super) fn is_lacking(multipliers: &[Multiplier], digits: usize) -> bool {
 /// About how many bits more it takes for these digits.
 pub(super) fn missing_bits(multipliers: &[Multiplier], digits: usize) -> usize {
     let missing = multipliers.iter().flat_map(|own| own.parts(digits));
-    let ratio = missing.map(|(spread, allowed)| (spread / allowed).log2());
-    ratio.fold(0.0_f64, f64::max).min(1e6) as usize
+    missing.map(|(spread, allowed)| (spread / allowed).log2()).fold(0.0_f64, f64::max).min(1e6) as usize
 }
 
 impl Multiplier {
@@ -164,9 +159,7 @@ impl Multiplier {
 /// With half the trace h and the determinant d they are h ± sqrt(h² - d). For d = 1 both lie on the circle where |h| < 1, and
 /// one is outside where |h| > 1.
 pub(super) fn of_two<S: Enclosure>(matrix: &[S], symplectic: bool, precision: S::Precision) -> Vec<Multiplier> {
-    let [a, b, c, d] = matrix else {
-        return Vec::new();
-    };
+    let [a, b, c, d] = matrix else { return Vec::new() };
     let (one, half) = (S::exact(1.0, precision), S::exact(0.5, precision));
     let trace = a.add(d).mul(&half);
     let determinant = if symplectic { one.clone() } else { a.mul(d).sub(&b.mul(c)) };
@@ -190,8 +183,7 @@ pub(super) fn of_two<S: Enclosure>(matrix: &[S], symplectic: bool, precision: S:
             trace.sub(&root)
         } else {
             // h may be 0: both roots as they are.
-            let sides = [trace.add(&root), trace.sub(&root)];
-            return sides.map(|x| real(x, None)).to_vec();
+            return [trace.add(&root), trace.sub(&root)].map(|x| real(x, None)).to_vec();
         };
         let smaller = determinant.div(&larger);
         let places = [Place::Outside, Place::Inside].map(|own| symplectic.then_some(own));
@@ -218,21 +210,13 @@ pub(super) fn of_many<S: Enclosure>(
     precision: S::Precision,
 ) -> Vec<Multiplier> {
     let basis = if careful { Basis::careful(matrix, n, precision) } else { Basis::quick(matrix, n, precision) };
-    let Some(basis) = basis else {
-        return Vec::new();
-    };
-    let Some(covers) = Covers::new(matrix, n, &basis, precision) else {
-        return Vec::new();
-    };
+    let Some(basis) = basis else { return Vec::new() };
+    let Some(covers) = Covers::new(matrix, n, &basis, precision) else { return Vec::new() };
     let partners = if symplectic.is_some() { partners(&covers, precision) } else { vec![None; n] };
-    let own = covers.of.iter().zip(partners);
-    let own = own.map(|(cover, partner)| {
+    let own = covers.of.iter().zip(partners).map(|(cover, partner)| {
         let disc = &cover.disc;
         // An eigenvalue that is in none of the others is in this one.
-        let is_own = |image: &Disc<S>| {
-            let mut others = cover.others.iter();
-            others.all(|other| image.is_apart(other, precision))
-        };
+        let is_own = |image: &Disc<S>| cover.others.iter().all(|other| image.is_apart(other, precision));
         let real = disc.single && is_own(&disc.conjugate());
         let part = |disc: &Disc<S>, real: bool| {
             let re = disc.center.re.with_added_magnitude(disc.radius);
@@ -308,8 +292,7 @@ fn partners<S: Enclosure>(covers: &Covers<S>, precision: S::Precision) -> Vec<Op
                 return None;
             }
             let conjugate = disc.conjugate();
-            let mut others = cover.others.iter();
-            let real = others.all(|other| conjugate.is_apart(other, precision));
+            let real = cover.others.iter().all(|other| conjugate.is_apart(other, precision));
             Some((disc.mirrored(precision)?, real))
         })
         .collect();
@@ -325,8 +308,7 @@ fn partners<S: Enclosure>(covers: &Covers<S>, precision: S::Precision) -> Vec<Op
         for (place, (at, (image, real))) in members.iter().zip(&here).enumerate() {
             let mut rest = here.iter().enumerate().filter(|(k, _)| *k != place);
             let single = rest.all(|(_, (other, _))| image.is_apart(other, precision));
-            let image = Disc { single, ..image.clone() };
-            partners[*at] = Some((image, *real));
+            partners[*at] = Some((Disc { single, ..image.clone() }, *real));
         }
     }
     partners

@@ -68,14 +68,12 @@ pub(super) fn search(
     let mut shooting = Shooting { plain, period, n, pieces, steps: 0, range: Vec::new() };
     let resting = DVector::from_iterator(n * pieces, start.iter().copied().cycle().take(n * pieces));
     let limit = most_steps.saturating_add(1);
-    let mut begins: Vec<Place> = Vec::with_capacity(2);
-    begins.extend(shooting.place(resting, limit));
+    let mut begins: Vec<Place> = shooting.place(resting, limit).into_iter().collect();
     if shooting.steps > most_steps {
         return Err(Lost::Stopped(Stop::TooManySteps { steps: most_steps }));
     }
     let first = shooting.steps;
-    let followed = shooting.followed(start, limit);
-    begins.extend(followed.and_then(|states| shooting.place(states, limit)));
+    begins.extend(shooting.followed(start, limit).and_then(|states| shooting.place(states, limit)));
     begins.sort_by(|a, b| a.asked.norm().total_cmp(&b.asked.norm()));
     // Where it takes that much longer it has gone astray.
     let most = ASTRAY * (first + 10);
@@ -126,8 +124,7 @@ impl Place {
     fn new(states: DVector<f64>, gaps: &DVector<f64>, slopes: DMatrix<f64>) -> Self {
         let slopes = slopes.lu();
         // Where periodic motions are not isolated none is asked for.
-        let asked = slopes.solve(gaps);
-        let asked = asked.unwrap_or_else(|| states.map(|_| f64::INFINITY));
+        let asked = slopes.solve(gaps).unwrap_or_else(|| states.map(|_| f64::INFINITY));
         Self { states, asked, slopes, exact: gaps.norm() == 0.0 }
     }
 }
@@ -262,9 +259,7 @@ pub(super) fn orbit<S: Enclosure>(
             break;
         }
     }
-    let Some(newton) = newton else {
-        return Err(Lost::Search("periodic motions are not isolated here"));
-    };
+    let Some(newton) = newton else { return Err(Lost::Search("periodic motions are not isolated here")) };
     for size in BOXES.map(|size| size * rounding) {
         let reach: Vec<f64> = guess
             .scale

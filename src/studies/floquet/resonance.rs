@@ -46,9 +46,7 @@ pub(super) fn frequencies(equations: &Equations, period: f64, state: &[Ball]) ->
             }
             first = false;
         });
-        let Some((next, _)) = there else {
-            return Vec::new();
-        };
+        let Some((next, _)) = there else { return Vec::new() };
         state = next;
     }
     let mut frequencies: Vec<f64> = stiffness

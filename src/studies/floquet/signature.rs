@@ -26,9 +26,7 @@ pub(super) fn is_definite<S: Enclosure>(
 ) -> bool {
     let n = covers.plain.len();
     let others: Vec<usize> = (0..n).filter(|at| !members.contains(at)).collect();
-    let Some(reach) = reach(members, &others, covers, precision) else {
-        return false;
-    };
+    let Some(reach) = reach(members, &others, covers, precision) else { return false };
     // U = V1 + V2 Z.
     let vector = |i: usize, j: usize| {
         let size = |m: &usize| basis.vectors[(i, *m)].upper_bound();
@@ -41,10 +39,7 @@ pub(super) fn is_definite<S: Enclosure>(
     let turned: Vec<Vec<Complex<S>>> = vectors
         .iter()
         .map(|vector| {
-            let row = |row: &[S]| {
-                let parts = row.iter().zip(vector);
-                parts.fold(zero.clone(), |sum, (a, x)| sum.add(&x.times(a)))
-            };
+            let row = |row: &[S]| row.iter().zip(vector).fold(zero.clone(), |sum, (a, x)| sum.add(&x.times(a)));
             form.chunks_exact(n).map(row).collect()
         })
         .collect();

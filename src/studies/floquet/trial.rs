@@ -41,9 +41,7 @@ pub(crate) fn repeats(pool: &mut Pool, time: Symbol, period: ExprId, roots: &[Ex
     let half = if common % 2 == 0 { common / 2 } else { 0 };
     let mut cycles = 1;
     for count in [common, half] {
-        let Some(count) = u32::try_from(count).ok().filter(|count| *count > 1) else {
-            continue;
-        };
+        let Some(count) = u32::try_from(count).ok().filter(|count| *count > 1) else { continue };
         let share = Number::from(i64::from(count)).recip();
         let Some(share) = share else { continue };
         let part = pool.scale(period, &share);
@@ -70,14 +68,10 @@ fn shown(pool: &mut Pool, time: Symbol, period: ExprId, roots: &[ExprId]) -> Opt
     let mut turns = Vec::new();
     for id in &ids {
         // Children stand before their parents.
-        let of = |child: ExprId| {
-            let place = ids.binary_search(&child);
-            place.map_or(Later::Other, |at| later[at])
-        };
+        let of = |child: ExprId| ids.binary_search(&child).map_or(Later::Other, |at| later[at]);
         let own = match pool.node(*id).clone() {
-            Node::Number(_) | Node::Pi | Node::Undefined => Later::Same,
             Node::Symbol(symbol) if symbol == time => Later::More(period),
-            Node::Symbol(_) => Later::Same,
+            Node::Number(_) | Node::Pi | Node::Undefined | Node::Symbol(_) => Later::Same,
             Node::Sum { constant, terms } => {
                 let parts: Vec<(Later, Number)> = terms.iter().map(|(term, c)| (of(*term), c.clone())).collect();
                 sum(pool, constant.is_zero(), &parts)
@@ -174,9 +168,7 @@ fn product(pool: &mut Pool, time: Symbol, factors: &[(Later, ExprId, Number)]) -
             Later::Opposite | Later::More(_) | Later::Other => return Later::Other,
         }
     }
-    let Some(by) = grows else {
-        return if opposite { Later::Opposite } else { Later::Same };
-    };
+    let Some(by) = grows else { return if opposite { Later::Opposite } else { Later::Same } };
     // (x + by) c is more by c times as much, for a c without the time.
     let mut others = vec![(by, Number::ONE)];
     for (own, base, exponent) in factors {
@@ -220,9 +212,7 @@ fn half_turns(pool: &mut Pool, angle: ExprId) -> Option<u64> {
 /// is analytic and agrees at so many irregular places to 28 digits is likely to agree.
 pub(crate) fn try_period(driven: &Driven, period: &Ball, state: &[f64]) -> Result<(), FloquetError> {
     let undefined = FloquetError::NotDefined { span: driven.driven_at };
-    let Ok(tape) = Tape::compile(&driven.pool, &driven.expressions(), &driven.symbols()) else {
-        return Err(undefined);
-    };
+    let Ok(tape) = Tape::compile(&driven.pool, &driven.expressions(), &driven.symbols()) else { return Err(undefined) };
     let prepared = tape.prepare::<Ball>(());
     let mut scratch = Vec::new();
     let mut compared = false;

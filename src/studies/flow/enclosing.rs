@@ -166,8 +166,7 @@ impl<S: Enclosure> Enclosing<S> {
         let time = onwards(t, length, self.precision);
         let (tube, jacobian) = self.tube(&time, state, length, here, weights)?;
         // |T(s) - 1| <= e^(a s) - 1 in the operator norm that belongs to max |x_i|/w_i, for a >= |J| there (Gronwall).
-        let a = norm(&jacobian, weights);
-        let bound = growth(up(a * length));
+        let bound = growth(up(norm(&jacobian, weights) * length));
         if !bound.is_finite() {
             return None;
         }
@@ -183,14 +182,11 @@ impl<S: Enclosure> Enclosing<S> {
         let power = length.powi(self.order as i32);
         let rounding = REMAINDER * S::rounding(self.precision);
         let mut excess = 0.0_f64;
-        let last = expansion.slopes.get(self.order)?;
-        let size = norm(last, weights) * power;
+        let size = norm(expansion.slopes.get(self.order)?, weights) * power;
         excess = excess.max(size / rounding);
         if self.moving {
-            let relative = |values: &[S]| {
-                let parts = values.iter().zip(weights);
-                parts.fold(0.0_f64, |most, (x, w)| most.max(x.abs_upper() / w))
-            };
+            let relative =
+                |values: &[S]| values.iter().zip(weights).fold(0.0_f64, |most, (x, w)| most.max(x.abs_upper() / w));
             let size = relative(expansion.state.get(self.order)?) * power;
             let scale = relative(point.state.first()?) + length * relative(point.state.get(1)?);
             if scale > 0.0 {
@@ -273,10 +269,7 @@ impl<S: Enclosure> Enclosing<S> {
                             });
                         }
                     }
-                    next.push(match sum {
-                        None => zero.clone(),
-                        Some(sum) => sum.div(&count),
-                    });
+                    next.push(sum.map_or_else(|| zero.clone(), |sum| sum.div(&count)));
                 }
             }
             into.slopes[k + 1] = next;
@@ -298,13 +291,11 @@ impl<S: Enclosure> Enclosing<S> {
         let slopes = horner(&point.slopes, self.tube.slopes.get(p)?);
         let image = if self.moving {
             let centers: Vec<S> = state.iter().map(S::center).collect();
-            let orders = self.path(t, &centers);
-            horner(&orders, self.tube.state.get(p)?)
+            horner(&self.path(t, &centers), self.tube.state.get(p)?)
         } else {
             Vec::new()
         };
-        let finite = slopes.iter().chain(&image).all(S::is_finite);
-        finite.then_some(Step { length: step, whole, image, slopes })
+        slopes.iter().chain(&image).all(S::is_finite).then_some(Step { length: step, whole, image, slopes })
     }
 
     /// The coefficients of the solution through a point, up to order p - 1.

@@ -110,25 +110,18 @@ impl<S: Enclosure> Following<S> {
     #[must_use]
     pub fn state(&self) -> Vec<S> {
         let spread = self.set.spread();
-        let parts = self.center.iter().zip(&spread);
-        parts.map(|(x, r)| x.with_added_radius(*r)).collect()
+        self.center.iter().zip(&spread).map(|(x, r)| x.with_added_radius(*r)).collect()
     }
 
     /// How large the set is beside where it is, both on the scales of the components; 0 where all of it is next to nothing.
     #[must_use]
     pub fn spread(&self) -> f64 {
         let weights = self.set.weights();
-        let most = |sizes: &mut dyn Iterator<Item = f64>| {
-            let scaled = sizes.zip(weights).map(|(x, w)| x / w);
-            scaled.fold(0.0, f64::max)
-        };
+        let most = |sizes: &mut dyn Iterator<Item = f64>| sizes.zip(weights).map(|(x, w)| x / w).fold(0.0, f64::max);
         let place = most(&mut self.center.iter().map(|x| x.mid_f64().abs()));
         let spread = self.set.spread();
         let size = most(&mut spread.iter().copied());
-        if spread.iter().all(|own| *own <= NEXT_TO * self.nothing) {
-            return 0.0;
-        }
-        size / place
+        if spread.iter().all(|own| *own <= NEXT_TO * self.nothing) { 0.0 } else { size / place }
     }
 
     /// Finds a step, of about the length asked for or a shorter one; tells how far [`Following::at`] reaches. `None` where none was
@@ -137,8 +130,7 @@ impl<S: Enclosure> Following<S> {
         self.stretch = None;
         let time = Ball::exact(self.time);
         let start: Vec<Ball> = self.state().iter().map(S::to_ball).collect();
-        let mut inputs = vec![time];
-        inputs.extend_from_slice(&start);
+        let inputs = [&[time], start.as_slice()].concat();
         let here = self.values.evaluate(&inputs, &mut self.scratch);
         if here.iter().any(|x| !x.is_finite()) {
             return None;
@@ -163,7 +155,7 @@ impl<S: Enclosure> Following<S> {
             };
             if excess <= 1.0 {
                 self.next = rounded * (0.9 / excess.powf(1.0 / count(self.order))).clamp(0.5, 1.5);
-                self.stretch = Some(stretch);
+                self.stretch = stretch;
                 return Some(rounded * BEYOND);
             }
             length = rounded * (0.9 / excess.powf(1.0 / count(self.order))).clamp(0.1, 0.9);
@@ -172,14 +164,13 @@ impl<S: Enclosure> Following<S> {
     }
 
     /// How much remainders exceed what is allowed, and the polynomials if they do not.
-    fn attempt(&mut self, start: &[Ball], rates: &[Ball], length: f64) -> Option<(f64, Stretch<S>)> {
+    fn attempt(&mut self, start: &[Ball], rates: &[Ball], length: f64) -> Option<(f64, Option<Stretch<S>>)> {
         let n = self.dimension;
         let unit = nearest_power_of_two(length);
         let share = length / unit;
         let time = onwards(&Ball::exact(self.time), up(length * BEYOND), ());
         let tube = self.tube(&time, start, rates, length)?;
-        let mut inputs = vec![time];
-        inputs.extend_from_slice(&tube);
+        let inputs = [&[time], tube.as_slice()].concat();
         let there = self.values.evaluate(&inputs, &mut self.scratch);
         if there.iter().any(|x| !x.is_finite()) {
             return None;
@@ -195,8 +186,7 @@ impl<S: Enclosure> Following<S> {
         let path = expanded(&mut self.coarse, &time, &tube, unit, self.order, ());
         let power = share.powf(count(self.order));
         let sizes: Vec<f64> = tube.iter().map(Ball::abs_upper).collect();
-        let parts = sizes.iter().zip(scales);
-        let largest = parts.fold(0.0_f64, |most, (x, w)| most.max(x / w));
+        let largest = sizes.iter().zip(scales).fold(0.0_f64, |most, (x, w)| most.max(x / w));
         let mut excess = 1e-30_f64;
         let mut rest = Vec::with_capacity(n);
         for (i, row) in path.iter().enumerate() {
@@ -211,7 +201,7 @@ impl<S: Enclosure> Following<S> {
             rest.push(last);
         }
         if excess.is_nan() || excess > 1.0 {
-            return excess.is_finite().then(|| (excess, Stretch::empty()));
+            return excess.is_finite().then(|| (excess, None));
         }
 
         // |T(s) - 1| <= e^(a s) - 1 in the operator norm that belongs to max |x_i|/w_i, for a >= |J| there (Gronwall).
@@ -228,7 +218,7 @@ impl<S: Enclosure> Following<S> {
         let size = norm(&last, scales) * share.powf(count(self.slope_order));
         excess = excess.max((size / SLOPE).powf(count(self.order) / count(self.slope_order)));
         if excess.is_nan() || excess > 1.0 {
-            return excess.is_finite().then(|| (excess, Stretch::empty()));
+            return excess.is_finite().then(|| (excess, None));
         }
         let mut slopes = self.expand_slopes(&time_here, start, &Matrix::unit(n, ()).into_entries(), unit);
         for (row, last) in slopes.iter_mut().zip(&last) {
@@ -243,7 +233,7 @@ impl<S: Enclosure> Following<S> {
             row.push(S::from_ball(last, self.precision));
         }
         let stretch = Stretch { unit, length, path, slopes, weights: scales.clone() };
-        Some((excess, stretch))
+        Some((excess, Some(stretch)))
     }
 
     /// A box that no solution from `start` leaves before it is behind the end of the step.
@@ -280,10 +270,7 @@ impl<S: Enclosure> Following<S> {
             };
             let held = tube.iter().zip(&next).all(within);
             // What rests begins to move one after the other.
-            let moving = |tube: &[Ball]| {
-                let moving = tube.iter().zip(start);
-                moving.filter(|(own, x)| own.radius > x.radius).count()
-            };
+            let moving = |tube: &[Ball]| tube.iter().zip(start).filter(|(own, x)| own.radius > x.radius).count();
             if moving(&next) <= moving(&tube) {
                 left -= 1;
             }
@@ -345,8 +332,7 @@ impl<S: Enclosure> Following<S> {
     pub fn at(&self, after: &S) -> Option<Vec<S>> {
         let stretch = self.stretch.as_ref()?;
         let place = after.div(&S::exact(stretch.unit, self.precision));
-        let slopes = sums(&stretch.slopes, &place.to_ball());
-        let spread = self.set.image(&slopes);
+        let spread = self.set.image(&sums(&stretch.slopes, &place.to_ball()));
         let values = sums(&stretch.path, &place);
         let parts = values.iter().zip(&spread);
         let state: Vec<S> = parts.map(|(x, r)| x.with_added_radius(*r)).collect();
@@ -367,12 +353,6 @@ impl<S: Enclosure> Following<S> {
         self.center = values.iter().map(S::center).collect();
         self.time += stretch.length;
         Some(())
-    }
-}
-
-impl<S> Stretch<S> {
-    fn empty() -> Self {
-        Self { unit: 1.0, length: 0.0, path: Vec::new(), slopes: Vec::new(), weights: Vec::new() }
     }
 }
 

@@ -233,8 +233,7 @@ impl<N: Doubles> Plain<N> {
                 _ => zero,
             });
             self.inputs.extend(self.state.iter().map(|row| row[k]));
-            let parameters = self.parameters.iter();
-            self.inputs.extend(parameters.map(|p| if k == 0 { *p } else { zero }));
+            self.inputs.extend(self.parameters.iter().map(|p| if k == 0 { *p } else { zero }));
             let outputs = self.series.next(&self.inputs);
             for ((row, live), value) in self.jacobian.iter_mut().zip(&mut self.live).zip(&outputs[states..]) {
                 row[k] = *value;
@@ -280,8 +279,7 @@ impl<N: Doubles> Plain<N> {
         for order in LAST.rev() {
             let pace = pace.powi(order as i32);
             let root = 1.0 / order as f64;
-            let entries = self.slopes.iter().enumerate();
-            let mut term = entries.fold(0.0_f64, |most, (at, row)| {
+            let mut term = self.slopes.iter().enumerate().fold(0.0_f64, |most, (at, row)| {
                 let size = row[order].mul(&pace).size();
                 most.max(size * weights[at % n] / weights[at / n])
             });

@@ -64,12 +64,8 @@ impl Set {
 
     /// The largest size of each component of the image under a matrix, given row by row.
     pub(super) fn image(&self, matrix: &[Ball]) -> Vec<f64> {
-        let n = self.radii.len();
-        let turned = self.turned(matrix, &vec![1.0; n]);
-        let row = |row: &[Ball]| {
-            let parts = row.iter().zip(&self.radii);
-            parts.fold(0.0, |sum, (a, r)| plus(sum, a.abs_upper() * r))
-        };
+        let turned = self.turned(matrix, &vec![1.0; self.radii.len()]);
+        let row = |row: &[Ball]| row.iter().zip(&self.radii).fold(0.0, |sum, (a, r)| plus(sum, a.abs_upper() * r));
         turned.rows().map(row).collect()
     }
 
@@ -90,10 +86,8 @@ impl Set {
             let axis = |k: usize| axes[(k, i)];
             let mut size = 0.0;
             for (j, radius) in self.radii.iter().enumerate().filter(|(_, r)| **r > 0.0) {
-                let mut entry = Ball::ZERO;
-                for k in (0..n).filter(|k| axis(*k) != 0.0) {
-                    entry = entry + Ball::exact(axis(k)) * turned[(k, j)];
-                }
+                let along = (0..n).filter(|k| axis(*k) != 0.0);
+                let entry = along.fold(Ball::ZERO, |entry, k| entry + Ball::exact(axis(k)) * turned[(k, j)]);
                 size = plus(size, entry.abs_upper() * radius);
             }
             for (k, error) in errors.iter().enumerate() {
@@ -103,10 +97,10 @@ impl Set {
             }
             sizes[i] = size;
             for j in 0..n {
-                let mut entry = Ball::exact(f64::from(u8::from(i == j)));
-                for k in (0..n).filter(|k| axis(*k) != 0.0) {
-                    entry = entry - Ball::exact(axis(k)) * Ball::exact(axes[(k, j)]);
-                }
+                let entry =
+                    (0..n).filter(|k| axis(*k) != 0.0).fold(Ball::exact(f64::from(u8::from(i == j))), |entry, k| {
+                        entry - Ball::exact(axis(k)) * Ball::exact(axes[(k, j)])
+                    });
                 gaps[i] = plus(gaps[i], entry.abs_upper());
             }
         }
@@ -116,8 +110,7 @@ impl Set {
             return None;
         }
         let shared = up(largest / (1.0 - gap));
-        let radii = sizes.iter().zip(&gaps);
-        let radii = radii.map(|(size, gap)| plus(*size, gap * shared)).collect();
+        let radii = sizes.iter().zip(&gaps).map(|(size, gap)| plus(*size, gap * shared)).collect();
         Some(Self { weights: scales, axes, radii })
     }
 
@@ -128,8 +121,7 @@ impl Set {
         let edges = |i: usize| (0..n).any(|j| self.radii[j] > 0.0 && !turned[(i, j)].is_zero());
         let live: Vec<usize> = (0..n).filter(|i| errors[*i] > 0.0 || edges(*i)).collect();
         let edge = |j: usize| -> Vec<f64> {
-            let entries = live.iter().map(|i| turned[(*i, j)].mid_f64());
-            entries.map(|x| x * self.radii[j]).collect()
+            live.iter().map(|i| turned[(*i, j)].mid_f64()).map(|x| x * self.radii[j]).collect()
         };
         let length = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
         let normal = |v: Vec<f64>| -> Option<Vec<f64>> {

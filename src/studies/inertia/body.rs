@@ -115,10 +115,7 @@ impl Integrals {
         let per_size = size.recip().unwrap_or_default();
         let centre: [Number; 3] = [0, 1, 2].map(|i| first[i].mul(&per_size));
         // ∫ (r - c)(r - c)ᵀ = ∫ r rᵀ - c ∫ rᵀ.
-        let spread = |i: usize, j: usize| {
-            let moved = centre[i].mul(&first[j]);
-            second[i][j].sub(&moved)
-        };
+        let spread = |i: usize, j: usize| second[i][j].sub(&centre[i].mul(&first[j]));
         let trace = spread(0, 0).add(&spread(1, 1)).add(&spread(2, 2));
         // I = tr(J) 1 - J.
         let entries = [0, 1, 2].map(|i| {

@@ -36,11 +36,8 @@ Error InertiaError {
         parameter: String,
         /// Where that is declared.
         declared: Span,
-    } => at(*span, "depends on it")
-        .with_secondary(*declared, "declared without a value")
-        .with_help(format!(
-            "give it a value in the file, or on the command line: --set {parameter}=VALUE"
-        )),
+    } => at(*span, "depends on it").with_secondary(*declared, "declared without a value")
+        .with_help(format!("give it a value in the file, or on the command line: --set {parameter}=VALUE")),
 
     /// An entry of a tensor that is no number.
     #[error("entry ({row}, {column}) of the tensor `{tensor}` is not a finite number")]
@@ -51,8 +48,7 @@ Error InertiaError {
         row: usize,
         /// The column, from 1.
         column: usize,
-    } => at(*span, "this tensor")
-        .with_help("is there a division by zero, or a root of a negative number?"),
+    } => at(*span, "this tensor").with_help("is there a division by zero, or a root of a negative number?"),
 
     /// A table that can't be read.
     #[error("line {line} of the table: {reason}")]
@@ -261,8 +257,7 @@ fn point(at: &[f32; 3]) -> String {
 
 fn edge_words(edge: &Edge, edges: usize, verb: &str, after: &str) -> String {
     let (from, to) = (point(&edge.from), point(&edge.to));
-    let numbers = edge.triangles.iter().map(ToString::to_string);
-    let mut numbers = numbers.collect::<Vec<_>>().join(", ");
+    let mut numbers = edge.triangles.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
     if edge.count > edge.triangles.len() {
         numbers.push_str(", …");
     }

@@ -167,10 +167,7 @@ impl Indexed {
 
     fn edge(&self, sides: &[Side]) -> Edge {
         let (low, high) = sides.first().map_or((0, 0), |side| (side.0, side.1));
-        let place = |vertex: u32| {
-            let found = self.vertices.get(vertex as usize);
-            found.copied().unwrap_or_default()
-        };
+        let place = |vertex: u32| self.vertices.get(vertex as usize).copied().unwrap_or_default();
         let mut triangles: Vec<usize> = sides.iter().map(|side| self.numbers[side.3]).collect();
         triangles.sort_unstable();
         triangles.truncate(4);
@@ -321,8 +318,7 @@ fn whole(points: &[Point]) -> (Vec<[IBig; 3]>, i64) {
         let sign = if x < 0.0 { -1 } else { 1 };
         (sign * mantissa, exponent + i64::from(zeros))
     };
-    let all = points.as_flattened().iter().filter(|x| **x != 0.0);
-    let scale = all.map(|x| parts(*x).1).min().unwrap_or(0);
+    let scale = points.as_flattened().iter().filter(|x| **x != 0.0).map(|x| parts(*x).1).min().unwrap_or(0);
     let places = points.iter().map(|point| {
         point.map(|x| {
             let (mantissa, exponent) = parts(x);

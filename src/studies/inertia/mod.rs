@@ -139,10 +139,7 @@ pub fn of_model(model: &Model, digits: usize) -> Result<Vec<NamedTensor>, Vec<In
     if !errors.is_empty() {
         return Err(errors);
     }
-    if found.is_empty() {
-        return Err(vec![InertiaError::NoTensor { nearest }]);
-    }
-    Ok(found)
+    if found.is_empty() { Err(vec![InertiaError::NoTensor { nearest }]) } else { Ok(found) }
 }
 
 /// The moments of a tensor; where it is not a constant one, within, why not.
@@ -179,8 +176,7 @@ fn of_tensor(
             declared: parameter.span,
         });
     }
-    let bits = body::bits_for(digits);
-    let entries = bigs(pool, closed.as_flattened(), bits);
+    let entries = bigs(pool, closed.as_flattened(), body::bits_for(digits));
     let mut exact = Exact { pool, symbolic, closed };
     let (name, span) = (&tensor.name, tensor.span);
     let principal = exact.principal(digits, |row, column| InertiaError::NotANumberEntry {
@@ -201,8 +197,6 @@ fn of_tensor(
 }
 
 fn parameter(model: &Model, symbol: Symbol) -> Option<&model::Parameter> {
-    match model.symbols.get(symbol)? {
-        SymbolKind::Parameter(number) => model.parameters.get(number),
-        _ => None,
-    }
+    let SymbolKind::Parameter(number) = model.symbols.get(symbol)? else { return None };
+    model.parameters.get(number)
 }

@@ -83,8 +83,7 @@ pub(super) struct Exact<'a> {
 
 /// Values of expressions without symbols.
 pub(super) fn values<S: Scalar>(pool: &Pool, closed: &[ExprId], precision: S::Precision) -> Option<Vec<S>> {
-    let tape = Tape::compile(pool, closed, &[]).ok()?;
-    Some(tape.prepare::<S>(precision).evaluate(&[], &mut Vec::new()))
+    Some(Tape::compile(pool, closed, &[]).ok()?.prepare::<S>(precision).evaluate(&[], &mut Vec::new()))
 }
 
 /// The same with so many bits; nothing is a number where one has no value.
@@ -191,8 +190,7 @@ impl Exact<'_> {
         let mut from = 0;
         while from < spectrum.modes.len() {
             let number = spectrum.modes[from].cluster;
-            let own = spectrum.modes[from..].iter();
-            let count = own.take_while(|mode| mode.cluster == number).count();
+            let count = spectrum.modes[from..].iter().take_while(|mode| mode.cluster == number).count();
             if count > 1 {
                 let zero = spectrum.modes[from].kind == Kind::Zero;
                 equal.push(Equal {
@@ -213,10 +211,10 @@ impl Exact<'_> {
 
     /// Whether all three moments are equal, or two of them.
     fn are_equal(&mut self, count: usize) -> bool {
-        let forms = [self.symbolic, self.closed];
-        forms.into_iter().any(|entries| {
+        [self.symbolic, self.closed].into_iter().any(|entries| {
             let conditions = if count == 3 {
-                isotropy(self.pool, &entries).to_vec()
+                let [first, second] = [1, 2].map(|at| self.pool.sub(entries[0][0], entries[at][at]));
+                vec![first, second, entries[1][0], entries[2][0], entries[2][1]]
             } else {
                 vec![discriminant(self.pool, &entries)]
             };
@@ -232,8 +230,7 @@ impl Exact<'_> {
             let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
             forms.iter().any(|e| {
                 let difference = self.pool.sub(e[i][i], e[j][j]);
-                let conditions = [e[1][0], e[2][0], e[2][1], difference];
-                conditions.into_iter().all(|e| self.is_zero(e))
+                [e[1][0], e[2][0], e[2][1], difference].into_iter().all(|e| self.is_zero(e))
             })
         })
     }
@@ -250,8 +247,7 @@ impl Exact<'_> {
             return vec![[one, zero, zero], [zero, one, zero], [zero, zero, one]];
         }
         let vanishes = |own: &mut Self, e: fn(&mut Pool, &Entries) -> Vec<ExprId>| {
-            let forms = [own.symbolic, own.closed];
-            forms.iter().any(|form| {
+            [own.symbolic, own.closed].iter().any(|form| {
                 let all = e(own.pool, form);
                 all.into_iter().all(|e| own.is_zero(e))
             })
@@ -266,9 +262,7 @@ impl Exact<'_> {
                 (0..3).find(certain)
             };
             let found = entries.iter().find_map(|row| Some((*row, size(row)?)));
-            let Some((row, at)) = found else {
-                return Vec::new();
-            };
+            let Some((row, at)) = found else { return Vec::new() };
             let others = [(at + 1) % 3, (at + 2) % 3];
             return others
                 .map(|other| {
@@ -281,9 +275,7 @@ impl Exact<'_> {
         }
         let adjugate = adjugate(self.pool, &entries);
         let diagonal = [0, 1, 2].map(|at| adjugate[at][at]);
-        let Some(sizes) = values::<Ball>(self.pool, &diagonal, ()) else {
-            return Vec::new();
-        };
+        let Some(sizes) = values::<Ball>(self.pool, &diagonal, ()) else { return Vec::new() };
         let largest = (0..3).reduce(|a, b| if sizes[b].abs_lower() > sizes[a].abs_lower() { b } else { a });
         match largest {
             Some(at) if !sizes[at].contains_zero() => {
@@ -325,13 +317,6 @@ fn determinant(pool: &mut Pool, e: &Entries) -> ExprId {
     let cofactors = adjugate(pool, e)[0];
     let terms = [0, 1, 2].map(|at| pool.mul(e[0][at], cofactors[at]));
     pool.sum(&terms)
-}
-
-/// What is 0 where all moments are equal.
-fn isotropy(pool: &mut Pool, e: &Entries) -> [ExprId; 5] {
-    let first = pool.sub(e[0][0], e[1][1]);
-    let second = pool.sub(e[0][0], e[2][2]);
-    [first, second, e[1][0], e[2][0], e[2][1]]
 }
 
 /// 4 J2³ - 27 J3² of the deviator S, J2 = tr(S²)/2, J3 = det S: the discriminant of the characteristic polynomial

@@ -16,8 +16,7 @@ const TRIANGLE: usize = 50;
 
 /// The triangles in the order of the file.
 pub(super) fn read(bytes: &[u8]) -> Result<Vec<Corners>, InertiaError> {
-    let declared = bytes.get(80..HEAD).and_then(|count| count.try_into().ok());
-    let declared = declared.map(u32::from_le_bytes);
+    let declared = bytes.get(80..HEAD).and_then(|count| count.try_into().ok()).map(u32::from_le_bytes);
     let fits = |count: u32| HEAD as u64 + TRIANGLE as u64 * u64::from(count) == bytes.len() as u64;
     if declared.is_none_or(|count| !fits(count)) && is_text(bytes) {
         return read_ascii(&String::from_utf8_lossy(bytes));
@@ -45,10 +44,7 @@ fn is_text(bytes: &[u8]) -> bool {
 fn collect(file: Vec<u8>, bad: &dyn Fn(usize, String) -> InertiaError) -> Result<Vec<Corners>, InertiaError> {
     let mut cursor = Cursor::new(file);
     let mut found: Vec<Corners> = Vec::new();
-    let triangles = match stl_io::create_stl_reader(&mut cursor) {
-        Ok(triangles) => triangles,
-        Err(error) => return Err(bad(0, error.to_string())),
-    };
+    let triangles = stl_io::create_stl_reader(&mut cursor).map_err(|error| bad(0, error.to_string()))?;
     for triangle in triangles {
         match triangle {
             Ok(triangle) => found.push(triangle.vertices.map(|vertex| vertex.0)),
@@ -81,8 +77,7 @@ fn read_ascii(text: &str) -> Result<Vec<Corners>, InertiaError> {
         plain.push_str("endsolid mesh\n");
     }
     collect(plain.into_bytes(), &|triangle, reason| {
-        let facets = lower.lines().enumerate();
-        let mut facets = facets.filter(|(_, line)| line.trim_start().starts_with("facet"));
+        let mut facets = lower.lines().enumerate().filter(|(_, line)| line.trim_start().starts_with("facet"));
         let first = facets.nth(triangle.saturating_sub(1)).map(|(line, _)| line);
         let own = lower.lines().skip(first.unwrap_or(0));
         let own = own.take_while(|line| !line.trim_start().starts_with("endfacet"));

@@ -34,9 +34,7 @@ fn described(name: &str) -> String {
 impl Warning {
     /// What is to be said of a tensor whose moments are known.
     pub(super) fn of(tensor: &NamedTensor) -> Option<Self> {
-        let [a, b, c] = tensor.principal.moments.as_slice() else {
-            return None;
-        };
+        let [a, b, c] = tensor.principal.moments.as_slice() else { return None };
         // A matrix that the file says to be something else may have any eigenvalues.
         if tensor.unit.as_deref().is_some_and(|unit| unit != super::UNIT) {
             return None;
@@ -86,8 +84,7 @@ pub fn warnings(model: &Model) -> Vec<Diagnostic> {
         }
         // One by one: what can't be told of one says nothing of the others. Few digits do: what counts are signs.
         rotating.tensors = vec![tensor.clone()];
-        let known = of_model(&rotating, 4).unwrap_or_default();
-        found.extend(known.iter().filter_map(Warning::of));
+        found.extend(of_model(&rotating, 4).unwrap_or_default().iter().filter_map(Warning::of));
     }
     found.sort_by_key(|Warning::ImpossibleTensor { span, .. }| span.start);
     found.iter().map(Diagnostic::from).collect()

@@ -123,8 +123,7 @@ impl<'a> Written<'a> {
         let most = if for_proofs { MOST_SHORTENED_FOR_PROOFS } else { MOST_SHORTENED };
         shorten(&mut pool, &mut outputs, most);
         // A condition with a part without velocities, as a moving belt, does work.
-        let mut conditions = model.rolling.iter();
-        let idle = conditions.all(|own| model.at_rest(&mut pool, own.expression) == pool.zero());
+        let idle = model.rolling.iter().all(|own| model.at_rest(&mut pool, own.expression) == pool.zero());
         let conserved = model.forces.is_empty() && model.time_dependent.is_none() && idle;
         let energy = conserved.then(|| {
             let velocities: Vec<ExprId> = velocities.iter().map(|v| pool.symbol_expr(*v)).collect();
@@ -228,15 +227,11 @@ impl<'a> Written<'a> {
             matrix[n + a][*i] = *slope;
             matrix[*i][n + a] = self.pool.neg(*slope);
         }
-        let right = loads.iter().chain(bends);
-        let right = right.map(|e| vec![self.pool.neg(*e)]).collect();
+        let right = loads.iter().chain(bends).map(|e| vec![self.pool.neg(*e)]).collect();
         let solution = solved(&mut self.pool, matrix, right)
             .ok_or(MotionError::NotProved { reached: "0".to_owned(), reason: NO_INVERSE })?;
         let state: Vec<Symbol> = self.inputs().split_off(1);
-        let mut rates: Vec<ExprId> = Vec::with_capacity(2 * n);
-        for velocity in &self.velocities {
-            rates.push(self.pool.symbol_expr(*velocity));
-        }
+        let mut rates: Vec<ExprId> = self.velocities.iter().map(|own| self.pool.symbol_expr(*own)).collect();
         rates.extend(solution.into_iter().take(n).flatten());
         let time = self.time;
         crate::flow::Equations::compile(&mut self.pool, time, &state, &[], &rates)

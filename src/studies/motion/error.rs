@@ -81,9 +81,7 @@ Error MotionError {
         place: String,
         /// What is wrong there.
         reason: String,
-    } => nowhere().with_help(
-        "a shorter time, another start or other coordinates avoid it",
-    ),
+    } => nowhere().with_help("a shorter time, another start or other coordinates avoid it"),
 
     /// The motion can't be followed, for no reason that is certain.
     #[error("the motion can't be continued beyond t = {time}, {place}: {reason}")]
@@ -94,9 +92,7 @@ Error MotionError {
         place: String,
         /// What is known of it.
         reason: String,
-    } => nowhere().with_help(
-        "a shorter time, another start or other coordinates avoid it",
-    ),
+    } => nowhere().with_help("a shorter time, another start or other coordinates avoid it"),
 
     /// Too much to write out.
     #[error("{terms} terms are too many to integrate: at most {most}")]
@@ -134,9 +130,7 @@ Error MotionError {
         reached: String,
         /// What ended it.
         reason: &'static str,
-    } => nowhere().with_help(
-        "request a shorter time; without --proved the digits are estimates",
-    ),
+    } => nowhere().with_help("request a shorter time; without --proved the digits are estimates"),
 
     /// A start that is only known about.
     #[error("the start is not known exactly enough for a proof")]

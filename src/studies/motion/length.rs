@@ -32,8 +32,7 @@ impl<S: Real> Stepper<'_, S> {
         let all = [(&self.positions, 2), (&self.velocities, 1)];
         let rows = || {
             all.into_iter().flat_map(|(rows, degree)| {
-                let rows = rows.iter().take(self.equations.coordinates);
-                rows.map(move |row| {
+                rows.iter().take(self.equations.coordinates).map(move |row| {
                     // What moves with a high power of the time at first has no size but from that.
                     let first = row.iter().position(|term| term.middle() != 0.0);
                     (row, first.unwrap_or(0).max(degree))
@@ -62,10 +61,7 @@ impl<S: Real> Stepper<'_, S> {
                 size = on_the_way(row, degree, length);
             }
         }
-        if length.is_nan() || length <= 0.0 {
-            return Err(Trouble::NoStep);
-        }
-        Ok(length)
+        if length.is_nan() || length <= 0.0 { Err(Trouble::NoStep) } else { Ok(length) }
     }
 
     /// Where the k-th term of a coordinate is what is allowed beside the largest that the coordinate gets on the way, which
@@ -93,8 +89,7 @@ impl<S: Real> Stepper<'_, S> {
             size = if reach.is_finite() {
                 on_the_way(row, degree, reach)
             } else {
-                let terms = row.iter().take(degree + 1).skip(1);
-                terms.map(|x| x.middle().abs()).fold(0.0, f64::max)
+                row.iter().take(degree + 1).skip(1).map(|x| x.middle().abs()).fold(0.0, f64::max)
             };
         }
         own
@@ -111,9 +106,7 @@ impl<S: Real> Stepper<'_, S> {
         let mut vain = 0;
         for _ in 0..HALVINGS {
             let samples = (own / spacing).ceil().max(LEAST);
-            let Some(left) = self.left(t, own, samples) else {
-                return own;
-            };
+            let Some(left) = self.left(t, own, samples) else { return own };
             vain = if left > 0.5 * before { vain + 1 } else { 0 };
             // Rounding does not get smaller, nor does a jump, which is larger.
             if vain >= PATIENCE && left < (LEFT * S::ROUNDING).sqrt() {
@@ -184,8 +177,7 @@ impl<S: Real> Stepper<'_, S> {
         }
         // A coordinate at rest has nothing but what is rounded of others.
         let way = equations.free.iter().zip(&buffers.inertia).fold(0.0_f64, |most, (i, inertia)| {
-            let own = self.positions[*i][0].middle().abs();
-            let own = own.max(buffers.inputs[1 + i].middle().abs());
+            let own = self.positions[*i][0].middle().abs().max(buffers.inputs[1 + i].middle().abs());
             let own = own.max(buffers.inputs[1 + n + i].middle().abs() * after);
             most.max(own * inertia.sqrt())
         });

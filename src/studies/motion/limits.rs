@@ -45,12 +45,9 @@ impl System {
         (q, v): (&[S], &[S]),
         length: f64,
     ) -> MotionError {
-        let place = self.names.iter().zip(q);
-        let place = place.map(|(name, x)| format!("{name} = {}", moment(x.middle())));
+        let place = self.names.iter().zip(q).map(|(name, x)| format!("{name} = {}", moment(x.middle())));
         let mut place: Vec<String> = place.take(6).collect();
-        if self.names.len() > 6 {
-            place.push("…".to_owned());
-        }
+        place.extend((self.names.len() > 6).then(|| "…".to_owned()));
         let (time, place) = (moment(t.middle()), place.join(", "));
         let beside = if length > 0.0 { " or right beside it" } else { "" };
         let nearby = self.nearby(stepper, t, (q, v), BESIDE * length);
@@ -97,8 +94,7 @@ impl System {
         let signs = stepper.signs.iter().map(|sign| Big::from_f64(*sign, BITS));
         inputs.extend(signs);
         inputs.resize(1 + q.len() + v.len() + self.equations.kinks.outputs(), Big::from_f64(1.0, BITS));
-        let tape = self.equations.tape.prepare::<Big>(BITS);
-        let values = tape.evaluate(&inputs, &mut Vec::new());
+        let values = self.equations.tape.prepare::<Big>(BITS).evaluate(&inputs, &mut Vec::new());
         if values.iter().any(|x| !x.is_finite()) {
             Nearby::Undefined
         } else if self.has_inverse(&values) {

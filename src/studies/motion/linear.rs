@@ -32,8 +32,7 @@ pub fn superposition<'a>(
     let units = linearized.units();
     let rate = units.map_or(0, Units::rate);
     let length = move |coordinate: usize| units.map_or(0, |own| own.length(coordinate));
-    let step = times.at(1).scale_far(rate).mid_f64();
-    let propagator = (generator * step).exp();
+    let propagator = (generator * times.at(1).scale_far(rate).mid_f64()).exp();
     let rest = &linearized.equilibrium().values;
     let rates = linearized.rates();
     let free = linearized.free_coordinates();
@@ -43,8 +42,7 @@ pub fn superposition<'a>(
         let all: Vec<f64> = both.map(|(i, (x, at))| x.sub(at).scale_far(-rate - length(i)).mid_f64()).collect();
         free.iter().filter_map(|at| all.get(*at).copied()).collect()
     };
-    let mut state = displaced(&start.positions, rest, 0);
-    state.extend(displaced(&start.velocities, &rates, rate));
+    let state = [displaced(&start.positions, rest, 0), displaced(&start.velocities, &rates, rate)].concat();
     let equilibrium: Vec<f64> = rest.iter().map(Ball::mid_f64).collect();
     let rates: Vec<f64> = rates.iter().map(Ball::mid_f64).collect();
     let mut state = DVector::from_vec(state);

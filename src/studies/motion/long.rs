@@ -4,7 +4,7 @@
 //! It keeps no row.
 
 use super::step::Real;
-use super::{Enclosed, FINE, MotionError, Start, System, Times, Trajectory, quick_order};
+use super::{Enclosed, FINE, MotionError, Start, System, Times, Trajectory, quick};
 use librate_core::linearize::LinearizeError;
 use librate_core::precision::{Ball, Big, DoubleDouble};
 
@@ -52,23 +52,19 @@ impl System {
         tolerance: Option<f64>,
         mut each: impl FnMut(usize, Vec<Ball>) -> bool,
     ) -> Result<(), MotionError> {
-        match tolerance {
-            Some(tolerance) => {
-                let order = quick_order(tolerance);
-                let mut each = |row: usize, values: Vec<f64>| each(row, values.into_iter().map(Ball::exact).collect());
-                self.run::<f64>(start, times, order, 0.0, &mut each)?;
-            }
-            None => {
-                let mut each = |row: usize, values: Vec<DoubleDouble>| {
-                    if row == 0 {
-                        return each(0, start.row());
-                    }
-                    let values = values.into_iter().zip(known.errors(row, times));
-                    let values = values.map(|(x, error)| Ball::new(x.to_ball().mid, error));
-                    each(row, values.collect())
-                };
-                self.run::<DoubleDouble>(start, times, FINE, 0.0, &mut each)?;
-            }
+        if let Some(tolerance) = tolerance {
+            let mut each = |row: usize, values: Vec<f64>| each(row, values.into_iter().map(Ball::exact).collect());
+            self.run::<f64>(start, times, quick(tolerance), &mut each)?;
+        } else {
+            let mut each = |row: usize, values: Vec<DoubleDouble>| {
+                if row == 0 {
+                    return each(0, start.row());
+                }
+                let values = values.into_iter().zip(known.errors(row, times));
+                let values = values.map(|(x, error)| Ball::new(x.to_ball().mid, error));
+                each(row, values.collect())
+            };
+            self.run::<DoubleDouble>(start, times, FINE, &mut each)?;
         }
         Ok(())
     }

@@ -46,8 +46,7 @@ impl<S: Real> Factored<S> {
                 for column in k + 1..order {
                     let above = &entries[(k, column)];
                     if !above.is_exact_zero() {
-                        let part = factor.mul(above);
-                        entries[(row, column)] = entries[(row, column)].sub(&part);
+                        entries[(row, column)] = entries[(row, column)].sub(&factor.mul(above));
                     }
                 }
                 entries[(row, k)] = factor;

@@ -38,14 +38,19 @@ use librate_core::linearize::LinearizeError;
 use librate_core::model::{Constant, Model};
 use librate_core::precision::{Ball, DoubleDouble, Enclosure, Scalar};
 
-/// Order and tolerance of steps in double-double.
-const FINE: (usize, f64) = (36, 1e-33);
-/// The same for the run that checks it.
-const CHECK: (usize, f64) = (30, 1e-30);
-/// The same in doubles.
-const PLAIN: (usize, f64) = (22, 1e-17);
-/// Errors of rounding may cancel, as on a top that is an equilibrium: the run that checks starts off by so much.
-const DISPLACED: f64 = 1e-31;
+/// Order and tolerance of the steps of a run, and by how much beside their sizes the values of its start are displaced.
+#[derive(Clone, Copy)]
+struct Accuracy {
+    order: usize,
+    tolerance: f64,
+    displaced: f64,
+}
+/// In double-double.
+const FINE: Accuracy = Accuracy { order: 36, tolerance: 1e-33, displaced: 0.0 };
+/// The run that checks it: displaced, as errors of rounding may cancel where a motion starts on a top that is an equilibrium.
+const CHECK: Accuracy = Accuracy { order: 30, tolerance: 1e-30, displaced: 1e-31 };
+/// In doubles.
+const PLAIN: Accuracy = Accuracy { order: 22, tolerance: 1e-17, displaced: 0.0 };
 /// Beyond this doubles have nothing to do with the motion any more.
 const LOST: f64 = 1e-4;
 /// What is less beside others may be rounding.
@@ -148,9 +153,7 @@ impl Times {
 
     /// The rows that are asked for of those that were looked at, or of all of them, in their order.
     fn asked<T>(&self, all: Vec<T>) -> Vec<T> {
-        let Some(listed) = self.listed.as_ref().filter(|own| own.places.len() == all.len()) else {
-            return all;
-        };
+        let Some(listed) = self.listed.as_ref().filter(|own| own.places.len() == all.len()) else { return all };
         let mut rows: Vec<(usize, T)> =
             listed.places.iter().zip(all).filter_map(|(place, row)| Some(((*place)?, row))).collect();
         rows.sort_by_key(|(place, _)| *place);
@@ -185,8 +188,7 @@ impl Times {
             return zero;
         }
         let (row, rows) = (row as f64, (self.samples - 1) as f64);
-        let row = value(&self.exact).mul(&S::exact(row, precision));
-        row.div(&S::exact(rows, precision))
+        value(&self.exact).mul(&S::exact(row, precision)).div(&S::exact(rows, precision))
     }
 
     /// Refuses tables of so many values a row that are too large.
@@ -260,13 +262,12 @@ fn moment(time: f64) -> String {
     if time == 0.0 || (1e-3..1e9).contains(&time) { format!("{time:.6}") } else { format!("{time:.6e}") }
 }
 
-/// Order and tolerance of steps in doubles that leave out so much.
-fn quick_order(tolerance: f64) -> (usize, f64) {
+/// Steps in doubles that leave out so much.
+fn quick(tolerance: f64) -> Accuracy {
     let tolerance = tolerance.clamp(1e-17, 0.1);
     // About the best order for a tolerance (Jorba and Zou 2005, section 3.2).
     let order = (-0.5 * tolerance.ln()).ceil() + 2.0;
-    let order = order.clamp(4.0, 22.0) as usize;
-    (order, tolerance)
+    Accuracy { order: order.clamp(4.0, 22.0) as usize, tolerance, displaced: 0.0 }
 }
 
 /// How many steps a motion took, and the largest magnitude, never 0, of each coordinate and velocity on the way.
@@ -308,8 +309,7 @@ fn grow<'a, S: Real + 'a>(sizes: &mut [f64], state: impl IntoIterator<Item = &'a
 
 impl<S: Real> Run<S> {
     fn balls(self) -> Run<Ball> {
-        let rows = self.rows.into_iter();
-        let rows = rows.map(|row| row.into_iter().map(Real::to_ball).collect());
+        let rows = self.rows.into_iter().map(|row| row.into_iter().map(Real::to_ball).collect());
         Run { rows: rows.collect(), followed: self.followed }
     }
 }
@@ -340,8 +340,8 @@ impl System {
         // Runs may differ and agree again, as where a pendulum went round once or did not.
         let asked = times;
         let times = &times.looked_at();
-        let fine = self.table::<DoubleDouble>(start, times, FINE, 0.0)?;
-        let plain = self.table::<f64>(start, times, PLAIN, 0.0).ok();
+        let fine = self.table::<DoubleDouble>(start, times, FINE)?;
+        let plain = self.table::<f64>(start, times, PLAIN).ok();
         let fine = fine.balls();
         let sizes = &fine.followed.sizes;
         let rounding = are_rounding(&fine, plain.as_ref(), times.at(times.samples - 1).mid_f64());
@@ -370,7 +370,7 @@ impl System {
                 }
                 _ => {
                     if check.is_none() {
-                        let other = self.table::<DoubleDouble>(start, times, CHECK, DISPLACED)?;
+                        let other = self.table::<DoubleDouble>(start, times, CHECK)?;
                         check = Some(other.balls());
                     }
                     if let Some(check) = &check {
@@ -411,22 +411,16 @@ impl System {
     /// As [`System::motion`].
     pub fn quick(&self, start: &Start, times: &Times, tolerance: f64) -> Result<Trajectory, MotionError> {
         times.check_size(2 * self.names.len())?;
-        let run = self.table::<f64>(start, times, quick_order(tolerance), 0.0)?;
+        let run = self.table::<f64>(start, times, quick(tolerance))?;
         let Run { rows, followed } = run.balls();
         let energy_drift = self.drift(times, &rows, f64::ROUNDING);
         Ok(Trajectory { energy_drift, estimated: false, ..Trajectory::of(times, rows, followed.steps) })
     }
 
-    /// All rows of a motion from a start whose values are displaced by so much beside their sizes.
-    fn table<S: Real>(
-        &self,
-        start: &Start,
-        times: &Times,
-        order: (usize, f64),
-        displaced: f64,
-    ) -> Result<Run<S>, MotionError> {
+    /// All rows of a motion.
+    fn table<S: Real>(&self, start: &Start, times: &Times, accuracy: Accuracy) -> Result<Run<S>, MotionError> {
         let mut rows = Vec::with_capacity(times.samples);
-        let followed = self.run(start, times, order, displaced, &mut |_, row| {
+        let followed = self.run(start, times, accuracy, &mut |_, row| {
             rows.push(row);
             true
         })?;
@@ -438,12 +432,11 @@ impl System {
         &self,
         start: &Start,
         times: &Times,
-        order: (usize, f64),
-        displaced: f64,
+        accuracy: Accuracy,
         each: &mut dyn FnMut(usize, Vec<S>) -> bool,
     ) -> Result<Followed, MotionError> {
         self.budget.at("the motion", None);
-        let steps = self.steps(start, times, order, displaced, each);
+        let steps = self.steps(start, times, accuracy, each);
         self.budget.check().map_err(LinearizeError::from)?;
         steps
     }
@@ -452,14 +445,13 @@ impl System {
         &self,
         start: &Start,
         times: &Times,
-        (order, tolerance): (usize, f64),
-        displaced: f64,
+        accuracy: Accuracy,
         each: &mut dyn FnMut(usize, Vec<S>) -> bool,
     ) -> Result<Followed, MotionError> {
         let equations = self.independent.as_deref().unwrap_or(&self.equations);
-        let mut stepper = Stepper::<S>::new(equations, order, tolerance);
+        let mut stepper = Stepper::<S>::new(equations, accuracy.order, accuracy.tolerance);
         let moved = |(at, value): (usize, &Ball)| {
-            let by = if at % 2 == 0 { displaced } else { -displaced };
+            let by = if at % 2 == 0 { accuracy.displaced } else { -accuracy.displaced };
             let value = S::from_ball(value);
             value.add(&value.mul(&S::exact(by)))
         };
@@ -503,8 +495,7 @@ impl System {
             if done == times.samples {
                 return Ok(Followed { steps, sizes });
             }
-            let h = kink.unwrap_or_else(|| S::exact(longest));
-            let next = t.add(&h);
+            let next = t.add(&kink.unwrap_or_else(|| S::exact(longest)));
             // Steps that get longer later on may save a motion that begins with short ones, but not by much more than this.
             let share = next.middle() / end.middle();
             let expected = FIRST_STEPS as f64 / share;

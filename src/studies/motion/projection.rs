@@ -37,19 +37,15 @@ impl Place {
         let equations = &system.equations;
         let (n, c) = (equations.coordinates, equations.constraints);
         let mut scratch = Vec::new();
-        let mut inputs = vec![Ball::ZERO];
-        inputs.extend(positions.iter().chain(velocities).copied());
-        let surface = equations.surface.prepare::<Ball>(());
-        let gaps = surface.evaluate(&inputs, &mut scratch);
+        let mut inputs = [&[Ball::ZERO], positions, velocities].concat();
+        let gaps = equations.surface.prepare::<Ball>(()).evaluate(&inputs, &mut scratch);
         let gaps = if rates { gaps.get(c..)? } else { gaps.get(..c)? };
-        let kinks = equations.kinks.prepare::<Ball>(());
-        let kinks = kinks.evaluate(&inputs, &mut scratch);
+        let kinks = equations.kinks.prepare::<Ball>(()).evaluate(&inputs, &mut scratch);
         if decided && kinks.iter().any(Ball::contains_zero) {
             return None;
         }
         inputs.extend(kinks.iter().map(|x| Ball::exact(sign(x.mid_f64()))));
-        let values = equations.tape.prepare::<Ball>(());
-        let values = values.evaluate(&inputs, &mut scratch);
+        let values = equations.tape.prepare::<Ball>(()).evaluate(&inputs, &mut scratch);
         let masses = equations.mass.iter().zip(&values);
         let slopes = values.get(equations.mass.len() + n..)?;
         let slopes = equations.gradients.iter().zip(slopes);
@@ -98,10 +94,7 @@ impl Start {
         }
         for rates in [false, true] {
             let before = self.clone();
-            let own = |i: usize| {
-                let mut given = given.iter();
-                given.find(|own| (own.coordinate, own.moves) == (i, rates))
-            };
+            let own = |i: usize| given.iter().find(|own| (own.coordinate, own.moves) == (i, rates));
             let n = system.equations.coordinates;
             let mut free: Vec<usize> = (0..n).filter(|i| own(*i).is_none() && !(rates && held.contains(i))).collect();
             let mut settled = self.settle(system, rates, &free, false);
@@ -196,9 +189,7 @@ impl Start {
                 }
                 _ => slopes.svd(true, true).solve(&right, 1e-12).ok(),
             };
-            let Some(step) = step.filter(|step| step.iter().all(|x| x.is_finite())) else {
-                return false;
-            };
+            let Some(step) = step.filter(|step| step.iter().all(|x| x.is_finite())) else { return false };
             let state = if rates { &mut self.velocities } else { &mut self.positions };
             for (at, step) in free.iter().zip(step.iter()) {
                 let moved = state[*at] + Ball::exact(*step);
@@ -233,9 +224,7 @@ impl Start {
         if moved.is_empty() {
             return;
         }
-        let Some(radii) = self.radii(system, rates, &moved) else {
-            return;
-        };
+        let Some(radii) = self.radii(system, rates, &moved) else { return };
         for (i, radius) in moved.iter().zip(radii) {
             let centre = Ball::new(self.state(rates)[*i].mid, 0.0);
             self.known[number(*i)] = Known::Within(centre.with_added_radius(radius));

@@ -106,9 +106,7 @@ impl Enclosed {
         let mut table = self.table::<Ball>(start, times, BITS, ())?;
         let mut bits = BITS;
         for _ in 0..CLIMBS {
-            let Some(more) = wanted_bits(&table, times, digits, bits) else {
-                break;
-            };
+            let Some(more) = wanted_bits(&table, times, digits, bits) else { break };
             if more > MOST_BITS || !start.is_exact() {
                 break;
             }
@@ -234,10 +232,7 @@ fn wanted_bits(table: &Table, times: &Times, digits: usize, bits: usize) -> Opti
 /// as large as the others.
 fn missing_bits(rows: &[Vec<Ball>], digits: usize) -> f64 {
     let columns = rows.first().map_or(0, Vec::len);
-    let size = |column: usize| {
-        let values = rows.iter().map(|row| row[column].abs_lower());
-        values.fold(0.0_f64, f64::max)
-    };
+    let size = |column: usize| rows.iter().map(|row| row[column].abs_lower()).fold(0.0_f64, f64::max);
     let sizes: Vec<f64> = (0..columns).map(size).collect();
     let largest = sizes.iter().fold(0.0_f64, |most, size| most.max(*size));
     let allowed = 10.0_f64.powi(-i32::try_from(digits).unwrap_or(i32::MAX)) * 0.125;

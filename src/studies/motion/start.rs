@@ -55,10 +55,7 @@ pub(super) enum Known {
 impl Known {
     /// A constant that may be evaluated to any number of digits.
     fn constant(pool: &Pool, value: ExprId) -> Self {
-        match Tape::compile(pool, &[value], &[]) {
-            Ok(tape) => Self::Constant(tape, None),
-            Err(_) => Self::Open,
-        }
+        Tape::compile(pool, &[value], &[]).map_or(Self::Open, |tape| Self::Constant(tape, None))
     }
 
     pub(super) fn enclosed<S: Enclosure>(&self, precision: S::Precision) -> Option<S> {
@@ -87,8 +84,7 @@ impl Known {
 
 /// What a tape of one closed expression comes to.
 pub(super) fn evaluated<S: Enclosure>(tape: &Tape, precision: S::Precision) -> Option<S> {
-    let values = tape.prepare::<S>(precision).evaluate(&[], &mut Vec::new());
-    values.into_iter().next()
+    tape.prepare::<S>(precision).evaluate(&[], &mut Vec::new()).into_iter().next()
 }
 
 /// One value that is given: which coordinate, whether it is the velocity, and what.
@@ -148,8 +144,7 @@ impl Start {
         let places: Vec<(usize, bool)> =
             table.columns.iter().map(|column| place(column, model)).collect::<Result<_, _>>()?;
         let given = |row: usize| -> Result<Vec<Given>, MotionError> {
-            let columns = places.iter().enumerate();
-            let given = columns.map(|(column, (at, moves))| {
+            let given = places.iter().enumerate().map(|(column, (at, moves))| {
                 let number = table::number(&table, row, column)?;
                 let bad = |reason: &str| table::bad(&table, row, reason.to_owned());
                 let value = Constant::parse(&number.to_string()).map_err(|error| bad(&error.to_string()))?;
@@ -220,8 +215,7 @@ impl Start {
         let none = MotionError::NoSuchMode { mode: number, count };
         let mode = number.checked_sub(1).and_then(|at| modes.modes.get(at));
         let mode = mode.filter(|mode| !mode.vector.is_empty()).ok_or(none)?;
-        let value = linearize::constant(amplitude.pool(), amplitude.value());
-        let value = value.filter(Ball::is_finite);
+        let value = linearize::constant(amplitude.pool(), amplitude.value()).filter(Ball::is_finite);
         let value = value.ok_or_else(|| MotionError::BadAmplitude { text: amplitude.text().to_owned() })?;
         let zeros = vec![0.0; mode.vector.len()];
         let imaginary = match mode.imaginary.as_slice() {
@@ -245,8 +239,7 @@ impl Start {
         // What the bound does not tell from 0 or from the largest component is taken to be that, as symmetry makes it
         // mostly.
         let known = |x: f64| {
-            let near = [0.0, 1.0, -1.0].into_iter();
-            let mut near = near.filter(|whole| (x - whole).abs() <= 2.0 * off);
+            let mut near = [0.0, 1.0, -1.0].into_iter().filter(|whole| (x - whole).abs() <= 2.0 * off);
             near.next().map_or((x, off), |near| (near, 0.0))
         };
         let n = model.coordinates.len();
@@ -329,8 +322,7 @@ impl Start {
     /// # Errors
     /// [`MotionError::OpenStart`] where nothing is proved of one.
     pub(super) fn enclosed<S: Enclosure>(&self, precision: S::Precision) -> Result<Vec<S>, MotionError> {
-        let values = self.known.iter().map(|own| own.enclosed::<S>(precision));
-        let values: Option<Vec<S>> = values.collect();
+        let values: Option<Vec<S>> = self.known.iter().map(|own| own.enclosed::<S>(precision)).collect();
         values.ok_or(MotionError::OpenStart {})
     }
 
@@ -379,10 +371,7 @@ fn read(entry: &str, model: &Model) -> Result<Given, MotionError> {
 fn place(name: &str, model: &Model) -> Result<(usize, bool), MotionError> {
     // Indices as names of coordinates have them.
     let name: String = name.split_whitespace().collect();
-    let (plain, moves) = match name.strip_suffix('\'') {
-        Some(plain) => (plain, true),
-        None => (name.as_str(), false),
-    };
+    let (plain, moves) = name.strip_suffix('\'').map_or_else(|| (name.as_str(), false), |plain| (plain, true));
     if plain.ends_with('\'') {
         let reason = "accelerations follow from the equations of motion".to_owned();
         return Err(MotionError::BadStart { text: name, reason });

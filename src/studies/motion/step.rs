@@ -191,8 +191,7 @@ impl<'a, S: Real> Stepper<'a, S> {
             return Ok(());
         }
         let inputs = [t].into_iter().chain(q).chain(v).cloned().collect::<Vec<S>>();
-        let kinks = self.equations.kinks.prepare::<S>(());
-        let values = kinks.evaluate(&inputs, &mut self.scratch);
+        let values = self.equations.kinks.prepare::<S>(()).evaluate(&inputs, &mut self.scratch);
         self.signs = values.iter().map(|x| sign(x.middle())).collect();
         let open: Vec<usize> = (0..count).filter(|at| values[*at].middle() == 0.0).collect();
         if open.len() > MOST_OPEN_SIGNS {
@@ -206,8 +205,7 @@ impl<'a, S: Real> Stepper<'a, S> {
             self.unit = 1.0;
             self.coefficients(t, FIRST.min(self.order))?;
             let own = |at: &usize| {
-                let row = self.kinks[*at].iter().take(FIRST);
-                let first = row.map(Real::middle).find(|x| *x != 0.0);
+                let first = self.kinks[*at].iter().take(FIRST).map(Real::middle).find(|x| *x != 0.0);
                 first.is_none_or(|x| x * self.signs[*at] > 0.0)
             };
             if open.iter().all(own) {
@@ -244,9 +242,7 @@ impl<'a, S: Real> Stepper<'a, S> {
                 before = after;
             }
         }
-        let Some((low, high, at)) = first else {
-            return Ok(None);
-        };
+        let Some((low, high, at)) = first else { return Ok(None) };
         // It turns back at once: forces on both sides lead to the kink.
         let turns_back = self.signs[at] * self.kinks[at][1].middle() < 0.0;
         if low == 0.0 && turns_back && fresh == Some(at) {
@@ -329,8 +325,7 @@ impl<'a, S: Real> Stepper<'a, S> {
         for (input, sign) in self.inputs[first..].iter_mut().zip(&self.signs) {
             *input = S::exact(if k == 0 { *sign } else { 0.0 });
         }
-        let out = self.series.next(&self.inputs);
-        let (mass, rest) = out.split_at(self.equations.mass.len());
+        let (mass, rest) = self.series.next(&self.inputs).split_at(self.equations.mass.len());
         let (load, rest) = rest.split_at(m);
         let (gradients, rest) = rest.split_at(self.equations.gradients.len());
         let (bend, rest) = rest.split_at(self.equations.constraints);
@@ -352,9 +347,7 @@ impl<'a, S: Real> Stepper<'a, S> {
         if !self.equations.constant {
             self.move_lower_orders(k);
         }
-        let Some(matrix) = &self.matrix else {
-            return Err(Trouble::Singular);
-        };
+        let Some(matrix) = &self.matrix else { return Err(Trouble::Singular) };
         matrix.solve(&mut self.right, &mut self.scratch);
         let rows = self.accelerations.iter_mut().chain(&mut self.multipliers);
         for (row, value) in rows.zip(&self.right) {
@@ -427,9 +420,7 @@ impl<'a, S: Real> Stepper<'a, S> {
             self.series.clear();
             // Order 0 leaves the factors of the matrix here.
             self.advance(0, t)?;
-            let Some(matrix) = &self.matrix else {
-                return Err(Trouble::Singular);
-            };
+            let Some(matrix) = &self.matrix else { return Err(Trouble::Singular) };
             let gaps = self.surface.evaluate(&self.inputs, &mut self.scratch);
             let mut moved = 0.0_f64;
             for (state, gaps) in [(&mut *q, &gaps[..c]), (&mut *v, &gaps[c..])] {

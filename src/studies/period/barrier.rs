@@ -45,9 +45,7 @@ impl<S: Enclosure> Field<S> {
         let mut before = f64::INFINITY;
         for _ in 0..MOST_STEPS {
             let (potential, _) = self.expand(&at, &one, 3);
-            let [_, slope, half] = potential.as_slice() else {
-                return None;
-            };
+            let [_, slope, half] = potential.as_slice() else { return None };
             let step = slope.center().div(&half.center().add(&half.center()));
             let length = step.mid_f64().abs();
             if !step.is_finite() {
@@ -77,10 +75,8 @@ impl<S: Enclosure> Field<S> {
             let share = self.number(f64::from(place) / f64::from(PLACES));
             let at = from.add(&way.mul(&share)).center();
             let height = self.potential(&at);
-            let higher = match &best {
-                Some((_, other)) => height.sub(other).is_positive(),
-                None => height.is_finite(),
-            };
+            let is_above = |(_, other): &(_, S)| height.sub(other).is_positive();
+            let higher = best.as_ref().map_or_else(|| height.is_finite(), is_above);
             if higher {
                 best = Some((at, height));
             }

@@ -60,8 +60,7 @@ impl Center {
     pub(super) fn position(&self) -> Ball {
         match self {
             Self::Linearized(own) => {
-                let value = own.measured_equilibrium().first().copied();
-                let value = value.unwrap_or(Ball::ZERO);
+                let value = own.measured_equilibrium().first().copied().unwrap_or(Ball::ZERO);
                 if own.equilibrium().proved { value } else { Ball::new(value.mid, 0.0) }
             }
             Self::Corner(own) => evaluate_closed(&own.pool, own.place, ()).unwrap_or(Ball::ZERO),
@@ -71,10 +70,7 @@ impl Center {
     /// The same with so many bits, in SI; `None` where there is nothing finer.
     pub(super) fn precisely(&self, bits: usize) -> Option<Big> {
         match self {
-            Self::Linearized(own) => {
-                let precise = own.precisely(bits).filter(|_| self.is_proved())?;
-                precise.equilibrium.first().cloned()
-            }
+            Self::Linearized(own) => own.precisely(bits).filter(|_| self.is_proved())?.equilibrium.first().cloned(),
             Self::Corner(own) => evaluate_closed(&own.pool, own.place, bits),
         }
     }
@@ -131,13 +127,10 @@ fn is_minimum(field: &mut Field<Big>, at: &Big) -> bool {
     let slopes = [-1.0, 1.0].map(|side| {
         let span = field.free_way(at, side)?;
         field.hold(at, &span);
-        let one = field.number(1.0);
-        let (potential, _) = field.expand(at, &one, 2);
+        let (potential, _) = field.expand(at, &field.number(1.0), 2);
         field.release();
         potential.get(1).cloned()
     });
-    let [Some(before), Some(behind)] = slopes else {
-        return false;
-    };
+    let [Some(before), Some(behind)] = slopes else { return false };
     Enclosure::is_negative(&before) && Enclosure::is_positive(&behind)
 }

@@ -213,8 +213,7 @@ impl Energies {
         // A square of a cosine has half the period.
         for prime in PRIMES {
             for _ in 0..8 {
-                let part = Number::ratio(1, prime)?;
-                let shorter = self.pool.scale(advance, &part);
+                let shorter = self.pool.scale(advance, &Number::ratio(1, prime)?);
                 let q = self.pool.symbol_expr(self.coordinate);
                 let shifted = self.pool.add(q, shorter);
                 if !self.is_unchanged(shifted) {

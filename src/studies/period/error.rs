@@ -76,8 +76,7 @@ Error PeriodError {
         value: String,
         /// What is wrong with it.
         reason: &'static str,
-    } => nowhere()
-        .with_help("give a positive amplitude, or the energy of the motion: `--amplitude 1/2`, `--energy 3`"),
+    } => nowhere().with_help("give a positive amplitude, or the energy of the motion: `--amplitude 1/2`, `--energy 3`"),
 
     /// A barrier between the equilibrium and the turning point that is asked for.
     #[error("the amplitude {amplitude} is beyond the barrier at {coordinate} = {barrier}")]
@@ -92,10 +91,9 @@ Error PeriodError {
         height: String,
         /// The energy that the amplitude would need, above the equilibrium.
         energy: String,
-    } => nowhere()
-        .with_help(format!(
-            "the barrier is {height} above the equilibrium, the requested turning point {energy}; `--energy` accepts an energy above a barrier"
-        )),
+    } => nowhere().with_help(format!(
+        "the barrier is {height} above the equilibrium, the requested turning point {energy}; `--energy` accepts an energy above a barrier"
+    )),
 
     /// The motion creeps up to the top of a barrier and never comes back, or next to that.
     #[error("{}", at_barrier_words(.coordinate, .barrier, .margin))]
@@ -143,8 +141,7 @@ Error PeriodError {
         coordinate: String,
         /// The equilibrium.
         equilibrium: String,
-    } => nowhere()
-        .with_help("give a point in the intended well with `guess`"),
+    } => nowhere().with_help("give a point in the intended well with `guess`"),
 
     /// A motion that nothing brings back.
     #[error("the motion is not periodic: {}", open_words(.coordinate, *.upward, .end.as_deref()))]
@@ -155,8 +152,7 @@ Error PeriodError {
         upward: bool,
         /// Where the energies end, if they do.
         end: Option<String>,
-    } => nowhere()
-        .with_help("a lower energy, or a smaller amplitude, stays in the well"),
+    } => nowhere().with_help("a lower energy, or a smaller amplitude, stays in the well"),
 
     /// Energies that have no expansion somewhere on the way.
     #[error("the energies are not smooth at {coordinate} = {place}, or too nearly singular there")]
@@ -176,8 +172,7 @@ Error PeriodError {
         coordinate: String,
         /// The place.
         place: String,
-    } => at(*span, "declared here")
-        .with_help("a kinetic energy can't be negative; is a sign in T wrong?"),
+    } => at(*span, "declared here").with_help("a kinetic energy can't be negative; is a sign in T wrong?"),
 
     /// No kinetic energy.
     #[error("the coordinate `{coordinate}` has no inertia")]
@@ -209,8 +204,7 @@ Error PeriodError {
         coordinate: String,
         /// The place.
         place: String,
-    } => nowhere()
-        .with_help("is it the energy of a barrier? There the period is infinite"),
+    } => nowhere().with_help("is it the energy of a barrier? There the period is infinite"),
 } else {
     /// The work or the memory is beyond the budget.
     #[error(transparent)]
@@ -231,12 +225,9 @@ fn at_barrier_words(coordinate: &str, barrier: &str, margin: &str) -> String {
 }
 
 fn open_words(coordinate: &str, upward: bool, end: Option<&str>) -> String {
-    match end {
-        Some(end) => {
-            format!("`{coordinate}` reaches {end}, where the energies are no longer defined, with kinetic energy left")
-        }
-        None => {
-            format!("there is no turning point of `{coordinate}` on the way {}", if upward { "up" } else { "down" })
-        }
+    if let Some(end) = end {
+        format!("`{coordinate}` reaches {end}, where the energies are no longer defined, with kinetic energy left")
+    } else {
+        format!("there is no turning point of `{coordinate}` on the way {}", if upward { "up" } else { "down" })
     }
 }

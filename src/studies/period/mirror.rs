@@ -26,9 +26,7 @@ impl<S: Enclosure> Path<'_, S> {
         }
         let (start, span) = (self.start.clone(), self.span.clone());
         let (slopes, _) = self.field.excess(&start, &span, 3);
-        let [_, slope, bend] = slopes.as_slice() else {
-            return None;
-        };
+        let [_, slope, bend] = slopes.as_slice() else { return None };
         if !(slope.is_positive() && bend.is_positive()) {
             return None;
         }
@@ -40,8 +38,7 @@ impl<S: Enclosure> Path<'_, S> {
         let step = span.mul(&self.field.number(-guess));
         let (mut terms, _) = self.field.excess(&start, &step, order);
         let end = start.add(&step.mul(&self.field.number(REACH)));
-        let all = start.hull(&end);
-        let (over, _) = self.field.excess(&all, &step, order + 1);
+        let (over, _) = self.field.excess(&start.hull(&end), &step, order + 1);
         let (top, bends) = (over.get(order)?.clone(), over.get(2)?.clone());
         terms.push(top);
         terms.remove(0);

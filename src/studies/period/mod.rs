@@ -191,8 +191,7 @@ impl Oscillator {
 
     fn about_corner(model: &Model) -> Option<Self> {
         let mut energies = Energies::new(model).ok()?;
-        let corner = Corner::find(model, &mut energies)?;
-        Self::about(Center::Corner(corner), energies).ok()
+        Self::about(Center::Corner(Corner::find(model, &mut energies)?), energies).ok()
     }
 
     fn about(center: Center, mut energies: Energies) -> Result<Self, PeriodError> {
@@ -262,10 +261,8 @@ impl Oscillator {
 
     /// The equilibrium in the units of the energies, as precisely as it is known.
     fn position(&self, bits: usize) -> Big {
-        match self.center.precisely(bits) {
-            Some(place) => place.scale(-self.powers().length),
-            None => Big::from_ball(&self.center.position(), bits),
-        }
+        let estimate = || Big::from_ball(&self.center.position(), bits);
+        self.center.precisely(bits).map_or_else(estimate, |place| place.scale(-self.powers().length))
     }
 
     fn text(&self, value: f64, power: i64) -> String {
@@ -299,8 +296,7 @@ impl Oscillator {
     }
 
     fn field<S: Enclosure>(&self, precision: S::Precision) -> Field<S> {
-        let kinks = self.kinks.iter();
-        let kinks = kinks.filter_map(|kink| kink.evaluated(&self.pool, precision));
+        let kinks = self.kinks.iter().filter_map(|kink| kink.evaluated(&self.pool, precision));
         Field::new(&self.energies, &self.shape, kinks.collect(), precision)
     }
 }

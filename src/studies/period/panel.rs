@@ -127,8 +127,7 @@ impl<S: Enclosure> Field<S> {
 
     /// Whether no absolute value may have its kink at a position.
     pub(super) fn is_smooth_at(&self, at: &S) -> bool {
-        let mut kinks = self.kinks.iter();
-        kinks.all(|kink| {
+        self.kinks.iter().all(|kink| {
             let way = at.sub(&kink.place);
             way.is_positive() || way.is_negative()
         })
@@ -165,9 +164,7 @@ impl<S: Enclosure> Field<S> {
         between.sort_by(|a, b| way(a).total_cmp(&way(b)));
         let mut pieces: Vec<(S, S)> = vec![(start, span)];
         for place in between {
-            let Some((from, rest)) = pieces.pop() else {
-                break;
-            };
+            let Some((from, rest)) = pieces.pop() else { break };
             let own = place.sub(&from);
             if own.is_exact_zero() {
                 // Two of them have their kinks at the same place.
@@ -344,8 +341,7 @@ fn spreads<S: Enclosure>(middle: &[S], top: Magnitude) -> Vec<Magnitude> {
 
 /// The coefficients at any place of the panel: those of the middle with their spreads, then the top one.
 pub(super) fn over_panel<S: Enclosure>(middle: &[S], top: &S) -> Vec<S> {
-    let spreads = spreads(middle, top.abs_upper_magnitude());
-    let own = middle.iter().zip(spreads);
+    let own = middle.iter().zip(spreads(middle, top.abs_upper_magnitude()));
     own.map(|(value, spread)| value.with_added_magnitude(spread)).chain(std::iter::once(top.clone())).collect()
 }
 
@@ -354,8 +350,7 @@ impl<S: Enclosure> Path<'_, S> {
     pub(super) fn time(&mut self) -> Result<S, Obstacle<S>> {
         if self.turning {
             // E - U rises from the turning point, or there is none.
-            let slope = self.field.excess_and_slope(&self.start).1;
-            let rise = slope.mul(&self.span);
+            let rise = self.field.excess_and_slope(&self.start).1.mul(&self.span);
             let refusal = if rise.is_negative() {
                 Some(Refusal::Forbidden)
             } else {
@@ -433,8 +428,7 @@ impl<S: Enclosure> Path<'_, S> {
     }
 
     fn position(&self, x: f64) -> S {
-        let x = self.field.number(x);
-        self.start.add(&self.span.mul(&x))
+        self.start.add(&self.span.mul(&self.field.number(x)))
     }
 
     /// The part of one panel.
@@ -474,9 +468,7 @@ impl<S: Enclosure> Path<'_, S> {
         let r = self.field.number(half);
         let h = weight.taken_out(&excess, &self.field.number(middle), &r);
         let g = self.field.integrand(&h, &mass);
-        let Some(first) = g.first().filter(|first| first.is_positive()) else {
-            return Err(Refusal::Rough.into());
-        };
+        let Some(first) = g.first().filter(|first| first.is_positive()) else { return Err(Refusal::Rough.into()) };
         // A rest is hardly smaller than the last terms: no need to enclose what is refused anyway.
         let last = g.iter().rev().take(2).map(Enclosure::abs_upper_magnitude);
         let last = last.fold(Magnitude::ZERO, Magnitude::max);
@@ -487,10 +479,8 @@ impl<S: Enclosure> Path<'_, S> {
             });
         }
         let weights = self.weights(weight, from, to);
-        let mut time = self.field.zero.clone();
-        for (value, weight) in g.iter().zip(&weights) {
-            time = time.add(&value.mul(weight));
-        }
+        let zero = self.field.zero.clone();
+        let time = g.iter().zip(&weights).fold(zero, |time, (value, weight)| time.add(&value.mul(weight)));
         if matches!(weight, Weight::Pair(_)) && doubtful(&time) {
             return Err(Refusal::Precision.into());
         }
@@ -517,8 +507,7 @@ impl<S: Enclosure> Path<'_, S> {
             let over = self.beside(from, to, &step, 0)?;
             let excess = over_panel(&excess, &over.0[order]);
             let x = self.field.number(from).hull(&self.field.number(to));
-            let top = weight.taken_out(&excess, &x, &r).pop();
-            let top = top.unwrap_or_else(|| self.field.zero.clone());
+            let top = weight.taken_out(&excess, &x, &r).pop().unwrap_or_else(|| self.field.zero.clone());
             rest = self.top(&h, &top, &mass, &over.1[order]) * whole;
         }
         let bits = bits_between(rest, wanted * time.abs_lower_magnitude());
@@ -534,10 +523,8 @@ impl<S: Enclosure> Path<'_, S> {
     fn top(&mut self, h: &[S], top_h: &S, mass: &[S], top_mass: &S) -> Magnitude {
         let h = over_panel(h, top_h);
         let mass = over_panel(mass, top_mass);
-        match self.field.integrand(&h, &mass).pop() {
-            Some(top) if top.is_finite() => top.abs_upper_magnitude(),
-            Some(_) | None => Magnitude::INFINITE,
-        }
+        let top = self.field.integrand(&h, &mass).pop().filter(S::is_finite);
+        top.map_or(Magnitude::INFINITE, |top| top.abs_upper_magnitude())
     }
 
     /// Enclosures of the coefficients of E - U and M between two places, the order-th and `more` beyond it being the last.
@@ -568,8 +555,7 @@ impl<S: Enclosure> Path<'_, S> {
         };
         // Middles and half widths are whole multiples of powers of 2; the quotients are rounded as enclosures.
         let way = self.field.number(middle).sub(&self.field.number(known.middle));
-        let x = way.div(&self.field.number(known.half));
-        let sum = horner(&known.coefficients, &x);
+        let sum = horner(&known.coefficients, &way.div(&self.field.number(known.half)));
         let steps = way.div(&self.field.number(half)).abs_upper_magnitude();
         let power = u32::try_from(self.order).unwrap_or(u32::MAX);
         sum.with_added_magnitude(top.abs_upper_magnitude() * steps.powi(power))

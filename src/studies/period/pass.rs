@@ -145,8 +145,7 @@ impl<S: Enclosure> Field<S> {
         let one = self.number(1.0);
         let inverse = one.div(&root);
         let ends = c.add(&one).sqrt();
-        let first = inverse.add(&inverse.mul(&inverse).add(&one).sqrt());
-        let first = first.apply(Function::Ln).mul(&two);
+        let first = inverse.add(&inverse.mul(&inverse).add(&one).sqrt()).apply(Function::Ln).mul(&two);
         let whole = first.abs_upper_magnitude();
         let (mut moment, mut sum) = (first, zero);
         for (k, value) in g.iter().enumerate().step_by(2) {
@@ -175,12 +174,8 @@ impl<S: Enclosure> Field<S> {
 
 /// Σ (-c)^j D_(2j + from), about.
 fn part<S: Enclosure>(terms: &[S], from: usize, square: &S) -> Option<S> {
-    let own = terms.get(from..)?.iter().step_by(2).rev();
-    let sum = own.fold(None, |sum: Option<S>, term| {
-        Some(match sum {
-            None => term.center(),
-            Some(sum) => term.center().sub(&sum.mul(square)).center(),
-        })
+    let sum = terms.get(from..)?.iter().step_by(2).rev().fold(None, |sum: Option<S>, term| {
+        Some(sum.map_or_else(|| term.center(), |sum| term.center().sub(&sum.mul(square)).center()))
     })?;
     sum.is_finite().then_some(sum)
 }

@@ -16,9 +16,7 @@ pub(super) fn small<S: Enclosure>(field: &mut Field<S>, at: &S) -> (Option<S>, O
         (number(10.0), number(3.0), number(0.5), number(0.75), number(0.9375));
     let two = number(2.0);
     let (u, m) = field.expand(at, &one, 5);
-    let ([_, _, u2, u3, u4], [m0, m1, m2, _, _]) = (u.as_slice(), m.as_slice()) else {
-        return (None, None);
-    };
+    let ([_, _, u2, u3, u4], [m0, m1, m2, _, _]) = (u.as_slice(), m.as_slice()) else { return (None, None) };
     if !(u2.is_positive() && m0.is_positive()) {
         return (None, None);
     }
@@ -31,6 +29,5 @@ pub(super) fn small<S: Enclosure>(field: &mut Field<S>, at: &S) -> (Option<S>, O
     let third = u3.sub(&p.mul(u2).mul(&two));
     let fourth = u2.mul(&square.mul(&ten.mul(&half)).sub(&r.mul(&two))).sub(&p.mul(u3).mul(&three)).add(u4);
     let bend = fourth.div(u2).mul(&three_quarters).sub(&third.div(u2).powi(2).mul(&fifteen_sixteenths));
-    let bend = bend.is_finite().then_some(bend);
-    (small.is_finite().then_some(small), bend)
+    (small.is_finite().then_some(small), bend.is_finite().then_some(bend))
 }

@@ -137,8 +137,7 @@ fn check_range<S: Enclosure>(request: &Request, found: &Found<S>) -> Result<(), 
 fn check_request(oscillator: &Oscillator, request: &Request) -> Result<(), PeriodError> {
     let value = oscillator.value::<Big>(request, BITS_OF_BARRIERS);
     let (what, text) = asked(request);
-    let size = value.mid_f64().abs();
-    let within = (LEAST_SIZE..MOST_SIZE).contains(&size);
+    let within = (LEAST_SIZE..MOST_SIZE).contains(&value.mid_f64().abs());
     let bad = |reason| {
         Err(PeriodError::BadRequest {
             what,
@@ -212,9 +211,7 @@ fn look<S: Enclosure>(
         Some(_) | None => unknown(),
     };
     let reach = at.sub(&task.centre).mid_f64().abs();
-    let Some((summit, height)) = task.field.summit(&at, reach) else {
-        return unless_between(&mut task);
-    };
+    let Some((summit, height)) = task.field.summit(&at, reach) else { return unless_between(&mut task) };
     let one = task.field.number(1.0);
     let (potential, mass) = task.field.expand(&summit, &one, 3);
     if !potential.get(2).is_some_and(Enclosure::is_negative) {
@@ -241,9 +238,7 @@ fn look<S: Enclosure>(
         });
     }
     if excess.is_negative() {
-        let Some((upper, _)) = task.turning.clone() else {
-            return Ok(Some(summit));
-        };
+        let Some((upper, _)) = task.turning.clone() else { return Ok(Some(summit)) };
         if summit.sub(&upper).is_positive() {
             // The barrier that the motion turns before.
             return unknown();

@@ -107,10 +107,7 @@ impl<'a, S: Enclosure> Task<'a, S> {
         if !excess.is_positive() {
             return Err(if amplitude {
                 // As high as the equilibrium, it may be, and a barrier between: bits do not tell.
-                match self.barrier_between() {
-                    Some(error) => Stop::Final(error),
-                    None => Stop::Precision(centre),
-                }
+                self.barrier_between().map_or_else(|| Stop::Precision(centre), |error| Stop::Final(error))
             } else {
                 Stop::AtRest
             });
@@ -157,8 +154,7 @@ impl<'a, S: Enclosure> Task<'a, S> {
                 Outward::Open => match self.time(self.centre.clone(), advance.clone(), false) {
                     Ok(time) => {
                         let advance = if advance.is_negative() { advance.neg() } else { advance };
-                        let half = self.field.number(0.5);
-                        return Ok((time.mul(&half), Course::Rotation(advance)));
+                        return Ok((time.mul(&self.field.number(0.5)), Course::Rotation(advance)));
                     }
                     Err(Obstacle { refusal: Refusal::Forbidden, at }) => self.fence = Some(at),
                     Err(obstacle) => return Err(self.stopped(obstacle)),
@@ -194,9 +190,7 @@ impl<'a, S: Enclosure> Task<'a, S> {
         }
         for _ in 0..MOST_RETRIES {
             let found = self.field.turning_point(&bracket.0, &bracket.1);
-            let Some(turning) = found else {
-                return Err(Stop::Precision(bracket.1));
-            };
+            let Some(turning) = found else { return Err(Stop::Precision(bracket.1)) };
             match self.time(turning.clone(), centre.sub(&turning), true) {
                 Ok(time) => return Ok((time, turning)),
                 Err(Obstacle { refusal: Refusal::Forbidden, at }) => bracket = (centre.clone(), at),
@@ -222,16 +216,13 @@ impl<'a, S: Enclosure> Task<'a, S> {
             self.field.release();
             times.push(time?);
         }
-        let total = times.into_iter().reduce(|total, time| total.add(&time));
-        Ok(total.unwrap_or_else(|| self.field.number(0.0)))
+        Ok(times.into_iter().reduce(|total, time| total.add(&time)).unwrap_or_else(|| self.field.number(0.0)))
     }
 
     /// The time along a path without kinks; where it passes a barrier closely, in three parts.
     fn smooth_time(&mut self, start: S, span: S, turning: bool) -> Result<S, Obstacle<S>> {
         let pass = self.field.pass(&start, &span, order_for(self.bits), self.bits);
-        let Some(pass) = pass else {
-            return self.time_between(start, span, turning);
-        };
+        let Some(pass) = pass else { return self.time_between(start, span, turning) };
         let half = span.mul(&self.field.number(pass.half));
         let before = pass.place.sub(&half);
         let after = pass.place.add(&half);
@@ -248,8 +239,7 @@ impl<'a, S: Enclosure> Task<'a, S> {
 
     /// A step outward that is small beside the amplitude.
     fn step(&mut self, excess: &S) -> f64 {
-        let one = self.field.number(1.0);
-        let (potential, _) = self.field.expand(&self.centre, &one, 3);
+        let (potential, _) = self.field.expand(&self.centre, &self.field.number(1.0), 3);
         if let Some(half) = potential.get(2).filter(|half| half.is_positive()) {
             // E - U = u2 A²
             let amplitude = excess.div(half).sqrt().mid_f64();
@@ -288,8 +278,7 @@ impl<'a, S: Enclosure> Task<'a, S> {
     }
 
     fn is_maximum(&mut self) -> bool {
-        let one = self.field.number(1.0);
-        let (potential, _) = self.field.expand(&self.centre, &one, 3);
+        let (potential, _) = self.field.expand(&self.centre, &self.field.number(1.0), 3);
         potential.get(2).is_some_and(Enclosure::is_negative)
     }
 

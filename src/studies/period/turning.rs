@@ -130,8 +130,7 @@ impl<S: Enclosure> Field<S> {
         let (excess, slope) = self.excess_and_slope(at);
         let mut radius = excess.div(&slope).abs_upper_magnitude().scale(2);
         for _ in 0..8 {
-            let around = at.with_added_magnitude(radius);
-            let slopes = self.excess_and_slope(&around).1;
+            let slopes = self.excess_and_slope(&at.with_added_magnitude(radius)).1;
             let step = excess.div(&slopes);
             if !step.is_finite() {
                 return None;

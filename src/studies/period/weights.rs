@@ -64,10 +64,7 @@ impl<S: Enclosure> Weight<S> {
 fn divided<S: Enclosure>(coefficients: &[S], c: &S, r: &S) -> Vec<S> {
     let mut h: Vec<S> = Vec::with_capacity(coefficients.len());
     for value in coefficients {
-        let rest = match h.last() {
-            Some(before) => value.sub(&r.mul(before)),
-            None => value.clone(),
-        };
+        let rest = h.last().map_or_else(|| value.clone(), |before| value.sub(&r.mul(before)));
         h.push(rest.div(c));
     }
     h
@@ -106,8 +103,7 @@ fn of_root<S: Enclosure>(from: f64, to: f64, count: usize, bits: u32, number: &i
     let more = (f64::from(bits) + 32.0) / kappa.mid_f64().max(2.0).log2();
     let mut above = number(0.0).with_added_magnitude(difference.abs_upper_magnitude().scale(1));
     for k in (1..count + more as usize).rev() {
-        let rest = ends(k).sub(&half_odd(k).mul(&above));
-        above = rest.div(&number(k as f64).mul(&kappa));
+        above = ends(k).sub(&half_odd(k).mul(&above)).div(&number(k as f64).mul(&kappa));
         if let Some(place) = moments.get_mut(k - 1) {
             *place = above.clone();
         }

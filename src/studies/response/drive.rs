@@ -131,9 +131,7 @@ fn rate(
     let bodies: Vec<ExprId> = families.map(|family| family.body).collect();
     let mut rates: Vec<(ExprId, ExprId)> = Vec::new();
     for id in pool.reachable(&bodies) {
-        let Node::Function(Function::Sin | Function::Cos, x) = *pool.node(id) else {
-            continue;
-        };
+        let Node::Function(Function::Sin | Function::Cos, x) = *pool.node(id) else { continue };
         let own = pool.diff(x, time);
         if pool.is_zero(own) == ZeroVerdict::Zero {
             continue;
@@ -144,9 +142,7 @@ fn rate(
             let difference = pool.sub(*other, value);
             pool.is_zero(difference) != ZeroVerdict::Zero
         });
-        if is_new {
-            rates.push((own, value));
-        }
+        rates.extend(is_new.then_some((own, value)));
     }
     let named = |symbol| symbol == model.parameters[parameter].symbol;
     let is_open = |(_, value): &&(ExprId, ExprId)| pool.depends_on(*value, &named);

@@ -93,8 +93,7 @@ impl Series {
 
     fn term(&self, power: i32) -> Gaussian {
         let place = usize::try_from(power - self.low).ok();
-        let found = place.and_then(|place| self.terms.get(place));
-        found.cloned().unwrap_or_default()
+        place.and_then(|place| self.terms.get(place)).cloned().unwrap_or_default()
     }
 
     fn sub(&self, other: &Self) -> Self {

@@ -4,15 +4,7 @@
 /// The place of each row: by breadth-first search from a row far out, neighbours with few neighbours first; as they stand where that is
 /// no better.
 pub(super) fn narrow(order: usize, entries: &[(usize, usize)]) -> Vec<usize> {
-    let mut neighbours = vec![Vec::new(); order];
-    for (row, column) in entries.iter().filter(|(row, column)| row != column) {
-        neighbours[*row].push(*column);
-        neighbours[*column].push(*row);
-    }
-    for own in &mut neighbours {
-        own.sort_unstable();
-        own.dedup();
-    }
+    let neighbours = neighbours(order, entries);
     let width = |places: &[usize]| entries.iter().map(|(i, j)| places[*i].abs_diff(places[*j])).max().unwrap_or(0);
     let natural: Vec<usize> = (0..order).collect();
     let mut places = vec![usize::MAX; order];
@@ -32,7 +24,7 @@ pub(super) fn narrow(order: usize, entries: &[(usize, usize)]) -> Vec<usize> {
 }
 
 /// All rows that hang together with one, in the order of a breadth-first search from it.
-fn levels(neighbours: &[Vec<usize>], start: usize) -> Vec<usize> {
+pub(super) fn levels(neighbours: &[Vec<usize>], start: usize) -> Vec<usize> {
     let mut order = vec![start];
     let mut seen = std::collections::HashSet::from([start]);
     let mut at = 0;
@@ -43,4 +35,18 @@ fn levels(neighbours: &[Vec<usize>], start: usize) -> Vec<usize> {
         at += 1;
     }
     order
+}
+
+/// The rows that each has entries with.
+pub(super) fn neighbours(order: usize, entries: &[(usize, usize)]) -> Vec<Vec<usize>> {
+    let mut all = vec![Vec::new(); order];
+    for (row, column) in entries.iter().filter(|(row, column)| row != column) {
+        all[*row].push(*column);
+        all[*column].push(*row);
+    }
+    for own in &mut all {
+        own.sort_unstable();
+        own.dedup();
+    }
+    all
 }

@@ -133,8 +133,7 @@ impl Study {
         let number = self.outputs[output];
         // As many as a double has for JSON; an enclosure is not narrower than double-double.
         let accuracy = 10_f64.powi(-3 - self.request.digits.max(16) as i32).max(1e-30);
-        let search = Search { system, ends: [&self.ends, &given], output: number, accuracy };
-        let (found, undecided) = search.run();
+        let (found, undecided) = Search { system, ends: [&self.ends, &given], output: number, accuracy }.run();
         let unit = self.unit(number);
         Ok(Peaks { coordinate: self.model.coordinates.at(number).name(), unit, found, undecided })
     }
@@ -165,8 +164,8 @@ impl Search<'_> {
             }
         }
         turns.sort_by(|(left, _), (right, _)| left[0].cmp(&right[0]));
-        let exact: Vec<(Piece, bool)> =
-            turns.iter().map(|(piece, is_top)| (self.halved(piece, *is_top), *is_top)).collect();
+        let halved = |(piece, is_top): &(Piece, bool)| self.closed_in(piece, |at| Some(self.rises(at)? == *is_top));
+        let exact: Vec<(Piece, bool)> = turns.iter().map(|own| (halved(own), own.1)).collect();
         let mut found = Vec::with_capacity(exact.len());
         for (at, (piece, is_top)) in exact.iter().enumerate() {
             let before = at.checked_sub(1).map_or(&first, |before| &exact[before].0[1]);
@@ -284,10 +283,7 @@ impl Search<'_> {
             let half = middle(&piece);
             // The place itself may be hit, where nothing is decided.
             let quarters = || [middle(&[piece[0].clone(), half.clone()]), middle(&[half.clone(), piece[1].clone()])];
-            let tried = match is_before(&half) {
-                Some(_) => vec![half],
-                None => quarters().to_vec(),
-            };
+            let tried = if is_before(&half).is_some() { vec![half] } else { quarters().to_vec() };
             let before = piece.clone();
             for at in tried {
                 match is_before(&at) {
@@ -304,10 +300,6 @@ impl Search<'_> {
             }
         }
         piece
-    }
-
-    fn halved(&self, piece: &Piece, is_top: bool) -> Piece {
-        self.closed_in(piece, |at| Some(self.rises(at)? == is_top))
     }
 
     /// What is in a piece around a change of the slope's sign, `None` where bounds do not tell.

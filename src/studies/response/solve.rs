@@ -12,7 +12,7 @@ use librate_core::precision::{Ball, Banded, Big, Complex, Enclosure, Entry, Func
 
 use nalgebra::DMatrix;
 
-use super::order::narrow;
+use super::order::{levels, narrow, neighbours};
 
 /// An entry of the three matrices.
 #[derive(Clone, Debug)]
@@ -208,17 +208,11 @@ impl<S: Enclosure> Matrices<S> {
     /// With 1 on the diagonal for what no chain of entries joins to the coordinates that forces act on. It rests, and its own resonances
     /// are none of the response.
     fn coupled(mut self, driven: &[usize]) -> Self {
-        let mut neighbours = vec![Vec::new(); self.order];
-        for own in &self.entries {
-            neighbours[own.row].push(own.column);
-            neighbours[own.column].push(own.row);
-        }
+        let neighbours = neighbours(self.order, &self.pattern());
         let mut is_reached = vec![false; self.order];
-        let shares = driven.iter().filter_map(|coordinate| self.shares(*coordinate)).flatten();
-        let mut open: Vec<usize> = shares.map(|(place, _)| place).collect();
-        while let Some(place) = open.pop() {
-            if !std::mem::replace(&mut is_reached[place], true) {
-                open.extend(&neighbours[place]);
+        for (place, _) in driven.iter().filter_map(|coordinate| self.shares(*coordinate)).flatten() {
+            if !is_reached[place] {
+                levels(&neighbours, place).into_iter().for_each(|own| is_reached[own] = true);
             }
         }
         self.entries.retain(|own| is_reached[own.row]);
@@ -231,10 +225,14 @@ impl<S: Enclosure> Matrices<S> {
         self
     }
 
+    /// The rows and columns of the entries.
+    fn pattern(&self) -> Vec<(usize, usize)> {
+        self.entries.iter().map(|own| (own.row, own.column)).collect()
+    }
+
     /// Puts rows and columns in an order that keeps the matrix narrow.
     fn arrange(&mut self) {
-        let pattern: Vec<(usize, usize)> = self.entries.iter().map(|own| (own.row, own.column)).collect();
-        let places = narrow(self.order, &pattern);
+        let places = narrow(self.order, &self.pattern());
         self.band = [0; 2];
         for own in &mut self.entries {
             (own.row, own.column) = (places[own.row], places[own.column]);
@@ -539,8 +537,7 @@ impl<T: Entry> Rows<T> {
             }
         }
         for k in (0..n).rev() {
-            let first = self.place(k, k);
-            let (row, rest) = self.rows[k][first..].split_first()?;
+            let (row, rest) = self.rows[k][self.place(k, k)..].split_first()?;
             let (own, below) = right.split_at_mut(k + 1);
             let own = own.last_mut()?;
             for (entry, x) in rest.iter().zip(below.iter()) {
@@ -573,6 +570,5 @@ pub(super) fn polar<S: Enclosure>(x: &Complex<S>, precision: S::Precision) -> (S
         };
         return (x.re.apply(Function::Abs), angle);
     }
-    let modulus = x.square_of_modulus().sqrt();
-    (modulus, (!x.contains_zero()).then(|| x.im.atan2(&x.re)))
+    (x.square_of_modulus().sqrt(), (!x.contains_zero()).then(|| x.im.atan2(&x.re)))
 }

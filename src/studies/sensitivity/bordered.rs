@@ -127,8 +127,7 @@ fn borders(
         c64::new((state >> 40) as f64 * power_of_two(-24) - 0.5, 0.0)
     });
     let step = |matrix: Dense| -> Option<Dense> {
-        let found = matrix.lu().solve(&start)?;
-        let basis = found.qr().q();
+        let basis = matrix.lu().solve(&start)?.qr().q();
         let finite = basis.iter().all(|x| x.re.is_finite() && x.im.is_finite());
         (finite && basis.ncols() == count).then_some(basis)
     };
@@ -176,6 +175,5 @@ fn column(n: usize, count: usize, k: usize, system: &System, real: bool, units: 
     *right.get_mut(n + k)? = Ball::ONE;
     let found = system.solve(&right)?;
     let part = |i: usize| Enclosed { re: found[i], im: if real { Ball::ZERO } else { found[size + i] } };
-    let column = (0..size).map(|i| part(i).scale(units.get(i).map_or(0, |unit| i64::from(*unit))));
-    Some(column.collect())
+    Some((0..size).map(|i| part(i).scale(units.get(i).map_or(0, |unit| i64::from(*unit)))).collect())
 }

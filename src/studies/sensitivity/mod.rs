@@ -36,8 +36,7 @@ type Rows<T> = Vec<Vec<T>>;
 pub fn ignored(model: &Model) -> Option<Diagnostic> {
     let uncertain = model.parameters.iter().filter(|own| own.uncertainty.is_some());
     let count = uncertain.clone().count();
-    let first = uncertain.map(|own| (&own.name, own.span)).next();
-    let (name, span) = first?;
+    let (name, span) = uncertain.map(|own| (&own.name, own.span)).next()?;
     let message = match count {
         1 => format!("the uncertainty of `{name}` is ignored here"),
         _ => format!("the uncertainties of `{name}` and {} more are ignored here", count - 1),
@@ -70,10 +69,7 @@ impl Sensitivities {
     #[must_use]
     pub fn uncertainties(&self, linearized: &Linearized) -> Option<Vec<Uncertainty>> {
         let model = linearized.model();
-        let stated = |parameter: &usize| {
-            let uncertainty = model.parameters.get(*parameter)?.uncertainty?;
-            constant(&model.pool, uncertainty)
-        };
+        let stated = |parameter: &usize| constant(&model.pool, model.parameters.get(*parameter)?.uncertainty?);
         let sigmas: Vec<Option<Ball>> = self.parameters.iter().map(stated).collect();
         if sigmas.iter().all(Option::is_none) {
             return None;
@@ -98,8 +94,7 @@ impl Sensitivities {
             let splits = stated.iter().filter(|at| differ(&self.omega, **at) || differ(&self.growth, **at)).count();
             group.iter().for_each(|mode| open[*mode] = splits > 1);
         }
-        let both = self.omega.iter().zip(&self.growth).zip(open);
-        let each = both.map(|((omega, growth), open)| match open {
+        let each = self.omega.iter().zip(&self.growth).zip(open).map(|((omega, growth), open)| match open {
             true => Uncertainty::new(None, None),
             false => Uncertainty::new(of(omega), of(growth)),
         });
@@ -149,13 +144,10 @@ pub fn sensitivities(linearized: &Linearized, modes: &NormalModes) -> Sensitivit
     let whole = linearized.with_multipliers();
     let groups = groups(&modes.modes);
     let spaces: Vec<Option<Space>> = groups.iter().map(|group| space(&whole, linearized, modes, group)).collect();
-    let count = modes.modes.len();
-    let mut omega = vec![vec![None; parameters.len()]; count];
+    let mut omega = vec![vec![None; parameters.len()]; modes.modes.len()];
     let mut growth = omega.clone();
     for (at, parameter) in parameters.iter().enumerate() {
-        let Some(slopes) = linearized.slopes(*parameter) else {
-            continue;
-        };
+        let Some(slopes) = linearized.slopes(*parameter) else { continue };
         for (group, space) in groups.iter().zip(&spaces) {
             let moved = space.as_ref().and_then(|space| space.moved(&slopes));
             for (mode, moved) in group.iter().zip(moved.into_iter().flatten()) {
@@ -245,8 +237,7 @@ fn space(whole: &WithMultipliers, linearized: &Linearized, modes: &NormalModes, 
         let place = Place { exponent, square: square_of_exponent };
         let kernel = bordered::kernel(whole, place, count, true)?;
         let real = |x: Vec<Enclosed>| x.into_iter().map(|x| x.re).collect();
-        let vectors = kernel.x.into_iter().map(real).collect();
-        return Some(Space::real(whole, square, vectors));
+        return Some(Space::real(whole, square, kernel.x.into_iter().map(real).collect()));
     }
     let exponent = Enclosed { re: hull(own().map(|mode| mode.growth))?, im: hull(own().map(|mode| mode.omega))? };
     let square = exponent.mul(&exponent);
@@ -295,9 +286,7 @@ fn stay(linearized: &Linearized, zeros: &[ZeroMode]) -> bool {
             let short = x.is_exact() && x.mid.lo == 0.0;
             short.then(|| Number::from_f64_exact(x.mid_f64())).flatten()
         });
-        let Some(vector) = exact.collect::<Option<Vec<Number>>>() else {
-            return false;
-        };
+        let Some(vector) = exact.collect::<Option<Vec<Number>>>() else { return false };
         let rows = own.stiffness.iter().chain(own.circulatory.iter().flatten());
         rows.into_iter().all(|row| zero(pool, row, &vector))
     })
@@ -333,9 +322,7 @@ fn symmetric_form(order: usize, matrix: impl Fn(usize) -> Option<Ball>, vectors:
     let mut sums = Matrix::from_fn(m, m, |_, _| Ball::ZERO);
     for j in 0..order {
         for i in 0..=j {
-            let Some(entry) = matrix(i + order * j) else {
-                continue;
-            };
+            let Some(entry) = matrix(i + order * j) else { continue };
             for (p, x) in vectors.iter().enumerate() {
                 for (q, y) in vectors.iter().enumerate().take(p + 1) {
                     let product = if i == j { x[i] * y[i] } else { x[i] * y[j] + x[j] * y[i] };
@@ -397,10 +384,8 @@ impl Space {
                         };
                         let order = velocity.len().isqrt();
                         let vectors: Rows<Enclosed> = vectors.iter().map(whole).collect();
-                        let unchanged = || {
-                            let change = form(order, velocity, &vectors, &vectors);
-                            change.entries().iter().all(Enclosed::is_zero)
-                        };
+                        let unchanged =
+                            || form(order, velocity, &vectors, &vectors).entries().iter().all(Enclosed::is_zero);
                         velocity.iter().all(Ball::is_zero) || vectors.iter().all(|x| x.len() == order) && unchanged()
                     }
                     _ => true,

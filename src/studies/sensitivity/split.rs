@@ -25,8 +25,7 @@ pub(super) fn symmetric(a: &Matrix<Ball>, g: &Matrix<Ball>) -> Option<Vec<Ball>>
         DMatrix::from_fn(m, m, |i, j| 0.5 * (matrix[(i, j)].mid_f64() + matrix[(j, i)].mid_f64()))
     };
     // In units in which the middle of G is 1.
-    let factor = middle(g).cholesky()?.l();
-    let inverse = factor.try_inverse()?;
+    let inverse = middle(g).cholesky()?.l().try_inverse()?;
     let reduced = &inverse * middle(a) * inverse.transpose();
     let reduced = (&reduced + reduced.transpose()) * 0.5;
     if !reduced.iter().all(|x| x.is_finite()) {
@@ -76,8 +75,7 @@ pub(super) fn general(a: &Matrix<Enclosed>, g: &Matrix<Enclosed>) -> Option<Vec<
     if !product.iter().all(|x| x.is_finite()) {
         return None;
     }
-    let product = Mat::from_fn(m, m, |i, j| product[(i, j)]);
-    let eigen = product.eigen().ok()?;
+    let eigen = Mat::from_fn(m, m, |i, j| product[(i, j)]).eigen().ok()?;
     let vectors = Dense::from_fn(m, m, |i, j| eigen.U()[(i, j)]);
     let inverse = (middle_g * &vectors).try_inverse()?;
     let exact = |matrix: &Dense| Matrix::from_fn(m, m, |i, j| Enclosed::from_c64(matrix[(i, j)], ()));
@@ -100,10 +98,7 @@ pub(super) fn general(a: &Matrix<Enclosed>, g: &Matrix<Enclosed>) -> Option<Vec<
             h[(i, i)].with_added_radius(Magnitude::from_f64(rest))
         })
         .collect();
-    if !discs.iter().all(Enclosed::is_finite) {
-        return None;
-    }
-    Some(joined(discs))
+    discs.iter().all(Enclosed::is_finite).then(|| joined(discs))
 }
 
 /// What meets is replaced by its hull, until nothing more meets; then by rising imaginary part.
