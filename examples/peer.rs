@@ -210,6 +210,20 @@ fn linearized(text: &str, tables: &TableTexts, mut lap: impl FnMut(&str)) -> Res
     Ok(linearized)
 }
 
+/// One stage over and over, for three seconds.
+fn for_a_profile(stage: &str, text: &str, tables: &TableTexts, options: &Options) -> Result<(), Box<dyn Error>> {
+    let linear = linearized(text, tables, |_| {})?;
+    let start = Instant::now();
+    while start.elapsed() < Duration::from_secs(3) {
+        match stage {
+            "build" => drop(linearized(text, tables, |_| {})?),
+            "eval" => drop(matrices(&linear)),
+            _ => drop(normal_modes(&linear, options)?),
+        }
+    }
+    Ok(())
+}
+
 fn main() -> Result<(), Box<dyn Error>> {
     let request = request()?;
     let (text, lowest) = problem(&request.model, request.n)?;
@@ -231,16 +245,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     options.lowest = lowest;
 
     if let Some(stage) = request.only {
-        let linear = linearized(&text, &tables, |_| {})?;
-        let start = Instant::now();
-        while start.elapsed() < Duration::from_secs(3) {
-            match stage.as_str() {
-                "build" => drop(linearized(&text, &tables, |_| {})?),
-                "eval" => drop(matrices(&linear)),
-                _ => drop(normal_modes(&linear, &options)?),
-            }
-        }
-        return Ok(());
+        return for_a_profile(&stage, &text, &tables, &options);
     }
 
     let mut put = |key: &str, time: (f64, f64)| {
