@@ -359,6 +359,22 @@ fn what_has_no_matrices_says_why() {
     assert!(matches!(error, LinearizeError::NotAnEquilibrium { .. }));
 }
 
+/// Models that `modes` refuses have a page, or an error: nothing moves along some direction, an equilibrium is none.
+#[test]
+fn every_model_with_a_mistake_has_a_page_or_an_error() {
+    let mut pages = 0;
+    for entry in std::fs::read_dir("tests/errors").unwrap() {
+        let path = entry.unwrap().path();
+        let Some(file) = std::fs::read_to_string(&path).ok().and_then(|text| librate::syntax::parse(&text).ok()) else {
+            continue;
+        };
+        let model =
+            librate::model::elaborate(&file, &librate::model::TableTexts::new(), &librate::model::Settings::new());
+        pages += usize::from(model.is_ok_and(|model| derive(&model, &Parts::all()).is_ok()));
+    }
+    assert!(pages > 10, "{pages}");
+}
+
 #[test]
 fn coordinates_that_lose_a_motion_are_told() {
     let spherical = "T = 1/2*m*l^2*(th'^2 + phi'^2*sin(th)^2)  V = -m*l*cos(th)";

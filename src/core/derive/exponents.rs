@@ -262,7 +262,9 @@ impl Factored {
         let mut zeros = 0;
         for (n, own) in &expanded {
             let coefficients = ring.polynomials(own)?;
-            let entries = coefficients.chunks(coefficients.len() / (n * n));
+            // Nothing is left of entries that are all 0: the determinant is, whatever the exponent.
+            let degrees = coefficients.len().checked_div(n * n).filter(|own| *own > 0)?;
+            let entries = coefficients.chunks(degrees);
             let entries: Vec<_> = entries.map(|own| Polynomial::from_coefficients(EXPONENT, own)).collect();
             let polynomial = ring.reduced(determinant(entries.chunks(*n).map(<[_]>::to_vec).collect())?);
             let common = polynomial.common_powers();
