@@ -38,7 +38,7 @@ use rustix::time::{ClockId, clock_gettime};
 const DIGITS: usize = 25;
 
 /// Matrices of more coordinates are sparse.
-const MOST_DENSE: usize = 2000;
+const MOST_DENSE: usize = 300;
 
 const PENDULUMS: &str = "model three_pendulums
 param m = 1  param l = 1  param g = 9.81  param L = 0.5  param k12 = 2  param k23 = 3

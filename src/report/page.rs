@@ -134,7 +134,8 @@ impl Matrix {
     }
 
     fn length(&self) -> usize {
-        self.listed().1.iter().map(Line::length).sum()
+        let all = self.entries.iter().map(|(.., text)| text.len()).sum();
+        if all <= MOST_IN_CHAPTER { all } else { self.listed().1.iter().map(Line::length).sum() }
     }
 
     /// All entries, row by row; nothing where there are too many.

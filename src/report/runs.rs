@@ -100,6 +100,9 @@ impl Row {
 /// Relations with a line for each run of them, in two dimensions where runs follow each other alike.
 pub(super) fn gathered(texts: impl IntoIterator<Item = String>) -> Vec<Line> {
     let rows: Vec<Row> = texts.into_iter().map(|text| Row { text, ranges: Vec::new() }).collect();
+    if rows.len() < LEAST {
+        return rows.into_iter().map(|row| row.named(&[])).collect();
+    }
     let is_name = |name: &str| rows.iter().any(|row| row.text.split(|c| !is_of_name(c)).any(|other| other == name));
     let names: Vec<&str> = INDICES.into_iter().filter(|name| !is_name(name)).collect();
     let marks = if names.len() < MARKS.len() { [].as_slice() } else { &MARKS };

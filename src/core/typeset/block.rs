@@ -461,10 +461,10 @@ fn lowered(text: &str) -> Option<String> {
     replaced(text, "0123456789aehijklmnoprstuvx+-", "₀₁₂₃₄₅₆₇₈₉ₐₑₕᵢⱼₖₗₘₙₒₚᵣₛₜᵤᵥₓ₊₋")
 }
 
-/// Every letter replaced by the one that stands in its place, or nothing.
+/// Every letter but spaces replaced by the one that stands in its place, or nothing.
 fn replaced(text: &str, letters: &str, by: &str) -> Option<String> {
     let image = |c| letters.chars().zip(by.chars()).find(|(own, _)| *own == c).map(|(_, image)| image);
-    text.chars().map(image).collect()
+    text.chars().filter(|c| *c != ' ').map(image).collect()
 }
 
 pub(super) fn symbol_text(symbol: &Symbol) -> String {
@@ -475,7 +475,7 @@ pub(super) fn symbol_text(symbol: &Symbol) -> String {
 fn feet_text(feet: &[Subscript]) -> String {
     let low = |foot: &Subscript| match foot {
         Subscript::Word(word) => lowered(word).filter(|_| word.bytes().all(|b| b.is_ascii_digit())),
-        Subscript::Index(formula) => lowered(&one_line(formula).replace(' ', "")),
+        Subscript::Index(formula) => lowered(&one_line(formula)),
         Subscript::Coordinate(_) => None,
     };
     let lows: Vec<Option<String>> = feet.iter().map(low).collect();
