@@ -52,10 +52,9 @@ impl Shape {
 
     /// Which numbers go on to those of another text, each by 1; `None` where anything else differs, or nothing.
     fn step_to(&self, next: &Self) -> Option<Vec<bool>> {
-        let mut pairs = self.numbers.iter().zip(&next.numbers);
-        let alike = self.between == next.between && pairs.clone().all(|(a, b)| a == b || a + 1 == *b);
-        (alike && pairs.any(|(a, b)| a < b))
-            .then(|| self.numbers.iter().zip(&next.numbers).map(|(a, b)| a < b).collect())
+        let pairs = || self.numbers.iter().zip(&next.numbers);
+        let alike = self.between == next.between && pairs().all(|(a, b)| a == b || a + 1 == *b);
+        (alike && self.numbers != next.numbers).then(|| pairs().map(|(a, b)| a < b).collect())
     }
 
     /// With an index for the number `at`, and what differs from it.
@@ -105,8 +104,16 @@ pub(super) fn gathered(texts: impl IntoIterator<Item = String>) -> Vec<Line> {
     }
     let is_name = |name: &str| rows.iter().any(|row| row.text.split(|c| !is_of_name(c)).any(|other| other == name));
     let names: Vec<&str> = INDICES.into_iter().filter(|name| !is_name(name)).collect();
-    let marks = if names.len() < MARKS.len() { [].as_slice() } else { &MARKS };
-    let gathered = marks.iter().fold(rows, |rows, mark| pass(&rows, mark));
+    let [first, second] = MARKS;
+    let mut gathered = rows;
+    if names.len() >= MARKS.len() {
+        let count = gathered.len();
+        gathered = pass(&gathered, first);
+        // Rows of rows, where there are rows.
+        if gathered.len() < count {
+            gathered = pass(&gathered, second);
+        }
+    }
     gathered.into_iter().map(|row| row.named(&names)).collect()
 }
 
@@ -120,9 +127,8 @@ fn pass(rows: &[Row], mark: &'static str) -> Vec<Row> {
     let times = |at: usize, period: usize| {
         let of_line = |place: usize| {
             let first = step(place, period);
-            let mut places = (place..).step_by(period);
-            let repeated = places.by_ref().take_while(|place| first.is_some() && step(*place, period) == first);
-            repeated.count() + 1
+            let goes_on = |place: &usize| first.is_some() && step(*place, period) == first;
+            (place..).step_by(period).take_while(goes_on).count() + 1
         };
         (at..at + period).map(of_line).min().unwrap_or(1)
     };

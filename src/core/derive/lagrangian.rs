@@ -111,10 +111,7 @@ struct Body {
 
 /// Sorts the terms of a model's Lagrangian by powers of the velocities.
 pub(super) fn lagrangian(model: &Model, pool: &mut Algebra<'_>) -> Lagrangian {
-    let mut splitter = Splitter::default();
-    for local in signed_terms(model).flat_map(|(_, family)| &family.locals) {
-        splitter.facts.declare(local);
-    }
+    let mut splitter = Splitter::about(signed_terms(model).flat_map(|(_, family)| &family.locals));
     let mut inertia: BTreeMap<(usize, usize), Vec<ExprId>> = BTreeMap::new();
     let mut linear: BTreeMap<usize, Vec<ExprId>> = BTreeMap::new();
     let mut forces: BTreeMap<usize, Vec<ExprId>> = BTreeMap::new();

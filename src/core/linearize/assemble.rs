@@ -115,10 +115,7 @@ pub(crate) fn assemble(model: &mut Model) -> Assembly {
     };
     let terms: Vec<(bool, TermFamily)> =
         signed_terms(model).map(|(negative, family)| (negative, family.clone())).collect();
-    let mut splitter = Splitter::default();
-    for local in terms.iter().flat_map(|(_, family)| &family.locals) {
-        splitter.facts.declare(local);
-    }
+    let mut splitter = Splitter::about(terms.iter().flat_map(|(_, family)| &family.locals));
     for (negative, family) in terms {
         if family.count == 0 {
             continue;
@@ -164,6 +161,7 @@ pub(crate) fn assemble(model: &mut Model) -> Assembly {
 fn are_unstressed(model: &mut Model, families: &[ElementFamily]) -> bool {
     let count: usize = families.iter().map(|family| family.terms.count).sum();
     count > MANY
+        && model.equilibria.any()
         && families.iter().filter(|family| !family.potential.is_empty()).all(|family| {
             let terms = &family.terms;
             let given = |i: &u32| model.equilibria.get(*i as usize).and_then(|given| given.value);
@@ -181,10 +179,7 @@ fn are_unstressed(model: &mut Model, families: &[ElementFamily]) -> bool {
                     places.insert(local.coordinate, model.pool.symbol_expr(terms.values[k]));
                 }
             }
-            family.potential.iter().all(|element| {
-                let first = model.pool.substitute(&[element.first], &places)[0];
-                first.is_zero()
-            })
+            family.potential.iter().all(|element| model.pool.substitute_one(element.first, &places).is_zero())
         })
 }
 

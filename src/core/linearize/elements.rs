@@ -10,6 +10,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use super::facts::{Facts, Variable};
 use crate::expr::{ExprId, Node, Pool, Substitution, Symbol};
+use crate::model::Local;
 use crate::number::Number;
 use crate::precision::{Function, Scalar};
 
@@ -41,7 +42,7 @@ enum Outer {
 type Slopes = Box<[(Symbol, ExprId)]>;
 
 /// Takes the terms of one pool apart.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Splitter {
     pub(crate) facts: Facts,
     /// Derivatives of simple terms by coordinates and by velocities, which the sums of a chain of
@@ -194,6 +195,11 @@ fn element(
 }
 
 impl Splitter {
+    /// For terms with these coordinates and velocities.
+    pub(crate) fn about<'a>(locals: impl IntoIterator<Item = &'a Local>) -> Self {
+        Self { facts: Facts::about(locals), known: Default::default() }
+    }
+
     /// The derivatives by the variables, by place, without those that vanish identically.
     fn slopes(&mut self, pool: &mut Pool, s: ExprId, variables: &Variables) -> Vec<(usize, ExprId)> {
         let kind = variables.kind;

@@ -41,14 +41,17 @@ pub(crate) struct Facts {
 }
 
 impl Facts {
-    /// Says what the symbols of a slot are; before the first question.
-    pub(crate) fn declare(&mut self, local: &Local) {
-        for (symbol, variable) in [(local.coordinate, Variable::Coordinate), (local.velocity, Variable::Velocity)] {
-            if self.variables.len() <= symbol.index() {
-                self.variables.resize(symbol.index() + 1, None);
+    /// With these for the coordinates and velocities.
+    pub(crate) fn about<'a>(locals: impl IntoIterator<Item = &'a Local>) -> Self {
+        let mut own = Self::default();
+        let kinds = |local: &Local| [(local.coordinate, Variable::Coordinate), (local.velocity, Variable::Velocity)];
+        for (symbol, variable) in locals.into_iter().flat_map(kinds) {
+            if own.variables.len() <= symbol.index() {
+                own.variables.resize(symbol.index() + 1, None);
             }
-            self.variables[symbol.index()] = Some(variable);
+            own.variables[symbol.index()] = Some(variable);
         }
+        own
     }
 
     /// Whether a symbol is a variable of this kind.

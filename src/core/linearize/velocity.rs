@@ -104,10 +104,7 @@ impl VelocityFamily {
     fn strengths(&self, model: &Model) -> Option<(Tape, Inputs)> {
         let mut pool = model.pool.clone();
         let velocities: Vec<Symbol> = self.terms.locals.iter().map(|local| local.velocity).collect();
-        let mut splitter = Splitter::default();
-        for local in &self.terms.locals {
-            splitter.facts.declare(local);
-        }
+        let mut splitter = Splitter::about(&self.terms.locals);
         let at_rest = self.terms.at_rest(&pool);
         let mut factors = Vec::new();
         for element in elements(&mut pool, &mut splitter, self.terms.body, &velocities, Variable::Velocity) {
@@ -146,10 +143,7 @@ impl VelocityFamily {
 /// Refuses a dissipation with a corner at rest: a modulus, a root or a quotient of what vanishes there, and second derivatives that are
 /// not defined.
 pub(super) fn check_smooth(model: &Model) -> Result<(), LinearizeError> {
-    let mut facts = Facts::default();
-    for local in model.forces.iter().flat_map(|family| &family.locals) {
-        facts.declare(local);
-    }
+    let mut facts = Facts::about(model.forces.iter().flat_map(|family| &family.locals));
     let pool = &model.pool;
     for family in &model.forces {
         for id in pool.reachable(&[family.body]) {
@@ -248,11 +242,9 @@ fn friction(pool: &mut Pool, family: &TermFamily) -> Derivatives {
 /// A force without those terms that become 0 faster than the velocities do, as v |v| does: their derivatives at rest are 0, also
 /// where rules of differentiation find 0/0.
 fn slow(pool: &mut Pool, family: &TermFamily, force: ExprId) -> ExprId {
-    let mut facts = Facts::default();
-    for local in &family.locals {
-        facts.declare(local);
-    }
-    let terms = pool.terms(force).into_iter().filter(|(term, _)| facts.order(pool, *term) <= 1.0).collect::<Vec<_>>();
+    let mut facts = Facts::about(&family.locals);
+    let mut terms = pool.terms(force);
+    terms.retain(|(term, _)| facts.order(pool, *term) <= 1.0);
     let parts: Vec<ExprId> = terms.iter().map(|(term, factor)| pool.scale(*term, factor)).collect();
     pool.sum(&parts)
 }
