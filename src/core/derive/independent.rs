@@ -20,6 +20,9 @@ use crate::number::Number;
 /// Why no oscillations are found.
 const NOWHERE: &str =
     "no equilibrium is found without their forces; where they carry a load, give every coordinate with `equilibrium`";
+/// The same of a place that is given.
+const LOADED: &str =
+    "whether they bear the forces at the equilibrium that is given, beside constraints, is not worked out";
 
 /// Larger equations are not reduced.
 const MOST_PARTS: usize = 3000;
@@ -409,11 +412,14 @@ pub fn linearized(model: Model) -> Result<Linearized, LinearizeError> {
                 | LinearizeError::RateNotKept { .. }
         );
         let reduced = if own { in_independent_coordinates(&model) } else { None };
-        reduced.and_then(|reduced| linearize::linearize(reduced).ok()).ok_or_else(|| match error {
+        let span = model.rolling.first().map(|own| own.span).unwrap_or_default();
+        reduced.and_then(|reduced| linearize::linearize(reduced).ok()).ok_or(match error {
             // Conditions may carry what no place is free of.
             LinearizeError::NoEquilibrium { .. } | LinearizeError::EquilibriumNotFound { .. } => {
-                let span = model.rolling.first().map(|own| own.span).unwrap_or_default();
                 LinearizeError::RollingNotCovered { reason: NOWHERE, span }
+            }
+            LinearizeError::NotAnEquilibrium { .. } if !model.constraints.is_empty() => {
+                LinearizeError::RollingNotCovered { reason: LOADED, span }
             }
             error => error,
         })

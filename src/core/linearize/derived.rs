@@ -3,7 +3,7 @@
 
 use super::assemble::{self, Assembly, Values, evaluate_closed};
 use super::constrained::{Tied, with_multipliers};
-use super::equilibrium::{Equilibrium, Origin, short};
+use super::equilibrium::{Equilibrium, short};
 use super::multipliers;
 use super::rolling::{self, SymbolicRolling};
 use super::symbolic::{self, SymbolicMatrices};
@@ -214,11 +214,9 @@ fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
             point.extend(symbols.map(|own| pool.symbol_expr(own.symbol)));
         }
         model.pool = pool;
-        let Equilibrium { values, origins, .. } = equilibrium;
-        let may_be_zero = |i: usize| origins[i] == Origin::Found && values[i].contains_zero();
-        by_hand::put_in_zeros(&model, &assembly, &mut point, may_be_zero);
-        by_hand::put_in_solved(&mut model, &assembly, &mut point, Some(&values[..visible]));
-        at = values;
+        by_hand::put_in_zeros(&model, &assembly, &mut point, |i| equilibrium.may_be_zero(i));
+        by_hand::put_in_solved(&mut model, &assembly, &mut point, Some(&equilibrium.values[..visible]));
+        at = equilibrium.values;
     }
     assembly.forget_what_vanishes(&mut model, &point);
     let mut matrices = symbolic::matrices_at(&model, model.pool.clone(), &assembly, &point);

@@ -104,6 +104,11 @@ impl Equilibrium {
         in_numbers(&model.pool, &self.values, precision, |i| self.expression(model, i), other)
     }
 
+    /// Whether a coordinate was searched for and found beside 0.
+    pub(super) fn may_be_zero(&self, i: usize) -> bool {
+        self.origins[i] == Origin::Found && self.values[i].contains_zero()
+    }
+
     /// What belongs to the first coordinates: those before multipliers.
     pub(super) fn first(&self, count: usize) -> Self {
         let mut own = self.clone();

@@ -99,6 +99,12 @@ fn kernel_of(mut lower: Vec<BTreeMap<u32, Exact>>, known: usize) -> Option<Vec<V
     vectors.into_iter().map(in_units).collect()
 }
 
+/// The combinations of columns that vanish, independent of each other, as [`kernel_of`] gives them: those of A are the kernel of AᵀA.
+pub(super) fn kernel_of_columns(columns: &[&[Exact]]) -> Option<Vec<Vec<Surd>>> {
+    let row = |i: usize| columns[..=i].iter().map(move |other| sum_of_products(columns[i], other, ()));
+    kernel_of((0..columns.len()).map(|i| (0..).zip(row(i)).collect()).collect(), 0)
+}
+
 /// The directions that have no inertia, at the equilibrium and beside it, `all` or those that no force meets that goes with
 /// velocities, where M is rational as K is for [`kernel`]; `None` where it is not, or too large.
 pub(super) fn without_inertia(
@@ -154,21 +160,11 @@ pub(super) fn unheld(
     let zero = || Exact::rational(Some(Number::ZERO));
     let image = |v: &Direction| (0..n).map(|i| product(v, |j| &stiffness[i + n * j], ())).collect();
     let images: Vec<Vec<Exact>> = directions.iter().map(image).collect();
-    // The kernel of (SV)ᵀSV is that of SV.
-    let mut rows: elimination::Rows = vec![Vec::new(); images.len()];
-    for (row, left) in rows.iter_mut().zip(&images) {
-        for (j, right) in (0..).zip(&images) {
-            let entry = sum_of_products(left, right, ());
-            let entry = entry.as_rational()?;
-            if !entry.is_zero() {
-                row.push((j, entry.clone()));
-            }
-        }
-    }
-    let combination = elimination::kernel(&rows, 0)?.into_iter().next()?;
+    let images: Vec<&[Exact]> = images.iter().map(Vec::as_slice).collect();
+    let combination = kernel_of_columns(&images)?.into_iter().next()?;
     let mut combined = vec![zero(); n];
     for (v, factor) in directions.iter().zip(combination) {
-        let factor = Exact::rational(Some(factor));
+        let factor = Exact::of(factor);
         for (i, x) in v {
             combined[*i] = combined[*i].add(&Exact::of(x.clone()).mul(&factor));
         }

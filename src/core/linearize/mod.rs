@@ -183,9 +183,6 @@ impl Constrained {
         let Some((numbers, tangent)) = rolling.numbers::<Ball>(model, &equilibrium.values, ()) else {
             return Err(LinearizeError::RollingNotCovered { reason: "their matrices have no numbers there", span });
         };
-        let families = rolling.families(model, &equilibrium.values, &numbers, &tangent);
-        let reason = "the family of equilibria that they leave is not determined";
-        self.families = families.ok_or(LinearizeError::RollingNotCovered { reason, span })?;
         self.tangent = tangent;
         self.rolling = Some((rolling, numbers));
         Ok(())
@@ -346,7 +343,9 @@ fn linearize_in(
         units,
         structure: Structure::Conservative,
     };
-    if !rolls {
+    if rolls {
+        linearized.put_families_in()?;
+    } else {
         linearized.massless = massless::find(&linearized).map(Box::new);
     }
     linearized.structure = linearized.find_structure();
@@ -540,6 +539,25 @@ impl Linearized {
     /// The coordinates that others follow under conditions, and these.
     pub(crate) fn following(&self) -> Option<&Tangent<Ball>> {
         self.constrained.as_ref().map(|own| &own.tangent)
+    }
+
+    /// Works out the directions of the families of equilibria that conditions on velocities leave.
+    fn put_families_in(&mut self) -> Result<(), LinearizeError> {
+        let Some((rolling, numbers)) = self.rolled_numbers() else { return Ok(()) };
+        let Some(tangent) = self.following() else { return Ok(()) };
+        let at = &self.equilibrium.values;
+        let following = rolling.following(&self.model, at, numbers).or_else(|| {
+            let exact = rational::following(self)?.into_iter();
+            Some(exact.map(|own| own.iter().map(|x| x.in_numbers(())).collect()).collect())
+        });
+        let families = following.and_then(|own| rolling.families(&self.model, at, &own, tangent));
+        let span = self.model.rolling.first().map(|own| own.span).unwrap_or_default();
+        let reason = "the family of equilibria that they leave is not determined";
+        let families = families.ok_or(LinearizeError::RollingNotCovered { reason, span })?;
+        if let Some(own) = &mut self.constrained {
+            own.families = families;
+        }
+        Ok(())
     }
 
     /// The direction of each of these families, in all coordinates.
@@ -781,7 +799,10 @@ impl Linearized {
     pub(crate) fn zero_modes_with(&self, others: bool) -> Vec<ZeroMode> {
         let at = &self.equilibrium;
         if let Some(rolling) = self.rolling() {
-            return rolling.unheld().into_iter().map(ZeroMode::of_no_force).collect();
+            return match rational::unheld(self) {
+                Some(vectors) => vectors.into_iter().map(ZeroMode::of_exact).collect(),
+                None => rolling.unheld().into_iter().map(ZeroMode::of_no_force).collect(),
+            };
         }
         let modes = zero::zero_modes(&self.model, &self.assembly, at, &self.values, others);
         if !self.is_reduced() {

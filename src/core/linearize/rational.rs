@@ -8,11 +8,11 @@ use super::Linearized;
 use super::assemble::evaluate_closed;
 use super::constrained::{Tangent, gradients, solve_for};
 use super::equilibrium::Origin;
-use super::exact::recognised;
+use super::exact::{kernel_of_columns, recognised};
 use super::flow::Flow;
 use super::multipliers;
 use super::parameters::known_values;
-use super::radicals::Exact;
+use super::radicals::{Exact, Surd};
 use super::symbolic::{forces_vanish, matrices_at};
 use super::velocity::sum;
 use crate::expr::{ExprId, Pool, Substitution, ZeroVerdict};
@@ -25,8 +25,36 @@ const MOST: usize = 20;
 /// More terms are not written out.
 const MOST_TERMS: usize = 2_000;
 
-/// M, G + C and K + N, for the coordinates that the others follow.
+/// M, G + C and K + N with whole entries, for the coordinates that the others follow.
 pub(super) fn integers(linearized: &Linearized, flow: Option<&Flow>) -> Option<Integers> {
+    super::integers::integers(&matrices(linearized, flow)?.0)
+}
+
+/// The vectors that K + N takes to 0 under conditions on velocities; `None` where it is not known exactly.
+pub(super) fn unheld(linearized: &Linearized) -> Option<Vec<Vec<Surd>>> {
+    let ([.., stiffness], _) = matrices(linearized, None)?;
+    let columns: Vec<&[Exact]> = stiffness.chunks(stiffness.len().isqrt().max(1)).collect();
+    kernel_of_columns(&columns)
+}
+
+/// For each coordinate that moves along a family of equilibria, by 1, how the free ones follow it so that no force acts; `None` where
+/// forces can't vanish, or are not known exactly.
+pub(super) fn following(linearized: &Linearized) -> Option<Vec<Vec<Surd>>> {
+    let ([.., stiffness], shifts) = matrices(linearized, None)?;
+    let n = stiffness.len().isqrt();
+    let one = |shift: &[Exact]| {
+        let columns: Vec<&[Exact]> = stiffness.chunks(n.max(1)).chain([shift]).collect();
+        let vectors = kernel_of_columns(&columns)?.into_iter();
+        let mut vector = vectors.into_iter().find(|vector| !vector[n].is_zero())?;
+        let size = vector.pop()?.recip()?;
+        vector.iter().map(|x| x.mul(&size)).collect()
+    };
+    shifts.chunks(n.max(1)).map(one).collect()
+}
+
+/// M, G + C and K + N, for the coordinates that the others follow, and the forces that come with those which move along a family of
+/// equilibria; column by column.
+fn matrices(linearized: &Linearized, flow: Option<&Flow>) -> Option<([Vec<Exact>; 3], Vec<Exact>)> {
     let model = &linearized.model;
     let (visible, order) = (linearized.coordinates(), model.coordinates.len());
     let families = &linearized.assembly.families;
@@ -37,10 +65,13 @@ pub(super) fn integers(linearized: &Linearized, flow: Option<&Flow>) -> Option<I
     let mut pool = model.pool.clone();
     let point = point(linearized, &mut pool)?;
     let mut known = known_values(model);
+    let mut shifts = Vec::new();
     let matrices = match linearized.rolling() {
         // Written out already.
         Some(rolling) => {
+            let point = pool.substitute(&point, &known);
             known.extend(model.coordinates.iter().map(|own| own.symbol).zip(point));
+            shifts = entries(&mut pool, &known, &rolling.symbolic.shifts)?;
             rolling.symbolic.matrices.clone()
         }
         None => {
@@ -72,17 +103,18 @@ pub(super) fn integers(linearized: &Linearized, flow: Option<&Flow>) -> Option<I
     if let Some(flow) = flow {
         all = flow.regular(&all, pivot_size, ())?;
     }
-    super::integers::integers(&all)
+    Some((all, shifts))
 }
 
 /// A matrix of expressions in numbers, column by column.
 fn entries(pool: &mut Pool, known: &Substitution, rows: &[Vec<ExprId>]) -> Option<Vec<Exact>> {
-    let n = rows.len();
-    let entry = |at: usize| {
-        let value = pool.substitute_one(rows[at % n][at / n], known);
+    let width = rows.first().map_or(0, Vec::len);
+    let columns = (0..width).flat_map(|column| rows.iter().map(move |row| row[column]));
+    let entry = |e: ExprId| {
+        let value = pool.substitute_one(e, known);
         exact(pool, value)
     };
-    (0..n * n).map(entry).collect()
+    columns.map(entry).collect()
 }
 
 /// The equilibrium as expressions: what is given as it is, what was searched for as simple fractions.

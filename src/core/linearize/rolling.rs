@@ -17,10 +17,12 @@
 //! integrated here.*
 
 use super::assemble::Assembly;
+use super::by_hand;
 use super::constrained::{self, Tangent};
 use super::equilibrium::Equilibrium;
 use super::error::LinearizeError;
 use super::integrable::not_integrable;
+use super::multipliers::clear_column;
 use super::parameters::{Formulas, known_values};
 use super::rows::{
     Rows, added, beginning, eliminate, is_zero, masked, minus, parts, product, scaled, total, transposed, vanish,
@@ -38,7 +40,8 @@ const MOST_COORDINATES: usize = 60;
 const DRAWN: f64 = 0.703125;
 
 /// Why a family of equilibria is not covered.
-const NOT_SINGLE: &str = "the family of equilibria that they leave is not one of single coordinates";
+const NOT_TOLD: &str = "which of them can be integrated is not told";
+const NOT_SINGLE: &str = "the family of steady motions that they leave is not one of single coordinates";
 
 /// The linearised model in symbols, for the coordinates that the others follow.
 #[derive(Clone, Debug)]
@@ -62,7 +65,30 @@ pub struct SymbolicRolling {
     /// The multipliers of the conditions at the equilibrium; none where they exert no force.
     pub reactions: Vec<ExprId>,
     /// What forces on `free` come with each of `moved`, which these follow along the family; one row each of `free`.
-    shifts: Rows,
+    pub(super) shifts: Rows,
+    /// How `bound` go with each of `moved`; one row each of `bound`.
+    carried: Rows,
+}
+
+/// Of the coordinates that others tie to the free ones those that constraints leave to move along families of equilibria, and how all of
+/// them go with these: one row a coordinate.
+fn left_to_move(pool: &mut Pool, constraints: &[Vec<ExprId>], bound: &[usize]) -> (Vec<usize>, Rows) {
+    let mut rows: Rows = constraints.iter().map(|row| bound.iter().map(|i| row[*i]).collect()).collect();
+    let mut pivots = Vec::new();
+    for at in 0..rows.len() {
+        // What other rows have is cleared, so that a row says only what is its own.
+        let Some(column) = (0..bound.len()).find(|column| !rows[at][*column].is_zero()) else { continue };
+        clear_column(pool, &mut rows, at, column);
+        pivots.push((column, at));
+    }
+    let moved: Vec<usize> = (0..bound.len()).filter(|at| pivots.iter().all(|(pivot, _)| pivot != at)).collect();
+    let (zero, one) = (pool.zero(), pool.one());
+    let mut row = |at: usize| match pivots.iter().find(|(pivot, _)| *pivot == at) {
+        Some((_, row)) => moved.iter().map(|own| pool.neg(rows[*row][*own])).collect(),
+        None => moved.iter().map(|own| if *own == at { one } else { zero }).collect(),
+    };
+    let carried = (0..bound.len()).map(&mut row).collect();
+    (moved.iter().map(|at| bound[*at]).collect(), carried)
 }
 
 /// The linearised model, for the coordinates that the others follow.
@@ -305,8 +331,7 @@ impl SymbolicRolling {
         let dependent = || refused("they depend on each other there");
         let bound = conditions.choose(model, pool, whole, at).ok_or_else(dependent)?;
         let free: Vec<usize> = (0..visible).filter(|i| !bound.contains(i)).collect();
-        let loose = |i: &&usize| conditions.rows.iter().take(conditions.constraints).all(|row| row[**i].is_zero());
-        let moved: Vec<usize> = bound.iter().filter(loose).copied().collect();
+        let (candidates, carried) = left_to_move(pool, &conditions.rows[..conditions.constraints], &bound);
         let rows = eliminate(pool, conditions.rows.clone(), &bound).ok_or_else(dependent)?;
         let slopes: Rows = rows.iter().map(|row| free.iter().map(|i| pool.neg(row[*i])).collect()).collect();
         let part = |columns: &[usize]| -> Rows {
@@ -344,7 +369,7 @@ impl SymbolicRolling {
         let feeds_back = added(pool, &feeds_back, &r);
         // What constraints hold has nowhere to drift.
         let rests = |k: usize| [&beta, &gamma].iter().all(|rows| rows[k].iter().all(|e| e.is_zero()));
-        let held: Vec<bool> = (0..bound.len()).map(|k| !moved.contains(&bound[k]) && rests(k)).collect();
+        let held: Vec<bool> = (0..bound.len()).map(|k| !candidates.contains(&bound[k]) && rests(k)).collect();
         let acting = if drifts { acting(pool, &feeds_back, &gamma, &held) } else { vec![false; bound.len()] };
         let feeds_back = masked(pool, &feeds_back, &acting);
         let zeros = not_integrable(model, pool, &bound, visible)
@@ -352,18 +377,23 @@ impl SymbolicRolling {
         // A family of equilibria moves these alone; those that act on the others have exponents of their own.
         let place = |i: &usize| bound.iter().position(|own| own == i);
         let is_acting = |i: &usize| place(i).is_some_and(|at| acting[at]);
-        let (alive, mut moved): (Vec<usize>, Vec<usize>) = moved.into_iter().partition(is_acting);
+        let (alive, mut moved): (Vec<usize>, Vec<usize>) = candidates.iter().partition(|i| is_acting(i));
         if alive.len() < acting.iter().filter(|own| **own).count() {
             return Err(refused("coordinates that constraints hold as well act on the others in this steady motion"));
         }
         if zeros == 0 && alive.is_empty() {
             moved.clear();
         } else if zeros != alive.len() + moved.len() && (alive.is_empty() || !moved.is_empty()) {
-            return Err(refused(NOT_SINGLE));
+            return Err(refused(NOT_TOLD));
         }
-        let places: Vec<usize> = moved.iter().filter_map(place).collect();
-        let shifts: Rows = r.iter().map(|row| places.iter().map(|at| row[*at]).collect()).collect();
-        if drifts && !vanish(&shifts) {
+        let of_moved = |row: &Vec<ExprId>| -> Vec<ExprId> {
+            let all = candidates.iter().zip(row).filter(|(own, _)| moved.contains(own));
+            all.map(|(_, e)| *e).collect()
+        };
+        let carried: Rows = carried.iter().map(of_moved).collect();
+        let shifts = product(pool, &r, &carried);
+        let alone = |(i, row): (&usize, &Vec<ExprId>)| moved.contains(i) || row.iter().all(|e| e.is_zero());
+        if drifts && !(vanish(&shifts) && bound.iter().zip(&carried).all(alone)) {
             return Err(refused(NOT_SINGLE));
         }
         let opposite = scaled(pool, &slopes, -1);
@@ -377,6 +407,7 @@ impl SymbolicRolling {
         let velocity = order.joined(&left, [&velocity, &none], zero, &|i, j| order.velocity(i, j, [zero, one]));
         let stiffness = order.joined(&left, [&stiffness, &feeds_back], zero, &|i, j| order.place(i, j, zero));
         let others: Vec<usize> = bound.iter().copied().filter(|i| !is_acting(i)).collect();
+        let carried = bound.iter().zip(carried).filter(|(i, _)| !is_acting(i)).map(|(_, row)| row).collect();
         let first = (0..left.len()).filter(|at| is_acting(&left[*at])).collect();
         let drift = if drifts { order.drift(pool, &left, &others) } else { Vec::new() };
         let directions: Rows = (0..visible)
@@ -388,7 +419,7 @@ impl SymbolicRolling {
         let matrices = parts(pool, mass, &velocity, &stiffness);
         let gradients = beginning(&conditions.rows, visible);
         let (free, bound, reactions) = (left, others, reactions.to_vec());
-        Ok(Self { free, first, bound, drift, moved, matrices, gradients, directions, reactions, shifts })
+        Ok(Self { free, first, bound, drift, moved, matrices, gradients, directions, reactions, shifts, carried })
     }
 }
 
@@ -430,11 +461,14 @@ impl Rolling {
         for (i, own) in model.coordinates.iter().enumerate().skip(visible) {
             point[i] = pool.symbol_expr(own.symbol);
         }
+        model.pool = pool;
+        by_hand::put_in_zeros(model, assembly, &mut point, |i| equilibrium.may_be_zero(i));
+        let pool = model.pool.clone();
         let mut whole = matrices_at(model, pool, assembly, &point);
         let symbolic = SymbolicRolling::new(model, &mut whole, &point, &equilibrium.values, (visible, reactions))?;
         let slopes = symbolic.bound.iter().flat_map(|i| &symbolic.directions[*i]);
         let all = symbolic.matrices.iter().flatten().flatten().flatten().chain(slopes);
-        let all = all.chain(symbolic.drift.iter().flatten()).chain(symbolic.shifts.iter().flatten());
+        let all = all.chain([&symbolic.drift, &symbolic.shifts, &symbolic.carried].into_iter().flatten().flatten());
         let all: Vec<ExprId> = all.copied().collect();
         let formulas = Formulas::new(model, &whole.pool, &all);
         let formulas = formulas.ok_or_else(|| refused("their matrices have no numbers there"))?;
@@ -464,42 +498,61 @@ impl Rolling {
         Some((matrices, Tangent { free, bound, slopes, precision }))
     }
 
-    /// For each condition that can't be integrated the direction of its family of equilibria: a coordinate, and what follows it, so
-    /// that no force acts. `None` where forces do not tell.
-    pub(super) fn families(
+    /// For each coordinate that moves along a family of equilibria, by 1, how the free ones follow it so that no force acts; `None`
+    /// where balls do not tell.
+    pub(super) fn following(
         &self,
         model: &Model,
         at: &[Ball],
         [.., stiffness, circulatory]: &Numbers<Ball>,
+    ) -> Option<Vec<Vec<Ball>>> {
+        let (n, count) = (self.symbolic.free.len(), self.symbolic.moved.len());
+        if count == 0 {
+            return Some(Vec::new());
+        }
+        let held = sum(stiffness.clone(), circulatory.clone());
+        let held = held.unwrap_or_else(|| vec![Ball::ZERO; n * n]);
+        let [_, shifts, _] = self.beside(model, at)?;
+        let one = |place: usize| {
+            let force: Vec<Ball> = (0..n).map(|row| -shifts[row * count + place]).collect();
+            if force.iter().all(Ball::is_zero) {
+                return Some(force);
+            }
+            let row = |row: usize| (0..n).map(|j| held[row + n * j]).chain([force[row]]).collect();
+            constrained::solve((0..n).map(row).collect(), ())
+        };
+        (0..count).map(one).collect()
+    }
+
+    /// The direction of each family of equilibria: of what moves and what goes with it, and what follows.
+    pub(super) fn families(
+        &self,
+        model: &Model,
+        at: &[Ball],
+        following: &[Vec<Ball>],
         tangent: &Tangent<Ball>,
     ) -> Option<Vec<Vec<Ball>>> {
         let SymbolicRolling { free, bound, moved, .. } = &self.symbolic;
-        if moved.is_empty() {
-            return Some(Vec::new());
-        }
-        let (n, count) = (free.len(), moved.len());
-        let held = sum(stiffness.clone(), circulatory.clone());
-        let held = held.unwrap_or_else(|| vec![Ball::ZERO; n * n]);
-        let numbers = self.formulas.at(model, at, ())?;
-        let shifts = numbers.get(numbers.len().checked_sub(n * count)?..)?;
-        let mut families = Vec::with_capacity(count);
-        for (place, own) in moved.iter().enumerate() {
-            let force: Vec<Ball> = (0..n).map(|row| -shifts[row * count + place]).collect();
-            let following = if force.iter().all(Ball::is_zero) {
-                force
-            } else {
-                let row = |row: usize| (0..n).map(|j| held[row + n * j]).chain([force[row]]).collect();
-                constrained::solve((0..n).map(row).collect(), ())?
-            };
-            let mut vector = vec![Ball::ZERO; n + bound.len()];
-            free.iter().zip(&following).for_each(|(i, y)| vector[*i] = *y);
-            for (i, slopes) in bound.iter().zip(&tangent.slopes) {
-                let sum = slopes.iter().zip(&following).fold(Ball::ZERO, |sum, (slope, y)| sum + *slope * *y);
-                vector[*i] = if i == own { sum + Ball::ONE } else { sum };
+        let [.., carried] = self.beside(model, at)?;
+        let family = |(place, following): (usize, &Vec<Ball>)| {
+            let mut vector = vec![Ball::ZERO; free.len() + bound.len()];
+            free.iter().zip(following).for_each(|(i, y)| vector[*i] = *y);
+            for ((i, slopes), carried) in bound.iter().zip(&tangent.slopes).zip(carried.chunks(moved.len())) {
+                let own = carried[place];
+                vector[*i] = slopes.iter().zip(following).fold(own, |sum, (slope, y)| sum + *slope * *y);
             }
-            families.push(vector);
-        }
-        Some(families)
+            vector
+        };
+        Some(following.iter().enumerate().map(family).collect())
+    }
+
+    /// The numbers of -β and -γ, of what forces come with coordinates along families, and of what goes with these; row by row.
+    fn beside(&self, model: &Model, at: &[Ball]) -> Option<[Vec<Ball>; 3]> {
+        let SymbolicRolling { drift, shifts, carried, .. } = &self.symbolic;
+        let mut numbers = self.formulas.at(model, at, ())?;
+        let mut last = |rows: &Rows| numbers.split_off(numbers.len() - rows.iter().map(Vec::len).sum::<usize>());
+        let (carried, shifts) = (last(carried), last(shifts));
+        Some([last(drift), shifts, carried])
     }
 
     /// Those of the coordinates that are left, by place, whose equations are conditions, of first order.
@@ -514,11 +567,9 @@ impl Rolling {
 
     /// How the velocities of those that follow come of the others' places and of their own; one row each, and none where they do not.
     pub(super) fn drift(&self, model: &Model, at: &[Ball]) -> Option<Vec<Vec<Ball>>> {
-        let SymbolicRolling { free, bound, drift, shifts, .. } = &self.symbolic;
-        let numbers = self.formulas.at(model, at, ())?;
-        let width = free.len() + bound.len();
-        let end = numbers.len() - shifts.iter().map(Vec::len).sum::<usize>();
-        Some(numbers[end - drift.len() * width..end].chunks(width).map(<[Ball]>::to_vec).collect())
+        let [drift, ..] = self.beside(model, at)?;
+        let width = self.symbolic.free.len() + self.symbolic.bound.len();
+        Some(drift.chunks(width).map(<[Ball]>::to_vec).collect())
     }
 
     /// The coordinates that follow the others.

@@ -54,6 +54,12 @@ impl ZeroMode {
     pub(super) fn of_no_force(vector: Vec<Ball>) -> Self {
         Self { vector, meaning: NO_FORCE.to_owned(), ground: Ground::Plain }
     }
+
+    /// A vector of the kernel of an exact matrix.
+    pub(super) fn of_exact(vector: Vec<Surd>) -> Self {
+        let numbers = vector.iter().map(|x| x.in_numbers(())).collect();
+        Self { vector: numbers, meaning: NO_FORCE.to_owned(), ground: Ground::Exact(vector) }
+    }
 }
 
 /// What a zero mode is known by; it gives the vector in any numbers.
