@@ -204,46 +204,61 @@ fn gradient(pool: &mut Pool, family: &ElementFamily) -> Vec<ExprId> {
 /// Constant vectors along which no term changes, and which move only what is allowed to.
 fn constant_generators(model: &Model, pool: &Pool, bodies: &[Body<'_>], allowed: &[bool]) -> Vec<Symmetry> {
     let n = model.coordinates.len();
-    let mut eliminated = Elimination::default();
-    for (i, _) in allowed.iter().enumerate().filter(|(_, ok)| !**ok) {
-        if eliminated.add(vec![(i as u32, 1)]).is_none() {
-            return Vec::new();
-        }
-    }
-    let zero = |slope: &ExprId| slope.is_zero();
-    for body in bodies {
-        if body.gradient.iter().all(zero) {
-            continue;
-        }
+    let mut spanned = Vec::with_capacity(bodies.len());
+    for body in bodies.iter().filter(|body| !body.gradient.iter().all(|slope| slope.is_zero())) {
         let Some(rows) = functionals(pool, &body.gradient) else {
             return Vec::new();
         };
-        for coordinates in body.instances() {
-            for row in &rows {
+        spanned.push((body, rows));
+    }
+    let visit = |take: &mut dyn FnMut(Row) -> Option<()>| -> Option<()> {
+        for (body, rows) in &spanned {
+            for (coordinates, row) in body.instances().flat_map(|own| rows.iter().map(move |row| (own, row))) {
                 let entries = coordinates.iter().copied().zip(row.iter().copied());
-                let mut entries: Row = entries.collect();
-                entries.sort_unstable();
-                let of_one = |group: &[(u32, u64)]| {
-                    let value = group.iter().fold(0, |sum, (_, x)| add_mod(sum, *x));
-                    (group[0].0, value)
-                };
-                let groups = entries.chunk_by(|a, b| a.0 == b.0).map(of_one);
-                let row = groups.filter(|(_, value)| *value != 0).collect();
-                if eliminated.add(row).is_none() {
-                    return Vec::new();
-                }
+                take(entries.filter(|(_, x)| *x != 0).collect())?;
             }
         }
+        Some(())
+    };
+    // What acts between two coordinates, by their difference alone, leaves them one.
+    let mut same = Groups::new(n);
+    let _ = visit(&mut |row| {
+        if let [(i, x), (j, y)] = row[..]
+            && add_mod(x, y) == 0
+        {
+            same.join(i as usize, j as usize);
+        }
+        Some(())
+    });
+    let groups = same.all();
+    let mut place = vec![0; n];
+    for (own, group) in (0..).zip(&groups) {
+        group.iter().for_each(|i| place[*i] = own);
+    }
+    let mut eliminated = Elimination::default();
+    let mut held = allowed.iter().zip(&place).filter(|(ok, _)| !**ok);
+    let added = held.try_for_each(|(_, own)| eliminated.add(vec![(*own, 1)]).map(|_| ())).and_then(|()| {
+        visit(&mut |mut row| {
+            row.iter_mut().for_each(|(i, _)| *i = place[*i as usize]);
+            row.sort_unstable();
+            let of_one = |group: &[(u32, u64)]| (group[0].0, group.iter().fold(0, |sum, (_, x)| add_mod(sum, *x)));
+            let row: Row = row.chunk_by(|a, b| a.0 == b.0).map(of_one).filter(|(_, value)| *value != 0).collect();
+            if row.is_empty() { Some(()) } else { eliminated.add(row).map(|_| ()) }
+        })
+    });
+    if added.is_none() {
+        return Vec::new();
     }
     let fraction = |value: &u64| {
         let (numerator, denominator) = rational_reconstruct(*value)?;
         Number::ratio(numerator, denominator)
     };
-    let vectors = eliminated.kernel(n);
+    let vectors = eliminated.kernel(groups.len());
     vectors
         .into_iter()
         .filter_map(|vector| {
-            let exact = vector.iter().map(fraction).collect::<Option<Vec<Number>>>()?;
+            let of_groups = vector.iter().map(fraction).collect::<Option<Vec<Number>>>()?;
+            let exact: Vec<Number> = place.iter().map(|own| of_groups[*own as usize].clone()).collect();
             Some(Symmetry { meaning: naming::constant(model, &exact), generator: Generator::Constant(exact) })
         })
         .collect()

@@ -68,7 +68,8 @@ fn range<S: Scalar>(
     size: impl Fn(&S) -> Option<i64>,
     is_open: impl Fn(&S) -> bool,
 ) -> Range {
-    let force = assembly.gradient(at, values);
+    // Elements without force where the equilibrium is given have none to ask for.
+    let force = if assembly.unstressed { Vec::new() } else { assembly.gradient(at, values) };
     let is_usual = |x: &S| x.is_finite() && size(x) <= Some(USUAL);
     let mut far = !force.iter().all(is_usual);
     for matrix in [Matrix::Gyroscopic, Matrix::Damping, Matrix::Circulatory] {
