@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use super::lagrangian::{Lagrangian, Variables};
 use super::motion::{Motion, MotionSum, MotionTerm};
 use super::simplify::Algebra;
-use crate::expr::{ExprId, Pool, ZeroVerdict, nullspace_mod, rational_reconstruct};
+use crate::expr::{ExprId, Pool, ZeroVerdict, fraction_mod, nullspace_mod};
 use crate::linearize::{Rotation, candidate_rotations, rotation_name, translation_name};
 use crate::model::Model;
 use crate::number::Number;
@@ -147,8 +147,7 @@ impl Search<'_> {
         let exact = kernel.iter().filter_map(|vector| {
             let mut exact = vec![Number::ZERO; count];
             for (i, residue) in moving.iter().zip(vector) {
-                let (numerator, denominator) = rational_reconstruct(*residue)?;
-                exact[*i] = Number::ratio(numerator, denominator)?;
+                exact[*i] = fraction_mod(*residue)?;
             }
             Some(exact)
         });

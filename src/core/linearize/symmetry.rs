@@ -16,7 +16,7 @@ use super::parameters::rational_values;
 use super::symbolic;
 use super::verify::hold_in_true_numbers;
 use crate::expr::{
-    ExprId, ModularPoint, Pool, Symbol, ZeroVerdict, add_mod, mul_mod, neg_mod, nullspace_mod, rational_reconstruct,
+    ExprId, ModularPoint, Pool, Symbol, ZeroVerdict, add_mod, fraction_mod, mul_mod, neg_mod, nullspace_mod,
 };
 use crate::groups::Groups;
 use crate::model::{CoordinateFamily, Model, TermFamily};
@@ -235,15 +235,11 @@ fn constant_generators(model: &Model, pool: &Pool, bodies: &[Body<'_>], allowed:
             }
         }
     }
-    let fraction = |value: &u64| {
-        let (numerator, denominator) = rational_reconstruct(*value)?;
-        Number::ratio(numerator, denominator)
-    };
     let vectors = eliminated.kernel(n);
     vectors
         .into_iter()
         .filter_map(|vector| {
-            let exact = vector.iter().map(fraction).collect::<Option<Vec<Number>>>()?;
+            let exact = vector.iter().copied().map(fraction_mod).collect::<Option<Vec<Number>>>()?;
             Some(Symmetry { meaning: naming::constant(model, &exact), generator: Generator::Constant(exact) })
         })
         .collect()

@@ -4,7 +4,7 @@
 //! are bounded whatever the forces, and a = 0 only where the gradients of constraints depend on each other.
 
 use librate_core::expr::{
-    ExprId, ModularPoint, Pool, Prepared, Symbol, Tape, ZeroVerdict, nullspace_mod, rational_reconstruct,
+    ExprId, ModularPoint, Pool, Prepared, Symbol, Tape, ZeroVerdict, fraction_mod, nullspace_mod,
 };
 use librate_core::linearize::AtRest;
 use librate_core::number::Number;
@@ -71,8 +71,7 @@ pub(super) fn neutral_directions(rest: &mut AtRest, forces: &[ExprId]) -> Vec<(u
     let kernel = nullspace_mod(&mut rows, n);
     let mut found: Vec<(usize, Neutral)> = Vec::new();
     for vector in kernel {
-        let lifted: Option<Neutral> =
-            vector.iter().map(|x| rational_reconstruct(*x).and_then(|(p, q)| Number::ratio(p, q))).collect();
+        let lifted: Option<Neutral> = vector.into_iter().map(fraction_mod).collect();
         let Some(mut vector) = lifted else { continue };
         let holds = gradients.iter().all(|gradient| {
             let terms: Vec<(ExprId, Number)> =
