@@ -42,8 +42,7 @@ impl Elaborator<'_> {
         }
         let mut sides = Vec::new();
         for program in &programs {
-            let value = self.world.run_written_out(program, &mut Vec::new());
-            sides.push(self.note(value)?.scalars());
+            sides.push(self.value_of(program, &[])?.scalars());
         }
         let count = sides.iter().map(Vec::len).max()?;
         if sides.iter().any(|side| side.len() != count && side.len() != 1) {
