@@ -29,6 +29,7 @@ use super::symbolic::{self, SymbolicMatrices, equilibrium_expressions, matrices_
 use super::velocity::{Numbers, sum};
 use crate::expr::{ExprId, Pool, Substitution, Symbol, ZeroVerdict};
 use crate::model::Model;
+use crate::number::Number;
 use crate::precision::{Ball, Enclosure};
 
 /// Models with more coordinates, multipliers included, are not written out.
@@ -232,7 +233,7 @@ pub(super) fn reactions(model: &mut Model, assembly: &Assembly) -> Option<Vec<Ex
     }
     let point: Option<Vec<ExprId>> = model.equilibria.iter().map(|given| given.map(|given| given.symbolic)).collect();
     let point = point?;
-    let (mut pool, forces) = symbolic::forces(model, assembly, &point, &Substitution::default())?;
+    let (mut pool, forces) = symbolic::forces(model, assembly, &point)?;
     let (place, velocities) = (place(model, &pool, &point), model.coordinates.iter().map(|own| own.velocity));
     let velocities: Vec<Symbol> = velocities.collect();
     let mut rows: Rows = vec![Vec::new(); point.len()];
@@ -366,7 +367,7 @@ impl SymbolicRolling {
         if drifts && !vanish(&shifts) {
             return Err(refused(NOT_SINGLE));
         }
-        let opposite = scaled(pool, &slopes, -1);
+        let opposite = scaled(pool, &slopes, Number::MINUS_ONE);
         let order =
             FirstOrder { free: &free, bound: &bound, acting: &acting, opposite: &opposite, own: &own, gamma: &gamma };
         let left = order.left();

@@ -28,8 +28,8 @@ pub(super) fn transposed(rows: &Rows) -> Rows {
     (0..width).map(|column| rows.iter().map(|row| row[column]).collect()).collect()
 }
 
-pub(super) fn scaled(pool: &mut Pool, rows: &Rows, factor: i64) -> Rows {
-    let factor = pool.integer(factor);
+pub(super) fn scaled(pool: &mut Pool, rows: &Rows, factor: Number) -> Rows {
+    let factor = pool.number(factor);
     rows.iter().map(|row| row.iter().map(|e| pool.mul(factor, *e)).collect()).collect()
 }
 
@@ -50,7 +50,7 @@ pub(super) fn masked(pool: &Pool, rows: &Rows, kept: &[bool]) -> Rows {
 /// left - a b
 pub(super) fn minus(pool: &mut Pool, left: &Rows, a: &Rows, b: &Rows) -> Rows {
     let own = product(pool, a, b);
-    let own = scaled(pool, &own, -1);
+    let own = scaled(pool, &own, Number::MINUS_ONE);
     added(pool, left, &own)
 }
 
@@ -84,12 +84,10 @@ pub(super) fn eliminate(pool: &mut Pool, mut rows: Rows, columns: &[usize]) -> O
 pub(super) fn parts(pool: &mut Pool, mass: Rows, velocity: &Rows, stiffness: &Rows) -> [Option<Rows>; 5] {
     let mut split = |rows: &Rows| {
         let mirrored = transposed(rows);
-        let opposite = scaled(pool, &mirrored, -1);
+        let opposite = scaled(pool, &mirrored, Number::MINUS_ONE);
         [&mirrored, &opposite].map(|other| {
             let sum = added(pool, rows, other);
-            let half = pool.number(Number::half());
-            let all: Rows = sum.iter().map(|row| row.iter().map(|e| pool.mul(half, *e)).collect()).collect();
-            all
+            scaled(pool, &sum, Number::half())
         })
     };
     let [damping, gyroscopic] = split(velocity);

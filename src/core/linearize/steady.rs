@@ -82,25 +82,18 @@ fn put_in(pool: &mut Pool, family: &mut TermFamily, rates: &[Option<ExprId>]) {
     }
     let zero = pool.zero();
     let mut map = Substitution::default();
-    let mut slots: Vec<Symbol> = Vec::with_capacity(turning.len());
-    for slot in &turning {
-        let velocity = family.locals[*slot].velocity;
+    let mut slots: Vec<(usize, Symbol)> = Vec::with_capacity(turning.len());
+    for slot in turning {
+        let velocity = family.locals[slot].velocity;
         let own = pool.symbol(&format!("rate {}", velocity.index()));
         let moving = pool.symbol_expr(velocity);
         let steady = pool.symbol_expr(own);
         let sum = pool.add(moving, steady);
         map.insert(velocity, sum);
-        slots.push(own);
+        slots.push((slot, own));
     }
     family.body = pool.substitute_one(family.body, &map);
-    let mut constants = Vec::with_capacity(family.constants.len() + family.count * slots.len());
-    for at in 0..family.count {
-        constants.extend(family.constants_of(at));
-        let numbers = family.coordinates_of(at);
-        constants.extend(turning.iter().map(|slot| rate_of(&numbers[*slot]).unwrap_or(zero)));
-    }
-    family.values.extend(slots);
-    family.constants = constants;
+    family.add_values(&slots, |number| rate_of(&number).unwrap_or(zero));
 }
 
 /// The constraints that the steady motion changes: what turns may be tied to what turns with it, as in x = R th.

@@ -191,7 +191,7 @@ fn divided(
     left_out: &[usize],
 ) -> [Vec<usize>; 2] {
     let n = problem.dimension;
-    let multiplied = flow.map_or(&[][..], Flow::places);
+    let multiplied = flow.map_or(&[][..], |own| &own.places);
     let friction: Vec<Vec<Ball>> = [linearized.damping(), linearized.circulatory()].into_iter().flatten().collect();
     let rubs = |i: usize| friction.iter().any(|own| (0..n).any(|j| couples(own, n, i, j)));
     let starts = |i: &usize| multiplied.contains(i) || rubs(*i);
