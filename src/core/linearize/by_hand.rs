@@ -24,7 +24,7 @@ pub(super) fn put_in_zeros(model: &Model, assembly: &Assembly, point: &mut [Expr
             return;
         };
         let tried = zeros.len();
-        zeros.retain(|i| forces.get(&(*i as u32)).is_none_or(|force| pool.is_zero(*force) == ZeroVerdict::Zero));
+        zeros.retain(|i| forces.get(&(*i as u32)).is_none_or(|force| pool.vanishes(*force)));
         if zeros.len() == tried {
             point.copy_from_slice(&trial);
             return;
@@ -67,7 +67,7 @@ pub(super) fn put_in_solved(model: &mut Model, assembly: &Assembly, point: &mut 
         let (linear, value) = (pool.mul(slope, itself), pool.div(rest, slope));
         let difference = pool.sub(force, linear);
         let difference = pool.add(difference, rest);
-        (pool.is_zero(difference) == ZeroVerdict::Zero).then_some((place, value))
+        pool.vanishes(difference).then_some((place, value))
     }) {
         let (i, symbol, _) = equations.swap_remove(place);
         let known = Substitution::from([(symbol, value)]);

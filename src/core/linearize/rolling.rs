@@ -23,11 +23,11 @@ use super::error::LinearizeError;
 use super::integrable::not_integrable;
 use super::parameters::{Formulas, known_values};
 use super::rows::{
-    Rows, added, beginning, eliminate, is_zero, masked, minus, parts, product, scaled, total, transposed, vanish,
+    Rows, added, beginning, eliminate, masked, minus, parts, product, scaled, total, transposed, vanish,
 };
 use super::symbolic::{self, SymbolicMatrices, equilibrium_expressions, matrices_at};
 use super::velocity::{Numbers, sum};
-use crate::expr::{ExprId, Pool, Substitution, Symbol, ZeroVerdict};
+use crate::expr::{ExprId, Pool, Substitution, Symbol};
 use crate::model::Model;
 use crate::number::Number;
 use crate::precision::{Ball, Enclosure};
@@ -191,7 +191,7 @@ impl Conditions {
         for own in &model.rolling {
             let here = pool.substitute_one(own.expression, &place);
             let valued = pool.substitute_one(here, &known_values(model));
-            if pool.is_zero(here) != ZeroVerdict::Zero && pool.is_zero(valued) != ZeroVerdict::Zero {
+            if !pool.vanishes(here) && !pool.vanishes(valued) {
                 let difference = pool.display(here);
                 return Err(LinearizeError::RollingBroken { difference, span: own.span });
             }
@@ -200,7 +200,7 @@ impl Conditions {
             let mut row = pool.gradient(own.expression, &velocities);
             row.extend(pool.gradient(own.expression, &coordinates));
             let row = pool.substitute(&row, &place);
-            rows.push(row.into_iter().map(|e| if is_zero(pool, e) { zero } else { e }).collect());
+            rows.push(row.into_iter().map(|e| if pool.vanishes(e) { zero } else { e }).collect());
         }
         Ok(Self { rows, constraints })
     }
@@ -250,7 +250,7 @@ pub(super) fn reactions(model: &mut Model, assembly: &Assembly) -> Option<Vec<Ex
     let known = known_values(model);
     let is_none = |pool: &mut Pool, e: ExprId| {
         let valued = pool.substitute_one(e, &known);
-        is_zero(pool, e) || is_zero(pool, valued)
+        pool.vanishes(e) || pool.vanishes(valued)
     };
     let last = |row: &Vec<ExprId>| row.last().copied();
     let multipliers: Vec<ExprId> = solved.iter().take(count).filter_map(last).collect();

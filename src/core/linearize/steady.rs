@@ -108,7 +108,7 @@ fn changing(model: &mut Model) -> Vec<Constraint> {
         });
         let change: Vec<ExprId> = change.collect();
         let change = pool.sum(&change);
-        pool.is_zero(change) != ZeroVerdict::Zero
+        !pool.vanishes(change)
     };
     constraints.iter().chain(rolling.iter()).filter(changes).copied().collect()
 }
@@ -144,11 +144,11 @@ fn check_cyclic(
     }
     let mut cyclic = parts.iter().all(|parts| {
         let slope = pool.sum(parts);
-        pool.is_zero(slope) == ZeroVerdict::Zero
+        pool.vanishes(slope)
     });
     for constraint in changing {
         let slope = pool.diff(constraint.expression, symbol);
-        if pool.is_zero(slope) != ZeroVerdict::Zero {
+        if !pool.vanishes(slope) {
             cyclic = false;
             place = Some(constraint.span);
         }

@@ -219,7 +219,7 @@ pub(crate) fn constant_along(model: &Model, motion: &[(usize, Number)]) -> Optio
     }
     Some(model.coordinates.iter().all(|coordinate| {
         let slope = pool.diff(total, coordinate.symbol);
-        pool.is_zero(slope) == ZeroVerdict::Zero
+        pool.vanishes(slope)
     }))
 }
 
@@ -270,7 +270,7 @@ pub(crate) fn doubtful_force(model: &Model, assembly: &Assembly, point: &[ExprId
         return None;
     }
     let (mut pool, forces) = forces(model, assembly, point)?;
-    let (number, force) = forces.into_iter().find(|(_, force)| pool.is_zero(*force) != ZeroVerdict::Zero)?;
+    let (number, force) = forces.into_iter().find(|(_, force)| !pool.vanishes(*force))?;
     let force = pool.neg(force);
     let functions = pool.reachable(&[force]).into_iter().filter_map(|id| pool.as_function(id));
     let sizes = functions.filter(|(function, _)| *function == Function::Abs);
@@ -289,8 +289,7 @@ pub(super) fn force_left(model: &Model, assembly: &Assembly, point: &[ExprId]) -
     let coordinates: HashSet<Symbol> = model.coordinates.iter().map(|own| own.symbol).collect();
     let is_open = |symbol| coordinates.contains(&symbol);
     let mut all = forces.into_iter();
-    let (number, force) =
-        all.find(|(_, force)| pool.is_zero(*force) != ZeroVerdict::Zero && !pool.depends_on(*force, &is_open))?;
+    let (number, force) = all.find(|(_, force)| !pool.vanishes(*force) && !pool.depends_on(*force, &is_open))?;
     let force = pool.neg(force);
     Some((number as usize, pool.display(force)))
 }
@@ -387,7 +386,7 @@ pub(super) fn matrices_at(model: &Model, mut pool: Pool, assembly: &Assembly, po
         let mut rows: Option<Vec<Vec<ExprId>>> = None;
         for ((i, j), parts) in shares_of_velocities(model, &mut pool, assembly, matrix, point) {
             let entry = pool.sum(&parts);
-            if pool.is_zero(entry) != ZeroVerdict::Zero {
+            if !pool.vanishes(entry) {
                 rows.get_or_insert_with(|| vec![vec![pool.zero(); n]; n])[i][j] = entry;
             }
         }
@@ -413,7 +412,7 @@ pub(super) fn vanishes(model: &mut Model, assembly: &Assembly, matrix: Matrix, p
     model.with_pool(|model, pool| {
         shares_of_velocities(model, pool, assembly, matrix, point).values().all(|parts| {
             let entry = pool.sum(parts);
-            pool.is_zero(entry) == ZeroVerdict::Zero
+            pool.vanishes(entry)
         })
     })
 }

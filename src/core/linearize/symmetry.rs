@@ -15,9 +15,7 @@ use super::naming;
 use super::parameters::rational_values;
 use super::symbolic;
 use super::verify::hold_in_true_numbers;
-use crate::expr::{
-    ExprId, ModularPoint, Pool, Symbol, ZeroVerdict, add_mod, fraction_mod, mul_mod, neg_mod, nullspace_mod,
-};
+use crate::expr::{ExprId, ModularPoint, Pool, Symbol, add_mod, fraction_mod, mul_mod, neg_mod, nullspace_mod};
 use crate::groups::Groups;
 use crate::model::{CoordinateFamily, Model, TermFamily};
 use crate::number::Number;
@@ -91,7 +89,7 @@ impl Symmetry {
                     let own = rows.iter().filter(|(row, ..)| *row == i);
                     let parts: Vec<ExprId> = own.map(|(_, j, entry)| pool.mul(*entry, speeds[*j])).collect();
                     let sum = pool.sum(&parts);
-                    pool.is_zero(sum) == ZeroVerdict::Zero
+                    pool.vanishes(sum)
                 })
             })
         })

@@ -8,7 +8,7 @@ use super::elaborate::Elaborator;
 use super::index::is_so;
 use super::names::World;
 use super::{Given, Model, ModelError};
-use crate::expr::{ExprId, Function, Node, Pool, ZeroVerdict, evaluate_closed};
+use crate::expr::{ExprId, Function, Node, Pool, evaluate_closed};
 use crate::precision::Big;
 use crate::span::Span;
 use crate::syntax::{Comparison, ExprKind, ExprRef};
@@ -73,7 +73,7 @@ impl Elaborator<'_> {
             Ordering::Greater
         } else if value.is_negative() {
             Ordering::Less
-        } else if pool.is_zero(difference) == ZeroVerdict::Zero {
+        } else if pool.vanishes(difference) {
             Ordering::Equal
         } else {
             return None;

@@ -12,7 +12,7 @@ use super::table::{Table, TableTexts};
 use super::terms::{TermFamily, families};
 use super::values::{Value, sum};
 use super::{Constraint, Given, Givens, Model, ModelError, dimension};
-use crate::expr::{ExprId, Pool, ZeroVerdict};
+use crate::expr::{ExprId, Pool};
 use crate::span::Span;
 use crate::syntax::{ExprKind, ExprRef, File, Indices, Name, StatementKind};
 
@@ -314,7 +314,7 @@ impl<'a> Elaborator<'a> {
             SymbolKind::Velocity(number) => {
                 let slope = pool.diff(e, symbol);
                 let bends = pool.slopes(slope, moves);
-                let bent = bends.iter().any(|(_, bend)| pool.is_zero(*bend) != ZeroVerdict::Zero);
+                let bent = bends.iter().any(|(_, bend)| !pool.vanishes(*bend));
                 bent.then(|| format!("{}'", coordinates.at(number).name()))
             }
             SymbolKind::Acceleration(number) => Some(format!("{}''", coordinates.at(number).name())),
