@@ -7,7 +7,7 @@
 use std::collections::HashSet;
 
 use crate::program::Program;
-use librate_core::expr::{ExprId, Node, Pool, Substitution, Symbol, ZeroVerdict};
+use librate_core::expr::{ExprId, Node, Pool, Substitution, Symbol};
 use librate_core::linearize::{Linearized, constant, known_values};
 use librate_core::model::{Model, Parameter, SymbolKind};
 use librate_core::number::Number;
@@ -148,7 +148,7 @@ fn is_rigid(pool: &mut Pool, model: &Model, point: &[ExprId], other: Option<&[Ex
     let square = pool.sum(&squares);
     moving(pool, model, &[square]).into_iter().all(|number| {
         let slope = pool.diff(square, model.coordinates.at(number).symbol);
-        pool.is_zero(slope) == ZeroVerdict::Zero
+        pool.vanishes(slope)
     })
 }
 
@@ -215,7 +215,7 @@ fn held(pool: &mut Pool, model: &Model, positions: &[ExprId], dimension: usize) 
                 let slopes: Option<Vec<ExprId>> = parts
                     .iter()
                     .map(|part| {
-                        if pool.is_zero(*part) == ZeroVerdict::Zero {
+                        if pool.vanishes(*part) {
                             Some(*part)
                         } else {
                             pool.as_symbol(*part).map(|own| pool.diff(constraint.expression, own))
@@ -225,8 +225,7 @@ fn held(pool: &mut Pool, model: &Model, positions: &[ExprId], dimension: usize) 
                 let Some(slopes) = slopes else { continue };
                 let mut along = |i: usize, j: usize| {
                     let [a, b] = [pool.mul(slopes[i], parts[j]), pool.mul(slopes[j], parts[i])];
-                    let cross = pool.sub(a, b);
-                    pool.is_zero(cross) == ZeroVerdict::Zero
+                    pool.agree(a, b)
                 };
                 if (1..dimension).all(|axis| along(0, axis) && along(axis - 1, axis)) {
                     found.push((only, None, Link::Rod));

@@ -4,7 +4,7 @@
 //! Lifshitz, Mechanics, §5). What is put in for parameters is up to the caller. Nothing is evaluated or approximated here, and
 //! nothing is said about constraints.
 
-use librate_core::expr::{ExprId, Pool, Substitution, Symbol, ZeroVerdict};
+use librate_core::expr::{ExprId, Pool, Substitution, Symbol};
 use librate_core::linearize::{forces_of, signed_terms, written_out};
 use librate_core::model::{Model, SymbolKind};
 use librate_core::span::Span;
@@ -158,7 +158,6 @@ pub(crate) fn is_gradient(pool: &mut Pool, slopes: &[Vec<(usize, ExprId)>]) -> b
     };
     (0..slopes.len()).flat_map(|i| (0..i).map(move |j| (i, j))).all(|(i, j)| {
         let (own, other) = (slope(pool, i, j), slope(pool, j, i));
-        let curl = pool.sub(own, other);
-        pool.is_zero(curl) == ZeroVerdict::Zero
+        pool.agree(own, other)
     })
 }

@@ -4,7 +4,7 @@
 use librate::expr::Pool;
 use librate::number::Number;
 use librate_core::expr::{
-    PRIME, add_mod, inverse_mod, mul_mod, neg_mod, nullspace_mod, pow_mod, rational_reconstruct, sqrt_mod, sub_mod,
+    PRIME, add_mod, fraction_mod, inverse_mod, mul_mod, neg_mod, nullspace_mod, pow_mod, sqrt_mod, sub_mod,
 };
 use proptest::prelude::*;
 
@@ -32,8 +32,7 @@ proptest! {
     #[test]
     fn fractions_are_found_again(n in -900_000_000i64..900_000_000, d in 1i64..900_000_000) {
         let fraction = Number::ratio(n, d).unwrap();
-        let (n, d) = fraction.small_parts().unwrap();
-        prop_assert_eq!(rational_reconstruct(fraction.mod_prime(PRIME).unwrap()), Some((n, d as i64)));
+        prop_assert_eq!(fraction_mod(fraction.mod_prime(PRIME).unwrap()), Some(fraction));
     }
 
     #[test]

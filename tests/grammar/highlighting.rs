@@ -135,7 +135,7 @@ fn check(grammar: &Grammar, source: &str) {
             | StatementKind::Period(_) => {}
         }
     }
-    for expr in &file.expressions {
+    for expr in file.expressions.iter() {
         match &expr.kind {
             ExprKind::Number(_) => colours.is(expr.span, "constant.numeric"),
             ExprKind::Name(text) if *text == "t" => colours.is(expr.span, "variable.language"),

@@ -18,7 +18,7 @@ fn check(source: &str) {
             let printed = print_file(&file);
             let again = parse(&printed).unwrap_or_else(|e| panic!("{printed}\n{e:#?}"));
             assert_eq!(strip_spans(&again), strip_spans(&file), "{printed}");
-            for expr in &file.expressions {
+            for expr in file.expressions.iter() {
                 assert!(source.get(expr.span.range()).is_some_and(|t| !t.is_empty()));
             }
         }

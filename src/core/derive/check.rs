@@ -12,7 +12,7 @@ use super::cubic::Solved;
 use super::frequencies::{Case, Frequency};
 use super::pair::Pair;
 use super::simplify::Algebra;
-use crate::expr::{ExprId, Node, Pool, Symbol, Tape, ZeroVerdict, mix};
+use crate::expr::{ExprId, Node, Pool, Symbol, Tape, mix};
 use crate::linearize::{self, LinearizeError, Linearized, Units, evaluate_closed, known_values, may_be_singular};
 use crate::model::Model;
 use crate::modes::{self, Options, Problem};
@@ -709,8 +709,7 @@ fn is_zero(value: &Ball, size: f64) -> bool {
 fn equal(pool: &Pool, [a, b]: [ExprId; 2]) -> bool {
     // A copy is needed to write the difference down; only near coincidences come here.
     let mut pool = pool.clone();
-    let difference = pool.sub(a, b);
-    pool.is_zero(difference) == ZeroVerdict::Zero
+    pool.agree(a, b)
 }
 
 /// A positive rational number without a relation to the others: (2 a + 1)/(2 b), between 1/2 and 2.

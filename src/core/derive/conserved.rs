@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use super::lagrangian::{Lagrangian, Variables};
 use super::motion::{Motion, MotionSum, MotionTerm};
 use super::simplify::Algebra;
-use crate::expr::{ExprId, Pool, ZeroVerdict, nullspace_mod, rational_reconstruct};
+use crate::expr::{ExprId, Pool, fraction_mod, nullspace_mod};
 use crate::linearize::{Rotation, candidate_rotations, rotation_name, translation_name};
 use crate::model::Model;
 use crate::number::Number;
@@ -147,8 +147,7 @@ impl Search<'_> {
         let exact = kernel.iter().filter_map(|vector| {
             let mut exact = vec![Number::ZERO; count];
             for (i, residue) in moving.iter().zip(vector) {
-                let (numerator, denominator) = rational_reconstruct(*residue)?;
-                exact[*i] = Number::ratio(numerator, denominator)?;
+                exact[*i] = fraction_mod(*residue)?;
             }
             Some(exact)
         });
@@ -158,7 +157,7 @@ impl Search<'_> {
                 // A multiplier stays as it is.
                 let terms = slopes.iter().filter_map(|(i, slope)| Some((*slope, vector.get(*i)?.clone())));
                 let sum = self.pool.linear(&terms.collect::<Vec<_>>());
-                self.pool.is_zero(sum) == ZeroVerdict::Zero
+                self.pool.vanishes(sum)
             })
         };
         exact.into_iter().filter(holds).collect()
@@ -205,7 +204,7 @@ impl Search<'_> {
         }
         // Cheap, and mostly the end of it.
         let sum = self.pool.sum(&change);
-        if self.pool.is_zero(sum) != ZeroVerdict::Zero {
+        if !self.pool.vanishes(sum) {
             return None;
         }
         let mut terms = self.lagrangian.other.clone();
@@ -233,7 +232,7 @@ impl Search<'_> {
             }
         }
         let sum = self.pool.sum(&change);
-        if self.pool.is_zero(sum) != ZeroVerdict::Zero {
+        if !self.pool.vanishes(sum) {
             return None;
         }
         // Of each plane first the velocity without a minus.
@@ -252,7 +251,7 @@ impl Search<'_> {
             }
         }
         let sum = self.pool.sum(&terms);
-        self.pool.is_zero(sum) == ZeroVerdict::Zero
+        self.pool.vanishes(sum)
     }
 }
 

@@ -26,7 +26,7 @@
 use super::normal::Abbreviation;
 use super::roots::root;
 use super::simplify::Algebra;
-use crate::expr::{ExprId, Pool, ZeroVerdict};
+use crate::expr::{ExprId, Pool};
 use crate::model::Model;
 use crate::number::Number;
 use crate::precision::Function;
@@ -110,7 +110,7 @@ pub(super) fn solve(pool: &mut Algebra<'_>, model: &Model, sums: &[ExprId], befo
     let biquadratic = match sums {
         [a, b, c, _] => {
             let q = middle(pool, *a, *b, *c);
-            pool.is_zero(q) == ZeroVerdict::Zero
+            pool.vanishes(q)
         }
         _ => false,
     };
@@ -185,7 +185,7 @@ fn cubic(pool: &mut Algebra<'_>, names: &mut Names<'_>, [a, b, c]: [ExprId; 3], 
     let middle = pool.scale(a, &ratio(1, 3));
     let square = pool.square(a);
     let p = pool.linear(&[(square, ratio(1, 9)), (b, ratio(-1, 3))]);
-    if pool.is_zero(p) == ZeroVerdict::Zero {
+    if pool.vanishes(p) {
         return Zeros { all: vec![vec![middle]; 3], family: None };
     }
     let p = shortened(pool, p);

@@ -12,7 +12,7 @@ use super::equations::{self, Factors};
 use super::lagrangian::{self, Variables};
 use super::motion::{Motion, MotionSum};
 use super::simplify::Algebra;
-use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, ZeroVerdict};
+use crate::expr::{ExprId, Node, Pool, Substitution, Symbol};
 use crate::linearize::{self, LinearizeError, Linearized};
 use crate::model::{Local, Model, TermFamily};
 use crate::number::Number;
@@ -375,7 +375,7 @@ fn of_independent(model: &Model, mut pool: Pool, variables: &Variables, found: &
         if pool.depends_on(force, &bound) {
             return None;
         }
-        if pool.is_zero(force) != ZeroVerdict::Zero {
+        if !pool.vanishes(force) {
             own.forces.push(TermFamily { acts_on: Some(at), ..family(force) });
             own.force = Some(span);
         }

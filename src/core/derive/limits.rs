@@ -6,7 +6,7 @@ use super::exponents::Exponents;
 use super::frequencies::{Approximation, Case, Frequencies, Frequency};
 use super::roots::{of_polynomial, root};
 use super::simplify::{Algebra, rebuild};
-use crate::expr::{ExprId, Node, Substitution, Symbol, ZeroVerdict};
+use crate::expr::{ExprId, Node, Substitution, Symbol};
 use crate::number::Number;
 use crate::precision::Function;
 
@@ -129,7 +129,7 @@ fn finite_limits(
         let value = if power % 2 == 0 { value } else { pool.neg(value) };
         coefficients.push(pool.simplify(value));
     }
-    while coefficients.last().is_some_and(|last| pool.is_zero(*last) == ZeroVerdict::Zero) {
+    while coefficients.last().is_some_and(|last| pool.vanishes(*last)) {
         coefficients.pop();
     }
     let mut squares = of_polynomial(pool, &coefficients)?;
@@ -176,12 +176,7 @@ fn drawn(pool: &mut Algebra<'_>, values: &[ExprId]) -> Option<Vec<ExprId>> {
         values.iter().map(|value| with_drawn_roots(pool, *value, negative)).collect()
     };
     let (plus, minus) = (of(false), of(true));
-    let is_there = |own: &ExprId| {
-        minus.iter().any(|other| {
-            let difference = pool.sub(*own, *other);
-            pool.is_zero(difference) == ZeroVerdict::Zero
-        })
-    };
+    let is_there = |own: &ExprId| minus.iter().any(|other| pool.agree(*own, *other));
     plus.iter().all(is_there).then_some(plus)
 }
 

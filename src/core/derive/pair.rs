@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::simplify::{Algebra, Monomial, Opening, expand};
-use crate::expr::{ExprId, ModularPoint, Node, Pool, Substitution, ZeroVerdict, neg_mod};
+use crate::expr::{ExprId, ModularPoint, Node, Pool, Substitution, neg_mod};
 use crate::number::Number;
 use crate::precision::Function;
 use crate::symmetry::Pattern;
@@ -124,16 +124,15 @@ impl Pair {
         let mut first: HashMap<u64, ExprId> = HashMap::new();
         let mut images: HashMap<ExprId, ExprId> = HashMap::new();
         for (value, residue) in values.into_iter().zip(residues) {
-            if let Some(same) = first.get(&residue).copied() {
-                let difference = pool.sub(value, same);
-                if pool.is_zero(difference) == ZeroVerdict::Zero {
-                    images.insert(value, same);
-                    continue;
-                }
+            if let Some(same) = first.get(&residue).copied()
+                && pool.agree(value, same)
+            {
+                images.insert(value, same);
+                continue;
             }
             if let Some(opposite) = first.get(&neg_mod(residue)).copied() {
                 let sum = pool.add(value, opposite);
-                if pool.is_zero(sum) == ZeroVerdict::Zero {
+                if pool.vanishes(sum) {
                     images.insert(value, pool.neg(opposite));
                     continue;
                 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::collapse::collapse;
 use super::polynomial::Polynomial;
 use super::simplify::{Algebra, Monomial, Monomials, Opening, add_to, expand, times};
-use crate::expr::{ExprId, Pool, ZeroVerdict};
+use crate::expr::{ExprId, Pool};
 use crate::number::Number;
 
 /// Expressions with more terms than this are not multiplied out.
@@ -35,7 +35,7 @@ impl Expanded {
     pub(super) fn new(pool: &mut Pool, expressions: &[ExprId]) -> Option<Self> {
         let mut all = Vec::new();
         for e in expressions {
-            if pool.is_zero(*e) == ZeroVerdict::Zero {
+            if pool.vanishes(*e) {
                 all.push(Monomials::new());
                 continue;
             }

@@ -15,7 +15,7 @@ use super::shapes::{below_bars, on_one_bar, one_fraction};
 use super::simplify::{
     Algebra, Monomial, Monomials, Opening, add_to, expand, split, times, with_common_factor, written,
 };
-use crate::expr::{ExprId, Pool, ZeroVerdict};
+use crate::expr::{ExprId, Pool};
 use crate::model::Model;
 use crate::number::Number;
 
@@ -183,7 +183,7 @@ fn without_zeros<'a>(pool: &Pool, coefficients: &'a [ExprId]) -> (Vec<ExprId>, &
     let mut rest = coefficients;
     while let [first, others @ ..] = rest
         && !others.is_empty()
-        && pool.is_zero(*first) == ZeroVerdict::Zero
+        && pool.vanishes(*first)
     {
         zeros.push(*first);
         rest = others;
@@ -376,7 +376,7 @@ pub(super) fn of_polynomial(pool: &mut Algebra<'_>, coefficients: &[ExprId]) -> 
 /// it is the square where it is one, else with squares of common factors in front of the root where that
 /// is shorter.
 pub(super) fn root(pool: &mut Algebra<'_>, e: ExprId) -> (ExprId, bool) {
-    if pool.is_zero(e) == ZeroVerdict::Zero {
+    if pool.vanishes(e) {
         return (pool.zero(), true);
     }
     let plain = pool.sqrt(e);

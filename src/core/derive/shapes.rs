@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 use super::pair::{Pair, Sparse};
 use super::simplify::{Algebra, Opening, expand, with_common_factor};
-use crate::expr::{ExprId, Pool, Symbol, ZeroVerdict};
+use crate::expr::{ExprId, Pool, Symbol};
 use crate::number::Number;
 
 /// A ratio of amplitudes of more symbols gets a name of its own.
@@ -82,8 +82,7 @@ pub(super) fn shapes(
             factors: Vec::new(),
         }],
         ([first, second], [u, v]) => {
-            let difference = pool.sub(*first, *second);
-            if pool.is_zero(difference) == ZeroVerdict::Zero {
+            if pool.agree(*first, *second) {
                 return Vec::new();
             }
             let block = Block::new(pool, part);
@@ -125,7 +124,7 @@ fn column(
     for row in 0..n {
         let cofactors: Vec<ExprId> = (0..n).map(|other| cofactor(pool, &entries, row, other)).collect();
         let first = *cofactors.first()?;
-        if pool.is_zero(first) == ZeroVerdict::Zero {
+        if pool.vanishes(first) {
             continue;
         }
         let mut ratios = Vec::new();
@@ -278,7 +277,7 @@ impl Block {
             let below = pool.simplify(below);
             let wanted = match forms {
                 Some(forms) => forms[at],
-                None => pool.is_zero(below) != ZeroVerdict::Zero,
+                None => !pool.vanishes(below),
             };
             if !wanted {
                 continue;

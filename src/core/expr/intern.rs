@@ -35,10 +35,6 @@ impl Hasher for NodeHasher {
         }
     }
 
-    fn write_u8(&mut self, value: u8) {
-        self.write_u64(u64::from(value));
-    }
-
     fn write_u32(&mut self, value: u32) {
         self.write_u64(u64::from(value));
     }
@@ -47,15 +43,7 @@ impl Hasher for NodeHasher {
         self.0 = (self.0.rotate_left(5) ^ value).wrapping_mul(MULTIPLIER);
     }
 
-    fn write_i64(&mut self, value: i64) {
-        self.write_u64(value as u64);
-    }
-
     fn write_usize(&mut self, value: usize) {
-        self.write_u64(value as u64);
-    }
-
-    fn write_isize(&mut self, value: isize) {
         self.write_u64(value as u64);
     }
 
@@ -66,27 +54,20 @@ impl Hasher for NodeHasher {
     }
 }
 
-fn finish(write: impl FnOnce(&mut NodeHasher)) -> u32 {
+fn finish(parts: impl Hash) -> u32 {
     let mut hasher = NodeHasher::default();
-    write(&mut hasher);
+    parts.hash(&mut hasher);
     hasher.finish() as u32
 }
 
 /// The hash of a sum.
 pub(super) fn hash_sum(constant: &Number, terms: &[(ExprId, Number)]) -> u32 {
-    finish(|hasher| {
-        hasher.write_u32(1);
-        constant.hash(hasher);
-        terms.hash(hasher);
-    })
+    finish((1_u32, constant, terms))
 }
 
 /// The hash of a product.
 pub(super) fn hash_product(factors: &[(ExprId, Number)]) -> u32 {
-    finish(|hasher| {
-        hasher.write_u32(2);
-        factors.hash(hasher);
-    })
+    finish((2_u32, factors))
 }
 
 /// The hash of a node.
@@ -94,25 +75,13 @@ pub(super) fn hash(node: &Node) -> u32 {
     match node {
         Node::Sum { constant, terms } => hash_sum(constant, terms),
         Node::Product(factors) => hash_product(factors),
-        Node::Number(value) => finish(|hasher| value.hash(hasher)),
-        Node::Pi => finish(|hasher| hasher.write_u32(3)),
-        Node::Undefined => finish(|hasher| hasher.write_u32(4)),
-        Node::Symbol(symbol) => finish(|hasher| {
-            hasher.write_u32(5);
-            symbol.hash(hasher);
-        }),
-        Node::Power { base, exponent } => finish(|hasher| {
-            hasher.write_u32(6);
-            (base, exponent).hash(hasher);
-        }),
-        Node::Function(function, x) => finish(|hasher| {
-            hasher.write_u32(7);
-            (function, x).hash(hasher);
-        }),
-        Node::Atan2 { y, x } => finish(|hasher| {
-            hasher.write_u32(8);
-            (y, x).hash(hasher);
-        }),
+        Node::Number(value) => finish(value),
+        Node::Pi => finish(3_u32),
+        Node::Undefined => finish(4_u32),
+        Node::Symbol(symbol) => finish((5_u32, symbol)),
+        Node::Power { base, exponent } => finish((6_u32, base, exponent)),
+        Node::Function(function, x) => finish((7_u32, function, x)),
+        Node::Atan2 { y, x } => finish((8_u32, y, x)),
     }
 }
 

@@ -4,7 +4,10 @@
 //! `2^6 * 3^3 * 5 * 7 * 11 * 13 * 17 * 19 * 23 * 29 * 31 * 41 * 797`: i and many other roots of
 //! unity exist modulo p, and all primes up to 101 have square roots.
 
-use crate::number::inverse_modulo;
+use dashu_int::ops::{SquareRoot, UnsignedAbs};
+use dashu_int::{IBig, UBig};
+
+use crate::number::{Number, inverse_modulo};
 
 /// The prime.
 pub const PRIME: u64 = 1_887_469_959_161_666_881;
@@ -173,25 +176,24 @@ pub fn nullspace_mod(rows: &mut Vec<Vec<u64>>, columns: usize) -> Vec<Vec<u64>> 
     .collect()
 }
 
-/// The fraction n/d with |n| and d at most sqrt(p/2), about 9.7e8, that is this residue; there
-/// is one at most. Wang's algorithm: the extended Euclidean algorithm stopped half way.
+/// The fraction n/d with 2 n² and 2 d² below the modulus that is this residue; there is one at most. Wang's
+/// algorithm: the extended Euclidean algorithm stopped half way.
 #[must_use]
-pub fn rational_reconstruct(residue: u64) -> Option<(i64, i64)> {
-    let bound = (PRIME / 2).isqrt();
-    let (mut r0, mut r1) = (PRIME, residue % PRIME);
-    let (mut t0, mut t1) = (0i64, 1i64);
+pub fn rational_reconstruct(residue: &IBig, modulus: &UBig) -> Option<Number> {
+    let bound = IBig::from((modulus >> 1).sqrt());
+    let (mut r0, mut r1) = (IBig::from(modulus.clone()), residue.clone());
+    let (mut t0, mut t1) = (IBig::ZERO, IBig::ONE);
     while r1 > bound {
-        let q = r0 / r1;
-        (r0, r1) = (r1, r0 - q * r1);
-        (t0, t1) = (t1, t0 - (q as i64) * t1);
+        let quotient = &r0 / &r1;
+        (r0, r1) = (r1.clone(), r0 - &quotient * r1);
+        (t0, t1) = (t1.clone(), t0 - quotient * t1);
     }
-    let (mut a, mut b) = (r1, t1.unsigned_abs());
-    if b == 0 || b > bound {
-        return None;
-    }
-    let numerator = if t1 < 0 { -(r1 as i64) } else { r1 as i64 };
-    while b != 0 {
-        (a, b) = (b, a % b);
-    }
-    (a == 1).then_some((numerator, t1.abs()))
+    let (numerator, denominator) = if t1 < IBig::ZERO { (-r1, -t1) } else { (r1, t1) };
+    (denominator <= bound).then(|| Number::from_parts(numerator, denominator.unsigned_abs()))?
+}
+
+/// The same for a residue modulo [`PRIME`].
+#[must_use]
+pub fn fraction_mod(residue: u64) -> Option<Number> {
+    rational_reconstruct(&residue.into(), &PRIME.into())
 }

@@ -33,6 +33,18 @@ const ATTEMPTS: u64 = 200;
 const HOPELESS: u64 = 32;
 
 impl Pool {
+    /// Whether an expression is 0 for certain; see [`Pool::is_zero`].
+    #[must_use]
+    pub fn vanishes(&self, e: ExprId) -> bool {
+        self.is_zero(e) == ZeroVerdict::Zero
+    }
+
+    /// Whether two expressions are equal for certain.
+    pub fn agree(&mut self, a: ExprId, b: ExprId) -> bool {
+        let difference = self.sub(a, b);
+        self.vanishes(difference)
+    }
+
     /// Whether the expression is identically 0; see the module's documentation for what is
     /// decided.
     #[must_use]

@@ -56,12 +56,8 @@ impl Search<'_> {
                     .iter()
                     .fold(Ball::ZERO, |sum, (i, factor)| sum.sub(&gradient[*i].mul(&Ball::from_number(factor, ()))));
                 let acts = total.is_finite() && !total.contains_zero();
-                let Some(((first, _), true)) = motion.first().zip(Some(acts)) else {
-                    continue;
-                };
-                if constant_along(self.model, &motion) != Some(true) {
-                    continue;
-                }
+                let is_constant = || constant_along(self.model, &motion) == Some(true);
+                let Some((first, _)) = motion.first().filter(|_| acts && is_constant()) else { continue };
                 let words: Vec<(String, f64)> = motion
                     .iter()
                     .map(|(i, factor)| {
@@ -120,15 +116,8 @@ impl Search<'_> {
     /// The error that the search ended here.
     pub(super) fn not_found(&self, at: &[Ball]) -> LinearizeError {
         let gradient = self.gradient(at);
-        let worst = self
-            .free
-            .iter()
-            .copied()
-            .max_by(|a, b| {
-                let size = |i: &usize| gradient[*i].mid_f64().abs();
-                size(a).total_cmp(&size(b))
-            })
-            .unwrap_or(0);
+        let size = |i: &usize| gradient[*i].mid_f64().abs();
+        let worst = self.free.iter().copied().max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or(0);
         if worst >= self.visible {
             return LinearizeError::ConstraintsContradict {
                 difference: None,

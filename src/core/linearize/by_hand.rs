@@ -20,11 +20,11 @@ pub(super) fn put_in_zeros(model: &Model, assembly: &Assembly, point: &mut [Expr
         for i in &zeros {
             trial[*i] = model.pool.zero();
         }
-        let Some((pool, forces)) = forces(model, assembly, &trial, &Substitution::default()) else {
+        let Some((pool, forces)) = forces(model, assembly, &trial) else {
             return;
         };
         let tried = zeros.len();
-        zeros.retain(|i| forces.get(&(*i as u32)).is_none_or(|force| pool.is_zero(*force) == ZeroVerdict::Zero));
+        zeros.retain(|i| forces.get(&(*i as u32)).is_none_or(|force| pool.vanishes(*force)));
         if zeros.len() == tried {
             point.copy_from_slice(&trial);
             return;
@@ -49,7 +49,7 @@ pub(super) fn put_in_solved(model: &mut Model, assembly: &Assembly, point: &mut 
     if !(1..=MOST_SOLVED).contains(&open.len()) {
         return;
     }
-    let Some((mut pool, forces)) = forces(model, assembly, point, &Substitution::default()) else { return };
+    let Some((mut pool, forces)) = forces(model, assembly, point) else { return };
     let equation = |(i, symbol): &(usize, Symbol)| Some((*i, *symbol, *forces.get(&(*i as u32))?));
     let mut equations: Vec<(usize, Symbol, ExprId)> = open.iter().filter_map(equation).collect();
     let mut solved: Vec<(usize, Symbol, ExprId)> = Vec::new();
@@ -67,7 +67,7 @@ pub(super) fn put_in_solved(model: &mut Model, assembly: &Assembly, point: &mut 
         let (linear, value) = (pool.mul(slope, itself), pool.div(rest, slope));
         let difference = pool.sub(force, linear);
         let difference = pool.add(difference, rest);
-        (pool.is_zero(difference) == ZeroVerdict::Zero).then_some((place, value))
+        pool.vanishes(difference).then_some((place, value))
     }) {
         let (i, symbol, _) = equations.swap_remove(place);
         let known = Substitution::from([(symbol, value)]);

@@ -199,9 +199,7 @@ impl Tangent<Ball> {
     pub(crate) fn all(coordinates: usize) -> Self {
         Self { free: (0..coordinates).collect(), bound: Vec::new(), slopes: Vec::new(), precision: () }
     }
-}
 
-impl Tangent<Ball> {
     /// All components of a shape of the exponent s, from those that the others follow: of these z it is (s + γ) z = (s Z - β) y, with -β and -γ
     /// side by side in `drift`, of which γ is nilpotent.
     pub(crate) fn carried(&self, drift: &[Vec<Ball>], s: &Complex<Ball>, y: &[Complex<Ball>]) -> Vec<Complex<Ball>> {

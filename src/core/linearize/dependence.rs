@@ -108,7 +108,7 @@ impl Surface {
             }
             // At the rounding of these numbers steps get no shorter.
             let done = length.is_zero() || last.is_some_and(|last| last <= length);
-            if done && length <= size(&point).scale(-three_quarters(bits)) {
+            if done && length <= size(&point).scale(-(bits as i64 * 3 / 4)) {
                 return Some(point);
             }
             if done && last.is_some_and(|last| last.scale(4) <= length) {
@@ -118,11 +118,6 @@ impl Surface {
         }
         None
     }
-}
-
-/// As many bits as are taken for equal, with a sign for exponents.
-fn three_quarters(bits: usize) -> i64 {
-    i64::try_from(bits * 3 / 4).unwrap_or(i64::MAX)
 }
 
 /// How large the coordinates of a point are.
@@ -140,8 +135,7 @@ pub(super) fn follow(model: &Model, kept: &[usize], others: &[usize], start: &[B
     let size = size(&point);
     for ((number, gap), row) in others.iter().zip(&gaps).zip(&rows) {
         let slope = row.iter().map(Big::abs_upper).fold(Magnitude::ZERO, Magnitude::max);
-        let half = i64::try_from(bits / 2).unwrap_or(i64::MAX);
-        if gap.abs_upper() > (slope * size).scale(-half) {
+        if gap.abs_upper() > (slope * size).scale(-(bits as i64 / 2)) {
             return Some(Some((*number, gap.mid_f64())));
         }
     }

@@ -1,9 +1,9 @@
 //! From a model to its matrices as expressions: how the parts of this stage go together where nothing but a searched
 //! equilibrium needs numbers.
 
-use super::assemble::{self, Assembly, Values, evaluate_closed};
+use super::assemble::{self, Assembly, evaluate_closed};
 use super::constrained::{Tied, with_multipliers};
-use super::equilibrium::{Equilibrium, short};
+use super::equilibrium::{Equilibrium, Search, short};
 use super::multipliers;
 use super::rolling::{self, SymbolicRolling};
 use super::symbolic::{self, SymbolicMatrices};
@@ -90,33 +90,27 @@ fn check_dependent(model: &Model, point: &[ExprId], dependent: &[usize]) -> Resu
 }
 
 /// The equilibrium, in units of its own where numbers are far from usual ones.
-fn search(
-    model: &Model,
-    assembly: &Assembly,
-    values: &Values<Ball>,
-    visible: usize,
-    dependent: &[usize],
-) -> Result<Equilibrium, LinearizeError> {
-    let found = |model: &Model, assembly: &Assembly, values: &Values<Ball>| {
-        let (equilibrium, _) = unbalanced::find(model, assembly, values, visible)?;
+fn search(own: &Search<'_>, dependent: &[usize]) -> Result<Equilibrium, LinearizeError> {
+    let Search { model, assembly, values, visible, .. } = *own;
+    let found = |own: &Search<'_>| {
+        let (equilibrium, _) = unbalanced::find(own)?;
         if !model.constraints.is_empty() {
-            let dependent = dependent.to_vec();
-            at_equilibrium(model, assembly, values, &equilibrium, visible, dependent)?;
+            at_equilibrium(own, &equilibrium, dependent.to_vec())?;
         }
         Ok(equilibrium)
     };
-    let Some(units) = units::choose(model, assembly, values, visible) else {
-        return found(model, assembly, values);
-    };
+    let Some(units) = units::choose(model, assembly, values, visible) else { return found(own) };
     let mut own = model.clone();
     units.put_in(&mut own);
     let measured = assemble::assemble(&mut own);
-    match found(&own, &measured, &measured.wide_values(&own)?) {
+    match found(&Search::new(&own, &measured, &measured.wide_values(&own)?, visible)) {
         Ok(mut equilibrium) => {
             equilibrium.values = units.positions(&equilibrium.values);
             Ok(equilibrium)
         }
-        Err(error) => Err(in_own_numbers(error, || found(model, assembly, &assembly.wide_values(model)?).map(|_| ()))),
+        Err(error) => Err(in_own_numbers(error, || {
+            found(&Search::new(model, assembly, &assembly.wide_values(model)?, visible)).map(|_| ())
+        })),
     }
 }
 
@@ -202,7 +196,7 @@ fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
         point = open_point(&mut model, &assembly, missing)?;
         open = true;
     } else if let Some(Ok(values)) = values {
-        let equilibrium = search(&model, &assembly, &values, visible, &dependent)?;
+        let equilibrium = search(&Search::new(&model, &assembly, &values, visible), &dependent)?;
         let mut pool = std::mem::take(&mut model.pool);
         let multipliers = point.split_off(visible);
         point = symbolic::equilibrium_expressions(&model, &mut pool, Some(&equilibrium));

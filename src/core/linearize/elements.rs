@@ -299,7 +299,7 @@ impl Element {
     /// a value, phi''·∇s∇sᵀ goes to 0 there.
     pub(crate) fn is_undefined_at(&self, pool: &mut Pool, values: &Substitution) -> bool {
         let here = self.substituted(pool, values);
-        let is = |e: ExprId| matches!(pool.node(e), Node::Undefined);
+        let is = |e: ExprId| pool.is_undefined(e);
         is(here.first)
             || (is(here.second) && !here.slope.is_empty())
             || here.slope.iter().any(|(_, entry)| is(*entry))

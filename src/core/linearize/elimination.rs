@@ -8,10 +8,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use dashu_int::ops::{BitTest, Gcd, UnsignedAbs};
+use dashu_int::ops::{Gcd, UnsignedAbs};
 use dashu_int::{IBig, UBig};
 
-use crate::expr::{PRIME, add_mod, inverse_mod, mul_mod, neg_mod, sub_mod};
+use crate::expr::{PRIME, add_mod, inverse_mod, mul_mod, neg_mod, rational_reconstruct, sub_mod};
 use crate::number::Number;
 
 /// Beyond this many elementary steps an elimination is given up.
@@ -232,7 +232,7 @@ fn lifted(
         if !digit.is_power_of_two() {
             continue;
         }
-        let fractions = vector.iter().map(|x| fraction(x, &power));
+        let fractions = vector.iter().map(|x| rational_reconstruct(x, &power));
         if let Some(found) = fractions.collect::<Option<Vec<Number>>>()
             && matrix.iter().all(|row| annihilates(row, &found))
         {
@@ -251,24 +251,6 @@ fn annihilates(row: &[(u32, IBig)], vector: &[Number]) -> bool {
 fn residue(value: &IBig) -> u64 {
     let magnitude = value.unsigned_abs() % PRIME;
     if *value < IBig::ZERO { neg_mod(magnitude) } else { magnitude }
-}
-
-/// The fraction n/d with 2 n² and 2 d² below the modulus that is this residue; there is one at most. Wang's
-/// algorithm: the extended Euclidean algorithm stopped half way.
-fn fraction(residue: &IBig, modulus: &UBig) -> Option<Number> {
-    let bound = IBig::from(UBig::ONE << (modulus.bit_len().saturating_sub(2) / 2));
-    let (mut r0, mut r1) = (IBig::from(modulus.clone()), residue.clone());
-    let (mut t0, mut t1) = (IBig::ZERO, IBig::ONE);
-    while r1 > bound {
-        let quotient = &r0 / &r1;
-        (r0, r1) = (r1.clone(), r0 - &quotient * r1);
-        (t0, t1) = (t1.clone(), t0 - quotient * t1);
-    }
-    let (numerator, denominator) = if t1 < IBig::ZERO { (-r1, (-t1).unsigned_abs()) } else { (r1, t1.unsigned_abs()) };
-    if IBig::from(denominator.clone()) > bound {
-        return None;
-    }
-    Number::from_parts(numerator, denominator)
 }
 
 /// An order in which elimination leaves rows short: always the vertex with the fewest neighbours next, which are

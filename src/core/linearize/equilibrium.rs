@@ -191,29 +191,27 @@ fn given_point(model: &Model) -> Result<(Vec<Ball>, Vec<Origin>), LinearizeError
     Ok((point, origins))
 }
 
-/// The equilibrium under constraints where no search is needed: where it is given, or all forces vanish at the start.
-pub(super) fn at_start(
-    model: &Model,
-    assembly: &Assembly,
-    values: &Values<Ball>,
-    visible: usize,
-) -> Result<Option<Equilibrium>, LinearizeError> {
-    let (mut point, origins) = given_point(model)?;
-    Search { model, assembly, values, free: Vec::new(), visible }.at_start(&mut point, &origins)
+impl<'a> Search<'a> {
+    /// Behind the `visible` coordinates there are multipliers of constraints.
+    pub(super) fn new(model: &'a Model, assembly: &'a Assembly, values: &'a Values<Ball>, visible: usize) -> Self {
+        Self { model, assembly, values, free: Vec::new(), visible }
+    }
+
+    /// The equilibrium under constraints where no search is needed: where it is given, or all forces vanish at the start.
+    pub(super) fn without_search(&self) -> Result<Option<Equilibrium>, LinearizeError> {
+        let (mut point, origins) = given_point(self.model)?;
+        self.at_start(&mut point, &origins)
+    }
 }
 
-/// Finds or verifies the equilibrium. Behind the `visible` coordinates there are multipliers of constraints.
-pub(crate) fn find(
-    model: &Model,
-    assembly: &Assembly,
-    values: &Values<Ball>,
-    visible: usize,
-) -> Result<Equilibrium, LinearizeError> {
+/// Finds or verifies the equilibrium.
+pub(super) fn find(whole: &Search<'_>) -> Result<Equilibrium, LinearizeError> {
+    let Search { model, visible, .. } = *whole;
     let count = model.coordinates.len();
     let (mut point, mut origins) = given_point(model)?;
     let free = (0..count).filter(|i| origins[*i] == Origin::Zero).collect();
     let guessed = model.guesses.any();
-    let mut search = Search { model, assembly, values, free, visible };
+    let mut search = Search { free, ..*whole };
     if visible < count {
         return search.constrained(point, origins);
     }

@@ -5,6 +5,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
+use super::Linearized;
 use super::assemble::{Assembly, Part, Values, assemble};
 use super::elimination;
 use super::equilibrium::{Equilibrium, in_numbers};
@@ -23,36 +24,19 @@ pub(super) const MOST: usize = 60;
 const MOST_ENTRIES: usize = 1_000_000;
 
 /// A model with its assembly, or one with the values of parameters put in where these are no fractions.
-struct Put {
-    own: Option<(Model, Assembly)>,
-}
-
-impl Put {
-    fn new(model: &Model) -> Self {
-        let put = |mut model: Model| {
-            let assembly = assemble(&mut model);
-            (model, assembly)
-        };
-        Self { own: with_values(model).map(put) }
-    }
-
-    fn or<'a>(&'a self, model: &'a Model, assembly: &'a Assembly) -> (&'a Model, &'a Assembly) {
-        self.own.as_ref().map_or((model, assembly), |(model, assembly)| (model, assembly))
-    }
+fn put(model: &Model) -> Option<(Model, Assembly)> {
+    let mut model = with_values(model)?;
+    let assembly = assemble(&mut model);
+    Some((model, assembly))
 }
 
 /// Vectors of the kernel of K, independent of each other, where K is rational in units of its own for each
 /// coordinate, which may be square roots; `None` where it is not, or too large, and none where its kernel has no
 /// more dimensions than the `known` ones.
-pub(super) fn kernel(
-    model: &Model,
-    assembly: &Assembly,
-    equilibrium: &Equilibrium,
-    known: usize,
-) -> Option<Vec<Vec<Surd>>> {
-    let put = Put::new(model);
-    let (model, assembly) = put.or(model, assembly);
-    let (at, values) = exactly(model, assembly, equilibrium, |_| Exact::none())?;
+pub(super) fn kernel(own: &Linearized, known: usize) -> Option<Vec<Vec<Surd>>> {
+    let put = put(&own.model);
+    let (model, assembly) = put.as_ref().map_or((&own.model, &own.assembly), |(model, assembly)| (model, assembly));
+    let (at, values) = exactly(model, assembly, &own.equilibrium, |_| Exact::none())?;
     let n = at.len();
     let mut lower: Vec<BTreeMap<u32, Exact>> = vec![BTreeMap::new(); n];
     let mut count = 0;
@@ -107,19 +91,14 @@ pub(super) fn kernel_of_columns(columns: &[&[Exact]]) -> Option<Vec<Vec<Surd>>> 
 
 /// The directions that have no inertia, at the equilibrium and beside it, `all` or those that no force meets that goes with
 /// velocities, where M is rational as K is for [`kernel`]; `None` where it is not, or too large.
-pub(super) fn without_inertia(
-    model: &Model,
-    assembly: &Assembly,
-    equilibrium: &Equilibrium,
-    all: bool,
-) -> Option<Vec<Direction>> {
-    let n = model.coordinates.len();
+pub(super) fn without_inertia(own: &Linearized, all: bool) -> Option<Vec<Direction>> {
+    let n = own.model.coordinates.len();
     if n > MOST {
         return None;
     }
-    let put = Put::new(model);
-    let (model, assembly) = put.or(model, assembly);
-    let (at, values) = exactly(model, assembly, equilibrium, |value| Exact::rational(exact_number(value.mid)))?;
+    let put = put(&own.model);
+    let (model, assembly) = put.as_ref().map_or((&own.model, &own.assembly), |(model, assembly)| (model, assembly));
+    let (at, values) = exactly(model, assembly, &own.equilibrium, |value| Exact::rational(exact_number(value.mid)))?;
     let mass = assembly.mass(&at, &values);
     let others = [Matrix::Gyroscopic, Matrix::Damping].into_iter().filter(|_| !all);
     let others = others.map(|matrix| assembly.velocity_matrix(matrix, &at, &values));
@@ -145,15 +124,10 @@ pub(super) fn without_inertia(
 }
 
 /// A combination of directions without inertia that takes no force, exactly: its image under K + N is 0.
-pub(super) fn unheld(
-    model: &Model,
-    assembly: &Assembly,
-    equilibrium: &Equilibrium,
-    directions: &[Direction],
-) -> Option<Direction> {
-    let put = Put::new(model);
-    let (model, assembly) = put.or(model, assembly);
-    let (at, values) = settled(model, assembly, equilibrium)?;
+pub(super) fn unheld(own: &Linearized, directions: &[Direction]) -> Option<Direction> {
+    let put = put(&own.model);
+    let (model, assembly) = put.as_ref().map_or((&own.model, &own.assembly), |(model, assembly)| (model, assembly));
+    let (at, values) = settled(model, assembly, &own.equilibrium)?;
     let n = at.len();
     let circulatory = assembly.velocity_matrix(Matrix::Circulatory, &at, &values);
     let stiffness = sum(Some(assembly.stiffness(&at, &values)), circulatory)?;
@@ -218,8 +192,8 @@ fn units(lower: &[BTreeMap<u32, Exact>]) -> Option<Vec<Exact>> {
 
 /// Whether all forces on some coordinates are exactly 0 at an equilibrium.
 pub(super) fn forces_vanish(model: &Model, assembly: &Assembly, equilibrium: &Equilibrium, on: &[usize]) -> bool {
-    let put = Put::new(model);
-    let (model, assembly) = put.or(model, assembly);
+    let own = put(model);
+    let (model, assembly) = own.as_ref().map_or((model, assembly), |(model, assembly)| (model, assembly));
     exactly(model, assembly, equilibrium, |_| Exact::none()).is_some_and(|(at, values)| {
         let force = assembly.gradient(&at, &values);
         on.iter().all(|i| force[*i].is_exact_zero())
@@ -363,10 +337,10 @@ pub(super) fn simplest(mid: &Number, radius: &Number) -> Option<Number> {
 }
 
 /// The exact matrices, in units in which their entries are fractions or combinations of a few square roots.
-pub(crate) fn integers(model: &Model, assembly: &Assembly, equilibrium: &Equilibrium) -> Option<Integers> {
-    let put = Put::new(model);
-    let (model, assembly) = put.or(model, assembly);
-    let (at, values) = settled(model, assembly, equilibrium)?;
+pub(super) fn integers(own: &Linearized) -> Option<Integers> {
+    let put = put(&own.model);
+    let (model, assembly) = put.as_ref().map_or((&own.model, &own.assembly), |(model, assembly)| (model, assembly));
+    let (at, values) = settled(model, assembly, &own.equilibrium)?;
     let [mass, gyroscopic, damping, stiffness, circulatory] = assembly.matrices(&at, &values);
     let nothing = || vec![Exact::rational(Some(Number::ZERO)); at.len() * at.len()];
     let velocity = sum(gyroscopic, damping).unwrap_or_else(nothing);

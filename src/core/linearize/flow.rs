@@ -29,13 +29,11 @@ enum Order {
 pub(crate) struct Flow {
     directions: Vec<(Direction, Order)>,
     /// The coordinates whose equations are replaced, among those that are left.
-    places: Vec<usize>,
-    /// About the fastest rate of the model, a power of two.
+    pub(crate) places: Vec<usize>,
     rate: f64,
     /// The mass that each of these coordinates gets.
     masses: Vec<f64>,
-    /// σ of the first factors, then those of the second ones.
-    shifts: Vec<f64>,
+    pub(crate) shifts: Vec<f64>,
 }
 
 /// M, G + C and K + N, dense, column by column.
@@ -141,16 +139,6 @@ impl Flow {
     /// Half the number of the other directions.
     pub(super) fn pairs(&self) -> usize {
         (self.directions.len() - self.following()) / 2
-    }
-
-    /// The coordinates whose equations are replaced, among those that are left.
-    pub(crate) fn places(&self) -> &[usize] {
-        &self.places
-    }
-
-    /// What was added: the exponents -σ.
-    pub(crate) fn shifts(&self) -> &[f64] {
-        &self.shifts
     }
 
     /// The polynomial with a regular leading matrix; `None` where that is not shown. `size` is positive for what may be divided by.

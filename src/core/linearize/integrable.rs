@@ -7,7 +7,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use super::elimination::Elimination;
-use super::rows::{Rows, eliminate, is_zero};
+use super::rows::{Rows, eliminate};
 use crate::expr::{Exponentials, ExprId, Pool, Substitution, Symbol};
 use crate::model::{Constraint, Model, SymbolKind};
 use crate::number::Number;
@@ -46,8 +46,7 @@ fn integral(model: &mut Model, rows: &[(usize, ExprId)]) -> Option<ExprId> {
         for (i, slope) in rows {
             let forth = model.pool.diff(*slope, symbol);
             let back = model.pool.diff(other, model.coordinates.at(*i).symbol);
-            let difference = model.pool.sub(forth, back);
-            if !is_zero(&model.pool, difference) {
+            if !model.pool.agree(forth, back) {
                 return None;
             }
         }
@@ -109,7 +108,7 @@ pub(super) fn not_integrable(model: &Model, pool: &mut Pool, bound: &[usize], vi
     let speeds = |pool: &mut Pool, i: usize| -> Vec<ExprId> { rows.iter().map(|row| pool.neg(row[i])).collect() };
     let mut fields: Vec<Field> = free.iter().map(|i| Field { free: Some(*i), speeds: speeds(pool, *i) }).collect();
     let rest = speeds(pool, visible);
-    if rest.iter().any(|e| !is_zero(pool, *e)) {
+    if rest.iter().any(|e| !pool.vanishes(*e)) {
         fields.push(Field { free: None, speeds: rest });
     }
     let bound: Vec<Symbol> = bound.iter().map(|i| coordinates[*i]).collect();

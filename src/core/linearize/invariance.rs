@@ -21,7 +21,7 @@ use super::symmetry::spaces;
 use super::{Linearized, Structure, precise};
 use std::collections::HashMap;
 
-use crate::expr::{ExprId, ModularPoint, PRIME, Pool, Substitution, Symbol, Tape, ZeroVerdict};
+use crate::expr::{ExprId, ModularPoint, PRIME, Pool, Substitution, Symbol, Tape};
 use crate::model::{Model, TermFamily};
 use crate::number::Number;
 use crate::precision::{Ball, Big, Scalar};
@@ -241,7 +241,7 @@ impl Invariance {
             let value = |symbol| ModularPoint::random_value(7, symbol);
             let point = pool.evaluate_mod(&[difference], value, 7);
             let may_vanish = point.is_none_or(|point| point.first() == Some(&0));
-            if may_vanish && pool.is_zero(difference) == ZeroVerdict::Zero {
+            if may_vanish && pool.vanishes(difference) {
                 continue;
             }
             let places = self.model.coordinates.iter().map(|own| own.symbol).zip(&self.near).collect();

@@ -121,7 +121,7 @@ fn unheld(own: &Linearized, directions: &[Direction], stiffness: &[Ball]) -> Opt
     let direction = match free {
         Some(at) => directions[at].clone(),
         None if own.is_constrained() => return None,
-        None => exact::unheld(&own.model, &own.assembly, &own.equilibrium, directions)?,
+        None => exact::unheld(own, directions)?,
     };
     let (combination, span) = named(own, &direction);
     Some(LinearizeError::SingularMass { combination, inertia: Inertia::NoneAndFree, span })
@@ -183,7 +183,7 @@ fn directions(own: &Linearized) -> Vec<Direction> {
     if !own.is_constrained()
         && n <= exact::MOST
         && (alone.len() < all.len() || coupled && may_be_singular(n, &own.mass()))
-        && let Some(vectors) = exact::without_inertia(&own.model, &own.assembly, &own.equilibrium, false)
+        && let Some(vectors) = exact::without_inertia(own, false)
     {
         return vectors;
     }
@@ -202,7 +202,7 @@ pub(super) fn kernel_of_mass(own: &Linearized) -> Option<Vec<Direction>> {
         return None;
     }
     let mass = own.assembly.mass(&own.equilibrium.values, &own.values);
-    may_be_singular(n, &mass).then(|| exact::without_inertia(&own.model, &own.assembly, &own.equilibrium, true))?
+    may_be_singular(n, &mass).then(|| exact::without_inertia(own, true))?
 }
 
 /// The coordinates that move together in a direction, and where the first is declared.

@@ -67,6 +67,7 @@ pub use derived::derive_with_multipliers;
 pub use elements::Element;
 pub(crate) use elements::{Splitter, elements};
 pub use entries::Entries;
+use equilibrium::Search;
 pub use equilibrium::short;
 pub use equilibrium::{Equilibrium, Origin};
 pub use error::{Feature, Inertia, LinearizeError};
@@ -306,7 +307,7 @@ fn linearize_in(
     let reactions = rolling::reactions(&mut model, &assembly);
     let (equilibrium, unbalanced) = match &reactions {
         Some(_) => (equilibrium::stated(&model)?, None),
-        None => unbalanced::find(&model, &assembly, &values, visible)?,
+        None => unbalanced::find(&Search::new(&model, &assembly, &values, visible))?,
     };
     if !assembly.velocity.is_empty() && visible <= MOST_COORDINATES {
         let point = model.with_pool(|model, pool| symbolic::equilibrium_expressions(model, pool, Some(&equilibrium)));
@@ -316,7 +317,7 @@ fn linearize_in(
     let rolling = rolls.then(|| rolling::Rolling::new(&mut model, &assembly, &equilibrium, reactions)).transpose()?;
     let mut constrained = None;
     if rolls || bound {
-        let mut found = at_equilibrium(&model, &assembly, &values, &equilibrium, visible, dependent)?;
+        let mut found = at_equilibrium(&Search::new(&model, &assembly, &values, visible), &equilibrium, dependent)?;
         if let Some(rolling) = rolling {
             found.put_in(rolling, &model, &equilibrium)?;
         }
@@ -366,13 +367,11 @@ fn is_symmetric(matrix: &SparseMatrix) -> bool {
 
 /// The directions that constraints allow at an equilibrium; that those left out hold as well.
 fn at_equilibrium(
-    model: &Model,
-    assembly: &Assembly,
-    values: &Values<Ball>,
+    search: &Search<'_>,
     equilibrium: &Equilibrium,
-    visible: usize,
     dependent: Vec<usize>,
 ) -> Result<Constrained, LinearizeError> {
+    let Search { model, assembly, values, visible, .. } = *search;
     let at = &equilibrium.values;
     if let Some((number, by)) = contradiction(model, &at[..visible], &dependent) {
         return Err(LinearizeError::ConstraintsContradict {
@@ -397,17 +396,13 @@ fn at_equilibrium(
     let moved = massless::moved(assembly, at, values, order).0;
     let in_balls =
         constrained::choose_light(&rows, &moved, ()).and_then(|bound| Some((Tangent::new(&rows, &bound, ())?, bound)));
-    let found = in_balls.or_else(|| tangent_in_bits(model, assembly, equilibrium, visible));
+    let found = in_balls.or_else(|| tangent_in_bits(search, equilibrium));
     Ok(constrained(found.ok_or_else(singular)?))
 }
 
 /// The directions that constraints allow where balls do not tell their gradients apart.
-fn tangent_in_bits(
-    model: &Model,
-    assembly: &Assembly,
-    equilibrium: &Equilibrium,
-    visible: usize,
-) -> Option<(Tangent<Ball>, Vec<usize>)> {
+fn tangent_in_bits(search: &Search<'_>, equilibrium: &Equilibrium) -> Option<(Tangent<Ball>, Vec<usize>)> {
+    let Search { model, assembly, visible, .. } = *search;
     let bits = dependence::bits(model)?;
     let values = assembly.values::<Big>(model, bits).ok()?;
     let at = precise::equilibrium(model, assembly, equilibrium, &values)?;
@@ -619,7 +614,7 @@ impl Linearized {
             None => *at,
         });
         let flow = || self.flow().filter(|_| self.rolling().is_none());
-        let flowing = || flow()?.places().first().and_then(|at| self.free_coordinates().get(*at).copied());
+        let flowing = || flow()?.places.first().and_then(|at| self.free_coordinates().get(*at).copied());
         match following.or_else(flowing) {
             Some(at) => {
                 let span = self.model().coordinates.at(at).span;
@@ -752,7 +747,7 @@ impl Linearized {
     /// The same with a regular leading matrix where friction holds what has no inertia.
     pub(crate) fn integers_with(&self, flow: Option<&Flow>) -> Option<Integers> {
         let plain = !self.is_reduced() && flow.is_none();
-        let direct = plain.then(|| exact::integers(&self.model, &self.assembly, &self.equilibrium)).flatten();
+        let direct = plain.then(|| exact::integers(self)).flatten();
         match direct {
             Some(found) if found.roots.is_empty() => Some(found),
             found => rational::integers(self, flow).or(found),
@@ -797,14 +792,13 @@ impl Linearized {
 
     /// Those that symmetries and loose parts explain, or all.
     pub(crate) fn zero_modes_with(&self, others: bool) -> Vec<ZeroMode> {
-        let at = &self.equilibrium;
         if let Some(rolling) = self.rolling() {
             return match rational::unheld(self) {
                 Some(vectors) => vectors.into_iter().map(ZeroMode::of_exact).collect(),
                 None => rolling.unheld().into_iter().map(ZeroMode::of_no_force).collect(),
             };
         }
-        let modes = zero::zero_modes(&self.model, &self.assembly, at, &self.values, others);
+        let modes = zero::zero_modes(self, others);
         if !self.is_reduced() {
             return modes;
         }

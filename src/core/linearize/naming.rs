@@ -38,12 +38,7 @@ pub(super) fn rotation(model: &Model, turned: &[u32], about: Option<usize>, whol
 }
 
 pub(super) fn axis_name(axis: usize) -> String {
-    match axis {
-        0 => "x".to_owned(),
-        1 => "y".to_owned(),
-        2 => "z".to_owned(),
-        n => format!("axis {}", n + 1),
-    }
+    ["x", "y", "z"].get(axis).map_or_else(|| format!("axis {}", axis + 1), |name| (*name).to_owned())
 }
 
 /// The families of these coordinates, which ascend.

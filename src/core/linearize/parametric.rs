@@ -9,7 +9,7 @@ use super::error::{Feature, LinearizeError};
 use super::parameters::{parameters_of, put_exponents_in};
 use super::velocity::Matrix;
 use super::{check_plain, missing_value, symbolic};
-use crate::expr::{ExprId, Pool, Substitution, Symbol, ZeroVerdict};
+use crate::expr::{ExprId, Pool, Substitution, Symbol};
 use crate::model::Model;
 use crate::precision::Ball;
 
@@ -62,7 +62,7 @@ pub fn parametric(mut model: Model, varying: &[usize]) -> Result<Parametric, Lin
     } else {
         let gradient = gradient(&mut model, &assembly, &point);
         let gradient = fixed(&mut model, varying, &gradient)?;
-        let vanishes = |force: &ExprId| model.pool.is_zero(*force) == ZeroVerdict::Zero;
+        let vanishes = |force: &ExprId| model.pool.vanishes(*force);
         gradient.iter().all(vanishes).then(Vec::new)
     };
     let closed = gradient.is_some();

@@ -15,7 +15,7 @@ use super::parameters::known_values;
 use super::radicals::{Exact, Surd};
 use super::symbolic::{forces_vanish, matrices_at};
 use super::velocity::sum;
-use crate::expr::{ExprId, Pool, Substitution, ZeroVerdict};
+use crate::expr::{ExprId, Pool, Substitution};
 use crate::number::Number;
 use crate::precision::{Ball, Function, Integers, Scalar};
 
@@ -195,7 +195,7 @@ fn exact(pool: &Pool, e: ExprId) -> Option<Exact> {
         return (!number.is_oversized()).then(|| Exact::from_number(number, ()));
     }
     evaluate_closed::<Exact>(pool, e, ()).filter(Exact::is_finite).or_else(|| {
-        let zero = pool.is_zero(e) == ZeroVerdict::Zero;
+        let zero = pool.vanishes(e);
         zero.then(|| Exact::from_number(&Number::ZERO, ()))
     })
 }

@@ -25,12 +25,13 @@ use super::integrable::not_integrable;
 use super::multipliers::clear_column;
 use super::parameters::{Formulas, known_values};
 use super::rows::{
-    Rows, added, beginning, eliminate, is_zero, masked, minus, parts, product, scaled, total, transposed, vanish,
+    Rows, added, beginning, eliminate, masked, minus, parts, product, scaled, total, transposed, vanish,
 };
 use super::symbolic::{self, SymbolicMatrices, equilibrium_expressions, matrices_at};
 use super::velocity::{Numbers, sum};
-use crate::expr::{ExprId, Pool, Substitution, Symbol, ZeroVerdict};
+use crate::expr::{ExprId, Pool, Substitution, Symbol};
 use crate::model::Model;
+use crate::number::Number;
 use crate::precision::{Ball, Enclosure};
 
 /// Models with more coordinates, multipliers included, are not written out.
@@ -216,7 +217,7 @@ impl Conditions {
         for own in &model.rolling {
             let here = pool.substitute_one(own.expression, &place);
             let valued = pool.substitute_one(here, &known_values(model));
-            if pool.is_zero(here) != ZeroVerdict::Zero && pool.is_zero(valued) != ZeroVerdict::Zero {
+            if !pool.vanishes(here) && !pool.vanishes(valued) {
                 let difference = pool.display(here);
                 return Err(LinearizeError::RollingBroken { difference, span: own.span });
             }
@@ -225,7 +226,7 @@ impl Conditions {
             let mut row = pool.gradient(own.expression, &velocities);
             row.extend(pool.gradient(own.expression, &coordinates));
             let row = pool.substitute(&row, &place);
-            rows.push(row.into_iter().map(|e| if is_zero(pool, e) { zero } else { e }).collect());
+            rows.push(row.into_iter().map(|e| if pool.vanishes(e) { zero } else { e }).collect());
         }
         Ok(Self { rows, constraints })
     }
@@ -258,7 +259,7 @@ pub(super) fn reactions(model: &mut Model, assembly: &Assembly) -> Option<Vec<Ex
     }
     let point: Option<Vec<ExprId>> = model.equilibria.iter().map(|given| given.map(|given| given.symbolic)).collect();
     let point = point?;
-    let (mut pool, forces) = symbolic::forces(model, assembly, &point, &Substitution::default())?;
+    let (mut pool, forces) = symbolic::forces(model, assembly, &point)?;
     let (place, velocities) = (place(model, &pool, &point), model.coordinates.iter().map(|own| own.velocity));
     let velocities: Vec<Symbol> = velocities.collect();
     let mut rows: Rows = vec![Vec::new(); point.len()];
@@ -275,7 +276,7 @@ pub(super) fn reactions(model: &mut Model, assembly: &Assembly) -> Option<Vec<Ex
     let known = known_values(model);
     let is_none = |pool: &mut Pool, e: ExprId| {
         let valued = pool.substitute_one(e, &known);
-        is_zero(pool, e) || is_zero(pool, valued)
+        pool.vanishes(e) || pool.vanishes(valued)
     };
     let last = |row: &Vec<ExprId>| row.last().copied();
     let multipliers: Vec<ExprId> = solved.iter().take(count).filter_map(last).collect();
@@ -396,7 +397,7 @@ impl SymbolicRolling {
         if drifts && !(vanish(&shifts) && bound.iter().zip(&carried).all(alone)) {
             return Err(refused(NOT_SINGLE));
         }
-        let opposite = scaled(pool, &slopes, -1);
+        let opposite = scaled(pool, &slopes, Number::MINUS_ONE);
         let order =
             FirstOrder { free: &free, bound: &bound, acting: &acting, opposite: &opposite, own: &own, gamma: &gamma };
         let left = order.left();

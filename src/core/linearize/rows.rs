@@ -1,15 +1,11 @@
 //! Matrices of expressions, row by row. Sums that are proved to vanish are 0.
 
 use super::multipliers::clear_column;
-use crate::expr::{ExprId, Pool, ZeroVerdict};
+use crate::expr::{ExprId, Pool};
 use crate::number::Number;
 
 /// Rows of expressions.
 pub(super) type Rows = Vec<Vec<ExprId>>;
-
-pub(super) fn is_zero(pool: &Pool, e: ExprId) -> bool {
-    pool.is_zero(e) == ZeroVerdict::Zero
-}
 
 /// A sum of products of rows and columns, 0 where it is proved to be.
 pub(super) fn product(pool: &mut Pool, left: &Rows, right: &Rows) -> Rows {
@@ -18,7 +14,7 @@ pub(super) fn product(pool: &mut Pool, left: &Rows, right: &Rows) -> Rows {
         let parts = row.iter().zip(right).filter(|(a, own)| !a.is_zero() && !own[column].is_zero());
         let parts: Vec<ExprId> = parts.map(|(a, own)| pool.mul(*a, own[column])).collect();
         let sum = pool.sum(&parts);
-        if is_zero(pool, sum) { pool.zero() } else { sum }
+        if pool.vanishes(sum) { pool.zero() } else { sum }
     };
     left.iter().map(|row| (0..width).map(|column| entry(row, column)).collect()).collect()
 }
@@ -28,15 +24,15 @@ pub(super) fn transposed(rows: &Rows) -> Rows {
     (0..width).map(|column| rows.iter().map(|row| row[column]).collect()).collect()
 }
 
-pub(super) fn scaled(pool: &mut Pool, rows: &Rows, factor: i64) -> Rows {
-    let factor = pool.integer(factor);
+pub(super) fn scaled(pool: &mut Pool, rows: &Rows, factor: Number) -> Rows {
+    let factor = pool.number(factor);
     rows.iter().map(|row| row.iter().map(|e| pool.mul(factor, *e)).collect()).collect()
 }
 
 pub(super) fn added(pool: &mut Pool, left: &Rows, right: &Rows) -> Rows {
     let mut both = |(a, b): (&ExprId, &ExprId)| {
         let sum = pool.add(*a, *b);
-        if is_zero(pool, sum) { pool.zero() } else { sum }
+        if pool.vanishes(sum) { pool.zero() } else { sum }
     };
     left.iter().zip(right).map(|(a, b)| a.iter().zip(b).map(&mut both).collect()).collect()
 }
@@ -50,7 +46,7 @@ pub(super) fn masked(pool: &Pool, rows: &Rows, kept: &[bool]) -> Rows {
 /// left - a b
 pub(super) fn minus(pool: &mut Pool, left: &Rows, a: &Rows, b: &Rows) -> Rows {
     let own = product(pool, a, b);
-    let own = scaled(pool, &own, -1);
+    let own = scaled(pool, &own, Number::MINUS_ONE);
     added(pool, left, &own)
 }
 
@@ -73,7 +69,7 @@ pub(super) fn vanish(rows: &Rows) -> bool {
 /// Gauss-Jordan elimination in symbols with pivots in given columns, in that order; the rows come in the order of the pivots.
 pub(super) fn eliminate(pool: &mut Pool, mut rows: Rows, columns: &[usize]) -> Option<Rows> {
     for (at, column) in columns.iter().enumerate() {
-        let found = (at..rows.len()).find(|row| !is_zero(pool, rows[*row][*column]))?;
+        let found = (at..rows.len()).find(|row| !pool.vanishes(rows[*row][*column]))?;
         rows.swap(at, found);
         clear_column(pool, &mut rows, at, *column);
     }
@@ -84,12 +80,10 @@ pub(super) fn eliminate(pool: &mut Pool, mut rows: Rows, columns: &[usize]) -> O
 pub(super) fn parts(pool: &mut Pool, mass: Rows, velocity: &Rows, stiffness: &Rows) -> [Option<Rows>; 5] {
     let mut split = |rows: &Rows| {
         let mirrored = transposed(rows);
-        let opposite = scaled(pool, &mirrored, -1);
+        let opposite = scaled(pool, &mirrored, Number::MINUS_ONE);
         [&mirrored, &opposite].map(|other| {
             let sum = added(pool, rows, other);
-            let half = pool.number(Number::half());
-            let all: Rows = sum.iter().map(|row| row.iter().map(|e| pool.mul(half, *e)).collect()).collect();
-            all
+            scaled(pool, &sum, Number::half())
         })
     };
     let [damping, gyroscopic] = split(velocity);

@@ -174,8 +174,7 @@ impl Linearized {
         if let Some(system) = System::new(n, entries.collect()) {
             return system.solve(&right);
         }
-        let at = &self.equilibrium;
-        let zeros = zero_modes(&self.model, &self.assembly, at, &self.values, true);
+        let zeros = zero_modes(self, true);
         // Motions of what is held are none.
         let held = |i: &usize| !free.contains(i);
         let stays = |mode: &ZeroMode| (0..order).filter(held).all(|i| mode.vector[i].is_zero());

@@ -82,25 +82,18 @@ fn put_in(pool: &mut Pool, family: &mut TermFamily, rates: &[Option<ExprId>]) {
     }
     let zero = pool.zero();
     let mut map = Substitution::default();
-    let mut slots: Vec<Symbol> = Vec::with_capacity(turning.len());
-    for slot in &turning {
-        let velocity = family.locals[*slot].velocity;
+    let mut slots: Vec<(usize, Symbol)> = Vec::with_capacity(turning.len());
+    for slot in turning {
+        let velocity = family.locals[slot].velocity;
         let own = pool.symbol(&format!("rate {}", velocity.index()));
         let moving = pool.symbol_expr(velocity);
         let steady = pool.symbol_expr(own);
         let sum = pool.add(moving, steady);
         map.insert(velocity, sum);
-        slots.push(own);
+        slots.push((slot, own));
     }
     family.body = pool.substitute_one(family.body, &map);
-    let mut constants = Vec::with_capacity(family.constants.len() + family.count * slots.len());
-    for at in 0..family.count {
-        constants.extend(family.constants_of(at));
-        let numbers = family.coordinates_of(at);
-        constants.extend(turning.iter().map(|slot| rate_of(&numbers[*slot]).unwrap_or(zero)));
-    }
-    family.values.extend(slots);
-    family.constants = constants;
+    family.add_values(&slots, |number| rate_of(&number).unwrap_or(zero));
 }
 
 /// The constraints that the steady motion changes: what turns may be tied to what turns with it, as in x = R th.
@@ -115,7 +108,7 @@ fn changing(model: &mut Model) -> Vec<Constraint> {
         });
         let change: Vec<ExprId> = change.collect();
         let change = pool.sum(&change);
-        pool.is_zero(change) != ZeroVerdict::Zero
+        !pool.vanishes(change)
     };
     constraints.iter().chain(rolling.iter()).filter(changes).copied().collect()
 }
@@ -151,11 +144,11 @@ fn check_cyclic(
     }
     let mut cyclic = parts.iter().all(|parts| {
         let slope = pool.sum(parts);
-        pool.is_zero(slope) == ZeroVerdict::Zero
+        pool.vanishes(slope)
     });
     for constraint in changing {
         let slope = pool.diff(constraint.expression, symbol);
-        if pool.is_zero(slope) != ZeroVerdict::Zero {
+        if !pool.vanishes(slope) {
             cyclic = false;
             place = Some(constraint.span);
         }

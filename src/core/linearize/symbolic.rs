@@ -219,7 +219,7 @@ pub(crate) fn constant_along(model: &Model, motion: &[(usize, Number)]) -> Optio
     }
     Some(model.coordinates.iter().all(|coordinate| {
         let slope = pool.diff(total, coordinate.symbol);
-        pool.is_zero(slope) == ZeroVerdict::Zero
+        pool.vanishes(slope)
     }))
 }
 
@@ -250,12 +250,11 @@ pub(crate) fn forces_vanish(
     point: &[ExprId],
     known: &Substitution,
 ) -> Option<bool> {
-    let Some((pool, forces)) = forces(model, assembly, point, known) else {
-        return Some(false);
-    };
+    let Some((mut pool, forces)) = forces(model, assembly, point) else { return Some(false) };
     let mut decided = true;
-    for force in forces.values() {
-        match pool.is_zero(*force) {
+    for force in forces.into_values() {
+        let force = pool.substitute_one(force, known);
+        match pool.is_zero(force) {
             ZeroVerdict::Zero => {}
             ZeroVerdict::NonZero => return Some(false),
             ZeroVerdict::Unknown => decided = false,
@@ -270,8 +269,8 @@ pub(crate) fn doubtful_force(model: &Model, assembly: &Assembly, point: &[ExprId
     if model.equilibria.iter().any(|given| given.is_none()) {
         return None;
     }
-    let (mut pool, forces) = forces(model, assembly, point, &Substitution::default())?;
-    let (number, force) = forces.into_iter().find(|(_, force)| pool.is_zero(*force) != ZeroVerdict::Zero)?;
+    let (mut pool, forces) = forces(model, assembly, point)?;
+    let (number, force) = forces.into_iter().find(|(_, force)| !pool.vanishes(*force))?;
     let force = pool.neg(force);
     let functions = pool.reachable(&[force]).into_iter().filter_map(|id| pool.as_function(id));
     let sizes = functions.filter(|(function, _)| *function == Function::Abs);
@@ -286,23 +285,17 @@ pub(crate) fn doubtful_force(model: &Model, assembly: &Assembly, point: &[ExprId
 
 /// A force that is not 0 at a point wherever coordinates are that stand as themselves there, and the number of its coordinate.
 pub(super) fn force_left(model: &Model, assembly: &Assembly, point: &[ExprId]) -> Option<(usize, String)> {
-    let (mut pool, forces) = forces(model, assembly, point, &Substitution::default())?;
+    let (mut pool, forces) = forces(model, assembly, point)?;
     let coordinates: HashSet<Symbol> = model.coordinates.iter().map(|own| own.symbol).collect();
     let is_open = |symbol| coordinates.contains(&symbol);
     let mut all = forces.into_iter();
-    let (number, force) =
-        all.find(|(_, force)| pool.is_zero(*force) != ZeroVerdict::Zero && !pool.depends_on(*force, &is_open))?;
+    let (number, force) = all.find(|(_, force)| !pool.vanishes(*force) && !pool.depends_on(*force, &is_open))?;
     let force = pool.neg(force);
     Some((number as usize, pool.display(force)))
 }
 
 /// The derivatives of V - T0 and what friction adds at rest, one a coordinate; none where one of them is undefined.
-pub(super) fn forces(
-    model: &Model,
-    assembly: &Assembly,
-    point: &[ExprId],
-    known: &Substitution,
-) -> Option<(Pool, BTreeMap<u32, ExprId>)> {
+pub(super) fn forces(model: &Model, assembly: &Assembly, point: &[ExprId]) -> Option<(Pool, BTreeMap<u32, ExprId>)> {
     let mut pool = model.pool.clone();
     for family in &assembly.families {
         for at in 0..family.terms.count {
@@ -316,21 +309,15 @@ pub(super) fn forces(
         }
     }
     let forces = at_rest(model, &mut pool, assembly, point);
-    let sums = forces.into_iter().map(|(coordinate, parts)| {
-        let force = pool.sum(&parts);
-        (coordinate, pool.substitute_one(force, known))
-    });
-    let sums = sums.collect();
+    let sums = forces.into_iter().map(|(coordinate, parts)| (coordinate, pool.sum(&parts))).collect();
     Some((pool, sums))
 }
 
+/// What numbers are the sums of, by coordinate or by the coordinates of an entry.
+pub(super) type Parts<K = u32> = BTreeMap<K, Vec<ExprId>>;
+
 /// The derivatives of V - T0 at a point and what friction adds at rest, by coordinate: what each is the sum of.
-pub(super) fn at_rest(
-    model: &Model,
-    pool: &mut Pool,
-    assembly: &Assembly,
-    point: &[ExprId],
-) -> BTreeMap<u32, Vec<ExprId>> {
+pub(super) fn at_rest(model: &Model, pool: &mut Pool, assembly: &Assembly, point: &[ExprId]) -> Parts {
     let mut forces = gradient(model, pool, assembly, point);
     for (family, place, force) in assembly.friction_at_rest() {
         for (at, part) in instances(model, pool, family, force, Some(point)).into_iter().enumerate() {
@@ -341,13 +328,8 @@ pub(super) fn at_rest(
 }
 
 /// The derivatives of V - T0 at a point, by coordinate: what each is the sum of.
-pub(super) fn gradient(
-    model: &Model,
-    pool: &mut Pool,
-    assembly: &Assembly,
-    point: &[ExprId],
-) -> BTreeMap<u32, Vec<ExprId>> {
-    let mut gradient: BTreeMap<u32, Vec<ExprId>> = BTreeMap::new();
+pub(super) fn gradient(model: &Model, pool: &mut Pool, assembly: &Assembly, point: &[ExprId]) -> Parts {
+    let mut gradient = Parts::new();
     for family in &assembly.families {
         for at in 0..family.terms.count {
             let map = instance(model, pool, &family.terms, at, Some(point));
@@ -388,7 +370,7 @@ pub(super) fn matrices_at(model: &Model, mut pool: Pool, assembly: &Assembly, po
             }
         }
     }
-    let mut dense = |entries: BTreeMap<(u32, u32), Vec<ExprId>>| {
+    let mut dense = |entries: Parts<(u32, u32)>| {
         let mut rows = vec![vec![pool.zero(); n]; n];
         for ((i, j), parts) in entries {
             let (i, j) = (i as usize, j as usize);
@@ -399,8 +381,17 @@ pub(super) fn matrices_at(model: &Model, mut pool: Pool, assembly: &Assembly, po
     };
     let mass = dense(mass);
     let stiffness = dense(stiffness);
-    let [gyroscopic, damping, circulatory] = [Matrix::Gyroscopic, Matrix::Damping, Matrix::Circulatory]
-        .map(|matrix| of_velocities(model, &mut pool, assembly, matrix, point));
+    // G, C and N, unless they are shown to be 0.
+    let [gyroscopic, damping, circulatory] = [Matrix::Gyroscopic, Matrix::Damping, Matrix::Circulatory].map(|matrix| {
+        let mut rows: Option<Vec<Vec<ExprId>>> = None;
+        for ((i, j), parts) in shares_of_velocities(model, &mut pool, assembly, matrix, point) {
+            let entry = pool.sum(&parts);
+            if !pool.vanishes(entry) {
+                rows.get_or_insert_with(|| vec![vec![pool.zero(); n]; n])[i][j] = entry;
+            }
+        }
+        rows
+    });
     SymbolicMatrices {
         gyroscopic,
         damping,
@@ -416,37 +407,14 @@ pub(super) fn matrices_at(model: &Model, mut pool: Pool, assembly: &Assembly, po
     }
 }
 
-/// G, C or N, unless it is shown to be 0.
-fn of_velocities(
-    model: &Model,
-    pool: &mut Pool,
-    assembly: &Assembly,
-    matrix: Matrix,
-    point: &[ExprId],
-) -> Option<Vec<Vec<ExprId>>> {
-    let n = model.coordinates.len();
-    let mut rows = vec![vec![pool.zero(); n]; n];
-    let mut acts = false;
-    for ((i, j), parts) in shares_of_velocities(model, pool, assembly, matrix, point) {
-        let entry = pool.sum(&parts);
-        if pool.is_zero(entry) != ZeroVerdict::Zero {
-            rows[i][j] = entry;
-            acts = true;
-        }
-    }
-    acts.then_some(rows)
-}
-
 /// Whether G, C or N is proved to be zero at a point of expressions.
 pub(super) fn vanishes(model: &mut Model, assembly: &Assembly, matrix: Matrix, point: &[ExprId]) -> bool {
-    let mut pool = std::mem::take(&mut model.pool);
-    let shares = shares_of_velocities(model, &mut pool, assembly, matrix, point);
-    let vanishes = shares.values().all(|parts| {
-        let entry = pool.sum(parts);
-        pool.is_zero(entry) == ZeroVerdict::Zero
-    });
-    model.pool = pool;
-    vanishes
+    model.with_pool(|model, pool| {
+        shares_of_velocities(model, pool, assembly, matrix, point).values().all(|parts| {
+            let entry = pool.sum(parts);
+            pool.vanishes(entry)
+        })
+    })
 }
 
 /// What the entries of G, C or N are the sums of.
@@ -456,8 +424,8 @@ fn shares_of_velocities(
     assembly: &Assembly,
     matrix: Matrix,
     point: &[ExprId],
-) -> BTreeMap<(usize, usize), Vec<ExprId>> {
-    let mut entries: BTreeMap<(usize, usize), Vec<ExprId>> = BTreeMap::new();
+) -> Parts<(usize, usize)> {
+    let mut entries: Parts<(usize, usize)> = Parts::new();
     for (family, i, j, share) in assembly.velocity_expressions(matrix) {
         for (at, share) in instances(model, pool, family, share, Some(point)).into_iter().enumerate() {
             let numbers = family.coordinates_of(at);
@@ -476,7 +444,7 @@ fn shares_of_velocities(
 }
 
 /// Adds w·phi''·∇s∇sᵀ + w·phi'·∇∇s of one element to the upper triangle.
-fn scatter(pool: &mut Pool, element: &Element, coordinates: &[u32], into: &mut BTreeMap<(u32, u32), Vec<ExprId>>) {
+fn scatter(pool: &mut Pool, element: &Element, coordinates: &[u32], into: &mut Parts<(u32, u32)>) {
     let two = Number::from(2);
     let mut add = |pool: &mut Pool, a: u32, b: u32, value: ExprId, twice: bool| {
         // Two slots that hold the same coordinate meet on the diagonal from both sides.

@@ -15,9 +15,7 @@ use super::naming;
 use super::parameters::rational_values;
 use super::symbolic;
 use super::verify::hold_in_true_numbers;
-use crate::expr::{
-    ExprId, ModularPoint, Pool, Symbol, ZeroVerdict, add_mod, mul_mod, neg_mod, nullspace_mod, rational_reconstruct,
-};
+use crate::expr::{ExprId, ModularPoint, Pool, Symbol, add_mod, fraction_mod, mul_mod, neg_mod, nullspace_mod};
 use crate::groups::Groups;
 use crate::model::{CoordinateFamily, Model, TermFamily};
 use crate::number::Number;
@@ -91,7 +89,7 @@ impl Symmetry {
                     let own = rows.iter().filter(|(row, ..)| *row == i);
                     let parts: Vec<ExprId> = own.map(|(_, j, entry)| pool.mul(*entry, speeds[*j])).collect();
                     let sum = pool.sum(&parts);
-                    pool.is_zero(sum) == ZeroVerdict::Zero
+                    pool.vanishes(sum)
                 })
             })
         })
@@ -249,15 +247,11 @@ fn constant_generators(model: &Model, pool: &Pool, bodies: &[Body<'_>], allowed:
     if added.is_none() {
         return Vec::new();
     }
-    let fraction = |value: &u64| {
-        let (numerator, denominator) = rational_reconstruct(*value)?;
-        Number::ratio(numerator, denominator)
-    };
     let vectors = eliminated.kernel(groups.len());
     vectors
         .into_iter()
         .filter_map(|vector| {
-            let of_groups = vector.iter().map(fraction).collect::<Option<Vec<Number>>>()?;
+            let of_groups = vector.iter().copied().map(fraction_mod).collect::<Option<Vec<Number>>>()?;
             let exact: Vec<Number> = place.iter().map(|own| of_groups[*own as usize].clone()).collect();
             Some(Symmetry { meaning: naming::constant(model, &exact), generator: Generator::Constant(exact) })
         })

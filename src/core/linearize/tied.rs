@@ -188,13 +188,8 @@ impl Search<'_> {
             let off = self.gradient(at).split_off(visible);
             let sizes = at[..visible].iter().map(|x| x.mid_f64().abs());
             let scale = sizes.fold(0.0, f64::max);
-            let rows = gradients(&self.assembly.stiffness(at, self.values), visible, order);
-            let matrix = DMatrix::from_fn(rows.len(), visible, |a, i| rows[a][i].mid_f64());
-            let right = DVector::from_fn(rows.len(), |a, _| -off[a].mid_f64());
-            if !matrix.iter().chain(right.iter()).all(|x| x.is_finite()) {
-                return false;
-            }
-            let Ok(step) = matrix.svd(true, true).solve(&right, 1e-12) else { return false };
+            let slopes = self.slopes(&self.assembly.stiffness(at, self.values), order);
+            let Some(step) = least_squares(slopes, &off) else { return false };
             for (x, step) in at.iter_mut().zip(step.iter()) {
                 *x = Ball::exact(x.mid_f64() + step);
             }
@@ -221,8 +216,7 @@ impl Search<'_> {
             // What force the constraints leave is that along the surface.
             self.guess_multipliers(at);
             let stiffness = self.assembly.stiffness(at, self.values);
-            let rows = gradients(&stiffness, visible, order);
-            let slopes = DMatrix::from_fn(rows.len(), visible, |a, i| rows[a][i].mid_f64());
+            let slopes = self.slopes(&stiffness, order);
             let force = DVector::from_iterator(visible, self.gradient(at).iter().take(visible).map(Ball::mid_f64));
             let Ok(inverse) = slopes.clone().pseudo_inverse(1e-12) else { return false };
             let along = DMatrix::identity(visible, visible) - inverse * slopes;
@@ -262,17 +256,23 @@ impl Search<'_> {
     fn guess_multipliers(&self, point: &mut [Ball]) {
         let (visible, order) = (self.visible, point.len());
         let force = self.gradient(point);
-        let rows = gradients(&self.assembly.stiffness(point, self.values), visible, order);
-        let matrix = DMatrix::from_fn(visible, rows.len(), |i, a| rows[a][i].mid_f64());
-        let right = DVector::from_fn(visible, |i, _| -force[i].mid_f64());
-        if !matrix.iter().chain(right.iter()).all(|x| x.is_finite()) {
-            return;
-        }
-        let Ok(found) = matrix.svd(true, true).solve(&right, 1e-12) else {
-            return;
-        };
+        let slopes = self.slopes(&self.assembly.stiffness(point, self.values), order);
+        let Some(found) = least_squares(slopes.transpose(), &force[..visible]) else { return };
         for (multiplier, found) in point[visible..].iter_mut().zip(found.iter()) {
             *multiplier = Ball::exact(*found);
         }
     }
+
+    /// The gradients of the constraints, one row each, about.
+    fn slopes(&self, stiffness: &[Ball], order: usize) -> DMatrix<f64> {
+        let rows = gradients(stiffness, self.visible, order);
+        DMatrix::from_fn(rows.len(), self.visible, |a, i| rows[a][i].mid_f64())
+    }
+}
+
+/// The shortest x for which Ax is as near -y as it can be.
+fn least_squares(a: DMatrix<f64>, y: &[Ball]) -> Option<DVector<f64>> {
+    let right = DVector::from_fn(y.len(), |i, _| -y[i].mid_f64());
+    let finite = a.iter().chain(right.iter()).all(|x| x.is_finite());
+    finite.then(|| a.svd(true, true).solve(&right, 1e-12).ok())?
 }

@@ -8,7 +8,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::assemble::{self, Assembly, Values, signed_terms};
-use super::equilibrium::{self, Equilibrium};
+use super::equilibrium::{self, Equilibrium, Search};
 use super::error::LinearizeError;
 use super::precise;
 use super::units::start;
@@ -31,32 +31,29 @@ pub(crate) struct Unbalanced {
 }
 
 /// The equilibrium of a model, however its forces come about.
-pub(crate) fn find(
-    model: &Model,
-    assembly: &Assembly,
-    values: &Values<Ball>,
-    visible: usize,
-) -> Result<(Equilibrium, Option<Unbalanced>), LinearizeError> {
+pub(super) fn find(search: &Search<'_>) -> Result<(Equilibrium, Option<Unbalanced>), LinearizeError> {
+    let Search { model, assembly, values, visible, .. } = *search;
     let searched = model.guesses.any() || model.equilibria.iter().take(visible).any(|given| given.is_none());
     if !(searched && assembly.acts_at_rest()) {
-        return Ok((equilibrium::find(model, assembly, values, visible)?, None));
+        return Ok((equilibrium::find(search)?, None));
     }
     let zero = vec![Ball::ZERO; model.coordinates.len()];
     let force = assembly.gradient(&zero, values);
     let rests = force.iter().all(Ball::is_zero) && !model.guesses.any() && !model.equilibria.any();
     if rests {
-        return Ok((equilibrium::find(model, assembly, values, visible)?, None));
+        return Ok((equilibrium::find(search)?, None));
     }
     let count = model.coordinates.len();
     if visible < count
-        && let Some(found) = equilibrium::at_start(model, assembly, values, visible)?
+        && let Some(found) = search.without_search()?
     {
         return Ok((found, None));
     }
     let mut doubled = doubled(model, assembly);
     let own = assemble::assemble(&mut doubled);
     let known = own.values::<Ball>(&doubled, ())?;
-    let found = match equilibrium::find(&doubled, &own, &known, 2 * count) {
+    let find = |doubled: &Model| equilibrium::find(&Search::new(doubled, &own, &known, 2 * count));
+    let found = match find(&doubled) {
         Err(LinearizeError::EquilibriumNotFound { .. })
             if let Some(start) = relaxed(&doubled, &own, &known, &assembly.mass(&zero, values)) =>
         {
@@ -65,7 +62,7 @@ pub(crate) fn find(
                 let span = doubled.coordinates.at(i).span;
                 doubled.guesses.set(i, Some(Given { symbolic: value, value: Some(value), span }));
             }
-            equilibrium::find(&doubled, &own, &known, 2 * count)?
+            find(&doubled)?
         }
         found => found?,
     };

@@ -84,7 +84,6 @@ impl Assembly {
     /// The first term that has no value at a point of expressions, as an error.
     pub(super) fn undefined_in_symbols(&self, model: &Model, point: &[ExprId]) -> Option<LinearizeError> {
         let mut pool = model.pool.clone();
-        let is_undefined = |pool: &Pool, e: ExprId| matches!(pool.node(e), Node::Undefined);
         let mut energies = self.families.iter().flat_map(|family| (0..family.terms.count).map(move |at| (family, at)));
         let place = energies.find_map(|(family, at)| {
             let map = instance(model, &mut pool, &family.terms, at, Some(point));
@@ -95,7 +94,7 @@ impl Assembly {
                 "the force"
             } else if undefined(&family.inertia) {
                 "a second derivative of the energies"
-            } else if logarithms.iter().any(|e| is_undefined(&pool, *e)) {
+            } else if logarithms.iter().any(|e| pool.is_undefined(*e)) {
                 "the energy"
             } else {
                 return None;
@@ -108,7 +107,7 @@ impl Assembly {
             velocities.find_map(|(family, at)| {
                 let map = instance(model, &mut pool, &family.terms, at, Some(point));
                 let images = pool.substitute(&family.derivatives(), &map);
-                images.iter().any(|e| is_undefined(&pool, *e)).then(|| Undefined::of_velocities(family, at))
+                images.iter().any(|e| pool.is_undefined(*e)).then(|| Undefined::of_velocities(family, at))
             })
         });
         place?.error(model, pool, &Point::Expressions(point))

@@ -278,18 +278,9 @@ impl Units {
             body = pool.mul(*unit, body);
         }
         family.body = pool.scale(body, &power_of_two(factor));
-        if slots.is_empty() {
-            return;
+        if !slots.is_empty() {
+            family.add_values(&slots, |number| pool.number(power_of_two(length(number))));
         }
-        let mut constants: Vec<ExprId> = Vec::new();
-        for at in 0..family.count {
-            constants.extend(family.constants_of(at));
-            let numbers = family.coordinates_of(at);
-            let units = slots.iter().map(|(slot, _)| length(numbers[*slot]));
-            constants.extend(units.map(|unit| pool.number(power_of_two(unit))));
-        }
-        family.values.extend(slots.iter().map(|(_, unit)| *unit));
-        family.constants = constants;
     }
 
     /// The power of two that brings the shape of a mode, x with xᵀMx = 1, to SI in a coordinate.

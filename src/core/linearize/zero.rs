@@ -6,12 +6,10 @@
 //! and is never asked for.
 
 use super::assemble::{Assembly, Values};
-use super::equilibrium::Equilibrium;
 use super::radicals::Surd;
 use super::symmetry::{Symmetry, symmetries};
-use super::{exact, mechanism};
+use super::{Linearized, exact, mechanism};
 use crate::expr::Pool;
-use crate::model::Model;
 use crate::precision::Ball;
 use crate::precision::Enclosure;
 
@@ -81,14 +79,9 @@ enum Ground {
 }
 
 /// The proved zero modes at an equilibrium: linearly independent; of symmetries and loose parts alone where no others are wanted.
-pub(crate) fn zero_modes(
-    model: &Model,
-    assembly: &Assembly,
-    equilibrium: &Equilibrium,
-    values: &Values<Ball>,
-    others: bool,
-) -> Vec<ZeroMode> {
-    let at = &equilibrium.values;
+pub(crate) fn zero_modes(own: &Linearized, others: bool) -> Vec<ZeroMode> {
+    let Linearized { model, assembly, values, .. } = own;
+    let at = &own.equilibrium.values;
     let mut sieve = Sieve::default();
     let mut kept = Vec::new();
     let mut add = |vector: Vec<Ball>, meaning: &str, ground: Ground| {
@@ -112,7 +105,7 @@ pub(crate) fn zero_modes(
     if !others {
         return kept;
     }
-    for vector in exact::kernel(model, assembly, equilibrium, count).unwrap_or_default() {
+    for vector in exact::kernel(own, count).unwrap_or_default() {
         let balls = vector.iter().map(|x| x.in_numbers(())).collect();
         add(balls, NO_FORCE, Ground::Exact(vector));
     }

@@ -8,7 +8,7 @@ use super::elaborate::Elaborator;
 use super::index::is_so;
 use super::names::World;
 use super::{Given, Model, ModelError};
-use crate::expr::{ExprId, Function, Node, Pool, ZeroVerdict, evaluate_closed};
+use crate::expr::{ExprId, Function, Node, Pool, evaluate_closed};
 use crate::precision::Big;
 use crate::span::Span;
 use crate::syntax::{Comparison, ExprKind, ExprRef};
@@ -42,8 +42,7 @@ impl Elaborator<'_> {
         }
         let mut sides = Vec::new();
         for program in &programs {
-            let value = self.world.run_written_out(program, &mut Vec::new());
-            sides.push(self.note(value)?.scalars());
+            sides.push(self.value_of(program, &[])?.scalars());
         }
         let count = sides.iter().map(Vec::len).max()?;
         if sides.iter().any(|side| side.len() != count && side.len() != 1) {
@@ -74,7 +73,7 @@ impl Elaborator<'_> {
             Ordering::Greater
         } else if value.is_negative() {
             Ordering::Less
-        } else if pool.is_zero(difference) == ZeroVerdict::Zero {
+        } else if pool.vanishes(difference) {
             Ordering::Equal
         } else {
             return None;

@@ -12,7 +12,7 @@ use super::table::{Table, TableTexts};
 use super::terms::{TermFamily, families};
 use super::values::{Value, sum};
 use super::{Constraint, Given, Givens, Model, ModelError, dimension};
-use crate::expr::{ExprId, Pool, ZeroVerdict};
+use crate::expr::{ExprId, Pool};
 use crate::span::Span;
 use crate::syntax::{ExprKind, ExprRef, File, Indices, Name, StatementKind};
 
@@ -283,10 +283,7 @@ impl<'a> Elaborator<'a> {
         }
         let mut found = Vec::new();
         for at in members.keys() {
-            let mut value = |program| {
-                let side = self.world.run_written_out(program, &mut at[..members.rank].to_vec());
-                self.note(side)
-            };
+            let mut value = |program| self.value_of(program, &at[..members.rank]);
             let [left, right] = [value(&programs[0])?, value(&programs[1])?];
             let Ok(difference) = sum(&mut self.world.pool, &[(false, left.clone()), (true, right.clone())]) else {
                 let shapes = format!("{} and {}", left.describe(), right.describe());
@@ -317,7 +314,7 @@ impl<'a> Elaborator<'a> {
             SymbolKind::Velocity(number) => {
                 let slope = pool.diff(e, symbol);
                 let bends = pool.slopes(slope, moves);
-                let bent = bends.iter().any(|(_, bend)| pool.is_zero(*bend) != ZeroVerdict::Zero);
+                let bent = bends.iter().any(|(_, bend)| !pool.vanishes(*bend));
                 bent.then(|| format!("{}'", coordinates.at(number).name()))
             }
             SymbolKind::Acceleration(number) => Some(format!("{}''", coordinates.at(number).name())),
@@ -429,9 +426,7 @@ impl<'a> Elaborator<'a> {
 
     fn period(&mut self, root: ExprRef, span: Span) -> Option<Given> {
         let program = self.compiler().value(root, &mut Scope::default());
-        let value = self.world.run_written_out(&program, &mut Vec::new());
-        let value = self.note(value)?;
-        let symbolic = self.one_scalar(&value, "the period", program.span)?;
+        let symbolic = self.number_of(&program, &[], "the period")?;
         if let Some(on) = self.world.varying_symbol(symbolic) {
             self.errors.push(ModelError::NotConstant { what: "the period".to_owned(), on, span: program.span });
         }

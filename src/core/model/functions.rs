@@ -203,8 +203,7 @@ impl Builtin {
                 let product = product(pool, &[(false, value(0).clone()), (false, axis.clone())])?;
                 let moment = dot(pool, &axis, &product)?.scalar("the moment")?;
                 let square = dot(pool, &axis, &axis)?.scalar("the square of the axis")?;
-                let off = pool.sub(square, pool.one());
-                let is_unit = pool.is_zero(off) == ZeroVerdict::Zero;
+                let is_unit = pool.agree(square, pool.one());
                 Ok(Value::Scalar(if is_unit { moment } else { pool.div(moment, square) }))
             }
         }

@@ -160,10 +160,7 @@ impl Elaborator<'_> {
         }
         let keys = members.keys();
         for (position, at) in keys.iter().enumerate() {
-            let value = self.world.run_written_out(&program, &mut at[..members.rank].to_vec());
-            let Some(value) = self.note(value) else {
-                return;
-            };
+            let Some(value) = self.value_of(&program, &at[..members.rank]) else { return };
             let value = match (&value, members.named) {
                 // A list without an index gives the members one by one.
                 (Value::Vector(parts), false)

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::ModelError;
 use super::assume::Assumption;
 use super::names::{SymbolKind, World};
-use crate::expr::{Exponentials, ExprId, Symbol, ZeroVerdict, evaluate_closed};
+use crate::expr::{Exponentials, ExprId, Symbol, evaluate_closed};
 use crate::number::Number;
 use crate::precision::Big;
 use crate::span::Span;
@@ -46,7 +46,7 @@ impl World {
 
     /// Whether an expression is 0: by its form, or by values and assumptions of the parameters.
     fn vanishes(&mut self, e: ExprId) -> Option<bool> {
-        if self.pool.is_zero(e) == ZeroVerdict::Zero {
+        if self.pool.vanishes(e) {
             return Some(true);
         }
         let (mut factors, core) = self.split(e);

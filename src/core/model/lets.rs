@@ -72,8 +72,7 @@ impl Elaborator<'_> {
         let Some(members) = members else { return };
         if rank == 0 {
             let program = Arc::clone(&self.world.lets[number].pieces[piece].program);
-            let value = self.world.run_written_out(&program, &mut Vec::new());
-            if let Some(value) = self.note(value) {
+            if let Some(value) = self.value_of(&program, &[]) {
                 self.world.lets[number].members.insert([0; 3], value);
             }
             return;

@@ -133,6 +133,18 @@ impl Elaborator<'_> {
         self.factor(unit).filter(|_| !reads_names(program))
     }
 
+    /// The value of a program for some values of its indices.
+    pub(super) fn value_of(&mut self, program: &Program, slots: &[i64]) -> Option<Value> {
+        let value = self.world.run_written_out(program, &mut slots.to_vec());
+        self.note(value)
+    }
+
+    /// The same of one that comes to a number.
+    pub(super) fn number_of(&mut self, program: &Program, slots: &[i64], what: &str) -> Option<ExprId> {
+        let value = self.value_of(program, slots)?;
+        self.one_scalar(&value, what, program.span)
+    }
+
     pub(super) fn one_scalar(&mut self, value: &Value, what: &str, span: Span) -> Option<ExprId> {
         value.scalar(what).map_err(|misfit| self.errors.push(ModelError::shape(misfit, span))).ok()
     }

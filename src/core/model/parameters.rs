@@ -119,13 +119,11 @@ impl Elaborator<'_> {
         if let Some(program) = &program
             && !members.named
         {
-            let mut slots = keys.first().map_or_else(Vec::new, |at| at[..members.rank].to_vec());
-            let value = self.world.run_written_out(program, &mut slots);
-            let Some(value) = self.note(value) else {
+            shared = self.value_of(program, keys.first().map_or(&[], |at| &at[..members.rank]));
+            if shared.is_none() {
                 self.stand_in(name, members.rank, &keys);
                 return;
-            };
-            shared = Some(value);
+            }
         }
         let list: Option<Vec<ExprId>> = match &shared {
             Some(value @ Value::Vector(_)) => {
@@ -142,29 +140,16 @@ impl Elaborator<'_> {
                 (None, _, _) => None,
                 (Some(_), Some(list), _) => list.get(position).copied(),
                 (Some(_), None, Some(value)) => value.scalar("").ok(),
-                (Some(program), None, None) => {
-                    let value = self.world.run_written_out(program, &mut at[..members.rank].to_vec());
-                    let value = self.note(value);
-                    let value = value.and_then(|value| self.one_scalar(&value, "a parameter", program.span));
-                    if value.is_none() {
-                        self.stand_in(name, members.rank, &keys[position..]);
-                        return;
-                    }
-                    value
-                }
+                (Some(program), None, None) => self.number_of(program, &at[..members.rank], "a parameter"),
             };
             let own = own.map(|own| self.scaled(own, factor));
-            let mut sigma = None;
-            if let Some(program) = &uncertainty {
-                let value = self.world.run_written_out(program, &mut at[..members.rank].to_vec());
-                let value = self.note(value);
-                sigma = value.and_then(|value| self.one_scalar(&value, "an uncertainty", program.span));
-                if sigma.is_none() {
-                    self.stand_in(name, members.rank, &keys[position..]);
-                    return;
-                }
-                sigma = sigma.map(|sigma| self.scaled(sigma, sigma_factor));
+            let sigma = uncertainty.as_ref().filter(|_| own.is_some() || program.is_none());
+            let sigma = sigma.and_then(|own| self.number_of(own, &at[..members.rank], "an uncertainty"));
+            if own.is_none() && program.is_some() || sigma.is_none() && uncertainty.is_some() {
+                self.stand_in(name, members.rank, &keys[position..]);
+                return;
             }
+            let sigma = sigma.map(|sigma| self.scaled(sigma, sigma_factor));
             let span = program.as_ref().map_or(name.span, |program| program.span);
             self.add_parameter(&name.text, name.span, members.rank, *at, own, sigma, unit, span);
         }

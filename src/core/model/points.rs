@@ -108,8 +108,7 @@ impl Elaborator<'_> {
         for at in members.keys().into_iter().take(most) {
             let mut positions: Vec<Vec<ExprId>> = Vec::new();
             for (program, span) in &programs {
-                let value = self.world.run_written_out(program, &mut at[..members.rank].to_vec());
-                let value = self.note(value)?;
+                let value = self.value_of(program, &at[..members.rank])?;
                 let position = value.components("").ok().filter(|own| matches!(own.len(), 2 | 3));
                 let Some(position) = position else {
                     let shape = value.describe();

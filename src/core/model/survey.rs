@@ -17,7 +17,7 @@ pub(super) fn declared_names(file: &File) -> HashMap<String, Span> {
 /// The names that set ranges, indices and filters, directly or through other parameters.
 pub(super) fn structural_names(file: &File) -> HashSet<String> {
     let mut todo: Vec<ExprRef> = file.indices().flat_map(Indices::expressions).collect();
-    for expr in &file.expressions {
+    for expr in file.expressions.iter() {
         if let ExprKind::Index { indices, .. } = expr.kind {
             todo.extend(indices);
         }

@@ -104,6 +104,18 @@ impl TermFamily {
         let width = self.values.len();
         self.constants.get(instance * width..(instance + 1) * width).unwrap_or(&[])
     }
+
+    /// Adds value slots, each with its place and the symbol that stands for the value that a coordinate there has.
+    pub(crate) fn add_values(&mut self, slots: &[(usize, Symbol)], mut value: impl FnMut(u32) -> ExprId) {
+        let mut constants = Vec::with_capacity(self.constants.len() + self.count * slots.len());
+        for at in 0..self.count {
+            constants.extend(self.constants_of(at));
+            let numbers = self.coordinates_of(at);
+            constants.extend(slots.iter().map(|(place, _)| value(numbers[*place])));
+        }
+        self.values.extend(slots.iter().map(|(_, symbol)| *symbol));
+        self.constants = constants;
+    }
 }
 
 /// Whether an expression is, seen from outside, a sum over an index.

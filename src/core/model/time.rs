@@ -6,7 +6,7 @@ use super::elaborate::Elaborator;
 use super::names::{SymbolKind, World};
 use super::terms::{Local, TermFamily};
 use super::{Constraint, Model};
-use crate::expr::{Exponentials, ExprId, Pool, Substitution, Symbol, ZeroVerdict};
+use crate::expr::{Exponentials, ExprId, Pool, Substitution, Symbol};
 use crate::number::Number;
 use crate::precision::Function;
 use crate::span::Span;
@@ -59,7 +59,7 @@ fn drop_from(world: &mut World, time: Symbol, terms: &mut [&mut TermFamily]) -> 
     let (now, then) = (pool.sum(&bodies), pool.sum(&at_start));
     let then = pool.neg(then);
     let change = pool.add(now, then);
-    let drops = pool.is_zero(change) == ZeroVerdict::Zero;
+    let drops = pool.vanishes(change);
     if drops {
         terms.iter_mut().zip(at_start).for_each(|(own, body)| own.body = body);
     }
@@ -145,8 +145,7 @@ fn potential_of(pool: &mut Pool, family: &TermFamily, slopes: &[(usize, ExprId)]
     let sum = pool.sum(&parts);
     let is_right = slopes.iter().all(|(place, slope)| {
         let own = pool.diff(sum, family.locals[*place].coordinate);
-        let difference = pool.sub(own, *slope);
-        pool.is_zero(difference) == ZeroVerdict::Zero
+        pool.agree(own, *slope)
     });
     is_right.then_some(sum)
 }
@@ -163,7 +162,6 @@ fn slopes_of_time(pool: &mut Pool, family: &TermFamily, time: Symbol) -> Option<
         return None;
     }
     let start = Substitution::from([(time, pool.zero())]);
-    let is_zero = |pool: &mut Pool, e: ExprId| pool.is_zero(e) == ZeroVerdict::Zero;
     let at_start = pool.substitute_one(family.body, &start);
     let change = pool.sub(family.body, at_start);
     let at_rest = family.at_rest(pool);
@@ -176,7 +174,7 @@ fn slopes_of_time(pool: &mut Pool, family: &TermFamily, time: Symbol) -> Option<
             let bend = pool.diff(by_velocity, other.velocity);
             let (one, two) = (pool.diff(by_velocity, other.coordinate), pool.diff(*by_other, own.coordinate));
             let curl = pool.sub(one, two);
-            if !is_zero(pool, bend) || !is_zero(pool, curl) {
+            if !pool.vanishes(bend) || !pool.vanishes(curl) {
                 return None;
             }
         }
@@ -185,10 +183,10 @@ fn slopes_of_time(pool: &mut Pool, family: &TermFamily, time: Symbol) -> Option<
         let first = pool.substitute_one(slope, &start);
         let first = pool.substitute_one(first, &at_rest);
         let difference = pool.sub(slope, first);
-        if !is_zero(pool, difference) {
+        if !pool.vanishes(difference) {
             return None;
         }
-        if !is_zero(pool, first) {
+        if !pool.vanishes(first) {
             slopes.push((place, first));
         }
     }

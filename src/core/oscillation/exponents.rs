@@ -170,10 +170,10 @@ fn flowing(
             (entry.growth + Ball::exact(*shift)).contains_zero() && entry.omega.contains_zero()
         };
         let count = |shift: &f64| found.entries.iter().filter(|entry| added(entry, shift)).count();
-        if !flow.shifts().iter().all(|shift| count(shift) == 1) {
+        if !flow.shifts.iter().all(|shift| count(shift) == 1) {
             continue;
         }
-        found.entries.retain(|entry| !flow.shifts().iter().any(|shift| added(entry, shift)));
+        found.entries.retain(|entry| !flow.shifts.iter().any(|shift| added(entry, shift)));
         if linearized.structure() == Structure::Gyroscopic {
             found = paired(found, linearized.mode_count(), &every);
         }

@@ -8,7 +8,7 @@ use dashu_int::IBig;
 use faer::c64;
 
 use super::exponents::Source;
-use crate::expr::{ExprId, ZeroVerdict};
+use crate::expr::ExprId;
 use crate::groups::connected;
 use crate::linearize::{Flow, Linearized, ZeroMode, known_values};
 use crate::modes::exponents::{
@@ -178,7 +178,7 @@ fn critical(linearized: &Linearized, problem: &QuadraticProblem) -> Vec<usize> {
         let product = pool.mul(four, product);
         let discriminant = pool.sub(square, product);
         let discriminant = pool.substitute_one(discriminant, &values);
-        pool.is_zero(discriminant) == ZeroVerdict::Zero
+        pool.vanishes(discriminant)
     };
     near.into_iter().filter(decided).collect()
 }
@@ -191,7 +191,7 @@ fn divided(
     left_out: &[usize],
 ) -> [Vec<usize>; 2] {
     let n = problem.dimension;
-    let multiplied = flow.map_or(&[][..], Flow::places);
+    let multiplied = flow.map_or(&[][..], |own| &own.places);
     let friction: Vec<Vec<Ball>> = [linearized.damping(), linearized.circulatory()].into_iter().flatten().collect();
     let rubs = |i: usize| friction.iter().any(|own| (0..n).any(|j| couples(own, n, i, j)));
     let starts = |i: &usize| multiplied.contains(i) || rubs(*i);

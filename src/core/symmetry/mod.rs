@@ -12,6 +12,7 @@
 //! what permutes the axes of bodies, and `figure` the whole point group where their energies turn freely; both have the
 //! names of `point_group`.
 
+use crate::groups::Groups;
 use crate::linearize::Invariance;
 
 mod classes;
@@ -428,13 +429,7 @@ fn products(generators: &[SignedPermutation]) -> impl Iterator<Item = SignedPerm
 
 /// The cycle that each coordinate is in, named by its first coordinate.
 fn cycles(turn: &SignedPermutation) -> Vec<usize> {
-    let mut cycle = vec![usize::MAX; turn.len()];
-    for start in 0..turn.len() {
-        let mut at = start;
-        while cycle[at] == usize::MAX {
-            cycle[at] = start;
-            at = turn.of(at).0;
-        }
-    }
-    cycle
+    let mut together = Groups::new(turn.len());
+    (0..turn.len()).for_each(|i| together.join(i, turn.of(i).0));
+    (0..turn.len()).map(|i| together.least(i)).collect()
 }

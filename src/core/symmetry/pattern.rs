@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use super::SignedPermutation;
 use super::search::Graph;
+use crate::groups::Groups;
 
 /// Elements looked through for one that differs from another only by signs.
 const MOST_KNOWN: usize = 200;
@@ -66,23 +67,13 @@ impl Pattern {
     /// The number of the part that hangs together, for each coordinate.
     #[must_use]
     pub fn components(&self) -> Vec<usize> {
-        let mut component = vec![usize::MAX; self.len()];
-        let mut count = 0;
-        for start in 0..self.len() {
-            if component[start] != usize::MAX {
-                continue;
-            }
-            let mut open = vec![start];
-            component[start] = count;
-            while let Some(i) = open.pop() {
-                for (j, _) in &self.rows[i] {
-                    if component[*j] == usize::MAX {
-                        component[*j] = count;
-                        open.push(*j);
-                    }
-                }
-            }
-            count += 1;
+        let mut together = Groups::new(self.len());
+        for (i, row) in self.rows.iter().enumerate() {
+            row.iter().for_each(|(j, _)| together.join(i, *j));
+        }
+        let mut component = vec![0; self.len()];
+        for (number, group) in together.all().into_iter().enumerate() {
+            group.into_iter().for_each(|i| component[i] = number);
         }
         component
     }

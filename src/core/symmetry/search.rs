@@ -8,6 +8,7 @@
 //! (Sims, 1970; B. D. McKay, Congressus Numerantium 30 (1981) 45).
 
 use crate::expr::mix;
+use crate::groups::Groups;
 
 /// A graph with labelled edges; equal labels are equal numbers.
 #[derive(Clone, Debug, Default)]
@@ -172,14 +173,15 @@ impl Graph {
                 continue;
             };
             let colour = levels[depth].colours[base];
-            let mut orbits = Orbits::new(self.rows.len());
-            for generator in &found.generators {
-                orbits.join(generator);
-            }
+            let mut orbits = Groups::new(self.rows.len());
+            let join = |orbits: &mut Groups, generator: &[usize]| {
+                generator.iter().enumerate().for_each(|(i, j)| orbits.join(i, *j));
+            };
+            found.generators.iter().for_each(|generator| join(&mut orbits, generator));
             let mut refused: Vec<usize> = Vec::new();
             for to in 0..self.rows.len() {
-                let known = orbits.of(to);
-                if levels[depth].colours[to] != colour || known == orbits.of(base) || refused.contains(&known) {
+                let known = orbits.least(to);
+                if levels[depth].colours[to] != colour || known == orbits.least(base) || refused.contains(&known) {
                     continue;
                 }
                 // Base vertices are the first of their kind, so that the search would find no other.
@@ -189,15 +191,15 @@ impl Graph {
                 };
                 match generator {
                     Some(generator) => {
-                        orbits.join(&generator);
-                        refused = refused.iter().map(|at| orbits.of(*at)).collect();
+                        join(&mut orbits, &generator);
+                        refused = refused.iter().map(|at| orbits.least(*at)).collect();
                         found.generators.push(generator);
                     }
                     None => refused.push(known),
                 }
             }
-            let own = orbits.of(base);
-            let size = (0..self.rows.len()).filter(|i| orbits.of(*i) == own).count();
+            let own = orbits.least(base);
+            let size = (0..self.rows.len()).filter(|i| orbits.least(*i) == own).count();
             found.order *= size as f64;
         }
         Some(found)
@@ -256,33 +258,4 @@ fn smallest_cell(colours: &[u64], sorted: &[u64]) -> Option<usize> {
     let cells = sorted.chunk_by(|a, b| a == b).filter(|cell| cell.len() > 1);
     let smallest = cells.min_by_key(|cell| cell.len())?;
     colours.iter().position(|colour| Some(colour) == smallest.first())
-}
-
-/// Vertices that can be taken to each other.
-struct Orbits(Vec<usize>);
-
-impl Orbits {
-    fn new(count: usize) -> Self {
-        Self((0..count).collect())
-    }
-
-    fn of(&self, mut vertex: usize) -> usize {
-        while let Some(up) = self.0.get(vertex).copied()
-            && up != vertex
-        {
-            vertex = up;
-        }
-        vertex
-    }
-
-    fn join(&mut self, permutation: &[usize]) {
-        for (i, j) in permutation.iter().enumerate() {
-            let (a, b) = (self.of(i), self.of(*j));
-            let (low, high) = (a.min(b), a.max(b));
-            self.0[high] = low;
-            // Paths stay short.
-            self.0[i] = low;
-            self.0[*j] = low;
-        }
-    }
 }

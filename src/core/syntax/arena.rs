@@ -417,12 +417,3 @@ impl Units {
         self.factors.shrink_to_fit();
     }
 }
-
-impl<'f> IntoIterator for &'f Expressions {
-    type Item = Expr<'f>;
-    type IntoIter = Box<dyn Iterator<Item = Expr<'f>> + 'f>;
-
-    fn into_iter(self) -> Self::IntoIter {
-        Box::new(self.iter())
-    }
-}

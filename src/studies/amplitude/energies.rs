@@ -3,7 +3,7 @@
 use super::error::AmplitudeError;
 use crate::mechanics::{Mechanics, is_gradient, slopes, velocity_slopes};
 use crate::source;
-use librate_core::expr::{ExprId, Pool, Substitution, Symbol, Tape, ZeroVerdict};
+use librate_core::expr::{ExprId, Pool, Substitution, Symbol, Tape};
 use librate_core::linearize::{instance, known_values, signed_terms};
 use librate_core::model::{Model, SymbolKind};
 use librate_core::number::Number;
@@ -99,14 +99,14 @@ impl Parts {
                 let once = pool.diff(whole, factor);
                 let twice = pool.diff(once, factor);
                 let third = pool.diff(twice, factor);
-                if pool.is_zero(third) != ZeroVerdict::Zero {
+                if !pool.vanishes(third) {
                     let span = family.span;
                     return Err(AmplitudeError::NotQuadratic { span });
                 }
                 let twice = pool.scale(twice, &Number::ratio(1, 2).unwrap_or_default());
                 let mut parts = pool.substitute(&[whole, once, twice], &at_rest);
                 if let Some(once) = parts.get_mut(1) {
-                    if pool.is_zero(*once) == ZeroVerdict::Zero {
+                    if pool.vanishes(*once) {
                         *once = zero;
                     } else {
                         linear_span.get_or_insert(family.span);

@@ -12,7 +12,7 @@ use std::collections::HashMap;
 
 use nalgebra::DMatrix;
 
-use librate_core::expr::{ExprId, Pool, Substitution, Symbol, Tape, ZeroVerdict};
+use librate_core::expr::{ExprId, Pool, Substitution, Symbol, Tape};
 use librate_core::number::Number;
 use librate_core::precision::{Ball, System};
 
@@ -317,7 +317,7 @@ fn crossing(equations: &Equations, own: &Involution) -> Option<Extended> {
             across.push(pool.sub(equations.all[*at], other));
         }
     }
-    let vanish = |pool: &Pool, all: &[ExprId]| all.iter().all(|own| pool.is_zero(*own) == ZeroVerdict::Zero);
+    let vanish = |pool: &Pool, all: &[ExprId]| all.iter().all(|own| pool.vanishes(*own));
     let moved = pool.substitute(&equations.all, &images);
     let mut differences = Vec::new();
     for (image, moved) in own.iter().zip(moved) {

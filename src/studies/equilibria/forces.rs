@@ -3,9 +3,7 @@
 //! With constraints c = 0 the equations are (Fritz John) a F + Σ b_k ∇c_k = 0, c = 0 and a² + Σ b_k² = 1 with a >= 0: the multipliers
 //! are bounded whatever the forces, and a = 0 only where the gradients of constraints depend on each other.
 
-use librate_core::expr::{
-    ExprId, ModularPoint, Pool, Prepared, Symbol, Tape, ZeroVerdict, nullspace_mod, rational_reconstruct,
-};
+use librate_core::expr::{ExprId, ModularPoint, Pool, Prepared, Symbol, Tape, fraction_mod, nullspace_mod};
 use librate_core::linearize::AtRest;
 use librate_core::number::Number;
 use librate_core::precision::Scalar;
@@ -71,14 +69,13 @@ pub(super) fn neutral_directions(rest: &mut AtRest, forces: &[ExprId]) -> Vec<(u
     let kernel = nullspace_mod(&mut rows, n);
     let mut found: Vec<(usize, Neutral)> = Vec::new();
     for vector in kernel {
-        let lifted: Option<Neutral> =
-            vector.iter().map(|x| rational_reconstruct(*x).and_then(|(p, q)| Number::ratio(p, q))).collect();
+        let lifted: Option<Neutral> = vector.into_iter().map(fraction_mod).collect();
         let Some(mut vector) = lifted else { continue };
         let holds = gradients.iter().all(|gradient| {
             let terms: Vec<(ExprId, Number)> =
                 gradient.iter().copied().zip(vector.iter().cloned()).filter(|(_, x)| !x.is_zero()).collect();
             let along = rest.pool.linear(&terms);
-            rest.pool.is_zero(along) == ZeroVerdict::Zero
+            rest.pool.vanishes(along)
         });
         if !holds {
             continue;

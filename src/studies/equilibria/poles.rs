@@ -8,7 +8,7 @@
 
 use std::collections::HashMap;
 
-use librate_core::expr::{ExprId, Node, Pool, Prepared, Substitution, Symbol, Tape, ZeroVerdict};
+use librate_core::expr::{ExprId, Node, Pool, Prepared, Substitution, Symbol, Tape};
 use librate_core::number::Number;
 use librate_core::precision::{Function, Scalar};
 
@@ -248,7 +248,7 @@ fn constant(pool: &mut Pool, e: ExprId, unknowns: &[Symbol]) -> Option<ExprId> {
     }
     for unknown in unknowns {
         let slope = pool.diff(e, *unknown);
-        if pool.is_zero(slope) != ZeroVerdict::Zero {
+        if !pool.vanishes(slope) {
             return None;
         }
     }

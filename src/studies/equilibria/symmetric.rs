@@ -6,7 +6,7 @@
 
 use std::collections::HashSet;
 
-use librate_core::expr::{ExprId, Substitution, ZeroVerdict};
+use librate_core::expr::{ExprId, Substitution};
 use librate_core::model::{CoordinateFamily, Model};
 use librate_core::precision::Scalar;
 
@@ -165,12 +165,12 @@ fn is_symmetry(equations: &mut Equations, whole: &[Interval], element: &Element)
     }
     let there = pool.substitute(all, &map);
     let potential = pool.sub(there[unknowns.len()], all[unknowns.len()]);
-    if pool.is_zero(potential) != ZeroVerdict::Zero {
+    if !pool.vanishes(potential) {
         return false;
     }
     element.iter().enumerate().all(|(i, (to, turned))| {
         let off = if *turned { pool.add(there[*to], all[i]) } else { pool.sub(there[*to], all[i]) };
-        pool.is_zero(off) == ZeroVerdict::Zero
+        pool.vanishes(off)
     })
 }
 

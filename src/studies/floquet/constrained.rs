@@ -37,10 +37,9 @@ impl Driven {
         gaps.iter_mut().for_each(|gap| *gap = self.with_values(*gap));
         let changes = gaps.iter().any(|gap| self.pool.depends_on(*gap, &|symbol| symbol == self.time));
         let pool = &mut self.pool;
-        let vanishes = |pool: &mut Pool, e: ExprId| pool.is_zero(e) == ZeroVerdict::Zero;
         let there = pool.substitute(&gaps, &map);
         let mut resting = there.iter().chain(&begin[n..]);
-        if changes || !resting.all(|own| vanishes(pool, *own)) {
+        if changes || !resting.all(|own| pool.vanishes(*own)) {
             return self.tied(model, &gaps).map(|own| (own, begin));
         }
         let gradients: Vec<Vec<ExprId>> = gaps.iter().map(|gap| pool.gradient(*gap, &symbols[1..=n])).collect();
@@ -60,7 +59,7 @@ impl Driven {
         let forces = solved(pool, square, right).ok_or(unsupported("constraints that depend on each other"))?.concat();
         let still = directions.iter().all(|direction| {
             let force = dot(pool, direction, &loads);
-            vanishes(pool, force)
+            pool.vanishes(force)
         });
         if !still {
             return self.tied(model, &gaps).map(|own| (own, begin));

@@ -32,7 +32,7 @@ use std::cmp::Ordering;
 use crate::digits::Digits;
 use crate::flow::{Equations, Plain};
 use levels::Task;
-use librate_core::expr::{ExprId, ZeroVerdict};
+use librate_core::expr::ExprId;
 use librate_core::linearize::{LinearizeError, constant, integrated};
 use librate_core::model::Model;
 use librate_core::precision::{Ball, Function, Magnitude, Scalar};
@@ -282,7 +282,7 @@ fn rests(model: &Model, driven: &mut Driven, begin: &[ExprId]) -> Result<bool, F
             });
         }
     }
-    let still = velocities.iter().all(|own| driven.pool.is_zero(*own) == ZeroVerdict::Zero);
+    let still = velocities.iter().all(|own| driven.pool.vanishes(*own));
     Ok(still && moved.iter().all(|moved| *moved == Some(false)))
 }
 

@@ -3,7 +3,7 @@
 use super::error::FloquetError;
 use super::monodromy::short;
 use super::motion::Driven;
-use librate_core::expr::{ExprId, Node, Pool, Substitution, Symbol, Tape, ZeroVerdict};
+use librate_core::expr::{ExprId, Node, Pool, Substitution, Symbol, Tape};
 use librate_core::number::Number;
 use librate_core::precision::{Ball, Function};
 
@@ -118,7 +118,7 @@ fn shown(pool: &mut Pool, time: Symbol, period: ExprId, roots: &[ExprId]) -> Opt
             let then = pool.add(now, period);
             let moved = pool.substitute_one(*root, &Substitution::from([(time, then)]));
             let difference = pool.sub(moved, *root);
-            if pool.is_zero(difference) != ZeroVerdict::Zero {
+            if !pool.vanishes(difference) {
                 return None;
             }
         }
@@ -150,7 +150,7 @@ fn sum(pool: &mut Pool, without_constant: bool, parts: &[(Later, Number)]) -> La
 
 fn more(pool: &mut Pool, terms: &[(ExprId, Number)]) -> Later {
     let by = pool.linear(terms);
-    if pool.is_zero(by) == ZeroVerdict::Zero { Later::Same } else { Later::More(by) }
+    if pool.vanishes(by) { Later::Same } else { Later::More(by) }
 }
 
 /// Of (base, exponent) with what each base becomes.
@@ -199,7 +199,7 @@ fn half_turns(pool: &mut Pool, angle: ExprId) -> Option<u64> {
             let count = middle.round() as i64;
             let whole = pool.integer(count);
             let rest = pool.sub(ratio, whole);
-            if pool.is_zero(rest) != ZeroVerdict::Zero {
+            if !pool.vanishes(rest) {
                 return None;
             }
             count

@@ -31,7 +31,7 @@ pub use principal::{Equal, Impossible, Moment, Principal};
 pub use warning::{Warning, warnings};
 
 use librate_core::diagnostic::Diagnostic;
-use librate_core::expr::{Pool, Substitution, Symbol, ZeroVerdict};
+use librate_core::expr::{Pool, Substitution, Symbol};
 use librate_core::linearize;
 use librate_core::model::{self, Constant, Model, SymbolKind, Tensor};
 use librate_core::precision::Big;
@@ -157,10 +157,7 @@ fn of_tensor(
     let closed = pool.substitute(symbolic.as_flattened(), values);
     let closed = [0, 1, 2].map(|i| [0, 1, 2].map(|j| closed[3 * i + j]));
     let symmetric = |pool: &mut Pool, (i, j): (usize, usize)| {
-        [symbolic, closed].iter().any(|entries| {
-            let difference = pool.sub(entries[i][j], entries[j][i]);
-            pool.is_zero(difference) == ZeroVerdict::Zero
-        })
+        [symbolic, closed].iter().any(|entries| pool.agree(entries[i][j], entries[j][i]))
     };
     let pairs = [(0, 1), (0, 2), (1, 2)];
     if let Some((i, j)) = pairs.into_iter().find(|pair| !symmetric(pool, *pair)) {

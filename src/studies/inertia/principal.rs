@@ -7,7 +7,7 @@
 use std::ops::Range;
 
 use super::InertiaError;
-use librate_core::expr::{ExprId, Pool, Tape, ZeroVerdict};
+use librate_core::expr::{ExprId, Pool, Tape};
 use librate_core::modes::{self, Kind, ModesError, Options, PreciseProblem, Problem, Source, Spectrum};
 use librate_core::number::Number;
 use librate_core::precision::{Ball, Big, Rounding, Scalar, decimal};
@@ -204,11 +204,6 @@ impl Exact<'_> {
         Principal { impossible: impossible(&moments), moments, equal }
     }
 
-    /// Whether an expression is 0, proved.
-    fn is_zero(&self, e: ExprId) -> bool {
-        self.pool.is_zero(e) == ZeroVerdict::Zero
-    }
-
     /// Whether all three moments are equal, or two of them.
     fn are_equal(&mut self, count: usize) -> bool {
         [self.symbolic, self.closed].into_iter().any(|entries| {
@@ -218,7 +213,7 @@ impl Exact<'_> {
             } else {
                 vec![discriminant(self.pool, &entries)]
             };
-            conditions.into_iter().all(|e| self.is_zero(e))
+            conditions.into_iter().all(|e| self.pool.vanishes(e))
         })
     }
 
@@ -230,7 +225,7 @@ impl Exact<'_> {
             let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
             forms.iter().any(|e| {
                 let difference = self.pool.sub(e[i][i], e[j][j]);
-                [e[1][0], e[2][0], e[2][1], difference].into_iter().all(|e| self.is_zero(e))
+                [e[1][0], e[2][0], e[2][1], difference].into_iter().all(|e| self.pool.vanishes(e))
             })
         })
     }
@@ -243,13 +238,13 @@ impl Exact<'_> {
     fn kernel(&mut self) -> Vec<[ExprId; 3]> {
         let (zero, one) = (self.pool.zero(), self.pool.one());
         let entries = self.closed;
-        if entries.as_flattened().iter().all(|e| self.is_zero(*e)) {
+        if entries.as_flattened().iter().all(|e| self.pool.vanishes(*e)) {
             return vec![[one, zero, zero], [zero, one, zero], [zero, zero, one]];
         }
         let vanishes = |own: &mut Self, e: fn(&mut Pool, &Entries) -> Vec<ExprId>| {
             [own.symbolic, own.closed].iter().any(|form| {
                 let all = e(own.pool, form);
-                all.into_iter().all(|e| own.is_zero(e))
+                all.into_iter().all(|e| own.pool.vanishes(e))
             })
         };
         if !vanishes(self, |pool, form| vec![determinant(pool, form)]) {

@@ -2,7 +2,7 @@
 
 use super::energies::{Energies, Kink};
 use super::panel::Field;
-use librate_core::expr::{ExprId, Pool, ZeroVerdict};
+use librate_core::expr::{ExprId, Pool};
 use librate_core::linearize::{Linearized, Origin, Units, evaluate_closed};
 use librate_core::model::{Givens, Model};
 use librate_core::precision::{Ball, Big, Enclosure};
@@ -102,7 +102,7 @@ impl Corner {
         let mut places: Vec<(f64, ExprId)> = Vec::new();
         for Kink { place, .. } in &kinks {
             let way = pool.sub(*place, from);
-            let there = pool.is_zero(way) == ZeroVerdict::Zero;
+            let there = pool.vanishes(way);
             let way = evaluate_closed::<Ball>(pool, way, ())?;
             if there || given.is_none() {
                 places.push((way.mid_f64().abs(), *place));

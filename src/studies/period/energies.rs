@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use super::{PeriodError, panel};
 use crate::mechanics::Mechanics;
-use librate_core::expr::{ExprId, Function, Node, Pool, Substitution, Symbol, Tape, ZeroVerdict};
+use librate_core::expr::{ExprId, Function, Node, Pool, Substitution, Symbol, Tape};
 use librate_core::linearize::{evaluate_closed, known_values};
 use librate_core::model::Model;
 use librate_core::number::Number;
@@ -85,7 +85,7 @@ impl Energies {
         let zero = pool.zero();
         let rest: Substitution = [(velocity, zero)].into_iter().collect();
         let lagrangian = pool.substitute_one(lagrangian, &rest);
-        if pool.is_zero(mass) == ZeroVerdict::Zero {
+        if pool.vanishes(mass) {
             return Err(PeriodError::NoInertia { coordinate: own.name(), span: own.span });
         }
         let potential = pool.neg(lagrangian);
@@ -121,10 +121,7 @@ impl Energies {
             let there = pool.substitute_one(*x, &origin);
             let place = pool.div(there, slope);
             let place = pool.neg(place);
-            let central = center.is_some_and(|center| {
-                let way = pool.sub(place, center);
-                pool.is_zero(way) == ZeroVerdict::Zero
-            });
+            let central = center.is_some_and(|center| pool.agree(place, center));
             let linear = pool.is_constant(slope) && pool.is_constant(place);
             linear.then_some(Kink { place, slope, central })
         });
@@ -154,10 +151,7 @@ impl Energies {
         let map: Substitution = [(self.coordinate, replacement)].into_iter().collect();
         let before = self.roots();
         let after = self.pool.substitute(&before, &map);
-        before.iter().zip(after).all(|(before, after)| {
-            let difference = self.pool.sub(*before, after);
-            self.pool.is_zero(difference) == ZeroVerdict::Zero
-        })
+        before.iter().zip(after).all(|(before, after)| self.pool.agree(*before, after))
     }
 
     /// The shortest period of U and M in the coordinate that is found, a positive constant: where the coordinate occurs
@@ -233,23 +227,22 @@ impl Energies {
 ///   M = m (1 + W/r)²/(1 + W/(2 r)). With a constant r > 0 it is so for all W > 0.
 fn effective_mass(pool: &mut Pool, curvature: ExprId, velocity: Symbol, excess: ExprId) -> Option<ExprId> {
     let rest: Substitution = [(velocity, pool.zero())].into();
-    let vanishes = |pool: &Pool, e: ExprId| pool.is_zero(e) == ZeroVerdict::Zero;
     let third = pool.diff(curvature, velocity);
     let mass = pool.substitute_one(curvature, &rest);
-    if vanishes(pool, third) {
+    if pool.vanishes(third) {
         return Some(mass);
     }
-    if vanishes(pool, mass) {
+    if pool.vanishes(mass) {
         return None;
     }
     let fourth = pool.diff(third, velocity);
     let fifth = pool.diff(fourth, velocity);
     let [odd, fourth] = [third, fourth].map(|e| pool.substitute_one(e, &rest));
-    if !vanishes(pool, odd) {
+    if !pool.vanishes(odd) {
         return None;
     }
     let square = pool.square(mass);
-    if vanishes(pool, fifth) {
+    if pool.vanishes(fifth) {
         let bend = pool.mul(fourth, excess);
         let under = pool.linear(&[(square, Number::ratio(1, 4)?), (bend, Number::half())]);
         let root = pool.sqrt(under);
@@ -270,7 +263,7 @@ fn effective_mass(pool: &mut Pool, curvature: ExprId, velocity: Symbol, excess: 
     let left = pool.square(curvature);
     let left = pool.mul(left, under);
     let gap = pool.sub(left, square);
-    if !vanishes(pool, gap) {
+    if !pool.vanishes(gap) {
         return None;
     }
     let share = pool.mul(inverse, excess);

@@ -101,7 +101,7 @@ fn is_fixed(model: &Model, pool: &mut Pool, known: &Substitution, parameter: Sym
     let mut all: Vec<ExprId> = slopes.map(|(_, slope)| slope).collect();
     let drags = pool.substitute(&drags, known);
     all.extend(drags.into_iter().map(|drag| pool.diff(drag, parameter)));
-    all.into_iter().all(|own| pool.is_zero(own) == ZeroVerdict::Zero)
+    all.into_iter().all(|own| pool.vanishes(own))
 }
 
 /// Refuses what can't be taken apart; tells where the time occurs.
@@ -133,14 +133,14 @@ fn rate(
     for id in pool.reachable(&bodies) {
         let Node::Function(Function::Sin | Function::Cos, x) = *pool.node(id) else { continue };
         let own = pool.diff(x, time);
-        if pool.is_zero(own) == ZeroVerdict::Zero {
+        if pool.vanishes(own) {
             continue;
         }
         let own = if pool.display(own).starts_with('-') { pool.neg(own) } else { own };
         let value = pool.substitute_one(own, known);
         let is_new = rates.iter().all(|(_, other)| {
             let difference = pool.sub(*other, value);
-            pool.is_zero(difference) != ZeroVerdict::Zero
+            !pool.vanishes(difference)
         });
         rates.extend(is_new.then_some((own, value)));
     }
@@ -181,7 +181,7 @@ fn has_two_harmonics(pool: &mut Pool, family: &TermFamily, time: Symbol, rate: E
     for harmonic in [1, 2] {
         left = without_harmonic(pool, left, time, rate, harmonic);
     }
-    pool.is_zero(left) == ZeroVerdict::Zero
+    pool.vanishes(left)
 }
 
 /// The mean over four quarters of a period.
@@ -230,11 +230,11 @@ impl Averaged {
         let (mut driven, mut roots) = (Vec::new(), vec![rate]);
         for (at, force) in forces.into_iter().enumerate() {
             let slope = pool.diff(force, time);
-            if pool.is_zero(slope) == ZeroVerdict::Zero {
+            if pool.vanishes(slope) {
                 continue;
             }
             let left = without_harmonic(&mut pool, slope, time, rate, 1);
-            if pool.is_zero(left) != ZeroVerdict::Zero {
+            if !pool.vanishes(left) {
                 let reason = format!("the force on `{}` has more than one harmonic", model.coordinates.at(at).name());
                 return Err(ResponseError::NotHarmonic { reason, span });
             }

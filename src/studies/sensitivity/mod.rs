@@ -15,7 +15,7 @@ mod split;
 
 use bordered::Place;
 use librate_core::diagnostic::Diagnostic;
-use librate_core::expr::{ExprId, Pool, ZeroVerdict};
+use librate_core::expr::{ExprId, Pool};
 use librate_core::linearize::{
     LinearizeError, Linearized, Slopes, Structure, Units, WithMultipliers, ZeroMode, constant,
 };
@@ -279,7 +279,7 @@ fn stay(linearized: &Linearized, zeros: &[ZeroMode]) -> bool {
     let zero = |pool: &mut Pool, row: &[ExprId], vector: &[Number]| {
         let terms: Vec<(ExprId, Number)> = row.iter().copied().zip(vector.iter().cloned()).collect();
         let image = pool.linear(&terms);
-        pool.is_zero(image) == ZeroVerdict::Zero
+        pool.vanishes(image)
     };
     others.iter().all(|mode| {
         let exact = mode.vector.iter().map(|x| {

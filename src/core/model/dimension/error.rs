@@ -32,12 +32,7 @@ Error DimensionError {
         other_span: Span,
         /// A name in it whose dimension was inferred.
         inferred: Option<Inferred>,
-    } => with_inferred(
-            at(*span, with_unit(found))
-                .with_secondary(*other_span, with_unit(other)),
-            inferred.as_ref(),
-        )
-        .with_help(names::remedy(found, other)),
+    } => unlike(*span, [found, other], Some((*other_span, with_unit(other))), inferred.as_ref()),
 
     /// A term of an energy that is none.
     #[error("the dimensions of `{what}` don't fit: it is {wanted}, but this is {found}")]
@@ -52,18 +47,11 @@ Error DimensionError {
         statement: Span,
         /// A name in it whose dimension was inferred.
         inferred: Option<Inferred>,
-    } => with_inferred(
-            at(*span, with_unit(found)).with_secondary(
-                *statement,
-                if wanted.unit() == wanted.to_string() {
-                    with_unit(wanted)
-                } else {
-                    format!("`{what}` is {}", with_unit(wanted))
-                },
-            ),
-            inferred.as_ref(),
-        )
-        .with_help(names::remedy(found, wanted)),
+    } => {
+        let is_unit = wanted.unit() == wanted.to_string();
+        let label = if is_unit { with_unit(wanted) } else { format!("`{what}` is {}", with_unit(wanted)) };
+        unlike(*span, [found, wanted], Some((*statement, label)), inferred.as_ref())
+    },
 
     /// A function of pure numbers with something else in it, or an exponent that is no number.
     #[error("{what} must be without a dimension, but is {found}")]
@@ -74,11 +62,7 @@ Error DimensionError {
         found: Dimension,
         /// A name in it whose dimension was inferred.
         inferred: Option<Inferred>,
-    } => with_inferred(
-            at(*span, with_unit(found)),
-            inferred.as_ref(),
-        )
-        .with_help(names::remedy(found, &Dimension::default())),
+    } => unlike(*span, [found, &Dimension::default()], None, inferred.as_ref()),
 
     /// Arguments of a function that must be alike and are not.
     #[error("the dimensions of {what} differ: {found} beside {other}")]
@@ -93,12 +77,7 @@ Error DimensionError {
         other_span: Span,
         /// A name in it whose dimension was inferred.
         inferred: Option<Inferred>,
-    } => with_inferred(
-            at(*span, with_unit(found))
-                .with_secondary(*other_span, with_unit(other)),
-            inferred.as_ref(),
-        )
-        .with_help(names::remedy(found, other)),
+    } => unlike(*span, [found, other], Some((*other_span, with_unit(other))), inferred.as_ref()),
 
     /// A right side that is not what its name is declared to be.
     #[error("the dimensions don't fit: `{name}` is {declared}, but its {side} is {found}")]
@@ -115,14 +94,10 @@ Error DimensionError {
         found: Dimension,
         /// A name in it whose dimension was inferred.
         inferred: Option<Inferred>,
-    } => with_inferred(
-            at(*span, with_unit(found)).with_secondary(
-                *declared_span,
-                format!("`{name}` is {}", with_unit(declared)),
-            ),
-            inferred.as_ref(),
-        )
-        .with_help(names::remedy(found, declared)),
+    } => {
+        let label = format!("`{name}` is {}", with_unit(declared));
+        unlike(*span, [found, declared], Some((*declared_span, label)), inferred.as_ref())
+    },
 }
 }
 
@@ -141,12 +116,16 @@ impl From<&Box<DimensionError>> for Diagnostic {
     }
 }
 
-fn with_inferred(diagnostic: Diagnostic, inferred: Option<&Inferred>) -> Diagnostic {
-    match inferred {
-        Some(inferred) => diagnostic.with_secondary(
-            inferred.span,
-            format!("this makes `{}` {}", inferred.name, with_unit(&inferred.dimension)),
-        ),
-        None => diagnostic,
-    }
+/// What is shown of something that is not what it has to be: beside it what tells what it has to be, and the name whose dimension was
+/// inferred.
+fn unlike(
+    span: Span,
+    [found, wanted]: [&Dimension; 2],
+    beside: Option<(Span, String)>,
+    inferred: Option<&Inferred>,
+) -> Diagnostic {
+    let this = |own: &Inferred| (own.span, format!("this makes `{}` {}", own.name, with_unit(&own.dimension)));
+    let labels = beside.into_iter().chain(inferred.map(this));
+    let shown = labels.fold(at(span, with_unit(found)), |shown, (span, label)| shown.with_secondary(span, label));
+    shown.with_help(names::remedy(found, wanted))
 }

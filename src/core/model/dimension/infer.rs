@@ -94,7 +94,7 @@ pub fn dimensions(file: &File) -> BTreeMap<String, Dimension> {
 /// The families that are indexed by more than literals somewhere: their members are alike.
 fn varied_families(file: &File) -> HashSet<&str> {
     let mut varied = HashSet::new();
-    for expr in &file.expressions {
+    for expr in file.expressions.iter() {
         if let ExprKind::Index { base, indices } = expr.kind
             && let ExprKind::Name(name) = file.expr(base).kind
             && !indices.iter().all(|at| matches!(file.expr(*at).kind, ExprKind::Number(_)))

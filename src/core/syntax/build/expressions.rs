@@ -58,7 +58,7 @@ impl Builder {
             .parse(pair.into_inner())
     }
 
-    fn expressions_in(&self, pair: Pair<'_, Rule>) -> Vec<ExprRef> {
+    pub(super) fn expressions_in(&self, pair: Pair<'_, Rule>) -> Vec<ExprRef> {
         pair.into_inner().filter(|part| part.as_rule() == Rule::expr).map(|part| self.expression(part)).collect()
     }
 

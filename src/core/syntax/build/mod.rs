@@ -16,8 +16,8 @@ use pest::pratt_parser::PrattParser;
 use self::pieces::Places;
 use super::arena::{Expressions, Units};
 use super::ast::{
-    Binding, Comment, Comparison, Declaration, Drawn, ExprKind, ExprRef, File, IndexEntry, IndexKind, Indices, Name,
-    Statement, StatementKind,
+    Binding, Comment, Comparison, Declaration, Drawn, ExprKind, File, IndexEntry, IndexKind, Indices, Name, Statement,
+    StatementKind,
 };
 use super::error::SyntaxError;
 use super::explain;
@@ -151,8 +151,7 @@ impl Builder {
                 StatementKind::Table { name: required(name, span)?, path: path.trim_matches('"').to_owned(), path_span }
             }
             _ => {
-                let expr = pair.into_inner().find(|part| part.as_rule() == Rule::expr);
-                let expr = self.expression(required(expr, span)?);
+                let expr = required(self.expressions_in(pair).pop(), span)?;
                 match rule {
                     Rule::kinetic => StatementKind::Kinetic(expr),
                     Rule::potential => StatementKind::Potential(expr),
@@ -200,8 +199,7 @@ impl Builder {
 
     fn assumptions(&self, pair: Pair<'_, Rule>) -> StatementKind {
         let outside = self.in_filter.replace(true);
-        let parts = pair.into_inner().filter(|part| part.as_rule() == Rule::expr);
-        let relations: Vec<ExprRef> = parts.map(|part| self.expression(part)).collect();
+        let relations = self.expressions_in(pair);
         self.in_filter.set(outside);
         for at in &relations {
             let expressions = self.expressions.borrow();
@@ -250,10 +248,7 @@ impl Builder {
                 Rule::indices => indices = Some(Box::new(self.indices(part)?)),
                 Rule::unit => unit = Some(self.unit(part)?),
                 Rule::expr => value = Some(self.expression(part)),
-                Rule::uncertainty => {
-                    let expr = part.into_inner().find(|part| part.as_rule() == Rule::expr);
-                    uncertainty = expr.map(|expr| self.expression(expr));
-                }
+                Rule::uncertainty => uncertainty = self.expressions_in(part).pop(),
                 Rule::rate => rate = true,
                 _ => {}
             }
@@ -298,9 +293,8 @@ impl Builder {
                     entries.push(IndexEntry { span, kind });
                 }
                 Rule::filter => {
-                    let expr = part.into_inner().find(|part| part.as_rule() == Rule::expr);
                     let outside = self.in_filter.replace(true);
-                    filter = expr.map(|expr| self.expression(expr));
+                    filter = self.expressions_in(part).pop();
                     self.in_filter.set(outside);
                 }
                 _ => {}

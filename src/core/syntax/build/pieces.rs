@@ -8,7 +8,6 @@
 use std::cell::{Cell, RefCell};
 
 use pest::Parser;
-use pest::iterators::Pair;
 
 use super::expressions::Operand;
 use super::{Builder, statement_in};
@@ -174,7 +173,7 @@ impl Builder {
             &replaced
         };
         let alone = Grammar::parse(Rule::alone, text).ok()?.next()?;
-        let expr = alone.into_inner().find(is_expression)?;
+        let expr = alone.into_inner().find(|pair| pair.as_rule() == Rule::expr)?;
         let operand: Operand<'_> = self.operand(expr);
         match operand.sum() {
             Ok(more) => {
@@ -187,8 +186,4 @@ impl Builder {
         let whole = self.places.all_used() && self.error.borrow().is_none();
         whole.then_some(())
     }
-}
-
-fn is_expression(pair: &Pair<'_, Rule>) -> bool {
-    pair.as_rule() == Rule::expr
 }
