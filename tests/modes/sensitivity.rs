@@ -103,6 +103,38 @@ fn derivatives_are_those_of_certified_frequencies() {
 }
 
 /// Every member is a parameter of its own and breaks the symmetry.
+/// Exponents get their values before anything is differentiated by coordinates.
+#[test]
+fn parameters_in_exponents_have_derivatives() {
+    for (text, count) in [
+        ("param n = 1.5  coord x  T = 1/2*x'^2  V = (1 + x)^n - n*x", 1),
+        ("param n = 2, p = 3  coord x  T = 1/2*n^p*x'^2  V = 1/2*3^n*x^2*2^(1/p)", 2),
+        ("param a = 1.2, n = 3  coord x  T = 1/2*x'^2  V = (x - a^n)^2*n^x  equilibrium x = a^n", 2),
+        (
+            "param m = 1, k = 2, n = 1.5, a = 1.3  coord r, ph  T = 1/2*m*(r'^2 + r^2*ph'^2)  V = k*r^n
+            equilibrium r = a  equilibrium ph' = sqrt(n*k*a^(n - 2)/m)",
+            4,
+        ),
+    ] {
+        assert!(compare(text, text) >= count, "{text}");
+    }
+    // At x = 0 the second derivative of x^n is 2 for n = 2 alone.
+    let (.., found) = sensitivity("param n = 2  coord x  T = 1/2*x'^2  V = x^n");
+    assert!(found.omega[0][0].is_none());
+}
+
+/// Zero modes for these values of the parameters, by forces that no potential has.
+#[test]
+fn forces_that_cancel_have_no_derivative() {
+    for text in [
+        "param k = 1, P = 1  coord x  T = 1/2*x'^2  V = 1/2*k*x^2  force x = P*x",
+        "param k = 1, P = 1  coord x  T = 1/2*x'^2  V = 0  force x = P*x - k*x",
+    ] {
+        let (.., found) = sensitivity(text);
+        assert!(found.omega[0].iter().all(Option::is_none), "{text}");
+    }
+}
+
 #[test]
 fn clusters_split_as_certified_frequencies_do() {
     let mut compared = 0;

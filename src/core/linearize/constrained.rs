@@ -99,6 +99,11 @@ pub(super) fn independent(model: &mut Model) -> (Vec<usize>, Vec<usize>) {
     for (number, gradient) in gradients.iter().enumerate() {
         // In order of creation, which slopes come in.
         let row = gradient.iter().zip(&mut values).map(|((symbol, _), value)| (symbol.index() as u32, value));
+        if model.pool.is_undefined(bodies[number]) {
+            // One without a value follows from nothing, which is told where it is evaluated.
+            kept.push(number);
+            continue;
+        }
         match elimination.add(row.filter(|(_, value)| *value != 0).collect()) {
             Some(true) => kept.push(number),
             Some(false) => dependent.push(number),

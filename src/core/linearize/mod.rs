@@ -158,6 +158,8 @@ pub struct Linearized {
     flow: Option<Box<Flow>>,
     /// What all but `shown` is measured in, where that is not SI.
     units: Option<Units>,
+    /// The parameters that stood in exponents.
+    exponents: parameters::Exponents,
     structure: Structure,
 }
 
@@ -281,7 +283,7 @@ fn linearize_in(
         dependent = multiplied.dependent;
         check_size(model.coordinates.len())?;
     }
-    parameters::put_exponents_in(&mut model);
+    let exponents = parameters::put_exponents_in(&mut model)?;
     check_terms(&model)?;
     let mut assembly = assemble::assemble(&mut model);
     if assembly.acts_at_rest() {
@@ -342,6 +344,7 @@ fn linearize_in(
         massless: None,
         flow: None,
         units,
+        exponents,
         structure: Structure::Conservative,
     };
     if rolls {

@@ -1,17 +1,21 @@
 //! The parameters in expressions, and their values.
 
 use super::assemble::{evaluate_closed, signed_terms};
+use super::error::LinearizeError;
+use super::undefined::without_value;
 use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, Tape};
-use crate::model::{Model, Parameter, SymbolKind};
+use crate::model::{Model, Parameter, SymbolKind, TermFamily};
 use crate::precision::Scalar;
 
 /// Gives parameters in exponents their exact values.
 ///
 /// The derivatives of x^n with a symbol n are those of exp(n ln x), which are not defined at x = 0;
 /// with a number they are. Only numeric work needs that: derivations keep the symbol.
-pub(crate) fn put_exponents_in(model: &mut Model) {
-    let energies = signed_terms(model).map(|(_, family)| family);
-    let bodies: Vec<ExprId> = energies.chain(&model.forces).map(|family| family.body).collect();
+///
+/// # Errors
+/// [`LinearizeError::NotFinite`] where an energy or a force has no value for these.
+pub(crate) fn put_exponents_in(model: &mut Model) -> Result<Exponents, LinearizeError> {
+    let bodies: Vec<ExprId> = bodies_of(model).map(|family| family.body).collect();
     let exponents: Vec<ExprId> = model
         .pool
         .reachable(&bodies)
@@ -24,13 +28,43 @@ pub(crate) fn put_exponents_in(model: &mut Model) {
         })
         .collect();
     if exponents.is_empty() {
-        return;
+        return Ok(Exponents::default());
     }
-    let mut values = Substitution::default();
-    for number in parameters_of(model, &exponents) {
-        values.extend(rational_value(model, &model.parameters[number]));
+    let mut parameters = parameters_of(model, &exponents);
+    parameters.retain(|number| rational_value(model, &model.parameters[*number]).is_some());
+    let own = parameters.iter().filter_map(|number| rational_value(model, &model.parameters[*number]));
+    let values: Substitution = own.collect();
+    for (family, body) in bodies_of(model).zip(model.pool.clone().substitute(&bodies, &values)) {
+        if family.count > 0 && model.pool.is_undefined(body) {
+            return Err(without_value(model, family));
+        }
     }
     put_into_bodies(model, &bodies, &values);
+    Ok(Exponents { parameters, bodies })
+}
+
+/// Parameters that have become numbers, and what the bodies of all terms were with their symbols.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Exponents {
+    parameters: Vec<usize>,
+    bodies: Vec<ExprId>,
+}
+
+impl Exponents {
+    /// Whether a parameter, by number, has become a number.
+    pub(super) fn has(&self, parameter: usize) -> bool {
+        self.parameters.contains(&parameter)
+    }
+
+    /// Puts the symbols back.
+    pub(super) fn put_back(&self, model: &mut Model) {
+        put_into_bodies(model, &self.bodies, &Substitution::default());
+    }
+}
+
+/// All terms of a model, forces behind the energies.
+fn bodies_of(model: &Model) -> impl Iterator<Item = &TermFamily> {
+    signed_terms(model).map(|(_, family)| family).chain(&model.forces)
 }
 
 fn put_into_bodies(model: &mut Model, bodies: &[ExprId], values: &Substitution) {
@@ -43,8 +77,7 @@ fn put_into_bodies(model: &mut Model, bodies: &[ExprId], values: &Substitution) 
 
 /// A model with those values of parameters put in that are no fractions, as cos(a) for a = π/3 is one; `None` where all are.
 pub(super) fn with_values(model: &Model) -> Option<Model> {
-    let bodies: Vec<ExprId> =
-        signed_terms(model).map(|(_, family)| family).chain(&model.forces).map(|family| family.body).collect();
+    let bodies: Vec<ExprId> = bodies_of(model).map(|family| family.body).collect();
     let mut values = Substitution::default();
     for number in parameters_of(model, &bodies) {
         let own = &model.parameters[number];

@@ -50,7 +50,7 @@ pub fn parametric(mut model: Model, varying: &[usize]) -> Result<Parametric, Lin
     for number in varying {
         model.parameters[*number].value = None;
     }
-    put_exponents_in(&mut model);
+    put_exponents_in(&mut model)?;
     let assembly = assemble::assemble(&mut model);
     let count = model.coordinates.len();
     let free: Vec<bool> = model.equilibria.iter().map(|given| given.is_none()).collect();

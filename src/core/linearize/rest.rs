@@ -39,7 +39,7 @@ pub fn at_rest(mut model: Model, varying: &[usize]) -> Result<AtRest, LinearizeE
     for number in varying {
         model.parameters[*number].value = None;
     }
-    put_exponents_in(&mut model);
+    put_exponents_in(&mut model)?;
     let mut pool = std::mem::take(&mut model.pool);
     let none = Substitution::default();
     let terms = signed_terms(&model).map(|(negative, family)| (!negative, family));

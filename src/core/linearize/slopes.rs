@@ -5,7 +5,7 @@
 //! together.
 
 use super::Linearized;
-use super::assemble::{Values, evaluate_closed};
+use super::assemble::{Values, assemble, evaluate_closed};
 use super::equilibrium::Origin;
 use super::parameters::known_values;
 use super::velocity::sum;
@@ -74,6 +74,9 @@ impl Linearized {
         if self.rolling().is_some() || !self.can_vary(parameter) {
             return None;
         }
+        if self.exponents.has(parameter) {
+            return self.with_symbols_in_exponents()?.slopes(parameter);
+        }
         let varied = |number: usize, value: Dual<Ball>| Dual {
             slope: if number == parameter { Ball::ONE } else { Ball::ZERO },
             ..value
@@ -95,6 +98,18 @@ impl Linearized {
         let finite = |matrix: &[Ball]| matrix.iter().all(Ball::is_finite);
         let all = finite(&found.mass) && finite(&found.stiffness);
         (all && found.velocity.as_deref().is_none_or(finite)).then_some(found)
+    }
+
+    /// The same with the symbols of parameters that have become numbers; `None` where units would have to be put in, too.
+    fn with_symbols_in_exponents(&self) -> Option<Self> {
+        if self.units.is_some() {
+            return None;
+        }
+        let mut own = self.clone();
+        std::mem::take(&mut own.exponents).put_back(&mut own.model);
+        own.assembly = assemble(&mut own.model);
+        own.values = own.assembly.values(&own.model, ()).ok()?;
+        Some(own)
     }
 
     /// dq/dp at the equilibrium, enclosed; what is given moves as it is written.

@@ -11,6 +11,7 @@ use super::equilibrium::short;
 use super::error::{GIVEN_VALUE, LinearizeError};
 use super::parameters::known_values;
 use super::symbolic::instance;
+use super::units::start;
 use super::velocity::VelocityFamily;
 use crate::expr::{ExprId, Function, Node, Pool, Substitution, Symbol, Tape, function_name};
 use crate::model::{Given, Model, SymbolKind, TermFamily};
@@ -114,6 +115,16 @@ impl Assembly {
     }
 }
 
+/// That a term has no value anywhere for the values of the parameters.
+pub(super) fn without_value(model: &Model, terms: &TermFamily) -> LinearizeError {
+    let what = if terms.acts_on.is_some() { "the force" } else { "the energy" };
+    let point: Vec<Ball> = start(model, ()).unwrap_or_default();
+    let undefined = Undefined { what, terms, instance: 0, derivatives: Vec::new() };
+    let error = undefined.error(model, model.pool.clone(), &Point::Numbers(&point));
+    let point = point_text(model, &point);
+    error.unwrap_or(LinearizeError::NotFinite { what: what.to_owned(), point, cause: None, span: terms.span })
+}
+
 impl<'a> Undefined<'a> {
     fn of_energy(family: &'a ElementFamily, instance: usize, what: &'a str) -> Self {
         let elements = family.inertia.iter().chain(&family.potential);
@@ -125,10 +136,14 @@ impl<'a> Undefined<'a> {
     }
 
     fn error(&self, model: &Model, pool: Pool, at: &Point<'_>) -> Option<LinearizeError> {
+        // Multipliers stand where their constraints do.
+        let ties = |span| model.constraints.iter().any(|own| own.span == span);
+        let visible = model.coordinates.iter().take_while(|own| !ties(own.span)).count();
+        let what = if ties(self.terms.span) { "the constraint" } else { self.what };
         let point = match at {
-            Point::Numbers(at) => point_text(model, at),
+            Point::Numbers(at) => point_text(model, at.get(..visible).unwrap_or(at)),
             Point::Expressions(at) => {
-                let values = at.iter().map(|e| pool.display(*e));
+                let values = at.iter().take(visible).map(|e| pool.display(*e));
                 listed(model, values)
             }
         };
@@ -137,7 +152,7 @@ impl<'a> Undefined<'a> {
             let cause = scene.cause(&self.derivatives)?;
             Some(format!("in a derivative, {cause}"))
         });
-        Some(LinearizeError::NotFinite { what: self.what.to_owned(), point, cause, span: self.terms.span })
+        Some(LinearizeError::NotFinite { what: what.to_owned(), point, cause, span: self.terms.span })
     }
 }
 

@@ -208,7 +208,7 @@ fn space(whole: &WithMultipliers, linearized: &Linearized, modes: &NormalModes, 
     let count = group.len();
     if first.kind == Kind::Zero {
         let zeros = linearized.zero_modes();
-        if !stay(linearized, &zeros) {
+        if count > zeros.len() || !stay(linearized, &zeros) {
             return None;
         }
         // Without dissipation 0 has a multiplicity that is even, at least the dimension of the kernel, and never grows by
@@ -267,7 +267,9 @@ const MOST_IN_SYMBOLS: usize = 40;
 /// Whether zero modes are such whatever the values of the parameters are: by a symmetry that holds identically, or because Kz = 0 does,
 /// with the parameters as symbols.
 fn stay(linearized: &Linearized, zeros: &[ZeroMode]) -> bool {
-    let others: Vec<&ZeroMode> = zeros.iter().filter(|zero| !zero.holds_everywhere()).collect();
+    // Symmetries of the energies say nothing of other forces.
+    let acted = !linearized.model().forces.is_empty();
+    let others: Vec<&ZeroMode> = zeros.iter().filter(|zero| acted || !zero.holds_everywhere()).collect();
     if others.is_empty() {
         return true;
     }
