@@ -347,9 +347,8 @@ fn linearize_in(
         exponents,
         structure: Structure::Conservative,
     };
-    if rolls {
-        linearized.put_families_in()?;
-    } else {
+    linearized.put_families_in()?;
+    if !rolls {
         linearized.massless = massless::find(&linearized).map(Box::new);
     }
     linearized.structure = linearized.find_structure();

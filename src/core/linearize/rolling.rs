@@ -100,6 +100,12 @@ pub(super) struct Rolling {
     formulas: Formulas,
 }
 
+/// The columns of `kept` of a matrix that has one of each of `all`.
+fn columns_of(rows: &Rows, all: &[usize], kept: &[usize]) -> Rows {
+    let of = |row: &Vec<ExprId>| all.iter().zip(row).filter(|(own, _)| kept.contains(own)).map(|(_, e)| *e).collect();
+    rows.iter().map(of).collect()
+}
+
 /// The coordinates y with equations of second order, and z of which some have equations of first order.
 struct FirstOrder<'a> {
     free: &'a [usize],
@@ -387,11 +393,7 @@ impl SymbolicRolling {
         } else if zeros != alive.len() + moved.len() && (alive.is_empty() || !moved.is_empty()) {
             return Err(refused(NOT_TOLD));
         }
-        let of_moved = |row: &Vec<ExprId>| -> Vec<ExprId> {
-            let all = candidates.iter().zip(row).filter(|(own, _)| moved.contains(own));
-            all.map(|(_, e)| *e).collect()
-        };
-        let carried: Rows = carried.iter().map(of_moved).collect();
+        let carried = columns_of(&carried, &candidates, &moved);
         let shifts = product(pool, &r, &carried);
         let alone = |(i, row): (&usize, &Vec<ExprId>)| moved.contains(i) || row.iter().all(|e| e.is_zero());
         if drifts && !(vanish(&shifts) && bound.iter().zip(&carried).all(alone)) {
@@ -417,8 +419,7 @@ impl SymbolicRolling {
                 Err(_) => left.iter().map(|j| free.binary_search(j).map_or(zero, |at| directions[i][at])).collect(),
             })
             .collect();
-        let matrices = parts(pool, mass, &velocity, &stiffness);
-        let gradients = beginning(&conditions.rows, visible);
+        let (matrices, gradients) = (parts(pool, mass, &velocity, &stiffness), beginning(&conditions.rows, visible));
         let (free, bound, reactions) = (left, others, reactions.to_vec());
         Ok(Self { free, first, bound, drift, moved, matrices, gradients, directions, reactions, shifts, carried })
     }
