@@ -207,20 +207,26 @@ fn what_a_positive_mass_implies_is_no_condition() {
 }
 
 #[test]
-fn a_chain_of_ten_has_its_characteristic_polynomial() {
+fn chains_have_their_characteristic_polynomial() {
+    for n in [10, 24] {
+        a_chain_has_its_characteristic_polynomial(n);
+    }
+}
+
+fn a_chain_has_its_characteristic_polynomial(n: u64) {
     let derivation = derive(
-        &model(
-            "param m, k coord x[1..10]
-             T = sum(i in 1..10, 1/2*m*x[i]'^2)
-             V = sum(i in 1..9, 1/2*k*(x[i+1] - x[i])^2) + 1/2*k*x[1]^2 + 1/2*k*x[10]^2",
-        ),
+        &model(&format!(
+            "param m, k coord x[1..{n}]
+             T = sum(i in 1..{n}, 1/2*m*x[i]'^2)
+             V = sum(i in 2..{n}, 1/2*k*(x[i] - x[i-1])^2) + 1/2*k*x[1]^2 + 1/2*k*x[{n}]^2"
+        )),
         &Parts::default().frequencies(true),
     )
     .unwrap();
     let linear = derivation.linear.as_ref().unwrap();
     let found = linear.exponents.as_ref().unwrap().characteristic.as_ref().unwrap();
     let found: Vec<String> = found.iter().map(|own| derivation.pool.display(*own)).collect();
-    // Chebyshev's polynomial of the second kind: the sum of binomial(11 + j, 10 - j) (m s^2)^j k^(10 - j).
+    // Chebyshev's polynomial of the second kind: the sum of binomial(n + 1 + j, n - j) (m s^2)^j k^(n - j).
     let choose = |n: u64, k: u64| (0..k).fold(1, |product, at| product * (n - at) / (at + 1));
     let power = |name: &str, power: u64| match power {
         0 => String::new(),
@@ -229,15 +235,15 @@ fn a_chain_of_ten_has_its_characteristic_polynomial() {
     };
     for (at, own) in (0..).zip(&found) {
         let (j, odd) = (at / 2, at % 2);
-        let number = match choose(11 + j, 10 - j) {
+        let number = match choose(n + 1 + j, n - j) {
             1 => String::new(),
             own => own.to_string(),
         };
-        let factors = [number, power("m", j), power("k", 10 - j)];
+        let factors = [number, power("m", j), power("k", n - j)];
         let factors: Vec<&str> = factors.iter().map(String::as_str).filter(|own| !own.is_empty()).collect();
         assert_eq!(*own, if odd == 1 { "0".to_owned() } else { factors.join("*") });
     }
-    assert_eq!(found.len(), 21);
+    assert_eq!(found.len() as u64, 2 * n + 1);
 }
 
 /// Whoever asks for the polynomial of a conservative model gets it, and whether it is stable.

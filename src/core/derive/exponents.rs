@@ -30,9 +30,13 @@ use crate::syntax::Comparison;
 /// Of models with more coordinates only frequencies are looked at.
 const MOST_IN_ALL: usize = 40;
 /// Determinants of more coordinates are not written out, those beyond the limit of closed forms as polynomials.
-const MOST_COORDINATES_OF_POLYNOMIALS: usize = 12;
-/// Determinants of more symbols in all entries are not written out.
+const MOST_COORDINATES_OF_POLYNOMIALS: usize = 24;
+/// Nor are those of more symbols in all entries.
+const MOST_SYMBOLS_OF_POLYNOMIALS: u64 = 3000;
+/// Determinants of more symbols in all entries are not multiplied out.
 const MOST_SYMBOLS: u64 = 500;
+/// Characteristic polynomials of more terms are left out.
+const MOST_TERMS: usize = 1000;
 /// Conditions of more symbols are left out.
 const MOST_IN_CONDITION: u64 = 5000;
 /// The roots of more expressions are left as they are.
@@ -42,7 +46,7 @@ const MOST_ROOTS: usize = 12;
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct Exponents {
-    /// det(s²M + s(G + C) + K + N) without what all coefficients have in common, the constant first; `None` where more than twelve
+    /// det(s²M + s(G + C) + K + N) without what all coefficients have in common, the constant first; `None` where more than 24
     /// coordinates hang together, or it would be too long.
     pub characteristic: Option<Vec<ExprId>>,
     /// The zeros with a closed form.
@@ -134,9 +138,12 @@ struct Factored {
 pub(super) fn exponents(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear: &Linear) -> Exponents {
     pool.budget().at("the exponents in symbols", None);
     let mut own = Exponents::default();
+    let case = linear.frequencies.as_ref().map(|own| own.best()).filter(|case| case.complete);
     let parts = Factored::new(checker, pool, linear);
-    if let Some(parts) = &parts {
-        own.characteristic = Some(parts.characteristic(checker, pool));
+    let is_general = parts.is_some() || case.is_some_and(|case| case.ties.is_empty());
+    let parts = parts.or_else(|| Factored::of_squares(checker, pool, linear, case?));
+    if let Some(parts) = parts.as_ref().filter(|_| is_general) {
+        own.characteristic = parts.characteristic(checker, pool);
     }
     let mut found = Found { checker, pool, own: &mut own };
     if let Some(frequencies) = &linear.frequencies {
@@ -144,7 +151,6 @@ pub(super) fn exponents(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear: &
     } else if let Some(parts) = &parts {
         found.of_factors(parts);
     }
-    let case = linear.frequencies.as_ref().map(|own| own.best()).filter(|case| case.complete);
     if let Some(parts) = &parts {
         let all = parts.factors.iter();
         let conservative = linear.is_conservative();
@@ -153,46 +159,8 @@ pub(super) fn exponents(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear: &
         let kept = all.map(|all| essential(&all.concat(), &parts.signs));
         own.stability = kept.and_then(|kept| parts.conditions(checker, pool, &kept));
         own.stability = own.stability.or_else(|| parts.in_coefficients(checker, pool, conservative));
-    } else if let Some(case) = case {
-        let squares: Vec<ExprId> = case.frequencies.iter().map(|own| own.omega_squared).collect();
-        own.stability = of_squares(checker, pool, linear, &squares);
     }
     own
-}
-
-/// That squares of frequencies, which are real, are positive; of two that a root tells apart their sum and product are.
-fn of_squares(
-    checker: &Checker<'_>,
-    pool: &mut Algebra<'_>,
-    linear: &Linear,
-    squares: &[ExprId],
-) -> Option<Vec<StabilityCondition>> {
-    let mut open: Vec<ExprId> = squares.iter().copied().filter(|own| !own.is_zero()).collect();
-    let mut squares: Vec<Expanded> = Vec::new();
-    while let Some(own) = open.pop() {
-        let expanded = Expanded::new(pool, &[own])?;
-        let mut with_other = |other: &ExprId| {
-            let sums = [pool.short(|pool| pool.add(own, *other)), pool.short(|pool| pool.mul(own, *other))];
-            let sums: Option<Vec<Expanded>> = sums.iter().map(|own| Expanded::new(pool, &[*own])).collect();
-            sums.filter(|all| !all.iter().any(Expanded::has_roots))
-        };
-        let pair = open.iter().enumerate().filter(|_| expanded.has_roots());
-        match pair.filter_map(|(at, other)| Some((at, with_other(other)?))).next() {
-            Some((at, sums)) => {
-                open.remove(at);
-                squares.extend(sums);
-            }
-            None => squares.push(expanded),
-        }
-    }
-    let known = known(checker, pool, linear);
-    let ring = Ring::new(pool, squares.iter().chain(&known));
-    let signs = Signs::new(pool, &ring, &known);
-    let signed: Vec<Sign> = squares.iter().map(|own| signs.sign_of(&ring, own)).collect::<Option<_>>()?;
-    let all: Vec<Polynomial> = signed.iter().map(|own| own.product(ring.variables())).collect();
-    let kept = essential(&all, &signs);
-    let parts = Factored { ring, factors: Vec::new(), zeros: 0, signs };
-    parts.conditions(checker, pool, &kept)
 }
 
 /// What is positive: the diagonal of M, and what the model assumes.
@@ -229,18 +197,18 @@ impl Factored {
                 let entries: Matrix = entries.collect();
                 let all = entries.concat().concat();
                 let weight = pool.weight_of(&all);
+                if part.len() > MOST_COORDINATES {
+                    if weight > MOST_SYMBOLS_OF_POLYNOMIALS || part.len() > MOST_COORDINATES_OF_POLYNOMIALS {
+                        return None;
+                    }
+                    expanded.push((part.len(), Expanded::new(pool, &all)?));
+                    continue;
+                }
                 let is_short = weight <= MOST_SYMBOLS;
                 symbols += weight;
                 // Frequencies say what conditions say, elsewhere.
                 if linear.is_conservative() && linear.mass.len() > MOST_COORDINATES && symbols > 2 * MOST_SYMBOLS {
                     return None;
-                }
-                if part.len() > MOST_COORDINATES {
-                    if !is_short || part.len() > MOST_COORDINATES_OF_POLYNOMIALS {
-                        return None;
-                    }
-                    expanded.push((part.len(), Expanded::new(pool, &all)?));
-                    continue;
                 }
                 let coefficients = determinant_of_polynomials(pool, &entries)?;
                 let open = if is_short { Expanded::new(pool, &coefficients) } else { None };
@@ -281,12 +249,49 @@ impl Factored {
         Some(Self { ring, factors, zeros, signs })
     }
 
-    /// The product of all factors.
-    fn characteristic(&self, checker: &Checker<'_>, pool: &mut Algebra<'_>) -> Vec<ExprId> {
+    /// From squares of all frequencies; of two that a root tells apart from their sum and product.
+    fn of_squares(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear: &Linear, case: &Case) -> Option<Self> {
+        let mut open: Vec<(ExprId, usize)> =
+            case.frequencies.iter().map(|own| (own.omega_squared, own.multiplicity)).collect();
+        let (one, mut zeros, mut expanded) = (pool.one(), 0, Vec::new());
+        while let Some((own, times)) = open.pop() {
+            if own.is_zero() {
+                zeros += 2 * u32::try_from(times).ok()?;
+                continue;
+            }
+            let linear = Expanded::new(pool, &[own, one])?;
+            let mut with_other = |(at, (other, others)): (usize, &(ExprId, usize))| {
+                let sums = [pool.short(|pool| pool.mul(own, *other)), pool.short(|pool| pool.add(own, *other)), one];
+                let quadratic = Expanded::new(pool, &sums).filter(|own| *others == times && !own.has_roots());
+                Some((at, quadratic?))
+            };
+            let pair = linear.has_roots().then(|| open.iter().enumerate().find_map(&mut with_other)).flatten();
+            if let Some((at, _)) = &pair {
+                open.remove(*at);
+            }
+            expanded.push((times, pair.map_or(linear, |(_, quadratic)| quadratic)));
+        }
+        let known = known(checker, pool, linear);
+        let ring = Ring::new(pool, expanded.iter().map(|(_, own)| own).chain(&known));
+        let signs = Signs::new(pool, &ring, &known);
+        let factor = |(times, own): &(usize, Expanded)| {
+            let polynomial = Polynomial::from_coefficients(EXPONENT, &ring.polynomials(own)?);
+            let polynomial = polynomial.with_powers(EXPONENT, |power| Some(2 * power))?;
+            Some(Factor { polynomial, times: *times, repeated: *times })
+        };
+        let factors = expanded.iter().map(factor).collect::<Option<_>>()?;
+        Some(Self { ring, factors, zeros, signs })
+    }
+
+    /// The product of all factors; `None` where it would be too long.
+    fn characteristic(&self, checker: &Checker<'_>, pool: &mut Algebra<'_>) -> Option<Vec<ExprId>> {
         let mut whole = Polynomial::constant(self.ring.variables(), Number::ONE);
         for factor in &self.factors {
             for _ in 0..factor.times {
                 whole = whole.times(&factor.polynomial);
+                if whole.terms().count() > MOST_TERMS {
+                    return None;
+                }
             }
         }
         let whole = whole.primitive().coefficients(EXPONENT);
@@ -300,7 +305,7 @@ impl Factored {
                 *own = pool.short(|pool| pool.neg(*own));
             }
         }
-        all
+        Some(all)
     }
 
     /// What has to be positive, as a product.

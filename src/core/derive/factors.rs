@@ -15,6 +15,8 @@ const POINTS: [i64; 14] = [7, 3, 11, 5, 17, 13, 23, 19, 31, 29, 41, 37, 47, 43];
 const PRIMES: [u64; 3] = [251, 241, 239];
 /// Polynomials with more terms are left as they are.
 const MOST_TERMS: usize = 400;
+/// As are those of a higher degree in the exponent.
+const MOST_DEGREE: u32 = 24;
 
 impl Polynomial {
     /// Factors, as far as they are found, of a polynomial without repeated ones; short ones in the exponent first.
@@ -33,7 +35,7 @@ impl Polynomial {
 
     /// A factor that is neither a number nor all of it.
     fn divisor(&self) -> Option<Self> {
-        if self.terms().count() > MOST_TERMS {
+        if self.terms().count() > MOST_TERMS || self.degree(EXPONENT) > MOST_DEGREE {
             return None;
         }
         let mut variables: Vec<usize> = (0..self.variables()).filter(|at| self.degree(*at) > 0).collect();

@@ -317,8 +317,8 @@ impl Pool {
             }
             let sign = if e.is_negative() { Number::MINUS_ONE } else { Number::ONE };
             let even = if e.is_even() { e.clone() } else { e.sub(&sign) };
-            // A single odd power: (x^3)^r = x^(3r), since x is not negative where it has a value.
-            if !e.is_even() && !negative && left.len() == 1 {
+            // A single odd power: (x^3)^r = x^(3r), since x is not negative where it has a value, which a whole 3r would not show.
+            if !e.is_even() && !negative && left.len() == 1 && !e.mul(&exponent).is_integer() {
                 work.pending.push((*b, even.mul(&exponent)));
             } else if !even.is_zero() {
                 let magnitude = self.apply(Function::Abs, *b);

@@ -34,12 +34,13 @@ pub(crate) fn put_exponents_in(model: &mut Model) -> Result<Exponents, Linearize
     parameters.retain(|number| rational_value(model, &model.parameters[*number]).is_some());
     let own = parameters.iter().filter_map(|number| rational_value(model, &model.parameters[*number]));
     let values: Substitution = own.collect();
-    for (family, body) in bodies_of(model).zip(model.pool.clone().substitute(&bodies, &values)) {
-        if family.count > 0 && model.pool.is_undefined(body) {
+    let put_in = model.pool.substitute(&bodies, &values);
+    for (family, body) in bodies_of(model).zip(&put_in) {
+        if family.count > 0 && model.pool.is_undefined(*body) {
             return Err(without_value(model, family));
         }
     }
-    put_into_bodies(model, &bodies, &values);
+    set_bodies(model, &put_in);
     Ok(Exponents { parameters, bodies })
 }
 
@@ -58,7 +59,7 @@ impl Exponents {
 
     /// Puts the symbols back.
     pub(super) fn put_back(&self, model: &mut Model) {
-        put_into_bodies(model, &self.bodies, &Substitution::default());
+        set_bodies(model, &self.bodies);
     }
 }
 
@@ -67,11 +68,10 @@ fn bodies_of(model: &Model) -> impl Iterator<Item = &TermFamily> {
     signed_terms(model).map(|(_, family)| family).chain(&model.forces)
 }
 
-fn put_into_bodies(model: &mut Model, bodies: &[ExprId], values: &Substitution) {
-    let bodies = model.pool.substitute(bodies, values);
+fn set_bodies(model: &mut Model, bodies: &[ExprId]) {
     let families = model.kinetic.iter_mut().chain(&mut model.potential);
     for (family, body) in families.chain(&mut model.forces).zip(bodies) {
-        family.body = body;
+        family.body = *body;
     }
 }
 
@@ -85,7 +85,8 @@ pub(super) fn with_values(model: &Model) -> Option<Model> {
             .extend(own.value.filter(|value| model.pool.as_number(*value).is_none()).map(|value| (own.symbol, value)));
     }
     let mut model = if values.is_empty() { return None } else { model.clone() };
-    put_into_bodies(&mut model, &bodies, &values);
+    let bodies = model.pool.substitute(&bodies, &values);
+    set_bodies(&mut model, &bodies);
     Some(model)
 }
 

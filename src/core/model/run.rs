@@ -542,7 +542,11 @@ impl World {
             ));
         }
         let base = base.scalar("the base").map_err(|e| shape(e, span))?;
-        let exponent = exponent.scalar("the exponent").map_err(|e| shape(e, span))?;
+        let mut exponent = exponent.scalar("the exponent").map_err(|e| shape(e, span))?;
+        if base == self.pool.zero() {
+            // 0^p is 0 or nothing: p decides, as far as it has a value.
+            exponent = self.closed(exponent).unwrap_or(exponent);
+        }
         Ok(Value::Scalar(self.pool.power(base, exponent)))
     }
 
