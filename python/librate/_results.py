@@ -16,13 +16,16 @@ _COMPLEX = {"multipliers", "vector"}
 
 
 def _is_number(value: Any) -> bool:
-    return value is None or (isinstance(value, (int, float)) and not isinstance(value, bool))
+    # An amplitude at a resonance is "inf", which NumPy reads.
+    return value is None or value == "inf" or (isinstance(value, (int, float)) and not isinstance(value, bool))
 
 
 def _value(name: str, value: Any) -> Any:
     """JSON as Python has it: lists of numbers are arrays, objects have their fields as attributes."""
     if isinstance(value, dict):
         return Result(value)
+    if value == "inf":
+        return float(value)
     if not isinstance(value, list) or not value:
         return value
     if all(_is_number(one) for one in value) and any(one is not None for one in value):

@@ -188,7 +188,7 @@ pub fn sweep_svg(sweep: &Sweep, places: &[Place], branches: &[Branch], view: &Sw
         let points = values().map(|value| [value, order * unit * value]).collect();
         omega.push(Curve { name: format!("order {order}"), colour, stroke: Stroke::Thin, points });
     }
-    let points = crossings(places, branches);
+    let points = crossings(sweep, places, branches);
     let crossed = !points.is_empty();
     if crossed {
         let colour = branches.len() + view.orders.len();
@@ -201,32 +201,79 @@ pub fn sweep_svg(sweep: &Sweep, places: &[Place], branches: &[Branch], view: &Sw
     with_growth(titled(what, model_name), description, Panel::new(across(), up, omega), growth)
 }
 
-/// Where frequencies of different symmetry classes change places, as their bounds at two values prove; about where between these. Others
-/// that come near to each other may avoid it.
-fn crossings(places: &[Place], branches: &[Branch]) -> Vec<[f64; 2]> {
-    let mode = |(place, at): (usize, usize)| Some(&places.get(place)?.result.as_ref().ok()?.1.modes.get(at)?.omega);
+/// Where frequencies of different symmetry classes change places, as their bounds at two values prove, to a part of a pixel. Others that
+/// come near to each other may avoid it.
+fn crossings(sweep: &Sweep, places: &[Place], branches: &[Branch]) -> Vec<[f64; 2]> {
+    let solved = |place: usize| Some(&places.get(place)?.result.as_ref().ok()?.1.modes);
+    let closest = match places {
+        [first, .., last] => (last.value - first.value).abs() / 1000.0,
+        [] | [_] => return Vec::new(),
+    };
     let mut found = Vec::new();
     for (number, own) in branches.iter().enumerate() {
         let others = branches[number + 1..].iter().filter(|other| other.class.is_some() && other.class != own.class);
         for other in others.filter(|_| own.class.is_some()) {
             let beside = own.at.iter().filter_map(|(place, at)| {
                 let there = other.at.binary_search_by_key(place, |own| own.0).ok()?;
-                let (one, two) = (mode((*place, *at))?, mode(other.at[there])?);
-                Some((*place, one.mid_f64(), *one - *two))
+                let (modes, pair) = (solved(*place)?, [*at, other.at[there].1]);
+                Some((pair.map(|at| rank(modes, at)), Apart::new(places[*place].value, modes, pair)?))
             });
             // At a value where they are equal nothing is decided.
-            let beside: Vec<(usize, f64, Ball)> = beside.filter(|(.., apart)| !apart.contains_zero()).collect();
-            for pair in beside.windows(2) {
-                let [(first, omega, before), (second, next, after)] = [pair[0], pair[1]];
-                if before.is_negative() != after.is_negative() {
-                    let share = before.mid_f64() / (before.mid_f64() - after.mid_f64());
-                    let [from, to] = [first, second].map(|place| places[place].value);
-                    found.push([from + share * (to - from), omega + share * (next - omega)]);
+            let beside: Vec<_> = beside.filter(|(_, own)| !own.by.contains_zero()).collect();
+            for window in beside.windows(2) {
+                let [(ranks, mut before), (_, mut after)] = [window[0], window[1]];
+                while before.crosses(&after)
+                    && (after.value - before.value).abs() > closest
+                    && let Some(middle) = Apart::between(sweep, &before, &after, ranks, [own, other])
+                {
+                    if before.crosses(&middle) { after = middle } else { before = middle }
+                }
+                if before.crosses(&after) {
+                    let share = before.by.mid_f64() / (before.by.mid_f64() - after.by.mid_f64());
+                    let at = |[from, to]: [f64; 2]| from + share * (to - from);
+                    found.push([at([before.value, after.value]), at([before.omega, after.omega])]);
                 }
             }
         }
     }
     found
+}
+
+/// How often the class of a mode occurs before it: modes of a class keep their order.
+fn rank(modes: &[NormalMode], at: usize) -> usize {
+    modes[..at].iter().filter(|own| own.symmetry == modes[at].symmetry).count()
+}
+
+/// Two frequencies at a value of the parameter.
+#[derive(Clone, Copy)]
+struct Apart {
+    value: f64,
+    /// The first of them.
+    omega: f64,
+    /// By how much it is larger than the other.
+    by: Ball,
+}
+
+impl Apart {
+    fn new(value: f64, modes: &[NormalMode], [one, two]: [usize; 2]) -> Option<Self> {
+        let omega = modes.get(one)?.omega;
+        Some(Self { value, omega: omega.mid_f64(), by: omega - modes.get(two)?.omega })
+    }
+
+    /// In the middle of an interval, where the modes have these ranks in the classes of their branches.
+    fn between(sweep: &Sweep, from: &Self, to: &Self, ranks: [usize; 2], branches: [&Branch; 2]) -> Option<Self> {
+        let place = sweep.at(0.5 * (from.value + to.value))?;
+        let modes = place.result.ok()?.1.modes;
+        let mode = |which: usize| {
+            let of_class = |own: &(usize, &NormalMode)| own.1.symmetry == branches[which].class;
+            modes.iter().enumerate().filter(of_class).nth(ranks[which]).map(|own| own.0)
+        };
+        Self::new(place.value, &modes, [mode(0)?, mode(1)?])
+    }
+
+    fn crosses(&self, other: &Self) -> bool {
+        self.by.is_negative() != other.by.is_negative()
+    }
 }
 
 /// What the unit of the parameter is worth in SI.

@@ -118,7 +118,14 @@ impl Sweep {
         Place { value: self.value(place), result: solve() }
     }
 
-    /// The same with the uncertainties of the frequencies, where parameters have some.
+    /// The modes at any value, in the unit that the parameter is declared with; `None` for none that can be written.
+    #[must_use]
+    pub fn at(&self, value: f64) -> Option<Place> {
+        let range = Range::parse(&format!("{}={value:?}..{value:?}:1", self.range.name())).ok()?;
+        Some(Self::by_places(self.source.clone(), range, self.options.clone()).place(0))
+    }
+
+    /// The modes at a place with the uncertainties of the frequencies, where parameters have some.
     #[must_use]
     pub fn place_with_uncertainties(&self, place: usize) -> Place {
         let mut place = self.place(place);

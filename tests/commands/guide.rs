@@ -66,16 +66,6 @@ fn shown<'a>(text: &'a str, phrase: &str) -> &'a str {
     rest.split_once("```").unwrap().0
 }
 
-/// Where `…` stands alone, lines are left out.
-fn assert_shows(shown: &str, printed: &str) {
-    let mut rest = printed;
-    let parts = shown.split("…\n").map(|part| part.trim_end_matches('\n'));
-    for part in parts.filter(|part| !part.is_empty()) {
-        let (_, after) = rest.split_once(part).unwrap_or_else(|| panic!("not printed any more:\n{part}\n---\n{rest}"));
-        rest = after;
-    }
-}
-
 #[test]
 fn the_readme_shows_what_is_printed() {
     let readme = std::fs::read_to_string("README.md").unwrap();
@@ -84,8 +74,6 @@ fn the_readme_shows_what_is_printed() {
     let file = "models/three_pendulums.lag";
     let modes = printed(&["modes", file]);
     assert_eq!(shown(&readme, &format!("modes {file}")).trim_end(), modes.trim_end());
-    let derived = printed(&["derive", file]);
-    assert_shows(shown(&readme, "**Symbols first.**"), &derived);
     // The model itself, less the comments that its file has besides.
     let model = std::fs::read_to_string(file).unwrap();
     let bare = |text: &str| -> String {
@@ -93,9 +81,4 @@ fn the_readme_shows_what_is_printed() {
         lines.collect::<Vec<_>>().join("\n").trim().to_owned()
     };
     assert_eq!(bare(shown(&readme, "that they come from.")), bare(&model));
-    let mistake = shown(&readme, "**Errors explained.**");
-    let bad = "model bad\nparam g = 9.81\nparam l = 1\nV = 2 g*l*(1 - cos(phy))\ncoord phi\nT = phi'^2\n";
-    let told = with_input(&["modes", "-"], bad).err;
-    let told = told.replace("<stdin>", "bad.lag");
-    assert_eq!(mistake.trim_end(), told.split("\n\n").next().unwrap().trim_end());
 }

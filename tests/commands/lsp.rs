@@ -38,6 +38,7 @@ impl Editor {
         let answer = editor.ask("initialize", json!({"capabilities": {}}));
         assert_eq!(answer["capabilities"]["renameProvider"]["prepareProvider"], json!(true));
         editor.tell("initialized", json!({}));
+        assert_eq!(editor.asked("workspace/symbol", json!({"query": ""}))["error"]["code"], json!(-32601));
         editor
     }
 
@@ -255,6 +256,10 @@ fn what_can_be_written_is_offered() {
     assert!(!names.contains(&"param".to_owned()));
     let begun = labels(editor.at("completion", &uri, &wrong, "|param", json!({})));
     assert!(begun.contains(&"constraint".to_owned()));
+    let drawn = format!("{text}draw spring [0], x[1]\n");
+    editor.change(&uri, &drawn);
+    editor.shown();
+    assert_eq!(labels(editor.at("completion", &uri, &drawn, "draw |spring", json!({}))), ["point", "line", "spring"]);
     // A column is defined in its file.
     editor.change(&uri, text);
     editor.shown();

@@ -104,6 +104,21 @@ fn each_kind_is_drawn() {
     assert_eq!(chart, picture(&["floquet", "models/mathieu.lag", "--map", "a=0..4:9", "q=0..4:9", "--threads", "1"]));
 }
 
+/// Of the odd mode, omega² = 1 + 2k, and the higher even one, 5/2 + sqrt(9/4 + 9/50), however few values are drawn.
+#[test]
+fn rings_are_where_modes_cross() {
+    let text = "param k = 1  coord x[1..2], y  T = 1/2*x[1]'^2 + 1/2*x[2]'^2 + 1/2*y'^2
+        V = 1/2*(x[1]^2 + x[2]^2) + 1/2*k*(x[1] - x[2])^2 + 2*y^2 + 3/10*y*(x[1] + x[2])";
+    let crossing = (1.5 + (9.0_f64 / 4.0 + 9.0 / 50.0).sqrt()) / 2.0;
+    for count in [2, 3, 7] {
+        let svg = with_input(&["plot", "sweep", "-", "--over", &format!("k=0..4:{count}")], text).out;
+        let (_, rings) = svg.split_once(" ring\" cx=\"").unwrap();
+        let place: f64 = rings.split('"').next().unwrap().parse().unwrap();
+        // The range is 600 wide.
+        assert!((place / 600.0 * 4.0 - crossing).abs() < 1e-3, "{count}: {place}");
+    }
+}
+
 #[test]
 fn all_models_have_a_picture_of_their_modes() {
     for path in model_files() {

@@ -247,6 +247,17 @@ fn drives_are_found_wherever_they_are_written() {
     check("phase", &phase.unwrap(), "2.094395102393195492308428922186335256131");
 }
 
+/// A drive of twice the angle that is written: cos² = 1/2 + cos(2 W t)/2, sin cos = sin(2 W t)/2.
+#[test]
+fn products_of_sines_are_the_second_harmonic() {
+    for force in ["cos(W*t)^2", "sin(W*t)*cos(W*t)"] {
+        let found =
+            response(&format!("param W = 1  coord x  T = 1/2*x'^2  V = x^2  force x = {force}"), None, "W=1..2:2");
+        check("at 1", &known(&found.outputs[0].values[0]).0, "0.25");
+        check("at 2", &known(&found.outputs[0].values[1]).0, "0.03571428571428571428571428571428571428571");
+    }
+}
+
 /// A shaft's disc in a frame that turns with the drive: the matrices change with the parameter.
 #[test]
 fn matrices_may_depend_on_the_frequency_of_the_drive() {
@@ -266,7 +277,7 @@ fn what_is_no_response_is_refused() {
         (plain, None, "W=0..1:2", "E1102"),
         (driven, Some("x"), "omega=0..1:2", "E1103"),
         (driven, None, "k=0..1:2", "E1104"),
-        ("param W = 1  coord x  T = 1/2*x'^2  V = x^2 - x*cos(W*t)^2", None, "W=0..1:2", "E1105"),
+        ("param W = 1  coord x  T = 1/2*x'^2  V = x^2 - x*cos(W*t)^3", None, "W=0..1:2", "E1105"),
         ("param W = 1  coord x  T = 1/2*x'^2  V = x^2 - x*t*cos(W*t)", None, "W=0..1:2", "E1105"),
         ("param W = 1  coord x  T = 1/2*x'^2  V = x^2 - x*cos(W*t) - x*cos(3*t)", None, "W=0..1:2", "E1105"),
         ("param W = 1  coord x  T = 1/2*x'^2  V = x^2*(2 - cos(W*t))", None, "W=0..1:2", "E1106"),

@@ -4,7 +4,7 @@
 use std::collections::HashSet;
 
 use librate::model;
-use librate::syntax::{self, NameKind, STATEMENT_WORDS, signature};
+use librate::syntax::{self, Drawn, NameKind, STATEMENT_WORDS, signature};
 use serde_json::{Value, json};
 
 use super::check::Facts;
@@ -35,6 +35,9 @@ pub(super) fn completion(document: &Document, facts: &Facts, at: usize) -> Value
             json!({"label": name, "kind": UNIT, "detail": detail})
         });
         return units.collect();
+    }
+    if line.trim() == "draw" {
+        return Drawn::ALL.map(|own| json!({"label": own.as_str(), "kind": KEYWORD})).into_iter().collect();
     }
     let mut all = Vec::new();
     if line.trim().is_empty() || line.trim_end().ends_with(';') {

@@ -182,7 +182,9 @@ impl Server {
 
     fn respond(&self, request: Request) -> Response {
         let Request { id, method, params } = request;
-        let uri = params["textDocument"]["uri"].as_str().unwrap_or_default();
+        let not_answered =
+            |id, method| Response::new_err(id, ErrorCode::MethodNotFound as i32, format!("`{method}` is not answered"));
+        let Some(uri) = params["textDocument"]["uri"].as_str() else { return not_answered(id, method) };
         let Some(document) = self.documents.get(uri) else {
             return Response::new_err(id, ErrorCode::InvalidParams as i32, format!("`{uri}` is not open"));
         };
@@ -210,7 +212,7 @@ impl Server {
             "textDocument/inlayHint" => answers::hints(document, &facts, &params["range"]),
             "textDocument/codeLens" => answers::lens(&facts),
             "textDocument/codeAction" => answers::fixes(document, &facts, &params["range"]),
-            _ => return Response::new_err(id, ErrorCode::MethodNotFound as i32, format!("`{method}` is not answered")),
+            _ => return not_answered(id, method),
         };
         Response::new_ok(id, answer)
     }

@@ -264,7 +264,7 @@ impl Scene<'_> {
             };
             let parameter = self.model.parameters.get(number)?;
             if self.pool.as_symbol(parameter.symbolic) == Some(symbol) {
-                return Some(format!("{through}the value of `{}` is not a number", parameter.name));
+                return Some(format!("{through}the value of `{}` is no number, or beyond all range", parameter.name));
             }
             through = format!("`{}` has no value: ", parameter.name);
             roots = vec![parameter.symbolic];

@@ -17,6 +17,9 @@ use crate::precision::{Ball, Big, DoubleDouble, Magnitude, Scalar, up};
 /// Entries of matrices from 2^-300 to 2^300 are left as they are: their squares and quotients are doubles.
 const USUAL: i64 = 300;
 
+/// Units beyond 2 to the power of this are none: numbers of the language end not much later.
+const FARTHEST: i64 = 20_000;
+
 /// What is left by rounding numbers about 1 is larger than 2 to minus this.
 const ROUNDED: i64 = 120;
 
@@ -207,7 +210,8 @@ pub(super) fn choose(model: &Model, assembly: &Assembly, values: &Values<Ball>, 
         let slopes = (0..visible).filter_map(|i| Some(of(&stiffness, k, i)? + lengths[i]));
         lengths.push(slopes.max().map_or(0, |most| energy - most));
     }
-    Some(Units { energy, rate, lengths })
+    let is_far = |own: &i64| own.abs() > FARTHEST;
+    (![energy, rate].iter().chain(&lengths).any(is_far)).then_some(Units { energy, rate, lengths })
 }
 
 /// 2^exponent.

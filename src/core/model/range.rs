@@ -47,7 +47,8 @@ impl Range {
             Settings::new().add(&format!("{} = {end}", range.name))?;
             match constant(end) {
                 Some(value) if value.is_finite() => {}
-                _ => return Err(bad(&format!("`{end}` is not a constant"))),
+                Some(_) => return Err(bad(&format!("`{end}` is too large a number"))),
+                None => return Err(bad(&format!("`{end}` is not a constant"))),
             }
         }
         Ok(range)

@@ -114,7 +114,7 @@ impl Options {
         if self.digits <= 12 {
             let size = if root { x.mid_f64().abs().sqrt() } else { x.mid_f64().abs() };
             let printed = Ball::exact(size).scale_far(self.power).mid_f64();
-            let place = 10f64.powi(self.digits as i32 - 1 - printed.log10().floor() as i32);
+            let place = 10f64.powi((self.digits as i32 - 1).saturating_sub(printed.log10().floor() as i32));
             let fraction = (printed * place).fract();
             if printed.log10().abs() < 200.0 && (fraction - 0.5).abs() > 2e-3 {
                 return true;

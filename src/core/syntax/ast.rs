@@ -84,6 +84,9 @@ pub enum Drawn {
 }
 
 impl Drawn {
+    /// What there is.
+    pub const ALL: [Self; 3] = [Self::Point, Self::Line, Self::Spring];
+
     /// As it is written.
     #[must_use]
     pub fn as_str(self) -> &'static str {

@@ -227,17 +227,27 @@ impl Averaged {
         }
         let forces = pool.substitute(&loads, &place);
         let start = Substitution::from([(time, pool.zero())]);
-        let (mut driven, mut roots) = (Vec::new(), vec![rate]);
-        for (at, force) in forces.into_iter().enumerate() {
-            let slope = pool.diff(force, time);
-            if pool.vanishes(slope) {
-                continue;
-            }
-            let left = without_harmonic(&mut pool, slope, time, rate, 1);
-            if !pool.vanishes(left) {
-                let reason = format!("the force on `{}` has more than one harmonic", model.coordinates.at(at).name());
+        let slopes = forces.into_iter().map(|force| pool.diff(force, time)).enumerate();
+        let mut slopes: Vec<(usize, ExprId)> = slopes.collect();
+        slopes.retain(|(_, slope)| !pool.vanishes(*slope));
+        // sin(Ωt) cos(Ωt) has the second alone.
+        let others = [1, 2].map(|harmonic| {
+            slopes.iter().position(|(_, slope)| {
+                let left = without_harmonic(&mut pool, *slope, time, rate, harmonic);
+                !pool.vanishes(left)
+            })
+        });
+        let rate = match others {
+            [None, _] => rate,
+            [Some(_), None] => pool.scale(rate, &Number::from(2)),
+            [Some(at), Some(_)] => {
+                let own = model.coordinates.at(slopes[at].0).name();
+                let reason = format!("the force on `{own}` has more than one harmonic, or forces have different ones");
                 return Err(ResponseError::NotHarmonic { reason, span });
             }
+        };
+        let (mut driven, mut roots) = (Vec::new(), vec![rate]);
+        for (at, slope) in slopes {
             // With h = const + c cos(Ωt) + s sin(Ωt) the force is -c and -s: h'' = -Ω² c and h' = Ω s at t = 0.
             let curvature = pool.diff(slope, time);
             let [slope, curvature] = [slope, curvature].map(|e| pool.substitute_one(e, &start));

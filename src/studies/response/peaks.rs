@@ -59,7 +59,7 @@ pub struct Peak {
     pub place: Ball,
     /// The amplitude in SI; `None` where it is infinite.
     pub amplitude: Option<Ball>,
-    /// Where on both sides of a maximum the amplitude has fallen to 1/√2 of it, half the power; `None` where it does not before the next minimum or
+    /// Where below and above a maximum the amplitude has fallen to 1/√2 of it, half the power; `None` where it does not before the next minimum or
     /// the end of the range.
     pub half_power: [Option<Ball>; 2],
 }
@@ -329,7 +329,12 @@ impl Search<'_> {
             return of(PeakKind::Minimum, amplitude);
         }
         let half = square * Ball::exact(0.5);
-        let half_power = [self.fall(neighbours[0], &piece[0], half), self.fall(neighbours[1], &piece[1], half)];
+        let mut half_power = [self.fall(neighbours[0], &piece[0], half), self.fall(neighbours[1], &piece[1], half)];
+        // In a range from high to low.
+        let beyond = |side: usize| half_power[side].map(|own| own - place);
+        if beyond(0).is_some_and(|own| own.is_positive()) || beyond(1).is_some_and(|own| own.is_negative()) {
+            half_power.reverse();
+        }
         Some(Peak { kind: PeakKind::Maximum, place, amplitude, half_power })
     }
 

@@ -186,8 +186,7 @@ impl Builder {
         for part in pair.into_inner() {
             match part.as_rule() {
                 Rule::drawn => {
-                    let all = [Drawn::Point, Drawn::Line, Drawn::Spring];
-                    drawn = all.into_iter().find(|own| own.as_str() == part.as_str()).unwrap_or(drawn);
+                    drawn = Drawn::ALL.into_iter().find(|own| own.as_str() == part.as_str()).unwrap_or(drawn);
                 }
                 Rule::indices => indices = Some(Box::new(self.indices(part)?)),
                 Rule::expr => points.push(self.expression(part)),
