@@ -46,9 +46,7 @@ pub(super) fn text(args: &args::Show) -> Result<Answer, Failure> {
     let mut options = modes::Options::default().digits(args.digits);
     options.lowest = args.lowest;
     let nodes = nodes(args, &made, &model, &options)?;
-    // A derivation may fail where there are modes, and is left out then.
-    let work = || (derive::derive(&model, &Parts::all()).ok(), solved(model, &options));
-    let (derivation, computed) = during(&args.model, "computing the modes", work);
+    let computed = during(&args.model, "computing the modes", || solved(model.clone(), &options));
     let (linearized, modes) = computed.map_err(|error| failed(&source, &warnings, error))?;
     warnings.extend(modes.warnings(&linearized));
     let grid = nodes.map(|nodes| grid(args, &source, nodes, (&linearized, &modes))).transpose()?;
@@ -65,6 +63,10 @@ pub(super) fn text(args: &args::Show) -> Result<Answer, Failure> {
         let told = Diagnostic::remark(format!("{what} no place at the equilibrium, and is left out"));
         warnings.push(told.with_help("its value there is no number"));
     }
+    // Last, as it may take up all of a budget; where it fails it is left out.
+    let derivation = during(&args.model, "deriving", || derive::derive(&model, &Parts::all()).ok());
+    args.model.guard.accept();
+    warnings.extend(derivation.as_ref().and_then(|own| own.left_out.as_ref()).map(report::left_out));
     let mut page = report::show_html(&Shown {
         text: &source.text,
         linearized: &linearized,
