@@ -280,7 +280,7 @@ pub mod tracking {
 /// Modes over a grid of one or two parameters. In full: [`librate_studies::grid`].
 #[cfg(feature = "engine")]
 pub mod grid {
-    pub use librate_studies::grid::{Grid, Nodes};
+    pub use librate_studies::grid::{Grid, GridError, Nodes};
 }
 
 /// Charts of stability over two parameters. In full: [`librate_studies::chart`].

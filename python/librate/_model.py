@@ -257,7 +257,7 @@ class Model:
     def _repr_html_(self) -> str:
         """The page of `show`, or the text of a model that has none."""
         try:
-            return Page(_native.show(self._native, _DIGITS, None)["text"])._repr_html_()
+            return Page(_native.show(self._native, _DIGITS, None, [])["text"])._repr_html_()
         except Error:
             return f"<pre>{html.escape(self.text)}</pre>"
 
@@ -555,9 +555,16 @@ class Model:
         """Principal moments and axes of every constant tensor of the model."""
         return _result(_ask(_native.tensors, self._native, digits))
 
-    def show(self, digits: int = 10, lowest: int | None = None) -> Page:
-        """A page with the modes in motion, their digits, the model and its derivation."""
-        answer = _ask(_native.show, self._native, digits, lowest)
+    def show(
+        self, digits: int = 10, lowest: int | None = None, over: str | Mapping[str, Sequence[Number]] | None = None
+    ) -> Page:
+        """A page with the modes in motion, their digits, the model and its derivation.
+
+        Sliders move one or two parameters `over` ranges, `"k=1..4:9"` or `{"k": (1, 4, 9), "m": (1, 2, 5)}`.
+        """
+        items = [] if over is None or isinstance(over, str) else _items(over, '"k=1..4:9" or {"k": (1, 4, 9)}')
+        ranges = [over] if isinstance(over, str) else [_range({name: own}) for name, own in items]
+        answer = _ask(_native.show, self._native, digits, lowest, ranges)
         _warn(answer["warnings"], 2)
         return Page(answer["text"])
 

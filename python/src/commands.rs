@@ -5,8 +5,9 @@ use std::io;
 use librate::derive::{self, Parts};
 use librate::diagnostic::Diagnostic;
 use librate::equilibria::{self, Region};
+use librate::grid::Nodes;
 use librate::linearize::{self, Linearized};
-use librate::model;
+use librate::model::{self, Range};
 use librate::modes::Options;
 use librate::number::Number;
 use librate::oscillation::{self, NormalModes};
@@ -16,12 +17,10 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::answers::{Answer, Derivation, MOST_DIGITS, Modes, Shown, digits, doubles, positive};
-use crate::job::{Failure, Job, Model, Size, cores, range};
+use crate::job::{Failure, Job, Model, Size, cores, in_parallel, range};
 
 /// Shapes to fewer digits would cost digits of the change of a frequency with the amplitude.
 const SHAPE_DIGITS: usize = 14;
-/// A page of more modes would be too long to look through.
-const MOST_MODES: usize = 200;
 
 /// Text of two kinds.
 pub(crate) struct Written {
@@ -185,21 +184,40 @@ pub(crate) fn plot_modes(py: Python<'_>, model: &Model, args: ModesArgs, spectru
 
 /// A page with the modes in motion.
 #[pyfunction]
-pub(crate) fn show(py: Python<'_>, model: &Model, digits_wanted: i64, lowest: Option<i64>) -> PyResult<Answer> {
+pub(crate) fn show(
+    py: Python<'_>,
+    model: &Model,
+    digits_wanted: i64,
+    lowest: Option<i64>,
+    over: Vec<String>,
+) -> PyResult<Answer> {
     model.answer(py, move |job| {
+        let help = "write `over=\"k=1..4:9\"` or `over={\"k\": (1, 4, 9)}`, of one or two parameters";
+        let ranges: Vec<Range> = over.iter().map(|text| range(text, help)).collect::<Result<_, _>>()?;
         job.settings = job.settings.clone().with_points();
         let mut options = Options::default().digits(digits(digits_wanted, MOST_DIGITS)?);
         options.lowest = positive("lowest", lowest)?;
         let model = job.model(if lowest.is_some() { Size::Any } else { Size::Dense })?;
         let shown = options.lowest.unwrap_or(model.coordinates.len());
-        if shown > MOST_MODES {
-            let help = format!("choose some: `lowest=20`; a page has room for {MOST_MODES}");
+        if shown > report::MOST_MODES {
+            let help = format!("choose some: `lowest=20`; a page has room for {}", report::MOST_MODES);
             return Err(Failure::request(format!("{shown} modes are too many for a page"), &help));
         }
+        let nodes = (!ranges.is_empty()).then(|| Nodes::new(&job.made_from(), &model, &ranges, &options));
+        let nodes = nodes.transpose();
+        let nodes =
+            nodes.map_err(|error| Failure::request(error.to_string(), error.help().as_deref().unwrap_or(help)))?;
         // A derivation may fail where there are modes, and is left out then.
         let derivation = derive::derive(&model, &Parts::all()).ok();
         let (linearized, modes) = solved(job, model, &options)?;
-        let figure = figure::figure(&linearized, &[]);
+        let grid = match nodes {
+            Some(nodes) => {
+                let places = in_parallel(job, None, nodes.count(), || |at: usize| nodes.place(at))?;
+                Some(nodes.followed(&places, (&linearized, &modes)))
+            }
+            None => None,
+        };
+        let figure = grid.as_ref().map_or_else(|| figure::figure(&linearized, &[]), |grid| grid.figure.clone());
         let text = report::show_html(&ShownPage {
             text: &job.source.page.text,
             linearized: &linearized,
@@ -207,7 +225,7 @@ pub(crate) fn show(py: Python<'_>, model: &Model, digits_wanted: i64, lowest: Op
             options: &options,
             figure: figure.as_ref(),
             derivation: derivation.as_ref(),
-            grid: None,
+            grid: grid.as_ref(),
         });
         Ok(Written::drawn(text))
     })

@@ -112,6 +112,13 @@ def test_floquet_of_a_pumped_swing_and_a_chart(models):
     assert "floquet" in str(caught.value) and swing.is_driven
 
 
+def test_an_infinite_amplitude_is_a_number():
+    model = librate.Model("coord x T = 1/2*x'^2 V = 2*x^2")
+    with pytest.warns(librate.ModelWarning, match="infinite"):
+        amplitude = model.response(over={"omega": (1, 3, 3)}, input="x")["x amplitude"]
+    assert amplitude.tolist() == pytest.approx([1 / 3, math.inf, 1 / 5])
+
+
 def test_response_of_a_damped_oscillator():
     model = librate.Model("coord x  T = 1/2*x'^2  V = 1/2*x^2  dissipation = 1/20*x'^2")
     found = model.response("omega=0..2:21", input="x", output="x")
@@ -241,6 +248,11 @@ def test_pictures_and_pages(models):
     page = pendulums.show()
     assert page.startswith("<!DOCTYPE html>") and "<canvas" in page and "3.132091953" in page
     assert page._repr_html_().startswith("<iframe") and "<canvas" not in page._repr_html_()
+    moved = pendulums.show(over={"k12": (0, 8, 3), "k23": (1, 2, 2)})
+    assert "k12" in moved and moved.count('type="range"') > page.count('type="range"')
+    for over, message in (("k12=0..8:1", "not for a slider"), ({"q": (0, 1, 2)}, "`q` can't be moved")):
+        with pytest.raises(librate.Error, match=message):
+            pendulums.show(over=over)
     # A notebook shows a model as its page, or as its text where it has none.
     assert pendulums._repr_html_() == page._repr_html_()
     driven = librate.Model.open(models / "mathieu.lag")

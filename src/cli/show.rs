@@ -5,7 +5,6 @@ use std::path::Path;
 
 use librate::derive::{self, Parts};
 use librate::diagnostic::Diagnostic;
-use librate::figure::Figure;
 use librate::grid::{Grid, Nodes};
 use librate::linearize::Linearized;
 use librate::model::{Model, Range};
@@ -18,11 +17,6 @@ use super::output::{into_file, write_file};
 use super::threads::in_order;
 use super::{Answer, Failure, Loaded, Made, Size, args, during, failed, load, range, solved, wrong_request};
 use serde_json::Value;
-
-/// A page of more modes would be too long to look through.
-const MOST_MODES: usize = 200;
-/// So many numbers of shapes over a grid are about 400 kB.
-const MOST_NUMBERS: usize = 50_000;
 
 /// Loads the page again once there is another one.
 const LIVE: &str = "\
@@ -39,8 +33,8 @@ pub(super) fn text(args: &args::Show) -> Result<Answer, Failure> {
     let Loaded { mut source, made, model, mut warnings } =
         load(&args.model, if args.lowest.is_some() { Size::Any } else { Size::Dense })?;
     let shown = args.lowest.unwrap_or(model.coordinates.len());
-    if shown > MOST_MODES {
-        let help = format!("choose some: `--lowest 20`; a page has room for {MOST_MODES}");
+    if shown > report::MOST_MODES {
+        let help = format!("choose some: `--lowest 20`; a page has room for {}", report::MOST_MODES);
         return Err(wrong_request(format!("{shown} modes are too many for a page"), &help));
     }
     let mut options = modes::Options::default().digits(args.digits);
@@ -50,8 +44,7 @@ pub(super) fn text(args: &args::Show) -> Result<Answer, Failure> {
     let (linearized, modes) = computed.map_err(|error| failed(&source, &warnings, error))?;
     warnings.extend(modes.warnings(&linearized));
     let grid = nodes.map(|nodes| grid(args, &source, nodes, (&linearized, &modes))).transpose()?;
-    let alone = || figure::figure(&linearized, &[]);
-    let figure = grid.as_ref().map_or_else(alone, |(_, figure)| figure.clone());
+    let figure = grid.as_ref().map_or_else(|| figure::figure(&linearized, &[]), |grid| grid.figure.clone());
     let nothing_left = figure.is_none() && linearized.model().drawing.is_some();
     let left_out = figure.as_ref().map_or(0, |own| own.left_out);
     if left_out > 0 || nothing_left {
@@ -74,7 +67,7 @@ pub(super) fn text(args: &args::Show) -> Result<Answer, Failure> {
         options: &options,
         figure: figure.as_ref(),
         derivation: derivation.as_ref(),
-        grid: grid.as_ref().map(|(grid, _)| grid),
+        grid: grid.as_ref(),
     });
     if let Some(file) = args.output.as_ref().filter(|_| args.live) {
         make_live(file, &mut page, &mut source)?;
@@ -87,55 +80,22 @@ pub(super) fn text(args: &args::Show) -> Result<Answer, Failure> {
 fn nodes(args: &args::Show, made: &Made, model: &Model, options: &modes::Options) -> Result<Option<Nodes>, Failure> {
     let help = "write `--over NAME=a..b:count` once or twice, for example `--over k=1..4:9`";
     let ranges: Vec<Range> = args.over.iter().map(|text| range(text, help)).collect::<Result<_, _>>()?;
-    let (names, counts): (Vec<&str>, Vec<usize>) = ranges.iter().map(|own| (own.name(), own.len())).unzip();
-    match names[..] {
-        [] => return Ok(None),
-        [first, second] if first == second => {
-            return Err(wrong_request(format!("`{first}` can't have two sliders"), help));
-        }
-        [_] | [_, _] => {}
-        _ => return Err(wrong_request("a page has room for two sliders".to_owned(), help)),
+    if ranges.is_empty() {
+        return Ok(None);
     }
-    let n = model.coordinates.len();
-    let numbers = counts.iter().fold(n * options.lowest.unwrap_or(n), |all, count| all.saturating_mul(*count));
-    if counts.contains(&1) || numbers > MOST_NUMBERS {
-        let counts: Vec<String> = counts.iter().map(usize::to_string).collect();
-        let message = format!("{} values are not for a slider", counts.join(" x "));
-        let help = format!(
-            "of each parameter two at least; shapes of all modes at all of them are {numbers} numbers, and a page has room for {MOST_NUMBERS}"
-        );
-        return Err(wrong_request(message, &help));
-    }
-    let settings = made.settings.clone().with_points();
-    let made = Made { settings, ..made.clone() };
-    let nodes = Nodes::new(&made, model, &ranges, options).ok_or_else(|| {
-        let names: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
-        wrong_request(
-            format!("{} can't be moved", names.join(" and ")),
-            "name parameters of the model and ends that these can have",
-        )
-    })?;
-    Ok(Some(nodes))
+    let nodes = Nodes::new(made, model, &ranges, options);
+    nodes.map(Some).map_err(|error| wrong_request(error.to_string(), error.help().as_deref().unwrap_or(help)))
 }
 
-/// The modes over the grid, and what moves with its parameters.
-fn grid(
-    args: &args::Show,
-    source: &Source,
-    nodes: Nodes,
-    own: (&Linearized, &NormalModes),
-) -> Result<(Grid, Option<Figure>), Failure> {
+/// The modes over the grid.
+fn grid(args: &args::Show, source: &Source, nodes: Nodes, own: (&Linearized, &NormalModes)) -> Result<Grid, Failure> {
     let mut places = Vec::with_capacity(nodes.count());
     let place = || |at: usize| nodes.place(at);
     in_order(None, nodes.count(), "computing the modes over the grid", place, |place| {
         places.push(place);
         args.model.guard.go_on(source)
     })?;
-    let grid = nodes.followed(&places, own);
-    let names: Vec<&str> = grid.axes.iter().map(|axis| axis.name.as_str()).collect();
-    let first = places.iter().find_map(|place| place.result.as_ref().ok());
-    let figure = first.and_then(|(linearized, _)| figure::figure(linearized, &names));
-    Ok((grid, figure))
+    Ok(nodes.followed(&places, own))
 }
 
 /// A page from a file may load scripts alone: one beside it says which page is the newest.

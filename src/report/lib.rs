@@ -61,7 +61,7 @@ pub use response::{
     ResponseLines, peaks_csv, peaks_json, response_csv, response_header, response_json, response_lines, response_svg,
 };
 pub use sensitivity::{sensitivity_json, sensitivity_text};
-pub use show::{Shown, show_html};
+pub use show::{MOST_MODES, Shown, show_html};
 pub use sweep::{SweepColumns, SweepCsv, SweepKept, SweepRow, sweep_json};
 pub use typst::derive_typst;
 

@@ -17,6 +17,8 @@ use librate_studies::grid::{Axis, Grid, Node};
 
 const STYLE: &str = include_str!("show/page.css");
 const SCRIPT: &str = include_str!("show/page.js");
+/// A page of more modes would be too long to look through.
+pub const MOST_MODES: usize = 200;
 /// A longer derivation is left to `derive`.
 const MOST_DERIVED: usize = 120_000;
 

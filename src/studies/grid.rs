@@ -3,6 +3,7 @@
 //! Each node is solved by itself and in full. Between nodes nothing is computed here: whoever draws a mode there interpolates, and
 //! says so.
 
+use crate::figure::{Figure, figure};
 use crate::source::{Source, parameter};
 use crate::sweep::{Place, Sweep};
 use crate::tracking::{Shapes, matched, shapes};
@@ -10,6 +11,52 @@ use librate_core::linearize::{Linearized, constant};
 use librate_core::model::{Model, Range};
 use librate_core::modes::Options;
 use librate_core::oscillation::{NormalMode, NormalModes};
+
+/// So many numbers of shapes over a grid are about 400 kB.
+const MOST_NUMBERS: usize = 50_000;
+
+/// Why parameters have no sliders.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum GridError {
+    /// One parameter twice.
+    #[error("`{name}` can't have two sliders")]
+    Twice {
+        /// Its name.
+        name: String,
+    },
+    /// More than two parameters.
+    #[error("a page has room for two sliders")]
+    TooMany {},
+    /// A single value, or too many.
+    #[error("{counts} values are not for a slider")]
+    Values {
+        /// How many, with a cross between those of two parameters.
+        counts: String,
+        /// How many numbers the shapes at all of them have.
+        numbers: usize,
+    },
+    /// The model can't be read at the ends of a range.
+    #[error("{names} can't be moved")]
+    Fixed {
+        /// The parameters.
+        names: String,
+    },
+}
+
+impl GridError {
+    /// What helps; `None` where it depends on how ranges are written.
+    #[must_use]
+    pub fn help(&self) -> Option<String> {
+        match self {
+            Self::Twice { .. } | Self::TooMany {} => None,
+            Self::Values { numbers, .. } => Some(format!(
+                "of each parameter two at least; shapes of all modes at all of them are {numbers} numbers, and a page has room for {MOST_NUMBERS}"
+            )),
+            Self::Fixed { .. } => Some("name parameters of the model and ends that these can have".to_owned()),
+        }
+    }
+}
 
 /// A parameter over its range.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,6 +96,8 @@ pub struct Grid {
     pub axes: Vec<Axis>,
     /// The nodes, the last parameter changing fastest; nothing where the model has no modes.
     pub nodes: Vec<Option<Node>>,
+    /// What is drawn, which moves with the parameters, too.
+    pub figure: Option<Figure>,
 }
 
 /// The nodes of a grid, each of which can be solved for itself.
@@ -60,9 +109,31 @@ pub struct Nodes {
 }
 
 impl Nodes {
-    /// Over one or two ranges; `model` has the values of the file. Nothing if the model can't be read at the ends of a range.
-    #[must_use]
-    pub fn new(source: &Source, model: &Model, ranges: &[Range], options: &Options) -> Option<Self> {
+    /// Over one or two ranges; `model` has the values of the file.
+    ///
+    /// # Errors
+    /// [`GridError`] with what is wrong with the ranges.
+    pub fn new(source: &Source, model: &Model, ranges: &[Range], options: &Options) -> Result<Self, GridError> {
+        let (names, counts): (Vec<&str>, Vec<usize>) = ranges.iter().map(|own| (own.name(), own.len())).unzip();
+        match names[..] {
+            [first, second] if first == second => return Err(GridError::Twice { name: first.to_owned() }),
+            [_] | [_, _] => {}
+            _ => return Err(GridError::TooMany {}),
+        }
+        let n = model.coordinates.len();
+        let numbers = counts.iter().fold(n * options.lowest.unwrap_or(n), |all, count| all.saturating_mul(*count));
+        if counts.contains(&1) || numbers > MOST_NUMBERS {
+            let counts: Vec<String> = counts.iter().map(usize::to_string).collect();
+            return Err(GridError::Values { counts: counts.join(" x "), numbers });
+        }
+        let source = Source { settings: source.settings.clone().with_points(), ..source.clone() };
+        Self::of_parameters(&source, model, ranges, options).ok_or_else(|| {
+            let names: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+            GridError::Fixed { names: names.join(" and ") }
+        })
+    }
+
+    fn of_parameters(source: &Source, model: &Model, ranges: &[Range], options: &Options) -> Option<Self> {
         let sweep = |source: &Source, range: &Range| Sweep::by_places(source.clone(), range.clone(), options.clone());
         let axis = |range: &Range| {
             let sweep = sweep(source, range);
@@ -112,6 +183,9 @@ impl Nodes {
     /// The grid of all nodes in order, with shapes; modes are followed from those at the model's own values.
     #[must_use]
     pub fn followed(self, places: &[Place], (linearized, modes): (&Linearized, &NormalModes)) -> Grid {
+        let names: Vec<&str> = self.axes.iter().map(|axis| axis.name.as_str()).collect();
+        let solved = places.iter().find_map(|place| place.result.as_ref().ok());
+        let figure = solved.and_then(|(linearized, _)| figure(linearized, &names));
         let counts: Vec<usize> = self.axes.iter().map(|axis| axis.count).collect();
         let across = counts.last().copied().unwrap_or(1);
         let nearest = |axis: &Axis| (axis.own.unwrap_or(0.5) * (axis.count - 1) as f64).round() as usize;
@@ -140,7 +214,7 @@ impl Nodes {
             nodes[node] = Some(Node { equilibrium, count: all, modes });
             known[node] = Some(found);
         }
-        Grid { axes: self.axes, nodes }
+        Grid { axes: self.axes, nodes, figure }
     }
 }
 

@@ -272,7 +272,9 @@ pub(super) fn orbit<S: Enclosure>(
             return Ok(Orbit { start, period_map: there });
         }
     }
-    Err(Lost::Search("the one that comes closest is not proved to be periodic, and at a resonance without damping there is none"))
+    Err(Lost::Search(
+        "the one that comes closest is not proved to be periodic, and at a resonance without damping there is none",
+    ))
 }
 
 /// C of Krawczyk's theorem, taken as exactly what it is.
