@@ -5,26 +5,20 @@
 //! This module holds the plain data and never draws: `report::diagnostics_text` does.
 
 use crate::span::Span;
+use crate::worded;
 
+worded! {
 /// How bad it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[non_exhaustive]
-pub enum Severity {
+Severity {
     /// The model can't be used.
-    Error,
+    Error "error",
     /// Legal, but suspicious.
-    Warning,
+    Warning "warning",
 }
-
-impl Severity {
-    /// `error` or `warning`.
-    #[must_use]
-    pub fn as_str(self) -> &'static str {
-        match self {
-            Self::Error => "error",
-            Self::Warning => "warning",
-        }
-    }
+/// `error` or `warning`.
+as_str
 }
 
 /// A place with a remark.
@@ -99,15 +93,7 @@ impl Diagnostic {
     /// An error at a place.
     #[must_use]
     pub fn error(message: impl Into<String>, span: Span, label: impl Into<String>) -> Self {
-        Self {
-            severity: Severity::Error,
-            code: None,
-            message: readable(message.into()),
-            primary: Some(Label { span, text: readable(label.into()) }),
-            secondary: Vec::new(),
-            help: None,
-            replacement: None,
-        }
+        Self { primary: Some(Label { span, text: readable(label.into()) }), ..Self::global(message) }
     }
 
     /// An error of the file as a whole.

@@ -52,11 +52,11 @@ impl Notation {
         const SIGNS: [(&str, Sign); 7] = [
             ("; or ", Sign::Or),
             (", if ", Sign::If),
-            (" <= ", Sign::LessEqual),
-            (" >= ", Sign::GreaterEqual),
-            (" < ", Sign::Less),
-            (" > ", Sign::Greater),
-            (" = ", Sign::Equal),
+            (" <= ", Sign::Comparison(Comparison::LessEqual)),
+            (" >= ", Sign::Comparison(Comparison::GreaterEqual)),
+            (" < ", Sign::Comparison(Comparison::Less)),
+            (" > ", Sign::Comparison(Comparison::Greater)),
+            (" = ", Sign::Comparison(Comparison::Equal)),
         ];
         for (between, sign) in SIGNS {
             if let Some((left, right)) = text.split_once(between) {
@@ -137,7 +137,7 @@ impl Notation {
                 Formula::Matrix(rows.collect())
             }
             ExprKind::Compare { operator, left, right } => {
-                Formula::Relation(vec![lower(left), Formula::Sign(comparison(operator)), lower(right)])
+                Formula::Relation(vec![lower(left), Formula::Sign(Sign::Comparison(operator)), lower(right)])
             }
             ExprKind::Not(inner) => Formula::Relation(vec![Formula::Sign(Sign::Not), condition(lower(inner))]),
             ExprKind::And(parts) => joined(Sign::And, parts.iter().map(|at| lower(*at))),
@@ -478,16 +478,5 @@ fn call(function: &str, mut arguments: Vec<Formula>) -> Formula {
                 Formula::Product(vec![name, inner.bracketed()])
             }
         },
-    }
-}
-
-fn comparison(operator: Comparison) -> Sign {
-    match operator {
-        Comparison::Equal => Sign::Equal,
-        Comparison::NotEqual => Sign::NotEqual,
-        Comparison::Less => Sign::Less,
-        Comparison::LessEqual => Sign::LessEqual,
-        Comparison::Greater => Sign::Greater,
-        Comparison::GreaterEqual => Sign::GreaterEqual,
     }
 }
