@@ -15,7 +15,7 @@ use librate::{figure, modes};
 
 use super::input::Source;
 use super::output::{into_file, write_file};
-use super::threads::in_order;
+use super::threads::all;
 use super::{Answer, Failure, Loaded, Made, Size, args, during, failed, load, range, solved, wrong_request};
 use serde_json::Value;
 
@@ -123,12 +123,9 @@ fn grid(
     nodes: Nodes,
     own: (&Linearized, &NormalModes),
 ) -> Result<(Grid, Option<Figure>), Failure> {
-    let mut places = Vec::with_capacity(nodes.count());
     let place = || |at: usize| nodes.place(at);
-    in_order(None, nodes.count(), "computing the modes over the grid", place, |place| {
-        places.push(place);
-        args.model.guard.go_on(source)
-    })?;
+    let step = || args.model.guard.go_on(source);
+    let places = all(None, nodes.count(), "computing the modes over the grid", place, step)?;
     let grid = nodes.followed(&places, own);
     let names: Vec<&str> = grid.axes.iter().map(|axis| axis.name.as_str()).collect();
     let first = places.iter().find_map(|place| place.result.as_ref().ok());

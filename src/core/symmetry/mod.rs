@@ -42,6 +42,7 @@ const MOST_PARTS: usize = 6;
 /// A permutation of the coordinates with signs: the unit vector of coordinate i goes to that of `image[i]`,
 /// with the opposite sign where `negative[i]`.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[must_use]
 pub struct SignedPermutation {
     image: Vec<usize>,
     negative: Vec<bool>,
@@ -49,7 +50,6 @@ pub struct SignedPermutation {
 
 impl SignedPermutation {
     /// A permutation without signs.
-    #[must_use]
     pub fn unsigned(image: Vec<usize>) -> Self {
         let negative = vec![false; image.len()];
         Self { image, negative }
@@ -93,7 +93,6 @@ impl SignedPermutation {
     }
 
     /// First the other one, then this one.
-    #[must_use]
     pub fn after(&self, other: &Self) -> Self {
         let end = |i: usize| {
             let (middle, first) = other.of(i);
@@ -104,7 +103,6 @@ impl SignedPermutation {
     }
 
     /// The one that undoes it.
-    #[must_use]
     pub fn inverse(&self) -> Self {
         let mut image = vec![0; self.len()];
         let mut negative = vec![false; self.len()];

@@ -14,7 +14,7 @@ use super::text::Text;
 use crate::span::Span;
 
 /// Index of an expression in its [`File`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ExprRef(pub u32);
 
 /// A name and where it stands.

@@ -9,6 +9,7 @@ use crate::syntax::{Comparison, ExprKind, ExprRef, File, IndexKind, Indices, Mem
 /// What the names of an expression stand for.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
+#[must_use]
 pub struct Notation {
     /// The coordinates and their families, without indices: `delta_x` is a displacement and `p_x` a momentum
     /// where `x` is one of them.
@@ -19,14 +20,12 @@ pub struct Notation {
 
 impl Notation {
     /// For coordinates of these names; indices are left out.
-    #[must_use]
     pub fn new<'a>(coordinates: impl IntoIterator<Item = &'a str>) -> Self {
         let family = |name: &str| name.split('[').next().unwrap_or(name).to_owned();
         Self { coordinates: coordinates.into_iter().map(family).collect(), apart: BTreeMap::new() }
     }
 
     /// With all names of a model, no two of which are to look alike; indices belong to them.
-    #[must_use]
     pub fn names<'a>(mut self, names: impl IntoIterator<Item = &'a str>) -> Self {
         self.apart = kept_apart(names);
         self
