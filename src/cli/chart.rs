@@ -31,7 +31,7 @@ pub(super) fn run(args: &args::Floquet, first: &str, second: &str) -> Result<Ans
         let mut worker = chart.worker();
         move |row| worker.row(row)
     };
-    let rows: Vec<Vec<Place>> = all(args.threads, count, "charting", worker)?;
+    let rows: Vec<Vec<Place>> = all(args.threads, count, "charting", worker, || Ok(()))?;
     if let Some(path) = &args.borders {
         let worker = || {
             let mut worker = chart.worker();
@@ -41,7 +41,7 @@ pub(super) fn run(args: &args::Floquet, first: &str, second: &str) -> Result<Ans
                 worker.borders(row, pair)
             }
         };
-        let borders = all(args.threads, count, "finding the borders", worker)?.concat();
+        let borders = all(args.threads, count, "finding the borders", worker, || Ok(()))?.concat();
         write_file(path, &report::borders_csv(&chart, &borders), &mut source)?;
     }
     let text = if args.model.drawn { report::chart_svg(&chart, &rows) } else { report::chart_csv(&chart, &rows) };

@@ -57,7 +57,8 @@ pub(super) fn text(args: &ResponseArgs) -> Result<Answer, Failure> {
     let study = Study::new(model, made, request).map_err(|error| fails(error, &warnings))?;
     let mut peaks: Vec<Peaks> = Vec::new();
     if args.peaks {
-        let found = all(args.threads, study.outputs(), "looking for peaks", || |output| study.peaks(output))?;
+        let worker = || |output| study.peaks(output);
+        let found = all(args.threads, study.outputs(), "looking for peaks", worker, || Ok(()))?;
         peaks = found.into_iter().collect::<Result<_, _>>().map_err(|error| fails(error, &warnings))?;
         warnings.extend(peaks.iter().filter_map(|own| own.remark(args.over.split('=').next().unwrap_or_default())));
     }

@@ -14,7 +14,7 @@ use librate::{figure, modes};
 
 use super::input::Source;
 use super::output::{into_file, write_file};
-use super::threads::in_order;
+use super::threads::all;
 use super::{Answer, Failure, Loaded, Made, Size, args, during, failed, load, range, solved, wrong_request};
 use serde_json::Value;
 
@@ -89,12 +89,9 @@ fn nodes(args: &args::Show, made: &Made, model: &Model, options: &modes::Options
 
 /// The modes over the grid.
 fn grid(args: &args::Show, source: &Source, nodes: Nodes, own: (&Linearized, &NormalModes)) -> Result<Grid, Failure> {
-    let mut places = Vec::with_capacity(nodes.count());
     let place = || |at: usize| nodes.place(at);
-    in_order(None, nodes.count(), "computing the modes over the grid", place, |place| {
-        places.push(place);
-        args.model.guard.go_on(source)
-    })?;
+    let step = || args.model.guard.go_on(source);
+    let places = all(None, nodes.count(), "computing the modes over the grid", place, step)?;
     Ok(nodes.followed(&places, own))
 }
 

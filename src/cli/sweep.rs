@@ -12,7 +12,7 @@ use librate::{Error, modes, sensitivity, tracking};
 
 use super::input::{self, Source};
 use super::output::{self, visible};
-use super::threads::in_order;
+use super::threads::{all, in_order};
 use super::{Answer, Failure, args, fault, parsed, range, wrong_request};
 
 /// A table of up to so many values has the columns that its lines need, and is written when all are there.
@@ -126,17 +126,8 @@ impl Run<'_> {
             let help = format!("a picture has room for {MOST_DRAWN} values");
             return Err(wrong_request(format!("{count} values are too many for a picture"), &help));
         }
-        let mut places = Vec::with_capacity(count);
-        in_order(
-            args.threads,
-            count,
-            WHAT,
-            || |at: usize| sweep.place(at),
-            |place| {
-                places.push(place);
-                args.model.guard.go_on(source)
-            },
-        )?;
+        let place = || |at: usize| sweep.place(at);
+        let mut places = all(args.threads, count, WHAT, place, || args.model.guard.go_on(source))?;
         let failed: Vec<_> =
             places.iter().enumerate().filter_map(|(at, own)| Some((at, own.result.as_ref().err()?))).collect();
         for (at, error) in &failed {

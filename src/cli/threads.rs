@@ -122,17 +122,18 @@ pub(super) fn in_order<T: Send, W: FnMut(usize) -> T>(
     })
 }
 
-/// The same with all results at the end.
+/// The same with all results at the end; `step` is called behind each.
 pub(super) fn all<T: Send, W: FnMut(usize) -> T>(
     threads: Option<usize>,
     count: usize,
     what: &'static str,
     worker: impl Fn() -> W + Sync,
+    mut step: impl FnMut() -> Result<(), Failure>,
 ) -> Result<Vec<T>, Failure> {
     let mut all = Vec::with_capacity(count);
     in_order(threads, count, what, worker, |result| {
         all.push(result);
-        Ok(())
+        step()
     })?;
     Ok(all)
 }

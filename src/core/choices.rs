@@ -1,4 +1,4 @@
-//! What options are chosen by, one method a field.
+//! What is declared in a table: options, chosen by one method a field, and enums whose variants have a word each.
 
 /// Makes methods of a struct of options that put another value into a field of the same name.
 #[macro_export]
@@ -12,5 +12,30 @@ macro_rules! choices {
                 self
             }
         )*
+    };
+}
+
+/// Makes an enum of variants with their words, and the method that gives these.
+#[macro_export]
+macro_rules! worded {
+    (
+        $(#[$meta:meta])* $name:ident {
+            $($(#[$own:meta])* $variant:ident $word:literal,)*
+        } $(#[$doc:meta])* $method:ident
+    ) => {
+        $(#[$meta])*
+        pub enum $name {
+            $($(#[$own])* $variant,)*
+        }
+
+        impl $name {
+            $(#[$doc])*
+            #[must_use]
+            pub const fn $method(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $word,)*
+                }
+            }
+        }
     };
 }

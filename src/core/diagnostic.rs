@@ -5,26 +5,20 @@
 //! This module holds the plain data and never draws: `report::diagnostics_text` does.
 
 use crate::span::Span;
+use crate::worded;
 
+worded! {
 /// How bad it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[non_exhaustive]
-pub enum Severity {
+Severity {
     /// The model can't be used.
-    Error,
+    Error "error",
     /// Legal, but suspicious.
-    Warning,
+    Warning "warning",
 }
-
-impl Severity {
-    /// `error` or `warning`.
-    #[must_use]
-    pub fn as_str(self) -> &'static str {
-        match self {
-            Self::Error => "error",
-            Self::Warning => "warning",
-        }
-    }
+/// `error` or `warning`.
+as_str
 }
 
 /// A place with a remark.
@@ -75,6 +69,7 @@ pub fn replaced<'a>(text: &str, changes: impl IntoIterator<Item = &'a Replacemen
 /// A message about a model file, ready to be drawn.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
+#[must_use]
 pub struct Diagnostic {
     /// Error or warning.
     pub severity: Severity,
@@ -97,21 +92,11 @@ pub struct Diagnostic {
 
 impl Diagnostic {
     /// An error at a place.
-    #[must_use]
     pub fn error(message: impl Into<String>, span: Span, label: impl Into<String>) -> Self {
-        Self {
-            severity: Severity::Error,
-            code: None,
-            message: readable(message.into()),
-            primary: Some(Label { span, text: readable(label.into()) }),
-            secondary: Vec::new(),
-            help: None,
-            replacement: None,
-        }
+        Self { primary: Some(Label { span, text: readable(label.into()) }), ..Self::global(message) }
     }
 
     /// An error of the file as a whole.
-    #[must_use]
     pub fn global(message: impl Into<String>) -> Self {
         Self {
             severity: Severity::Error,
@@ -125,13 +110,11 @@ impl Diagnostic {
     }
 
     /// A remark on an answer as a whole.
-    #[must_use]
     pub fn remark(message: impl Into<String>) -> Self {
         Self { severity: Severity::Warning, ..Self::global(message) }
     }
 
     /// Something legal, but suspicious, at a place.
-    #[must_use]
     pub fn warning(message: impl Into<String>, span: Span, label: impl Into<String>) -> Self {
         Self { severity: Severity::Warning, ..Self::error(message, span, label) }
     }
@@ -156,7 +139,6 @@ impl Diagnostic {
     }
 
     /// The same with a change of the text that is the fix.
-    #[must_use]
     pub fn replacing(mut self, span: Span, text: impl Into<String>) -> Self {
         self.replacement = Some(Replacement::new(span, text));
         self
@@ -185,21 +167,18 @@ impl Diagnostic {
     }
 
     /// The same with the code of its kind.
-    #[must_use]
     pub fn with_code(mut self, code: &'static str) -> Self {
         self.code = Some(code);
         self
     }
 
     /// The same with a second place.
-    #[must_use]
     pub fn with_secondary(mut self, span: Span, text: impl Into<String>) -> Self {
         self.secondary.push(Label { span, text: readable(text.into()) });
         self
     }
 
     /// The same with a fix.
-    #[must_use]
     pub fn with_help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(readable(help.into()));
         self

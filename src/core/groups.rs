@@ -2,16 +2,16 @@
 
 /// Groups of numbers below n that grow pair by pair; each is known by its least member.
 #[derive(Clone, Debug)]
-pub(crate) struct Groups(Vec<usize>);
+pub struct Groups(Vec<usize>);
 
 impl Groups {
     /// Each number by itself.
-    pub(crate) fn new(count: usize) -> Self {
+    pub fn new(count: usize) -> Self {
         Self((0..count).collect())
     }
 
     /// The least member of a number's group.
-    pub(crate) fn least(&mut self, mut i: usize) -> usize {
+    pub fn least(&mut self, mut i: usize) -> usize {
         while self.0[i] != i {
             self.0[i] = self.0[self.0[i]];
             i = self.0[i];
@@ -20,13 +20,13 @@ impl Groups {
     }
 
     /// Makes one group of those of two numbers.
-    pub(crate) fn join(&mut self, i: usize, j: usize) {
+    pub fn join(&mut self, i: usize, j: usize) {
         let (a, b) = (self.least(i), self.least(j));
         self.0[a.max(b)] = a.min(b);
     }
 
     /// All groups by their least members, each in rising order.
-    pub(crate) fn all(&mut self) -> Vec<Vec<usize>> {
+    pub fn all(&mut self) -> Vec<Vec<usize>> {
         let mut members: Vec<Vec<usize>> = vec![Vec::new(); self.0.len()];
         for i in 0..self.0.len() {
             members[self.least(i)].push(i);
@@ -37,7 +37,7 @@ impl Groups {
 }
 
 /// The groups of numbers below a count of which some pairs are linked.
-pub(crate) fn connected(count: usize, linked: impl Fn(usize, usize) -> bool) -> Vec<Vec<usize>> {
+pub fn connected(count: usize, linked: impl Fn(usize, usize) -> bool) -> Vec<Vec<usize>> {
     let mut left: Vec<usize> = (0..count).collect();
     let mut parts = Vec::new();
     while !left.is_empty() {

@@ -15,7 +15,7 @@ pub mod mistakes;
 pub mod choices;
 
 #[cfg(feature = "engine")]
-mod groups;
+pub mod groups;
 
 pub mod syntax;
 #[cfg(feature = "format")]

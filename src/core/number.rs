@@ -51,7 +51,7 @@ const LIMIT: u128 = i64::MAX as u128;
 const UNIT: NonZeroU64 = NonZeroU64::MIN;
 
 /// Greatest common divisor by Euclid's algorithm; gcd(0, b) = b.
-pub(crate) fn gcd64(mut a: u64, mut b: u64) -> u64 {
+pub fn gcd64(mut a: u64, mut b: u64) -> u64 {
     while b != 0 {
         (a, b) = (b, a % b);
     }

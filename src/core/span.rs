@@ -5,6 +5,7 @@
 
 /// A half-open range of bytes of the source text.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[must_use]
 pub struct Span {
     /// Offset of the first byte.
     pub start: u32,
@@ -14,13 +15,11 @@ pub struct Span {
 
 impl Span {
     /// The bytes from `start` up to, not including, `end`.
-    #[must_use]
     pub const fn new(start: u32, end: u32) -> Self {
         Self { start, end }
     }
 
     /// The smallest span that holds both.
-    #[must_use]
     pub fn to(self, other: Self) -> Self {
         Self::new(self.start.min(other.start), self.end.max(other.end))
     }

@@ -1,6 +1,6 @@
 //! Exponents and stability in symbols, to read.
 
-use super::frequencies::approximations;
+use super::frequencies::{approximations, unused};
 use super::page::{Form, Line, Part, section};
 use librate_core::derive::{ClosedExponent, Derivation, Linear};
 use librate_core::expr::{ExprId, Node, Pool};
@@ -22,7 +22,7 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
     let Some(own) = &linear.exponents else { return parts };
     let pool = &mut derivation.pool.clone();
     let zero = pool.zero();
-    let s = free(names, ["s", "lambda", "sigma"]);
+    let s = unused(names, &["s", "lambda", "sigma"]);
     // Of conservative models frequencies say as much, unless one asks.
     let asked = |chapter: &str| !linear.is_conservative() || names.only.is_some() && names.shows(chapter);
     if asked("characteristic") || asked("exponents") {
@@ -38,7 +38,7 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
         }
         let only = linear.is_conservative() && asked("exponents");
         let undamped = !only && linear.damping.is_none() && own.exponents.iter().all(|own| own.real == zero);
-        let omega = free(names, ["omega", "w", "Omega"]);
+        let omega = unused(names, &["omega", "w", "Omega"]);
         // Of a conjugate pair the one with the positive imaginary part comes first.
         let shown = names.shows(if undamped { "frequencies" } else { "exponents" });
         let mut lines = Vec::new();
@@ -116,7 +116,7 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
 fn damping_part(pool: &mut Pool, exponents: &[ClosedExponent], names: &Derivation) -> Option<Part> {
     let mut ratios: Vec<ExprId> = exponents.iter().filter_map(|own| own.damping_ratio).collect();
     ratios.dedup();
-    let (zeta, quality) = (free(names, ["zeta", "D", "xi"]), free(names, ["Q", "QF", "quality"]));
+    let (zeta, quality) = (unused(names, &["zeta", "D", "xi"]), unused(names, &["Q", "QF", "quality"]));
     let half = Number::half();
     let mut lines = Vec::new();
     for own in ratios {
@@ -151,14 +151,9 @@ fn condition_text(pool: &mut Pool, positive: ExprId) -> String {
     format!("{} < 0", pool.display(opposite))
 }
 
-/// The first letter that is no name of the model.
-fn free<'a>(names: &Derivation, letters: [&'a str; 3]) -> &'a str {
-    letters.into_iter().find(|letter| !names.symbols.contains_key(*letter)).unwrap_or(letters[0])
-}
-
 /// The letter for the imaginary unit: `i`, unless that is a name of the model.
 pub(super) fn imaginary_unit(names: &Derivation) -> &'static str {
-    free(names, ["i", "j", "I"])
+    unused(names, &["i", "j", "I"])
 }
 
 /// An exponent in the model language, with a letter for the imaginary unit.

@@ -17,15 +17,6 @@ fn parts(own: &Multiplier, digits: usize) -> [Written; 3] {
     [part(0, &own.re), part(1, &own.im), part(2, &own.modulus)]
 }
 
-fn place_words(place: Place) -> &'static str {
-    match place {
-        Place::Inside => "inside",
-        Place::On => "on",
-        Place::Outside => "outside",
-        Place::Undecided => "undecided",
-    }
-}
-
 /// The multipliers as a JSON object: `model`, `coordinates`, `period`, `multipliers` and what else the schema
 /// `floquet.schema.json` describes.
 #[must_use]
@@ -45,7 +36,7 @@ pub fn floquet_json(model: &Model, floquet: &Floquet, digits: usize) -> String {
         texts.push(format!("[{re}, {im}]"));
     }
     let moduli = floquet.multipliers.iter().map(|own| number(own.modulus.mid_f64()));
-    let places = floquet.multipliers.iter().map(|own| string(place_words(own.place)));
+    let places = floquet.multipliers.iter().map(|own| string(own.place.as_str()));
     let exponents = floquet.multipliers.iter().map(|own| {
         let (growth, omega) = exponent(own, &floquet.period);
         let part = |value: Ball| {
@@ -117,7 +108,7 @@ pub fn floquet_text(model: &Model, floquet: &Floquet, digits: usize, style: &Sty
             one_digit_up_text(bound)
         }
     };
-    let places = floquet.multipliers.iter().map(|own| place_words(own.place).to_owned());
+    let places = floquet.multipliers.iter().map(|own| own.place.as_str().to_owned());
     let columns = [
         Column::numbers("re", column(0)),
         Column::numbers("im", column(1)),
@@ -126,8 +117,8 @@ pub fn floquet_text(model: &Model, floquet: &Floquet, digits: usize, style: &Sty
         Column::words("unit circle", places.collect()),
     ];
     let painted = |at: usize| match floquet.multipliers[at].place {
-        Place::Outside => Some((Tone::Bad, "outside")),
-        Place::Undecided => Some((Tone::Careful, "undecided")),
+        own @ Place::Outside => Some((Tone::Bad, own.as_str())),
+        own @ Place::Undecided => Some((Tone::Careful, own.as_str())),
         Place::Inside | Place::On => None,
     };
     out.push_str(&draw(&columns, floquet.multipliers.len(), painted, style));

@@ -343,7 +343,7 @@ fn displacement_lines(
 }
 
 /// The first of some names that the model does not have.
-fn unused<'a>(derivation: &Derivation, names: &[&'a str]) -> &'a str {
+pub(super) fn unused<'a>(derivation: &Derivation, names: &[&'a str]) -> &'a str {
     let taken = |name: &str| derivation.symbols.keys().any(|own| own.split('[').next() == Some(name));
     let mut free = names.iter().copied().filter(|name| !taken(name));
     let last = names.last().copied().unwrap_or_default();

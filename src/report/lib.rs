@@ -66,6 +66,7 @@ pub use sweep::{SweepColumns, SweepCsv, SweepKept, SweepRow, sweep_json};
 pub use typst::derive_typst;
 
 use anstyle::{AnsiColor, Effects};
+use librate_core::worded;
 
 use librate_core::model::Coordinate;
 use librate_core::modes::Kind;
@@ -91,34 +92,27 @@ pub struct Style {
     pub unit: Option<FrequencyUnit>,
 }
 
+worded! {
 /// A unit of frequencies, beside rad/s.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum FrequencyUnit {
+FrequencyUnit {
     /// Turns per second.
-    Hertz,
+    Hertz "Hz",
     /// The wave number of light of this frequency, in 1/cm; c is 299792458 m/s, exactly.
-    Wavenumber,
+    Wavenumber "cm-1",
     /// Turns per minute.
-    Rpm,
+    Rpm "rpm",
     /// 1e12 Hz.
-    Terahertz,
+    Terahertz "THz",
+}
+/// How it is written.
+as_str
 }
 
 impl FrequencyUnit {
     /// All of them.
     pub const ALL: [Self; 4] = [Self::Hertz, Self::Wavenumber, Self::Rpm, Self::Terahertz];
-
-    /// How it is written.
-    #[must_use]
-    pub fn as_str(self) -> &'static str {
-        match self {
-            Self::Hertz => "Hz",
-            Self::Wavenumber => "cm-1",
-            Self::Rpm => "rpm",
-            Self::Terahertz => "THz",
-        }
-    }
 
     /// One hertz in it.
     pub(crate) fn of_hertz(self) -> Option<Number> {

@@ -3,6 +3,7 @@
 //! Entries are the doubles nearest to the centres of their enclosures, in SI. Rows and columns are the coordinates in the order of the
 //! model; under constraints, those that the others follow. Files are written entry by entry.
 
+use librate_core::worded;
 use std::io::{self, BufWriter, Write};
 
 use librate_core::linearize::{Linearized, Units};
@@ -12,27 +13,19 @@ use rawzip::ZipArchiveWriter;
 /// The number with which a matrix in PETSc's binary format begins.
 const PETSC_MATRIX: i32 = 1_211_216;
 
+worded! {
 /// What a matrix and its transpose have to do with each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Mirror {
+Mirror {
     /// They are the same.
-    Symmetric,
+    Symmetric "symmetric",
     /// The one is the negative of the other.
-    Skew,
+    Skew "skew-symmetric",
     /// Neither.
-    General,
+    General "general",
 }
-
-impl Mirror {
-    /// The word of Matrix Market.
-    #[must_use]
-    pub fn as_str(self) -> &'static str {
-        match self {
-            Self::Symmetric => "symmetric",
-            Self::Skew => "skew-symmetric",
-            Self::General => "general",
-        }
-    }
+/// The word of Matrix Market.
+as_str
 }
 
 /// One of the matrices M, G, C, K and N, square, row by row, without the entries that are 0 exactly.

@@ -558,30 +558,29 @@ fn uncertainty_remark(modes: &NormalModes) -> String {
         "sigma is the standard uncertainty that those of the parameters give; numbers end at its second digit\n\
                    shapes and the equilibrium are those of the values, as if these were exact\n"
             .to_owned();
-    let among = |test: &dyn Fn(&Ball, Option<Ball>) -> bool| -> Vec<usize> {
+    let mut remark = |test: &dyn Fn(&Ball, Option<Ball>) -> bool, words: &str| {
         let parts = |mode: &NormalMode| {
             let own = mode.uncertainty.as_ref()?;
             Some(test(&mode.omega, own.omega) || test(&mode.growth, own.growth))
         };
-        modes.modes.iter().enumerate().filter(|(_, mode)| parts(mode) == Some(true)).map(|(at, _)| at).collect()
+        let each = modes.modes.iter().enumerate();
+        let those: Vec<usize> = each.filter(|(_, mode)| parts(mode) == Some(true)).map(|(at, _)| at).collect();
+        if !those.is_empty() {
+            out.push_str(&format!("sigma of {} is {words}\n", numbered(&those)));
+        }
     };
-    let missing = among(&|_, sigma| sigma.is_none());
-    if !missing.is_empty() {
-        let list = numbered(&missing);
-        out.push_str(&format!(
-            "sigma of {list} is none: the exponent has no derivative there, or none is proved, and all digits refer to the values\n"
-        ));
-    }
-    let rough = among(&|value, sigma| {
+    remark(
+        &|_, sigma| sigma.is_none(),
+        "none: the exponent has no derivative there, or none is proved, and all digits refer to the values",
+    );
+    let is_rough = |value: &Ball, sigma: Option<Ball>| {
         let sigma = sigma.map_or(0.0, |sigma| sigma.mid_f64());
         !value.contains_zero() && sigma > ROUGH_SHARE * value.mid_f64().abs()
-    });
-    if !rough.is_empty() {
-        let list = numbered(&rough);
-        out.push_str(&format!(
-            "sigma of {list} is not small compared with the number itself: it is of first order, and only a rough estimate there\n"
-        ));
-    }
+    };
+    remark(
+        &is_rough,
+        "not small compared with the number itself: it is of first order, and only a rough estimate there",
+    );
     out
 }
 

@@ -181,7 +181,6 @@ fn symmetry_of(letter: &str) -> (&'static str, bool) {
 }
 
 /// What the budget has left out of a derivation.
-#[must_use]
 pub fn left_out(exceeded: &Exceeded) -> Diagnostic {
     let own = Diagnostic::from(exceeded);
     let remark = Diagnostic::remark(format!("{}: what would follow is left out", own.message));

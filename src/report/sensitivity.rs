@@ -92,15 +92,11 @@ pub fn sensitivity_text(
         })
         .collect();
     let width: usize = own.iter().map(Column::width).sum();
-    if names.len() <= MOST_COLUMNS && used + width <= style.width + super::table::GAP {
-        columns.extend(own);
-        out.push_str(&draw(&columns, modes.modes.len(), |_| None, style));
-        out.push_str(&remark(&names, sensitivities, style.width));
-        return out;
-    }
+    let fits = names.len() <= MOST_COLUMNS && used + width <= style.width + super::table::GAP;
+    columns.extend(own.into_iter().filter(|_| fits));
     out.push_str(&draw(&columns, modes.modes.len(), |_| None, style));
-    out.push_str("\nd omega / d parameter\n");
-    for (at, row) in sensitivities.omega.iter().enumerate() {
+    out.push_str(if fits { "" } else { "\nd omega / d parameter\n" });
+    for (at, row) in sensitivities.omega.iter().enumerate().filter(|_| !fits) {
         let items: Vec<String> =
             names.iter().zip(row).map(|(name, value)| format!("{name} {}", written(*value))).collect();
         out.push_str(&listed(&format!("mode {}", at + 1), &items, style.width));

@@ -12,6 +12,7 @@ use librate_studies::sweep::{Enclosed, Place};
 
 /// A line of a table: the parameter, and frequency and growth of each mode in writing.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[must_use]
 pub struct SweepRow {
     value: f64,
     modes: Vec<[String; 2]>,
@@ -19,13 +20,11 @@ pub struct SweepRow {
 
 impl SweepRow {
     /// The line of a value without modes.
-    #[must_use]
     pub fn empty(value: f64) -> Self {
         Self { value, modes: Vec::new() }
     }
 
     /// Numbers have so many correctly rounded digits, or those that are certain.
-    #[must_use]
     pub fn new(value: f64, modes: &NormalModes, digits: usize) -> Self {
         let cells = |mode| Written::of_mode(mode, digits).map(|written| written.digits.unwrap_or_default());
         Self { value, modes: modes.modes.iter().map(cells).collect() }

@@ -174,7 +174,6 @@ impl Nodes {
     }
 
     /// The model at a node.
-    #[must_use]
     pub fn place(&self, node: usize) -> Place {
         let across = self.count() / self.lines.len();
         self.lines[node / across].place(node % across)

@@ -26,6 +26,7 @@ const MOST_COORDINATES: usize = 40;
 /// The model at one place of a range.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
+#[must_use]
 pub struct Place {
     /// The parameter's value as it was put in, in the unit that it is declared with; rounded to a double.
     pub value: f64,
@@ -108,7 +109,6 @@ impl Sweep {
     }
 
     /// The modes at a place, all of them certified.
-    #[must_use]
     pub fn place(&self, place: usize) -> Place {
         let solve = || -> Result<(Linearized, NormalModes), Error> {
             let linearized = linearize::linearize(self.model(place)?)?;
@@ -126,7 +126,6 @@ impl Sweep {
     }
 
     /// The modes at a place with the uncertainties of the frequencies, where parameters have some.
-    #[must_use]
     pub fn place_with_uncertainties(&self, place: usize) -> Place {
         let mut place = self.place(place);
         if let Ok((linearized, modes)) = &mut place.result

@@ -145,6 +145,16 @@ fn planted(which: usize, entries: &[i64], order: &[usize], signs: &[bool]) -> (M
     (mass, stiffness, generators, count)
 }
 
+/// A vector of displacements moved by an element of the group.
+fn turned(by: &SignedPermutation, x: &[f64]) -> Vec<f64> {
+    let mut out = vec![0.0; x.len()];
+    for (i, value) in x.iter().enumerate() {
+        let (to, negative) = by.of(i);
+        out[to] = if negative { -value } else { *value };
+    }
+    out
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(40))]
 
@@ -209,7 +219,7 @@ proptest! {
             if found.order == 2.0 {
                 // Of g and -g, which a quadratic V both has, the one with fewer signs is the mirror.
                 let mirror = found.kept(&mut |g| pattern.is_kept_by(g)).unwrap();
-                let image = mirror.generators[0].apply(x);
+                let image = turned(&mirror.generators[0], x);
                 let sign = if label == Some("even") { 1.0 } else { -1.0 };
                 for (own, other) in x.iter().zip(&image) {
                     prop_assert!((own - sign * other).abs() < 1e-12);
@@ -217,9 +227,9 @@ proptest! {
             }
             if let GroupKind::Ring { turn, length } = found.kept(&mut |g| pattern.is_kept_by(g)).unwrap().kind {
                 // The turn plus its inverse is 2 cos(2 pi j/N) on the wave number j.
-                let (once, mut back) = (turn.apply(x), turn.apply(x));
+                let (once, mut back) = (turned(&turn, x), turned(&turn, x));
                 for _ in 0..length - 2 {
-                    back = turn.apply(&back);
+                    back = turned(&turn, &back);
                 }
                 let j: f64 = label.unwrap().strip_prefix("wave number ").unwrap().parse().unwrap();
                 let factor = 2.0 * (std::f64::consts::TAU * j / length as f64).cos();

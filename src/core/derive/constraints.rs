@@ -80,7 +80,7 @@ impl Rolling {
 }
 
 /// The directions that constraints allow at the equilibrium, or in which massless coordinates follow the others.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct Tangent {
     /// The massless coordinates, by number; none under constraints.
@@ -124,7 +124,7 @@ impl Tangent {
             multipliers.extend_from_slice(&own.reactions);
             multipliers.resize(gradients.len(), matrices.pool.zero());
         }
-        (!gradients.is_empty()).then_some(Self { massless: Vec::new(), multipliers, gradients, rolling, reduced: None })
+        (!gradients.is_empty()).then_some(Self { multipliers, gradients, rolling, ..Self::default() })
     }
 
     /// What follows from the coordinates that neither M nor forces which go with velocities have a part of; `None` without any.
@@ -141,13 +141,7 @@ impl Tangent {
             None => matrices.stiffness[*i].clone(),
         };
         let gradients: Vec<Vec<ExprId>> = massless.iter().map(&mut row).collect();
-        (!massless.is_empty()).then(|| Self {
-            massless,
-            multipliers: Vec::new(),
-            gradients,
-            rolling: None,
-            reduced: None,
-        })
+        (!massless.is_empty()).then(|| Self { massless, gradients, ..Self::default() })
     }
 }
 

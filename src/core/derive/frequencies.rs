@@ -60,7 +60,7 @@ impl Case {
     fn add_normal(&mut self, pool: &mut Algebra<'_>, checker: &Checker<'_>, pair: &Pair, found: Found) {
         let model = checker.model;
         self.normal = normal_coordinates(model, pool, checker, pair, self, found.shapes);
-        self.waves = normal_waves(model, pool, checker, pair, self, &found.lattices);
+        self.waves = normal_waves(model, pool, checker, pair, self, &found.lattices).unwrap_or_default();
     }
 
     /// How many frequencies have a closed form, each as often as it occurs.

@@ -81,27 +81,18 @@ pub(super) fn normal_waves(
     pair: &Pair,
     case: &Case,
     lattices: &[Lattice],
-) -> Vec<NormalWaves> {
+) -> Option<Vec<NormalWaves>> {
     let all: usize = lattices.iter().map(|lattice| lattice.order.len()).sum();
     if !case.complete || all != pair.len() || case.series.len() != lattices.len() {
-        return Vec::new();
+        return None;
     }
     let normals = free(model, &["Q", "eta", "xi", "zeta"]);
     let omegas = free(model, &["omega", "Omega", "w", "nu"]);
-    let mut found = Vec::new();
-    for (at, (lattice, series)) in lattices.iter().zip(&case.series).enumerate() {
-        let (Some(normal), Some(omega)) = (normals.get(at), omegas.get(at)) else {
-            return Vec::new();
-        };
-        let waves = waves_of(model, pool, checker, pair, series, lattice);
-        let Some(mut waves) = waves else {
-            return Vec::new();
-        };
-        waves.normal.clone_from(normal);
-        waves.omega.clone_from(omega);
-        found.push(waves);
-    }
-    found
+    let each = lattices.iter().zip(&case.series).enumerate();
+    each.map(|(at, (lattice, series))| {
+        waves_of(model, pool, checker, pair, series, lattice, [normals.get(at)?, omegas.get(at)?])
+    })
+    .collect()
 }
 
 /// Those names that a model does not use; one of them at least.
@@ -121,6 +112,7 @@ fn waves_of(
     pair: &Pair,
     series: &Series,
     lattice: &Lattice,
+    [normal, omega]: [&String; 2],
 ) -> Option<NormalWaves> {
     let dimensions = &lattice.dimensions;
     let exceptional = |ends: Ends| matches!(ends, Ends::Corners(1, 1) | Ends::Corners(-1, -1));
@@ -201,8 +193,8 @@ fn waves_of(
             .map(|(letter, own)| (letter.name.clone(), i64::try_from(own.size).unwrap_or(0)))
             .collect(),
         sums,
-        normal: String::new(),
-        omega: String::new(),
+        normal: normal.clone(),
+        omega: omega.clone(),
     };
     let at: Vec<Symbol> = places.iter().map(|own| own.symbol).collect();
     waves.holds(pool, checker, pair, series.omega_squared, &at, &letters).then_some(waves)

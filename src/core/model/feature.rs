@@ -2,36 +2,27 @@
 
 use super::Model;
 use crate::span::Span;
+use crate::worded;
 
+worded! {
 /// What a model may say beside T and V.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Feature {
+Feature {
     /// The time occurs.
-    Time,
+    Time "contains the time",
     /// A `dissipation` function.
-    Dissipation,
+    Dissipation "friction",
     /// A generalised `force`.
-    Force,
+    Force "a force that no energy gives",
     /// A `constraint`.
-    Constraint,
+    Constraint "a constraint",
     /// A `constraint` on velocities.
-    Rolling,
+    Rolling "a condition on velocities",
     /// `equilibrium NAME' = …`
-    SteadyMotion,
+    SteadyMotion "given here",
 }
-
-impl Feature {
-    /// What it is called where it occurs.
-    pub fn label(self) -> &'static str {
-        match self {
-            Self::Time => "contains the time",
-            Self::Dissipation => "friction",
-            Self::Force => "a force that no energy gives",
-            Self::Constraint => "a constraint",
-            Self::Rolling => "a condition on velocities",
-            Self::SteadyMotion => "given here",
-        }
-    }
+/// What it is called where it occurs.
+label
 }
 
 impl Model {

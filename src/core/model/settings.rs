@@ -17,6 +17,7 @@ pub(super) fn reason(errors: &[SyntaxError], of_units: &str) -> String {
 
 /// Values that replace those of the file, and what the model is wanted for.
 #[derive(Clone, Debug, Default)]
+#[must_use]
 pub struct Settings {
     pub(super) entries: Vec<Setting>,
     pub(super) budget: Option<Budget>,
@@ -42,7 +43,6 @@ pub(super) struct Setting {
 
 impl Settings {
     /// No settings.
-    #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
@@ -53,14 +53,12 @@ impl Settings {
     }
 
     /// The same for a model that keeps to a budget; without one it has [`Budget::default`] of its own.
-    #[must_use]
     pub fn within(mut self, budget: Budget) -> Self {
         self.budget = Some(budget);
         self
     }
 
     /// The same for a model that is to be drawn: [`Model::points`](super::Model::points) are there.
-    #[must_use]
     pub fn with_points(mut self) -> Self {
         self.purpose = Purpose::Picture;
         self
@@ -68,7 +66,6 @@ impl Settings {
 
     /// The same for a model of which only the tensors are wanted: energies and coordinates may be missing, and
     /// [`Model::tensors`](super::Model::tensors) has the members of families, too.
-    #[must_use]
     pub fn only_tensors(mut self) -> Self {
         self.purpose = Purpose::Tensors;
         self

@@ -10,20 +10,19 @@ use crate::span::Span;
 ///
 /// The library reads no files; whoever calls it hands over what it has.
 #[derive(Clone, Debug, Default)]
+#[must_use]
 pub struct TableTexts {
     texts: Vec<(String, Result<String, String>)>,
 }
 
 impl TableTexts {
     /// No tables.
-    #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
 
     /// Adds the text of the file that the model calls `path`; it takes the place of what was said
     /// about that file before.
-    #[must_use]
     pub fn with(mut self, path: impl Into<String>, text: impl Into<String>) -> Self {
         self.texts.push((path.into(), Ok(text.into())));
         self
@@ -31,7 +30,6 @@ impl TableTexts {
 
     /// Remembers why the file that the model calls `path` could not be read, for the error message; a
     /// text given before is forgotten.
-    #[must_use]
     pub fn with_failure(mut self, path: impl Into<String>, reason: impl Into<String>) -> Self {
         self.texts.push((path.into(), Err(reason.into())));
         self

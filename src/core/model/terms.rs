@@ -145,7 +145,7 @@ pub(super) fn is_additive(file: &File, world: &World, root: ExprRef) -> bool {
 }
 
 /// A part of an energy on its way from the outside in.
-#[derive(Clone)]
+#[derive(Clone, Default)]
 struct Part {
     at: ExprRef,
     negated: bool,
@@ -160,24 +160,9 @@ struct Part {
     broken: bool,
 }
 
-impl Part {
-    fn new(at: ExprRef) -> Self {
-        Self {
-            at,
-            negated: false,
-            prefactors: Vec::new(),
-            binders: Vec::new(),
-            filters: Vec::new(),
-            scope: Scope::default(),
-            acts_on: None,
-            broken: false,
-        }
-    }
-}
-
 /// The terms of an energy. Every part is worked on, whatever is wrong with those before it.
 pub(super) fn families(compiler: &mut Compiler<'_>, root: ExprRef) -> Result<Vec<TermFamily>, ModelError> {
-    work_out(compiler, Part::new(root))
+    work_out(compiler, Part { at: root, ..Part::default() })
 }
 
 /// The terms of a generalised force on a coordinate or a family, with a factor for its unit; on those `listed` component by component.
@@ -190,7 +175,7 @@ pub(super) fn forces(
     factor: Option<ExprId>,
 ) -> Result<Vec<TermFamily>, ModelError> {
     let span = compiler.file.expr(root).span;
-    let mut part = Part::new(root);
+    let mut part = Part { at: root, ..Part::default() };
     if let (Some(indices), None) = (indices, listed) {
         let (binders, filter) = compiler.binders(indices, &mut part.scope);
         let most = binders.len();

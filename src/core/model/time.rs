@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::coordinates::Symbols;
 use super::elaborate::Elaborator;
 use super::names::{SymbolKind, World};
 use super::terms::{Local, TermFamily};
@@ -20,7 +21,7 @@ impl Elaborator<'_> {
         }
         for energy in energies {
             let (mut single, several): (Vec<_>, Vec<_>) =
-                energy.iter_mut().partition(|own| is_single(&self.world, own));
+                energy.iter_mut().partition(|own| is_single(&self.world.kinds, own));
             if !drop_from(&mut self.world, time, &mut single) && single.len() > 1 {
                 single.into_iter().for_each(|own| _ = drop_from(&mut self.world, time, &mut [own]));
             }
@@ -42,8 +43,8 @@ impl Elaborator<'_> {
 }
 
 /// Whether a term is in the symbols of the coordinates themselves, so that it may be added to others of this kind.
-fn is_single(world: &World, family: &TermFamily) -> bool {
-    let shared = |local: &super::Local| matches!(world.kinds.get(local.coordinate), Some(SymbolKind::Coordinate(_)));
+fn is_single(kinds: &Symbols, family: &TermFamily) -> bool {
+    let shared = |local: &Local| matches!(kinds.get(local.coordinate), Some(SymbolKind::Coordinate(_)));
     family.count == 1 && family.values.is_empty() && family.locals.iter().all(shared)
 }
 
@@ -93,8 +94,7 @@ impl Model {
                 continue;
             }
             let body = pool.scale(family.body, &Number::from(sign));
-            let own = |local: &Local| matches!(self.symbols.get(local.coordinate), Some(SymbolKind::Coordinate(_)));
-            if family.count == 1 && family.values.is_empty() && family.locals.iter().all(own) {
+            if is_single(&self.symbols, family) {
                 let sum = together
                     .get_or_insert_with(|| TermFamily::single(family.span, pool.zero(), Vec::new(), Vec::new()));
                 sum.body = pool.add(sum.body, body);

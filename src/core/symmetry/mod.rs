@@ -42,6 +42,7 @@ const MOST_PARTS: usize = 6;
 /// A permutation of the coordinates with signs: the unit vector of coordinate i goes to that of `image[i]`,
 /// with the opposite sign where `negative[i]`.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[must_use]
 pub struct SignedPermutation {
     image: Vec<usize>,
     negative: Vec<bool>,
@@ -49,7 +50,6 @@ pub struct SignedPermutation {
 
 impl SignedPermutation {
     /// A permutation without signs.
-    #[must_use]
     pub fn unsigned(image: Vec<usize>) -> Self {
         let negative = vec![false; image.len()];
         Self { image, negative }
@@ -93,21 +93,16 @@ impl SignedPermutation {
     }
 
     /// First the other one, then this one.
-    #[must_use]
     pub fn after(&self, other: &Self) -> Self {
-        let mut image = Vec::with_capacity(self.len());
-        let mut negative = Vec::with_capacity(self.len());
-        for i in 0..other.len() {
+        let end = |i: usize| {
             let (middle, first) = other.of(i);
             let (end, second) = self.of(middle);
-            image.push(end);
-            negative.push(first != second);
-        }
-        Self { image, negative }
+            (end, first != second)
+        };
+        (0..other.len()).map(end).collect()
     }
 
     /// The one that undoes it.
-    #[must_use]
     pub fn inverse(&self) -> Self {
         let mut image = vec![0; self.len()];
         let mut negative = vec![false; self.len()];
@@ -122,19 +117,6 @@ impl SignedPermutation {
     /// g · self · g⁻¹.
     fn conjugated(&self, g: &Self) -> Self {
         g.after(self).after(&g.inverse())
-    }
-
-    /// What becomes of a vector.
-    #[must_use]
-    pub fn apply(&self, vector: &[f64]) -> Vec<f64> {
-        let mut out = vec![0.0; vector.len()];
-        for (i, value) in vector.iter().enumerate() {
-            let (to, negative) = self.of(i);
-            if let Some(place) = out.get_mut(to) {
-                *place = if negative { -value } else { *value };
-            }
-        }
-        out
     }
 
     /// Elements of the group of some generators, the identity among them: all, or where there are more
@@ -177,6 +159,14 @@ impl SignedPermutation {
         let mut active = (0..self.len()).filter(|i| active[*i]).map(|i| lengths[cycle[i]]);
         let common = active.next()?;
         active.all(|length| length == common).then_some(common)
+    }
+}
+
+impl FromIterator<(usize, bool)> for SignedPermutation {
+    /// From where each coordinate goes, and whether its sign changes.
+    fn from_iter<I: IntoIterator<Item = (usize, bool)>>(all: I) -> Self {
+        let (image, negative) = all.into_iter().unzip();
+        Self { image, negative }
     }
 }
 

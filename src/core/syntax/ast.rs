@@ -6,6 +6,7 @@
 //! to tell it of a new form, so a new form of the language is a new major version of the crate.
 //! The arena packs them; an [`Expr`] is how one reads, and how it is put in.
 
+use crate::worded;
 use std::fmt::{self, Debug, Formatter};
 
 use super::arena::{Expressions, Units};
@@ -13,7 +14,7 @@ use super::text::Text;
 use crate::span::Span;
 
 /// Index of an expression in its [`File`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ExprRef(pub u32);
 
 /// A name and where it stands.
@@ -72,30 +73,24 @@ pub struct Statement {
     pub kind: StatementKind,
 }
 
+worded! {
 /// What a `draw` statement draws.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Drawn {
+Drawn {
     /// A dot at each point.
-    Point,
+    Point "point",
     /// A line from each point to the next.
-    Line,
+    Line "line",
     /// A spring from each point to the next.
-    Spring,
+    Spring "spring",
+}
+/// As it is written.
+as_str
 }
 
 impl Drawn {
     /// What there is.
     pub const ALL: [Self; 3] = [Self::Point, Self::Line, Self::Spring];
-
-    /// As it is written.
-    #[must_use]
-    pub fn as_str(self) -> &'static str {
-        match self {
-            Self::Point => "point",
-            Self::Line => "line",
-            Self::Spring => "spring",
-        }
-    }
 }
 
 /// What a statement says.
@@ -364,36 +359,25 @@ impl Comparison {
         [Self::Equal, Self::NotEqual, Self::Less, Self::LessEqual, Self::Greater, Self::GreaterEqual];
 }
 
+worded! {
 /// The comparisons of filters and assumptions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Comparison {
+Comparison {
     /// `==`
-    Equal,
+    Equal "==",
     /// `!=`
-    NotEqual,
+    NotEqual "!=",
     /// `<`
-    Less,
+    Less "<",
     /// `<=`
-    LessEqual,
+    LessEqual "<=",
     /// `>`
-    Greater,
+    Greater ">",
     /// `>=`
-    GreaterEqual,
+    GreaterEqual ">=",
 }
-
-impl Comparison {
-    /// As the language writes it.
-    #[must_use]
-    pub const fn sign(self) -> &'static str {
-        match self {
-            Self::Equal => "==",
-            Self::NotEqual => "!=",
-            Self::Less => "<",
-            Self::LessEqual => "<=",
-            Self::Greater => ">",
-            Self::GreaterEqual => ">=",
-        }
-    }
+/// As the language writes it.
+sign
 }
 
 /// Index of a unit expression in its [`File`].

@@ -657,7 +657,6 @@ Error SyntaxError {
 
 impl SyntaxError {
     /// The place of the mistake; empty at 0 where the whole file is at fault.
-    #[must_use]
     pub fn span(&self) -> Span {
         let place = Diagnostic::from(self).primary;
         place.map_or(Span::default(), |label| label.span)

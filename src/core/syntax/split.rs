@@ -49,6 +49,7 @@ struct Bracket {
     nots: usize,
 }
 
+#[derive(Default)]
 struct Splitter<'s> {
     source: &'s str,
     found: Pieces,
@@ -72,20 +73,7 @@ struct Splitter<'s> {
 
 /// The statements of `source` from byte `start` on.
 pub(super) fn split(source: &str, start: u32) -> Pieces {
-    let mut splitter = Splitter {
-        source,
-        found: Pieces::default(),
-        current: None,
-        word: "",
-        lost: false,
-        interrupted: false,
-        previous: None,
-        in_unit: false,
-        brackets: Vec::new(),
-        chain: 0,
-        nots: 0,
-        levels: 0,
-    };
+    let mut splitter = Splitter { source, ..Splitter::default() };
     let mut lexer = Lexer::new(source, Span::new(start, source.len() as u32));
     while let Some(token) = lexer.next() {
         if splitter.found.errors.len() >= MOST_ERRORS {

@@ -9,6 +9,7 @@ use super::{Formula, Sign, Symbol};
 
 /// Text of several lines, one of which is in line with what stands beside it.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[must_use]
 pub struct Block {
     /// From the top; all of the same width.
     lines: Vec<String>,
@@ -18,7 +19,6 @@ pub struct Block {
 
 impl Block {
     /// A block of one line.
-    #[must_use]
     pub fn line(text: &str) -> Self {
         Self { lines: vec![text.to_owned()], base: 0 }
     }
@@ -41,7 +41,6 @@ impl Block {
     }
 
     /// Puts blocks side by side, their lines in line.
-    #[must_use]
     pub fn beside(blocks: &[Self]) -> Self {
         // Mostly there is one line, and nothing to be measured.
         if blocks.iter().all(|block| block.lines.len() == 1) {
@@ -84,7 +83,6 @@ impl Block {
     }
 
     /// A matrix in square brackets, columns in the middle.
-    #[must_use]
     pub fn matrix(rows: &[Vec<Self>]) -> Self {
         let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
         let widths: Vec<usize> = (0..columns)
@@ -166,7 +164,6 @@ fn centred(line: &str, width: usize) -> String {
 
 impl Formula {
     /// The formula as Unicode text.
-    #[must_use]
     pub fn block(&self) -> Block {
         match self {
             Self::Number(digits) => Block::line(digits),

@@ -9,6 +9,7 @@ use crate::syntax::{Comparison, ExprKind, ExprRef, File, IndexKind, Indices, Mem
 /// What the names of an expression stand for.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
+#[must_use]
 pub struct Notation {
     /// The coordinates and their families, without indices: `delta_x` is a displacement and `p_x` a momentum
     /// where `x` is one of them.
@@ -19,14 +20,12 @@ pub struct Notation {
 
 impl Notation {
     /// For coordinates of these names; indices are left out.
-    #[must_use]
     pub fn new<'a>(coordinates: impl IntoIterator<Item = &'a str>) -> Self {
         let family = |name: &str| name.split('[').next().unwrap_or(name).to_owned();
         Self { coordinates: coordinates.into_iter().map(family).collect(), apart: BTreeMap::new() }
     }
 
     /// With all names of a model, no two of which are to look alike; indices belong to them.
-    #[must_use]
     pub fn names<'a>(mut self, names: impl IntoIterator<Item = &'a str>) -> Self {
         self.apart = kept_apart(names);
         self
@@ -52,11 +51,11 @@ impl Notation {
         const SIGNS: [(&str, Sign); 7] = [
             ("; or ", Sign::Or),
             (", if ", Sign::If),
-            (" <= ", Sign::LessEqual),
-            (" >= ", Sign::GreaterEqual),
-            (" < ", Sign::Less),
-            (" > ", Sign::Greater),
-            (" = ", Sign::Equal),
+            (" <= ", Sign::Comparison(Comparison::LessEqual)),
+            (" >= ", Sign::Comparison(Comparison::GreaterEqual)),
+            (" < ", Sign::Comparison(Comparison::Less)),
+            (" > ", Sign::Comparison(Comparison::Greater)),
+            (" = ", Sign::Comparison(Comparison::Equal)),
         ];
         for (between, sign) in SIGNS {
             if let Some((left, right)) = text.split_once(between) {
@@ -137,7 +136,7 @@ impl Notation {
                 Formula::Matrix(rows.collect())
             }
             ExprKind::Compare { operator, left, right } => {
-                Formula::Relation(vec![lower(left), Formula::Sign(comparison(operator)), lower(right)])
+                Formula::Relation(vec![lower(left), Formula::Sign(Sign::Comparison(operator)), lower(right)])
             }
             ExprKind::Not(inner) => Formula::Relation(vec![Formula::Sign(Sign::Not), condition(lower(inner))]),
             ExprKind::And(parts) => joined(Sign::And, parts.iter().map(|at| lower(*at))),
@@ -478,16 +477,5 @@ fn call(function: &str, mut arguments: Vec<Formula>) -> Formula {
                 Formula::Product(vec![name, inner.bracketed()])
             }
         },
-    }
-}
-
-fn comparison(operator: Comparison) -> Sign {
-    match operator {
-        Comparison::Equal => Sign::Equal,
-        Comparison::NotEqual => Sign::NotEqual,
-        Comparison::Less => Sign::Less,
-        Comparison::LessEqual => Sign::LessEqual,
-        Comparison::Greater => Sign::Greater,
-        Comparison::GreaterEqual => Sign::GreaterEqual,
     }
 }

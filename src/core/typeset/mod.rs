@@ -33,6 +33,8 @@ pub use block::{Block, superscript};
 pub use lower::Notation;
 pub use symbol::{Subscript, Symbol};
 
+use crate::syntax::Comparison;
+
 /// How the parts of an expression stand to one another.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -114,18 +116,8 @@ pub enum Formula {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Sign {
-    /// =
-    Equal,
-    /// ≠
-    NotEqual,
-    /// <
-    Less,
-    /// ≤
-    LessEqual,
-    /// >
-    Greater,
-    /// ≥
-    GreaterEqual,
+    /// =, ≠, <, ≤, > or ≥
+    Comparison(Comparison),
     /// ∈
     In,
     /// ,
@@ -144,12 +136,12 @@ impl Sign {
     /// In LaTeX, in Typst, in MathML and as text.
     fn forms(self) -> [&'static str; 4] {
         match self {
-            Self::Equal => ["="; 4],
-            Self::NotEqual => [r"\neq", "!=", "≠", "≠"],
-            Self::Less => ["<", "<", "&lt;", "<"],
-            Self::LessEqual => [r"\leq", "<=", "≤", "≤"],
-            Self::Greater => [">", ">", "&gt;", ">"],
-            Self::GreaterEqual => [r"\geq", ">=", "≥", "≥"],
+            Self::Comparison(Comparison::Equal) => ["="; 4],
+            Self::Comparison(Comparison::NotEqual) => [r"\neq", "!=", "≠", "≠"],
+            Self::Comparison(Comparison::Less) => ["<", "<", "&lt;", "<"],
+            Self::Comparison(Comparison::LessEqual) => [r"\leq", "<=", "≤", "≤"],
+            Self::Comparison(Comparison::Greater) => [">", ">", "&gt;", ">"],
+            Self::Comparison(Comparison::GreaterEqual) => [r"\geq", ">=", "≥", "≥"],
             Self::In => [r"\in", "in", "∈", "∈"],
             Self::Comma => [r",\;", ",", ",", ","],
             Self::Not => [r"\neg", "not", "¬", "not"],
@@ -170,7 +162,7 @@ impl Formula {
     /// A formula that is equal to another: `left = right`.
     #[must_use]
     pub fn equation(left: Self, right: Self) -> Self {
-        Self::Relation(vec![left, Self::Sign(Sign::Equal), right])
+        Self::Relation(vec![left, Self::Sign(Sign::Comparison(Comparison::Equal)), right])
     }
 
     /// The factors of a term with a sum in brackets as the last one, within which lines can be broken; what is long above a

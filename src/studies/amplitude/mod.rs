@@ -51,7 +51,7 @@ pub struct Amplitudes {
 }
 
 /// How the frequency of one mode changes with its amplitude.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct ModeAmplitude {
     /// The number of the coordinate whose amplitude is meant: the first one with the mode's largest component (within 1e-6).
@@ -133,14 +133,7 @@ fn amplitudes(linearized: &Linearized, modes: &NormalModes) -> Result<Amplitudes
     if count > 0 {
         return Err(AmplitudeError::Unstable { count });
     }
-    let undecided = ModeAmplitude {
-        coordinate: 0,
-        change: None,
-        reach: None,
-        obstacle: Some(Obstacle::Undecided),
-        equal: Vec::new(),
-        drives: None,
-    };
+    let undecided = ModeAmplitude { obstacle: Some(Obstacle::Undecided), ..Default::default() };
     let largest: Vec<usize> = modes.modes.iter().map(largest).collect();
     let units = linearized.units();
     let modes = &*in_units(linearized, modes);
@@ -151,7 +144,7 @@ fn amplitudes(linearized: &Linearized, modes: &NormalModes) -> Result<Amplitudes
     let mut expansion = Expansion::new(&energies, &basis, linearized.measured_equilibrium());
     let mut found = Vec::with_capacity(largest.len());
     for (at, mode) in modes.modes.iter().enumerate() {
-        let mut own = ModeAmplitude { coordinate: largest[at], obstacle: None, ..undecided.clone() };
+        let mut own = ModeAmplitude { coordinate: largest[at], ..Default::default() };
         match expansion.mode(at, mode, &mut own) {
             Ok(()) => {}
             Err(Ended::Obstacle(obstacle)) => own.obstacle = Some(obstacle),
@@ -159,9 +152,8 @@ fn amplitudes(linearized: &Linearized, modes: &NormalModes) -> Result<Amplitudes
         }
         found.push(own);
     }
-    let mut modes = found;
     if let Some(units) = units {
-        for mode in &mut modes {
+        for mode in &mut found {
             let length = units.length(mode.coordinate);
             mode.change = mode.change.map(|change| change.scale_far(-2 * length));
             let reach = mode.reach.map(|reach| Ball::exact(reach).scale_far(length));
@@ -169,10 +161,10 @@ fn amplitudes(linearized: &Linearized, modes: &NormalModes) -> Result<Amplitudes
         }
     }
     // The term a² b of the mean Lagrangian that a mode drives one of twice the frequency with is what makes this one excite it.
-    for slow in 0..modes.len() {
-        if let Some(Obstacle::OneToTwo { with }) = modes[slow].obstacle {
-            modes[with].drives.get_or_insert(slow);
+    for slow in 0..found.len() {
+        if let Some(Obstacle::OneToTwo { with }) = found[slow].obstacle {
+            found[with].drives.get_or_insert(slow);
         }
     }
-    Ok(Amplitudes { modes })
+    Ok(Amplitudes { modes: found })
 }

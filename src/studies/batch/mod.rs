@@ -115,6 +115,7 @@ pub enum Bounds {
 /// What a study computes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
+#[must_use]
 pub struct Options {
     /// Whether errors are bounded.
     pub bounds: Bounds,
@@ -132,19 +133,16 @@ impl Default for Options {
 
 impl Options {
     /// Without bounds of the errors.
-    #[must_use]
     pub fn without_bounds(self) -> Self {
         Self { bounds: Bounds::None, ..self }
     }
 
     /// Without mode shapes.
-    #[must_use]
     pub fn without_vectors(self) -> Self {
         Self { vectors: false, ..self }
     }
 
     /// Without M and K themselves.
-    #[must_use]
     pub fn without_matrices(self) -> Self {
         Self { matrices: false, ..self }
     }
@@ -214,7 +212,6 @@ impl Study {
     }
 
     /// What is computed.
-    #[must_use]
     pub fn options(&self) -> &Options {
         &self.options
     }

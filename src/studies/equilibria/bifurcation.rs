@@ -8,6 +8,7 @@
 //! with the derivatives J of the same: along z(s), p(s), a pitchfork with p' = 0 has J (3z'', 3p'', z''') = -(3D²F(v, v), D³F(v, v, v), 0), and a
 //! crossing J (2a, 2p', z'') = -(0, D²F(v, v), 0) with z' = v + a.
 
+use librate_core::worded;
 use std::collections::HashMap;
 
 use nalgebra::DMatrix;
@@ -31,28 +32,20 @@ const ALIGNED: f64 = 0.2;
 /// Half sides of the regions that are tried first, beside the box.
 const REGION: f64 = 1e-2;
 
+worded! {
 /// What happens where branches end or meet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Kind {
+Kind {
     /// Two branches end in each other.
-    Fold,
+    Fold "fold",
     /// From a symmetric branch two part that are mirror images of each other.
-    Pitchfork,
+    Pitchfork "pitchfork",
     /// Two branches cross.
-    Transcritical,
+    Transcritical "transcritical",
 }
-
-impl Kind {
-    /// `fold`, `pitchfork` or `transcritical`.
-    #[must_use]
-    pub fn as_str(self) -> &'static str {
-        match self {
-            Self::Fold => "fold",
-            Self::Pitchfork => "pitchfork",
-            Self::Transcritical => "transcritical",
-        }
-    }
+/// `fold`, `pitchfork` or `transcritical`.
+as_str
 }
 
 /// What becomes of a coordinate: another one, or its opposite; one that turns into its opposite is held at so many half turns.

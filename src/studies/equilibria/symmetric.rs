@@ -4,11 +4,10 @@
 //! Each orbit has a point at which w·q is largest, for any w: pieces on which w·gq > w·q for some element g hold none of these, and are left
 //! aside. Every symmetry is an identity of the equations.
 
-use std::collections::HashSet;
-
 use librate_core::expr::{ExprId, Substitution};
 use librate_core::model::{CoordinateFamily, Model};
 use librate_core::precision::Scalar;
+use librate_core::symmetry::SignedPermutation;
 
 use super::forces::Equations;
 use super::interval::Interval;
@@ -56,7 +55,7 @@ impl Symmetries {
             (2.0 + key.first().map_or(0.0, |own| *own as f64)) * LATER.powi(later as i32) + 1e-3 * (at as f64).sqrt()
         };
         let weights = places.iter().enumerate().map(weight).collect();
-        closure(n, &generators).map_or_else(Self::default, |elements| Self { elements, weights })
+        closure(&generators).map_or_else(Self::default, |elements| Self { elements, weights })
     }
 
     /// Whether a piece is left aside: all equilibria on it have one elsewhere that is searched for.
@@ -174,30 +173,10 @@ fn is_symmetry(equations: &mut Equations, whole: &[Interval], element: &Element)
     })
 }
 
-/// All products of some elements, without the identity; `None` where they are too many.
-fn closure(n: usize, generators: &[Element]) -> Option<Vec<Element>> {
-    let identity: Element = (0..n).map(|at| (at, false)).collect();
-    let mut known: HashSet<Element> = HashSet::from([identity.clone()]);
-    let mut all = vec![identity];
-    let mut at = 0;
-    while at < all.len() {
-        for generator in generators {
-            let product: Element = all[at]
-                .iter()
-                .map(|(to, turned)| {
-                    let (end, again) = generator[*to];
-                    (end, *turned != again)
-                })
-                .collect();
-            if known.insert(product.clone()) {
-                all.push(product);
-            }
-        }
-        if all.len() > MOST_ELEMENTS {
-            return None;
-        }
-        at += 1;
-    }
-    all.remove(0);
-    Some(all)
+/// The group of some symmetries, without the identity; `None` where it has too many elements.
+fn closure(generators: &[Element]) -> Option<Vec<Element>> {
+    let generators: Vec<SignedPermutation> = generators.iter().map(|own| own.iter().copied().collect()).collect();
+    let all = SignedPermutation::group(&generators, MOST_ELEMENTS + 1);
+    let pairs = |own: &SignedPermutation| (0..own.len()).map(|at| own.of(at)).collect();
+    (all.len() <= MOST_ELEMENTS).then(|| all.iter().skip(1).map(pairs).collect())
 }

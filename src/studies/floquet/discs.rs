@@ -6,6 +6,7 @@
 //! A. Horn and C. R. Johnson, Matrix Analysis, 2nd ed. (2013), §6.1).
 
 use super::basis::Basis;
+use librate_core::groups::connected;
 use librate_core::precision::{Complex, Enclosure, Magnitude, Matrix};
 
 /// A disc that holds exactly one eigenvalue where it is `single`.
@@ -99,7 +100,7 @@ impl<S: Enclosure> Covers<S> {
         }
         let mut of: Vec<Cover<S>> = (0..n).map(|i| matrix.scaled(i)).collect();
         let plain: Vec<Disc<S>> = (0..n).map(|i| matrix.disc(i, matrix.own[i] + matrix.row(i, i))).collect();
-        let sets = components(n, |i, j| !plain[i].is_apart(&plain[j], precision));
+        let sets = connected(n, |i, j| !plain[i].is_apart(&plain[j], precision));
         for (i, cover) in of.iter_mut().enumerate() {
             if !cover.disc.single {
                 let members = sets.iter().filter(|set| set.contains(&i)).flatten();
@@ -116,22 +117,6 @@ impl<S: Enclosure> Covers<S> {
     pub(super) fn coupling(&self, i: usize, j: usize) -> Magnitude {
         if i == j { self.form.own[i] } else { self.form.off[self.form.n * i + j] }
     }
-}
-
-/// Sets of numbers below n that are connected by pairs which belong together.
-pub(super) fn components(n: usize, belong: impl Fn(usize, usize) -> bool) -> Vec<Vec<usize>> {
-    let mut all: Vec<Vec<usize>> = Vec::new();
-    let mut left: Vec<usize> = (0..n).collect();
-    while !left.is_empty() {
-        let mut members = vec![left.remove(0)];
-        let mut next = 0;
-        while let Some(at) = members.get(next).copied() {
-            next += 1;
-            members.extend(left.extract_if(.., |other| belong(at, *other)));
-        }
-        all.push(members);
-    }
-    all
 }
 
 /// A nearly diagonal matrix: its diagonal, how far that is off, and how large its other entries are.

@@ -1,6 +1,5 @@
 //! Multipliers in double-double, and with more bits where that does not decide.
 
-use super::discs::components;
 use super::error::FloquetError;
 use super::monodromy::{FAR, PeriodMap, Stop, period_map, short};
 use super::motion::Driven;
@@ -8,6 +7,7 @@ use super::multipliers::{self, Multiplier, Place, is_lacking, missing_bits};
 use super::orbit::{Lost, SEARCH, orbit, search};
 use crate::flow::{Equations, Plain};
 use librate_core::expr::{ExprId, Tape};
+use librate_core::groups::connected;
 use librate_core::linearize::evaluate_closed;
 use librate_core::precision::{Ball, Big, Enclosure, Magnitude, Matrix};
 
@@ -264,8 +264,7 @@ impl Blocks {
                 .any(|row| [j, j + half].iter().any(|column| !monodromy[self.n * row + column].is_zero()))
         };
         let mut all = Vec::new();
-        for mut members in components(half, |i, j| coupled(i, j) || coupled(j, i)) {
-            members.sort_unstable();
+        for members in connected(half, |i, j| coupled(i, j) || coupled(j, i)) {
             let velocities = members.iter().map(|i| i + half);
             let rows: Vec<usize> = members.iter().copied().chain(velocities).collect();
             let part = |of: &[S]| -> Vec<S> {

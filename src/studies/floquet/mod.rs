@@ -150,7 +150,7 @@ fn over_a_period(model: &Model, options: &Options) -> Result<Floquet, FloquetErr
     let frequencies =
         if driven.tied.is_some() { Vec::new() } else { resonance::frequencies(&equations, period.mid_f64(), &state) };
     let stable = stable(&multipliers);
-    let cycles = repeats.as_ref().map_or(1, |own| own.cycles);
+    let cycles = repeats.unwrap_or(1);
     Ok(Floquet {
         growth_rate: growth_rate(&multipliers, stable, &period),
         resonance: match stable {

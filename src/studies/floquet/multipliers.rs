@@ -11,21 +11,26 @@ use super::basis::Basis;
 use super::discs::{Covers, Disc};
 use super::signature::is_definite;
 use librate_core::precision::{Ball, Big, Enclosure, Function, Magnitude, Scalar, up};
+use librate_core::worded;
 
 /// Bits for logarithms and hulls of what leaves the range of balls.
 const BITS: usize = 160;
 
+worded! {
 /// Where a multiplier lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
+Place {
     /// Inside the unit circle: what it multiplies decays.
-    Inside,
+    Inside "inside",
     /// On it, exactly.
-    On,
+    On "on",
     /// Outside: what it multiplies grows.
-    Outside,
+    Outside "outside",
     /// The bounds do not tell.
-    Undecided,
+    Undecided "undecided",
+}
+/// In words.
+as_str
 }
 
 /// A Floquet multiplier.

@@ -4,7 +4,7 @@ use super::error::FloquetError;
 use super::monodromy::short;
 use super::motion::Driven;
 use librate_core::expr::{ExprId, Node, Pool, Substitution, Symbol, Tape};
-use librate_core::number::Number;
+use librate_core::number::{Number, gcd64};
 use librate_core::precision::{Ball, Function};
 
 /// Times at which a period is tried.
@@ -23,21 +23,15 @@ enum Later {
     Other,
 }
 
-/// Equations that were shown to repeat after a period.
-pub(crate) struct Repeated {
-    /// How often they repeat within the period, as far as the form shows.
-    pub(crate) cycles: u32,
-}
-
 /// Whether expressions are the same a period later, for any values of all other symbols; `None` where their form does not
 /// show it.
 ///
 /// Sines and cosines of what grows by a multiple of pi return, or change their sign; sums, products and functions of what
 /// returns return too. What is left over is compared with itself a period later ([`Pool::is_zero`]).
-pub(crate) fn repeats(pool: &mut Pool, time: Symbol, period: ExprId, roots: &[ExprId]) -> Option<Repeated> {
+pub(crate) fn repeats(pool: &mut Pool, time: Symbol, period: ExprId, roots: &[ExprId]) -> Option<u32> {
     let turns = shown(pool, time, period, roots)?;
     // A drive that goes through several cycles in the period has all its angles go through as many half turns, or twice as many.
-    let common = turns.iter().fold(0, |a, b| gcd(a, *b));
+    let common = turns.iter().fold(0, |a, b| gcd64(a, *b));
     let half = if common % 2 == 0 { common / 2 } else { 0 };
     let mut cycles = 1;
     for count in [common, half] {
@@ -50,15 +44,7 @@ pub(crate) fn repeats(pool: &mut Pool, time: Symbol, period: ExprId, roots: &[Ex
             break;
         }
     }
-    Some(Repeated { cycles })
-}
-
-fn gcd(a: u64, b: u64) -> u64 {
-    let (mut a, mut b) = (a, b);
-    while b != 0 {
-        (a, b) = (b, a % b);
-    }
-    a
+    Some(cycles)
 }
 
 /// By how many half turns the angles of sines and cosines grow, where all roots are shown to return.

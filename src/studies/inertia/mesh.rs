@@ -9,6 +9,7 @@ use dashu_int::{IBig, UBig};
 
 use super::body::{Amount, Body, Integrals, Made, Sums};
 use super::{InertiaError, stl};
+use librate_core::groups::Groups;
 use librate_core::number::Number;
 use librate_core::precision::Big;
 
@@ -176,25 +177,14 @@ impl Indexed {
 
     /// For each triangle the surface that it belongs to, and how many there are.
     fn surfaces(&self) -> (Vec<usize>, usize) {
-        let mut parent: Vec<u32> = (0..self.vertices.len() as u32).collect();
-        let root = |parent: &mut Vec<u32>, mut at: u32| {
-            while parent[at as usize] != at {
-                let above = parent[parent[at as usize] as usize];
-                parent[at as usize] = above;
-                at = above;
-            }
-            at
-        };
-        for &[a, b, c] in &self.triangles {
-            let a = root(&mut parent, a);
-            for other in [b, c] {
-                let other = root(&mut parent, other);
-                parent[other as usize] = a;
-            }
+        let mut groups = Groups::new(self.vertices.len());
+        for [a, b, c] in self.triangles.iter().map(|corners| corners.map(|at| at as usize)) {
+            groups.join(a, b);
+            groups.join(b, c);
         }
-        let mut numbers: HashMap<u32, usize> = HashMap::new();
+        let mut numbers: HashMap<usize, usize> = HashMap::new();
         let own = self.triangles.iter().map(|triangle| {
-            let top = root(&mut parent, triangle[0]);
+            let top = groups.least(triangle[0] as usize);
             let next = numbers.len();
             *numbers.entry(top).or_insert(next)
         });

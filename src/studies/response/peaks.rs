@@ -6,6 +6,7 @@
 //! the minimum a zero if x is. Pieces without a change that can't be excluded are reported, not passed over: a mode that the force does not excite
 //! makes the linear system singular, too.
 
+use librate_core::worded;
 use std::collections::VecDeque;
 
 use super::solve::{Matrices, Slope};
@@ -22,31 +23,22 @@ const MOST_PIECES: f64 = 5e4;
 /// Halvings of an enclosure at most.
 const MOST_HALVINGS: usize = 200;
 
+worded! {
 /// What an amplitude does at a place.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
 #[non_exhaustive]
-pub enum PeakKind {
+PeakKind {
     /// A finite largest amplitude.
-    Maximum,
+    Maximum "maximum",
     /// An infinite amplitude: an undamped resonance.
-    Resonance,
+    Resonance "resonance",
     /// A smallest amplitude.
-    Minimum,
+    Minimum "minimum",
     /// The coordinate rests.
-    Antiresonance,
+    Antiresonance "antiresonance",
 }
-
-impl PeakKind {
-    /// In words.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Maximum => "maximum",
-            Self::Resonance => "resonance",
-            Self::Minimum => "minimum",
-            Self::Antiresonance => "antiresonance",
-        }
-    }
+/// In words.
+name
 }
 
 /// A maximum or a minimum of an amplitude.

@@ -4,6 +4,8 @@
 //! came along with it; nothing is estimated. Rows stand in an order that keeps the matrix narrow, and zeros outside its band are never
 //! touched: a chain takes as many operations as it has masses. Where D is 0 all is real, so that a phase is exactly 0 or pi.
 
+use std::collections::BTreeMap;
+
 use faer::c64;
 use librate_core::linearize::{Linearized, Precise, Units};
 use librate_core::modes::SparseQuadratic;
@@ -100,30 +102,16 @@ pub(super) struct Matrices<S: Enclosure> {
 /// The entries that are not 0, column by column, without a dense matrix; `None` under constraints and in units of their own.
 fn sparse(own: &Linearized) -> Option<Vec<Coefficient<Ball>>> {
     let SparseQuadratic { mass, velocity, stiffness, .. } = oscillation::sparse_quadratic(own)?;
-    let mut all: Vec<(usize, usize, [Ball; 3])> = Vec::new();
+    let mut all: BTreeMap<(usize, usize), [Ball; 3]> = BTreeMap::new();
     for (part, matrix) in [mass.mirrored(), velocity, stiffness].iter().enumerate() {
-        all.extend(matrix.entries().map(|(row, column, value)| {
-            let mut parts = [Ball::ZERO; 3];
-            parts[part] = *value;
-            (column, row, parts)
-        }));
-    }
-    all.sort_by_key(|(column, row, _)| (*column, *row));
-    let same = |one: &mut (usize, usize, [Ball; 3]), kept: &mut (usize, usize, [Ball; 3])| {
-        let is_same = (one.0, one.1) == (kept.0, kept.1);
-        if is_same {
-            (0..3).for_each(|part| kept.2[part] = kept.2[part] + one.2[part]);
+        for (row, column, value) in matrix.entries() {
+            all.entry((column, row)).or_insert([Ball::ZERO; 3])[part] = *value;
         }
-        is_same
-    };
-    all.dedup_by(same);
-    all.retain(|(_, _, parts)| !parts.iter().all(Ball::is_zero));
-    let coefficient = |(column, row, [mass, velocity, stiffness]): (usize, usize, [Ball; 3])| Coefficient {
-        row,
-        column,
-        mass,
-        velocity,
-        stiffness,
+    }
+    all.retain(|_, parts| !parts.iter().all(Ball::is_zero));
+    let coefficient = |((column, row), parts): ((usize, usize), [Ball; 3])| {
+        let [mass, velocity, stiffness] = parts;
+        Coefficient { row, column, mass, velocity, stiffness }
     };
     Some(all.into_iter().map(coefficient).collect())
 }

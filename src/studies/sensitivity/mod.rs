@@ -217,6 +217,7 @@ fn space(whole: &WithMultipliers, linearized: &Linearized, modes: &NormalModes, 
         let vectors = || zeros.into_iter().map(|zero| zero.vector).collect();
         return Some(Space::Zero(count, half.then(vectors)));
     }
+    let exponent = Enclosed { re: hull(own().map(|mode| mode.growth))?, im: hull(own().map(|mode| mode.omega))? };
     if structure == Structure::Conservative {
         let square = hull(own().filter_map(|mode| mode.omega_squared))?;
         // Of a cluster that was cut off only a part is known.
@@ -232,14 +233,11 @@ fn space(whole: &WithMultipliers, linearized: &Linearized, modes: &NormalModes, 
                 return Some(Space::real(whole, square, vectors));
             }
         }
-        let exponent = Enclosed { re: hull(own().map(|mode| mode.growth))?, im: hull(own().map(|mode| mode.omega))? };
-        let square_of_exponent = Enclosed { re: -square, im: Ball::ZERO };
-        let place = Place { exponent, square: square_of_exponent };
+        let place = Place { exponent, square: Enclosed { re: -square, im: Ball::ZERO } };
         let kernel = bordered::kernel(whole, place, count, true)?;
         let real = |x: Vec<Enclosed>| x.into_iter().map(|x| x.re).collect();
         return Some(Space::real(whole, square, kernel.x.into_iter().map(real).collect()));
     }
-    let exponent = Enclosed { re: hull(own().map(|mode| mode.growth))?, im: hull(own().map(|mode| mode.omega))? };
     let square = exponent.mul(&exponent);
     let place = Place { exponent, square };
     let kernel = bordered::kernel(whole, place, count, false)?;

@@ -1,5 +1,7 @@
 //! Equations among dimensions: linear in the exponents, solved one at a time by elimination.
 
+use std::collections::BTreeMap;
+
 use super::error::Inferred;
 use super::{BASE, Dimension};
 use crate::number::Number;
@@ -30,26 +32,12 @@ impl Combination {
 
     /// `self · other^factor`
     pub(super) fn times_power(&self, other: &Self, factor: &Number) -> Self {
-        let mut product = Vec::with_capacity(self.0.len() + other.0.len());
-        let (mut i, mut j) = (0, 0);
-        while i < self.0.len() || j < other.0.len() {
-            let left = self.0.get(i).map_or(Generator::MAX, |entry| entry.0);
-            let right = other.0.get(j).map_or(Generator::MAX, |entry| entry.0);
-            let at = left.min(right);
-            let mut exponent = Number::from(0);
-            if left == at {
-                exponent = self.0[i].1.clone();
-                i += 1;
-            }
-            if right == at {
-                exponent = exponent.add(&other.0[j].1.mul(factor));
-                j += 1;
-            }
-            if !exponent.is_zero() {
-                product.push((at, exponent));
-            }
+        let mut product: BTreeMap<Generator, Number> = self.0.iter().cloned().collect();
+        for (at, exponent) in &other.0 {
+            let own = product.entry(*at).or_default();
+            *own = own.add(&exponent.mul(factor));
         }
-        Self(product)
+        Self(product.into_iter().filter(|(_, exponent)| !exponent.is_zero()).collect())
     }
 
     pub(super) fn times(&self, other: &Self) -> Self {
