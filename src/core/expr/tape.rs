@@ -193,11 +193,6 @@ impl Tape {
     pub fn evaluate<S: Scalar<Precision = ()>>(&self, inputs: &[S], scratch: &mut Vec<S>) -> Vec<S> {
         self.prepare(()).evaluate(inputs, scratch)
     }
-
-    /// As [`Tape::evaluate`], into `out`, which has one place for each root.
-    pub fn evaluate_into<S: Scalar<Precision = ()>>(&self, inputs: &[S], scratch: &mut Vec<S>, out: &mut [S]) {
-        self.prepare(()).evaluate_into(inputs, scratch, out);
-    }
 }
 
 fn compile_exponent(magnitude: &Number, constant: &mut impl FnMut(&Number) -> usize) -> Exponent {

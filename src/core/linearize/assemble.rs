@@ -18,20 +18,16 @@ use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, Tape};
 use crate::model::{Model, TermFamily};
 use crate::number::Number;
 use crate::precision::{Ball, Big, Function, Scalar};
-use crate::span::Span;
 
 /// The elements of one family of terms, ready to be evaluated.
 #[derive(Clone, Debug)]
-#[non_exhaustive]
-pub struct ElementFamily {
-    /// Where the term stands.
-    pub span: Span,
+pub(crate) struct ElementFamily {
     /// Elements of the kinetic energy with respect to the velocities, at velocity zero.
-    pub inertia: Vec<Element>,
+    pub(super) inertia: Vec<Element>,
     /// Elements of the effective potential V - T0 with respect to the coordinates.
-    pub potential: Vec<Element>,
+    pub(super) potential: Vec<Element>,
     /// The instances: coordinates and constants.
-    pub terms: TermFamily,
+    pub(super) terms: TermFamily,
     /// The term's share of V - T0.
     pub(super) effective: ExprId,
     /// Logarithms of coordinates in it: ln(u) has no value where u < 0, where its derivatives have one.
@@ -263,7 +259,6 @@ fn compile(
     let inputs = Inputs::new(model, &all, constants);
     let tape = |roots: &[ExprId]| inputs.tape(model, &model.pool, &terms, roots);
     Some(ElementFamily {
-        span: terms.span,
         inertia_tape: tape(&inertia_roots)?,
         force_tape: tape(&force_roots)?,
         stiffness_tape: tape(&stiffness_roots)?,

@@ -58,7 +58,6 @@ mod velocity;
 mod verify;
 mod zero;
 
-pub use assemble::ElementFamily;
 pub use assemble::{evaluate_closed, signed_terms};
 pub(crate) use condition::Shape;
 pub use constrained::Tied;
@@ -699,12 +698,6 @@ impl Linearized {
             (true, true) if is_symmetric(&circulatory) => Structure::Gyroscopic,
             (true, true) => Structure::Damped,
         }
-    }
-
-    /// The families of elements.
-    #[must_use]
-    pub fn elements(&self) -> &[ElementFamily] {
-        &self.assembly.families
     }
 
     /// Terms and equilibrium in words.

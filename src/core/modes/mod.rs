@@ -72,6 +72,7 @@ pub type PreciseProblem = Problem<Big>;
 /// ```
 #[derive(Clone, Debug)]
 #[non_exhaustive]
+#[must_use]
 pub struct Options {
     /// Whether mode shapes are wanted.
     pub vectors: bool,
@@ -129,21 +130,18 @@ impl Options {
     }
 
     /// Frequencies only: shapes cost as much again.
-    #[must_use]
     pub fn without_vectors(mut self) -> Self {
         self.vectors = false;
         self
     }
 
     /// Only the so many first modes in the order of [`Spectrum::modes`].
-    #[must_use]
     pub fn lowest(mut self, count: usize) -> Self {
         self.lowest = Some(count);
         self
     }
 
     /// Only the so many modes whose frequencies are nearest to this one, in rad/s.
-    #[must_use]
     pub fn near(mut self, omega: f64, count: usize) -> Self {
         self.near = Some((omega, count));
         self

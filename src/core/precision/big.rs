@@ -38,6 +38,7 @@ pub(crate) const MOST_BITS: usize = 1 << 24;
 /// assert_eq!(third.decimal(50).text, format!("0.{}", "3".repeat(50)));
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[must_use]
 pub struct Big {
     significand: IBig,
     exponent: i64,
@@ -70,25 +71,21 @@ fn leading(value: &IBig) -> Leading {
 
 impl Big {
     /// No number at all: what comes of leaving the domain or the range.
-    #[must_use]
     pub fn not_finite(bits: usize) -> Self {
         Self { significand: IBig::ZERO, exponent: 0, bits, radius: Magnitude::INFINITE }
     }
 
     /// Zero, exactly.
-    #[must_use]
     pub fn zero(bits: usize) -> Self {
         Self::from_parts(IBig::ZERO, 0, bits)
     }
 
     /// One, exactly.
-    #[must_use]
     pub fn one(bits: usize) -> Self {
         Self::from_parts(IBig::ONE, 0, bits)
     }
 
     /// significand 2^exponent, rounded to `bits` bits (at least 2).
-    #[must_use]
     pub fn from_parts(significand: IBig, exponent: i64, bits: usize) -> Self {
         Self::rounded(significand, exponent, bits, Magnitude::ZERO)
     }
@@ -131,7 +128,6 @@ impl Big {
     }
 
     /// A number that contains an exact one.
-    #[must_use]
     pub fn from_number(number: &Number, bits: usize) -> Self {
         let bits = bits.clamp(2, MOST_BITS);
         let denominator = number.denominator();
@@ -143,7 +139,6 @@ impl Big {
     }
 
     /// A double (rounded if `bits` is below 53); infinities and NaN are not finite.
-    #[must_use]
     pub fn from_f64(value: f64, bits: usize) -> Self {
         if !value.is_finite() {
             return Self::not_finite(bits);
@@ -153,13 +148,11 @@ impl Big {
     }
 
     /// A double-double.
-    #[must_use]
     pub fn from_double_double(value: DoubleDouble, bits: usize) -> Self {
         &Self::from_f64(value.hi, bits) + &Self::from_f64(value.lo, bits)
     }
 
     /// A ball, with its radius.
-    #[must_use]
     pub fn from_ball(value: &Ball, bits: usize) -> Self {
         Self::from_double_double(value.mid, bits).with_added_radius(Magnitude::from_f64(value.radius))
     }
@@ -221,7 +214,6 @@ impl Big {
     }
 
     /// The midpoint alone, exactly; not finite if the number isn't.
-    #[must_use]
     pub fn center(&self) -> Self {
         if !self.is_finite() {
             return self.clone();
@@ -334,14 +326,12 @@ impl Big {
     }
 
     /// The same number with a radius larger by `error`.
-    #[must_use]
     pub fn with_added_radius(mut self, error: Magnitude) -> Self {
         self.radius = self.radius.add(error);
         if self.radius.is_finite() { self } else { Self::not_finite(self.bits) }
     }
 
     /// The same number at another precision, rounded if that is lower.
-    #[must_use]
     pub fn with_bits(self, bits: usize) -> Self {
         if !self.is_finite() {
             return Self::not_finite(bits);
@@ -350,7 +340,6 @@ impl Big {
     }
 
     /// Absolute value. Where the number may be 0, it is [0, m] for the larger end m.
-    #[must_use]
     pub fn abs(&self) -> Self {
         if !self.contains_zero() || self.is_exact() {
             if self.is_mid_negative() { -self } else { self.clone() }
@@ -370,7 +359,6 @@ impl Big {
     }
 
     /// A magnitude as a number, exactly if there are 53 bits for it.
-    #[must_use]
     pub fn from_magnitude(value: Magnitude, bits: usize) -> Self {
         let (mantissa, exponent) = value.parts();
         Self::from_f64(mantissa, bits).scale(exponent)
@@ -380,7 +368,6 @@ impl Big {
     ///
     /// With c any point, |x - c| <= |a - c| + ra for x in the one and |b - c| + rb in the other; c is
     /// the middle between the midpoints.
-    #[must_use]
     pub fn hull(&self, other: &Self) -> Self {
         if !(self.is_finite() && other.is_finite()) {
             return Self::not_finite(self.bits.max(other.bits));
@@ -392,7 +379,6 @@ impl Big {
     }
 
     /// The number times 2^exponent.
-    #[must_use]
     pub fn scale(&self, exponent: i64) -> Self {
         if !self.is_finite() {
             return self.clone();

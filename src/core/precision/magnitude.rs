@@ -17,6 +17,7 @@ const SMALLEST: i64 = -(1 << 42);
 /// in `_down` are rounded down and take lower bounds where the result rises with the operand.
 /// 53 bits, exponents up to 2^42 either way: nothing overflows or vanishes on the way.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[must_use]
 pub struct Magnitude {
     /// In [1, 2); 0 for zero, infinite for infinity, both with exponent 0.
     mantissa: f64,
@@ -50,7 +51,6 @@ impl Magnitude {
     }
 
     /// 2^exponent; rounded up below 2^(-2^42), infinite above 2^(2^42).
-    #[must_use]
     pub const fn power_of_two(exponent: i64) -> Self {
         if exponent > LARGEST {
             return Self::INFINITE;
@@ -59,7 +59,6 @@ impl Magnitude {
     }
 
     /// The absolute value of a double, exactly; infinite for NaN.
-    #[must_use]
     pub fn from_f64(value: f64) -> Self {
         let value = value.abs();
         if value == 0.0 {
@@ -122,7 +121,6 @@ impl Magnitude {
     }
 
     /// Times 2^exponent; exact but at the ends of the range, where it is rounded up.
-    #[must_use]
     pub fn scale(self, exponent: i64) -> Self {
         if self.is_zero() || !self.is_finite() {
             return self;
@@ -131,7 +129,6 @@ impl Magnitude {
     }
 
     /// The sum, rounded down: by a step, but not below the larger summand.
-    #[must_use]
     pub fn add_down(self, other: Self) -> Self {
         let (large, small) = if self < other { (other, self) } else { (self, other) };
         if small.is_zero() || !large.is_finite() || large.exponent - small.exponent > 60 {
@@ -144,7 +141,6 @@ impl Magnitude {
 
     /// A lower bound of self - other (0 where it isn't positive) from a lower bound `self` and an
     /// upper bound `other`.
-    #[must_use]
     pub fn sub_down(self, other: Self) -> Self {
         if other.is_zero() || self.is_zero() {
             return self;
@@ -171,13 +167,11 @@ impl Magnitude {
     }
 
     /// The square root, rounded up.
-    #[must_use]
     pub fn sqrt(self) -> Self {
         self.root(f64::next_up)
     }
 
     /// The square root, rounded down.
-    #[must_use]
     pub fn sqrt_down(self) -> Self {
         // The root of a mantissa in [1, 4) is 1 or at least 1 + 2^-53 in doubles, so that a step down
         // leaves [1, 2) only from 1 itself, which is exact.
@@ -194,7 +188,6 @@ impl Magnitude {
     }
 
     /// A power with a whole exponent, rounded up.
-    #[must_use]
     pub fn powi(self, exponent: u32) -> Self {
         power(&self, exponent, |x, y| *x * *y).unwrap_or(Self::ONE)
     }
@@ -212,13 +205,11 @@ impl Magnitude {
     }
 
     /// The smaller one.
-    #[must_use]
     pub fn min(self, other: Self) -> Self {
         if other < self { other } else { self }
     }
 
     /// The larger one.
-    #[must_use]
     pub fn max(self, other: Self) -> Self {
         if self < other { other } else { self }
     }

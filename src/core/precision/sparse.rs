@@ -4,6 +4,7 @@ use super::{Ball, Complex, Enclosure, Scalar};
 
 /// The entries that are not exactly 0, column by column: those of the lower triangle where the matrix is symmetric, unless told otherwise.
 #[derive(Clone, Debug, PartialEq)]
+#[must_use]
 pub struct SparseMatrix<S = Ball> {
     /// Where each column begins in `rows` and `values`; one more than there are columns.
     starts: Vec<usize>,
@@ -13,7 +14,6 @@ pub struct SparseMatrix<S = Ball> {
 
 impl<S: Scalar> SparseMatrix<S> {
     /// From all entries column by column, of which the lower triangle is read.
-    #[must_use]
     pub fn from_dense(dimension: usize, entries: &[S]) -> Self {
         let mut matrix = Self { starts: vec![0], rows: Vec::new(), values: Vec::new() };
         for j in 0..dimension {
@@ -28,7 +28,6 @@ impl<S: Scalar> SparseMatrix<S> {
     }
 
     /// The sum of shares: row, column, value; of a symmetric matrix with no row above the column. Several for one entry are added in their order.
-    #[must_use]
     pub fn from_shares(dimension: usize, shares: &[(u32, u32, S)]) -> Self {
         // By column, in the order of the shares.
         let mut ends = vec![0_usize; dimension + 1];
@@ -67,7 +66,6 @@ impl<S: Scalar> SparseMatrix<S> {
 
 impl<S: Scalar> SparseMatrix<S> {
     /// The sum of two matrices that store the same parts.
-    #[must_use]
     pub fn plus(&self, other: &Self) -> Self {
         let both = self.entries().chain(other.entries());
         let both: Vec<(u32, u32, S)> = both.map(|(i, j, value)| (i as u32, j as u32, value.clone())).collect();
@@ -75,7 +73,6 @@ impl<S: Scalar> SparseMatrix<S> {
     }
 
     /// All entries of a symmetric matrix of which the lower triangle is stored.
-    #[must_use]
     pub fn mirrored(&self) -> Self {
         let all = self.entries().flat_map(|(i, j, value)| {
             let own = (i as u32, j as u32, value.clone());

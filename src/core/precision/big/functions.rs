@@ -63,7 +63,6 @@ fn enclose(value: Rounded<Value>, bits: usize) -> Big {
 
 impl Big {
     /// The number pi.
-    #[must_use]
     pub fn pi(bits: usize) -> Self {
         evaluate(bits, |context, cache| Ok(context.pi::<2>(cache)))
     }
@@ -124,13 +123,11 @@ impl Big {
     }
 
     /// Sine; [-1, 1] for arguments beyond 2^16384.
-    #[must_use]
     pub fn sin(&self) -> Self {
         self.wave(|| self.odd(|context, x, cache| context.sin::<2>(x, cache)))
     }
 
     /// Cosine; [-1, 1] for arguments beyond 2^16384.
-    #[must_use]
     pub fn cos(&self) -> Self {
         self.wave(|| self.even(|context, x, cache| context.cos::<2>(x, cache)))
     }
@@ -138,7 +135,6 @@ impl Big {
     /// Tangent; not finite where the cosine may be 0.
     ///
     /// tan(m + h) - tan m = sin h / (cos m cos(m + h)), and |cos(m + h)| >= |cos m| - r.
-    #[must_use]
     pub fn tan(&self) -> Self {
         if !self.is_finite() || self.turns_too_often() {
             return Self::not_finite(self.bits());
@@ -153,7 +149,6 @@ impl Big {
     }
 
     /// Arc tangent.
-    #[must_use]
     pub fn atan(&self) -> Self {
         if !self.is_finite() {
             return self.clone();
@@ -174,7 +169,6 @@ impl Big {
 
     /// The angle of the point (x, y), in (-pi, pi]: `y.atan2(x)`. Not finite if the point may be the
     /// origin; [-pi, pi] if it may lie on either side of the negative x axis.
-    #[must_use]
     pub fn atan2(&self, x: &Self) -> Self {
         let y = self;
         let bits = x.bits().max(y.bits());
@@ -236,13 +230,11 @@ impl Big {
     }
 
     /// Arc sine. A number across the end of [-1, 1] is cut off there; one outside is not finite.
-    #[must_use]
     pub fn asin(&self) -> Self {
         self.arc(|x| x.odd(|context, x, cache| context.asin::<2>(x, cache)), |x, rest| x.atan2(rest))
     }
 
     /// Arc cosine. A number across the end of [-1, 1] is cut off there; one outside is not finite.
-    #[must_use]
     pub fn acos(&self) -> Self {
         self.arc(
             |x| {
@@ -279,7 +271,6 @@ impl Big {
     }
 
     /// Exponential function; not finite beyond 2^30.
-    #[must_use]
     pub fn exp(&self) -> Self {
         if !self.is_finite() {
             return self.clone();
@@ -307,7 +298,6 @@ impl Big {
     }
 
     /// Natural logarithm; not finite unless the number is positive.
-    #[must_use]
     pub fn ln(&self) -> Self {
         if !self.is_positive() {
             return Self::not_finite(self.bits());
@@ -330,7 +320,6 @@ impl Big {
     }
 
     /// Hyperbolic sine; not finite beyond 2^30.
-    #[must_use]
     pub fn sinh(&self) -> Self {
         if !self.is_finite() {
             return self.clone();
@@ -346,7 +335,6 @@ impl Big {
     }
 
     /// Hyperbolic cosine; not finite beyond 2^30.
-    #[must_use]
     pub fn cosh(&self) -> Self {
         if !self.is_finite() {
             return self.clone();
@@ -380,7 +368,6 @@ impl Big {
     }
 
     /// Hyperbolic tangent.
-    #[must_use]
     pub fn tanh(&self) -> Self {
         if !self.is_finite() {
             return self.clone();
@@ -401,7 +388,6 @@ impl Big {
 
     /// General power: integer and square root powers directly, any other of a positive base as
     /// exp(y ln x).
-    #[must_use]
     pub fn pow(&self, exponent: &Self) -> Self {
         let bits = self.bits().max(exponent.bits());
         if exponent.is_exact() && exponent.mid_upper() <= Magnitude::from_f64(65_536.0) {
