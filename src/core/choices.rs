@@ -6,7 +6,6 @@ macro_rules! choices {
     ($($(#[$doc:meta])* $field:ident: $type:ty,)*) => {
         $(
             $(#[$doc])*
-            #[must_use]
             pub fn $field(mut self, $field: $type) -> Self {
                 self.$field = $field;
                 self

@@ -84,7 +84,6 @@ impl Sweep {
     }
 
     /// What is asked of the modes.
-    #[must_use]
     pub fn options(&self) -> &Options {
         &self.options
     }

@@ -235,7 +235,6 @@ impl Big {
     }
 
     /// The largest distance from the midpoint; 0 for an exact number.
-    #[must_use]
     pub fn radius(&self) -> Magnitude {
         self.radius
     }
@@ -314,13 +313,11 @@ impl Big {
     }
 
     /// An upper bound of the absolute value; infinite if the number is not finite.
-    #[must_use]
     pub fn abs_upper(&self) -> Magnitude {
         self.mid_upper().add(self.radius)
     }
 
     /// A lower bound of the absolute value; 0 if the number may be 0.
-    #[must_use]
     pub fn abs_lower(&self) -> Magnitude {
         self.mid_lower().sub_down(self.radius)
     }

@@ -21,7 +21,6 @@ impl Default for Root {
 
 impl Root {
     /// The number with so many bits.
-    #[must_use]
     pub fn value(&self, bits: usize) -> Big {
         let radicand = Big::from_parts(self.radicand.clone(), 0, bits);
         match self.index {

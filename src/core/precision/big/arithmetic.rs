@@ -16,7 +16,6 @@ impl Big {
     /// Square root. A number that may be 0 gives [0, sqrt(upper)]; one below 0 is not finite.
     ///
     /// |sqrt(m + h) - sqrt(m)| = |h| / (sqrt(m + h) + sqrt(m)) for |h| <= r, largest at h = -r.
-    #[must_use]
     pub fn sqrt(&self) -> Self {
         if !self.is_finite() || self.is_negative() {
             return Self::not_finite(self.bits);
@@ -46,7 +45,6 @@ impl Big {
     }
 
     /// Integer power by repeated squaring, negative exponents included.
-    #[must_use]
     pub fn powi(&self, exponent: i32) -> Self {
         let power = power(self, exponent.unsigned_abs(), |x, y| x * y).unwrap_or_else(|| Self::one(self.bits));
         if exponent < 0 { &Self::one(self.bits) / &power } else { power }
