@@ -228,17 +228,18 @@ impl World {
         let rank = own.family.grid.rank;
         let (piece, found) = self.piece_of(family, &at, span)?;
         let (program, list) = (Arc::clone(&found.program), found.list);
-        let first =
-            own.family.grid.blocks.iter().find(|block| block.base == piece).map(|block| (block.lower, block.extent(0)));
+        let block = own.family.grid.blocks.iter().find(|block| block.base == piece).cloned();
         let mut slots = at[..rank].to_vec();
         let mut value = self.run(&program, &mut slots, None)?;
-        if list
-            && let Some((lower, extent)) = first
-            && let Value::Vector(parts) = &value
-            && parts.len() == extent
-            && let Some(part) = usize::try_from(at[0] - lower[0]).ok().and_then(|i| parts.get(i))
-        {
-            value = part.clone();
+        if let Some(block) = block.filter(|_| list) {
+            for axis in 0..rank {
+                let Value::Vector(parts) = &value else { break };
+                let place = usize::try_from(at[axis] - block.lower[axis]).ok();
+                let Some(part) = place.filter(|_| parts.len() == block.extent(axis)).and_then(|i| parts.get(i)) else {
+                    break;
+                };
+                value = part.clone();
+            }
         }
         self.lets[family].members.insert(at, value.clone());
         Ok(value)

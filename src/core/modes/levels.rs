@@ -147,7 +147,18 @@ pub(super) fn careful(scaled: &Scaled, zero: &Matrix) -> Result<Matrix, ModesErr
 }
 
 pub(super) fn not_positive_definite(scaled: &Scaled, direction: &[Ball]) -> ModesError {
-    let singular = !scaled.mass.form(direction).is_negative();
+    // Where the form is 0 it is negative beside that, unless M takes the direction to 0: of T = x' y', too.
+    let image = scaled.mass.transpose_times(direction);
+    let steepest = (0..image.len()).max_by(|i, j| image[*i].mid.hi.abs().total_cmp(&image[*j].mid.hi.abs()));
+    let mut beside = direction.to_vec();
+    if let Some(at) = steepest {
+        let own = scaled.mass.mid.get(at, at).hi;
+        let step = image[at].mid_f64() / if own > 0.0 { own } else { 1.0 };
+        beside[at] = beside[at] - Ball::exact(step);
+    }
+    let is_negative = |direction: &[Ball]| scaled.mass.form(direction).is_negative();
+    let direction = if !is_negative(direction) && is_negative(&beside) { &beside } else { direction };
+    let singular = !is_negative(direction);
     let physical: Vec<f64> = direction.iter().zip(&scaled.shift).map(|(x, &s)| x.mid.scale(s).hi).collect();
     // Out of range the direction cannot be told; what is finite of it still points somewhere.
     let finite = |x: f64| if x.is_finite() { x } else { 0.0 };
