@@ -92,7 +92,9 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
     let assumed = !names.assumptions.is_empty();
     let [always, mostly] = match (by_signs, assumed) {
         (true, _) => ["", ""],
-        (false, true) => [", under the assumptions"; 2],
+        (false, true) => {
+            [", under the assumptions", ", under the assumptions, but for special values of the parameters"]
+        }
         (false, false) => [", whatever the parameters are", ", but for special values of the parameters"],
     };
     let only_zeros = own.complete && own.exponents.iter().all(|own| own.real == own.imaginary);

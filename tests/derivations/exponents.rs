@@ -334,6 +334,22 @@ fn frequencies_are_counted_in_all_blocks() {
     assert_eq!(told(tetrahedron)[0], ["6: 0", "2: k/m", "3: 2*k/m"]);
 }
 
+/// Where one part drives another, equal exponents are a Jordan block.
+#[test]
+fn exponents_of_parts_that_drive_others_have_to_differ() {
+    let driven = "param k = 1  param p = 2  param a = 3  coord x, y
+        T = 1/2*(x'^2 + y'^2)  V = 1/2*k*x^2 + 1/2*p*y^2  force y = a*x";
+    assert_eq!(told(driven)[2], ["p", "k", "(p - k)^2"]);
+    // y'' = 0, and then x'' = d y or, with friction, x'' = d y from y'' = -c y': powers of t beyond the first.
+    for friction in ["0", "c*y'"] {
+        let page = page(&common::model(&format!(
+            "param k = 1  param d = 1  param c = 1  coord x, y, z
+            T = 1/2*(x'^2 + y'^2 + z'^2)  V = 1/2*k*z^2  force x = d*y  force y = -{friction}"
+        )));
+        assert!(linear(&page).unwrap().exponents.as_ref().unwrap().stability.is_none(), "{friction}");
+    }
+}
+
 /// The factors of characteristic polynomials, and how often they occur.
 #[test]
 fn factors_of_characteristic_polynomials_are_found() {

@@ -19,7 +19,7 @@ use super::roots::{MOST_COORDINATES, determinant_of_polynomials, plain_root, roo
 use super::shapes::on_one_bar;
 use super::simplify::{Algebra, Opening, expand, split, written};
 use super::stability::{Sign, Signs, conditions, conditions_in_coefficients, essential};
-use crate::expr::{ExprId, Pool, ZeroVerdict};
+use crate::expr::{ExprId, Pool, ZeroVerdict, nullspace_mod};
 use crate::groups::connected;
 use crate::number::Number;
 use crate::oscillation::NormalMode;
@@ -116,6 +116,8 @@ pub(super) struct Factor {
     pub(super) times: usize,
     /// How often it is one of a single part, or class of symmetry.
     pub(super) repeated: usize,
+    /// A bit for each of the parts, or classes, that have it.
+    parts: u64,
 }
 
 impl Factor {
@@ -159,8 +161,33 @@ pub(super) fn exponents(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear: &
         let kept = all.map(|all| essential(&all.concat(), &parts.signs));
         own.stability = kept.and_then(|kept| parts.conditions(checker, pool, &kept));
         own.stability = own.stability.or_else(|| parts.in_coefficients(checker, pool, conservative));
+        // Without circulatory forces equal exponents have vectors enough, as far as energies keep motions in bounds.
+        let distinct = if linear.circulatory.is_some() { parts.distinct(pool) } else { Some(Vec::new()) };
+        match distinct.filter(|_| conservative || !drifts(pool, linear)) {
+            Some(distinct) => own.stability.iter_mut().for_each(|all| all.extend(distinct.iter().cloned())),
+            None => own.stability = None,
+        }
     }
     own
+}
+
+/// Whether motions grow as t² or faster at the exponent 0, for most values of the parameters: a Jordan block over 2, as the kernels of
+/// (K), (K, D; K), (K, D, M; K, D; K) tell, D = G + C, whose dimensions count blocks of size 1, 2 and 3 at least. Modulo a prime.
+fn drifts(pool: &mut Pool, linear: &Linear) -> bool {
+    let n = linear.mass.len();
+    let places = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
+    let entries: Vec<ExprId> = places.flat_map(|(i, j)| linear.entry(pool, i, j)).collect();
+    let Some(values) = pool.evaluate_at_random(&entries, 1) else { return false };
+    let degrees = values.len() / (n * n).max(1);
+    let blocks = |size: usize| {
+        let entry = |row: usize, column: usize| match (row / n).checked_sub(column / n) {
+            Some(power) if power < degrees => values[(row % n * n + column % n) * degrees + power],
+            Some(_) | None => 0,
+        };
+        let mut rows = (0..size * n).map(|row| (0..size * n).map(|column| entry(row, column)).collect()).collect();
+        nullspace_mod(&mut rows, size * n).len()
+    };
+    blocks(3) > blocks(2)
 }
 
 /// What is positive: the diagonal of M, and what the model assumes.
@@ -228,7 +255,7 @@ impl Factored {
         let ring = Ring::new(pool, expanded.iter().map(|(_, own)| own).chain(&known));
         let mut factors = Vec::new();
         let mut zeros = 0;
-        for (n, own) in &expanded {
+        for (part, (n, own)) in expanded.iter().enumerate() {
             let coefficients = ring.polynomials(own)?;
             // Nothing is left of entries that are all 0: the determinant is, whatever the exponent.
             let degrees = coefficients.len().checked_div(n * n).filter(|own| *own > 0)?;
@@ -241,7 +268,7 @@ impl Factored {
             let polynomial = polynomial.over(&polynomial.content(EXPONENT))?;
             for (polynomial, times) in polynomial.factors(EXPONENT) {
                 for polynomial in polynomial.split() {
-                    join(&mut factors, Factor { polynomial, times, repeated: times });
+                    join(&mut factors, Factor { polynomial, times, repeated: times, parts: 1 << part });
                 }
             }
         }
@@ -277,7 +304,7 @@ impl Factored {
         let factor = |(times, own): &(usize, Expanded)| {
             let polynomial = Polynomial::from_coefficients(EXPONENT, &ring.polynomials(own)?);
             let polynomial = polynomial.with_powers(EXPONENT, |power| Some(2 * power))?;
-            Some(Factor { polynomial, times: *times, repeated: *times })
+            Some(Factor { polynomial, times: *times, repeated: *times, parts: 0 })
         };
         let factors = expanded.iter().map(factor).collect::<Option<_>>()?;
         Some(Self { ring, factors, zeros, signs })
@@ -354,6 +381,38 @@ impl Factored {
         agreeing(checker, pool, found)
     }
 
+    /// That factors without odd powers have no zeros in common, where they are of one part: else motions grow as powers of t. Squares, as
+    /// conditions are what is positive; `None` where they have some whatever the parameters are, or it is too long.
+    fn distinct(&self, pool: &mut Algebra<'_>) -> Option<Vec<StabilityCondition>> {
+        let even: Vec<&Factor> = self.factors.iter().filter(|own| own.is_even()).collect();
+        let mut found = Vec::new();
+        for (at, one) in even.iter().enumerate() {
+            for other in even[at + 1..].iter().filter(|own| own.parts & one.parts != 0) {
+                let resultant = self.ring.reduced(one.polynomial.resultant_of_even(&other.polynomial, EXPONENT)?);
+                if resultant.is_zero() {
+                    return None;
+                }
+                let common = resultant.common_powers();
+                let rest = resultant.without(&common);
+                let open = |(at, power): (usize, &u32)| u32::from(*power > 0 && !self.signs.variables[at]);
+                let mut base = Polynomial::monomial(common.iter().enumerate().map(open).collect());
+                if self.signs.of_terms(&rest).is_none() {
+                    base = base.times(&rest);
+                }
+                if base.is_constant() {
+                    continue;
+                }
+                let base = self.ring.expression(pool, &base);
+                let positive = pool.square(base);
+                if pool.weight_of(&[positive]) > MOST_IN_CONDITION {
+                    return None;
+                }
+                found.push(StabilityCondition { positive, open: Some(positive) });
+            }
+        }
+        Some(found)
+    }
+
     /// Conditions in the coefficients of the factors, which are not multiplied out, where they agree with the modes.
     fn in_coefficients(
         &self,
@@ -401,7 +460,7 @@ fn join(factors: &mut Vec<Factor>, new: Factor) {
                 open.push(Factor { polynomial: of_other, ..*other });
                 own.polynomial = of_own;
                 let (times, repeated) = (other.times + own.times, other.repeated.max(own.repeated));
-                *other = Factor { polynomial: common, times, repeated };
+                *other = Factor { polynomial: common, times, repeated, parts: other.parts | own.parts };
             }
         }
         if own.polynomial.degree(EXPONENT) > 0 {

@@ -370,6 +370,20 @@ impl Polynomial {
     }
 }
 
+impl Polynomial {
+    /// The resultant of two polynomials in the square of a variable, Sylvester's determinant: 0 where they have a zero in common.
+    pub(super) fn resultant_of_even(&self, other: &Self, variable: usize) -> Option<Self> {
+        let sides = [self, other].map(|own| own.coefficients(variable).into_iter().step_by(2).collect::<Vec<Self>>());
+        let size = sides[0].len() + sides[1].len() - 2;
+        let rows = |own: &[Self], count: usize| -> Vec<Vec<Self>> {
+            let entry = |row: usize, at: usize| at.checked_sub(row).and_then(|at| own.get(at)).cloned();
+            let zero = || Self::zero(self.variables);
+            (0..count).map(|row| (0..size).map(|at| entry(row, at).unwrap_or_else(zero)).collect()).collect()
+        };
+        determinant([rows(&sides[0], sides[1].len() - 1), rows(&sides[1], sides[0].len() - 1)].concat())
+    }
+}
+
 /// The determinant of a matrix, row by row, without fractions (Bareiss, Mathematics of Computation 22, 1968); `None` where the entries
 /// on the way get too long.
 pub(super) fn determinant(mut rows: Vec<Vec<Polynomial>>) -> Option<Polynomial> {

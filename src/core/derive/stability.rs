@@ -100,7 +100,7 @@ impl Signs {
     }
 
     /// The sign that all terms have, as far as that is known.
-    fn of_terms(&self, polynomial: &Polynomial) -> Option<bool> {
+    pub(super) fn of_terms(&self, polynomial: &Polynomial) -> Option<bool> {
         if self.others.contains(polynomial) {
             return Some(false);
         }

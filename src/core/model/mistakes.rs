@@ -49,7 +49,6 @@ impl World {
         span: Span,
         mistakes: &mut Vec<ModelError>,
     ) {
-        let outer = slots.len();
         let before = mistakes.len();
         let filters = filters(sum);
         let ranges = self.instances::<ModelError>(&sum.binders, &filters, slots, span, |world, slots| {
@@ -59,7 +58,6 @@ impl World {
             }
             Ok(())
         });
-        slots.truncate(outer);
         if let Err(error) = ranges
             && error != (ModelError::FollowOn {})
         {

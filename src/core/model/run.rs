@@ -247,21 +247,20 @@ impl World {
         span: Span,
         instance: &mut Instance,
     ) -> Result<(), Stop> {
-        let (mut count, outer) = (0_i64, slots.len());
+        let (mut count, outer) = (0_i64, steps.len());
         let filters = filters(sum);
         self.push_growth(&sum.binders, &filters, steps, instance);
-        self.instances(&sum.binders, &filters, slots, span, |world, slots| {
+        let done = self.instances(&sum.binders, &filters, slots, span, |world, slots| {
             count += 1;
             world.run_light(&sum.body, slots, steps, instance)?;
             if instance.leaves.len() > MOST_SLOTS {
                 return Err(Stop::WriteOut);
             }
             Ok(())
-        })?;
-        slots.truncate(outer);
+        });
         steps.truncate(outer);
         instance.note(count);
-        Ok(())
+        done
     }
 
     /// Adds the steps of the indices of a sum within a term.
@@ -341,6 +340,21 @@ impl World {
     /// As [`World::instances`] for a `body` that may deal with several values of the last index at once: given how many there
     /// are at most after the current one, it says how many of these it has dealt with.
     pub(super) fn stretches<E: From<ModelError>>(
+        &mut self,
+        binders: &[Binder],
+        filters: &[(usize, &IndexProgram)],
+        slots: &mut Vec<i64>,
+        span: Span,
+        body: impl FnMut(&mut Self, &mut Vec<i64>, u64) -> Result<u64, E>,
+    ) -> Result<(), E> {
+        let base = slots.len();
+        let done = self.walk(binders, filters, slots, span, body);
+        // Whatever it ended with: a term may be run once more, written out.
+        slots.truncate(base);
+        done
+    }
+
+    fn walk<E: From<ModelError>>(
         &mut self,
         binders: &[Binder],
         filters: &[(usize, &IndexProgram)],
@@ -434,7 +448,7 @@ impl World {
         if let Some(count) = self.fixed_count(binders) {
             return if count > MOST_INSTANCES { Err(too_many_terms(span)) } else { Ok(()) };
         }
-        let (base, steps, mut count) = (slots.len(), self.steps, 0_u64);
+        let (steps, mut count) = (self.steps, 0_u64);
         self.steps = 0;
         let counted = self.instances(outer, &[], slots, span, |world, slots| {
             let (from, to) = world.binder_range(last, slots)?;
@@ -442,7 +456,6 @@ impl World {
             if count > MOST_INSTANCES { Err(too_many_terms(span)) } else { Ok(()) }
         });
         self.steps = steps;
-        slots.truncate(base);
         counted
     }
 
@@ -489,7 +502,6 @@ impl World {
         mut instance: Option<&mut Instance>,
         span: Span,
     ) -> Result<Value, Stop> {
-        let outer = slots.len();
         let mut terms: Vec<(bool, Value)> = Vec::new();
         let filters = filters(sum);
         self.check_room(&sum.binders, &filters)?;
@@ -498,7 +510,6 @@ impl World {
             terms.push((false, term));
             Ok(())
         })?;
-        slots.truncate(outer);
         if let Some(instance) = instance {
             instance.note(i64::try_from(terms.len()).unwrap_or(i64::MAX));
         }
