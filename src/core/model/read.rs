@@ -232,9 +232,9 @@ impl World {
         let mut slots = at[..rank].to_vec();
         let mut value = self.run(&program, &mut slots, None)?;
         if let Some(block) = block.filter(|_| list) {
-            for axis in 0..rank {
+            for (axis, index) in at.iter().take(rank).enumerate() {
                 let Value::Vector(parts) = &value else { break };
-                let place = usize::try_from(at[axis] - block.lower[axis]).ok();
+                let place = usize::try_from(index - block.lower[axis]).ok();
                 let Some(part) = place.filter(|_| parts.len() == block.extent(axis)).and_then(|i| parts.get(i)) else {
                     break;
                 };
