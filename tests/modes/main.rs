@@ -11,6 +11,7 @@ mod common;
 mod exponents;
 mod exponents_properties;
 mod exponents_random;
+mod families;
 mod hard;
 mod massless;
 mod matrix_market;
