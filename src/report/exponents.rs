@@ -90,8 +90,12 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
     let with = if by_signs { ", with the signs that the parameters have" } else { "" };
     // Where odd coefficients vanish exponents that no friction meets are on the axis.
     let assumed = !names.assumptions.is_empty();
+    // Of a condition that signs have made a number nothing is left open.
+    let is_number = |own: ExprId| pool.as_number(own).is_some();
+    let definite = all.iter().any(|own| own.open.is_some_and(is_number) && !is_number(own.positive));
     let [always, mostly] = match (by_signs, assumed) {
-        (true, _) => ["", ""],
+        (true, _) if definite => ["", ""],
+        (true, _) => ["", ", but for special values of the parameters"],
         (false, true) => {
             [", under the assumptions", ", under the assumptions, but for special values of the parameters"]
         }

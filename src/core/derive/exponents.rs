@@ -476,7 +476,9 @@ fn agreeing(
     found: Vec<StabilityCondition>,
 ) -> Option<Vec<StabilityCondition>> {
     let signs: Vec<Option<bool>> = found.iter().map(|own| checker.is_negative(pool, own.positive)).collect();
-    let Some(modes) = checker.exponents() else { return Some(found) };
+    // -1 stands for what is negative but for special values, which those of the model may be.
+    let is_general = found.iter().any(|own| pool.as_number(own.positive).is_some());
+    let Some(modes) = checker.exponents().filter(|_| !is_general) else { return Some(found) };
     let unstable = modes.iter().any(|mode| mode.growth.is_positive());
     // What is 0 at the values leaves it open, but not beside what is negative.
     let agrees = if signs.contains(&Some(true)) { unstable } else { !unstable || signs.contains(&None) };
