@@ -72,13 +72,17 @@ proptest! {
         ],
         numbers in proptest::collection::vec(-4..5, 2..6),
         function in 0..FUNCTIONS.len(),
-        (from_outer, to_outer, without_two) in any::<(bool, bool, bool)>(),
+        (from_outer, to_outer, without_two, is_product) in any::<(bool, bool, bool, bool)>(),
     ) {
         let n = numbers.len();
         let (from, to) = (if from_outer { "i" } else { "1" }, if to_outer { "i".to_owned() } else { n.to_string() });
         let filter = if without_two { " where j != 2" } else { "" };
         let inner = format!("sum(j in {from}..{to}{filter}, {})", members.read());
-        let nested = format!("sum(i in 1..2, i*{})", FUNCTIONS[function].replace('#', &inner));
+        let body = FUNCTIONS[function].replace('#', &inner);
+        let nested = match is_product {
+            true => format!("sum(i in 1..2, sum(k in 1..i, 2*k/(i + 1))*sum(l in 1..2, l*{body})/sum(k in 1..2, k))"),
+            false => format!("sum(i in 1..2, i*{body})"),
+        };
         let outer = (1..=2).map(|i| {
             let (from, to) = (if from_outer { i } else { 1 }, if to_outer { i } else { n });
             let terms = (from..=to).filter(|j| !(without_two && *j == 2));

@@ -149,8 +149,7 @@ pub(super) fn is_additive(file: &File, world: &World, root: ExprRef) -> bool {
 struct Part {
     at: ExprRef,
     negated: bool,
-    /// Factors in front, with their signs of division.
-    prefactors: Vec<(bool, Program)>,
+    prefactors: Vec<Prefactor>,
     binders: Vec<Binder>,
     filters: Vec<(usize, IndexProgram)>,
     scope: Scope,
@@ -158,6 +157,15 @@ struct Part {
     acts_on: Option<Program>,
     /// It has a mistake that is told already.
     broken: bool,
+}
+
+/// A factor in front of a part.
+#[derive(Clone, Debug)]
+struct Prefactor {
+    divides: bool,
+    program: Program,
+    /// What it is and the indices outside of it, where there are sums in it.
+    sums: Option<(ExprRef, Scope)>,
 }
 
 /// The terms of an energy. Every part is worked on, whatever is wrong with those before it.
@@ -192,7 +200,7 @@ pub(super) fn forces(
     };
     part.acts_on = Some(Program { ops, span });
     let factor = factor.map(|factor| Program { ops: vec![(Op::Literal(factor), span)], span });
-    part.prefactors.extend(factor.map(|factor| (false, factor)));
+    part.prefactors.extend(factor.map(|program| Prefactor { divides: false, program, sums: None }));
     work_out(compiler, part)
 }
 
@@ -288,7 +296,9 @@ fn take_apart(compiler: &mut Compiler<'_>, mut part: Part, parts: &mut Vec<Part>
             };
             for factor in factors.iter().filter(|factor| factor.value() != inner) {
                 let program = compiler.value(factor.value(), &mut part.scope);
-                part.prefactors.push((factor.inverted(), program));
+                let has_sums = program.ops.iter().any(|(op, _)| matches!(op, Op::SumOver(_) | Op::Integral(..)));
+                let sums = has_sums.then(|| (factor.value(), part.scope.clone()));
+                part.prefactors.push(Prefactor { divides: factor.inverted(), program, sums });
             }
             part.at = inner;
             parts.push(part);
@@ -332,9 +342,19 @@ fn assemble(compiler: &mut Compiler<'_>, part: &Part) -> Program {
     let mut ops = Vec::new();
     ops.extend(part.acts_on.iter().flat_map(|acts_on| acts_on.ops.iter().cloned()));
     let mut divided: Vec<bool> = Vec::new();
-    for (under, program) in &part.prefactors {
-        ops.extend(program.ops.iter().cloned());
-        divided.push(*under);
+    for Prefactor { divides, program, sums } in &part.prefactors {
+        divided.push(*divides);
+        let inside = part.scope.variables.iter();
+        match sums {
+            // The indices inside the sum in front of which it stands are not visible in it, but have their slots: its own come behind.
+            Some((factor, outside)) if outside.variables.len() < inside.len() => {
+                let mut scope = outside.clone();
+                let inside = inside.skip(outside.variables.len());
+                scope.variables.extend(inside.map(|(_, variable)| (String::new(), *variable)));
+                ops.extend(compiler.value(*factor, &mut scope).ops);
+            }
+            Some(_) | None => ops.extend(program.ops.iter().cloned()),
+        }
     }
     ops.extend(core.ops);
     if !divided.is_empty() {
