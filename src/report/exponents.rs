@@ -90,17 +90,12 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
     let with = if by_signs { ", with the signs that the parameters have" } else { "" };
     // Where odd coefficients vanish exponents that no friction meets are on the axis.
     let assumed = !names.assumptions.is_empty();
-    // Of a condition that signs have made a number nothing is left open.
+    // Squares count as positive. Of a condition that signs have made a number nothing is left open.
+    let under = if assumed && !by_signs { ", under the assumptions" } else { "" };
+    let hedge = format!("{under}, but for special values of the parameters");
     let is_number = |own: ExprId| pool.as_number(own).is_some();
     let definite = all.iter().any(|own| own.open.is_some_and(is_number) && !is_number(own.positive));
-    let [always, mostly] = match (by_signs, assumed) {
-        (true, _) if definite => ["", ""],
-        (true, _) => ["", ", but for special values of the parameters"],
-        (false, true) => {
-            [", under the assumptions", ", under the assumptions, but for special values of the parameters"]
-        }
-        (false, false) => [", whatever the parameters are", ", but for special values of the parameters"],
-    };
+    let [always, mostly] = [by_signs, definite].map(|is_sure| if is_sure { "" } else { hedge.as_str() });
     let only_zeros = own.complete && own.exponents.iter().all(|own| own.real == own.imaginary);
     if open.iter().any(|own| pool.as_number(*own).is_some()) {
         // Numbers that are positive are no conditions.
