@@ -162,11 +162,12 @@ pub(super) fn exponents(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear: &
         own.stability = kept.and_then(|kept| parts.conditions(checker, pool, &kept));
         own.stability = own.stability.or_else(|| parts.in_coefficients(checker, pool, conservative));
         // Without circulatory forces equal exponents have vectors enough, as far as energies keep motions in bounds.
-        let distinct = if linear.circulatory.is_some() { parts.distinct(pool) } else { Some(Vec::new()) };
-        match distinct.filter(|_| conservative || !drifts(pool, linear)) {
-            Some(distinct) => own.stability.iter_mut().for_each(|all| all.extend(distinct.iter().cloned())),
-            None => own.stability = None,
-        }
+        own.stability = own.stability.and_then(|mut all| {
+            if linear.circulatory.is_some() {
+                all.extend(parts.distinct(pool)?);
+            }
+            (conservative || !drifts(pool, linear)).then_some(all)
+        });
     }
     own
 }
@@ -286,17 +287,17 @@ impl Factored {
                 zeros += 2 * u32::try_from(times).ok()?;
                 continue;
             }
-            let linear = Expanded::new(pool, &[own, one])?;
+            let alone = Expanded::new(pool, &[own, one])?;
             let mut with_other = |(at, (other, others)): (usize, &(ExprId, usize))| {
                 let sums = [pool.short(|pool| pool.mul(own, *other)), pool.short(|pool| pool.add(own, *other)), one];
                 let quadratic = Expanded::new(pool, &sums).filter(|own| *others == times && !own.has_roots());
                 Some((at, quadratic?))
             };
-            let pair = linear.has_roots().then(|| open.iter().enumerate().find_map(&mut with_other)).flatten();
+            let pair = alone.has_roots().then(|| open.iter().enumerate().find_map(&mut with_other)).flatten();
             if let Some((at, _)) = &pair {
                 open.remove(*at);
             }
-            expanded.push((times, pair.map_or(linear, |(_, quadratic)| quadratic)));
+            expanded.push((times, pair.map_or(alone, |(_, quadratic)| quadratic)));
         }
         let known = known(checker, pool, linear);
         let ring = Ring::new(pool, expanded.iter().map(|(_, own)| own).chain(&known));
