@@ -233,6 +233,24 @@ fn corrections_belong_to_their_zeroth_order() {
     }
 }
 
+/// Of two frequencies one grows without end as m vanishes; the other has its series.
+#[test]
+fn a_frequency_that_stays_finite_has_its_series() {
+    let text = "param m, M, k, p  coord x, y  T = 1/2*m*x'^2 + 1/2*M*y'^2  V = 1/2*k*(x - y)^2 + 1/2*p*x^2";
+    let settings = ["m=1/1000", "M=2", "k=3", "p=5"];
+    let mut derivation =
+        derive(&model_in(text, Path::new("."), &settings), &Parts::default().frequencies(true)).unwrap();
+    derivation.expand("m", 2);
+    let found = derivation.linear.as_ref().unwrap().frequencies.as_ref().unwrap();
+    let forms = found.general.frequencies.iter().map(|form| derivation.pool.display(form.omega_squared));
+    let forms: Vec<String> = forms.collect();
+    let series: Vec<f64> = values(text, Path::new("."), &settings, &forms).iter().map(Ball::mid_f64).collect();
+    // (8 - m z)(3 - 2 z) = 9
+    let (m, b) = (1e-3, 16.0 + 3e-3);
+    let exact = 30.0 / (b + (b * b - 4.0 * 2.0 * m * 15.0_f64).sqrt());
+    assert!(series.len() == 1 && (series[0] - exact).abs() < 1e-11, "{forms:?} {series:?} {exact}");
+}
+
 /// A root that stands there with one sign alone is a magnitude.
 #[test]
 fn roots_without_their_opposite_keep_their_sign() {

@@ -124,7 +124,10 @@ fn squared(pool: &mut Algebra<'_>, part: &[usize], lagrangian: &Lagrangian) -> O
     let mut open: Vec<usize> = (0..n).collect();
     let mut found = Vec::new();
     while !open.is_empty() {
-        let pivots = open.iter().filter(|i| pool.is_zero(rows[**i][**i]) == ZeroVerdict::NonZero);
+        // H is defined only where the last pivot isn't 0 either.
+        let last = open.len() == 1;
+        let is_pivot = |verdict| verdict == ZeroVerdict::NonZero || last && verdict != ZeroVerdict::Zero;
+        let pivots = open.iter().filter(|i| is_pivot(pool.is_zero(rows[**i][**i])));
         let pivots: Vec<usize> = pivots.copied().collect();
         let pivot = pivots.into_iter().min_by_key(|i| pool.weight(rows[*i][*i]))?;
         open.retain(|i| *i != pivot);

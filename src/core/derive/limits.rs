@@ -4,9 +4,9 @@ use std::collections::HashMap;
 
 use super::exponents::Exponents;
 use super::frequencies::{Approximation, Case, Frequencies, Frequency};
-use super::roots::{of_polynomial, root};
+use super::roots::{best_to_read, of_polynomial, root};
 use super::simplify::{Algebra, rebuild};
-use crate::expr::{ExprId, Node, Substitution, Symbol};
+use crate::expr::{ExprId, Node, Substitution, Symbol, ZeroVerdict};
 use crate::number::Number;
 use crate::precision::Function;
 
@@ -28,28 +28,35 @@ impl Approximation {
                 pool.substitute_one(e, &Substitution::from([(symbol, value)]))
             }
             Self::Expansion { order, .. } => {
-                let zero = pool.zero();
-                let at_zero = Substitution::from([(symbol, zero)]);
                 let variable = pool.symbol_expr(symbol);
-                let mut derivative = e;
-                let mut factorial = Number::ONE;
-                let mut terms = Vec::new();
-                for power in 0..=(*order).min(MOST_ORDERS) {
-                    if power > 0 {
-                        derivative = pool.diff(derivative, symbol);
-                        factorial = factorial.mul(&Number::from(i64::from(power)));
-                    }
-                    let value = pool.substitute_one(derivative, &at_zero);
-                    let value = pool.simplify(value);
-                    let inverse = factorial.recip().unwrap_or_default();
-                    let power = pool.powi(variable, i64::from(power));
-                    let term = pool.mul(value, power);
-                    terms.push((term, inverse));
-                }
+                let coefficients = taylor(pool, e, symbol, *order);
+                let terms = coefficients.into_iter().zip(0..).map(|(own, power)| {
+                    let power = pool.powi(variable, power);
+                    (pool.mul(own, power), Number::ONE)
+                });
+                let terms: Vec<(ExprId, Number)> = terms.collect();
                 pool.linear(&terms)
             }
         }
     }
+}
+
+/// The coefficients of the powers of a symbol about 0, undefined from the first that does not exist.
+fn taylor(pool: &mut Algebra<'_>, e: ExprId, symbol: Symbol, order: u32) -> Vec<ExprId> {
+    let zero = pool.zero();
+    let at_zero = Substitution::from([(symbol, zero)]);
+    let (mut derivative, mut factorial) = (e, Number::ONE);
+    let coefficients = (0..=order.min(MOST_ORDERS)).map(|power| {
+        if power > 0 {
+            derivative = pool.diff(derivative, symbol);
+            factorial = factorial.mul(&Number::from(i64::from(power)));
+        }
+        let value = pool.substitute_one(derivative, &at_zero);
+        let inverse = pool.number(factorial.recip().unwrap_or_default());
+        let value = pool.mul(value, inverse);
+        pool.simplify(value)
+    });
+    coefficients.collect()
 }
 
 /// The symbol of a name that some expressions depend on.
@@ -60,7 +67,7 @@ fn symbol(pool: &Algebra<'_>, all: &[ExprId], name: &str) -> Option<Symbol> {
 
 impl Frequencies {
     /// The frequencies for a special value of a parameter, `--limit k=0`, or to some power of it, `--expand k 2`. Where forms are not defined
-    /// there, in a limit the zeros of the characteristic polynomial that stay finite stand for all; else they are dropped.
+    /// there, the zeros of the characteristic polynomial that stay finite stand for all.
     pub(super) fn approximate(
         &mut self,
         pool: &mut Algebra<'_>,
@@ -78,12 +85,19 @@ impl Frequencies {
             let leader = set.and_then(|set| set.first()).map_or(done.name(), String::as_str);
             let all: Vec<ExprId> = case.frequencies.iter().map(|f| f.omega_squared).collect();
             if let Some(symbol) = symbol(pool, &all, leader) {
+                let mut found = characteristic.and_then(|all| finite(pool, done, all, symbol));
+                let plain = case.frequencies.iter().all(|own| own.symmetry.is_none());
                 let before = case.frequencies.len();
                 transform_case(pool, case, |pool, e| done.of(pool, e, symbol));
-                if case.frequencies.len() < before
-                    && let Some(finite) = characteristic.and_then(|all| finite_limits(pool, done, all, symbol))
-                {
-                    case.frequencies = finite;
+                let cost = |pool: &mut Algebra<'_>, all: &[Frequency]| {
+                    pool.cost(&all.iter().map(|own| own.omega_squared).collect::<Vec<_>>())
+                };
+                found.take_if(|found| {
+                    case.frequencies.len() == before
+                        && (!plain || found.len() < before || cost(pool, found) >= cost(pool, &case.frequencies))
+                });
+                if let Some(found) = found {
+                    case.frequencies = found;
                 }
             }
         }
@@ -113,29 +127,72 @@ impl Exponents {
     }
 }
 
-/// The squares of the frequencies that stay finite in a limit: zeros of det(K - z M), whose degree falls there.
-fn finite_limits(
+/// The squares of the frequencies that stay finite in a limit: zeros of det(K - z M), whose degree falls there; or their series.
+fn finite(
     pool: &mut Algebra<'_>,
     done: &Approximation,
     characteristic: &[ExprId],
     symbol: Symbol,
 ) -> Option<Vec<Frequency>> {
-    if !matches!(done, Approximation::Limit { .. }) {
-        return None;
+    let limit = match done {
+        Approximation::Limit { .. } => done.clone(),
+        Approximation::Expansion { name, .. } => Approximation::Limit { name: name.clone(), value: Number::ZERO },
+    };
+    let even = characteristic.iter().step_by(2).enumerate();
+    let polynomial: Vec<ExprId> = even.map(|(power, own)| if power % 2 == 0 { *own } else { pool.neg(*own) }).collect();
+    let at_limit = polynomial.iter().map(|own| {
+        let value = limit.of(pool, *own, symbol);
+        pool.simplify(value)
+    });
+    let mut at_limit: Vec<ExprId> = at_limit.collect();
+    while at_limit.last().is_some_and(|last| pool.vanishes(*last)) {
+        at_limit.pop();
     }
-    let mut coefficients = Vec::new();
-    for (power, own) in characteristic.iter().step_by(2).enumerate() {
-        let value = done.of(pool, *own, symbol);
-        let value = if power % 2 == 0 { value } else { pool.neg(value) };
-        coefficients.push(pool.simplify(value));
+    let mut squares = of_polynomial(pool, &at_limit)?;
+    if let Approximation::Expansion { order, .. } = done {
+        squares = squares.into_iter().filter_map(|zero| continued(pool, &polynomial, symbol, zero, *order)).collect();
     }
-    while coefficients.last().is_some_and(|last| pool.vanishes(*last)) {
-        coefficients.pop();
-    }
-    let mut squares = of_polynomial(pool, &coefficients)?;
     squares.retain(|square| !pool.is_undefined(*square));
     let found = squares.into_iter().map(|omega_squared| Frequency { omega_squared, multiplicity: 1, symmetry: None });
     Some(found.collect())
+}
+
+/// The series in a symbol of a zero of a polynomial from where it is for 0; `None` where it is no simple one there.
+///
+/// With z right to the power before, the coefficient of the next in p(z) is what p'(z) times the next of z cancels.
+fn continued(
+    pool: &mut Algebra<'_>,
+    polynomial: &[ExprId],
+    symbol: Symbol,
+    zero: ExprId,
+    order: u32,
+) -> Option<ExprId> {
+    let variable = pool.symbol_expr(symbol);
+    let horner = |pool: &mut Algebra<'_>, coefficients: &[ExprId], z: ExprId| {
+        coefficients.iter().rev().fold(pool.zero(), |sum, own| {
+            let product = pool.mul(sum, z);
+            pool.add(product, *own)
+        })
+    };
+    let slopes =
+        polynomial.iter().enumerate().skip(1).map(|(power, own)| pool.scale(*own, &Number::from(power as i64)));
+    let slopes: Vec<ExprId> = slopes.collect();
+    let slope = horner(pool, &slopes, zero);
+    let slope = taylor(pool, slope, symbol, 0)[0];
+    if pool.is_zero(slope) != ZeroVerdict::NonZero {
+        return None;
+    }
+    let mut z = zero;
+    for power in 1..=order.min(MOST_ORDERS) {
+        let value = horner(pool, polynomial, z);
+        let residual = *taylor(pool, value, symbol, power).last()?;
+        let residual = best_to_read(pool, residual);
+        let step = pool.short(|pool| pool.div(residual, slope));
+        let scale = pool.powi(variable, i64::from(power));
+        let term = pool.mul(step, scale);
+        z = pool.sub(z, term);
+    }
+    Some(z)
 }
 
 /// An expression with the square roots drawn that have become those of squares, and their powers, each with one sign or all with the other;

@@ -265,7 +265,7 @@ fn without_storeys(pool: &mut Algebra<'_>, e: ExprId) -> ExprId {
 }
 
 /// A quotient over one fraction bar, where that is easier to read.
-fn best_to_read(pool: &mut Algebra<'_>, e: ExprId) -> ExprId {
+pub(super) fn best_to_read(pool: &mut Algebra<'_>, e: ExprId) -> ExprId {
     if pool.fractions_in_sums(&[e]) == 0 {
         return e;
     }
