@@ -41,6 +41,18 @@ fn rods_as_vectors_are_the_pendulum_in_angles() {
     }
 }
 
+/// The way down is gone in many steps, each with multipliers of its own.
+#[test]
+fn minima_along_constraints_are_those_without_them() {
+    let energies = "T = x'^2 + y'^2 + u'^2  V = 7/5*x^2 + 3/5*(y - x)^2 + 11/4*u^2 + 13/2*u";
+    let tied = omegas(&format!("coord x, u, y  {energies}  constraint u = x^2 + 4/5*y"));
+    let put_in = omegas(&format!("coord x, y  let u = x^2 + 4/5*y  {energies}"));
+    assert_eq!((tied.len(), put_in.len()), (2, 2));
+    for (tied, put_in) in tied.iter().zip(&put_in) {
+        assert!((tied[0] - put_in[0]).abs() <= tied[1] + put_in[1], "{tied:?} {put_in:?}");
+    }
+}
+
 /// A family of vector constraints, with a component that says 0 = 0.
 #[test]
 fn families_of_vectors_are_tied_member_by_member() {

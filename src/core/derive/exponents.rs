@@ -148,10 +148,12 @@ pub(super) fn exponents(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear: &
         own.characteristic = parts.characteristic(checker, pool);
     }
     let mut found = Found { checker, pool, own: &mut own };
-    if let Some(frequencies) = &linear.frequencies {
-        found.of_frequencies(frequencies.best());
-    } else if let Some(parts) = &parts {
-        found.of_factors(parts);
+    // None are found where a combination of coordinates has no inertia, though the polynomial may have few zeros then.
+    match (&linear.frequencies, &parts) {
+        (Some(all), Some(parts)) if all.best().frequencies.is_empty() => found.of_factors(parts),
+        (Some(all), _) => found.of_frequencies(all.best()),
+        (None, Some(parts)) => found.of_factors(parts),
+        (None, None) => {}
     }
     if let Some(parts) = &parts {
         let all = parts.factors.iter();

@@ -255,6 +255,7 @@ impl Search<'_> {
     /// Multipliers that leave the least force.
     fn guess_multipliers(&self, point: &mut [Ball]) {
         let (visible, order) = (self.visible, point.len());
+        point[visible..].fill(Ball::ZERO);
         let force = self.gradient(point);
         let slopes = self.slopes(&self.assembly.stiffness(point, self.values), order);
         let Some(found) = least_squares(slopes.transpose(), &force[..visible]) else { return };
