@@ -159,7 +159,12 @@ fn powers_with_symbolic_exponents() {
         ("x^-y", "1/x^y"),
         ("(x^y)^2", "x^(2*y)"),
         ("x^y*x^y", "x^(2*y)"),
-        ("(x^y)^z", "x^(y*z)"),
+        // With y = 2 and a negative x the root is -x.
+        ("(x^y)^z", "(x^y)^z"),
+        ("sqrt(x^y)", "sqrt(x^y)"),
+        ("sqrt(x^y)*sqrt(x^y)*x", "x^(1 + y)"),
+        ("(abs(x)^y)^z", "abs(x)^(y*z)"),
+        ("sqrt(exp(x)^y)", "exp(1/2*x*y)"),
         ("1^x", "1"),
         ("2^x", "2^x"),
         ("x^(y - 1)", "x^(y - 1)"),

@@ -119,14 +119,21 @@ impl Pool {
             let x = self.mul(x, exponent);
             return self.apply(Function::Exp, x);
         }
-        if let Node::Power { base, exponent: inner } = *self.node(base) {
+        if let Node::Power { base, exponent: inner } = *self.node(base)
+            && self.is_nonnegative(base)
+        {
             let exponent = self.mul(inner, exponent);
             return self.power_node(base, exponent);
         }
         self.power_node(base, exponent)
     }
 
-    /// A power whose base is neither a power nor an exponential.
+    /// Whether (b^n)^exponent is b^(n*exponent): with n = 2 and a negative b, (b^n)^(1/2) is -b.
+    fn is_one_power(&self, b: ExprId, exponent: &Number) -> bool {
+        exponent.is_integer() || self.is_nonnegative(b)
+    }
+
+    /// A power whose base is no exponential, nor a power that it could be merged with.
     fn power_node(&mut self, base: ExprId, exponent: ExprId) -> ExprId {
         if let Some(value) = self.as_number(exponent) {
             let value = value.clone();
@@ -248,6 +255,7 @@ impl Pool {
                 work.pending.push((*x, exponent));
             }
             Node::Function(Function::Exp, x) => work.exponents.push((*x, exponent)),
+            Node::Power { base: b, .. } if !self.is_one_power(*b, &exponent) => work.settled.push((base, exponent)),
             Node::Power { base: b, exponent: e } => {
                 let (b, e) = (*b, *e);
                 let magnitude = exponent.abs();
@@ -376,16 +384,16 @@ impl Pool {
             let Node::Power { base, .. } = *self.node(*node) else {
                 continue;
             };
-            let exponent_of = |pool: &Self, node: ExprId| match *pool.node(node) {
-                Node::Power { base: own, exponent } if own == base => Some(exponent),
+            let exponent_of = |pool: &Self, node: ExprId, times: &Number| match *pool.node(node) {
+                Node::Power { base: own, exponent } if own == base && pool.is_one_power(base, times) => Some(exponent),
                 _ => (node == base).then_some(ONE),
             };
-            if work.settled.iter().filter(|(node, _)| exponent_of(self, *node).is_some()).count() < 2 {
+            if work.settled.iter().filter(|(node, times)| exponent_of(self, *node, times).is_some()).count() < 2 {
                 continue;
             }
             let mut exponents = Vec::new();
             work.settled.retain(|(node, times)| {
-                let exponent = exponent_of(self, *node);
+                let exponent = exponent_of(self, *node, times);
                 exponents.extend(exponent.map(|exponent| (exponent, times.clone())));
                 exponent.is_none()
             });
@@ -439,7 +447,7 @@ impl Pool {
                     exponent.is_integer() && (leads_negative(constant, terms) || !self.flags(*base).primitive)
                 }
                 Node::Function(Function::Abs, _) => exponent.is_even(),
-                Node::Power { .. } => !exponent.abs().is_one(),
+                Node::Power { base, .. } => !exponent.abs().is_one() && self.is_one_power(*base, exponent),
                 _ => false,
             };
             if reducible {
