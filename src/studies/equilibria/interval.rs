@@ -285,6 +285,14 @@ impl Scalar for Interval {
     }
 
     fn pow(&self, exponent: &Self) -> Self {
+        // Negative numbers have powers where the exponent is whole.
+        if self.lo < 0.0 && exponent.lo.ceil() <= exponent.hi {
+            if exponent.lo == exponent.hi && exponent.lo.abs() <= 65_536.0 {
+                return self.powi(exponent.lo as i32);
+            }
+            let size = Self { hi: self.size(), ..Self::point(0.0) }.pow(exponent).size();
+            return Self { lo: -size, hi: size, whole: false };
+        }
         let part = self.within(0.0, f64::INFINITY);
         if part.is_empty() || exponent.is_empty() {
             return Self::EMPTY;
