@@ -1,7 +1,8 @@
 //! How frequencies change with the amplitude, as text and as JSON.
 
 use super::json::{Object, array, lines, null, number, string};
-use super::table::{Column, draw};
+use super::modes::numbered;
+use super::table::{Column, GAP, draw};
 use super::{Style, Tone, Written, bound_text, headline, nearest, nearest_bound, shown_unit, with_unit};
 use librate_core::linearize::Linearized;
 use librate_core::oscillation::NormalModes;
@@ -24,7 +25,7 @@ fn change_text(change: &Ball) -> (String, String) {
 
 fn obstacle_words(obstacle: Obstacle) -> String {
     match obstacle {
-        Obstacle::NoOscillation => "does not oscillate".to_owned(),
+        Obstacle::NoOscillation => "no oscillation".to_owned(),
         Obstacle::Drift { with } => format!("drives mode {} away", with + 1),
         Obstacle::OneToOne { with } => format!("1:1 with mode {}: the shape is determined at fourth order", with + 1),
         Obstacle::OneToTwo { with } => format!("1:2 with mode {}", with + 1),
@@ -87,10 +88,20 @@ pub fn amplitude_text(
         Column::words("up to about", reach.collect()),
     ];
     let remarks: Vec<String> = found.iter().map(remark).collect();
-    if remarks.iter().any(|words| !words.is_empty()) {
-        columns.push(Column::words("", remarks));
+    let mut below: Vec<(&str, Vec<usize>)> = Vec::new();
+    let column = Column::words("", remarks.clone());
+    if columns.iter().chain([&column]).map(Column::width).sum::<usize>() > style.width + GAP {
+        for (at, words) in remarks.iter().enumerate().filter(|(_, words)| !words.is_empty()) {
+            match below.iter_mut().find(|(other, _)| other == words) {
+                Some((_, modes)) => modes.push(at),
+                None => below.push((words, vec![at])),
+            }
+        }
+    } else if remarks.iter().any(|words| !words.is_empty()) {
+        columns.push(column);
     }
     out.push_str(&draw(&columns, rows, |_| None, style));
+    out.extend(below.iter().map(|(words, modes)| format!("{}: {words}\n", numbered(modes))));
     out.push_str("\nomega is that of small oscillations times 1 + change A^2 for an amplitude A.\n");
     if !linearized.equilibrium().proved {
         out.push_str("The existence of the equilibrium is not proved: its position is an estimate, and the bounds do not include its error.\n");

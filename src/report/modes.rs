@@ -296,15 +296,19 @@ fn table(
     };
     let width = |columns: &[Column]| columns.iter().map(Column::width).sum::<usize>();
     let mut tables = Vec::new();
+    // What finds no room beside the columns begins a table; nothing separates a last column from a next one.
+    let mut beside = |columns: &mut Vec<Column>, next: &[Column]| {
+        if width(columns) + width(next) > style.width + GAP {
+            tables.push(std::mem::replace(columns, vec![Column::counting("mode", modes.len())]));
+        }
+    };
     if rows.iter().any(|row| !row.damping[0].is_empty()) {
         let damping = [("zeta", 0), ("Q", 1)]
             .map(|(name, at)| Column::numbers(name, rows.iter().map(|row| row.damping[at].clone()).collect()));
-        // Nothing separates the last column from a next one.
-        if width(&columns) + width(&damping) > style.width + GAP {
-            tables.push(std::mem::replace(&mut columns, vec![Column::counting("mode", modes.len())]));
-        }
+        beside(&mut columns, &damping);
         columns.extend(damping);
     }
+    beside(&mut columns, meaning.as_slice());
     let shapes = modes.iter().any(|mode| !mode.vector.is_empty());
     let used = width(&columns) + meaning.iter().map(Column::width).sum::<usize>();
     let beside = if shapes { shape(modes, names, style.width.saturating_sub(used)) } else { Some(Vec::new()) };
@@ -629,7 +633,7 @@ fn of_kind(modes: &NormalModes, kind: Kind) -> Vec<usize> {
 }
 
 /// `mode 3`, `modes 1, 2 and 5`, `modes 1 to 6`, `modes 1, 2, 5 and 40 more`
-fn numbered(modes: &[usize]) -> String {
+pub(super) fn numbered(modes: &[usize]) -> String {
     match modes {
         [] => "no mode".to_owned(),
         [only] => format!("mode {}", only + 1),
