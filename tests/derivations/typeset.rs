@@ -91,6 +91,15 @@ fn what_a_terminal_shows() {
     }
 }
 
+/// What the model itself declares is neither a displacement nor a momentum.
+#[test]
+fn names_of_the_model_are_their_own() {
+    let notation = Notation::new(["x"]).names(["x", "delta_x", "p_x"]);
+    let latex = |text: &str| notation.read(text).unwrap().latex();
+    assert_eq!(latex("delta_x*x + p_x"), r"\delta_{x} x + p_{x}");
+    assert_ne!(notation.read("p_x"), Notation::new(["x"]).read("p_x"));
+}
+
 #[test]
 fn long_sums_are_broken() {
     let terms: Vec<String> = (1..20).map(|i| format!("k*x[{i}]^2")).collect();

@@ -14,19 +14,26 @@ pub struct Notation {
     /// The coordinates and their families, without indices: `delta_x` is a displacement and `p_x` a momentum
     /// where `x` is one of them.
     pub coordinates: BTreeSet<String>,
+    /// The names of the model, without indices: none of them is a displacement or a momentum.
+    own: BTreeSet<String>,
     /// Names that have other symbols than [`Symbol::of`] says, so that no two of a model look alike.
     apart: BTreeMap<String, Symbol>,
+}
+
+/// A name without indices.
+fn family(name: &str) -> String {
+    name.split('[').next().unwrap_or(name).to_owned()
 }
 
 impl Notation {
     /// For coordinates of these names; indices are left out.
     pub fn new<'a>(coordinates: impl IntoIterator<Item = &'a str>) -> Self {
-        let family = |name: &str| name.split('[').next().unwrap_or(name).to_owned();
-        Self { coordinates: coordinates.into_iter().map(family).collect(), apart: BTreeMap::new() }
+        Self { coordinates: coordinates.into_iter().map(family).collect(), ..Self::default() }
     }
 
     /// With all names of a model, no two of which are to look alike; indices belong to them.
-    pub fn names<'a>(mut self, names: impl IntoIterator<Item = &'a str>) -> Self {
+    pub fn names<'a>(mut self, names: impl IntoIterator<Item = &'a str> + Clone) -> Self {
+        self.own = names.clone().into_iter().map(family).collect();
         self.apart = kept_apart(names);
         self
     }
@@ -152,7 +159,8 @@ impl Notation {
 
     fn named(&self, name: &str) -> Symbol {
         let of = |name: &str| self.apart.get(name).cloned().unwrap_or_else(|| Symbol::of(name));
-        let known = |prefix: &str| name.strip_prefix(prefix).filter(|rest| self.coordinates.contains(*rest));
+        let is_own = self.own.contains(name);
+        let known = |prefix: &str| name.strip_prefix(prefix).filter(|of| !is_own && self.coordinates.contains(*of));
         if let Some(coordinate) = known("delta_") {
             let mut symbol = of(coordinate);
             symbol.delta = true;

@@ -9,8 +9,8 @@ use librate_core::model::Feature;
 fn words(feature: Feature) -> [&'static str; 2] {
     match feature {
         Feature::Time => [
-            "this model depends on the time explicitly: it has no natural frequencies",
-            "`motion` integrates a driven model, `floquet` computes its stability",
+            "the change of frequencies with the amplitude is not computed for energies with the time in them",
+            "terms that the equations of motion do without may be left out; `motion` integrates a driven model",
         ],
         Feature::Dissipation => [
             "friction dissipates energy: the amplitude is not constant",
