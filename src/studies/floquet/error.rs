@@ -78,7 +78,7 @@ Error FloquetError {
         /// How far they were followed.
         time: String,
     } => at(*span, "contains the time").with_help(
-        "is there a division by zero, a root of a negative number, or an inertia 0 along the motion? Check the values of the parameters",
+        "is there a division by zero, a root of a negative number, a corner as of abs, or an inertia 0 along the motion? Check the values of the parameters",
     ),
 
     /// Equations that have no value.
