@@ -490,7 +490,7 @@ fn agreeing(
 
 impl Linear {
     /// s²M + s(G + C) + K + N, the constant first.
-    fn entry(&self, pool: &mut Pool, i: usize, j: usize) -> Vec<ExprId> {
+    pub(super) fn entry(&self, pool: &mut Pool, i: usize, j: usize) -> Vec<ExprId> {
         let of = |rows: &Option<Vec<Vec<ExprId>>>| rows.as_ref().map(|rows| rows[i][j]);
         let sum = |pool: &mut Pool, parts: [Option<ExprId>; 2]| {
             let parts: Vec<ExprId> = parts.into_iter().flatten().collect();

@@ -301,19 +301,11 @@ fn is_product_with(pool: &Pool, e: ExprId, such: impl Fn(ExprId, &Number) -> boo
 }
 
 pub(super) fn add_to(monomials: &mut Monomials, monomial: Monomial, coefficient: &Number) {
-    let entry = monomials.entry(monomial);
-    match entry {
-        std::collections::btree_map::Entry::Vacant(slot) => {
-            slot.insert(coefficient.clone());
-        }
-        std::collections::btree_map::Entry::Occupied(mut slot) => {
-            let sum = slot.get().add(coefficient);
-            if sum.is_zero() {
-                slot.remove();
-            } else {
-                *slot.get_mut() = sum;
-            }
-        }
+    let sum = monomials.get(&monomial).map_or_else(|| coefficient.clone(), |own| own.add(coefficient));
+    if sum.is_zero() {
+        monomials.remove(&monomial);
+    } else {
+        monomials.insert(monomial, sum);
     }
 }
 
