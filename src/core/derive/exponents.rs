@@ -19,7 +19,7 @@ use super::roots::{MOST_COORDINATES, determinant_of_polynomials, plain_root, roo
 use super::shapes::on_one_bar;
 use super::simplify::{Algebra, Opening, expand, split, written};
 use super::stability::{Sign, Signs, conditions, conditions_in_coefficients, essential};
-use crate::expr::{ExprId, Pool, ZeroVerdict, nullspace_mod};
+use crate::expr::{ExprId, Pool, nullspace_mod};
 use crate::groups::connected;
 use crate::number::Number;
 use crate::oscillation::NormalMode;
@@ -523,7 +523,7 @@ impl Found<'_, '_> {
 
     fn vanishes(&mut self, e: ExprId) -> bool {
         let value = self.checker.at_values(self.pool, &[e]);
-        value.iter().all(|value| self.pool.is_zero(*value) == ZeroVerdict::Zero)
+        value.iter().all(|value| self.pool.vanishes(*value))
     }
 
     /// An expression or its opposite, whichever is not negative.
@@ -645,7 +645,7 @@ impl Found<'_, '_> {
     fn about_middle(&mut self, [e, d, c, b, a]: [ExprId; 5]) -> Option<(Vec<Zero>, Option<ExprId>)> {
         let [bbb, abc, aad] = [[b, b, b], [a, b, c], [a, a, d]].map(|own| self.pool.product(&own));
         let odd = self.pool.linear(&[(bbb, Number::ONE), (abc, Number::from(-4)), (aad, Number::from(8))]);
-        if self.pool.is_zero(odd) != ZeroVerdict::Zero {
+        if !self.pool.vanishes(odd) {
             return None;
         }
         let middle = self.quotient(b, a, Number::half().mul(&Number::half()).neg());
@@ -812,8 +812,7 @@ fn by_symmetry(pool: &mut Algebra<'_>, linear: &Linear, rows: &Matrix) -> Option
                 let ((to, turned), (other, also)) = (mirror.of(i), mirror.of(j));
                 rows[i][j].iter().zip(&rows[to][other]).all(|(own, image)| {
                     let image = if turned == also { *image } else { pool.neg(*image) };
-                    let difference = pool.sub(*own, image);
-                    pool.is_zero(difference) == ZeroVerdict::Zero
+                    pool.agree(*own, image)
                 })
             })
         })

@@ -66,6 +66,17 @@ fn product(pool: &mut Pool, left: &Polynomial, right: &Polynomial) -> Polynomial
     all
 }
 
+/// A polynomial in which nothing moves.
+fn constant(coefficient: ExprId) -> Polynomial {
+    BTreeMap::from([(Factors::new(), vec![coefficient])])
+}
+
+fn add(sum: &mut Polynomial, other: Polynomial) {
+    for (motion, parts) in other {
+        sum.entry(motion).or_default().extend(parts);
+    }
+}
+
 /// Velocities and accelerations of all coordinates in terms of those of the free ones.
 struct Motions {
     velocities: Vec<Polynomial>,
@@ -104,16 +115,11 @@ impl Motions {
             for (motion, parts) in velocities[*bound].clone() {
                 let value = pool.sum(&parts);
                 let own = BTreeMap::from([(motion.clone(), vec![pool.one()])]);
-                let mut rate: Polynomial = BTreeMap::from([(Factors::new(), vec![variables.by_time(pool, value)])]);
+                let mut rate = constant(variables.by_time(pool, value));
                 for (j, slope) in variables.slopes(pool, value) {
-                    let slope = BTreeMap::from([(Factors::new(), vec![slope])]);
-                    for (motion, parts) in product(pool, &slope, &velocities[j]) {
-                        rate.entry(motion).or_default().extend(parts);
-                    }
+                    add(&mut rate, product(pool, &constant(slope), &velocities[j]));
                 }
-                for (motion, parts) in product(pool, &own, &rate) {
-                    all.entry(motion).or_default().extend(parts);
-                }
+                add(&mut all, product(pool, &own, &rate));
                 if let Some((Motion::Velocity(i), _)) = motion.first() {
                     all.entry(vec![(Motion::Acceleration(*i), 1)]).or_default().push(value);
                 }
@@ -134,7 +140,7 @@ impl Motions {
     /// A coefficient times what moves.
     fn term(&self, pool: &mut Pool, coefficient: ExprId, factors: &Factors) -> Option<Polynomial> {
         let coefficient = pool.substitute_one(coefficient, &self.speeds);
-        let mut all: Polynomial = BTreeMap::from([(Factors::new(), vec![coefficient])]);
+        let mut all = constant(coefficient);
         for (motion, power) in factors {
             for _ in 0..*power {
                 all = product(pool, &all, self.of(*motion)?);
@@ -204,9 +210,7 @@ pub(super) fn independent(
         for (i, weight) in std::iter::once(one).chain(weights).filter(|(_, weight)| !weight.is_zero()) {
             for ((_, factors), coefficient) in coefficients.range((i, Factors::new())..(i + 1, Factors::new())) {
                 let coefficient = pool.mul(weight, *coefficient);
-                for (motion, own) in motions.term(pool, coefficient, factors)? {
-                    parts.entry(motion).or_default().extend(own);
-                }
+                add(&mut parts, motions.term(pool, coefficient, factors)?);
             }
         }
         let mut equation = MotionSum::of_parts(pool, parts);

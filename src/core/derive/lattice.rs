@@ -213,7 +213,7 @@ fn commutes(pool: &mut Pool, matrix: &[BTreeMap<usize, ExprId>], dimension: Dime
             }
             let terms: Vec<(ExprId, Number)> = parts.iter().map(|(e, c)| (*e, Number::from(*c))).collect();
             let sum = pool.linear(&terms);
-            let vanishes = pool.is_zero(sum) == crate::expr::ZeroVerdict::Zero;
+            let vanishes = pool.vanishes(sum);
             known.insert(parts, vanishes);
             vanishes
         })

@@ -422,9 +422,7 @@ impl Linear {
         self.signs = signs;
         (self.mass, self.stiffness) = pair.dense(pool);
         let others = [&mut self.gyroscopic, &mut self.damping, &mut self.circulatory];
-        for entry in others.into_iter().flatten().flatten().flatten() {
-            *entry = pool.simplify(*entry);
-        }
+        pool.shorten(others.into_iter().flatten().flatten().flatten());
         self.forget_zeros();
         // What constraints forbid is no motion.
         let follows = self.tangent.as_ref();

@@ -95,6 +95,11 @@ impl<'a> Algebra<'a> {
         local.get(&root).copied().unwrap_or(root)
     }
 
+    /// Brings expressions to their shortest forms.
+    pub(super) fn shorten<'e>(&mut self, all: impl Iterator<Item = &'e mut ExprId>) {
+        all.for_each(|e| *e = self.simplify(*e));
+    }
+
     /// The shortest form found of what is made.
     pub(super) fn short(&mut self, make: impl FnOnce(&mut Pool) -> ExprId) -> ExprId {
         let made = make(self.pool);

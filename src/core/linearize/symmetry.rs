@@ -11,10 +11,9 @@ use std::collections::{BTreeMap, HashSet};
 
 use super::assemble::{Assembly, ElementFamily};
 use super::elimination::{Elimination, Row};
-use super::naming;
 use super::parameters::rational_values;
-use super::symbolic;
 use super::verify::hold_in_true_numbers;
+use super::{naming, symbolic};
 use crate::expr::{ExprId, ModularPoint, Pool, Symbol, add_mod, fraction_mod, mul_mod, neg_mod, nullspace_mod};
 use crate::groups::Groups;
 use crate::model::{CoordinateFamily, Model, TermFamily};

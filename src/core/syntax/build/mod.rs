@@ -20,10 +20,9 @@ use super::ast::{
     StatementKind,
 };
 use super::error::SyntaxError;
-use super::explain;
 use super::grammar::{Grammar, Rule, in_words, precedences};
 use super::split::MOST_LEVELS;
-use super::words;
+use super::{explain, words};
 use crate::span::Span;
 
 /// Collects the trees of a file's statements.
