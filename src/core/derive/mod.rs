@@ -8,8 +8,8 @@
 //!   (`conserved`);
 //! - symmetry classes and closed forms of the frequencies (`frequencies`, with `ties`, `forms`, `blocks`, `lattice`,
 //!   `roots`, `cubic`, `check`), and normal coordinates (`normal`, `shapes`, `waves`);
-//! - the characteristic polynomial, exponents and conditions of stability of any linear system (`exponents`, `stability`, with
-//!   `polynomial`, `factors`, `ring`);
+//! - the characteristic polynomial, exponents and conditions of stability of any linear system (`characteristic`, `exponents`,
+//!   `stability`, with `polynomial`, `factors`, `ring`);
 //! - equilibria in symbols, where a force can be solved by hand (`equilibria`);
 //! - M, K and the equilibrium, from [`linearize`], in short (`simplify`); under constraints multipliers, and M and K among the
 //!   motions that are left (`constraints`);
@@ -36,6 +36,7 @@
 
 mod abbreviate;
 mod blocks;
+mod characteristic;
 mod check;
 mod collapse;
 mod conserved;

@@ -5,7 +5,7 @@
 //! have to be negative and different: signs of coefficients and the discriminant. What follows from the signs that are known, that
 //! of M above all, and from other conditions, is left out.
 
-use super::exponents::Factor;
+use super::characteristic::Factor;
 use super::polynomial::{Polynomial, determinant};
 use super::ring::{EXPONENT, Expanded, Ring};
 use crate::expr::Pool;
