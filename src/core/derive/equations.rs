@@ -56,11 +56,7 @@ pub(super) fn coefficients(
     for (i, drag) in drags {
         dragged(pool, variables, *i, *drag, &mut parts);
     }
-    let mut coefficients = BTreeMap::new();
-    for (key, parts) in parts {
-        coefficients.insert(key, pool.short(|pool| pool.linear(&parts)));
-    }
-    coefficients
+    parts.into_iter().map(|(key, parts)| (key, pool.short(|pool| pool.linear(&parts)))).collect()
 }
 
 /// The left sides of the equations of motion, one a coordinate.

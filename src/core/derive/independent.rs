@@ -194,11 +194,8 @@ pub(super) fn independent(
     let free: Vec<usize> = (0..n).filter(|i| !bound.contains(i)).collect();
     let mut solved = Vec::with_capacity(bound.len());
     for (i, row) in bound.iter().zip(rows) {
-        let mut own = Vec::with_capacity(n + 1);
-        for entry in row {
-            own.push(pool.short(|pool| pool.neg(entry)));
-        }
-        solved.push((*i, own));
+        let own = row.into_iter().map(|entry| pool.short(|pool| pool.neg(entry)));
+        solved.push((*i, own.collect()));
     }
     let divisors = divisors(pool, &solved.iter().flat_map(|(_, row)| row).copied().collect::<Vec<_>>());
     let motions = Motions::new(pool, variables, &free, &solved);
@@ -219,10 +216,8 @@ pub(super) fn independent(
         }
         equations.push(equation);
     }
-    let mut follows = Vec::with_capacity(bound.len());
-    for i in bound {
-        follows.push((i, MotionSum::of_parts(pool, motions.velocities[i].clone())));
-    }
+    let follows = bound.into_iter().map(|i| (i, MotionSum::of_parts(pool, motions.velocities[i].clone())));
+    let mut follows: Vec<(usize, MotionSum)> = follows.collect();
     follows.sort_by_key(|(i, _)| *i);
     Some(Independent { free, follows, equations })
 }
@@ -351,10 +346,9 @@ fn of_independent(model: &Model, mut pool: Pool, variables: &Variables, found: &
         let at = variables.coordinate(symbol).or_else(|| variables.velocity(symbol));
         at.is_some_and(|at| !found.free.contains(&at))
     };
-    let mut potential: Vec<ExprId> = Vec::new();
-    for family in &model.potential {
-        potential.extend(linearize::instances(model, &mut pool, family, family.body, None));
-    }
+    let potential = model.potential.iter();
+    let potential = potential.flat_map(|own| linearize::instances(model, &mut pool, own, own.body, None));
+    let potential: Vec<ExprId> = potential.collect();
     let mut potential = pool.sum(&potential);
     if pool.depends_on(potential, &bound) {
         potential = pool.zero();

@@ -325,11 +325,8 @@ pub(super) fn determinant_of_polynomials(pool: &mut Algebra<'_>, entries: &[Vec<
         }
         minors = BTreeMap::new();
         for (set, polynomial) in next {
-            let mut shortened = Vec::new();
-            for parts in polynomial {
-                shortened.push(vec![pool.short(|pool| pool.sum(&parts))]);
-            }
-            minors.insert(set, shortened);
+            let shortened = polynomial.into_iter().map(|parts| vec![pool.short(|pool| pool.sum(&parts))]);
+            minors.insert(set, shortened.collect());
         }
     }
     let all = minors.into_values().next()?;

@@ -97,7 +97,7 @@ pub use units::{Units, power_of_two};
 
 use std::cell::Cell;
 
-use crate::model::Model;
+use crate::model::{Given, Model};
 use crate::precision::{Ball, Big, Factors, Integers, SparseMatrix, clear_column};
 
 /// The largest dense problem: its matrices and vectors take about 2 GB.
@@ -453,12 +453,10 @@ fn check_plain(model: &Model) -> Result<(), LinearizeError> {
         (Feature::SteadyMotion, rate),
         (Feature::Rolling, model.rolling.first().map(|own| own.span)),
     ];
-    for (feature, span) in features {
-        if let Some(span) = span {
-            return Err(LinearizeError::Unsupported { feature, span });
-        }
+    match features.into_iter().find_map(|(feature, span)| Some((feature, span?))) {
+        Some((feature, span)) => Err(LinearizeError::Unsupported { feature, span }),
+        None => Ok(()),
     }
-    Ok(())
 }
 
 impl Linearized {
@@ -663,10 +661,7 @@ impl Linearized {
     /// without them.
     #[must_use]
     pub fn dependent_constraints(&self) -> &[usize] {
-        match &self.constrained {
-            Some(constrained) => &constrained.dependent,
-            None => &[],
-        }
+        self.constrained.as_ref().map_or(&[], |own| &own.dependent)
     }
 
     /// What kind of equations of motion the model has near the equilibrium.
@@ -712,12 +707,8 @@ impl Linearized {
     #[must_use]
     pub fn rates(&self) -> Vec<Ball> {
         let model = self.model();
-        let rate = |given: Option<crate::model::Given>| {
-            let value = given.and_then(|given| given.value)?;
-            assemble::evaluate_closed::<Ball>(&model.pool, value, ())
-        };
-        let rates = model.rates.iter();
-        rates.map(|given| rate(given).unwrap_or(Ball::ZERO)).collect()
+        let rate = |given: Option<Given>| constant(&model.pool, given?.value?);
+        model.rates.iter().map(|given| rate(given).unwrap_or(Ball::ZERO)).collect()
     }
 
     /// Whether friction at rest has no share in any coordinate that a motion moves, exactly.
