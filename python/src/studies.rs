@@ -6,7 +6,7 @@ use std::ops::Range as Span;
 use librate::batch::{self, Outcome, Solutions, Study};
 use librate::chart::{Chart, Place as ChartPlace};
 use librate::floquet::{self, Options as FloquetOptions};
-use librate::model::{Constant, Model as Elaborated, ModelError, Range};
+use librate::model::{Constant, Model as Elaborated, Range};
 use librate::modes::Options;
 use librate::motion::{Enclosed, Start, System, Times};
 use librate::oscillation;
@@ -28,11 +28,7 @@ const PORTION: usize = 64;
 
 /// A number from outside.
 fn constant(text: &str) -> Result<Constant, Failure> {
-    Constant::parse(text).map_err(|error| {
-        let reason = match error {
-            ModelError::BadSetting { reason, .. } => reason,
-            other => other.to_string(),
-        };
+    Constant::read(text).map_err(|reason| {
         Failure::request(format!("can't read `{text}`: {reason}"), "a number is needed: `10`, `'1/2'`, `'2*pi'`")
     })
 }

@@ -4,10 +4,9 @@ use librate::chart::{Chart, Place};
 use librate::model::ModelError;
 use librate::{Error, report};
 
-use super::args;
 use super::output::write_file;
 use super::threads::all;
-use super::{Answer, Failure, input, parsed, range, wrong_request};
+use super::{Answer, Failure, args, input, parsed, range, wrong_request};
 
 const HELP: &str = "write `--map NAME=a..b:count NAME=c..d:count`, for example `--map a=0..10:100 q=0..5:100`";
 

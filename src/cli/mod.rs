@@ -32,13 +32,12 @@ use std::sync::Arc;
 use anstream::{AutoStream, ColorChoice};
 use clap::{CommandFactory, Parser};
 use clap_complete::Shell;
-use librate::Source as Made;
 use librate::derive::{self, Parts};
 use librate::diagnostic::Diagnostic;
-use librate::model::{self, Constant, Model, ModelError, Range, Settings, TableTexts};
+use librate::model::{self, Constant, Model, Range, Settings, TableTexts};
 use librate::number::Number;
 use librate::report::{self, Style};
-use librate::{Error, amplitude, explain, floquet, linearize, modes, oscillation, sensitivity, syntax};
+use librate::{Error, Source as Made, amplitude, explain, floquet, linearize, modes, oscillation, sensitivity, syntax};
 
 use args::{Cli, Command, MessageFormat, ModelArgs};
 use guard::Guard;
@@ -408,13 +407,7 @@ fn range(text: &str, help: &str) -> Result<Range, Failure> {
 
 /// Reads a number that is given as an expression.
 fn constant(text: &str, help: &str) -> Result<Constant, Failure> {
-    Constant::parse(text).map_err(|error| {
-        let reason = match error {
-            ModelError::BadSetting { reason, .. } => reason,
-            other => other.to_string(),
-        };
-        wrong_request(format!("can't read `{text}`: {reason}"), help)
-    })
+    Constant::read(text).map_err(|reason| wrong_request(format!("can't read `{text}`: {reason}"), help))
 }
 
 /// The first few parameters there are, for one that there is not.

@@ -13,9 +13,8 @@ use librate::{Error, modes, oscillation};
 
 use super::args::{self, MessageFormat};
 use super::input::{self, Source};
-use super::output;
 use super::threads::in_order;
-use super::{Answer, Failure, Loaded, Size, constant, during, failed, fault, load_values};
+use super::{Answer, Failure, Loaded, Size, constant, during, failed, fault, load_values, output};
 
 const HELP: &str = "times and amplitudes are numbers: `10`, `1/2`, `2*pi`";
 

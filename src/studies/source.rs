@@ -78,10 +78,7 @@ pub(crate) fn quoted(names: &[String]) -> String {
 
 /// Reads a constant; the error is what is wrong with it, in words.
 pub(crate) fn constant(text: &str) -> Result<Constant, String> {
-    Constant::parse(text).map_err(|error| match error {
-        ModelError::BadSetting { reason, .. } => reason,
-        other => other.to_string(),
-    })
+    Constant::read(text)
 }
 
 /// Reads a table; the error is a line and what is wrong there.

@@ -6,12 +6,10 @@
 //!
 //! It starts no thread: places are independent of each other, a [`Sweep`] is `Sync`, and a [`Worker`] belongs to one thread.
 
-use crate::source::Source;
-
 use crate::batch::{self, Outcome, Solutions, Study};
 use crate::error::Error;
 use crate::sensitivity;
-use crate::source::{End, parameter, rational, share, unit_of, written_ends};
+use crate::source::{End, Source, parameter, rational, share, unit_of, written_ends};
 use librate_core::linearize::{self, Linearized};
 use librate_core::model::{Model, Range};
 use librate_core::modes::{Kind, Options};

@@ -20,11 +20,7 @@ fn changed(monomial: &Monomial, by: &[(ExprId, i64)]) -> Monomial {
 pub(super) fn collapse(pool: &mut Pool, monomials: &mut Monomials) {
     let is_angle =
         |pool: &Pool, id: ExprId| angle(pool, id, Function::Sin).is_some() || angle(pool, id, Function::Cos).is_some();
-    let mut any = false;
-    for monomial in monomials.keys() {
-        any |= monomial.iter().any(|(base, _)| is_angle(pool, *base));
-    }
-    if !any {
+    if !monomials.keys().flatten().any(|(base, _)| is_angle(pool, *base)) {
         return;
     }
     for rule in [fourths, squares, complements, products, halves] {

@@ -152,9 +152,7 @@ pub(super) fn reduce(pool: &mut Algebra<'_>, linear: &mut Linear, names: &Names,
         return;
     };
     let gradients = tangent.gradients.iter_mut().flatten();
-    for entry in tangent.multipliers.iter_mut().chain(gradients) {
-        *entry = pool.simplify(*entry);
-    }
+    pool.shorten(tangent.multipliers.iter_mut().chain(gradients));
     if let Some(Reduction { free, directions, matrices, drift, energies }) =
         reduction(pool, checker, linear, &mut tangent)
         && !free.is_empty()
@@ -217,13 +215,9 @@ fn reduction(
     tangent: &mut Tangent,
 ) -> Option<Reduction> {
     if let Some(mut own) = tangent.rolling.take() {
-        for entry in own.directions.iter_mut().flatten() {
-            *entry = pool.simplify(*entry);
-        }
+        pool.shorten(own.directions.iter_mut().flatten());
         let mut drift = own.drift_of_all(pool);
-        for entry in drift.iter_mut().flatten().flatten() {
-            *entry = pool.simplify(*entry);
-        }
+        pool.shorten(drift.iter_mut().flatten().flatten());
         let energies = drift.is_none() && own.reactions.is_empty();
         let SymbolicRolling { free, directions, matrices, .. } = own;
         return Some(Reduction { free, directions, matrices, drift, energies });

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::lagrangian::{Lagrangian, Variables};
 use super::motion::{Factor, Motion, MotionSum, MotionTerm};
+use super::shapes::determinant;
 use super::simplify::Algebra;
 use crate::expr::{ExprId, Pool, ZeroVerdict};
 use crate::groups::connected;
@@ -160,9 +161,7 @@ fn inverse(
 ) -> Option<Vec<MotionTerm>> {
     let [a, b, c] = [(i, i), (i, j), (j, j)].map(|at| inertia.get(&at).copied());
     let (a, b, c) = (a?, b?, c?);
-    let diagonal = pool.mul(a, c);
-    let square = pool.square(b);
-    let determinant = pool.short(|pool| pool.sub(diagonal, square));
+    let determinant = pool.short(|pool| determinant(pool, &[vec![a, b], vec![b, c]]));
     if pool.is_zero(determinant) != ZeroVerdict::NonZero {
         return None;
     }

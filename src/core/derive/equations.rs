@@ -56,11 +56,7 @@ pub(super) fn coefficients(
     for (i, drag) in drags {
         dragged(pool, variables, *i, *drag, &mut parts);
     }
-    let mut coefficients = BTreeMap::new();
-    for (key, parts) in parts {
-        coefficients.insert(key, pool.short(|pool| pool.linear(&parts)));
-    }
-    coefficients
+    parts.into_iter().map(|(key, parts)| (key, pool.short(|pool| pool.linear(&parts)))).collect()
 }
 
 /// The left sides of the equations of motion, one a coordinate.
@@ -158,26 +154,16 @@ fn dragged(pool: &mut Pool, variables: &Variables, i: usize, drag: ExprId, parts
 
 /// M q'' + (G + C) q' + (K + N) q = 0, row by row, with q measured from the equilibrium.
 pub(super) fn linearized(pool: &mut Pool, linear: &Linear) -> Vec<MotionSum> {
-    let row = |matrix: &Option<Vec<Vec<ExprId>>>, i: usize| matrix.as_ref().map(|rows| rows[i].clone());
-    (0..linear.mass.len())
+    let motions = [Motion::Displacement, Motion::Velocity, Motion::Acceleration];
+    let n = linear.mass.len();
+    (0..n)
         .map(|i| {
-            let mut parts = terms(&linear.mass[i], Motion::Acceleration);
-            // One term for what goes with a velocity or a displacement, in whichever matrix.
-            let mut both = |one: Option<Vec<ExprId>>, other: Option<Vec<ExprId>>| match (one, other) {
-                (Some(a), Some(b)) => a.iter().zip(&b).map(|(a, b)| pool.add(*a, *b)).collect(),
-                (a, b) => a.or(b).unwrap_or_default(),
-            };
-            let velocity: Vec<ExprId> = both(row(&linear.gyroscopic, i), row(&linear.damping, i));
-            let place: Vec<ExprId> = both(Some(linear.stiffness[i].clone()), row(&linear.circulatory, i));
-            parts.extend(terms(&velocity, Motion::Velocity));
-            parts.extend(terms(&place, Motion::Displacement));
+            let mut parts = Vec::with_capacity(3 * n);
+            for j in 0..n {
+                let entries = linear.entry(pool, i, j).into_iter().zip(motions);
+                parts.extend(entries.map(|(value, motion)| MotionTerm::new(value, &single(motion(j)))));
+            }
             MotionSum::new(pool, parts)
         })
         .collect()
-}
-
-/// The sum of a row's entries times motions.
-fn terms(row: &[ExprId], motion: fn(usize) -> Motion) -> Vec<MotionTerm> {
-    let entries = row.iter().enumerate();
-    entries.map(|(j, value)| MotionTerm::new(*value, &[(motion(j), 1)])).collect()
 }

@@ -274,10 +274,8 @@ fn single_sign(pool: &Pool, e: ExprId, known: &Signs) -> Option<bool> {
     if !pool.is_sum(e) {
         return of_symbol(e);
     }
-    let mut signs = Vec::new();
-    for (term, coefficient) in pool.terms(e) {
-        signs.push(of_term(term)? != coefficient.is_negative());
-    }
+    let is_negative = |(term, coefficient): (ExprId, Number)| Some(of_term(term)? != coefficient.is_negative());
+    let signs = pool.terms(e).into_iter().map(is_negative).collect::<Option<Vec<bool>>>()?;
     let first = *signs.first()?;
     signs.iter().all(|sign| *sign == first).then_some(first)
 }

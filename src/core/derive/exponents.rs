@@ -1,44 +1,24 @@
-//! The exponents of M q'' + (G + C) q' + (K + N) q = 0 in symbols: the characteristic polynomial, its zeros where they can be
-//! written down, and what stability needs.
+//! The exponents of M q'' + (G + C) q' + (K + N) q = 0 in symbols: the zeros of the characteristic polynomial, where they can be
+//! written down.
 //!
-//! The polynomial det(s²M + s(G + C) + K + N) is that of each part which hangs together, without what its coefficients have in
-//! common; factors in which no zero is repeated are solved one by one: linear and quadratic ones, and even ones up to s⁴. Zeros and
-//! conditions are compared with certified exponents before they are given out. Of conservative models the closed forms of the
-//! frequencies are taken.
+//! Factors in which no zero is repeated are solved one by one: linear and quadratic ones, and even ones up to s⁴. Zeros are compared
+//! with certified exponents before they are given out. Of conservative models the closed forms of the frequencies are taken.
 
 use std::cmp::Ordering;
 
 use super::Linear;
-use super::blocks::{adapted, commuting_mirrors};
+use super::characteristic::Factored;
 use super::check::{Checker, WIDEST};
 use super::frequencies::{Approximation, Case};
-use super::pair::Pair;
-use super::polynomial::{Polynomial, determinant};
-use super::ring::{EXPONENT, Expanded, Ring};
-use super::roots::{MOST_COORDINATES, determinant_of_polynomials, plain_root, root, with_common_bar};
+use super::ring::EXPONENT;
+use super::roots::{plain_root, root, with_common_bar};
 use super::shapes::on_one_bar;
 use super::simplify::{Algebra, Opening, expand, split, written};
-use super::stability::{Sign, Signs, conditions, conditions_in_coefficients, essential};
-use crate::expr::{ExprId, Pool, ZeroVerdict, nullspace_mod};
-use crate::groups::connected;
+use crate::expr::{ExprId, Pool};
 use crate::number::Number;
 use crate::oscillation::NormalMode;
 use crate::precision::{Ball, Complex, Scalar};
-use crate::symmetry::Symmetry;
-use crate::syntax::Comparison;
 
-/// Of models with more coordinates only frequencies are looked at.
-const MOST_IN_ALL: usize = 40;
-/// Determinants of more coordinates are not written out, those beyond the limit of closed forms as polynomials.
-const MOST_COORDINATES_OF_POLYNOMIALS: usize = 24;
-/// Nor are those of more symbols in all entries.
-const MOST_SYMBOLS_OF_POLYNOMIALS: u64 = 3000;
-/// Determinants of more symbols in all entries are not multiplied out.
-const MOST_SYMBOLS: u64 = 500;
-/// Characteristic polynomials of more terms are left out.
-const MOST_TERMS: usize = 1000;
-/// Conditions of more symbols are left out.
-const MOST_IN_CONDITION: u64 = 5000;
 /// The roots of more expressions are left as they are.
 const MOST_ROOTS: usize = 12;
 
@@ -110,32 +90,6 @@ pub struct StabilityCondition {
     pub open: Option<ExprId>,
 }
 
-/// A factor of the characteristic polynomial in which no zero is repeated.
-pub(super) struct Factor {
-    pub(super) polynomial: Polynomial,
-    pub(super) times: usize,
-    /// How often it is one of a single part, or class of symmetry.
-    pub(super) repeated: usize,
-    /// A bit for each of the parts, or classes, that have it.
-    parts: u64,
-}
-
-impl Factor {
-    /// Whether it has even powers of s alone.
-    pub(super) fn is_even(&self) -> bool {
-        self.polynomial.terms().all(|(powers, _)| powers[EXPONENT] % 2 == 0)
-    }
-}
-
-/// The characteristic polynomial of all parts.
-struct Factored {
-    ring: Ring,
-    factors: Vec<Factor>,
-    /// How often s is a factor.
-    zeros: u32,
-    signs: Signs,
-}
-
 /// The exponents, of conservative models from their frequencies.
 pub(super) fn exponents(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear: &Linear) -> Exponents {
     pool.budget().at("the exponents in symbols", None);
@@ -155,351 +109,8 @@ pub(super) fn exponents(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear: &
         (None, Some(parts)) => found.of_factors(parts),
         (None, None) => {}
     }
-    if let Some(parts) = &parts {
-        let all = parts.factors.iter();
-        let conservative = linear.is_conservative();
-        let all =
-            all.map(|factor| conditions(factor, &parts.ring, &parts.signs, conservative)).collect::<Option<Vec<_>>>();
-        let kept = all.map(|all| essential(&all.concat(), &parts.signs));
-        own.stability = kept.and_then(|kept| parts.conditions(checker, pool, &kept));
-        own.stability = own.stability.or_else(|| parts.in_coefficients(checker, pool, conservative));
-        // Without circulatory forces equal exponents have vectors enough, as far as energies keep motions in bounds.
-        own.stability = own.stability.and_then(|mut all| {
-            if linear.circulatory.is_some() {
-                all.extend(parts.distinct(pool)?);
-            }
-            (conservative || !drifts(pool, linear)).then_some(all)
-        });
-    }
+    own.stability = parts.and_then(|parts| parts.stability(checker, pool, linear));
     own
-}
-
-/// Whether motions grow as t² or faster at the exponent 0, for most values of the parameters: a Jordan block over 2, as the kernels of
-/// (K), (K, D; K), (K, D, M; K, D; K) tell, D = G + C, whose dimensions count blocks of size 1, 2 and 3 at least. Modulo a prime.
-fn drifts(pool: &mut Pool, linear: &Linear) -> bool {
-    let n = linear.mass.len();
-    let places = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
-    let entries: Vec<ExprId> = places.flat_map(|(i, j)| linear.entry(pool, i, j)).collect();
-    let Some(values) = pool.evaluate_at_random(&entries, 1) else { return false };
-    let degrees = values.len() / (n * n).max(1);
-    let blocks = |size: usize| {
-        let entry = |row: usize, column: usize| match (row / n).checked_sub(column / n) {
-            Some(power) if power < degrees => values[(row % n * n + column % n) * degrees + power],
-            Some(_) | None => 0,
-        };
-        let mut rows = (0..size * n).map(|row| (0..size * n).map(|column| entry(row, column)).collect()).collect();
-        nullspace_mod(&mut rows, size * n).len()
-    };
-    blocks(3) > blocks(2)
-}
-
-/// What is positive: the diagonal of M, and what the model assumes.
-fn known(checker: &Checker<'_>, pool: &mut Pool, linear: &Linear) -> Vec<Expanded> {
-    let mut all: Vec<ExprId> = linear.mass.iter().enumerate().map(|(i, row)| row[i]).collect();
-    for own in &checker.model.assumptions {
-        match own.relation {
-            Comparison::Greater => all.push(pool.sub(own.left, own.right)),
-            Comparison::Less => all.push(pool.sub(own.right, own.left)),
-            Comparison::GreaterEqual | Comparison::LessEqual | Comparison::Equal | Comparison::NotEqual => {}
-        }
-    }
-    all.retain(|own| !own.is_zero());
-    all.into_iter().filter_map(|own| Expanded::new(pool, &[own])).collect()
-}
-
-impl Factored {
-    fn new(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear: &Linear) -> Option<Self> {
-        if linear.mass.len() > MOST_IN_ALL {
-            return None;
-        }
-        let rows = (0..linear.mass.len()).map(|i| (0..linear.mass.len()).map(|j| linear.entry(pool, i, j)).collect());
-        let rows: Matrix = rows.collect();
-        // Of conservative models it is known whether there is a symmetry, and few coordinates need none.
-        let symmetric = linear.frequencies.as_ref().is_none_or(|own| own.best().symmetry.is_some());
-        let few = linear.is_conservative() && (rows.len() <= MOST_COORDINATES || !symmetric);
-        let blocks = if few { None } else { by_symmetry(pool, linear, &rows) };
-        let (mut expanded, mut symbols) = (Vec::new(), 0);
-        let mut known = known(checker, pool, linear);
-        for rows in blocks.unwrap_or_else(|| vec![rows]) {
-            let couples = |i: usize, j: usize| rows[i][j].iter().any(|own| !own.is_zero());
-            for part in connected(rows.len(), |i, j| couples(i, j) || couples(j, i)) {
-                let entries = part.iter().map(|i| part.iter().map(|j| rows[*i][*j].clone()).collect());
-                let entries: Matrix = entries.collect();
-                let all = entries.concat().concat();
-                let weight = pool.weight_of(&all);
-                if part.len() > MOST_COORDINATES {
-                    if weight > MOST_SYMBOLS_OF_POLYNOMIALS || part.len() > MOST_COORDINATES_OF_POLYNOMIALS {
-                        return None;
-                    }
-                    expanded.push((part.len(), Expanded::new(pool, &all)?));
-                    continue;
-                }
-                let is_short = weight <= MOST_SYMBOLS;
-                symbols += weight;
-                // Frequencies say what conditions say, elsewhere.
-                if linear.is_conservative() && linear.mass.len() > MOST_COORDINATES && symbols > 2 * MOST_SYMBOLS {
-                    return None;
-                }
-                let coefficients = determinant_of_polynomials(pool, &entries)?;
-                let open = if is_short { Expanded::new(pool, &coefficients) } else { None };
-                let is_open = open.is_some();
-                expanded.push((1, open.unwrap_or_else(|| Expanded::as_they_stand(pool, &coefficients))));
-                // det M is positive, unless it is 0.
-                if coefficients.len() == 2 * part.len() + 1
-                    && let Some(last) = coefficients.last()
-                {
-                    known.extend(match is_open {
-                        true => Expanded::new(pool, &[*last]),
-                        false => Some(Expanded::as_they_stand(pool, &[*last])),
-                    });
-                }
-            }
-        }
-        let ring = Ring::new(pool, expanded.iter().map(|(_, own)| own).chain(&known));
-        let mut factors = Vec::new();
-        let mut zeros = 0;
-        for (part, (n, own)) in expanded.iter().enumerate() {
-            let coefficients = ring.polynomials(own)?;
-            // Nothing is left of entries that are all 0: the determinant is, whatever the exponent.
-            let degrees = coefficients.len().checked_div(n * n).filter(|own| *own > 0)?;
-            let entries = coefficients.chunks(degrees);
-            let entries: Vec<_> = entries.map(|own| Polynomial::from_coefficients(EXPONENT, own)).collect();
-            let polynomial = ring.reduced(determinant(entries.chunks(*n).map(<[_]>::to_vec).collect())?);
-            let common = polynomial.common_powers();
-            zeros += common[EXPONENT];
-            let polynomial = polynomial.without(&common);
-            let polynomial = polynomial.over(&polynomial.content(EXPONENT))?;
-            for (polynomial, times) in polynomial.factors(EXPONENT) {
-                for polynomial in polynomial.split() {
-                    join(&mut factors, Factor { polynomial, times, repeated: times, parts: 1 << part });
-                }
-            }
-        }
-        let signs = Signs::new(pool, &ring, &known);
-        Some(Self { ring, factors, zeros, signs })
-    }
-
-    /// From squares of all frequencies; of two that a root tells apart from their sum and product.
-    fn of_squares(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear: &Linear, case: &Case) -> Option<Self> {
-        let mut open: Vec<(ExprId, usize)> =
-            case.frequencies.iter().map(|own| (own.omega_squared, own.multiplicity)).collect();
-        let (one, mut zeros, mut expanded) = (pool.one(), 0, Vec::new());
-        while let Some((own, times)) = open.pop() {
-            if own.is_zero() {
-                zeros += 2 * u32::try_from(times).ok()?;
-                continue;
-            }
-            let alone = Expanded::new(pool, &[own, one])?;
-            let mut with_other = |(at, (other, others)): (usize, &(ExprId, usize))| {
-                let sums = [pool.short(|pool| pool.mul(own, *other)), pool.short(|pool| pool.add(own, *other)), one];
-                let quadratic = Expanded::new(pool, &sums).filter(|own| *others == times && !own.has_roots());
-                Some((at, quadratic?))
-            };
-            let pair = alone.has_roots().then(|| open.iter().enumerate().find_map(&mut with_other)).flatten();
-            if let Some((at, _)) = &pair {
-                open.remove(*at);
-            }
-            expanded.push((times, pair.map_or(alone, |(_, quadratic)| quadratic)));
-        }
-        let known = known(checker, pool, linear);
-        let ring = Ring::new(pool, expanded.iter().map(|(_, own)| own).chain(&known));
-        let signs = Signs::new(pool, &ring, &known);
-        let factor = |(times, own): &(usize, Expanded)| {
-            let polynomial = Polynomial::from_coefficients(EXPONENT, &ring.polynomials(own)?);
-            let polynomial = polynomial.with_powers(EXPONENT, |power| Some(2 * power))?;
-            Some(Factor { polynomial, times: *times, repeated: *times, parts: 0 })
-        };
-        let factors = expanded.iter().map(factor).collect::<Option<_>>()?;
-        Some(Self { ring, factors, zeros, signs })
-    }
-
-    /// The product of all factors; `None` where it would be too long.
-    fn characteristic(&self, checker: &Checker<'_>, pool: &mut Algebra<'_>) -> Option<Vec<ExprId>> {
-        let mut whole = Polynomial::constant(self.ring.variables(), Number::ONE);
-        for factor in &self.factors {
-            for _ in 0..factor.times {
-                whole = whole.times(&factor.polynomial);
-                if whole.terms().count() > MOST_TERMS {
-                    return None;
-                }
-            }
-        }
-        let whole = whole.primitive().coefficients(EXPONENT);
-        let zeros = (0..self.zeros).map(|_| pool.zero());
-        let mut all: Vec<ExprId> = zeros.collect();
-        all.extend(whole.iter().map(|own| self.ring.expression(pool, own)));
-        if let Some(last) = all.last()
-            && checker.is_negative(pool, *last) == Some(true)
-        {
-            for own in &mut all {
-                *own = pool.short(|pool| pool.neg(*own));
-            }
-        }
-        Some(all)
-    }
-
-    /// What has to be positive, as a product.
-    fn product(&self, pool: &mut Algebra<'_>, own: &Sign) -> ExprId {
-        let factors = own.factors.iter().map(|factor| self.ring.expression(pool, factor));
-        let mut factors: Vec<ExprId> = factors.collect();
-        if own.negative {
-            // The sign goes into a sum.
-            let place = factors.iter().position(|factor| pool.is_sum(*factor)).unwrap_or(0);
-            match factors.get_mut(place) {
-                Some(factor) => *factor = pool.neg(*factor),
-                None => factors.push(pool.integer(-1)),
-            }
-        }
-        pool.product(&factors)
-    }
-
-    /// Conditions as expressions, where they agree with the modes at the values of the parameters.
-    fn conditions(
-        &self,
-        checker: &Checker<'_>,
-        pool: &mut Algebra<'_>,
-        all: &[Sign],
-    ) -> Option<Vec<StabilityCondition>> {
-        let mut by_signs = self.signs.clone();
-        for at in 0..self.ring.variables() {
-            let symbol = self.ring.base(at).and_then(|(base, _)| pool.as_symbol(base));
-            if symbol.and_then(|symbol| checker.sign(symbol)) == Some(false) {
-                by_signs.variables[at] = true;
-            }
-        }
-        let mut found = Vec::new();
-        for own in all {
-            let positive = self.product(pool, own);
-            if pool.weight_of(&[positive]) > MOST_IN_CONDITION {
-                return None;
-            }
-            // A relation of numbers.
-            if pool.is_constant(positive) && checker.is_negative(pool, positive) == Some(false) {
-                continue;
-            }
-            let left = by_signs.sign(&own.product(self.ring.variables()));
-            let open = (!left.holds_always()).then(|| self.product(pool, &left));
-            found.push(StabilityCondition { positive, open });
-        }
-        agreeing(checker, pool, found)
-    }
-
-    /// That factors without odd powers have no zeros in common, where they are of one part: else motions grow as powers of t. Squares, as
-    /// conditions are what is positive; `None` where they have some whatever the parameters are, or it is too long.
-    fn distinct(&self, pool: &mut Algebra<'_>) -> Option<Vec<StabilityCondition>> {
-        let even: Vec<&Factor> = self.factors.iter().filter(|own| own.is_even()).collect();
-        let mut found = Vec::new();
-        for (at, one) in even.iter().enumerate() {
-            for other in even[at + 1..].iter().filter(|own| own.parts & one.parts != 0) {
-                let resultant = self.ring.reduced(one.polynomial.resultant_of_even(&other.polynomial, EXPONENT)?);
-                if resultant.is_zero() {
-                    return None;
-                }
-                let common = resultant.common_powers();
-                let rest = resultant.without(&common);
-                let open = |(at, power): (usize, &u32)| u32::from(*power > 0 && !self.signs.variables[at]);
-                let mut base = Polynomial::monomial(common.iter().enumerate().map(open).collect());
-                if self.signs.of_terms(&rest).is_none() {
-                    base = base.times(&rest);
-                }
-                if base.is_constant() {
-                    continue;
-                }
-                let base = self.ring.expression(pool, &base);
-                let positive = pool.square(base);
-                if pool.weight_of(&[positive]) > MOST_IN_CONDITION {
-                    return None;
-                }
-                found.push(StabilityCondition { positive, open: Some(positive) });
-            }
-        }
-        Some(found)
-    }
-
-    /// Conditions in the coefficients of the factors, which are not multiplied out, where they agree with the modes.
-    fn in_coefficients(
-        &self,
-        checker: &Checker<'_>,
-        pool: &mut Algebra<'_>,
-        conservative: bool,
-    ) -> Option<Vec<StabilityCondition>> {
-        let mut found = Vec::new();
-        for factor in &self.factors {
-            let (coefficients, conditions) = conditions_in_coefficients(factor, &self.signs, conservative)?;
-            let coefficients: Vec<ExprId> = coefficients.iter().map(|own| self.ring.expression(pool, own)).collect();
-            for condition in conditions {
-                let terms = condition.terms().map(|(powers, number)| {
-                    let powers = coefficients.iter().zip(powers).map(|(own, power)| pool.powi(*own, i64::from(*power)));
-                    let powers: Vec<ExprId> = powers.collect();
-                    (pool.product(&powers), number.clone())
-                });
-                let terms: Vec<(ExprId, Number)> = terms.collect();
-                let positive = pool.linear(&terms);
-                if pool.weight_of(&[positive]) > MOST_IN_CONDITION {
-                    return None;
-                }
-                if !pool.is_constant(positive) || checker.is_negative(pool, positive) != Some(false) {
-                    found.push(StabilityCondition { positive, open: Some(positive) });
-                }
-            }
-        }
-        agreeing(checker, pool, found)
-    }
-}
-
-/// Takes another factor in, without what it has in common with one that is there: parts and classes of symmetry may share exponents.
-fn join(factors: &mut Vec<Factor>, new: Factor) {
-    let mut open = vec![new];
-    while let Some(mut own) = open.pop() {
-        for other in factors.iter_mut() {
-            if other.polynomial.is_prime_to(&own.polynomial, EXPONENT) {
-                continue;
-            }
-            let common = other.polynomial.common_divisor(&own.polynomial);
-            let rests = [&other.polynomial, &own.polynomial].map(|of| of.over(&common));
-            if common.degree(EXPONENT) > 0
-                && let [Some(of_other), Some(of_own)] = rests
-            {
-                open.push(Factor { polynomial: of_other, ..*other });
-                own.polynomial = of_own;
-                let (times, repeated) = (other.times + own.times, other.repeated.max(own.repeated));
-                *other = Factor { polynomial: common, times, repeated, parts: other.parts | own.parts };
-            }
-        }
-        if own.polynomial.degree(EXPONENT) > 0 {
-            factors.push(own);
-        }
-    }
-}
-
-/// Conditions where they agree with the modes at the values of the parameters.
-fn agreeing(
-    checker: &Checker<'_>,
-    pool: &mut Algebra<'_>,
-    found: Vec<StabilityCondition>,
-) -> Option<Vec<StabilityCondition>> {
-    let signs: Vec<Option<bool>> = found.iter().map(|own| checker.is_negative(pool, own.positive)).collect();
-    // -1 stands for what is negative but for special values, which those of the model may be.
-    let is_general = found.iter().any(|own| pool.as_number(own.positive).is_some());
-    let Some(modes) = checker.exponents().filter(|_| !is_general) else { return Some(found) };
-    let unstable = modes.iter().any(|mode| mode.growth.is_positive());
-    // What is 0 at the values leaves it open, but not beside what is negative.
-    let agrees = if signs.contains(&Some(true)) { unstable } else { !unstable || signs.contains(&None) };
-    agrees.then_some(found)
-}
-
-impl Linear {
-    /// s²M + s(G + C) + K + N, the constant first.
-    fn entry(&self, pool: &mut Pool, i: usize, j: usize) -> Vec<ExprId> {
-        let of = |rows: &Option<Vec<Vec<ExprId>>>| rows.as_ref().map(|rows| rows[i][j]);
-        let sum = |pool: &mut Pool, parts: [Option<ExprId>; 2]| {
-            let parts: Vec<ExprId> = parts.into_iter().flatten().collect();
-            pool.sum(&parts)
-        };
-        let constant = sum(pool, [Some(self.stiffness[i][j]), of(&self.circulatory)]);
-        let velocity = sum(pool, [of(&self.gyroscopic), of(&self.damping)]);
-        vec![constant, velocity, self.mass[i][j]]
-    }
 }
 
 /// Closed forms on their way.
@@ -523,7 +134,7 @@ impl Found<'_, '_> {
 
     fn vanishes(&mut self, e: ExprId) -> bool {
         let value = self.checker.at_values(self.pool, &[e]);
-        value.iter().all(|value| self.pool.is_zero(*value) == ZeroVerdict::Zero)
+        value.iter().all(|value| self.pool.vanishes(*value))
     }
 
     /// An expression or its opposite, whichever is not negative.
@@ -645,7 +256,7 @@ impl Found<'_, '_> {
     fn about_middle(&mut self, [e, d, c, b, a]: [ExprId; 5]) -> Option<(Vec<Zero>, Option<ExprId>)> {
         let [bbb, abc, aad] = [[b, b, b], [a, b, c], [a, a, d]].map(|own| self.pool.product(&own));
         let odd = self.pool.linear(&[(bbb, Number::ONE), (abc, Number::from(-4)), (aad, Number::from(8))]);
-        if self.pool.is_zero(odd) != ZeroVerdict::Zero {
+        if !self.pool.vanishes(odd) {
             return None;
         }
         let middle = self.quotient(b, a, Number::half().mul(&Number::half()).neg());
@@ -794,52 +405,4 @@ impl Found<'_, '_> {
         });
         vanishes(&sum.re) && vanishes(&sum.im) && certified
     }
-}
-
-/// Polynomials in s, the constant first, row by row.
-type Matrix = Vec<Vec<Vec<ExprId>>>;
-
-/// One block for each class of the mirrors that leave all matrices unchanged; `None` without such mirrors.
-fn by_symmetry(pool: &mut Algebra<'_>, linear: &Linear, rows: &Matrix) -> Option<Vec<Matrix>> {
-    let pair = Pair::new(&linear.mass, &linear.stiffness);
-    let pair = pair.canonical(pool);
-    let symmetry = Symmetry::find(&pair.pattern(pool))?;
-    let n = rows.len();
-    let mut mirrors = commuting_mirrors(&symmetry);
-    mirrors.retain(|mirror| {
-        (0..n).all(|i| {
-            (0..n).all(|j| {
-                let ((to, turned), (other, also)) = (mirror.of(i), mirror.of(j));
-                rows[i][j].iter().zip(&rows[to][other]).all(|(own, image)| {
-                    let image = if turned == also { *image } else { pool.neg(*image) };
-                    let difference = pool.sub(*own, image);
-                    pool.is_zero(difference) == ZeroVerdict::Zero
-                })
-            })
-        })
-    });
-    if mirrors.is_empty() {
-        return None;
-    }
-    let all: Vec<usize> = (0..n).collect();
-    let classes = adapted(&mirrors, &all);
-    let mut blocks = Vec::new();
-    for class in classes {
-        let mut block = vec![vec![Vec::new(); class.basis.len()]; class.basis.len()];
-        for (entries, left) in block.iter_mut().zip(&class.basis) {
-            for (entry, right) in entries.iter_mut().zip(&class.basis) {
-                let mut sum_of = |power: usize| {
-                    let products = left.iter().flat_map(|(i, x)| {
-                        let own = right.iter().map(move |(j, y)| (rows[*i][*j][power], Number::from(x * y)));
-                        own.collect::<Vec<_>>()
-                    });
-                    let products: Vec<(ExprId, Number)> = products.collect();
-                    pool.short(|pool| pool.linear(&products))
-                };
-                *entry = (0..3).map(&mut sum_of).collect();
-            }
-        }
-        blocks.push(block);
-    }
-    Some(blocks)
 }

@@ -58,9 +58,8 @@ impl Frequencies {
 impl Case {
     /// The normal coordinates, where the modes are known too.
     fn add_normal(&mut self, pool: &mut Algebra<'_>, checker: &Checker<'_>, pair: &Pair, found: Found) {
-        let model = checker.model;
-        self.normal = normal_coordinates(model, pool, checker, pair, self, found.shapes);
-        self.waves = normal_waves(model, pool, checker, pair, self, &found.lattices).unwrap_or_default();
+        self.normal = normal_coordinates(pool, checker, pair, self, found.shapes);
+        self.waves = normal_waves(pool, checker, pair, self, &found.lattices).unwrap_or_default();
     }
 
     /// How many frequencies have a closed form, each as often as it occurs.

@@ -66,6 +66,17 @@ fn product(pool: &mut Pool, left: &Polynomial, right: &Polynomial) -> Polynomial
     all
 }
 
+/// A polynomial in which nothing moves.
+fn constant(coefficient: ExprId) -> Polynomial {
+    BTreeMap::from([(Factors::new(), vec![coefficient])])
+}
+
+fn add(sum: &mut Polynomial, other: Polynomial) {
+    for (motion, parts) in other {
+        sum.entry(motion).or_default().extend(parts);
+    }
+}
+
 /// Velocities and accelerations of all coordinates in terms of those of the free ones.
 struct Motions {
     velocities: Vec<Polynomial>,
@@ -104,16 +115,11 @@ impl Motions {
             for (motion, parts) in velocities[*bound].clone() {
                 let value = pool.sum(&parts);
                 let own = BTreeMap::from([(motion.clone(), vec![pool.one()])]);
-                let mut rate: Polynomial = BTreeMap::from([(Factors::new(), vec![variables.by_time(pool, value)])]);
+                let mut rate = constant(variables.by_time(pool, value));
                 for (j, slope) in variables.slopes(pool, value) {
-                    let slope = BTreeMap::from([(Factors::new(), vec![slope])]);
-                    for (motion, parts) in product(pool, &slope, &velocities[j]) {
-                        rate.entry(motion).or_default().extend(parts);
-                    }
+                    add(&mut rate, product(pool, &constant(slope), &velocities[j]));
                 }
-                for (motion, parts) in product(pool, &own, &rate) {
-                    all.entry(motion).or_default().extend(parts);
-                }
+                add(&mut all, product(pool, &own, &rate));
                 if let Some((Motion::Velocity(i), _)) = motion.first() {
                     all.entry(vec![(Motion::Acceleration(*i), 1)]).or_default().push(value);
                 }
@@ -134,7 +140,7 @@ impl Motions {
     /// A coefficient times what moves.
     fn term(&self, pool: &mut Pool, coefficient: ExprId, factors: &Factors) -> Option<Polynomial> {
         let coefficient = pool.substitute_one(coefficient, &self.speeds);
-        let mut all: Polynomial = BTreeMap::from([(Factors::new(), vec![coefficient])]);
+        let mut all = constant(coefficient);
         for (motion, power) in factors {
             for _ in 0..*power {
                 all = product(pool, &all, self.of(*motion)?);
@@ -188,11 +194,8 @@ pub(super) fn independent(
     let free: Vec<usize> = (0..n).filter(|i| !bound.contains(i)).collect();
     let mut solved = Vec::with_capacity(bound.len());
     for (i, row) in bound.iter().zip(rows) {
-        let mut own = Vec::with_capacity(n + 1);
-        for entry in row {
-            own.push(pool.short(|pool| pool.neg(entry)));
-        }
-        solved.push((*i, own));
+        let own = row.into_iter().map(|entry| pool.short(|pool| pool.neg(entry)));
+        solved.push((*i, own.collect()));
     }
     let divisors = divisors(pool, &solved.iter().flat_map(|(_, row)| row).copied().collect::<Vec<_>>());
     let motions = Motions::new(pool, variables, &free, &solved);
@@ -204,9 +207,7 @@ pub(super) fn independent(
         for (i, weight) in std::iter::once(one).chain(weights).filter(|(_, weight)| !weight.is_zero()) {
             for ((_, factors), coefficient) in coefficients.range((i, Factors::new())..(i + 1, Factors::new())) {
                 let coefficient = pool.mul(weight, *coefficient);
-                for (motion, own) in motions.term(pool, coefficient, factors)? {
-                    parts.entry(motion).or_default().extend(own);
-                }
+                add(&mut parts, motions.term(pool, coefficient, factors)?);
             }
         }
         let mut equation = MotionSum::of_parts(pool, parts);
@@ -215,10 +216,8 @@ pub(super) fn independent(
         }
         equations.push(equation);
     }
-    let mut follows = Vec::with_capacity(bound.len());
-    for i in bound {
-        follows.push((i, MotionSum::of_parts(pool, motions.velocities[i].clone())));
-    }
+    let follows = bound.into_iter().map(|i| (i, MotionSum::of_parts(pool, motions.velocities[i].clone())));
+    let mut follows: Vec<(usize, MotionSum)> = follows.collect();
     follows.sort_by_key(|(i, _)| *i);
     Some(Independent { free, follows, equations })
 }
@@ -347,10 +346,9 @@ fn of_independent(model: &Model, mut pool: Pool, variables: &Variables, found: &
         let at = variables.coordinate(symbol).or_else(|| variables.velocity(symbol));
         at.is_some_and(|at| !found.free.contains(&at))
     };
-    let mut potential: Vec<ExprId> = Vec::new();
-    for family in &model.potential {
-        potential.extend(linearize::instances(model, &mut pool, family, family.body, None));
-    }
+    let potential = model.potential.iter();
+    let potential = potential.flat_map(|own| linearize::instances(model, &mut pool, own, own.body, None));
+    let potential: Vec<ExprId> = potential.collect();
     let mut potential = pool.sum(&potential);
     if pool.depends_on(potential, &bound) {
         potential = pool.zero();

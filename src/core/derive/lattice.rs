@@ -152,15 +152,8 @@ pub(super) fn lattice(pool: &mut Algebra<'_>, pair: &Pair) -> Option<Lattice> {
 /// The coordinates along a path, or around a ring, if each has at most two neighbours.
 fn path(pair: &Pair) -> Option<Vec<usize>> {
     let n = pair.len();
-    let neighbours: Vec<Vec<usize>> = (0..n)
-        .map(|i| {
-            let columns = pair.mass[i].keys().chain(pair.stiffness[i].keys());
-            let mut columns: Vec<usize> = columns.copied().filter(|j| *j != i).collect();
-            columns.sort_unstable();
-            columns.dedup();
-            columns
-        })
-        .collect();
+    let neighbours = (0..n).map(|i| pair.columns(i).into_iter().filter(|j| *j != i).collect());
+    let neighbours: Vec<Vec<usize>> = neighbours.collect();
     if neighbours.iter().any(|own| own.is_empty() || own.len() > 2) {
         return None;
     }
@@ -220,7 +213,7 @@ fn commutes(pool: &mut Pool, matrix: &[BTreeMap<usize, ExprId>], dimension: Dime
             }
             let terms: Vec<(ExprId, Number)> = parts.iter().map(|(e, c)| (*e, Number::from(*c))).collect();
             let sum = pool.linear(&terms);
-            let vanishes = pool.is_zero(sum) == crate::expr::ZeroVerdict::Zero;
+            let vanishes = pool.vanishes(sum);
             known.insert(parts, vanishes);
             vanishes
         })

@@ -8,8 +8,8 @@
 //!   (`conserved`);
 //! - symmetry classes and closed forms of the frequencies (`frequencies`, with `ties`, `forms`, `blocks`, `lattice`,
 //!   `roots`, `cubic`, `check`), and normal coordinates (`normal`, `shapes`, `waves`);
-//! - the characteristic polynomial, exponents and conditions of stability of any linear system (`exponents`, `stability`, with
-//!   `polynomial`, `factors`, `ring`);
+//! - the characteristic polynomial, exponents and conditions of stability of any linear system (`characteristic`, `exponents`,
+//!   `stability`, with `polynomial`, `factors`, `ring`);
 //! - equilibria in symbols, where a force can be solved by hand (`equilibria`);
 //! - M, K and the equilibrium, from [`linearize`], in short (`simplify`); under constraints multipliers, and M and K among the
 //!   motions that are left (`constraints`);
@@ -36,6 +36,7 @@
 
 mod abbreviate;
 mod blocks;
+mod characteristic;
 mod check;
 mod collapse;
 mod conserved;
@@ -422,9 +423,7 @@ impl Linear {
         self.signs = signs;
         (self.mass, self.stiffness) = pair.dense(pool);
         let others = [&mut self.gyroscopic, &mut self.damping, &mut self.circulatory];
-        for entry in others.into_iter().flatten().flatten().flatten() {
-            *entry = pool.simplify(*entry);
-        }
+        pool.shorten(others.into_iter().flatten().flatten().flatten());
         self.forget_zeros();
         // What constraints forbid is no motion.
         let follows = self.tangent.as_ref();

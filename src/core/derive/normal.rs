@@ -65,7 +65,6 @@ pub struct Abbreviation {
 
 /// The normal coordinates of a case, if the shapes are all its modes and hold against certified numbers.
 pub(super) fn normal_coordinates(
-    model: &Model,
     pool: &mut Algebra<'_>,
     checker: &Checker<'_>,
     pair: &Pair,
@@ -93,6 +92,7 @@ pub(super) fn normal_coordinates(
     if !checker.are_modes(pool, pair, &columns) {
         return None;
     }
+    let model = checker.model;
     let mut page = Page::new(model);
     let modes = columns.iter().zip(&shapes).enumerate();
     let modes = modes

@@ -1,6 +1,6 @@
 //! M and K as sparse rows of expressions, and what becomes of them in another basis.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use super::simplify::{Algebra, Monomial, Opening, expand};
 use crate::expr::{ExprId, ModularPoint, Node, Pool, Substitution, neg_mod};
@@ -45,6 +45,11 @@ impl Pair {
             entry.copied().unwrap_or(pool.zero())
         };
         (of(&self.mass), of(&self.stiffness))
+    }
+
+    /// The columns in which a row of M or K has an entry.
+    pub(super) fn columns(&self, i: usize) -> BTreeSet<usize> {
+        self.mass[i].keys().chain(self.stiffness[i].keys()).copied().collect()
     }
 
     /// The different entries, in ascending order.
@@ -152,11 +157,7 @@ impl Pair {
         let mut pattern = Pattern::new(self.len());
         let zero = pool.zero();
         for i in 0..self.len() {
-            let columns = self.mass[i].keys().chain(self.stiffness[i].keys());
-            let mut columns: Vec<usize> = columns.copied().collect();
-            columns.sort_unstable();
-            columns.dedup();
-            for j in columns {
+            for j in self.columns(i) {
                 let (m, k) = self.at(pool, i, j);
                 let label = match labels.get(&(m, k)) {
                     Some(label) => *label,

@@ -240,14 +240,12 @@ fn over_one_bar(pool: &mut Algebra<'_>, p: ExprId, q: ExprId) -> Option<Vec<Expr
     let square = pool.square(n);
     let product = pool.mul(q, bar);
     let inside = pool.linear(&[(square, Number::ONE), (product, Number::from(-4))]);
-    let (root, is_exact) = root(pool, inside);
-    let one = |pool: &mut Algebra<'_>, sign: Number| {
-        let above = pool.linear(&[(n, Number::ONE), (root, sign)]);
-        let above = if is_exact { pool.simplify(above) } else { with_common_bar(pool, above) };
+    let above = around(pool, n, inside).into_iter();
+    let half = |above| {
         let value = pool.div(above, bar);
         pool.scale(value, &Number::half())
     };
-    Some(vec![one(pool, Number::MINUS_ONE), one(pool, Number::ONE)])
+    Some(above.map(half).collect())
 }
 
 /// Sums below a fraction bar that have fractions of their own as quotients: a/(b - c/d) is a d/(b d - c).
@@ -327,11 +325,8 @@ pub(super) fn determinant_of_polynomials(pool: &mut Algebra<'_>, entries: &[Vec<
         }
         minors = BTreeMap::new();
         for (set, polynomial) in next {
-            let mut shortened = Vec::new();
-            for parts in polynomial {
-                shortened.push(vec![pool.short(|pool| pool.sum(&parts))]);
-            }
-            minors.insert(set, shortened);
+            let shortened = polynomial.into_iter().map(|parts| vec![pool.short(|pool| pool.sum(&parts))]);
+            minors.insert(set, shortened.collect());
         }
     }
     let all = minors.into_values().next()?;
@@ -475,27 +470,13 @@ fn in_common(a: &Monomial, b: &Monomial) -> Monomial {
 
 /// Compares powers base by base: an order that multiplication keeps.
 fn compare(a: &Monomial, b: &Monomial) -> Ordering {
-    let (mut a, mut b) = (a.iter().peekable(), b.iter().peekable());
-    let sign = |exponent: &Number| {
-        if exponent.is_negative() { Ordering::Less } else { Ordering::Greater }
-    };
-    loop {
-        match (a.peek(), b.peek()) {
-            (None, None) => return Ordering::Equal,
-            (Some((_, x)), None) => return sign(x),
-            (None, Some((_, y))) => return sign(y).reverse(),
-            (Some((p, x)), Some((q, y))) => match p.cmp(q) {
-                Ordering::Less => return sign(x),
-                Ordering::Greater => return sign(y).reverse(),
-                Ordering::Equal if x != y => {
-                    return if x < y { Ordering::Less } else { Ordering::Greater };
-                }
-                Ordering::Equal => {
-                    a.next();
-                    b.next();
-                }
-            },
-        }
+    let zero = Number::ZERO;
+    let alike = a.iter().zip(b).take_while(|(a, b)| a == b).count();
+    match (a.get(alike), b.get(alike)) {
+        (Some((p, x)), Some((q, y))) if p == q => x.cmp(y),
+        (Some((p, x)), other) if other.is_none_or(|(q, _)| p < q) => x.cmp(&zero),
+        (_, Some((_, y))) => zero.cmp(y),
+        (_, None) => Ordering::Equal,
     }
 }
 

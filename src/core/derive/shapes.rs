@@ -299,12 +299,8 @@ impl Block {
         let ([m1, m12, m2], [k1, k12, k2]) = (self.m, self.k);
         let one = Number::ONE;
         let minus = Number::MINUS_ONE;
-        let determinant = |pool: &mut Pool, a: ExprId, b: ExprId, c: ExprId| {
-            let (diagonal, square) = (pool.mul(a, c), pool.square(b));
-            pool.sub(diagonal, square)
-        };
-        let of_m = determinant(pool, m1, m12, m2);
-        let of_k = determinant(pool, k1, k12, k2);
+        let of_m = determinant(pool, &[vec![m1, m12], vec![m12, m2]]);
+        let of_k = determinant(pool, &[vec![k1, k12], vec![k12, k2]]);
         let p = pool.div(of_k, of_m);
         let crossed = [pool.mul(m1, k2), pool.mul(m2, k1), pool.mul(m12, k12)];
         let traced =

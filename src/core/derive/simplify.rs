@@ -95,6 +95,11 @@ impl<'a> Algebra<'a> {
         local.get(&root).copied().unwrap_or(root)
     }
 
+    /// Brings expressions to their shortest forms.
+    pub(super) fn shorten<'e>(&mut self, all: impl Iterator<Item = &'e mut ExprId>) {
+        all.for_each(|e| *e = self.simplify(*e));
+    }
+
     /// The shortest form found of what is made.
     pub(super) fn short(&mut self, make: impl FnOnce(&mut Pool) -> ExprId) -> ExprId {
         let made = make(self.pool);
@@ -301,19 +306,11 @@ fn is_product_with(pool: &Pool, e: ExprId, such: impl Fn(ExprId, &Number) -> boo
 }
 
 pub(super) fn add_to(monomials: &mut Monomials, monomial: Monomial, coefficient: &Number) {
-    let entry = monomials.entry(monomial);
-    match entry {
-        std::collections::btree_map::Entry::Vacant(slot) => {
-            slot.insert(coefficient.clone());
-        }
-        std::collections::btree_map::Entry::Occupied(mut slot) => {
-            let sum = slot.get().add(coefficient);
-            if sum.is_zero() {
-                slot.remove();
-            } else {
-                *slot.get_mut() = sum;
-            }
-        }
+    let sum = monomials.get(&monomial).map_or_else(|| coefficient.clone(), |own| own.add(coefficient));
+    if sum.is_zero() {
+        monomials.remove(&monomial);
+    } else {
+        monomials.insert(monomial, sum);
     }
 }
 

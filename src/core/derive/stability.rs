@@ -5,7 +5,7 @@
 //! have to be negative and different: signs of coefficients and the discriminant. What follows from the signs that are known, that
 //! of M above all, and from other conditions, is left out.
 
-use super::exponents::Factor;
+use super::characteristic::Factor;
 use super::polynomial::{Polynomial, determinant};
 use super::ring::{EXPONENT, Expanded, Ring};
 use crate::expr::Pool;
@@ -58,17 +58,12 @@ impl Signs {
         // What is known of one may tell the sign of another.
         for _ in 0..2 {
             for expanded in known {
-                if let Some(sign) = own.sign_of(ring, expanded) {
-                    own.learn(&sign);
+                if let Some(polynomial) = ring.of_sign(expanded) {
+                    own.learn(&own.sign(&polynomial));
                 }
             }
         }
         own
-    }
-
-    /// The sign of the only one of the expressions.
-    pub(super) fn sign_of(&self, ring: &Ring, own: &Expanded) -> Option<Sign> {
-        Some(self.sign(&ring.of_sign(own)?))
     }
 
     /// Takes in that a product is positive.

@@ -116,8 +116,7 @@ impl Ties {
         let mut pairs: Vec<(ExprId, ExprId)> = Vec::new();
         for g in generators {
             for i in 0..pair.len() {
-                let columns = pair.mass[i].keys().chain(pair.stiffness[i].keys());
-                for j in columns.copied() {
+                for j in pair.columns(i) {
                     let ((to_i, a), (to_j, b)) = (g.of(i), g.of(j));
                     let (m, k) = pair.at(pool, i, j);
                     let (m2, k2) = pair.at(pool, to_i, to_j);

@@ -75,7 +75,6 @@ impl Letter {
 
 /// The normal coordinates of a model that is made of lattices with the frequencies of a case, if they hold against certified numbers.
 pub(super) fn normal_waves(
-    model: &Model,
     pool: &mut Pool,
     checker: &Checker<'_>,
     pair: &Pair,
@@ -86,11 +85,11 @@ pub(super) fn normal_waves(
     if !case.complete || all != pair.len() || case.series.len() != lattices.len() {
         return None;
     }
-    let normals = free(model, &["Q", "eta", "xi", "zeta"]);
-    let omegas = free(model, &["omega", "Omega", "w", "nu"]);
+    let normals = free(checker.model, &["Q", "eta", "xi", "zeta"]);
+    let omegas = free(checker.model, &["omega", "Omega", "w", "nu"]);
     let each = lattices.iter().zip(&case.series).enumerate();
     each.map(|(at, (lattice, series))| {
-        waves_of(model, pool, checker, pair, series, lattice, [normals.get(at)?, omegas.get(at)?])
+        waves_of(pool, checker, pair, series, lattice, [normals.get(at)?, omegas.get(at)?])
     })
     .collect()
 }
@@ -106,7 +105,6 @@ fn free(model: &Model, names: &[&str]) -> Vec<String> {
 }
 
 fn waves_of(
-    model: &Model,
     pool: &mut Pool,
     checker: &Checker<'_>,
     pair: &Pair,
@@ -122,10 +120,11 @@ fn waves_of(
         return None;
     }
     let letters = [["n", "l", "r"], ["m", "p", "t"]];
+    let letter = |pool: &mut Pool, names: &[&str]| Letter::new(pool, checker.model.unused_name(names));
     let places: Vec<Letter> = match dimensions.as_slice() {
-        [_] => vec![Letter::new(pool, model.unused_name(&letters[0]))],
+        [_] => vec![letter(pool, &letters[0])],
         // The last index is the fastest.
-        [_, _] => letters.iter().rev().map(|own| Letter::new(pool, model.unused_name(own))).collect(),
+        [_, _] => letters.iter().rev().map(|own| letter(pool, own)).collect(),
         _ => return None,
     };
     let numbers: Vec<Letter> = series.numbers.iter().map(|(name, _)| Letter::new(pool, name.clone())).collect();

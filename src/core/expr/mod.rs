@@ -72,8 +72,7 @@ pub use point::{Certainty, ModularPoint};
 pub use print::{function_from_name, function_name};
 pub use series::Series;
 pub(crate) use sum::collect_equal;
-pub use tape::evaluate_closed;
-pub use tape::{Prepared, Tape, UnboundSymbol};
+pub use tape::{Prepared, Tape, UnboundSymbol, evaluate_closed};
 pub use zero::ZeroVerdict;
 
 use flags::Flags;

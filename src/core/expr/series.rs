@@ -109,12 +109,6 @@ impl<S: Scalar> Series<S> {
         }
     }
 
-    /// The order of the coefficients that come next: how many there are already.
-    #[must_use]
-    pub fn order(&self) -> usize {
-        self.order
-    }
-
     /// The k-th Taylor coefficients of all outputs from those of all inputs, in the order of
     /// [`super::Tape::compile`]; k counts up with each call. An input that is left out is not a number.
     ///

@@ -5,14 +5,13 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use super::Linearized;
 use super::assemble::{Assembly, Part, Values, assemble};
-use super::elimination;
 use super::equilibrium::{Equilibrium, in_numbers};
 use super::massless::{Direction, product};
 use super::parameters::with_values;
 use super::radicals::{Exact, Surd};
 use super::velocity::{Matrix, sum};
+use super::{Linearized, elimination};
 use crate::model::Model;
 use crate::number::Number;
 use crate::precision::{Ball, Big, DoubleDouble, Integers, Magnitude, Scalar, sum_of_products};

@@ -27,8 +27,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::assemble::{Assembly, Values};
 use super::symmetry::Symmetry;
-use crate::precision::Enclosure;
-use crate::precision::{Big, Magnitude, Scalar};
+use crate::precision::{Big, Enclosure, Magnitude, Scalar};
 
 /// What is lost to underflow in up to 4000 products of doubles: each loses at most 2^-1075.
 const UNDERFLOW: f64 = f64::from_bits(1 << 14);

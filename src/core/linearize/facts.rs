@@ -6,7 +6,7 @@
 use crate::expr::{ExprId, Node, Pool, Symbol};
 use crate::model::Local;
 use crate::number::Number;
-use crate::precision::Function;
+use crate::precision::Scalar;
 
 /// What variables derivatives are taken by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -129,25 +129,12 @@ impl Facts {
                 fact.simple = factors.iter().all(|(base, _)| known(base).atom);
             }
             Node::Function(function, x) => {
-                fact.order = if vanishes_at_zero(*function) { known(x).order } else { 0.0 };
+                fact.order = if 0.0_f64.apply(*function) == 0.0 { known(x).order } else { 0.0 };
                 fact.atom = matches!(pool.node(*x), Node::Symbol(_));
             }
             Node::Power { .. } | Node::Atan2 { .. } | Node::Undefined => {}
         }
         fact.simple |= fact.atom;
         fact
-    }
-}
-
-fn vanishes_at_zero(function: Function) -> bool {
-    match function {
-        Function::Sin
-        | Function::Tan
-        | Function::Asin
-        | Function::Atan
-        | Function::Sinh
-        | Function::Tanh
-        | Function::Abs => true,
-        Function::Cos | Function::Acos | Function::Cosh | Function::Exp | Function::Ln => false,
     }
 }

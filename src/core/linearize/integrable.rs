@@ -90,14 +90,9 @@ fn coefficients(model: &mut Model, condition: ExprId) -> Vec<(usize, ExprId)> {
 pub(super) fn not_integrable(model: &Model, pool: &mut Pool, bound: &[usize], visible: usize) -> Option<usize> {
     let coordinates: Vec<Symbol> = model.coordinates.iter().take(visible).map(|own| own.symbol).collect();
     let velocities: Vec<Symbol> = model.coordinates.iter().take(visible).map(|own| own.velocity).collect();
-    let mut rows: Rows = Vec::new();
-    for own in &model.constraints {
-        rows.push(pool.gradient(own.expression, &coordinates));
-    }
+    let mut rows: Rows = model.constraints.iter().map(|own| pool.gradient(own.expression, &coordinates)).collect();
     rows.truncate(bound.len() - model.rolling.len());
-    for own in &model.rolling {
-        rows.push(pool.gradient(own.expression, &velocities));
-    }
+    rows.extend(model.rolling.iter().map(|own| pool.gradient(own.expression, &velocities)));
     let free: Vec<usize> = (0..visible).filter(|i| !bound.contains(i)).collect();
     let constraints = rows.len() - model.rolling.len();
     for (at, row) in rows.iter_mut().enumerate() {

@@ -10,9 +10,8 @@ use faer::{Mat, Side};
 use super::assemble::{Assembly, Part, Values};
 use super::constrained::{self, Tangent};
 use super::error::{Inertia, LinearizeError};
-use super::exact;
 use super::radicals::Surd;
-use super::{Linearized, MOST_COORDINATES, dependence};
+use super::{Linearized, MOST_COORDINATES, dependence, exact};
 use crate::number::Number;
 use crate::precision::{Ball, Enclosure, Scalar};
 

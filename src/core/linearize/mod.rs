@@ -61,22 +61,20 @@ mod zero;
 pub use assemble::{evaluate_closed, signed_terms};
 pub(crate) use condition::Shape;
 pub use constrained::Tied;
-pub use derived::derive;
-pub use derived::derive_with_multipliers;
+pub use derived::{derive, derive_with_multipliers};
 pub use elements::Element;
 pub(crate) use elements::{Splitter, elements};
 pub use entries::Entries;
 use equilibrium::Search;
-pub use equilibrium::short;
-pub use equilibrium::{Equilibrium, Origin};
+pub use equilibrium::{Equilibrium, Origin, short};
 pub use error::{Feature, Inertia, LinearizeError};
 pub(crate) use facts::Variable;
 pub(crate) use flow::Flow;
 pub use integrable::integrated;
 pub(crate) use invariance::{Bodies, Invariance};
 pub(crate) use massless::may_be_singular;
-pub use multipliers::SymbolicConstraints;
 pub(crate) use multipliers::{Eliminated, eliminate};
+pub use multipliers::{SymbolicConstraints, clear_column as clear_symbolic_column};
 pub(crate) use naming::constant as translation_name;
 pub use parameters::known_values;
 pub use parametric::{Parametric, parametric};
@@ -84,12 +82,10 @@ pub use precise::Precise;
 pub use rest::{AtRest, at_rest};
 pub use rolling::SymbolicRolling;
 pub use slopes::{Slopes, WithMultipliers};
-pub use symbolic::SymbolicMatrices;
 pub(crate) use symbolic::instances;
-pub use symbolic::{forces_of, instance, written_out};
+pub use symbolic::{SymbolicMatrices, forces_of, instance, written_out};
 pub(crate) use symmetry::{Rotation, candidate_rotations, rotation_name};
-pub use zero::NO_FORCE;
-pub use zero::ZeroMode;
+pub use zero::{NO_FORCE, ZeroMode};
 
 use assemble::{Assembly, Values};
 use constrained::Tangent;
@@ -97,12 +93,11 @@ use derived::leaving_out_dependent;
 use massless::Massless;
 use rolling::Rolling;
 use unbalanced::Unbalanced;
-pub use units::Units;
-pub use units::power_of_two;
+pub use units::{Units, power_of_two};
 
 use std::cell::Cell;
 
-use crate::model::Model;
+use crate::model::{Given, Model};
 use crate::precision::{Ball, Big, Factors, Integers, SparseMatrix, clear_column};
 
 /// The largest dense problem: its matrices and vectors take about 2 GB.
@@ -458,12 +453,10 @@ fn check_plain(model: &Model) -> Result<(), LinearizeError> {
         (Feature::SteadyMotion, rate),
         (Feature::Rolling, model.rolling.first().map(|own| own.span)),
     ];
-    for (feature, span) in features {
-        if let Some(span) = span {
-            return Err(LinearizeError::Unsupported { feature, span });
-        }
+    match features.into_iter().find_map(|(feature, span)| Some((feature, span?))) {
+        Some((feature, span)) => Err(LinearizeError::Unsupported { feature, span }),
+        None => Ok(()),
     }
-    Ok(())
 }
 
 impl Linearized {
@@ -668,10 +661,7 @@ impl Linearized {
     /// without them.
     #[must_use]
     pub fn dependent_constraints(&self) -> &[usize] {
-        match &self.constrained {
-            Some(constrained) => &constrained.dependent,
-            None => &[],
-        }
+        self.constrained.as_ref().map_or(&[], |own| &own.dependent)
     }
 
     /// What kind of equations of motion the model has near the equilibrium.
@@ -717,12 +707,8 @@ impl Linearized {
     #[must_use]
     pub fn rates(&self) -> Vec<Ball> {
         let model = self.model();
-        let rate = |given: Option<crate::model::Given>| {
-            let value = given.and_then(|given| given.value)?;
-            assemble::evaluate_closed::<Ball>(&model.pool, value, ())
-        };
-        let rates = model.rates.iter();
-        rates.map(|given| rate(given).unwrap_or(Ball::ZERO)).collect()
+        let rate = |given: Option<Given>| constant(&model.pool, given?.value?);
+        model.rates.iter().map(|given| rate(given).unwrap_or(Ball::ZERO)).collect()
     }
 
     /// Whether friction at rest has no share in any coordinate that a motion moves, exactly.

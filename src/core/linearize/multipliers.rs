@@ -129,7 +129,7 @@ pub(crate) fn eliminate(
 }
 
 /// A step of Gauss-Jordan elimination in symbols.
-pub(super) fn clear_column(pool: &mut Pool, rows: &mut [Vec<ExprId>], row: usize, column: usize) {
+pub fn clear_column(pool: &mut Pool, rows: &mut [Vec<ExprId>], row: usize, column: usize) {
     let pivot = rows[row][column];
     let scaled: Vec<ExprId> = rows[row].iter().map(|e| pool.div(*e, pivot)).collect();
     for (at, other) in rows.iter_mut().enumerate() {

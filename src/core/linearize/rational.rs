@@ -4,17 +4,16 @@
 //! that was searched for is taken for a simple number where all forces vanish there as expressions; it is the one that
 //! the proof of the equilibrium encloses.
 
-use super::Linearized;
 use super::assemble::evaluate_closed;
 use super::constrained::{Tangent, gradients, solve_for};
 use super::equilibrium::Origin;
 use super::exact::{kernel_of_columns, recognised};
 use super::flow::Flow;
-use super::multipliers;
 use super::parameters::known_values;
 use super::radicals::{Exact, Surd};
 use super::symbolic::{forces_vanish, matrices_at};
 use super::velocity::sum;
+use super::{Linearized, multipliers};
 use crate::expr::{ExprId, Pool, Substitution};
 use crate::number::Number;
 use crate::precision::{Ball, Function, Integers, Scalar};

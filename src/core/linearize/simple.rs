@@ -1,10 +1,9 @@
 //! Equilibria that are known without a proof about a box: points of simple numbers at which forces are exactly 0.
 
 use super::equilibrium::{Equilibrium, Search};
-use super::exact;
-use super::multipliers;
 use super::parameters::known_values;
 use super::symbolic::{equilibrium_expressions, forces_vanish};
+use super::{exact, multipliers};
 use crate::expr::{ExprId, Pool};
 use crate::model::Model;
 use crate::precision::Ball;

@@ -430,9 +430,6 @@ impl Scene<'_> {
     /// The value of a coordinate or parameter under its own name.
     fn value_of_name(&self, symbol: Symbol) -> Option<Big> {
         let slot = self.names.iter().find(|(_, name)| self.pool.as_symbol(**name) == Some(symbol));
-        match slot {
-            Some((slot, _)) => self.number(*slot),
-            None => self.number(symbol),
-        }
+        self.number(slot.map_or(symbol, |(slot, _)| *slot))
     }
 }

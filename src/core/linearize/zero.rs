@@ -10,8 +10,7 @@ use super::radicals::Surd;
 use super::symmetry::{Symmetry, symmetries};
 use super::{Linearized, exact, mechanism};
 use crate::expr::Pool;
-use crate::precision::Ball;
-use crate::precision::Enclosure;
+use crate::precision::{Ball, Enclosure};
 
 /// What a zero mode is that no symmetry explains.
 pub const NO_FORCE: &str = "no restoring force to second order";

@@ -40,10 +40,8 @@ impl Elaborator<'_> {
         if self.errors.len() > before {
             return None;
         }
-        let mut sides = Vec::new();
-        for program in &programs {
-            sides.push(self.value_of(program, &[])?.scalars());
-        }
+        let sides = programs.iter().map(|program| Some(self.value_of(program, &[])?.scalars()));
+        let sides = sides.collect::<Option<Vec<_>>>()?;
         let count = sides.iter().map(Vec::len).max()?;
         if sides.iter().any(|side| side.len() != count && side.len() != 1) {
             let what = "the sides of an assumption must have the same shape".to_owned();

@@ -7,6 +7,10 @@ use crate::expr::{ExprId, Pool};
 /// Enough for any number that a person types.
 const BYTES: u64 = 50_000_000;
 
+fn first(errors: &[impl ToString]) -> String {
+    errors.first().map_or_else(String::new, ToString::to_string)
+}
+
 /// A number without symbols, exact: `1/3`, `pi - 1e-6`, `sqrt(2)`.
 #[derive(Clone, Debug)]
 pub struct Constant {
@@ -30,28 +34,29 @@ impl Constant {
     /// # Ok::<(), librate::model::ModelError>(())
     /// ```
     pub fn parse(text: &str) -> Result<Self, ModelError> {
-        let bad = |reason: String| ModelError::BadSetting { text: text.to_owned(), reason };
+        Self::read(text).map_err(|reason| ModelError::BadSetting { text: text.to_owned(), reason })
+    }
+
+    /// The same with what is wrong in words.
+    ///
+    /// # Errors
+    /// What is wrong.
+    pub fn read(text: &str) -> Result<Self, String> {
         // By itself first, so that it is one expression and no further statements.
         Settings::new().add(&format!("x = {text}")).map_err(|error| match error {
-            ModelError::BadSetting { reason, .. } => bad(reason),
-            other => other,
+            ModelError::BadSetting { reason, .. } => reason,
+            other => other.to_string(),
         })?;
-        let file = crate::syntax::parse(&format!("param x = {text}\ncoord q\nT = q'^2"))
-            .map_err(|errors| bad(errors.first().map_or_else(String::new, ToString::to_string)))?;
+        let file = crate::syntax::parse(&format!("param x = {text}\ncoord q\nT = q'^2")).map_err(|own| first(&own))?;
         let settings = Settings::new().within(Budget::new(BYTES));
-        let model = elaborate(&file, &TableTexts::new(), &settings)
-            .map_err(|errors| bad(errors.first().map_or_else(String::new, ToString::to_string)))?;
+        let model = elaborate(&file, &TableTexts::new(), &settings).map_err(|own| first(&own))?;
         let value = match model.parameters.as_slice() {
-            [only] if only.uncertainty.is_some() => {
-                return Err(bad("a number without an uncertainty is meant".to_owned()));
-            }
+            [only] if only.uncertainty.is_some() => return Err("a number without an uncertainty is meant".to_owned()),
             [only] => only.value,
             _ => None,
         };
-        match value {
-            Some(value) => Ok(Self { text: text.trim().to_owned(), pool: Box::new(model.pool), value }),
-            None => Err(bad("it is not a constant".to_owned())),
-        }
+        let value = value.ok_or("it is not a constant")?;
+        Ok(Self { text: text.trim().to_owned(), pool: Box::new(model.pool), value })
     }
 
     /// As it was written.

@@ -186,10 +186,7 @@ impl Builtin {
                 Ok(point_tensor(pool, mass, r))
             }
             Self::Inertia(body) => {
-                let mut lengths = Vec::new();
-                for at in 0..arguments.len() {
-                    lengths.push(scalar(at)?);
-                }
+                let lengths = (0..arguments.len()).map(scalar).collect::<Result<Vec<_>, _>>()?;
                 Ok(body_tensor(pool, body, &lengths))
             }
             Self::Steiner => {

@@ -58,9 +58,7 @@ fn drop_from(world: &mut World, time: Symbol, terms: &mut [&mut TermFamily]) -> 
     // Not by a derivative, which vanishes for square waves, too.
     let at_start = pool.substitute(&bodies, &Substitution::from([(time, pool.zero())]));
     let (now, then) = (pool.sum(&bodies), pool.sum(&at_start));
-    let then = pool.neg(then);
-    let change = pool.add(now, then);
-    let drops = pool.vanishes(change);
+    let drops = pool.agree(now, then);
     if drops {
         terms.iter_mut().zip(at_start).for_each(|(own, body)| own.body = body);
     }
@@ -173,8 +171,7 @@ fn slopes_of_time(pool: &mut Pool, family: &TermFamily, time: Symbol) -> Option<
         for (other, by_other) in family.locals.iter().zip(&by_velocities) {
             let bend = pool.diff(by_velocity, other.velocity);
             let (one, two) = (pool.diff(by_velocity, other.coordinate), pool.diff(*by_other, own.coordinate));
-            let curl = pool.sub(one, two);
-            if !pool.vanishes(bend) || !pool.vanishes(curl) {
+            if !pool.vanishes(bend) || !pool.agree(one, two) {
                 return None;
             }
         }
@@ -182,8 +179,7 @@ fn slopes_of_time(pool: &mut Pool, family: &TermFamily, time: Symbol) -> Option<
         let slope = pool.sub(gain, pull);
         let first = pool.substitute_one(slope, &start);
         let first = pool.substitute_one(first, &at_rest);
-        let difference = pool.sub(slope, first);
-        if !pool.vanishes(difference) {
+        if !pool.agree(slope, first) {
             return None;
         }
         if !pool.vanishes(first) {

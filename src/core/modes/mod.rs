@@ -34,10 +34,12 @@ use std::sync::Arc;
 use thiserror::Error;
 
 use crate::precision::{Ball, Big, Enclosure, Factors, Function, Rounding};
+use crate::worded;
 
 use dense::Matrix;
 use levels::{Certificate, Gram, Solution, covered, first, refined};
 use pencil::{Scaled, ZeroSpace};
+use precise::Precisely;
 pub(crate) use shape::signed;
 pub(crate) use sparse::keep_nearest;
 pub use sparse::{
@@ -170,35 +172,25 @@ pub struct Spectrum {
     pub level: PrecisionLevel,
 }
 
+worded! {
 /// The arithmetic that numbers come from, from the cheapest to the most expensive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[non_exhaustive]
-pub enum PrecisionLevel {
+PrecisionLevel {
     /// Eigenvectors of doubles as they are; only quotients and residuals are more precise.
-    Doubles,
+    Doubles "doubles",
     /// Eigenvectors of doubles, refined in double-double.
-    Refined,
+    Refined "double-double refinement",
     /// Cholesky factor of M and reduction of K in double-double from the start: M is not positive definite in
     /// doubles, or their eigenvectors are of no use.
-    DoubleDouble,
+    DoubleDouble "full double-double",
     /// One-sided Jacobi rotations of the stiffness as a sum of squares, and energies in place of entries.
-    Factors,
+    Factors "Jacobi on the factor",
     /// As many bits as it takes; only the modes that need it have [`Mode::precise`].
-    Precise,
+    Precise "arbitrary precision",
 }
-
-impl PrecisionLevel {
-    /// In words: `doubles`, `double-double refinement`, …
-    #[must_use]
-    pub fn as_str(self) -> &'static str {
-        match self {
-            Self::Doubles => "doubles",
-            Self::Refined => "double-double refinement",
-            Self::DoubleDouble => "full double-double",
-            Self::Factors => "Jacobi on the factor",
-            Self::Precise => "arbitrary precision",
-        }
-    }
+/// In words: `doubles`, `double-double refinement`, …
+as_str
 }
 
 /// One normal mode.
@@ -242,84 +234,58 @@ impl Precise {
     }
 }
 
+worded! {
 /// The kind of a mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Kind {
+Kind {
     /// ω² > 0, and no growth.
-    Oscillation,
+    Oscillation "oscillation",
     /// ω² = 0, proved.
-    Zero,
+    Zero "zero",
     /// ω² < 0; with gyroscopic forces or friction: growth > 0.
-    Unstable,
+    Unstable "unstable",
     /// Growth < 0 and ω > 0.
-    Damped,
+    Damped "damped",
     /// Growth < 0 and ω = 0.
-    Overdamped,
+    Overdamped "overdamped",
     /// The bound does not tell the sign of ω², of growth, or whether there is any.
-    Undecided,
+    Undecided "undecided",
+}
+/// The word for it in tables and JSON: `oscillation`, `zero`, `unstable`, `damped`, `overdamped`,
+/// `undecided`.
+as_str
 }
 
+worded! {
 /// Stability of the equilibrium in linear order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Stability {
+Stability {
     /// All modes oscillate.
-    Stable,
+    Stable "stable",
     /// No mode grows, and there is a zero mode.
-    Neutral,
+    Neutral "neutral",
     /// Some mode grows.
-    Unstable,
+    Unstable "unstable",
     /// The bounds do not tell.
-    Undecided,
+    Undecided "undecided",
+}
+/// The word for it in tables and JSON: `stable`, `neutral`, `unstable`, `undecided`.
+as_str
 }
 
-impl Kind {
-    /// The word for it in tables and JSON: `oscillation`, `zero`, `unstable`, `damped`, `overdamped`,
-    /// `undecided`.
-    #[must_use]
-    pub fn as_str(self) -> &'static str {
-        match self {
-            Self::Oscillation => "oscillation",
-            Self::Zero => "zero",
-            Self::Unstable => "unstable",
-            Self::Damped => "damped",
-            Self::Overdamped => "overdamped",
-            Self::Undecided => "undecided",
-        }
-    }
-}
-
-impl Stability {
-    /// The word for it in tables and JSON: `stable`, `neutral`, `unstable`, `undecided`.
-    #[must_use]
-    pub fn as_str(self) -> &'static str {
-        match self {
-            Self::Stable => "stable",
-            Self::Neutral => "neutral",
-            Self::Unstable => "unstable",
-            Self::Undecided => "undecided",
-        }
-    }
-}
-
+worded! {
 /// One of the matrices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Which {
+Which {
     /// M.
-    Mass,
+    Mass "mass",
     /// D = G + C, what multiplies velocities.
-    Velocity,
+    Velocity "velocity",
     /// K, or S = K + N.
-    Stiffness,
+    Stiffness "stiffness",
 }
-
-impl std::fmt::Display for Which {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Mass => "mass",
-            Self::Velocity => "velocity",
-            Self::Stiffness => "stiffness",
-        })
-    }
+/// What it is called in messages.
+as_str
 }
 
 /// Why there is no spectrum, or there are no exponents.
@@ -339,7 +305,7 @@ pub enum ModesError {
     #[error("the mass matrix is not shown to be positive definite")]
     MassNotDecided,
     /// An entry is not a number or out of range.
-    #[error("entry ({row}, {column}) of the {matrix} matrix is not a finite number")]
+    #[error("entry ({row}, {column}) of the {} matrix is not a finite number", .matrix.as_str())]
     NotFinite {
         /// The matrix.
         matrix: Which,
@@ -349,7 +315,7 @@ pub enum ModesError {
         column: usize,
     },
     /// A matrix has the wrong number of entries.
-    #[error("the {matrix} matrix has {found} entries instead of {expected}")]
+    #[error("the {} matrix has {found} entries instead of {expected}", .matrix.as_str())]
     Shape {
         /// The matrix.
         matrix: Which,
@@ -427,6 +393,6 @@ pub fn solve_from(problem: &Problem, source: &dyn Source, options: &Options) -> 
     };
     let options = &options.smaller(i64::from(scaled.power / 2));
     let below = |options: &Options| refined(&scaled, &zero, source, options);
-    let solution = precise::further(&scaled, &zero, &below, source, options)?;
+    let solution = Precisely { scaled: &scaled, zero: &zero, source }.further(&below, options)?;
     Ok(spectrum(&scaled, &zero, &solution, options))
 }

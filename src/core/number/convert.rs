@@ -31,10 +31,7 @@ impl Number {
     /// `None` for anything else, and for numbers of more than [`MAX_BITS`](super::MAX_BITS) bits.
     #[must_use]
     pub fn parse(text: &str) -> Option<Number> {
-        let (negative, text) = match text.strip_prefix('-') {
-            Some(rest) => (true, rest),
-            None => (false, text),
-        };
+        let (negative, text) = text.strip_prefix('-').map_or((false, text), |rest| (true, rest));
         let (mantissa, exponent) = match text.split_once(['e', 'E']) {
             Some((mantissa, exponent)) => (mantissa, parse_exponent(exponent)?),
             None => (text, 0),

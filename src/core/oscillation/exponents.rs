@@ -13,6 +13,7 @@ use crate::modes::{Kind, ModesError, Options, Stability};
 use crate::precision::{Ball, Big, Complex, Enclosure, Integers, Magnitude, quadratic_form};
 
 /// The model as a source of matrices.
+#[derive(Clone, Copy)]
 pub(super) struct Source<'a> {
     pub(super) linearized: &'a Linearized,
     pub(super) flow: Option<&'a Flow>,
@@ -41,7 +42,7 @@ pub(super) fn normal_modes(linearized: &Linearized, options: &Options) -> Result
     let (problem, mut zero_modes) = problem(linearized);
     let found = match linearized.flow() {
         Some(flow) => flowing(linearized, flow, &problem, &mut zero_modes, options)?,
-        None => solved(linearized, None, problem.clone(), &mut zero_modes, options)?,
+        None => solved(Source { linearized, flow: None }, problem.clone(), &mut zero_modes, options)?,
     };
     let stabilised = problem.structure == Form::Gyroscopic
         && found.stability == Stability::Stable
@@ -122,17 +123,15 @@ pub(super) fn in_words(linearized: &Linearized, found: Exponents, zero_modes: Ve
 
 /// The exponents of a regular problem.
 fn solved(
-    linearized: &Linearized,
-    flow: Option<&Flow>,
+    source: Source<'_>,
     mut problem: QuadraticProblem,
     zero_modes: &mut Vec<ZeroMode>,
     options: &Options,
 ) -> Result<Exponents, LinearizeError> {
-    if let Some(found) = parts::solve(linearized, flow, &problem, zero_modes, options) {
+    if let Some(found) = parts::solve(source, &problem, zero_modes, options) {
         return Ok(found);
     }
     loop {
-        let source = Source { linearized, flow };
         match exponents(&problem, &source, options) {
             // What was found modulo a prime does not hold in true numbers: it is no zero mode.
             Err(ModesError::ZeroVector { index }) if index < zero_modes.len() => {
@@ -140,7 +139,7 @@ fn solved(
                 problem.zero_vectors.remove(index);
                 problem.unmoved.remove(index);
             }
-            other => return other.map_err(|error| named(linearized, &error)),
+            other => return other.map_err(|error| named(source.linearized, &error)),
         }
     }
 }
@@ -165,7 +164,8 @@ fn flowing(
             break;
         };
         let regular = QuadraticProblem { mass, velocity, stiffness, structure: Form::Damped, ..problem.clone() };
-        let mut found = solved(linearized, Some(&flow), regular, zero_modes, &every)?;
+        let source = Source { linearized, flow: Some(&flow) };
+        let mut found = solved(source, regular, zero_modes, &every)?;
         let added = |entry: &Exponent, shift: &f64| {
             (entry.growth + Ball::exact(*shift)).contains_zero() && entry.omega.contains_zero()
         };

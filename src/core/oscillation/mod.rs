@@ -463,7 +463,7 @@ fn named(linearized: &Linearized, error: &ModesError) -> LinearizeError {
             }
         }
         ModesError::NotFinite { matrix, .. } => LinearizeError::NotFinite {
-            what: format!("the {matrix} matrix"),
+            what: format!("the {} matrix", matrix.as_str()),
             point: "the equilibrium".to_owned(),
             cause: None,
             span: first_term,

@@ -10,7 +10,7 @@ use faer::c64;
 use super::exponents::Source;
 use crate::expr::ExprId;
 use crate::groups::connected;
-use crate::linearize::{Flow, Linearized, ZeroMode, known_values};
+use crate::linearize::{Linearized, ZeroMode, known_values};
 use crate::modes::exponents::{
     self, Exponents, PreciseQuadratic, QuadraticProblem, QuadraticSource, Structure, exponents, joined,
 };
@@ -57,8 +57,7 @@ impl QuadraticSource for Part<'_> {
 /// critical for numbers that are irrational; `None` for any other model, and where the conventions for what is damped and what is
 /// not differ: motions that grow, and free ones with gyroscopic forces. Zero modes are put in the order of the parts.
 pub(super) fn solve(
-    linearized: &Linearized,
-    flow: Option<&Flow>,
+    whole: Source<'_>,
     problem: &QuadraticProblem,
     zero_modes: &mut Vec<ZeroMode>,
     options: &Options,
@@ -67,8 +66,8 @@ pub(super) fn solve(
         return None;
     }
     let n = problem.dimension;
-    let critical = critical(linearized, problem);
-    let [free, rest] = divided(linearized, flow, problem, &critical);
+    let critical = critical(whole.linearized, problem);
+    let [free, rest] = divided(whole, problem, &critical);
     if rest.len() == n {
         return None;
     }
@@ -87,7 +86,7 @@ pub(super) fn solve(
             stiffness: block(&problem.stiffness, n, own),
             structure,
             zero_vectors: zero_modes.iter().map(|mode| piece(&mode.vector, own)).collect(),
-            unmoved: linearized.unmoved(zero_modes),
+            unmoved: whole.linearized.unmoved(zero_modes),
         };
         if structure == Structure::Gyroscopic
             && !zero_modes.is_empty()
@@ -98,7 +97,6 @@ pub(super) fn solve(
         if own.is_empty() {
             return Some(joined(Vec::new(), &every));
         }
-        let whole = Source { linearized, flow };
         // What is wrong with a part is told of the whole.
         let mut found = exponents(&own_problem, &Part { whole, own }, &every).ok()?;
         embed(&mut found, own, n);
@@ -115,7 +113,7 @@ pub(super) fn solve(
     for i in critical {
         let at = i + n * i;
         let precise = (options.digits > MOST_OF_A_BALL).then(|| {
-            let precise = linearized.precisely(options.digits * 4 + 64)?;
+            let precise = whole.linearized.precisely(options.digits * 4 + 64)?;
             Some([precise.mass.get(at)?.clone(), precise.velocity?.get(at)?.clone()])
         });
         let mass = &problem.mass[at];
@@ -173,9 +171,8 @@ fn critical(linearized: &Linearized, problem: &QuadraticProblem) -> Vec<usize> {
         let of = |matrix: &Option<Vec<Vec<ExprId>>>| matrix.as_ref().map_or(zero, |a| a[i][i]);
         let (m, c) = (own.mass[i][i], of(&own.damping));
         let k = pool.sum(&[own.stiffness[i][i], of(&own.circulatory)]);
-        let (square, product) = (pool.mul(c, c), pool.mul(m, k));
         let four = pool.integer(4);
-        let product = pool.mul(four, product);
+        let (square, product) = (pool.mul(c, c), pool.product(&[four, m, k]));
         let discriminant = pool.sub(square, product);
         let discriminant = pool.substitute_one(discriminant, &values);
         pool.vanishes(discriminant)
@@ -184,13 +181,9 @@ fn critical(linearized: &Linearized, problem: &QuadraticProblem) -> Vec<usize> {
 }
 
 /// The coordinates that no friction reaches, nor an equation that was multiplied, and the others, but for those that are left out.
-fn divided(
-    linearized: &Linearized,
-    flow: Option<&Flow>,
-    problem: &QuadraticProblem,
-    left_out: &[usize],
-) -> [Vec<usize>; 2] {
+fn divided(whole: Source<'_>, problem: &QuadraticProblem, left_out: &[usize]) -> [Vec<usize>; 2] {
     let n = problem.dimension;
+    let Source { linearized, flow } = whole;
     let multiplied = flow.map_or(&[][..], |own| &own.places);
     let friction: Vec<Vec<Ball>> = [linearized.damping(), linearized.circulatory()].into_iter().flatten().collect();
     let rubs = |i: usize| friction.iter().any(|own| (0..n).any(|j| couples(own, n, i, j)));

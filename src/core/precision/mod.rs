@@ -29,15 +29,14 @@ mod sparse;
 mod sums;
 mod system;
 
-pub use ball::Ball;
-pub use ball::{U2, up};
+pub use ball::{Ball, U2, up};
 pub use banded::{Banded, Polar};
 pub use big::Big;
 pub use complex::{Complex, hypot};
-pub use decimal::{Decimal, Rounding, decimal, decimal_to_place, one_digit_up, one_digit_up_text};
-pub use decimal::{push_decimal, quick_decimal};
-pub use double::{DoubleDouble, fast_two_sum, two_prod, two_sum};
-pub use double::{exponent_of, power_of_two, product_error};
+pub use decimal::{
+    Decimal, Rounding, decimal, decimal_to_place, one_digit_up, one_digit_up_text, push_decimal, quick_decimal,
+};
+pub use double::{DoubleDouble, exponent_of, fast_two_sum, power_of_two, product_error, two_prod, two_sum};
 pub use dual::Dual;
 pub use enclosure::Enclosure;
 pub use lane::{LANES, Lane};

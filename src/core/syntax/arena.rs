@@ -26,12 +26,15 @@ const MOST_SLOTS: usize = 1 << 12;
 impl Texts {
     fn get(&self, number: u32) -> &str {
         let at = number as usize;
-        let start = match at.checked_sub(1) {
-            Some(before) => self.ends.get(before).copied().unwrap_or_default(),
-            None => 0,
-        };
-        let end = self.ends.get(at).copied().unwrap_or(start);
-        self.letters.get(start as usize..end as usize).unwrap_or_default()
+        let start = self.end_of(at);
+        let end = self.ends.get(at).map_or(start, |end| *end as usize);
+        self.letters.get(start..end).unwrap_or_default()
+    }
+
+    /// Where the first so many texts end.
+    fn end_of(&self, count: usize) -> usize {
+        let last = count.checked_sub(1).and_then(|last| self.ends.get(last));
+        last.map_or(0, |end| *end as usize)
     }
 
     fn add(&mut self, text: &str) -> u32 {
@@ -61,12 +64,8 @@ impl Texts {
     }
 
     fn back_to(&mut self, count: usize) {
-        let end = match count.checked_sub(1) {
-            Some(last) => self.ends.get(last).copied().unwrap_or_default(),
-            None => 0,
-        };
+        self.letters.truncate(self.end_of(count));
         self.ends.truncate(count);
-        self.letters.truncate(end as usize);
         self.recent.fill(u32::MAX);
     }
 
@@ -257,16 +256,16 @@ impl Expressions {
     pub fn push(&mut self, expr: Expr<'_>) -> ExprRef {
         let here = self.children.len();
         let mut length = 0;
-        let mut list = |children: &mut Vec<ExprRef>, members: &[ExprRef]| {
+        let mut list = |children: &mut Vec<ExprRef>, members: &[ExprRef]| -> usize {
             length = push_list(children, members, |length| length);
+            here
         };
         let (form, payload) = match expr.kind {
             ExprKind::Number(text) => (Form::Number, self.texts.add(text) as usize),
             ExprKind::Name(text) => (Form::Name, self.texts.add(text) as usize),
             ExprKind::Index { base, indices } => {
                 self.children.push(base);
-                list(&mut self.children, indices);
-                (Form::Index, here)
+                (Form::Index, list(&mut self.children, indices))
             }
             ExprKind::Field { base, field } => {
                 let field = self.push_name(field);
@@ -287,8 +286,7 @@ impl Expressions {
             ExprKind::Call { function, arguments } => {
                 let function = self.push_name(function);
                 self.children.push(function);
-                list(&mut self.children, arguments);
-                (Form::Call, here)
+                (Form::Call, list(&mut self.children, arguments))
             }
             ExprKind::SumOver { indices, body } | ExprKind::IntegralOver { indices, body } => {
                 let number = ExprRef(self.indices.len() as u32);
@@ -296,23 +294,14 @@ impl Expressions {
                 self.children.extend([number, body]);
                 (if matches!(expr.kind, ExprKind::SumOver { .. }) { Form::SumOver } else { Form::IntegralOver }, here)
             }
-            ExprKind::Vector(members) => {
-                list(&mut self.children, members);
-                (Form::Vector, here)
-            }
+            ExprKind::Vector(members) => (Form::Vector, list(&mut self.children, members)),
             ExprKind::Compare { operator, left, right } => {
                 self.children.extend([left, right, ExprRef(operator as u32)]);
                 (Form::Compare, here)
             }
             ExprKind::Not(inner) => (Form::Not, inner.0 as usize),
-            ExprKind::And(members) => {
-                list(&mut self.children, members);
-                (Form::And, here)
-            }
-            ExprKind::Or(members) => {
-                list(&mut self.children, members);
-                (Form::Or, here)
-            }
+            ExprKind::And(members) => (Form::And, list(&mut self.children, members)),
+            ExprKind::Or(members) => (Form::Or, list(&mut self.children, members)),
         };
         let word = (payload as u32) << LENGTH_BITS | length as u32;
         self.nodes.push(Node { span: expr.span, word: word << FORM_BITS | form as u32 });

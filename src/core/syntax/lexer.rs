@@ -275,9 +275,8 @@ impl<'s> Lexer<'s> {
             // Not signs of the language, but meant as one.
             b'<' if next == b'>' => self.sign(TokenKind::Illegal, 2),
             b'=' if matches!(next, b'<' | b'>') => self.sign(TokenKind::Illegal, 2),
-            b'=' if next == b'=' => self.sign(TokenKind::Comparison, 2),
+            b'=' | b'!' | b'<' | b'>' if next == b'=' => self.sign(TokenKind::Comparison, 2),
             b'=' => self.sign(TokenKind::Equals, 1),
-            b'!' | b'<' | b'>' if next == b'=' => self.sign(TokenKind::Comparison, 2),
             b'<' | b'>' => self.sign(TokenKind::Comparison, 1),
             _ => match self.character() {
                 Some('±') => self.sign(TokenKind::PlusMinus, '±'.len_utf8()),

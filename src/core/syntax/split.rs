@@ -8,10 +8,9 @@
 
 use super::ast::Comment;
 use super::error::SyntaxError;
-use super::explain;
 use super::lexer::{Lexer, Token, TokenKind};
 use super::lookalike::{self, Lookalike};
-use super::words;
+use super::{explain, words};
 use crate::span::Span;
 
 /// Brackets, signs, powers and primes within each other, all counted alike.
@@ -382,17 +381,9 @@ impl<'s> Splitter<'s> {
                 self.end_operand()
             }
             TokenKind::Range | TokenKind::PlusMinus => self.end_condition(),
-            TokenKind::Comma => {
+            TokenKind::Comma | TokenKind::Equals | TokenKind::Colon => {
                 self.end_condition();
-                self.in_unit = false;
-            }
-            TokenKind::Colon => {
-                self.end_condition();
-                self.in_unit = true;
-            }
-            TokenKind::Equals => {
-                self.end_condition();
-                self.in_unit = false;
+                self.in_unit = token.kind == TokenKind::Colon;
             }
             TokenKind::Semicolon => {
                 if let Some(bracket) = self.brackets.last() {

@@ -12,6 +12,7 @@ use super::error::FloquetError;
 use super::motion::Driven;
 use crate::flow::solved;
 use librate_core::expr::{ExprId, Pool, Symbol, Tape, ZeroVerdict};
+use librate_core::linearize::clear_symbolic_column;
 use librate_core::model::Model;
 use librate_core::number::Number;
 use librate_core::precision::{Enclosure, Matrix, clear_column, sum_of_products};
@@ -218,18 +219,7 @@ fn kernel(pool: &mut Pool, mut rows: Vec<Vec<ExprId>>, n: usize) -> Option<Vec<V
     let mut pivots: Vec<usize> = Vec::new();
     for k in 0..rows.len() {
         let pivot = (0..n).find(|j| pool.is_zero(rows[k][*j]) == ZeroVerdict::NonZero)?;
-        let divisor = rows[k][pivot];
-        for entry in &mut rows[k] {
-            *entry = pool.div(*entry, divisor);
-        }
-        let own = rows[k].clone();
-        for (_, row) in rows.iter_mut().enumerate().filter(|(at, _)| *at != k) {
-            let factor = row[pivot];
-            for (entry, other) in row.iter_mut().zip(&own) {
-                let part = pool.mul(factor, *other);
-                *entry = pool.sub(*entry, part);
-            }
-        }
+        clear_symbolic_column(pool, &mut rows, k, pivot);
         pivots.push(pivot);
     }
     let free = (0..n).filter(|j| !pivots.contains(j));

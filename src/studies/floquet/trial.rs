@@ -103,8 +103,7 @@ fn shown(pool: &mut Pool, time: Symbol, period: ExprId, roots: &[ExprId]) -> Opt
             let now = pool.symbol_expr(time);
             let then = pool.add(now, period);
             let moved = pool.substitute_one(*root, &Substitution::from([(time, then)]));
-            let difference = pool.sub(moved, *root);
-            if !pool.vanishes(difference) {
+            if !pool.agree(moved, *root) {
                 return None;
             }
         }
@@ -184,8 +183,7 @@ fn half_turns(pool: &mut Pool, angle: ExprId) -> Option<u64> {
             }
             let count = middle.round() as i64;
             let whole = pool.integer(count);
-            let rest = pool.sub(ratio, whole);
-            if !pool.vanishes(rest) {
+            if !pool.agree(ratio, whole) {
                 return None;
             }
             count

@@ -262,8 +262,7 @@ fn effective_mass(pool: &mut Pool, curvature: ExprId, velocity: Symbol, excess: 
     let under = pool.powi(under, 3);
     let left = pool.square(curvature);
     let left = pool.mul(left, under);
-    let gap = pool.sub(left, square);
-    if !pool.vanishes(gap) {
+    if !pool.agree(left, square) {
         return None;
     }
     let share = pool.mul(inverse, excess);

@@ -138,10 +138,7 @@ fn rate(
         }
         let own = if pool.display(own).starts_with('-') { pool.neg(own) } else { own };
         let value = pool.substitute_one(own, known);
-        let is_new = rates.iter().all(|(_, other)| {
-            let difference = pool.sub(*other, value);
-            !pool.vanishes(difference)
-        });
+        let is_new = rates.iter().all(|(_, other)| !pool.agree(*other, value));
         rates.extend(is_new.then_some((own, value)));
     }
     let named = |symbol| symbol == model.parameters[parameter].symbol;

@@ -15,13 +15,12 @@ mod peaks;
 mod remarks;
 mod solve;
 
-use crate::source::Source;
 pub use error::ResponseError;
 pub use peaks::{Peak, PeakKind, Peaks};
 
 use std::sync::OnceLock;
 
-use crate::source::{self, End, between, first, rational, share, unit_of, written_ends};
+use crate::source::{self, End, Source, between, first, rational, share, unit_of, written_ends};
 use drive::{Averaged, Drive, Driven, averaged};
 use exact::{Exact, Frequency};
 use librate_core::linearize::{self, Linearized, Structure};

@@ -1,9 +1,8 @@
 //! What operations do to dimensions.
 
-use super::DimensionError;
 use super::error::Inferred;
 use super::solve::{Combination, Solver};
-use super::{BASE, Dimension};
+use super::{BASE, Dimension, DimensionError};
 use crate::number::Number;
 use crate::span::Span;
 

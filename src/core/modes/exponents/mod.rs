@@ -36,8 +36,7 @@ mod start;
 mod wide;
 
 pub(crate) use exact::LARGEST as MOST_EXACT;
-pub use solve::exponents;
-pub use solve::exponents_without_inertia;
+pub use solve::{exponents, exponents_without_inertia};
 pub(crate) use spectrum::{finish, joined};
 
 use faer::c64;

@@ -131,10 +131,7 @@ pub(super) fn status(
                 let need = least * 10f64.powi(-(options.digits.min(300) as i32) - 3);
                 let missing = (radius / need).log2();
                 let bits = if missing.is_nan() { 2000.0 } else { missing.clamp(0.0, 2000.0) };
-                let covered = match wide {
-                    Some(wide) => options.covers(wide, false),
-                    None => options.covers(value, false),
-                };
+                let covered = wide.map_or_else(|| options.covers(value, false), |wide| options.covers(wide, false));
                 (covered, bits)
             };
             let a = part(growth_zero, &growth, wide.as_ref().map(|w| &w.0));

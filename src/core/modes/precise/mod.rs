@@ -38,49 +38,50 @@ const MANY: usize = 22;
 /// Fewer modes than this part of all are better taken on from what doubles give.
 const FEW: usize = 8;
 
-/// The outcome of the precision levels below, or a better one where digits are missing or there is none.
-fn covering(
-    scaled: &Scaled,
-    zero: &ZeroSpace,
-    below: &dyn Fn(&Options) -> Result<Solution, ModesError>,
-    source: &dyn Source,
-    options: &Options,
-) -> Result<Solution, ModesError> {
-    let few = options.lowest.is_some_and(|wanted| FEW * wanted <= scaled.n);
-    if few
-        && options.digits >= MANY
-        && let Ok(solution) = below(&options.clone().digits(15))
-        && let Some(better) = with_more_bits(scaled, zero, Some(&solution), source, options)
-        && verdict(&better, options, &Goal::new(options.digits)).satisfied
-    {
-        return Ok(better);
-    }
-    match below(options) {
-        Ok(solution) if covered(&solution.certificate, options) => Ok(solution),
-        Ok(solution) => Ok(with_more_bits(scaled, zero, Some(&solution), source, options).unwrap_or(solution)),
-        Err(error) if is_final(&error) => Err(error),
-        Err(error) => with_more_bits(scaled, zero, None, source, options).ok_or(error),
-    }
+/// A problem that is solved with as many bits as it takes.
+#[derive(Clone, Copy)]
+pub(super) struct Precisely<'a> {
+    pub(super) scaled: &'a Scaled,
+    pub(super) zero: &'a ZeroSpace,
+    pub(super) source: &'a dyn Source,
 }
 
-/// That outcome, with close eigenvalues told apart where more digits do it: their shapes are then facts, and no choice.
-pub(super) fn further(
-    scaled: &Scaled,
-    zero: &ZeroSpace,
-    below: &dyn Fn(&Options) -> Result<Solution, ModesError>,
-    source: &dyn Source,
-    options: &Options,
-) -> Result<Solution, ModesError> {
-    let solution = covering(scaled, zero, below, source, options)?;
-    let clusters = &solution.certificate.clusters;
-    let wanted = options.lowest.unwrap_or(usize::MAX);
-    let close = |cluster: &Cluster| cluster.len() > 1 && cluster.start < wanted;
-    if !options.vectors || scaled.n > MOST_TOLD_APART || !clusters.iter().any(close) {
-        return Ok(solution);
+/// The precision levels below.
+type Below<'a> = &'a dyn Fn(&Options) -> Result<Solution, ModesError>;
+
+impl Precisely<'_> {
+    /// The outcome of the precision levels below, or a better one where digits are missing or there is none.
+    fn covering(self, below: Below<'_>, options: &Options) -> Result<Solution, ModesError> {
+        let few = options.lowest.is_some_and(|wanted| FEW * wanted <= self.scaled.n);
+        if few
+            && options.digits >= MANY
+            && let Ok(solution) = below(&options.clone().digits(15))
+            && let Some(better) = self.with_more_bits(Some(&solution), options)
+            && verdict(&better, options, &Goal::new(options.digits)).satisfied
+        {
+            return Ok(better);
+        }
+        match below(options) {
+            Ok(solution) if covered(&solution.certificate, options) => Ok(solution),
+            Ok(solution) => Ok(self.with_more_bits(Some(&solution), options).unwrap_or(solution)),
+            Err(error) if is_final(&error) => Err(error),
+            Err(error) => self.with_more_bits(None, options).ok_or(error),
+        }
     }
-    let finer = options.clone().digits(options.digits.max(CLOSE_DIGITS));
-    let apart = with_more_bits(scaled, zero, Some(&solution), source, &finer);
-    Ok(apart.filter(|apart| apart.certificate.clusters.len() > clusters.len()).unwrap_or(solution))
+
+    /// That outcome, with close eigenvalues told apart where more digits do it: their shapes are then facts, and no choice.
+    pub(super) fn further(self, below: Below<'_>, options: &Options) -> Result<Solution, ModesError> {
+        let solution = self.covering(below, options)?;
+        let clusters = &solution.certificate.clusters;
+        let wanted = options.lowest.unwrap_or(usize::MAX);
+        let close = |cluster: &Cluster| cluster.len() > 1 && cluster.start < wanted;
+        if !options.vectors || self.scaled.n > MOST_TOLD_APART || !clusters.iter().any(close) {
+            return Ok(solution);
+        }
+        let finer = options.clone().digits(options.digits.max(CLOSE_DIGITS));
+        let apart = self.with_more_bits(Some(&solution), &finer);
+        Ok(apart.filter(|apart| apart.certificate.clusters.len() > clusters.len()).unwrap_or(solution))
+    }
 }
 
 /// Whether more precision changes nothing.
@@ -108,99 +109,96 @@ const WIDENED: usize = 2;
 /// Bits more than planned, so that a plan that grows a little needs no new matrices.
 const HEADROOM: i64 = 32;
 
-/// A better solution than the one in double-double, if there is one.
-fn with_more_bits(
-    scaled: &Scaled,
-    zero: &ZeroSpace,
-    solved: Option<&Solution>,
-    source: &dyn Source,
-    options: &Options,
-) -> Option<Solution> {
-    let mut goal = Goal::new(options.digits);
-    let mut matrices = Matrices { scaled, source, data: None };
-    let total = scaled.n - zero.mid.columns;
-    let (mut columns, mut background) = match solved {
-        Some(solution) => {
-            let mut own = lacking(&solution.certificate, options);
-            let mut estimates = estimates(&solution.certificate);
-            let mut background = None;
-            if own.len() < total {
-                let some = Background::new(scaled, zero, solution)?;
-                own = some.lacking(options);
-                estimates = some.couplings.clone();
-                background = Some(some);
+impl Precisely<'_> {
+    /// A better solution than the one in double-double, if there is one.
+    fn with_more_bits(self, solved: Option<&Solution>, options: &Options) -> Option<Solution> {
+        let Self { scaled, zero, source } = self;
+        let mut goal = Goal::new(options.digits);
+        let mut matrices = Matrices { scaled, source, data: None };
+        let total = scaled.n - zero.mid.columns;
+        let (mut columns, mut background) = match solved {
+            Some(solution) => {
+                let mut own = lacking(&solution.certificate, options);
+                let mut estimates = estimates(&solution.certificate);
+                let mut background = None;
+                if own.len() < total {
+                    let some = Background::new(scaled, zero, solution)?;
+                    own = some.lacking(options);
+                    estimates = some.couplings.clone();
+                    background = Some(some);
+                }
+                goal.largest = largest(&estimates);
+                // Rows of the scaled matrices are seldom much larger than their diagonal.
+                let plan = Plan::new(&estimates, &solution.x, &own, &goal, (4.0, 4.0));
+                let scale = plan.columns.max(112);
+                matrices.at_least(plan.matrices)?;
+                let x = own.iter().map(|&j| column(&solution.x, j, scale)).collect();
+                (Columns { scale, own, x }, background)
             }
-            goal.largest = largest(&estimates);
-            // Rows of the scaled matrices are seldom much larger than their diagonal.
-            let plan = Plan::new(&estimates, &solution.x, &own, &goal, (4.0, 4.0));
-            let scale = plan.columns.max(112);
-            matrices.at_least(plan.matrices)?;
-            let x = own.iter().map(|&j| column(&solution.x, j, scale)).collect();
-            (Columns { scale, own, x }, background)
-        }
-        None => (begin(&mut matrices)?, None),
-    };
-    let mut best: Option<(f64, Solution)> = None;
-    let mut stalled = 0;
-    for _ in 0..ROUNDS {
-        if columns.own.len() == total {
-            background = None;
-        }
-        let Some(data) = &matrices.data else { break };
-        if work(data, &columns) > MOST_WORK {
-            break;
-        }
-        let target = |size| goal.target(size);
-        let Some(measured) = measure(data, &columns, background.as_ref(), &target) else {
-            break;
+            None => (begin(&mut matrices)?, None),
         };
-        goal.largest = largest(&measured.couplings);
-        let mut more = Vec::new();
-        if let Some(enclosures) = certify(&measured.couplings, None) {
-            let background = background.as_ref();
-            let solution = assemble(data, &columns, &measured, enclosures, solved, background);
-            let verdict = verdict(&solution, options, &goal);
-            let gained = best.as_ref().is_none_or(|(before, _)| verdict.score < before - 4.0);
-            if best.as_ref().is_none_or(|(before, _)| verdict.score <= *before) {
-                best = Some((verdict.score, solution));
+        let mut best: Option<(f64, Solution)> = None;
+        let mut stalled = 0;
+        for _ in 0..ROUNDS {
+            if columns.own.len() == total {
+                background = None;
             }
-            if verdict.satisfied {
+            let Some(data) = &matrices.data else { break };
+            if work(data, &columns) > MOST_WORK {
                 break;
             }
-            stalled = if gained { 0 } else { stalled + 1 };
-            if !(stalled < WIDENED || verdict.met || background.is_none()) {
-                more = (0..total).collect();
-            } else if stalled >= STALLED || verdict.met {
-                // Nothing gained: a sign or a rounding is left to decide, or it is beyond reach.
-                if !goal.raise(verdict.signs, verdict.roundings) {
+            let target = |size| goal.target(size);
+            let Some(measured) = measure(data, &columns, background.as_ref(), &target) else {
+                break;
+            };
+            goal.largest = largest(&measured.couplings);
+            let mut more = Vec::new();
+            if let Some(enclosures) = certify(&measured.couplings, None) {
+                let background = background.as_ref();
+                let solution = assemble(data, &columns, &measured, enclosures, solved, background);
+                let verdict = verdict(&solution, options, &goal);
+                let gained = best.as_ref().is_none_or(|(before, _)| verdict.score < before - 4.0);
+                if best.as_ref().is_none_or(|(before, _)| verdict.score <= *before) {
+                    best = Some((verdict.score, solution));
+                }
+                if verdict.satisfied {
                     break;
                 }
+                stalled = if gained { 0 } else { stalled + 1 };
+                if !(stalled < WIDENED || verdict.met || background.is_none()) {
+                    more = (0..total).collect();
+                } else if stalled >= STALLED || verdict.met {
+                    // Nothing gained: a sign or a rounding is left to decide, or it is beyond reach.
+                    if !goal.raise(verdict.signs, verdict.roundings) {
+                        break;
+                    }
+                    stalled = 0;
+                }
+            } else if background.is_some() {
+                more = (0..total).collect();
+            }
+            let norms = (data.stiffness.norm, data.mass.norm);
+            let plan = Plan::new(&measured.couplings, &measured.x, &columns.own, &goal, norms);
+            let scale = plan.columns.max(columns.scale);
+            if more.is_empty() {
+                match improve::improve(data, &columns, &measured, scale) {
+                    Ok(better) => columns = better,
+                    Err(mixed) => more = mixed,
+                }
+            }
+            if !more.is_empty() {
+                let Some(background) = &background else { break };
+                columns = widened(&columns, more, &background.x);
+                // Scores of different columns do not compare.
+                best = best.map(|(_, solution)| (f64::INFINITY, solution));
                 stalled = 0;
             }
-        } else if background.is_some() {
-            more = (0..total).collect();
-        }
-        let norms = (data.stiffness.norm, data.mass.norm);
-        let plan = Plan::new(&measured.couplings, &measured.x, &columns.own, &goal, norms);
-        let scale = plan.columns.max(columns.scale);
-        if more.is_empty() {
-            match improve::improve(data, &columns, &measured, scale) {
-                Ok(better) => columns = better,
-                Err(mixed) => more = mixed,
+            if matrices.at_least(plan.matrices).is_none() {
+                break;
             }
         }
-        if !more.is_empty() {
-            let Some(background) = &background else { break };
-            columns = widened(&columns, more, &background.x);
-            // Scores of different columns do not compare.
-            best = best.map(|(_, solution)| (f64::INFINITY, solution));
-            stalled = 0;
-        }
-        if matrices.at_least(plan.matrices).is_none() {
-            break;
-        }
+        best.map(|(_, solution)| solution)
     }
-    best.map(|(_, solution)| solution)
 }
 
 /// The matrices at the precision that has been needed so far.

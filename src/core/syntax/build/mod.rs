@@ -20,10 +20,9 @@ use super::ast::{
     StatementKind,
 };
 use super::error::SyntaxError;
-use super::explain;
 use super::grammar::{Grammar, Rule, in_words, precedences};
 use super::split::MOST_LEVELS;
-use super::words;
+use super::{explain, words};
 use crate::span::Span;
 
 /// Collects the trees of a file's statements.
@@ -215,10 +214,8 @@ impl Builder {
     /// The names of a `param` statement. A unit, and a value with its uncertainty, are those of the names before them
     /// that have none: `param m1, m2 : kg = 1, k : N/m = 5`.
     fn parameters(&mut self, pair: Pair<'_, Rule>) -> Result<Vec<Binding>, SyntaxError> {
-        let mut bindings = Vec::new();
-        for part in pair.into_inner().filter(|part| part.as_rule() == Rule::parameter) {
-            bindings.push(self.binding(part)?.0);
-        }
+        let parts = pair.into_inner().filter(|part| part.as_rule() == Rule::parameter);
+        let mut bindings = parts.map(|part| Ok(self.binding(part)?.0)).collect::<Result<Vec<_>, SyntaxError>>()?;
         let (mut unit, mut value) = (None, (None, None));
         for binding in bindings.iter_mut().rev() {
             if binding.value.is_some() {

@@ -213,8 +213,7 @@ impl Context<'_> {
         let (mut start, mut name) = (self.before.start, false);
         for token in tokens.filter(|token| token.kind != TokenKind::Comment) {
             match token.kind {
-                TokenKind::Dot if name => continue,
-                TokenKind::Word if name => continue,
+                TokenKind::Dot | TokenKind::Word if name => continue,
                 TokenKind::Word => start = token.start,
                 _ => start = self.before.start,
             }

@@ -253,10 +253,7 @@ impl Writer<'_, '_, '_> {
 
     /// The indent where lining up would be too deep.
     fn stepped(&self) -> usize {
-        match self.frames.last() {
-            Some(frame) => (frame.indent + INDENT).min(DEEPEST),
-            None => INDENT,
-        }
+        self.frames.last().map_or(INDENT, |frame| (frame.indent + INDENT).min(DEEPEST))
     }
 
     /// Where the line that begins at a place begins: further left where it wouldn't fit.

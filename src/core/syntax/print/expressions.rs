@@ -1,6 +1,6 @@
 //! Expressions, indices and units; here alone is decided where parentheses stand.
 
-use super::super::ast::{ExprKind, ExprRef, IndexKind, Indices, Member, UnitKind, UnitRef};
+use super::super::ast::{ExprKind, ExprRef, IndexKind, Indices, Member, Name, UnitKind, UnitRef};
 use super::{Break, Group, Job, Manner, Printer, Sink};
 
 /// Binding strengths, weakest first; [`Strength::Any`] asks for no parentheses.
@@ -231,6 +231,14 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
         }
     }
 
+    /// `i in`
+    fn variable(&mut self, name: &'f Name) {
+        self.token(name.text.as_str());
+        self.blank();
+        self.token("in");
+        self.place(Break::Hidden, " ");
+    }
+
     pub(super) fn indices(&mut self, indices: &'f Indices, brackets: bool) {
         if brackets {
             self.token("[");
@@ -246,10 +254,7 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
                 IndexKind::Member(at) => self.child(*at, Strength::Any, Manner::Tight),
                 IndexKind::Range { variable, from, to } => {
                     if let Some(variable) = variable {
-                        self.token(variable.text.as_str());
-                        self.blank();
-                        self.token("in");
-                        self.place(Break::Hidden, " ");
+                        self.variable(variable);
                     }
                     self.child(*from, Strength::Any, Manner::Tight);
                     self.place(Break::Hidden, "");
@@ -257,10 +262,7 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
                     self.child(*to, Strength::Any, Manner::Tight);
                 }
                 IndexKind::Rows { variable, table } => {
-                    self.token(variable.text.as_str());
-                    self.blank();
-                    self.token("in");
-                    self.place(Break::Hidden, " ");
+                    self.variable(variable);
                     self.token(table.text.as_str());
                 }
             }

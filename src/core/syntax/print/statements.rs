@@ -71,6 +71,14 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
         self.close();
     }
 
+    /// `[i in 1..n]` before what holds for each, if it is there.
+    fn for_each(&mut self, indices: Option<&'f Indices>) {
+        if let Some(indices) = indices {
+            self.next.push(Job::Indices(indices, true));
+            self.place(Break::Weak, " ");
+        }
+    }
+
     /// `= EXPR ± EXPR`, where there is a value.
     fn right_side(&mut self, binding: &'f Binding) {
         if let Some(value) = binding.value {
@@ -116,10 +124,7 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
             StatementKind::Force(binding) => self.binding("force", binding, false),
             StatementKind::Constraint { indices, left, right } => {
                 self.word("constraint");
-                if let Some(indices) = indices {
-                    self.next.push(Job::Indices(indices, true));
-                    self.place(Break::Weak, " ");
-                }
+                self.for_each(indices.as_deref());
                 self.put_expr(*left);
                 self.place(Break::Fill, " ");
                 self.token("=");
@@ -130,10 +135,7 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
                 self.word("draw");
                 self.token(drawn.as_str());
                 self.blank();
-                if let Some(indices) = indices {
-                    self.next.push(Job::Indices(indices, true));
-                    self.place(Break::Weak, " ");
-                }
+                self.for_each(indices.as_deref());
                 for (position, point) in points.iter().enumerate() {
                     if position > 0 {
                         self.token(",");
