@@ -9,7 +9,8 @@ use super::document::Document;
 
 pub(super) fn help(document: &Document, at: usize) -> Value {
     let before = document.text.get(..at).unwrap_or_default();
-    let Some((call, meaning, written)) = call(before) else { return Value::Null };
+    let Some((word, written)) = call(before) else { return Value::Null };
+    let Some((call, meaning)) = signature(word) else { return Value::Null };
     let arguments = call.split_once('(').map_or("", |(_, rest)| rest.trim_end_matches(')'));
     let parameters: Vec<&str> = arguments.split(", ").collect();
     let labels: Vec<Value> = parameters.iter().map(|own| json!({"label": own})).collect();
@@ -22,9 +23,8 @@ pub(super) fn help(document: &Document, at: usize) -> Value {
     })
 }
 
-/// How the innermost call is written that is open at the end of a text, what it gives, and how many of its arguments are
-/// written.
-fn call(before: &str) -> Option<(&'static str, &'static str, usize)> {
+/// The function of the innermost call that is open at the end of a text, and how many of its arguments are written.
+fn call(before: &str) -> Option<(&str, usize)> {
     let (mut depth, mut commas) = (0_usize, 0);
     for (number, line) in before.rsplit('\n').enumerate() {
         let code = line.find('#').map_or(line, |start| &line[..start]);
@@ -38,8 +38,8 @@ fn call(before: &str) -> Option<(&'static str, &'static str, usize)> {
                 '(' => {
                     let called = code[..place].trim_end();
                     let word = &called[without_word(called).len()..];
-                    if let Some((call, meaning)) = signature(word) {
-                        return Some((call, meaning, commas));
+                    if signature(word).is_some() {
+                        return Some((word, commas));
                     }
                     commas = 0;
                 }
