@@ -3,7 +3,7 @@
 
 use crate::common;
 
-use librate::equilibria::{EquilibriaError, Found, Region, find};
+use librate::equilibria::{EquilibriaError, Equilibrium, Found, Region, find};
 use librate::model::Model;
 use librate::modes::Stability;
 use proptest::prelude::*;
@@ -241,6 +241,46 @@ fn families_are_not_counted() {
     // A saddle and a minimum that have just met.
     let fold = of("coord x T = 1/2*x'^2 V = x^3 + (x - 1)^2*0", "x=-1..2");
     assert!(!fold.complete && fold.undecided.len() == 1, "{fold:?}");
+}
+
+/// What rotations carry about is found once, on an axis and in a plane; the centre is alone.
+#[test]
+fn rotations_carry_families() {
+    let ions = "coord r[1..2, 1..3]  T = 1/2*dot(r[1]', r[1]') + 1/2*dot(r[2]', r[2]')
+        V = 1/2*dot(r[1], r[1]) + 1/2*dot(r[2], r[2]) + 1/norm(r[1] - r[2])";
+    // Each ion is held by 1/(2 x)^2 = x; the place where both are one is no equilibrium, but takes an infinite force to tell.
+    let x = 0.25_f64.cbrt();
+    let hat = "T = 1/2*(x'^2 + y'^2 + z'^2)  V = (x^2 + y^2 + z^2 - 1)^2";
+    let ring = "coord x, y  T = 1/2*(x'^2 + y'^2)  V = (x^2 + y^2 - 7.9)^2";
+    for (text, ranges, radii) in [
+        (format!("coord x, y, z  {hat}"), "x=-2..2, y=-2..2, z=-2..2", vec![0.0, 1.0]),
+        (format!("coord r[1..3]  let x = r[1]  let y = r[2]  let z = r[3]  {hat}"), "r=-2..2", vec![0.0, 1.0]),
+        (ions.to_owned(), "r=-2..2", vec![2.0_f64.sqrt() * x]),
+        // In the corners of the box alone, and not there.
+        (ring.to_owned(), "x=-2..2, y=-2..2", vec![0.0, 7.9_f64.sqrt()]),
+        (ring.to_owned(), "x=-1.9..1.9, y=-1.9..1.9", vec![0.0]),
+    ] {
+        let found = of(&text, ranges);
+        let size = |own: &Equilibrium| own.point.iter().map(|x| x.mid_f64().powi(2)).sum::<f64>().sqrt();
+        let mut sizes: Vec<f64> = found.equilibria.iter().map(size).collect();
+        sizes.sort_by(f64::total_cmp);
+        sizes.dedup_by(|a, b| (*a - *b).abs() < 1e-12);
+        assert_eq!(sizes.len(), radii.len(), "{text}: {sizes:?}");
+        assert!(sizes.iter().zip(&radii).all(|(own, radius)| (own - radius).abs() < 1e-12), "{text}: {sizes:?}");
+        for own in &found.equilibria {
+            assert_eq!(own.isolated, Some(size(own) < 1e-12), "{text}");
+        }
+        assert_eq!(
+            found.reasons.iter().any(|own| own.contains("rotation")),
+            radii.iter().any(|own| *own > 0.0),
+            "{text}"
+        );
+    }
+    // A box that is no square, a force that knows a direction, and a motor: nothing turns.
+    let bowl = "coord x, y  T = 1/2*(x'^2 + y'^2)  V = x^2 + y^2";
+    for text in [bowl.to_owned(), format!("{bowl} - x"), format!("{bowl}  force x = y  force y = 3*x")] {
+        assert_eq!(points(&of(&text, "x=-1..1, y=-1..1")).len(), 1, "{text}");
+    }
 }
 
 #[test]

@@ -18,6 +18,7 @@ mod root;
 mod search;
 mod stability;
 mod symmetric;
+mod turned;
 
 pub use bifurcation::Kind;
 pub use branches::{Bifurcation, Branch, Diagram, follow};
@@ -27,7 +28,7 @@ pub use region::Region;
 
 use forces::{Equations, Forces, Neutral, gradient, neutral_directions};
 use interval::Interval;
-use librate_core::expr::{ExprId, Symbol, Tape};
+use librate_core::expr::{ExprId, Substitution, Symbol, Tape};
 use librate_core::linearize::{self, AtRest};
 use librate_core::model::Model;
 use librate_core::modes::Stability;
@@ -37,6 +38,7 @@ use moments::Moments;
 use root::{Root, are_within};
 use search::{Findings, Search};
 use symmetric::Symmetries;
+use turned::Rotations;
 
 /// The most coordinates and constraints.
 const MOST_COORDINATES: usize = 64;
@@ -120,12 +122,12 @@ pub fn find(model: &Model, region: &Region) -> Result<Found, EquilibriaError> {
     let budget = model.pool.budget().clone();
     budget.at("the equilibria in the box", None);
     let model = &*linearize::integrated(model);
-    let task = Task::new(model, region, None)?;
+    let mut task = Task::new(model, region, None)?;
     let equations = task.equations();
     let mut forces = task.forces(&equations)?;
     let mut search = Search::new(&mut forces, Vec::new(), task.whole.clone());
     search.symmetries = Symmetries::new(model, &task.searched, (&equations, task.rest.potential), &task.whole);
-    search.moments = Moments::new(model, &task.searched, &task.rest);
+    search.moments = task.moments.take();
     let findings = search.run(&budget)?;
     let mut found = task.found(&findings, &mut forces);
     budget.at("the modes at each equilibrium", None);
@@ -152,6 +154,10 @@ struct Task<'a> {
     searched: Vec<usize>,
     /// Coordinates held somewhere, with the direction along which nothing changes.
     slices: Vec<Slice>,
+    /// What may be turned.
+    rotations: Rotations,
+    /// Equations that follow from the others, where no parameter varies.
+    moments: Option<Moments>,
     /// Coordinates left out of the box.
     left_out: Vec<usize>,
     whole: Vec<Interval>,
@@ -210,31 +216,24 @@ impl<'a> Task<'a> {
             }));
         }
         let slices = slices(&neutral, &searched, &mut whole);
-        let held = |at: &usize| slices.iter().any(|slice| slice.pivot == *at);
-        let kept: Vec<usize> = (0..searched.len()).filter(|k| !held(&searched[*k])).collect();
-        whole = kept.iter().map(|k| whole[*k]).collect();
-        for slice in &slices {
-            let place = searched.iter().position(|at| *at == slice.pivot);
-            let value = rest.pool.number(Number::from_f64_exact(slice.value).unwrap_or(Number::ZERO));
-            let Some(place) = place else { continue };
-            let map = [(rest.coordinates[place], value)].into_iter().collect();
-            let all = [&[rest.potential], rest.others.as_slice(), &rest.constraints].concat();
-            let all = rest.pool.substitute(&all, &map);
-            rest.potential = all[0];
-            let (others, constraints) = all[1..].split_at(rest.others.len());
-            rest.others = others.to_vec();
-            rest.constraints = constraints.to_vec();
+        let values =
+            slices.iter().map(|slice| (slice.pivot, Number::from_f64_exact(slice.value).unwrap_or(Number::ZERO)));
+        hold(&values.collect::<Vec<_>>(), &mut rest, &mut searched, &mut whole);
+        let (mut rotations, mut moments) = (Rotations::default(), None);
+        if varying.is_none() {
+            rotations = Rotations::new(model, &searched, &mut rest, &mut whole);
+            let all = (searched.clone(), rest.clone());
+            let values: Vec<(usize, Number)> = rotations.held.iter().map(|at| (*at, Number::ZERO)).collect();
+            let held = hold(&values, &mut rest, &mut searched, &mut whole);
+            moments = Moments::new(model, &all.0, &all.1, &held);
         }
-        rest.coordinates = kept.iter().map(|k| rest.coordinates[*k]).collect();
-        rest.others = kept.iter().map(|k| rest.others[*k]).collect();
-        searched = kept.iter().map(|k| searched[*k]).collect();
         if !rest.constraints.is_empty() {
             whole.push(Interval::new(0.0, 1.0));
             whole.extend(rest.constraints.iter().map(|_| Interval::new(-1.0, 1.0)));
         }
         let value = |number: usize| linearize::constant(&model.pool, model.parameters[number].value?);
         let parameters = varying.and_then(value).into_iter().collect();
-        Ok(Self { model, region, rest, searched, slices, left_out, whole, parameters })
+        Ok(Self { model, region, rest, searched, slices, rotations, moments, left_out, whole, parameters })
     }
 
     fn equations(&self) -> Equations {
@@ -252,7 +251,8 @@ impl<'a> Task<'a> {
         for place in self.undecided(findings) {
             // What lies in the region of a proved one is that.
             let is_new = |at: &Vec<Ball>| !findings.roots.iter().any(|root| are_within(at, &root.region));
-            if let Some(at) = self.exactly(&place.hull, forces).filter(is_new) {
+            let is_centre = |at: &Vec<Ball>| self.rotations.fix(&self.embedded(at));
+            if let Some(at) = self.exactly(&place.hull, forces).filter(is_new).filter(is_centre) {
                 equilibria.extend(
                     self.placed(&at).map(|own| Equilibrium { isolated: own.isolated.filter(|own| !own), ..own }),
                 );
@@ -263,6 +263,10 @@ impl<'a> Task<'a> {
         let mut reasons = Vec::new();
         if !equilibria.is_empty() {
             reasons.extend(self.neutral_words());
+        }
+        if !self.rotations.is_empty() && equilibria.iter().any(|own| own.isolated == Some(false)) {
+            let words = self.rotations.words();
+            reasons.push(format!("equilibria are not isolated: {words} nothing; of each family one is given"));
         }
         reasons.extend(undecided_words(self.model, &undecided, findings.is_cut_short, findings.pieces));
         let complete = reasons.is_empty();
@@ -296,7 +300,12 @@ impl<'a> Task<'a> {
 
     /// The ranges of what is searched for; none where slices let it be further out.
     fn sides(&self) -> Vec<Option<[Ball; 2]>> {
-        self.searched.iter().map(|at| self.region.sides[*at].filter(|_| self.slices.is_empty())).collect()
+        self.searched.iter().map(|at| self.region.sides[*at].filter(|_| !self.is_sliced())).collect()
+    }
+
+    /// Whether of equilibria that are not alone one is searched for.
+    fn is_sliced(&self) -> bool {
+        !self.slices.is_empty() || !self.rotations.is_empty()
     }
 
     /// All coordinates, from those that are searched for.
@@ -313,7 +322,14 @@ impl<'a> Task<'a> {
 
     /// An equilibrium with all coordinates, moved into the box along what changes nothing; `None` where it does not come there.
     fn placed(&self, at: &[Ball]) -> Option<Equilibrium> {
-        let mut point = self.embedded(at);
+        let own = self.embedded(at);
+        let isolated = self.slices.is_empty() && self.left_out.is_empty() && self.rotations.fix(&own);
+        let point = self.rotations.orientations(&own).find_map(|turned| self.shifted(turned))?;
+        Some(Equilibrium::new(rounded(&point), Some(isolated)))
+    }
+
+    /// A point moved into the box along translations that change nothing.
+    fn shifted(&self, mut point: Vec<Ball>) -> Option<Vec<Ball>> {
         for _ in 0..200 {
             for slice in &self.slices {
                 let (mut least, mut most) = (f64::NEG_INFINITY, f64::INFINITY);
@@ -334,14 +350,13 @@ impl<'a> Task<'a> {
             }
         }
         let inside = point.iter().zip(&self.region.sides).all(|(x, side)| match side {
-            Some([from, to]) if !self.slices.is_empty() => {
+            Some([from, to]) if self.is_sliced() => {
                 let slack = 1e-9 * (*to - *from).abs_upper();
                 x.mid_f64() >= from.mid_f64() - slack && x.mid_f64() <= to.mid_f64() + slack
             }
             Some(_) | None => true,
         });
-        let isolated = self.slices.is_empty() && self.left_out.is_empty();
-        inside.then(|| Equilibrium::new(rounded(&point), Some(isolated)))
+        inside.then_some(point)
     }
 
     /// A place of an undecided piece at which the forces vanish, exactly.
@@ -367,7 +382,10 @@ impl<'a> Task<'a> {
             let reach = 2.0 * place.radius;
             let near = own.point.iter().zip(&start).all(|(x, y)| (*x - *y).abs_upper() <= reach);
             let inside = own.point.iter().zip(&self.region.sides).all(|(x, side)| may_lie(x, side.as_ref()));
-            let same = |other: &Equilibrium| other.point.iter().zip(&own.point).all(|(x, y)| (*x - *y).contains_zero());
+            let same = |other: &Equilibrium| {
+                let here = other.point.iter().zip(&own.point).all(|(x, y)| (*x - *y).contains_zero());
+                here || self.rotations.may_carry(&other.point, &own.point)
+            };
             if motions.is_empty() || !near || !inside {
                 continue;
             }
@@ -375,7 +393,8 @@ impl<'a> Task<'a> {
             for motion in motions.iter().filter(|motion| *motion != linearize::NO_FORCE) {
                 let words = format!("equilibria are not isolated: {motion} changes nothing; one of them is given");
                 own.isolated = Some(false);
-                if !told.contains(&words) {
+                let is_told = !self.rotations.is_empty() && motion.starts_with("rotation");
+                if !is_told && !told.contains(&words) {
                     told.push(words);
                 }
             }
@@ -416,6 +435,32 @@ impl<'a> Task<'a> {
         }
         words
     }
+}
+
+/// Holds coordinates at values; what was put in for them.
+fn hold(
+    values: &[(usize, Number)],
+    rest: &mut AtRest,
+    searched: &mut Vec<usize>,
+    whole: &mut Vec<Interval>,
+) -> Substitution {
+    let mut held = Substitution::default();
+    for (number, value) in values {
+        if let Some(place) = searched.iter().position(|at| at == number) {
+            held.insert(rest.coordinates[place], rest.pool.number(value.clone()));
+        }
+    }
+    let all = [&[rest.potential], rest.others.as_slice(), &rest.constraints].concat();
+    let all = rest.pool.substitute(&all, &held);
+    rest.potential = all[0];
+    let (others, constraints) = all[1..].split_at(rest.others.len());
+    rest.constraints = constraints.to_vec();
+    let kept: Vec<usize> = (0..searched.len()).filter(|k| !held.contains_key(&rest.coordinates[*k])).collect();
+    rest.others = kept.iter().map(|k| others[*k]).collect();
+    rest.coordinates = kept.iter().map(|k| rest.coordinates[*k]).collect();
+    *whole = kept.iter().map(|k| whole[*k]).collect();
+    *searched = kept.iter().map(|k| searched[*k]).collect();
+    held
 }
 
 /// Slices across directions along which nothing changes, and the ranges widened by what moving into the slices takes.

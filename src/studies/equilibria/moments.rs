@@ -23,8 +23,8 @@ pub(super) struct Moments {
 }
 
 impl Moments {
-    /// Those of a model without constraints; `searched` are the coordinates that are unknown, by number.
-    pub(super) fn new(model: &Model, searched: &[usize], rest: &AtRest) -> Option<Self> {
+    /// Those of a model without constraints, where some coordinates are held; `searched` are the coordinates by number, with these.
+    pub(super) fn new(model: &Model, searched: &[usize], rest: &AtRest, held: &Substitution) -> Option<Self> {
         if !rest.constraints.is_empty() {
             return None;
         }
@@ -43,7 +43,9 @@ impl Moments {
         if found.is_empty() {
             return None;
         }
-        let AtRest { mut pool, coordinates, parameters, .. } = rest;
+        let AtRest { mut pool, mut coordinates, parameters, .. } = rest;
+        let found = pool.substitute(&found, held);
+        coordinates.retain(|own| !held.contains_key(own));
         let slopes: Vec<ExprId> = found.iter().flat_map(|own| pool.gradient(*own, &coordinates)).collect();
         let inputs: Vec<Symbol> = coordinates.into_iter().chain(parameters).collect();
         let prepared = |roots: &[ExprId]| Some(Tape::compile(&pool, roots, &inputs).ok()?.prepare(()));
@@ -60,7 +62,7 @@ impl Moments {
 }
 
 /// Σ w_i F_i.
-fn along(rest: &mut AtRest, field: &[ExprId]) -> ExprId {
+pub(super) fn along(rest: &mut AtRest, field: &[ExprId]) -> ExprId {
     let AtRest { pool, coordinates, potential, others, .. } = rest;
     let shift = pool.fresh_symbol("shift");
     let epsilon = pool.symbol_expr(shift);
@@ -78,40 +80,60 @@ fn along(rest: &mut AtRest, field: &[ExprId]) -> ExprId {
 }
 
 /// A component of a vector: its family, and the last index where there are several.
-type Component = (usize, Option<usize>);
+pub(super) type Component = (usize, Option<usize>);
 
-/// Translations along each component of all bodies, rotations of two into each other, and the dilation.
-fn fields(model: &Model, searched: &[usize], rest: &mut AtRest) -> Vec<Vec<ExprId>> {
-    // Of the indices of a vector the last tells the component; of others the family does.
+/// The components of vectors, and of each unknown the component and the body: of more than `least` indices the last tells the component, of others
+/// the family does.
+pub(super) fn bodies(
+    model: &Model,
+    searched: &[usize],
+    least: usize,
+) -> (Vec<Component>, Vec<(Component, Vec<usize>)>) {
     let parted = |at: &usize| {
         let (family, mut key) = place(model, *at);
-        let component = if key.len() > 1 { key.pop() } else { None };
+        let component = if key.len() > least { key.pop() } else { None };
         ((family, component), key)
     };
     let places: Vec<(Component, Vec<usize>)> = searched.iter().map(parted).collect();
     let mut components: Vec<Component> = places.iter().map(|own| own.0).collect();
     components.sort_unstable();
     components.dedup();
+    components.truncate(MOST_COMPONENTS);
+    (components, places)
+}
+
+/// The field of a rotation of all bodies that turns two components into each other; `None` where a body lacks one.
+pub(super) fn turn(
+    places: &[(Component, Vec<usize>)],
+    [first, second]: [Component; 2],
+    rest: &mut AtRest,
+) -> Option<Vec<ExprId>> {
     let AtRest { pool, coordinates, .. } = rest;
-    let (zero, one) = (pool.zero(), pool.one());
+    let turned = places.iter().map(|(component, body)| {
+        let (other, sign) = match component {
+            own if *own == first => (second, -1),
+            own if *own == second => (first, 1),
+            _ => return Some(pool.zero()),
+        };
+        // The same body of another family, or of the same.
+        let at = places.iter().position(|own| own.0 == other && own.1 == *body)?;
+        let own = pool.symbol_expr(coordinates[at]);
+        Some(if sign < 0 { pool.neg(own) } else { own })
+    });
+    turned.collect()
+}
+
+/// Translations along each component of all bodies, rotations of two into each other, and the dilation.
+fn fields(model: &Model, searched: &[usize], rest: &mut AtRest) -> Vec<Vec<ExprId>> {
+    let (components, places) = bodies(model, searched, 1);
+    let (zero, one) = (rest.pool.zero(), rest.pool.one());
     let mut found: Vec<Vec<ExprId>> = Vec::new();
-    for (number, first) in components.iter().take(MOST_COMPONENTS).enumerate() {
+    for (number, first) in components.iter().enumerate() {
         found.push(places.iter().map(|own| if own.0 == *first { one } else { zero }).collect());
-        for second in components.iter().take(MOST_COMPONENTS).skip(number + 1) {
-            let mut turn = |(component, body): &(Component, Vec<usize>)| {
-                let (other, sign) = match component {
-                    own if own == first => (second, -1),
-                    own if own == second => (first, 1),
-                    _ => return Some(zero),
-                };
-                // The same body of another family, or of the same.
-                let at = places.iter().position(|own| own.0 == *other && own.1 == *body)?;
-                let own = pool.symbol_expr(coordinates[at]);
-                Some(if sign < 0 { pool.neg(own) } else { own })
-            };
-            found.extend(places.iter().map(&mut turn).collect::<Option<Vec<ExprId>>>());
+        for second in components.iter().skip(number + 1) {
+            found.extend(turn(&places, [*first, *second], rest));
         }
     }
-    found.push(coordinates.iter().map(|own| pool.symbol_expr(*own)).collect());
+    found.push(rest.coordinates.iter().map(|own| rest.pool.symbol_expr(*own)).collect());
     found
 }
