@@ -246,7 +246,13 @@ impl<'a> Task<'a> {
 
     /// What a search found, in all coordinates.
     fn found(&self, findings: &Findings, forces: &mut Forces) -> Found {
-        let mut equilibria: Vec<Equilibrium> = self.nodes(findings).map(|node| node.equilibrium).collect();
+        let mut equilibria: Vec<Equilibrium> = Vec::new();
+        for own in self.nodes(findings).map(|node| node.equilibrium) {
+            // The slice goes through a family on both sides of the centre.
+            if !equilibria.iter().any(|other| self.rotations.may_carry(&other.point, &own.point)) {
+                equilibria.push(own);
+            }
+        }
         let mut undecided = Vec::new();
         for place in self.undecided(findings) {
             // What lies in the region of a proved one is that.
