@@ -11,7 +11,8 @@ use librate::linearize::linearize;
 use librate::modes::Options;
 use librate::number::Number;
 use librate::oscillation::{NormalModes, normal_modes};
-use librate::precision::{Ball, Scalar};
+use librate::precision::{Ball, Big, Scalar};
+use librate_core::precision::Magnitude;
 use serde_json::Value;
 
 fn reference(path: &Path) -> Value {
@@ -121,4 +122,18 @@ fn damped_modes_have_their_damping_ratio() {
     let linearized = linearize(model(text)).unwrap();
     let modes = normal_modes(&linearized, &Options::default()).unwrap();
     assert!(modes.modes[0].damping_ratio().is_none());
+}
+
+/// Forces that no energy gives have as many digits as others, also where there are no velocities.
+#[test]
+fn circulatory_forces_have_all_digits() {
+    // omega² = 2 and 3: K + N = [[2, 1], [0, 3]].
+    let text = "coord x, y  T = 1/2*(x'^2 + y'^2)  force x = -2*x - y  force y = -3*y";
+    let linearized = linearize(model(text)).unwrap();
+    let modes = normal_modes(&linearized, &Options::default().digits(50)).unwrap().modes;
+    for (mode, square) in modes.iter().zip([2, 3]) {
+        let omega = &mode.precise.as_ref().unwrap().omega;
+        let off = &(omega * omega) - &Big::from_number(&Number::from(square), omega.bits());
+        assert!(off.contains_zero() && off.abs_upper() < Magnitude::from_f64(1e-49), "{off:?}");
+    }
 }

@@ -22,7 +22,10 @@ pub(super) struct Source<'a> {
 impl QuadraticSource for Source<'_> {
     fn precisely(&self, bits: usize) -> Option<PreciseQuadratic> {
         let precise = self.linearized.precisely(bits)?;
-        let mut all = [precise.mass, precise.velocity?, precise.stiffness];
+        // Circulatory forces need no velocities.
+        let still = || vec![Big::zero(precise.bits); precise.mass.len()];
+        let velocity = precise.velocity.unwrap_or_else(still);
+        let mut all = [precise.mass, velocity, precise.stiffness];
         if let Some(flow) = self.flow {
             all = flow.regular(&all, Enclosure::certain_size, precise.bits)?;
         }
