@@ -88,6 +88,11 @@ fn push_table<'a>(
     }
 }
 
+/// How far numbers are off at most, as they are printed.
+fn printed_bound<'a>(numbers: impl IntoIterator<Item = &'a Ball>) -> String {
+    bound_text(numbers.into_iter().map(|own| Written::new(own, DIGITS).bound).fold(0.0, f64::max))
+}
+
 /// Bound, stability, and the lowest frequency or the fastest growth.
 fn modes_columns(model: &Model, all: &[Equilibrium]) -> Vec<Column> {
     let written = |ball: &Ball| Written::new(ball, DIGITS).text();
@@ -95,7 +100,7 @@ fn modes_columns(model: &Model, all: &[Equilibrium]) -> Vec<Column> {
     let [frequency, rate] =
         if model.has_units { ["lowest omega (rad/s)", "growth (1/s)"] } else { ["lowest omega", "growth"] };
     let mut columns = vec![
-        Column::words("bound", all.iter().map(|own| bound_text(own.radius())).collect()),
+        Column::words("bound", all.iter().map(|own| printed_bound(&own.point)).collect()),
         Column::words("stability", all.iter().map(|own| own.stability.as_str().to_owned()).collect()),
         Column::numbers(frequency, all.iter().map(|own| first(&own.omega)).collect()),
     ];
@@ -185,7 +190,10 @@ pub fn diagram_text(model: &Model, diagram: &Diagram, style: &Style) -> String {
                 &parameter,
                 bifurcations.iter().map(|own| Written::new(&own.value, DIGITS).text()).collect(),
             ),
-            Column::words("bound", bifurcations.iter().map(|own| bound_text(own.value.mid_f64_error())).collect()),
+            Column::words(
+                "bound",
+                bifurcations.iter().map(|own| printed_bound(own.point.iter().chain([&own.value]))).collect(),
+            ),
         ];
         let places = point_columns(model, || bifurcations.iter().map(|own| own.point.as_slice()));
         out.push('\n');
