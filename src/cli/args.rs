@@ -610,7 +610,7 @@ pub(crate) struct Derive {
     #[arg(long, conflicts_with_all = ["json", "latex", "html", "typst"])]
     pub(crate) ascii: bool,
     /// With --latex: a whole document
-    #[arg(long, requires = "latex")]
+    #[arg(long, requires = "latex", conflicts_with_all = ["json", "html", "typst", "ascii"])]
     pub(crate) standalone: bool,
 }
 

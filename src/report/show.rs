@@ -9,6 +9,7 @@ use super::picture::{escaped, titled};
 use super::{Exponent, counted, derive_html, modes_svg};
 use librate_core::derive::Derivation;
 use librate_core::linearize::Linearized;
+use librate_core::linearize::short;
 use librate_core::modes::Options;
 use librate_core::oscillation::{NormalMode, NormalModes};
 use librate_studies::figure::{Figure, Link};
@@ -107,7 +108,7 @@ fn sliders(grid: &Grid) -> String {
     for axis in &grid.axes {
         let Axis { ends: [from, to], own, .. } = axis;
         let unit = axis.unit.as_ref().map_or_else(String::new, |unit| format!(" {}", escaped(unit)));
-        let value = from + own.unwrap_or(0.5) * (to - from);
+        let value = short(from + own.unwrap_or(0.5) * (to - from));
         let _ = writeln!(
             out,
             "<label>{} <input data-axis type=\"range\" min=\"0\" max=\"1\" step=\"any\" value=\"{}\"> <output>{value}</output>{unit}</label>",
