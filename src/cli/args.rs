@@ -180,7 +180,7 @@ pub(crate) enum Command {
     /// What the code of an error or warning means, with an example
     #[command(long_about = about("explain"))]
     Explain(Explain),
-    /// Completions for a shell, to be put where it looks for them
+    /// Completions for a shell, to be saved where the shell looks for them
     #[command(after_help = examples("completions"))]
     Completions(Completions),
     /// A manual page, for man

@@ -125,6 +125,17 @@ Warning Warning {
         Some(name) => format!("is a prime missing: `{name}'`?"),
         None => "a kinetic energy is one of velocities, such as `1/2*m*x'^2`".to_owned(),
     }),
+
+    /// `coord x, y : mm`, where x is in m.
+    #[error("the unit `{unit}` is that of `{other}` alone")]
+    "W0013" UnitOfOther(span) {
+        /// The coordinate or family without a unit.
+        name: String,
+        /// The one with the unit.
+        other: String,
+        /// The unit.
+        unit: String,
+    } => at(*span, "without a unit of its own it is in SI").with_help(format!("write `{name} : {unit}, {other} : {unit}`")),
 }
 }
 
@@ -150,6 +161,7 @@ impl Model {
         found.extend(friction_without_velocity(file, self));
         found.extend(inertia_without_velocity(file, self));
         found.extend(rates_beside_other_units(file, self));
+        found.extend(units_of_others(file, self));
         let unused: HashSet<String> = found
             .iter()
             .filter_map(|warning| match warning {
@@ -165,6 +177,34 @@ impl Model {
         found.sort_by_key(|warning| warning.primary.as_ref().map(|label| label.span));
         found
     }
+}
+
+/// Coordinates without a unit before one of the same kind whose unit is not the one in SI.
+fn units_of_others(file: &File, model: &Model) -> Vec<Warning> {
+    let first = |name: &str| {
+        let family = model.families.iter().find(|family| family.name == name && !family.is_empty());
+        family.map(|family| model.coordinates.at(family.first))
+    };
+    let mut found = Vec::new();
+    for statement in &file.statements {
+        let StatementKind::Coord { declarations } = &statement.kind else { continue };
+        for (at, own) in declarations.iter().enumerate().filter(|(_, own)| own.unit.is_none()) {
+            let Some((other, unit)) = declarations[at..].iter().find_map(|other| Some((other, other.unit?))) else {
+                continue;
+            };
+            let (name, next) = (own.name.text.as_str(), other.name.text.as_str());
+            let (Some(here), Some(there)) = (first(name), first(next)) else { continue };
+            if here.unit == there.unit && there.factor.is_some() {
+                found.push(Warning::UnitOfOther {
+                    name: name.to_owned(),
+                    other: next.to_owned(),
+                    unit: print_unit(file, unit),
+                    span: own.name.span,
+                });
+            }
+        }
+    }
+    found
 }
 
 /// Names that nothing reads; those with `_` in front are so on purpose.
