@@ -44,8 +44,8 @@ fn remark(found: &ModeAmplitude) -> String {
     let equal: Vec<String> = found.equal.iter().map(|k| (k + 1).to_string()).collect();
     match equal.as_slice() {
         [] => String::new(),
-        own if own.len() <= MOST_EQUAL => format!("1:1 with mode {}, not coupled", own.join(", ")),
-        own => format!("1:1 with {} modes, not coupled", own.len()),
+        own if own.len() <= MOST_EQUAL => format!("1:1 with mode {}, not driven", own.join(", ")),
+        own => format!("1:1 with {} modes, not driven", own.len()),
     }
 }
 
@@ -117,7 +117,7 @@ fn plain(value: f64) -> String {
 /// The changes as a JSON object: `model`, `coordinates`, and `modes`, each with `omega`, `omega_digits` and `error_bound`,
 /// the `coordinate` whose amplitude is meant, `frequency_change` (omega = omega_0 (1 + frequency_change A² + …); `null` where
 /// `obstacle` says why) with `frequency_change_error_bound`, `up_to` (`null` where nothing limits the amplitude), and `equal`, modes of the
-/// same frequency that this one is not coupled to, and `drives`, a mode of half the frequency that it makes grow, by number from 1.
+/// same frequency that this one does not drive from rest, and `drives`, a mode of half the frequency that it makes grow, by number from 1.
 #[must_use]
 pub fn amplitude_json(linearized: &Linearized, modes: &NormalModes, amplitudes: &Amplitudes, digits: usize) -> String {
     let model = linearized.model();

@@ -335,7 +335,16 @@ impl Page {
             && derivation.shows("equilibria")
         {
             let signs = ticked(signs(derivation, &assumed_of(roots)));
-            let title = format!("the force vanishes where{}", with(&signs));
+            let mut of: Vec<usize> = roots.iter().map(|root| root.coordinate).collect();
+            of.dedup();
+            let names = of.iter().map(|at| format!("`{}`", derivation.names.coordinates[*at]));
+            let names = names.collect::<Vec<_>>().join(", ");
+            let forces = match of.len() {
+                all if all == self.dimension => "the force vanishes".to_owned(),
+                1 => format!("the force on {names} vanishes"),
+                _ => format!("the forces on {names} vanish"),
+            };
+            let title = format!("{forces} where{}", with(&signs));
             self.parts.push(section(&title, root_texts(derivation, roots)));
         }
     }

@@ -380,10 +380,10 @@ fn rectangle(corner: [f64; 2], size: [f64; 2]) -> String {
     format!("x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\"")
 }
 
-/// Behind a label: what its numbers are multiplied by.
+/// Behind a label: the power of ten that its numbers are divided by.
 fn scaled(power: i32) -> String {
     let raised = superscript(&power.to_string()).filter(|_| power != 0);
-    raised.map_or_else(String::new, |raised| format!(" · 10{raised}"))
+    raised.map_or_else(String::new, |raised| format!(" / 10{raised}"))
 }
 
 fn shaded(shade: Option<f64>) -> String {

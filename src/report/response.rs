@@ -197,7 +197,8 @@ pub fn response_json(response: &Response) -> String {
     written(object, response, lines(outputs))
 }
 
-/// An amplitude of more than so many times the median one leaves the picture, as all do near a resonance without damping.
+/// An amplitude of more than so many times the median one, and of all finite peaks, leaves the picture, as all do near a resonance without
+/// damping.
 const TALLEST: f64 = 25.0;
 /// More curves than this tell nobody anything.
 const MOST_CURVES: usize = 10;
@@ -232,6 +233,9 @@ pub fn response_svg(response: &Response, peaks: &[Peaks]) -> String {
     let mut sizes: Vec<f64> = points().filter(|size| *size > 0.0).collect();
     sizes.sort_by(f64::total_cmp);
     let most = sizes.get(sizes.len() / 2).map_or(f64::INFINITY, |median| TALLEST * median);
+    // With damping peaks are finite, however high.
+    let finite = peaks.iter().flat_map(|own| &own.found).filter_map(|peak| Some(peak.amplitude?.mid_f64()));
+    let most = finite.fold(most, f64::max);
     let label = with_unit("amplitude", common(shown.clone().map(|own| own.unit.as_deref())));
     let unit = response.unit.as_deref().or((response.input.is_some()).then_some("rad/s"));
     let name = with_unit(&response.name, unit);

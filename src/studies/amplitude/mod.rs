@@ -64,7 +64,7 @@ pub struct ModeAmplitude {
     pub reach: Option<f64>,
     /// Why there is no change.
     pub obstacle: Option<Obstacle>,
-    /// Modes of the same frequency (within the bounds), by number, which this one is not coupled to at this order within
+    /// Modes of the same frequency (within the bounds), by number, which this one does not drive from rest at this order within
     /// the bounds: any mixture of them may be a mode as well.
     pub equal: Vec<usize>,
     /// A mode of half the frequency (within the bounds) that this one drives, by number: it grows from next to nothing, so that the
