@@ -1,6 +1,6 @@
 //! Which resonance with the drive a growing motion belongs to. Nothing here has bounds: it is a name.
 
-use nalgebra::DMatrix;
+use nalgebra::{Complex, DMatrix};
 
 use super::multipliers::{Multiplier, Place};
 use crate::flow::{Equations, Plain};
@@ -23,7 +23,7 @@ pub struct Resonance {
     pub order: u32,
 }
 
-/// The frequencies of the equations averaged over a period, rising.
+/// The frequencies of the equations averaged over a period, rising; none where motions of these grow without a resonance.
 pub(super) fn frequencies(equations: &Equations, period: f64, state: &[Ball]) -> Vec<f64> {
     let n = equations.dimension() / 2;
     let mut plain = Plain::new(equations);
@@ -49,13 +49,15 @@ pub(super) fn frequencies(equations: &Equations, period: f64, state: &[Ball]) ->
         let Some((next, _)) = there else { return Vec::new() };
         state = next;
     }
-    let mut frequencies: Vec<f64> = stiffness
-        .complex_eigenvalues()
-        .iter()
-        // What the average leaves of terms that cancel is rounding.
-        .filter(|square| square.re > LEFT * size && square.im.abs() <= 1e-6 * square.re)
-        .map(|square| square.re.sqrt())
-        .collect();
+    let squares = stiffness.complex_eigenvalues();
+    // What the average leaves of terms that cancel is rounding.
+    let is_rounding = |square: &Complex<f64>| square.norm() <= LEFT * size;
+    let oscillates = |square: &Complex<f64>| square.re > 0.0 && square.im.abs() <= 1e-6 * square.re;
+    let squares = squares.iter().filter(|square| !is_rounding(square));
+    if !squares.clone().all(oscillates) {
+        return Vec::new();
+    }
+    let mut frequencies: Vec<f64> = squares.map(|square| square.re.sqrt()).collect();
     frequencies.sort_by(f64::total_cmp);
     frequencies
 }

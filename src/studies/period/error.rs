@@ -11,8 +11,8 @@ use librate_core::span::Span;
 fn words(feature: Feature) -> [&'static str; 2] {
     match feature {
         Feature::Time => [
-            "this model depends on the time explicitly: its energy is not conserved",
-            "a period from energy conservation requires a model without explicit time",
+            "the energies contain the time: the period is computed from an energy that is conserved",
+            "leave out what the equations of motion do without; `motion` integrates the others",
         ],
         Feature::Dissipation => [
             "friction dissipates energy: no motion of this model is periodic",

@@ -30,7 +30,7 @@ Error ResponseError {
     ),
 
     /// A force is given beside one that the model has.
-    #[error("this model has a drive of its own, beside the force on `{input}`")]
+    #[error("this model contains the time, beside the force on `{input}`")]
     "E1103" DrivenAlready(span) {
         /// The coordinate the force is to act on.
         input: String,
