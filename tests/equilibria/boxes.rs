@@ -278,6 +278,18 @@ fn rotations_carry_families() {
             "{text}"
         );
     }
+    // Rings above each other, and what lies on the axis.
+    let rings = of(
+        "coord x, y, z  T = 1/2*(x'^2 + y'^2 + z'^2)  V = (x^2 + y^2 - 1)^2 + (z^2 - 1)^2",
+        "x=-2..2, y=-2..2, z=-2..2",
+    );
+    let sizes = rings
+        .equilibria
+        .iter()
+        .map(|own| (own.point[0].mid_f64().hypot(own.point[1].mid_f64()), own.point[2].mid_f64()));
+    let mut sizes: Vec<(i64, i64)> = sizes.map(|(r, z)| (r.round() as i64, z.round() as i64)).collect();
+    sizes.sort_unstable();
+    assert_eq!(sizes, [(0, -1), (0, 0), (0, 1), (1, -1), (1, 0), (1, 1)]);
     // A box that is no square, a force that knows a direction, and a motor: nothing turns.
     let bowl = "coord x, y  T = 1/2*(x'^2 + y'^2)  V = x^2 + y^2";
     for text in [bowl.to_owned(), format!("{bowl} - x"), format!("{bowl}  force x = y  force y = 3*x")] {

@@ -78,12 +78,15 @@ impl Rotations {
         if self.bodies.first().is_some_and(|body| body.len() == 2) { "rotation changes" } else { "rotations change" }
     }
 
-    /// Whether two points have the same distances and angles between bodies, and go the same way round, as far as they are known.
+    /// Whether two points have the same distances and angles between bodies, and go the same way round, and agree in what does not turn, as far
+    /// as they are known.
     pub(super) fn may_carry(&self, a: &[Ball], b: &[Ball]) -> bool {
         let body = |at: usize, point: &[Ball]| self.bodies[at].iter().map(|at| point[*at]).collect::<Vec<Ball>>();
         let alike = |of: &dyn Fn(&[Ball]) -> Ball| (of(a) - of(b)).contains_zero();
+        let turns = |at: usize| self.bodies.iter().flatten().any(|own| *own == at);
         let all = 0..self.bodies.len();
         !self.is_empty()
+            && (0..a.len()).all(|at| turns(at) || alike(&|point| point[at]))
             && all.clone().all(|i| {
                 (i..all.end).all(|j| {
                     let cross = |point: &[Ball]| cross(&body(i, point), &body(j, point));
