@@ -429,40 +429,27 @@ fn modulus(mode: &NormalMode, at: usize) -> f64 {
     mode.imaginary.get(at).map_or(real.abs(), |imaginary| real.hypot(*imaginary))
 }
 
-/// The components among which are all that can be printed as the largest.
-fn candidates(mode: &NormalMode) -> Vec<usize> {
-    let all = 0..mode.vector.len();
-    // A thousandth of the largest can't be seen in a shape.
-    let least = 1e-3 * all.clone().map(|at| modulus(mode, at)).fold(0.0, f64::max);
-    let seen = |at: usize| modulus(mode, at) >= least && modulus(mode, at) > mode.error_bound_of(at);
-    // The largest by falling size, equal ones in their order, and the one after them.
-    let mut leading: Vec<usize> = Vec::new();
-    let mut last = 0.0;
-    for at in all.clone() {
-        let size = modulus(mode, at);
-        if (size > last || leading.len() <= MOST_COMPONENTS) && seen(at) {
-            leading.insert(leading.partition_point(|own| modulus(mode, *own) >= size), at);
-            leading.truncate(MOST_COMPONENTS + 1);
-            last = leading.last().map_or(0.0, |own| modulus(mode, *own));
-        }
-    }
-    // Two digits are within 5 % of the number: below nine tenths of the last nothing can print as large.
-    let enough = if leading.len() > MOST_COMPONENTS { 0.9 * last } else { least };
-    let close: Vec<usize> =
-        all.filter(|at| modulus(mode, *at) >= enough && seen(*at)).take(MOST_COMPARED + 1).collect();
-    if close.len() <= MOST_COMPARED {
-        return close;
-    }
-    leading.truncate(MOST_COMPONENTS);
-    leading
-}
-
 /// `phi[1] 0.50, phi[2] -0.50, …`: the components by falling size, as many as there is room for.
 fn largest(mode: &NormalMode, names: &Headings<'_>, power: i32, room: usize) -> String {
     // Sizes are compared as printed, so that equal ones stay in order whatever their rounding errors.
-    let mut texts: Vec<(f64, usize, String)> = candidates(mode)
+    let mut order: Vec<(f64, usize)> = (0..mode.vector.len()).map(|at| (modulus(mode, at), at)).collect();
+    let top = order.iter().fold(0.0_f64, |top, (size, _)| top.max(*size));
+    // A thousandth of the largest can't be seen in a shape.
+    order.retain(|(size, at)| *size >= top * 1e-3 && *size > mode.error_bound_of(*at));
+    if order.len() > MOST_COMPONENTS {
+        // Two digits are within 5 % of the number: below nine tenths of the last that may be shown
+        // nothing can print as large.
+        order.select_nth_unstable_by(MOST_COMPONENTS, |a, b| b.0.total_cmp(&a.0));
+        let last = order[MOST_COMPONENTS].0;
+        order.retain(|(size, _)| *size >= 0.9 * last);
+    }
+    if order.len() > MOST_COMPARED {
+        order.select_nth_unstable_by(MOST_COMPONENTS, |a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        order.truncate(MOST_COMPONENTS);
+    }
+    let mut texts: Vec<(f64, usize, String)> = order
         .into_iter()
-        .map(|at| {
+        .map(|(_, at)| {
             let text = component(mode, at, power, ROUGH_DIGITS);
             let size = text.parse().map_or_else(|_| modulus(mode, at) / 10f64.powi(power), f64::abs);
             (size, at, text)
