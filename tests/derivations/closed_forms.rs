@@ -233,6 +233,22 @@ fn corrections_belong_to_their_zeroth_order() {
     }
 }
 
+/// Frequencies that become equal are one, twice, in limits and series alike.
+#[test]
+fn frequencies_that_become_equal_are_joined() {
+    let text = "param k, K, m  coord x, y  T = 1/2*m*(x'^2 + y'^2)  V = 1/2*k*(x^2 + y^2) + 1/2*K*(x - y)^2";
+    let exact = derive(&model_in(text, Path::new("."), &[]), &Parts::default().frequencies(true)).unwrap();
+    let (mut limit, mut series) = (exact.clone(), exact);
+    limit.limit("K", &Number::ZERO);
+    series.expand("K", 0);
+    for derivation in [limit, series] {
+        let found = derivation.linear.as_ref().unwrap().frequencies.as_ref().unwrap();
+        let forms = found.general.frequencies.iter();
+        let forms: Vec<_> = forms.map(|own| (derivation.pool.display(own.omega_squared), own.multiplicity)).collect();
+        assert_eq!(forms, [("k/m".to_owned(), 2)]);
+    }
+}
+
 /// Of two frequencies one grows without end as m vanishes; the other has its series.
 #[test]
 fn a_frequency_that_stays_finite_has_its_series() {

@@ -85,18 +85,20 @@ impl Frequencies {
             let leader = set.and_then(|set| set.first()).map_or(done.name(), String::as_str);
             let all: Vec<ExprId> = case.frequencies.iter().map(|f| f.omega_squared).collect();
             if let Some(symbol) = symbol(pool, &all, leader) {
-                let mut found = characteristic.and_then(|all| finite(pool, done, all, symbol));
-                let plain = case.frequencies.iter().all(|own| own.symmetry.is_none());
-                let before = case.frequencies.len();
-                transform_case(pool, case, |pool, e| done.of(pool, e, symbol));
+                let count = |all: &[Frequency]| all.iter().map(|own| own.multiplicity).sum::<usize>();
                 let cost = |pool: &mut Algebra<'_>, all: &[Frequency]| {
                     pool.cost(&all.iter().map(|own| own.omega_squared).collect::<Vec<_>>())
                 };
-                found.take_if(|found| {
-                    case.frequencies.len() == before
-                        && (!plain || found.len() < before || cost(pool, found) >= cost(pool, &case.frequencies))
-                });
-                if let Some(found) = found {
+                let plain = case.frequencies.iter().all(|own| own.symmetry.is_none());
+                let before = count(&case.frequencies);
+                transform_case(pool, case, |pool, e| done.of(pool, e, symbol));
+                let is_short = count(&case.frequencies) < before;
+                let is_series = matches!(done, Approximation::Expansion { .. });
+                let found = characteristic.filter(|_| is_short || is_series && plain);
+                let found = found.and_then(|all| finite(pool, done, all, symbol));
+                if let Some(found) = found
+                    && (is_short || found.len() == before && cost(pool, &found) < cost(pool, &case.frequencies))
+                {
                     case.frequencies = found;
                 }
             }

@@ -8,7 +8,7 @@
 
 use librate_core::linearize::AtRest;
 use librate_core::model::Model;
-use librate_core::precision::Ball;
+use librate_core::precision::{Ball, sum_of_products};
 
 use super::interval::Interval;
 use super::moments::{Component, along, bodies, turn};
@@ -73,7 +73,7 @@ impl Rotations {
         self.bodies.iter().flatten().all(|at| point[*at].contains_zero())
     }
 
-    /// `rotation changes nothing`
+    /// `rotation changes`, before `nothing`.
     pub(super) fn words(&self) -> &'static str {
         if self.bodies.first().is_some_and(|body| body.len() == 2) { "rotation changes" } else { "rotations change" }
     }
@@ -90,10 +90,11 @@ impl Rotations {
             && all.clone().all(|i| {
                 (i..all.end).all(|j| {
                     let cross = |point: &[Ball]| cross(&body(i, point), &body(j, point));
-                    alike(&|point| dot(&body(i, point), &body(j, point)))
+                    alike(&|point| sum_of_products(&body(i, point), &body(j, point), ()))
                         && match self.bodies[i].len() {
                             2 => alike(&|point| cross(point)[2]),
-                            _ => (j..all.end).all(|k| alike(&|point| dot(&cross(point), &body(k, point)))),
+                            _ => (j..all.end)
+                                .all(|k| alike(&|point| sum_of_products(&cross(point), &body(k, point), ()))),
                         }
                 })
             })
@@ -141,10 +142,6 @@ fn axes(components: &[Component], places: &[(Component, Vec<usize>)], rest: &mut
         }
     }
     Vec::new()
-}
-
-fn dot(a: &[Ball], b: &[Ball]) -> Ball {
-    a.iter().zip(b).fold(Ball::ZERO, |sum, (x, y)| sum + *x * *y)
 }
 
 /// In space; vectors in the plane have no third component.
