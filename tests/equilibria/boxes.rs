@@ -165,17 +165,46 @@ fn ions_repel_each_other() {
             let near = |other: &Vec<f64>| other.iter().zip(&image).all(|(x, y)| (x - y).abs() < 1e-12);
             assert!(points(&plane).iter().any(near), "{image:?}");
         }
-        // Forces by the formula itself.
-        for (i, (x, k)) in own.iter().zip([1.0, 2.0, 1.0, 2.0, 1.0, 2.0]).enumerate() {
-            let others = (0..3).filter(|j| *j != i / 2).map(|j| {
-                let [dx, dy] = [0, 1].map(|axis| own[2 * (i / 2) + axis] - own[2 * j + axis]);
-                (if i % 2 == 0 { dx } else { dy }) / dx.hypot(dy).powi(3)
-            });
-            assert!((k * x - others.sum::<f64>()).abs() < 1e-12, "{own:?}");
-        }
+        assert!(force_on_ions(&own, 2.0) < 1e-12, "{own:?}");
     }
     let lines = points(&plane).into_iter().filter(|own| [1, 3, 5].iter().all(|at| own[*at].abs() < 1e-12));
     assert_eq!(lines.count(), 6);
+}
+
+/// The largest force on an ion, by the formula itself; the trap has the stiffness 1 along x and another along y.
+fn force_on_ions(at: &[f64], along_y: f64) -> f64 {
+    let force = |i: usize| {
+        let others = (0..at.len() / 2).filter(|j| *j != i / 2).map(|j| {
+            let [dx, dy] = [0, 1].map(|axis| at[2 * (i / 2) + axis] - at[2 * j + axis]);
+            (if i.is_multiple_of(2) { dx } else { dy }) / dx.hypot(dy).powi(3)
+        });
+        (if i.is_multiple_of(2) { 1.0 } else { along_y }) * at[i] - others.sum::<f64>()
+    };
+    (0..at.len()).map(|i| force(i).abs()).fold(0.0, f64::max)
+}
+
+/// Three and four ions in a round trap, each in every order: lines (James, 1998), a triangle, a square, a triangle about one ion, and between
+/// these two a kite. One of each is searched for: the ion that is farthest from the centre lies on an axis.
+#[test]
+fn ions_change_places_in_a_round_trap() {
+    let square = (0.25 + 0.5_f64.sqrt()).cbrt();
+    let about = (1.0 + 1.0 / 3.0_f64.sqrt()).cbrt();
+    for (count, kinds) in [
+        ("N = 3", vec![(2, (1.0 / 3.0_f64.sqrt()).cbrt()), (3, 1.25_f64.cbrt())]),
+        ("N = 4", vec![(6, square), (8, about), (12, 1.436_801_991_924_17), (24, 1.180_469_336_287_6)]),
+    ] {
+        let found = of_file("ions_in_a_plane", &[count, "k = 1"], "r=-2..2");
+        assert!(found.undecided.is_empty() && found.reasons.len() == 1, "{:?}", found.reasons);
+        let point = |own: &Equilibrium| own.point.iter().map(|x| x.mid_f64()).collect();
+        let points: Vec<Vec<f64>> = found.equilibria.iter().map(point).collect();
+        assert!(points.iter().all(|own| force_on_ions(own, 1.0) < 1e-12));
+        let largest = |own: &Vec<f64>| own.chunks(2).map(|r| r[0].hypot(r[1])).fold(0.0, f64::max);
+        assert_eq!(points.len(), kinds.iter().map(|kind| kind.0).sum::<usize>());
+        for (times, radius) in kinds {
+            let own = points.iter().filter(|own| (largest(own) - radius).abs() < 1e-12);
+            assert_eq!(own.count(), times, "{count}: {radius}; {:?}", points.iter().map(largest).collect::<Vec<_>>());
+        }
+    }
 }
 
 /// Singular points are no equilibria, and what is beside them is excluded.
@@ -251,6 +280,12 @@ fn rotations_carry_families() {
     // Each ion is held by 1/(2 x)^2 = x; the place where both are one is no equilibrium, but takes an infinite force to tell.
     let x = 0.25_f64.cbrt();
     let hat = "T = 1/2*(x'^2 + y'^2 + z'^2)  V = (x^2 + y^2 + z^2 - 1)^2";
+    let beside = |stiffness: &str| {
+        format!(
+            "coord r[1..2, 1..2]  let s[i in 1..2] = dot(r[i], r[i])  T = sum(i in 1..2, 1/2*dot(r[i]', r[i]'))
+            V = sum(i in 1..2, {stiffness}*s[i] + s[i]^2/2) + 1/2*(dot(r[2] - r[1], r[2] - r[1]) - 2)^2"
+        )
+    };
     // 2 (s - 1) = 3/100 s²
     let at_hat = ((2.0 - (4.0_f64 - 0.24).sqrt()) / 0.06).sqrt();
     let ring = "coord x, y  T = 1/2*(x'^2 + y'^2)  V = (x^2 + y^2 - 7.9)^2";
@@ -258,6 +293,9 @@ fn rotations_carry_families() {
         (format!("coord x, y, z  {hat}"), "x=-2..2, y=-2..2, z=-2..2", vec![0.0, 1.0]),
         (format!("coord r[1..3]  let x = r[1]  let y = r[2]  let z = r[3]  {hat}"), "r=-2..2", vec![0.0, 1.0]),
         (ions.to_owned(), "r=-2..2", vec![2.0_f64.sqrt() * x]),
+        // With one at the centre the other has a place where all forces vanish but one on the first across its axis.
+        (beside("1.3"), "r=-2..2", vec![0.0, 0.6_f64.sqrt()]),
+        (beside("1.3*i"), "r=-2..2", vec![0.0, 0.713_652_709_113_36]),
         (format!("coord x, y, z  {hat} - (x^2 + y^2 + z^2)^3/100"), "x=-2..2, y=-2..2, z=-2..2", vec![0.0, at_hat]),
         // In the corners of the box alone, and not there.
         (ring.to_owned(), "x=-2..2, y=-2..2", vec![0.0, 7.9_f64.sqrt()]),

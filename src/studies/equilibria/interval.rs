@@ -231,12 +231,20 @@ impl Scalar for Interval {
         if self.is_empty() || other.is_empty() {
             return Self::EMPTY;
         }
-        let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
-        for (a, b) in [(self.lo, other.lo), (self.lo, other.hi), (self.hi, other.lo), (self.hi, other.hi)] {
-            let (down, up) = products(a, b);
-            lo = lo.min(down);
-            hi = hi.max(up);
+        // Signs tell which ends make the least and the largest product.
+        if self.hi <= 0.0 && self.lo < 0.0 {
+            return self.neg().mul(other).neg();
         }
+        let (lo, hi) = if self.lo >= 0.0 {
+            let low = if other.lo >= 0.0 { self.lo } else { self.hi };
+            let high = if other.hi >= 0.0 { self.hi } else { self.lo };
+            (products(low, other.lo).0, products(high, other.hi).1)
+        } else if other.lo >= 0.0 || other.hi <= 0.0 {
+            return other.mul(self);
+        } else {
+            let low = products(self.lo, other.hi).0.min(products(self.hi, other.lo).0);
+            (low, products(self.lo, other.lo).1.max(products(self.hi, other.hi).1))
+        };
         Self { lo, hi, whole: self.whole && other.whole }
     }
 
@@ -274,14 +282,23 @@ impl Scalar for Interval {
         }
         let positive = exponent.unsigned_abs();
         let base = if positive.is_multiple_of(2) { self.abs() } else { *self };
-        // Of a point, so that squares are squares.
-        let power = |x: f64| power(&Self::point(x), positive, Self::mul).unwrap_or_else(|| Self::point(1.0));
-        let own = Self { lo: power(base.lo).lo, hi: power(base.hi).hi, whole: base.whole };
+        let power = |x: &Self| power(x, positive, Self::mul).unwrap_or_else(|| Self::point(1.0));
+        let own = if base.lo < 0.0 && base.hi > 0.0 {
+            Self { lo: power(&Self::point(base.lo)).lo, hi: power(&Self::point(base.hi)).hi, whole: base.whole }
+        } else {
+            power(&base).with(base.whole)
+        };
         if exponent < 0 { Self::point(1.0).div(&own) } else { own }
     }
 
     fn sqrt(&self) -> Self {
-        self.within(0.0, f64::INFINITY).rising(Ball::sqrt, (0.0, f64::INFINITY))
+        let part = self.within(0.0, f64::INFINITY);
+        // IEEE 754 rounds roots to nearest.
+        let ends = |x: f64| match x.sqrt() {
+            root if x.is_infinite() || two_prod(root, root) == (x, 0.0) && x > SMALLEST => (root, root),
+            root => (root.next_down().max(0.0), root.next_up()),
+        };
+        if part.is_empty() || part.hi == 0.0 { part } else { Self { lo: ends(part.lo).0, hi: ends(part.hi).1, ..part } }
     }
 
     fn pow(&self, exponent: &Self) -> Self {

@@ -126,7 +126,8 @@ pub fn find(model: &Model, region: &Region) -> Result<Found, EquilibriaError> {
     let equations = task.equations();
     let mut forces = task.forces(&equations)?;
     let mut search = Search::new(&mut forces, Vec::new(), task.whole.clone());
-    search.symmetries = Symmetries::new(model, &task.searched, (&equations, task.rest.potential), &task.whole);
+    search.symmetries = Symmetries::new(model, &task.searched, (&equations, task.rest.potential), &task.whole)
+        .with(task.rotations.farthest(&task.searched));
     search.moments = task.moments.take();
     let findings = search.run(&budget)?;
     let mut found = task.found(&findings, &mut forces);
@@ -260,7 +261,8 @@ impl<'a> Task<'a> {
             let is_centre = |at: &Vec<Ball>| self.rotations.fix(&self.embedded(at));
             if let Some(at) = self.exactly(&place.hull, forces).filter(is_new).filter(is_centre) {
                 equilibria.extend(
-                    self.placed(&at).map(|own| Equilibrium { isolated: own.isolated.filter(|own| !own), ..own }),
+                    self.placed(&self.embedded(&at))
+                        .map(|own| Equilibrium { isolated: own.isolated.filter(|own| !own), ..own }),
                 );
             }
             undecided.push(self.told(&place));
@@ -292,15 +294,21 @@ impl<'a> Task<'a> {
         let inside = |root: &&Root| root.at.iter().zip(&self.sides()).all(|(x, side)| may_lie(x, side.as_ref()));
         // With all multipliers turned it is the same equilibrium.
         let counts = |root: &&Root| root.at.get(self.searched.len()).is_none_or(Ball::is_positive);
-        let proved = findings.roots.iter().filter(inside).filter(counts);
-        proved.filter_map(|root| Some(Node { root: root.clone(), equilibrium: self.placed(&root.at)? }))
+        let vanishes = |root: &&Root| self.rotations.is_equilibrium(&self.embedded(&root.at)) == Some(true);
+        let proved = findings.roots.iter().filter(inside).filter(counts).filter(vanishes);
+        let alike =
+            |root: &'a Root| self.rotations.exchanges(&self.embedded(&root.at)).into_iter().map(move |at| (root, at));
+        proved
+            .flat_map(alike)
+            .filter_map(|(root, at)| Some(Node { root: root.clone(), equilibrium: self.placed(&at)? }))
     }
 
     /// Places that a search did not decide.
     fn undecided(&self, findings: &Findings) -> Vec<Place> {
         // Gradients of constraints depend on each other where the multiplier of the forces is 0.
         let is_singular = |root: &&Root| root.at.get(self.searched.len()).is_some_and(Ball::contains_zero);
-        let singular = findings.roots.iter().filter(is_singular).map(|root| &root.region);
+        let is_open = |root: &&Root| self.rotations.is_equilibrium(&self.embedded(&root.at)).is_none();
+        let singular = findings.roots.iter().filter(|root| is_singular(root) || is_open(root)).map(|root| &root.region);
         gathered(findings.undecided.iter().chain(singular))
     }
 
@@ -326,11 +334,10 @@ impl<'a> Task<'a> {
         point
     }
 
-    /// An equilibrium with all coordinates, moved into the box along what changes nothing; `None` where it does not come there.
-    fn placed(&self, at: &[Ball]) -> Option<Equilibrium> {
-        let own = self.embedded(at);
-        let isolated = self.slices.is_empty() && self.left_out.is_empty() && self.rotations.fix(&own);
-        let point = self.rotations.orientations(&own).find_map(|turned| self.shifted(turned))?;
+    /// An equilibrium moved into the box along what changes nothing; `None` where it does not come there.
+    fn placed(&self, own: &[Ball]) -> Option<Equilibrium> {
+        let isolated = self.slices.is_empty() && self.left_out.is_empty() && self.rotations.fix(own);
+        let point = self.rotations.orientations(own).find_map(|turned| self.shifted(turned))?;
         Some(Equilibrium::new(rounded(&point), Some(isolated)))
     }
 

@@ -106,7 +106,7 @@ impl<'a> Search<'a> {
                 self.found.undecided.append(&mut todo);
                 break;
             }
-            if self.symmetries.leave_aside(&piece) || self.is_known(&piece) {
+            if self.symmetries.leave_aside(&mut piece) || self.is_known(&piece) {
                 continue;
             }
             let Left::Some(slopes) = self.contract(&mut piece) else { continue };
@@ -185,7 +185,7 @@ impl<'a> Search<'a> {
     fn balance(&mut self, piece: &mut [Interval], inputs: &[Interval]) -> bool {
         let Some(moments) = &mut self.moments else { return true };
         let values = moments.values(inputs);
-        if values.iter().any(|own| own.is_bounded() && !own.contains(0.0)) {
+        if values.iter().any(|own| !own.is_empty() && !own.contains(0.0)) {
             return false;
         }
         let centre: Vec<Interval> = piece.iter().map(|own| Interval::point(own.middle())).collect();

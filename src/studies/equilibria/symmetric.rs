@@ -12,6 +12,7 @@ use librate_core::symmetry::SignedPermutation;
 use super::forces::Equations;
 use super::interval::Interval;
 use super::root::Root;
+use super::turned::Farthest;
 
 /// Groups with more elements are not used.
 const MOST_ELEMENTS: usize = 800;
@@ -21,7 +22,7 @@ const MOST_VALUES: usize = 8;
 const LATER: f64 = 0.2;
 
 /// Where each unknown goes, and whether with its sign turned.
-type Element = Vec<(usize, bool)>;
+pub(super) type Element = Vec<(usize, bool)>;
 
 /// A finite group of symmetries.
 #[derive(Default)]
@@ -30,6 +31,8 @@ pub(super) struct Symmetries {
     elements: Vec<Element>,
     /// w.
     weights: Vec<f64>,
+    /// A body that is as far from the centre as any of those with which it changes places.
+    pub(super) farthest: Option<Farthest>,
 }
 
 impl Symmetries {
@@ -55,19 +58,27 @@ impl Symmetries {
             (2.0 + key.first().map_or(0.0, |own| *own as f64)) * LATER.powi(later as i32) + 1e-3 * (at as f64).sqrt()
         };
         let weights = places.iter().enumerate().map(weight).collect();
-        closure(&generators).map_or_else(Self::default, |elements| Self { elements, weights })
+        closure(&generators).map_or_else(Self::default, |elements| Self { elements, weights, ..Self::default() })
     }
 
-    /// Whether a piece is left aside: all equilibria on it have one elsewhere that is searched for.
-    pub(super) fn leave_aside(&self, piece: &[Interval]) -> bool {
-        self.elements.iter().any(|element| {
-            let gain = element.iter().enumerate().fold(Interval::point(0.0), |sum, (i, (to, turned))| {
-                let there = Interval::point(if *turned { -self.weights[*to] } else { self.weights[*to] });
-                let by = there.sub(&Interval::point(self.weights[i]));
-                if *to == i && !turned { sum } else { sum.add(&by.mul(&piece[i])) }
-            });
-            gain.lo > 0.0
-        })
+    /// With a body that is the farthest, if that stays so in all images.
+    pub(super) fn with(self, farthest: Option<Farthest>) -> Self {
+        let is_kept = |own: &Farthest| self.elements.iter().all(|element| own.is_kept(element));
+        Self { farthest: farthest.filter(is_kept), ..self }
+    }
+
+    /// Whether a piece is left aside, or what is left of it: all equilibria on the rest have one elsewhere that is searched for.
+    pub(super) fn leave_aside(&self, piece: &mut [Interval]) -> bool {
+        let is_left = self.farthest.as_ref().is_none_or(|own| own.contract(piece));
+        !is_left
+            || self.elements.iter().any(|element| {
+                let gain = element.iter().enumerate().fold(Interval::point(0.0), |sum, (i, (to, turned))| {
+                    let there = Interval::point(if *turned { -self.weights[*to] } else { self.weights[*to] });
+                    let by = there.sub(&Interval::point(self.weights[i]));
+                    if *to == i && !turned { sum } else { sum.add(&by.mul(&piece[i])) }
+                });
+                gain.lo > 0.0
+            })
     }
 
     /// What a zero is carried into.
@@ -148,7 +159,7 @@ fn candidates(places: &[Place]) -> Vec<Element> {
 }
 
 /// Whether F(gq) = g F(q), and the box goes over into itself.
-fn is_symmetry(equations: &mut Equations, whole: &[Interval], element: &Element) -> bool {
+pub(super) fn is_symmetry(equations: &mut Equations, whole: &[Interval], element: &Element) -> bool {
     let Equations { pool, unknowns, all, .. } = equations;
     let stays = |(i, (to, turned)): (usize, &(usize, bool))| {
         let (own, there) = (signed(&whole[i], *turned), whole[*to]);

@@ -1,17 +1,24 @@
 //! Rotations of all bodies together that change neither forces nor the potential. Of equilibria that they carry about one is searched for: with
 //! the first body on an axis, the second in a plane through it.
 //!
-//! The forces that are left out so vanish with the others. Torques vanish everywhere, so that they do where the bodies that are held have a
-//! distance from the axis of the rotation; and an equilibrium in the slice at which one has none is carried along the slice, unless all
-//! bodies lie on that axis: half a turn about it changes the sign of the forces across it alone. What is proved to be alone in the slice is thus
-//! an equilibrium, and alone in space if all bodies lie at the centre.
+//! The forces that are left out so vanish with the others: torques vanish everywhere, and the bodies that are held have a distance from the
+//! axis of the rotation. Where one may have none, it is an equilibrium if all bodies lie on that axis: half a turn about it changes the sign
+//! of the forces across it alone. Elsewhere it is none if a force that is left out does not vanish, and else not decided.
+//! What is proved to be alone in the slice is alone in space if all bodies lie at the centre.
+//!
+//! Where other bodies may change places with the first, it is the one farthest from the centre: equilibria in which another is are
+//! these with the two exchanged.
 
+use librate_core::expr::{ExprId, Prepared, Tape};
 use librate_core::linearize::AtRest;
 use librate_core::model::Model;
-use librate_core::precision::{Ball, sum_of_products};
+use librate_core::number::Number;
+use librate_core::precision::{Ball, Scalar, sum_of_products};
 
+use super::forces::Equations;
 use super::interval::Interval;
 use super::moments::{Component, along, bodies, turn};
+use super::symmetric::{Element, is_symmetry};
 
 /// Steps of an angle, all the way round, at which bodies that are carried out of the box are looked for inside.
 const STEPS: usize = 24;
@@ -23,6 +30,51 @@ pub(super) struct Rotations {
     bodies: Vec<Vec<usize>>,
     /// Coordinates that are held at 0, by number.
     pub(super) held: Vec<usize>,
+    /// The forces along these.
+    left_out: Option<Prepared<Ball>>,
+    /// The coordinates that forces depend on, by number.
+    searched: Vec<usize>,
+    /// Bodies that may change places with the first one.
+    exchanged: Vec<Exchange>,
+}
+
+/// A body that may change places with the first one.
+struct Exchange {
+    body: usize,
+    /// The coordinates that do, by number.
+    pairs: Vec<[usize; 2]>,
+}
+
+/// Places of unknowns: of a body, and of bodies that are no farther from the centre.
+pub(super) struct Farthest {
+    first: usize,
+    others: Vec<Vec<usize>>,
+}
+
+impl Farthest {
+    /// What is left of a piece; false where that is nothing.
+    pub(super) fn contract(&self, piece: &mut [Interval]) -> bool {
+        let reach = piece[self.first].hi;
+        let mut least = Interval::new(0.0, f64::INFINITY);
+        for body in &self.others {
+            for at in body {
+                piece[*at] = piece[*at].meet(&Interval::new(-reach, reach));
+            }
+            let square = body.iter().fold(Interval::point(0.0), |sum, at| sum.add(&piece[*at].powi(2)));
+            least.lo = least.lo.max(square.sqrt().lo);
+        }
+        piece[self.first] = piece[self.first].meet(&least);
+        piece.iter().all(|own| !own.is_empty())
+    }
+
+    /// Whether bodies that are exchanged stay so under a symmetry.
+    pub(super) fn is_kept(&self, element: &Element) -> bool {
+        element[self.first] == (self.first, false)
+            && self.others.iter().all(|body| {
+                let there = |other: &Vec<usize>| body.iter().all(|at| other.contains(&element[*at].0));
+                self.others.iter().any(|other| other.len() == body.len() && there(other))
+            })
+    }
 }
 
 impl Rotations {
@@ -44,8 +96,23 @@ impl Rotations {
         keys.sort_unstable();
         keys.dedup();
         let place = |axis: &Component, key: &Vec<usize>| places.iter().position(|own| own.0 == *axis && own.1 == *key);
-        let at = |key: &&Vec<usize>| axes.iter().map(|axis| place(axis, key)).collect::<Option<Vec<usize>>>();
-        let bodies: Vec<Vec<usize>> = keys.iter().filter_map(at).collect();
+        keys.retain(|key| axes.iter().all(|axis| place(axis, key).is_some()));
+        let at = |key: &&Vec<usize>| axes.iter().filter_map(|axis| place(axis, key)).collect();
+        let bodies: Vec<Vec<usize>> = keys.iter().map(at).collect();
+        let mut equations = Equations::new(rest, &Number::ONE);
+        equations.all.push(rest.potential);
+        let mut exchange = |body: usize| {
+            let pair = [keys[0], keys[body]];
+            let to = |(component, key): &(Component, Vec<usize>)| {
+                let other = pair.iter().position(|own| *own == key).map_or(key, |at| pair[1 - at]);
+                Some((place(component, other)?, false))
+            };
+            let element = places.iter().map(to).collect::<Option<Element>>()?;
+            let pairs = element.iter().enumerate().filter(|(at, own)| *at < own.0);
+            let pairs = pairs.map(|(at, own)| [searched[at], searched[own.0]]).collect();
+            is_symmetry(&mut equations, whole, &element).then_some(Exchange { body, pairs })
+        };
+        let exchanged: Vec<Exchange> = (1..bodies.len()).filter_map(&mut exchange).collect();
         let half = bodies.iter().flatten().next().map_or(0.0, |at| whole[*at].hi);
         if bodies.iter().flatten().any(|at| whole[*at].lo != -half || whole[*at].hi != half) {
             return Self::default();
@@ -60,12 +127,51 @@ impl Rotations {
                 whole[*at] = Interval::new(0.0, reach);
             }
         }
+        let own = |at: &usize| searched.iter().position(|number| number == at).map(|at| equations.all[at]);
+        let forces: Vec<ExprId> = held.iter().filter_map(own).collect();
+        let left_out = Tape::compile(&equations.pool, &forces, &equations.unknowns).ok().map(|tape| tape.prepare(()));
         let numbers = |body: &Vec<usize>| body.iter().map(|at| searched[*at]).collect();
-        Self { bodies: bodies.iter().map(numbers).collect(), held }
+        let bodies = bodies.iter().map(numbers).collect();
+        Self { bodies, held, left_out, searched: searched.to_vec(), exchanged }
     }
 
     pub(super) fn is_empty(&self) -> bool {
         self.bodies.is_empty()
+    }
+
+    /// Whether the forces that are left out vanish where the others do; `None` where it is not decided.
+    pub(super) fn is_equilibrium(&self, point: &[Ball]) -> Option<bool> {
+        let Some(left_out) = &self.left_out else { return Some(true) };
+        let at: Vec<Ball> = self.searched.iter().map(|at| point[*at]).collect();
+        if !left_out.evaluate(&at, &mut Vec::new()).iter().all(Ball::contains_zero) {
+            return Some(false);
+        }
+        let is_decided = |(number, body): (usize, &Vec<usize>)| {
+            let across = body.len() - number;
+            let is_on_axis = |body: &Vec<usize>| body[..across].iter().all(|at| point[*at].contains_zero());
+            !point[body[across - 1]].contains_zero() || self.bodies.iter().all(is_on_axis)
+        };
+        let axes = self.bodies.first().map_or(1, Vec::len);
+        self.bodies.iter().take(axes - 1).enumerate().all(is_decided).then_some(true)
+    }
+
+    /// Of the unknowns that are searched for, by number; `None` where the first body does not change places.
+    pub(super) fn farthest(&self, searched: &[usize]) -> Option<Farthest> {
+        let at = |number: &usize| searched.iter().position(|own| own == number);
+        let body = |number: usize| self.bodies[number].iter().filter_map(at).collect::<Vec<usize>>();
+        let first = *body(*self.exchanged.first().map(|_| &0)?).first()?;
+        Some(Farthest { first, others: self.exchanged.iter().map(|own| body(own.body)).collect() })
+    }
+
+    /// A point as it is, then with the first body exchanged for others.
+    pub(super) fn exchanges(&self, point: &[Ball]) -> Vec<Vec<Ball>> {
+        let mut all = vec![point.to_vec()];
+        for own in &self.exchanged {
+            let mut point = point.to_vec();
+            own.pairs.iter().for_each(|[a, b]| point.swap(*a, *b));
+            all.push(point);
+        }
+        all
     }
 
     /// Whether all bodies lie, or may lie, at the centre.
