@@ -17,7 +17,7 @@ use super::input::Source;
 use super::{Answer, FAULT, Failure, complain, output};
 
 /// A search that has found something ends at this part of the time, so that the rest is enough to tell it.
-const NEARLY: f64 = 0.6;
+const NEARLY: f64 = 0.75;
 /// How often is looked.
 const INTERVAL: Duration = Duration::from_millis(10);
 

@@ -15,7 +15,7 @@ pub(super) struct Interval {
     pub(super) whole: bool,
 }
 
-/// Products below this may lose their error term.
+/// Products below this may be rounded though a factor is a power of two.
 const SMALLEST: f64 = 1e-280;
 /// Beside an angle: it decides only whether an extremum counts, which more often does no harm.
 const ANGLE: f64 = 1e-12;
@@ -32,13 +32,19 @@ fn sum_up(a: f64, b: f64) -> f64 {
     if e == 0.0 { s } else { s.next_up() }
 }
 
+/// Whether products with it are exact: its size is a power of two.
+fn is_power_of_two(x: f64) -> bool {
+    x.to_bits() << 12 == 0
+}
+
 /// a b rounded down and up; 0 times infinity is 0.
 fn products(a: f64, b: f64) -> (f64, f64) {
     if a == 0.0 || b == 0.0 {
         return (0.0, 0.0);
     }
-    let (p, e) = two_prod(a, b);
-    if p.is_infinite() && (a.is_infinite() || b.is_infinite()) || e == 0.0 && p.abs() > SMALLEST {
+    let p = a * b;
+    let exact = (is_power_of_two(a) || is_power_of_two(b)) && p.abs() > SMALLEST && p.is_finite();
+    if exact || p.is_infinite() && (a.is_infinite() || b.is_infinite()) {
         return (p, p);
     }
     (p.next_down(), p.next_up())
@@ -54,8 +60,7 @@ fn quotients(a: f64, b: f64) -> (f64, f64) {
         let (sign, end) = (a.signum() * b.signum(), if a.is_infinite() { f64::INFINITY } else { 0.0 });
         return if sign > 0.0 { (0.0, end) } else { (-end, 0.0) };
     }
-    let (p, e) = two_prod(q, b);
-    if q.is_infinite() && a.is_infinite() || p == a && e == 0.0 && p.abs() > SMALLEST {
+    if q.is_infinite() && a.is_infinite() || is_power_of_two(b) && q.abs() > SMALLEST && q.is_finite() {
         return (q, q);
     }
     (q.next_down(), q.next_up())
