@@ -316,6 +316,12 @@ fn rotations_carry_families() {
             "{text}"
         );
     }
+    // Forces without torque need not turn with the bodies.
+    let straight = of(
+        "coord x, y  T = 1/2*(x'^2 + y'^2)  V = (x^2 + y^2 - 1)^2  force x = -x*(x - 1/2)  force y = -y*(x - 1/2)",
+        "x=-2..2, y=-2..2",
+    );
+    assert!(!straight.complete && straight.reasons.iter().all(|own| !own.contains("rotation")), "{straight:?}");
     // Rings above each other, and what lies on the axis.
     let rings = of(
         "coord x, y, z  T = 1/2*(x'^2 + y'^2 + z'^2)  V = (x^2 + y^2 - 1)^2 + (z^2 - 1)^2",

@@ -78,10 +78,10 @@ impl Farthest {
 }
 
 impl Rotations {
-    /// Those of a model without constraints, in a box that is as wide along each axis and has its centre at 0; it is widened by what the corners
+    /// Those of a model without constraints in which forces have a potential, in a box that is as wide along each axis and has its centre at 0; it is widened by what the corners
     /// reach.
     pub(super) fn new(model: &Model, searched: &[usize], rest: &mut AtRest, whole: &mut [Interval]) -> Self {
-        if !rest.constraints.is_empty() {
+        if !rest.constraints.is_empty() || rest.others.iter().any(|own| *own != rest.pool.zero()) {
             return Self::default();
         }
         // The index of a single vector tells its components.
