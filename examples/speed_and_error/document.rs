@@ -162,7 +162,7 @@ fn jacobi_cost(report: &Report) -> String {
     format!(" (times `{}`: {})", report.unit, costs.join(", "))
 }
 
-/// What the ladder does, and on which problems.
+/// What each precision level does, and on which problems.
 fn choice(report: &Report) -> String {
     let mut out = String::from(
         "## What the default picks where, and why\n\n\
@@ -184,7 +184,7 @@ fn choice(report: &Report) -> String {
     );
     let _ = writeln!(
         out,
-        "Plain Jacobi rotations in doubles, without a ladder, are right on most of what other solvers in doubles get wrong. But they \
+        "Plain Jacobi rotations in doubles, and no higher precision behind them, are right on most of what other solvers in doubles get wrong. But they \
          prove nothing, are no help where K is no sum of squares (gravity, tension) or M is nearly singular, and cost more \
          the larger the problem{}.\n\nThe highest precision level that was needed, on how many of the {} problems of this document:\n",
         jacobi_cost(report),

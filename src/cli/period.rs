@@ -65,7 +65,7 @@ pub(super) fn text(args: &args::Period) -> Result<Answer, Failure> {
                 return Err(Failure::Model(source, warnings));
             }
             if args.model.drawn {
-                report::period_svg(&range, &places, oscillator.model().has_units)
+                report::period_svg(oscillator.model(), &range, &places)
             } else if args.json {
                 report::period_curve_json(&oscillator, &places, &options)
             } else {

@@ -15,6 +15,8 @@ use librate_core::symmetry::{GroupKind, SignedPermutation};
 const MOST_NAMED: usize = 8;
 /// Frequencies that a formula gives by their number are not listed beyond this.
 const MOST_LISTED: usize = 24;
+/// So many are listed where each is shorter than the formula.
+const MOST_SINGLE: usize = 4;
 /// Blocks of more coordinates than this are not written out.
 const MOST_IN_BLOCK: usize = 4;
 
@@ -186,14 +188,15 @@ fn case_parts(derivation: &Derivation, frequencies: &Frequencies, case: &Case, p
     let rest = if case.complete { "" } else { " with a closed form" };
     let title = format!("normal frequencies{rest}{}{}", with(&assumed), approximations(&frequencies.approximations));
     let mut lines = Vec::new();
-    for series in &case.series {
+    let is_listed = is_listed(derivation, case);
+    for series in case.series.iter().filter(|_| !is_listed) {
         let value = derivation.pool.display(series.omega_squared);
         let ranges = series.numbers.iter();
         let ranges = ranges.map(|(name, angles)| format!("`{name}` = {}..{}", angles.first, angles.last));
         let remark = format!(", {}", ranges.collect::<Vec<_>>().join(", "));
         lines.push(Line::Formula(format!("omega^2 = {value}"), remark));
     }
-    if case.series.is_empty() || (!case.complete && case.frequencies.len() <= MOST_LISTED) {
+    if is_listed {
         lines.extend(alone(case).map(|frequency| {
             let value = derivation.pool.display(frequency.omega_squared);
             Line::Formula(format!("omega^2 = {value}"), remark(frequency))
@@ -209,6 +212,17 @@ fn case_parts(derivation: &Derivation, frequencies: &Frequencies, case: &Case, p
         let title = format!("normal coordinates{}", with(&assumed));
         parts.push(Part::Section(title, lines, Form::Apart));
     }
+}
+
+/// Whether frequencies are written down one by one: without a formula that gives them by their number, beside one that does not give
+/// all, and in place of one that is longer than each of a few.
+fn is_listed(derivation: &Derivation, case: &Case) -> bool {
+    let length = |e: ExprId| derivation.pool.display(e).len();
+    let is_few = case.frequencies.len() <= MOST_SINGLE && case.waves.is_empty() && {
+        let longest = case.frequencies.iter().map(|own| length(own.omega_squared)).max();
+        case.series.iter().all(|own| Some(length(own.omega_squared)) > longest)
+    };
+    case.series.is_empty() || !case.complete && case.frequencies.len() <= MOST_LISTED || case.complete && is_few
 }
 
 /// The closed forms that are not written down with names of their own.

@@ -1,13 +1,14 @@
 //! The curve of a period, as SVG.
 
 use super::picture::{Axis, Curve, Panel, Picture, Stroke};
-use librate_core::model::Range;
+use super::{shown_unit, with_unit};
+use librate_core::model::{Model, Range};
 use librate_studies::period::{Motion, Place};
 
 /// The period over the amplitude or the energy, as an SVG picture; broken where there is no periodic motion and where
 /// librations end and rotations begin.
 #[must_use]
-pub fn period_svg(range: &Range, places: &[Place], has_units: bool) -> String {
+pub fn period_svg(model: &Model, range: &Range, places: &[Place]) -> String {
     let mut curves: Vec<Curve> = Vec::new();
     let mut before = None;
     for place in places {
@@ -27,8 +28,12 @@ pub fn period_svg(range: &Range, places: &[Place], has_units: bool) -> String {
         curves.iter_mut().for_each(|curve| curve.name.clear());
     }
     let values = |at: usize| curves.iter().flat_map(|curve| &curve.points).map(move |point| point[at]);
-    let up = Axis::over(if has_units { "period (s)" } else { "period" }, values(1), 0.05);
-    let across = Axis::over(range.name(), values(0), 0.0);
+    let up = Axis::over(if model.has_units { "period (s)" } else { "period" }, values(1), 0.05);
+    let unit = match range.name() {
+        "amplitude" => model.coordinates.iter().next().and_then(shown_unit),
+        _ => Some("J").filter(|_| model.has_units),
+    };
+    let across = Axis::over(&with_unit(range.name(), unit), values(0), 0.0);
     let description = format!("The period over the {}; the curve ends where no motion is periodic.", range.name());
     Picture::single("Period", description, Panel::new(across, up, curves)).svg()
 }

@@ -303,7 +303,7 @@ Error LinearizeError {
         most: usize,
     } => nowhere()
         .with_help(
-            "ask for some of the modes, for example `--lowest 10`; with constraints, friction that acts at rest or a search for the equilibrium use fewer coordinates",
+            "some of the modes take no dense matrices, `librate modes --lowest 10`; with constraints, friction that acts at rest or a search for the equilibrium use fewer coordinates",
         ),
 } else {
     /// The work or the memory is beyond the budget.

@@ -94,9 +94,12 @@ impl Linearized {
         axes_of_bodies(&self.model).filter(|_| whole)
     }
 
-    /// The equilibrium in numbers of many bits, where it is exact or proved.
+    /// The equilibrium in numbers of many bits, where it is exact or proved, and energies alone hold it.
     pub(crate) fn exact_equilibrium(&self) -> Option<Vec<Big>> {
         let found = &self.equilibrium;
+        if self.unbalanced.is_some() {
+            return None;
+        }
         let proof = found.proof.as_deref().map_or(0, Proof::bits);
         let values = self.assembly.values::<Big>(&self.model, BITS.max(proof)).ok()?;
         let at = precise::equilibrium(&self.model, &self.assembly, found, &values)?;
