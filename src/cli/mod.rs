@@ -428,14 +428,12 @@ fn limit(text: &str, known: &[&str]) -> Result<(String, Number), Failure> {
     let help = "a parameter and a number are needed: `--limit k=0`";
     let wrong = || wrong_request(format!("`{text}` is not a limit"), help);
     let (name, value) = text.split_once('=').ok_or_else(wrong)?;
-    let (name, value) = (name.trim(), value.trim());
+    let name = name.trim();
     if !known.contains(&name) {
         return Err(no_parameter(name, known, help));
     }
-    let number = match value.strip_prefix('-') {
-        Some(rest) => Number::parse(rest.trim()).map(|number| number.neg()),
-        None => Number::parse(value),
-    };
+    let value = constant(value, help)?;
+    let number = value.pool().as_number(value.value()).cloned();
     Ok((name.to_owned(), number.ok_or_else(wrong)?))
 }
 
