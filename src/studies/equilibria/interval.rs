@@ -217,6 +217,7 @@ impl Scalar for Interval {
         Self::of_ball(&Ball::PI)
     }
 
+    #[inline]
     fn add(&self, other: &Self) -> Self {
         if self.is_empty() || other.is_empty() {
             return Self::EMPTY;
@@ -232,6 +233,7 @@ impl Scalar for Interval {
         self.add(&other.neg())
     }
 
+    #[inline]
     fn mul(&self, other: &Self) -> Self {
         if self.is_empty() || other.is_empty() {
             return Self::EMPTY;
