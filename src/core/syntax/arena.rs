@@ -63,12 +63,6 @@ impl Texts {
         number
     }
 
-    fn back_to(&mut self, count: usize) {
-        self.letters.truncate(self.end_of(count));
-        self.ends.truncate(count);
-        self.recent.fill(u32::MAX);
-    }
-
     fn finish(&mut self) {
         self.letters.shrink_to_fit();
         self.ends.shrink_to_fit();
@@ -156,17 +150,6 @@ fn push_list<T: Copy>(pool: &mut Vec<T>, members: &[T], number: fn(ExprRef) -> T
     }
     pool.extend(members);
     if short { members.len() } else { 0 }
-}
-
-/// How much there was at some time.
-#[derive(Clone, Copy)]
-pub(super) struct Mark {
-    nodes: usize,
-    texts: usize,
-    children: usize,
-    members: usize,
-    names: usize,
-    indices: usize,
 }
 
 /// How an arena is read.
@@ -308,28 +291,6 @@ impl Expressions {
         ExprRef(self.nodes.len() as u32 - 1)
     }
 
-    /// How much there is now, for [`back_to`](Self::back_to).
-    pub(super) fn mark(&self) -> Mark {
-        Mark {
-            nodes: self.nodes.len(),
-            texts: self.texts.ends.len(),
-            children: self.children.len(),
-            members: self.members.len(),
-            names: self.names.len(),
-            indices: self.indices.len(),
-        }
-    }
-
-    /// Forgets what has been added since.
-    pub(super) fn back_to(&mut self, mark: Mark) {
-        self.nodes.truncate(mark.nodes);
-        self.texts.back_to(mark.texts);
-        self.children.truncate(mark.children);
-        self.members.truncate(mark.members);
-        self.names.truncate(mark.names);
-        self.indices.truncate(mark.indices);
-    }
-
     fn push_name(&mut self, name: &Name) -> ExprRef {
         self.names.push(name.clone());
         ExprRef(self.names.len() as u32 - 1)
@@ -376,11 +337,6 @@ impl Units {
             UnitForm::Power(base, numerator, denominator) => UnitKind::Power { base, numerator, denominator },
         };
         Unit { span, kind }
-    }
-
-    /// Forgets all but the first.
-    pub(super) fn back_to(&mut self, count: usize) {
-        self.nodes.truncate(count);
     }
 
     /// Adds a unit, whose parts are there already.
