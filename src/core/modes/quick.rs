@@ -8,19 +8,15 @@
 //! one. All bounds are taken in length (Cauchy, Schwarz), so that they cost nothing; a problem
 //! whose grading is lost in them is left to the pencil in double-double.
 //!
-//! A step of refinement changes the columns so little that their images are brought up to date by products of
-//! doubles, and leaves residuals so small that their lengths bound the couplings: then these need no products
+//! A step of refinement leaves residuals so small that their lengths bound the couplings: then these need no products
 //! at all, and the overlaps follow from them, as (s_ij - μ_j g_ij) - (s_ij - μ_i g_ij) = (μ_i - μ_j) g_ij.
-//!
-//! Where only shapes lack digits, and ten or twelve are asked for, columns are corrected to first order and that is all: how far
-//! corrected columns are from eigenvectors follows from the same couplings (`certify`), without images of theirs.
 
 use std::borrow::Cow;
 use std::cell::{Cell, OnceCell};
 
-use super::certify::{Couplings, Known};
-use super::dense::{Matrix, Plain, add_to, gamma, multiply};
-use super::image::{Image, Moved, Operator, lengths_of_rows, row_lengths};
+use super::certify::Couplings;
+use super::dense::{Matrix, Plain, gamma, multiply};
+use super::image::{Image, Operator, lengths_of_rows, row_lengths};
 use super::pencil::{Scaled, ZeroSpace, ordered};
 use super::product::{Part, product, residuals};
 use crate::precision::{Ball, DoubleDouble, U2, kernel, up};
@@ -39,7 +35,6 @@ pub(super) struct Quick<'a> {
 pub(super) struct Round {
     /// Xᵀ, (K X)ᵀ and (M X)ᵀ.
     pub(super) xt: Matrix,
-    stiffness_image: Image,
     mass_image: Image,
     lengths: Vec<f64>,
     pub(super) quotient: Vec<DoubleDouble>,
@@ -93,24 +88,6 @@ impl<'a> Quick<'a> {
         let z = self.mass.image(&xt, &lengths, slices);
         let s = y.products_with(&xt, &lengths);
         let norm = z.products_with(&xt, &lengths);
-        self.measured(xt, lengths, (y, s), (z, norm))
-    }
-
-    /// Measures columns X + D, given as their transpose rounded to double-doubles and Dᵀ, after X.
-    pub(super) fn round_after(&self, before: Round, xt: Matrix, change: &Plain) -> Round {
-        let moved = Moved::new(xt, change);
-        let y = self.stiffness.image_after(before.stiffness_image, &moved);
-        let z = self.mass.image_after(before.mass_image, &moved);
-        self.measured(moved.xt, moved.lengths, y, z)
-    }
-
-    fn measured(
-        &self,
-        xt: Matrix,
-        lengths: Vec<f64>,
-        (y, s): (Image, Vec<Ball>),
-        (z, norm): (Image, Vec<Ball>),
-    ) -> Round {
         let (m, n) = (xt.rows, xt.columns);
         let (y_lengths, z_lengths) = (lengths_of_rows(&y.value), lengths_of_rows(&z.value));
         let mut quotient = Vec::with_capacity(m);
@@ -139,7 +116,6 @@ impl<'a> Quick<'a> {
         let (overlap, leak) = self.overlap(&xt, &lengths);
         Round {
             xt,
-            stiffness_image: y,
             mass_image: z,
             lengths,
             quotient,
@@ -233,46 +209,13 @@ impl Round {
         !neighbours.all(|(pair, step)| apart(pair[0], pair[1], *step))
     }
 
-    /// w_ik = h_ik / (μ_k - μ_i), 0 on the diagonal, as far as it is known, for [`Round::known`].
-    fn corrections(&self) -> Plain {
-        let mut w = self.h().clone();
-        for (k, mu) in self.quotient.iter().enumerate() {
-            for (w, other) in w.column_mut(k).iter_mut().zip(&self.quotient) {
-                let gap = (mu.hi - other.hi) + (mu.lo - other.lo);
-                *w = if *w == 0.0 { 0.0 } else { *w / gap };
-            }
-            w.set(k, k, 0.0);
-        }
-        w
-    }
-
-    /// The columns with the corrections, X + X W, as rows. Each term x_i w_ik is off by less than `unit` of its size, beside
-    /// 2 u² of the sum.
-    pub(super) fn corrected(&self) -> Matrix {
-        let mut corrected = self.xt.clone();
-        add_to(&mut corrected, &multiply(self.corrections().view().transpose(), self.xt.hi.view()));
-        corrected
-    }
-
-    /// How well the corrections are known. The gap of w_ik is off by 4 u, its quotient by u, the low part of x_i is below u; the
-    /// product is off by γ.
-    pub(super) fn known(&self) -> Known {
-        Known {
-            lengths: self.lengths.clone(),
-            errors: self.h_error.clone(),
-            leak: self.leak.clone(),
-            unit: gamma(self.quotient.len()) + 8.0 * f64::EPSILON,
-        }
-    }
-
     /// How the columns are coupled once the zero vectors are taken out; see `pencil`: that changes G
-    /// by at most leak_i leak_j, and S not at all. `None` where columns are coupled by more than `most` beside the
-    /// distance of their quotients, or where lengths do not bound enough.
-    pub(super) fn couplings(&self, from: Bounds, most: f64) -> Option<Couplings> {
+    /// by at most leak_i leak_j, and S not at all. `None` where lengths do not bound enough.
+    pub(super) fn couplings(&self, from: Bounds) -> Option<Couplings> {
         let m = self.quotient.len();
         let (order, steps) = ordered(&self.quotient);
         let size: Vec<f64> = self.quotient.iter().map(|mu| up(mu.hi.abs())).collect();
-        let (mut h, mut g) = self.bounds(from, most)?;
+        let (mut h, mut g) = self.bounds(from)?;
         for (j, &mu) in size.iter().enumerate() {
             let leak = self.leak[j];
             if leak > 0.0 {
@@ -302,7 +245,7 @@ impl Round {
 
     /// Bounds of |h_ij| = |s_ij - μ_j g_ij| from products or from lengths, |x_iᵀr_j| <= ‖x_i‖ ‖r_j‖, and those of the
     /// overlaps from them, |g_ij| <= (|h_ij| + |h_ji|) / |μ_i - μ_j|. For close pairs both from their own products.
-    fn bounds(&self, from: Bounds, most: f64) -> Option<(Plain, Plain)> {
+    fn bounds(&self, from: Bounds) -> Option<(Plain, Plain)> {
         let m = self.quotient.len();
         let mut h = match from {
             Bounds::Products => self.h().clone(),
@@ -321,9 +264,7 @@ impl Round {
         let mut g = h.transposed();
         let hi: Vec<f64> = self.quotient.iter().map(|mu| mu.hi).collect();
         let lo: Vec<f64> = self.quotient.iter().map(|mu| mu.lo).collect();
-        if run_overlaps((&hi, &lo), &h, &mut g) > most {
-            return None;
-        }
+        run_overlaps((&hi, &lo), &h, &mut g);
         let mut close = Vec::new();
         for j in 0..m {
             let column = g.column(j).iter().enumerate();
@@ -346,13 +287,12 @@ impl Round {
     }
 }
 
-kernel!(run_overlaps, overlap_loops, (quotient: (&[f64], &[f64]), h: &Plain, g: &mut Plain) -> f64);
+kernel!(run_overlaps, overlap_loops, (quotient: (&[f64], &[f64]), h: &Plain, g: &mut Plain));
 
-/// (g_ij + h_ij) / |μ_i - μ_j| in the place of g_ij, and the largest of them off the diagonal.
+/// (g_ij + h_ij) / |μ_i - μ_j| in the place of g_ij.
 #[inline(always)]
-fn overlap_loops<const FUSED: bool>((hi, lo): (&[f64], &[f64]), h: &Plain, g: &mut Plain) -> f64 {
+fn overlap_loops<const FUSED: bool>((hi, lo): (&[f64], &[f64]), h: &Plain, g: &mut Plain) {
     let m = hi.len();
-    let mut largest = 0.0;
     for j in 0..m {
         let (mu_hi, mu_lo) = (hi[j], lo[j]);
         let columns = g.column_mut(j).iter_mut().zip(h.column(j));
@@ -364,21 +304,7 @@ fn overlap_loops<const FUSED: bool>((hi, lo): (&[f64], &[f64]), h: &Plain, g: &m
             *g = up((*g + h) / gap);
         }
         g.set(j, j, 0.0);
-        let (lanes, rest) = g.column(j).as_chunks::<4>();
-        let mut most = [largest; 4];
-        for lane in lanes {
-            for l in 0..4 {
-                // What is negative, or no number, is close without a bound.
-                let size = if lane[l] >= 0.0 { lane[l] } else { f64::INFINITY };
-                most[l] = if size > most[l] { size } else { most[l] };
-            }
-        }
-        for x in rest {
-            most[0] = most[0].max(if *x >= 0.0 { *x } else { f64::INFINITY });
-        }
-        largest = most.iter().fold(0.0, |most: f64, x| most.max(*x));
     }
-    largest
 }
 
 impl super::refine::Mixed for Round {

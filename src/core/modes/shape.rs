@@ -154,10 +154,6 @@ pub(super) fn cluster_shapes(
     let x = &solution.x;
     if let [k] = *columns {
         let g = solution.gram.diagonal(k);
-        let g = match &solution.correction {
-            Some(correction) => g.with_added_radius(correction.norms[k]),
-            None => g,
-        };
         let norm = g.mid.sqrt();
         let inverse = DoubleDouble::ONE / norm;
         // The exact vector has M-length norm (1 ± η), the roundings of root, quotient and product
