@@ -8,7 +8,7 @@ use super::certify::{Cluster, Couplings, certify};
 use super::dense::Matrix;
 use super::factored::Factored;
 use super::pencil::{self, Pencil, Scaled, ZeroSpace, couplings, pencil};
-use super::quick::{Bounds, Quick, Round};
+use super::quick::{Quick, Round};
 use super::start::{Factor, Failure, careful_eigenvectors};
 use super::{ModesError, Options, PrecisionLevel, Source, refine, shape};
 use crate::precision::{Ball, Big, DoubleDouble};
@@ -284,7 +284,7 @@ fn quick(scaled: &Scaled, zero: &ZeroSpace, options: &Options, x: &Matrix) -> Re
         let few = number == 0 && options.digits <= 12;
         // What doubles come to may be known to be too little for the shapes before it is certified.
         if !(first && round.is_mixed(2.0 * shapes(options))) {
-            let Some(certificate) = certified(&round, options, number) else {
+            let Some(certificate) = Certificate::new(&round.quotient, round.couplings()) else {
                 break;
             };
             if satisfied(&certificate, options, number) {
@@ -303,16 +303,6 @@ fn quick(scaled: &Scaled, zero: &ZeroSpace, options: &Options, x: &Matrix) -> Re
         round = quick.round(xt, if few { slices(scaled.n) } else { ALL_SLICES });
     }
     Err(round.xt.transposed())
-}
-
-/// The certificate of a round. After a step of refinement lengths mostly bound the couplings well enough.
-fn certified(round: &Round, options: &Options, number: usize) -> Option<Certificate> {
-    let from = |bounds: Bounds| Certificate::new(&round.quotient, round.couplings(bounds)?);
-    (number > 0)
-        .then(|| from(Bounds::Lengths))
-        .flatten()
-        .filter(|certificate| satisfied(certificate, options, number))
-        .or_else(|| from(Bounds::Products))
 }
 
 /// M is positive definite as far as its midpoints go, but the bounds do not show it: the direction

@@ -8,8 +8,7 @@
 //! one. All bounds are taken in length (Cauchy, Schwarz), so that they cost nothing; a problem
 //! whose grading is lost in them is left to the pencil in double-double.
 //!
-//! A step of refinement leaves residuals so small that their lengths bound the couplings: then these need no products
-//! at all, and the overlaps follow from them, as (s_ij - μ_j g_ij) - (s_ij - μ_i g_ij) = (μ_i - μ_j) g_ij.
+//! The overlaps follow from these, as (s_ij - μ_j g_ij) - (s_ij - μ_i g_ij) = (μ_i - μ_j) g_ij.
 
 use std::borrow::Cow;
 use std::cell::{Cell, OnceCell};
@@ -42,9 +41,8 @@ pub(super) struct Round {
     defect: Vec<f64>,
     /// x_jᵀMx_j
     pub(super) norm: Vec<Ball>,
-    /// Near r_j, in rows, and bounds of the lengths of these.
+    /// Near r_j, in rows.
     residual: Plain,
-    residual_lengths: Vec<f64>,
     /// Near x_iᵀr_j, off by at most lengths_i h_error_j; made when asked for.
     h: OnceCell<Plain>,
     h_error: Vec<f64>,
@@ -55,15 +53,6 @@ pub(super) struct Round {
     /// What the columns still have of the zero vectors: XᵀMZ, and bounds of the lengths of those parts.
     pub(super) overlap: Matrix,
     pub(super) leak: Vec<f64>,
-}
-
-/// Where the bounds of couplings come from.
-#[derive(Clone, Copy, PartialEq)]
-pub(super) enum Bounds {
-    /// From the lengths of columns and residuals, but for pairs that are close to each other.
-    Lengths,
-    /// From products of all columns with all residuals.
-    Products,
 }
 
 /// A pair is close where its overlap is not bounded by this from its couplings.
@@ -122,7 +111,6 @@ impl<'a> Quick<'a> {
             defect,
             norm,
             residual,
-            residual_lengths,
             h: OnceCell::new(),
             h_error,
             g: OnceCell::new(),
@@ -188,14 +176,6 @@ impl Round {
         dot(self.xt.hi.row(i), image.hi.row(j))
     }
 
-    /// Near x_iᵀr_j for one pair.
-    fn h_entry(&self, i: usize, j: usize) -> f64 {
-        match self.h.get() {
-            Some(h) => h.get(i, j),
-            None => dot(self.xt.hi.row(i), self.residual.row(j)),
-        }
-    }
-
     /// Whether all numbers are in range.
     pub(super) fn is_finite(&self) -> bool {
         self.quotient.iter().all(|mu| mu.is_finite())
@@ -210,12 +190,12 @@ impl Round {
     }
 
     /// How the columns are coupled once the zero vectors are taken out; see `pencil`: that changes G
-    /// by at most leak_i leak_j, and S not at all. `None` where lengths do not bound enough.
-    pub(super) fn couplings(&self, from: Bounds) -> Option<Couplings> {
+    /// by at most leak_i leak_j, and S not at all.
+    pub(super) fn couplings(&self) -> Couplings {
         let m = self.quotient.len();
         let (order, steps) = ordered(&self.quotient);
         let size: Vec<f64> = self.quotient.iter().map(|mu| up(mu.hi.abs())).collect();
-        let (mut h, mut g) = self.bounds(from)?;
+        let (mut h, mut g) = self.bounds();
         for (j, &mu) in size.iter().enumerate() {
             let leak = self.leak[j];
             if leak > 0.0 {
@@ -231,7 +211,7 @@ impl Round {
         }
         let defect = (0..m).map(|j| up(self.defect[j] + size[j] * self.leak[j] * self.leak[j])).collect();
         let square = |j: usize| up(self.leak[j] * self.leak[j]);
-        Some(Couplings {
+        Couplings {
             least: (0..m).map(|j| self.norm[j].with_added_radius(square(j)).lower()).collect(),
             most: (0..m).map(|j| self.norm[j].upper()).collect(),
             order,
@@ -240,50 +220,33 @@ impl Round {
             defect,
             h,
             g,
-        })
+        }
     }
 
-    /// Bounds of |h_ij| = |s_ij - μ_j g_ij| from products or from lengths, |x_iᵀr_j| <= ‖x_i‖ ‖r_j‖, and those of the
-    /// overlaps from them, |g_ij| <= (|h_ij| + |h_ji|) / |μ_i - μ_j|. For close pairs both from their own products.
-    fn bounds(&self, from: Bounds) -> Option<(Plain, Plain)> {
+    /// Bounds of |h_ij| = |s_ij - μ_j g_ij|, and those of the overlaps from them, |g_ij| <= (|h_ij| + |h_ji|) / |μ_i - μ_j|. For
+    /// close pairs these from their own products.
+    fn bounds(&self) -> (Plain, Plain) {
         let m = self.quotient.len();
-        let mut h = match from {
-            Bounds::Products => self.h().clone(),
-            Bounds::Lengths => Plain::zeros(m, m),
-        };
+        let mut h = self.h().clone();
         for j in 0..m {
             let error = self.h_error[j];
-            let beyond = match from {
-                Bounds::Products => error,
-                Bounds::Lengths => up(self.residual_lengths[j] + error),
-            };
             for (h, length) in h.column_mut(j).iter_mut().zip(&self.lengths) {
-                *h = up(h.abs() + length * beyond);
+                *h = up(h.abs() + length * error);
             }
         }
         let mut g = h.transposed();
         let hi: Vec<f64> = self.quotient.iter().map(|mu| mu.hi).collect();
         let lo: Vec<f64> = self.quotient.iter().map(|mu| mu.lo).collect();
         run_overlaps((&hi, &lo), &h, &mut g);
-        let mut close = Vec::new();
         for j in 0..m {
-            let column = g.column(j).iter().enumerate();
-            let found = column.filter(|(i, g)| *i != j && !(0.0..=CLOSE).contains(*g));
-            close.extend(found.map(|(i, _)| (i, j)));
-            if from == Bounds::Lengths && close.len() > 2 * m {
-                return None;
+            for i in (0..m).filter(|i| *i != j) {
+                if !(0.0..=CLOSE).contains(&g.get(i, j)) {
+                    let overlap = self.g_entry(i, j).abs() + self.lengths[i] * self.g_error[j];
+                    g.set(i, j, up(overlap));
+                }
             }
         }
-        for (i, j) in close {
-            let length = self.lengths[i];
-            if from == Bounds::Lengths {
-                let coupling = self.h_entry(i, j).abs() + length * self.h_error[j];
-                h.set(i, j, up(coupling));
-            }
-            let overlap = self.g_entry(i, j).abs() + length * self.g_error[j];
-            g.set(i, j, up(overlap));
-        }
-        Some((h, g))
+        (h, g)
     }
 }
 

@@ -16,7 +16,7 @@ pub(super) fn spectrum(scaled: &Scaled, zero: &ZeroSpace, solution: &Solution, o
     let stability = stability(unstable, undecided, zeros);
     let mut modes = Vec::with_capacity(wanted);
     let mut zero_shapes = if options.vectors { shape::zero_shapes(scaled, zero) } else { Vec::new() }.into_iter();
-    let errors = options.vectors.then(|| shape::Errors::new(scaled, leak, certificate, x, zero));
+    let errors = options.vectors.then(|| shape::Errors::new(leak, certificate, x, zero));
     let mut number = 0;
     let mut put_zeros = |modes: &mut Vec<Mode>, number: &mut u32| {
         for _ in 0..zeros {

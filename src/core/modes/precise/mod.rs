@@ -20,7 +20,6 @@ use faer::Mat;
 use super::certify::{Cluster, Couplings, Enclosures, certify};
 use super::dense::{Matrix, Plain};
 use super::pencil::{Bounded, Scaled, ZeroSpace, couplings, pencil};
-use super::quick::Bounds;
 use super::start::careful_eigenvectors;
 use super::{Certificate, Gram, ModesError, Options, PrecisionLevel, Solution, Source, covered};
 use crate::precision::{Big, Magnitude};
@@ -285,7 +284,7 @@ impl Background {
     fn new(scaled: &Scaled, zero: &ZeroSpace, solution: &Solution) -> Option<Self> {
         let x = solution.x.clone();
         if let Gram::Factors(round) = &solution.gram {
-            let couplings = round.couplings(Bounds::Products)?;
+            let couplings = round.couplings();
             let m = x.columns;
             // Midpoints beside the diagonal are used without bounds, and nearly 0.
             let (mut mid, mut radius) = (Matrix::zeros(m, m), Plain::zeros(m, m));
