@@ -45,29 +45,13 @@ pub(super) struct Cluster {
     pub(super) end: usize,
     /// τ by column: how far eigenvectors of the cluster may reach out to other columns.
     pub(super) reach: Vec<f64>,
-    /// About their sum and the square root of the sum of their squares, to 1e-9.
+    /// About their sum, to 1e-9.
     pub(super) total: f64,
-    pub(super) length: f64,
 }
 
 impl Cluster {
     pub(super) fn new(range: Range<usize>, reach: Vec<f64>) -> Self {
-        let (mut total, mut squares) = ([0.0; LANES], [0.0; LANES]);
-        let (lanes, rest) = reach.as_chunks::<LANES>();
-        for tau in lanes {
-            for l in 0..LANES {
-                total[l] += tau[l];
-                squares[l] += tau[l] * tau[l];
-            }
-        }
-        let sum = |lanes: [f64; LANES], rest: f64| lanes.iter().sum::<f64>() + rest;
-        Self {
-            start: range.start,
-            end: range.end,
-            total: sum(total, rest.iter().sum()),
-            length: sum(squares, rest.iter().map(|tau| tau * tau).sum()).sqrt(),
-            reach,
-        }
+        Self { start: range.start, end: range.end, total: reach.iter().sum(), reach }
     }
 
     pub(super) fn len(&self) -> usize {

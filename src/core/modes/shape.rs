@@ -3,7 +3,6 @@
 
 use super::certify::Cluster;
 use super::dense::{Matrix, Plain};
-use super::image::lengths_of_rows;
 use super::pencil::{Orthonormal, Scaled, ZeroSpace};
 use super::product::{Part, bound_product, product, product_bound};
 use super::start::{factor, forward};
@@ -21,24 +20,10 @@ pub(super) struct Shape {
     pub(super) error_bound: f64,
 }
 
-/// Below this, in scaled coordinates, in which vectors have components of 1/√n at least, nobody tells one bound from
-/// another beside the rounding of a component to a double.
-const NEGLIGIBLE: f64 = 1e-22;
-
-enum Reached {
-    Column(usize),
-    Length(f64),
-}
-
 /// How far the exact eigenvectors are from the columns of X, per cluster.
 pub(super) struct Errors {
-    /// Component by component, in scaled coordinates, n by number of clusters for which that matters.
+    /// Component by component, in scaled coordinates, n by number of clusters.
     components: Plain,
-    /// For each cluster the column of `components`, or the length of its reach, which times that of a row of X
-    /// bounds the component.
-    reached: Vec<Reached>,
-    /// The lengths of the rows of X.
-    rows: Vec<f64>,
     /// Σ |z| over the zero vectors, by row.
     zero: Vec<f64>,
     /// In M-length.
@@ -60,13 +45,10 @@ impl Errors {
     pub(super) fn new(leak: &[f64], certificate: &Certificate, x: &Matrix, zero: &ZeroSpace) -> Self {
         let m = x.columns;
         let clusters = &certificate.clusters;
-        let rows = lengths_of_rows(x);
-        let longest = rows.iter().fold(0.0_f64, |most, row| most.max(*row));
-        let mut columns: Vec<Vec<f64>> = Vec::new();
-        let mut reached = Vec::with_capacity(clusters.len());
+        let mut reach = Plain::zeros(m, clusters.len());
         let mut length = Vec::with_capacity(clusters.len());
         let mut along = Vec::with_capacity(clusters.len());
-        for cluster in clusters {
+        for (index, cluster) in clusters.iter().enumerate() {
             let c = cluster.len() as f64;
             // √g_ii <= 1.23, as g_ii <= 3/2 is certified.
             let total = 1.23 * 1.000_001 * cluster.total;
@@ -77,15 +59,8 @@ impl Errors {
             } else {
                 f64::INFINITY
             };
-            // As in `row_lengths`.
-            let size = factor * (cluster.length * (1.0 + 1e-6) + 1e-150);
-            reached.push(if size * longest <= NEGLIGIBLE {
-                Reached::Length(size)
-            } else {
-                let scaled = |tau: &f64| if *tau == 0.0 { 0.0 } else { up(factor * tau) };
-                columns.push(cluster.reach.iter().map(scaled).collect());
-                Reached::Column(columns.len() - 1)
-            });
+            let scaled = |tau: &f64| if *tau == 0.0 { 0.0 } else { up(factor * tau) };
+            reach.column_mut(index).iter_mut().zip(&cluster.reach).for_each(|(to, tau)| *to = scaled(tau));
             length.push(if total == 0.0 { 0.0 } else { up(factor * total) });
             let others: f64 = match zero.mid.columns {
                 0 => 0.0,
@@ -96,38 +71,21 @@ impl Errors {
             // 1/√(1 - f) <= √2 for the defect f <= 1/2 of the zero space.
             along.push(1.42 * (own + others) * (1.0 + 1e-9));
         }
-        let mut reach = Plain::zeros(m, columns.len());
-        for (to, column) in columns.iter().enumerate() {
-            reach.column_mut(to).copy_from_slice(column);
-        }
-        let components = if columns.is_empty() { reach } else { bound_product(&x.magnitudes(), &reach) };
+        let components = bound_product(&x.magnitudes(), &reach);
         let mut along_rows = vec![0.0; x.rows];
         for p in 0..zero.mid.columns {
             for (sum, z) in along_rows.iter_mut().zip(zero.mid.hi.column(p)) {
                 *sum += z.abs();
             }
         }
-        Self { components, reached, rows, zero: along_rows, length, along }
-    }
-
-    /// For a single column: its components are bounded by the first times the second, and what is along
-    /// the zero vectors.
-    fn reached(&self, index: usize) -> (&[f64], f64) {
-        match self.reached[index] {
-            Reached::Column(column) => (self.components.column(column), 1.0),
-            Reached::Length(length) => (&self.rows, length),
-        }
+        Self { components, zero: along_rows, length, along }
     }
 
     /// The bound of a component of a vector of the cluster, in scaled coordinates.
     fn component(&self, row: usize, index: usize) -> f64 {
         let z = self.zero[row];
-        let own = match self.reached[index] {
-            Reached::Column(column) => self.components.get(row, column),
-            Reached::Length(length) => up(length * self.rows[row]),
-        };
         // bound_product adds 1e-300 for underflow; a column that reaches nowhere is exact.
-        let own = if self.length[index] == 0.0 { 0.0 } else { own };
+        let own = if self.length[index] == 0.0 { 0.0 } else { self.components.get(row, index) };
         if own == 0.0 && self.along[index] == 0.0 { 0.0 } else { up(own + self.along[index] * z) }
     }
 }
@@ -149,17 +107,13 @@ pub(super) fn cluster_shapes(
         // The exact vector has M-length norm (1 ± η), the roundings of root, quotient and product
         // included: 4, 16 and 8 u².
         let eta = up(errors.length[index] / norm.hi + g.radius / g.mid.hi + 32.0 * U2);
-        let (reached, unit) = errors.reached(index);
-        let along = errors.along[index];
-        let exact = errors.length[index] == 0.0 && along == 0.0;
         // Of 1/√g and of 1/(1 - η), rounded up.
         let scale = up(1.0 / norm.hi);
         let rest = if eta < 0.5 { up(1.0 / (1.0 - eta)) } else { f64::INFINITY };
         let (mut vector, mut bound) = (Vec::with_capacity(n), 0.0);
         for row in 0..n {
             let value = x.get(row, k) * inverse;
-            let off = if exact { 0.0 } else { up(up(unit * reached[row]) + along * errors.zero[row]) };
-            let error = up((off * scale + value.hi.abs() * eta) * rest);
+            let error = up((errors.component(row, index) * scale + value.hi.abs() * eta) * rest);
             push(&mut vector, &mut bound, value, error, problem.shift[row]);
         }
         return vec![finish(vector, bound)];
