@@ -51,10 +51,9 @@ impl Builder {
         }
     }
 
-    pub(super) fn finish(mut self) -> File {
+    pub(super) fn finish(self) -> File {
         let mut expressions = self.expressions.into_inner();
         expressions.finish();
-        self.units.finish();
         File { statements: self.statements, expressions, units: self.units, comments: self.comments }
     }
 
