@@ -139,7 +139,7 @@ impl Diagnostic {
     }
 
     /// The same with a change of the text that is the fix.
-    pub fn replacing(mut self, span: Span, text: impl Into<String>) -> Self {
+    pub(crate) fn replacing(mut self, span: Span, text: impl Into<String>) -> Self {
         self.replacement = Some(Replacement::new(span, text));
         self
     }
@@ -167,7 +167,7 @@ impl Diagnostic {
     }
 
     /// The same with the code of its kind.
-    pub fn with_code(mut self, code: &'static str) -> Self {
+    pub(crate) fn with_code(mut self, code: &'static str) -> Self {
         self.code = Some(code);
         self
     }

@@ -26,7 +26,7 @@ impl Groups {
     }
 
     /// All groups by their least members, each in rising order.
-    pub fn all(&mut self) -> Vec<Vec<usize>> {
+    pub(crate) fn all(&mut self) -> Vec<Vec<usize>> {
         let mut members: Vec<Vec<usize>> = vec![Vec::new(); self.0.len()];
         for i in 0..self.0.len() {
             members[self.least(i)].push(i);

@@ -23,7 +23,7 @@ pub use convert::TwoDoubles;
 pub use roots::Factor;
 
 /// Size in bits up to which numbers are written out: about 30,000 decimal digits.
-pub const MAX_BITS: usize = 100_000;
+pub(crate) const MAX_BITS: usize = 100_000;
 
 /// An exact rational number of any size.
 ///
@@ -195,7 +195,7 @@ impl Number {
 
     /// Whether the number is whole and divisible by 2.
     #[must_use]
-    pub fn is_even(&self) -> bool {
+    pub(crate) fn is_even(&self) -> bool {
         match &self.0 {
             Repr::Small(numerator, denominator) => *denominator == UNIT && numerator % 2 == 0,
             Repr::Big(value) => value.is_int() && !value.numerator().unsigned_abs().bit(0),
@@ -215,7 +215,7 @@ impl Number {
 
     /// The length in bits of the larger of numerator and denominator.
     #[must_use]
-    pub fn bits(&self) -> usize {
+    pub(crate) fn bits(&self) -> usize {
         match &self.0 {
             Repr::Small(numerator, denominator) => {
                 (64 - (numerator.unsigned_abs() | denominator.get()).leading_zeros()) as usize
@@ -237,7 +237,7 @@ impl Number {
 
     /// Whether the number has outgrown [`MAX_BITS`].
     #[must_use]
-    pub fn is_oversized(&self) -> bool {
+    pub(crate) fn is_oversized(&self) -> bool {
         match &self.0 {
             Repr::Small(..) => false,
             Repr::Big(_) => self.bits() > MAX_BITS,

@@ -20,7 +20,7 @@ impl Span {
     }
 
     /// The smallest span that holds both.
-    pub fn to(self, other: Self) -> Self {
+    pub(crate) fn to(self, other: Self) -> Self {
         Self::new(self.start.min(other.start), self.end.max(other.end))
     }
 

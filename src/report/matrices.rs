@@ -172,7 +172,7 @@ impl Matrix {
     }
 
     /// Row, column and value of all entries, row by row.
-    pub fn entries(&self) -> impl Iterator<Item = (usize, usize, f64)> {
+    pub(crate) fn entries(&self) -> impl Iterator<Item = (usize, usize, f64)> {
         (0..self.dimension()).flat_map(move |i| {
             let own = self.starts[i]..self.starts[i + 1];
             self.columns[own.clone()].iter().zip(&self.values[own]).map(move |(j, value)| (i, *j as usize, *value))

@@ -77,7 +77,7 @@ impl SweepColumns {
 
     /// How many cells a line has.
     #[must_use]
-    pub fn width(&self) -> usize {
+    pub(crate) fn width(&self) -> usize {
         1 + self.modes * (1 + usize::from(self.growth))
     }
 

@@ -22,7 +22,7 @@ use librate_core::model::{self, Model, ModelError, Range};
 use librate_core::precision::{LANES, Lane};
 
 /// More places than this are not charted.
-pub const MOST_PLACES: usize = 10_000_000;
+pub(crate) const MOST_PLACES: usize = 10_000_000;
 /// Multipliers this far outside the unit circle count as growth where several are near each other: a double one moves
 /// by the root of what is rounded.
 const COARSE: f64 = 1e-7;

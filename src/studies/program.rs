@@ -82,7 +82,7 @@ impl Program {
     ///
     /// # Errors
     /// A symbol that is no input.
-    pub fn compile(pool: &Pool, roots: &[ExprId], inputs: &[Symbol]) -> Result<Self, UnboundSymbol> {
+    pub(crate) fn compile(pool: &Pool, roots: &[ExprId], inputs: &[Symbol]) -> Result<Self, UnboundSymbol> {
         let mut compiler = Compiler {
             pool,
             inputs,

@@ -1,12 +1,12 @@
-//! Cutting a long statement changes nothing: neither its tree and places nor what is wrong with it. Only what is longer
-//! than [`PIECE`] is cut, so that a statement with wide gaps, which is, is held against itself without.
+//! The length of a statement changes nothing: neither its tree and places nor what is wrong with it. A statement with wide
+//! gaps is held against itself without.
 
 use librate::syntax::{File, SyntaxError, parse};
 use librate_core::syntax::print_file;
 use proptest::prelude::*;
 use proptest::sample::select;
 
-/// Sums are cut at signs with so many bytes before them.
+/// The width of a gap.
 const PIECE: usize = 1 << 14;
 
 /// Everything a file says, with its places, whatever the order in its arenas.

@@ -30,7 +30,7 @@ use crate::diagnostic::Diagnostic;
 use crate::span::Span;
 
 /// The memory of a budget that is not given one, in bytes.
-pub const BYTES: u64 = 1_000_000_000;
+pub(crate) const BYTES: u64 = 1_000_000_000;
 
 /// Time for a model of up to [`SHORT`] bytes; one ten times as long has ten times as much.
 const SECONDS: u64 = 10;
@@ -256,7 +256,7 @@ impl Budget {
     }
 
     /// Tells the listener, if there is one.
-    pub fn tell(&self, words: impl FnOnce() -> String) {
+    pub(crate) fn tell(&self, words: impl FnOnce() -> String) {
         if let Some(Listener(listener)) = self.0.listener.get() {
             listener(&words());
         }
@@ -337,7 +337,7 @@ impl Budget {
     ///
     /// # Errors
     /// [`Exceeded`] where so many items of a size are more than the budget holds.
-    pub fn room(&self, count: usize, bytes_each: usize) -> Result<(), Exceeded> {
+    pub(crate) fn room(&self, count: usize, bytes_each: usize) -> Result<(), Exceeded> {
         let held = self.0.held.load(Ordering::Relaxed);
         let more = (count as u64).saturating_mul(bytes_each as u64);
         if held.saturating_add(more) > self.0.bytes {
@@ -350,7 +350,7 @@ impl Budget {
     ///
     /// # Errors
     /// [`Exceeded`] with the figure where it is more than is left.
-    pub fn room_for(&self, what: impl Into<String>, bytes: u64, instead: &'static str) -> Result<(), Exceeded> {
+    pub(crate) fn room_for(&self, what: impl Into<String>, bytes: u64, instead: &'static str) -> Result<(), Exceeded> {
         let total = self.0.held.load(Ordering::Relaxed).saturating_add(bytes);
         if total > self.0.bytes {
             let need = Some(Need { bytes, total: total.saturating_add(total / 4), instead });

@@ -64,7 +64,7 @@ impl Case {
 
     /// How many frequencies have a closed form, each as often as it occurs.
     #[must_use]
-    pub fn known(&self) -> usize {
+    pub(crate) fn known(&self) -> usize {
         self.frequencies.iter().map(|f| f.multiplicity).sum()
     }
 }

@@ -28,7 +28,7 @@ pub struct Given {
 impl Given {
     /// From a file and what replaces its values.
     #[must_use]
-    pub fn new(file: &File, settings: &Settings) -> Self {
+    pub(crate) fn new(file: &File, settings: &Settings) -> Self {
         let mut given = Self::default();
         let is_set = |name: &str| settings.texts().any(|text| head(text) == name);
         for statement in &file.statements {

@@ -134,7 +134,7 @@ impl MotionSum {
 
     /// Whether nothing is left of it.
     #[must_use]
-    pub fn is_zero(&self) -> bool {
+    pub(crate) fn is_zero(&self) -> bool {
         self.terms.is_empty() && self.squares.is_empty()
     }
 

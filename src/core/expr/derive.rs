@@ -18,7 +18,7 @@ const UNKNOWN: ExprId = ExprId(u32::MAX);
 
 impl Derivatives {
     /// Sets the derivative of a symbol.
-    pub fn set(&mut self, pool: &mut Pool, symbol: Symbol, seed: ExprId) {
+    pub(crate) fn set(&mut self, pool: &mut Pool, symbol: Symbol, seed: ExprId) {
         let symbol = pool.symbol_expr(symbol);
         self.put(symbol, seed);
     }
@@ -149,7 +149,7 @@ impl Pool {
     /// # Errors
     ///
     /// A symbol whose seed is not known yet: [`Derivatives::set`] it and call again.
-    pub fn derivative(&mut self, known: &mut Derivatives, root: ExprId) -> Result<ExprId, Symbol> {
+    pub(crate) fn derivative(&mut self, known: &mut Derivatives, root: ExprId) -> Result<ExprId, Symbol> {
         if known.open.first() != Some(&root) {
             known.open.clear();
             known.open.push(root);

@@ -56,7 +56,7 @@ impl Exponentials {
     ///
     /// # Errors
     /// The part.
-    pub fn of(pool: &mut Pool, e: ExprId, variable: Symbol) -> Result<Self, ExprId> {
+    pub(crate) fn of(pool: &mut Pool, e: ExprId, variable: Symbol) -> Result<Self, ExprId> {
         let mut known: HashMap<ExprId, Self> = HashMap::new();
         for id in pool.reachable(&[e]) {
             let node = pool.node(id).clone();
@@ -200,7 +200,7 @@ impl Exponentials {
 
     /// The parts of rates of which an integral has to know whether they are 0.
     #[must_use]
-    pub fn rates(&self) -> BTreeSet<ExprId> {
+    pub(crate) fn rates(&self) -> BTreeSet<ExprId> {
         self.0.keys().flat_map(|form| form.rate).filter(|rate| *rate != ZERO).collect()
     }
 
@@ -208,7 +208,7 @@ impl Exponentials {
     ///
     /// # Errors
     /// A rate of which it would have to be known.
-    pub fn integral(
+    pub(crate) fn integral(
         &self,
         pool: &mut Pool,
         bounds: [ExprId; 2],

@@ -85,7 +85,7 @@ pub struct ExprId(u32);
 impl ExprId {
     /// The place of the expression in its pool, for side tables.
     #[must_use]
-    pub fn index(self) -> usize {
+    pub(crate) fn index(self) -> usize {
         self.0 as usize
     }
 
@@ -102,7 +102,7 @@ pub struct Symbol(u32);
 impl Symbol {
     /// How many symbols of the pool were created before this one.
     #[must_use]
-    pub fn index(self) -> usize {
+    pub(crate) fn index(self) -> usize {
         self.0 as usize
     }
 
@@ -234,7 +234,7 @@ impl Pool {
     /// A pool without symbols that grows only within a budget: when that is spent, everything new is
     /// [`Node::Undefined`].
     #[must_use]
-    pub fn within(budget: Budget) -> Pool {
+    pub(crate) fn within(budget: Budget) -> Pool {
         let mut pool = Pool {
             nodes: Vec::new(),
             flags: Vec::new(),
@@ -290,18 +290,6 @@ impl Pool {
     fn too_long(&mut self) -> ExprId {
         self.outgrown = true;
         UNDEFINED
-    }
-
-    /// How many expressions the pool holds.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        self.nodes.len()
-    }
-
-    /// Whether the pool holds no expressions; it never does: 0 and 1 are always there.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.nodes.is_empty()
     }
 
     /// The symbol of this name; the same one whenever the same name is asked for.
@@ -391,7 +379,7 @@ impl Pool {
     }
 
     /// The expressions from a place on, in ascending order: those made since the pool was as long.
-    pub fn ids_from(&self, place: usize) -> impl Iterator<Item = ExprId> + use<> {
+    pub(crate) fn ids_from(&self, place: usize) -> impl Iterator<Item = ExprId> + use<> {
         let end = u32::try_from(self.nodes.len()).unwrap_or(u32::MAX);
         (u32::try_from(place).unwrap_or(u32::MAX)..end).map(ExprId)
     }

@@ -49,7 +49,7 @@ impl Pool {
     }
 
     /// The same, simplified anew by what is assumed since they were made.
-    pub fn built_anew(&mut self, roots: &[ExprId]) -> Vec<ExprId> {
+    pub(crate) fn built_anew(&mut self, roots: &[ExprId]) -> Vec<ExprId> {
         let reachable = self.reachable_places(roots);
         let dependent = vec![true; reachable.ids.len()];
         self.rebuilt(roots, &reachable, &dependent, &Substitution::default(), &mut |_, _, _| None)

@@ -143,7 +143,7 @@ impl Pool {
 
     /// An expression as `coefficient*core` with the core's coefficients whole and coprime and its
     /// leading one positive. Numbers are their own coefficient, with the core 1.
-    pub fn split_content(&mut self, e: ExprId) -> (Number, ExprId) {
+    pub(crate) fn split_content(&mut self, e: ExprId) -> (Number, ExprId) {
         if let Some(value) = self.as_number(e) {
             return (value.clone(), ONE);
         }

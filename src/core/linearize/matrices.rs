@@ -109,7 +109,7 @@ impl Linearized {
     }
 
     /// G + C and N as sparse matrices, in SI, of which all entries are stored; where [`Linearized::sparse`] has the others.
-    pub fn sparse_velocity(&self) -> [SparseMatrix; 2] {
+    pub(crate) fn sparse_velocity(&self) -> [SparseMatrix; 2] {
         let [gyroscopic, damping, circulatory] =
             [Matrix::Gyroscopic, Matrix::Damping, Matrix::Circulatory].map(|matrix| self.sparse_of_velocities(matrix));
         [gyroscopic.plus(&damping), circulatory]

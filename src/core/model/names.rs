@@ -497,7 +497,7 @@ impl Model {
 
     /// The first of some names that no parameter and no coordinate has, to name what the model itself does not speak of.
     #[must_use]
-    pub fn unused_name(&self, names: &[&str]) -> String {
+    pub(crate) fn unused_name(&self, names: &[&str]) -> String {
         let parameters = self.parameters.iter().map(|p| p.name.as_str());
         let coordinates = self.coordinates.stems();
         let taken: BTreeSet<&str> =

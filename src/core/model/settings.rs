@@ -48,7 +48,7 @@ impl Settings {
     }
 
     /// Each as it was given, `m[2]=3`.
-    pub fn texts(&self) -> impl Iterator<Item = &str> {
+    pub(crate) fn texts(&self) -> impl Iterator<Item = &str> {
         self.entries.iter().map(|own| own.text.as_str())
     }
 

@@ -45,42 +45,13 @@ pub(super) struct Cluster {
     pub(super) end: usize,
     /// τ by column: how far eigenvectors of the cluster may reach out to other columns.
     pub(super) reach: Vec<f64>,
-    /// About their sum and the square root of the sum of their squares, to 1e-9.
+    /// About their sum, to 1e-9.
     pub(super) total: f64,
-    pub(super) length: f64,
-    /// By column, how far the eigenvector may be from its column and the corrections h_ik / (μ_k - μ_i) times the others; for
-    /// single eigenvalues where the signed couplings are [`Known`], else empty.
-    pub(super) beyond: Vec<f64>,
-}
-
-/// How well the signed couplings are known that corrections are made of: h_ik to `lengths`_i `errors`_k, and what the zero
-/// vectors change of it, |μ_k| `leak`_i `leak`_k. Corrected columns are summed up to `unit` of each term.
-pub(super) struct Known {
-    pub(super) lengths: Vec<f64>,
-    pub(super) errors: Vec<f64>,
-    pub(super) leak: Vec<f64>,
-    pub(super) unit: f64,
 }
 
 impl Cluster {
     pub(super) fn new(range: Range<usize>, reach: Vec<f64>) -> Self {
-        let (mut total, mut squares) = ([0.0; LANES], [0.0; LANES]);
-        let (lanes, rest) = reach.as_chunks::<LANES>();
-        for tau in lanes {
-            for l in 0..LANES {
-                total[l] += tau[l];
-                squares[l] += tau[l] * tau[l];
-            }
-        }
-        let sum = |lanes: [f64; LANES], rest: f64| lanes.iter().sum::<f64>() + rest;
-        Self {
-            start: range.start,
-            end: range.end,
-            total: sum(total, rest.iter().sum()),
-            length: sum(squares, rest.iter().map(|tau| tau * tau).sum()).sqrt(),
-            reach,
-            beyond: Vec::new(),
-        }
+        Self { start: range.start, end: range.end, total: reach.iter().sum(), reach }
     }
 
     pub(super) fn len(&self) -> usize {
@@ -143,8 +114,6 @@ struct Rows<'a> {
     size: Vec<f64>,
     defect: Vec<f64>,
     least: Vec<f64>,
-    most: Vec<f64>,
-    known: Option<Known>,
     /// Scaling in which off-diagonal sums are taken: about |μ|^(-1/2), so that graded problems
     /// are judged grade by grade.
     weight: Vec<f64>,
@@ -159,12 +128,12 @@ pub(super) fn slack(terms: usize) -> f64 {
     4.0 * (terms as f64 + 16.0) * f64::EPSILON
 }
 
-/// Encloses all eigenvalues, with [`Cluster::beyond`] where signed couplings are known. `None` if G is not shown to be
+/// Encloses all eigenvalues. `None` if G is not shown to be
 /// within 1/2 of the unit matrix: then neither is M shown to be positive definite.
-pub(super) fn certify(couplings: &Couplings, known: Option<&Known>) -> Option<Enclosures> {
+pub(super) fn certify(couplings: &Couplings) -> Option<Enclosures> {
     let m = couplings.order.len();
     let in_order = couplings.order.iter().enumerate().all(|(at, to)| at == *to);
-    let rows = Rows::new(couplings, known, in_order)?;
+    let rows = Rows::new(couplings, in_order)?;
     let mut radii = vec![0.0; m];
     // Accepted clusters below, ranges still to be shown above; a range that fails is joined with
     // the neighbour that it could not be told from.
@@ -174,7 +143,7 @@ pub(super) fn certify(couplings: &Couplings, known: Option<&Known>) -> Option<En
     let mut end = 1;
     while start < m {
         match rows.enclose(start, end, &mut gaps) {
-            Ok(Separated { radius, reach, beyond }) => {
+            Ok(Separated { radius, reach }) => {
                 let mut below = 0.0;
                 let factor = 1.0 + slack(m);
                 for (position, radius) in radii[start..end].iter_mut().enumerate() {
@@ -189,7 +158,7 @@ pub(super) fn certify(couplings: &Couplings, known: Option<&Known>) -> Option<En
                         above += couplings.steps[position - 1] * factor;
                     }
                 }
-                clusters.push(Cluster { beyond, ..Cluster::new(start..end, reach) });
+                clusters.push(Cluster::new(start..end, reach));
                 start = end;
                 end = start + 1;
             }
@@ -207,13 +176,11 @@ pub(super) fn certify(couplings: &Couplings, known: Option<&Known>) -> Option<En
     }
     if !in_order {
         for cluster in &mut clusters {
-            for reach in [&mut cluster.reach, &mut cluster.beyond] {
-                let mut by_column = vec![0.0; reach.len()];
-                for (&column, tau) in couplings.order.iter().zip(reach.iter()) {
-                    by_column[column] = *tau;
-                }
-                *reach = by_column;
+            let mut by_column = vec![0.0; cluster.reach.len()];
+            for (&column, tau) in couplings.order.iter().zip(&cluster.reach) {
+                by_column[column] = *tau;
             }
+            cluster.reach = by_column;
         }
     }
     Some(Enclosures { radii, clusters })
@@ -225,12 +192,10 @@ struct Separated {
     radius: f64,
     /// τ, by position.
     reach: Vec<f64>,
-    /// What is beyond corrections, by position.
-    beyond: Vec<f64>,
 }
 
 impl<'a> Rows<'a> {
-    fn new(couplings: &'a Couplings, known: Option<&Known>, in_order: bool) -> Option<Self> {
+    fn new(couplings: &'a Couplings, in_order: bool) -> Option<Self> {
         let order = &couplings.order;
         let m = order.len();
         let finite = |x: &[f64]| x.iter().all(|x| x.is_finite());
@@ -273,13 +238,7 @@ impl<'a> Rows<'a> {
                 return None;
             }
         }
-        let known = known.map(|known| Known {
-            lengths: padded(&known.lengths, 0.0),
-            errors: padded(&known.errors, 0.0),
-            leak: padded(&known.leak, 0.0),
-            unit: known.unit,
-        });
-        Some(Self { couplings, known, h, g, size, defect, least, most, weight, s_sum: sums.s, g_sum: sums.g })
+        Some(Self { couplings, h, g, size, defect, least, weight, s_sum: sums.s, g_sum: sums.g })
     }
 
     /// What encloses the positions `start..end`, or the position of a row that they cannot be separated from. `gaps` is memory to work
@@ -314,7 +273,6 @@ impl<'a> Rows<'a> {
             radius: 0.0,
             tau: vec![0.0; self.h.stride],
             separated: true,
-            largest: 0.0,
             needed: 0.0,
         };
         // Twice what the radius comes to if the columns are hardly coupled: mostly enough at once.
@@ -328,16 +286,8 @@ impl<'a> Rows<'a> {
             // With a smaller radius every condition is easier: the needed one will do.
             let needed = if pass.needed == 0.0 { 0.0 } else { up(pass.needed * (1.0 + 1e-12)) };
             if needed <= pass.radius {
-                let mut beyond = Vec::new();
-                if let Some(known) = &self.known
-                    && end - start == 1
-                {
-                    beyond.resize(self.h.stride, 0.0);
-                    run_beyond(&pass, known, &mut beyond);
-                    beyond.truncate(m);
-                }
                 pass.tau.truncate(m);
-                return Ok(Separated { radius: needed, reach: pass.tau, beyond });
+                return Ok(Separated { radius: needed, reach: pass.tau });
             }
             if !needed.is_finite() {
                 break;
@@ -350,7 +300,7 @@ impl<'a> Rows<'a> {
         (0..start)
             .chain(end..m)
             .min_by(|&p, &q| gaps[p].total_cmp(&gaps[q]))
-            .map_or(Ok(Separated { radius: f64::INFINITY, reach: tau, beyond: Vec::new() }), Err)
+            .map_or(Ok(Separated { radius: f64::INFINITY, reach: tau }), Err)
     }
 }
 
@@ -375,8 +325,6 @@ struct Pass<'a> {
     tau: Vec<f64>,
     separated: bool,
     needed: f64,
-    /// The largest of the first τ_i, in units of the weights.
-    largest: f64,
 }
 
 const LANES: usize = 4;
@@ -384,7 +332,6 @@ const LANES: usize = 4;
 kernel!(run_sums, sum_loops, (h: &Plain, g: &Plain, size: &[f64], weight: &[f64], sums: &mut Sums));
 kernel!(run_estimate, estimate_loops, (pass: &mut Pass<'_>));
 kernel!(run_pass, pass_loops, (pass: &mut Pass<'_>));
-kernel!(run_beyond, beyond_loops, (pass: &Pass<'_>, known: &Known, beyond: &mut [f64]));
 
 /// A lower bound of |s_ii - λ g_ii| for λ at least `distance` away from μ_i.
 #[inline(always)]
@@ -472,7 +419,6 @@ fn pass_loops<const FUSED: bool>(pass: &mut Pass<'_>) {
         return;
     }
     let most = up(most.iter().fold(0.0, |x: f64, y| x.max(*y)));
-    pass.largest = most;
     for k in 0..chunks(pass.gaps) {
         for l in 0..LANES {
             let diagonal = diagonal(gaps[k][l] - radius, least[k][l], defect[k][l]);
@@ -499,41 +445,6 @@ fn pass_loops<const FUSED: bool>(pass: &mut Pass<'_>) {
         needed = needed.max(sum * factor / rows.least[c]);
     }
     pass.needed = needed;
-}
-
-/// How far the eigenvector of the single column k may be from x_k + Σ w_i x_i with w_i = h_ik / (μ_k - μ_i), as h_ik is known.
-///
-/// With y_k = 1, Δ = μ_i - μ_k and D = s_ii - λ g_ii, row i of (S - λ G) y = 0 reads
-///
-/// ```text
-///   D y_i = -h_ik + (λ - μ_k) g_ik - Σ_{j≠i,k} (s_ij - λ g_ij) y_j ,
-/// ```
-///
-/// where the last sum is the one that τ_i was found from. |D| is at least the `diagonal` of that, and
-/// |D - Δ| <= |Δ| |g_ii - 1| + |λ - μ_k| g_ii + |s_ii - μ_i g_ii|. As y_i - w_i = D y_i / D + h_ik / Δ,
-///
-/// ```text
-///   |y_i - w_i| |D| <= noise_ik + |λ - μ_k| |g_ik| + Σ |s_ij - λ g_ij| τ_j + |h_ik| |D - Δ| / |Δ| .
-/// ```
-///
-/// The rounding of w_i, and what it is off by when columns are summed up, is at most `unit` of |h_ik / Δ|.
-#[inline(always)]
-fn beyond_loops<const FUSED: bool>(pass: &Pass<'_>, known: &Known, beyond: &mut [f64]) {
-    let (rows, radius, k) = (pass.rows, pass.radius, pass.range.start);
-    let reach = pass.width + radius;
-    let top = pass.sigma + radius;
-    let (error, leak) = (known.errors[k], known.leak[k] * pass.sigma);
-    let (h, g) = (rows.h.padded_column(k), rows.g.padded_column(k));
-    for (i, beyond) in beyond.iter_mut().enumerate() {
-        let diagonal = diagonal(pass.gaps[i] - radius, rows.least[i], rows.defect[i]);
-        let rest = (rows.s_sum[i] + top * rows.g_sum[i]) * pass.largest;
-        let noise = known.lengths[i] * error + known.leak[i] * leak;
-        let excess = (1.0 - rows.least[i]).abs().max((rows.most[i] - 1.0).abs());
-        let turned = excess + (radius * rows.most[i] + rows.defect[i]) / pass.gaps[i] + known.unit;
-        let all = noise + reach * g[i] + rest + h[i] * turned;
-        *beyond = up(all * pass.factor / (diagonal * (1.0 - 1e-14)));
-    }
-    beyond[k] = 0.0;
 }
 
 impl Pass<'_> {

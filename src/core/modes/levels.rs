@@ -4,14 +4,14 @@
 //! problems start with products of doubles (`quick`), small ones with double-double; where entries
 //! have lost what is wanted the energies are asked for (`factored`).
 
-use super::certify::{Cluster, Couplings, Enclosures, certify};
+use super::certify::{Cluster, Couplings, certify};
 use super::dense::Matrix;
 use super::factored::Factored;
 use super::pencil::{self, Pencil, Scaled, ZeroSpace, couplings, pencil};
-use super::quick::{Bounds, Quick, Round};
+use super::quick::{Quick, Round};
 use super::start::{Factor, Failure, careful_eigenvectors};
 use super::{ModesError, Options, PrecisionLevel, Source, refine, shape};
-use crate::precision::{Ball, Big, DoubleDouble, up};
+use crate::precision::{Ball, Big, DoubleDouble};
 
 /// Most rounds of refinement; each squares the error, so that more do not help.
 const ROUNDS: usize = 6;
@@ -49,22 +49,12 @@ pub(super) struct Solution {
     pub(super) precise: Vec<Option<Big>>,
     /// Where the columns come from.
     pub(super) level: PrecisionLevel,
-    /// Where the columns are corrected ones: what belongs to those before.
-    pub(super) correction: Option<Correction>,
 }
 
 impl Solution {
     fn new(x: Matrix, gram: Gram, leak: Vec<f64>, certificate: Certificate, level: PrecisionLevel) -> Self {
-        Self { x, gram, leak, certificate, precise: Vec::new(), level, correction: None }
+        Self { x, gram, leak, certificate, precise: Vec::new(), level }
     }
-}
-
-/// Columns before their correction.
-pub(super) struct Correction {
-    /// What [`Cluster::reach`] counts in.
-    pub(super) basis: Matrix,
-    /// Bounds of what the correction changes of xᵀMx.
-    pub(super) norms: Vec<f64>,
 }
 
 /// XᵀMX, in the form in which a precision level leaves it.
@@ -105,18 +95,14 @@ pub(super) struct Certificate {
 
 impl Certificate {
     pub(super) fn new(quotients: &[DoubleDouble], couplings: Couplings) -> Option<Self> {
-        let enclosures = certify(&couplings, None)?;
-        Some(Self::of(quotients, couplings, enclosures))
-    }
-
-    fn of(quotients: &[DoubleDouble], couplings: Couplings, enclosures: Enclosures) -> Self {
+        let enclosures = certify(&couplings)?;
         let order = couplings.order;
         let eigenvalues = order
             .iter()
             .zip(&enclosures.radii)
             .map(|(&column, &radius)| Ball::new(quotients[column], radius))
             .collect();
-        Self { order, eigenvalues, clusters: enclosures.clusters }
+        Some(Self { order, eigenvalues, clusters: enclosures.clusters })
     }
 }
 
@@ -298,7 +284,7 @@ fn quick(scaled: &Scaled, zero: &ZeroSpace, options: &Options, x: &Matrix) -> Re
         let few = number == 0 && options.digits <= 12;
         // What doubles come to may be known to be too little for the shapes before it is certified.
         if !(first && round.is_mixed(2.0 * shapes(options))) {
-            let Some(certificate) = certified(&round, options, number) else {
+            let Some(certificate) = Certificate::new(&round.quotient, round.couplings()) else {
                 break;
             };
             if satisfied(&certificate, options, number) {
@@ -312,79 +298,11 @@ fn quick(scaled: &Scaled, zero: &ZeroSpace, options: &Options, x: &Matrix) -> Re
             }
             before = score;
         }
-        if first && few {
-            round = match corrected(round, options) {
-                Ok(solution) => return Ok(solution),
-                Err(round) => *round,
-            };
-        }
         let step = refine::Step::new(&round, round.xt.rows);
-        let (xt, change) = refine::refine_rows(&quick, &round, &step);
-        round = match change {
-            Some(change) if few => quick.round_after(round, xt, &change),
-            None if few => quick.round(xt, slices(scaled.n)),
-            _ => quick.round(xt, ALL_SLICES),
-        };
+        let xt = refine::refine_rows(&quick, &round, &step);
+        round = quick.round(xt, if few { slices(scaled.n) } else { ALL_SLICES });
     }
     Err(round.xt.transposed())
-}
-
-/// The certificate of a round. After a step of refinement lengths mostly bound the couplings well enough.
-fn certified(round: &Round, options: &Options, number: usize) -> Option<Certificate> {
-    let from = |bounds: Bounds| {
-        let couplings = round.couplings(bounds, f64::INFINITY)?;
-        Certificate::new(&round.quotient, couplings)
-    };
-    (number > 0)
-        .then(|| from(Bounds::Lengths))
-        .flatten()
-        .filter(|certificate| satisfied(certificate, options, number))
-        .or_else(|| from(Bounds::Products))
-}
-
-/// Columns that are mixed by more are better refined.
-const MOST_MIXED: f64 = 1e-6;
-
-/// The columns, each corrected by the others to first order, where that is all that is missing: eigenvalues are covered, and
-/// single. The couplings say how far corrected columns are from eigenvectors, so that they need no images of their own.
-fn corrected(round: Round, options: &Options) -> Result<Solution, Box<Round>> {
-    let attempt = || {
-        let couplings = round.couplings(Bounds::Products, MOST_MIXED)?;
-        let enclosures = certify(&couplings, Some(&round.known()))?;
-        let mut norms = vec![0.0; couplings.size.len()];
-        let mut leak = round.leak.clone();
-        let mut clusters = Vec::with_capacity(enclosures.clusters.len());
-        for cluster in enclosures.clusters {
-            if cluster.len() > 1 {
-                return None;
-            }
-            let k = couplings.order[cluster.start];
-            // |w_i| <= τ_i + what is beyond. (x + Σ w_i x_i)ᵀM(x + Σ w_i x_i) differs from xᵀMx by at most 2 Σ |w_i g_ik| and
-            // ‖w‖² ‖G‖, whose row sums are below 5/2, as it is certified to be within 1/2 of the unit matrix.
-            let mut change = 0.0;
-            let mut along = leak[k];
-            let columns = cluster.reach.iter().zip(&cluster.beyond);
-            for ((tau, beyond), (g, leak)) in columns.zip(couplings.g.column(k).iter().zip(&round.leak)) {
-                let w = tau + beyond;
-                change += 2.0 * w * g + 2.5 * w * w;
-                along += leak * w;
-            }
-            // Sums of less than 2^20 terms.
-            norms[k] = up(change * (1.0 + 1e-6));
-            leak[k] = up(along * (1.0 + 1e-6));
-            clusters.push(Cluster::new(cluster.start..cluster.end, cluster.beyond));
-        }
-        let enclosures = Enclosures { radii: enclosures.radii, clusters };
-        let certificate = Certificate::of(&round.quotient, couplings, enclosures);
-        satisfied(&certificate, options, 0).then_some((certificate, norms, leak))
-    };
-    let Some((certificate, norms, leak)) = attempt() else {
-        return Err(Box::new(round));
-    };
-    let correction = Some(Correction { basis: round.xt.transposed(), norms });
-    let x = round.corrected().transposed();
-    let solution = Solution::new(x, Gram::Factors(Box::new(round)), leak, certificate, PrecisionLevel::Refined);
-    Ok(Solution { correction, ..solution })
 }
 
 /// M is positive definite as far as its midpoints go, but the bounds do not show it: the direction

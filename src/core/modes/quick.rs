@@ -8,19 +8,14 @@
 //! one. All bounds are taken in length (Cauchy, Schwarz), so that they cost nothing; a problem
 //! whose grading is lost in them is left to the pencil in double-double.
 //!
-//! A step of refinement changes the columns so little that their images are brought up to date by products of
-//! doubles, and leaves residuals so small that their lengths bound the couplings: then these need no products
-//! at all, and the overlaps follow from them, as (s_ij - μ_j g_ij) - (s_ij - μ_i g_ij) = (μ_i - μ_j) g_ij.
-//!
-//! Where only shapes lack digits, and ten or twelve are asked for, columns are corrected to first order and that is all: how far
-//! corrected columns are from eigenvectors follows from the same couplings (`certify`), without images of theirs.
+//! The overlaps follow from these, as (s_ij - μ_j g_ij) - (s_ij - μ_i g_ij) = (μ_i - μ_j) g_ij.
 
 use std::borrow::Cow;
 use std::cell::{Cell, OnceCell};
 
-use super::certify::{Couplings, Known};
-use super::dense::{Matrix, Plain, add_to, gamma, multiply};
-use super::image::{Image, Moved, Operator, lengths_of_rows, row_lengths};
+use super::certify::Couplings;
+use super::dense::{Matrix, Plain, gamma, multiply};
+use super::image::{Image, Operator, lengths_of_rows, row_lengths};
 use super::pencil::{Scaled, ZeroSpace, ordered};
 use super::product::{Part, product, residuals};
 use crate::precision::{Ball, DoubleDouble, U2, kernel, up};
@@ -39,7 +34,6 @@ pub(super) struct Quick<'a> {
 pub(super) struct Round {
     /// Xᵀ, (K X)ᵀ and (M X)ᵀ.
     pub(super) xt: Matrix,
-    stiffness_image: Image,
     mass_image: Image,
     lengths: Vec<f64>,
     pub(super) quotient: Vec<DoubleDouble>,
@@ -47,9 +41,8 @@ pub(super) struct Round {
     defect: Vec<f64>,
     /// x_jᵀMx_j
     pub(super) norm: Vec<Ball>,
-    /// Near r_j, in rows, and bounds of the lengths of these.
+    /// Near r_j, in rows.
     residual: Plain,
-    residual_lengths: Vec<f64>,
     /// Near x_iᵀr_j, off by at most lengths_i h_error_j; made when asked for.
     h: OnceCell<Plain>,
     h_error: Vec<f64>,
@@ -60,15 +53,6 @@ pub(super) struct Round {
     /// What the columns still have of the zero vectors: XᵀMZ, and bounds of the lengths of those parts.
     pub(super) overlap: Matrix,
     pub(super) leak: Vec<f64>,
-}
-
-/// Where the bounds of couplings come from.
-#[derive(Clone, Copy, PartialEq)]
-pub(super) enum Bounds {
-    /// From the lengths of columns and residuals, but for pairs that are close to each other.
-    Lengths,
-    /// From products of all columns with all residuals.
-    Products,
 }
 
 /// A pair is close where its overlap is not bounded by this from its couplings.
@@ -93,24 +77,6 @@ impl<'a> Quick<'a> {
         let z = self.mass.image(&xt, &lengths, slices);
         let s = y.products_with(&xt, &lengths);
         let norm = z.products_with(&xt, &lengths);
-        self.measured(xt, lengths, (y, s), (z, norm))
-    }
-
-    /// Measures columns X + D, given as their transpose rounded to double-doubles and Dᵀ, after X.
-    pub(super) fn round_after(&self, before: Round, xt: Matrix, change: &Plain) -> Round {
-        let moved = Moved::new(xt, change);
-        let y = self.stiffness.image_after(before.stiffness_image, &moved);
-        let z = self.mass.image_after(before.mass_image, &moved);
-        self.measured(moved.xt, moved.lengths, y, z)
-    }
-
-    fn measured(
-        &self,
-        xt: Matrix,
-        lengths: Vec<f64>,
-        (y, s): (Image, Vec<Ball>),
-        (z, norm): (Image, Vec<Ball>),
-    ) -> Round {
         let (m, n) = (xt.rows, xt.columns);
         let (y_lengths, z_lengths) = (lengths_of_rows(&y.value), lengths_of_rows(&z.value));
         let mut quotient = Vec::with_capacity(m);
@@ -139,14 +105,12 @@ impl<'a> Quick<'a> {
         let (overlap, leak) = self.overlap(&xt, &lengths);
         Round {
             xt,
-            stiffness_image: y,
             mass_image: z,
             lengths,
             quotient,
             defect,
             norm,
             residual,
-            residual_lengths,
             h: OnceCell::new(),
             h_error,
             g: OnceCell::new(),
@@ -212,14 +176,6 @@ impl Round {
         dot(self.xt.hi.row(i), image.hi.row(j))
     }
 
-    /// Near x_iᵀr_j for one pair.
-    fn h_entry(&self, i: usize, j: usize) -> f64 {
-        match self.h.get() {
-            Some(h) => h.get(i, j),
-            None => dot(self.xt.hi.row(i), self.residual.row(j)),
-        }
-    }
-
     /// Whether all numbers are in range.
     pub(super) fn is_finite(&self) -> bool {
         self.quotient.iter().all(|mu| mu.is_finite())
@@ -233,46 +189,13 @@ impl Round {
         !neighbours.all(|(pair, step)| apart(pair[0], pair[1], *step))
     }
 
-    /// w_ik = h_ik / (μ_k - μ_i), 0 on the diagonal, as far as it is known, for [`Round::known`].
-    fn corrections(&self) -> Plain {
-        let mut w = self.h().clone();
-        for (k, mu) in self.quotient.iter().enumerate() {
-            for (w, other) in w.column_mut(k).iter_mut().zip(&self.quotient) {
-                let gap = (mu.hi - other.hi) + (mu.lo - other.lo);
-                *w = if *w == 0.0 { 0.0 } else { *w / gap };
-            }
-            w.set(k, k, 0.0);
-        }
-        w
-    }
-
-    /// The columns with the corrections, X + X W, as rows. Each term x_i w_ik is off by less than `unit` of its size, beside
-    /// 2 u² of the sum.
-    pub(super) fn corrected(&self) -> Matrix {
-        let mut corrected = self.xt.clone();
-        add_to(&mut corrected, &multiply(self.corrections().view().transpose(), self.xt.hi.view()));
-        corrected
-    }
-
-    /// How well the corrections are known. The gap of w_ik is off by 4 u, its quotient by u, the low part of x_i is below u; the
-    /// product is off by γ.
-    pub(super) fn known(&self) -> Known {
-        Known {
-            lengths: self.lengths.clone(),
-            errors: self.h_error.clone(),
-            leak: self.leak.clone(),
-            unit: gamma(self.quotient.len()) + 8.0 * f64::EPSILON,
-        }
-    }
-
     /// How the columns are coupled once the zero vectors are taken out; see `pencil`: that changes G
-    /// by at most leak_i leak_j, and S not at all. `None` where columns are coupled by more than `most` beside the
-    /// distance of their quotients, or where lengths do not bound enough.
-    pub(super) fn couplings(&self, from: Bounds, most: f64) -> Option<Couplings> {
+    /// by at most leak_i leak_j, and S not at all.
+    pub(super) fn couplings(&self) -> Couplings {
         let m = self.quotient.len();
         let (order, steps) = ordered(&self.quotient);
         let size: Vec<f64> = self.quotient.iter().map(|mu| up(mu.hi.abs())).collect();
-        let (mut h, mut g) = self.bounds(from, most)?;
+        let (mut h, mut g) = self.bounds();
         for (j, &mu) in size.iter().enumerate() {
             let leak = self.leak[j];
             if leak > 0.0 {
@@ -288,7 +211,7 @@ impl Round {
         }
         let defect = (0..m).map(|j| up(self.defect[j] + size[j] * self.leak[j] * self.leak[j])).collect();
         let square = |j: usize| up(self.leak[j] * self.leak[j]);
-        Some(Couplings {
+        Couplings {
             least: (0..m).map(|j| self.norm[j].with_added_radius(square(j)).lower()).collect(),
             most: (0..m).map(|j| self.norm[j].upper()).collect(),
             order,
@@ -297,62 +220,42 @@ impl Round {
             defect,
             h,
             g,
-        })
+        }
     }
 
-    /// Bounds of |h_ij| = |s_ij - μ_j g_ij| from products or from lengths, |x_iᵀr_j| <= ‖x_i‖ ‖r_j‖, and those of the
-    /// overlaps from them, |g_ij| <= (|h_ij| + |h_ji|) / |μ_i - μ_j|. For close pairs both from their own products.
-    fn bounds(&self, from: Bounds, most: f64) -> Option<(Plain, Plain)> {
+    /// Bounds of |h_ij| = |s_ij - μ_j g_ij|, and those of the overlaps from them, |g_ij| <= (|h_ij| + |h_ji|) / |μ_i - μ_j|. For
+    /// close pairs these from their own products.
+    fn bounds(&self) -> (Plain, Plain) {
         let m = self.quotient.len();
-        let mut h = match from {
-            Bounds::Products => self.h().clone(),
-            Bounds::Lengths => Plain::zeros(m, m),
-        };
+        let mut h = self.h().clone();
         for j in 0..m {
             let error = self.h_error[j];
-            let beyond = match from {
-                Bounds::Products => error,
-                Bounds::Lengths => up(self.residual_lengths[j] + error),
-            };
             for (h, length) in h.column_mut(j).iter_mut().zip(&self.lengths) {
-                *h = up(h.abs() + length * beyond);
+                *h = up(h.abs() + length * error);
             }
         }
         let mut g = h.transposed();
         let hi: Vec<f64> = self.quotient.iter().map(|mu| mu.hi).collect();
         let lo: Vec<f64> = self.quotient.iter().map(|mu| mu.lo).collect();
-        if run_overlaps((&hi, &lo), &h, &mut g) > most {
-            return None;
-        }
-        let mut close = Vec::new();
+        run_overlaps((&hi, &lo), &h, &mut g);
         for j in 0..m {
-            let column = g.column(j).iter().enumerate();
-            let found = column.filter(|(i, g)| *i != j && !(0.0..=CLOSE).contains(*g));
-            close.extend(found.map(|(i, _)| (i, j)));
-            if from == Bounds::Lengths && close.len() > 2 * m {
-                return None;
+            for i in (0..m).filter(|i| *i != j) {
+                if !(0.0..=CLOSE).contains(&g.get(i, j)) {
+                    let overlap = self.g_entry(i, j).abs() + self.lengths[i] * self.g_error[j];
+                    g.set(i, j, up(overlap));
+                }
             }
         }
-        for (i, j) in close {
-            let length = self.lengths[i];
-            if from == Bounds::Lengths {
-                let coupling = self.h_entry(i, j).abs() + length * self.h_error[j];
-                h.set(i, j, up(coupling));
-            }
-            let overlap = self.g_entry(i, j).abs() + length * self.g_error[j];
-            g.set(i, j, up(overlap));
-        }
-        Some((h, g))
+        (h, g)
     }
 }
 
-kernel!(run_overlaps, overlap_loops, (quotient: (&[f64], &[f64]), h: &Plain, g: &mut Plain) -> f64);
+kernel!(run_overlaps, overlap_loops, (quotient: (&[f64], &[f64]), h: &Plain, g: &mut Plain));
 
-/// (g_ij + h_ij) / |μ_i - μ_j| in the place of g_ij, and the largest of them off the diagonal.
+/// (g_ij + h_ij) / |μ_i - μ_j| in the place of g_ij.
 #[inline(always)]
-fn overlap_loops<const FUSED: bool>((hi, lo): (&[f64], &[f64]), h: &Plain, g: &mut Plain) -> f64 {
+fn overlap_loops<const FUSED: bool>((hi, lo): (&[f64], &[f64]), h: &Plain, g: &mut Plain) {
     let m = hi.len();
-    let mut largest = 0.0;
     for j in 0..m {
         let (mu_hi, mu_lo) = (hi[j], lo[j]);
         let columns = g.column_mut(j).iter_mut().zip(h.column(j));
@@ -364,21 +267,7 @@ fn overlap_loops<const FUSED: bool>((hi, lo): (&[f64], &[f64]), h: &Plain, g: &m
             *g = up((*g + h) / gap);
         }
         g.set(j, j, 0.0);
-        let (lanes, rest) = g.column(j).as_chunks::<4>();
-        let mut most = [largest; 4];
-        for lane in lanes {
-            for l in 0..4 {
-                // What is negative, or no number, is close without a bound.
-                let size = if lane[l] >= 0.0 { lane[l] } else { f64::INFINITY };
-                most[l] = if size > most[l] { size } else { most[l] };
-            }
-        }
-        for x in rest {
-            most[0] = most[0].max(if *x >= 0.0 { *x } else { f64::INFINITY });
-        }
-        largest = most.iter().fold(0.0, |most: f64, x| most.max(*x));
     }
-    largest
 }
 
 impl super::refine::Mixed for Round {

@@ -96,9 +96,8 @@ pub(super) fn refine(pencil: &Pencil, zero: &ZeroSpace, x: &Matrix) -> Matrix {
 }
 
 /// The same for columns that lie in rows. The correction is computed in doubles: what it is off by
-/// is as small beside it as it is beside X. It comes along unless columns were rotated, which is no small
-/// change.
-pub(super) fn refine_rows(quick: &Quick<'_>, round: &Round, step: &Step) -> (Matrix, Option<Plain>) {
+/// is as small beside it as it is beside X.
+pub(super) fn refine_rows(quick: &Quick<'_>, round: &Round, step: &Step) -> Matrix {
     let mut new = round.xt.clone();
     let mut change = multiply(step.correction.view().transpose(), new.hi.view());
     if let Some(along) = quick.zero_part(&round.overlap) {
@@ -108,14 +107,14 @@ pub(super) fn refine_rows(quick: &Quick<'_>, round: &Round, step: &Step) -> (Mat
     }
     add_to(&mut new, &change);
     if step.rotations.is_empty() {
-        return (new, Some(change));
+        return new;
     }
     let mut columns = new.transposed();
     for (cluster, rotation) in &step.rotations {
         let rotated = product(&columns.gather(cluster), &rotation.widened(), Part::All);
         columns.scatter(cluster, &rotated);
     }
-    (columns.transposed(), None)
+    columns.transposed()
 }
 
 /// W, and the clusters with their V.

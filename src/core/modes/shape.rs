@@ -3,12 +3,11 @@
 
 use super::certify::Cluster;
 use super::dense::{Matrix, Plain};
-use super::image::lengths_of_rows;
 use super::pencil::{Orthonormal, Scaled, ZeroSpace};
-use super::product::{Part, add_product, bound_product, product, product_bound};
+use super::product::{Part, bound_product, product, product_bound};
 use super::start::{factor, forward};
 use super::{Certificate, Solution};
-use crate::precision::{Ball, DoubleDouble, U2, clear_column, fast_two_sum, kernel, power_of_two, sum_of_products, up};
+use crate::precision::{Ball, DoubleDouble, U2, clear_column, sum_of_products, up};
 
 /// A component this near the largest one decides the sign of a vector.
 const NEARLY_LARGEST: f64 = 1.0 - 1e-6;
@@ -21,32 +20,16 @@ pub(super) struct Shape {
     pub(super) error_bound: f64,
 }
 
-/// Below this, in scaled coordinates, in which vectors have components of 1/√n at least, nobody tells one bound from
-/// another beside the rounding of a component to a double.
-const NEGLIGIBLE: f64 = 1e-22;
-
-enum Reached {
-    Column(usize),
-    Length(f64),
-}
-
 /// How far the exact eigenvectors are from the columns of X, per cluster.
 pub(super) struct Errors {
-    /// Component by component, in scaled coordinates, n by number of clusters for which that matters.
+    /// Component by component, in scaled coordinates, n by number of clusters.
     components: Plain,
-    /// For each cluster the column of `components`, or the length of its reach, which times that of a row of X
-    /// bounds the component.
-    reached: Vec<Reached>,
-    /// The lengths of the rows of X.
-    rows: Vec<f64>,
     /// Σ |z| over the zero vectors, by row.
     zero: Vec<f64>,
     /// In M-length.
     length: Vec<f64>,
     /// Along the zero vectors.
     along: Vec<f64>,
-    /// By row 2^shift, which takes scaled coordinates back to the original ones.
-    factors: Vec<f64>,
 }
 
 impl Errors {
@@ -59,16 +42,13 @@ impl Errors {
     /// ‖a‖ = ‖y‖_G <= √g_kk + √2 √c ‖a‖ t with t = Σ τ_i √g_ii. For √(2c) t <= 1/4 and g_kk <= 3/2 that
     /// gives ‖a‖ <= 1.64 and |y_i| <= 2.4 √c τ_i. Such a y exists for every k, because no eigenvector
     /// combination vanishes on the cluster.
-    pub(super) fn new(problem: &Scaled, leak: &[f64], certificate: &Certificate, x: &Matrix, zero: &ZeroSpace) -> Self {
+    pub(super) fn new(leak: &[f64], certificate: &Certificate, x: &Matrix, zero: &ZeroSpace) -> Self {
         let m = x.columns;
         let clusters = &certificate.clusters;
-        let rows = lengths_of_rows(x);
-        let longest = rows.iter().fold(0.0_f64, |most, row| most.max(*row));
-        let mut columns: Vec<Vec<f64>> = Vec::new();
-        let mut reached = Vec::with_capacity(clusters.len());
+        let mut reach = Plain::zeros(m, clusters.len());
         let mut length = Vec::with_capacity(clusters.len());
         let mut along = Vec::with_capacity(clusters.len());
-        for cluster in clusters {
+        for (index, cluster) in clusters.iter().enumerate() {
             let c = cluster.len() as f64;
             // √g_ii <= 1.23, as g_ii <= 3/2 is certified.
             let total = 1.23 * 1.000_001 * cluster.total;
@@ -79,15 +59,8 @@ impl Errors {
             } else {
                 f64::INFINITY
             };
-            // As in `row_lengths`.
-            let size = factor * (cluster.length * (1.0 + 1e-6) + 1e-150);
-            reached.push(if size * longest <= NEGLIGIBLE {
-                Reached::Length(size)
-            } else {
-                let scaled = |tau: &f64| if *tau == 0.0 { 0.0 } else { up(factor * tau) };
-                columns.push(cluster.reach.iter().map(scaled).collect());
-                Reached::Column(columns.len() - 1)
-            });
+            let scaled = |tau: &f64| if *tau == 0.0 { 0.0 } else { up(factor * tau) };
+            reach.column_mut(index).iter_mut().zip(&cluster.reach).for_each(|(to, tau)| *to = scaled(tau));
             length.push(if total == 0.0 { 0.0 } else { up(factor * total) });
             let others: f64 = match zero.mid.columns {
                 0 => 0.0,
@@ -98,46 +71,21 @@ impl Errors {
             // 1/√(1 - f) <= √2 for the defect f <= 1/2 of the zero space.
             along.push(1.42 * (own + others) * (1.0 + 1e-9));
         }
-        let mut reach = Plain::zeros(m, columns.len());
-        for (to, column) in columns.iter().enumerate() {
-            reach.column_mut(to).copy_from_slice(column);
-        }
-        let components = if columns.is_empty() { reach } else { bound_product(&x.magnitudes(), &reach) };
+        let components = bound_product(&x.magnitudes(), &reach);
         let mut along_rows = vec![0.0; x.rows];
         for p in 0..zero.mid.columns {
             for (sum, z) in along_rows.iter_mut().zip(zero.mid.hi.column(p)) {
                 *sum += z.abs();
             }
         }
-        Self {
-            components,
-            reached,
-            rows,
-            zero: along_rows,
-            length,
-            along,
-            factors: problem.shift.iter().map(|&s| power_of_two(s)).collect(),
-        }
-    }
-
-    /// For a single column: its components are bounded by the first times the second, and what is along
-    /// the zero vectors.
-    fn reached(&self, index: usize) -> (&[f64], f64) {
-        match self.reached[index] {
-            Reached::Column(column) => (self.components.column(column), 1.0),
-            Reached::Length(length) => (&self.rows, length),
-        }
+        Self { components, zero: along_rows, length, along }
     }
 
     /// The bound of a component of a vector of the cluster, in scaled coordinates.
     fn component(&self, row: usize, index: usize) -> f64 {
         let z = self.zero[row];
-        let own = match self.reached[index] {
-            Reached::Column(column) => self.components.get(row, column),
-            Reached::Length(length) => up(length * self.rows[row]),
-        };
         // bound_product adds 1e-300 for underflow; a column that reaches nowhere is exact.
-        let own = if self.length[index] == 0.0 { 0.0 } else { own };
+        let own = if self.length[index] == 0.0 { 0.0 } else { self.components.get(row, index) };
         if own == 0.0 && self.along[index] == 0.0 { 0.0 } else { up(own + self.along[index] * z) }
     }
 }
@@ -154,34 +102,21 @@ pub(super) fn cluster_shapes(
     let x = &solution.x;
     if let [k] = *columns {
         let g = solution.gram.diagonal(k);
-        let g = match &solution.correction {
-            Some(correction) => g.with_added_radius(correction.norms[k]),
-            None => g,
-        };
         let norm = g.mid.sqrt();
         let inverse = DoubleDouble::ONE / norm;
         // The exact vector has M-length norm (1 ± η), the roundings of root, quotient and product
         // included: 4, 16 and 8 u².
         let eta = up(errors.length[index] / norm.hi + g.radius / g.mid.hi + 32.0 * U2);
-        let (reached, unit) = errors.reached(index);
-        let mut single = Single {
-            column: (x.hi.column(k), x.lo.column(k)),
-            inverse,
-            reached,
-            unit,
-            zero: &errors.zero,
-            along: errors.along[index],
-            exact: errors.length[index] == 0.0 && errors.along[index] == 0.0,
-            // Of 1/√g and of 1/(1 - η), rounded up.
-            scale: up(1.0 / norm.hi),
-            eta,
-            rest: if eta < 0.5 { up(1.0 / (1.0 - eta)) } else { f64::INFINITY },
-            factors: &errors.factors,
-            vector: vec![0.0; n],
-            bound: 0.0,
-        };
-        run_single(&mut single);
-        return vec![finish(single.vector, single.bound)];
+        // Of 1/√g and of 1/(1 - η), rounded up.
+        let scale = up(1.0 / norm.hi);
+        let rest = if eta < 0.5 { up(1.0 / (1.0 - eta)) } else { f64::INFINITY };
+        let (mut vector, mut bound) = (Vec::with_capacity(n), 0.0);
+        for row in 0..n {
+            let value = x.get(row, k) * inverse;
+            let error = up((errors.component(row, index) * scale + value.hi.abs() * eta) * rest);
+            push(&mut vector, &mut bound, value, error, problem.shift[row]);
+        }
+        return vec![finish(vector, bound)];
     }
     // An echelon basis does not depend on the basis that the solver happened to find.
     let basis = x.gather(columns);
@@ -205,70 +140,6 @@ pub(super) fn cluster_shapes(
             finish(vector, bound)
         })
         .collect()
-}
-
-/// A column on its way to a shape.
-struct Single<'a> {
-    column: (&'a [f64], &'a [f64]),
-    /// What it is multiplied by.
-    inverse: DoubleDouble,
-    /// The bounds of its components are `unit` times these and `along` times those, unless it is exact.
-    reached: &'a [f64],
-    unit: f64,
-    zero: &'a [f64],
-    along: f64,
-    exact: bool,
-    /// Upper bounds of 1/√g, of what the length is uncertain by, and of 1/(1 - η).
-    scale: f64,
-    eta: f64,
-    rest: f64,
-    /// Powers of two, back to the original coordinates.
-    factors: &'a [f64],
-    vector: Vec<f64>,
-    bound: f64,
-}
-
-kernel!(run_single, single_loops, (single: &mut Single<'_>));
-
-#[inline(always)]
-fn single_loops<const FUSED: bool>(single: &mut Single<'_>) {
-    const LANES: usize = 4;
-    let n = single.vector.len();
-    let mut vector = std::mem::take(&mut single.vector);
-    let mut bounds = [0.0; LANES];
-    let whole = n - n % LANES;
-    for row in (0..whole).step_by(LANES) {
-        for l in 0..LANES {
-            let (value, error) = single.component::<FUSED>(row + l);
-            vector[row + l] = value;
-            bounds[l] = if error > bounds[l] { error } else { bounds[l] };
-        }
-    }
-    for (row, to) in vector.iter_mut().enumerate().skip(whole) {
-        let (value, error) = single.component::<FUSED>(row);
-        *to = value;
-        bounds[0] = bounds[0].max(error);
-    }
-    single.vector = vector;
-    single.bound = bounds.iter().fold(0.0, |most: f64, x| most.max(*x));
-}
-
-impl Single<'_> {
-    /// A component, rounded to a double, and the bound of what it is off by.
-    #[inline(always)]
-    fn component<const FUSED: bool>(&self, row: usize) -> (f64, f64) {
-        let (mut s, mut t) = (0.0, 0.0);
-        let inverse = (self.inverse.hi, self.inverse.lo);
-        add_product::<FUSED>((self.column.0[row], self.column.1[row]), inverse, &mut s, &mut t);
-        let (value, low) = fast_two_sum(s, t);
-        let bound = up(up(self.unit * self.reached[row]) + self.along * self.zero[row]);
-        let bound = if self.exact { 0.0 } else { bound };
-        let error = (bound * self.scale + value.abs() * self.eta) * self.rest;
-        let error = up((error + low.abs()) * self.factors[row]);
-        // What is no number is no bound.
-        let error = if error <= f64::MAX { error } else { f64::INFINITY };
-        (value * self.factors[row], error)
-    }
 }
 
 /// The entries of the unit matrix.

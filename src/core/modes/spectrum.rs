@@ -7,8 +7,7 @@ use crate::precision::{Ball, Big, Scalar};
 
 /// The modes in printing order.
 pub(super) fn spectrum(scaled: &Scaled, zero: &ZeroSpace, solution: &Solution, options: &Options) -> Spectrum {
-    let Solution { x, leak, certificate, precise, correction, .. } = solution;
-    let basis = correction.as_ref().map_or(x, |before| &before.basis);
+    let Solution { x, leak, certificate, precise, .. } = solution;
     let zeros = zero.vectors.len();
     let total = certificate.eigenvalues.len() + zeros;
     let wanted = options.lowest.unwrap_or(total).min(total);
@@ -17,7 +16,7 @@ pub(super) fn spectrum(scaled: &Scaled, zero: &ZeroSpace, solution: &Solution, o
     let stability = stability(unstable, undecided, zeros);
     let mut modes = Vec::with_capacity(wanted);
     let mut zero_shapes = if options.vectors { shape::zero_shapes(scaled, zero) } else { Vec::new() }.into_iter();
-    let errors = options.vectors.then(|| shape::Errors::new(scaled, leak, certificate, basis, zero));
+    let errors = options.vectors.then(|| shape::Errors::new(leak, certificate, x, zero));
     let mut number = 0;
     let mut put_zeros = |modes: &mut Vec<Mode>, number: &mut u32| {
         for _ in 0..zeros {

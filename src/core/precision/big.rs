@@ -148,7 +148,7 @@ impl Big {
     }
 
     /// A double-double.
-    pub fn from_double_double(value: DoubleDouble, bits: usize) -> Self {
+    pub(crate) fn from_double_double(value: DoubleDouble, bits: usize) -> Self {
         &Self::from_f64(value.hi, bits) + &Self::from_f64(value.lo, bits)
     }
 
@@ -356,7 +356,7 @@ impl Big {
     }
 
     /// A magnitude as a number, exactly if there are 53 bits for it.
-    pub fn from_magnitude(value: Magnitude, bits: usize) -> Self {
+    pub(crate) fn from_magnitude(value: Magnitude, bits: usize) -> Self {
         let (mantissa, exponent) = value.parts();
         Self::from_f64(mantissa, bits).scale(exponent)
     }

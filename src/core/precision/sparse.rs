@@ -14,7 +14,7 @@ pub struct SparseMatrix<S = Ball> {
 
 impl<S: Scalar> SparseMatrix<S> {
     /// From all entries column by column, of which the lower triangle is read.
-    pub fn from_dense(dimension: usize, entries: &[S]) -> Self {
+    pub(crate) fn from_dense(dimension: usize, entries: &[S]) -> Self {
         let mut matrix = Self { starts: vec![0], rows: Vec::new(), values: Vec::new() };
         for j in 0..dimension {
             let column = (0_u32..).zip(&entries[j * dimension..(j + 1) * dimension]).skip(j);
@@ -66,7 +66,7 @@ impl<S: Scalar> SparseMatrix<S> {
 
 impl<S: Scalar> SparseMatrix<S> {
     /// The sum of two matrices that store the same parts.
-    pub fn plus(&self, other: &Self) -> Self {
+    pub(crate) fn plus(&self, other: &Self) -> Self {
         let both = self.entries().chain(other.entries());
         let both: Vec<(u32, u32, S)> = both.map(|(i, j, value)| (i as u32, j as u32, value.clone())).collect();
         Self::from_shares(self.dimension(), &both)
@@ -112,13 +112,13 @@ impl<S> SparseMatrix<S> {
 
     /// The number of entries.
     #[must_use]
-    pub fn stored(&self) -> usize {
+    pub(crate) fn stored(&self) -> usize {
         self.rows.len()
     }
 
     /// The rows of a column, ascending, and the entries there.
     #[must_use]
-    pub fn column(&self, j: usize) -> (&[u32], &[S]) {
+    pub(crate) fn column(&self, j: usize) -> (&[u32], &[S]) {
         let range = self.starts[j]..self.starts[j + 1];
         (&self.rows[range.clone()], &self.values[range])
     }
@@ -133,7 +133,7 @@ impl<S> SparseMatrix<S> {
 
     /// How far the entries are from the diagonal at most.
     #[must_use]
-    pub fn bandwidth(&self) -> usize {
+    pub(crate) fn bandwidth(&self) -> usize {
         self.entries().map(|(i, j, _)| i - j).max().unwrap_or(0)
     }
 }

@@ -50,7 +50,7 @@ pub struct SignedPermutation {
 
 impl SignedPermutation {
     /// A permutation without signs.
-    pub fn unsigned(image: Vec<usize>) -> Self {
+    pub(crate) fn unsigned(image: Vec<usize>) -> Self {
         let negative = vec![false; image.len()];
         Self { image, negative }
     }
@@ -82,18 +82,18 @@ impl SignedPermutation {
 
     /// Whether every coordinate stays where it is, signs aside.
     #[must_use]
-    pub fn moves_nothing(&self) -> bool {
+    pub(crate) fn moves_nothing(&self) -> bool {
         self.image.iter().enumerate().all(|(i, j)| i == *j)
     }
 
     /// Whether nothing changes.
     #[must_use]
-    pub fn is_identity(&self) -> bool {
+    pub(crate) fn is_identity(&self) -> bool {
         self.moves_nothing() && !self.negative.contains(&true)
     }
 
     /// First the other one, then this one.
-    pub fn after(&self, other: &Self) -> Self {
+    pub(crate) fn after(&self, other: &Self) -> Self {
         let end = |i: usize| {
             let (middle, first) = other.of(i);
             let (end, second) = self.of(middle);
@@ -103,7 +103,7 @@ impl SignedPermutation {
     }
 
     /// The one that undoes it.
-    pub fn inverse(&self) -> Self {
+    pub(crate) fn inverse(&self) -> Self {
         let mut image = vec![0; self.len()];
         let mut negative = vec![false; self.len()];
         for i in 0..self.len() {
@@ -250,7 +250,7 @@ impl Symmetry {
 
     /// Whether the group may be larger with signs, which [`Symmetry::find_signed`] would find.
     #[must_use]
-    pub fn may_be_larger(&self) -> bool {
+    pub(crate) fn may_be_larger(&self) -> bool {
         !self.whole
     }
 
@@ -357,7 +357,7 @@ impl Symmetry {
 
     /// The class of vectors that are odd under some of the mirrors that are its kind.
     #[must_use]
-    pub fn class_under_mirrors(&self, odd: &[bool]) -> String {
+    pub(crate) fn class_under_mirrors(&self, odd: &[bool]) -> String {
         let words: Vec<&str> = odd.iter().map(|odd| if *odd { "odd" } else { "even" }).collect();
         let (GroupKind::Mirrors(mirrors), Some(points)) = (&self.kind, &self.points) else {
             return words.join(", ");

@@ -34,7 +34,7 @@ impl Pattern {
 
     /// How many coordinates there are.
     #[must_use]
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.rows.len()
     }
 
@@ -66,7 +66,7 @@ impl Pattern {
 
     /// The number of the part that hangs together, for each coordinate.
     #[must_use]
-    pub fn components(&self) -> Vec<usize> {
+    pub(crate) fn components(&self) -> Vec<usize> {
         let mut together = Groups::new(self.len());
         for (i, row) in self.rows.iter().enumerate() {
             row.iter().for_each(|(j, _)| together.join(i, *j));
@@ -80,7 +80,7 @@ impl Pattern {
 
     /// The coordinates in parts where some force acts.
     #[must_use]
-    pub fn active(&self) -> Vec<bool> {
+    pub(crate) fn active(&self) -> Vec<bool> {
         let component = self.components();
         let mut held = vec![false; self.len()];
         for (i, own) in component.iter().enumerate() {

@@ -1,172 +1,94 @@
-//! The memory of a tree: nodes of twelve bytes, what they hold in pools beside them.
-//!
-//! A file of ten megabytes has millions of expressions. Each is a [`Span`] and one word: its form,
-//! the length of a short list, and a child or a place in the pool of its form. What is read is an
-//! [`Expr`] or a [`Unit`], made on the way out.
+//! The memory of a tree: what is read is an [`Expr`] or a [`Unit`], which borrows its lists and texts from here.
 
+use std::collections::HashSet;
 use std::fmt::{self, Debug, Formatter};
+use std::sync::Arc;
 
 use super::ast::{Comparison, Expr, ExprKind, ExprRef, Indices, Member, Name, Unit, UnitKind, UnitRef};
 use crate::span::Span;
 
-/// Texts, most of which come again and again.
-#[derive(Clone, Default)]
-struct Texts {
-    letters: String,
-    /// Where each text ends in `letters`; it begins where the one before it ends.
-    ends: Vec<u32>,
-    /// One text a slot, found by what it says; a text that lost its slot is stored once more.
-    recent: Vec<u32>,
+/// An expression as it is kept; see [`ExprKind`].
+#[derive(Clone)]
+enum Kept {
+    Number(Arc<str>),
+    Name(Arc<str>),
+    Index(ExprRef, Box<[ExprRef]>),
+    Field(ExprRef, Box<Name>),
+    Prime(ExprRef),
+    Negate(ExprRef),
+    Power(ExprRef, ExprRef),
+    Product(Box<[Member]>),
+    Sum(Box<[Member]>),
+    Call(Box<(Name, Box<[ExprRef]>)>),
+    SumOver(Box<Indices>, ExprRef),
+    IntegralOver(Box<Indices>, ExprRef),
+    Vector(Box<[ExprRef]>),
+    Compare(Comparison, ExprRef, ExprRef),
+    Not(ExprRef),
+    And(Box<[ExprRef]>),
+    Or(Box<[ExprRef]>),
 }
 
-/// Slots of a small file, and the most there are.
-const FEW_SLOTS: usize = 1 << 6;
-const MOST_SLOTS: usize = 1 << 12;
-
-impl Texts {
-    fn get(&self, number: u32) -> &str {
-        let at = number as usize;
-        let start = self.end_of(at);
-        let end = self.ends.get(at).map_or(start, |end| *end as usize);
-        self.letters.get(start..end).unwrap_or_default()
-    }
-
-    /// Where the first so many texts end.
-    fn end_of(&self, count: usize) -> usize {
-        let last = count.checked_sub(1).and_then(|last| self.ends.get(last));
-        last.map_or(0, |end| *end as usize)
-    }
-
-    fn add(&mut self, text: &str) -> u32 {
-        let slots = self.recent.len();
-        if self.ends.len() >= slots && slots < MOST_SLOTS {
-            self.recent.clear();
-            let slots = (8 * slots).clamp(FEW_SLOTS, MOST_SLOTS);
-            self.recent.resize(slots, u32::MAX);
+impl Kept {
+    fn read(&self) -> ExprKind<'_> {
+        match self {
+            Self::Number(text) => ExprKind::Number(text),
+            Self::Name(text) => ExprKind::Name(text),
+            Self::Index(base, indices) => ExprKind::Index { base: *base, indices },
+            Self::Field(base, field) => ExprKind::Field { base: *base, field },
+            Self::Prime(inner) => ExprKind::Prime(*inner),
+            Self::Negate(inner) => ExprKind::Negate(*inner),
+            Self::Power(base, exponent) => ExprKind::Power { base: *base, exponent: *exponent },
+            Self::Product(members) => ExprKind::Product(members),
+            Self::Sum(members) => ExprKind::Sum(members),
+            Self::Call(own) => ExprKind::Call { function: &own.0, arguments: &own.1 },
+            Self::SumOver(indices, body) => ExprKind::SumOver { indices, body: *body },
+            Self::IntegralOver(indices, body) => ExprKind::IntegralOver { indices, body: *body },
+            Self::Vector(members) => ExprKind::Vector(members),
+            Self::Compare(operator, left, right) => {
+                ExprKind::Compare { operator: *operator, left: *left, right: *right }
+            }
+            Self::Not(inner) => ExprKind::Not(*inner),
+            Self::And(members) => ExprKind::And(members),
+            Self::Or(members) => ExprKind::Or(members),
         }
-        // The hash of Fowler, Noll and Vo.
-        let hash = text.bytes().fold(0x811c_9dc5_u32, |hash, byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193));
-        // A power of two.
-        let slot = (hash ^ hash >> 16) as usize & (self.recent.len() - 1);
-        if let Some(&number) = self.recent.get(slot)
-            && number != u32::MAX
-            && self.get(number) == text
-        {
-            return number;
-        }
-        self.letters.push_str(text);
-        self.ends.push(self.letters.len() as u32);
-        let number = self.ends.len() as u32 - 1;
-        if let Some(place) = self.recent.get_mut(slot) {
-            *place = number;
-        }
-        number
-    }
-
-    fn back_to(&mut self, count: usize) {
-        self.letters.truncate(self.end_of(count));
-        self.ends.truncate(count);
-        self.recent.fill(u32::MAX);
-    }
-
-    fn finish(&mut self) {
-        self.letters.shrink_to_fit();
-        self.ends.shrink_to_fit();
-        self.recent = Vec::new();
     }
 }
 
-/// What a node is, and so what its payload says.
-macro_rules! forms {
-    ($($form:ident)*) => {
-        #[derive(Clone, Copy, PartialEq, Eq)]
-        enum Form { $($form),* }
-
-        const FORMS: &[Form] = &[$(Form::$form),*];
-    };
+/// A unit as it is kept; see [`UnitKind`].
+#[derive(Clone)]
+enum KeptUnit {
+    One,
+    Name(Box<str>),
+    Product(Box<[(bool, UnitRef)]>),
+    Power(UnitRef, i32, i32),
 }
 
-forms!(Number Name Index Field Prime Negate Power Product Sum Call SumOver IntegralOver Vector Compare Not And Or);
-
-/// Bits of a node's word that hold its form.
-const FORM_BITS: u32 = 5;
-
-/// Bits above them for the length of a list of one to three; 0 where it stands before the list.
-///
-/// The 25 bits left number all that a text of 2^25 bytes can hold: no node and no entry of a pool
-/// comes from less than a byte.
-const LENGTH_BITS: u32 = 2;
-
-#[derive(Clone, Copy)]
-struct Node {
-    span: Span,
-    word: u32,
-}
-
-impl Node {
-    fn form(self) -> Form {
-        let number = self.word as usize % (1 << FORM_BITS);
-        FORMS.get(number).copied().unwrap_or(Form::Number)
-    }
-
-    fn payload(self) -> usize {
-        (self.word >> (FORM_BITS + LENGTH_BITS)) as usize
-    }
-
-    /// The length of a short list.
-    fn length(self) -> Option<usize> {
-        match self.word >> FORM_BITS & ((1 << LENGTH_BITS) - 1) {
-            0 => None,
-            length => Some(length as usize),
+impl KeptUnit {
+    fn read(&self) -> UnitKind<'_> {
+        match self {
+            Self::One => UnitKind::One,
+            Self::Name(name) => UnitKind::Name(name),
+            Self::Product(factors) => UnitKind::Product(factors),
+            Self::Power(base, numerator, denominator) => {
+                UnitKind::Power { base: *base, numerator: *numerator, denominator: *denominator }
+            }
         }
     }
 }
 
 /// All expressions of a file, each numbered by its [`ExprRef`]; children before parents.
-///
-/// Holds what a text of [`MOST_BYTES`](super::MOST_BYTES) can say.
 #[derive(Clone, Default)]
 pub struct Expressions {
-    nodes: Vec<Node>,
-    texts: Texts,
-    /// Children, and the lengths of lists in front of them.
-    children: Vec<ExprRef>,
-    /// Lists of terms and of factors, each with its length in front.
-    members: Vec<Member>,
-    names: Vec<Name>,
-    indices: Vec<Indices>,
+    nodes: Vec<(Span, Kept)>,
+    /// Each text once.
+    texts: HashSet<Arc<str>>,
 }
 
-/// The part of a pool at `at`, `length` long or as long as the first entry says.
-fn list<T: Copy>(pool: &[T], at: usize, length: Option<usize>, number: fn(T) -> ExprRef) -> &[T] {
-    let rest = pool.get(at..).unwrap_or_default();
-    match (length, rest.split_first()) {
-        (Some(length), _) => rest.get(..length),
-        (None, Some((first, rest))) => rest.get(..number(*first).0 as usize),
-        (None, None) => None,
-    }
-    .unwrap_or_default()
-}
-
-/// Puts a list at the end of a pool, with its length in front unless a node's word can hold it.
-fn push_list<T: Copy>(pool: &mut Vec<T>, members: &[T], number: fn(ExprRef) -> T) -> usize {
-    let short = matches!(members.len(), 1..=3);
-    if !short {
-        pool.push(number(ExprRef(members.len() as u32)));
-    }
-    pool.extend(members);
-    if short { members.len() } else { 0 }
-}
-
-/// How much there was at some time.
-#[derive(Clone, Copy)]
-pub(super) struct Mark {
-    nodes: usize,
-    texts: usize,
-    children: usize,
-    members: usize,
-    names: usize,
-    indices: usize,
+/// All units of a file, each numbered by its [`UnitRef`]; children before parents.
+#[derive(Clone, Default)]
+pub struct Units {
+    nodes: Vec<(Span, KeptUnit)>,
 }
 
 /// How an arena is read.
@@ -187,14 +109,14 @@ macro_rules! reading {
 
             /// All of them, children before parents.
             pub fn iter(&self) -> impl ExactSizeIterator<Item = $read<'_>> + DoubleEndedIterator {
-                self.nodes.iter().map(|node| self.read(*node))
+                self.nodes.iter().map(|(span, kept)| $read { span: *span, kind: kept.read() })
             }
 
             /// The one of that number, if there is one.
             #[must_use]
             pub fn get(&self, at: $number) -> Option<$read<'_>> {
-                let node = self.nodes.get(at.0 as usize)?;
-                Some(self.read(*node))
+                let (span, kept) = self.nodes.get(at.0 as usize)?;
+                Some($read { span: *span, kind: kept.read() })
             }
         }
 
@@ -216,193 +138,57 @@ reading!(Expressions, ExprRef, Expr);
 reading!(Units, UnitRef, Unit);
 
 impl Expressions {
-    fn child(&self, at: usize) -> ExprRef {
-        self.children.get(at).copied().unwrap_or(ExprRef(0))
-    }
-
-    fn read(&self, node: Node) -> Expr<'_> {
-        let payload = node.payload();
-        let only = ExprRef(payload as u32);
-        let (first, second) = (self.child(payload), self.child(payload + 1));
-        let members = |at| list(&self.children, at, node.length(), |length| length);
-        let name = |number: ExprRef| &self.names[number.0 as usize];
-        let signed = || list(&self.members, payload, node.length(), Member::value);
-        let kind = match node.form() {
-            Form::Number => ExprKind::Number(self.texts.get(payload as u32)),
-            Form::Name => ExprKind::Name(self.texts.get(payload as u32)),
-            Form::Index => ExprKind::Index { base: first, indices: members(payload + 1) },
-            Form::Field => ExprKind::Field { base: first, field: name(second) },
-            Form::Prime => ExprKind::Prime(only),
-            Form::Negate => ExprKind::Negate(only),
-            Form::Power => ExprKind::Power { base: first, exponent: second },
-            Form::Product => ExprKind::Product(signed()),
-            Form::Sum => ExprKind::Sum(signed()),
-            Form::Call => ExprKind::Call { function: name(first), arguments: members(payload + 1) },
-            Form::SumOver => ExprKind::SumOver { indices: &self.indices[first.0 as usize], body: second },
-            Form::IntegralOver => ExprKind::IntegralOver { indices: &self.indices[first.0 as usize], body: second },
-            Form::Vector => ExprKind::Vector(members(payload)),
-            Form::Compare => {
-                let operator = Comparison::ALL[self.child(payload + 2).0 as usize];
-                ExprKind::Compare { operator, left: first, right: second }
-            }
-            Form::Not => ExprKind::Not(only),
-            Form::And => ExprKind::And(members(payload)),
-            Form::Or => ExprKind::Or(members(payload)),
-        };
-        Expr { span: node.span, kind }
+    fn text(&mut self, text: &str) -> Arc<str> {
+        if let Some(known) = self.texts.get(text) {
+            return known.clone();
+        }
+        let own: Arc<str> = text.into();
+        self.texts.insert(own.clone());
+        own
     }
 
     /// Adds an expression, whose children are there already.
     pub fn push(&mut self, expr: Expr<'_>) -> ExprRef {
-        let here = self.children.len();
-        let mut length = 0;
-        let mut list = |children: &mut Vec<ExprRef>, members: &[ExprRef]| -> usize {
-            length = push_list(children, members, |length| length);
-            here
+        let kept = match expr.kind {
+            ExprKind::Number(text) => Kept::Number(self.text(text)),
+            ExprKind::Name(text) => Kept::Name(self.text(text)),
+            ExprKind::Index { base, indices } => Kept::Index(base, indices.into()),
+            ExprKind::Field { base, field } => Kept::Field(base, field.clone().into()),
+            ExprKind::Prime(inner) => Kept::Prime(inner),
+            ExprKind::Negate(inner) => Kept::Negate(inner),
+            ExprKind::Power { base, exponent } => Kept::Power(base, exponent),
+            ExprKind::Product(members) => Kept::Product(members.into()),
+            ExprKind::Sum(members) => Kept::Sum(members.into()),
+            ExprKind::Call { function, arguments } => Kept::Call(Box::new((function.clone(), arguments.into()))),
+            ExprKind::SumOver { indices, body } => Kept::SumOver(indices.clone().into(), body),
+            ExprKind::IntegralOver { indices, body } => Kept::IntegralOver(indices.clone().into(), body),
+            ExprKind::Vector(members) => Kept::Vector(members.into()),
+            ExprKind::Compare { operator, left, right } => Kept::Compare(operator, left, right),
+            ExprKind::Not(inner) => Kept::Not(inner),
+            ExprKind::And(members) => Kept::And(members.into()),
+            ExprKind::Or(members) => Kept::Or(members.into()),
         };
-        let (form, payload) = match expr.kind {
-            ExprKind::Number(text) => (Form::Number, self.texts.add(text) as usize),
-            ExprKind::Name(text) => (Form::Name, self.texts.add(text) as usize),
-            ExprKind::Index { base, indices } => {
-                self.children.push(base);
-                (Form::Index, list(&mut self.children, indices))
-            }
-            ExprKind::Field { base, field } => {
-                let field = self.push_name(field);
-                self.children.extend([base, field]);
-                (Form::Field, here)
-            }
-            ExprKind::Prime(inner) => (Form::Prime, inner.0 as usize),
-            ExprKind::Negate(inner) => (Form::Negate, inner.0 as usize),
-            ExprKind::Power { base, exponent } => {
-                self.children.extend([base, exponent]);
-                (Form::Power, here)
-            }
-            ExprKind::Product(members) | ExprKind::Sum(members) => {
-                let here = self.members.len();
-                length = push_list(&mut self.members, members, |n| Member::new(false, n));
-                (if matches!(expr.kind, ExprKind::Sum(_)) { Form::Sum } else { Form::Product }, here)
-            }
-            ExprKind::Call { function, arguments } => {
-                let function = self.push_name(function);
-                self.children.push(function);
-                (Form::Call, list(&mut self.children, arguments))
-            }
-            ExprKind::SumOver { indices, body } | ExprKind::IntegralOver { indices, body } => {
-                let number = ExprRef(self.indices.len() as u32);
-                self.indices.push(indices.clone());
-                self.children.extend([number, body]);
-                (if matches!(expr.kind, ExprKind::SumOver { .. }) { Form::SumOver } else { Form::IntegralOver }, here)
-            }
-            ExprKind::Vector(members) => (Form::Vector, list(&mut self.children, members)),
-            ExprKind::Compare { operator, left, right } => {
-                self.children.extend([left, right, ExprRef(operator as u32)]);
-                (Form::Compare, here)
-            }
-            ExprKind::Not(inner) => (Form::Not, inner.0 as usize),
-            ExprKind::And(members) => (Form::And, list(&mut self.children, members)),
-            ExprKind::Or(members) => (Form::Or, list(&mut self.children, members)),
-        };
-        let word = (payload as u32) << LENGTH_BITS | length as u32;
-        self.nodes.push(Node { span: expr.span, word: word << FORM_BITS | form as u32 });
+        self.nodes.push((expr.span, kept));
         ExprRef(self.nodes.len() as u32 - 1)
     }
 
-    /// How much there is now, for [`back_to`](Self::back_to).
-    pub(super) fn mark(&self) -> Mark {
-        Mark {
-            nodes: self.nodes.len(),
-            texts: self.texts.ends.len(),
-            children: self.children.len(),
-            members: self.members.len(),
-            names: self.names.len(),
-            indices: self.indices.len(),
-        }
-    }
-
-    /// Forgets what has been added since.
-    pub(super) fn back_to(&mut self, mark: Mark) {
-        self.nodes.truncate(mark.nodes);
-        self.texts.back_to(mark.texts);
-        self.children.truncate(mark.children);
-        self.members.truncate(mark.members);
-        self.names.truncate(mark.names);
-        self.indices.truncate(mark.indices);
-    }
-
-    fn push_name(&mut self, name: &Name) -> ExprRef {
-        self.names.push(name.clone());
-        ExprRef(self.names.len() as u32 - 1)
-    }
-
-    /// Gives back what was reserved and not needed.
+    /// Gives back what is not needed for reading.
     pub(super) fn finish(&mut self) {
         self.nodes.shrink_to_fit();
-        self.texts.finish();
-        self.children.shrink_to_fit();
-        self.members.shrink_to_fit();
-        self.names.shrink_to_fit();
-        self.indices.shrink_to_fit();
+        self.texts = HashSet::new();
     }
-}
-
-/// The form of a unit as it is stored.
-#[derive(Clone, Copy)]
-enum UnitForm {
-    One,
-    /// The number of its text.
-    Name(u32),
-    /// A range of the pool of factors.
-    Product(u32, u32),
-    Power(UnitRef, i32, i32),
-}
-
-/// All units of a file, each numbered by its [`UnitRef`]; children before parents.
-#[derive(Clone, Default)]
-pub struct Units {
-    nodes: Vec<(Span, UnitForm)>,
-    texts: Texts,
-    factors: Vec<(bool, UnitRef)>,
 }
 
 impl Units {
-    fn read(&self, (span, form): (Span, UnitForm)) -> Unit<'_> {
-        let kind = match form {
-            UnitForm::One => UnitKind::One,
-            UnitForm::Name(number) => UnitKind::Name(self.texts.get(number)),
-            UnitForm::Product(start, end) => {
-                UnitKind::Product(self.factors.get(start as usize..end as usize).unwrap_or_default())
-            }
-            UnitForm::Power(base, numerator, denominator) => UnitKind::Power { base, numerator, denominator },
-        };
-        Unit { span, kind }
-    }
-
-    /// Forgets all but the first.
-    pub(super) fn back_to(&mut self, count: usize) {
-        self.nodes.truncate(count);
-    }
-
     /// Adds a unit, whose parts are there already.
     pub fn push(&mut self, unit: Unit<'_>) -> UnitRef {
-        let form = match unit.kind {
-            UnitKind::One => UnitForm::One,
-            UnitKind::Name(name) => UnitForm::Name(self.texts.add(name)),
-            UnitKind::Product(factors) => {
-                let start = self.factors.len() as u32;
-                self.factors.extend(factors);
-                UnitForm::Product(start, self.factors.len() as u32)
-            }
-            UnitKind::Power { base, numerator, denominator } => UnitForm::Power(base, numerator, denominator),
+        let kept = match unit.kind {
+            UnitKind::One => KeptUnit::One,
+            UnitKind::Name(name) => KeptUnit::Name(name.into()),
+            UnitKind::Product(factors) => KeptUnit::Product(factors.into()),
+            UnitKind::Power { base, numerator, denominator } => KeptUnit::Power(base, numerator, denominator),
         };
-        self.nodes.push((unit.span, form));
+        self.nodes.push((unit.span, kept));
         UnitRef(self.nodes.len() as u32 - 1)
-    }
-
-    /// Gives back what was reserved and not needed.
-    pub(super) fn finish(&mut self) {
-        self.nodes.shrink_to_fit();
-        self.texts.finish();
-        self.factors.shrink_to_fit();
     }
 }

@@ -354,11 +354,6 @@ impl Debug for Member {
     }
 }
 
-impl Comparison {
-    pub(super) const ALL: [Self; 6] =
-        [Self::Equal, Self::NotEqual, Self::Less, Self::LessEqual, Self::Greater, Self::GreaterEqual];
-}
-
 worded! {
 /// The comparisons of filters and assumptions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

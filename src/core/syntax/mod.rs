@@ -13,7 +13,6 @@
 mod arena;
 pub mod ast;
 mod build;
-mod cut;
 mod error;
 mod explain;
 #[cfg(feature = "format")]

@@ -49,14 +49,14 @@ macro_rules! parts {
         /// The parts of a derivation that can be expected.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         #[non_exhaustive]
-        pub enum Part {
+        pub(crate) enum Part {
             $($(#[$about])+ $part,)+
         }
 
         impl Part {
             /// What the part is called in [`assert_derives!`](crate::assert_derives) and in messages.
             #[must_use]
-            pub fn name(self) -> &'static str {
+            pub(crate) fn name(self) -> &'static str {
                 match self {
                     $(Self::$part => stringify!($name),)+
                 }

@@ -96,13 +96,13 @@ impl Equations {
 
     /// The number of components of the state.
     #[must_use]
-    pub fn dimension(&self) -> usize {
+    pub(crate) fn dimension(&self) -> usize {
         self.dimension
     }
 
     /// How many entries of J are not identically 0: with the dimension, what the products of a step are counted by.
     #[must_use]
-    pub fn couplings(&self) -> usize {
+    pub(crate) fn couplings(&self) -> usize {
         self.couplings
     }
 

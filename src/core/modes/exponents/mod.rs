@@ -80,7 +80,7 @@ pub enum Structure {
 }
 
 /// M, D and S of a [`QuadraticProblem`] at a higher precision.
-pub type PreciseQuadratic = [Vec<Big>; 3];
+pub(crate) type PreciseQuadratic = [Vec<Big>; 3];
 
 /// Where a problem comes from: what it can be asked for when its enclosures do not tell enough.
 ///

@@ -20,7 +20,6 @@ use faer::Mat;
 use super::certify::{Cluster, Couplings, Enclosures, certify};
 use super::dense::{Matrix, Plain};
 use super::pencil::{Bounded, Scaled, ZeroSpace, couplings, pencil};
-use super::quick::Bounds;
 use super::start::careful_eigenvectors;
 use super::{Certificate, Gram, ModesError, Options, PrecisionLevel, Solution, Source, covered};
 use crate::precision::{Big, Magnitude};
@@ -153,7 +152,7 @@ impl Precisely<'_> {
             };
             goal.largest = largest(&measured.couplings);
             let mut more = Vec::new();
-            if let Some(enclosures) = certify(&measured.couplings, None) {
+            if let Some(enclosures) = certify(&measured.couplings) {
                 let background = background.as_ref();
                 let solution = assemble(data, &columns, &measured, enclosures, solved, background);
                 let verdict = verdict(&solution, options, &goal);
@@ -283,13 +282,9 @@ fn widened(columns: &Columns, more: Vec<usize>, x: &Matrix) -> Columns {
 
 impl Background {
     fn new(scaled: &Scaled, zero: &ZeroSpace, solution: &Solution) -> Option<Self> {
-        // Corrected columns have no couplings of their own.
-        if solution.correction.is_some() {
-            return None;
-        }
         let x = solution.x.clone();
         if let Gram::Factors(round) = &solution.gram {
-            let couplings = round.couplings(Bounds::Products, f64::INFINITY)?;
+            let couplings = round.couplings();
             let m = x.columns;
             // Midpoints beside the diagonal are used without bounds, and nearly 0.
             let (mut mid, mut radius) = (Matrix::zeros(m, m), Plain::zeros(m, m));
@@ -455,6 +450,5 @@ fn assemble(
         certificate: Certificate { order, eigenvalues, clusters },
         precise,
         level: solved.map_or(PrecisionLevel::Precise, |solved| solved.level),
-        correction: None,
     }
 }

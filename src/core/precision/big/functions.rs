@@ -169,7 +169,7 @@ impl Big {
 
     /// The angle of the point (x, y), in (-pi, pi]: `y.atan2(x)`. Not finite if the point may be the
     /// origin; [-pi, pi] if it may lie on either side of the negative x axis.
-    pub fn atan2(&self, x: &Self) -> Self {
+    pub(crate) fn atan2(&self, x: &Self) -> Self {
         let y = self;
         let bits = x.bits().max(y.bits());
         if !(y.is_finite() && x.is_finite()) || (y.contains_zero() && x.contains_zero()) {
@@ -388,7 +388,7 @@ impl Big {
 
     /// General power: integer and square root powers directly, any other of a positive base as
     /// exp(y ln x).
-    pub fn pow(&self, exponent: &Self) -> Self {
+    pub(crate) fn pow(&self, exponent: &Self) -> Self {
         let bits = self.bits().max(exponent.bits());
         if exponent.is_exact() && exponent.mid_upper() <= Magnitude::from_f64(65_536.0) {
             let y = exponent.mid_f64();

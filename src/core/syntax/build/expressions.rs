@@ -11,7 +11,7 @@ use crate::span::Span;
 
 /// An operand on its way through the precedence parser: sums, products and the like stay open
 /// for further members until a stronger or weaker operator takes them.
-pub(super) struct Operand<'i> {
+struct Operand<'i> {
     /// Parentheses included.
     span: Span,
     form: Form<'i>,
@@ -27,29 +27,16 @@ enum Form<'i> {
     Or(Vec<ExprRef>),
 }
 
-impl<'i> Operand<'i> {
-    /// The terms of a sum that stands by itself, or whatever else it is.
-    pub(super) fn sum(self) -> Result<Vec<Member>, Self> {
-        match self.form {
-            Form::Sum(terms) => Ok(terms),
-            _ => Err(self),
-        }
-    }
-}
-
 impl Builder {
     pub(super) fn push(&self, span: Span, kind: ExprKind<'_>) -> ExprRef {
         self.expressions.borrow_mut().push(Expr { span, kind })
     }
 
     pub(super) fn expression(&self, pair: Pair<'_, Rule>) -> ExprRef {
-        match self.places.stand_in(pair.as_span().start()) {
-            Some(known) => known,
-            None => self.close(self.operand(pair)),
-        }
+        self.close(self.operand(pair))
     }
 
-    pub(super) fn operand<'i>(&self, pair: Pair<'i, Rule>) -> Operand<'i> {
+    fn operand<'i>(&self, pair: Pair<'i, Rule>) -> Operand<'i> {
         self.precedences
             .map_primary(|pair| self.primary(pair))
             .map_prefix(|sign, operand| self.prefix(&sign, operand))
@@ -63,7 +50,7 @@ impl Builder {
     }
 
     /// Makes a node of an operand that takes no more members.
-    pub(super) fn close(&self, operand: Operand<'_>) -> ExprRef {
+    fn close(&self, operand: Operand<'_>) -> ExprRef {
         let kind = match &operand.form {
             Form::Done(at) => return *at,
             Form::Name(name) => ExprKind::Name(name),

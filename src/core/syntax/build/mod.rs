@@ -3,7 +3,6 @@
 //! The depth of its calls is bounded by the nesting that the scan in `split` lets through.
 
 mod expressions;
-mod pieces;
 mod units;
 
 use std::cell::{Cell, RefCell};
@@ -13,7 +12,6 @@ use pest::error::{ErrorVariant, InputLocation};
 use pest::iterators::{Pair, Pairs};
 use pest::pratt_parser::PrattParser;
 
-use self::pieces::Places;
 use super::arena::{Expressions, Units};
 use super::ast::{
     Binding, Comment, Comparison, Declaration, Drawn, ExprKind, File, IndexEntry, IndexKind, Indices, Name, Statement,
@@ -35,8 +33,8 @@ pub(super) struct Builder {
     expressions: RefCell<Expressions>,
     error: RefCell<Option<SyntaxError>>,
     in_filter: Cell<bool>,
-    /// Where the text stands that pest has been given.
-    places: Places,
+    /// Where the text that pest has been given begins in the file.
+    offset: u32,
 }
 
 impl Builder {
@@ -49,25 +47,20 @@ impl Builder {
             expressions: RefCell::new(Expressions::default()),
             error: RefCell::new(None),
             in_filter: Cell::new(false),
-            places: Places::default(),
+            offset: 0,
         }
     }
 
-    pub(super) fn finish(mut self) -> File {
+    pub(super) fn finish(self) -> File {
         let mut expressions = self.expressions.into_inner();
         expressions.finish();
-        self.units.finish();
         File { statements: self.statements, expressions, units: self.units, comments: self.comments }
     }
 
     /// Reads the statement at `span` of `source` and keeps its tree.
     pub(super) fn statement(&mut self, source: &str, span: Span) -> Result<(), SyntaxError> {
-        if let Some(kind) = self.in_pieces(source, span) {
-            self.statements.push(Statement { span, kind });
-            return Ok(());
-        }
         let text = source.get(span.range()).unwrap_or("");
-        self.places.plain(span.start);
+        self.offset = span.start;
         let pairs = Grammar::parse(Rule::single, text).map_err(|error| match error.variant {
             ErrorVariant::ParsingError { positives, .. } => {
                 let at = match error.location {
@@ -95,7 +88,7 @@ impl Builder {
 
     fn span(&self, pair: &Pair<'_, Rule>) -> Span {
         let span = pair.as_span();
-        Span::new(self.places.of(span.start() as u32), self.places.of(span.end() as u32))
+        Span::new(self.offset + span.start() as u32, self.offset + span.end() as u32)
     }
 
     /// Keeps the first error that pest had no objection to.
