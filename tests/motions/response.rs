@@ -258,6 +258,24 @@ fn products_of_sines_are_the_second_harmonic() {
     }
 }
 
+/// |cos| is cos or -cos in between, and no multiple of either.
+#[test]
+fn rectified_drives_are_not_harmonic() {
+    for drive in [
+        "force x = abs(cos(W*t))",
+        "force x = (cos(W*t) + abs(cos(W*t)))/2",
+        "force x = sqrt(cos(W*t)^2)",
+        "force x = (cos(W*t)^4)^(1/4)",
+        "force x = abs(cos(W*t))*cos(W*t)",
+        "force x = sin(acos(cos(W*t)))",
+        "force x = cos(W*t^2)",
+    ] {
+        let text = format!("param W = 1  coord x  T = 1/2*x'^2  V = x^2  {drive}");
+        let found = study(&text, &[], None, "W=1..2:2");
+        assert!(matches!(found, Err(ResponseError::NotHarmonic { .. })), "{drive}");
+    }
+}
+
 /// A shaft's disc in a frame that turns with the drive: the matrices change with the parameter.
 #[test]
 fn matrices_may_depend_on_the_frequency_of_the_drive() {

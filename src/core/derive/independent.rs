@@ -21,8 +21,7 @@ use crate::number::Number;
 const NOWHERE: &str =
     "no equilibrium is found without their forces; where they carry a load, give every coordinate with `equilibrium`";
 /// The same of a place that is given.
-const LOADED: &str =
-    "whether they bear the forces at the equilibrium that is given, beside constraints, is not worked out";
+const LOADED: &str = "whether they bear the forces at the equilibrium that is given, beside constraints or each other, is not worked out";
 
 /// Larger equations are not reduced.
 const MOST_PARTS: usize = 3000;
@@ -411,12 +410,13 @@ pub fn linearized(model: Model) -> Result<Linearized, LinearizeError> {
         );
         let reduced = if own { in_independent_coordinates(&model) } else { None };
         let span = model.rolling.first().map(|own| own.span).unwrap_or_default();
+        let is_decided = reduced.is_some() && model.constraints.is_empty();
         reduced.and_then(|reduced| linearize::linearize(reduced).ok()).ok_or(match error {
             // Conditions may carry what no place is free of.
             LinearizeError::NoEquilibrium { .. } | LinearizeError::EquilibriumNotFound { .. } => {
                 LinearizeError::RollingNotCovered { reason: NOWHERE, span }
             }
-            LinearizeError::NotAnEquilibrium { .. } if !model.constraints.is_empty() => {
+            LinearizeError::NotAnEquilibrium { .. } if !is_decided => {
                 LinearizeError::RollingNotCovered { reason: LOADED, span }
             }
             error => error,

@@ -138,6 +138,10 @@ fn rate(
         }
         let own = if pool.display(own).starts_with('-') { pool.neg(own) } else { own };
         let value = pool.substitute_one(own, known);
+        if pool.depends_on(value, &|symbol| symbol == time) {
+            let reason = "an angle in it is not linear in the time".to_owned();
+            return Err(ResponseError::NotHarmonic { reason, span });
+        }
         let is_new = rates.iter().all(|(_, other)| !pool.agree(*other, value));
         rates.extend(is_new.then_some((own, value)));
     }
@@ -152,7 +156,7 @@ fn rate(
             if let Some(own) = all.iter().find(is_open) {
                 let Some(other) = all.iter().find(|other| other.0 != own.0) else { return Ok(own.0) };
                 let [own, other] = [own.0, other.0].map(|rate| pool.display(rate));
-                let reason = format!("it has the angular frequencies {own} and {other}");
+                let reason = format!("sines and cosines in it have the angular frequencies {own} and {other}");
                 return Err(ResponseError::NotHarmonic { reason, span });
             }
         }
@@ -172,8 +176,20 @@ fn without_harmonic(pool: &mut Pool, e: ExprId, time: Symbol, rate: ExprId, harm
     pool.add(twice, product)
 }
 
-/// Whether nothing is left of a body without its mean and two harmonics, identically.
+/// Whether nothing is left of a body without its mean and two harmonics, identically: shown for what depends on the time without corners and
+/// branches, which |cos Ωt| has, cos Ωt or -cos Ωt in between.
 fn has_two_harmonics(pool: &mut Pool, family: &TermFamily, time: Symbol, rate: ExprId) -> bool {
+    let varies = |e: &ExprId| pool.depends_on(*e, &|symbol| symbol == time);
+    let is_smooth = |id: ExprId| match pool.node(id) {
+        Node::Product(factors) => factors.iter().all(|(base, exponent)| exponent.is_integer() || !varies(base)),
+        Node::Power { base, .. } => !varies(base),
+        Node::Function(Function::Abs | Function::Asin | Function::Acos, x) => !varies(x),
+        Node::Atan2 { .. } => !varies(&id),
+        Node::Number(_) | Node::Pi | Node::Symbol(_) | Node::Undefined | Node::Sum { .. } | Node::Function(..) => true,
+    };
+    if !pool.reachable(&[family.body]).into_iter().all(is_smooth) {
+        return false;
+    }
     let mut left = pool.diff(family.body, time);
     for harmonic in [1, 2] {
         left = without_harmonic(pool, left, time, rate, harmonic);
