@@ -33,7 +33,7 @@ pub fn period_svg(model: &Model, range: &Range, places: &[Place]) -> String {
         "amplitude" => model.coordinates.iter().next().and_then(shown_unit),
         _ => Some("J").filter(|_| model.has_units),
     };
-    let across = Axis::over(&with_unit(range.name(), unit), values(0), 0.0);
+    let across = Axis::over(with_unit(range.name(), unit), values(0), 0.0);
     let description = format!("The period over the {}; the curve ends where no motion is periodic.", range.name());
     Picture::single("Period", description, Panel::new(across, up, curves)).svg()
 }
