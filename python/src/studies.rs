@@ -144,7 +144,7 @@ pub(crate) fn periods(py: Python<'_>, model: &Model, args: PeriodArgs) -> PyResu
             return Err(error.clone().into());
         }
         if args.svg {
-            let text = report::period_svg(&range, &places, oscillator.model().has_units);
+            let text = report::period_svg(oscillator.model(), &range, &places);
             return Ok(Written::drawn(text));
         }
         let json = report::period_curve_json(&oscillator, &places, &options);
