@@ -23,7 +23,7 @@ pub use convert::TwoDoubles;
 pub use roots::Factor;
 
 /// Size in bits up to which numbers are written out: about 30,000 decimal digits.
-pub(crate) const MAX_BITS: usize = 100_000;
+pub const MAX_BITS: usize = 100_000;
 
 /// An exact rational number of any size.
 ///

@@ -3,7 +3,7 @@
 use super::{ExprId, Function, Node, ONE, Pool, Seeds, Symbol, UNDEFINED, ZERO};
 use crate::number::Number;
 
-/// Derivatives along seeds that stay the same, kept from one call of [`Pool::derivative`] to the
+/// Derivatives along seeds that stay the same, kept from one call of `Pool::derivative` to the
 /// next. For one pool only.
 #[derive(Clone, Debug, Default)]
 pub struct Derivatives {

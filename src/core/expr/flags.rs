@@ -18,7 +18,7 @@ pub(super) struct Flags {
 
 impl Pool {
     /// Takes these expressions for not negative from now on, whatever their symbols are, and what follows from that: with
-    /// l - d and d, l as well. Expressions that are there keep their form until they are [built anew](Pool::built_anew).
+    /// l - d and d, l as well. Expressions that are there keep their form until they are built anew.
     pub fn assume_nonnegative(&mut self, assumed: &[ExprId]) {
         let mut round = assumed.to_vec();
         while !round.is_empty() {
