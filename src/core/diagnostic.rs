@@ -167,7 +167,7 @@ impl Diagnostic {
     }
 
     /// The same with the code of its kind.
-    pub(crate) fn with_code(mut self, code: &'static str) -> Self {
+    pub fn with_code(mut self, code: &'static str) -> Self {
         self.code = Some(code);
         self
     }
