@@ -9,7 +9,7 @@ use std::collections::HashSet;
 use crate::program::Program;
 use librate_core::expr::{ExprId, Node, Pool, Substitution, Symbol};
 use librate_core::linearize::{Linearized, constant, known_values};
-use librate_core::model::{Model, Parameter, SymbolKind};
+use librate_core::model::{Model, Parameter};
 use librate_core::number::Number;
 use librate_core::precision::Scalar;
 
@@ -130,12 +130,7 @@ fn evaluated(pool: &Pool, roots: &[ExprId], inputs: &[Symbol], at: &[f64]) -> Op
 
 /// The coordinates that a point moves with.
 fn moving(pool: &Pool, model: &Model, position: &[ExprId]) -> Vec<usize> {
-    let symbols = pool.symbols_of(position).into_iter();
-    let number = |symbol| match model.symbols.get(symbol) {
-        Some(SymbolKind::Coordinate(number)) => Some(number),
-        _ => None,
-    };
-    symbols.filter_map(number).collect()
+    pool.symbols_of(position).into_iter().filter_map(|symbol| model.symbols.coordinate(symbol)).collect()
 }
 
 /// Whether the distance of a point from another, or from the origin, depends on no coordinate.

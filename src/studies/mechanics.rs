@@ -6,7 +6,7 @@
 
 use librate_core::expr::{ExprId, Pool, Substitution, Symbol};
 use librate_core::linearize::{forces_of, signed_terms, written_out};
-use librate_core::model::{Model, SymbolKind};
+use librate_core::model::Model;
 use librate_core::span::Span;
 
 /// The Lagrangian of a model, the forces that no energy gives, and its symbols.
@@ -79,12 +79,12 @@ impl<'a> Mechanics<'a> {
 
     /// The derivatives by the coordinates, by their numbers, those that are not 0.
     pub(crate) fn slopes(&mut self, e: ExprId) -> Vec<(usize, ExprId)> {
-        slopes(self.model, &mut self.pool, e)
+        self.model.symbols.slopes(&mut self.pool, e)
     }
 
     /// The same by the velocities.
     pub(crate) fn velocity_slopes(&mut self, e: ExprId) -> Vec<(usize, ExprId)> {
-        velocity_slopes(self.model, &mut self.pool, e)
+        self.model.symbols.velocity_slopes(&mut self.pool, e)
     }
 
     /// Σ_j of slopes times velocities, and the derivative by the time: that of an expression in q and t, or in q' too where
@@ -121,33 +121,6 @@ impl<'a> Mechanics<'a> {
         });
         rows.collect()
     }
-}
-
-/// The derivatives by the coordinates, by their numbers, those that are not 0.
-pub(crate) fn slopes(model: &Model, pool: &mut Pool, e: ExprId) -> Vec<(usize, ExprId)> {
-    numbered(model, pool, e, |kind| match kind {
-        SymbolKind::Coordinate(at) => Some(at),
-        _ => None,
-    })
-}
-
-/// The same by the velocities.
-pub(crate) fn velocity_slopes(model: &Model, pool: &mut Pool, e: ExprId) -> Vec<(usize, ExprId)> {
-    numbered(model, pool, e, |kind| match kind {
-        SymbolKind::Velocity(at) => Some(at),
-        _ => None,
-    })
-}
-
-fn numbered(
-    model: &Model,
-    pool: &mut Pool,
-    e: ExprId,
-    wanted: impl Fn(SymbolKind) -> Option<usize>,
-) -> Vec<(usize, ExprId)> {
-    let number = |symbol: Symbol| model.symbols.get(symbol).and_then(&wanted);
-    let slopes = pool.slopes(e, |symbol| number(symbol).is_some());
-    slopes.into_iter().filter_map(|(symbol, slope)| Some((number(symbol)?, slope))).collect()
 }
 
 /// Whether components with these derivatives by the coordinates, one list each, are those of a gradient: without a curl.

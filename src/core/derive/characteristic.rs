@@ -14,8 +14,9 @@ use super::ring::{EXPONENT, Expanded, Ring};
 use super::roots::{MOST_COORDINATES, determinant_of_polynomials};
 use super::simplify::Algebra;
 use super::stability::{Sign, Signs, conditions, conditions_in_coefficients, essential};
-use crate::expr::{ExprId, Pool, nullspace_mod};
+use crate::expr::{ExprId, Pool};
 use crate::groups::connected;
+use crate::linearize::nullspace_mod;
 use crate::number::Number;
 use crate::symmetry::Symmetry;
 use crate::syntax::Comparison;
@@ -452,8 +453,8 @@ fn drifts(pool: &mut Pool, linear: &Linear) -> bool {
             Some(power) if power < degrees => values[(row % n * n + column % n) * degrees + power],
             Some(_) | None => 0,
         };
-        let mut rows = (0..size * n).map(|row| (0..size * n).map(|column| entry(row, column)).collect()).collect();
-        nullspace_mod(&mut rows, size * n).len()
+        let rows = (0..size * n).map(|row| (0..size * n).map(|column| entry(row, column)).collect());
+        nullspace_mod(&rows.collect::<Vec<_>>(), size * n).len()
     };
     blocks(3) > blocks(2)
 }

@@ -10,8 +10,8 @@ use std::collections::BTreeMap;
 use super::lagrangian::{Lagrangian, Variables};
 use super::motion::{Motion, MotionSum, MotionTerm};
 use super::simplify::Algebra;
-use crate::expr::{ExprId, Pool, fraction_mod, nullspace_mod};
-use crate::linearize::{Rotation, candidate_rotations, rotation_name, translation_name};
+use crate::expr::{ExprId, Pool, fraction_mod};
+use crate::linearize::{Rotation, candidate_rotations, nullspace_mod, rotation_name, translation_name};
 use crate::model::Model;
 use crate::number::Number;
 
@@ -54,7 +54,7 @@ pub(super) fn conserved(
     let values = lagrangian.inertia.values().chain(lagrangian.linear.values());
     let all = values.chain(&lagrangian.potential).chain(&lagrangian.other);
     for symbol in pool.symbols_of(&all.copied().collect::<Vec<_>>()) {
-        if let Some(i) = variables.coordinate(symbol) {
+        if let Some(i) = variables.symbols.coordinate(symbol) {
             occurs[i] = true;
         }
         drives |= variables.time == Some(symbol);
@@ -132,7 +132,7 @@ impl Search<'_> {
     fn translations(&mut self, moving: &[usize]) -> Vec<Vec<Number>> {
         let forces: Slopes = self.lagrangian.forces.iter().map(|(i, f)| (*i, *f)).collect();
         let mut rows = Vec::new();
-        if self.sample(&forces, moving, &mut rows).is_none() || nullspace_mod(&mut rows, moving.len()).is_empty() {
+        if self.sample(&forces, moving, &mut rows).is_none() || nullspace_mod(&rows, moving.len()).is_empty() {
             return Vec::new();
         }
         let mut gradients = self.gradients();
@@ -143,7 +143,7 @@ impl Search<'_> {
         }
         gradients.push(forces);
         let count = self.variables.coordinates.len();
-        let kernel = nullspace_mod(&mut rows, moving.len());
+        let kernel = nullspace_mod(&rows, moving.len());
         let exact = kernel.iter().filter_map(|vector| {
             let mut exact = vec![Number::ZERO; count];
             for (i, residue) in moving.iter().zip(vector) {

@@ -62,7 +62,7 @@ pub(super) fn roots(
     for (i, force) in &forces {
         let symbols = pool.symbols(*force);
         let alone = symbols.iter().all(|symbol| {
-            variables.time != Some(*symbol) && variables.coordinate(*symbol).is_none_or(|other| other == *i)
+            variables.time != Some(*symbol) && variables.symbols.coordinate(*symbol).is_none_or(|other| other == *i)
         });
         // With b_i(t) there is a force db_i/dt besides.
         if alone && !lagrangian.linear.contains_key(i) {
@@ -95,7 +95,7 @@ fn roots_of(pool: &mut Algebra<'_>, variables: &Variables, coordinate: usize, fo
 }
 
 fn moves(pool: &Pool, variables: &Variables, coordinate: usize, e: ExprId) -> bool {
-    pool.depends_on(e, &|symbol| variables.coordinate(symbol) == Some(coordinate))
+    pool.depends_on(e, &|symbol| variables.symbols.coordinate(symbol) == Some(coordinate))
 }
 
 /// The root of a factor that is A + B*u, with u the coordinate or a sine or cosine.

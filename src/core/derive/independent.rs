@@ -342,7 +342,7 @@ fn of_independent(model: &Model, mut pool: Pool, variables: &Variables, found: &
     }
     let kinetic = pool.linear(&kinetic);
     let bound = |symbol: Symbol| {
-        let at = variables.coordinate(symbol).or_else(|| variables.velocity(symbol));
+        let at = variables.symbols.coordinate(symbol).or_else(|| variables.symbols.velocity(symbol));
         at.is_some_and(|at| !found.free.contains(&at))
     };
     let potential = model.potential.iter();
@@ -435,7 +435,7 @@ pub fn without_multipliers(model: &Model) -> Option<(Pool, Independent)> {
     let variables = Variables::new(&model);
     let checker = Checker::new(&model);
     let still = |pool: &Pool, e: ExprId| {
-        let moves = |symbol| variables.coordinate(symbol).is_some() || variables.time == Some(symbol);
+        let moves = |symbol| variables.symbols.coordinate(symbol).is_some() || variables.time == Some(symbol);
         !pool.depends_on(e, &moves) && checker.differs_from_zero(pool, e)
     };
     reduced(&model, &still)

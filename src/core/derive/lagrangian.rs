@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use super::simplify::Algebra;
 use crate::expr::{ExprId, Pool, Substitution, Symbol};
 use crate::linearize::{Splitter, Variable, elements, forces_of, instance, instances, signed_terms};
-use crate::model::{Model, TermFamily};
+use crate::model::{Model, Symbols, TermFamily};
 use crate::number::Number;
 
 /// The Lagrangian of a model, sorted by powers of the velocities.
@@ -35,8 +35,7 @@ pub(super) struct Variables {
     pub(super) coordinates: Vec<Symbol>,
     /// Their velocities.
     pub(super) velocities: Vec<Symbol>,
-    /// The number of a coordinate by its symbol.
-    numbers: BTreeMap<Symbol, usize>,
+    pub(super) symbols: Symbols,
     /// The time, where the model speaks of it.
     pub(super) time: Option<Symbol>,
 }
@@ -45,36 +44,22 @@ impl Variables {
     pub(super) fn new(model: &Model) -> Self {
         let coordinates: Vec<Symbol> = model.coordinates.iter().map(|c| c.symbol).collect();
         let velocities: Vec<Symbol> = model.coordinates.iter().map(|c| c.velocity).collect();
-        let numbers = coordinates.iter().chain(&velocities).copied();
-        let numbers = numbers.enumerate().map(|(at, symbol)| (symbol, at)).collect();
-        Self { coordinates, velocities, numbers, time: model.time() }
-    }
-
-    /// The number of the coordinate that a symbol is.
-    pub(super) fn coordinate(&self, symbol: Symbol) -> Option<usize> {
-        let at = self.numbers.get(&symbol).copied()?;
-        (at < self.coordinates.len()).then_some(at)
-    }
-
-    /// The number of the coordinate whose velocity a symbol is.
-    pub(super) fn velocity(&self, symbol: Symbol) -> Option<usize> {
-        let at = self.numbers.get(&symbol).copied()?;
-        at.checked_sub(self.coordinates.len())
+        Self { coordinates, velocities, symbols: model.symbols.clone(), time: model.time() }
     }
 
     /// The derivatives by the coordinates, those that are not 0.
     pub(super) fn slopes(&self, pool: &mut Pool, e: ExprId) -> Vec<(usize, ExprId)> {
-        numbered_slopes(pool, e, |symbol| self.coordinate(symbol))
+        self.symbols.slopes(pool, e)
     }
 
     /// The derivatives by the velocities, those that are not 0.
     pub(super) fn velocity_slopes(&self, pool: &mut Pool, e: ExprId) -> Vec<(usize, ExprId)> {
-        numbered_slopes(pool, e, |symbol| self.velocity(symbol))
+        self.symbols.velocity_slopes(pool, e)
     }
 
     /// Whether a velocity occurs in an expression.
     pub(super) fn moves(&self, pool: &Pool, e: ExprId) -> bool {
-        pool.depends_on(e, &|symbol| self.velocity(symbol).is_some())
+        pool.depends_on(e, &|symbol| self.symbols.velocity(symbol).is_some())
     }
 
     /// The partial derivative by the time.
@@ -90,12 +75,6 @@ impl Variables {
         let zero = pool.zero();
         self.velocities.iter().map(|v| (*v, zero)).collect()
     }
-}
-
-/// The derivatives by the symbols that have a number, those that are not 0.
-fn numbered_slopes(pool: &mut Pool, e: ExprId, number: impl Fn(Symbol) -> Option<usize>) -> Vec<(usize, ExprId)> {
-    let slopes = pool.slopes(e, |symbol| number(symbol).is_some());
-    slopes.into_iter().filter_map(|(symbol, slope)| Some((number(symbol)?, slope))).collect()
 }
 
 /// A body by powers of its local velocities.

@@ -64,8 +64,7 @@ pub use crate::precision::Function;
 pub use derive::Derivatives;
 pub use integral::Exponentials;
 pub use modular::{
-    PRIME, add_mod, fraction_mod, inverse_mod, mul_mod, neg_mod, nullspace_mod, pow_mod, rational_reconstruct,
-    sqrt_mod, sub_mod,
+    PRIME, add_mod, fraction_mod, inverse_mod, mul_mod, neg_mod, pow_mod, rational_reconstruct, sqrt_mod, sub_mod,
 };
 pub(crate) use point::mix;
 pub use point::{Certainty, ModularPoint};

@@ -132,50 +132,6 @@ pub(super) fn sqrt_of_prime(q: u64) -> Option<u64> {
     Some(mul_mod(sum, inverse_mod(root_of_unity(4)?)?))
 }
 
-/// A basis of the vectors of length `columns` whose product with every row is 0 modulo
-/// [`PRIME`]. The rows (missing entries are 0) are brought to reduced echelon form; the basis
-/// vectors have a 1 at a free column each.
-pub fn nullspace_mod(rows: &mut Vec<Vec<u64>>, columns: usize) -> Vec<Vec<u64>> {
-    for row in rows.iter_mut() {
-        row.resize(columns, 0);
-    }
-    let mut pivots: Vec<usize> = Vec::new();
-    for column in 0..columns {
-        let rank = pivots.len();
-        let Some(found) = (rank..rows.len()).find(|row| rows[*row][column] != 0) else {
-            continue;
-        };
-        rows.swap(rank, found);
-        let mut pivot_row = std::mem::take(&mut rows[rank]);
-        let inverse = inverse_mod(pivot_row[column]).unwrap_or(0);
-        for entry in &mut pivot_row {
-            *entry = mul_mod(*entry, inverse);
-        }
-        for row in rows.iter_mut() {
-            // The pivot row itself is taken out and empty.
-            let factor = row.get(column).copied().unwrap_or(0);
-            if factor != 0 {
-                for (entry, pivot) in row.iter_mut().zip(&pivot_row).skip(column) {
-                    *entry = sub_mod(*entry, mul_mod(factor, *pivot));
-                }
-            }
-        }
-        rows[rank] = pivot_row;
-        pivots.push(column);
-    }
-    rows.truncate(pivots.len());
-    let free = (0..columns).filter(|column| pivots.binary_search(column).is_err());
-    free.map(|column| {
-        let mut vector = vec![0; columns];
-        vector[column] = 1;
-        for (row, pivot) in rows.iter().zip(&pivots) {
-            vector[*pivot] = neg_mod(row[column]);
-        }
-        vector
-    })
-    .collect()
-}
-
 /// The fraction n/d with 2 n² and 2 d² below the modulus that is this residue; there is one at most. Wang's
 /// algorithm: the extended Euclidean algorithm stopped half way.
 #[must_use]

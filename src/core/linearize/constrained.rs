@@ -9,8 +9,8 @@
 
 use super::elimination::Elimination;
 use super::parameters::{Formulas, known_values};
-use crate::expr::{ExprId, Symbol};
-use crate::model::{Constraint, Local, Model, SymbolKind, TermFamily};
+use crate::expr::ExprId;
+use crate::model::{Constraint, Local, Model, TermFamily};
 use crate::precision::{self, Ball, Big, Complex, Eliminated, Enclosure, Scalar, clear_column};
 
 /// A model whose multipliers are coordinates behind its own.
@@ -64,7 +64,7 @@ pub(crate) fn with_multipliers(model: &Model, left_out: &[usize]) -> Tied {
         let mut coordinates = Vec::new();
         let mut locals = Vec::new();
         for used in model.pool.symbols_of(&[constraint.expression]) {
-            if let Some(SymbolKind::Coordinate(place)) = model.symbols.get(used) {
+            if let Some(place) = model.symbols.coordinate(used) {
                 coordinates.push(u32::try_from(place).unwrap_or(u32::MAX));
                 locals.push(Local::new(used, model.coordinates.at(place).velocity));
             }
@@ -86,8 +86,7 @@ pub(super) fn independent(model: &mut Model) -> (Vec<usize>, Vec<usize>) {
     let bodies: Vec<ExprId> = model.constraints.iter().map(|own| own.expression).collect();
     let bodies = model.pool.substitute(&bodies, &known);
     let Model { pool, symbols, .. } = &mut *model;
-    let is_coordinate = |symbol| matches!(symbols.get(symbol), Some(SymbolKind::Coordinate(_)));
-    let gradients: Vec<Vec<(Symbol, ExprId)>> = bodies.iter().map(|body| pool.slopes(*body, is_coordinate)).collect();
+    let gradients: Vec<Vec<(usize, ExprId)>> = bodies.iter().map(|body| symbols.slopes(pool, *body)).collect();
     let all: Vec<ExprId> = gradients.iter().flatten().map(|(_, slope)| *slope).collect();
     let all_kept = ((0..count).collect(), Vec::new());
     let Some(values) = model.pool.evaluate_at_random(&all, 1) else {
@@ -97,8 +96,8 @@ pub(super) fn independent(model: &mut Model) -> (Vec<usize>, Vec<usize>) {
     let (mut kept, mut dependent) = (Vec::new(), Vec::new());
     let mut elimination = Elimination::default();
     for (number, gradient) in gradients.iter().enumerate() {
-        // In order of creation, which slopes come in.
-        let row = gradient.iter().zip(&mut values).map(|((symbol, _), value)| (symbol.index() as u32, value));
+        // In order, which slopes come in.
+        let row = gradient.iter().zip(&mut values).map(|((place, _), value)| (*place as u32, value));
         if model.pool.is_undefined(bodies[number]) {
             // One without a value follows from nothing, which is told where it is evaluated.
             kept.push(number);

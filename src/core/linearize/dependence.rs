@@ -5,8 +5,8 @@
 
 use super::constrained::{choose_bound, solve};
 use super::parameters::{Formulas, known_values};
-use crate::expr::{ExprId, Symbol};
-use crate::model::{Model, SymbolKind};
+use crate::expr::ExprId;
+use crate::model::Model;
 use crate::number::Number;
 use crate::precision::{Ball, Big, Magnitude, Scalar};
 
@@ -50,15 +50,11 @@ impl Surface {
         let mut pool = model.pool.clone();
         let expressions: Vec<ExprId> =
             numbers.iter().map(|number| Some(model.constraints.get(*number)?.expression)).collect::<Option<_>>()?;
-        let place = |symbol: Symbol| match model.symbols.get(symbol) {
-            Some(SymbolKind::Coordinate(place)) => Some(place),
-            Some(_) | None => None,
-        };
         let mut roots = expressions.clone();
         let mut slopes = Vec::new();
         for (number, expression) in expressions.iter().enumerate() {
-            for (symbol, slope) in pool.slopes(*expression, |symbol| place(symbol).is_some()) {
-                slopes.push((number, place(symbol)?));
+            for (place, slope) in model.symbols.slopes(&mut pool, *expression) {
+                slopes.push((number, place));
                 roots.push(slope);
             }
         }

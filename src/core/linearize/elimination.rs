@@ -135,6 +135,17 @@ impl Elimination {
     }
 }
 
+/// A basis of the vectors of length `columns` whose product with every row is 0 modulo the prime, each with 1 at a column
+/// of its own; none where it is too much work.
+pub fn nullspace_mod(rows: &[Vec<u64>], columns: usize) -> Vec<Vec<u64>> {
+    let mut elimination = Elimination::default();
+    let added = rows.iter().try_for_each(|row| {
+        let entries = (0..).zip(row.iter().copied()).filter(|(_, x)| *x != 0);
+        elimination.add(entries.collect()).map(|_| ())
+    });
+    added.map_or_else(Vec::new, |()| elimination.kernel(columns))
+}
+
 /// The least number that makes whole numbers of these.
 pub(super) fn common_denominator<'a>(numbers: impl Iterator<Item = &'a Number>) -> IBig {
     let common = numbers.fold(UBig::ONE, |common, own| {

@@ -24,7 +24,8 @@ pub fn integrated(model: &Model) -> Cow<'_, Model> {
         model.rolling.iter().map(|own| !model.at_rest(pool, own.expression).is_zero()).collect()
     });
     for (own, driven) in std::mem::take(&mut model.rolling).into_iter().zip(driven) {
-        let rows = coefficients(&mut model, own.expression);
+        let Model { pool, symbols, .. } = &mut model;
+        let rows = symbols.velocity_slopes(pool, own.expression);
         match if driven { None } else { integral(&mut model, &rows) } {
             Some(expression) => model.constraints.push(Constraint { expression, span: own.span }),
             None => model.rolling.push(own),
@@ -41,7 +42,7 @@ fn integral(model: &mut Model, rows: &[(usize, ExprId)]) -> Option<ExprId> {
     }
     let slopes: Vec<ExprId> = rows.iter().map(|(_, slope)| *slope).collect();
     for symbol in model.pool.symbols_of(&slopes) {
-        let Some(SymbolKind::Coordinate(number)) = model.symbols.get(symbol) else { continue };
+        let Some(number) = model.symbols.coordinate(symbol) else { continue };
         let other = rows.iter().find(|(i, _)| *i == number).map_or(model.pool.zero(), |(_, slope)| *slope);
         for (i, slope) in rows {
             let forth = model.pool.diff(*slope, symbol);
@@ -72,17 +73,6 @@ fn integral(model: &mut Model, rows: &[(usize, ExprId)]) -> Option<ExprId> {
         terms.push(function.integral(pool, [*start, own], vanishes).ok()?);
     }
     Some(model.pool.sum(&terms))
-}
-
-/// The coefficients of the velocities in a condition, by coordinate.
-fn coefficients(model: &mut Model, condition: ExprId) -> Vec<(usize, ExprId)> {
-    let Model { pool, symbols, .. } = model;
-    let number = |symbol| match symbols.get(symbol) {
-        Some(SymbolKind::Velocity(number)) => Some(number),
-        _ => None,
-    };
-    let slopes = pool.slopes(condition, |symbol| number(symbol).is_some());
-    slopes.into_iter().filter_map(|(symbol, slope)| Some((number(symbol)?, slope))).collect()
 }
 
 /// How many of the conditions, constraints included, no function of the coordinates gives: the rank of the Lie brackets of the

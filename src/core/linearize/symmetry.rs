@@ -10,11 +10,11 @@ use std::borrow::Cow;
 use std::collections::{BTreeMap, HashSet};
 
 use super::assemble::{Assembly, ElementFamily};
-use super::elimination::{Elimination, Row};
+use super::elimination::{Elimination, Row, nullspace_mod};
 use super::parameters::rational_values;
 use super::verify::hold_in_true_numbers;
 use super::{naming, symbolic};
-use crate::expr::{ExprId, ModularPoint, Pool, Symbol, add_mod, fraction_mod, mul_mod, neg_mod, nullspace_mod};
+use crate::expr::{ExprId, ModularPoint, Pool, Symbol, add_mod, fraction_mod, mul_mod, neg_mod};
 use crate::groups::Groups;
 use crate::model::{CoordinateFamily, Model, TermFamily};
 use crate::number::Number;
@@ -262,10 +262,9 @@ fn constant_generators(model: &Model, pool: &Pool, bodies: &[Body<'_>], allowed:
 fn functionals(pool: &Pool, gradient: &[ExprId]) -> Option<Vec<Vec<u64>>> {
     let d = gradient.len();
     let rows = (0..d as u64 + 3).map(|point| pool.evaluate_at_random(gradient, point));
-    let mut rows = rows.collect::<Option<Vec<_>>>()?;
     // The kernel of all sampled gradients, and the functionals that vanish on it.
-    let mut kernel = nullspace_mod(&mut rows, d);
-    Some(nullspace_mod(&mut kernel, d))
+    let kernel = nullspace_mod(&rows.collect::<Option<Vec<_>>>()?, d);
+    Some(nullspace_mod(&kernel, d))
 }
 
 /// A rotation in the plane of two axes: what each coordinate's velocity is.

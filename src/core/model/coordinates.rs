@@ -9,7 +9,7 @@ use super::elaborate::Elaborator;
 use super::members::Members;
 use super::names::{Block, Entity, Family, Grid, Key, SymbolKind, member_name};
 use super::units;
-use crate::expr::{ExprId, Symbol, SymbolNames};
+use crate::expr::{ExprId, Pool, Symbol, SymbolNames};
 use crate::span::Span;
 use crate::syntax::Declaration;
 
@@ -224,6 +224,28 @@ impl Symbols {
         self.each.get(&symbol).copied()
     }
 
+    /// The number of the coordinate that a symbol is.
+    #[must_use]
+    pub fn coordinate(&self, symbol: Symbol) -> Option<usize> {
+        if let Some(SymbolKind::Coordinate(number)) = self.get(symbol) { Some(number) } else { None }
+    }
+
+    /// The number of the coordinate whose velocity a symbol is.
+    #[must_use]
+    pub fn velocity(&self, symbol: Symbol) -> Option<usize> {
+        if let Some(SymbolKind::Velocity(number)) = self.get(symbol) { Some(number) } else { None }
+    }
+
+    /// The derivatives by the coordinates, by their numbers, those that are not 0.
+    pub fn slopes(&self, pool: &mut Pool, e: ExprId) -> Vec<(usize, ExprId)> {
+        numbered_slopes(pool, e, |symbol| self.coordinate(symbol))
+    }
+
+    /// The same by the velocities.
+    pub fn velocity_slopes(&self, pool: &mut Pool, e: ExprId) -> Vec<(usize, ExprId)> {
+        numbered_slopes(pool, e, |symbol| self.velocity(symbol))
+    }
+
     /// The symbol of the time, where the model speaks of it.
     #[must_use]
     pub fn time(&self) -> Option<Symbol> {
@@ -241,6 +263,11 @@ impl Symbols {
     pub(super) fn insert(&mut self, symbol: Symbol, kind: SymbolKind) {
         self.each.insert(symbol, kind);
     }
+}
+
+fn numbered_slopes(pool: &mut Pool, e: ExprId, number: impl Fn(Symbol) -> Option<usize>) -> Vec<(usize, ExprId)> {
+    let slopes = pool.slopes(e, |symbol| number(symbol).is_some());
+    slopes.into_iter().filter_map(|(symbol, slope)| Some((number(symbol)?, slope))).collect()
 }
 
 /// The boxes of a family of coordinates.

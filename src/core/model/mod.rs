@@ -19,7 +19,6 @@ mod given;
 mod index;
 mod instance;
 mod integral;
-mod interval;
 mod lets;
 mod matrix_market;
 mod meant;

@@ -6,13 +6,14 @@
 //! and what is left is exactly what visiting all pairs would leave. A box in which some value might have no value (a
 //! divisor that may be 0) is opened down to its values, and these are left to the exact evaluation.
 
+use std::cmp::Ordering;
+
 use super::ModelError;
 use super::index::{Quantity, is_so};
-use super::interval::Interval;
 use super::names::World;
 use super::program::{Binder, BinderKind, IndexForm, IndexOp, IndexProgram};
 use super::run::MOST_INSTANCES;
-use crate::precision::Function;
+use crate::precision::{Function, Interval, Scalar};
 use crate::span::Span;
 
 /// Shorter indices are visited one by one.
@@ -164,7 +165,7 @@ impl Sieve {
             for program in &inner {
                 points.push(enclosed(world, program, &[0, value])?);
             }
-            points.push(Interval::at(value as f64));
+            points.push(Interval::point(value as f64));
         }
         let order = (0..u32::try_from(count).ok()?).collect();
         let mut own =
@@ -189,26 +190,26 @@ impl Sieve {
         let mut whole: Option<Vec<f64>> = None;
         let mut todo = vec![(1, 0, self.order.len())];
         while let Some((node, from, to)) = todo.pop() {
-            let mut ends = vec![Interval { low: f64::INFINITY, high: f64::NEG_INFINITY }; self.width];
+            let mut ends = vec![Interval::new(f64::INFINITY, f64::NEG_INFINITY); self.width];
             for value in &self.order[from..to] {
-                for (Interval { low, high }, own) in ends.iter_mut().zip(self.point(*value)) {
-                    *low = low.min(own.low);
-                    *high = high.max(own.high);
+                for (Interval { lo, hi, .. }, own) in ends.iter_mut().zip(self.point(*value)) {
+                    *lo = lo.min(own.lo);
+                    *hi = hi.max(own.hi);
                 }
             }
-            let spread = |axis: usize| ends[axis].high - ends[axis].low;
+            let spread = |axis: usize| ends[axis].width();
             let scale = whole.get_or_insert_with(|| (0..self.width).map(spread).collect());
             let relative = |axis: usize| if scale[axis] > 0.0 { spread(axis) / scale[axis] } else { 0.0 };
             let widest = axes.iter().copied().max_by(|a, b| relative(*a).total_cmp(&relative(*b)));
             let place = node * self.width;
-            self.boxes.resize(self.boxes.len().max(place + self.width), Interval::ZERO);
+            self.boxes.resize(self.boxes.len().max(place + self.width), Interval::point(0.0));
             self.boxes[place..place + self.width].copy_from_slice(&ends);
             if to - from <= MOST_IN_LEAF {
                 continue;
             }
             let middle = from.midpoint(to);
             let (points, width) = (&self.points, self.width);
-            let key = |value: &u32| points[*value as usize * width + widest.unwrap_or(0)].low;
+            let key = |value: &u32| points[*value as usize * width + widest.unwrap_or(0)].lo;
             self.order[from..to].select_nth_unstable_by(middle - from, |a, b| key(a).total_cmp(&key(b)).then(a.cmp(b)));
             todo.extend([(2 * node, from, middle), (2 * node + 1, middle, to)]);
         }
@@ -223,7 +224,7 @@ impl Sieve {
         let mut todo = vec![(1, 0, self.order.len())];
         while let Some((node, from, to)) = todo.pop() {
             let all = self.boxes.get(node * self.width..(node + 1) * self.width)?;
-            let is_out = all.last().is_none_or(|own| own.high < range.0 as f64 || own.low > range.1 as f64);
+            let is_out = all.last().is_none_or(|own| own.hi < range.0 as f64 || own.lo > range.1 as f64);
             let verdict = if is_out { Some(false) } else { self.verdict(all, &outer, &mut stack) };
             if verdict == Some(false) {
                 continue;
@@ -268,28 +269,36 @@ impl Sieve {
 /// Conditions are numbers here: 1 where they hold, 0 where they do not, and [0, 1] where that is open.
 fn condition(truth: Option<bool>) -> Interval {
     match truth {
-        Some(true) => Interval::ONE,
-        Some(false) => Interval::ZERO,
-        None => Interval { low: 0.0, high: 1.0 },
+        Some(true) => Interval::point(1.0),
+        Some(false) => Interval::point(0.0),
+        None => Interval::new(0.0, 1.0),
     }
 }
 
 fn told(condition: Interval) -> Option<bool> {
-    if condition.high <= 0.0 { Some(false) } else { (condition.low > 0.0).then_some(true) }
+    if condition.hi <= 0.0 { Some(false) } else { (condition.lo > 0.0).then_some(true) }
 }
 
 /// An enclosure of what a part of a filter comes to; `None` where that is an error.
 fn enclosed(world: &World, program: &IndexProgram, slots: &[i64]) -> Option<Interval> {
     let found = match world.quantity(program, slots).ok()? {
         Quantity::Truth(truth) => condition(Some(truth)),
-        number => Interval::from_ball(&number.ball()),
+        number => Interval::of_ball(&number.ball()),
     };
-    found.is_finite().then_some(found)
+    found.is_usable().then_some(found)
+}
+
+/// How numbers of two intervals compare; `None` where it is open.
+fn order(a: &Interval, b: &Interval) -> Option<Ordering> {
+    let is_decided = a.hi < b.lo || a.lo > b.hi || a.width() == 0.0 && a == b;
+    if is_decided { a.lo.partial_cmp(&b.lo) } else { None }
 }
 
 /// An operation on all members of its operands; `None` where one of them may have no value.
 fn apply(op: &IndexOp, operands: &[Interval]) -> Option<Interval> {
-    let sum = |terms: &mut dyn Iterator<Item = Interval>| terms.reduce(Interval::add).unwrap_or(Interval::ZERO);
+    let sum = |terms: &mut dyn Iterator<Item = Interval>| {
+        terms.reduce(|sum, term| sum.add(&term)).unwrap_or(Interval::point(0.0))
+    };
     let all_are = |truth: bool| operands.iter().all(|own| told(*own) == Some(truth));
     let one_is = |truth: bool| operands.iter().any(|own| told(*own) == Some(truth));
     let result = match (op, operands) {
@@ -298,23 +307,23 @@ fn apply(op: &IndexOp, operands: &[Interval]) -> Option<Interval> {
             sum(&mut operands.iter().zip(subtracted).map(|(term, minus)| if *minus { term.neg() } else { *term }))
         }
         (IndexOp::Product(divided), _) => {
-            operands.iter().zip(divided).try_fold(Interval::ONE, |product, (factor, under)| {
-                Some(product.mul(if *under { factor.inverse()? } else { *factor }))
-            })?
+            operands.iter().zip(divided).fold(Interval::point(1.0), |product, (factor, under)| {
+                if *under { product.div(factor) } else { product.mul(factor) }
+            })
         }
         (IndexOp::Power, [base, exponent]) => {
-            let whole = exponent.low == exponent.high && exponent.low.fract() == 0.0 && exponent.low.abs() < 1e4;
-            if whole { base.powi(exponent.low as i32)? } else { return None }
+            let whole = exponent.lo == exponent.hi && exponent.lo.fract() == 0.0 && exponent.lo.abs() < 1e4;
+            if whole { base.powi(exponent.lo as i32) } else { return None }
         }
-        (IndexOp::Sqrt, [a]) => a.sqrt()?,
-        (IndexOp::Norm(_), _) => sum(&mut operands.iter().map(|part| part.square())).sqrt()?,
+        (IndexOp::Sqrt, [a]) => a.sqrt(),
+        (IndexOp::Norm(_), _) => sum(&mut operands.iter().map(|part| part.powi(2))).sqrt(),
         (IndexOp::Apply(Function::Abs), [a]) => a.abs(),
-        (IndexOp::Compare(comparison), [a, b]) => condition(a.order(*b).map(|order| is_so(order, *comparison))),
+        (IndexOp::Compare(comparison), [a, b]) => condition(order(a, b).map(|order| is_so(order, *comparison))),
         (IndexOp::Not, [a]) => condition(told(*a).map(|holds| !holds)),
         (IndexOp::And(_), _) => condition(if one_is(false) { Some(false) } else { all_are(true).then_some(true) }),
         (IndexOp::Or(_), _) => condition(if one_is(true) { Some(true) } else { all_are(false).then_some(false) }),
         // Of anything else nothing is told.
         _ => return None,
     };
-    result.is_finite().then_some(result)
+    result.is_usable().then_some(result)
 }

@@ -325,13 +325,19 @@ fn inertia_without_velocity(file: &File, model: &Model) -> Option<Warning> {
     let kinetic = |kind: &StatementKind| if let StatementKind::Kinetic(root) = kind { Some(*root) } else { None };
     let root = file.statements.iter().find_map(|statement| kinetic(&statement.kind))?;
     let [mut placed, mut moving] = [0, 1].map(|_| vec![false; model.coordinates.len()]);
-    let mut pool = model.pool.clone();
     for family in &model.kinetic {
-        // What stands beside velocities alone, as in B x y', has a meaning.
-        let rest = pool.substitute_one(family.body, &family.at_rest(&pool));
-        let [rest, all] = [rest, family.body].map(|body| pool.symbols_of(&[body]));
-        mark(&rest, family, |local| local.coordinate, &mut placed);
+        let all = model.pool.symbols_of(&[family.body]);
+        mark(&all, family, |local| local.coordinate, &mut placed);
         mark(&all, family, |local| local.velocity, &mut moving);
+    }
+    if placed.iter().zip(&moving).any(|(placed, moving)| *placed && !moving) {
+        // What stands beside velocities alone, as in B x y', has a meaning.
+        let mut pool = model.pool.clone();
+        placed.fill(false);
+        for family in &model.kinetic {
+            let rest = pool.substitute_one(family.body, &family.at_rest(&pool));
+            mark(&pool.symbols_of(&[rest]), family, |local| local.coordinate, &mut placed);
+        }
     }
     let is_still = |at: &usize| placed[*at] && !moving[*at];
     let is_zero = matches!(file.expr(root).kind, ExprKind::Number("0"));

@@ -20,6 +20,7 @@ mod dual;
 mod elementary;
 mod enclosure;
 mod evaluate;
+mod interval;
 mod lane;
 mod magnitude;
 mod matrix;
@@ -39,6 +40,7 @@ pub use decimal::{
 pub use double::{DoubleDouble, exponent_of, fast_two_sum, power_of_two, product_error, two_prod, two_sum};
 pub use dual::Dual;
 pub use enclosure::Enclosure;
+pub use interval::Interval;
 pub use lane::{LANES, Lane};
 pub(crate) use lane::{Pair, kernel, lane_product};
 pub use magnitude::Magnitude;

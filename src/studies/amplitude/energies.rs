@@ -1,11 +1,11 @@
 //! L = T2 - U of a model, compiled to gradients: what is linear in the velocities is proved to move nothing.
 
 use super::error::AmplitudeError;
-use crate::mechanics::{Mechanics, is_gradient, slopes, velocity_slopes};
+use crate::mechanics::{Mechanics, is_gradient};
 use crate::source;
 use librate_core::expr::{ExprId, Pool, Substitution, Symbol, Tape};
 use librate_core::linearize::{instance, known_values, signed_terms};
-use librate_core::model::{Model, SymbolKind};
+use librate_core::model::Model;
 use librate_core::number::Number;
 use librate_core::span::Span;
 
@@ -54,7 +54,7 @@ impl Energies {
         };
         let forces = pool.gradient(parts.potential, &coordinates);
         let potential = compile(&pool, &forces, &coordinates)?;
-        let moves = |symbol| matches!(model.symbols.get(symbol), Some(SymbolKind::Coordinate(_)));
+        let moves = |symbol| model.symbols.coordinate(symbol).is_some();
         let kinetic = if pool.depends_on(parts.kinetic, &moves) {
             let mut roots = pool.gradient(parts.kinetic, &coordinates);
             roots.extend(pool.gradient(parts.kinetic, &velocities));
@@ -138,8 +138,8 @@ impl Parts {
 /// and moves nothing.
 fn acts(model: &Model, pool: &mut Pool, linear: ExprId) -> bool {
     let mut rows = vec![Vec::new(); model.coordinates.len()];
-    for (row, factor) in velocity_slopes(model, pool, linear) {
-        rows[row] = slopes(model, pool, factor);
+    for (row, factor) in model.symbols.velocity_slopes(pool, linear) {
+        rows[row] = model.symbols.slopes(pool, factor);
     }
     !is_gradient(pool, &rows)
 }

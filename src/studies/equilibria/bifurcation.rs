@@ -15,10 +15,9 @@ use nalgebra::DMatrix;
 
 use librate_core::expr::{ExprId, Pool, Substitution, Symbol, Tape};
 use librate_core::number::Number;
-use librate_core::precision::{Ball, System};
+use librate_core::precision::{Ball, Interval, System};
 
 use super::forces::{Equations, Forces};
-use super::interval::Interval;
 use super::search::Search;
 
 /// Symmetries are looked for among so many coordinates.

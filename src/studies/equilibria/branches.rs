@@ -10,12 +10,11 @@ use std::collections::{HashMap, HashSet};
 use librate_core::budget::Budget;
 use librate_core::linearize;
 use librate_core::model::{Constant, Model, Range};
-use librate_core::precision::Ball;
+use librate_core::precision::{Ball, Interval};
 
 use super::bifurcation::{Kind, Proved, Systems};
 use super::error::EquilibriaError;
 use super::forces::{Equations, Forces};
-use super::interval::Interval;
 use super::region::Region;
 use super::root::{Root, are_within};
 use super::search::Search;

@@ -3,8 +3,8 @@
 //! With constraints c = 0 the equations are (Fritz John) a F + Σ b_k ∇c_k = 0, c = 0 and a² + Σ b_k² = 1 with a >= 0: the multipliers
 //! are bounded whatever the forces, and a = 0 only where the gradients of constraints depend on each other.
 
-use librate_core::expr::{ExprId, ModularPoint, Pool, Prepared, Symbol, Tape, fraction_mod, nullspace_mod};
-use librate_core::linearize::AtRest;
+use librate_core::expr::{ExprId, ModularPoint, Pool, Prepared, Symbol, Tape, fraction_mod};
+use librate_core::linearize::{AtRest, nullspace_mod};
 use librate_core::number::Number;
 use librate_core::precision::Scalar;
 
@@ -66,7 +66,7 @@ pub(super) fn neutral_directions(rest: &mut AtRest, forces: &[ExprId]) -> Vec<(u
             rows.extend(rest.pool.evaluate_mod(gradient, values, seed));
         }
     }
-    let kernel = nullspace_mod(&mut rows, n);
+    let kernel = nullspace_mod(&rows, n);
     let mut found: Vec<(usize, Neutral)> = Vec::new();
     for vector in kernel {
         let lifted: Option<Neutral> = vector.into_iter().map(fraction_mod).collect();

@@ -6,8 +6,8 @@
 use librate_core::expr::{ExprId, Prepared, Substitution, Symbol, Tape};
 use librate_core::linearize::AtRest;
 use librate_core::model::Model;
+use librate_core::precision::Interval;
 
-use super::interval::Interval;
 use super::poles::bases;
 use super::symmetric::place;
 

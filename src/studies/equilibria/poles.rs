@@ -10,9 +10,7 @@ use std::collections::HashMap;
 
 use librate_core::expr::{ExprId, Node, Pool, Prepared, Substitution, Symbol, Tape};
 use librate_core::number::Number;
-use librate_core::precision::{Function, Scalar};
-
-use super::interval::Interval;
+use librate_core::precision::{Function, Interval, Scalar};
 
 /// More poles are not looked at together.
 const MOST_POLES: usize = 200;

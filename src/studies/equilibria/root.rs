@@ -6,9 +6,8 @@
 
 use nalgebra::DMatrix;
 
-use librate_core::precision::{Ball, Scalar, up};
+use librate_core::precision::{Ball, Interval, Scalar, up};
 
-use super::interval::Interval;
 use super::search::Search;
 
 /// What half sides of regions are tried, beside those of a piece.

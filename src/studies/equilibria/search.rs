@@ -9,10 +9,9 @@
 use nalgebra::DMatrix;
 
 use librate_core::budget::{Budget, Exceeded};
-use librate_core::precision::{Ball, Scalar};
+use librate_core::precision::{Ball, Interval, Scalar};
 
 use super::forces::{Evaluator, Forces};
-use super::interval::Interval;
 use super::moments::Moments;
 use super::poles::Poles;
 use super::root::Root;

@@ -6,11 +6,10 @@
 
 use librate_core::expr::{ExprId, Substitution};
 use librate_core::model::{CoordinateFamily, Model};
-use librate_core::precision::Scalar;
+use librate_core::precision::{Interval, Scalar};
 use librate_core::symmetry::SignedPermutation;
 
 use super::forces::Equations;
-use super::interval::Interval;
 use super::root::Root;
 use super::turned::Farthest;
 

@@ -13,10 +13,9 @@ use librate_core::expr::{ExprId, Prepared, Tape};
 use librate_core::linearize::AtRest;
 use librate_core::model::Model;
 use librate_core::number::Number;
-use librate_core::precision::{Ball, Scalar, sum_of_products};
+use librate_core::precision::{Ball, Interval, Scalar, sum_of_products};
 
 use super::forces::Equations;
-use super::interval::Interval;
 use super::moments::{Component, along, bodies, turn};
 use super::symmetric::{Element, is_symmetry};
 

@@ -2,17 +2,21 @@
 //!
 //! A [`Ball`] has no value where a divisor may be 0, and loses that squares are not negative. Here a function stands for its
 //! values where it has any: 1/[0, 2] is [1/2, ∞], sqrt([-1, 4]) is [0, 2], and what has a value nowhere is empty.
-//! `whole` tells that everything on the way was defined and continuous on all of the operands.
+//! `whole` tells that everything on the way was defined and continuous on all of the operands. Filters of whole boxes of values
+//! (`model::sieve`) and the search for equilibria exclude with them.
 
-use librate_core::number::Number;
-use librate_core::precision::{Ball, Function, Scalar, power, two_prod, two_sum};
+use super::{Ball, Function, Scalar, power, two_prod, two_sum};
+use crate::number::Number;
 
 /// A closed interval; empty where `lo` is not a number.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Interval {
-    pub(super) lo: f64,
-    pub(super) hi: f64,
-    pub(super) whole: bool,
+pub struct Interval {
+    /// The lower end.
+    pub lo: f64,
+    /// The upper end.
+    pub hi: f64,
+    /// Whether everything on the way was defined and continuous.
+    pub whole: bool,
 }
 
 /// Products below this may be rounded though a factor is a power of two.
@@ -67,56 +71,68 @@ fn quotients(a: f64, b: f64) -> (f64, f64) {
 }
 
 impl Interval {
-    pub(super) const EMPTY: Self = Self { lo: f64::NAN, hi: f64::NAN, whole: false };
+    /// No number.
+    pub const EMPTY: Self = Self { lo: f64::NAN, hi: f64::NAN, whole: false };
     const ALL: Self = Self { lo: f64::NEG_INFINITY, hi: f64::INFINITY, whole: false };
 
-    pub(super) fn new(lo: f64, hi: f64) -> Self {
+    /// From end to end.
+    pub fn new(lo: f64, hi: f64) -> Self {
         Self { lo, hi, whole: true }
     }
 
-    pub(super) fn point(x: f64) -> Self {
+    /// One number.
+    pub fn point(x: f64) -> Self {
         Self::new(x, x)
     }
 
-    pub(super) fn of_ball(ball: &Ball) -> Self {
+    /// What a ball holds.
+    pub fn of_ball(ball: &Ball) -> Self {
         Self::new(ball.lower(), ball.upper())
     }
 
-    pub(super) fn is_empty(&self) -> bool {
+    /// Whether there is no number in it.
+    pub fn is_empty(&self) -> bool {
         self.lo.is_nan()
     }
 
-    pub(super) fn is_bounded(&self) -> bool {
+    /// Whether both ends are finite.
+    pub fn is_bounded(&self) -> bool {
         self.lo.is_finite() && self.hi.is_finite()
     }
 
     /// Whether everything on the way was defined and continuous, and bounded.
-    pub(super) fn is_usable(&self) -> bool {
+    pub fn is_usable(&self) -> bool {
         self.whole && self.is_bounded()
     }
 
-    pub(super) fn contains(&self, x: f64) -> bool {
+    /// Whether a number is in it.
+    pub fn contains(&self, x: f64) -> bool {
         self.lo <= x && x <= self.hi
     }
 
-    pub(super) fn is_within(&self, other: &Self) -> bool {
+    /// Whether all of it is in another.
+    pub fn is_within(&self, other: &Self) -> bool {
         other.lo <= self.lo && self.hi <= other.hi
     }
 
-    pub(super) fn middle(&self) -> f64 {
+    /// About the middle.
+    pub fn middle(&self) -> f64 {
         let middle = self.lo + 0.5 * (self.hi - self.lo);
         middle.clamp(self.lo, self.hi)
     }
 
-    pub(super) fn width(&self) -> f64 {
+    /// The distance of the ends.
+    pub fn width(&self) -> f64 {
         self.hi - self.lo
     }
 
-    pub(super) fn size(&self) -> f64 {
+    /// The largest magnitude.
+    pub fn size(&self) -> f64 {
         self.lo.abs().max(self.hi.abs())
     }
 
-    pub(super) fn meet(&self, other: &Self) -> Self {
+    /// What is in both.
+    pub fn meet(&self, other: &Self) -> Self {
         let (lo, hi) = (self.lo.max(other.lo), self.hi.min(other.hi));
         if lo <= hi { Self { lo, hi, whole: self.whole && other.whole } } else { Self::EMPTY }
     }
@@ -141,7 +157,9 @@ impl Interval {
         self.meet(&Self::new(lo, hi)).with(inside)
     }
 
-    fn abs(&self) -> Self {
+    /// The magnitudes.
+    #[must_use]
+    pub fn abs(&self) -> Self {
         if self.lo >= 0.0 {
             *self
         } else if self.hi <= 0.0 {
