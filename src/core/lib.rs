@@ -34,6 +34,9 @@ pub mod precision;
 pub mod expr;
 
 #[cfg(feature = "engine")]
+mod polynomial;
+
+#[cfg(feature = "engine")]
 pub mod model;
 
 #[cfg(feature = "engine")]

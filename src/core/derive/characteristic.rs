@@ -9,7 +9,6 @@ use super::check::Checker;
 use super::exponents::StabilityCondition;
 use super::frequencies::Case;
 use super::pair::Pair;
-use super::polynomial::{Polynomial, determinant};
 use super::ring::{EXPONENT, Expanded, Ring};
 use super::roots::{MOST_COORDINATES, determinant_of_polynomials};
 use super::simplify::Algebra;
@@ -18,6 +17,7 @@ use crate::expr::{ExprId, Pool};
 use crate::groups::connected;
 use crate::linearize::nullspace_mod;
 use crate::number::Number;
+use crate::polynomial::{Polynomial, determinant};
 use crate::symmetry::Symmetry;
 use crate::syntax::Comparison;
 

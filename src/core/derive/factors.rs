@@ -5,9 +5,9 @@
 //! zero its dependence on the other variables follows power by power (Newton and Hensel; Geddes, Czapor and Labahn, Algorithms for
 //! Computer Algebra, chapter 6). What comes out is a factor if the division leaves nothing; what does not is none.
 
-use super::polynomial::Polynomial;
 use super::ring::EXPONENT;
 use crate::number::Number;
+use crate::polynomial::Polynomial;
 
 /// Values at which a factor is looked for, one a variable.
 const POINTS: [i64; 14] = [7, 3, 11, 5, 17, 13, 23, 19, 31, 29, 41, 37, 47, 43];

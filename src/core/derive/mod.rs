@@ -57,7 +57,6 @@ mod limits;
 mod motion;
 mod normal;
 mod pair;
-mod polynomial;
 mod ring;
 mod roots;
 mod shapes;

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use super::collapse::collapse;
-use super::polynomial::Polynomial;
 use super::simplify::{Algebra, Monomial, Monomials, Opening, add_to, expand, times};
 use crate::expr::{ExprId, Pool};
 use crate::number::Number;
+use crate::polynomial::Polynomial;
 
 /// Expressions with more terms than this are not multiplied out.
 const MOST_TERMS: usize = 600;

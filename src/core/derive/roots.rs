@@ -9,7 +9,6 @@ use std::collections::BTreeMap;
 use super::collapse::collapse;
 use super::cubic::{Solved, solve};
 use super::pair::Pair;
-use super::polynomial::Polynomial as Ratio;
 use super::ring::{EXPONENT, Expanded, Ring};
 use super::shapes::{below_bars, on_one_bar, one_fraction};
 use super::simplify::{
@@ -18,6 +17,7 @@ use super::simplify::{
 use crate::expr::{ExprId, Pool};
 use crate::model::Model;
 use crate::number::Number;
+use crate::polynomial::Polynomial as Ratio;
 
 /// Determinants of larger blocks are not written out.
 pub(super) const MOST_COORDINATES: usize = 5;

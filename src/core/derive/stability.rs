@@ -6,10 +6,10 @@
 //! of M above all, and from other conditions, is left out.
 
 use super::characteristic::Factor;
-use super::polynomial::{Polynomial, determinant};
 use super::ring::{EXPONENT, Expanded, Ring};
 use crate::expr::Pool;
 use crate::number::Number;
+use crate::polynomial::{Polynomial, determinant};
 
 /// Longer conditions are given in the coefficients, if at all.
 const MOST_TERMS: usize = 60;

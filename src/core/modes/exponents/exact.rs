@@ -16,7 +16,8 @@ use super::Options;
 use super::basis::{Metric, finished};
 use super::blocks::{Blocks, Pencil, Search};
 use super::complex::{Wide, largest};
-use super::polynomial::{Polynomial, by_multiplicity, determinant, divided, gcd, mirrored, roots, through};
+use super::polynomial::{Polynomial, determinant, roots, through};
+use crate::polynomial::Polynomial as Divisible;
 use crate::precision::{Big, Integers, Rounding};
 
 /// Up to this number of coordinates, with all conjugates.
@@ -86,9 +87,11 @@ pub(super) fn exact(
         zero = found.into_iter().next();
     }
     let mut found = Vec::new();
-    for (factor, multiplicity) in by_multiplicity(&p)? {
-        let even = gcd(&factor, &mirrored(&factor));
-        let rest = divided(&factor, &even)?;
+    for (factor, multiplicity) in Divisible::of_one(p).factors(0) {
+        let turned = |(k, c): (usize, IBig)| if k % 2 == 1 { -c } else { c };
+        let even = factor.common_divisor(&Divisible::of_one(factor.whole().into_iter().enumerate().map(turned)));
+        let rest = factor.over(&even)?.whole();
+        let [factor, even] = [factor, even].map(|own| own.whole());
         // Roots in pairs ±λ, none of them 0: a polynomial in λ².
         if even.iter().skip(1).step_by(2).any(|c| !c.is_zero()) {
             return None;

@@ -1,7 +1,7 @@
-//! Polynomials with whole coefficients: the characteristic one, its factors by multiplicity, and certified roots.
+//! Polynomials with whole coefficients: the characteristic one, and certified roots.
 
-use dashu_int::ops::{Abs, DivRem, Gcd, UnsignedAbs};
-use dashu_int::{IBig, UBig};
+use dashu_int::IBig;
+use dashu_int::ops::Abs;
 
 use super::complex::{Wide, rounded};
 use crate::precision::{Big, Magnitude};
@@ -80,107 +80,10 @@ pub(super) fn through(values: Vec<IBig>) -> Polynomial {
         }
         falling = next;
     }
-    primitive(result)
-}
-
-/// Without common factors and zeros at the end, the leading coefficient positive.
-pub(super) fn primitive(mut p: Polynomial) -> Polynomial {
-    trim(&mut p);
-    let sizes = p.iter().filter(|c| !c.is_zero()).map(|c| c.clone().unsigned_abs());
-    let common = |content: UBig, c: UBig| if content.is_one() { content } else { content.gcd(c) };
-    let Some(content) = sizes.reduce(common).map(IBig::from) else { return p };
-    let content = if p.last().is_some_and(|last| *last < IBig::ZERO) { -content } else { content };
-    p.iter_mut().for_each(|c| *c = &*c / &content);
-    p
-}
-
-pub(super) fn derivative(p: &Polynomial) -> Polynomial {
-    let terms = p.iter().enumerate().skip(1);
-    terms.map(|(k, c)| c * IBig::from(k)).collect()
-}
-
-fn trim(p: &mut Polynomial) {
-    while p.last().is_some_and(|c| c.is_zero()) {
-        p.pop();
+    while result.last().is_some_and(IBig::is_zero) {
+        result.pop();
     }
-}
-
-/// Takes so many times b off a, where their ends meet, without zeros at the end.
-fn take_off(a: &mut Polynomial, b: &Polynomial, factor: &IBig) {
-    let shift = a.len() - b.len();
-    for (x, c) in a[shift..].iter_mut().zip(b) {
-        *x -= factor * c;
-    }
-    trim(a);
-}
-
-/// What a division of a power of the divisor's leading coefficient times a by b leaves.
-fn pseudo_remainder(mut a: Polynomial, b: &Polynomial) -> Polynomial {
-    let Some(lead) = b.last() else { return a };
-    while a.len() >= b.len() {
-        let Some(top) = a.last().cloned() else { break };
-        a.iter_mut().for_each(|c| *c *= lead);
-        take_off(&mut a, b, &top);
-    }
-    a
-}
-
-/// The greatest common divisor, primitive.
-pub(super) fn gcd(a: &Polynomial, b: &Polynomial) -> Polynomial {
-    let (mut a, mut b) = (primitive(a.clone()), primitive(b.clone()));
-    while !b.is_empty() {
-        let rest = primitive(pseudo_remainder(a, &b));
-        a = b;
-        b = rest;
-    }
-    a
-}
-
-/// a / b where b is primitive and divides a (Gauss: the quotient is whole); `None` if it does not.
-pub(super) fn divided(a: &Polynomial, b: &Polynomial) -> Option<Polynomial> {
-    let lead = b.last()?;
-    let mut a = a.clone();
-    let mut quotient = vec![IBig::ZERO; (a.len() + 1).saturating_sub(b.len())];
-    while a.len() >= b.len() {
-        let top = a.last()?;
-        let (factor, rest) = top.div_rem(lead);
-        if !rest.is_zero() {
-            return None;
-        }
-        let shift = a.len() - b.len();
-        take_off(&mut a, b, &factor);
-        quotient[shift] = factor;
-    }
-    a.is_empty().then_some(quotient)
-}
-
-/// The factors whose roots are simple, with their multiplicities (Yun; Knuth, TAOCP 2, 4.6.2, exercise 36).
-pub(super) fn by_multiplicity(p: &Polynomial) -> Option<Vec<(Polynomial, usize)>> {
-    let mut rest = primitive(p.clone());
-    // g_1 = gcd(p, p'), g_2 = gcd(g_1, g_1'), …: the roots of g_k are those of multiplicity above k.
-    let mut tower = vec![rest.clone()];
-    while rest.len() > 1 {
-        rest = gcd(&rest, &derivative(&rest));
-        tower.push(rest.clone());
-    }
-    // Roots of multiplicity k at least, once each.
-    let least: Option<Vec<Polynomial>> = tower.windows(2).map(|pair| divided(&pair[0], &pair[1])).collect();
-    let mut least = least?;
-    least.push(vec![IBig::ONE]);
-    let mut factors = Vec::new();
-    for (k, pair) in least.windows(2).enumerate() {
-        let factor = divided(&pair[0], &primitive(pair[1].clone()))?;
-        if factor.len() > 1 {
-            factors.push((primitive(factor), k + 1));
-        }
-    }
-    Some(factors)
-}
-
-/// p(-t)
-pub(super) fn mirrored(p: &Polynomial) -> Polynomial {
-    let terms = p.iter().enumerate();
-    terms.map(|(k, c)| if k % 2 == 1 { -c } else { c.clone() }).collect()
+    result
 }
 
 /// A root of a polynomial with simple roots, its parts with their bounds; the imaginary part is exactly 0 where that

@@ -6,6 +6,8 @@
 
 use std::collections::BTreeMap;
 
+use dashu_int::IBig;
+
 use crate::expr::{PRIME, add_mod, inverse_mod, mix, mul_mod, neg_mod, pow_mod};
 use crate::number::Number;
 
@@ -19,30 +21,43 @@ type Powers = Vec<u32>;
 
 /// A sum of products of powers; none of its coefficients is 0.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Polynomial {
+pub(crate) struct Polynomial {
     variables: usize,
     terms: BTreeMap<Powers, Number>,
 }
 
 impl Polynomial {
     /// How many there are.
-    pub(super) fn variables(&self) -> usize {
+    pub(crate) fn variables(&self) -> usize {
         self.variables
     }
 
-    pub(super) fn zero(variables: usize) -> Self {
+    pub(crate) fn zero(variables: usize) -> Self {
         Self { variables, terms: BTreeMap::new() }
     }
 
-    pub(super) fn constant(variables: usize, value: Number) -> Self {
+    /// In one variable, from its coefficients, the constant first.
+    pub(crate) fn of_one(coefficients: impl IntoIterator<Item = IBig>) -> Self {
+        let mut own = Self::zero(1);
+        (0..).zip(coefficients).for_each(|(power, value)| own.add(vec![power], &Number::from_integer(value)));
+        own
+    }
+
+    /// The coefficients of one in one variable, the constant first, where they are whole.
+    pub(crate) fn whole(&self) -> Vec<IBig> {
+        let constant = |own: &Self| own.terms.values().next().map_or(IBig::ZERO, Number::numerator);
+        self.coefficients(0).iter().map(constant).collect()
+    }
+
+    pub(crate) fn constant(variables: usize, value: Number) -> Self {
         Self::monomial(vec![0; variables]).scaled(&value)
     }
 
-    pub(super) fn variable(variables: usize, at: usize) -> Self {
+    pub(crate) fn variable(variables: usize, at: usize) -> Self {
         Self::monomial((0..variables).map(|variable| u32::from(variable == at)).collect())
     }
 
-    pub(super) fn add(&mut self, powers: Powers, coefficient: &Number) {
+    pub(crate) fn add(&mut self, powers: Powers, coefficient: &Number) {
         let sum = self.terms.get(&powers).map_or_else(|| coefficient.clone(), |own| own.add(coefficient));
         if sum.is_zero() {
             self.terms.remove(&powers);
@@ -51,31 +66,31 @@ impl Polynomial {
         }
     }
 
-    pub(super) fn terms(&self) -> impl Iterator<Item = (&Powers, &Number)> {
+    pub(crate) fn terms(&self) -> impl Iterator<Item = (&Powers, &Number)> {
         self.terms.iter()
     }
 
     /// Whether the coefficient of the first term in the order of the variables is negative.
-    pub(super) fn is_negative(&self) -> bool {
+    pub(crate) fn is_negative(&self) -> bool {
         self.terms.last_key_value().is_some_and(|(_, value)| value.is_negative())
     }
 
-    pub(super) fn is_zero(&self) -> bool {
+    pub(crate) fn is_zero(&self) -> bool {
         self.terms.is_empty()
     }
 
     /// Whether no variable occurs.
-    pub(super) fn is_constant(&self) -> bool {
+    pub(crate) fn is_constant(&self) -> bool {
         self.terms.keys().all(|powers| powers.iter().all(|power| *power == 0))
     }
 
     /// The highest power of a variable.
-    pub(super) fn degree(&self, variable: usize) -> u32 {
+    pub(crate) fn degree(&self, variable: usize) -> u32 {
         self.terms.keys().map(|powers| powers[variable]).max().unwrap_or(0)
     }
 
     /// What stands before each power of a variable, the constant first.
-    pub(super) fn coefficients(&self, variable: usize) -> Vec<Self> {
+    pub(crate) fn coefficients(&self, variable: usize) -> Vec<Self> {
         let mut all = vec![Self::zero(self.variables); self.degree(variable) as usize + 1];
         for (powers, value) in &self.terms {
             let mut rest = powers.clone();
@@ -86,7 +101,7 @@ impl Polynomial {
     }
 
     /// From what stands before each power of a variable.
-    pub(super) fn from_coefficients(variable: usize, coefficients: &[Self]) -> Self {
+    pub(crate) fn from_coefficients(variable: usize, coefficients: &[Self]) -> Self {
         let mut whole = Self::zero(coefficients.first().map_or(0, |own| own.variables));
         for (power, own) in (0..).zip(coefficients) {
             for (powers, value) in &own.terms {
@@ -99,13 +114,13 @@ impl Polynomial {
     }
 
     /// With a polynomial in the place of a variable.
-    pub(super) fn put(&self, variable: usize, value: &Self) -> Self {
+    pub(crate) fn put(&self, variable: usize, value: &Self) -> Self {
         let coefficients = self.coefficients(variable).into_iter().rev();
         coefficients.fold(Self::zero(self.variables), |sum, own| sum.times(value).plus(&own))
     }
 
     /// With other powers of a variable; `None` where there is none for some.
-    pub(super) fn with_powers(&self, variable: usize, of: impl Fn(u32) -> Option<u32>) -> Option<Self> {
+    pub(crate) fn with_powers(&self, variable: usize, of: impl Fn(u32) -> Option<u32>) -> Option<Self> {
         let mut own = Self::zero(self.variables);
         for (powers, value) in &self.terms {
             let mut powers = powers.clone();
@@ -115,16 +130,16 @@ impl Polynomial {
         Some(own)
     }
 
-    pub(super) fn minus(self, other: &Self) -> Self {
+    pub(crate) fn minus(self, other: &Self) -> Self {
         self.plus(&other.scaled(&Number::MINUS_ONE))
     }
 
-    pub(super) fn plus(mut self, other: &Self) -> Self {
+    pub(crate) fn plus(mut self, other: &Self) -> Self {
         other.terms.iter().for_each(|(powers, value)| self.add(powers.clone(), value));
         self
     }
 
-    pub(super) fn times(&self, other: &Self) -> Self {
+    pub(crate) fn times(&self, other: &Self) -> Self {
         let mut product = Self::zero(self.variables);
         for (a, x) in &self.terms {
             for (b, y) in &other.terms {
@@ -135,7 +150,7 @@ impl Polynomial {
         product
     }
 
-    pub(super) fn scaled(&self, factor: &Number) -> Self {
+    pub(crate) fn scaled(&self, factor: &Number) -> Self {
         if factor.is_zero() {
             return Self::zero(self.variables);
         }
@@ -144,12 +159,12 @@ impl Polynomial {
     }
 
     /// Whether a product takes long.
-    pub(super) fn is_long_with(&self, other: &Self) -> bool {
+    pub(crate) fn is_long_with(&self, other: &Self) -> bool {
         self.terms.len() * other.terms.len() > MOST_PRODUCTS
     }
 
     /// The quotient, where the division leaves nothing.
-    pub(super) fn over(&self, divisor: &Self) -> Option<Self> {
+    pub(crate) fn over(&self, divisor: &Self) -> Option<Self> {
         let (first, size) = divisor.terms.last_key_value()?;
         let inverse = size.recip()?;
         let mut rest = self.clone();
@@ -164,7 +179,7 @@ impl Polynomial {
     }
 
     /// d/dx
-    pub(super) fn derivative(&self, variable: usize) -> Self {
+    pub(crate) fn derivative(&self, variable: usize) -> Self {
         let mut slope = Self::zero(self.variables);
         for (powers, value) in self.terms.iter().filter(|(powers, _)| powers[variable] > 0) {
             let factor = Number::from(i64::from(powers[variable]));
@@ -176,7 +191,7 @@ impl Polynomial {
     }
 
     /// Times a number that makes the coefficients whole, without a common divisor, and the first in the order of the variables positive.
-    pub(super) fn primitive(&self) -> Self {
+    pub(crate) fn primitive(&self) -> Self {
         let Some((_, first)) = self.terms.last_key_value() else {
             return self.clone();
         };
@@ -186,27 +201,27 @@ impl Polynomial {
     }
 
     /// The powers that all terms have in common.
-    pub(super) fn common_powers(&self) -> Powers {
+    pub(crate) fn common_powers(&self) -> Powers {
         let mut all = self.terms.keys();
         let first = all.next().cloned().unwrap_or_else(|| vec![0; self.variables]);
         all.fold(first, |common, powers| common.iter().zip(powers).map(|(a, b)| *a.min(b)).collect())
     }
 
     /// Without powers that all terms have.
-    pub(super) fn without(&self, common: &Powers) -> Self {
+    pub(crate) fn without(&self, common: &Powers) -> Self {
         let less = |powers: &Powers| powers.iter().zip(common).map(|(a, b)| a - b).collect();
         let terms = self.terms.iter().map(|(powers, value)| (less(powers), value.clone())).collect();
         Self { variables: self.variables, terms }
     }
 
-    pub(super) fn monomial(powers: Powers) -> Self {
+    pub(crate) fn monomial(powers: Powers) -> Self {
         let mut own = Self::zero(powers.len());
         own.add(powers, &Number::ONE);
         own
     }
 
     /// A common divisor: the greatest, but for numbers, where the polynomials are not too long.
-    pub(super) fn common_divisor(&self, other: &Self) -> Self {
+    pub(crate) fn common_divisor(&self, other: &Self) -> Self {
         if self.is_zero() || other.is_zero() {
             return if self.is_zero() { other.primitive() } else { self.primitive() };
         }
@@ -244,7 +259,7 @@ impl Polynomial {
     }
 
     /// Whether they have no divisor with this variable in common, as values at random for the others show modulo a prime.
-    pub(super) fn is_prime_to(&self, other: &Self, variable: usize) -> bool {
+    pub(crate) fn is_prime_to(&self, other: &Self, variable: usize) -> bool {
         let (Some(mut a), Some(mut b)) = (self.residues(variable), other.residues(variable)) else {
             return false;
         };
@@ -330,7 +345,7 @@ impl Polynomial {
     }
 
     /// The common divisor of what stands before the powers of a variable.
-    pub(super) fn content(&self, variable: usize) -> Self {
+    pub(crate) fn content(&self, variable: usize) -> Self {
         let mut coefficients = self.coefficients(variable);
         coefficients.sort_by_key(|own| own.terms.len());
         let content = coefficients.into_iter().fold(Self::zero(self.variables), |common, own| {
@@ -341,7 +356,7 @@ impl Polynomial {
 
     /// Factors in which no zero of a variable is repeated, each with how often it occurs (Yun). What stands before its powers has no
     /// common divisor.
-    pub(super) fn factors(&self, variable: usize) -> Vec<(Self, usize)> {
+    pub(crate) fn factors(&self, variable: usize) -> Vec<(Self, usize)> {
         let slope = self.derivative(variable);
         if self.is_prime_to(&slope, variable) {
             return vec![(self.primitive(), 1)];
@@ -372,7 +387,7 @@ impl Polynomial {
 
 impl Polynomial {
     /// The resultant of two polynomials in the square of a variable, Sylvester's determinant: 0 where they have a zero in common.
-    pub(super) fn resultant_of_even(&self, other: &Self, variable: usize) -> Option<Self> {
+    pub(crate) fn resultant_of_even(&self, other: &Self, variable: usize) -> Option<Self> {
         let sides = [self, other].map(|own| own.coefficients(variable).into_iter().step_by(2).collect::<Vec<Self>>());
         let size = sides[0].len() + sides[1].len() - 2;
         let rows = |own: &[Self], count: usize| -> Vec<Vec<Self>> {
@@ -386,7 +401,7 @@ impl Polynomial {
 
 /// The determinant of a matrix, row by row, without fractions (Bareiss, Mathematics of Computation 22, 1968); `None` where the entries
 /// on the way get too long.
-pub(super) fn determinant(mut rows: Vec<Vec<Polynomial>>) -> Option<Polynomial> {
+pub(crate) fn determinant(mut rows: Vec<Vec<Polynomial>>) -> Option<Polynomial> {
     let n = rows.len();
     let variables = rows.first()?.first()?.variables;
     let mut before = Polynomial::constant(variables, Number::ONE);
