@@ -6,8 +6,7 @@
 
 use std::hash::{Hash, Hasher};
 
-use super::{ExprId, Node};
-use crate::number::Number;
+use super::Node;
 
 /// The memory that a node takes in a pool, with its place in the table.
 pub(super) fn bytes(node: &Node) -> usize {
@@ -60,21 +59,11 @@ fn finish(parts: impl Hash) -> u32 {
     hasher.finish() as u32
 }
 
-/// The hash of a sum.
-pub(super) fn hash_sum(constant: &Number, terms: &[(ExprId, Number)]) -> u32 {
-    finish((1_u32, constant, terms))
-}
-
-/// The hash of a product.
-pub(super) fn hash_product(factors: &[(ExprId, Number)]) -> u32 {
-    finish((2_u32, factors))
-}
-
 /// The hash of a node.
 pub(super) fn hash(node: &Node) -> u32 {
     match node {
-        Node::Sum { constant, terms } => hash_sum(constant, terms),
-        Node::Product(factors) => hash_product(factors),
+        Node::Sum { constant, terms } => finish((1_u32, constant, terms)),
+        Node::Product(factors) => finish((2_u32, factors)),
         Node::Number(value) => finish(value),
         Node::Pi => finish(3_u32),
         Node::Undefined => finish(4_u32),

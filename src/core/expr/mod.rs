@@ -201,9 +201,6 @@ pub struct Pool {
     names: HashMap<Box<str>, Symbol>,
     /// Angles with exact sines and tangents, filled when first needed.
     known_angles: Vec<angle::KnownAngle>,
-    workspaces: product::Workspaces,
-    /// Terms of the sum that is being made.
-    term_buffer: Vec<(ExprId, Number)>,
     /// The memory of the nodes.
     held: Held,
     /// A number has outgrown [`crate::number::MAX_BITS`].
@@ -242,8 +239,6 @@ impl Pool {
             rows: Vec::new(),
             names: HashMap::new(),
             known_angles: Vec::new(),
-            workspaces: product::Workspaces::default(),
-            term_buffer: Vec::new(),
             held: Held::new(budget),
             outgrown: false,
         };
@@ -476,33 +471,6 @@ impl Pool {
             return ExprId(id);
         }
         self.insert(hash, node)
-    }
-
-    /// The id of a sum that is canonical already; the terms are moved out of the buffer only
-    /// where it is new.
-    fn intern_sum(&mut self, constant: Number, terms: &mut Vec<(ExprId, Number)>) -> ExprId {
-        let hash = intern::hash_sum(&constant, terms);
-        let is_same = |id: u32| match self.nodes.get(id as usize) {
-            Some(Node::Sum { constant: other, terms: others }) => **others == **terms && *other == constant,
-            Some(_) | None => false,
-        };
-        match self.table.find(hash, is_same) {
-            Some(id) => ExprId(id),
-            None => self.insert(hash, Node::Sum { constant, terms: terms.drain(..).collect() }),
-        }
-    }
-
-    /// As [`Pool::intern_sum`] for a product.
-    fn intern_product(&mut self, factors: &mut Vec<(ExprId, Number)>) -> ExprId {
-        let hash = intern::hash_product(factors);
-        let is_same = |id: u32| match self.nodes.get(id as usize) {
-            Some(Node::Product(others)) => **others == **factors,
-            Some(_) | None => false,
-        };
-        match self.table.find(hash, is_same) {
-            Some(id) => ExprId(id),
-            None => self.insert(hash, Node::Product(factors.drain(..).collect())),
-        }
     }
 
     /// Adds a node that is not there yet.

@@ -15,11 +15,8 @@ use crate::number::Number;
 /// places.
 const MAX_FACTORS: usize = 64;
 
-/// Buffers of the product loop, kept so that making a product allocates only its node.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Workspaces(Vec<Workspace>);
-
-#[derive(Clone, Debug, Default)]
+/// What the product loop works on.
+#[derive(Default)]
 struct Workspace {
     /// Factors still to be looked at.
     pending: Vec<(ExprId, Number)>,
@@ -151,20 +148,13 @@ impl Pool {
     }
 
     fn product_iter(&mut self, factors: impl Iterator<Item = (ExprId, Number)>) -> ExprId {
-        let mut work = self.workspaces.0.pop().unwrap_or_default();
-        work.pending.extend(factors);
+        let mut work = Workspace { pending: factors.collect(), ..Workspace::default() };
         work.pending.reverse();
-        let result = match self.build_product(&mut work) {
+        match self.build_product(&mut work) {
             Ok(result) => result,
             Err(NoValue::Undefined) => UNDEFINED,
             Err(NoValue::TooLong) => self.too_long(),
-        };
-        work.pending.clear();
-        work.settled.clear();
-        work.exponents.clear();
-        work.roots.clear();
-        self.workspaces.0.push(work);
-        result
+        }
     }
 
     fn build_product(&mut self, work: &mut Workspace) -> Result<ExprId, NoValue> {
@@ -192,7 +182,7 @@ impl Pool {
         let core = match work.settled.as_slice() {
             [] => return Ok(self.number(coefficient)),
             [(base, exponent)] if exponent.is_one() => *base,
-            _ => self.intern_product(&mut work.settled),
+            _ => self.intern(Node::Product(std::mem::take(&mut work.settled).into())),
         };
         Ok(self.scale(core, &coefficient))
     }
@@ -343,7 +333,7 @@ impl Pool {
         let core = match left.as_slice() {
             [] => return,
             [(b, _)] => *b,
-            _ => self.intern_product(&mut left),
+            _ => self.intern(Node::Product(left.into())),
         };
         let core = if negative { self.neg(core) } else { core };
         let list = if matches!(self.node(core), Node::Product(_) | Node::Sum { .. }) {

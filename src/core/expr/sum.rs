@@ -77,52 +77,36 @@ impl Pool {
 
     fn linear_iter(&mut self, parts: impl Iterator<Item = (ExprId, Number)>) -> ExprId {
         let mut constant = Number::ZERO;
-        let mut collected = std::mem::take(&mut self.term_buffer);
-        let mut undefined = false;
+        let mut terms: Vec<(ExprId, Number)> = Vec::with_capacity(parts.size_hint().0);
         for (e, factor) in parts {
             // Numbers of many digits take their time.
             if constant.is_oversized() || self.is_spent() {
                 self.outgrown |= constant.is_oversized();
-                undefined = true;
-                break;
+                return UNDEFINED;
             }
             match self.node(e) {
                 Node::Number(value) => constant = constant.add(&value.mul(&factor)),
-                Node::Sum { constant: inner, terms } => {
+                Node::Sum { constant: inner, terms: others } => {
                     constant = constant.add(&inner.mul(&factor));
-                    collected.extend(terms.iter().map(|(t, c)| (*t, c.mul(&factor))));
+                    terms.extend(others.iter().map(|(t, c)| (*t, c.mul(&factor))));
                 }
-                Node::Undefined => undefined = true,
+                Node::Undefined => return UNDEFINED,
                 Node::Pi
                 | Node::Symbol(_)
                 | Node::Product(_)
                 | Node::Power { .. }
                 | Node::Function(..)
-                | Node::Atan2 { .. } => collected.push((e, factor)),
+                | Node::Atan2 { .. } => terms.push((e, factor)),
             }
         }
-        collect_equal(&mut collected);
-        self.term_buffer = collected;
-        if undefined {
-            self.term_buffer.clear();
-            return UNDEFINED;
-        }
-        self.finish_sum(constant)
-    }
-
-    /// The sum of a constant and of the collected terms in the buffer, which is left empty.
-    fn finish_sum(&mut self, constant: Number) -> ExprId {
-        let mut terms = std::mem::take(&mut self.term_buffer);
+        collect_equal(&mut terms);
         let oversized = constant.is_oversized() || terms.iter().any(|(_, c)| c.is_oversized());
-        let result = match terms.as_slice() {
+        match terms.as_slice() {
             _ if oversized => self.too_long(),
             [] => self.number(constant),
             [(single, coefficient)] if constant.is_zero() && coefficient.is_one() => *single,
-            _ => self.intern_sum(constant, &mut terms),
-        };
-        terms.clear();
-        self.term_buffer = terms;
-        result
+            _ => self.intern(Node::Sum { constant, terms: terms.into() }),
+        }
     }
 
     /// What an expression is a product of: bases with their exponents, itself alone where it is none.
