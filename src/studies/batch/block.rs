@@ -103,13 +103,12 @@ impl WithSimd for Bound<'_> {
 impl Workspace {
     pub(super) fn new(compiled: &Compiled) -> Self {
         let n = compiled.dimension;
-        let diagonal = compiled.mass.iter().all(|entry| entry.row == entry.column);
         Self {
             arch: Arch::new(),
             registers: Registers::new(&compiled.program),
-            solver: Solver::new(n, diagonal),
+            solver: Solver::new(n),
             bounder: Bounder::new(n),
-            search: compiled.search.as_ref().map(|start| Search::new(start, n, diagonal)),
+            search: compiled.search.as_ref().map(|start| Search::new(start, n)),
             order: Vec::with_capacity(n),
         }
     }

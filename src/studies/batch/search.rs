@@ -44,11 +44,11 @@ pub(super) struct Search {
 }
 
 impl Search {
-    pub(super) fn new(start: &Start, n: usize, diagonal: bool) -> Self {
+    pub(super) fn new(start: &Start, n: usize) -> Self {
         let m = start.free.len();
         let row = vec![Lane::ZERO; m];
         Self {
-            solver: Solver::new(m, diagonal),
+            solver: Solver::new(m),
             guess: Registers::new(&start.guess),
             force: row.clone(),
             modal: row.clone(),

@@ -34,8 +34,6 @@ pub(super) struct Solver {
     pub(super) mass: Vec<Lane>,
     /// K; symmetric.
     pub(super) stiffness: Vec<Lane>,
-    /// Whether M has no entries beside its diagonal.
-    pub(super) diagonal: bool,
     /// Row i is the M-normalised eigenvector of eigenvalue i.
     pub(super) vectors: Vec<Lane>,
     /// The eigenvalues, in no order.
@@ -50,13 +48,12 @@ pub(super) struct Solver {
 }
 
 impl Solver {
-    pub(super) fn new(n: usize, diagonal: bool) -> Self {
+    pub(super) fn new(n: usize) -> Self {
         let square = vec![Lane::ZERO; n * n];
         Self {
             n,
             mass: square.clone(),
             stiffness: square.clone(),
-            diagonal,
             vectors: square.clone(),
             values: vec![Lane::ZERO; n],
             positive: Lane::ZERO,
@@ -70,12 +67,8 @@ impl Solver {
     #[inline(always)]
     pub(super) fn solve(&mut self) {
         self.positive = Lane::ONE;
-        if self.diagonal {
-            self.reduce_diagonal();
-        } else {
-            self.factor();
-            self.reduce();
-        }
+        self.factor();
+        self.reduce();
         if self.n <= LARGEST_JACOBI {
             self.rotate();
         } else {
@@ -89,24 +82,6 @@ impl Solver {
         let good = pivot.above(Lane::ZERO);
         self.positive = self.positive * good;
         pivot.choose(good, Lane::ONE).sqrt()
-    }
-
-    /// W = M^(-1/2) and A = W K W for a diagonal M.
-    #[inline(always)]
-    fn reduce_diagonal(&mut self) {
-        let n = self.n;
-        self.vectors.fill(Lane::ZERO);
-        for i in 0..n {
-            let root = self.pivot(self.mass[i * n + i]);
-            self.vectors[i * n + i] = Lane::ONE / root;
-        }
-        for i in 0..n {
-            let left = self.vectors[i * n + i];
-            for j in i..n {
-                let right = self.vectors[j * n + j];
-                self.reduced[i * n + j] = left * self.stiffness[i * n + j] * right;
-            }
-        }
     }
 
     /// L, then W = L⁻¹ in its place, in `vectors`.
