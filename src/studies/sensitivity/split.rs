@@ -1,9 +1,10 @@
 //! Into what equal exponents split: eigenvalues of small pencils of enclosures.
 
 use faer::{Mat, c64};
-use nalgebra::{DMatrix, SymmetricEigen};
+use nalgebra::DMatrix;
 
 use super::Enclosed;
+use librate_core::modes::{self, Options, Problem};
 use librate_core::precision::{Ball, Magnitude, Matrix, up};
 
 /// Row sums of upper bounds; the largest, rounded up for at most `n` terms each.
@@ -13,46 +14,17 @@ fn largest_row(n: usize, entry: impl Fn(usize, usize) -> f64) -> f64 {
 }
 
 /// The eigenvalues of A v = mu G v for symmetric A and positive definite G, by rising value; `None` where G is not shown to be
-/// definite.
-///
-/// With Q the eigenvectors of the middle of A, taken as exactly what they are, the pencil QᵀAQ, QᵀGQ has the same
-/// eigenvalues if Q is regular, which QᵀGQ = 1 + F with f = ‖F‖ < 1 shows along with G > 0. Those of QᵀAQ = D + E alone are
-/// those of D within ‖E‖, in order (Weyl), and G^(-1/2) multiplies each by a number between 1/(1 + f) and 1/(1 - f) (Ostrowski; R. A. Horn and C. R.
-/// Johnson, Matrix Analysis, 2nd ed. (2013), theorems 4.3.1 and 4.5.9).
+/// definite. They are those of normal modes.
 pub(super) fn symmetric(a: &Matrix<Ball>, g: &Matrix<Ball>) -> Option<Vec<Ball>> {
-    let m = a.rows().len();
-    let middle = |matrix: &Matrix<Ball>| {
-        DMatrix::from_fn(m, m, |i, j| 0.5 * (matrix[(i, j)].mid_f64() + matrix[(j, i)].mid_f64()))
-    };
-    // In units in which the middle of G is 1.
-    let inverse = middle(g).cholesky()?.l().try_inverse()?;
-    let reduced = &inverse * middle(a) * inverse.transpose();
-    let reduced = (&reduced + reduced.transpose()) * 0.5;
-    if !reduced.iter().all(|x| x.is_finite()) {
-        return None;
+    let dimension = a.rows().len();
+    if a.entries().iter().all(Ball::is_zero) {
+        return Some(vec![Ball::ZERO; dimension]);
     }
-    let basis = inverse.transpose() * SymmetricEigen::new(reduced).eigenvectors;
-    let basis = Matrix::from_fn(m, m, |i, j| Ball::from(basis[(i, j)]));
-    let turned = |matrix: &Matrix<Ball>| basis.transposed().mul(&matrix.mul(&basis, ()), ());
-    let (a, g) = (turned(a), turned(g));
-    let size = |x: Ball| x.abs_upper();
-    let f = largest_row(m, |i, j| {
-        let unit = if i == j { Ball::ONE } else { Ball::ZERO };
-        size(g[(i, j)] - unit)
-    });
-    let e = largest_row(m, |i, j| if i == j { 0.0 } else { size(a[(i, j)]) });
-    if f.is_nan() || f >= 0.5 {
-        return None;
-    }
-    let stretch = Ball::ZERO.with_added_radius(f);
-    let mut values: Vec<Ball> = (0..m).map(|i| a[(i, i)]).collect();
-    values.sort_by(|x, y| x.mid.partial_cmp(&y.mid).unwrap_or(std::cmp::Ordering::Equal));
-    // Weyl holds for the middles in their order; each is off by its own radius, and the largest of these serves all.
-    let radius = values.iter().fold(0.0_f64, |most, x| most.max(x.radius));
-    let values: Vec<Ball> = values
-        .into_iter()
-        .map(|value| Ball::from(value.mid).with_added_radius(up(radius + e)) / (Ball::ONE + stretch))
-        .collect();
+    let [mass, stiffness] = [g, a].map(|own| own.entries().to_vec());
+    let problem = Problem { dimension, mass, stiffness, zero_vectors: Vec::new() };
+    let found = modes::solve(&problem, &Options::default().without_vectors()).ok()?;
+    let mut values: Vec<Ball> = found.modes.iter().map(|mode| mode.omega_squared).collect();
+    values.sort_by(|x, y| x.mid.hi.total_cmp(&y.mid.hi));
     values.iter().all(Ball::is_finite).then_some(values)
 }
 
