@@ -76,11 +76,6 @@ pub(crate) fn quoted(names: &[String]) -> String {
     names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
 }
 
-/// Reads a constant; the error is what is wrong with it, in words.
-pub(crate) fn constant(text: &str) -> Result<Constant, String> {
-    Constant::read(text)
-}
-
 /// Reads a table; the error is a line and what is wrong there.
 pub(crate) fn table(text: &str, name: &str) -> Result<Table, (u64, String)> {
     let texts = TableTexts::new().with(name, text);

@@ -4,7 +4,7 @@ use super::error::EquilibriaError;
 use crate::source;
 use librate_core::diagnostic::nearest;
 use librate_core::linearize;
-use librate_core::model::{Model, entries};
+use librate_core::model::{Constant, Model, entries};
 use librate_core::precision::{Ball, Scalar};
 
 /// Closed ranges of coordinates.
@@ -78,7 +78,7 @@ fn side(
         if ["inf", "infinity", "oo", "∞"].contains(&plain.to_lowercase().as_str()) {
             return Err(wrong("infinite"));
         }
-        let value = source::constant(text).map_err(|reason| bad(&reason))?;
+        let value = Constant::read(text).map_err(|reason| bad(&reason))?;
         let value = linearize::constant(value.pool(), value.value()).filter(Ball::is_finite);
         let value = value.ok_or_else(|| wrong("infinite"))?;
         let factor = coordinate.factor.and_then(|factor| linearize::constant(&model.pool, factor));

@@ -358,7 +358,7 @@ fn read(entry: &str, model: &Model) -> Result<Given, MotionError> {
     let bad = |reason: &str| MotionError::BadStart { text: entry.trim().to_owned(), reason: reason.to_owned() };
     let (name, value) = entry.split_once('=').ok_or_else(|| bad("there is no `=`"))?;
     let (at, moves) = place(name, model)?;
-    let value = source::constant(value.trim()).map_err(|reason| bad(&reason))?;
+    let value = Constant::read(value.trim()).map_err(|reason| bad(&reason))?;
     let text = value.text().to_owned();
     let half_unit = half_unit(&text);
     let value = given(at, moves, &value, model).ok_or_else(|| bad("it is not a number, or larger than 1e298"))?;
