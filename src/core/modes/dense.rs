@@ -110,9 +110,6 @@ impl Matrix {
     }
 }
 
-/// The side of squares that fit the cache.
-const SIDE: usize = 16;
-
 impl Plain {
     pub(super) fn zeros(rows: usize, columns: usize) -> Self {
         let stride = rows.next_multiple_of(4);
@@ -157,29 +154,14 @@ impl Plain {
     }
 
     pub(super) fn transposed(&self) -> Self {
-        let mut result = Self::zeros(self.columns, self.rows);
-        for c0 in (0..self.columns).step_by(SIDE) {
-            for r0 in (0..self.rows).step_by(SIDE) {
-                for column in c0..(c0 + SIDE).min(self.columns) {
-                    for row in r0..(r0 + SIDE).min(self.rows) {
-                        result.data[row * result.stride + column] = self.data[column * self.stride + row];
-                    }
-                }
-            }
-        }
-        result
+        Self::from_fn(self.columns, self.rows, |row, column| self.get(column, row))
     }
 
     /// Copies the lower triangle into the upper one.
     pub(super) fn mirror(&mut self) {
-        let (n, stride) = (self.columns, self.stride);
-        for c0 in (0..n).step_by(SIDE) {
-            for r0 in (c0..n).step_by(SIDE) {
-                for column in c0..(c0 + SIDE).min(n) {
-                    for row in r0.max(column + 1)..(r0 + SIDE).min(n) {
-                        self.data[row * stride + column] = self.data[column * stride + row];
-                    }
-                }
+        for column in 0..self.columns {
+            for row in column + 1..self.rows {
+                self.set(column, row, self.get(row, column));
             }
         }
     }
