@@ -1,5 +1,5 @@
 //! What must hold for any text, for the fuzzers and for the replay of what they have found.
-#![allow(dead_code, reason = "every fuzz target uses one of the checks")]
+#![allow(dead_code, unused_imports, reason = "every fuzz target uses one of the checks")]
 
 #[path = "../tests/syntax_common/mod.rs"]
 mod syntax_common;
