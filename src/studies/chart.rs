@@ -10,7 +10,7 @@
 
 use crate::source::Source;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Complex, DMatrix, DVector};
 
 use crate::error::Error;
 use crate::floquet::motion::Driven;
@@ -359,20 +359,30 @@ fn monodromy<N: Doubles>(plain: &mut Plain<N>, period: N, start: Option<Vec<N>>)
 impl Chart {
     /// What the derivative of the state after a period tells; `None` where it is no number.
     fn judged(&self, slopes: &[f64], period: f64) -> Option<Place> {
-        let (size, grows) = self.largest(slopes)?;
+        let n = self.equations.dimension();
+        let matrix = DMatrix::from_row_slice(n, n, slopes);
+        let values = match slopes {
+            // Trace and determinant tell all.
+            [_, _, _, _] => Vec::new(),
+            _ => nalgebra::Schur::try_new(matrix.clone(), f64::EPSILON, 10_000)?.complex_eigenvalues().data.into(),
+        };
+        let (size, grows) = self.largest(slopes, &values)?;
         let growth_rate = if grows || self.damped { size.ln() / period } else { 0.0 };
-        Some(Place { stable: (!self.drifts(slopes, period)).then_some(!grows), growth_rate })
+        let drifts = match slopes {
+            [a, b, c, d] => self.drifts([*a, *b, *c, *d], period),
+            _ => lack_vectors(&matrix, &values, period),
+        };
+        Some(Place { stable: (!drifts).then_some(!grows), growth_rate })
     }
 
-    /// Whether the multipliers may be both 1 or both -1 without two vectors of their own: then motions grow with the time.
-    fn drifts(&self, slopes: &[f64], period: f64) -> bool {
-        let [a, b, c, d] = slopes else { return false };
+    /// Whether two multipliers may be both 1 or both -1 without two vectors of their own: then motions grow with the time.
+    fn drifts(&self, [a, b, c, d]: [f64; 4], period: f64) -> bool {
         let meet = (0.5 * (a + d).abs() - 1.0).abs() <= FINE;
         !self.damped && meet && (b / period).abs().max((c * period).abs()) > COARSE
     }
 
     /// The modulus of the largest multiplier, and whether it is outside the unit circle.
-    fn largest(&self, slopes: &[f64]) -> Option<(f64, bool)> {
+    fn largest(&self, slopes: &[f64], values: &[Complex<f64>]) -> Option<(f64, bool)> {
         if let [a, b, c, d] = slopes {
             let half = 0.5 * (a + d);
             let product = if self.damped { a * d - b * c } else { 1.0 };
@@ -382,10 +392,20 @@ impl Chart {
             let grows = if self.damped { size > 1.0 + FINE } else { half.abs() > 1.0 + FINE };
             return size.is_finite().then_some((size, grows));
         }
-        let n = self.equations.dimension();
-        let matrix = DMatrix::from_row_slice(n, n, slopes);
-        let values = nalgebra::Schur::try_new(matrix, f64::EPSILON, 10_000)?.complex_eigenvalues();
         let size = values.iter().map(|z| z.norm()).fold(0.0, f64::max);
         size.is_finite().then_some((size, size > 1.0 + COARSE))
     }
+}
+
+/// Whether more multipliers are 1 or -1 than there are vectors of theirs, so that motions grow with the time, as the centre of mass may.
+fn lack_vectors(matrix: &DMatrix<f64>, values: &[Complex<f64>], period: f64) -> bool {
+    let n = matrix.nrows();
+    // Velocities as ways in a period.
+    let unit = |i: usize| if i < n / 2 { 1.0 } else { period };
+    let scaled = DMatrix::from_fn(n, n, |i, j| matrix[(i, j)] * unit(i) / unit(j));
+    [1.0, -1.0].into_iter().any(|own| {
+        let times = values.iter().filter(|z| (*z - own).norm() < COARSE.sqrt()).count();
+        let lengths = || (&scaled - DMatrix::identity(n, n) * own).singular_values();
+        times > 1 && lengths().iter().filter(|length| **length < COARSE * scaled.norm()).count() < times
+    })
 }

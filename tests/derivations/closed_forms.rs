@@ -267,6 +267,30 @@ fn a_frequency_that_stays_finite_has_its_series() {
     assert!(series.len() == 1 && (series[0] - exact).abs() < 1e-11, "{forms:?} {series:?} {exact}");
 }
 
+/// Where the square of a frequency is negative, so is its series: one root stands in front, beside whose inverse it would take a sign.
+#[test]
+fn series_of_unstable_frequencies_keep_their_signs() {
+    let text = "param a, b, c, g, h  assume a > 0, b > 0, c > 0, g > 0, h > 0  coord x, y
+        T = 2/3*a*x'^2 + c*(x*y' - y*x') + 1/2*c^2*(x^2 + y^2)
+        V = 1/4*b*x^2 + 1/2*g*h*y^2 + 2/3*g*(y - x)^2  equilibrium x = 0  equilibrium y = 0";
+    // Unstable and stable.
+    for settings in
+        [["a=6/5", "c=7/10", "g=1/2", "h=2/5", "b=1/1000"], ["a=3/10", "c=1/10", "g=3/2", "h=2", "b=1/1000"]]
+    {
+        let exact = derive(&model_in(text, Path::new("."), &settings), &Parts::default().frequencies(true)).unwrap();
+        let mut series = exact.clone();
+        series.expand("b", 2);
+        let [exact, series] = [exact, series].map(|own| {
+            let json: Value = serde_json::from_str(&derive_json(&own)).unwrap();
+            let form = json["frequencies"][0]["omega_squared"].as_str().unwrap().to_owned();
+            let exponent = json["exponents"][0]["exponent"].as_str().unwrap();
+            assert!(!exponent.contains('i') || exponent.matches("sqrt((").count() == 1, "{exponent}");
+            values(text, Path::new("."), &settings, &[form])[0].mid_f64()
+        });
+        assert!(((series - exact) / exact).abs() < 1e-8, "{series} {exact}");
+    }
+}
+
 /// A root that stands there with one sign alone is a magnitude.
 #[test]
 fn roots_without_their_opposite_keep_their_sign() {

@@ -152,6 +152,17 @@ fn long_coefficients_are_not_multiplied() {
     assert_eq!(own.characteristic.as_ref().map(Vec::len), Some(7));
 }
 
+/// Polynomials with factors of second degree alone, in s² or in s.
+#[test]
+fn factors_of_second_degree_are_found() {
+    for (name, count) in [("two_pairs_of_frequencies", 8), ("two_damped_oscillators_in_one", 4)] {
+        let text = std::fs::read_to_string(format!("tests/problems/{name}.lag")).unwrap();
+        let page = page(&common::model(&text));
+        let own = linear(&page).unwrap().exponents.as_ref().unwrap();
+        assert!(own.complete && own.exponents.len() == count, "{name}");
+    }
+}
+
 #[test]
 fn what_nothing_holds_has_exponents_without_values() {
     let page = page(&common::model("param m coord x, y T = 1/2*m*x'^2 + m*y'^2"));

@@ -214,6 +214,8 @@ fn poles_are_excluded() {
         ("x^2/2 - ln(x)", 1),
         ("1/x + x", 2),
         ("abs(x)", 0),
+        // Beside the corner the rest of the forces is larger than that of the corner.
+        ("abs(x) + (x - 1)^2", 1),
         ("1/sin(x)", 2),
         ("x^2/2 + 1/abs(x - 1)", 2),
         ("1/2*(sqrt(x^2 + 1) - 3)^2", 3),

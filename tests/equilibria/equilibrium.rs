@@ -31,12 +31,22 @@ fn the_equilibrium_near_the_guess_is_found() {
         let x = found(&text)[0];
         assert!((x - std::f64::consts::PI).abs() < 1e-15, "{guess}: {x}");
     }
+    // The first step of Newton's method lands beyond the pole, on the other equilibrium.
+    for guess in ["1.99", "2", "2.01"] {
+        assert!((found(&format!("coord x  T = 1/2*x'^2  V = 1/x + x  guess x = {guess}"))[0] - 1.0).abs() < 1e-15);
+    }
+    // There it looks the same: a way across the pole is taken for none.
+    for guess in ["1.109", "1.10999", "1.11"] {
+        assert!((found(&format!("coord x  T = x'^2  V = 1/x^12 - 2/x^6  guess x = {guess}"))[0] - 1.0).abs() < 1e-15);
+    }
     // Two wells and the hill between them.
     let well = |guess: &str| found(&format!("coord x  T = x'^2  V = (x^2 - 1)^2  guess x = {guess}"))[0];
     assert_eq!(well("0.7"), 1.0);
     assert_eq!(well("5"), 1.0);
     assert_eq!(well("-0.6"), -1.0);
     assert_eq!(well("0.3"), 0.0);
+    // From where one step leads exactly to the other well.
+    assert_eq!(found("coord x  T = x'^2  V = x^4/4 - x^2/2  guess x = 1/2")[0], 0.0);
 }
 
 #[test]

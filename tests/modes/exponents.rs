@@ -41,6 +41,22 @@ fn close(found: &Ball, expected: Ball) {
 
 const I2: &[&[f64]] = &[&[1.0, 0.0], &[0.0, 1.0]];
 
+/// A motor turns a disc against friction, at the rate at which both balance: for these values, not for all.
+#[test]
+fn a_rate_is_kept_at_the_values() {
+    let modes = |rate: &str| {
+        let text = format!(
+            "param J = 0.5, c = 3, tau = 6  coord phi  T = 1/2*J*phi'^2  force phi = tau - c*phi'  equilibrium phi' = {rate}"
+        );
+        let file = librate::syntax::parse(&text).unwrap();
+        let model = librate::model::elaborate(&file, &Default::default(), &Default::default()).unwrap();
+        librate::oscillation::normal_modes(&librate::linearize::linearize(model)?, &Options::default())
+    };
+    let found = modes("2").unwrap().modes;
+    assert_eq!((found[0].kind, found[1].kind, found[1].growth.mid_f64()), (Kind::Zero, Kind::Overdamped, -6.0));
+    assert!(matches!(modes("3"), Err(librate::linearize::LinearizeError::RateNotKept { .. })));
+}
+
 #[test]
 fn foucault() {
     // q'' - 2 Ω J q' + ω² q = 0 has the frequencies √(ω² + Ω²) ± Ω.

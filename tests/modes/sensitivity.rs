@@ -6,7 +6,7 @@ use crate::common;
 use std::path::Path;
 
 use common::model_in;
-use librate::linearize::{Linearized, linearize};
+use librate::linearize::{Linearized, Structure, linearize};
 use librate::modes::Options;
 use librate::oscillation::{NormalModes, normal_modes};
 use librate::precision::{Ball, Big};
@@ -64,6 +64,14 @@ fn compare(name: &str, text: &str) -> usize {
             let down = &down[range.start + range.end - 1 - mode];
             let own = &modes.modes[mode];
             let scale = own.omega.mid_f64().hypot(own.growth.mid_f64()) / value.mid_f64().abs();
+            // Beside their shapes, in any order, where M and K are all there is.
+            let mut order: Vec<usize> = range.clone().collect();
+            if linearized.structure() == Structure::Conservative {
+                let size = |mode: &usize| found.omega[*mode][at].map_or(f64::NAN, |own| own.mid_f64());
+                let size = |mode: &usize| size(mode) - found.growth[*mode][at].map_or(0.0, |own| own.mid_f64());
+                order.sort_by(|a, b| size(a).total_cmp(&size(b)));
+            }
+            let mode = order[mode - range.start];
             for (part, own) in [found.omega[mode][at], found.growth[mode][at]].iter().enumerate() {
                 let want = (&up[part] - &down[part]).to_ball() / step;
                 let own = own.unwrap_or_else(|| panic!("{name}: {} of mode {mode}", parameter.name));
@@ -314,7 +322,7 @@ fn uncertainties_add_up_by_squares() {
     assert!(without.2.uncertainties(&without.0).is_none());
 }
 
-/// Each of several uncertainties splits equal modes along vectors of its own, and their shares can't be added up.
+/// Where each of several uncertainties splits equal modes along vectors of its own, their shares can't be added up.
 #[test]
 fn uncertainties_of_equal_modes() {
     let two = |k: &str| format!("{k}  coord x[1..2]  T = 1/2*dot(x', x')  V = 1/2*sum(i in 1..2, k[i]*x[i]^2)");
@@ -323,7 +331,15 @@ fn uncertainties_of_equal_modes() {
         let own = found.uncertainties(&linearized).unwrap().into_iter();
         own.map(|own| own.omega.map(|omega| omega.mid_f64())).collect::<Vec<_>>()
     };
-    assert_eq!(sigmas(&two("param k[1..2] = 4 +/- 0.1")), [None, None]);
+    let mixed = "param c = 0 +/- 0.1  param k[1..2] = 4 +/- 0.1  coord x[1..2]
+        T = 1/2*dot(x', x')  V = 1/2*sum(i in 1..2, k[i]*x[i]^2) + c*x[1]*x[2]";
+    assert_eq!(sigmas(mixed), [None, None]);
+    // Each spring holds one of them.
+    let apart = sigmas(&two("param k[1..2] = 4 +/- 0.1"));
+    assert!(apart.iter().all(|own| (own.unwrap() - 0.025).abs() < 1e-15), "{apart:?}");
+    // The first shape is that of x, whose spring alone is uncertain.
+    let first = sigmas("param k = 4 +/- 0.1  coord x, y  T = 1/2*(x'^2 + y'^2)  V = 1/2*k*x^2 + 2*y^2");
+    assert!((first[0].unwrap() - 0.025).abs() < 1e-15 && first[1].unwrap().abs() < 1e-15, "{first:?}");
     assert!(sigmas(&two("param k[1..2] = [4, 5]  param c = 1 +/- 0.1")).iter().all(Option::is_some));
     // One that splits them, and one that moves both alike.
     let one = "param k = 4 +/- 0.1  param m = 1 +/- 0.02  param a = 0 +/- 0.3

@@ -103,6 +103,18 @@ fn pulses_are_not_missed() {
     }
 }
 
+/// Two bodies that only a pumped spring joins drift with their centre of mass, with friction between them, too: neither stable nor not.
+#[test]
+fn what_drifts_is_not_called_stable() {
+    for friction in ["", "  dissipation = 0.1*(x' - y')^2"] {
+        let text = "param q = 0  param b = 0  coord x, y  T = 1/2*x'^2 + 1/2*y'^2 \
+                    V = 1/2*(1 - 2*q*cos(2*t))*(x - y)^2 + b*y^2  period pi";
+        for ([_, b], place) in places(&format!("{text}{friction}"), ["q=0..0.3:4", "b=0..1:2"]) {
+            assert_eq!(place.stable, (b > 0.0).then_some(true), "{friction}: {b}");
+        }
+    }
+}
+
 /// A corner in a force that moves the place: y'' + y = |sin t| has a periodic motion, and its multipliers are those of y'' + y' c + y = 0.
 #[test]
 fn corners_in_a_force_do_not_matter_to_linear_motions() {

@@ -493,6 +493,14 @@ fn kinks_beside_the_period() {
     let stiffer = period("coord x  T = 1/2*x'^2  V = 1/2*x^2 + abs(x)^3", &amplitude("1/1000"), 10);
     assert!(stiffer.bend.is_none());
     assert!((stiffer.small.unwrap().mid_f64() - std::f64::consts::TAU).abs() < 1e-15);
+    // A spring that is stiffer on one side has half of a period on each: whole, with any amplitude; as a square of the part pressed, too.
+    let halves = std::f64::consts::PI * (1.0 + 1.0 / 3.0_f64.sqrt());
+    for potential in ["x^2 + x*abs(x)/2", "1/2*x^2 + 1/4*(x + abs(x))^2"] {
+        let found = period(&format!("coord x  T = 1/2*x'^2  V = {potential}"), &amplitude("1"), 10);
+        for own in [found.period, found.small.unwrap()] {
+            assert!((own.mid_f64() - halves).abs() < 1e-14, "{potential}: {own:?}");
+        }
+    }
     // A kink beside the equilibrium, and one that is nowhere reached, change nothing of it.
     let shelf = period("coord x  T = 1/2*x'^2  V = 1/2*x^2 + abs(x - 5)  ", &amplitude("1"), 10);
     assert!(shelf.bend.is_some_and(|bend| bend.contains_zero()));

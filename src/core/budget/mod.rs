@@ -100,21 +100,22 @@ impl Limits {
         let mut limits = Self::default();
         for part in text.split(',') {
             let part = part.trim();
-            let unit = part.find(|c: char| !c.is_ascii_digit()).ok_or_else(wrong)?;
+            let unit = part.find(|c: char| !c.is_ascii_digit() && c != '.').ok_or_else(wrong)?;
             let (count, unit) = part.split_at(unit);
-            let count: u64 = count.parse().map_err(|_| wrong())?;
+            let count: f64 = count.parse().map_err(|_| wrong())?;
             let (slot, scale) = match unit.trim() {
-                "s" => (&mut limits.seconds, 1),
-                "min" => (&mut limits.seconds, 60),
-                "h" => (&mut limits.seconds, 3600),
-                "MB" => (&mut limits.bytes, 1_000_000),
-                "GB" => (&mut limits.bytes, 1_000_000_000),
+                "s" => (&mut limits.seconds, 1.0),
+                "min" => (&mut limits.seconds, 60.0),
+                "h" => (&mut limits.seconds, 3600.0),
+                "MB" => (&mut limits.bytes, 1e6),
+                "GB" => (&mut limits.bytes, 1e9),
                 _ => return Err(wrong()),
             };
-            if count == 0 || slot.is_some() {
+            if count <= 0.0 || slot.is_some() {
                 return Err(wrong());
             }
-            *slot = Some(count.saturating_mul(scale));
+            // Whole seconds and bytes; what no machine has is as good as no limit.
+            *slot = Some((count * scale).ceil() as u64);
         }
         Ok(limits)
     }

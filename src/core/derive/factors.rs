@@ -1,5 +1,5 @@
 //! Factors over the rational numbers that are linear in one of the variables, parameters included, as nearly all are that physics
-//! has: m s² + c s + k is linear in k.
+//! has: m s² + c s + k is linear in k; and factors of second degree in the exponent or its square.
 //!
 //! With numbers for all variables but one, rational zeros are whole ones of a polynomial with leading coefficient 1. From such a
 //! zero its dependence on the other variables follows power by power (Newton and Hensel; Geddes, Czapor and Labahn, Algorithms for
@@ -17,16 +17,18 @@ const PRIMES: [u64; 3] = [251, 241, 239];
 const MOST_TERMS: usize = 400;
 /// As are those of a higher degree in the exponent.
 const MOST_DEGREE: u32 = 24;
+/// Factors of second degree are not looked for beyond this one.
+const MOST_DEGREE_OF_PAIRS: u32 = 8;
 
 impl Polynomial {
     /// Factors, as far as they are found, of a polynomial without repeated ones; short ones in the exponent first.
     pub(super) fn split(&self) -> Vec<Self> {
-        let mut open = vec![self.clone()];
+        let mut open = vec![self.primitive()];
         let mut found: Vec<Self> = Vec::new();
         while let Some(own) = open.pop() {
             match own.divisor().and_then(|part| Some([own.over(&part)?, part])) {
-                Some(parts) => open.extend(parts),
-                None => found.push(own.primitive()),
+                Some(parts) => open.extend(parts.map(|part| part.primitive())),
+                None => found.push(own),
             }
         }
         found.sort_by_key(|own| (own.degree(EXPONENT), own.terms().count()));
@@ -51,43 +53,109 @@ impl Polynomial {
             }
         }
         let even = self.with_powers(EXPONENT, |power| power.is_multiple_of(2).then_some(power / 2));
-        let of_squares = || even?.linear_factor(EXPONENT)?.with_powers(EXPONENT, |power| Some(2 * power));
-        variables.iter().find_map(|at| self.linear_factor(*at)).or_else(of_squares)
+        let of_squares =
+            |of: &dyn Fn(&Self) -> Option<Self>| of(even.as_ref()?)?.with_powers(EXPONENT, |power| Some(2 * power));
+        let linear = |own: &Self| own.linear_factor(EXPONENT);
+        let quadratic = |own: &Self| own.quadratic_factor(EXPONENT);
+        let found = variables.iter().find_map(|at| self.linear_factor(*at)).or_else(|| of_squares(&linear));
+        found.or_else(|| of_squares(&quadratic)).or_else(|| quadratic(self))
     }
 
     /// A factor that is linear in a variable.
     fn linear_factor(&self, variable: usize) -> Option<Self> {
+        if self.degree(variable) < 2 {
+            return None;
+        }
+        let zeros = self.zeros_of(variable, &|own| own.monic(variable))?;
+        let leading = self.coefficients(variable).pop()?;
+        let y = Self::variable(self.variables(), variable);
+        zeros.into_iter().find_map(|zero| {
+            let factor = leading.times(&y).minus(&zero);
+            let factor = factor.over(&factor.content(variable))?;
+            self.over(&factor).map(|_| factor)
+        })
+    }
+
+    /// A factor of second degree in a variable: with the sum of its zeros, that of two zeros y and y', it divides p(y) and p(y + y' - y).
+    fn quadratic_factor(&self, variable: usize) -> Option<Self> {
+        if !(4..=MOST_DEGREE_OF_PAIRS).contains(&self.degree(variable)) {
+            return None;
+        }
+        let sums = self.zeros_of(variable, &|own| own.monic(variable)?.sums_of_pairs(variable))?;
+        let (monic, leading) = (self.monic(variable)?, self.coefficients(variable).pop()?);
+        let y = Self::variable(self.variables(), variable);
+        sums.into_iter().find_map(|sum| {
+            let factor = monic.common_divisor(&monic.put(variable, &sum.minus(&y)));
+            let factor = factor.put(variable, &leading.times(&y));
+            let factor = factor.over(&factor.content(variable))?;
+            self.over(&factor).filter(|_| factor.degree(variable) == 2).map(|_| factor)
+        })
+    }
+
+    /// Zeros that are polynomials in the other variables, of a polynomial with leading coefficient 1 that is made of this one.
+    fn zeros_of(&self, variable: usize, of: &dyn Fn(&Self) -> Option<Self>) -> Option<Vec<Self>> {
         let others = (0..self.variables()).filter(|at| *at != variable && self.degree(*at) > 0);
         let others: Vec<usize> = others.collect();
-        if others.len() > POINTS.len() || self.degree(variable) < 2 {
+        if others.len() > POINTS.len() {
             return None;
         }
         let number = |value: i64| Self::constant(self.variables(), Number::from(value));
         let points: Vec<(usize, Self)> = others.into_iter().zip(POINTS.map(number)).collect();
         // There is none, as far as most polynomials go.
-        let at_points = points.iter().fold(self.clone(), |own, (at, value)| own.put(*at, value)).monic(variable)?;
-        if at_points.degree(variable) < self.degree(variable) || whole_zeros(&at_points, variable).is_empty() {
+        let at_points = points.iter().fold(self.clone(), |own, (at, value)| own.put(*at, value));
+        if at_points.degree(variable) < self.degree(variable) || whole_zeros(&of(&at_points)?, variable).is_empty() {
             return None;
         }
-        let monic = self.monic(variable)?;
         // With numbers for the last variables, one less each.
-        let mut stages = vec![monic];
+        let mut stages = vec![of(self)?];
         for (at, value) in points.iter().rev() {
             let next = stages.last()?.put(*at, value);
             stages.push(next);
         }
-        let leading = self.coefficients(variable).pop()?;
-        let y = Self::variable(self.variables(), variable);
-        let zeros = whole_zeros(&stages.pop()?, variable);
-        zeros.iter().find_map(|zero| {
-            let mut zero = Self::constant(self.variables(), zero.clone());
+        let zeros = whole_zeros(&stages.pop()?, variable).into_iter().filter_map(|zero| {
+            let mut zero = Self::constant(self.variables(), zero);
             for (stage, (at, value)) in stages.iter().rev().zip(&points) {
                 zero = stage.lifted(zero, variable, *at, value)?;
             }
-            let factor = leading.times(&y).minus(&zero);
-            let factor = factor.over(&factor.content(variable))?;
-            self.over(&factor).map(|_| factor)
-        })
+            Some(zero)
+        });
+        Some(zeros.collect())
+    }
+
+    /// The polynomial whose zeros are the sums of two zeros each of one with leading coefficient 1, by sums of powers (Newton's identities).
+    fn sums_of_pairs(&self, variable: usize) -> Option<Self> {
+        let constant = |value: i64| Self::constant(self.variables(), Number::from(value));
+        let mut coefficients = self.coefficients(variable);
+        coefficients.reverse();
+        let n = coefficients.len() - 1;
+        let count = n * (n - 1) / 2;
+        let is_short = |own: &Self| own.terms().count() <= MOST_TERMS;
+        let mut powers = vec![constant(n as i64)];
+        for k in 1..=count {
+            let own = coefficients.get(k).map_or_else(|| constant(0), |own| own.scaled(&Number::from(k as i64)));
+            let known = (1..k.min(n + 1)).map(|j| coefficients[j].times(&powers[k - j]));
+            let sum = known.fold(own, |sum, own| sum.plus(&own));
+            powers.push(Some(constant(0).minus(&sum)).filter(is_short)?);
+        }
+        let (mut found, mut binomials) = (vec![constant(1)], vec![Number::ONE]);
+        let mut sums: Vec<Self> = Vec::new();
+        for k in 1..=count {
+            binomials = (0..=k)
+                .map(|j| match j {
+                    0 => Number::ONE,
+                    _ => binomials[j - 1].add(binomials.get(j).unwrap_or(&Number::ZERO)),
+                })
+                .collect();
+            let all = (0..=k).map(|j| powers[j].times(&powers[k - j]).scaled(&binomials[j]));
+            let twice = powers[k].scaled(&Number::from(2).powi(i32::try_from(k).ok()?)?);
+            let sum = all.fold(constant(0), |sum, own| sum.plus(&own)).minus(&twice).scaled(&Number::half());
+            sums.push(Some(sum).filter(is_short)?);
+            let all = sums.iter().zip(found.iter().rev()).map(|(own, before)| own.times(before));
+            let own = all.fold(constant(0), |sum, own| sum.plus(&own)).scaled(&Number::ratio(-1, k as i64)?);
+            found.push(Some(own).filter(is_short)?);
+        }
+        found.reverse();
+        Some(Self::from_coefficients(variable, &found))
     }
 
     /// With the zeros multiplied by the leading coefficient, which makes that 1 and all others whole.

@@ -29,13 +29,23 @@ impl Approximation {
             }
             Self::Expansion { order, .. } => {
                 let variable = pool.symbol_expr(symbol);
-                let coefficients = taylor(pool, e, symbol, *order);
+                let mut coefficients = taylor(pool, e, symbol, *order);
+                // √f stands in front, whatever the sign of f: √f and √(1/f) in one sum would be one of them times ±1.
+                let is_root = |(base, exponent): &(ExprId, Number)| !exponent.is_integer() && pool.is_sum(*base);
+                let front = coefficients.first().copied().filter(|own| match pool.terms(*own).as_slice() {
+                    [(term, _)] => pool.factors(*term).iter().any(is_root),
+                    _ => false,
+                });
+                if let Some(front) = front {
+                    coefficients.iter_mut().for_each(|own| *own = pool.short(|pool| pool.div(*own, front)));
+                }
                 let terms = coefficients.into_iter().zip(0..).map(|(own, power)| {
                     let power = pool.powi(variable, power);
                     (pool.mul(own, power), Number::ONE)
                 });
                 let terms: Vec<(ExprId, Number)> = terms.collect();
-                pool.linear(&terms)
+                let series = pool.linear(&terms);
+                front.map_or(series, |front| pool.mul(front, series))
             }
         }
     }
@@ -85,14 +95,13 @@ impl Frequencies {
             let leader = set.and_then(|set| set.first()).map_or(done.name(), String::as_str);
             let all: Vec<ExprId> = case.frequencies.iter().map(|f| f.omega_squared).collect();
             if let Some(symbol) = symbol(pool, &all, leader) {
-                let count = |all: &[Frequency]| all.iter().map(|own| own.multiplicity).sum::<usize>();
                 let cost = |pool: &mut Algebra<'_>, all: &[Frequency]| {
                     pool.cost(&all.iter().map(|own| own.omega_squared).collect::<Vec<_>>())
                 };
                 let plain = case.frequencies.iter().all(|own| own.symmetry.is_none());
-                let before = count(&case.frequencies);
+                let before = case.known();
                 transform_case(pool, case, |pool, e| done.of(pool, e, symbol));
-                let is_short = count(&case.frequencies) < before;
+                let is_short = case.known() < before;
                 let is_series = matches!(done, Approximation::Expansion { .. });
                 let found = characteristic.filter(|_| is_short || is_series && plain);
                 let found = found.and_then(|all| finite(pool, done, all, symbol));
@@ -116,7 +125,8 @@ impl Exponents {
             for own in &mut self.exponents {
                 for part in [&mut own.real, &mut own.imaginary] {
                     let value = done.of(pool, *part, symbol);
-                    *part = pool.simplify(value);
+                    // A series is simple as it is, with its root in front.
+                    *part = if matches!(done, Approximation::Limit { .. }) { pool.simplify(value) } else { value };
                 }
                 own.damping_ratio = None;
             }

@@ -124,14 +124,31 @@ impl Pool {
                     continue;
                 }
                 // Term by term, so that x/|x| cancels where a term allows it.
-                for (term, own) in self.terms(adjoint) {
-                    let part = self.mul(term, factor);
-                    parts[place].push((part, own.mul(&coefficient)));
+                for term in self.terms(adjoint) {
+                    for (term, own) in self.multiplied_out(term, *id) {
+                        let part = self.mul(term, factor);
+                        parts[place].push((part, own.mul(&coefficient)));
+                    }
                 }
             }
         }
         slopes.sort_unstable();
         slopes
+    }
+
+    /// A term with one factor multiplied out that is a sum with a modulus for a term, as x + |x|.
+    fn multiplied_out(&mut self, (term, coefficient): (ExprId, Number), modulus: ExprId) -> Vec<(ExprId, Number)> {
+        let mut factors = self.factors(term);
+        let is_sum = |(base, exponent): &(ExprId, Number)| {
+            exponent.is_integer() && !exponent.is_negative() && self.terms(*base).iter().any(|own| own.0 == modulus)
+        };
+        let Some(at) = factors.iter().position(is_sum).filter(|at| factors[*at].0 != modulus) else {
+            return vec![(term, coefficient)];
+        };
+        let parts = self.terms(factors[at].0);
+        factors[at].1 = factors[at].1.sub(&Number::ONE);
+        let rest = self.product_of_powers(&factors);
+        parts.into_iter().map(|(part, own)| (self.mul(part, rest), own.mul(&coefficient))).collect()
     }
 
     /// Whether a product, or a multiple of one, has a negative power of an expression.

@@ -18,6 +18,9 @@ use crate::precision::{Ball, Scalar};
 /// More steps than this find nothing either.
 const MOST_STEPS: usize = 1000;
 
+/// How much the potential may rise on a step, beside what it is to fall.
+const HIGH_WALL: f64 = 100.0;
+
 /// Steps that may follow one before it is judged.
 const MOST_RETURNS: usize = 3;
 
@@ -85,6 +88,13 @@ impl Search<'_> {
             }
             let mut place = self.moved(at, metric, &step);
             let mut better = None;
+            // A high wall on the way, as at a pole, is not passed.
+            let middle = energy.at(&self.moved(at, metric, &(&step * 0.5)));
+            let rise = middle.sub(&height).mid_f64();
+            if rise.is_nan() || rise > HIGH_WALL * falls {
+                radius = 0.25 * length;
+                continue;
+            }
             for back in 0..=MOST_RETURNS {
                 let there = energy.at(&place);
                 if !there.is_finite() || budget == 0 {

@@ -96,6 +96,10 @@ pub(crate) fn elements(
                         Node::Function(Function::Abs, s) if *exponent > Number::from(2) => {
                             (Outer::PowerOfModulus(exponent.clone()), *s)
                         }
+                        // In the derivative of (u + |u|)² as a whole no u/|u| is left.
+                        Node::Sum { terms, .. } if terms.iter().any(|(term, _)| is_modulus(pool, *term)) => {
+                            (Outer::Identity, pool.powr(*base, exponent))
+                        }
                         _ => (Outer::Power(exponent.clone()), *base),
                     },
                     parts => (Outer::Identity, pool.product_of_powers(parts)),
@@ -115,6 +119,10 @@ pub(crate) fn elements(
     // The order of the text, not of the walk.
     result.reverse();
     result
+}
+
+fn is_modulus(pool: &Pool, e: ExprId) -> bool {
+    matches!(pool.node(e), Node::Function(Function::Abs, _))
 }
 
 /// The variables of a term with their places.

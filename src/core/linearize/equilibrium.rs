@@ -137,6 +137,10 @@ pub(super) fn in_numbers<S: Scalar>(
 /// More Newton steps than this find nothing either.
 const MOST_STEPS: usize = 300;
 
+/// A step is short that is no more than this part of the way and of the coordinates, and long from this on.
+const SHORT_STEP: f64 = 1e-6;
+const LONG_STEP: f64 = 0.25;
+
 /// Double-double has about so many bits; what lies further apart goes to a radius.
 const BITS_OF_BALLS: usize = 128;
 
@@ -394,7 +398,15 @@ impl Search<'_> {
                 if better && spectrum.foresaw(&force, &there, damping, direction.norm()) {
                     let changed = self.spectrum(&trial, metric);
                     let alike = changed.as_ref().is_some_and(|changed| changed.resembles(&spectrum, &direction));
-                    if alike || there.rounding {
+                    // A long step may have passed a pole, or another point where no force acts.
+                    let size = direction.norm() / (way + self.weighted_size(at, metric));
+                    let passes = || {
+                        let middle = self.moved(at, metric, &(&direction * 0.5));
+                        let there = self.weighted(&self.gradient(&middle), metric);
+                        !there.finite || there.norm > 2.0 * force.norm
+                    };
+                    let near = alike && !(size > LONG_STEP && passes()) || there.rounding && size <= SHORT_STEP;
+                    if near {
                         at.clone_from_slice(&trial);
                         force = there;
                         next = changed;

@@ -7,6 +7,7 @@
 
 use super::assemble::signed_terms;
 use super::error::LinearizeError;
+use super::parameters::known_values;
 use super::symbolic::{drags_at_rest, instance};
 use crate::expr::{ExprId, Pool, Substitution, Symbol, ZeroVerdict};
 use crate::model::{Constraint, Model, SymbolKind, TermFamily};
@@ -53,12 +54,15 @@ fn check_kept(
     coordinate: usize,
     rate: Span,
 ) -> Result<(), LinearizeError> {
+    let values = known_values(model);
     let Model { pool, symbols, coordinates, .. } = model;
     let own = drags.iter().filter(|(at, _)| *at == coordinate);
     let parts: Vec<ExprId> = own.map(|(_, drag)| pool.neg(*drag)).collect();
     let force = pool.sum(&parts);
     let moves = |symbol| matches!(symbols.get(symbol), Some(SymbolKind::Coordinate(_)));
-    if pool.depends_on(force, &moves) || pool.is_zero(force) != ZeroVerdict::NonZero {
+    // What is no identity may hold for the values.
+    let at_values = pool.substitute_one(force, &values);
+    if pool.depends_on(force, &moves) || pool.is_zero(at_values) != ZeroVerdict::NonZero {
         return Ok(());
     }
     let name = coordinates.at(coordinate).name();

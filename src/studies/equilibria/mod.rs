@@ -613,7 +613,7 @@ fn named_places(model: &Model, undecided: &[Undecided]) -> Option<String> {
             let coordinates = model.coordinates.names().zip(&own.point);
             let parts: Vec<String> = coordinates
                 .map(|(name, x)| {
-                    let x = if x.abs() <= own.radius { 0.0 } else { *x };
+                    let x = if x.abs() <= own.radius.min(SMALL) { 0.0 } else { *x };
                     format!("{name} = {}", linearize::short(x))
                 })
                 .collect();

@@ -147,9 +147,10 @@ impl Poles {
         if alone.iter().any(Interval::is_empty) {
             return true;
         }
-        let least = if alone[0].contains(0.0) { 0.0 } else { alone[0].lo.abs().min(alone[0].hi.abs()) };
+        // Where both cancel they are as large: beside a corner, as of |u|, all others may be larger than its force.
+        let size = alone[0].abs();
         let square = alone[1..].iter().fold(Interval::point(0.0), |sum, own| sum.add(&own.powi(2)));
-        least > square.sqrt().hi
+        size.meet(&square.sqrt()).is_empty()
     }
 
     /// The slopes of the potential without those by way of the poles that are near.

@@ -228,6 +228,6 @@ fn open_words(coordinate: &str, upward: bool, end: Option<&str>) -> String {
     if let Some(end) = end {
         format!("`{coordinate}` reaches {end}, where the energies are no longer defined, with kinetic energy left")
     } else {
-        format!("there is no turning point of `{coordinate}` on the way {}", if upward { "up" } else { "down" })
+        format!("no turning point of `{coordinate}` was found on the way {}", if upward { "up" } else { "down" })
     }
 }

@@ -110,9 +110,21 @@ fn small_about<S: Enclosure>(oscillator: &Oscillator, field: &mut Field<S>, at: 
     }
     let energy = field.potential(at);
     field.set_energy(energy);
-    let (small, bend) = small(field, at);
-    // Where a derivative jumps the change is no even function of the amplitude.
-    (small, bend.filter(|_| !oscillator.stretched && field.is_smooth_at(at)))
+    if field.is_smooth_at(at) {
+        let (small, bend) = small(field, at);
+        return (small, bend.filter(|_| !oscillator.stretched));
+    }
+    // Half of a period on each side; where a derivative jumps the change is no even function of the amplitude.
+    let mut half = |side: f64| {
+        let way = field.free_way(at, side)?;
+        field.hold(at, &way);
+        let (small, _) = small(field, at);
+        field.release();
+        Some(small?.mul(&field.number(0.5)))
+    };
+    let halves = [half(-1.0), half(1.0)];
+    let [Some(before), Some(behind)] = halves else { return (None, None) };
+    (Some(before.add(&behind)), None)
 }
 
 /// What is asked for, and how it was put in.

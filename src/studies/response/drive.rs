@@ -145,6 +145,12 @@ fn rate(
         let is_new = rates.iter().all(|(_, other)| !pool.agree(*other, value));
         rates.extend(is_new.then_some((own, value)));
     }
+    // 2Ω, as of sin 2Ωt beside cos² Ωt, is the second harmonic of Ω.
+    let halves: Vec<ExprId> = rates.iter().map(|own| pool.scale(own.1, &Number::half())).collect();
+    if let [a, b] = rates[..] {
+        let is_second = [pool.agree(halves[0], b.1), pool.agree(halves[1], a.1)];
+        rates = [b, a].into_iter().zip(is_second).find(|own| own.1).map_or(rates, |own| vec![own.0]);
+    }
     let named = |symbol| symbol == model.parameters[parameter].symbol;
     let is_open = |(_, value): &&(ExprId, ExprId)| pool.depends_on(*value, &named);
     let constant = |symbol| !matches!(model.symbols.get(symbol), Some(SymbolKind::Parameter(_)));

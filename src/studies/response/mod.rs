@@ -23,6 +23,7 @@ use std::sync::OnceLock;
 use crate::source::{self, End, Source, between, first, rational, share, unit_of, written_ends};
 use drive::{Averaged, Drive, Driven, averaged};
 use exact::{Exact, Frequency};
+use librate_core::derive;
 use librate_core::linearize::{self, Linearized, Structure};
 use librate_core::model::{Constant, Model, Range};
 use librate_core::modes::SparseResponse;
@@ -290,7 +291,13 @@ impl Study {
             (Some(at), None) => {
                 let ends = written_ends(range)?;
                 check_sign(&ends)?;
-                let linearized = linearize::linearize(model.clone())?;
+                let linearized = derive::linearized(model.clone())?;
+                // With coordinates of its own it has none for the forces that are carried.
+                let own = linearized.model().coordinates.len() == model.coordinates.len();
+                if let Some(span) = model.rolling.first().map(|own| own.span).filter(|_| !own) {
+                    let what = "a load that constraints on velocities carry";
+                    return Err(ResponseError::Unsupported { what, span });
+                }
                 (ends, Some(System::new(&linearized, Force::Unit(at))), model)
             }
             (Some(_), Some(span)) => {

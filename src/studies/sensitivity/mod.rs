@@ -54,12 +54,13 @@ pub struct Sensitivities {
     /// Numbers of the parameters, as they stand in the model.
     pub parameters: Vec<usize>,
     /// By mode and parameter: d omega, enclosed; `None` where there is no derivative, or none is proved. Modes that bounds do not
-    /// separate count as equal: theirs are the derivatives of the modes that equal ones split into, by rising value.
+    /// separate count as equal: theirs are the derivatives of the modes that equal ones split into, each beside its shape where
+    /// the parameter does not mix these, else by rising value.
     pub omega: Vec<Vec<Option<Ball>>>,
     /// By mode and parameter: d growth, likewise.
     pub growth: Vec<Vec<Option<Ball>>>,
-    /// Modes that bounds do not separate.
-    groups: Vec<Vec<usize>>,
+    /// Modes that bounds do not separate, and whether some parameter mixes their shapes.
+    groups: Vec<(Vec<usize>, bool)>,
 }
 
 impl Sensitivities {
@@ -86,13 +87,13 @@ impl Sensitivities {
         let stated = |at: &usize| sigmas[*at].is_some_and(|sigma| !sigma.is_zero());
         let stated: Vec<usize> = (0..sigmas.len()).filter(stated).collect();
         let mut open = vec![false; self.omega.len()];
-        for group in &self.groups {
+        for (group, is_mixed) in &self.groups {
             let differ = |all: &[Vec<Option<Ball>>], at: usize| {
                 let known = group.iter().filter_map(|mode| all[*mode][at]);
                 known.clone().any(|one| known.clone().any(|other| !(one - other).contains_zero()))
             };
             let splits = stated.iter().filter(|at| differ(&self.omega, **at) || differ(&self.growth, **at)).count();
-            group.iter().for_each(|mode| open[*mode] = splits > 1);
+            group.iter().for_each(|mode| open[*mode] = *is_mixed && splits > 1);
         }
         let each = self.omega.iter().zip(&self.growth).zip(open).map(|((omega, growth), open)| match open {
             true => Uncertainty::new(None, None),
@@ -142,14 +143,14 @@ pub fn sensitivities(linearized: &Linearized, modes: &NormalModes) -> Sensitivit
     let modes = &*in_units(linearized, modes);
     let rate = linearized.units().map_or(0, Units::rate);
     let whole = linearized.with_multipliers();
-    let groups = groups(&modes.modes);
-    let spaces: Vec<Option<Space>> = groups.iter().map(|group| space(&whole, linearized, modes, group)).collect();
+    let mut groups: Vec<(Vec<usize>, bool)> = groups(&modes.modes).into_iter().map(|group| (group, false)).collect();
+    let spaces: Vec<Option<Space>> = groups.iter().map(|(group, _)| space(&whole, linearized, modes, group)).collect();
     let mut omega = vec![vec![None; parameters.len()]; modes.modes.len()];
     let mut growth = omega.clone();
     for (at, parameter) in parameters.iter().enumerate() {
         let Some(slopes) = linearized.slopes(*parameter) else { continue };
-        for (group, space) in groups.iter().zip(&spaces) {
-            let moved = space.as_ref().and_then(|space| space.moved(&slopes));
+        for ((group, is_mixed), space) in groups.iter_mut().zip(&spaces) {
+            let moved = space.as_ref().and_then(|space| space.moved(&slopes, is_mixed));
             for (mode, moved) in group.iter().zip(moved.into_iter().flatten()) {
                 let [im, re] = [moved.im, moved.re].map(|own| own.scale_far(rate));
                 omega[*mode][at] = Some(im).filter(Ball::is_finite);
@@ -370,8 +371,8 @@ impl Space {
         Self::Real { square, vectors, gram }
     }
 
-    /// d growth + i d omega of each exponent.
-    fn moved(&self, slopes: &Slopes) -> Option<Vec<Enclosed>> {
+    /// d growth + i d omega of each exponent; those of modes whose shapes mix, which is told, have an order of their own.
+    fn moved(&self, slopes: &Slopes, is_mixed: &mut bool) -> Option<Vec<Enclosed>> {
         match self {
             // A force that begins to act on them may hold them or drive them away.
             Self::Zero(..) if slopes.drags => None,
@@ -396,6 +397,7 @@ impl Space {
                 let order = vectors.first()?.len();
                 let acts = |matrix: &Vec<Ball>| matrix.iter().any(|entry| !entry.is_zero());
                 if slopes.drags || slopes.velocity.as_ref().is_some_and(acts) {
+                    *is_mixed = true;
                     return beginning(order, *square, vectors, gram, slopes);
                 }
                 let change = |at: usize| {
@@ -407,7 +409,18 @@ impl Space {
                     ([change], [gram]) => vec![*change / *gram],
                     _ => split::symmetric(&change, gram)?,
                 };
-                if square.is_negative() {
+                // Shapes that a parameter does not mix have the values on the diagonal.
+                let m = moved.len();
+                let apart = (0..m * m).all(|at| at / m == at % m || change[(at / m, at % m)].contains_zero());
+                *is_mixed |= !apart;
+                if apart {
+                    let own: Vec<Ball> = (0..m).map(|i| change[(i, i)] / gram[(i, i)]).collect();
+                    let mut order: Vec<usize> = (0..m).collect();
+                    order.sort_by(|i, j| own[*i].mid.hi.total_cmp(&own[*j].mid.hi));
+                    let sorted = std::mem::take(&mut moved);
+                    moved = own;
+                    order.into_iter().zip(sorted).for_each(|(i, value)| moved[i] = value);
+                } else if square.is_negative() {
                     moved.reverse();
                 }
                 // d(ω²) = 2 ω dω, and for growth s with ω² = -s²: ds = -d(ω²)/(2 s).
@@ -426,6 +439,7 @@ impl Space {
                 moved.into_iter().map(part).collect()
             }
             Self::Complex { place, x, y, slope, kept } => {
+                *is_mixed |= x.len() > 1;
                 let order = x.first()?.len();
                 let mut change = form(order, &slopes.stiffness, x, y);
                 let mut more = |matrix: &[Ball], factor: Enclosed| {
