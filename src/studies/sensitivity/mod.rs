@@ -182,8 +182,8 @@ enum Space {
     /// Exponents that stay 0 whatever the values of the parameters are: so many; with their vectors where
     /// gyroscopic forces between these would leave fewer.
     Zero(usize, Option<Rows<Ball>>),
-    /// Modes of M and K: ω², vectors and XᵀMX.
-    Real { square: Ball, vectors: Rows<Ball>, gram: Matrix<Ball> },
+    /// Modes of M and K: ω², vectors and XᵀMX, and whether the vectors are the shapes of the modes, one by one.
+    Real { square: Ball, vectors: Rows<Ball>, gram: Matrix<Ball>, are_shapes: bool },
     /// An exponent, its vectors and left vectors, and Yᴴ(2λM + D)X.
     Complex { place: Place, x: Rows<Enclosed>, y: Rows<Enclosed>, slope: Matrix<Enclosed>, kept: Kept },
 }
@@ -231,13 +231,13 @@ fn space(whole: &WithMultipliers, linearized: &Linearized, modes: &NormalModes, 
             });
             let vectors: Rows<Ball> = vectors.collect();
             if vectors.iter().flatten().all(Ball::is_finite) && vectors.iter().all(|x| x.len() == whole.order) {
-                return Some(Space::real(whole, square, vectors));
+                return Some(Space::real(whole, square, vectors, true));
             }
         }
         let place = Place { exponent, square: Enclosed { re: -square, im: Ball::ZERO } };
         let kernel = bordered::kernel(whole, place, count, true)?;
         let real = |x: Vec<Enclosed>| x.into_iter().map(|x| x.re).collect();
-        return Some(Space::real(whole, square, kernel.x.into_iter().map(real).collect()));
+        return Some(Space::real(whole, square, kernel.x.into_iter().map(real).collect(), count == 1));
     }
     let square = exponent.mul(&exponent);
     let place = Place { exponent, square };
@@ -365,10 +365,10 @@ fn beginning(
 }
 
 impl Space {
-    fn real(whole: &WithMultipliers, square: Ball, vectors: Rows<Ball>) -> Self {
+    fn real(whole: &WithMultipliers, square: Ball, vectors: Rows<Ball>, are_shapes: bool) -> Self {
         let mass = |at: usize| Some(whole.mass[at]).filter(|entry| !entry.is_zero());
         let gram = symmetric_form(whole.order, mass, &vectors);
-        Self::Real { square, vectors, gram }
+        Self::Real { square, vectors, gram, are_shapes }
     }
 
     /// d growth + i d omega of each exponent; those of modes whose shapes mix, which is told, have an order of their own.
@@ -393,7 +393,7 @@ impl Space {
                 };
                 stays.then(|| vec![Enclosed::zero(()); *count])
             }
-            Self::Real { square, vectors, gram } => {
+            Self::Real { square, vectors, gram, are_shapes } => {
                 let order = vectors.first()?.len();
                 let acts = |matrix: &Vec<Ball>| matrix.iter().any(|entry| !entry.is_zero());
                 if slopes.drags || slopes.velocity.as_ref().is_some_and(acts) {
@@ -411,7 +411,8 @@ impl Space {
                 };
                 // Shapes that a parameter does not mix have the values on the diagonal.
                 let m = moved.len();
-                let apart = (0..m * m).all(|at| at / m == at % m || change[(at / m, at % m)].contains_zero());
+                let is_diagonal = (0..m * m).all(|at| at / m == at % m || change[(at / m, at % m)].contains_zero());
+                let apart = *are_shapes && is_diagonal;
                 *is_mixed |= !apart;
                 if apart {
                     let own: Vec<Ball> = (0..m).map(|i| change[(i, i)] / gram[(i, i)]).collect();
