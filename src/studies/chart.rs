@@ -359,41 +359,32 @@ fn monodromy<N: Doubles>(plain: &mut Plain<N>, period: N, start: Option<Vec<N>>)
 impl Chart {
     /// What the derivative of the state after a period tells; `None` where it is no number.
     fn judged(&self, slopes: &[f64], period: f64) -> Option<Place> {
-        let n = self.equations.dimension();
-        let matrix = DMatrix::from_row_slice(n, n, slopes);
-        let values = match slopes {
+        let (size, grows, drifts) = if let [a, b, c, d] = *slopes {
             // Trace and determinant tell all.
-            [_, _, _, _] => Vec::new(),
-            _ => nalgebra::Schur::try_new(matrix.clone(), f64::EPSILON, 10_000)?.complex_eigenvalues().data.into(),
-        };
-        let (size, grows) = self.largest(slopes, &values)?;
-        let growth_rate = if grows || self.damped { size.ln() / period } else { 0.0 };
-        let drifts = match slopes {
-            [a, b, c, d] => self.drifts([*a, *b, *c, *d], period),
-            _ => lack_vectors(&matrix, &values, period),
-        };
-        Some(Place { stable: (!drifts).then_some(!grows), growth_rate })
-    }
-
-    /// Whether two multipliers may be both 1 or both -1 without two vectors of their own: then motions grow with the time.
-    fn drifts(&self, [a, b, c, d]: [f64; 4], period: f64) -> bool {
-        let meet = (0.5 * (a + d).abs() - 1.0).abs() <= FINE;
-        !self.damped && meet && (b / period).abs().max((c * period).abs()) > COARSE
-    }
-
-    /// The modulus of the largest multiplier, and whether it is outside the unit circle.
-    fn largest(&self, slopes: &[f64], values: &[Complex<f64>]) -> Option<(f64, bool)> {
-        if let [a, b, c, d] = slopes {
             let half = 0.5 * (a + d);
             let product = if self.damped { a * d - b * c } else { 1.0 };
             let square = half * half - product;
             let size = if square > 0.0 { half.abs() + square.sqrt() } else { product.max(0.0).sqrt() };
             // |z| > 1 for a real z exactly where the characteristic polynomial changes its sign at 1 or -1.
             let grows = if self.damped { size > 1.0 + FINE } else { half.abs() > 1.0 + FINE };
-            return size.is_finite().then_some((size, grows));
+            // Both 1 or both -1 without two vectors of their own.
+            let meet = (half.abs() - 1.0).abs() <= FINE;
+            let drifts = !self.damped && meet && (b / period).abs().max((c * period).abs()) > COARSE;
+            (size, grows, drifts)
+        } else {
+            let n = self.equations.dimension();
+            let matrix = DMatrix::from_row_slice(n, n, slopes);
+            let schur = nalgebra::Schur::try_new(matrix.clone(), f64::EPSILON, 10_000)?;
+            let values = schur.complex_eigenvalues();
+            let size = values.iter().map(|z| z.norm()).fold(0.0, f64::max);
+            (size, size > 1.0 + COARSE, lack_vectors(&matrix, values.as_slice(), period))
+        };
+        if !size.is_finite() {
+            return None;
         }
-        let size = values.iter().map(|z| z.norm()).fold(0.0, f64::max);
-        size.is_finite().then_some((size, size > 1.0 + COARSE))
+        let growth_rate = if grows || self.damped { size.ln() / period } else { 0.0 };
+        // Where motions grow with the time it is neither.
+        Some(Place { stable: (!drifts).then_some(!grows), growth_rate })
     }
 }
 

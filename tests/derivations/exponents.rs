@@ -66,6 +66,11 @@ fn files() -> Vec<PathBuf> {
     files
 }
 
+fn page_of_problem(name: &str) -> Derivation {
+    let text = std::fs::read_to_string(format!("tests/problems/{name}.lag")).unwrap();
+    page(&common::model(&text))
+}
+
 fn linear(page: &Derivation) -> Option<&Linear> {
     page.reduced().linear.as_ref().ok()
 }
@@ -134,8 +139,7 @@ fn all_five_matrices_of_two_coordinates_are_derived_at_once() {
 #[test]
 fn long_conditions_are_not_multiplied_out() {
     for (name, count) in [("three_masses_and_a_motor", 6), ("two_masses_on_a_turntable", 7)] {
-        let text = std::fs::read_to_string(format!("tests/problems/{name}.lag")).unwrap();
-        let page = page(&common::model(&text));
+        let page = page_of_problem(name);
         let own = linear(&page).unwrap().exponents.as_ref().unwrap();
         assert_eq!(own.stability.as_ref().map(Vec::len), Some(count), "{name}");
     }
@@ -156,8 +160,7 @@ fn long_coefficients_are_not_multiplied() {
 #[test]
 fn factors_of_second_degree_are_found() {
     for (name, count) in [("two_pairs_of_frequencies", 8), ("two_damped_oscillators_in_one", 4)] {
-        let text = std::fs::read_to_string(format!("tests/problems/{name}.lag")).unwrap();
-        let page = page(&common::model(&text));
+        let page = page_of_problem(name);
         let own = linear(&page).unwrap().exponents.as_ref().unwrap();
         assert!(own.complete && own.exponents.len() == count, "{name}");
     }

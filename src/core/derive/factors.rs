@@ -76,7 +76,7 @@ impl Polynomial {
         })
     }
 
-    /// A factor of second degree in a variable: with the sum of its zeros, that of two zeros y and y', it divides p(y) and p(y + y' - y).
+    /// A factor of second degree in a variable x: that with the zeros y and y' divides both p(x) and p(y + y' - x).
     fn quadratic_factor(&self, variable: usize) -> Option<Self> {
         if !(4..=MOST_DEGREE_OF_PAIRS).contains(&self.degree(variable)) {
             return None;
