@@ -6,9 +6,12 @@
 ['2.0000']
 """
 
+from . import _native
 from ._errors import Diagnostic, Error, ModelWarning, Span
 from ._model import Model, explain, fmt, inertia
 from ._results import Batch, Derivation, Modes, Page, Picture, Result
+
+__version__ = _native.version()
 
 __all__ = [
     "Batch",

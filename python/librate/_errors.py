@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -51,12 +52,28 @@ class ModelWarning(UserWarning):
     """Something legal, but suspicious, in a model."""
 
 
-def _diagnostics(shown: dict) -> list[Diagnostic]:
-    return [Diagnostic(**{**told, "spans": tuple(Span(**span) for span in told["spans"])}) for told in shown["told"]]
+def _help(message: str, help: str) -> str:
+    """Help for the command line, as it is in Python."""
+    # Where a file could not be read, the reason follows.
+    if table := re.fullmatch("the table `(.*)` can't be read", message):
+        return f'give its text, `tables={{"{table[1]}": …}}`, or read the model with `librate.Model.open(path)`'
+    help = re.sub(r"(?:on the command line: )?`?--set '?([^\s=]+)=([^\s'`]+)'?`?", r'`set={"\1": "\2"}`', help)
+    return re.sub(r"`librate (\w+)`", r"`\1()`", help)
+
+
+def _diagnostics(shown: dict) -> tuple[str, list[Diagnostic]]:
+    """All of them drawn into the text, and one by one."""
+    drawn, found = shown["drawn"], []
+    for told in shown["told"]:
+        help = told["help"] and _help(told["message"], told["help"])
+        if help != told["help"]:
+            drawn = drawn.replace(told["help"], help, 1)
+        found.append(Diagnostic(**{**told, "help": help, "spans": tuple(Span(**span) for span in told["spans"])}))
+    return drawn, found
 
 
 def _error(shown: dict) -> Error:
-    return Error(shown["drawn"], _diagnostics(shown))
+    return Error(*_diagnostics(shown))
 
 
 def _request(message: str, help: str | None = None) -> Error:
@@ -67,6 +84,7 @@ def _request(message: str, help: str | None = None) -> Error:
 
 def _warn(shown: dict, level: int) -> list[Diagnostic]:
     """Issues warnings about a model, `level` callers up, and gives them as a list."""
-    if shown["told"]:
-        warnings.warn(f"\n{shown['drawn']}", ModelWarning, stacklevel=level + 1)
-    return _diagnostics(shown)
+    drawn, found = _diagnostics(shown)
+    if found:
+        warnings.warn(f"\n{drawn}", ModelWarning, stacklevel=level + 1)
+    return found

@@ -13,7 +13,7 @@ import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, SupportsFloat
 
 import numpy as np
 
@@ -21,8 +21,10 @@ from . import _native
 from ._errors import Diagnostic, Error, _request, _warn
 from ._results import Batch, Derivation, Modes, Page, Picture, Result
 
-Number = str | numbers.Real | decimal.Decimal
-Range = str | Mapping[str, Sequence[Number]]
+Number = str | SupportsFloat
+# Of a parameter, or of the members of a family.
+Values = Number | Iterable[Number | Iterable[Number]]
+Range = str | Mapping[str, Iterable[Number]]
 
 _OUTCOMES = np.array(
     ["solved", "estimated", "not finite", "mass not positive", "no equilibrium", "not converged"], dtype=object
@@ -57,8 +59,14 @@ def _items(value: Any, example: str) -> Iterable[tuple[Any, Any]]:
     return value.items()
 
 
+def _scalar(value: Any) -> Any:
+    """The number in an array without dimensions."""
+    return value[()] if isinstance(value, np.ndarray) else value
+
+
 def _text(value: Any) -> str:
     """A number as the model language has it; a float is the decimal that Python prints."""
+    value = _scalar(value)
     if isinstance(value, str):
         return value
     if isinstance(value, (bool, np.bool_)):
@@ -76,6 +84,7 @@ def _text(value: Any) -> str:
 
 def _settings(name: str, value: Any) -> Iterator[str]:
     """`k=8`; of a family one for each member, `m[1]=1`."""
+    value = _scalar(value)
     if isinstance(value, Iterable) and not isinstance(value, str):
         for at, one in enumerate(value, 1):
             yield from _settings(f"{name[:-1]},{at}]" if name.endswith("]") else f"{name}[{at}]", one)
@@ -92,6 +101,17 @@ def _optional(value: Any) -> str | None:
     return None if value is None else _text(value)
 
 
+def _ends(values: Any) -> Any:
+    """An array of equally spaced values as its ends and their count."""
+    if not isinstance(values, np.ndarray):
+        return values
+    if values.ndim == 1 and values.size and values.dtype.kind in "iuf" and np.isfinite(values).all():
+        spaced = np.linspace(values[0], values[-1], values.size)
+        if np.allclose(values, spaced, rtol=0, atol=1e-12 * np.abs(values).max()):
+            return values[0], values[-1], values.size
+    raise ValueError("the values of an array are not equally spaced")
+
+
 def _range(value: Range) -> str:
     """`k=0..8:17`, or `{"k": (0, 8, 17)}`; where no count is wanted without it."""
     if isinstance(value, str):
@@ -99,13 +119,16 @@ def _range(value: Range) -> str:
     example = '"k=0..8:17" or {"k": (0, 8, 17)}'
     items = _items(value, example)
     try:
-        [(name, (first, last, *count))] = items
+        [(name, ends)] = items
+        first, last, *count = _ends(ends)
+        if len(count) > 1:
+            raise ValueError
     except (TypeError, ValueError):
-        raise ValueError(f"a range is {example}, not {value!r}") from None
+        raise ValueError(f"a range is {example} or an array of equally spaced values, not {value!r}") from None
     return ":".join([f"{name}={_text(first)}..{_text(last)}", *map(_text, count)])
 
 
-def _box(value: str | Mapping[str, Sequence[Number]]) -> str:
+def _box(value: str | Mapping[str, Iterable[Number]]) -> str:
     if isinstance(value, str):
         return value
     example = '"x=-2..2" or {"x": (-2, 2)}'
@@ -125,7 +148,13 @@ def _start(value: str | Mapping[str, Number] | None) -> str | None:
 
 def _table(value: Any) -> str:
     """The text of a table: of a data frame, its rows."""
-    return value.to_csv(index=False) if hasattr(value, "to_csv") else value
+    text = value.to_csv(index=False) if hasattr(value, "to_csv") else value
+    if not isinstance(text, str):
+        kind = type(value).__name__
+        raise TypeError(
+            f"a table is the text of a CSV file or a data frame of pandas, not of type {kind}; Path(path).read_text() reads a file"
+        )
+    return text
 
 
 def _tables(values: Mapping[str, Any] | None) -> dict[str, Any]:
@@ -178,7 +207,7 @@ class Model:
         self,
         text: str,
         tables: Mapping[str, Any] | None = None,
-        set: Mapping[str, Number | Sequence[Number]] | None = None,
+        set: Mapping[str, Values] | None = None,
         *,
         budget: str | None = None,
     ) -> None:
@@ -219,7 +248,7 @@ class Model:
         cls,
         path: str | os.PathLike[str],
         tables: Mapping[str, Any] | None = None,
-        set: Mapping[str, Number | Sequence[Number]] | None = None,
+        set: Mapping[str, Values] | None = None,
         *,
         allow_path: str | os.PathLike[str] | Sequence[str | os.PathLike[str]] = (),
         budget: str | None = None,
@@ -322,7 +351,8 @@ class Model:
         only = only.split(",") if isinstance(only, str) else only
         arguments: dict[str, Any] = dict(cubic=cubic, quartic=quartic, limit=limits, expand=expand, only=only)
         native, told = _ask(_native.derivation, self._native, {**arguments, "limit": list(limits.items())})
-        return Derivation(native, _warn(told, 2), (functools.partial(Model.derive, **arguments), (self,)))
+        again = (functools.partial(Model.derive, **arguments), (self,))
+        return Derivation(native, _warn(told, 2), again, [*self.parameters, *self.coordinates])
 
     def sweep(
         self,
@@ -336,7 +366,7 @@ class Model:
         _orders: Sequence[float] = (),
         _root_locus: bool = False,
     ) -> Result:
-        """The modes over a range of a parameter, `"k=0..8:17"` or `{"k": (0, 8, 17)}`.
+        """The modes over a range of a parameter, `"k=0..8:17"`, `{"k": (0, 8, 17)}` or `{"k": np.linspace(0, 8, 17)}`.
 
         `over` has the values; `omega`, `growth` and `error_bound` one row a value, `nan` where there is no mode; `places`
         all of it, value by value.
@@ -503,7 +533,7 @@ class Model:
         *,
         mode: int | None = None,
         amplitude: Number | None = None,
-        at: Sequence[Number] | None = None,
+        at: Iterable[Number] | None = None,
         digits: int = 10,
         proved: bool = False,
         tolerance: float | None = None,
@@ -535,7 +565,7 @@ class Model:
         return Result(fields, answer["text"], _warn(answer["warnings"], 2))
 
     def equilibria(
-        self, box: str | Mapping[str, Sequence[Number]], over: Range | None = None, *, _svg: bool = False
+        self, box: str | Mapping[str, Iterable[Number]], over: Range | None = None, *, _svg: bool = False
     ) -> Result:
         """Every equilibrium in a box, `"x=-2..2, phi=-pi..pi"` or `{"x": (-2, 2)}`, none missed; with `over` the
         `branches` of equilibria over a parameter, and their `bifurcations`."""
@@ -556,7 +586,7 @@ class Model:
         return _result(_ask(_native.tensors, self._native, digits))
 
     def show(
-        self, digits: int = 10, lowest: int | None = None, over: str | Mapping[str, Sequence[Number]] | None = None
+        self, digits: int = 10, lowest: int | None = None, over: str | Mapping[str, Iterable[Number]] | None = None
     ) -> Page:
         """A page with the modes in motion, their digits, the model and its derivation.
 
@@ -578,7 +608,7 @@ class Model:
             raise _request(f"there is no picture of {kind!r}", f"one of {', '.join(_PICTURES)}")
         own = {f"_{name}": arguments.pop(name) for name in ("orders", "root_locus") if name in arguments}
         if kind == "spectrum":
-            return self.modes(**arguments, _svg=True, _spectrum=True)
+            kind, own["_spectrum"] = "modes", True
         return getattr(self, kind)(**arguments, **own, _svg=True)
 
     def matrices(self) -> dict[str, Any]:

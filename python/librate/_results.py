@@ -154,9 +154,10 @@ class Derivation(Result):
 
     _OPTIONAL = {"gyroscopic": None, "damping": None, "circulatory": None, "mass": None, "stiffness": None}
 
-    def __init__(self, native: Any, warnings: Iterable[Diagnostic], again: tuple) -> None:
+    def __init__(self, native: Any, warnings: Iterable[Diagnostic], again: tuple, names: list[str]) -> None:
         super().__init__({}, "", warnings)
         self._again = again
+        self._names = names
         # Expressions stay as they are.
         self._fields = {**self._OPTIONAL, **json.loads(native.json())}
         for name in ("equations", "frequencies", "exponents"):
@@ -182,7 +183,7 @@ class Derivation(Result):
         """The same fields with SymPy's matrices and expressions, and `symbols`, by their names in the model."""
         from ._sympy import converted
 
-        return converted(self)
+        return converted(self, self._names)
 
     def __reduce__(self) -> tuple:
         return self._again

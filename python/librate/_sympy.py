@@ -39,6 +39,10 @@ _OPERATIONS = {
 }
 
 
+# One of them is the imaginary unit of exponents: the first that is not a name of the model.
+_UNITS = ("i", "j", "I")
+
+
 class _Reader:
     """Reads expressions; each name of the model is one symbol, `m[1]` is `m_1`."""
 
@@ -54,10 +58,10 @@ class _Reader:
             plain = name
         return self.symbols.setdefault(name, sympy.Symbol(plain))
 
-    def name(self, name: str, primes: int, moving: bool) -> sympy.Expr:
+    def name(self, name: str, primes: int, moving: bool, unit: str | None) -> sympy.Expr:
         if name == "pi":
             return sympy.pi
-        if name == "i" and name not in self.coordinates and not moving:
+        if name == unit:
             return sympy.I
         if moving and name == "t":
             return self.time
@@ -67,7 +71,7 @@ class _Reader:
             return path.diff(self.time, primes) if primes else path
         return sympy.Symbol(symbol.name + "'" * primes) if primes else symbol
 
-    def read(self, text: str, moving: bool = False) -> sympy.Expr:
+    def read(self, text: str, moving: bool = False, unit: str | None = None) -> sympy.Expr:
         """Atoms become names of Python's, so that its own parser has the same precedences."""
         atoms: list[sympy.Expr] = []
         words: list[str] = []
@@ -79,7 +83,7 @@ class _Reader:
                 words.append("**" if token["sign"] == "^" else token["sign"])
             else:
                 number = token["number"]
-                atom = sympy.Rational(number) if number else self.name(name, len(token["primes"]), moving)
+                atom = sympy.Rational(number) if number else self.name(name, len(token["primes"]), moving, unit)
                 words.append(f" _{len(atoms)} ")
                 atoms.append(atom)
         return self._walk(ast.parse("".join(words).strip(), mode="eval").body, atoms)
@@ -98,8 +102,19 @@ class _Reader:
                 raise ValueError(f"an expression that SymPy is not given: {ast.unparse(node)}")
 
 
-def converted(derivation: Derivation) -> Result:
-    """All that a derivation has of matrices, equations and closed forms."""
+def _imaginary_unit(names: list[str]) -> str:
+    taken = {name.split("[")[0] for name in names}
+    for unit in _UNITS:
+        if unit not in taken:
+            return unit
+    raise ValueError(
+        "the model has the names i, j and I, so that exponents have no letter for the imaginary unit; leave them out: "
+        'derive(only=["mass", "stiffness"])'
+    )
+
+
+def converted(derivation: Derivation, names: list[str]) -> Result:
+    """All that a derivation has of matrices, equations and closed forms; `names` are those of the model."""
     reader = _Reader(derivation.coordinates)
     fields: dict = {}
     for name in ("mass", "stiffness", "gyroscopic", "damping", "circulatory"):
@@ -107,8 +122,9 @@ def converted(derivation: Derivation) -> Result:
         fields[name] = None if rows is None else sympy.Matrix([[reader.read(entry) for entry in row] for row in rows])
     left = [equation.rsplit("=", 1)[0] for equation in derivation.equations]
     fields["equations"] = [sympy.Eq(reader.read(text, moving=True), 0, evaluate=False) for text in left]
-    for name, key in (("frequencies", "omega_squared"), ("exponents", "exponent")):
-        fields[name] = [{**one, key: reader.read(one[key])} for one in derivation[name]]
+    unit = _imaginary_unit(names) if derivation.exponents else None
+    for name, key, letter in (("frequencies", "omega_squared", None), ("exponents", "exponent", unit)):
+        fields[name] = [{**one, key: reader.read(one[key], unit=letter)} for one in derivation[name]]
     polynomial = derivation.get("characteristic")
     fields["characteristic"] = polynomial and [reader.read(text) for text in polynomial]
     result = Result({})

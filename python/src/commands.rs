@@ -303,8 +303,6 @@ pub(crate) fn sensitivities(
         let mut options = Options::default().digits(digits(digits_wanted, MOST_DIGITS)?);
         options.lowest = positive("lowest", lowest)?;
         let model = job.model(Size::Dense)?;
-        // Conditions on velocities have no derivatives, the equations in independent velocities do.
-        let model = derive::in_independent_coordinates(&model).unwrap_or(model);
         let (linearized, mut modes) = solved(job, model, &options)?;
         let found = sensitivity::sensitivities(&linearized, &modes);
         found.put_uncertainties(&linearized, &mut modes);

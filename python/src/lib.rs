@@ -27,7 +27,7 @@ mod _native {
     #[pymodule_export]
     use super::studies::{multipliers, periods, solve_sets, steady_response, sweep, trajectory};
     #[pymodule_export]
-    use super::{body, codes, format, page};
+    use super::{body, codes, format, page, version};
 }
 
 /// A model in canonical layout.
@@ -35,6 +35,12 @@ mod _native {
 fn format(py: Python<'_>, text: String) -> PyResult<String> {
     let done = py.detach(|| syntax::format(&text).map_err(Failure::from));
     done.map_err(|told| told.raise(py, &Page { name: "model".to_owned(), text }))
+}
+
+/// The version of the package.
+#[pyfunction]
+fn version() -> &'static str {
+    env!("CARGO_PKG_VERSION")
 }
 
 /// All codes of errors and warnings.

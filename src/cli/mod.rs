@@ -274,8 +274,6 @@ fn sensitivity_text(args: &args::Sensitivity) -> Result<Answer, Failure> {
     let mut options = modes::Options::default().digits(args.digits);
     options.lowest = args.lowest;
     load(&args.model, Size::Dense)?.answer(&args.model, "computing the modes", |_, model, warnings| {
-        // Conditions on velocities have no derivatives, the equations in independent velocities do.
-        let model = derive::in_independent_coordinates(&model).unwrap_or(model);
         let (linearized, mut modes) = solved(model, &options)?;
         let found = sensitivity::sensitivities(&linearized, &modes);
         found.put_uncertainties(&linearized, &mut modes);

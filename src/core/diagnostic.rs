@@ -4,6 +4,7 @@
 //! physicist's words, the place, where it helps a second place, and the fix where there is one.
 //! This module holds the plain data and never draws: `report::diagnostics_text` does.
 
+use crate::order::Order;
 use crate::span::Span;
 use crate::worded;
 
@@ -53,7 +54,7 @@ impl Replacement {
 #[must_use]
 pub fn replaced<'a>(text: &str, changes: impl IntoIterator<Item = &'a Replacement>) -> String {
     let mut changes: Vec<&Replacement> = changes.into_iter().collect();
-    changes.sort_by_key(|own| own.span.start);
+    changes.order_by_key(|own| own.span.start);
     let (mut out, mut done) = (String::new(), 0);
     for own in changes {
         if let Some(kept) = text.get(done..own.span.start as usize) {

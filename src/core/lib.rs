@@ -6,6 +6,8 @@
 
 pub mod span;
 
+pub mod order;
+
 pub mod explain;
 
 pub mod diagnostic;

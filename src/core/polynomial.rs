@@ -10,6 +10,7 @@ use dashu_int::IBig;
 
 use crate::expr::{PRIME, add_mod, inverse_mod, mix, mul_mod, neg_mod, pow_mod};
 use crate::number::Number;
+use crate::order::{Gather, Order};
 
 /// Beyond so many terms common divisors are not looked for.
 const MOST_TERMS: usize = 400;
@@ -154,7 +155,7 @@ impl Polynomial {
         if factor.is_zero() {
             return Self::zero(self.variables);
         }
-        let terms = self.terms.iter().map(|(powers, value)| (powers.clone(), value.mul(factor))).collect();
+        let terms = self.terms.iter().map(|(powers, value)| (powers.clone(), value.mul(factor))).gather();
         Self { variables: self.variables, terms }
     }
 
@@ -210,7 +211,7 @@ impl Polynomial {
     /// Without powers that all terms have.
     pub(crate) fn without(&self, common: &Powers) -> Self {
         let less = |powers: &Powers| powers.iter().zip(common).map(|(a, b)| a - b).collect();
-        let terms = self.terms.iter().map(|(powers, value)| (less(powers), value.clone())).collect();
+        let terms = self.terms.iter().map(|(powers, value)| (less(powers), value.clone())).gather();
         Self { variables: self.variables, terms }
     }
 
@@ -347,7 +348,7 @@ impl Polynomial {
     /// The common divisor of what stands before the powers of a variable.
     pub(crate) fn content(&self, variable: usize) -> Self {
         let mut coefficients = self.coefficients(variable);
-        coefficients.sort_by_key(|own| own.terms.len());
+        coefficients.order_by_key(|own| own.terms.len());
         let content = coefficients.into_iter().fold(Self::zero(self.variables), |common, own| {
             if common.is_constant() && !common.is_zero() { common } else { common.common_divisor(&own) }
         });

@@ -6,6 +6,7 @@ use annotate_snippets::{
     Annotation, AnnotationKind, Element, Group, Level, Origin, Renderer, Snippet, normalize_untrusted_str,
 };
 use librate_core::diagnostic::{Diagnostic, Label, Severity};
+use librate_core::order::Order;
 
 use super::Style;
 
@@ -193,7 +194,7 @@ fn group<'a>(page: &Page<'a>, diagnostic: &'a Diagnostic) -> Group<'a> {
             }
         })
         .collect();
-    marks.sort_by_key(|mark| (mark.start, mark.end));
+    marks.order_by_key(|mark| (mark.start, mark.end));
     let mut clusters: Vec<Vec<Mark>> = Vec::new();
     for mark in marks {
         match clusters.last_mut() {
@@ -204,7 +205,7 @@ fn group<'a>(page: &Page<'a>, diagnostic: &'a Diagnostic) -> Group<'a> {
         }
     }
     // The place of the mistake first.
-    clusters.sort_by_key(|cluster| !cluster.iter().any(|mark| mark.primary));
+    clusters.order_by_key(|cluster| !cluster.iter().any(|mark| mark.primary));
     for cluster in clusters {
         group = group.elements(snippet(page, &cluster));
     }

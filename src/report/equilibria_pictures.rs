@@ -5,6 +5,7 @@ use super::picture::{Axis, Cell, Curve, Panel, Picture, Sample, Stroke, titled};
 use super::{shown_unit, with_unit};
 use librate_core::model::Model;
 use librate_core::modes::Stability;
+use librate_core::order::Order;
 use librate_core::precision::Ball;
 use librate_studies::equilibria::{Branch, Diagram, Equilibrium, Found, Landscape};
 use librate_studies::period::{Course, portrait};
@@ -61,7 +62,7 @@ pub fn equilibria_svg(model: &Model, found: &Found, landscape: &Landscape) -> St
         let marked = curves.iter().flat_map(|own| &own.points).map(|point| point[1]);
         // Poles leave the picture.
         let mut heights: Vec<f64> = curve.iter().map(|own| own[1]).filter(|own| own.is_finite()).collect();
-        heights.sort_by(f64::total_cmp);
+        heights.order_by(f64::total_cmp);
         let shares = [1, 19].map(|share| heights.get(heights.len() * share / 20).copied().unwrap_or(0.0));
         let name = if model.has_units { "potential (J)" } else { "potential" };
         let up = Axis::over(name, marked.chain(shares), 0.15);
@@ -113,7 +114,7 @@ fn nothing() -> Panel {
 fn cells(heights: &[([f64; 2], f64)], half: [f64; 2]) -> Vec<Cell> {
     const SHADES: f64 = 12.0;
     let mut sorted: Vec<f64> = heights.iter().map(|(_, own)| *own).filter(|own| own.is_finite()).collect();
-    sorted.sort_by(f64::total_cmp);
+    sorted.order_by(f64::total_cmp);
     let share = |value: f64| sorted.partition_point(|own| *own < value) as f64 / sorted.len().max(1) as f64;
     let mut all: Vec<Cell> = Vec::new();
     for (at, value) in heights {
@@ -135,7 +136,7 @@ pub fn diagram_svg(model: &Model, diagram: &Diagram) -> String {
         let mut curves: Vec<Curve> = diagram.branches.iter().flat_map(|own| pieces(own, diagram, at)).collect();
         let points = diagram.bifurcations.iter().map(|own| [own.value.mid_f64(), own.point[at].mid_f64()]);
         let mut kinds: Vec<&str> = diagram.bifurcations.iter().map(|own| own.kind.as_str()).collect();
-        kinds.sort_unstable();
+        kinds.put_in_order();
         kinds.dedup();
         for (colour, kind) in kinds.into_iter().enumerate() {
             let own = diagram.bifurcations.iter().zip(points.clone()).filter(|(own, _)| own.kind.as_str() == kind);

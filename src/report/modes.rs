@@ -10,6 +10,7 @@ use librate_core::linearize::{Linearized, Origin};
 use librate_core::model::Coordinates;
 use librate_core::modes::exponents::Limit;
 use librate_core::modes::{Kind, Method, Options, Stability};
+use librate_core::order::Order;
 use librate_core::oscillation::{NormalMode, NormalModes, Normalization};
 use librate_core::precision::{Ball, Big, Scalar, one_digit_up_text};
 
@@ -34,6 +35,20 @@ const ROUGH_SHARE: f64 = 0.3;
 /// With less room than this beside the frequencies, shapes stand below them.
 const LEAST_SHAPE: usize = 30;
 
+/// The name of a model, and how many coordinates, constraints and massless directions it has.
+pub(super) fn heading(linearized: &Linearized) -> String {
+    let mut heading = headline(linearized.model().name.as_deref(), linearized.coordinates());
+    if linearized.is_constrained() {
+        let constraints = counted(linearized.constraints(), "constraint");
+        heading.push_str(&format!(", {constraints}"));
+    }
+    if linearized.massless_directions() > 0 {
+        let massless = counted(linearized.massless_directions(), "massless direction");
+        heading.push_str(&format!(", {massless}"));
+    }
+    heading
+}
+
 /// The modes of a model as text: a headline, the equilibrium, its stability and a table with one
 /// line a mode.
 ///
@@ -43,16 +58,7 @@ const LEAST_SHAPE: usize = 30;
 pub fn modes_text(linearized: &Linearized, modes: &NormalModes, options: &Options, style: &Style) -> String {
     let model = linearized.model();
     let count = linearized.mode_count();
-    let mut heading = headline(model.name.as_deref(), linearized.coordinates());
-    if linearized.is_constrained() {
-        let constraints = counted(linearized.constraints(), "constraint");
-        heading.push_str(&format!(", {constraints}"));
-    }
-    if linearized.massless_directions() > 0 {
-        let massless = counted(linearized.massless_directions(), "massless direction");
-        heading.push_str(&format!(", {massless}"));
-    }
-    let mut out = style.paint(Tone::Heading, &heading) + "\n";
+    let mut out = style.paint(Tone::Heading, &heading(linearized)) + "\n";
     out.push_str(&equilibrium_text(linearized, options, style));
     out.push_str(&rates_text(linearized, options, style));
     let (tone, word) = (stability_tone(modes.stability), modes.stability.as_str());
@@ -455,7 +461,7 @@ fn largest(mode: &NormalMode, names: &Headings<'_>, power: i32, room: usize) -> 
             (size, at, text)
         })
         .collect();
-    texts.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    texts.order_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     let mut out = String::new();
     let mut used = 0;
     let count = texts.len();

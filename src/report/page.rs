@@ -16,6 +16,7 @@ use librate_core::derive::{
 use librate_core::diagnostic::Diagnostic;
 use librate_core::expr::ExprId;
 use librate_core::number::Number;
+use librate_core::order::Order;
 use librate_core::oscillation::{NormalMode, NormalModes};
 use librate_core::typeset::{Formula, Notation};
 
@@ -165,7 +166,7 @@ impl Matrix {
         if by_row.len() == shown.len() {
             return (remark, by_row);
         }
-        shown.sort_by_key(|(i, j, _)| (j.abs_diff(*i), j < i, *i));
+        shown.order_by_key(|(i, j, _)| (j.abs_diff(*i), j < i, *i));
         let by_diagonal = lines(&shown);
         (remark, if by_diagonal.len() < by_row.len() { by_diagonal } else { by_row })
     }
@@ -530,7 +531,7 @@ pub(super) fn condition_text(derivation: &Derivation, condition: &Condition) -> 
 fn assumed_of(roots: &[Root]) -> Vec<(ExprId, bool)> {
     let conditions = roots.iter().filter_map(|root| root.condition.as_ref());
     let mut signs: Vec<(ExprId, bool)> = conditions.flat_map(|condition| condition.signs.iter().copied()).collect();
-    signs.sort_unstable();
+    signs.put_in_order();
     signs.dedup();
     signs
 }

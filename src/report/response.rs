@@ -3,6 +3,7 @@
 use super::json::{Object, array, lines, model_and_version, null, number, string};
 use super::picture::{Axis, Curve, Panel, Picture, Stroke, titled};
 use super::{Written, common, csv_text, with_unit};
+use librate_core::order::Order;
 use librate_core::precision::{Ball, one_digit_up, push_decimal, quick_decimal};
 use librate_studies::response::{Peak, PeakKind, Peaks, Response, ResponseError, Study, Value};
 use std::ops::Range;
@@ -231,7 +232,7 @@ pub fn response_svg(response: &Response, peaks: &[Peaks]) -> String {
     }));
     let points = || amplitudes.iter().flat_map(|own| &own.points).map(|point| point[1]);
     let mut sizes: Vec<f64> = points().filter(|size| *size > 0.0).collect();
-    sizes.sort_by(f64::total_cmp);
+    sizes.order_by(f64::total_cmp);
     let most = sizes.get(sizes.len() / 2).map_or(f64::INFINITY, |median| TALLEST * median);
     // With damping peaks are finite, however high.
     let finite = peaks.iter().flat_map(|own| &own.found).filter_map(|peak| Some(peak.amplitude?.mid_f64()));

@@ -3,6 +3,7 @@
 //! Nothing is recognised but text: a run stands in place of lines each of which comes back letter by letter with its own number
 //! put in for the index.
 
+use librate_core::order::Order;
 use std::cmp::{Ordering, Reverse};
 
 use super::page::{Line, Words};
@@ -85,7 +86,7 @@ struct Row {
 impl Row {
     /// With names for the indices, in the order in which they occur.
     fn named(mut self, names: &[&str]) -> Line {
-        self.ranges.sort_by_key(|(mark, ..)| self.text.find(mark));
+        self.ranges.order_by_key(|(mark, ..)| self.text.find(mark));
         let mut remark = String::new();
         for ((mark, first, last), name) in self.ranges.iter().zip(names) {
             self.text = self.text.replace(mark, name);

@@ -3,8 +3,9 @@
 use std::fmt::Write;
 
 use super::json::{modes_with, null, number, record};
+use super::modes::heading;
 use super::table::{Column, draw};
-use super::{Exponent, Style, Tone, UNDECIDED, Written, headline, listed, nearest, nearest_bound};
+use super::{Exponent, Style, Tone, UNDECIDED, Written, listed, nearest, nearest_bound};
 use librate_core::linearize::Linearized;
 use librate_core::modes::Options;
 use librate_core::oscillation::NormalModes;
@@ -28,9 +29,7 @@ pub fn sensitivity_json(
     options: &Options,
 ) -> String {
     let model = linearized.model();
-    let begins = |own: &Ball| !own.contains_zero();
-    let grows = modes.modes.iter().any(|mode| !mode.growth.is_zero())
-        || sensitivities.growth.iter().flatten().flatten().any(begins);
+    let grows = grows(modes, sensitivities);
     let object = |derivatives: &[Option<Ball>], part: fn(&Ball) -> f64| {
         let fields = sensitivities.parameters.iter().zip(derivatives);
         record(fields.map(|(parameter, derivative)| {
@@ -55,7 +54,7 @@ pub fn sensitivity_json(
     })
 }
 
-/// The frequencies and their derivatives as a table to read.
+/// The frequencies and their derivatives as a table to read, and the growths likewise where some is not 0, or ceases to be.
 #[must_use]
 pub fn sensitivity_text(
     linearized: &Linearized,
@@ -65,53 +64,79 @@ pub fn sensitivity_text(
     style: &Style,
 ) -> String {
     let model = linearized.model();
-    let count = linearized.dimension();
-    let mut out = style.paint(Tone::Heading, &headline(model.name.as_deref(), count)) + "\n\n";
+    let mut out = style.paint(Tone::Heading, &heading(linearized)) + "\n\n";
+    let rows: Vec<Exponent> = modes.modes.iter().map(|mode| Exponent::new(mode, options.digits)).collect();
+    let uncertain = modes.modes.iter().any(|mode| mode.uncertainty.is_some());
+    let names: Vec<&str> =
+        sensitivities.parameters.iter().map(|parameter| model.parameters[*parameter].name.as_str()).collect();
+    let column =
+        |heading: &str, of: &dyn Fn(&Exponent) -> String| Column::numbers(heading, rows.iter().map(of).collect());
+    let sigma = |of: &dyn Fn(&Exponent) -> String| uncertain.then(|| column("sigma", of));
+    let omega = [Some(column("omega", &|row| row.omega.text())), sigma(&|row| row.omega_sigma.clone())];
+    out.push_str(&table("omega", omega, &names, &sensitivities.omega, style));
+    if grows(modes, sensitivities) {
+        let growth = [Some(column("growth", &|row| row.growth.text())), sigma(&|row| row.growth_sigma.clone())];
+        out.push('\n');
+        out.push_str(&table("growth", growth, &names, &sensitivities.growth, style));
+    }
+    out
+}
+
+/// Whether some growth is not 0, or ceases to be.
+fn grows(modes: &NormalModes, sensitivities: &Sensitivities) -> bool {
+    let begins = |own: &Ball| !own.contains_zero();
+    modes.modes.iter().any(|mode| !mode.growth.is_zero()) || sensitivities.growth.iter().flatten().flatten().any(begins)
+}
+
+/// What each mode has, and its derivatives by all parameters.
+fn table(
+    what: &str,
+    own: [Option<Column>; 2],
+    names: &[&str],
+    derivatives: &[Vec<Option<Ball>>],
+    style: &Style,
+) -> String {
     let written = |value: Option<Ball>| match value {
         None => "none".to_owned(),
         Some(value) if value.is_zero() => "0".to_owned(),
         Some(value) if value.contains_zero() => UNDECIDED.to_owned(),
         Some(value) => Written::new(&value, DIGITS).text(),
     };
-    let rows: Vec<Exponent> = modes.modes.iter().map(|mode| Exponent::new(mode, options.digits)).collect();
-    let omega = rows.iter().map(|row| row.omega.text());
-    let mut columns = vec![Column::counting("mode", modes.modes.len()), Column::numbers("omega", omega.collect())];
-    if modes.modes.iter().any(|mode| mode.uncertainty.is_some()) {
-        let cells = rows.iter().map(|row| row.omega_sigma.clone());
-        columns.push(Column::numbers("sigma", cells.collect()));
-    }
-    let names: Vec<&str> =
-        sensitivities.parameters.iter().map(|parameter| model.parameters[*parameter].name.as_str()).collect();
+    let count = derivatives.len();
+    let mut columns = vec![Column::counting("mode", count)];
+    columns.extend(own.into_iter().flatten());
     let used: usize = columns.iter().map(Column::width).sum();
-    let own: Vec<Column> = names
+    let by_parameter: Vec<Column> = names
         .iter()
         .enumerate()
         .map(|(at, name)| {
-            let cells = sensitivities.omega.iter().map(|row| written(row[at]));
+            let cells = derivatives.iter().map(|row| written(row[at]));
             Column::numbers(&format!("d/d {name}"), cells.collect())
         })
         .collect();
-    let width: usize = own.iter().map(Column::width).sum();
+    let width: usize = by_parameter.iter().map(Column::width).sum();
     let fits = names.len() <= MOST_COLUMNS && used + width <= style.width + super::table::GAP;
-    columns.extend(own.into_iter().filter(|_| fits));
-    out.push_str(&draw(&columns, modes.modes.len(), |_| None, style));
-    out.push_str(if fits { "" } else { "\nd omega / d parameter\n" });
-    for (at, row) in sensitivities.omega.iter().enumerate().filter(|_| !fits) {
+    columns.extend(by_parameter.into_iter().filter(|_| fits));
+    let mut out = draw(&columns, count, |_| None, style);
+    if !fits {
+        out.push_str(&format!("\nd {what} / d parameter\n"));
+    }
+    for (at, row) in derivatives.iter().enumerate().filter(|_| !fits) {
         let items: Vec<String> =
             names.iter().zip(row).map(|(name, value)| format!("{name} {}", written(*value))).collect();
         out.push_str(&listed(&format!("mode {}", at + 1), &items, style.width));
     }
-    out.push_str(&remark(&names, sensitivities, style.width));
+    out.push_str(&remark(names, derivatives, style.width));
     out
 }
 
 /// How near to 0 what is written as [`UNDECIDED`] is, by parameter; nothing where it is not written.
-fn remark(names: &[&str], sensitivities: &Sensitivities, width: usize) -> String {
+fn remark(names: &[&str], derivatives: &[Vec<Option<Ball>>], width: usize) -> String {
     let items: Vec<String> = names
         .iter()
         .enumerate()
         .filter_map(|(at, name)| {
-            let column = sensitivities.omega.iter().filter_map(|row| row[at]);
+            let column = derivatives.iter().filter_map(|row| row[at]);
             let undecided = column.filter(|own| own.contains_zero() && !own.is_zero());
             let most = undecided.map(|own| own.abs_upper()).fold(0.0, f64::max);
             (most > 0.0).then(|| format!("{name} {}", one_digit_up_text(most)))

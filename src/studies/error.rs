@@ -11,6 +11,7 @@ use crate::response::ResponseError;
 use librate_core::diagnostic::Diagnostic;
 use librate_core::linearize::LinearizeError;
 use librate_core::model::ModelError;
+use librate_core::order::Order;
 use librate_core::syntax::SyntaxError;
 
 /// What went wrong, by stage.
@@ -128,7 +129,7 @@ impl Error {
             Self::Floquet(error) => vec![Diagnostic::from(error)],
             Self::Response(error) => vec![Diagnostic::from(error)],
         };
-        all.sort_by_key(|diagnostic| {
+        all.order_by_key(|diagnostic| {
             let place = diagnostic.primary.as_ref().map(|label| label.span.start);
             (place.is_none(), place)
         });

@@ -11,6 +11,7 @@ use librate_core::expr::{ExprId, Node, Pool, Substitution, Symbol};
 use librate_core::linearize::{Linearized, constant, known_values};
 use librate_core::model::{Model, Parameter};
 use librate_core::number::Number;
+use librate_core::order::{Gather, Order};
 use librate_core::precision::Scalar;
 
 /// Rods are looked for between so many points, ...
@@ -56,7 +57,7 @@ pub fn figure(linearized: &Linearized, open: &[&str]) -> Option<Figure> {
     let opened: Vec<&Parameter> =
         open.iter().filter_map(|name| model.parameters.iter().find(|own| own.name == *name)).collect();
     // What is defined from others follows them.
-    let defined: Substitution = model.parameters.iter().map(|own| (own.symbol, own.symbolic)).collect();
+    let defined: Substitution = model.parameters.iter().map(|own| (own.symbol, own.symbolic)).gather();
     let mut values = known_values(model);
     opened.iter().for_each(|own| {
         values.remove(&own.symbol);
@@ -276,7 +277,7 @@ fn springs(pool: &Pool, model: &Model, positions: &[ExprId], dimension: usize) -
             let near = all.iter().filter_map(|number| of_coordinate.get(*number)).flatten();
             let mut inside: Vec<usize> =
                 near.copied().filter(|point| moves[*point].iter().all(|number| all.contains(number))).collect();
-            inside.sort_unstable();
+            inside.put_in_order();
             inside.dedup();
             if let [a, b] = inside[..]
                 && seen.insert((a, b))

@@ -10,6 +10,7 @@ use crate::tracking::{Shapes, matched, shapes};
 use librate_core::linearize::{Linearized, constant};
 use librate_core::model::{Model, Range};
 use librate_core::modes::Options;
+use librate_core::order::Order;
 use librate_core::oscillation::{NormalMode, NormalModes};
 
 /// So many numbers of shapes over a grid are about 400 kB.
@@ -192,7 +193,7 @@ impl Nodes {
         let (row, column) = (start / across, start % across);
         let away = |node: usize| (node / across).abs_diff(row) + (node % across).abs_diff(column);
         let mut order: Vec<usize> = (0..places.len()).collect();
-        order.sort_by_key(|node| away(*node));
+        order.order_by_key(|node| away(*node));
         let mut nodes: Vec<Option<Node>> = vec![None; places.len()];
         let mut known: Vec<Option<Vec<Option<Followed>>>> = vec![None; places.len()];
         let own = shapes(linearized, modes);

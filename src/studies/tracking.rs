@@ -9,6 +9,7 @@
 use crate::sweep::{Place, Sweep};
 use librate_core::linearize::Linearized;
 use librate_core::modes::Kind;
+use librate_core::order::Order;
 use librate_core::oscillation::{NormalMode, NormalModes};
 
 /// Shapes that agree less leave it open what belongs together.
@@ -118,7 +119,7 @@ pub(crate) fn shapes(linearized: &Linearized, modes: &NormalModes) -> Shapes {
 pub(crate) fn matched(from: &Shapes, to: &Shapes) -> (Pairs, f64) {
     let all = (0..from.len()).flat_map(|i| (0..to.len()).map(move |j| (from[i].agreement(&to[j]), i, j)));
     let mut pairs: Vec<(f64, usize, usize)> = all.filter(|(agreement, ..)| *agreement > LEAST).collect();
-    pairs.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2)));
+    pairs.order_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2)));
     let mut found = vec![None; from.len()];
     let mut taken = vec![false; to.len()];
     let mut sure: f64 = 1.0;

@@ -10,6 +10,7 @@ use super::simplify::{Weights, rebuild};
 use super::{Derivation, Names};
 use crate::expr::{ExprId, Node, Pool, Substitution, Symbol};
 use crate::number::Number;
+use crate::order::{Gather, Order};
 
 /// What is named has so many symbols at least, stands there so often, and saves so many.
 const LEAST_SYMBOLS: u64 = 8;
@@ -190,7 +191,7 @@ fn candidates(pool: &Pool, weights: &mut Weights, roots: &[ExprId], entries: &BT
             found.push(Candidate { id, root, saved });
         }
     }
-    found.sort_by_key(|own| (std::cmp::Reverse(own.saved), own.id));
+    found.order_by_key(|own| (std::cmp::Reverse(own.saved), own.id));
     let mut chosen: Vec<Candidate> = Vec::new();
     let mut inside: BTreeSet<ExprId> = BTreeSet::new();
     for own in found {
@@ -276,7 +277,7 @@ impl Letters {
     fn new(derivation: &Derivation) -> Self {
         let names = derivation.symbols.keys();
         let family = |name: &String| name.split(['[', '\'']).next().unwrap_or("").to_owned();
-        let taken: BTreeSet<String> = names.map(family).collect();
+        let taken: BTreeSet<String> = names.map(family).gather();
         let free = |letters: &[&str]| {
             let unused = letters.iter().find(|own| !taken.contains(**own));
             unused.map_or_else(|| format!("{}_", letters[0]), ToString::to_string)
@@ -421,7 +422,7 @@ struct Points {
 /// What has names, each after those that it needs.
 fn in_order(pool: &Pool, named: Vec<Named>) -> Vec<Named> {
     let symbols: BTreeMap<Symbol, usize> =
-        named.iter().enumerate().filter_map(|(at, own)| Some((pool.as_symbol(own.symbol)?, at))).collect();
+        named.iter().enumerate().filter_map(|(at, own)| Some((pool.as_symbol(own.symbol)?, at))).gather();
     let needs: Vec<Vec<usize>> = named
         .iter()
         .map(|own| {

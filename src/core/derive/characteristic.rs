@@ -9,6 +9,7 @@ use super::check::Checker;
 use super::exponents::StabilityCondition;
 use super::frequencies::Case;
 use super::pair::Pair;
+use super::pervasive::Pervasive;
 use super::ring::{EXPONENT, Expanded, Ring};
 use super::roots::{MOST_COORDINATES, determinant_of_polynomials};
 use super::simplify::Algebra;
@@ -21,6 +22,8 @@ use crate::polynomial::{Polynomial, determinant};
 use crate::symmetry::Symmetry;
 use crate::syntax::Comparison;
 
+/// Conditions of so few coordinates with friction are short whatever it does.
+const FEW: usize = 2;
 /// Of models with more coordinates only frequencies are looked at.
 const MOST_IN_ALL: usize = 40;
 /// Determinants of more coordinates are not written out, those beyond the limit of closed forms as polynomials.
@@ -207,6 +210,11 @@ impl Factored {
         linear: &Linear,
     ) -> Option<Vec<StabilityCondition>> {
         let conservative = linear.is_conservative();
+        if linear.mass.len() > FEW
+            && let Some(found) = by_energy(checker, pool, linear)
+        {
+            return Some(found);
+        }
         let all = self.factors.iter().map(|factor| conditions(factor, &self.ring, &self.signs, conservative));
         let kept = all.collect::<Option<Vec<_>>>().map(|all| essential(&all.concat(), &self.signs));
         let found = kept.and_then(|kept| self.conditions(checker, pool, &kept));
@@ -218,21 +226,6 @@ impl Factored {
         (conservative || !drifts(pool, linear)).then_some(found)
     }
 
-    /// What has to be positive, as a product.
-    fn product(&self, pool: &mut Algebra<'_>, own: &Sign) -> ExprId {
-        let factors = own.factors.iter().map(|factor| self.ring.expression(pool, factor));
-        let mut factors: Vec<ExprId> = factors.collect();
-        if own.negative {
-            // The sign goes into a sum.
-            let place = factors.iter().position(|factor| pool.is_sum(*factor)).unwrap_or(0);
-            match factors.get_mut(place) {
-                Some(factor) => *factor = pool.neg(*factor),
-                None => factors.push(pool.integer(-1)),
-            }
-        }
-        pool.product(&factors)
-    }
-
     /// Conditions as expressions, where they agree with the modes at the values of the parameters.
     fn conditions(
         &self,
@@ -240,16 +233,10 @@ impl Factored {
         pool: &mut Algebra<'_>,
         all: &[Sign],
     ) -> Option<Vec<StabilityCondition>> {
-        let mut by_signs = self.signs.clone();
-        for at in 0..self.ring.variables() {
-            let symbol = self.ring.base(at).and_then(|(base, _)| pool.as_symbol(base));
-            if symbol.and_then(|symbol| checker.sign(symbol)) == Some(false) {
-                by_signs.variables[at] = true;
-            }
-        }
+        let by_signs = of_values(checker, pool, &self.ring, &self.signs);
         let mut found = Vec::new();
         for own in all {
-            let positive = self.product(pool, own);
+            let positive = signed(pool, &self.ring, own);
             if pool.weight_of(&[positive]) > MOST_IN_CONDITION {
                 return None;
             }
@@ -258,7 +245,7 @@ impl Factored {
                 continue;
             }
             let left = by_signs.sign(&own.product(self.ring.variables()));
-            let open = (!left.holds_always()).then(|| self.product(pool, &left));
+            let open = (!left.holds_always()).then(|| signed(pool, &self.ring, &left));
             found.push(StabilityCondition { positive, open });
         }
         agreeing(checker, pool, found)
@@ -325,6 +312,58 @@ impl Factored {
         }
         agreeing(checker, pool, found)
     }
+}
+
+/// What has to be positive, as a product.
+fn signed(pool: &mut Algebra<'_>, ring: &Ring, own: &Sign) -> ExprId {
+    let factors = own.factors.iter().map(|factor| ring.expression(pool, factor));
+    let mut factors: Vec<ExprId> = factors.collect();
+    if own.negative {
+        // The sign goes into a sum.
+        let place = factors.iter().position(|factor| pool.is_sum(*factor)).unwrap_or(0);
+        match factors.get_mut(place) {
+            Some(factor) => *factor = pool.neg(*factor),
+            None => factors.push(pool.integer(-1)),
+        }
+    }
+    pool.product(&factors)
+}
+
+/// What is known to be positive where the parameters have the signs that they have in the model.
+fn of_values(checker: &Checker<'_>, pool: &Pool, ring: &Ring, signs: &Signs) -> Signs {
+    let mut own = signs.clone();
+    for at in 0..ring.variables() {
+        let symbol = ring.base(at).and_then(|(base, _)| pool.as_symbol(base));
+        if symbol.and_then(|symbol| checker.sign(symbol)) == Some(false) {
+            own.variables[at] = true;
+        }
+    }
+    own
+}
+
+/// That friction acts, and that the energy has a minimum, where friction takes energy out of all motions: what is left of that is what
+/// keeps frequencies real without it.
+fn by_energy(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear: &Linear) -> Option<Vec<StabilityCondition>> {
+    let known = known(checker, pool, linear);
+    let signs = |pool: &mut Algebra<'_>, ring: &Ring| {
+        let general = Signs::new(pool, ring, &known);
+        (of_values(checker, pool, ring, &general), general)
+    };
+    let pervasive = Pervasive::new(pool, linear, &known, signs)?;
+    let undamped = Linear { damping: None, gyroscopic: None, exponents: None, ..linear.clone() };
+    let parts = Factored::new(checker, pool, &undamped)?;
+    let zeros = parts.factors.iter().map(|own| own.times * own.polynomial.degree(EXPONENT) as usize).sum::<usize>();
+    // All have inertia; and what is never held has friction of its own.
+    if zeros + parts.zeros as usize != 2 * linear.mass.len() || parts.zeros > 0 && !pervasive.definite {
+        return None;
+    }
+    let mut found: Vec<StabilityCondition> = Vec::new();
+    for own in essential(&pervasive.conditions, &pervasive.signs) {
+        let positive = signed(pool, &pervasive.ring, &own);
+        found.push(StabilityCondition { positive, open: None });
+    }
+    found.extend(parts.stability(checker, pool, &undamped)?);
+    agreeing(checker, pool, found)
 }
 
 impl Linear {

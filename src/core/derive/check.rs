@@ -17,6 +17,7 @@ use crate::linearize::{self, LinearizeError, Linearized, Units, evaluate_closed,
 use crate::model::Model;
 use crate::modes::{self, Options, Problem};
 use crate::number::Number;
+use crate::order::Order;
 use crate::oscillation::{NormalMode, NormalModes, in_units, mass_error, normal_modes};
 use crate::precision::{Ball, Big, Function, Magnitude, Scalar};
 use crate::syntax::Comparison;
@@ -229,7 +230,7 @@ impl<'a> Checker<'a> {
                 pair = pair.changed(pool, |pool, values| pool.replaced(values, &images));
             }
         }
-        signs.sort_unstable();
+        signs.put_in_order();
         signs.dedup();
         (pair, signs)
     }
@@ -322,7 +323,7 @@ impl<'a> Checker<'a> {
             return false;
         };
         let largest = modes.iter().map(|mode| mode.omega_squared.abs_upper()).fold(0.0, f64::max);
-        modes.sort_by(|a, b| a.omega_squared.mid_f64().total_cmp(&b.omega_squared.mid_f64()));
+        modes.order_by(|a, b| a.omega_squared.mid_f64().total_cmp(&b.omega_squared.mid_f64()));
         let columns = || values.chunks_exact(n + 2);
         let meets = |(column, mode): (&[Ball], &Reference)| is_zero(&column[0].sub(&mode.omega_squared), largest);
         columns().len() == n
@@ -420,7 +421,7 @@ impl<'a> Checker<'a> {
             return;
         };
         let mut forms: Vec<(Ball, Frequency)> = values.into_iter().zip(case.frequencies.drain(..)).collect();
-        forms.sort_by(|(a, _), (b, _)| a.mid_f64().total_cmp(&b.mid_f64()));
+        forms.order_by(|(a, _), (b, _)| a.mid_f64().total_cmp(&b.mid_f64()));
         // Forms that only look different are one, which stands for itself.
         let mut merged: Vec<ExprId> = Vec::new();
         forms.dedup_by(|(later, form), (value, kept)| {

@@ -14,6 +14,7 @@ use crate::expr::{ExprId, Pool, fraction_mod};
 use crate::linearize::{Rotation, candidate_rotations, nullspace_mod, rotation_name, translation_name};
 use crate::model::Model;
 use crate::number::Number;
+use crate::order::Order;
 
 /// Sums of more momenta than this tell nobody anything.
 const MOST_COORDINATES: usize = 64;
@@ -237,7 +238,7 @@ impl Search<'_> {
         }
         // Of each plane first the velocity without a minus.
         let mut ordered = rotation.parts();
-        ordered.sort_by_key(|(i, partner, minus)| (*i.min(partner), *minus));
+        ordered.order_by_key(|(i, partner, minus)| (*i.min(partner), *minus));
         let ordered = ordered.into_iter();
         Some(ordered.filter_map(|(i, _, _)| Some((i, at.get(&i)?.0))).collect())
     }
@@ -273,6 +274,6 @@ fn sum_of_momenta(pool: &mut Algebra<'_>, generator: &Slopes, momenta: &[MotionS
         let own = |i: usize| generator.iter().position(|(other, _)| *other == i);
         term.motion.first().and_then(|(motion, _)| if let Motion::Momentum(i) = motion { own(*i) } else { None })
     };
-    named.terms.sort_by_key(place);
+    named.terms.order_by_key(place);
     (named, MotionSum::of_parts(pool, parts))
 }

@@ -13,6 +13,7 @@ use super::{Derivation, Linear, Parts};
 use crate::expr::{ExprId, Pool, Symbol};
 use crate::linearize::{self, Eliminated, SymbolicMatrices, SymbolicRolling, Tied};
 use crate::model::Model;
+use crate::order::Order;
 
 /// Determinants of so many rows are written out.
 const MOST_BY_DETERMINANTS: usize = 3;
@@ -284,7 +285,7 @@ pub(super) fn solved_for(
     let sorted: Vec<usize> = bound.iter().copied().chain((0..width).filter(|i| !bound.contains(i))).collect();
     let rows = rows.iter().map(|row| sorted.iter().map(|i| row[*i]).collect()).collect();
     let Eliminated { mut pivots, rows } = linearize::eliminate(pool, rows, count, is_pivot)?;
-    pivots.sort_unstable();
+    pivots.put_in_order();
     let mut solved = Vec::with_capacity(count);
     for (_, row) in pivots {
         let mut own = vec![pool.zero(); width];

@@ -18,6 +18,7 @@ use super::motion::{Motion, MotionSum, MotionTerm};
 use super::simplify::Algebra;
 use crate::expr::{ExprId, Pool};
 use crate::number::Number;
+use crate::order::Gather;
 
 /// What moves, in ascending order, each with its power.
 pub(super) type Factors = Vec<(Motion, u32)>;
@@ -56,7 +57,7 @@ pub(super) fn coefficients(
     for (i, drag) in drags {
         dragged(pool, variables, *i, *drag, &mut parts);
     }
-    parts.into_iter().map(|(key, parts)| (key, pool.short(|pool| pool.linear(&parts)))).collect()
+    parts.into_iter().map(|(key, parts)| (key, pool.short(|pool| pool.linear(&parts)))).gather()
 }
 
 /// The left sides of the equations of motion, one a coordinate.

@@ -9,6 +9,7 @@ use super::lagrangian::{Lagrangian, Variables};
 use super::simplify::Algebra;
 use crate::expr::{ExprId, Node, Pool, Substitution};
 use crate::number::Number;
+use crate::order::Order;
 use crate::precision::Function;
 use crate::syntax::Comparison;
 
@@ -216,7 +217,7 @@ fn condition(pool: &mut Pool, checker: &Checker<'_>, value: ExprId, strict: bool
         let left = pool.product_of_powers(&above);
         (left, pool.product_of_powers(&below), false)
     };
-    signs.sort_unstable();
+    signs.put_in_order();
     signs.dedup();
     let relation = match (is_above, strict) {
         (true, true) => Comparison::Greater,

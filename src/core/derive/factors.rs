@@ -7,6 +7,7 @@
 
 use super::ring::EXPONENT;
 use crate::number::Number;
+use crate::order::Order;
 use crate::polynomial::Polynomial;
 
 /// Values at which a factor is looked for, one a variable.
@@ -31,7 +32,7 @@ impl Polynomial {
                 None => found.push(own),
             }
         }
-        found.sort_by_key(|own| (own.degree(EXPONENT), own.terms().count()));
+        found.order_by_key(|own| (own.degree(EXPONENT), own.terms().count()));
         found
     }
 
@@ -41,7 +42,7 @@ impl Polynomial {
             return None;
         }
         let mut variables: Vec<usize> = (0..self.variables()).filter(|at| self.degree(*at) > 0).collect();
-        variables.sort_by_key(|at| self.degree(*at));
+        variables.order_by_key(|at| self.degree(*at));
         for at in &variables {
             let content = self.content(*at);
             if !content.is_constant() {
@@ -214,7 +215,7 @@ fn whole_zeros(of: &Polynomial, variable: usize) -> Vec<Number> {
     };
     let slope: Vec<Number> = own.iter().zip(0..).skip(1).map(|(own, power)| own.mul(&Number::from(power))).collect();
     let mut zeros: Vec<Number> = PRIMES.iter().flat_map(|prime| zeros_from(&own, &slope, *prime, &bound)).collect();
-    zeros.sort_unstable();
+    zeros.put_in_order();
     zeros.dedup();
     zeros.retain(|zero| value(&own, zero).is_zero());
     zeros

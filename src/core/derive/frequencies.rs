@@ -20,6 +20,7 @@ use crate::expr::{ExprId, Pool};
 use crate::linearize::Invariance;
 use crate::model::Model;
 use crate::number::Number;
+use crate::order::Order;
 use crate::symmetry::{GroupKind, SignedPermutation, Symmetry};
 
 /// Larger models get no closed forms: they could not be checked in reasonable time.
@@ -186,7 +187,7 @@ pub(super) fn frequencies(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear:
         let equal = pair.substituted(pool, &map);
         let (equal, more) = checker.signed(pool, &equal);
         result.signs.extend(more);
-        result.signs.sort_unstable();
+        result.signs.put_in_order();
         result.signs.dedup();
         let equal = equal.canonical(pool);
         let symmetry = Symmetries::find(checker, pool, linear, &equal, &ties);

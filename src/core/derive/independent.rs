@@ -16,6 +16,7 @@ use crate::expr::{ExprId, Node, Pool, Substitution, Symbol};
 use crate::linearize::{self, LinearizeError, Linearized};
 use crate::model::{Local, Model, TermFamily};
 use crate::number::Number;
+use crate::order::{Gather, Order};
 
 /// Why no oscillations are found.
 const NOWHERE: &str =
@@ -53,7 +54,7 @@ fn product(pool: &mut Pool, left: &Polynomial, right: &Polynomial) -> Polynomial
     for (own, a) in left {
         let a = pool.sum(a);
         for (other, b) in right {
-            let mut powers: BTreeMap<Motion, u32> = own.iter().copied().collect();
+            let mut powers: BTreeMap<Motion, u32> = own.iter().copied().gather();
             for (motion, power) in other {
                 *powers.entry(*motion).or_default() += power;
             }
@@ -217,7 +218,7 @@ pub(super) fn independent(
     }
     let follows = bound.into_iter().map(|i| (i, MotionSum::of_parts(pool, motions.velocities[i].clone())));
     let mut follows: Vec<(usize, MotionSum)> = follows.collect();
-    follows.sort_by_key(|(i, _)| *i);
+    follows.order_by_key(|(i, _)| *i);
     Some(Independent { free, follows, equations })
 }
 

@@ -10,6 +10,7 @@ use crate::expr::{ExprId, Pool, Substitution, Symbol};
 use crate::linearize::{Splitter, Variable, elements, forces_of, instance, instances, signed_terms};
 use crate::model::{Model, Symbols, TermFamily};
 use crate::number::Number;
+use crate::order::Gather;
 
 /// The Lagrangian of a model, sorted by powers of the velocities.
 #[derive(Clone, Debug, Default)]
@@ -73,7 +74,7 @@ impl Variables {
     /// Puts all velocities to 0.
     pub(super) fn at_rest(&self, pool: &Pool) -> Substitution {
         let zero = pool.zero();
-        self.velocities.iter().map(|v| (*v, zero)).collect()
+        self.velocities.iter().map(|v| (*v, zero)).gather()
     }
 }
 

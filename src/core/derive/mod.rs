@@ -57,6 +57,7 @@ mod limits;
 mod motion;
 mod normal;
 mod pair;
+mod pervasive;
 mod ring;
 mod roots;
 mod shapes;

@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use super::simplify::Algebra;
 use crate::expr::{ExprId, Pool};
 use crate::number::Number;
+use crate::order::Order;
 
 /// What moves, by the number of its coordinate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -108,7 +109,7 @@ impl MotionSum {
     /// A sum with its terms in reading order, without those that are 0.
     pub(super) fn new(pool: &mut Pool, terms: impl IntoIterator<Item = MotionTerm>) -> Self {
         let mut terms: Vec<MotionTerm> = terms.into_iter().filter(|term| !term.coefficient.is_zero()).collect();
-        terms.sort_by_cached_key(order);
+        terms.order_by_key(order);
         for term in &mut terms {
             if !term.motion.is_empty() && reads_negative(pool, term.coefficient) {
                 term.negative = true;

@@ -13,6 +13,7 @@ use super::simplify::Algebra;
 use crate::expr::{ExprId, Node, Pool, Substitution};
 use crate::model::Model;
 use crate::number::Number;
+use crate::order::{Gather, Order};
 use crate::precision::{Ball, Function};
 
 /// No page has room for the normal coordinates of more.
@@ -78,7 +79,7 @@ pub(super) fn normal_coordinates(
     let squares: Vec<ExprId> = shapes.iter().map(|shape| shape.omega_squared).collect();
     let values = checker.evaluate(pool, &squares)?;
     let mut sorted: Vec<(Ball, Shape)> = values.into_iter().zip(shapes).collect();
-    sorted.sort_by(|(a, _), (b, _)| a.mid_f64().total_cmp(&b.mid_f64()));
+    sorted.order_by(|(a, _), (b, _)| a.mid_f64().total_cmp(&b.mid_f64()));
     let shapes: Vec<Shape> = sorted.into_iter().map(|(_, shape)| shape).collect();
     let columns: Vec<Column> = shapes
         .iter()
@@ -153,7 +154,7 @@ impl Shape {
     /// An expression with what its symbols for factors stand for.
     fn with_factors(&self, pool: &mut Pool, e: ExprId) -> ExprId {
         let factors = self.parts.iter().skip(1).map(|(_, factor)| *factor);
-        let map: Substitution = self.factors.iter().copied().zip(factors).collect();
+        let map: Substitution = self.factors.iter().copied().zip(factors).gather();
         pool.substitute_one(e, &map)
     }
 

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use super::simplify::{Algebra, Monomial, Opening, expand};
 use crate::expr::{ExprId, ModularPoint, Node, Pool, Substitution, neg_mod};
 use crate::number::Number;
+use crate::order::Gather;
 use crate::precision::Function;
 use crate::symmetry::Pattern;
 
@@ -24,7 +25,7 @@ pub(super) struct Pair {
 fn sparse(rows: &[Vec<ExprId>]) -> Vec<Row> {
     let entries = |row: &Vec<ExprId>| {
         let entries = row.iter().copied().enumerate();
-        entries.filter(|(_, value)| !value.is_zero()).collect()
+        entries.filter(|(_, value)| !value.is_zero()).gather()
     };
     rows.iter().map(entries).collect()
 }
@@ -74,7 +75,7 @@ impl Pair {
     ) -> Self {
         let values = self.values();
         let images = change(pool, &values);
-        self.replaced(pool, &values.into_iter().zip(images).collect())
+        self.replaced(pool, &values.into_iter().zip(images).gather())
     }
 
     /// With each entry replaced, and in its shortest form.
@@ -90,7 +91,7 @@ impl Pair {
                     let value = image.get(value).copied().unwrap_or(*value);
                     (!value.is_zero()).then_some((*j, value))
                 });
-                entries.collect()
+                entries.gather()
             };
             rows.iter().map(replaced).collect()
         };
@@ -185,7 +186,7 @@ impl Pair {
         let of = |rows: &[Row]| {
             let row = |i: &usize| {
                 let entries = rows[*i].iter();
-                entries.filter_map(|(j, value)| Some((*place.get(j)?, *value))).collect()
+                entries.filter_map(|(j, value)| Some((*place.get(j)?, *value))).gather()
             };
             to.iter().map(row).collect()
         };

@@ -6,6 +6,7 @@ use super::collapse::collapse;
 use super::simplify::{Algebra, Monomial, Monomials, Opening, add_to, expand, times};
 use crate::expr::{ExprId, Pool};
 use crate::number::Number;
+use crate::order::Order;
 use crate::polynomial::Polynomial;
 
 /// Expressions with more terms than this are not multiplied out.
@@ -127,7 +128,7 @@ impl Ring {
             roots.extend(parts.zip(value).map(|(parts, value)| (at, parts, value)));
         }
         // Roots of sums with roots in them come first.
-        roots.sort_by_key(|(_, _, value)| value.is_constant());
+        roots.order_by_key(|(_, _, value)| value.is_constant());
         own.roots = roots;
         own
     }
@@ -187,13 +188,14 @@ impl Ring {
         expanded.all.iter().map(|own| self.polynomial(own)).collect()
     }
 
-    /// A polynomial with the sign of the only one of the expressions.
-    pub(super) fn of_sign(&self, expanded: &Expanded) -> Option<Polynomial> {
+    /// Polynomials that are the expressions times the same positive factor.
+    pub(super) fn of_signs(&self, expanded: &Expanded) -> Option<Vec<Polynomial>> {
         let mut powers = vec![0; self.variables()];
         for (at, power) in self.powers(&expanded.by)? {
             powers[at] = u32::from(power % 2 != 0);
         }
-        Some(self.polynomial(expanded.all.first()?)?.times(&Polynomial::monomial(powers)))
+        let by = Polynomial::monomial(powers);
+        expanded.all.iter().map(|own| Some(self.polynomial(own)?.times(&by))).collect()
     }
 
     /// A polynomial without the exponent as an expression in its shortest form.

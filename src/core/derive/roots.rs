@@ -17,6 +17,7 @@ use super::simplify::{
 use crate::expr::{ExprId, Pool};
 use crate::model::Model;
 use crate::number::Number;
+use crate::order::Order;
 use crate::polynomial::Polynomial as Ratio;
 
 /// Determinants of larger blocks are not written out.
@@ -435,7 +436,7 @@ fn taken_out(pool: &mut Algebra<'_>, terms: &Monomials, shorten: bool) -> ExprId
             outside.push((base, half));
         }
     }
-    inverse.sort_by_key(|(base, _)| *base);
+    inverse.order_by_key(|(base, _)| *base);
     let rest: Vec<(ExprId, Number)> = terms
         .iter()
         .map(|(monomial, c)| {

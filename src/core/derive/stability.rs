@@ -9,6 +9,7 @@ use super::characteristic::Factor;
 use super::ring::{EXPONENT, Expanded, Ring};
 use crate::expr::Pool;
 use crate::number::Number;
+use crate::order::Order;
 use crate::polynomial::{Polynomial, determinant};
 
 /// Longer conditions are given in the coefficients, if at all.
@@ -58,7 +59,7 @@ impl Signs {
         // What is known of one may tell the sign of another.
         for _ in 0..2 {
             for expanded in known {
-                if let Some(polynomial) = ring.of_sign(expanded) {
+                for polynomial in ring.of_signs(expanded).into_iter().flatten() {
                     own.learn(&own.sign(&polynomial));
                 }
             }
@@ -285,7 +286,7 @@ fn hurwitz(coefficients: &[Polynomial]) -> Option<Vec<Polynomial>> {
 /// Conditions without those that the others, and what is known, imply: shorter ones first.
 pub(super) fn essential(all: &[Polynomial], signs: &Signs) -> Vec<Sign> {
     let mut open: Vec<Sign> = all.iter().map(|own| signs.sign(own)).collect();
-    open.sort_by_key(Sign::terms);
+    open.order_by_key(Sign::terms);
     let mut known = signs.clone();
     let mut kept: Vec<Sign> = Vec::new();
     for own in open {

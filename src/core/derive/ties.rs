@@ -11,6 +11,7 @@ use super::pair::Pair;
 use super::simplify::Algebra;
 use crate::expr::{ExprId, Pool, Substitution, Symbol};
 use crate::model::Model;
+use crate::order::Order;
 use crate::symmetry::SignedPermutation;
 
 /// Parameters that are taken to be equal, by the number of the one that stands for each.
@@ -128,7 +129,7 @@ impl Ties {
             }
         }
         pairs.retain(|(a, b)| a != b);
-        pairs.sort_unstable();
+        pairs.put_in_order();
         pairs.dedup();
         for (a, b) in pairs {
             self.tie(model, pool, (a, b), &mut needed);

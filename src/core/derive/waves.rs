@@ -23,6 +23,7 @@ use super::pair::Pair;
 use crate::expr::{ExprId, Pool, Symbol};
 use crate::model::Model;
 use crate::number::Number;
+use crate::order::Order;
 
 /// All modes are held against the numbers up to so many coordinates, above that as many as `MOST_CHECKED`: that all are modes
 /// follows from what was shown in symbols.
@@ -182,7 +183,7 @@ fn waves_of(
             others.2 -= 1;
         }
         sums.push(alone);
-        sums.sort_by_key(|sum| sum.numbers.first().map(|own| own.1));
+        sums.order_by_key(|sum| sum.numbers.first().map(|own| own.1));
     }
     let waves = NormalWaves {
         order: lattice.order.clone(),

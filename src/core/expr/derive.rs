@@ -2,6 +2,7 @@
 
 use super::{ExprId, Function, Node, ONE, Pool, Seeds, Symbol, UNDEFINED, ZERO};
 use crate::number::Number;
+use crate::order::Order;
 
 /// Derivatives along seeds that stay the same, kept from one call of `Pool::derivative` to the
 /// next. For one pool only.
@@ -80,7 +81,7 @@ impl Pool {
             return vec![UNDEFINED; symbols.len()];
         }
         let mut wanted = symbols.to_vec();
-        wanted.sort_unstable();
+        wanted.put_in_order();
         let slopes = self.slopes(root, |symbol| wanted.binary_search(&symbol).is_ok());
         symbols
             .iter()
@@ -132,7 +133,7 @@ impl Pool {
                 }
             }
         }
-        slopes.sort_unstable();
+        slopes.put_in_order();
         slopes
     }
 

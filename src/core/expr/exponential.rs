@@ -8,6 +8,7 @@ use super::modular::root_of_unity;
 use super::point::{Kind, Point, Tag, random, residue, signed_power};
 use super::{ExprId, Function, Node, ONE, PI, add_mod, inverse_mod, mul_mod, pow_mod, sub_mod};
 use crate::number::Number;
+use crate::order::Order;
 
 /// Monomials up to which the product of sums in an angle is multiplied out.
 const MAX_MONOMIALS: usize = 256;
@@ -29,7 +30,7 @@ impl Point<'_> {
                 }
             }
         }
-        monomials.sort();
+        monomials.put_in_order();
         let (tag, common) = match kind {
             Kind::Circular => (Tag::Angle, self.plan.angle_denominator),
             Kind::Hyperbolic => (Tag::Exponent, self.plan.exponent_denominator),

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use super::{ExprId, Function, Node, ONE, Pool, Symbol, ZERO};
 use crate::number::Number;
+use crate::order::Gather;
 
 /// More terms than this are not multiplied out.
 const MOST_TERMS: usize = 1 << 20;
@@ -49,7 +50,7 @@ fn gather(pool: &mut Pool, sum: &mut Gathered, mut form: Form, [re, mut im]: Fac
 impl Exponentials {
     fn of_gathered(pool: &mut Pool, sum: Gathered) -> Self {
         let added = sum.into_iter().map(|(form, parts)| (form, parts.map(|terms| pool.sum(&terms))));
-        Self(added.filter(|(_, factor)| *factor != [ZERO; 2]).collect())
+        Self(added.filter(|(_, factor)| *factor != [ZERO; 2]).gather())
     }
 
     /// An expression as such a function of a variable, or a part of it that is none.
@@ -201,7 +202,7 @@ impl Exponentials {
     /// The parts of rates of which an integral has to know whether they are 0.
     #[must_use]
     pub(crate) fn rates(&self) -> BTreeSet<ExprId> {
-        self.0.keys().flat_map(|form| form.rate).filter(|rate| *rate != ZERO).collect()
+        self.0.keys().flat_map(|form| form.rate).filter(|rate| *rate != ZERO).gather()
     }
 
     /// The integral between two bounds; `vanishes` says of rates whether they are 0, if that is known.

@@ -7,6 +7,7 @@
 use super::flags::content;
 use super::{ExprId, Function, Node, PI, Pool};
 use crate::number::Number;
+use crate::order::Order;
 
 /// Where an expression stands.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -198,10 +199,10 @@ impl Pool {
             }
             Piece::Text(_) | Piece::Owned(_) | Piece::Expression(..) | Piece::Sum { .. } => false,
         };
-        parts.sort_by_cached_key(has_root);
+        parts.order_by_key(has_root);
         if parts.first().is_some_and(|(negative, _)| *negative) {
             // A stable sort: terms of equal sign keep their order.
-            parts.sort_by_key(|(negative, _)| *negative);
+            parts.order_by_key(|(negative, _)| *negative);
         }
         in_parentheses(place != Place::Open, out, |out| {
             for (at, (negative, piece)) in parts.into_iter().enumerate() {
@@ -233,7 +234,7 @@ impl Pool {
     }
 
     fn write_term(&self, coefficient: &Number, mut factors: Factors, negated: Option<ExprId>, out: &mut Vec<Piece>) {
-        factors.sort_by_key(|(base, _)| self.factor_order(*base));
+        factors.order_by_key(|(base, _)| self.factor_order(*base));
         let (coefficient, mut under_root) = self.joined_root(coefficient, &mut factors);
         let coefficient = &coefficient;
         let mut above: Vec<Vec<Piece>> = Vec::new();

@@ -9,6 +9,7 @@ use super::flags::content;
 use super::sum::{collect_equal, leads_negative};
 use super::{ExprId, Function, Node, ONE, Pool, UNDEFINED, ZERO};
 use crate::number::Number;
+use crate::order::Order;
 
 /// Products of more factors are not taken apart again. The derivative of a chain of n functions
 /// is a product of n factors, and so is each one on the way to it: flat, they would take n^2/2
@@ -453,7 +454,7 @@ impl Pool {
         if work.roots.is_empty() {
             return Ok(());
         }
-        work.roots.sort();
+        work.roots.put_in_order();
         let mut by_exponent: Vec<(Number, Number)> = Vec::new();
         let mut roots = work.roots.drain(..).peekable();
         while let Some((prime, mut exponent)) = roots.next() {
@@ -468,7 +469,7 @@ impl Pool {
             }
         }
         drop(roots);
-        by_exponent.sort();
+        by_exponent.put_in_order();
         let mut groups = by_exponent.into_iter().peekable();
         while let Some((exponent, mut base)) = groups.next() {
             while let Some((_, prime)) = groups.next_if(|(next, _)| *next == exponent) {
@@ -477,7 +478,7 @@ impl Pool {
             let base = self.number(base);
             work.settled.push((base, exponent));
         }
-        work.settled.sort_by_key(|(base, _)| *base);
+        work.settled.order_by_key(|(base, _)| *base);
         Ok(())
     }
 }

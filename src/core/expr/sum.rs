@@ -3,6 +3,7 @@
 use super::flags::content;
 use super::{ExprId, Node, ONE, Pool, UNDEFINED, ZERO};
 use crate::number::Number;
+use crate::order::Order;
 
 /// Whether the coefficient that decides about a sum's sign is negative: the constant, or where
 /// that is 0 the last term's. (So differences read as they are written, the later name first:
@@ -161,7 +162,7 @@ impl Pool {
 /// Sorts by id, adds up the coefficients (or exponents) of equal ids and drops those that are 0.
 pub(crate) fn collect_equal(items: &mut Vec<(ExprId, Number)>) {
     if !items.is_sorted_by(|a, b| a.0 < b.0) {
-        items.sort_by_key(|(id, _)| *id);
+        items.order_by_key(|(id, _)| *id);
         items.dedup_by(|later, kept| {
             let same = later.0 == kept.0;
             if same {

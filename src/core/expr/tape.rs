@@ -7,6 +7,7 @@ use thiserror::Error;
 use super::{ExprId, Function, Node, Pool, Symbol};
 use crate::budget::Budget;
 use crate::number::Number;
+use crate::order::Order;
 use crate::precision::{Big, Scalar};
 
 /// Bits of numbers whose parts are beyond the range of what they come to.
@@ -108,7 +109,7 @@ impl Tape {
         let reachable = pool.reachable_places(roots);
         let mut order: Vec<(Symbol, usize)> =
             inputs.iter().enumerate().map(|(place, symbol)| (*symbol, place)).collect();
-        order.sort_unstable();
+        order.put_in_order();
         let mut constants = vec![Number::ONE];
         let mut constant = |value: &Number| {
             constants.push(value.clone());

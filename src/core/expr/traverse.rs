@@ -6,6 +6,7 @@ use std::hash::BuildHasherDefault;
 use super::intern::NodeHasher;
 use super::{ExprId, Node, Pool, Symbol};
 use crate::number::Number;
+use crate::order::Order;
 
 type Places = HashMap<ExprId, usize, BuildHasherDefault<NodeHasher>>;
 
@@ -169,7 +170,7 @@ impl Pool {
     #[must_use]
     pub fn symbols_of(&self, roots: &[ExprId]) -> Vec<Symbol> {
         let mut symbols: Vec<Symbol> = self.reachable(roots).into_iter().filter_map(|id| self.as_symbol(id)).collect();
-        symbols.sort_unstable();
+        symbols.put_in_order();
         symbols
     }
 

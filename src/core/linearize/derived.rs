@@ -13,6 +13,7 @@ use super::{
 };
 use crate::expr::{ExprId, Substitution, ZeroVerdict};
 use crate::model::Model;
+use crate::order::Gather;
 use crate::precision::Ball;
 
 /// Tries with all constraints, and where that fails for dependent gradients once more without those that follow from
@@ -73,7 +74,7 @@ pub fn derive_with_multipliers(model: &Model) -> (Option<Tied>, Result<SymbolicM
 fn check_dependent(model: &Model, point: &[ExprId], dependent: &[usize]) -> Result<(), LinearizeError> {
     let mut pool = model.pool.clone();
     let coordinates = model.coordinates.iter().map(|own| own.symbol);
-    let map: Substitution = coordinates.zip(point.iter().copied()).collect();
+    let map: Substitution = coordinates.zip(point.iter().copied()).gather();
     for number in dependent {
         let constraint = &model.constraints[*number];
         let difference = pool.substitute_one(constraint.expression, &map);

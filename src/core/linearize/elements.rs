@@ -12,6 +12,7 @@ use super::facts::{Facts, Variable};
 use crate::expr::{ExprId, Node, Pool, Substitution, Symbol};
 use crate::model::Local;
 use crate::number::Number;
+use crate::order::Order;
 use crate::precision::{Function, Scalar};
 
 /// One element, with respect to the variables of its term (by their place in a list).
@@ -135,7 +136,7 @@ impl Variables {
     fn new(variables: &[Symbol], kind: Variable) -> Self {
         let places = variables.iter().enumerate();
         let mut places: Vec<(Symbol, usize)> = places.map(|(place, symbol)| (*symbol, place)).collect();
-        places.sort_unstable();
+        places.put_in_order();
         Self { places, kind }
     }
 
@@ -220,7 +221,7 @@ impl Splitter {
         };
         let mut entries: Vec<(usize, ExprId)> =
             slopes.into_iter().filter_map(|(symbol, slope)| Some((variables.place(symbol)?, slope))).collect();
-        entries.sort_unstable();
+        entries.put_in_order();
         entries
     }
 
@@ -258,7 +259,7 @@ impl Splitter {
             let weighted = slopes.iter().map(|(symbol, e)| (*symbol, *e, coefficient));
             parts.extend(weighted);
         }
-        parts.sort_by_key(|(symbol, ..)| *symbol);
+        parts.order_by_key(|(symbol, ..)| *symbol);
         let mut slopes = Vec::with_capacity(parts.len());
         for group in parts.chunk_by(|(a, ..), (b, ..)| a == b) {
             let slope = match group {

@@ -13,6 +13,7 @@ use dashu_int::{IBig, UBig};
 
 use crate::expr::{PRIME, add_mod, inverse_mod, mul_mod, neg_mod, rational_reconstruct, sub_mod};
 use crate::number::Number;
+use crate::order::{Gather, Order};
 
 /// Beyond this many elementary steps an elimination is given up.
 pub(super) const MOST_WORK: usize = 100_000_000;
@@ -183,7 +184,7 @@ pub(super) fn kernel(matrix: &Rows, known: usize) -> Option<Vec<Vec<Number>>> {
             let entry = entry.numerator() * (&common / IBig::from(entry.denominator()));
             own.push((place[*j as usize], entry));
         }
-        own.sort_unstable_by_key(|(j, _)| *j);
+        own.order_by_key(|(j, _)| *j);
         let residues = own.iter().map(|(j, entry)| (*j, residue(entry)));
         elimination.add(residues.filter(|(_, x)| *x != 0).collect())?;
         whole.push(own);
@@ -269,7 +270,7 @@ fn residue(value: &IBig) -> u64 {
 /// much work.
 fn minimum_degree(mut neighbours: Vec<Vec<u32>>) -> Option<Vec<u32>> {
     let all = neighbours.iter().zip(0..);
-    let mut queue: BTreeSet<(usize, u32)> = all.map(|(own, i)| (own.len(), i)).collect();
+    let mut queue: BTreeSet<(usize, u32)> = all.map(|(own, i)| (own.len(), i)).gather();
     let mut order = Vec::with_capacity(neighbours.len());
     let mut work = 0;
     while let Some((degree, least)) = queue.pop_first() {

@@ -14,6 +14,7 @@ use super::velocity::{Matrix, sum};
 use super::{Linearized, elimination};
 use crate::model::Model;
 use crate::number::Number;
+use crate::order::{Gather, Order};
 use crate::precision::{Ball, Big, DoubleDouble, Integers, Magnitude, Scalar, sum_of_products};
 
 /// Exact characteristic polynomials are for small systems.
@@ -72,7 +73,7 @@ fn kernel_of(mut lower: Vec<BTreeMap<u32, Exact>>, known: usize) -> Option<Vec<V
         }
     }
     for row in &mut rows {
-        row.sort_unstable_by_key(|(j, _)| *j);
+        row.order_by_key(|(j, _)| *j);
     }
     let vectors = elimination::kernel(&rows, known)?;
     let in_units = |vector: Vec<Number>| -> Option<Vec<Surd>> {
@@ -85,7 +86,7 @@ fn kernel_of(mut lower: Vec<BTreeMap<u32, Exact>>, known: usize) -> Option<Vec<V
 /// The combinations of columns that vanish, independent of each other, as [`kernel_of`] gives them: those of A are the kernel of AᵀA.
 pub(super) fn kernel_of_columns(columns: &[&[Exact]]) -> Option<Vec<Vec<Surd>>> {
     let row = |i: usize| columns[..=i].iter().map(move |other| sum_of_products(columns[i], other, ()));
-    kernel_of((0..columns.len()).map(|i| (0..).zip(row(i)).collect()).collect(), 0)
+    kernel_of((0..columns.len()).map(|i| (0..).zip(row(i)).gather()).collect(), 0)
 }
 
 /// The directions that have no inertia, at the equilibrium and beside it, `all` or those that no force meets that goes with
@@ -104,7 +105,7 @@ pub(super) fn without_inertia(own: &Linearized, all: bool) -> Option<Vec<Directi
     let others: Vec<Option<Vec<Exact>>> = others.collect();
     // Neither M nor C is negative, mostly: then that is what both take to 0.
     let both = sum(Some(mass.clone()), others.last().cloned().flatten())?;
-    let entry = |i: usize| (0..).zip((0..=i).map(|j| both[i + n * j].clone())).collect();
+    let entry = |i: usize| (0..).zip((0..=i).map(|j| both[i + n * j].clone())).gather();
     let vectors = kernel_of((0..n).map(entry).collect(), 0)?;
     let shift = |(i, x): (usize, &Exact)| x.add(&Exact::rational(Number::ratio(7 * i as i64 + 5, 64)));
     let beside: Vec<Exact> = at.iter().enumerate().map(shift).collect();

@@ -11,6 +11,7 @@ use super::rows::{Rows, eliminate};
 use crate::expr::{Exponentials, ExprId, Pool, Substitution, Symbol};
 use crate::model::{Constraint, Model, SymbolKind};
 use crate::number::Number;
+use crate::order::Gather;
 
 /// Conditions whose coefficients are the gradient of a function, integrated: relations of the coordinates that hold where the search
 /// starts. The others are left as they are, and those whose integral is not known.
@@ -62,13 +63,13 @@ fn integral(model: &mut Model, rows: &[(usize, ExprId)]) -> Option<ExprId> {
     let mut terms = Vec::with_capacity(rows.len());
     for (at, ((_, slope), (symbol, start))) in rows.iter().zip(&places).enumerate() {
         let pool = &mut model.pool;
-        let later: Substitution = places[at + 1..].iter().copied().collect();
+        let later: Substitution = places[at + 1..].iter().copied().gather();
         let slope = pool.substitute_one(*slope, &later);
         let own = pool.symbol_expr(*symbol);
         let function = Exponentials::of(pool, slope, *symbol).ok()?;
         let numbers = function.rates().into_iter();
         let numbers: BTreeMap<ExprId, Option<bool>> =
-            numbers.map(|rate| (rate, pool.as_number(rate).map(Number::is_zero))).collect();
+            numbers.map(|rate| (rate, pool.as_number(rate).map(Number::is_zero))).gather();
         let vanishes = |rate| numbers.get(&rate).copied().unwrap_or(Some(true));
         terms.push(function.integral(pool, [*start, own], vanishes).ok()?);
     }

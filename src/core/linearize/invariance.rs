@@ -24,6 +24,7 @@ use std::collections::HashMap;
 use crate::expr::{ExprId, ModularPoint, PRIME, Pool, Substitution, Symbol, Tape};
 use crate::model::{Model, TermFamily};
 use crate::number::Number;
+use crate::order::Order;
 use crate::precision::{Ball, Big, Scalar};
 
 /// Energies of more terms are not written out.
@@ -313,7 +314,7 @@ impl Invariance {
         let places: Vec<Vec<u64>> =
             (0..bodies).map(|a| residues.iter().skip(a).step_by(bodies).copied().collect()).collect();
         let mut sorted = places.clone();
-        sorted.sort_unstable();
+        sorted.put_in_order();
         sorted.dedup();
         (sorted.len() == bodies).then_some(Bodies { axes, places })
     }

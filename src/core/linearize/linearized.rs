@@ -265,6 +265,13 @@ impl Linearized {
         self.zero_modes_with(true)
     }
 
+    /// Under conditions on velocities: directions of the coordinates that the others follow which no force of a displacement acts
+    /// on, whatever the values of the parameters are.
+    #[must_use]
+    pub fn unheld(&self) -> Option<Vec<Vec<Ball>>> {
+        self.rolling().map(Rolling::unheld)
+    }
+
     /// Which of some zero modes no force acts on that goes with velocities, whatever the parameters are.
     pub(crate) fn unmoved(&self, modes: &[ZeroMode]) -> Vec<bool> {
         let pool = &mut self.model.pool.clone();

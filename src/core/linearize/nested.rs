@@ -10,6 +10,7 @@
 
 use super::elements::Element;
 use crate::expr::ExprId;
+use crate::order::Order;
 use crate::precision::Scalar;
 
 /// Shorter gradients stand alone: their products are few.
@@ -125,7 +126,7 @@ pub(super) fn nests(elements: &[Element]) -> Vec<Nest> {
     let (mut long, short): (Vec<usize>, Vec<usize>) =
         (0..elements.len()).partition(|number| elements[*number].slope.len() >= LEAST);
     let mut nests: Vec<Nest> = short.into_iter().map(alone).collect();
-    long.sort_by_key(|number| elements[*number].slope.len());
+    long.order_by_key(|number| elements[*number].slope.len());
     let mut grown: Vec<Nest> = Vec::new();
     for number in long {
         let fitting = grown.iter_mut().rev().find_map(|nest| {
@@ -138,7 +139,7 @@ pub(super) fn nests(elements: &[Element]) -> Vec<Nest> {
         }
     }
     nests.extend(grown);
-    nests.sort_by_key(|nest| nest.members.iter().map(|member| member.element).min());
+    nests.order_by_key(|nest| nest.members.iter().map(|member| member.element).min());
     nests
 }
 

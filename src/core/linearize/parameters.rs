@@ -5,6 +5,7 @@ use super::error::LinearizeError;
 use super::undefined::without_value;
 use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, Tape};
 use crate::model::{Model, Parameter, SymbolKind, TermFamily};
+use crate::order::Gather;
 use crate::precision::Scalar;
 
 /// Gives parameters in exponents their exact values.
@@ -33,7 +34,7 @@ pub(crate) fn put_exponents_in(model: &mut Model) -> Result<Exponents, Linearize
     let mut parameters = parameters_of(model, &exponents);
     parameters.retain(|number| rational_value(model, &model.parameters[*number]).is_some());
     let own = parameters.iter().filter_map(|number| rational_value(model, &model.parameters[*number]));
-    let values: Substitution = own.collect();
+    let values: Substitution = own.gather();
     let put_in = model.pool.substitute(&bodies, &values);
     for (family, body) in bodies_of(model).zip(&put_in) {
         if family.count > 0 && model.pool.is_undefined(*body) {
@@ -92,7 +93,7 @@ pub(super) fn with_values(model: &Model) -> Option<Model> {
 
 /// The parameters whose values are fractions.
 pub(super) fn rational_values(model: &Model) -> Substitution {
-    model.parameters.iter().filter_map(|parameter| rational_value(model, parameter)).collect()
+    model.parameters.iter().filter_map(|parameter| rational_value(model, parameter)).gather()
 }
 
 fn rational_value(model: &Model, parameter: &Parameter) -> Option<(Symbol, ExprId)> {
@@ -102,7 +103,7 @@ fn rational_value(model: &Model, parameter: &Parameter) -> Option<(Symbol, ExprI
 
 /// The values of the parameters that have one.
 pub fn known_values(model: &Model) -> Substitution {
-    model.parameters.iter().filter_map(|own| Some((own.symbol, own.value?))).collect()
+    model.parameters.iter().filter_map(|own| Some((own.symbol, own.value?))).gather()
 }
 
 /// The parameters in expressions, by number, ascending.

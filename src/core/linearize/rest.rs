@@ -6,6 +6,7 @@ use super::symbolic::{drags_at_rest, written_out};
 use super::{assemble::signed_terms, check_time, missing_value, steady};
 use crate::expr::{ExprId, Pool, Substitution, Symbol};
 use crate::model::{Model, SymbolKind};
+use crate::order::Gather;
 
 /// Potential, forces and constraints of a model at rest, with the parameters at their values.
 #[derive(Clone, Debug)]
@@ -52,9 +53,9 @@ pub fn at_rest(mut model: Model, varying: &[usize]) -> Result<AtRest, LinearizeE
     all.extend(others.iter().map(|parts| pool.sum(parts)));
     all.extend(model.constraints.iter().map(|own| own.expression));
     let zero = pool.zero();
-    let mut values: Substitution = model.coordinates.iter().map(|own| (own.velocity, zero)).collect();
+    let mut values: Substitution = model.coordinates.iter().map(|own| (own.velocity, zero)).gather();
     let derived = model.parameters.iter().filter(|own| pool.as_symbol(own.symbolic) != Some(own.symbol));
-    let derived: Substitution = derived.map(|own| (own.symbol, own.symbolic)).collect();
+    let derived: Substitution = derived.map(|own| (own.symbol, own.symbolic)).gather();
     let all = pool.substitute(&all, &derived);
     values.extend(model.parameters.iter().filter_map(|own| Some((own.symbol, own.value?))));
     for number in varying {

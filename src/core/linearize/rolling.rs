@@ -32,7 +32,7 @@ use super::velocity::{Numbers, sum};
 use crate::expr::{ExprId, Pool, Substitution, Symbol};
 use crate::model::Model;
 use crate::number::Number;
-use crate::precision::{Ball, Enclosure};
+use crate::precision::{Ball, Dual, Enclosure, Scalar};
 
 /// Models with more coordinates, multipliers included, are not written out.
 const MOST_COORDINATES: usize = 60;
@@ -98,6 +98,11 @@ pub(super) struct Rolling {
     pub(super) symbolic: SymbolicRolling,
     /// The matrices, and how each of `bound` follows `free`, one after another.
     formulas: Formulas,
+}
+
+/// The value of a parameter, with the derivative by one of them.
+fn varied(number: usize, value: Option<Dual<Ball>>, parameter: usize) -> Option<Dual<Ball>> {
+    value.map(|own| if number == parameter { Dual { slope: Ball::ONE, ..own } } else { own })
 }
 
 /// The columns of `kept` of a matrix that has one of each of `all`.
@@ -490,14 +495,42 @@ impl Rolling {
     ) -> Option<(Numbers<S>, Tangent<S>)> {
         let mut numbers = self.formulas.at(model, at, precision)?.into_iter();
         let n = self.symbolic.free.len();
-        let matrices = self.symbolic.matrices.each_ref().map(|matrix| {
-            matrix.as_ref()?;
-            let rows: Vec<S> = numbers.by_ref().take(n * n).collect();
-            Some((0..n * n).map(|at| rows[at / n + n * (at % n)].clone()).collect())
-        });
+        let matrices = self.matrices(&mut numbers);
         let slopes = self.symbolic.bound.iter().map(|_| numbers.by_ref().take(n).collect()).collect();
         let (free, bound) = (self.symbolic.free.clone(), self.symbolic.bound.clone());
         Some((matrices, Tangent { free, bound, slopes, precision }))
+    }
+
+    /// M, G, C, K and N from their numbers, which come row by row.
+    fn matrices<S: Clone>(&self, numbers: &mut std::vec::IntoIter<S>) -> Numbers<S> {
+        let n = self.symbolic.free.len();
+        self.symbolic.matrices.each_ref().map(|matrix| {
+            matrix.as_ref()?;
+            let rows: Vec<S> = numbers.by_ref().take(n * n).collect();
+            Some((0..n * n).map(|at| rows[at / n + n * (at % n)].clone()).collect())
+        })
+    }
+
+    /// How these change with a parameter, for an equilibrium that moves with it.
+    pub(super) fn slopes(&self, model: &Model, at: &[Dual<Ball>], parameter: usize) -> Option<Numbers<Ball>> {
+        let numbers = self.formulas.at_where(model, at, (), |number, value| varied(number, value, parameter))?;
+        let slopes: Vec<Ball> = numbers.into_iter().map(|own| own.slope).collect();
+        Some(self.matrices(&mut slopes.into_iter()))
+    }
+
+    /// How the forces of the conditions on the coordinates change with a parameter, likewise.
+    pub(super) fn reaction_slopes(&self, model: &Model, at: &[Dual<Ball>], parameter: usize) -> Option<Vec<Ball>> {
+        let SymbolicRolling { gradients, reactions, .. } = &self.symbolic;
+        let count = gradients.first().map_or(0, Vec::len);
+        let all: Vec<ExprId> = reactions.iter().chain(gradients.iter().flatten()).copied().collect();
+        let formulas = Formulas::new(model, &model.pool, &all)?;
+        let numbers = formulas.at_where(model, at, (), |number, value| varied(number, value, parameter))?;
+        let (reactions, gradients) = numbers.split_at(reactions.len());
+        let mut forces = vec![Dual::constant(Ball::ZERO, ()); count];
+        for (reaction, row) in reactions.iter().zip(gradients.chunks(count.max(1))) {
+            forces.iter_mut().zip(row).for_each(|(force, slope)| *force = force.add(&reaction.mul(slope)));
+        }
+        Some(forces.into_iter().map(|force| force.slope).collect())
     }
 
     /// For each coordinate that moves along a family of equilibria, by 1, how the free ones follow it so that no force acts; `None`

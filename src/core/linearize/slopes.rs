@@ -8,12 +8,13 @@ use super::Linearized;
 use super::assemble::{Values, assemble, evaluate_closed};
 use super::equilibrium::Origin;
 use super::parameters::known_values;
-use super::velocity::sum;
+use super::rolling::Rolling;
+use super::velocity::{Numbers, sum};
 use super::zero::{ZeroMode, zero_modes};
 use crate::precision::{Ball, Dual, System};
 
 /// Derivatives of the matrices by a parameter, dense, column by column, the motion of the equilibrium included.
-/// Under constraints the multipliers count as further coordinates, as in [`Linearized::with_multipliers`].
+/// They are those of [`Linearized::varied`].
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Slopes {
@@ -43,17 +44,32 @@ pub struct WithMultipliers {
     pub stiffness: Vec<Ball>,
 }
 
+impl WithMultipliers {
+    fn new(order: usize, [mass, gyroscopic, damping, stiffness, circulatory]: Numbers<Ball>) -> Self {
+        Self {
+            order,
+            mass: mass.unwrap_or_default(),
+            velocity: sum(gyroscopic, damping),
+            stiffness: sum(stiffness, circulatory).unwrap_or_default(),
+        }
+    }
+}
+
 impl Linearized {
     /// The matrices that [`Linearized::mass`] and the others are reduced from; the same as those without constraints.
     #[must_use]
     pub fn with_multipliers(&self) -> WithMultipliers {
         let at = &self.equilibrium.values;
-        let [mass, gyroscopic, damping, stiffness, circulatory] = self.assembly.matrices(at, &self.values);
-        WithMultipliers {
-            order: self.model.coordinates.len(),
-            mass: mass.unwrap_or_default(),
-            velocity: sum(gyroscopic, damping),
-            stiffness: sum(stiffness, circulatory).unwrap_or_default(),
+        WithMultipliers::new(self.model.coordinates.len(), self.assembly.matrices(at, &self.values))
+    }
+
+    /// What [`Linearized::slopes`] has the derivatives of: the same, but under conditions on velocities the matrices of the
+    /// coordinates that the others follow.
+    #[must_use]
+    pub fn varied(&self) -> WithMultipliers {
+        match self.rolled_numbers() {
+            Some((_, matrices)) => WithMultipliers::new(self.dimension(), matrices.clone()),
+            None => self.with_multipliers(),
         }
     }
 
@@ -71,7 +87,7 @@ impl Linearized {
     /// parameter can't be varied.
     #[must_use]
     pub fn slopes(&self, parameter: usize) -> Option<Slopes> {
-        if self.rolling().is_some() || !self.can_vary(parameter) {
+        if !self.can_vary(parameter) {
             return None;
         }
         if self.exponents.has(parameter) {
@@ -82,10 +98,18 @@ impl Linearized {
             ..value
         };
         let values = self.assembly.values_where(&self.model, (), varied).ok()?;
-        let moving = self.equilibrium_slope(parameter, &values)?;
-        let at = self.moving(&moving);
-        let slopes = |matrix: Vec<Dual<Ball>>| -> Vec<Ball> { matrix.into_iter().map(|entry| entry.slope).collect() };
-        let matrices = self.assembly.matrices(&at, &values).map(|matrix| matrix.map(slopes));
+        let matrices = match self.rolling() {
+            Some(rolling) => {
+                let at = self.moving(&self.rolling_slope(rolling, parameter, &values)?);
+                rolling.slopes(&self.model, &at, parameter)?
+            }
+            None => {
+                let at = self.moving(&self.equilibrium_slope(parameter, &values)?);
+                let slopes =
+                    |matrix: Vec<Dual<Ball>>| -> Vec<Ball> { matrix.into_iter().map(|entry| entry.slope).collect() };
+                self.assembly.matrices(&at, &values).map(|matrix| matrix.map(slopes))
+            }
+        };
         let [mass, gyroscopic, damping, stiffness, circulatory] = matrices;
         let acts = |matrix: &Option<Vec<Ball>>| matrix.iter().flatten().any(|entry| !entry.is_zero());
         let found = Slopes {
@@ -100,9 +124,10 @@ impl Linearized {
         (all && found.velocity.as_deref().is_none_or(finite)).then_some(found)
     }
 
-    /// The same with the symbols of parameters that have become numbers; `None` where units would have to be put in, too.
+    /// The same with the symbols of parameters that have become numbers; `None` where units would have to be put in, too, and
+    /// under conditions on velocities.
     fn with_symbols_in_exponents(&self) -> Option<Self> {
-        if self.units.is_some() {
+        if self.units.is_some() || self.rolling().is_some() {
             return None;
         }
         let mut own = self.clone();
@@ -143,6 +168,32 @@ impl Linearized {
         let resting = vec![Ball::ZERO; all.len()];
         let force = self.force_slope(&resting, values)?;
         self.balanced(&all, &all, &force)
+    }
+
+    /// dq/dp under conditions on velocities: what is given moves as it is written, and the rest does not, where nothing depends on it or
+    /// no force would move it; `None` elsewhere, and where the forces do not keep their balance.
+    fn rolling_slope(&self, rolling: &Rolling, parameter: usize, values: &Values<Dual<Ball>>) -> Option<Vec<Ball>> {
+        let order = self.model.coordinates.len();
+        let mut slope = vec![Ball::ZERO; order];
+        let mut searched = Vec::new();
+        for (i, slope) in slope.iter_mut().enumerate() {
+            match (self.equilibrium.origins[i], self.model.equilibria.get(i)) {
+                (Origin::Given, Some(given)) => *slope = self.given_slope(given.symbolic, parameter)?,
+                _ => searched.push(i),
+            }
+        }
+        let mut force = self.force_slope(&slope, values)?;
+        if force.iter().all(Ball::is_zero) {
+            return Some(slope);
+        }
+        let held = rolling.reaction_slopes(&self.model, &self.moving(&slope), parameter)?;
+        force.iter_mut().zip(held).for_each(|(force, held)| *force = *force - held);
+        let [.., stiffness, circulatory] = self.assembly.matrices(&self.equilibrium.values, &self.values);
+        let moves = |i: &usize| {
+            let both = [&stiffness, &circulatory].into_iter().flatten();
+            both.flat_map(|matrix| &matrix[order * i..order * (i + 1)]).any(|entry| !entry.is_zero())
+        };
+        (!searched.iter().any(moves) && force.iter().all(Ball::contains_zero)).then_some(slope)
     }
 
     /// The equilibrium, moving like that.

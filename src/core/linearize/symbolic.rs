@@ -16,6 +16,7 @@ use super::velocity::Matrix;
 use crate::expr::{ExprId, Function, Pool, Substitution, Symbol, ZeroVerdict};
 use crate::model::{Model, SymbolKind, TermFamily};
 use crate::number::Number;
+use crate::order::Gather;
 
 /// Messages write out at most this many instances.
 const MOST_FOR_MESSAGES: usize = 10_000;
@@ -309,7 +310,7 @@ pub(super) fn forces(model: &Model, assembly: &Assembly, point: &[ExprId]) -> Op
         }
     }
     let forces = at_rest(model, &mut pool, assembly, point);
-    let sums = forces.into_iter().map(|(coordinate, parts)| (coordinate, pool.sum(&parts))).collect();
+    let sums = forces.into_iter().map(|(coordinate, parts)| (coordinate, pool.sum(&parts))).gather();
     Some((pool, sums))
 }
 

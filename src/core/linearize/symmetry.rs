@@ -18,6 +18,7 @@ use crate::expr::{ExprId, ModularPoint, Pool, Symbol, add_mod, fraction_mod, mul
 use crate::groups::Groups;
 use crate::model::{CoordinateFamily, Model, TermFamily};
 use crate::number::Number;
+use crate::order::{Gather, Order};
 use crate::precision::{Ball, Scalar};
 
 /// An identity is tested at so many points.
@@ -237,7 +238,7 @@ fn constant_generators(model: &Model, pool: &Pool, bodies: &[Body<'_>], allowed:
     let added = held.try_for_each(|(_, own)| eliminated.add(vec![(*own, 1)]).map(|_| ())).and_then(|()| {
         visit(&mut |mut row| {
             row.iter_mut().for_each(|(i, _)| *i = place[*i as usize]);
-            row.sort_unstable();
+            row.put_in_order();
             let of_one = |group: &[(u32, u64)]| (group[0].0, group.iter().fold(0, |sum, (_, x)| add_mod(sum, *x)));
             let row: Row = row.chunk_by(|a, b| a.0 == b.0).map(of_one).filter(|(_, value)| *value != 0).collect();
             if row.is_empty() { Some(()) } else { eliminated.add(row).map(|_| ()) }
@@ -397,7 +398,7 @@ fn rotations(model: &Model, assembly: &Assembly, pool: &Pool, bodies: &[Body<'_>
         let whole = components.len() == 1 && rotation.turns_all(model);
         for component in &components {
             let parts = component.iter().filter_map(|i| rotation.partner.get_key_value(i));
-            let partner = parts.map(|(i, own)| (*i, *own)).collect();
+            let partner = parts.map(|(i, own)| (*i, *own)).gather();
             let own = Rotation { partner, about: rotation.about };
             // What one part gains may be what another loses.
             if together && components.len() > 1 && !holds(&own) {

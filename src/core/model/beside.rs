@@ -8,6 +8,7 @@ use super::settings::Settings;
 use super::table::TableTexts;
 use crate::budget::Budget;
 use crate::diagnostic::Diagnostic;
+use crate::order::Order;
 use crate::span::Span;
 use crate::syntax::{self, File};
 
@@ -47,7 +48,7 @@ pub fn parse(text: &str, settings: &Settings) -> Result<File, Vec<Diagnostic>> {
     };
     let others = others.iter().filter(is_mistake).map(Diagnostic::from);
     let mut all: Vec<Diagnostic> = errors.iter().map(Diagnostic::from).chain(others).collect();
-    all.sort_by_key(|own| own.primary.as_ref().map(|label| label.span));
+    all.order_by_key(|own| own.primary.as_ref().map(|label| label.span));
     Err(all)
 }
 

@@ -13,6 +13,7 @@ use super::terms::{TermFamily, families};
 use super::values::{Value, sum};
 use super::{Constraint, Given, Givens, Model, ModelError, dimension};
 use crate::expr::{ExprId, Pool};
+use crate::order::Order;
 use crate::span::Span;
 use crate::syntax::{ExprKind, ExprRef, File, Indices, Name, StatementKind};
 
@@ -448,7 +449,7 @@ fn tidy(mut errors: Vec<ModelError>) -> Vec<ModelError> {
     let place = |error: &ModelError| {
         crate::diagnostic::Diagnostic::from(error).primary.map_or(Span::new(u32::MAX, u32::MAX), |label| label.span)
     };
-    errors.sort_by_key(place);
+    errors.order_by_key(place);
     let mut seen: Vec<ModelError> = Vec::new();
     let mut without_value: HashSet<String> = HashSet::new();
     // What is said of the first coordinate that is missing is enough.

@@ -6,6 +6,7 @@ use super::ModelError;
 use super::compile::{Compiler, Scope};
 use super::names::{Entity, Family, key};
 use crate::diagnostic::Meant;
+use crate::order::Order;
 use crate::span::Span;
 use crate::syntax::{ExprKind, ExprRef, GREEK, Name, function_meant, print_expr};
 
@@ -51,7 +52,7 @@ impl Compiler<'_> {
             known.extend(scope.variables.iter().map(|(name, _)| name.as_str()));
             known.extend(scope.integrated.iter().map(|(name, _)| name.as_str()));
         }
-        known.sort_unstable();
+        known.put_in_order();
         let written: Vec<String> = indices.iter().map(|index| print_expr(self.file, *index)).collect();
         let behind = if written.is_empty() { String::new() } else { format!("[{}]", written.join(", ")) };
         let same = |name: &str| {

@@ -65,6 +65,7 @@ pub use units::{unit_dimension, unit_names};
 pub use warning::Warning;
 
 use crate::expr::{ExprId, Pool};
+use crate::order::Gather;
 use crate::span::Span;
 
 /// A constraint: what it sets to zero.
@@ -165,7 +166,7 @@ pub struct Model {
 impl Model {
     /// What is left of an expression where nothing moves; of a condition on velocities what drives it.
     pub fn at_rest(&self, pool: &mut Pool, e: ExprId) -> ExprId {
-        let rest = self.coordinates.iter().map(|own| (own.velocity, pool.zero())).collect();
+        let rest = self.coordinates.iter().map(|own| (own.velocity, pool.zero())).gather();
         pool.substitute_one(e, &rest)
     }
 

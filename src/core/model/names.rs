@@ -14,6 +14,7 @@ use super::terms::Local;
 use super::values::Value;
 use super::{Model, ModelError};
 use crate::expr::{Derivatives, ExprId, Pool, Symbol};
+use crate::order::Order;
 use crate::span::Span;
 use crate::syntax::ExprRef;
 
@@ -108,7 +109,7 @@ impl Grid {
     pub(super) fn keys(&self) -> Vec<Key> {
         let boxes = self.blocks.iter().flat_map(Block::keys);
         let mut keys: Vec<Key> = boxes.chain(self.singles.keys().copied()).collect();
-        keys.sort_unstable();
+        keys.put_in_order();
         keys
     }
 
@@ -138,7 +139,7 @@ impl Grid {
         if self.singles.len() < block.len() {
             let mut inside: Vec<_> =
                 self.singles.iter().filter(|(at, _)| block.contains(at)).map(|(at, (_, span))| (*at, *span)).collect();
-            inside.sort_unstable();
+            inside.put_in_order();
             inside.first().copied()
         } else {
             block.keys().find_map(|at| self.singles.get(&at).map(|(_, span)| (at, *span)))
@@ -170,7 +171,7 @@ impl Grid {
             })
             .collect();
         let mut singles: Vec<&Key> = self.singles.keys().collect();
-        singles.sort_unstable();
+        singles.put_in_order();
         parts.extend(singles.iter().take(4).map(|at| member_name(name, self.rank, at)));
         if singles.len() > 4 {
             parts.push("…".to_owned());

@@ -10,6 +10,7 @@ use super::elaborate::Elaborator;
 use super::error::ModelError;
 use super::names::{Entity, Key, SymbolKind, member_name};
 use crate::expr::ExprId;
+use crate::order::Order;
 use crate::span::Span;
 use crate::syntax::{Drawn, ExprKind, ExprRef, Indices, Name};
 
@@ -204,7 +205,7 @@ impl Elaborator<'_> {
     fn named_axes(&mut self, uses: &Uses<'_>) -> Vec<Point> {
         let mut names: Vec<(String, usize)> =
             self.world.names.iter().map(|(name, (_, span))| (name.clone(), span.start as usize)).collect();
-        names.sort_by_key(|(_, start)| *start);
+        names.order_by_key(|(_, start)| *start);
         let mut found = Vec::new();
         for (x, _) in names {
             let places = [Some(0), x.char_indices().last().map(|(at, _)| at).filter(|at| *at > 0)];

@@ -13,6 +13,7 @@ use super::index::{Quantity, is_so};
 use super::names::World;
 use super::program::{Binder, BinderKind, IndexForm, IndexOp, IndexProgram};
 use super::run::MOST_INSTANCES;
+use crate::order::Order;
 use crate::precision::{Function, Interval, Scalar};
 use crate::span::Span;
 
@@ -242,7 +243,7 @@ impl Sieve {
                 }
             }
         }
-        left.sort_unstable();
+        left.put_in_order();
         Some(left)
     }
 

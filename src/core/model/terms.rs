@@ -18,6 +18,7 @@ use super::table::Cell;
 use super::values::Value;
 use crate::expr::{ExprId, Pool, Substitution, Symbol};
 use crate::number::Number;
+use crate::order::{Gather, Order};
 use crate::span::Span;
 use crate::syntax::{ExprKind, ExprRef, File, Indices};
 
@@ -66,7 +67,7 @@ pub(crate) fn slopes_by(pool: &mut Pool, e: ExprId, variables: &[Symbol]) -> Vec
     let slopes = pool.slopes(e, |symbol| place(symbol).is_some());
     let slopes = slopes.into_iter().filter(|(_, slope)| !slope.is_zero());
     let mut slopes: Vec<(usize, ExprId)> = slopes.filter_map(|(symbol, slope)| Some((place(symbol)?, slope))).collect();
-    slopes.sort_unstable();
+    slopes.put_in_order();
     slopes
 }
 
@@ -78,7 +79,7 @@ impl TermFamily {
 
     /// What puts all velocities to 0.
     pub(crate) fn at_rest(&self, pool: &Pool) -> Substitution {
-        self.locals.iter().map(|local| (local.velocity, pool.zero())).collect()
+        self.locals.iter().map(|local| (local.velocity, pool.zero())).gather()
     }
 
     /// What a family of [`Model::forces`](super::Model::forces) adds to the left sides of Lagrange's equations, by local:

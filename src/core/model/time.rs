@@ -9,6 +9,7 @@ use super::terms::{Local, TermFamily};
 use super::{Constraint, Model};
 use crate::expr::{Exponentials, ExprId, Pool, Substitution, Symbol};
 use crate::number::Number;
+use crate::order::Gather;
 use crate::precision::Function;
 use crate::span::Span;
 
@@ -131,11 +132,11 @@ fn potential_of(pool: &mut Pool, family: &TermFamily, slopes: &[(usize, ExprId)]
     for (at, (place, slope)) in slopes.iter().enumerate() {
         // One coordinate after the other goes from 0 to where it is.
         let later = slopes.iter().skip(at + 1).map(|(place, _)| (family.locals[*place].coordinate, zero));
-        let along = pool.substitute_one(*slope, &later.collect());
+        let along = pool.substitute_one(*slope, &later.gather());
         let variable = family.locals[*place].coordinate;
         let function = Exponentials::of(pool, along, variable).ok()?;
         let rates = function.rates().into_iter().map(|rate| (rate, pool.as_number(rate).map(Number::is_zero)));
-        let known: BTreeMap<ExprId, Option<bool>> = rates.collect();
+        let known: BTreeMap<ExprId, Option<bool>> = rates.gather();
         let end = pool.symbol_expr(variable);
         let vanishes = |rate| known.get(&rate).copied().unwrap_or(Some(true));
         parts.push(function.integral(pool, [zero, end], vanishes).ok()?);

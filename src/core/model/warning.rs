@@ -8,6 +8,7 @@ use crate::diagnostic::{Diagnostic, at};
 use crate::expr::{Pool, Symbol};
 use crate::mistakes;
 use crate::number::Number;
+use crate::order::{Gather, Order};
 use crate::span::Span;
 use crate::syntax::{Expr, ExprKind, ExprRef, File, IndexKind, Indices, Name, StatementKind, UnitRef, print_unit};
 
@@ -174,7 +175,7 @@ impl Model {
             _ => true,
         }));
         let mut found: Vec<Diagnostic> = found.iter().map(Diagnostic::from).collect();
-        found.sort_by_key(|warning| warning.primary.as_ref().map(|label| label.span));
+        found.order_by_key(|warning| warning.primary.as_ref().map(|label| label.span));
         found
     }
 }
@@ -249,7 +250,7 @@ fn decimal_ranges(file: &File) -> Vec<Warning> {
     for statement in &file.statements {
         let parameters = statement.kind.parameters().iter();
         let structural = parameters.filter(|one| structural.contains(one.name.text.as_str()));
-        let values: BTreeSet<ExprRef> = structural.filter_map(|one| one.value).collect();
+        let values: BTreeSet<ExprRef> = structural.filter_map(|one| one.value).gather();
         found.extend(values.into_iter().filter_map(decimal));
     }
     found
@@ -268,7 +269,7 @@ fn unused_indices(file: &File) -> Vec<Warning> {
         }
     }
     for all in places.values_mut() {
-        all.sort_by_key(|at| file.expr(*at).span);
+        all.order_by_key(|at| file.expr(*at).span);
     }
     for (Expr { span, kind }, indices) in sums {
         for entry in &indices.entries {

@@ -16,6 +16,7 @@ use super::pencil::{Bounded, Enclosed, Scaled};
 use super::product::{Part, TERM, bound_product, measured_product, product_bound, product_sparse};
 use super::start::cholesky;
 use super::{ModesError, Which};
+use crate::order::Order;
 use crate::precision::{Ball, Factors, up};
 
 /// Factors in scaled coordinates.
@@ -131,7 +132,7 @@ impl Factored {
             let entries = self.columns.hi[range(*e)].iter();
             entries.fold(0.0_f64, |most, x| most.max(x.abs()))
         };
-        order.sort_by(|a, b| size(b).total_cmp(&size(a)));
+        order.order_by(|a, b| size(b).total_cmp(&size(a)));
         let mut weighted = Mat::<f64>::zeros(n, elements);
         for (to, &e) in order.iter().enumerate() {
             for at in range(e) {
@@ -151,7 +152,7 @@ impl Factored {
             (0..rank).map(|k| (0..n).map(|i| if i >= k { r[(k, i)] } else { 0.0 }).collect()).collect();
         rotate(&mut columns);
         let mut lengths: Vec<(usize, f64)> = columns.iter().map(|c| length(c)).enumerate().collect();
-        lengths.sort_by(|a, b| b.1.total_cmp(&a.1));
+        lengths.order_by(|a, b| b.1.total_cmp(&a.1));
         let mut vectors = Mat::<f64>::zeros(n, count);
         for (to, &(from, length)) in lengths[..count].iter().enumerate() {
             if length.is_nan() || length <= 0.0 {

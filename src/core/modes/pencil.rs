@@ -9,6 +9,7 @@ use super::factored::Factored;
 use super::product::{Part, TERM, bound_product, measured_product, product, product_bound};
 use super::start::{NOISE, cholesky};
 use super::{ModesError, Problem, Which};
+use crate::order::Order;
 use crate::precision::{Ball, DoubleDouble, Enclosure, U2, exponent_of, sum_of_products, two_prod, up};
 
 /// A square matrix of balls.
@@ -367,7 +368,7 @@ pub(super) fn pencil(problem: &Scaled, factored: Option<&Factored>, zero: &ZeroS
 /// The columns by rising quotient, and the distances between neighbours in this order.
 pub(super) fn ordered(quotient: &[DoubleDouble]) -> (Vec<usize>, Vec<f64>) {
     let mut order: Vec<usize> = (0..quotient.len()).collect();
-    order.sort_by(|&i, &j| quotient[i].partial_cmp(&quotient[j]).unwrap_or(std::cmp::Ordering::Equal));
+    order.order_by(|&i, &j| quotient[i].partial_cmp(&quotient[j]).unwrap_or(std::cmp::Ordering::Equal));
     // The difference of two double-doubles is off by at most 3 u² of itself.
     let steps = order.windows(2).map(|pair| (quotient[pair[1]] - quotient[pair[0]]).hi.max(0.0)).collect();
     (order, steps)

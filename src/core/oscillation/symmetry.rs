@@ -7,6 +7,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use crate::linearize::{Entries, Invariance, Linearized};
+use crate::order::Order;
 use crate::precision::{Ball, Big, Enclosure, Function, SparseMatrix};
 use crate::symmetry::{Classes, Pattern, Symmetry, point_group};
 
@@ -96,7 +97,7 @@ fn of_enclosures(mass: &SparseMatrix, stiffness: &SparseMatrix) -> Option<Patter
     };
     let diagonal_differs = || {
         let mut pairs: Vec<(f64, f64)> = (0..n).map(|i| (diagonal(mass, i), diagonal(stiffness, i))).collect();
-        pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        pairs.order_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
         // Equal numbers may differ by their rounding.
         let near = |a: f64, b: f64| (a - b).abs() <= 1e-6 * (a.abs() + b.abs());
         pairs.windows(2).all(|pair| !near(pair[0].0, pair[1].0))
@@ -129,7 +130,7 @@ fn pattern(n: usize, masses: &[(usize, usize, Class)], stiffnesses: &[(usize, us
             }
         }
     }
-    entries.sort_unstable_by_key(|(i, j, ..)| (*i, *j));
+    entries.order_by_key(|(i, j, ..)| (*i, *j));
     let mut labels = Numbering::default();
     let mut pattern = Pattern::new(n);
     for own in entries.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
@@ -163,7 +164,7 @@ fn classes<'a, S: Enclosure + 'a>(
     let told = entries.iter().enumerate().filter(|(_, (.., value))| value.is_positive() || value.is_negative());
     let mut order: Vec<(usize, S)> = told.map(|(at, (.., value))| (at, value.apply(Function::Abs))).collect();
     let is_above = |a: &S, b: &S| a.sub(b).center().is_positive();
-    order.sort_by(|(_, a), (_, b)| is_above(a, b).cmp(&is_above(b, a)));
+    order.order_by(|(_, a), (_, b)| is_above(a, b).cmp(&is_above(b, a)));
     let mut class = 0;
     let mut last: Option<&S> = None;
     for (at, value) in &order {

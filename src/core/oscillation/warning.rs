@@ -5,6 +5,7 @@ use crate::diagnostic::{Diagnostic, at};
 use crate::linearize::{Linearized, Origin, Shape, Structure};
 use crate::mistakes;
 use crate::modes::{Kind, Options};
+use crate::order::Order;
 use crate::span::Span;
 
 /// What is said of an equilibrium that was found and does not hold.
@@ -221,7 +222,7 @@ fn ill_conditioned(linearized: &Linearized, modes: &NormalModes) -> Option<Warni
             Some((at, shape))
         })
         .collect();
-    soft.sort_by(|(_, a), (_, b)| a.square.abs().total_cmp(&b.square.abs()));
+    soft.order_by(|(_, a), (_, b)| a.square.abs().total_cmp(&b.square.abs()));
     soft.truncate(MOST_JUDGED);
     if soft.is_empty() {
         return None;

@@ -1,6 +1,7 @@
 //! Matrices of which most entries are 0.
 
 use super::{Ball, Complex, Enclosure, Scalar};
+use crate::order::Order;
 
 /// The entries that are not exactly 0, column by column: those of the lower triangle where the matrix is symmetric, unless told otherwise.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,7 +49,7 @@ impl<S: Scalar> SparseMatrix<S> {
         matrix.starts.push(0);
         for j in 0..dimension {
             let own = &mut order[ends[j]..ends[j + 1]];
-            own.sort_by_key(|number| shares[*number as usize].0);
+            own.order_by_key(|number| shares[*number as usize].0);
             for group in own.chunk_by(|a, b| shares[*a as usize].0 == shares[*b as usize].0) {
                 let mut parts = group.iter().map(|number| &shares[*number as usize]);
                 let Some((row, _, first)) = parts.next() else { continue };

@@ -6,6 +6,7 @@
 //! 2 cos(2 pi j/N) for the wave number j. So the class of a vector doesn't depend on which vectors of
 //! a degenerate frequency are looked at.
 
+use crate::order::Order;
 use std::collections::BTreeSet;
 
 use faer::{MatRef, Side};
@@ -47,7 +48,7 @@ impl Classes {
             GroupKind::Ring { turn, length } => of_ring(turn, *length),
             GroupKind::Other => of_other(symmetry)?,
         };
-        names.sort_by(|a, b| a.0.total_cmp(&b.0));
+        names.order_by(|a, b| a.0.total_cmp(&b.0));
         let weight = terms.iter().fold(1.0, |sum, (factor, _)| sum + factor.abs());
         let mut factors = vec![0.0; symmetry.active.len()];
         let mut touched = Vec::new();
@@ -69,7 +70,7 @@ impl Classes {
 
     /// The classes that this sum of elements with their factors tells apart, given by columns.
     pub(super) fn of_sum(sum: Vec<Vec<(usize, f64)>>, terms: &[(f64, Element)], mut names: Vec<(f64, String)>) -> Self {
-        names.sort_by(|a, b| a.0.total_cmp(&b.0));
+        names.order_by(|a, b| a.0.total_cmp(&b.0));
         // A turn makes no component larger than by the root of 3.
         let weight = terms.iter().fold(1.0, |sum, (factor, _)| sum + 2.0 * factor.abs());
         let active = vec![true; sum.len()];
@@ -107,7 +108,7 @@ impl Classes {
         }
         let mut nearest: Vec<(f64, &str)> =
             self.names.iter().map(|(at, name)| ((at - value).abs(), name.as_str())).collect();
-        nearest.sort_by(|a, b| a.0.total_cmp(&b.0));
+        nearest.order_by(|a, b| a.0.total_cmp(&b.0));
         match nearest.as_slice() {
             [(distance, name), rest @ ..] => {
                 let other = rest.first().map_or(1.0, |(other, _)| *other);
@@ -245,7 +246,7 @@ fn of_other(symmetry: &Symmetry) -> Option<Told> {
     if values.len() < 2 {
         return None;
     }
-    values.sort_by(|a, b| b.1.cmp(&a.1));
+    values.order_by(|a, b| b.1.cmp(&a.1));
     let told = |tuple: &[i64]| {
         let points = symmetry.points.as_ref()?;
         points.name(&|g: &SignedPermutation| {

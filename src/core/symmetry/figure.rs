@@ -14,6 +14,7 @@ use super::Classes;
 use super::point_group::{Element, MOST_ELEMENTS, PointGroup, product};
 use crate::linearize::{Invariance, Linearized};
 use crate::number::Number;
+use crate::order::{Gather, Order};
 use crate::precision::{Big, Scalar};
 
 /// Beside the size of all: what is looked at as equal, before that is shown.
@@ -105,8 +106,10 @@ impl Figure {
         let count = self.near.len();
         let alike =
             |i: usize| (0..count).filter(|j| self.near_equal(self.near[i].norm(), self.near[*j].norm(), 1.0)).count();
-        let mut order: Vec<usize> = (0..count).filter(|i| self.near[*i].norm() > NEAR * self.size).collect();
-        order.sort_by_cached_key(|i| (alike(*i), *i));
+        let off_centre = (0..count).filter(|i| self.near[*i].norm() > NEAR * self.size);
+        let mut order: Vec<(usize, usize)> = off_centre.map(|i| (alike(i), i)).collect();
+        order.put_in_order();
+        let order: Vec<usize> = order.into_iter().map(|(_, i)| i).collect();
         let a = *order.first()?;
         let off = |i: &usize| self.near[a].normalize().cross(&self.near[*i]).norm() / self.size;
         let b = order.iter().copied().find(|i| off(i) > 0.1);
@@ -226,8 +229,7 @@ impl Exchanges<'_> {
             let least = if self.axes.len() == 2 { 0.0 } else { -2.0 };
             candidates.retain(|own| own.matrix[(k, k)] > least && own.matrix[(k, k)].abs() > 1.0 - NEAR);
         }
-        let by_key: BTreeMap<(Vec<usize>, bool), Element> =
-            candidates.into_iter().map(|own| (own.key(), own)).collect();
+        let by_key: BTreeMap<(Vec<usize>, bool), Element> = candidates.into_iter().map(|own| (own.key(), own)).gather();
         let mut generators = Vec::new();
         let mut known = BTreeSet::from([((0..figure.near.len()).collect::<Vec<usize>>(), true)]);
         for (key, element) in &by_key {

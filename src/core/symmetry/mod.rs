@@ -14,6 +14,7 @@
 
 use crate::groups::Groups;
 use crate::linearize::Invariance;
+use crate::order::Order;
 
 mod classes;
 mod figure;
@@ -322,7 +323,7 @@ impl Symmetry {
         let signs: Vec<SignedPermutation> = masks.iter().map(signs).collect();
         let mut lifted = |g: &SignedPermutation| {
             let mut all: Vec<SignedPermutation> = signs.iter().map(|sign| g.after(sign)).collect();
-            all.sort_by_cached_key(|g| (g.negatives(), g.clone()));
+            all.order_by(|a, b| (a.negatives(), a).cmp(&(b.negatives(), b)));
             all.into_iter().find(|g| keeps(g))
         };
         let lifts: Vec<Option<SignedPermutation>> = self.generators.iter().map(&mut lifted).collect();

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use super::SignedPermutation;
 use super::search::Graph;
 use crate::groups::Groups;
+use crate::order::Order;
 
 /// Elements looked through for one that differs from another only by signs.
 const MOST_KNOWN: usize = 200;
@@ -101,7 +102,7 @@ impl Pattern {
                     let (column, other) = g.of(*j);
                     (column, if sign == other { *label } else { -*label })
                 }));
-                moved.sort_unstable();
+                moved.put_in_order();
                 self.diagonal.get(to) == self.diagonal.get(i) && self.rows.get(to) == Some(&moved)
             })
     }
@@ -159,7 +160,7 @@ impl Pattern {
                     row.push((2 * j + opposite, *label as u64));
                     row.push((2 * j + 1 - opposite, label.wrapping_neg() as u64));
                 }
-                row.sort_unstable();
+                row.put_in_order();
                 graph.colours.push(colour);
                 graph.rows.push(row);
             }

@@ -11,6 +11,7 @@
 //! are fewer, so that a plane molecule lies in the plane of y and z. In D2 and D2h, z is the turn with the most bodies on
 //! its axis, and x is across the plane of a plane molecule. What that leaves open the axes of the model decide.
 
+use crate::order::Order;
 use std::collections::{BTreeMap, HashMap};
 use std::f64::consts::{PI, TAU};
 
@@ -213,7 +214,7 @@ impl PointGroup {
                 whole.into_iter().any(|(turn, _)| turns[at].axis.is_some_and(|axis| turn.is_along(&axis)))
             };
             let mut halves = all(&|turn| turn.is(true, PI));
-            halves.sort_by_key(|at| (flat(*at), -(fixed(*at) as i64), -toward(*at, 2)));
+            halves.order_by_key(|at| (flat(*at), -(fixed(*at) as i64), -toward(*at, 2)));
             if let [z, a, b] = halves[..] {
                 let swap = flat(a) || !flat(b) && toward(a, 0) > toward(b, 0);
                 own.halves = Some(if swap { [z, b, a] } else { [z, a, b] });

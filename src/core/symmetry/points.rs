@@ -7,6 +7,7 @@ use nalgebra::Matrix3;
 use super::point_group::{Element, PointGroup};
 use super::{GroupKind, Pattern, SignedPermutation, Symmetry};
 use crate::linearize::{Bodies, Invariance};
+use crate::order::Order;
 
 /// What the elements of a point group do to the bodies' coordinates.
 #[derive(Clone, Debug)]
@@ -121,7 +122,7 @@ impl Symmetry {
 
 /// Elements that generate a whole group, those with the fewest signs first.
 pub(super) fn independent(mut elements: Vec<SignedPermutation>) -> Vec<SignedPermutation> {
-    elements.sort_by_cached_key(|g| (g.negatives(), g.clone()));
+    elements.order_by(|a, b| (a.negatives(), a).cmp(&(b.negatives(), b)));
     let mut generators: Vec<SignedPermutation> = Vec::new();
     let mut known = Vec::new();
     for g in elements.iter().filter(|g| !g.is_identity()) {

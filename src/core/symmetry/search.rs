@@ -9,6 +9,7 @@
 
 use crate::expr::mix;
 use crate::groups::Groups;
+use crate::order::Order;
 
 /// A graph with labelled edges; equal labels are equal numbers.
 #[derive(Clone, Debug, Default)]
@@ -113,7 +114,7 @@ impl Graph {
             let with_itself = |label: &u64| sum.wrapping_add(seen(i, *label)) ^ mix(*label);
             keys.extend(labels.iter().map(|label| (with_itself(label), i)));
         }
-        keys.sort_unstable();
+        keys.put_in_order();
         let alike = keys.chunk_by(|a, b| a.0 == b.0).map(|group| {
             let first = group[0].1;
             let exchanged = group[1..].iter().filter(|(_, i)| self.exchange(first, *i).is_some());
@@ -154,7 +155,7 @@ impl Graph {
         vertices.all(|i| {
             row_image.clear();
             row_image.extend(self.rows[i].iter().map(|(j, label)| (image(*j), *label)));
-            row_image.sort_unstable();
+            row_image.put_in_order();
             self.colours[i] == self.colours[image(i)] && self.rows[image(i)] == row_image
         })
     }
@@ -232,7 +233,7 @@ impl Graph {
                 }
                 None => {
                     let mut places: Vec<(u64, usize)> = colours.iter().copied().zip(0..colours.len()).collect();
-                    places.sort_unstable();
+                    places.put_in_order();
                     let place = |colour| Some(places[places.binary_search_by_key(colour, |(c, _)| *c).ok()?].1);
                     let image: Vec<usize> = source.colours.iter().filter_map(place).collect();
                     *effort = effort.checked_sub(self.edges())?;

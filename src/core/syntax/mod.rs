@@ -48,6 +48,7 @@ pub use words::{FUNCTIONS, STATEMENT_WORDS, signature};
 
 use std::collections::HashSet;
 
+use crate::order::Order;
 use crate::span::Span;
 use build::Builder;
 
@@ -113,7 +114,7 @@ pub fn parse_readable(source: &str) -> (File, Vec<SyntaxError>) {
         }
     }
     errors.truncate(split::MOST_ERRORS);
-    errors.sort_by_key(SyntaxError::span);
+    errors.order_by_key(SyntaxError::span);
     (builder.finish(), without_follow_ons(source, errors))
 }
 

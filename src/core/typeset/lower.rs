@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::symbol::{Subscript, kept_apart};
 use super::{Formula, Sign, Symbol};
+use crate::order::Order;
 use crate::syntax::{Comparison, ExprKind, ExprRef, File, IndexKind, Indices, Member, StatementKind, parse};
 
 /// What the names of an expression stand for.
@@ -418,7 +419,7 @@ fn gather_roots(above: &mut Vec<Formula>, below: &mut Vec<Formula>) {
             }
             let one = Formula::Number("1".to_owned());
             top.retain(|own| *own != one);
-            bottom.sort_by_key(|own| !matches!(own, Formula::Number(_)));
+            bottom.order_by_key(|own| !matches!(own, Formula::Number(_)));
             let ratio = Formula::Fraction(Box::new(side_by_side(top)), Box::new(side_by_side(bottom)));
             above.push(root(ratio));
         }

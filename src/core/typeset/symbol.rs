@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::block::symbol_text;
+use crate::order::Gather;
 use crate::syntax::GREEK;
 
 /// A letter with its subscript, its dots and a prefix.
@@ -150,9 +151,9 @@ impl Symbol {
 /// The symbols of names that are not to be printed as [`Symbol::of`] has them, so that no two names of a model look alike: `th`
 /// stays as it is beside `theta`, and `la` beside `lb`. Members of families come with their indices.
 pub(super) fn kept_apart<'a>(names: impl IntoIterator<Item = &'a str>) -> BTreeMap<String, Symbol> {
-    let names: BTreeSet<&str> = names.into_iter().map(|name| name.trim_end_matches('\'')).collect();
+    let names: BTreeSet<&str> = names.into_iter().map(|name| name.trim_end_matches('\'')).gather();
     let family = |name: &'a str| name.split('[').next().unwrap_or(name);
-    let letters: BTreeSet<String> = names.iter().map(|name| Symbol::spelled(family(name)).letter).collect();
+    let letters: BTreeSet<String> = names.iter().map(|name| Symbol::spelled(family(name)).letter).gather();
     let has_sibling = |own: &str| {
         let mut others = letters.iter().filter(|other| *other != own && other.len() == own.len());
         others.any(|other| other.get(..1) == own.get(..1) && in_full(other).is_none() && greek(other).is_none())

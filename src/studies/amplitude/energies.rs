@@ -83,7 +83,7 @@ impl Parts {
         let factor = pool.fresh_symbol("factor");
         let scale = pool.symbol_expr(factor);
         let zero = pool.zero();
-        let at_rest: Substitution = [(factor, zero)].into_iter().collect();
+        let at_rest = Substitution::from([(factor, zero)]);
         let mut sums: [Vec<ExprId>; 3] = Default::default();
         let mut linear_span = None;
         for (negative, family) in signed_terms(model) {

@@ -9,6 +9,7 @@ use super::solve::Solver;
 use super::tape::{Registers, run};
 use super::{Bounds, Options};
 use crate::program::Program;
+use librate_core::order::Order;
 use librate_core::precision::{LANES, Lane};
 
 /// What a study compiles: one program for the equilibrium, M, K and the forces.
@@ -268,7 +269,7 @@ impl Workspace {
         let order = &mut self.order;
         order.clear();
         order.extend(0..n);
-        order.sort_unstable_by(|i, j| {
+        order.order_by(|i, j| {
             let (a, b) = (values[*i].0[lane], values[*j].0[lane]);
             a.total_cmp(&b).then(i.cmp(j))
         });

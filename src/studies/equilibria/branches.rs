@@ -10,6 +10,7 @@ use std::collections::{HashMap, HashSet};
 use librate_core::budget::Budget;
 use librate_core::linearize;
 use librate_core::model::{Constant, Model, Range};
+use librate_core::order::Order;
 use librate_core::precision::{Ball, Interval};
 
 use super::bifurcation::{Kind, Proved, Systems};
@@ -124,7 +125,7 @@ pub fn follow(source: &Source, region: &Region, range: &Range) -> Result<Diagram
     let joints = follower.connect()?;
     let mut branches = follower.branches(&joints, &models)?;
     follower.account(&joints);
-    branches.sort_by(|a, b| {
+    branches.order_by(|a, b| {
         let first = |branch: &Branch| branch.at.first().map(|(place, own)| (*place, own.point.clone()));
         match (first(a), first(b)) {
             (Some((a, x)), Some((b, y))) => a.cmp(&b).then_with(|| compared(&x, &y)),
@@ -132,7 +133,7 @@ pub fn follow(source: &Source, region: &Region, range: &Range) -> Result<Diagram
         }
     });
     let Follower { mut bifurcations, reasons, .. } = follower;
-    bifurcations.sort_by(|a, b| a.found.value.mid.hi.total_cmp(&b.found.value.mid.hi));
+    bifurcations.order_by(|a, b| a.found.value.mid.hi.total_cmp(&b.found.value.mid.hi));
     Ok(Diagram {
         region: region.clone(),
         name: name(),
@@ -374,7 +375,7 @@ impl Follower<'_> {
                 ends.push((!known.found.is_symmetric(own), end.mark, end.forward, number));
             }
         }
-        ends.sort_unstable();
+        ends.put_in_order();
         for (_, mark, forward, number) in ends {
             if !joints.reached.values().any(|own| *own == number) {
                 joints.reached.insert((mark, forward), number);

@@ -31,6 +31,7 @@ use librate_core::linearize::{self, AtRest};
 use librate_core::model::Model;
 use librate_core::modes::Stability;
 use librate_core::number::Number;
+use librate_core::order::Order;
 use librate_core::precision::{Ball, Interval, Scalar};
 use moments::Moments;
 use root::{Root, are_within};
@@ -501,7 +502,7 @@ fn slices(neutral: &[(usize, Neutral)], searched: &[usize], whole: &mut [Interva
 
 /// By their coordinates, one after the other.
 fn sort(equilibria: &mut [Equilibrium]) {
-    equilibria.sort_by(|a, b| compared(&a.point, &b.point));
+    equilibria.order_by(|a, b| compared(&a.point, &b.point));
 }
 
 fn compared(a: &[Ball], b: &[Ball]) -> std::cmp::Ordering {
@@ -583,7 +584,7 @@ fn gathered<'a>(pieces: impl Iterator<Item = &'a Vec<Interval>>) -> Vec<Place> {
         }
         boxes.push(own);
     }
-    boxes.sort_by(|a, b| {
+    boxes.order_by(|a, b| {
         let mut ends = a.hull.iter().zip(&b.hull).map(|(x, y)| x.lo.total_cmp(&y.lo));
         ends.find(|order| order.is_ne()).unwrap_or(std::cmp::Ordering::Equal)
     });

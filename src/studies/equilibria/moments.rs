@@ -6,6 +6,7 @@
 use librate_core::expr::{ExprId, Prepared, Substitution, Symbol, Tape};
 use librate_core::linearize::AtRest;
 use librate_core::model::Model;
+use librate_core::order::Order;
 use librate_core::precision::Interval;
 
 use super::poles::bases;
@@ -96,7 +97,7 @@ pub(super) fn bodies(
     };
     let places: Vec<(Component, Vec<usize>)> = searched.iter().map(parted).collect();
     let mut components: Vec<Component> = places.iter().map(|own| own.0).collect();
-    components.sort_unstable();
+    components.put_in_order();
     components.dedup();
     components.truncate(MOST_COMPONENTS);
     (components, places)

@@ -10,6 +10,7 @@ use std::collections::HashMap;
 
 use librate_core::expr::{ExprId, Node, Pool, Prepared, Substitution, Symbol, Tape};
 use librate_core::number::Number;
+use librate_core::order::{Gather, Order};
 use librate_core::precision::{Function, Interval, Scalar};
 
 /// More poles are not looked at together.
@@ -76,7 +77,7 @@ pub(super) fn bases(pool: &Pool, potential: ExprId, unknowns: &[Symbol]) -> Vec<
             | Node::Atan2 { .. } => {}
         }
     }
-    found.sort_unstable();
+    found.put_in_order();
     found.dedup();
     found.retain(|base| pool.depends_on(*base, &|symbol| unknowns.contains(&symbol)));
     found
@@ -172,7 +173,7 @@ impl Poles {
     }
 
     fn compiled(&mut self, parts: &[ExprId]) -> Option<Prepared<Interval>> {
-        let back: Substitution = self.poles.iter().map(|pole| (pole.symbol, pole.base)).collect();
+        let back: Substitution = self.poles.iter().map(|pole| (pole.symbol, pole.base)).gather();
         let parts = self.pool.substitute(parts, &back);
         Some(Tape::compile(&self.pool, &parts, &self.inputs).ok()?.prepare(()))
     }
@@ -254,7 +255,7 @@ fn constant(pool: &mut Pool, e: ExprId, unknowns: &[Symbol]) -> Option<ExprId> {
     let somewhere = |at: usize| Number::ratio(37 + 12 * at as i64 + (at * at) as i64, 29);
     let map: Option<Vec<(Symbol, Number)>> =
         unknowns.iter().enumerate().map(|(at, symbol)| Some((*symbol, somewhere(at)?))).collect();
-    let map: Substitution = map?.into_iter().map(|(symbol, x)| (symbol, pool.number(x))).collect();
+    let map: Substitution = map?.into_iter().map(|(symbol, x)| (symbol, pool.number(x))).gather();
     let value = pool.substitute_one(e, &map);
     (!pool.is_undefined(value)).then_some(value)
 }

@@ -6,6 +6,7 @@
 
 use librate_core::expr::{ExprId, Substitution};
 use librate_core::model::{CoordinateFamily, Model};
+use librate_core::order::Order;
 use librate_core::precision::{Interval, Scalar};
 use librate_core::symmetry::SignedPermutation;
 
@@ -120,10 +121,10 @@ fn candidates(places: &[Place]) -> Vec<Element> {
     let mut found: Vec<Element> = Vec::new();
     let mut families: Vec<Option<usize>> = places.iter().map(|own| Some(own.0)).collect();
     families.push(None);
-    families.sort_unstable();
+    families.put_in_order();
     families.dedup();
     let mut values: Vec<usize> = places.iter().filter_map(|own| own.1.first().copied()).collect();
-    values.sort_unstable();
+    values.put_in_order();
     values.dedup();
     values.truncate(MOST_VALUES);
     for family in families {
@@ -143,7 +144,7 @@ fn candidates(places: &[Place]) -> Vec<Element> {
         let last = |at: usize| places[at].1.last().copied().filter(|_| places[at].1.len() > 1);
         let mut components: Vec<Option<usize>> = (0..n).map(last).collect();
         components.push(None);
-        components.sort_unstable();
+        components.put_in_order();
         components.dedup();
         for component in components {
             let is_turned = |at: usize| is_own(at) && (component.is_none() || last(at) == component);
@@ -151,7 +152,7 @@ fn candidates(places: &[Place]) -> Vec<Element> {
         }
     }
     found.extend((0..n).map(|turned| (0..n).map(|at| (at, at == turned)).collect()));
-    found.sort_unstable();
+    found.put_in_order();
     found.dedup();
     found.retain(|own| *own != identity);
     found

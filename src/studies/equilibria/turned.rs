@@ -13,6 +13,7 @@ use librate_core::expr::{ExprId, Prepared, Tape};
 use librate_core::linearize::AtRest;
 use librate_core::model::Model;
 use librate_core::number::Number;
+use librate_core::order::Order;
 use librate_core::precision::{Ball, Interval, Scalar, sum_of_products};
 
 use super::forces::Equations;
@@ -92,7 +93,7 @@ impl Rotations {
             return Self::default();
         };
         let mut keys: Vec<&Vec<usize>> = places.iter().map(|own| &own.1).collect();
-        keys.sort_unstable();
+        keys.put_in_order();
         keys.dedup();
         let place = |axis: &Component, key: &Vec<usize>| places.iter().position(|own| own.0 == *axis && own.1 == *key);
         keys.retain(|key| axes.iter().all(|axis| place(axis, key).is_some()));

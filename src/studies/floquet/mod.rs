@@ -35,6 +35,7 @@ use levels::Task;
 use librate_core::expr::ExprId;
 use librate_core::linearize::{LinearizeError, constant, integrated};
 use librate_core::model::Model;
+use librate_core::order::Order;
 use librate_core::precision::{Ball, Function, Magnitude, Scalar};
 use monodromy::short;
 use motion::Driven;
@@ -190,7 +191,7 @@ fn away(model: &Model, guesses: &[f64], range: &[(f64, f64)]) -> Vec<Away> {
 
 /// By falling modulus; on the circle by rising angle, the one above the real axis first.
 fn sort(multipliers: &mut [Multiplier]) {
-    multipliers.sort_by(|a, b| {
+    multipliers.order_by(|a, b| {
         let angle = |m: &Multiplier| m.im.mid_f64().abs().atan2(m.re.mid_f64());
         let circle = |m: &Multiplier| m.place == Place::On;
         let by_size = if circle(a) && circle(b) { Ordering::Equal } else { b.log_size().total_cmp(&a.log_size()) };

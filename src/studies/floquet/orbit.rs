@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector, Dyn, LU};
 use super::basis::inverse;
 use super::monodromy::{PeriodMap, Stop, period_map};
 use crate::flow::{Equations, Plain, count};
+use librate_core::order::Order;
 use librate_core::precision::{Ball, Complex, Enclosure, Magnitude, Matrix};
 
 /// Newton steps to a periodic motion, in doubles.
@@ -74,7 +75,7 @@ pub(super) fn search(
     }
     let first = shooting.steps;
     begins.extend(shooting.followed(start, limit).and_then(|states| shooting.place(states, limit)));
-    begins.sort_by(|a, b| a.asked.norm().total_cmp(&b.asked.norm()));
+    begins.order_by(|a, b| a.asked.norm().total_cmp(&b.asked.norm()));
     // Where it takes that much longer it has gone astray.
     let most = ASTRAY * (first + 10);
     let mut lost = Lost::Search("the motion from the guess ends before the period is over");

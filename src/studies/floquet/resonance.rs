@@ -4,6 +4,7 @@ use nalgebra::{Complex, DMatrix};
 
 use super::multipliers::{Multiplier, Place};
 use crate::flow::{Equations, Plain};
+use librate_core::order::Order;
 use librate_core::precision::Ball;
 
 /// Times at which the equations are averaged.
@@ -58,7 +59,7 @@ pub(super) fn frequencies(equations: &Equations, period: f64, state: &[Ball]) ->
         return Vec::new();
     }
     let mut frequencies: Vec<f64> = squares.map(|square| square.re.sqrt()).collect();
-    frequencies.sort_by(f64::total_cmp);
+    frequencies.order_by(f64::total_cmp);
     frequencies
 }
 

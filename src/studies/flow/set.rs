@@ -6,6 +6,7 @@
 //! Randwertaufgaben, Karlsruhe (1988), and in Computational Ordinary Differential Equations (1992), 425; why it works:
 //! N. S. Nedialkov, K. R. Jackson, in Perspectives on Enclosure Methods (2001), 219).
 
+use librate_core::order::Order;
 use librate_core::precision::{Ball, Matrix, up};
 
 /// Directions this near to those there are already, beside their lengths, add nothing.
@@ -139,7 +140,7 @@ impl Set {
                 Some((largest, normal(edge)?))
             })
             .collect();
-        edges.sort_by(|a, b| b.0.total_cmp(&a.0));
+        edges.order_by(|a, b| b.0.total_cmp(&a.0));
         let units = (0..live.len()).map(|at| {
             let mut unit = vec![0.0; live.len()];
             unit[at] = 1.0;

@@ -5,6 +5,7 @@ use super::{NamedTensor, of_model};
 use librate_core::diagnostic::{Diagnostic, at};
 use librate_core::mistakes;
 use librate_core::model::{Model, Tensor};
+use librate_core::order::Order;
 use librate_core::precision::decimal;
 use librate_core::span::Span;
 
@@ -66,7 +67,7 @@ pub fn warnings(model: &Model) -> Vec<Diagnostic> {
     let named = model.tensors.iter().filter(used);
     // What is written in full stands behind what it may contain.
     let mut unnamed: Vec<&Tensor> = model.unnamed_tensors.iter().collect();
-    unnamed.sort_by_key(|tensor| tensor.span.end - tensor.span.start);
+    unnamed.order_by_key(|tensor| tensor.span.end - tensor.span.start);
     let tensors: Vec<&Tensor> = named.chain(unnamed).collect();
     if tensors.is_empty() {
         return Vec::new();
@@ -86,6 +87,6 @@ pub fn warnings(model: &Model) -> Vec<Diagnostic> {
         rotating.tensors = vec![tensor.clone()];
         found.extend(of_model(&rotating, 4).unwrap_or_default().iter().filter_map(Warning::of));
     }
-    found.sort_by_key(|Warning::ImpossibleTensor { span, .. }| span.start);
+    found.order_by_key(|Warning::ImpossibleTensor { span, .. }| span.start);
     found.iter().map(Diagnostic::from).collect()
 }

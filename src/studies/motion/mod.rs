@@ -36,6 +36,7 @@ use librate_core::budget::Budget;
 use librate_core::expr::Tape;
 use librate_core::linearize::LinearizeError;
 use librate_core::model::{Constant, Model};
+use librate_core::order::Order;
 use librate_core::precision::{Ball, DoubleDouble, Enclosure, Scalar};
 
 /// Order and tolerance of the steps of a run, and by how much beside their sizes the values of its start are displaced.
@@ -119,7 +120,7 @@ impl Times {
             };
             rows.push((Ball::new(value.mid, 0.0), exact, place));
         }
-        rows.sort_by(|a, b| a.0.mid_f64().total_cmp(&b.0.mid_f64()).then(a.0.mid.lo.total_cmp(&b.0.mid.lo)));
+        rows.order_by(|a, b| a.0.mid_f64().total_cmp(&b.0.mid_f64()).then(a.0.mid.lo.total_cmp(&b.0.mid.lo)));
         let mut listed = Listed::default();
         for (time, exact, place) in rows {
             listed.times.push(time);
@@ -142,7 +143,7 @@ impl Times {
         let between = Self { samples: LOOKS + 1, listed: None, ..self.clone() };
         let asked = listed.times.iter().copied().zip(listed.places.iter().copied());
         let mut all: Vec<(Ball, Option<usize>)> = asked.chain((0..LOOKS).map(|row| (between.at(row), None))).collect();
-        all.sort_by(|a, b| a.0.mid_f64().total_cmp(&b.0.mid_f64()));
+        all.order_by(|a, b| a.0.mid_f64().total_cmp(&b.0.mid_f64()));
         let (times, places): (Vec<Ball>, Vec<Option<usize>>) = all.into_iter().unzip();
         Self {
             samples: times.len(),
@@ -156,7 +157,7 @@ impl Times {
         let Some(listed) = self.listed.as_ref().filter(|own| own.places.len() == all.len()) else { return all };
         let mut rows: Vec<(usize, T)> =
             listed.places.iter().zip(all).filter_map(|(place, row)| Some(((*place)?, row))).collect();
-        rows.sort_by_key(|(place, _)| *place);
+        rows.order_by_key(|(place, _)| *place);
         rows.into_iter().map(|(_, row)| row).collect()
     }
 

@@ -5,6 +5,7 @@ use super::panel::Field;
 use librate_core::expr::{ExprId, Pool};
 use librate_core::linearize::{Linearized, Origin, Units, evaluate_closed};
 use librate_core::model::{Givens, Model};
+use librate_core::order::Order;
 use librate_core::precision::{Ball, Big, Enclosure};
 
 /// Slopes on the two sides of a corner are computed with so many bits.
@@ -108,7 +109,7 @@ impl Corner {
                 places.push((way.mid_f64().abs(), *place));
             }
         }
-        places.sort_by(|a, b| a.0.total_cmp(&b.0));
+        places.order_by(|a, b| a.0.total_cmp(&b.0));
         let numbers = |place: ExprId| evaluate_closed::<Big>(pool, place, BITS_OF_CORNERS);
         let mut field = Field::new(
             &tape,

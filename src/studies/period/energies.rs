@@ -83,7 +83,7 @@ impl Energies {
         let once = pool.diff(lagrangian, velocity);
         let mass = pool.diff(once, velocity);
         let zero = pool.zero();
-        let rest: Substitution = [(velocity, zero)].into_iter().collect();
+        let rest = Substitution::from([(velocity, zero)]);
         let lagrangian = pool.substitute_one(lagrangian, &rest);
         if pool.vanishes(mass) {
             return Err(PeriodError::NoInertia { coordinate: own.name(), span: own.span });
@@ -115,7 +115,7 @@ impl Energies {
         let q = self.coordinate;
         let (smooth, signs) = self.pool.with_signs(&roots, |symbol| symbol == q);
         let pool = &mut self.pool;
-        let origin: Substitution = [(q, pool.zero())].into_iter().collect();
+        let origin = Substitution::from([(q, pool.zero())]);
         let kinks = signs.iter().map(|(x, _)| {
             let slope = pool.diff(*x, q);
             let there = pool.substitute_one(*x, &origin);
@@ -148,7 +148,7 @@ impl Energies {
 
     /// Whether U and M stay the same where the coordinate is replaced.
     fn is_unchanged(&mut self, replacement: ExprId) -> bool {
-        let map: Substitution = [(self.coordinate, replacement)].into_iter().collect();
+        let map = Substitution::from([(self.coordinate, replacement)]);
         let before = self.roots();
         let after = self.pool.substitute(&before, &map);
         before.iter().zip(after).all(|(before, after)| self.pool.agree(*before, after))
@@ -226,7 +226,7 @@ impl Energies {
 /// - L = -r sqrt(1 - m q'²/r), the relativistic one with r = m c²: W = r/sqrt(1 - m q'²/r) - r, so that
 ///   M = m (1 + W/r)²/(1 + W/(2 r)). With a constant r > 0 it is so for all W > 0.
 fn effective_mass(pool: &mut Pool, curvature: ExprId, velocity: Symbol, excess: ExprId) -> Option<ExprId> {
-    let rest: Substitution = [(velocity, pool.zero())].into();
+    let rest = Substitution::from([(velocity, pool.zero())]);
     let third = pool.diff(curvature, velocity);
     let mass = pool.substitute_one(curvature, &rest);
     if pool.vanishes(third) {

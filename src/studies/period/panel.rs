@@ -11,6 +11,7 @@
 use super::weights::Weight;
 use crate::flow::horner;
 use librate_core::expr::{Prepared, Series, Tape};
+use librate_core::order::Order;
 use librate_core::precision::{Enclosure, Magnitude, Scalar, exponent_of, power_of_two};
 
 /// So many panels are tried at most, in one integral.
@@ -161,7 +162,7 @@ impl<S: Enclosure> Field<S> {
             }
         }
         let way = |place: &S| place.sub(&start).mid_f64().abs();
-        between.sort_by(|a, b| way(a).total_cmp(&way(b)));
+        between.order_by(|a, b| way(a).total_cmp(&way(b)));
         let mut pieces: Vec<(S, S)> = vec![(start, span)];
         for place in between {
             let Some((from, rest)) = pieces.pop() else { break };

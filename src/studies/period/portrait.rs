@@ -6,6 +6,7 @@
 use librate_core::expr::Tape;
 use librate_core::model::Model;
 use librate_core::modes::Stability;
+use librate_core::order::Order;
 use librate_core::precision::Ball;
 
 use super::energies::{Energies, check};
@@ -59,7 +60,7 @@ pub fn portrait(model: &Model, found: &Found) -> Vec<Orbit> {
         own.filter_map(|own| own.point.first()).map(|q| plane.height(q.mid_f64())).filter(|height| height.is_finite())
     };
     let mut separating: Vec<f64> = heights(false).collect();
-    separating.sort_by(f64::total_cmp);
+    separating.order_by(f64::total_cmp);
     let across = plane.places().map(|q| plane.height(q)).filter(|height| height.is_finite());
     let lowest = across.clone().chain(heights(true)).fold(f64::INFINITY, f64::min);
     let top = separating.last().copied().unwrap_or_else(|| {

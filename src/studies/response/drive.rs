@@ -14,6 +14,7 @@ use librate_core::expr::{ExprId, Node, Pool, Substitution, Symbol, Tape, ZeroVer
 use librate_core::linearize::{Linearized, missing_value, signed_terms};
 use librate_core::model::{Model, SymbolKind, TermFamily};
 use librate_core::number::Number;
+use librate_core::order::Gather;
 use librate_core::precision::{Complex, Enclosure, Function};
 use librate_core::span::Span;
 
@@ -293,7 +294,7 @@ impl Averaged {
     fn place(&self, linearized: &Linearized, mechanics: &mut Mechanics<'_>) -> Substitution {
         let equilibrium = linearized.equilibrium();
         let zero = mechanics.pool.zero();
-        let mut place: Substitution = mechanics.velocities.iter().map(|velocity| (*velocity, zero)).collect();
+        let mut place: Substitution = mechanics.velocities.iter().map(|velocity| (*velocity, zero)).gather();
         for (at, coordinate) in mechanics.coordinates.iter().enumerate() {
             let value = equilibrium.values.get(at);
             if value.is_some_and(|value| value.is_zero()) {

@@ -1,6 +1,8 @@
 //! An order of the rows of a sparse matrix that keeps its entries near the diagonal (E. Cuthill and J. McKee, Reducing the bandwidth of
 //! sparse symmetric matrices, Proc. 24th ACM National Conference (1969) 157).
 
+use librate_core::order::Order;
+
 /// The place of each row: by breadth-first search from a row far out, neighbours with few neighbours first; as they stand where that is
 /// no better.
 pub(super) fn narrow(order: usize, entries: &[(usize, usize)]) -> Vec<usize> {
@@ -30,7 +32,7 @@ pub(super) fn levels(neighbours: &[Vec<usize>], start: usize) -> Vec<usize> {
     let mut at = 0;
     while let Some(row) = order.get(at) {
         let mut new: Vec<usize> = neighbours[*row].iter().copied().filter(|other| seen.insert(*other)).collect();
-        new.sort_by_key(|other| neighbours[*other].len());
+        new.order_by_key(|other| neighbours[*other].len());
         order.extend(new);
         at += 1;
     }
@@ -45,7 +47,7 @@ pub(super) fn neighbours(order: usize, entries: &[(usize, usize)]) -> Vec<Vec<us
         all[*column].push(*row);
     }
     for own in &mut all {
-        own.sort_unstable();
+        own.put_in_order();
         own.dedup();
     }
     all

@@ -13,6 +13,7 @@ use super::solve::{Matrices, Slope};
 use super::{Force, LEVELS, ResponseError, Study, System};
 use crate::source::{End, between, written_ends};
 use librate_core::number::Number;
+use librate_core::order::Order;
 use librate_core::precision::{Ball, Complex, Enclosure, Scalar};
 
 /// Pieces of the range are not halved more often: two maxima so close are taken for one.
@@ -96,7 +97,7 @@ fn middle([from, to]: &Piece) -> Number {
 
 /// Pieces in order, those that touch each other as one.
 fn joined(mut pieces: Vec<Piece>) -> Vec<Piece> {
-    pieces.sort_by(|left, right| left[0].cmp(&right[0]));
+    pieces.order_by(|left, right| left[0].cmp(&right[0]));
     let mut all = Vec::<Piece>::new();
     for piece in pieces {
         match all.last_mut().filter(|last| last[1] == piece[0]) {
@@ -155,7 +156,7 @@ impl Search<'_> {
                 _ => {}
             }
         }
-        turns.sort_by(|(left, _), (right, _)| left[0].cmp(&right[0]));
+        turns.order_by(|(left, _), (right, _)| left[0].cmp(&right[0]));
         let halved = |(piece, is_top): &(Piece, bool)| self.closed_in(piece, |at| Some(self.rises(at)? == *is_top));
         let exact: Vec<(Piece, bool)> = turns.iter().map(|own| (halved(own), own.1)).collect();
         let mut found = Vec::with_capacity(exact.len());
@@ -167,7 +168,7 @@ impl Search<'_> {
                 None => undecided.push(piece.clone()),
             }
         }
-        undecided.sort_by(|left, right| left[0].to_f64().total_cmp(&right[0].to_f64()));
+        undecided.order_by(|left, right| left[0].to_f64().total_cmp(&right[0].to_f64()));
         let place = |share: &Number| self.place([share, share]).map_or(f64::NAN, |place| place.mid_f64());
         (found, undecided.iter().map(|piece| piece.each_ref().map(place)).collect())
     }

@@ -22,6 +22,7 @@ use librate_core::linearize::{
 use librate_core::model::Model;
 use librate_core::modes::{Kind, Options};
 use librate_core::number::Number;
+use librate_core::order::Order;
 use librate_core::oscillation::{NormalMode, NormalModes, Uncertainty, in_units, normal_modes};
 use librate_core::precision::{Ball, Complex, Matrix};
 
@@ -142,7 +143,7 @@ pub fn sensitivities(linearized: &Linearized, modes: &NormalModes) -> Sensitivit
         (0..linearized.model().parameters.len()).filter(|parameter| linearized.can_vary(*parameter)).collect();
     let modes = &*in_units(linearized, modes);
     let rate = linearized.units().map_or(0, Units::rate);
-    let whole = linearized.with_multipliers();
+    let whole = linearized.varied();
     let mut groups: Vec<(Vec<usize>, bool)> = groups(&modes.modes).into_iter().map(|group| (group, false)).collect();
     let spaces: Vec<Option<Space>> = groups.iter().map(|(group, _)| space(&whole, linearized, modes, group)).collect();
     let mut omega = vec![vec![None; parameters.len()]; modes.modes.len()];
@@ -180,8 +181,8 @@ fn groups(modes: &[NormalMode]) -> Vec<Vec<usize>> {
 /// Vectors of equal exponents, and what their derivatives need.
 enum Space {
     /// Exponents that stay 0 whatever the values of the parameters are: so many; with their vectors where
-    /// gyroscopic forces between these would leave fewer.
-    Zero(usize, Option<Rows<Ball>>),
+    /// gyroscopic forces between these would leave fewer. `unheld`: forces of displacements never begin to act on these.
+    Zero { count: usize, coupled: Option<Rows<Ball>>, unheld: bool },
     /// Modes of M and K: ω², vectors and XᵀMX, and whether the vectors are the shapes of the modes, one by one.
     Real { square: Ball, vectors: Rows<Ball>, gram: Matrix<Ball>, are_shapes: bool },
     /// An exponent, its vectors and left vectors, and Yᴴ(2λM + D)X.
@@ -208,6 +209,11 @@ fn space(whole: &WithMultipliers, linearized: &Linearized, modes: &NormalModes, 
     let first = own().next()?;
     let count = group.len();
     if first.kind == Kind::Zero {
+        // Each family of equilibria that conditions on velocities leave has one, and each direction without a force.
+        if let Some(vectors) = linearized.unheld() {
+            let known = count <= linearized.rolled().len() + vectors.len();
+            return known.then_some(Space::Zero { count, coupled: Some(vectors), unheld: true });
+        }
         let zeros = linearized.zero_modes();
         if count > zeros.len() || !stay(linearized, &zeros) {
             return None;
@@ -216,7 +222,7 @@ fn space(whole: &WithMultipliers, linearized: &Linearized, modes: &NormalModes, 
         // a change that is small: where it is as small as that, it stays.
         let half = structure != Structure::Damped && count > zeros.len().div_ceil(2);
         let vectors = || zeros.into_iter().map(|zero| zero.vector).collect();
-        return Some(Space::Zero(count, half.then(vectors)));
+        return Some(Space::Zero { count, coupled: half.then(vectors), unheld: false });
     }
     let exponent = Enclosed { re: hull(own().map(|mode| mode.growth))?, im: hull(own().map(|mode| mode.omega))? };
     if structure == Structure::Conservative {
@@ -375,8 +381,8 @@ impl Space {
     fn moved(&self, slopes: &Slopes, is_mixed: &mut bool) -> Option<Vec<Enclosed>> {
         match self {
             // A force that begins to act on them may hold them or drive them away.
-            Self::Zero(..) if slopes.drags => None,
-            Self::Zero(count, coupled) => {
+            Self::Zero { unheld: false, .. } if slopes.drags => None,
+            Self::Zero { count, coupled, .. } => {
                 let stays = match (coupled, &slopes.velocity) {
                     (Some(vectors), Some(velocity)) => {
                         let whole = |x: &Vec<Ball>| {
@@ -417,7 +423,7 @@ impl Space {
                 if apart {
                     let own: Vec<Ball> = (0..m).map(|i| change[(i, i)] / gram[(i, i)]).collect();
                     let mut order: Vec<usize> = (0..m).collect();
-                    order.sort_by(|i, j| own[*i].mid.hi.total_cmp(&own[*j].mid.hi));
+                    order.order_by(|i, j| own[*i].mid.hi.total_cmp(&own[*j].mid.hi));
                     let sorted = std::mem::take(&mut moved);
                     moved = own;
                     order.into_iter().zip(sorted).for_each(|(i, value)| moved[i] = value);

@@ -5,6 +5,7 @@ use nalgebra::DMatrix;
 
 use super::Enclosed;
 use librate_core::modes::{self, Options, Problem};
+use librate_core::order::Order;
 use librate_core::precision::{Ball, Magnitude, Matrix, up};
 
 /// Row sums of upper bounds; the largest, rounded up for at most `n` terms each.
@@ -24,7 +25,7 @@ pub(super) fn symmetric(a: &Matrix<Ball>, g: &Matrix<Ball>) -> Option<Vec<Ball>>
     let problem = Problem { dimension, mass, stiffness, zero_vectors: Vec::new() };
     let found = modes::solve(&problem, &Options::default().without_vectors()).ok()?;
     let mut values: Vec<Ball> = found.modes.iter().map(|mode| mode.omega_squared).collect();
-    values.sort_by(|x, y| x.mid.hi.total_cmp(&y.mid.hi));
+    values.order_by(|x, y| x.mid.hi.total_cmp(&y.mid.hi));
     values.iter().all(Ball::is_finite).then_some(values)
 }
 
@@ -90,7 +91,7 @@ fn joined(mut discs: Vec<Enclosed>) -> Vec<Enclosed> {
             }
         }
     }
-    discs.sort_by(|a, b| {
+    discs.order_by(|a, b| {
         let key = |x: &Enclosed| (x.im.mid_f64(), x.re.mid_f64());
         let ((a, b), (c, d)) = (key(a), key(b));
         a.total_cmp(&c).then(b.total_cmp(&d))

@@ -4,6 +4,7 @@ use super::infer::{Inference, Scope};
 use super::operations::{Context, Quantity, base};
 use super::solve::Combination;
 use crate::number::Number;
+use crate::order::Order;
 use crate::span::Span;
 use crate::syntax::{ExprKind, ExprRef, IndexEntry, IndexKind, Indices, Member};
 
@@ -101,7 +102,7 @@ impl<'a> Inference<'a> {
                 }
             }
         }
-        order.sort_unstable();
+        order.put_in_order();
         for at in order {
             let own = self.one(at);
             self.memo[at.0 as usize] = own;

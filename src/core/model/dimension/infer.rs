@@ -8,6 +8,7 @@ use super::solve::Combination;
 use super::{Dimension, DimensionError};
 use crate::model::survey::mentions;
 use crate::model::units;
+use crate::order::Gather;
 use crate::span::Span;
 use crate::syntax::{
     Binding, Declaration, ExprKind, ExprRef, File, IndexKind, Indices, Name, Statement, StatementKind, UnitKind,
@@ -88,7 +89,7 @@ pub fn dimensions(file: &File) -> BTreeMap<String, Dimension> {
         .filter_map(|(name, own)| {
             Some((name, own.first()?.clone().filter(|first| own.iter().all(|x| x.as_ref() == Some(first)))?))
         })
-        .collect()
+        .gather()
 }
 
 /// The families that are indexed by more than literals somewhere: their members are alike.

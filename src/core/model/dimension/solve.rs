@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::error::Inferred;
 use super::{BASE, Dimension};
 use crate::number::Number;
+use crate::order::Gather;
 use crate::span::Span;
 
 /// A base unit (below 7) or something of unknown dimension.
@@ -32,7 +33,7 @@ impl Combination {
 
     /// `self · other^factor`
     pub(super) fn times_power(&self, other: &Self, factor: &Number) -> Self {
-        let mut product: BTreeMap<Generator, Number> = self.0.iter().cloned().collect();
+        let mut product: BTreeMap<Generator, Number> = self.0.iter().cloned().gather();
         for (at, exponent) in &other.0 {
             let own = product.entry(*at).or_default();
             *own = own.add(&exponent.mul(factor));

@@ -4,6 +4,7 @@
 use faer::c64;
 
 use super::complex::Wide;
+use crate::order::Order;
 use crate::precision::{Big, Magnitude, clear_column};
 
 /// A component smaller than 2 to this times the largest is no pivot of an echelon basis.
@@ -96,7 +97,7 @@ impl Metric<'_> {
             pivots.push(row);
         }
         let mut ordered: Vec<(usize, Vec<Wide>)> = pivots.into_iter().zip(columns).collect();
-        ordered.sort_by_key(|(row, _)| *row);
+        ordered.order_by_key(|(row, _)| *row);
         Some(ordered.into_iter().map(|(_, column)| column).collect())
     }
 }

@@ -14,6 +14,7 @@ use super::shape::Shapes;
 use super::signature::is_definite;
 use super::solve::Solution;
 use super::{Exponent, Exponents, Kind, Limit, Options, Precise, PrecisionLevel, Stability};
+use crate::order::Order;
 use crate::precision::{Ball, Big, up};
 
 /// What is proved about the problem as a whole.
@@ -217,7 +218,7 @@ pub(super) fn spectrum(scaled: &Scaled, solution: &Solution, options: &Options) 
             }
         }
     }
-    real.sort_by(|&a, &b| columns.mu(b).re.mid.hi.total_cmp(&columns.mu(a).re.mid.hi));
+    real.order_by(|&a, &b| columns.mu(b).re.mid.hi.total_cmp(&columns.mu(a).re.mid.hi));
     real.truncate(real.len().div_ceil(2));
     for j in real {
         entries.push(entry(scaled, solution, j, &shapes, options));
@@ -372,7 +373,7 @@ fn sort(entries: &mut [Exponent]) {
         Kind::Zero => 1,
         _ => 2,
     };
-    entries.sort_by(|a, b| {
+    entries.order_by(|a, b| {
         let falling = b.growth.mid.hi.total_cmp(&a.growth.mid.hi);
         place(a).cmp(&place(b)).then_with(|| {
             let rising = a.omega.mid.hi.total_cmp(&b.omega.mid.hi);

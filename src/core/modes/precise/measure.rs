@@ -16,6 +16,7 @@ use crate::modes::certify::Couplings;
 use crate::modes::dense::{Matrix, Plain};
 use crate::modes::pencil::Bounded;
 use crate::modes::product::{Part, bound_product, product, product_bound};
+use crate::order::Order;
 use crate::precision::{DoubleDouble, up};
 
 /// Columns at full precision.
@@ -293,7 +294,7 @@ impl<'a> Setting<'a> {
             None => Couplings::zeros(m),
         };
         couplings.order = (0..m).collect();
-        couplings.order.sort_by(|&i, &j| self.quotient[i].cmp(&self.quotient[j]));
+        couplings.order.order_by(|&i, &j| self.quotient[i].cmp(&self.quotient[j]));
         let order = couplings.order.windows(2);
         couplings.steps = order.map(|pair| self.gap(pair[0], pair[1])).collect();
         let mut norms = Vec::with_capacity(self.images.len());

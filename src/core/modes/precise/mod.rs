@@ -22,6 +22,7 @@ use super::dense::{Matrix, Plain};
 use super::pencil::{Bounded, Scaled, ZeroSpace, couplings, pencil};
 use super::start::careful_eigenvectors;
 use super::{Certificate, Gram, ModesError, Options, PrecisionLevel, Solution, Source, covered};
+use crate::order::Order;
 use crate::precision::{Big, Magnitude};
 use data::Data;
 use fixed::{LOST, Symmetric};
@@ -275,7 +276,7 @@ fn widened(columns: &Columns, more: Vec<usize>, x: &Matrix) -> Columns {
     let mut all: Vec<(usize, Vec<IBig>)> = own.collect();
     let more = more.into_iter().filter(|j| !columns.own.contains(j));
     all.extend(more.map(|j| (j, column(x, j, columns.scale))));
-    all.sort_by_key(|(j, _)| *j);
+    all.order_by_key(|(j, _)| *j);
     let (own, x) = all.into_iter().unzip();
     Columns { scale: columns.scale, own, x }
 }

@@ -5,6 +5,7 @@
 //! symmetric eigenvalue problems", SIAM J. Matrix Anal. Appl. 22 (2000) 602) and vectors that are known already are kept out. Blocks find
 //! repeated eigenvalues as often as they are wide; what is missing is found by whoever counts. Nothing is proved here.
 
+use crate::order::Order;
 use faer::linalg::matmul::matmul;
 use faer::linalg::solvers::SelfAdjointEigen;
 use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
@@ -200,9 +201,9 @@ impl State<'_> {
         let mut order: Vec<usize> = (0..m).collect();
         if above {
             order.retain(|k| all[*k] > 0.0);
-            order.sort_by(|a, b| all[*b].total_cmp(&all[*a]));
+            order.order_by(|a, b| all[*b].total_cmp(&all[*a]));
         } else {
-            order.sort_by(|a, b| all[*b].abs().total_cmp(&all[*a].abs()));
+            order.order_by(|a, b| all[*b].abs().total_cmp(&all[*a].abs()));
         }
         let residuals = order.iter().map(|k| {
             let mut square = 0.0;

@@ -35,6 +35,7 @@ use super::dense::Matrix;
 use super::shape::{echelon, finish};
 use super::{Mode, ModesError, Options, Spectrum, Stability};
 use crate::budget::{Budget, Exceeded};
+use crate::order::Order;
 use crate::precision::{Ball, DoubleDouble, LANES, Lane, SparseMatrix, up};
 
 /// K x = ω² M x with sparse matrices.
@@ -542,7 +543,7 @@ impl<'a> Search<'a> {
             let missing = counted.checked_sub(k)?;
             if missing == 0 {
                 order.truncate(k);
-                order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
+                order.order_by(|a, b| values[*a].total_cmp(&values[*b]));
                 let window = Window { low: Some(low + up(under.error)), high: Some(below(high, above.error)) };
                 return Some((Some(self.columns(&known, &values, &order)), window));
             }
@@ -642,7 +643,7 @@ impl Columns {
 /// The places of numbers in rising order.
 fn ordered(numbers: &[f64]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..numbers.len()).collect();
-    order.sort_by(|a, b| numbers[*a].total_cmp(&numbers[*b]));
+    order.order_by(|a, b| numbers[*a].total_cmp(&numbers[*b]));
     order
 }
 

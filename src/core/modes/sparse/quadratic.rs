@@ -26,6 +26,7 @@ use super::rows::Rows;
 use super::shifted::Pencil;
 use crate::budget::Budget;
 use crate::groups::connected;
+use crate::order::Order;
 use crate::precision::{Ball, Complex, SparseMatrix, U2, up};
 
 /// Exponents are sought so many times as far from σ as those that are wanted, and some more, to find a gap behind these.
@@ -267,7 +268,7 @@ impl Search<'_> {
                     all.extend(self.approximations(missing + BEYOND, missing, &refined)?);
                 }
             }
-            all.sort_by(|a, b| (a.s - self.sigma).norm().total_cmp(&(b.s - self.sigma).norm()));
+            all.order_by(|a, b| (a.s - self.sigma).norm().total_cmp(&(b.s - self.sigma).norm()));
         }
         let ((discs, reach), k) = (proof?, refined.len());
         let is_inside = |at: &usize| {
@@ -281,7 +282,7 @@ impl Search<'_> {
             .filter(|at| is_inside(at) && stands(&refined[*at]))
             .map(|at| (at, (refined[at].s.im.mid_f64() - self.near.unwrap_or(0.0)).abs() + discs[at].radius))
             .collect();
-        found.sort_by(|a, b| a.1.total_cmp(&b.1));
+        found.order_by(|a, b| a.1.total_cmp(&b.1));
         (found.len() >= count).then_some(())?;
         found.truncate(count);
         self.covers(found.last()?.1, reach, &all)?;
@@ -360,7 +361,7 @@ impl Search<'_> {
             let eigen = square.eigen().ok()?;
             let theta = |k: usize| eigen.S()[k];
             let mut order: Vec<usize> = (0..m).collect();
-            order.sort_by(|a, b| theta(*b).norm().total_cmp(&theta(*a).norm()));
+            order.order_by(|a, b| theta(*b).norm().total_cmp(&theta(*a).norm()));
             let left = |k: usize| length * eigen.U()[(m - 1, k)].norm() / theta(k).norm();
             let found = order.iter().take_while(|k| left(**k) <= FOUND).count();
             if found < wanted && !(ended && found > least) {

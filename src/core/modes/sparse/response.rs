@@ -11,6 +11,7 @@ use super::lanczos::Seed;
 use super::quadratic::SparseQuadratic;
 use super::rows::{Rows, U};
 use super::shifted::{Factor, Pencil, weights};
+use crate::order::Order;
 use crate::precision::{Ball, Complex, SparseMatrix, up};
 
 /// What A is multiplied by in turn: where friction is everywhere -i leaves a definite Hermitian part.
@@ -129,7 +130,7 @@ impl SparseResponse {
             let all = all.chain(stiffness.entries(i).map(|(j, own)| (j, Complex::new(own, Ball::ZERO))));
             let all = all.chain(mass.entries(i).map(|(j, own)| (j, Complex::new(-(square * own), Ball::ZERO))));
             let mut row: Vec<(usize, Complex<Ball>)> = all.collect();
-            row.sort_by_key(|(j, _)| *j);
+            row.order_by_key(|(j, _)| *j);
             row.dedup_by(|next, kept| {
                 let is_same = next.0 == kept.0;
                 if is_same {

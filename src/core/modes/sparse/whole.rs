@@ -23,6 +23,7 @@ use super::super::spectrum::{mode, stability};
 use super::super::{Kind, Mode, Options, PrecisionLevel, Spectrum};
 use super::SparseProblem;
 use super::rows::{Rows, U};
+use crate::order::Order;
 use crate::precision::{Ball, DoubleDouble, LANES, Lane, Pair, U2, kernel, lane_product, two_sum, up};
 
 /// Most steps of Newton's method.
@@ -152,7 +153,7 @@ impl Band {
             Default::default(),
         )
         .ok()?;
-        values.sort_by(f64::total_cmp);
+        values.order_by(f64::total_cmp);
         Some(values)
     }
 

@@ -1,0 +1,60 @@
+//! Sorting and gathering that is compiled once: the sorts of the standard library are compiled anew for each kind of item
+//! and each way to compare, at three thousand lines of the compiler's code a time.
+
+use std::cmp::Ordering;
+
+/// Stable sorting of lists, by places that are sorted first.
+pub trait Order<T> {
+    /// Sorts by a comparison.
+    fn order_by(&mut self, compare: impl FnMut(&T, &T) -> Ordering);
+
+    /// Sorts by a key, made anew for each comparison.
+    fn order_by_key<K: Ord>(&mut self, mut key: impl FnMut(&T) -> K) {
+        self.order_by(|a, b| key(a).cmp(&key(b)));
+    }
+
+    /// Sorts as the items compare.
+    fn put_in_order(&mut self)
+    where
+        T: Ord,
+    {
+        self.order_by(T::cmp);
+    }
+}
+
+impl<T> Order<T> for [T] {
+    fn order_by(&mut self, mut compare: impl FnMut(&T, &T) -> Ordering) {
+        let mut places = places(self.len(), &mut |i, j| compare(&self[i], &self[j]));
+        for start in 0..places.len() {
+            // One cycle of the permutation; places that are filled are their own.
+            let mut at = start;
+            loop {
+                let from = std::mem::replace(&mut places[at], at);
+                if from == start {
+                    break;
+                }
+                self.swap(at, from);
+                at = from;
+            }
+        }
+    }
+}
+
+/// Which of so many items stands at each place once they are sorted.
+fn places(count: usize, compare: &mut dyn FnMut(usize, usize) -> Ordering) -> Vec<usize> {
+    let mut places: Vec<usize> = (0..count).collect();
+    places.sort_by(|i, j| compare(*i, *j));
+    places
+}
+
+/// Maps and sets from items that need no sorting before.
+pub trait Gather: Iterator + Sized {
+    /// Takes one item after the other; the last of equal keys is kept.
+    fn gather<C: Default + Extend<Self::Item>>(self) -> C {
+        let mut all = C::default();
+        all.extend(self);
+        all
+    }
+}
+
+impl<I: Iterator> Gather for I {}
