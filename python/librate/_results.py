@@ -11,6 +11,8 @@ import numpy as np
 
 from ._errors import Diagnostic
 
+# Fields that are arrays or, where they were not asked for, `None` are `np.ndarray | Any`: users need not check for `None`.
+
 # Fields whose pairs are real and imaginary parts.
 _COMPLEX = {"multipliers", "vector"}
 
@@ -96,7 +98,7 @@ class Modes(Result):
     omega_squared: np.ndarray
     kind: list[str]
     symmetry: list[str | None]
-    vectors: np.ndarray | None
+    vectors: np.ndarray | Any
 
     _NUMBERS = ("omega", "growth", "error_bound", "digits_error_bound", "omega_squared")
     _TEXTS = ("omega_digits", "growth_digits", "kind", "symmetry")
@@ -209,9 +211,9 @@ class Batch(Result):
     omega_squared_error_bound: np.ndarray
     outcome: np.ndarray
     equilibrium: np.ndarray
-    vectors: np.ndarray | None
-    mass: np.ndarray | None
-    stiffness: np.ndarray | None
+    vectors: np.ndarray | Any
+    mass: np.ndarray | Any
+    stiffness: np.ndarray | Any
 
 
 class Picture(str):

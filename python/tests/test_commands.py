@@ -49,6 +49,16 @@ def test_sweep():
     assert next(csv.reader(io.StringIO(repr(sweep)))) == ["c", "omega1", "omega2"]
 
 
+def test_a_range_is_an_array_of_equally_spaced_values():
+    pair = librate.Model(PAIR)
+    known = pair.sweep({"c": (0, 0.3, 4)})
+    assert repr(pair.sweep({"c": np.linspace(0, 0.3, 4)})) == repr(known)
+    assert repr(pair.sweep({"c": np.array([0, 4, 8])})) == repr(pair.sweep("c=0..8:3"))
+    for values in (np.geomspace(1, 8, 4), [0, 2, 4, 6], np.array([np.nan, 1.0]), np.eye(2), np.array([])):
+        with pytest.raises(ValueError, match=r"\(0, 8, 17\).* equally spaced"):
+            pair.sweep({"c": values})
+
+
 def test_sweep_beyond_an_instability():
     well = librate.Model("param k = 1  coord x  T = 1/2*x'^2  V = 1/4*x^4 - 1/2*k*x^2  equilibrium x = sqrt(k)")
     with pytest.warns(librate.ModelWarning, match="at k = -1"):
@@ -211,6 +221,28 @@ def test_a_derivation_in_sympy(models):
     assert sympy.simplify(pendulum.frequencies[0]["omega_squared"] - g / l) == 0
     assert sympy.simplify(pendulum.exponents[0]["exponent"] ** 2 + g / l) == 0
     assert pendulum.symbols["g"] == g
+
+
+def test_letters_of_the_imaginary_unit_are_names_of_a_model():
+    sympy = pytest.importorskip("sympy")
+    i, j, k = sympy.symbols("i j k")
+    energies = {
+        "param i = 2  param k = 3  coord x  T = 1/2*i*x'^2  V = 1/2*k*x^2": (i, k),
+        "param i = 2  param j = 3  coord x  T = 1/2*i*x'^2  V = 1/2*j*x^2": (i, j),
+        "param k = 3  param i = k  coord x  T = 1/2*x'^2  V = 1/2*i*x^2": (1, k),
+        "param k = 3  let i = k  coord x  T = 1/2*x'^2  V = 1/2*i*x^2": (1, k),
+        "param k = 3  coord i  T = 1/2*i'^2  V = 1/2*k*i^2": (1, k),
+        "param i[1..2] = 2  coord x  T = 1/2*i[1]*x'^2  V = 1/2*i[2]*x^2": sympy.symbols("i_1 i_2"),
+    }
+    for text, (mass, stiffness) in energies.items():
+        found = librate.Model(text).derive().to_sympy()
+        assert found.mass[0] == mass and found.stiffness[0] == stiffness
+        exponents = [one["exponent"] for one in found.exponents]
+        assert len(exponents) == 2 and all(sympy.simplify(mass * one**2 + stiffness) == 0 for one in exponents)
+    full = librate.Model("param i = 1  param j = 2  param I = 3  coord x  T = 1/2*i*j*x'^2  V = 1/2*I*x^2")
+    with pytest.raises(ValueError, match="no letter for the imaginary unit"):
+        full.derive().to_sympy()
+    assert full.derive(only=["mass", "stiffness"]).to_sympy().stiffness[0] == sympy.Symbol("I")
 
 
 def test_all_models_go_to_sympy_at_their_values(models):

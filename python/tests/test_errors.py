@@ -201,8 +201,27 @@ def test_tables_are_handed_over_by_the_name_of_the_file_or_of_the_table():
 
     for tables in ({"masses.csv": ROWS}, {"masses": ROWS}, {"masses": Frame()}):
         assert librate.Model(TABLED, tables).modes().omega.tolist() == [2, 3]
-    [diagnostic] = failed(TABLED).diagnostics
-    assert "masses.csv" in diagnostic.message
+    error = failed(TABLED)
+    [diagnostic] = error.diagnostics
+    assert diagnostic.help.startswith('give its text, `tables={"masses.csv": …}`')
+    assert f"= help: {diagnostic.help}" in str(error) and "relative" not in str(error)
+    for table in ({"m": [1, 1]}, Path("masses.csv"), ROWS.encode(), np.eye(2), None):
+        with pytest.raises(TypeError, match="the text of a CSV file or a data frame"):
+            librate.Model(TABLED, {"masses.csv": table})
+
+
+def test_help_names_arguments_of_python():
+    spring = librate.Model("param k  coord x  T = 1/2*x'^2  V = 1/2*k*x^2")
+    requests = {
+        lambda: spring.modes(): '`set={"k": "VALUE"}`',
+        lambda: librate.Model(spring.text, set={"k": "one"}): '`set={"m[2]": "3/2"}`',
+        lambda: librate.Model(spring.text, set={"k": 1}).floquet(): "use `modes()`",
+    }
+    for request, help in requests.items():
+        with pytest.raises(librate.Error) as caught:
+            request()
+        told = caught.value.diagnostics[0].help
+        assert help in told and told in str(caught.value) and "--set" not in str(caught.value)
 
 
 def test_tables_are_read_beside_the_model_and_nowhere_else(tmp_path):

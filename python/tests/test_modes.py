@@ -4,6 +4,7 @@ import decimal
 import json
 import pickle
 import subprocess
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -97,6 +98,8 @@ def test_parameters_are_set_by_numbers_and_texts():
     text = "param m[1..2] = 1  param k = 1  coord x[1..2]  T = 1/2*m[1]*x[1]'^2 + 1/2*m[2]*x[2]'^2  V = k*dot(x, x)"
     model = librate.Model(text, set={"m": [0.1, "1/3"], "k": np.float64(0.5)})
     assert model.parameters == {"m[1]": 0.1, "m[2]": 1 / 3, "k": 0.5}
+    again = librate.Model(text, set={"m": [np.array(0.1), Fraction(1, 3)], "k": np.array(0.5)})
+    assert again.parameters == model.parameters
     # One tenth, not its nearest double.
     assert model.modes(digits=30).digits[1] == "3.16227766016837933199889354443"
 
