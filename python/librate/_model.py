@@ -152,7 +152,8 @@ def _table(value: Any) -> str:
     if not isinstance(text, str):
         kind = type(value).__name__
         raise TypeError(
-            f"a table is the text of a CSV file or a data frame of pandas, not of type {kind}; Path(path).read_text() reads a file"
+            f"a table is the text of a CSV file or a data frame of pandas, not of type {kind}; "
+            "Path(path).read_text() reads a file"
         )
     return text
 

@@ -11,8 +11,6 @@ import numpy as np
 
 from ._errors import Diagnostic
 
-# Fields that are arrays or, where they were not asked for, `None` are `np.ndarray | Any`: users need not check for `None`.
-
 # Fields whose pairs are real and imaginary parts.
 _COMPLEX = {"multipliers", "vector"}
 
@@ -98,6 +96,7 @@ class Modes(Result):
     omega_squared: np.ndarray
     kind: list[str]
     symmetry: list[str | None]
+    # `None` only on request, so that type checkers do not ask for a check.
     vectors: np.ndarray | Any
 
     _NUMBERS = ("omega", "growth", "error_bound", "digits_error_bound", "omega_squared")
@@ -211,6 +210,7 @@ class Batch(Result):
     omega_squared_error_bound: np.ndarray
     outcome: np.ndarray
     equilibrium: np.ndarray
+    # Arrays where they are asked for, else `None`.
     vectors: np.ndarray | Any
     mass: np.ndarray | Any
     stiffness: np.ndarray | Any

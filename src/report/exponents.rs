@@ -132,8 +132,14 @@ fn damping_part(pool: &mut Pool, exponents: &[ClosedExponent], names: &Derivatio
     (!lines.is_empty()).then(|| section(&title, lines))
 }
 
-/// `a > b` for the difference of the two.
+/// `a > b` for the difference of the two, `a ≠ b` for its square.
 fn condition_text(pool: &mut Pool, positive: ExprId) -> String {
+    if let [(base, exponent)] = pool.factors(positive).as_slice()
+        && *exponent == Number::from(2)
+    {
+        let text = condition_text(pool, *base);
+        return text.replacen(" > ", " != ", 1).replacen(" < ", " != ", 1);
+    }
     if let Node::Sum { constant, terms } = pool.node(positive) {
         let one = pool.one();
         let mut sides = [Vec::new(), Vec::new()];

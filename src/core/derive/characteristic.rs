@@ -16,7 +16,7 @@ use super::simplify::Algebra;
 use super::stability::{Sign, Signs, conditions, conditions_in_coefficients, essential};
 use crate::expr::{ExprId, Pool};
 use crate::groups::connected;
-use crate::linearize::nullspace_mod;
+use crate::linearize::grows_from_zero;
 use crate::number::Number;
 use crate::polynomial::{Polynomial, determinant};
 use crate::symmetry::Symmetry;
@@ -219,6 +219,7 @@ impl Factored {
         let kept = all.collect::<Option<Vec<_>>>().map(|all| essential(&all.concat(), &self.signs));
         let found = kept.and_then(|kept| self.conditions(checker, pool, &kept));
         let mut found = found.or_else(|| self.in_coefficients(checker, pool, conservative))?;
+        found.extend(self.not_zero(checker, pool));
         // Without circulatory forces equal exponents have vectors enough, as far as energies keep motions in bounds.
         if linear.circulatory.is_some() {
             found.extend(self.distinct(pool)?);
@@ -249,6 +250,24 @@ impl Factored {
             found.push(StabilityCondition { positive, open });
         }
         agreeing(checker, pool, found)
+    }
+
+    /// That no exponent becomes 0 where a constant is a square, which is not negative elsewhere: squares, too.
+    fn not_zero(&self, checker: &Checker<'_>, pool: &mut Algebra<'_>) -> Vec<StabilityCondition> {
+        let by_signs = of_values(checker, pool, &self.ring, &self.signs);
+        let mut found: Vec<StabilityCondition> = Vec::new();
+        for factor in &self.factors {
+            let constant = &factor.polynomial.coefficients(EXPONENT)[0];
+            let mut square = |signs: &Signs| {
+                let base = signs.squared(constant);
+                let base = (!base.is_constant()).then(|| self.ring.expression(pool, &base));
+                base.map(|base| pool.square(base))
+            };
+            let (positive, open) = (square(&self.signs), square(&by_signs));
+            let new = positive.filter(|own| found.iter().all(|other| other.positive != *own));
+            found.extend(new.map(|positive| StabilityCondition { positive, open }));
+        }
+        found
     }
 
     /// That factors without odd powers have no zeros in common, where they are of one part: else motions grow as powers of t. Squares, as
@@ -479,21 +498,10 @@ fn agreeing(
     agrees.then_some(found)
 }
 
-/// Whether motions grow as t² or faster at the exponent 0, for most values of the parameters: a Jordan block over 2, as the kernels of
-/// (K), (K, D; K), (K, D, M; K, D; K) tell, D = G + C, whose dimensions count blocks of size 1, 2 and 3 at least. Modulo a prime.
+/// Whether motions grow as t² or faster at the exponent 0, for most values of the parameters.
 fn drifts(pool: &mut Pool, linear: &Linear) -> bool {
     let n = linear.mass.len();
     let places = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
-    let entries: Vec<ExprId> = places.flat_map(|(i, j)| linear.entry(pool, i, j)).collect();
-    let Some(values) = pool.evaluate_at_random(&entries, 1) else { return false };
-    let degrees = values.len() / (n * n).max(1);
-    let blocks = |size: usize| {
-        let entry = |row: usize, column: usize| match (row / n).checked_sub(column / n) {
-            Some(power) if power < degrees => values[(row % n * n + column % n) * degrees + power],
-            Some(_) | None => 0,
-        };
-        let rows = (0..size * n).map(|row| (0..size * n).map(|column| entry(row, column)).collect());
-        nullspace_mod(&rows.collect::<Vec<_>>(), size * n).len()
-    };
-    blocks(3) > blocks(2)
+    let entries: Vec<Vec<ExprId>> = places.map(|(i, j)| linear.entry(pool, i, j)).collect();
+    grows_from_zero(pool, &entries).unwrap_or(false)
 }

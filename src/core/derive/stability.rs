@@ -123,13 +123,36 @@ impl Signs {
         if let Some(negative) = self.of_terms(polynomial) {
             return Sign { negative, ..sign };
         }
-        let common = polynomial.common_powers();
-        let variables = common.len();
-        for (at, power) in common.iter().enumerate().filter(|(at, _)| !self.variables[*at]) {
-            if power % 2 == 1 {
-                sign.factors.push(Polynomial::variable(variables, at));
+        let (negative, factors) = self.factors(polynomial);
+        sign.negative = negative;
+        for (factor, _) in factors.into_iter().filter(|(_, times)| times % 2 == 1) {
+            match self.of_known(&factor) {
+                Some(negative) => sign.negative ^= negative,
+                None => sign.factors.push(factor),
             }
         }
+        sign
+    }
+
+    /// The product of what a polynomial has the squares of, each once, and what may vanish.
+    pub(super) fn squared(&self, polynomial: &Polynomial) -> Polynomial {
+        let one = Polynomial::constant(self.variables.len(), Number::ONE);
+        if polynomial.is_zero() || self.of_terms(polynomial).is_some() {
+            return one;
+        }
+        let (_, factors) = self.factors(polynomial);
+        let open = factors.iter().filter(|(own, times)| times % 2 == 0 && self.of_known(own).is_none());
+        open.fold(one, |product, (own, _)| product.times(own))
+    }
+
+    /// Whether a polynomial has a number below 0 before its factors, and these with how often each is there, without variables and sums
+    /// that are known to be positive.
+    fn factors(&self, polynomial: &Polynomial) -> (bool, Vec<(Polynomial, usize)>) {
+        let common = polynomial.common_powers();
+        let variables = common.len();
+        let open = common.iter().enumerate().filter(|(at, power)| !self.variables[*at] && **power > 0);
+        let mut found: Vec<(Polynomial, usize)> =
+            open.map(|(at, power)| (Polynomial::variable(variables, at), *power as usize)).collect();
         let mut rest = polynomial.without(&common);
         // What is known to be positive is no factor that matters.
         for known in self.others.iter().filter(|own| own.terms().count() > 1) {
@@ -138,25 +161,19 @@ impl Signs {
             }
         }
         // All factors are taken with their first coefficient positive.
-        sign.negative = rest.is_negative();
+        let negative = rest.is_negative();
         while let Some(variable) = (0..variables).find(|at| rest.degree(*at) > 0) {
             let content = rest.content(variable);
             let Some(own) = rest.over(&content) else {
-                sign.factors.push(rest.primitive());
+                found.push((rest.primitive(), 1));
                 break;
             };
-            let odd = own.factors(variable).into_iter().filter(|(_, times)| times % 2 == 1);
-            for (factor, _) in odd {
-                for factor in factor.split() {
-                    match self.of_known(&factor) {
-                        Some(negative) => sign.negative ^= negative,
-                        None => sign.factors.push(factor),
-                    }
-                }
+            for (factor, times) in own.factors(variable) {
+                found.extend(factor.split().into_iter().map(|own| (own, times)));
             }
             rest = content;
         }
-        sign
+        (negative, found)
     }
 }
 

@@ -77,6 +77,14 @@ impl Linearized {
         self.rolling().filter(|own| own.drifts())?.drift(&self.model, &self.equilibrium.values)
     }
 
+    /// Whether such coordinates move away as t² or faster; `None` where that is not decided.
+    pub(crate) fn follows_away(&self) -> Option<bool> {
+        match self.rolling().filter(|own| own.drifts()) {
+            Some(rolling) => rational::follows_away(self, &rolling.symbolic),
+            None => Some(false),
+        }
+    }
+
     /// The coordinates that others follow under conditions, and these.
     pub(crate) fn following(&self) -> Option<&Tangent<Ball>> {
         self.constrained.as_ref().map(|own| &own.tangent)

@@ -65,6 +65,7 @@ pub use constrained::Tied;
 pub use derived::{derive, derive_with_multipliers};
 pub use elements::Element;
 pub(crate) use elements::{Splitter, elements};
+pub(crate) use elimination::grows_from_zero;
 pub use elimination::nullspace_mod;
 pub use entries::Entries;
 use equilibrium::Search;

@@ -6,11 +6,13 @@
 
 use super::assemble::evaluate_closed;
 use super::constrained::{Tangent, gradients, solve_for};
+use super::elimination::grows_from_zero;
 use super::equilibrium::Origin;
 use super::exact::{kernel_of_columns, recognised};
 use super::flow::Flow;
 use super::parameters::known_values;
 use super::radicals::{Exact, Surd};
+use super::rolling::SymbolicRolling;
 use super::symbolic::{forces_vanish, matrices_at};
 use super::velocity::sum;
 use super::{Linearized, multipliers};
@@ -51,6 +53,25 @@ pub(super) fn following(linearized: &Linearized) -> Option<Vec<Vec<Surd>>> {
     shifts.chunks(n.max(1)).map(one).collect()
 }
 
+/// Whether coordinates that follow places under conditions on velocities move away as t² or faster with those of frequency 0; `None`
+/// where the equilibrium is not known exactly.
+pub(super) fn follows_away(linearized: &Linearized, rolling: &SymbolicRolling) -> Option<bool> {
+    let mut pool = linearized.model.pool.clone();
+    let known = known_there(linearized, &mut pool)?;
+    let entries = rolling.pencil(&mut pool);
+    let entries = entries.iter().map(|entry| pool.substitute(entry, &known)).collect::<Vec<_>>();
+    grows_from_zero(&pool, &entries)
+}
+
+/// The values of parameters and of coordinates at the equilibrium, as expressions.
+fn known_there(linearized: &Linearized, pool: &mut Pool) -> Option<Substitution> {
+    let (model, point) = (&linearized.model, point(linearized, pool)?);
+    let mut known = known_values(model);
+    let point = pool.substitute(&point, &known);
+    known.extend(model.coordinates.iter().map(|own| own.symbol).zip(point));
+    Some(known)
+}
+
 /// M, G + C and K + N, for the coordinates that the others follow, and the forces that come with those which move along a family of
 /// equilibria; column by column.
 fn matrices(linearized: &Linearized, flow: Option<&Flow>) -> Option<([Vec<Exact>; 3], Vec<Exact>)> {
@@ -62,18 +83,17 @@ fn matrices(linearized: &Linearized, flow: Option<&Flow>) -> Option<([Vec<Exact>
         return None;
     }
     let mut pool = model.pool.clone();
-    let point = point(linearized, &mut pool)?;
     let mut known = known_values(model);
     let mut shifts = Vec::new();
     let matrices = match linearized.rolling() {
         // Written out already.
         Some(rolling) => {
-            let point = pool.substitute(&point, &known);
-            known.extend(model.coordinates.iter().map(|own| own.symbol).zip(point));
+            known = known_there(linearized, &mut pool)?;
             shifts = entries(&mut pool, &known, &rolling.symbolic.shifts)?;
             rolling.symbolic.matrices.clone()
         }
         None => {
+            let point = point(linearized, &mut pool)?;
             let own = matrices_at(model, pool, &linearized.assembly, &point);
             pool = own.pool;
             [Some(own.mass), own.gyroscopic, own.damping, Some(own.stiffness), own.circulatory]

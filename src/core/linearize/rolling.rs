@@ -431,6 +431,30 @@ impl SymbolicRolling {
 }
 
 impl SymbolicRolling {
+    /// The equations of all coordinates, `free` and then `bound`: the coefficients of 1, s and s² of each entry, row by row.
+    pub(super) fn pencil(&self, pool: &mut Pool) -> Vec<Vec<ExprId>> {
+        let (n, count) = (self.free.len(), self.free.len() + self.bound.len());
+        let (zero, one) = (pool.zero(), pool.one());
+        let [mass, gyroscopic, damping, stiffness, circulatory] = &self.matrices;
+        let mut entries = Vec::with_capacity(count * count);
+        for (i, j) in (0..count).flat_map(|i| (0..count).map(move |j| (i, j))) {
+            let mut sum = |parts: [&Option<Rows>; 2]| {
+                let parts: Vec<ExprId> = parts.into_iter().flatten().map(|rows| rows[i][j]).collect();
+                pool.sum(&parts)
+            };
+            entries.push(if i < n && j < n {
+                vec![sum([stiffness, circulatory]), sum([gyroscopic, damping]), sum([mass, &None])]
+            } else if i < n {
+                vec![zero; 3]
+            } else {
+                let velocity = if j < n { pool.neg(self.directions[self.bound[i - n]][j]) } else { zero };
+                let place = self.drift.get(i - n).map_or(zero, |row| pool.neg(row[j]));
+                vec![place, if i == j { one } else { velocity }, zero]
+            });
+        }
+        entries
+    }
+
     /// What the velocities of coordinates that follow owe to the places of all coordinates, one row a coordinate; `None` where they owe nothing.
     pub(crate) fn drift_of_all(&self, pool: &Pool) -> Option<Rows> {
         if vanish(&self.drift) && self.first.is_empty() {

@@ -121,7 +121,11 @@ pub(super) fn in_words(linearized: &Linearized, found: Exponents, zero_modes: Ve
     let apart = alone.map(motions).sum();
     zero_motions.resize(zero_motions.len().max(apart), NO_FORCE.to_owned());
     let paired = linearized.structure() != Structure::Damped || linearized.runs_backward();
-    NormalModes { zero_motions, paired, ..NormalModes::new(modes, found.stability, found.secular, found.level) }
+    let secular = match (found.secular, linearized.follows_away()) {
+        (Some(true), _) | (_, Some(true)) => Some(true),
+        (own, follows) => own.and(follows),
+    };
+    NormalModes { zero_motions, paired, ..NormalModes::new(modes, found.stability, secular, found.level) }
 }
 
 /// The exponents of a regular problem.
