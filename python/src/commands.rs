@@ -396,7 +396,7 @@ pub(crate) fn tensors(py: Python<'_>, model: &Model, digits_wanted: i64) -> PyRe
 pub(crate) fn archive<'py>(py: Python<'py>, model: &Model) -> PyResult<(Bound<'py, PyBytes>, Shown)> {
     let done = model.run(py, |job| {
         let model = job.values(Size::Any)?;
-        let linearized = linearize::linearize(model)?;
+        let linearized = derive::linearized(model)?;
         let matrices = report::matrices(&linearized).map_err(|error| match linearized.not_finite() {
             Some(undefined) => Failure::from(undefined),
             None => Failure(vec![Diagnostic::global(error.to_string())]),

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use librate::code;
-use librate::linearize::{self, Linearized};
+use librate::derive;
+use librate::linearize::Linearized;
 use librate::report::{self, Language, Matrix};
 
 use super::output::{into_file, make_folder, write_content};
@@ -25,7 +26,7 @@ pub(super) fn text(args: &args::Export) -> Result<Answer, Failure> {
     };
     let Loaded { mut source, model, warnings, .. } = load_values(&args.model, Size::Any)?;
     let progress = Progress::start("computing the matrices", &args.model.guard);
-    let linearized = linearize::linearize(model).map_err(|error| failed(&source, &warnings, error))?;
+    let linearized = derive::linearized(model).map_err(|error| failed(&source, &warnings, error))?;
     let matrices = report::matrices(&linearized).map_err(|error| match linearized.not_finite() {
         Some(undefined) => failed(&source, &warnings, undefined),
         None => fault(error),

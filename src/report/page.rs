@@ -15,6 +15,7 @@ use librate_core::derive::{
 };
 use librate_core::diagnostic::Diagnostic;
 use librate_core::expr::ExprId;
+use librate_core::linearize::LinearizeError;
 use librate_core::number::Number;
 use librate_core::order::Order;
 use librate_core::oscillation::{NormalMode, NormalModes};
@@ -248,7 +249,13 @@ impl Page {
                 // At rest they may carry what the energies leave over.
                 let carried = derivation.independent.is_some();
                 let without = if carried { " without the forces of conditions on velocities" } else { "" };
-                page.parts.push(Part::Paragraph(format!("no mass and stiffness matrices{without}: {error}")));
+                let help = match error {
+                    LinearizeError::ForceOfParameters { unsigned, .. } if !unsigned.is_empty() => {
+                        format!("; that is decided where `{} > 0` is assumed", unsigned[0])
+                    }
+                    _ => String::new(),
+                };
+                page.parts.push(Part::Paragraph(format!("no mass and stiffness matrices{without}: {error}{help}")));
             }
         }
         if let (Some(given), Some(modes)) = (&derivation.given, &derivation.numbers)

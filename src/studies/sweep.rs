@@ -10,6 +10,7 @@ use crate::batch::{self, Outcome, Solutions, Study};
 use crate::error::Error;
 use crate::sensitivity;
 use crate::source::{End, Source, parameter, rational, share, unit_of, written_ends};
+use librate_core::derive;
 use librate_core::linearize::{self, Linearized};
 use librate_core::model::{Model, Range};
 use librate_core::modes::{Kind, Options};
@@ -108,7 +109,7 @@ impl Sweep {
     /// The modes at a place, all of them certified.
     pub fn place(&self, place: usize) -> Place {
         let solve = || -> Result<(Linearized, NormalModes), Error> {
-            let linearized = linearize::linearize(self.model(place)?)?;
+            let linearized = derive::linearized(self.model(place)?)?;
             let modes = oscillation::normal_modes(&linearized, &self.options)?;
             Ok((linearized, modes))
         };

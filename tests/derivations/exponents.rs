@@ -241,6 +241,15 @@ fn redrawn(text: &str, folder: &Path, model: &Model, page: &Derivation, draws: &
     if values.iter().zip(negative).any(|(value, negative)| (*value < 0.0) != negative) {
         return None;
     }
+    // From a guess another equilibrium may be found than the one on the page.
+    let there = librate::linearize::linearize(other.clone()).ok()?;
+    let found = there.equilibrium().values.iter().map(|own| own.mid_f64());
+    let given = self::values(page, &other, &linear.equilibrium);
+    // Or the one there is none any more.
+    let same = |(a, b): (&f64, f64)| (a - b).abs() <= 1e-9 * (1.0 + b.abs());
+    if given.is_some_and(|given| !given.iter().zip(found).all(same)) {
+        return None;
+    }
     let modes = modes(other.clone())?;
     let undecided = modes.iter().any(|(growth, _)| growth.contains_zero() && !growth.is_zero());
     (!undecided).then(|| (other, modes.iter().any(|(growth, _)| growth.is_positive())))

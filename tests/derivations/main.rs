@@ -17,4 +17,5 @@ mod latex;
 mod normal_coordinates;
 mod pages;
 mod rolling;
+mod solved;
 mod typeset;

@@ -480,3 +480,49 @@ fn first_order_conditions_have_their_closed_forms() {
     let own = of_text("param a = 0.3  coord th, x  T = th'^2 + x'^2  V = 2*x^2  constraint th' = a*sin(th)");
     assert_eq!((own.stability, own.modes.len()), (Stability::Unstable, 2));
 }
+
+/// What follows a coordinate of frequency 0 moves as t² where that drifts.
+#[test]
+fn what_follows_a_drifting_coordinate_moves_away() {
+    let blade = "coord x, y, th  T = 1/2*(x'^2 + y'^2 + th'^2)  constraint y'*cos(th) = x'*sin(th)";
+    for (text, secular) in [
+        // th'' = 0 and y' = 2*th.
+        (format!("{blade}  equilibrium x' = 2"), true),
+        // At rest y stays where it is.
+        (blade.to_owned(), false),
+        (format!("{blade}  equilibrium x' = 2  V = 1/2*th^2"), false),
+        // th' = -c*th' ends: y' = 2*th stays.
+        (format!("{blade}  equilibrium x' = 2  dissipation = 1/2*th'^2"), false),
+    ] {
+        assert_eq!(of_text(&text).secular, Some(secular), "{text}");
+    }
+    assert_eq!(found("disc", &[]).secular, Some(true));
+    assert_eq!(found("turntable", &[]).secular, Some(false));
+}
+
+/// Conditions that no velocities obey are told as such, whether of constraints or of each other.
+#[test]
+fn conditions_contradict_each_other() {
+    for text in [
+        "coord x, y  T = 1/2*(x'^2 + y'^2)  V = x^2  constraint x = y  constraint x' = y' + 1",
+        "coord x, y, z  T = 1/2*(x'^2 + y'^2 + z'^2)  V = x^2  constraint x' = y*z' + 1  constraint x' = y*z' + 2",
+    ] {
+        assert_eq!(Diagnostic::from(&linearize(common::model(text)).unwrap_err()).code, Some("E0313"), "{text}");
+    }
+    // Rates may obey it.
+    let broken =
+        linearize(common::model("coord x, y, z  T = 1/2*(x'^2 + y'^2 + z'^2)  V = z^2  constraint x' = cos(y)*z' + 1"));
+    assert_eq!(Diagnostic::from(&broken.unwrap_err()).code, Some("E0322"));
+}
+
+/// A weight is a constant force: what falls steadily is at rest but for its place.
+#[test]
+fn a_ball_falls_at_its_terminal_velocity() {
+    let ball = "param m = 0.5, c = 2, g = 9.81  coord z  T = 1/2*m*z'^2  V = m*g*z  force z = -c*z'";
+    let found = of_text(&format!("{ball}  equilibrium z' = -m*g/c"));
+    let growths: Vec<f64> = found.modes.iter().map(|mode| mode.growth.mid_f64()).collect();
+    assert_eq!(growths, [0.0, -4.0]);
+    // At another speed it is not held.
+    let faster = linearize(common::model(&format!("{ball}  equilibrium z' = -2*m*g/c"))).unwrap_err();
+    assert_eq!(Diagnostic::from(&faster).code, Some("E0317"));
+}

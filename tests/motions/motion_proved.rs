@@ -250,6 +250,12 @@ fn a_rounded_start_is_moved_onto_the_constraints() {
         let plain = plain.motion(&start, &times("1", 3)).unwrap();
         agree(text, &one, &plain);
     }
+    // A velocity that a condition does not name takes no roundings of the others.
+    let skate =
+        model("coord x, y, z  T = 1/2*(x'^2 + y'^2 + z'^2)  V = 1/2*(2*x^2 + 3*y^2 + 5*z^2)  constraint z' = y*x'");
+    let own = librate::motion::System::new(&skate).unwrap();
+    let start = librate::motion::Start::parse("y=1/10, x'=1", &skate, None, &own).unwrap();
+    assert_eq!(start.velocities[1].mid_f64(), 0.0);
     // 1/2 is exact: x alone is moved.
     let moved = parse("x=0.8660254037844386, y=-1/2").unwrap().moved;
     assert_eq!(moved.len(), 1);

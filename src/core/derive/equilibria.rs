@@ -107,7 +107,9 @@ fn root(pool: &mut Algebra<'_>, variables: &Variables, coordinate: usize, factor
         let zero = Substitution::from([(symbol, pool.zero())]);
         let rest = pool.substitute_one(factor, &zero);
         let left = pool.symbol_expr(symbol);
-        return Some(quotient(pool, coordinate, left, rest, slope));
+        // As x - d*x/abs(x) has not, though its slope is 1.
+        let is_defined = !pool.is_undefined(rest);
+        return is_defined.then(|| quotient(pool, coordinate, left, rest, slope));
     }
     if !pool.is_sum(factor) && pool.as_function(factor).is_none() {
         return None;

@@ -62,6 +62,7 @@ mod ring;
 mod roots;
 mod shapes;
 mod simplify;
+mod solved;
 mod stability;
 mod ties;
 mod waves;
@@ -327,7 +328,13 @@ pub fn derive(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
     let budget = model.pool.budget();
     budget.at("the derivation", None);
     let model = linearize::integrated(model);
-    let mut derivation = derivation(&model.assumed(), parts)?;
+    let model = model.assumed();
+    let mut own = derivation(&model, parts)?;
+    let solved = own.linear.as_ref().ok().and_then(|linear| solved::with_solved(&model, linear));
+    if let Some(better) = solved.and_then(|solved| derivation(&solved, parts).ok()) {
+        own = better;
+    }
+    let mut derivation = own;
     if let Err(exceeded) = budget.check() {
         derivation.left_out = Some(exceeded);
         derivation.pool.renew_budget();

@@ -19,6 +19,7 @@
 use super::assemble::Assembly;
 use super::by_hand;
 use super::constrained::{self, Tangent};
+use super::elimination::nullspace_mod;
 use super::equilibrium::Equilibrium;
 use super::error::LinearizeError;
 use super::integrable::not_integrable;
@@ -32,6 +33,7 @@ use super::velocity::{Numbers, sum};
 use crate::expr::{ExprId, Pool, Substitution, Symbol};
 use crate::model::Model;
 use crate::number::Number;
+use crate::order::Gather;
 use crate::precision::{Ball, Dual, Enclosure, Scalar};
 
 /// Models with more coordinates, multipliers included, are not written out.
@@ -208,6 +210,34 @@ struct Conditions {
     constraints: usize,
 }
 
+/// Where no velocities obey all conditions and constraints at a point: what all terms without velocities of the first condition that
+/// is one too many leave.
+fn contradicts(model: &Model, pool: &mut Pool, point: &[ExprId], constraints: &[Vec<ExprId>]) -> Option<String> {
+    let n = point.len();
+    let velocities: Vec<Symbol> = model.coordinates.iter().take(n).map(|own| own.velocity).collect();
+    let mut place: Substitution = model.coordinates.iter().map(|own| own.symbol).zip(point.iter().copied()).gather();
+    let known = known_values(model);
+    place.extend(velocities.iter().map(|own| (*own, pool.zero())));
+    let mut entries: Vec<ExprId> = Vec::new();
+    for row in constraints {
+        entries.extend(&row[..n]);
+        entries.push(pool.zero());
+    }
+    for own in &model.rolling {
+        entries.extend(pool.gradient(own.expression, &velocities));
+        entries.push(own.expression);
+    }
+    let entries = pool.substitute(&entries, &place);
+    let valued = pool.substitute(&entries, &known);
+    let rows: Vec<Vec<u64>> = pool.evaluate_at_random(&valued, 1)?.chunks(n + 1).map(<[_]>::to_vec).collect();
+    let rank = |count: usize, columns: usize| {
+        let rows: Vec<Vec<u64>> = rows[..count].iter().map(|row| row[..columns].to_vec()).collect();
+        columns - nullspace_mod(&rows, columns).len()
+    };
+    let at = (constraints.len()..rows.len()).find(|at| rank(at + 1, n) < rank(at + 1, n + 1))?;
+    Some(pool.display(entries[(n + 1) * at + n]))
+}
+
 impl Conditions {
     fn new(
         model: &Model,
@@ -229,8 +259,11 @@ impl Conditions {
             let here = pool.substitute_one(own.expression, &place);
             let valued = pool.substitute_one(here, &known_values(model));
             if !pool.vanishes(here) && !pool.vanishes(valued) {
-                let difference = pool.display(here);
-                return Err(LinearizeError::RollingBroken { difference, span: own.span });
+                let (difference, span) = (pool.display(here), own.span);
+                return Err(match contradicts(model, pool, &point[..visible], &rows[..constraints]) {
+                    Some(difference) => LinearizeError::ConstraintsContradict { difference: Some(difference), span },
+                    None => LinearizeError::RollingBroken { difference, span },
+                });
             }
             let coordinates: Vec<Symbol> = model.coordinates.iter().take(visible).map(|own| own.symbol).collect();
             let velocities: Vec<Symbol> = model.coordinates.iter().take(visible).map(|own| own.velocity).collect();

@@ -21,6 +21,7 @@ pub(crate) fn put_rates_in(model: &mut Model) -> Result<(), LinearizeError> {
     if !model.rates.any() {
         return Ok(());
     }
+    take_loads_out(model);
     let changing = changing(model);
     for coordinate in 0..model.coordinates.len() {
         if let Some(rate) = model.rates.get(coordinate) {
@@ -44,6 +45,26 @@ pub(crate) fn put_rates_in(model: &mut Model) -> Result<(), LinearizeError> {
         }
     }
     Ok(())
+}
+
+/// Makes forces of terms of V that are linear in a coordinate with a rate: a weight that falls steadily is held by friction, wherever it is.
+fn take_loads_out(model: &mut Model) {
+    let Model { pool, potential, rates, forces, force, .. } = model;
+    for family in potential.iter_mut().filter(|family| family.count == 1) {
+        for (slot, local) in family.locals.clone().into_iter().enumerate() {
+            let slope = pool.diff(family.body, local.coordinate);
+            let is_local = |symbol| family.locals.iter().any(|own| own.coordinate == symbol || own.velocity == symbol);
+            let turning = rates.get(family.coordinates[slot] as usize).is_some();
+            if !turning || slope.is_zero() || pool.depends_on(slope, &is_local) {
+                continue;
+            }
+            let place = pool.symbol_expr(local.coordinate);
+            let load = pool.mul(slope, place);
+            family.body = pool.sub(family.body, load);
+            forces.push(TermFamily { body: pool.neg(slope), acts_on: Some(slot), ..family.clone() });
+            force.get_or_insert(family.span);
+        }
+    }
 }
 
 /// Whether friction and other forces leave a rate alone. A force that depends on where the other coordinates are is left to the
