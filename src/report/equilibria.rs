@@ -8,6 +8,7 @@ use super::table::{Column, draw};
 use super::{Style, Tone, Written, bound_text, counted, headline, shown_unit, with_unit};
 use librate_core::linearize::short;
 use librate_core::model::{Coordinate, Model};
+use librate_core::modes::Stability;
 use librate_core::precision::{Ball, one_digit_up};
 use librate_studies::equilibria::{Branch, Diagram, Equilibrium, Found, Region};
 
@@ -174,7 +175,7 @@ pub fn diagram_text(model: &Model, diagram: &Diagram, style: &Style) -> String {
             Column::counting("", branches.len()),
             Column::numbers(&format!("from {parameter}"), end(&|own| Some(own.at.first()?.0))),
             Column::numbers("to", end(&|own| Some(own.at.last()?.0))),
-            Column::words("stability", branches.iter().map(|own| stabilities(own, values)).collect()),
+            Column::words("stability", branches.iter().map(|own| stabilities(own, diagram)).collect()),
         ];
         let lasts = || branches.iter().filter_map(|own| Some(own.at.last()?.1.point.as_slice()));
         let all = [columns, point_columns(model, lasts), Vec::new()];
@@ -202,18 +203,31 @@ pub fn diagram_text(model: &Model, diagram: &Diagram, style: &Style) -> String {
     out
 }
 
-/// `stable, unstable from 8`
-fn stabilities(branch: &Branch, values: &[f64]) -> String {
+/// `stable, unstable from 8`; a bifurcation is neutral just there, and what begins behind it begins with it.
+fn stabilities(branch: &Branch, diagram: &Diagram) -> String {
     let mut parts: Vec<String> = Vec::new();
     let mut last = None;
+    let mut turning = None;
     for (place, own) in &branch.at {
+        let value = diagram.values[*place];
+        if own.stability == Stability::Neutral && bifurcates(diagram, value) {
+            turning = Some(value);
+            continue;
+        }
         if last != Some(own.stability) {
             let word = own.stability.as_str();
-            parts.push(if last.is_none() { word.to_owned() } else { format!("{word} from {}", short(values[*place])) });
+            let from = short(turning.unwrap_or(value));
+            parts.push(if last.is_none() { word.to_owned() } else { format!("{word} from {from}") });
             last = Some(own.stability);
         }
+        turning = None;
     }
-    parts.join(", ")
+    if parts.is_empty() { Stability::Neutral.as_str().to_owned() } else { parts.join(", ") }
+}
+
+/// Whether a value of the parameter is one of a bifurcation: stability there says nothing of what is beside.
+pub(super) fn bifurcates(diagram: &Diagram, value: f64) -> bool {
+    diagram.bifurcations.iter().any(|own| (own.value - Ball::exact(value)).contains_zero())
 }
 
 /// The branches of equilibria over a parameter as a JSON object: `model`, `coordinates`, `box`, `parameter`, its values under its

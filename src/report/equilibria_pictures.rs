@@ -1,6 +1,6 @@
 //! The equilibria in a box, and their branches over a parameter, as SVG.
 
-use super::equilibria::equilibria_count;
+use super::equilibria::{bifurcates, equilibria_count};
 use super::picture::{Axis, Cell, Curve, Panel, Picture, Sample, Stroke, titled};
 use super::{shown_unit, with_unit};
 use librate_core::model::Model;
@@ -165,11 +165,12 @@ fn pieces(branch: &Branch, diagram: &Diagram, coordinate: usize) -> Vec<Curve> {
     let mut pieces: Vec<Curve> = Vec::new();
     let known: Vec<(f64, Stability)> =
         branch.at.iter().map(|(place, own)| (diagram.values[*place], own.stability)).collect();
+    let beside = |(value, own): &&(f64, Stability)| *own != Stability::Neutral || !bifurcates(diagram, *value);
     let turning: Vec<f64> = diagram.bifurcations.iter().map(|own| own.value.mid_f64()).collect();
     let parted = |a: f64, b: f64| turning.iter().any(|own| (own - a) * (own - b) < 0.0);
     let mut before: Option<Stability> = None;
     for (value, point) in &branch.way {
-        let same_side = known.iter().filter(|(own, _)| !parted(*own, *value));
+        let same_side = known.iter().filter(beside).filter(|(own, _)| !parted(*own, *value));
         let nearest = same_side.min_by(|(a, _), (b, _)| (a - value).abs().total_cmp(&(b - value).abs()));
         let stability = nearest.map_or(before.unwrap_or(Stability::Undecided), |(_, own)| *own);
         let point = [*value, point[coordinate]];

@@ -124,7 +124,8 @@ fn linear(pool: &mut Pool, variables: &Variables, lagrangian: &Lagrangian, parts
 /// From a term of L of any form.
 fn general(pool: &mut Pool, variables: &Variables, term: ExprId, parts: &mut Parts) {
     for (i, slope) in variables.slopes(pool, term) {
-        add(parts, i, Factors::new(), slope, Number::MINUS_ONE);
+        let force = pool.neg(slope);
+        dragged(pool, variables, i, force, parts);
     }
     for (i, momentum) in variables.velocity_slopes(pool, term) {
         for (j, value) in variables.velocity_slopes(pool, momentum) {
@@ -138,7 +139,7 @@ fn general(pool: &mut Pool, variables: &Variables, term: ExprId, parts: &mut Par
     }
 }
 
-/// From what friction or a generalised force adds to an equation.
+/// From what friction or a generalised force adds to an equation, velocities apart where it is linear in them.
 fn dragged(pool: &mut Pool, variables: &Variables, i: usize, drag: ExprId, parts: &mut Parts) {
     let bends = variables.velocity_slopes(pool, drag);
     if bends.iter().any(|(_, bend)| variables.moves(pool, *bend)) {

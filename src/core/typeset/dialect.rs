@@ -35,10 +35,10 @@ pub(super) struct Dialect {
     pub(super) limits: [([&'static str; 3], [&'static str; 2]); 2],
     /// Around several things side by side.
     pub(super) row: [&'static str; 2],
-    /// Between factors, before a digit, and behind a function without brackets if that is different.
+    /// Between factors, before a digit, and beside names of several letters and behind functions without brackets.
     pub(super) beside: &'static str,
     pub(super) times: &'static str,
-    pub(super) behind_function: Option<&'static str>,
+    pub(super) apart: &'static str,
     pub(super) cross: &'static str,
     /// The minus sign of the first term, then what stands before others.
     pub(super) signs: [&'static str; 3],
@@ -192,10 +192,13 @@ impl Dialect {
         let mut before: Option<&Formula> = None;
         for factor in factors {
             if let Some(last) = before {
-                let joint = self.behind_function.filter(|_| last.is_open_function());
-                // A digit would run on.
-                let other = if factor.begins_with_digit() { self.times } else { self.beside };
-                parts.push(joint.unwrap_or(other).to_owned());
+                let joint = match () {
+                    () if last.is_open_function() || last.runs_into(factor) => self.apart,
+                    // A digit would run on.
+                    () if factor.begins_with_digit() => self.times,
+                    () => self.beside,
+                };
+                parts.push(joint.to_owned());
             }
             parts.push(factor.written(self));
             before = Some(factor);

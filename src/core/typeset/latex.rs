@@ -36,7 +36,7 @@ const LATEX: Dialect = Dialect {
     row: ["", ""],
     beside: " ",
     times: r" \cdot ",
-    behind_function: Some(r" \, "),
+    apart: r" \, ",
     cross: r" \times ",
     signs: ["-", " + ", " - "],
     commas: [",", ", ", r",\, "],
@@ -150,6 +150,21 @@ impl Formula {
             Self::Number(_) | Self::Scientific { .. } => true,
             Self::Power(base, _) => base.begins_with_digit(),
             Self::Product(factors) => factors.first().is_some_and(Self::begins_with_digit),
+            _ => false,
+        }
+    }
+
+    /// Whether one of two factors is a name of several letters and the other no number.
+    pub(super) fn runs_into(&self, next: &Self) -> bool {
+        let is_number = matches!(self, Self::Number(_) | Self::Scientific { .. } | Self::Fraction(..));
+        !is_number && !next.begins_with_digit() && (self.is_word() || next.is_word())
+    }
+
+    /// Whether it is a name of several letters, or a power of one.
+    fn is_word(&self) -> bool {
+        match self {
+            Self::Symbol(symbol) => symbol.is_word(),
+            Self::Indexed(inner, _) | Self::Power(inner, _) => inner.is_word(),
             _ => false,
         }
     }

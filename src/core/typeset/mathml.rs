@@ -32,14 +32,15 @@ const MATHML: Dialect = Dialect {
     row: ["<mrow>", "</mrow>"],
     beside: "<mo>&#x2062;</mo>",
     times: "<mo>·</mo>",
-    behind_function: None,
+    apart: "<mo>&#x2062;</mo><mspace width=\"0.17em\"/>",
     cross: "<mo>×</mo>",
     signs: ["<mo>−</mo>", "<mo>+</mo>", "<mo>−</mo>"],
     commas: ["<mo>,</mo>"; 3],
     space: "",
     before_comma: true,
     e: "<mi>e</mi>",
-    function: |name| format!("<mi>{name}</mi>"),
+    // As operators they have spaces around them.
+    function: |name| format!("<mo lspace=\"0.17em\" rspace=\"0.17em\">{name}</mo>"),
     applied: ["<mo>&#x2061;</mo>"; 2],
     sign: |sign| {
         let tag = if sign == super::Sign::If { "mtext" } else { "mo" };

@@ -75,7 +75,7 @@ impl Formula {
                 let followed = factors.iter().zip(factors.iter().skip(1));
                 let joints = followed.map(|(one, next)| match () {
                     () if next.begins_with_digit() => 7.3,
-                    () if one.is_open_function() => 1.7,
+                    () if one.is_open_function() || one.runs_into(next) => 1.7,
                     // Beside a function and what has brackets that grow.
                     () => 1.7 * f64::from(u8::from(one.is_tall() || matches!(next, Self::Function { .. }))),
                 });

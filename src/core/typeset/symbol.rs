@@ -87,6 +87,11 @@ pub(super) fn unicode_word(word: &str) -> &str {
 }
 
 impl Symbol {
+    /// Whether it is written with several letters.
+    pub(super) fn is_word(&self) -> bool {
+        self.letter.chars().nth(1).is_some() && (self.plain || greek(&self.letter).is_none())
+    }
+
     /// The symbol of a name: underscores and trailing digits begin subscripts, `th` is short for `theta`.
     #[must_use]
     pub fn of(name: &str) -> Self {

@@ -28,7 +28,7 @@ const TYPST: Dialect = Dialect {
     row: ["", ""],
     beside: " ",
     times: " dot.op ",
-    behind_function: None,
+    apart: " thin ",
     cross: " times ",
     signs: ["-", " + ", " - "],
     commas: [",", ", ", ", "],
