@@ -51,7 +51,7 @@ const ELEMENTS: [&str; 25] = [
     "msup",
     "mtable",
     "mtd",
-    "mtext",
+    "mspace", "mtext",
     "mtr",
     "munder",
     "munderover",

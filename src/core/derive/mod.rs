@@ -62,7 +62,6 @@ mod ring;
 mod roots;
 mod shapes;
 mod simplify;
-mod solved;
 mod stability;
 mod ties;
 mod waves;
@@ -328,13 +327,7 @@ pub fn derive(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
     let budget = model.pool.budget();
     budget.at("the derivation", None);
     let model = linearize::integrated(model);
-    let model = model.assumed();
-    let mut own = derivation(&model, parts)?;
-    let solved = own.linear.as_ref().ok().and_then(|linear| solved::with_solved(&model, linear));
-    if let Some(better) = solved.and_then(|solved| derivation(&solved, parts).ok()) {
-        own = better;
-    }
-    let mut derivation = own;
+    let mut derivation = derivation(&model.assumed(), parts)?;
     if let Err(exceeded) = budget.check() {
         derivation.left_out = Some(exceeded);
         derivation.pool.renew_budget();
@@ -429,6 +422,7 @@ impl Linear {
         let pair = pair.with_halved_angles(pool);
         self.signs = signs;
         (self.mass, self.stiffness) = pair.dense(pool);
+        pool.shorten(self.equilibrium.iter_mut());
         let others = [&mut self.gyroscopic, &mut self.damping, &mut self.circulatory];
         pool.shorten(others.into_iter().flatten().flatten().flatten());
         self.forget_zeros();

@@ -1,12 +1,15 @@
-//! Equilibria by hand: coordinates that no force moves from 0, and those that linear equations determine. Of what is left to a search
-//! the coordinates stand as themselves.
+//! Equilibria by hand: coordinates that no force moves from 0, those that linear equations determine, and those whose equation has a
+//! root that can be written down. Of what is left to a search the coordinates stand as themselves.
+
+use std::collections::HashMap;
 
 use super::assemble::{Assembly, evaluate_closed};
 use super::parameters::known_values;
+use super::roots::roots;
 use super::symbolic::forces;
 use crate::expr::{ExprId, Pool, Substitution, Symbol, ZeroVerdict};
 use crate::model::{Coordinate, Model};
-use crate::precision::{Ball, Big};
+use crate::precision::{Ball, Big, Function};
 
 /// So many coordinates are tried for zeros.
 const MOST_ZEROS: usize = 60;
@@ -40,7 +43,8 @@ const LONGEST: usize = 24;
 const BITS: usize = 192;
 
 /// Puts in what the forces say of coordinates that stand as themselves, one after the other: where the force on one is linear in it
-/// and depends on no other. `at` has what a search found, to compare with; without it nothing is left to compare.
+/// and depends on no other. `at` has what a search found, to compare with, and to tell roots apart where it is not linear; without it
+/// nothing is left to compare.
 pub(super) fn put_in_solved(model: &mut Model, assembly: &Assembly, point: &mut [ExprId], at: Option<&[Ball]>) {
     let coordinates = || model.coordinates.iter().enumerate();
     let itself =
@@ -52,13 +56,16 @@ pub(super) fn put_in_solved(model: &mut Model, assembly: &Assembly, point: &mut 
     let Some((mut pool, forces)) = forces(model, assembly, point) else { return };
     let equation = |(i, symbol): &(usize, Symbol)| Some((*i, *symbol, *forces.get(&(*i as u32))?));
     let mut equations: Vec<(usize, Symbol, ExprId)> = open.iter().filter_map(equation).collect();
+    let values = known_values(model);
     let mut solved: Vec<(usize, Symbol, ExprId)> = Vec::new();
     let depends = |pool: &Pool, e: ExprId| pool.depends_on(e, &|symbol| open.iter().any(|(_, own)| *own == symbol));
     while let Some((place, value)) = (0..equations.len()).find_map(|place| {
-        let (_, symbol, force) = equations[place];
+        let (i, symbol, force) = equations[place];
         let slope = pool.diff(force, symbol);
         if depends(&pool, slope) || pool.is_zero(slope) != ZeroVerdict::NonZero {
-            return None;
+            let (here, alone) = (at?.get(i)?, |other| other == symbol || open.iter().all(|(_, own)| *own != other));
+            let alone = pool.symbols_of(&[force]).into_iter().all(alone);
+            return Some((place, alone.then(|| root(&mut pool, symbol, force, here, &values)).flatten()?));
         }
         let zero = pool.zero();
         let rest = pool.substitute_one(force, &Substitution::from([(symbol, zero)]));
@@ -74,17 +81,33 @@ pub(super) fn put_in_solved(model: &mut Model, assembly: &Assembly, point: &mut 
         equations.iter_mut().chain(&mut solved).for_each(|(_, _, e)| *e = pool.substitute_one(*e, &known));
         solved.push((i, symbol, value));
     }
-    let values = known_values(model);
     for (i, _, value) in solved {
         if depends(&pool, value) || pool.reachable(&[value]).len() > LONGEST {
             continue;
         }
-        let number = pool.substitute_one(value, &values);
-        let number: Option<Big> = evaluate_closed(&pool, number, BITS);
-        let agrees = |found: &Ball| number.is_some_and(|number| (number.to_far_ball() - *found).contains_zero());
-        if at.and_then(|at| at.get(i)).is_none_or(agrees) {
+        if at.and_then(|at| at.get(i)).is_none_or(|found| agrees(&mut pool, value, found, &values)) {
             point[i] = value;
         }
     }
     model.pool = pool;
+}
+
+/// Whether an expression is a number that was found, at the values of the parameters.
+fn agrees(pool: &mut Pool, value: ExprId, found: &Ball, values: &Substitution) -> bool {
+    let number = pool.substitute_one(value, values);
+    let number: Option<Big> = evaluate_closed(pool, number, BITS);
+    number.is_some_and(|number| (number.to_far_ball() - *found).contains_zero())
+}
+
+/// The shortest root of a force that is where a search found it.
+fn root(pool: &mut Pool, symbol: Symbol, force: ExprId, here: &Ball, values: &Substitution) -> Option<ExprId> {
+    // Its size is known where its sign is.
+    let place = pool.symbol_expr(symbol);
+    let size = pool.apply(Function::Abs, place);
+    let signed = if here.is_negative() { pool.neg(place) } else { place };
+    let force = *pool.replaced(&[force], &HashMap::from([(size, signed)])).first()?;
+    let mut all = roots(pool, symbol, force);
+    all.retain(|own| agrees(pool, *own, here, values));
+    let shortest = all.into_iter().min_by_key(|own| pool.reachable(&[*own]).len())?;
+    (pool.reachable(&[shortest]).len() <= LONGEST).then_some(shortest)
 }

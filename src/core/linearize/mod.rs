@@ -44,6 +44,7 @@ mod radicals;
 mod rational;
 mod rest;
 mod rolling;
+mod roots;
 mod rows;
 mod simple;
 mod slopes;

@@ -19,9 +19,6 @@ const NOTHING: f64 = 1e-200;
 const LEAST: f64 = 1.0;
 /// A term before the last two may be so many times what it would be if all fell evenly: they count where those vanish.
 const UNEVEN: f64 = 10.0;
-/// A coordinate that is smaller than this beside the largest one counts as that large: at the far end of a chain nothing has arrived
-/// yet but high powers of the time.
-const ARRIVED: f64 = 1e-20;
 /// Halvings of a step.
 const HALVINGS: usize = 60;
 /// Halvings after which what does not get smaller counts as rounding.
@@ -32,58 +29,54 @@ impl<S: Real> Stepper<'_, S> {
     /// the last one may be as much larger.
     pub(super) fn length(&self) -> Result<f64, Trouble> {
         let order = self.order;
-        let all = [(&self.positions, 2), (&self.velocities, 1)].map(|(rows, degree)| {
-            let own = &rows[..self.equations.coordinates];
-            let least = ARRIVED * own.iter().fold(0.0_f64, |most, row| most.max(row[0].middle().abs()));
-            (own, degree, least)
-        });
+        let all = [(&self.positions, 2), (&self.velocities, 1)];
         let rows = || {
-            all.into_iter().flat_map(|(rows, degree, least)| {
-                rows.iter().map(move |row| {
+            all.into_iter().flat_map(|(rows, degree)| {
+                rows.iter().take(self.equations.coordinates).map(move |row| {
                     // What moves with a high power of the time at first has no size but from that.
                     let first = row.iter().position(|term| term.middle() != 0.0);
-                    Row { terms: row, degree: first.unwrap_or(0).max(degree), least }
+                    (row, first.unwrap_or(0).max(degree))
                 })
             })
         };
         let mut length = f64::INFINITY;
-        for row in rows() {
+        for (row, degree) in rows() {
             for k in [order, order - 1] {
-                length = length.min(self.reach(&row, k, length));
+                length = length.min(self.reach(row, k, degree, length));
             }
         }
         // Mostly the others are small by far where these are.
-        for row in rows() {
+        for (row, degree) in rows() {
             let mut power = power(length, order - 1);
-            let mut size = row.on_the_way(length);
+            let mut size = on_the_way(row, degree, length);
             for k in (order.div_ceil(2)..order - 1).rev() {
                 power /= length;
-                let term = row.terms[k].middle().abs();
+                let term = row[k].middle().abs();
                 let fine = length.is_finite() && term * power <= self.allowed[k] * size;
                 if term == 0.0 || fine {
                     continue;
                 }
-                length = length.min(self.reach(&row, k, length));
+                length = length.min(self.reach(row, k, degree, length));
                 power = self::power(length, k);
-                size = row.on_the_way(length);
+                size = on_the_way(row, degree, length);
             }
         }
         if length.is_nan() || length <= 0.0 { Err(Trouble::NoStep) } else { Ok(length) }
     }
 
-    /// Where the k-th term of a coordinate is what is allowed beside its size on the way, if that is nearer than `length`; infinite
-    /// otherwise.
-    fn reach(&self, row: &Row<'_, S>, k: usize, length: f64) -> f64 {
-        let last = row.terms[k].middle().abs();
+    /// Where the k-th term of a coordinate is what is allowed beside the largest that the coordinate gets on the way, which
+    /// its terms up to a degree tell about, if that is nearer than `length`; infinite otherwise.
+    fn reach(&self, row: &[S], k: usize, degree: usize, length: f64) -> f64 {
+        let last = row[k].middle().abs();
         if last == 0.0 || k == 0 {
             return f64::INFINITY;
         }
         let allowed = self.allowed[k];
         // Mostly another term is what counts.
-        if length.is_finite() && last * power(length, k) <= allowed * row.on_the_way(length) {
+        if length.is_finite() && last * power(length, k) <= allowed * on_the_way(row, degree, length) {
             return f64::INFINITY;
         }
-        let mut size = row.terms[0].middle().abs().max(row.least);
+        let mut size = row[0].middle().abs();
         let mut own = f64::INFINITY;
         for _ in 0..3 {
             own = if size > 0.0 {
@@ -94,9 +87,9 @@ impl<S: Real> Stepper<'_, S> {
             };
             let reach = own.min(length);
             size = if reach.is_finite() {
-                row.on_the_way(reach)
+                on_the_way(row, degree, reach)
             } else {
-                row.terms.iter().take(row.degree + 1).skip(1).map(|x| x.middle().abs()).fold(0.0, f64::max)
+                row.iter().take(degree + 1).skip(1).map(|x| x.middle().abs()).fold(0.0, f64::max)
             };
         }
         own
@@ -221,25 +214,14 @@ fn power(length: f64, k: usize) -> f64 {
     length.powi(i32::try_from(k).unwrap_or(i32::MAX))
 }
 
-/// The series of a coordinate or velocity.
-struct Row<'a, S> {
-    terms: &'a [S],
-    /// The terms up to this one tell how large it gets on the way.
-    degree: usize,
-    /// It counts as this large at least.
-    least: f64,
-}
-
-impl<S: Real> Row<'_, S> {
-    /// The largest of the first terms at a length.
-    fn on_the_way(&self, length: f64) -> f64 {
-        let (mut most, mut power) = (self.least, 1.0);
-        for term in self.terms.iter().take(self.degree + 1) {
-            most = most.max(term.middle().abs() * power);
-            power *= length;
-        }
-        most
+/// The largest of the first terms at a length.
+fn on_the_way<S: Real>(row: &[S], degree: usize, length: f64) -> f64 {
+    let (mut most, mut power) = (0.0_f64, 1.0);
+    for term in row.iter().take(degree + 1) {
+        most = most.max(term.middle().abs() * power);
+        power *= length;
     }
+    most
 }
 
 /// What each term may be beside the size of a coordinate: the last ones as much as is left out, one before them more.

@@ -1,102 +1,22 @@
-//! Equilibria that were found numerically, as expressions in the parameters: where the force on a coordinate, with what is known
-//! of the others put in, vanishes at a root that is written down by powers, functions and their inverses, or a quadratic equation.
-//! Which of several roots is the equilibrium is told by its enclosure.
+//! Where an expression of one symbol has a value: by powers, functions and their inverses, and quadratic equations. Nothing is
+//! searched for; which of several roots is meant is for the caller to say.
 
-use std::collections::HashMap;
-
-use super::Linear;
-use super::check::Checker;
-use super::lagrangian::{self, Variables};
-use super::simplify::Algebra;
-use crate::expr::{ExprId, Symbol};
-use crate::linearize::known_values;
-use crate::model::{Given, Model};
+use crate::expr::{ExprId, Pool, Symbol};
 use crate::number::Number;
 use crate::order::Order;
 use crate::precision::Function;
 
-/// Roots of more symbols are left as they were found.
-const MOST_SYMBOLS: u64 = 40;
-/// Of models with more coordinates none are looked for.
-const MOST_COORDINATES: usize = 12;
-
-/// The model with such equilibria given, where there are some; from what was derived without.
-pub(super) fn with_solved(model: &Model, found: &Linear) -> Option<Model> {
-    let plain = model.constraints.is_empty() && model.rolling.is_empty() && !model.rates.any();
-    if !plain || found.open || model.coordinates.len() > MOST_COORDINATES {
-        return None;
-    }
-    let variables = Variables::new(model);
-    let searched =
-        |pool: &Algebra<'_>, i: usize| pool.as_symbol(found.equilibrium[i]) == Some(variables.coordinates[i]);
-    let mut own = model.clone();
-    let mut whole = model.pool.clone();
-    let pool = &mut Algebra::new(&mut whole);
-    let mut open: Vec<usize> = (0..model.coordinates.len()).filter(|i| searched(pool, *i)).collect();
-    if open.is_empty() {
-        return None;
-    }
-    let lagrangian = lagrangian::lagrangian(model, pool);
-    if !lagrangian.other.is_empty() || !lagrangian.linear.is_empty() {
-        return None;
-    }
-    let checker = Checker::new(model);
-    let drags = lagrangian::drags(model, pool, &variables);
-    let mut known = variables.at_rest(pool);
-    for (i, at) in found.equilibrium.iter().enumerate().filter(|(i, _)| !open.contains(i)) {
-        known.insert(variables.coordinates[i], *at);
-    }
-    let (all, values) = (open.len(), known_values(model));
-    loop {
-        let before = open.len();
-        open.retain(|i| {
-            let (symbol, coordinate) = (variables.coordinates[*i], model.coordinates.at(*i));
-            let zero = pool.zero();
-            let mut force = lagrangian.forces.get(i).copied().unwrap_or(zero);
-            for (_, drag) in drags.iter().filter(|(at, _)| at == i) {
-                force = pool.add(force, *drag);
-            }
-            let force = pool.substitute_one(force, &known);
-            let others = |other: Symbol| other != symbol && variables.symbols.coordinate(other).is_some();
-            if pool.depends_on(force, &others) {
-                return true;
-            }
-            let Some(root) = root(pool, &checker, symbol, force) else { return true };
-            known.insert(symbol, root);
-            let value = Some(pool.substitute_one(root, &values));
-            own.equilibria.set(*i, Some(Given { symbolic: root, value, span: coordinate.span }));
-            false
-        });
-        if open.is_empty() || open.len() == before {
-            break;
-        }
-    }
-    own.pool = whole;
-    (open.len() < all).then_some(own)
-}
-
-/// The root of a force that is the equilibrium of a coordinate.
-fn root(pool: &mut Algebra<'_>, checker: &Checker<'_>, symbol: Symbol, force: ExprId) -> Option<ExprId> {
-    let (place, zero) = (pool.symbol_expr(symbol), pool.zero());
-    let here = *checker.evaluate(pool, &[place])?.first()?;
-    // Its size is known where its sign is.
-    let size = pool.apply(Function::Abs, place);
-    let signed = if here.is_negative() { pool.neg(place) } else { place };
-    let force = *pool.replaced(&[force], &HashMap::from([(size, signed)])).first()?;
-    let (_, core) = pool.split_content(force);
-    let mut all = Vec::new();
+/// Roots of an expression in a symbol, those that can be written down; not all of those that repeat.
+pub(super) fn roots(pool: &mut Pool, symbol: Symbol, e: ExprId) -> Vec<ExprId> {
+    let (_, core) = pool.split_content(e);
+    let zero = pool.zero();
+    let mut found = Vec::new();
     for (base, exponent) in pool.factors(core) {
         if !exponent.is_negative() && pool.depends_on(base, &|own| own == symbol) {
-            Solving { symbol, found: &mut all }.solve(pool, base, zero);
+            Solving { symbol, found: &mut found }.solve(pool, base, zero);
         }
     }
-    let mut all: Vec<ExprId> = all.into_iter().map(|own| pool.simplify(own)).collect();
-    all.retain(|own| {
-        let value = checker.evaluate(pool, &[*own]);
-        value.is_some_and(|value| value.iter().all(|one| one.is_finite() && (*one - here).contains_zero()))
-    });
-    let shortest = all.into_iter().min_by_key(|own| pool.weight_of(&[*own]))?;
-    (pool.weight_of(&[shortest]) <= MOST_SYMBOLS).then_some(shortest)
+    found
 }
 
 struct Solving<'a> {
@@ -106,9 +26,9 @@ struct Solving<'a> {
 
 impl Solving<'_> {
     /// Where an expression has a value.
-    fn solve(&mut self, pool: &mut Algebra<'_>, e: ExprId, value: ExprId) {
+    fn solve(&mut self, pool: &mut Pool, e: ExprId, value: ExprId) {
         let own = self.symbol;
-        let moves = |pool: &Algebra<'_>, e: ExprId| pool.depends_on(e, &|symbol| symbol == own);
+        let moves = |pool: &Pool, e: ExprId| pool.depends_on(e, &|symbol| symbol == own);
         if pool.as_symbol(e) == Some(own) {
             self.found.push(value);
             return;
@@ -149,7 +69,7 @@ impl Solving<'_> {
     }
 
     /// Where a power of a base has a value.
-    fn power(&mut self, pool: &mut Algebra<'_>, base: ExprId, exponent: &Number, value: ExprId) {
+    fn power(&mut self, pool: &mut Pool, base: ExprId, exponent: &Number, value: ExprId) {
         let Some(inverse) = exponent.recip() else { return };
         let root = pool.powr(value, &inverse);
         self.solve(pool, base, root);
@@ -161,7 +81,7 @@ impl Solving<'_> {
 
     /// Where a sum of powers of a base, with what does not move before them, has a value: of two powers u^a and u^b, or of three with
     /// the middle one halfway.
-    fn powers(&mut self, pool: &mut Algebra<'_>, terms: &[(ExprId, Number)], value: ExprId) {
+    fn powers(&mut self, pool: &mut Pool, terms: &[(ExprId, Number)], value: ExprId) {
         let own = self.symbol;
         let mut shares: Vec<(Number, Vec<(ExprId, Number)>)> = Vec::new();
         if !value.is_zero() {
@@ -209,7 +129,7 @@ impl Solving<'_> {
 }
 
 /// What a function has a value at.
-fn inverses(pool: &mut Algebra<'_>, function: Function, value: ExprId) -> Vec<ExprId> {
+fn inverses(pool: &mut Pool, function: Function, value: ExprId) -> Vec<ExprId> {
     let (inverse, opposite) = match function {
         Function::Sin => (Function::Asin, false),
         Function::Cos => (Function::Acos, true),
