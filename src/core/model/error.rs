@@ -22,14 +22,14 @@ Error ModelError {
         /// Where it is declared, but too late.
         later: Option<Span>,
         /// Where it can be declared as a coordinate, if its time derivative is used, and the declaration.
-        coordinate: Option<(u32, String)>,
+        coordinate: Option<Box<(u32, String)>>,
     } => match later {
         Some(later) => at(*span, "used here")
             .with_secondary(*later, "declared only here")
             .with_help(format!(
                 "move the declaration of `{name}` before its first use"
             )),
-        None => match coordinate {
+        None => match coordinate.as_deref() {
             Some((place, declaration)) => at(*span, "unknown name")
                 .with_help(format!("its time derivative is used, so it is a coordinate: declare it by `{declaration}`"))
                 .replacing(Span::new(*place, *place), format!("{declaration}\n")),

@@ -297,7 +297,7 @@ impl Compiler<'_> {
 
     /// The declaration of a coordinate that is missing, and where it belongs: before the statement at a place that uses it, if
     /// its time derivative is used somewhere in the file.
-    pub(super) fn missing_coordinate(&self, name: &str, span: Span) -> Option<(u32, String)> {
+    pub(super) fn missing_coordinate(&self, name: &str, span: Span) -> Option<Box<(u32, String)>> {
         // `x_j` and `x4` may be members that `x` does not have.
         let stem = name.split('_').next().unwrap_or(name).trim_end_matches(|c: char| c.is_ascii_digit());
         if stem != name && self.entity(stem).is_some() {
@@ -324,7 +324,7 @@ impl Compiler<'_> {
         let members = if ranges.is_empty() { String::new() } else { format!("[{}]", ranges.join(", ")) };
         let mut statements = self.file.statements.iter();
         let statement = statements.find(|own| own.span.start <= span.start && span.end <= own.span.end)?;
-        Some((statement.span.start, format!("coord {name}{members}")))
+        Some(Box::new((statement.span.start, format!("coord {name}{members}"))))
     }
 
     /// The range of the sum around a place that an index runs over, if names of the model alone are in it.
