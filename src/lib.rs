@@ -120,7 +120,7 @@ pub mod syntax {
     pub use librate_core::syntax::{
         Binding, Comparison, Drawn, Expr, ExprKind, ExprRef, FUNCTIONS, File, IndexKind, Indices, MOST_BYTES, Name,
         NameKind, NamePlace, STATEMENT_WORDS, Statement, StatementKind, SyntaxError, UnitKind, names, parse,
-        parse_readable, print_expr, print_statement, signature,
+        parse_readable, print_expr, print_statement, reserved_meaning, signature,
     };
 }
 
@@ -159,7 +159,7 @@ pub mod expr {
 pub mod model {
     pub use librate_core::model::{
         Constant, Dimension, Model, ModelError, Range, Settings, TableTexts, coordinate_count, dimensions, elaborate,
-        parse, unit_dimension, unit_names,
+        parse, unit_dimension, unit_names, units_with_prefixes,
     };
 }
 

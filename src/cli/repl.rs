@@ -6,6 +6,7 @@ use std::process::{Child, Command as Process, ExitCode, Stdio};
 
 use clap::{Args, CommandFactory};
 use librate::diagnostic::Diagnostic;
+use librate::model::units_with_prefixes;
 use librate::syntax::{self, FUNCTIONS, STATEMENT_WORDS, StatementKind};
 use rustyline::completion::Completer;
 use rustyline::error::ReadlineError;
@@ -18,6 +19,7 @@ use serde_json::Value;
 
 use super::args::{Cli, MessageFormat};
 use super::input::{Source, read_model};
+use super::lsp::complete::is_unit;
 use super::output::{feed, write_file, write_messages, write_out};
 use super::{Failure, complain, ended, fault};
 
@@ -383,6 +385,11 @@ impl Completer for Words {
             .rfind(|c: char| !c.is_alphanumeric() && c != '_')
             .map_or(0, |found| found + line[found..].chars().next().map_or(1, char::len_utf8));
         let begun = &line[start..at];
+        if is_unit(&line[..start]) {
+            let mut units: Vec<String> = units_with_prefixes().filter(|unit| unit.starts_with(begun)).collect();
+            units.sort();
+            return Ok((start, units));
+        }
         let command = Cli::command();
         let commands = command.get_subcommands().map(clap::Command::get_name).filter(|own| !OTHERS.contains(own));
         // Commands stand at the beginning.

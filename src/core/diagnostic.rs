@@ -89,6 +89,8 @@ pub struct Diagnostic {
     /// language where it has one reading only, or a slip of the pen (`is_misspelt`). What is declared by it is as
     /// before but for a coordinate whose velocity is used, and what has a meaning of its own keeps it.
     pub replacement: Option<Replacement>,
+    /// A change that may be what is meant, for an editor that asks.
+    pub proposal: Option<Replacement>,
 }
 
 impl Diagnostic {
@@ -107,6 +109,7 @@ impl Diagnostic {
             secondary: Vec::new(),
             help: None,
             replacement: None,
+            proposal: None,
         }
     }
 
@@ -145,6 +148,13 @@ impl Diagnostic {
         self
     }
 
+    /// The same with a change of the text that is to be asked for.
+    #[cfg(feature = "engine")]
+    pub(crate) fn proposing(mut self, span: Span, text: impl Into<String>) -> Self {
+        self.proposal = Some(Replacement::new(span, text));
+        self
+    }
+
     /// The same with a change of the text, if there is one.
     pub(crate) fn or_replacing(self, change: Option<&(Span, String)>) -> Self {
         match change {
@@ -164,7 +174,7 @@ impl Diagnostic {
     pub(crate) fn or_meant(self, span: Span, meant: Option<&Meant>) -> Self {
         let Some(Meant { text, is_certain }) = meant else { return self };
         let shown = self.with_help(format!("did you mean `{text}`?"));
-        if *is_certain { shown.replacing(span, text) } else { shown }
+        if *is_certain { shown.replacing(span, text) } else { shown.proposing(span, text) }
     }
 
     /// The same with the code of its kind.
@@ -291,6 +301,25 @@ pub(crate) fn is_misspelt(name: &str, meant: &str) -> bool {
         && ends(name) == ends(meant)
         && digits(name) == digits(meant)
         && strsim::osa_distance(&name.to_lowercase(), &meant.to_lowercase()) == 1
+}
+
+/// Longer names are not taken for products.
+const LONGEST_PRODUCT: usize = 6;
+
+/// Different names that make up a name together: `m`, `g` and `l` for `mgl`.
+pub(crate) fn factors_in<'n>(name: &'n str, is_name: &dyn Fn(&str) -> bool) -> Option<Vec<&'n str>> {
+    let mut factors: Vec<&str> = Vec::new();
+    let mut rest = name;
+    while !rest.is_empty() && name.len() <= LONGEST_PRODUCT {
+        let ends = rest.char_indices().map(|(at, c)| at + c.len_utf8()).rev();
+        let factor = ends.filter_map(|end| rest.get(..end)).find(|own| is_name(own))?;
+        if factors.contains(&factor) {
+            return None;
+        }
+        factors.push(factor);
+        rest = rest.get(factor.len()..)?;
+    }
+    (factors.len() > 1).then_some(factors)
 }
 
 fn ordered(a: usize, b: usize) -> [usize; 2] {

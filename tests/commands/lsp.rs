@@ -184,6 +184,17 @@ fn mistakes_are_shown_where_they_are() {
     assert_eq!(fixes[0]["title"], json!("Write `ω0`"));
     let edit = &fixes[0]["edit"]["changes"][URI][0];
     assert_eq!((source(&wrong, &edit["range"]).as_str(), &edit["newText"]), ("omega0", &json!("ω0")));
+    // One that has to be asked for, and a name for what is unused.
+    let wrong = text.replace("m*g*ℓ", "m*gg*ℓ");
+    for (wrong, place, new) in [(&wrong, "gg", "g"), (&(text.clone() + "param z = 1"), "z", "_z")] {
+        editor.change(URI, wrong);
+        let range = editor.shown()[0]["range"].clone();
+        let params = json!({"textDocument": {"uri": URI}, "range": range, "context": {"diagnostics": []}});
+        let fix = &editor.ask("textDocument/codeAction", params)[0];
+        let edit = &fix["edit"]["changes"][URI][0];
+        assert_eq!((source(wrong, &edit["range"]).as_str(), &edit["newText"]), (place, &json!(new)));
+        assert_eq!(fix["isPreferred"], json!(false));
+    }
     // A second place.
     let twice = PENDULUM.to_owned() + "param g = 2\n";
     editor.change(URI, &twice);
@@ -191,6 +202,19 @@ fn mistakes_are_shown_where_they_are() {
     let related = &shown[0]["relatedInformation"][0]["location"];
     assert_eq!((&related["uri"], source(&twice, &related["range"]).as_str()), (&json!(URI), "g"));
     assert_eq!(related["range"]["start"]["line"], json!(1));
+    editor.end();
+}
+
+#[test]
+fn what_is_no_message_has_an_answer() {
+    let mut editor = Editor::new();
+    for body in ["{nothing", "[1]", ""] {
+        let input = editor.input.as_mut().unwrap();
+        write!(input, "Content-Length: {}\r\n\r\n{body}", body.len()).unwrap();
+        let answer = editor.receive();
+        assert_eq!((&answer["id"], &answer["error"]["code"]), (&Value::Null, &json!(-32700)));
+    }
+    assert_eq!(editor.open(URI, PENDULUM), Vec::<Value>::new());
     editor.end();
 }
 
@@ -209,6 +233,16 @@ fn names_lead_to_each_other() {
     assert!(told.contains("cos(x)"), "{told}");
     let told = editor.at("hover", URI, &text, "coord φ : ra|d", json!({}))["contents"]["value"].to_string();
     assert!(told.contains("a pure number"), "{told}");
+    for (place, part) in
+        [("|T = ", "is the kinetic energy"), ("su|m(i", "sum(i in a..b, EXPR)"), ("# 𝒢 and φ be|fore", "")]
+    {
+        let told = editor.at("hover", URI, &text, place, json!({}));
+        assert_eq!(
+            told["contents"]["value"].as_str().is_some_and(|own| own.contains(part)),
+            !part.is_empty(),
+            "{told}"
+        );
+    }
     let found = editor.at("definition", URI, &text, "cos(|φ)", json!({}));
     assert_eq!(found[0]["range"]["start"], position(&text, "coord |φ"));
     let context = json!({"context": {"includeDeclaration": true}});
@@ -250,7 +284,8 @@ fn what_can_be_written_is_offered() {
     assert_eq!(labels(editor.at("completion", &uri, &wrong, "1/2*b.|", json!({}))), columns);
     assert_eq!(labels(editor.at("completion", &uri, &wrong, "s[1].|", json!({}))), columns);
     let units = labels(editor.at("completion", &uri, &wrong, "k : |N", json!({})));
-    assert!(units.contains(&"lbf".to_owned()) && !units.contains(&"sin".to_owned()));
+    assert!(["lbf", "kg", "cm", "mm", "ms", "kN"].iter().all(|own| units.contains(&(*own).to_owned())));
+    assert!(!units.contains(&"sin".to_owned()));
     let names = labels(editor.at("completion", &uri, &wrong, "T = |sum", json!({})));
     assert!(["k", "x", "s", "sin", "integral", "pi"].iter().all(|own| names.contains(&(*own).to_owned())), "{names:?}");
     assert!(!names.contains(&"param".to_owned()));

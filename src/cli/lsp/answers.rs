@@ -7,6 +7,7 @@ use librate::syntax::{self, ExprKind, Indices, Name, NameKind, NamePlace, Statem
 use serde_json::{Value, json};
 
 use super::check::Facts;
+use super::complete::{is_letter, without_word};
 use super::document::{Document, is_renamable};
 use crate::cli::messages::Lines;
 
@@ -14,7 +15,7 @@ use crate::cli::messages::Lines;
 const SHOWN: usize = 6;
 
 pub(super) fn hover(document: &Document, facts: &Facts, at: usize) -> Value {
-    let Some(name) = document.name_at(at) else { return Value::Null };
+    let Some(name) = document.name_at(at) else { return own_word(document, at) };
     let text = match name.kind {
         NameKind::Quantity => quantity(document, facts, &name),
         NameKind::Function => signature(name.text).map(|(call, meaning)| format!("```librate\n{call}\n```\n{meaning}")),
@@ -31,6 +32,24 @@ pub(super) fn hover(document: &Document, facts: &Facts, at: usize) -> Value {
         Some(text) => json!({
             "contents": {"kind": "markdown", "value": text},
             "range": document.lines().range(name.span),
+        }),
+        None => Value::Null,
+    }
+}
+
+/// What a word of the language is, which is no name: `T`, `sum`.
+fn own_word(document: &Document, at: usize) -> Value {
+    let (before, behind) = document.text.split_at_checked(at).unwrap_or_default();
+    let start = without_word(before).len();
+    let end = at + behind.find(|c| !is_letter(c)).unwrap_or(behind.len());
+    let word = document.text.get(start..end).unwrap_or_default();
+    let is_comment = before.rsplit('\n').next().is_some_and(|line| line.contains('#'));
+    let call = signature(word).map(|(call, meaning)| format!("```librate\n{call}\n```\n{meaning}"));
+    let text = call.or_else(|| syntax::reserved_meaning(word).map(|own| format!("`{word}` {own}")));
+    match text.filter(|_| !is_comment) {
+        Some(text) => json!({
+            "contents": {"kind": "markdown", "value": text},
+            "range": document.lines().range(Span::new(start as u32, end as u32)),
         }),
         None => Value::Null,
     }
@@ -253,7 +272,7 @@ pub(super) fn fixes(document: &Document, facts: &Facts, range: &Value) -> Value 
     let lines = document.lines();
     let (start, end) = (lines.offset(&range["start"]), lines.offset(&range["end"]));
     let all = facts.diagnostics.iter().filter_map(|own| {
-        let change = own.replacement.as_ref()?;
+        let change = own.replacement.as_ref().or(own.proposal.as_ref())?;
         let place = own.primary.as_ref()?.span.range();
         if place.start > end || start > place.end {
             return None;
@@ -265,7 +284,7 @@ pub(super) fn fixes(document: &Document, facts: &Facts, range: &Value) -> Value 
         Some(json!({
             "title": title,
             "kind": "quickfix",
-            "isPreferred": true,
+            "isPreferred": own.replacement.is_some(),
             "edit": {"changes": {document.uri.clone(): [edit(&lines, change)]}},
         }))
     });

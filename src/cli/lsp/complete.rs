@@ -30,8 +30,8 @@ pub(super) fn completion(document: &Document, facts: &Facts, at: usize) -> Value
         return columns(row, facts);
     }
     if is_unit(line) {
-        let units = model::unit_names().map(|name| {
-            let detail = model::unit_dimension(name).map(|own| own.to_string());
+        let units = model::units_with_prefixes().map(|name| {
+            let detail = model::unit_dimension(&name).map(|own| own.to_string());
             json!({"label": name, "kind": UNIT, "detail": detail})
         });
         return units.collect();
@@ -70,7 +70,7 @@ pub(super) fn without_word(text: &str) -> &str {
 }
 
 /// Whether a unit is being written: behind a colon, with nothing but a unit since.
-fn is_unit(line: &str) -> bool {
+pub(in crate::cli) fn is_unit(line: &str) -> bool {
     let Some((_, unit)) = line.rsplit_once(':') else { return false };
     unit.chars().all(|c| is_letter(c) || " */^()-".contains(c))
 }

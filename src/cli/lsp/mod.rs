@@ -7,11 +7,12 @@
 mod answers;
 mod call;
 mod check;
-mod complete;
+pub(super) mod complete;
 mod document;
 mod rest;
 
 use std::collections::HashMap;
+use std::io::{self, Write};
 use std::process::ExitCode;
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
@@ -32,7 +33,10 @@ const INTERVAL: Duration = Duration::from_millis(100);
 
 /// Serves one editor until it says that it ends.
 pub(super) fn run() -> ExitCode {
-    let (connection, threads) = Connection::stdio();
+    let (connection, client) = Connection::memory();
+    let answers = client.receiver.clone();
+    let writer = std::thread::spawn(move || answers.iter().try_for_each(|own| own.write(&mut io::stdout().lock())));
+    let reader = std::thread::spawn(move || read(&client));
     let served = serve(&connection);
     // The threads end when nobody is left to send them anything.
     drop(connection);
@@ -40,10 +44,33 @@ pub(super) fn run() -> ExitCode {
     match served {
         Err(error) if !error.channel_is_disconnected() => ExitCode::from(told(format!("the editor: {error}"))),
         Err(_) => ExitCode::SUCCESS,
-        Ok(()) => match threads.join() {
-            Ok(()) => ExitCode::SUCCESS,
-            Err(error) => ExitCode::from(told(format!("the editor: {error}"))),
+        Ok(()) => match reader.join().and_then(|read| Ok(read.and(writer.join()?))) {
+            Ok(Err(error)) => ExitCode::from(told(format!("the editor: {error}"))),
+            Ok(Ok(())) | Err(_) => ExitCode::SUCCESS,
         },
+    }
+}
+
+/// Hands on the messages of an editor until it ends; what is none has the answer of the protocol, and the next one is read.
+fn read(editor: &Connection) -> io::Result<()> {
+    loop {
+        match Message::read(&mut io::stdin().lock()) {
+            Ok(Some(message)) => {
+                let is_last = matches!(&message, Message::Notification(own) if own.method == "exit");
+                if editor.sender.send(message).is_err() || is_last {
+                    return Ok(());
+                }
+            }
+            Ok(None) => return Ok(()),
+            Err(error) if error.kind() == io::ErrorKind::InvalidData => {
+                let error = json!({"code": ErrorCode::ParseError as i32, "message": "this is no message"});
+                let answer = json!({"jsonrpc": "2.0", "id": null, "error": error}).to_string();
+                let mut output = io::stdout().lock();
+                write!(output, "Content-Length: {}\r\n\r\n{answer}", answer.len())?;
+                output.flush()?;
+            }
+            Err(error) => return Err(error),
+        }
     }
 }
 

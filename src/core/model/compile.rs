@@ -102,7 +102,9 @@ impl Compiler<'_> {
         // Suggestions are for people, who neither make nor read hundreds of such mistakes.
         let few = later.is_none() && self.errors.len() < 50 && self.world.names.len() < 10_000;
         let nearest = if few { self.meant(name, indices, scope) } else { None };
-        let coordinate = if few && nearest.is_none() { self.missing_coordinate(name, span) } else { None };
+        // What moves is a coordinate of its own, unless it is one in another notation.
+        let is_own = nearest.as_ref().is_none_or(|own| !own.is_certain && !own.text.ends_with('\''));
+        let coordinate = if few && is_own { self.missing_coordinate(name, span) } else { None };
         let again = |error: &ModelError| matches!(error, ModelError::UndeclaredName { name: own, coordinate: Some(_), .. } if own == name);
         if coordinate.is_some() && self.errors.iter().any(again) {
             return;
@@ -192,6 +194,12 @@ impl Compiler<'_> {
                 tasks.push(Task::Visit(*base));
             }
             ExprKind::Product(factors) => {
+                if let Some((at, error)) = self.foreign_quotient(factors) {
+                    let others = factors.iter().enumerate().filter(|(own, _)| *own != at && *own != at + 1);
+                    let others: Vec<ExprRef> = others.map(|(_, own)| own.value()).collect();
+                    then(tasks, Op::Together(others.len()), &others);
+                    return self.refuse(error, span, tasks);
+                }
                 let divided = factors.iter().map(|factor| factor.inverted()).collect();
                 let children: Vec<ExprRef> = factors.iter().map(|factor| factor.value()).collect();
                 then(tasks, Op::Product(divided), &children);
@@ -236,7 +244,7 @@ impl Compiler<'_> {
             self.world.rigid |= matches!(builtin, Builtin::AngularVelocity | Builtin::Steiner | Builtin::About);
             then(tasks, Op::Call(builtin, arguments.len()), span, arguments);
         } else {
-            self.unknown_function(function, scope);
+            self.unknown_function(function, arguments, span, scope);
             then(tasks, Op::Together(arguments.len()), span, arguments);
             // Stands before what its arguments leave: the run ends there.
             tasks.push(Task::Emit(Op::Broken, span));
@@ -367,16 +375,19 @@ impl Compiler<'_> {
         column.map(|column| Field { table, row, column })
     }
 
-    pub(super) fn unknown_function(&mut self, function: &Name, scope: &Scope) {
+    pub(super) fn unknown_function(&mut self, function: &Name, arguments: &[ExprRef], call: Span, scope: &Scope) {
         let quantity = self.entity(&function.text).is_some() || scope.find(&function.text).is_some();
         let known = syntax::FUNCTIONS.into_iter().chain(["sum", "integral", "rows"]);
         let same = known.clone().find(|own| own.eq_ignore_ascii_case(&function.text));
-        let same = same.or_else(|| syntax::function_meant(&function.text));
+        let same = same.or_else(|| syntax::function_meant(&function.text)).map(|own| Meant::certain(own.to_owned()));
+        let product = || self.product_called(&function.text, arguments).map(Meant::guess);
+        let nearest = same.or_else(product).or_else(|| Meant::near(&function.text, known));
         self.fail(ModelError::UnknownFunction {
             name: function.text.to_string(),
             span: function.span,
-            nearest: same.map(|own| Meant::certain(own.to_owned())).or_else(|| Meant::near(&function.text, known)),
+            nearest,
             quantity,
+            member: self.member_called(&function.text, arguments, scope).map(|member| (call, member)),
         });
     }
 

@@ -7,7 +7,7 @@ use super::names::Entity;
 use super::program::{Field, IndexForm, IndexOp, IndexProgram};
 use crate::number::Number;
 use crate::span::Span;
-use crate::syntax::{ExprKind, ExprRef, Name};
+use crate::syntax::{ExprKind, ExprRef, Name, print_expr};
 
 impl Compiler<'_> {
     /// Compiles a condition behind `where`.
@@ -83,7 +83,13 @@ impl Compiler<'_> {
                 ExprKind::Prime(_) => (self.not_for_indices("a time derivative".to_owned(), span), vec![]),
                 ExprKind::SumOver { .. } => (self.not_for_indices("a sum".to_owned(), span), vec![]),
                 ExprKind::IntegralOver { .. } => (self.not_for_indices("an integral".to_owned(), span), vec![]),
-                ExprKind::Vector(_) => (self.not_for_indices("a vector".to_owned(), span), vec![]),
+                ExprKind::Vector(parts) => {
+                    // `x[[i]]`
+                    let written: Vec<String> = parts.iter().map(|own| print_expr(file, *own)).collect();
+                    let (what, index) = ("a vector".to_owned(), Some(written.join(", ")));
+                    self.fail(ModelError::NotForIndices { what, index, span });
+                    (IndexOp::Broken, vec![])
+                }
             };
             for child in &children {
                 self.expect(*child, matches!(op, IndexOp::Not | IndexOp::And(_) | IndexOp::Or(_)));
@@ -125,7 +131,7 @@ impl Compiler<'_> {
     }
 
     fn not_for_indices(&mut self, what: String, span: Span) -> IndexOp {
-        self.fail(ModelError::NotForIndices { what, span });
+        self.fail(ModelError::NotForIndices { what, index: None, span });
         IndexOp::Broken
     }
 
@@ -177,7 +183,7 @@ impl Compiler<'_> {
                     return (self.not_for_indices(what, span), Vec::new());
                 }
                 None => {
-                    self.unknown_function(function, scope);
+                    self.unknown_function(function, arguments, span, scope);
                     return broken();
                 }
             },

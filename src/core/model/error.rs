@@ -21,26 +21,25 @@ Error ModelError {
         nearest: Option<Meant>,
         /// Where it is declared, but too late.
         later: Option<Span>,
-        /// Where it can be declared as a coordinate, if its time derivative is used.
-        coordinate: Option<u32>,
+        /// Where it can be declared as a coordinate, if its time derivative is used, and the declaration.
+        coordinate: Option<Box<(u32, String)>>,
     } => match later {
         Some(later) => at(*span, "used here")
             .with_secondary(*later, "declared only here")
             .with_help(format!(
                 "move the declaration of `{name}` before its first use"
             )),
-        None if coordinate.is_some() => {
-            let shown = at(*span, "unknown name")
-                .with_help(format!("its time derivative is used, so it is a coordinate: declare it by `coord {name}`"));
-            let place = coordinate.unwrap_or_default();
-            shown.replacing(Span::new(place, place), format!("coord {name}\n"))
-        }
-        None if FUNCTIONS.contains(&name.as_str()) => {
-            at(*span, "a function without its argument").with_help(format!("write `{name}(…)`"))
-        }
-        None => at(*span, "unknown name")
-            .with_help(format!("declare it: `param {name} = …`, `coord {name}` or `let {name} = …`"))
-            .or_meant(*span, nearest.as_ref()),
+        None => match coordinate.as_deref() {
+            Some((place, declaration)) => at(*span, "unknown name")
+                .with_help(format!("its time derivative is used, so it is a coordinate: declare it by `{declaration}`"))
+                .replacing(Span::new(*place, *place), format!("{declaration}\n")),
+            None if nearest.is_none() && FUNCTIONS.contains(&name.as_str()) => {
+                at(*span, "a function without its argument").with_help(format!("write `{name}(…)`"))
+            }
+            None => at(*span, "unknown name")
+                .with_help(format!("declare it: `param {name} = …`, `coord {name}` or `let {name} = …`"))
+                .or_meant(*span, nearest.as_ref()),
+        },
     },
 
     /// A call of something that is no function.
@@ -52,7 +51,13 @@ Error ModelError {
         nearest: Option<Meant>,
         /// Whether the name is a declared quantity, so that a `*` is missing.
         quantity: bool,
+        /// The call and the member that is meant by it.
+        member: Option<(Span, String)>,
     } => match function_elsewhere(name) {
+        _ if member.is_some() => {
+            let help = member.as_ref().map(|(_, text)| format!("write `{text}`"));
+            at(*span, "not a function").or_help(help).or_replacing(member.as_ref())
+        }
         _ if *quantity => at(*span, "not a function")
             .with_help(format!("`{name}` is a quantity; to multiply, write `{name}*(…)`")),
         Some(own) => at(*span, "not a function").with_help(own),
@@ -148,7 +153,9 @@ Error ModelError {
         available: String,
         /// Where the family is declared.
         declared: Option<Span>,
-    } => at(*span, available).and_at(*declared, "declared here"),
+        /// How several members are declared, where there is one.
+        help: Option<String>,
+    } => at(*span, available).and_at(*declared, "declared here").or_help(help.clone()),
 
     /// An index or bound that is not a whole number.
     #[error("{value} is not a whole number")]
@@ -379,9 +386,13 @@ Error ModelError {
     "E0127" NotForIndices(span) {
         /// What.
         what: String,
-    } => at(*span, "").with_help(
-        "literals, parameters, table fields and outer indices are allowed, with mod and floor",
-    ),
+        /// The index that is alone in two pairs of brackets.
+        index: Option<String>,
+    } => match index {
+        Some(index) => at(*span, "an index has one pair of brackets").written(*span, index),
+        None => at(*span, "")
+            .with_help("literals, parameters, table fields and outer indices are allowed, with mod and floor"),
+    },
 
     /// A division by exactly zero, or a function outside its domain.
     #[error("{what} is not defined")]

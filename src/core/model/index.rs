@@ -104,6 +104,7 @@ impl World {
                 span,
             }),
             None => Err(ModelError::IndexOutOfRange {
+                help: None,
                 member: format!("{}[{row}]", table.name),
                 available: format!("the table has {} rows, counted from 1", table.rows()),
                 span,

@@ -5,20 +5,27 @@
 use super::ModelError;
 use super::compile::{Compiler, Scope};
 use super::names::{Entity, Family, key};
-use crate::diagnostic::Meant;
+use crate::diagnostic::{Meant, factors_in};
 use crate::order::Order;
 use crate::span::Span;
-use crate::syntax::{ExprKind, ExprRef, GREEK, Name, function_meant, print_expr};
+use crate::syntax::{ExprKind, ExprRef, GREEK, IndexKind, Member, Name, function_meant, is_derivative, print_expr};
 
 /// What is written before or behind the name of a coordinate for its time derivative.
-const DOTS: [(&str, &str); 8] =
-    [("", "_dot"), ("", "dot"), ("", "_prime"), ("", "_d"), ("dot_", ""), ("d_", ""), ("d", ""), ("D", "")];
-
-/// Functions and fields of other languages that are the time derivative.
-const DERIVATIVES: [&str; 10] = ["dot", "diff", "D", "d", "dt", "Dt", "ddt", "der", "deriv", "derivative"];
-
-/// Longer names are not taken for products.
-const LONGEST_PRODUCT: usize = 6;
+const DOTS: [(&str, &str); 13] = [
+    ("", "_dot"),
+    ("", "dot"),
+    ("", "Dot"),
+    ("d", "_dt"),
+    ("", "_prime"),
+    ("", "_d"),
+    ("", "_t"),
+    ("", "_p"),
+    ("", "p"),
+    ("dot_", ""),
+    ("d_", ""),
+    ("d", ""),
+    ("D", ""),
+];
 
 /// How a name reads aloud: Greek letters by name, underscores left out.
 fn spelling(name: &str) -> String {
@@ -37,6 +44,14 @@ fn spelling(name: &str) -> String {
         out.push_str(GREEK.iter().find(|(_, _, own)| *own == text).map_or(text, |(own, _, _)| own));
     }
     out
+}
+
+/// Whether two names are Greek letters, maybe with numbers behind them: `psi1` is no slip of the pen for `phi1`.
+fn are_greek(one: &str, other: &str) -> bool {
+    [one, other].iter().all(|name| {
+        let stem = name.trim_end_matches(|c: char| c.is_ascii_digit() || c == '_');
+        GREEK.iter().any(|(letter, _, _)| *letter == stem)
+    })
 }
 
 impl Compiler<'_> {
@@ -71,7 +86,8 @@ impl Compiler<'_> {
                 let moving = same(dotted.strip_prefix(before)?.strip_suffix(behind)?)?;
                 let stem = moving.split('[').next().unwrap_or(&moving);
                 // `dx`, `x_d` and `x_prime` may be a distance, what is desired, or in another frame.
-                let is_certain = before.contains("dot") || behind.contains("dot");
+                let is_certain =
+                    ["dot", "Dot", "_dt"].iter().any(|own| [before, behind].iter().any(|o| o.contains(own)));
                 let is_moving = matches!(self.entity(stem), Some(Entity::Coordinate(_)));
                 is_moving.then(|| Meant { text: format!("{moving}'"), is_certain })
             })
@@ -84,7 +100,8 @@ impl Compiler<'_> {
         };
         let near = || {
             let near = Meant::near(name, known.iter().copied())?;
-            Some(Meant { text: format!("{}{behind}", near.text), ..near })
+            let is_certain = near.is_certain && !are_greek(name, &near.text);
+            Some(Meant { text: format!("{}{behind}", near.text), is_certain })
         };
         same(name)
             .or_else(|| self.member_by_index(name, indices, scope))
@@ -128,19 +145,31 @@ impl Compiler<'_> {
 
     /// `mgl` for `(m*g*l)`: all of it different names of single numbers.
     fn product(&self, name: &str) -> Option<String> {
-        let mut factors: Vec<&str> = Vec::new();
-        let mut rest = name;
-        while !rest.is_empty() && name.len() <= LONGEST_PRODUCT {
-            let ends = rest.char_indices().map(|(at, c)| at + c.len_utf8()).rev();
-            let mut pieces = ends.filter_map(|end| rest.get(..end));
-            let factor = pieces.find(|own| self.entity(own).is_some_and(|own| self.rank(own) == Some(0)))?;
-            if factors.contains(&factor) {
-                return None;
+        let is_number = |own: &str| self.entity(own).is_some_and(|own| self.rank(own) == Some(0));
+        Some(format!("({})", factors_in(name, &is_number)?.join("*")))
+    }
+
+    /// `m*g*l*(1 - cos(phi))` for `mgl(1 - cos(phi))`.
+    pub(super) fn product_called(&self, name: &str, arguments: &[ExprRef]) -> Option<String> {
+        let [only] = arguments else { return None };
+        let product = self.product(name)?;
+        Some(format!("{}*({})", product.trim_matches(['(', ')']), print_expr(self.file, *only)))
+    }
+
+    /// `x[1]` for `x(1)`, where `x` is a family and numbers and indices alone are in the parentheses.
+    pub(super) fn member_called(&self, name: &str, arguments: &[ExprRef], scope: &Scope) -> Option<String> {
+        let rank = self.rank(self.entity(name)?)?;
+        let mut parts = arguments.to_vec();
+        while let Some(at) = parts.pop() {
+            match self.file.expr(at).kind {
+                ExprKind::Number(_) => {}
+                ExprKind::Name(own) if scope.find(own).is_some() => {}
+                ExprKind::Sum(_) | ExprKind::Negate(_) => self.file.children(at, &mut parts),
+                _ => return None,
             }
-            factors.push(factor);
-            rest = rest.get(factor.len()..)?;
         }
-        (factors.len() > 1).then(|| format!("({})", factors.join("*")))
+        let written: Vec<String> = arguments.iter().map(|own| print_expr(self.file, *own)).collect();
+        (rank > 0 && rank == arguments.len()).then(|| format!("{name}[{}]", written.join(", ")))
     }
 
     /// An operand that a prime may follow.
@@ -163,6 +192,40 @@ impl Compiler<'_> {
             if matches!(self.entity(name), Some(Entity::Coordinate(_))))
     }
 
+    /// `phi'` for `dot(phi)`, `diff(phi, t)` and `D[phi, t]`.
+    fn derivative_meant(&self, name: &str, arguments: &[ExprRef]) -> Option<String> {
+        let (of, rest) = arguments.split_first()?;
+        let by_time = rest.is_empty() || matches!(rest, [time] if self.is_time(*time));
+        let is_meant = is_derivative(name) && self.entity(name).is_none() && self.is_coordinate(*of) && by_time;
+        is_meant.then(|| self.primed(*of))
+    }
+
+    /// `dphi/dt`, `d(phi)/dt`, `d/dt(phi)`: two factors of a product, and what is meant by them.
+    pub(super) fn foreign_quotient(&self, factors: &[Member]) -> Option<(usize, ModelError)> {
+        let free = |name: &str| self.entity(name).is_none();
+        factors.windows(2).enumerate().find_map(|(at, two)| {
+            let [above, below] = two else { return None };
+            if above.inverted() || !below.inverted() {
+                return None;
+            }
+            let [over, under] = [above, below].map(|own| self.file.expr(own.value()));
+            let fix = match (&over.kind, &under.kind) {
+                (ExprKind::Name(name), ExprKind::Name("dt")) if free("dt") && free(name) => {
+                    let of = name.strip_prefix('d')?;
+                    matches!(self.entity(of), Some(Entity::Coordinate(_))).then(|| format!("{of}'"))
+                }
+                (ExprKind::Call { function, arguments }, ExprKind::Name("dt")) if free("dt") => {
+                    self.derivative_meant(&function.text, arguments).filter(|_| function.text.as_str() == "d")
+                }
+                (ExprKind::Name("d"), ExprKind::Call { function, arguments }) if free("d") => {
+                    self.derivative_meant(&function.text, arguments).filter(|_| function.text.as_str() == "dt")
+                }
+                _ => None,
+            }?;
+            Some((at, ModelError::ForeignDerivative { fix, span: over.span.to(under.span) }))
+        })
+    }
+
     /// `phi[t]`, and `Cos[phi]`.
     pub(super) fn foreign_index(&self, at: ExprRef, scope: &Scope) -> Option<ModelError> {
         let expr = self.file.expr(at);
@@ -177,19 +240,27 @@ impl Compiler<'_> {
         if self.entity(name).is_some() || scope.find(name).is_some() {
             return None;
         }
-        let function = function_meant(&name.to_lowercase())?;
-        let arguments: Vec<String> = indices.iter().map(|own| print_expr(self.file, *own)).collect();
+        if let Some(fix) = self.derivative_meant(name, indices) {
+            return Some(ModelError::ForeignDerivative { fix, span: expr.span });
+        }
+        let mut function = function_meant(&name.to_lowercase())?;
+        let mut arguments: Vec<String> = indices.iter().map(|own| print_expr(self.file, *own)).collect();
+        // Who has brackets for functions has x before y.
+        if function == "atan" && arguments.len() == 2 {
+            function = "atan2";
+            arguments.reverse();
+        }
         let fix = format!("{function}({})", arguments.join(", "));
         Some(ModelError::BracketedFunction { function, fix, span: expr.span })
     }
 
-    /// `e^x`, where `e` is not declared.
+    /// `e^x`, where `e` is not declared, and `exp^(x)`.
     pub(super) fn foreign_power(&self, at: ExprRef, scope: &Scope) -> Option<ModelError> {
         let expr = self.file.expr(at);
         let ExprKind::Power { base, exponent } = expr.kind else { return None };
         let ExprKind::Name(name) = &self.file.expr(base).kind else { return None };
         let free = self.entity(name).is_none() && scope.find(name).is_none() && scope.integrated(name).is_none();
-        (matches!(&**name, "e" | "E") && free && !self.later.contains_key(&**name)).then(|| {
+        (matches!(&**name, "e" | "E" | "exp") && free && !self.later.contains_key(&**name)).then(|| {
             ModelError::undeclared(
                 name,
                 Some(Meant::certain(format!("exp({})", print_expr(self.file, exponent)))),
@@ -205,22 +276,17 @@ impl Compiler<'_> {
             [time] if self.is_time(*time) && self.entity(name).is_some() => {
                 Some(ModelError::TimeArgument { span: Span::new(function.span.end, span.end) })
             }
-            [of, rest @ ..]
-                if DERIVATIVES.contains(&name)
-                    && self.is_coordinate(*of)
-                    && self.entity(name).is_none()
-                    && (rest.is_empty() || matches!(rest, [time] if self.is_time(*time))) =>
-            {
-                Some(ModelError::ForeignDerivative { fix: self.primed(*of), span })
+            _ => {
+                let fix = self.derivative_meant(name, arguments)?;
+                Some(ModelError::ForeignDerivative { fix, span })
             }
-            _ => None,
         }
     }
 
     /// `phi.dot`, `np.pi`.
     pub(super) fn foreign_field(&self, base: ExprRef, field: &Name, scope: &Scope) -> Option<ModelError> {
         let span = self.file.expr(base).span.to(field.span);
-        if DERIVATIVES.contains(&field.text.as_str()) && self.is_coordinate(base) {
+        if is_derivative(&field.text) && self.is_coordinate(base) {
             return Some(ModelError::ForeignDerivative { fix: self.primed(base), span });
         }
         let ExprKind::Name(name) = &self.file.expr(base).kind else { return None };
@@ -229,27 +295,58 @@ impl Compiler<'_> {
             .then(|| ModelError::undeclared(name, Some(Meant::certain("pi".to_owned())), span))
     }
 
-    /// Where a coordinate that is missing has to be declared: before the statement at a place that uses it, if its time
-    /// derivative is used somewhere in the file.
-    pub(super) fn missing_coordinate(&self, name: &str, span: Span) -> Option<u32> {
+    /// The declaration of a coordinate that is missing, and where it belongs: before the statement at a place that uses it, if
+    /// its time derivative is used somewhere in the file.
+    pub(super) fn missing_coordinate(&self, name: &str, span: Span) -> Option<Box<(u32, String)>> {
         // `x_j` and `x4` may be members that `x` does not have.
         let stem = name.split('_').next().unwrap_or(name).trim_end_matches(|c: char| c.is_ascii_digit());
         if stem != name && self.entity(stem).is_some() {
             return None;
         }
-        // Nor is a slip of the pen declared: `h'` beside `th`.
+        // Nor is a slip of the pen declared: `h'` beside `th`; but `psi` is none for `phi`, nor `y1` for `x1`.
         let digits = |text: &str| text.chars().filter(char::is_ascii_digit).collect::<String>();
+        let letters = |text: &str| text.len() - digits(text).len();
         let is_slip = |own: &str| {
-            own.len().max(name.len()) > 1 && digits(own) == digits(name) && strsim::osa_distance(own, name) == 1
+            let are_alike = digits(own) == digits(name) && strsim::osa_distance(own, name) == 1;
+            are_alike && letters(own).max(letters(name)) > 1 && !are_greek(own, name)
         };
         if self.world.names.keys().any(|own| is_slip(own)) {
             return None;
         }
-        let moves = self.file.expressions.iter().any(|expr| {
-            matches!(expr.kind, ExprKind::Prime(inner)
-                if matches!(&self.file.expr(inner).kind, ExprKind::Name(own) if *own == name))
+        let mut moving = self.file.expressions.iter().filter_map(|expr| {
+            let ExprKind::Prime(inner) = expr.kind else { return None };
+            let (head, indices) = self.flatten_index(inner);
+            matches!(&self.file.expr(head).kind, ExprKind::Name(own) if *own == name).then_some((expr.span, indices))
         });
-        let mut statements = self.file.statements.iter().filter(|_| moves);
-        statements.find(|own| own.span.start <= span.start && span.end <= own.span.end).map(|own| own.span.start)
+        let ranges = moving.find_map(|(place, indices)| {
+            indices.iter().map(|own| self.range_over(*own, place)).collect::<Option<Vec<String>>>()
+        })?;
+        let members = if ranges.is_empty() { String::new() } else { format!("[{}]", ranges.join(", ")) };
+        let mut statements = self.file.statements.iter();
+        let statement = statements.find(|own| own.span.start <= span.start && span.end <= own.span.end)?;
+        Some(Box::new((statement.span.start, format!("coord {name}{members}"))))
+    }
+
+    /// The range of the sum around a place that an index runs over, if names of the model alone are in it.
+    fn range_over(&self, index: ExprRef, place: Span) -> Option<String> {
+        let ExprKind::Name(index) = &self.file.expr(index).kind else { return None };
+        let sums =
+            self.file.expressions.iter().filter(|own| own.span.start <= place.start && place.end <= own.span.end);
+        let mut ranges = sums.filter_map(|own| match &own.kind {
+            ExprKind::SumOver { indices, .. } => Some(indices.entries.iter()),
+            _ => None,
+        });
+        ranges.find_map(|entries| {
+            entries.clone().find_map(|entry| match &entry.kind {
+                IndexKind::Range { variable: Some(own), from, to } if *own.text == **index => {
+                    let [from, to] = [from, to].map(|end| print_expr(self.file, *end));
+                    let text = format!("{from}..{to}");
+                    let words = text.split(|c: char| !c.is_alphanumeric() && c != '_');
+                    let mut names = words.filter(|own| own.starts_with(char::is_alphabetic));
+                    names.all(|own| self.entity(own).is_some()).then_some(text)
+                }
+                _ => None,
+            })
+        })
     }
 }

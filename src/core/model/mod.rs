@@ -61,7 +61,7 @@ pub use table::{Cell, Table, TableTexts};
 pub use tensors::Tensor;
 pub(crate) use terms::slopes_by;
 pub use terms::{Local, TermFamily};
-pub use units::{unit_dimension, unit_names};
+pub use units::{unit_dimension, unit_names, units_with_prefixes};
 pub use warning::Warning;
 
 use crate::expr::{ExprId, Pool};

@@ -202,7 +202,14 @@ pub(super) struct Family {
 impl Family {
     /// That there is no member at these indices.
     pub(super) fn out_of_range(&self, at: &[i64], span: Span) -> ModelError {
+        let mut singles = self.grid.singles.keys().filter(|_| self.grid.rank == 1 && self.grid.blocks.is_empty());
+        // `coord x[3]`, and `coord x[1-3]`, which is `x[-2]`.
+        let several = singles.next().filter(|_| singles.next().is_none()).map(|own| match own[0] {
+            last if last > 1 => format!("several members are declared by a range: `{}[1..{last}]`", self.name),
+            _ => format!("several members are declared by a range: `{}[1..3]`", self.name),
+        });
         ModelError::IndexOutOfRange {
+            help: several,
             member: member_name(&self.name, at.len().min(3), &key(at)),
             available: self.grid.describe(&self.name),
             span,

@@ -319,6 +319,7 @@ pub(super) fn component(
                     Ok(i) if (1..=count).contains(&i) => parts.swap_remove(i - 1),
                     _ => {
                         return Err(Stop::from(ModelError::IndexOutOfRange {
+                            help: None,
                             member: format!("[{index}]"),
                             available: format!("the vector has the components 1..{count}"),
                             span,

@@ -117,6 +117,16 @@ pub fn unit_names() -> impl Iterator<Item = &'static str> {
     UNITS.iter().map(|known| known.name)
 }
 
+/// The same, and those with the usual prefixes: `kg`, `cm`, `kN`.
+pub fn units_with_prefixes() -> impl Iterator<Item = String> {
+    let prefixed = |prefix: &'static str| {
+        let units = UNITS.iter().filter(|known| known.prefixes);
+        units.map(move |known| format!("{prefix}{}", known.name))
+    };
+    let usual = ["k", "M", "G", "m", "u", "n"].into_iter().flat_map(prefixed);
+    unit_names().map(str::to_owned).chain(usual).chain(["cm".to_owned()])
+}
+
 /// What is measured in a unit, which may have a prefix.
 ///
 /// ```

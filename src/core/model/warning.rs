@@ -21,9 +21,9 @@ Warning Warning {
     "W0001" UnusedParameter(span) {
         /// The parameter.
         name: String,
-    } => at(*span, "declared here").with_help(format!(
-        "is a term missing? If not, remove the line or call it `_{name}`"
-    )),
+    } => at(*span, "declared here")
+        .with_help(format!("is a term missing? If not, remove the line or call it `_{name}`"))
+        .proposing(*span, format!("_{name}")),
 
     /// A named expression that nothing uses.
     #[error("`{name}` is never used")]

@@ -349,19 +349,20 @@ Error SyntaxError {
     #[error("a value is given with a single `=`")]
     "E0027" ComparisonForEquals(span) => at(*span, "compares two values").written(*span, "="),
 
-    /// `:=`, or a colon without a unit.
+    /// `:=`, `<-`, `+=`, or a colon without a unit.
     #[error("{}", match .assignment {
-        true => "a value is given with `=`, not with `:=`",
-        false => "a unit is missing after the colon",
+        Some(sign) => format!("a value is given with `=`, not with `{sign}`"),
+        None => "a unit is missing after the colon".to_owned(),
     })]
     "E0028" MissingUnit(span) {
-        /// Whether `=` follows at once.
-        assignment: bool,
-    } => if *assignment {
-        at(*span, "a colon begins a unit").written(*span, "=")
-    } else {
-        at(*span, "no unit follows")
-            .with_help("write a unit, `: 1` for a pure number, or remove the colon")
+        /// The sign of another language.
+        assignment: Option<&'static str>,
+    } => match *assignment {
+        Some(":=") => at(*span, "a colon begins a unit").written(*span, "="),
+        Some("<-") => at(*span, "not a sign of the language").written(*span, "="),
+        Some(_) => at(*span, "nothing is added up in steps").with_help("write `=` and all terms in one sum"),
+        None => at(*span, "no unit follows")
+            .with_help("write a unit, `: 1` for a pure number, or remove the colon"),
     },
 
     /// A second `=`.
@@ -435,12 +436,17 @@ Error SyntaxError {
         fix: Option<String>,
         /// Whether it may be something else together with what stands before it, as a number and a fraction.
         is_glued: bool,
-    } => match (fix, at(*span, "not a character of the language")) {
-        (Some(fix), told) if *is_glued => told.with_help(format!("write `{fix}`")),
+    } => {
+        let is_word = fix.is_some() && character.chars().all(char::is_alphabetic);
+        let what = if is_word { "not a word of the language" } else { "not a character of the language" };
         // Of a longer run it is the first character's.
-        (Some(fix), told) if character.chars().count() == 1 || fix.starts_with('^') => told.written(*span, fix.as_str()),
-        (Some(fix), told) => told.with_help(format!("write `{fix}`")),
-        (None, told) => told.or_help(hint.map(str::to_owned)),
+        let is_whole = is_word || character.chars().count() == 1;
+        match (fix, at(*span, what)) {
+            (Some(fix), told) if *is_glued => told.with_help(format!("write `{fix}`")),
+            (Some(fix), told) if is_whole || fix.starts_with('^') => told.written(*span, fix.as_str()),
+            (Some(fix), told) => told.with_help(format!("write `{fix}`")),
+            (None, told) => told.or_help(hint.map(str::to_owned)),
+        }
     },
 
     /// A quote without its partner.
@@ -583,20 +589,29 @@ Error SyntaxError {
     #[error("`table` needs the path of a CSV file in quotes")]
     "E0057" MissingPath(span) => at(*span, "no text in quotes").with_help("write `table NAME = \"file.csv\"`"),
 
-    /// `x'(t)`
-    #[error("a time derivative takes no argument")]
-    "E0062" ArgumentOfDerivative(span) => at(*span, "not needed")
-        .with_help("remove it: coordinates depend on the time as they are")
-        .replacing(*span, ""),
+    /// `x'(t)`, `d/dt x`, `x.diff(t)`
+    #[error("{}", match .fix {
+        None => "a time derivative takes no argument",
+        Some(_) => "a time derivative is written with a prime, without an argument",
+    })]
+    "E0062" ArgumentOfDerivative(span) {
+        /// The derivative as the language has it, where it has no prime.
+        fix: Option<String>,
+    } => match fix {
+        None => at(*span, "not needed")
+            .with_help("remove it: coordinates depend on the time as they are")
+            .replacing(*span, ""),
+        Some(fix) => at(*span, "a time derivative").written(*span, fix),
+    },
 
-    /// `// …`, `% …`
+    /// `// …`, `% …`, `/* … */`
     #[error("a comment begins with `#`")]
     "E0063" ForeignComment(span) {
-        /// Whether it can't be an operator.
-        is_certain: bool,
-    } => match is_certain {
-        true => at(*span, "begins no comment here").written(*span, "#"),
-        false => at(*span, "begins no comment here").with_help("write `#`; a remainder is written `mod(a, b)`"),
+        /// What to do where it may be an operator, or goes on behind the line or ends before it.
+        help: Option<&'static str>,
+    } => match help {
+        None => at(*span, "begins no comment here").written(*span, "#"),
+        Some(help) => at(*span, "begins no comment here").with_help(*help),
     },
 
     /// `x'' + k*x = 0`

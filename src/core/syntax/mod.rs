@@ -42,9 +42,9 @@ pub use print::{print_expr, print_file, print_statement, print_unit};
 pub use text::Text;
 #[cfg(feature = "format")]
 pub(crate) use words::GREEK;
+pub use words::{FUNCTIONS, STATEMENT_WORDS, reserved_meaning, signature};
 #[cfg(feature = "engine")]
-pub(crate) use words::function_meant;
-pub use words::{FUNCTIONS, STATEMENT_WORDS, signature};
+pub(crate) use words::{function_meant, is_derivative};
 
 use std::collections::HashSet;
 

@@ -240,12 +240,16 @@ impl<'s> Splitter<'s> {
                 if let Some(error) = self.index_in_braces(token) {
                     return Some(error);
                 }
-                let open = self.source.get(span.range().end..).is_some_and(|rest| rest.starts_with('('));
+                let rest = self.source.get(span.range().end..).unwrap_or_default();
+                let open = rest.starts_with('(');
+                let mut words = Lexer::new(rest, Span::new(0, rest.len() as u32)).map(|own| own.text(rest));
+                let is_sum = open && words.nth(2) == Some("in");
                 let before = self.source.get(..span.range().start).and_then(|before| before.chars().next_back());
                 let is_glued = matches!(text, "√" | "½" | "⅓" | "¼" | "¾")
                     && before.is_some_and(|c| c.is_alphanumeric() || c == '_');
                 let (fix, hint) = match lookalike::advice(text) {
                     _ if text == "√" && open => (Some("sqrt".to_owned()), None),
+                    _ if text == "∑" && is_sum => (Some("sum".to_owned()), None),
                     Lookalike::Write(fix) => (Some(fix), None),
                     Lookalike::Say(hint) => (None, Some(hint)),
                     Lookalike::Unknown => (None, None),
@@ -256,7 +260,7 @@ impl<'s> Splitter<'s> {
         }
     }
 
-    /// `Sum[m[i], {i, 1, 3}]`, with `token` the index in braces.
+    /// `Sum[m[i], {i, 1, 3}]`, with `token` the first index in braces.
     fn index_in_braces(&self, token: Token) -> Option<SyntaxError> {
         let open = self.brackets.last()?.span;
         let head = self.source.get(..open.range().start)?;
@@ -267,23 +271,33 @@ impl<'s> Splitter<'s> {
         if body.len() > LONGEST_SUMMAND {
             return None;
         }
-        let close = token.span().range().end;
-        let blank = self.source.get(close..)?.find(|c: char| !c.is_whitespace())?;
-        let close = close + blank + 1;
-        if !self.source.get(close - 1..close)?.starts_with([')', ']']) {
+        let mut ranges = Vec::new();
+        let mut rest = self.source.get(token.span().range().start..)?;
+        while let Some((index, behind)) = rest.strip_prefix('{').and_then(|rest| rest.split_once('}')) {
+            ranges.push(range_in_braces(index)?);
+            rest = behind.trim_start();
+            rest = rest.strip_prefix(',').map_or(rest, str::trim_start);
+        }
+        if !rest.starts_with([')', ']']) {
             return None;
         }
-        let index = token.text(self.source).strip_prefix('{')?.strip_suffix('}')?;
-        let parts: Vec<&str> = index.split(',').map(str::trim).collect();
-        let range = match parts.as_slice() {
-            [name, to] => format!("{name} in 1..{to}"),
-            [name, from, to] => format!("{name} in {from}..{to}"),
-            _ => return None,
+        let body = without_double_brackets(body);
+        let text = match own {
+            "sum" => format!("sum({}, {body})", ranges.join(", ")),
+            // The first is the outermost.
+            _ => ranges.iter().rfold(body, |inside, range| format!("{own}({range}, {inside})")),
         };
-        let text = format!("{own}({range}, {body})");
-        let fix = if text.chars().count() <= 60 { text.clone() } else { format!("{own}({range}, …)") };
+        let is_short = text.chars().count() <= 60;
+        let fix = if is_short { text.clone() } else { format!("{own}({}, …)", ranges.first()?) };
         let start = (open.range().start - foreign.len()) as u32;
-        Some(SyntaxError::IndexInBraces { fix, text, span: Span::new(start, close as u32) })
+        let end = (self.source.len() - rest.len() + 1) as u32;
+        Some(SyntaxError::IndexInBraces { fix, text, span: Span::new(start, end) })
+    }
+
+    /// Whether a token is in what the last mistake rewrites, as the second index of a sum in braces.
+    fn is_rewritten(&self, token: Token) -> bool {
+        let last = self.found.errors.last();
+        last.is_some_and(|own| matches!(own, SyntaxError::IndexInBraces { span, .. } if token.end <= span.end))
     }
 
     /// One more level; an error where it is one too many.
@@ -349,7 +363,7 @@ impl<'s> Splitter<'s> {
 
     /// Follows brackets and chains through a token of the current statement.
     fn inspect(&mut self, token: Token) {
-        if let Some(error) = self.lexical_error(token) {
+        if let Some(error) = self.lexical_error(token).filter(|_| !self.is_rewritten(token)) {
             self.report(error);
         }
         let first = self.current.map(|piece| piece.span.start);
@@ -431,6 +445,27 @@ fn whole_number(text: &str) -> String {
         Some((before, after)) => format!("{before}.0{after}"),
         None => text.to_owned(),
     }
+}
+
+/// `i in 1..3` for `i, 1, 3`.
+fn range_in_braces(index: &str) -> Option<String> {
+    match index.split(',').map(str::trim).collect::<Vec<&str>>().as_slice() {
+        [name, to] => Some(format!("{name} in 1..{to}")),
+        [name, from, to] => Some(format!("{name} in {from}..{to}")),
+        _ => None,
+    }
+}
+
+/// `x[i]` for `x[[i]]`.
+fn without_double_brackets(text: &str) -> String {
+    let (mut out, mut rest) = (String::new(), text);
+    while let Some((before, behind)) = rest.split_once("[[") {
+        let inside = behind.split_once("]]").filter(|(inside, _)| !inside.contains(['[', ']']));
+        let Some((inside, behind)) = inside else { break };
+        out.push_str(&format!("{before}[{inside}]"));
+        rest = behind;
+    }
+    out + rest
 }
 
 /// The character as it can be shown: unseen ones by number.

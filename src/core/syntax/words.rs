@@ -159,6 +159,11 @@ pub(crate) fn function_meant(word: &str) -> Option<&'static str> {
     })
 }
 
+/// Functions and fields of other languages that are the time derivative.
+pub(crate) fn is_derivative(word: &str) -> bool {
+    matches!(word, "dot" | "diff" | "D" | "d" | "dt" | "Dt" | "ddt" | "der" | "deriv" | "derivative")
+}
+
 pub(super) fn is_statement_word(word: &str) -> bool {
     STATEMENT_WORDS.contains(&word)
 }
@@ -193,8 +198,13 @@ pub(super) fn is_function(word: &str) -> bool {
     matches!(word, "sum" | "integral" | "rows") || FUNCTIONS.contains(&word)
 }
 
-/// What a reserved word means, for the error about declaring it; `None` where it is free.
-pub(super) fn reserved_for(word: &str) -> Option<&'static str> {
+/// What a word of the language means; `None` where it is free for names.
+///
+/// ```
+/// assert_eq!(librate::syntax::reserved_meaning("T"), Some("is the kinetic energy"));
+/// ```
+#[must_use]
+pub fn reserved_meaning(word: &str) -> Option<&'static str> {
     match word {
         "T" => Some("is the kinetic energy"),
         "V" => Some("is the potential energy"),
@@ -227,8 +237,8 @@ pub(super) fn guessed(word: &str) -> Option<&'static str> {
     match word {
         "var" | "variable" | "set" | "par" => Some("param"),
         "generalized" | "q" => Some("coord"),
-        "K" => Some("T"),
-        "U" | "W" => Some("V"),
+        "K" | "Ek" | "E_k" => Some("T"),
+        "U" | "W" | "Ep" | "E_p" => Some("V"),
         "L" | "lagrange" | "lag" => Some("lagrangian"),
         "F" | "D" | "rayleigh" | "damping" | "friction" => Some("dissipation"),
         "Q" | "forcing" | "torque" | "moment" | "input" => Some("force"),

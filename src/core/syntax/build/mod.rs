@@ -253,7 +253,7 @@ impl Builder {
     /// A name that the file declares, which can't be one of the language's own.
     fn declared(&self, pair: &Pair<'_, Rule>) -> Name {
         let name = self.name(pair);
-        if let Some(meaning) = words::reserved_for(&name.text) {
+        if let Some(meaning) = words::reserved_meaning(&name.text) {
             self.object(SyntaxError::ReservedName { name: name.text.to_string(), meaning, span: name.span });
         }
         name

@@ -7,6 +7,9 @@ use super::super::words;
 use super::{describe, no_statement, unknown_statement};
 use crate::span::Span;
 
+/// Signs of other languages that give a value.
+const ASSIGNMENTS: [&str; 4] = [":=", "<-", "+=", "-="];
+
 /// An open bracket before the place.
 pub(super) struct Enclosure {
     /// Of a sum, and of an integral.
@@ -211,7 +214,7 @@ impl<'s> Context<'s> {
         match self.before.kind {
             TokenKind::Equals if statement == "table" => SyntaxError::MissingPath { span },
             TokenKind::Equals => SyntaxError::MissingValue { span },
-            TokenKind::Colon => SyntaxError::MissingUnit { span, assignment: false },
+            TokenKind::Colon => SyntaxError::MissingUnit { span, assignment: None },
             TokenKind::Dot => SyntaxError::MissingColumn { span },
             _ if self.before_expects_operand() => {
                 SyntaxError::MissingOperand { sign: self.text(self.before).to_owned(), span, found: None }
@@ -231,7 +234,7 @@ impl<'s> Context<'s> {
         let statement = self.statement;
         if self.at_name() {
             let reserved = match found.kind {
-                TokenKind::Word => words::reserved_for(text),
+                TokenKind::Word => words::reserved_meaning(text),
                 _ => None,
             };
             if found.kind == TokenKind::Equals && statement == "model" {
@@ -253,7 +256,7 @@ impl<'s> Context<'s> {
         if self.before.kind == TokenKind::Colon && found.kind == TokenKind::Equals {
             return Some(SyntaxError::MissingUnit {
                 span: if found.glued { self.before.span().to(span) } else { self.before.span() },
-                assignment: found.glued,
+                assignment: found.glued.then_some(":="),
             });
         }
         if self.enclosures.is_empty()
@@ -264,12 +267,17 @@ impl<'s> Context<'s> {
         let binds = self.after.is_some_and(|after| self.text(after) == "in");
         if found.kind == TokenKind::Word
             && binds
-            && let Some(meaning) = words::reserved_for(text)
+            && let Some(meaning) = words::reserved_meaning(text)
         {
             return Some(SyntaxError::ReservedName { name: text.to_owned(), meaning, span });
         }
         if self.part == Part::Unit {
             return Some(self.in_unit(found));
+        }
+        if text == "in"
+            && let Some(error) = self.foreign_sum()
+        {
+            return Some(error);
         }
         if text == "in"
             && statement == "constraint"
@@ -314,11 +322,11 @@ impl<'s> Context<'s> {
         None
     }
 
-    /// `:=`
-    fn assignment(&self, colon: Token) -> Option<SyntaxError> {
-        let equals = self.after.filter(|after| after.kind == TokenKind::Equals && after.glued)?;
-        let span = colon.span().to(equals.span());
-        (colon.kind == TokenKind::Colon).then_some(SyntaxError::MissingUnit { span, assignment: true })
+    /// `:=`, `<-`, `+=`
+    fn assignment(&self, first: Token) -> Option<SyntaxError> {
+        let second = self.after.filter(|after| after.glued)?;
+        let sign = ASSIGNMENTS.into_iter().find(|sign| [self.text(first), self.text(second)].concat() == *sign)?;
+        Some(SyntaxError::MissingUnit { span: first.span().to(second.span()), assignment: Some(sign) })
     }
 
     fn in_unit(&self, found: Token) -> SyntaxError {
@@ -332,7 +340,7 @@ impl<'s> Context<'s> {
             return SyntaxError::UnitExponent { span };
         }
         if self.before.kind == TokenKind::Colon && self.statement == "coord" && self.found.is_none() {
-            return SyntaxError::MissingUnit { span: self.before.span(), assignment: false };
+            return SyntaxError::MissingUnit { span: self.before.span(), assignment: None };
         }
         if found.kind == TokenKind::Equals && self.statement == "coord" {
             return SyntaxError::CoordinateValue { span };
@@ -354,6 +362,9 @@ impl<'s> Context<'s> {
         let text = self.text(found);
         let statement = self.statement;
         let naming = self.part == Part::Name && self.enclosures.is_empty();
+        if naming && let Some(error) = self.assignment(found) {
+            return Some(error);
+        }
         match found.kind {
             // Behind `^` with a space behind it, it is the exponent that is missing.
             TokenKind::Plus
@@ -373,9 +384,6 @@ impl<'s> Context<'s> {
             TokenKind::Comparison if naming && text == "==" => Some(SyntaxError::ComparisonForEquals { span }),
             TokenKind::Comma => self.comma(found, naming),
             TokenKind::Colon if self.enclosures.is_empty() => match self.part {
-                Part::Name if words::is_function_statement(statement) && self.assignment(found).is_some() => {
-                    self.assignment(found)
-                }
                 Part::Value if words::is_naming(statement) => Some(SyntaxError::UnitBehindValue {
                     fix: self.after.and_then(|unit| self.with_unit_behind_name(unit)),
                     change: self.after.and_then(|unit| self.unit_moved(unit)),

@@ -4,6 +4,7 @@ use super::super::error::SyntaxError;
 use super::super::lexer::{Lexer, Token, TokenKind};
 use super::super::words;
 use super::context::{Context, Part};
+use crate::diagnostic::factors_in;
 use crate::span::Span;
 
 /// A longer fix would not be read.
@@ -150,8 +151,16 @@ fn side_by_side_at(source: &str, before: Token, token: Token) -> Option<bool> {
     (!wrong).then_some(true)
 }
 
+/// `x[i]'^2` for `x'^2`, where there is one name.
+fn with_index(text: &str) -> Option<String> {
+    let mut words = Lexer::new(text, Span::new(0, text.len() as u32)).filter(|own| own.kind == TokenKind::Word);
+    let name = words.next().filter(|_| words.next().is_none())?;
+    let (before, behind) = text.split_at(name.end as usize);
+    (!behind.trim_start().starts_with(['[', '('])).then(|| format!("{before}[i]{behind}"))
+}
+
 /// Whether a name is declared before a place, and not too long before.
-fn is_declared(source: &str, place: u32, name: &str) -> bool {
+pub(super) fn is_declared(source: &str, place: u32, name: &str) -> bool {
     let mut from = place.saturating_sub(LOOKED_BACK);
     while !source.is_char_boundary(from as usize) {
         from += 1;
@@ -186,13 +195,18 @@ impl Context<'_> {
         if !behind_point || self.text(found) != "(" {
             return None;
         }
-        let meant = words::function_meant(self.text(self.before))?;
+        let is_sum = self.text(self.before) == "sum";
+        let meant = if is_sum { "sum" } else { words::function_meant(self.text(self.before))? };
         let span = Span::new(self.prefix_start(), self.before.end);
         let function = short(self.source.get(span.range())?.to_owned());
         let function = function.unwrap_or_else(|| format!("….{}", self.text(self.before)));
         let argument = self.argument(found);
         let prefix = function.split_once('.').map_or("", |(first, _)| first);
         let inside = match (argument, self.is_declared(prefix)) {
+            (argument, is_declared) if is_sum => {
+                let summed = if is_declared { Some(prefix.to_owned()) } else { argument };
+                format!("i in 1..n, {}", summed.and_then(|own| with_index(&own)).unwrap_or_else(|| "…".to_owned()))
+            }
             (Some(argument), true) if argument.is_empty() => prefix.to_owned(),
             (Some(argument), true) => format!("{prefix}, {argument}"),
             (Some(argument), false) if !argument.is_empty() => argument,
@@ -200,11 +214,35 @@ impl Context<'_> {
         };
         let fix = format!("{meant}({inside})");
         let change = match (inside.as_str(), self.is_declared(prefix), self.closing(found)) {
+            // How many there are is not seen here.
+            _ if is_sum => None,
             ("…", true, _) | (_, true, None) => None,
             (_, true, Some(close)) => Some((Span::new(span.start, close.end), fix.clone())),
             (_, false, _) => Some((span, meant.to_owned())),
         };
         Some(SyntaxError::PrefixedFunction { function, fix, change, span })
+    }
+
+    /// `x.diff(t)` with parentheses at the place, `d/dt x` with a name at it.
+    pub(super) fn foreign_derivative(&self, found: Token) -> Option<SyntaxError> {
+        let before = Lexer::new(self.source, Span::new(self.chain?, found.start));
+        let before: Vec<Token> = before.filter(|token| token.kind != TokenKind::Comment).collect();
+        let [.., first, sign, last] = before.as_slice() else { return None };
+        let (name, start, end) = match [*first, *sign, *last].map(|own| self.text(own)) {
+            [name, ".", own] if words::is_derivative(own) && self.text(found) == "(" => {
+                self.argument(found).filter(|own| matches!(own.as_str(), "" | "t"))?;
+                (name, found, self.closing(found)?)
+            }
+            ["d", "/", "dt"] => {
+                let members = self.after.filter(|after| self.text(*after) == "[" && after.glued);
+                (self.text(found), found, members.and_then(|open| self.closing(open)).unwrap_or(found))
+            }
+            _ => return None,
+        };
+        let members =
+            if name == self.text(start) { self.source.get(start.end as usize..end.end as usize)? } else { "" };
+        let fix = self.is_declared(name).then(|| format!("{name}{members}'"))?;
+        Some(SyntaxError::ArgumentOfDerivative { fix: Some(fix), span: Span::new(first.start, end.end) })
     }
 
     /// Where the names and points begin that stand before the place.
@@ -266,7 +304,9 @@ impl Context<'_> {
             ) || token.kind == TokenKind::Minus
                 && before.is_some_and(|before| before.kind == TokenKind::Caret);
             match token.kind {
-                TokenKind::Word | TokenKind::Number if words::reserved_for(text) == Some("begins a statement") => break,
+                TokenKind::Word | TokenKind::Number if words::reserved_meaning(text) == Some("begins a statement") => {
+                    break;
+                }
                 TokenKind::Word if depth == 0 && words::is_connective(text) => break,
                 TokenKind::Word | TokenKind::Number => {}
                 TokenKind::Close if depth == 0 => break,
@@ -285,11 +325,26 @@ impl Context<'_> {
                     out.push_str(self.source.get(before.end as usize..token.start as usize)?);
                 }
             }
-            out.push_str(text);
+            out.push_str(&self.apart(token, before).unwrap_or_else(|| text.to_owned()));
             depth += usize::from(token.kind == TokenKind::Open);
             before = Some(token);
         }
         Some((Span::new(start, before?.end), out))
+    }
+
+    /// `m*g` for `mg`, unless something binds it closer.
+    fn apart(&self, token: Token, before: Option<Token>) -> Option<String> {
+        let name =
+            Some(self.text(token)).filter(|own| words::reserved_meaning(own).is_none() && !self.is_declared(own));
+        let name = name.filter(|_| self.part != Part::Unit)?;
+        let next = Lexer::new(self.source, Span::new(token.end, self.end)).next();
+        let is_bound = before.is_some_and(|own| matches!(own.kind, TokenKind::Slash | TokenKind::Caret))
+            || next.is_some_and(|own| match own.kind {
+                TokenKind::Caret | TokenKind::Prime | TokenKind::Dot => true,
+                kind => kind == TokenKind::Open && own.glued,
+            });
+        let factors = factors_in(name, &|own| self.is_declared(own)).filter(|_| !is_bound)?;
+        Some(factors.join("*"))
     }
 
     /// The product that ends before the place: `1/2` before the `x` of `1/2 x`.
@@ -379,6 +434,21 @@ impl Context<'_> {
         Some(SyntaxError::ConstraintIndices { fix: format!("[{inside}]"), place, span })
     }
 
+    /// `Σ(i in 1..n, …)`, `Sum(i in 1..n, …)`: the place is at `in`.
+    pub(super) fn foreign_sum(&self) -> Option<SyntaxError> {
+        let open = self.before_last.filter(|own| self.text(*own) == "(")?;
+        let head = Lexer::new(self.source, Span::new(self.word.start, open.start)).last()?;
+        let character = self.text(head).to_owned();
+        let is_sum = matches!(character.to_lowercase().as_str(), "sum" | "sigma" | "σ");
+        (is_sum && !self.is_declared(&character)).then(|| SyntaxError::IllegalCharacter {
+            character,
+            hint: None,
+            fix: Some("sum".to_owned()),
+            is_glued: false,
+            span: head.span(),
+        })
+    }
+
     /// Whether `T - V` begins at a token and is all of a Lagrangian.
     pub(super) fn is_difference_of_energies(&self, first: Token) -> bool {
         let rest = Lexer::new(self.source, Span::new(first.start, self.end));
@@ -410,7 +480,7 @@ impl Context<'_> {
         }
         of_numbers
             && self.enclosures.is_empty()
-            && self.names_of_unit(found).all(|name| words::reserved_for(name).is_none())
+            && self.names_of_unit(found).all(|name| words::reserved_meaning(name).is_none())
             && self.names_of_unit(found).any(is_unit)
     }
 

@@ -3,13 +3,31 @@
 //! A right model has no word that begins a line and neither a statement nor an operand, so it is not read twice here.
 
 use super::super::error::{SyntaxError, is_import};
-use super::super::lexer::{Lexer, Token, TokenKind};
+use super::super::lexer::{Lexer, Token, TokenKind, is_letter, is_word_rest};
 use super::super::split::expects_operand;
 use super::super::words;
+use super::fixes::is_declared;
+use super::suggested;
 use crate::span::Span;
 
-/// What begins a comment elsewhere and is nothing here; `--` is a sign twice.
-const COMMENT_MARKS: [&str; 2] = ["//", "%"];
+/// What begins a comment elsewhere, and what ends it where it may end on the line; `--` is a sign twice here, and `;` ends a
+/// statement.
+const COMMENT_MARKS: [(&str, Option<&str>); 7] = [
+    ("//", None),
+    ("%", None),
+    ("--", None),
+    (";", None),
+    ("/*", Some("*/")),
+    ("(*", Some("*)")),
+    ("\"\"\"", Some("\"\"\"")),
+];
+
+/// So much of a comment is read, in characters: a line may be as long as a file.
+const LONGEST_COMMENT: usize = 400;
+
+/// What is written before or behind the name of a coordinate for its acceleration.
+const ACCELERATIONS: [(&str, &str); 6] =
+    [("dd", ""), ("", "_ddot"), ("", "ddot"), ("", "_dd"), ("", "dd"), ("", "_tt")];
 
 /// The mistake of a line that begins at `token`, or of its rest if that is a comment; `before` is the token before it, in a
 /// statement that begins with the word `statement`.
@@ -27,23 +45,86 @@ pub(in super::super) fn foreign_line(
     });
     let first = token.first_on_line && !in_brackets && complete;
     match token.kind {
-        TokenKind::Slash | TokenKind::Illegal if !in_brackets || token.first_on_line => {
-            let text = source.get(token.start as usize..)?;
-            let mark = COMMENT_MARKS.into_iter().find(|mark| text.starts_with(mark))?;
-            // `param p : % = 5` is meant as a unit.
-            let unit = before.is_some_and(|before| before.kind == TokenKind::Colon);
-            let span = Span::new(token.start, token.start + mark.len() as u32);
-            // `7 // 2` and `n % 2` may be meant as numbers: a text has two words without a sign between them.
-            let operand = |token: Token| matches!(token.kind, TokenKind::Word | TokenKind::Number | TokenKind::Open);
-            let line = text.lines().next().unwrap_or_default().trim_start_matches(mark);
-            let mut behind = Lexer::new(line, Span::new(0, line.len() as u32));
-            let is_text = [behind.next(), behind.next()].into_iter().all(|own| own.is_some_and(operand));
-            let is_certain = token.first_on_line && complete || is_text;
-            (!unit).then_some(SyntaxError::ForeignComment { is_certain, span })
+        TokenKind::Slash
+        | TokenKind::Illegal
+        | TokenKind::Minus
+        | TokenKind::Semicolon
+        | TokenKind::Open
+        | TokenKind::Text
+            if !in_brackets || token.first_on_line =>
+        {
+            foreign_comment(source, before, token, complete)
         }
         TokenKind::Word | TokenKind::Number if first => of_another_language(source, token, rest, statement),
         _ => None,
     }
+}
+
+/// A comment that begins at a token; `complete` is that no operand is missing before it.
+fn foreign_comment(source: &str, before: Option<Token>, token: Token, complete: bool) -> Option<SyntaxError> {
+    let rest = source.get(token.start as usize..)?;
+    let (mark, end) = COMMENT_MARKS.into_iter().find(|(mark, _)| rest.starts_with(mark))?;
+    let near = rest.char_indices().nth(LONGEST_COMMENT).map_or(rest, |(at, _)| &rest[..at]);
+    let text = near.lines().next()?.trim_end();
+    let line = text.trim_start_matches(mark);
+    let mut behind = Lexer::new(line, Span::new(0, line.len() as u32));
+    let first_two = [behind.next(), behind.next()];
+    // `7 // 2` and `n % 2` may be meant as numbers: a text has two words without a sign between them.
+    let operand = |token: Token| matches!(token.kind, TokenKind::Word | TokenKind::Number | TokenKind::Open);
+    let is_text = first_two.into_iter().all(|own| own.is_some_and(operand));
+    let plain = |own: Token| {
+        let word = own.text(line);
+        own.kind == TokenKind::Word && !words::is_connective(word) && !words::is_statement_word(word)
+    };
+    let are_words = first_two.into_iter().all(|own| own.is_some_and(plain));
+    let help = match (mark, end) {
+        // `param p : % = 5` is meant as a unit.
+        _ if before.is_some_and(|before| before.kind == TokenKind::Colon) => return None,
+        // Both have a meaning of their own.
+        ("--", _) if before.is_none() || complete && are_words => None,
+        (";", _) if are_words && !line.contains('=') && suggested(line, first_two[0]?, first_two[1]).is_none() => None,
+        ("--" | ";", _) => return None,
+        ("(*", Some(end)) if !text.contains(end) => return None,
+        (_, Some(end)) => {
+            let inside = text.get(mark.len()..)?;
+            let is_whole = inside.find(end).is_some_and(|at| at + end.len() == inside.len());
+            (!is_whole).then_some("write `#` before each line of it, and what follows on a line of its own")
+        }
+        _ if token.first_on_line && complete || is_text => None,
+        _ => Some("write `#`; a remainder is written `mod(a, b)`"),
+    };
+    let span = Span::new(token.start, token.start + mark.len() as u32);
+    Some(SyntaxError::ForeignComment { help, span })
+}
+
+/// The coordinate whose acceleration is in a line: `x''`, `x_ddot`, `ddot(x)`, `diff(x, t, 2)`, `d^2x/dt^2`.
+fn accelerated(source: &str, line: &[Token]) -> Option<String> {
+    let words: Vec<&str> = line.iter().map(|own| own.text(source)).collect();
+    let place = line.first()?.start;
+    let declared = |name: &str| is_declared(source, place, name);
+    let by_windows = words.iter().enumerate().find_map(|(at, word)| match words.get(at..)? {
+        [name, "'", "'", ..] if name.starts_with(is_letter) => Some(*name),
+        ["ddot", "(", name, ")", ..] => Some(*name),
+        [_, "(", name, ",", "t", ",", "t" | "2", ")", ..] | [_, "[", name, ",", "{t,2}" | "{t, 2}", "]", ..] => {
+            Some(*name)
+        }
+        _ => match *word {
+            "ẍ" => Some("x"),
+            "ÿ" => Some("y"),
+            word => ACCELERATIONS.iter().find_map(|(before, behind)| {
+                let name = word.strip_prefix(before)?.strip_suffix(behind)?;
+                (declared(name) && !declared(word)).then_some(name)
+            }),
+        },
+    });
+    let quotient = || {
+        let flat = words.concat().replace('^', "").replace('²', "2");
+        let (before, behind) = flat.split_once("/dt2")?;
+        let above = before.rsplit(|c| !is_word_rest(c)).next()?.strip_prefix("d2")?;
+        let beside = behind.split(|c| !is_word_rest(c)).next()?;
+        [above, beside].into_iter().find(|own| !own.is_empty()).map(str::to_owned)
+    };
+    by_windows.map(str::to_owned).or_else(quotient)
 }
 
 /// `x^2 + y^2 = 1`: an equation of more than a name on its left, without accelerations; one that follows a `constraint` may
@@ -95,13 +176,10 @@ fn of_another_language(source: &str, token: Token, rest: Lexer<'_>, statement: &
         return Some(SyntaxError::UnknownStatement { word: word.to_owned(), suggestion, is_certain, span });
     }
     let gives = |own: &Token| own.kind == TokenKind::Equals || own.text(source) == "==";
-    if let Some(error) = constraint_without_word(source, &line, statement) {
-        return Some(error);
+    if line.iter().any(gives)
+        && let Some(coordinate) = accelerated(source, &line)
+    {
+        return Some(SyntaxError::EquationOfMotion { coordinate, span });
     }
-    let second = line.windows(3).find(|three| {
-        matches!(three, [name, first, second] if name.kind == TokenKind::Word
-            && first.kind == TokenKind::Prime && second.kind == TokenKind::Prime)
-    })?;
-    let coordinate = second.first()?.text(source).to_owned();
-    line.iter().any(gives).then_some(SyntaxError::EquationOfMotion { coordinate, span })
+    constraint_without_word(source, &line, statement)
 }

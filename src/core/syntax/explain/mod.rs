@@ -36,7 +36,7 @@ pub(super) fn no_statement(source: &str, token: Token, next: Option<Token>) -> S
     }
     let suggestion = suggested(source, token, next);
     let is_unknown = suggestion.is_none() && !words::is_control(text);
-    if is_unknown && next.is_some_and(|next| binds(source, next)) && words::reserved_for(text).is_none() {
+    if is_unknown && next.is_some_and(|next| binds(source, next)) && words::reserved_meaning(text).is_none() {
         SyntaxError::MissingStatementWord { name: text.to_owned(), fix: None, span: token.span() }
     } else {
         let is_certain = suggestion.is_some_and(|own| words::synonym(text) == Some(own) || is_misspelt(text, own));
@@ -52,7 +52,7 @@ pub(super) fn unknown_statement(
     found: Token,
     after: Option<Token>,
 ) -> Option<SyntaxError> {
-    let reserved = words::reserved_for(found.text(source)).is_some();
+    let reserved = words::reserved_meaning(found.text(source)).is_some();
     if found.kind != TokenKind::Word
         || reserved
         || expects_operand(before.kind, before.text(source))
@@ -104,7 +104,7 @@ pub(super) fn more_unknown_statements(source: &str, span: Span) -> Vec<SyntaxErr
             let begins = error.is_none()
                 && before.start != told
                 && token.kind == TokenKind::Word
-                && words::reserved_for(token.text(source)).is_none()
+                && words::reserved_meaning(token.text(source)).is_none()
                 && !expects_operand(before.kind, before.text(source))
                 && fixes::binds(source, token, span.end);
             let error = error.or_else(|| begins.then(|| no_statement(source, token, next)));

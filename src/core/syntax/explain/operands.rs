@@ -69,7 +69,7 @@ impl Context<'_> {
             && self.part == Part::Value
             && self.enclosures.is_empty()
             && self.statement != "constraint"
-            && words::reserved_for(text).is_none()
+            && words::reserved_meaning(text).is_none()
             && fixes::binds(self.source, found, self.end)
         {
             return Some(SyntaxError::MissingStatementWord {
@@ -102,12 +102,12 @@ impl Context<'_> {
         if before.kind == TokenKind::Number && found.kind == TokenKind::Number {
             return SyntaxError::TwoNumbers { span: both };
         }
-        if let Some(error) = self.prefixed_function(found) {
+        if let Some(error) = self.foreign_derivative(found).or_else(|| self.prefixed_function(found)) {
             return error;
         }
         if before.kind == TokenKind::Prime && self.argument(found).as_deref() == Some("t") {
             let end = self.closing(found).map_or(found.end, |close| close.end);
-            return SyntaxError::ArgumentOfDerivative { span: Span::new(found.start, end) };
+            return SyntaxError::ArgumentOfDerivative { fix: None, span: Span::new(found.start, end) };
         }
         let is_function = |token: Token| token.kind == TokenKind::Word && words::is_function(self.text(token));
         if is_function(before) {
