@@ -61,20 +61,12 @@ pub(super) fn put_in_solved(model: &mut Model, assembly: &Assembly, point: &mut 
     let depends = |pool: &Pool, e: ExprId| pool.depends_on(e, &|symbol| open.iter().any(|(_, own)| *own == symbol));
     while let Some((place, value)) = (0..equations.len()).find_map(|place| {
         let (i, symbol, force) = equations[place];
-        let slope = pool.diff(force, symbol);
-        if depends(&pool, slope) || pool.is_zero(slope) != ZeroVerdict::NonZero {
-            let (here, alone) = (at?.get(i)?, |other| other == symbol || open.iter().all(|(_, own)| *own != other));
-            let alone = pool.symbols_of(&[force]).into_iter().all(alone);
-            return Some((place, alone.then(|| root(&mut pool, symbol, force, here, &values)).flatten()?));
-        }
-        let zero = pool.zero();
-        let rest = pool.substitute_one(force, &Substitution::from([(symbol, zero)]));
-        // Not so for what jumps where it is 0.
-        let (itself, rest) = (pool.symbol_expr(symbol), pool.neg(rest));
-        let (linear, value) = (pool.mul(slope, itself), pool.div(rest, slope));
-        let difference = pool.sub(force, linear);
-        let difference = pool.add(difference, rest);
-        pool.vanishes(difference).then_some((place, value))
+        let others = |other| other != symbol && open.iter().any(|(_, own)| *own == other);
+        let value = linear(&mut pool, symbol, force, &depends).or_else(|| {
+            let here = at?.get(i)?;
+            (!pool.depends_on(force, &others)).then(|| root(&mut pool, symbol, force, here, &values))?
+        })?;
+        Some((place, value))
     }) {
         let (i, symbol, _) = equations.swap_remove(place);
         let known = Substitution::from([(symbol, value)]);
@@ -92,11 +84,28 @@ pub(super) fn put_in_solved(model: &mut Model, assembly: &Assembly, point: &mut 
     model.pool = pool;
 }
 
+/// The root of a force that is linear in a coordinate.
+fn linear(pool: &mut Pool, symbol: Symbol, force: ExprId, depends: &impl Fn(&Pool, ExprId) -> bool) -> Option<ExprId> {
+    let slope = pool.diff(force, symbol);
+    if depends(pool, slope) || pool.is_zero(slope) != ZeroVerdict::NonZero {
+        return None;
+    }
+    let zero = pool.zero();
+    let rest = pool.substitute_one(force, &Substitution::from([(symbol, zero)]));
+    // Not so for what jumps where it is 0.
+    let (itself, rest) = (pool.symbol_expr(symbol), pool.neg(rest));
+    let (linear, value) = (pool.mul(slope, itself), pool.div(rest, slope));
+    let difference = pool.sub(force, linear);
+    let difference = pool.add(difference, rest);
+    pool.vanishes(difference).then_some(value)
+}
+
 /// Whether an expression is a number that was found, at the values of the parameters.
 fn agrees(pool: &mut Pool, value: ExprId, found: &Ball, values: &Substitution) -> bool {
     let number = pool.substitute_one(value, values);
     let number: Option<Big> = evaluate_closed(pool, number, BITS);
-    number.is_some_and(|number| (number.to_far_ball() - *found).contains_zero())
+    let off = number.map(|number| number.to_far_ball() - *found);
+    off.is_some_and(|off| off.is_finite() && off.contains_zero())
 }
 
 /// The shortest root of a force that is where a search found it.

@@ -11,12 +11,29 @@ pub(super) fn roots(pool: &mut Pool, symbol: Symbol, e: ExprId) -> Vec<ExprId> {
     let (_, core) = pool.split_content(e);
     let zero = pool.zero();
     let mut found = Vec::new();
-    for (base, exponent) in pool.factors(core) {
+    for (base, exponent) in factors(pool, core) {
         if !exponent.is_negative() && pool.depends_on(base, &|own| own == symbol) {
             Solving { symbol, found: &mut found }.solve(pool, base, zero);
         }
     }
     found
+}
+
+/// The factors of a product; those that all terms of a sum have in common, and what is left of it.
+fn factors(pool: &mut Pool, e: ExprId) -> Vec<(ExprId, Number)> {
+    if !pool.is_sum(e) {
+        return pool.factors(e);
+    }
+    let terms = pool.terms(e);
+    let all: Vec<Vec<(ExprId, Number)>> = terms.iter().map(|(term, _)| pool.factors(*term)).collect();
+    let [first, others @ ..] = all.as_slice() else { return Vec::new() };
+    let in_all = |own: &&(ExprId, Number)| others.iter().all(|other| other.contains(own));
+    let mut common: Vec<(ExprId, Number)> = first.iter().filter(in_all).cloned().collect();
+    let shared = pool.product_of_powers(&common);
+    let rest: Vec<(ExprId, Number)> =
+        terms.into_iter().map(|(term, factor)| (pool.div(term, shared), factor)).collect();
+    common.push((pool.linear(&rest), Number::ONE));
+    common
 }
 
 struct Solving<'a> {
