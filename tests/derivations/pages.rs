@@ -36,7 +36,7 @@ fn derivations() -> impl Iterator<Item = (String, Derivation)> {
 }
 
 /// The elements of <https://www.w3.org/TR/mathml-core/> that hold formulas, and those of HTML around them.
-const ELEMENTS: [&str; 25] = [
+const ELEMENTS: [&str; 26] = [
     "math",
     "mfrac",
     "mi",

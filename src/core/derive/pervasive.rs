@@ -131,7 +131,7 @@ fn adjugate(matrix: &Rows) -> Option<Rows> {
     let cofactor = |i: usize, j: usize| {
         let rows: Rows = without(i).map(|i| without(j).map(|j| matrix[i][j].clone()).collect()).collect();
         let own = determinant(rows)?;
-        Some(if (i + j) % 2 == 0 { own } else { own.scaled(&Number::MINUS_ONE) })
+        Some(if (i + j).is_multiple_of(2) { own } else { own.scaled(&Number::MINUS_ONE) })
     };
     (0..n).map(|i| (0..n).map(|j| cofactor(j, i)).collect()).collect()
 }
