@@ -7,6 +7,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use crate::cli_support::run;
+use crate::common;
 use librate::linearize::linearize;
 use librate::model::{Settings, TableTexts, elaborate};
 use librate::modes::Options;
@@ -158,25 +159,32 @@ fn plain(text: &str) -> String {
 #[test]
 fn the_gallery_is_made_from_headers() {
     let mut chapters: BTreeMap<String, Vec<String>> = BTreeMap::new();
-    let mut files: Vec<PathBuf> = std::fs::read_dir("models").unwrap().map(|entry| entry.unwrap().path()).collect();
+    // Those of hard numerics, of amplitudes and of a million coordinates are for other pages.
+    let folders = ["", "equilibria", "period", "response", "rolling"];
+    let files = folders.iter().flat_map(|folder| std::fs::read_dir(Path::new("models").join(folder)).unwrap());
+    let mut files: Vec<PathBuf> = files.map(|entry| entry.unwrap().path()).collect();
     files.retain(|path| path.extension().is_some_and(|own| own == "lag"));
     files.sort();
-    assert!(files.len() > 100);
+    assert!(files.len() > 130);
     for file in files {
         let text = read(&file);
-        let name = file.file_stem().unwrap().to_str().unwrap();
+        let path = file.strip_prefix("models").unwrap().with_extension("");
+        let name = path.file_name().unwrap().to_str().unwrap();
+        let folder = path.parent().and_then(Path::to_str).filter(|folder| !folder.is_empty());
         let header = header(&text);
         assert!(header.len() > 1, "{name} says nothing of itself");
         let is_source = |line: &&&str| line.starts_with("A mechanics course on ") || line.starts_with("A course on ");
         let course = header.iter().find(is_source).and_then(|line| line.split_once("course on ")).map(|(_, rest)| rest);
-        let subject = course.map_or("other books", |rest| rest.split([';', '.']).next().unwrap_or(rest));
+        let course = course.map(|rest| rest.split([';', '.']).next().unwrap_or(rest));
         let lines: Vec<String> = header.iter().map(|line| plain(line)).collect();
-        let entry = format!(
-            "### {}\n\n![](pictures/{name}.svg)\n\n{}\n\n`models/{name}.lag`\n",
-            title(name),
-            lines.join("\n"),
-        );
-        chapters.entry(subject.to_owned()).or_default().push(entry);
+        // Modes have pictures; what is driven or falls has none.
+        let picture = if linearize(common::load(&file)).is_ok() {
+            format!("![](pictures/{}.svg)\n\n", path.display().to_string().replace('/', "_"))
+        } else {
+            String::new()
+        };
+        let entry = format!("### {}\n\n{picture}{}\n\n`{}`\n", title(name), lines.join("\n"), file.display());
+        chapters.entry(course.or(folder).unwrap_or("other books").to_owned()).or_default().push(entry);
     }
     let mut gallery = "# Gallery of models\n\nThe models of the folder `models`, by the subject of the lecture, with their sources and what is known of them. \
         A test makes this page from\ntheir headers; each is compared with a reference of 40 digits.\n"
