@@ -10,7 +10,7 @@ use dashu_int::IBig;
 
 use crate::expr::{PRIME, add_mod, inverse_mod, mix, mul_mod, neg_mod, pow_mod};
 use crate::number::Number;
-use crate::order::{Gather, Order};
+use crate::order::Order;
 
 /// Beyond so many terms common divisors are not looked for.
 const MOST_TERMS: usize = 400;
@@ -155,7 +155,7 @@ impl Polynomial {
         if factor.is_zero() {
             return Self::zero(self.variables);
         }
-        let terms = self.terms.iter().map(|(powers, value)| (powers.clone(), value.mul(factor))).gather();
+        let terms = self.terms.iter().map(|(powers, value)| (powers.clone(), value.mul(factor))).collect();
         Self { variables: self.variables, terms }
     }
 
@@ -211,7 +211,7 @@ impl Polynomial {
     /// Without powers that all terms have.
     pub(crate) fn without(&self, common: &Powers) -> Self {
         let less = |powers: &Powers| powers.iter().zip(common).map(|(a, b)| a - b).collect();
-        let terms = self.terms.iter().map(|(powers, value)| (less(powers), value.clone())).gather();
+        let terms = self.terms.iter().map(|(powers, value)| (less(powers), value.clone())).collect();
         Self { variables: self.variables, terms }
     }
 

@@ -219,7 +219,9 @@ impl Factored {
         let kept = all.collect::<Option<Vec<_>>>().map(|all| essential(&all.concat(), &self.signs));
         let found = kept.and_then(|kept| self.conditions(checker, pool, &kept));
         let mut found = found.or_else(|| self.in_coefficients(checker, pool, conservative))?;
-        found.extend(self.not_zero(checker, pool));
+        if !conservative {
+            found.extend(self.not_zero(checker, pool));
+        }
         // Without circulatory forces equal exponents have vectors enough, as far as energies keep motions in bounds.
         if linear.circulatory.is_some() {
             found.extend(self.distinct(pool)?);

@@ -13,7 +13,7 @@ use dashu_int::{IBig, UBig};
 
 use crate::expr::{ExprId, PRIME, Pool, add_mod, inverse_mod, mul_mod, neg_mod, rational_reconstruct, sub_mod};
 use crate::number::Number;
-use crate::order::{Gather, Order};
+use crate::order::Gather;
 
 /// Beyond this many elementary steps an elimination is given up.
 pub(super) const MOST_WORK: usize = 100_000_000;
@@ -201,7 +201,7 @@ pub(super) fn kernel(matrix: &Rows, known: usize) -> Option<Vec<Vec<Number>>> {
             let entry = entry.numerator() * (&common / IBig::from(entry.denominator()));
             own.push((place[*j as usize], entry));
         }
-        own.order_by_key(|(j, _)| *j);
+        own.sort_unstable_by_key(|(j, _)| *j);
         let residues = own.iter().map(|(j, entry)| (*j, residue(entry)));
         elimination.add(residues.filter(|(_, x)| *x != 0).collect())?;
         whole.push(own);

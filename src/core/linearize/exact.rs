@@ -14,7 +14,7 @@ use super::velocity::{Matrix, sum};
 use super::{Linearized, elimination};
 use crate::model::Model;
 use crate::number::Number;
-use crate::order::{Gather, Order};
+use crate::order::Gather;
 use crate::precision::{Ball, Big, DoubleDouble, Integers, Magnitude, Scalar, sum_of_products};
 
 /// Exact characteristic polynomials are for small systems.
@@ -73,7 +73,7 @@ fn kernel_of(mut lower: Vec<BTreeMap<u32, Exact>>, known: usize) -> Option<Vec<V
         }
     }
     for row in &mut rows {
-        row.order_by_key(|(j, _)| *j);
+        row.sort_unstable_by_key(|(j, _)| *j);
     }
     let vectors = elimination::kernel(&rows, known)?;
     let in_units = |vector: Vec<Number>| -> Option<Vec<Surd>> {

@@ -49,7 +49,7 @@ impl<S: Scalar> SparseMatrix<S> {
         matrix.starts.push(0);
         for j in 0..dimension {
             let own = &mut order[ends[j]..ends[j + 1]];
-            own.order_by_key(|number| shares[*number as usize].0);
+            own.sort_by_key(|number| shares[*number as usize].0);
             for group in own.chunk_by(|a, b| shares[*a as usize].0 == shares[*b as usize].0) {
                 let mut parts = group.iter().map(|number| &shares[*number as usize]);
                 let Some((row, _, first)) = parts.next() else { continue };
