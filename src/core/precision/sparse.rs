@@ -1,7 +1,6 @@
 //! Matrices of which most entries are 0.
 
 use super::{Ball, Complex, Enclosure, Scalar};
-use crate::order::Order;
 
 /// The entries that are not exactly 0, column by column: those of the lower triangle where the matrix is symmetric, unless told otherwise.
 #[derive(Clone, Debug, PartialEq)]
