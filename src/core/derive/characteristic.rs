@@ -210,7 +210,8 @@ impl Factored {
         linear: &Linear,
     ) -> Option<Vec<StabilityCondition>> {
         let conservative = linear.is_conservative();
-        if linear.mass.len() > FEW
+        if linear.damping.is_some()
+            && linear.mass.len() > FEW
             && let Some(found) = by_energy(checker, pool, linear)
         {
             return Some(found);
