@@ -130,6 +130,26 @@ fn a_chain_begins_with_ever_higher_powers_of_the_time() {
     assert!(cells(&csv).iter().all(|row| row[1].0 == "0" && row[3].0 == "0"), "{csv}");
 }
 
+/// The powers of the time that the members begin with count up beyond the order of a step.
+#[test]
+fn a_pull_runs_along_a_chain() {
+    let chain = |n: usize| {
+        model(&format!(
+            "coord x[1..{n}]
+             T = sum(i in 1..{n}, 1/2*x[i]'^2)
+             V = sum(i in 2..{n}, 50*(x[i] - x[i-1])^2) + 50*x[1]^2 + 50*x[{n}]^2"
+        ))
+    };
+    let chain_of_20 = chain(20);
+    let found = motion(&chain_of_20, "x[1]=1", "1/5", 5);
+    assert!(found.steps < 100, "{} steps", found.steps);
+    let csv = motion_csv(&chain_of_20, &found, None, 10);
+    assert_eq!(digits_hold("pulled_chain", &csv), 0, "{csv}");
+    // Most of these have not been reached by what moves with any order.
+    let found = motion(&chain(100), "x[1]=1", "1/5", 2);
+    assert!(found.steps < 1000, "{} steps", found.steps);
+}
+
 /// Whether the motion is said to end in a singularity, or only that it can't be followed.
 #[test]
 fn singularities_are_enclosed() {

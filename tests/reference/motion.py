@@ -285,6 +285,19 @@ def disc(m, r, g, start, times):
     return rows
 
 
+def pulled_chain(n, k, times):
+    """n masses between walls, the first at 1: the sum of the modes sin(pi i j/(n + 1)). Mass i begins with the power 2 (i - 1) of the time."""
+    modes = range(1, n + 1)
+    rates = [2 * sqrt(k) * sin(pi * j / (2 * (n + 1))) for j in modes]
+    shapes = [[2 * sin(pi * j / (n + 1)) * sin(pi * i * j / (n + 1)) / (n + 1) for j in modes] for i in modes]
+    rows = []
+    for t in times:
+        at = [cos(w * t) for w in rates]
+        speeds = [-w * sin(w * t) for w in rates]
+        rows.append(digits([sum(a * b for a, b in zip(shape, part)) for part in (at, speeds) for shape in shapes]))
+    return rows
+
+
 g = mpf(981) / 100
 cases = {
     "pendulum": pendulum(g, mpf(1) / 2, mpf(3), [mpf(5) * i / 4 for i in range(5)]),
@@ -308,5 +321,6 @@ cases = {
 }
 mp.dps = 80
 g = mpf(981) / 100
+cases["pulled_chain"] = pulled_chain(20, 100, [mpf(i) / 20 for i in range(5)])
 cases["chaotic"] = double_pendulum(g, [mpf(2), mpf(5) / 2], [mpf(10) * i for i in range(2)], 80, -75)
 print(json.dumps(cases, indent=1))

@@ -5,7 +5,7 @@
 //! series knows nothing of a force that is next to nothing where it begins, as a hill far away or a kick to come: its
 //! polynomials are put into the equations of motion at some places of the step, which is halved until they fit.
 
-use super::step::{Real, Stepper, Trouble};
+use super::step::{Real, Stepper, Trouble, beginning};
 use crate::flow::{count, horner};
 
 /// What is left of the equations of motion, relative to their terms, may be so many roundings ...
@@ -28,55 +28,58 @@ impl<S: Real> Stepper<'_, S> {
     /// A length in units of time at which the last terms are what is allowed beside the size of each coordinate; a term before
     /// the last one may be as much larger.
     pub(super) fn length(&self) -> Result<f64, Trouble> {
-        let order = self.order;
+        let terms = self.terms;
         let all = [(&self.positions, 2), (&self.velocities, 1)];
         let rows = || {
             all.into_iter().flat_map(|(rows, degree)| {
                 rows.iter().take(self.equations.coordinates).map(move |row| {
                     // What moves with a high power of the time at first has no size but from that.
-                    let first = row.iter().position(|term| term.middle() != 0.0);
-                    (row, first.unwrap_or(0).max(degree))
+                    let first = beginning(row).unwrap_or(0);
+                    // Its terms are counted from there, as far as the order goes.
+                    let start = first.min(self.order - terms);
+                    Row { terms: row, degree: first.max(degree), start }
                 })
             })
         };
         let mut length = f64::INFINITY;
-        for (row, degree) in rows() {
-            for k in [order, order - 1] {
-                length = length.min(self.reach(row, k, degree, length));
+        for row in rows() {
+            for k in [terms, terms - 1] {
+                length = length.min(self.reach(&row, k, length));
             }
         }
         // Mostly the others are small by far where these are.
-        for (row, degree) in rows() {
-            let mut power = power(length, order - 1);
-            let mut size = on_the_way(row, degree, length);
-            for k in (order.div_ceil(2)..order - 1).rev() {
+        for row in rows() {
+            let mut power = power(length, row.start + terms - 1);
+            let mut size = row.on_the_way(length);
+            for k in (terms.div_ceil(2)..terms - 1).rev() {
                 power /= length;
-                let term = row[k].middle().abs();
+                let term = row.terms[row.start + k].middle().abs();
                 let fine = length.is_finite() && term * power <= self.allowed[k] * size;
                 if term == 0.0 || fine {
                     continue;
                 }
-                length = length.min(self.reach(row, k, degree, length));
-                power = self::power(length, k);
-                size = on_the_way(row, degree, length);
+                length = length.min(self.reach(&row, k, length));
+                power = self::power(length, row.start + k);
+                size = row.on_the_way(length);
             }
         }
         if length.is_nan() || length <= 0.0 { Err(Trouble::NoStep) } else { Ok(length) }
     }
 
-    /// Where the k-th term of a coordinate is what is allowed beside the largest that the coordinate gets on the way, which
-    /// its terms up to a degree tell about, if that is nearer than `length`; infinite otherwise.
-    fn reach(&self, row: &[S], k: usize, degree: usize, length: f64) -> f64 {
-        let last = row[k].middle().abs();
+    /// Where the k-th term of a coordinate, from where its terms are counted, is what is allowed beside the largest that the
+    /// coordinate gets on the way, if that is nearer than `length`; infinite otherwise.
+    fn reach(&self, row: &Row<'_, S>, k: usize, length: f64) -> f64 {
+        let allowed = self.allowed[k];
+        let k = row.start + k;
+        let last = row.terms[k].middle().abs();
         if last == 0.0 || k == 0 {
             return f64::INFINITY;
         }
-        let allowed = self.allowed[k];
         // Mostly another term is what counts.
-        if length.is_finite() && last * power(length, k) <= allowed * on_the_way(row, degree, length) {
+        if length.is_finite() && last * power(length, k) <= allowed * row.on_the_way(length) {
             return f64::INFINITY;
         }
-        let mut size = row[0].middle().abs();
+        let mut size = row.terms[0].middle().abs();
         let mut own = f64::INFINITY;
         for _ in 0..3 {
             own = if size > 0.0 {
@@ -87,9 +90,9 @@ impl<S: Real> Stepper<'_, S> {
             };
             let reach = own.min(length);
             size = if reach.is_finite() {
-                on_the_way(row, degree, reach)
+                row.on_the_way(reach)
             } else {
-                row.iter().take(degree + 1).skip(1).map(|x| x.middle().abs()).fold(0.0, f64::max)
+                row.terms.iter().take(row.degree + 1).skip(1).map(|x| x.middle().abs()).fold(0.0, f64::max)
             };
         }
         own
@@ -214,14 +217,23 @@ fn power(length: f64, k: usize) -> f64 {
     length.powi(i32::try_from(k).unwrap_or(i32::MAX))
 }
 
-/// The largest of the first terms at a length.
-fn on_the_way<S: Real>(row: &[S], degree: usize, length: f64) -> f64 {
-    let (mut most, mut power) = (0.0_f64, 1.0);
-    for term in row.iter().take(degree + 1) {
-        most = most.max(term.middle().abs() * power);
-        power *= length;
+/// The terms of a coordinate or velocity, those up to a degree that tell its size, and where its terms are counted from.
+struct Row<'a, S> {
+    terms: &'a [S],
+    degree: usize,
+    start: usize,
+}
+
+impl<S: Real> Row<'_, S> {
+    /// The largest of the first terms at a length.
+    fn on_the_way(&self, length: f64) -> f64 {
+        let (mut most, mut power) = (0.0_f64, 1.0);
+        for term in self.terms.iter().take(self.degree + 1) {
+            most = most.max(term.middle().abs() * power);
+            power *= length;
+        }
+        most
     }
-    most
 }
 
 /// What each term may be beside the size of a coordinate: the last ones as much as is left out, one before them more.

@@ -69,7 +69,12 @@ impl Real for DoubleDouble {
 /// Steps of some order, with what is left out of each beside the size of each coordinate.
 pub(super) struct Stepper<'a, S: Real> {
     pub(super) equations: &'a Equations,
+    /// So many terms behind its first one tell a coordinate.
+    pub(super) terms: usize,
+    /// The order of the step: more than that where coordinates begin with high powers of the time.
     pub(super) order: usize,
+    /// Coordinates that higher orders did not move either.
+    resting: usize,
     pub(super) tolerance: f64,
     pub(super) allowed: Vec<f64>,
     pub(super) buffers: Buffers<S>,
@@ -115,16 +120,18 @@ pub(super) enum Trouble {
 const MOST_CORRECTIONS: usize = 8;
 
 impl<'a, S: Real> Stepper<'a, S> {
-    pub(super) fn new(equations: &'a Equations, order: usize, tolerance: f64) -> Self {
+    pub(super) fn new(equations: &'a Equations, terms: usize, tolerance: f64) -> Self {
         let zero = S::exact(0.0);
         let (n, m, c) = (equations.coordinates, equations.free.len(), equations.constraints);
-        let rows = |count: usize| vec![vec![zero; order + 1]; count];
+        let rows = |count: usize| vec![vec![zero; terms + 1]; count];
         let values = equations.tape.prepare::<S>(());
         Self {
             equations,
-            order,
+            terms,
+            order: terms,
+            resting: 0,
             tolerance,
-            allowed: allowed(order, tolerance),
+            allowed: allowed(terms, tolerance),
             buffers: Buffers::default(),
             series: values.series(),
             values,
@@ -158,14 +165,14 @@ impl<'a, S: Real> Stepper<'a, S> {
         self.begin(q, v);
         if self.next_unit == 0.0 {
             self.unit = 1.0;
-            self.coefficients(t, FIRST.min(self.order))?;
+            self.coefficients(t, 0..FIRST.min(self.order))?;
             self.next_unit = nearest_power_of_two(1.0 / self.rate());
         }
         let mut left = MOST_UNITS;
         loop {
             self.unit = self.next_unit;
             left -= 1;
-            let length = match self.coefficients(t, self.order) {
+            let length = match self.whole(t) {
                 Ok(()) => self.length()?,
                 Err(Trouble::NotFinite) if left > 0 => {
                     self.next_unit = self.unit / FAR_OFF;
@@ -203,7 +210,7 @@ impl<'a, S: Real> Stepper<'a, S> {
             }
             self.begin(q, v);
             self.unit = 1.0;
-            self.coefficients(t, FIRST.min(self.order))?;
+            self.coefficients(t, 0..FIRST.min(self.order))?;
             let own = |at: &usize| {
                 let first = self.kinks[*at].iter().take(FIRST).map(Real::middle).find(|x| *x != 0.0);
                 first.is_none_or(|x| x * self.signs[*at] > 0.0)
@@ -273,11 +280,67 @@ impl<'a, S: Real> Stepper<'a, S> {
         }
     }
 
-    /// All coefficients up to an order.
-    fn coefficients(&mut self, t: &S, order: usize) -> Result<(), Trouble> {
-        self.series.clear();
+    /// All coefficients of a step. Along a chain that is pulled at its end the powers of the time that its members begin with
+    /// count up: the order follows them.
+    fn whole(&mut self, t: &S) -> Result<(), Trouble> {
+        self.set_order(self.terms);
+        self.coefficients(t, 0..self.terms)?;
+        loop {
+            let (latest, resting) = self.beginnings();
+            let late = latest > self.terms / LATE;
+            let unknown = resting != self.resting;
+            let known = self.order;
+            let order = match (unknown, late) {
+                (true, _) => known + self.terms,
+                (false, true) => self.terms + latest,
+                (false, false) => self.terms,
+            };
+            let order = order.min(self.terms + LATEST);
+            if order <= known {
+                return Ok(());
+            }
+            self.set_order(order);
+            if self.coefficients(t, known..order).is_err() {
+                self.set_order(known);
+                return Ok(());
+            }
+            if unknown && self.beginnings().1 == resting {
+                self.resting = resting;
+            }
+        }
+    }
+
+    /// The latest power of the time that a coordinate begins with, and how many have none.
+    fn beginnings(&self) -> (usize, usize) {
+        let (mut latest, mut resting) = (0, 0);
+        for row in &self.positions {
+            match beginning(row) {
+                Some(first) => latest = latest.max(first),
+                None => resting += 1,
+            }
+        }
+        (latest, resting)
+    }
+
+    fn set_order(&mut self, order: usize) {
+        if order == self.order {
+            return;
+        }
+        self.order = order;
+        let state = [&mut self.positions, &mut self.velocities, &mut self.accelerations, &mut self.multipliers];
+        let rest = [&mut self.mass, &mut self.gradients, &mut self.kinks];
+        for row in state.into_iter().chain(rest).flatten() {
+            row.resize(order + 1, S::exact(0.0));
+        }
+    }
+
+    /// The coefficients behind those of the orders that are known.
+    fn coefficients(&mut self, t: &S, orders: std::ops::Range<usize>) -> Result<(), Trouble> {
+        if orders.start == 0 {
+            self.series.clear();
+        }
         let unit = S::exact(self.unit);
-        for k in 0..order {
+        for k in orders {
             self.advance(k, t)?;
             let share = unit.div(&S::exact(count(k + 1)));
             for (i, a) in self.equations.free.iter().zip(&self.accelerations) {
@@ -463,6 +526,11 @@ impl<'a, S: Real> Stepper<'a, S> {
     }
 }
 
+/// The order of the first coefficient that is not 0.
+pub(super) fn beginning<S: Real>(row: &[S]) -> Option<usize> {
+    row.iter().position(|term| term.middle() != 0.0)
+}
+
 /// -1 or 1.
 pub(super) fn sign(x: f64) -> f64 {
     if x < 0.0 { -1.0 } else { 1.0 }
@@ -474,6 +542,10 @@ const LOOKS: usize = 64;
 const BISECTIONS: usize = 128;
 /// Absolute values that begin with 0 at the same time.
 const MOST_OPEN_SIGNS: usize = 6;
+/// What begins behind this part of the terms of a coordinate asks for a higher order ...
+const LATE: usize = 3;
+/// ... unless it begins later than this: such a coordinate is so small that it may rest.
+const LATEST: usize = 128;
 /// So many coefficients tell the unit of time to begin with.
 const FIRST: usize = 4;
 /// Attempts at a unit of time.
