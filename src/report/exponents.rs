@@ -2,7 +2,7 @@
 
 use super::frequencies::{approximations, unused};
 use super::page::{Form, Line, Part, section};
-use librate_core::derive::{ClosedExponent, Derivation, Linear};
+use librate_core::derive::{ClosedExponent, Derivation, Linear, greater_and_less};
 use librate_core::expr::{ExprId, Node, Pool};
 use librate_core::number::Number;
 
@@ -140,17 +140,11 @@ fn condition_text(pool: &mut Pool, positive: ExprId) -> String {
         let text = condition_text(pool, *base);
         return text.replacen(" > ", " != ", 1).replacen(" < ", " != ", 1);
     }
-    if let Node::Sum { constant, terms } = pool.node(positive) {
-        let one = pool.one();
-        let mut sides = [Vec::new(), Vec::new()];
-        let constant = (!constant.is_zero()).then_some((one, constant.clone()));
-        for (term, factor) in terms.iter().cloned().chain(constant) {
-            sides[usize::from(factor.is_negative())].push((term, factor.abs()));
-        }
-        if sides.iter().all(|side| !side.is_empty()) {
-            let [left, right] = sides.map(|side: Vec<(ExprId, Number)>| pool.linear(&side));
-            return format!("{} > {}", pool.display(left), pool.display(right));
-        }
+    if let Some([greater, less]) = greater_and_less(pool, positive) {
+        let [more, product] = [greater, less].map(|side| pool.display(side));
+        // 27*mu*(1 - mu) < 1
+        let turned = !pool.is_sum(greater) && !more.contains('(') && product.contains('(');
+        return if turned { format!("{product} < {more}") } else { format!("{more} > {product}") };
     }
     let text = pool.display(positive);
     if !text.starts_with('-') {

@@ -83,7 +83,7 @@ fn what_differs_is_shown_with_what_was_found() {
 
     equation of th[1]
       expected: l[1]*th[1]'' + g*sin(th[1]) = 0
-      found:    l[1]^2*(m[1] + m[2])*th[1]'' + l[1]*l[2]*m[2]*cos(th[2] - th[1])*th[2]'' - l[1]*l[2]*m[2]*sin(th[2] - th[1])*th[2]'^2 + g*l[1]*sin(th[1])*(m[1] + m[2]) = 0
+      found:    l[1]^2*(m[1] + m[2])*th[1]'' + l[1]*l[2]*m[2]*th[2]''*cos(th[2] - th[1]) - l[1]*l[2]*m[2]*th[2]'^2*sin(th[2] - th[1]) + g*l[1]*(m[1] + m[2])*sin(th[1]) = 0
 
     kinetic
       expected: th[1]'^2

@@ -89,15 +89,12 @@ fn scattered(statements: &[String], gaps: &[&str], ends: &[&str]) -> String {
     let mut gaps = gaps.iter().cycle();
     let mut ends = ends.iter().cycle();
     let mut source = String::new();
-    let mut field = false;
     for statement in statements {
         let tokens = tokens(statement);
-        // Behind the column `in` a statement is known by the name that follows its word.
-        let known = std::mem::replace(&mut field, statement.ends_with(".in"));
         for (at, token) in tokens.iter().enumerate() {
             if at > 0 {
                 let before = tokens[at - 1];
-                let gap = if glued(before, token) || known && at == 1 { "" } else { gaps.next().unwrap() };
+                let gap = if glued(before, token) { "" } else { gaps.next().unwrap() };
                 source.push_str(gap);
                 if gap.is_empty() && separate(before, token) {
                     source.push(' ');

@@ -55,12 +55,60 @@ struct Named {
 }
 
 impl Derivation {
-    /// The same derivation for a page, with names for what it would repeat too often, and what they stand for, each after
-    /// those that occur in it. `None` where that would save little.
+    /// The same derivation for a page, with names for Lorentz factors and for what it would repeat too often, and what they
+    /// stand for, each after those that occur in it. `None` where there is none of the first and the second would save little.
     ///
     /// Closed forms and normal coordinates are left as they are.
     #[must_use]
     pub fn abbreviated(&self) -> Option<(Self, Vec<Definition>)> {
+        let Some((page, mut definitions)) = self.with_lorentz_factors() else { return self.without_repetitions() };
+        let (page, more) = page.without_repetitions().unwrap_or((page, Vec::new()));
+        definitions.extend(more);
+        Some((page, definitions))
+    }
+
+    /// With gamma for 1/√(1 - v²/c²); `None` where there is none, or the model has that letter.
+    fn with_lorentz_factors(&self) -> Option<(Self, Vec<Definition>)> {
+        let mut page = self.clone();
+        let mut roots = Vec::new();
+        page.for_each_on_page(&mut |e| roots.push(*e));
+        let velocities: Vec<Symbol> = self
+            .names
+            .coordinates
+            .iter()
+            .filter_map(|name| self.pool.as_symbol(*self.symbols.get(&format!("{name}'"))?))
+            .collect();
+        let mut found: Vec<ExprId> = Vec::new();
+        for id in self.pool.reachable(&roots) {
+            let factors = self.pool.factors(id).into_iter();
+            let halves = factors.filter(|(_, exponent)| is_half(exponent)).map(|(base, _)| base);
+            found.extend(halves.filter(|base| is_lorentz(&self.pool, &velocities, *base)));
+        }
+        found.sort_unstable();
+        found.dedup();
+        let is_taken = |name: &String| name.starts_with("gamma") || name.starts_with('γ');
+        if found.is_empty() || self.symbols.keys().any(is_taken) {
+            return None;
+        }
+        let pool = &mut page.pool.clone();
+        let mut definitions = Vec::new();
+        let mut images = Images { images: HashMap::new(), roots: HashMap::new() };
+        for (at, base) in found.iter().enumerate() {
+            let name = if found.len() == 1 { "gamma".to_owned() } else { format!("gamma{}", at + 1) };
+            let symbol = pool.fresh_symbol(&name);
+            let factor = pool.symbol_expr(symbol);
+            images.roots.insert(*base, pool.powi(factor, -1));
+            let value = pool.product_of_powers(&[(*base, Number::half().neg())]);
+            definitions.push(Definition { name, symbol, value, text: pool.display(value) });
+        }
+        images.apply(pool, &roots);
+        page.for_each_on_page(&mut |e| *e = images.of(*e));
+        page.pool = std::mem::take(pool);
+        Some((page, definitions))
+    }
+
+    /// With names for what the page would repeat.
+    fn without_repetitions(&self) -> Option<(Self, Vec<Definition>)> {
         let mut roots = Vec::new();
         let mut page = self.clone();
         page.for_each_on_page(&mut |e| roots.push(*e));
@@ -206,6 +254,27 @@ fn candidates(pool: &Pool, weights: &mut Weights, roots: &[ExprId], entries: &BT
         }
     }
     chosen
+}
+
+/// Whether a sum is 1 less squares and products of velocities.
+fn is_lorentz(pool: &Pool, velocities: &[Symbol], e: ExprId) -> bool {
+    let Node::Sum { constant, terms } = pool.node(e) else { return false };
+    let slows = |(term, by): &(ExprId, Number)| by.is_negative() && degree(pool, velocities, *term) == Number::from(2);
+    constant.is_one() && terms.iter().all(slows)
+}
+
+/// Of an expression in symbols, where all terms of a sum are of the same one; what differs counts as 0.
+fn degree(pool: &Pool, symbols: &[Symbol], e: ExprId) -> Number {
+    if let Node::Sum { constant, terms } = pool.node(e) {
+        let mut degrees = terms.iter().map(|(term, _)| degree(pool, symbols, *term));
+        let first = degrees.next().unwrap_or(Number::ZERO);
+        return if constant.is_zero() && degrees.all(|own| own == first) { first } else { Number::ZERO };
+    }
+    if let Some(own) = pool.as_symbol(e) {
+        return if symbols.contains(&own) { Number::ONE } else { Number::ZERO };
+    }
+    let factors = pool.factors(e).into_iter().filter(|(base, _)| *base != e);
+    factors.fold(Number::ZERO, |sum, (base, exponent)| sum.add(&degree(pool, symbols, base).mul(&exponent)))
 }
 
 /// Whether an exponent is whole but for a half.

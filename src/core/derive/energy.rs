@@ -48,7 +48,8 @@ fn without_velocities(pool: &mut Algebra<'_>, variables: &Variables, lagrangian:
             parts.push(pool.mul(velocity, slope));
         }
     }
-    pool.short(|pool| pool.sum(&parts))
+    let sum = pool.sum(&parts);
+    pool.short_over_powers(sum)
 }
 
 /// h = sum q_i' dL/dq_i' - L in coordinates and velocities. Terms linear in the velocities drop out.

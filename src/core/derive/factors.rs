@@ -22,6 +22,23 @@ const MOST_DEGREE: u32 = 24;
 const MOST_DEGREE_OF_PAIRS: u32 = 8;
 
 impl Polynomial {
+    /// The factors that are found, without common powers of variables and numbers, each with how often it occurs.
+    pub(super) fn factored(&self) -> Vec<(Self, usize)> {
+        let (mut found, mut rest) = (Vec::new(), self.clone());
+        while let Some(variable) = (0..rest.variables()).find(|at| rest.degree(*at) > 0) {
+            let content = rest.content(variable);
+            let Some(own) = rest.over(&content) else {
+                found.push((rest.primitive(), 1));
+                break;
+            };
+            for (factor, times) in own.factors(variable) {
+                found.extend(factor.split().into_iter().map(|own| (own, times)));
+            }
+            rest = content;
+        }
+        found
+    }
+
     /// Factors, as far as they are found, of a polynomial without repeated ones; short ones in the exponent first.
     pub(super) fn split(&self) -> Vec<Self> {
         let mut open = vec![self.primitive()];

@@ -39,6 +39,7 @@ mod blocks;
 mod characteristic;
 mod check;
 mod collapse;
+mod comparison;
 mod conserved;
 mod constraints;
 mod cubic;
@@ -76,6 +77,7 @@ use crate::number::Number;
 use crate::oscillation::NormalModes;
 
 pub use abbreviate::Definition;
+pub use comparison::greater_and_less;
 pub use conserved::Conserved;
 pub use constraints::{Constraints, Reduced, Tangent};
 pub use cubic::{Solved, SolvedFormula};

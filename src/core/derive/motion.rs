@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 
 use super::simplify::Algebra;
-use crate::expr::{ExprId, Pool};
+use crate::expr::{ExprId, Function, Node, Pool};
 use crate::number::Number;
 use crate::order::Order;
 
@@ -191,7 +191,10 @@ impl MotionSum {
             let sum = sum.text_with(pool, name);
             (false, multiplied(factor_text(pool, *factor), &format!("({sum})^2")))
         });
-        for (negative, text) in squares.chain(self.terms.iter().map(|term| term.text(pool, name))) {
+        // About an equilibrium functions are constants like all else before a displacement.
+        let is_displaced = |(own, _): &(Motion, u32)| matches!(own, Motion::Displacement(_) | Motion::Normal(_));
+        let constant = self.terms.iter().any(|term| term.motion.iter().any(is_displaced));
+        for (negative, text) in squares.chain(self.terms.iter().map(|term| term.text(pool, name, constant))) {
             match (out.is_empty(), negative) {
                 (true, false) => {}
                 (true, true) => out.push('-'),
@@ -227,8 +230,8 @@ impl MotionTerm {
         Self { negative: false, coefficient, motion: motion.to_vec() }
     }
 
-    /// Whether a minus sign stands in front, and the text behind the sign.
-    fn text(&self, pool: &Pool, name: &dyn Fn(Motion) -> String) -> (bool, String) {
+    /// Whether a minus sign stands in front, and the text behind the sign: functions behind what moves, unless they are constants.
+    fn text(&self, pool: &Pool, name: &dyn Fn(Motion) -> String, constant: bool) -> (bool, String) {
         if self.motion.is_empty() {
             let text = pool.display(self.coefficient);
             // A sum keeps its own signs; only the first one is taken over.
@@ -243,7 +246,13 @@ impl MotionTerm {
             factors.push(if *power == 1 { name } else { format!("{name}^{power}") });
         }
         let motion = factors.join("*");
-        (self.negative, multiplied(factor_text(pool, self.coefficient), &motion))
+        let (rest, functions) = if constant {
+            (factor_text(pool, self.coefficient), None)
+        } else {
+            functions_apart(pool, self.coefficient)
+        };
+        let text = multiplied(rest, &motion);
+        (self.negative, functions.map_or_else(|| text.clone(), |functions| format!("{text}*{functions}")))
     }
 }
 
@@ -273,6 +282,20 @@ fn factor_text(pool: &Pool, e: ExprId) -> Option<String> {
     }
     // A sign stands between two terms.
     Some(pool.display_as_factor(e))
+}
+
+/// A factor of what moves as text, and that of functions in it, which stand behind what moves.
+fn functions_apart(pool: &Pool, e: ExprId) -> (Option<String>, Option<String>) {
+    let is_function = |(base, exponent): &(ExprId, Number)| {
+        let stands_behind = matches!(pool.node(*base), Node::Function(own, _) if *own != Function::Abs);
+        stands_behind && exponent.is_integer() && !exponent.is_negative()
+    };
+    let [(product, coefficient)] = &*pool.terms(e) else { return (factor_text(pool, e), None) };
+    let (functions, rest): (Vec<_>, Vec<_>) = pool.factors(*product).into_iter().partition(is_function);
+    if functions.is_empty() {
+        return (factor_text(pool, e), None);
+    }
+    (pool.display_factors(coefficient, rest), pool.display_factors(&Number::ONE, functions))
 }
 
 /// What stands under the bar of a fraction whose numerator is 1, if that is no number.

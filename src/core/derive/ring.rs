@@ -61,6 +61,11 @@ impl Expanded {
         Self { all: expressions.iter().map(alone).collect(), by: Monomial::new() }
     }
 
+    /// Whether they were multiplied by what stood below a fraction bar.
+    pub(super) fn is_fraction(&self) -> bool {
+        !self.by.is_empty()
+    }
+
     /// Whether there are powers that are no whole ones.
     pub(super) fn has_roots(&self) -> bool {
         let powers = self.all.iter().flat_map(BTreeMap::keys).flatten();

@@ -159,6 +159,19 @@ impl<'a> Algebra<'a> {
         if changed { self.pool.linear(&terms) } else { e }
     }
 
+    /// The shortest form, multiplied out before that where powers of one sum are put together then.
+    pub(super) fn short_over_powers(&mut self, e: ExprId) -> ExprId {
+        let short = self.simplify(e);
+        let Some(mut monomials) = expand(self.pool, short, Opening::Outermost) else {
+            return short;
+        };
+        collapse(self.pool, &mut monomials);
+        let flat = written(self.pool, monomials.iter());
+        let together = self.over_powers(flat);
+        let together = self.simplify(together);
+        if self.weight(together) < self.weight(short) { together } else { short }
+    }
+
     /// Several powers of one sum below a fraction bar over the highest, where that is shorter: m/√u + m v²/(c² √u³) with
     /// u = 1 - v²/c² is m/√u³.
     fn over_powers(&mut self, e: ExprId) -> ExprId {

@@ -162,17 +162,7 @@ impl Signs {
         }
         // All factors are taken with their first coefficient positive.
         let negative = rest.is_negative();
-        while let Some(variable) = (0..variables).find(|at| rest.degree(*at) > 0) {
-            let content = rest.content(variable);
-            let Some(own) = rest.over(&content) else {
-                found.push((rest.primitive(), 1));
-                break;
-            };
-            for (factor, times) in own.factors(variable) {
-                found.extend(factor.split().into_iter().map(|own| (own, times)));
-            }
-            rest = content;
-        }
+        found.extend(rest.factored());
         (negative, found)
     }
 }

@@ -1,6 +1,6 @@
 //! Expressions as text in the model language, which reads back as the same expression.
 //!
-//! Terms and factors stand in the order in which they were created, numbers first, then symbols;
+//! Terms and factors stand in the order in which they were created, numbers first, then symbols, functions last;
 //! negative powers below a fraction bar, no doubled signs. The text is put together from a stack
 //! of pieces, so that its depth does not matter.
 
@@ -111,6 +111,15 @@ impl Pool {
             }
             None => self.written(Piece::Expression(e, Place::Factor)),
         }
+    }
+
+    /// A number times powers of bases, as the factor of a product; nothing for 1. A difference takes up its minus sign.
+    pub(crate) fn display_factors(&self, coefficient: &Number, factors: Vec<(ExprId, Number)>) -> Option<String> {
+        if factors.is_empty() && coefficient.is_one() {
+            return None;
+        }
+        let negated = if coefficient.is_negative() { self.reversible_factor(&factors) } else { None };
+        Some(self.written(Piece::Term { coefficient: coefficient.abs(), factors, negated }))
     }
 
     fn written(&self, whole: Piece) -> String {
@@ -224,13 +233,16 @@ impl Pool {
         factors.iter().find(|(base, e)| e.is_integer() && !e.is_even() && is_difference(*base)).map(|(base, _)| *base)
     }
 
-    /// Numbers and pi, then symbols in order of creation, then the rest likewise.
+    /// Numbers and pi, then symbols in order of creation, then the rest likewise, functions last: what stands behind an
+    /// argument would be read as part of it.
     fn factor_order(&self, base: ExprId) -> (u8, usize) {
-        if let Some(symbol) = self.as_symbol(base) {
-            return (1, symbol.index());
+        match self.node(base) {
+            Node::Number(_) | Node::Pi => (0, base.index()),
+            Node::Symbol(symbol) => (1, symbol.index()),
+            Node::Function(function, _) if *function != Function::Abs => (3, base.index()),
+            Node::Atan2 { .. } => (3, base.index()),
+            _ => (2, base.index()),
         }
-        let is_number = matches!(self.node(base), Node::Number(_) | Node::Pi);
-        (if is_number { 0 } else { 2 }, base.index())
     }
 
     fn write_term(&self, coefficient: &Number, mut factors: Factors, negated: Option<ExprId>, out: &mut Vec<Piece>) {

@@ -197,8 +197,11 @@ impl<'s> Splitter<'s> {
         }
         // In the middle of an expression the word has to look like the beginning of a statement.
         let at_first = previous.start == current.span.start && !words::is_naming(self.word);
-        let inch = self.in_unit && before == "in";
-        if self.brackets.is_empty() && !at_first && (inch || !expects_operand(previous.kind, before)) {
+        // Unless it is the unit, or a column.
+        let head = self.source.get(..previous.start as usize).unwrap_or_default();
+        let is_column = head.ends_with('.') && !head.ends_with("..");
+        let names_something = before == "in" && (self.in_unit || is_column);
+        if self.brackets.is_empty() && !at_first && (names_something || !expects_operand(previous.kind, before)) {
             return true;
         }
         let Some(next) = next_token(rest) else {
