@@ -1,6 +1,6 @@
 //! Conditions on velocities that are relations of the coordinates.
 //!
-//! Those whose coefficients are gradients as they stand are integrated. How many of the others no function of the coordinates gives is
+//! Those whose coefficients are gradients as they stand, or less a constant multiple of another one's, are integrated. How many of the others no function of the coordinates gives is
 //! told by the Lie brackets of the fields of allowed velocities (Frobenius). *Nothing is multiplied by a factor to be a gradient.*
 
 use std::borrow::Cow;
@@ -11,10 +11,10 @@ use super::rows::{Rows, eliminate};
 use crate::expr::{Exponentials, ExprId, Pool, Substitution, Symbol};
 use crate::model::{Constraint, Model, SymbolKind};
 use crate::number::Number;
-use crate::order::Gather;
+use crate::order::{Gather, Order};
 
-/// Conditions whose coefficients are the gradient of a function, integrated: relations of the coordinates that hold where the search
-/// starts. The others are left as they are, and those whose integral is not known.
+/// Conditions whose coefficients are the gradient of a function, and those that are with a multiple of another one, integrated:
+/// relations of the coordinates that hold where the search starts. The others are left as they are, and those whose integral is not known.
 #[must_use]
 pub fn integrated(model: &Model) -> Cow<'_, Model> {
     if model.rolling.is_empty() {
@@ -24,15 +24,50 @@ pub fn integrated(model: &Model) -> Cow<'_, Model> {
     let driven: Vec<bool> = model.with_pool(|model, pool| {
         model.rolling.iter().map(|own| !model.at_rest(pool, own.expression).is_zero()).collect()
     });
-    for (own, driven) in std::mem::take(&mut model.rolling).into_iter().zip(driven) {
-        let Model { pool, symbols, .. } = &mut model;
-        let rows = symbols.velocity_slopes(pool, own.expression);
-        match if driven { None } else { integral(&mut model, &rows) } {
-            Some(expression) => model.constraints.push(Constraint { expression, span: own.span }),
-            None => model.rolling.push(own),
+    let (driven, mut open): (Vec<_>, Vec<_>) =
+        std::mem::take(&mut model.rolling).into_iter().zip(driven).partition(|(_, driven)| *driven);
+    let mut at = 0;
+    while at < open.len() {
+        let (own, _) = &open[at];
+        let others = open.iter().map(|(other, _)| other.expression).filter(|other| *other != own.expression);
+        let mut all = combinations(&mut model, own.expression, others);
+        let found = all.iter_mut().find_map(|rows| integral(&mut model, rows));
+        if let Some(expression) = found {
+            model.constraints.push(Constraint { expression, span: own.span });
+            open.remove(at);
+            at = 0;
+        } else {
+            at += 1;
         }
     }
+    model.rolling = open.into_iter().chain(driven).map(|(own, _)| own).collect();
+    model.rolling.order_by_key(|own| own.span);
     Cow::Owned(model)
+}
+
+/// The coefficients of a condition, and those that are left where another one, times what no coordinate is in, takes the velocity of
+/// one away.
+fn combinations(model: &mut Model, own: ExprId, others: impl Iterator<Item = ExprId>) -> Vec<Vec<(usize, ExprId)>> {
+    let Model { pool, symbols, .. } = model;
+    let moves = |symbol| !matches!(symbols.get(symbol), Some(SymbolKind::Parameter(_)));
+    let rows = symbols.velocity_slopes(pool, own);
+    let mut all = vec![rows.clone()];
+    for other in others {
+        let mut tried: Vec<ExprId> = Vec::new();
+        for (i, slope) in symbols.velocity_slopes(pool, other) {
+            let Some((_, mine)) = rows.iter().find(|(at, _)| *at == i) else { continue };
+            let ratio = pool.div(*mine, slope);
+            if tried.contains(&ratio) || pool.depends_on(ratio, &moves) {
+                continue;
+            }
+            tried.push(ratio);
+            let share = pool.mul(ratio, other);
+            let rest = pool.sub(own, share);
+            let rest = symbols.velocity_slopes(pool, rest);
+            all.push(rest.into_iter().filter(|(_, slope)| !pool.vanishes(*slope)).collect());
+        }
+    }
+    all
 }
 
 /// The function with these derivatives that is 0 where the search starts: along a path from there, one coordinate after the other.
