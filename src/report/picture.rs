@@ -3,7 +3,7 @@
 
 use std::fmt::Write;
 
-use librate_core::typeset::superscript;
+use librate_core::typeset::{Notation, superscript};
 use unicode_width::UnicodeWidthStr;
 
 /// Colours that people with any kind of sight tell apart (Okabe and Ito, 2008), and two more.
@@ -201,8 +201,30 @@ impl Picture {
         Self { title: title.into(), description, columns: 1, size, panels, legend: Vec::new() }
     }
 
+    /// Names as a page has them, θ₁ for `th[1]`, no two of which look alike.
+    fn put_letters(&mut self) {
+        let panels = self.panels.iter_mut().flat_map(|panel| {
+            let Panel { x, y, curves, .. } = panel;
+            let axes = [x, y].into_iter().flat_map(|axis| {
+                let names = if let Ticks::Names(names) = &mut axis.ticks { names.as_mut_slice() } else { &mut [] };
+                names.iter_mut().chain([&mut axis.label])
+            });
+            axes.chain(curves.iter_mut().map(|curve| &mut curve.name))
+        });
+        let mut labels: Vec<&mut String> = panels.chain(self.legend.iter_mut().map(|(_, name)| name)).collect();
+        let notation = Notation::default().names(labels.iter().filter_map(|label| name_in(label)).collect::<Vec<_>>());
+        for label in &mut labels {
+            let Some(name) = name_in(label) else { continue };
+            let lines = notation.read(name).map(|name| name.text(usize::MAX));
+            if let Some([line]) = lines.as_deref() {
+                **label = format!("{line}{}", &label[name.len()..]);
+            }
+        }
+    }
+
     /// The whole file.
     pub(super) fn svg(mut self) -> String {
+        self.put_letters();
         let legend = self.entries();
         let widest = legend.iter().map(|(_, name)| name.width()).max();
         let beside = widest.map_or(0.0, |columns| 44.0 + 7.2 * columns as f64);
@@ -265,6 +287,14 @@ impl Picture {
 /// `Motion: three_pendulums`
 pub(super) fn titled(what: &str, model: Option<&str>) -> String {
     model.map_or_else(|| what.to_owned(), |name| format!("{what}: {name}"))
+}
+
+/// The name that a label begins with, before a unit or a remark; no symmetry class, as E'.
+fn name_in(label: &str) -> Option<&str> {
+    let name = label.split(' ').next()?.trim_end_matches(',');
+    let letters = name.trim_end_matches('\'');
+    let is_name = letters.starts_with(|c: char| c.is_alphabetic() && (letters == name || c.is_lowercase()));
+    (is_name && letters.chars().all(|c| c.is_alphanumeric() || "_[],".contains(c))).then_some(name)
 }
 
 /// A name for what a page may hold several of.

@@ -55,7 +55,7 @@ fn each_kind_is_drawn() {
     let modes = picture(&["modes", "models/three_pendulums.lag"]);
     let told = texts(&modes);
     assert!(told.contains(&"1: ω = 3.1321 rad/s, even".to_owned()), "{told:?}");
-    assert!(told.contains(&"phi[3]".to_owned()));
+    assert!(told.contains(&"φ₃".to_owned()));
     let complex = texts(&picture(&["modes", "models/foucault_pendulum.lag"]));
     assert!(complex.contains(&"a quarter of a period later".to_owned()));
     let spectrum = texts(&picture(&["spectrum", "models/three_pendulums.lag"]));
@@ -63,17 +63,17 @@ fn each_kind_is_drawn() {
     let dispersion = texts(&picture(&["spectrum", "models/ring.lag"]));
     assert!(dispersion.contains(&"wave number".to_owned()), "{dispersion:?}");
     let sweep = texts(&picture(&["sweep", "models/three_pendulums.lag", "--over", "k12=0..8:9"]));
-    assert!(sweep.contains(&"k12 (N/m)".to_owned()) && sweep.contains(&"ω (rad/s)".to_owned()), "{sweep:?}");
+    assert!(sweep.contains(&"k₁₂ (N/m)".to_owned()) && sweep.contains(&"ω (rad/s)".to_owned()), "{sweep:?}");
     let grows = texts(&picture(&["sweep", "models/bead_on_hoop_bottom.lag", "--over", "W=0..10:21"]));
     assert!(grows.contains(&"growth".to_owned()) || grows.contains(&"growth (1/s)".to_owned()), "{grows:?}");
     let motion =
         ["motion", "models/three_pendulums.lag", "--mode", "2", "--amplitude", "0.5", "--until", "5", "--linear"];
-    assert!(texts(&picture(&motion)).contains(&"phi[1], linear".to_owned()));
+    assert!(texts(&picture(&motion)).contains(&"φ₁, linear".to_owned()));
     let bead = "models/equilibria/bead_on_hoop.lag";
     let well = texts(&picture(&["equilibria", bead, "--box", "th=-2..2"]));
     assert!(["potential", "stable", "unstable"].iter().all(|own| well.contains(&(*own).to_owned())), "{well:?}");
     let portrait = texts(&picture(&["equilibria", "models/simple_pendulum.lag", "--box", "phi=-4..4"]));
-    for own in ["to and fro", "leaves the box", "separatrix", "phi' (rad/s)"] {
+    for own in ["to and fro", "leaves the box", "separatrix", "φ̇ (rad/s)"] {
         assert!(portrait.contains(&own.to_owned()), "{portrait:?}");
     }
     let over = ["sweep", "models/whirling_shaft_above.lag", "--over", "W=0..60:13"];
@@ -96,10 +96,7 @@ fn each_kind_is_drawn() {
     let rings = |text: &str| text.matches(" ring\"").count();
     assert_eq!([rings(&with_peaks), rings(&picture(&driven))], [6, 0]);
     let response = texts(&picture(&driven));
-    assert!(
-        response.contains(&"omega (rad/s)".to_owned()) && response.contains(&"phase (rad)".to_owned()),
-        "{response:?}"
-    );
+    assert!(response.contains(&"ω (rad/s)".to_owned()) && response.contains(&"phase (rad)".to_owned()), "{response:?}");
     // The same bytes again.
     assert_eq!(chart, picture(&["floquet", "models/mathieu.lag", "--map", "a=0..4:9", "q=0..4:9", "--threads", "1"]));
 }

@@ -441,7 +441,7 @@ fn a_table_and_a_picture() {
     let both = motion_csv(&model, &found, Some(&linear), 10);
     assert!(both.lines().next().unwrap().ends_with(",linear phi[3]'"));
     let svg = motion_svg(&model, &found, Some(&linear));
-    assert!(svg.contains("phi[3], linear") && svg.matches("<path class=\"c").count() >= 6);
+    assert!(svg.contains("φ₃, linear") && svg.matches("<path class=\"c").count() >= 6);
 }
 
 #[test]

@@ -207,7 +207,11 @@ Error LinearizeError {
         /// Which.
         feature: Feature,
     } => at(*span, "")
-        .with_help("`modes` covers all of these"),
+        .with_help(match feature {
+            Feature::Rolling => "`modes` and `motion` cover them; their equilibria come in families, with no isolated ones",
+            Feature::Massless => "`modes` and `response` cover it; elsewhere give it a small inertia",
+            _ => "`modes` covers all of these",
+        }),
 
     /// A steady rate of a coordinate that something depends on.
     #[error("`{coordinate}` can't turn at a constant rate: it is not cyclic")]

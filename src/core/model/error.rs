@@ -428,7 +428,12 @@ Error ModelError {
         name: String,
         /// A coordinate that it may have been meant to be.
         nearest: Option<Meant>,
-    } => at(*span, "not a coordinate").or_meant(*span, nearest.as_ref()),
+        /// What the first coordinates are called.
+        coordinates: String,
+    } => {
+        let help = format!("the coordinates are {coordinates}");
+        at(*span, "not a coordinate").or_meant(*span, nearest.as_ref()).or_help((nearest.is_none() && !coordinates.is_empty()).then_some(help))
+    },
 
     /// A mistake that only follows from another one. It is never returned.
     #[error("this follows from another error")]

@@ -85,6 +85,9 @@ impl Givens {
     }
 }
 
+/// Longer lists of coordinates end in dots.
+const MOST_LISTED: usize = 6;
+
 impl Elaborator<'_> {
     /// The coordinates that a statement is about: their family, and the members that it names.
     fn concerned(&mut self, binding: &Binding) -> Option<(usize, Members)> {
@@ -93,7 +96,11 @@ impl Elaborator<'_> {
         let Some(entity @ Entity::Coordinate(family)) = entity else {
             let known = self.world.coordinate_families.iter().map(|family| family.name.as_str());
             let nearest = Meant::near(&name.text, known.filter(|_| entity.is_none()));
-            return self.refuse(ModelError::NotACoordinate { name: name.text.to_string(), span: name.span, nearest });
+            let names = self.world.coordinate_families.iter().map(|family| format!("`{}`", family.name));
+            let more = (self.world.coordinate_families.len() > MOST_LISTED).then(|| "…".to_owned());
+            let coordinates = names.take(MOST_LISTED).chain(more).collect::<Vec<_>>().join(", ");
+            let name = name.text.to_string();
+            return self.refuse(ModelError::NotACoordinate { name, span: binding.name.span, nearest, coordinates });
         };
         // What members there are is not known where the declaration has a mistake of its own.
         let grid = &self.world.coordinate_families[family].grid;

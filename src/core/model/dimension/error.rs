@@ -80,7 +80,7 @@ Error DimensionError {
     } => unlike(*span, [found, other], Some((*other_span, with_unit(other))), inferred.as_ref()),
 
     /// A right side that is not what its name is declared to be.
-    #[error("the dimensions don't fit: `{name}` is {declared}, but its {side} is {found}")]
+    #[error("the dimensions don't fit: `{name}` is {}, but its {side} is {found}", role(.name, .declared))]
     "E0205" WrongSide(span) {
         /// The name.
         name: String,
@@ -95,10 +95,21 @@ Error DimensionError {
         /// A name in it whose dimension was inferred.
         inferred: Option<Inferred>,
     } => {
-        let label = format!("`{name}` is {}", with_unit(declared));
+        let unit = if is_moment(name, declared) { "a moment (N*m)".to_owned() } else { with_unit(declared) };
+        let label = format!("`{name}` is {unit}");
         unlike(*span, [found, declared], Some((*declared_span, label)), inferred.as_ref())
     },
 }
+}
+
+/// Whether a name stands for what turns an angle.
+fn is_moment(name: &str, dimension: &Dimension) -> bool {
+    name.starts_with("force ") && *dimension == Dimension::new([1, 2, -2, 0, 0, 0, 0])
+}
+
+/// What a name is.
+fn role(name: &str, dimension: &Dimension) -> String {
+    if is_moment(name, dimension) { "a moment".to_owned() } else { dimension.to_string() }
 }
 
 /// `a force (N)`, without repeating the unit where there is no word.
