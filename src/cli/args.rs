@@ -500,9 +500,9 @@ pub(crate) struct Motion {
     /// The time at which the table ends
     #[arg(long, value_name = "TIME", allow_hyphen_values = true, required_unless_present = "at")]
     pub(crate) until: Option<String>,
-    /// The number of rows, from t = 0 to the end
-    #[arg(long, value_name = "N", default_value = "101", value_parser = positive)]
-    pub(crate) samples: usize,
+    /// The number of rows, from t = 0 to the end: 101, for a picture 601, if not given
+    #[arg(long, value_name = "N", value_parser = positive)]
+    pub(crate) samples: Option<usize>,
     /// A row for each time in the column `t` of a table, in its order
     #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["until", "samples", "linear"])]
     pub(crate) at: Option<PathBuf>,

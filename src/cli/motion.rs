@@ -18,6 +18,10 @@ use super::{Answer, Failure, Loaded, Size, constant, during, failed, fault, load
 
 const HELP: &str = "times and amplitudes are numbers: `10`, `1/2`, `2*pi`";
 
+/// Rows of a table, and points of a curve that looks smooth.
+const SAMPLES: usize = 101;
+const SAMPLES_DRAWN: usize = 601;
+
 pub(super) fn text(args: &args::Motion, format: MessageFormat) -> Result<Answer, Failure> {
     // Either an end or a table of times is there.
     let until = constant(args.until.as_deref().unwrap_or("0"), HELP)?;
@@ -28,7 +32,8 @@ pub(super) fn text(args: &args::Motion, format: MessageFormat) -> Result<Answer,
     source.taken.extend([&at, &starts].into_iter().flatten().flat_map(|table| table.taken.clone()));
     let computed = during(&args.model, "integrating the motion", || -> Result<_, Error> {
         let system = System::new(&model)?;
-        let asked = || Times::new(&until, args.samples);
+        let samples = args.samples.unwrap_or(if args.model.drawn { SAMPLES_DRAWN } else { SAMPLES });
+        let asked = || Times::new(&until, samples);
         let times = at.as_ref().map_or_else(asked, |table| Times::table(&table.text))?;
         let at_once = times.at_once(2 * model.coordinates.len() + 1);
         let linearized = if args.linear {

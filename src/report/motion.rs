@@ -329,7 +329,8 @@ pub fn motion_svg(model: &Model, trajectory: &Trajectory, superposition: Option<
         all if all > shown => format!("The first {shown} of {all} coordinates over the time."),
         _ => "The coordinates over the time.".to_owned(),
     };
-    Picture::single(titled("Motion", model.name.as_deref()), description, Panel::new(across, up, curves)).svg()
+    let picture = Picture::single(titled("Motion", model.name.as_deref()), description, Panel::new(across, up, curves));
+    picture.without(model.coordinates.len() - shown).svg()
 }
 
 /// `x (m)` for one coordinate, `coordinates (m)` where they have one unit.

@@ -175,6 +175,7 @@ impl Panel {
 pub(super) enum Sample {
     Curve(usize, Stroke),
     Cell(Option<f64>),
+    Nothing,
 }
 
 /// A picture: panels row by row.
@@ -199,6 +200,12 @@ impl Picture {
     /// Panels of one size, one below the other.
     pub(super) fn column(title: impl Into<String>, description: String, size: [f64; 2], panels: Vec<Panel>) -> Self {
         Self { title: title.into(), description, columns: 1, size, panels, legend: Vec::new() }
+    }
+
+    /// With a word in the legend on curves that are left out, if any are.
+    pub(super) fn without(mut self, left_out: usize) -> Self {
+        self.legend.extend((left_out > 0).then(|| (Sample::Nothing, format!("and {left_out} more"))));
+        self
     }
 
     /// Names as a page has them, θ₁ for `th[1]`, no two of which look alike.
@@ -516,6 +523,7 @@ fn entry(out: &mut String, sample: &Sample, name: &str, [x, y]: [f64; 2]) {
             let own = rectangle([x, y - 6.0], [22.0, 12.0]);
             let _ = writeln!(out, "<rect {own}{}/><rect class=\"frame\" {own}/>", shaded(*shade));
         }
+        Sample::Nothing => {}
     }
     let _ = writeln!(out, "<text x=\"{}\" y=\"{}\">{}</text>", place(x + 30.0), place(y + 4.5), escaped(name));
 }

@@ -248,5 +248,6 @@ pub fn response_svg(response: &Response, peaks: &[Peaks]) -> String {
     let description =
         format!("Amplitude and phase of the steady response to {source}; curves break at resonances without damping.");
     let panels = vec![Panel::new(across(), up, amplitudes), Panel::new(across(), turn, phases)];
-    Picture::column(titled("Response", response.model.as_deref()), description, [600.0, 230.0], panels).svg()
+    let picture = Picture::column(titled("Response", response.model.as_deref()), description, [600.0, 230.0], panels);
+    picture.without(response.outputs.len().saturating_sub(MOST_CURVES)).svg()
 }
