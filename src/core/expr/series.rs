@@ -109,6 +109,12 @@ impl<S: Scalar> Series<S> {
         }
     }
 
+    /// Whether the budget is used up: then no further coefficient is a number.
+    #[must_use]
+    pub fn is_spent(&self) -> bool {
+        self.budget.is_spent()
+    }
+
     /// The k-th Taylor coefficients of all outputs from those of all inputs, in the order of
     /// [`super::Tape::compile`]; k counts up with each call. An input that is left out is not a number.
     ///

@@ -184,7 +184,8 @@ impl<'a, S: Real> Stepper<'a, S> {
             self.next_unit = nearest_power_of_two(reach.min(longest));
             // Within this no coefficient that matters has got lost below the smallest double.
             let off = self.next_unit / self.unit;
-            if left == 0 || (1.0 / FAR_OFF..=FAR_OFF).contains(&off) {
+            let far_off = (FAR_OFF_IN_ALL / count(self.order)).exp2().min(FAR_OFF);
+            if left == 0 || (1.0 / far_off..=far_off).contains(&off) {
                 return Ok(reach);
             }
         }
@@ -300,9 +301,9 @@ impl<'a, S: Real> Stepper<'a, S> {
                 return Ok(());
             }
             self.set_order(order);
-            if self.coefficients(t, known..order).is_err() {
+            if let Err(trouble) = self.coefficients(t, known..order) {
                 self.set_order(known);
-                return Ok(());
+                return if self.series.is_spent() { Err(trouble) } else { Ok(()) };
             }
             if unknown && self.beginnings().1 == resting {
                 self.resting = resting;
@@ -550,5 +551,7 @@ const LATEST: usize = 128;
 const FIRST: usize = 4;
 /// Attempts at a unit of time.
 const MOST_UNITS: usize = 8;
-/// Steps that are so many units long, or a unit so many steps, have another unit.
+/// Steps that are so many units long, or a unit so many steps, have another unit ...
 const FAR_OFF: f64 = 1_048_576.0;
+/// ... or if the last power of that is so many powers of two.
+const FAR_OFF_IN_ALL: f64 = 360.0;
