@@ -138,7 +138,11 @@ fn condition_text(pool: &mut Pool, positive: ExprId) -> String {
         && *exponent == Number::from(2)
     {
         let text = condition_text(pool, *base);
-        return text.replacen(" > ", " != ", 1).replacen(" < ", " != ", 1);
+        let text = text.replacen(" < ", " > ", 1);
+        return match text.split_once(" > ") {
+            Some((number, rest)) if number.parse::<f64>().is_ok() => format!("{rest} != {number}"),
+            _ => text.replacen(" > ", " != ", 1),
+        };
     }
     if let Some([greater, less]) = greater_and_less(pool, positive) {
         let [more, product] = [greater, less].map(|side| pool.display(side));

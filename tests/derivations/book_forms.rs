@@ -145,6 +145,16 @@ fn conditions_have_their_shortest_form() {
     }
 }
 
+/// That a is not 0 follows from the first one.
+#[test]
+fn what_may_not_vanish_is_told_without_what_other_conditions_say() {
+    let page = lines(
+        "param M, a, n coord x, y, z assume M > 0
+         T = 1/2*(x'^2 + M*y'^2 + z'^2) V = 1/2*(x^2 + a*y^2 + a*z^2) force z = n*y",
+    );
+    has(&page, &["a > 0", "M != 1"]);
+}
+
 #[test]
 fn powers_of_one_base_are_put_together() {
     let page = lines(

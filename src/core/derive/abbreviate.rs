@@ -176,13 +176,19 @@ impl Derivation {
             });
             squares.chain(sum.terms.iter_mut().map(|term| &mut term.coefficient)).for_each(&mut *visit);
         };
-        self.equations.iter_mut().flatten().for_each(&mut in_sum);
-        if let Some(own) = &mut self.independent {
+        let [equations, momenta, hamiltonian] =
+            ["equations", "momenta", "hamiltonian"].map(|chapter| self.shows(chapter));
+        if equations {
+            self.equations.iter_mut().flatten().for_each(&mut in_sum);
+        }
+        if let Some(own) = self.independent.as_mut().filter(|_| equations) {
             own.follows.iter_mut().for_each(|(_, speed)| in_sum(speed));
             own.equations.iter_mut().for_each(&mut in_sum);
         }
-        if let Some(energy) = &mut self.energy {
+        if let Some(energy) = self.energy.as_mut().filter(|_| momenta) {
             energy.momenta.iter_mut().for_each(&mut in_sum);
+        }
+        if let Some(energy) = self.energy.as_mut().filter(|_| hamiltonian) {
             in_sum(&mut energy.function);
             energy.hamiltonian.iter_mut().for_each(&mut in_sum);
         }

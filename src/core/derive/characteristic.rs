@@ -218,14 +218,17 @@ impl Factored {
         }
         let all = self.factors.iter().map(|factor| conditions(factor, &self.ring, &self.signs, conservative));
         let kept = all.collect::<Option<Vec<_>>>().map(|all| essential(&all.concat(), &self.signs));
+        let mut known = self.signs.clone();
+        kept.iter().flatten().for_each(|own| known.learn(own));
         let found = kept.and_then(|kept| self.conditions(checker, pool, &kept));
+        let known = found.as_ref().map_or(&self.signs, |_| &known);
         let mut found = found.or_else(|| self.in_coefficients(checker, pool, conservative))?;
         if !conservative {
             found.extend(self.not_zero(checker, pool));
         }
         // Without circulatory forces equal exponents have vectors enough, as far as energies keep motions in bounds.
         if linear.circulatory.is_some() {
-            found.extend(self.distinct(pool)?);
+            found.extend(self.distinct(pool, known)?);
         }
         (conservative || !drifts(pool, linear)).then_some(found)
     }
@@ -262,7 +265,7 @@ impl Factored {
         for factor in &self.factors {
             let constant = &factor.polynomial.coefficients(EXPONENT)[0];
             let mut square = |signs: &Signs| {
-                let base = signs.squared(constant);
+                let base = signs.open(constant, true);
                 let base = (!base.is_constant()).then(|| self.ring.expression(pool, &base));
                 base.map(|base| pool.square(base))
             };
@@ -274,8 +277,9 @@ impl Factored {
     }
 
     /// That factors without odd powers have no zeros in common, where they are of one part: else motions grow as powers of t. Squares, as
-    /// conditions are what is positive; `None` where they have some whatever the parameters are, or it is too long.
-    fn distinct(&self, pool: &mut Algebra<'_>) -> Option<Vec<StabilityCondition>> {
+    /// conditions are what is positive, without what other conditions tell (`known`); `None` where they have some whatever the
+    /// parameters are, or it is too long.
+    fn distinct(&self, pool: &mut Algebra<'_>, known: &Signs) -> Option<Vec<StabilityCondition>> {
         let even: Vec<&Factor> = self.factors.iter().filter(|own| own.is_even()).collect();
         let mut found = Vec::new();
         for (at, one) in even.iter().enumerate() {
@@ -284,13 +288,7 @@ impl Factored {
                 if resultant.is_zero() {
                     return None;
                 }
-                let common = resultant.common_powers();
-                let rest = resultant.without(&common);
-                let open = |(at, power): (usize, &u32)| u32::from(*power > 0 && !self.signs.variables[at]);
-                let mut base = Polynomial::monomial(common.iter().enumerate().map(open).collect());
-                if self.signs.of_terms(&rest).is_none() {
-                    base = base.times(&rest);
-                }
+                let base = known.open(&resultant, false);
                 if base.is_constant() {
                     continue;
                 }

@@ -10,6 +10,8 @@ use crate::polynomial::Polynomial;
 
 /// Longer sums stay as they are.
 const MOST_TERMS: usize = 40;
+/// A minus sign in front is as hard to read as so many characters.
+const MINUS: usize = 12;
 /// Squares of longer sums are not looked for.
 const MOST_IN_ROOT: usize = 5;
 
@@ -68,9 +70,13 @@ pub fn greater_and_less(pool: &mut Pool, positive: ExprId) -> Option<[ExprId; 2]
     Some(best)
 }
 
-/// The characters of both sides.
+/// The characters of both sides. No side begins with a minus sign if that can be helped.
 fn shown(pool: &Algebra<'_>, sides: [ExprId; 2]) -> usize {
-    sides.map(|side| pool.display(side).len()).iter().sum()
+    let length = |side| {
+        let text = pool.display(side);
+        text.len() + if text.starts_with('-') { MINUS } else { 0 }
+    };
+    sides.map(length).iter().sum()
 }
 
 /// The shortest form of a side, or its factors where they are shorter.

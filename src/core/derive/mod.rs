@@ -9,11 +9,11 @@
 //! - symmetry classes and closed forms of the frequencies (`frequencies`, with `ties`, `forms`, `blocks`, `lattice`,
 //!   `roots`, `cubic`, `check`), and normal coordinates (`normal`, `shapes`, `waves`);
 //! - the characteristic polynomial, exponents and conditions of stability of any linear system (`characteristic`, `exponents`,
-//!   `stability`, with `polynomial`, `factors`, `ring`);
+//!   `stability`, with `polynomial`, `factors`, `ring`), these as a reader writes them (`comparison`);
 //! - equilibria in symbols, where a force can be solved by hand (`equilibria`);
 //! - M, K and the equilibrium, from [`linearize`], in short (`simplify`); under constraints multipliers, and M and K among the
 //!   motions that are left (`constraints`);
-//! - names for what a page would repeat (`abbreviate`).
+//! - names for Lorentz factors and for what a page would repeat (`abbreviate`).
 //!
 //! The equations exist wherever a model can be read: with explicit time, terms linear in the velocities
 //! and friction too. Where M and K don't, [`Derivation::linear`] says why, and all else is there.

@@ -68,7 +68,7 @@ impl Signs {
     }
 
     /// Takes in that a product is positive.
-    fn learn(&mut self, sign: &Sign) {
+    pub(super) fn learn(&mut self, sign: &Sign) {
         let [only] = sign.factors.as_slice() else {
             return;
         };
@@ -134,14 +134,14 @@ impl Signs {
         sign
     }
 
-    /// The product of what a polynomial has the squares of, each once, and what may vanish.
-    pub(super) fn squared(&self, polynomial: &Polynomial) -> Polynomial {
+    /// The product of the factors of a polynomial that may vanish, each once: of all, or of those that it has the squares of.
+    pub(super) fn open(&self, polynomial: &Polynomial, squares: bool) -> Polynomial {
         let one = Polynomial::constant(self.variables.len(), Number::ONE);
         if polynomial.is_zero() || self.of_terms(polynomial).is_some() {
             return one;
         }
         let (_, factors) = self.factors(polynomial);
-        let open = factors.iter().filter(|(own, times)| times % 2 == 0 && self.of_known(own).is_none());
+        let open = factors.iter().filter(|(own, times)| (!squares || times % 2 == 0) && self.of_known(own).is_none());
         open.fold(one, |product, (own, _)| product.times(own))
     }
 
