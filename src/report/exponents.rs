@@ -137,25 +137,28 @@ fn condition_text(pool: &mut Pool, positive: ExprId) -> String {
     if let [(base, exponent)] = pool.factors(positive).as_slice()
         && *exponent == Number::from(2)
     {
-        let text = condition_text(pool, *base);
-        let text = text.replacen(" < ", " > ", 1);
-        return match text.split_once(" > ") {
-            Some((number, rest)) if number.parse::<f64>().is_ok() => format!("{rest} != {number}"),
-            _ => text.replacen(" > ", " != ", 1),
-        };
+        let [left, _, right] = compared(pool, *base);
+        let is_number = left.parse::<f64>().is_ok();
+        return if is_number { format!("{right} != {left}") } else { format!("{left} != {right}") };
     }
+    compared(pool, positive).join(" ")
+}
+
+/// What is positive as a relation: its left side, the sign, and the right side.
+fn compared(pool: &mut Pool, positive: ExprId) -> [String; 3] {
+    let relation = |left, sign: &str, right| [left, sign.to_owned(), right];
     if let Some([greater, less]) = greater_and_less(pool, positive) {
         let [more, product] = [greater, less].map(|side| pool.display(side));
         // 27*mu*(1 - mu) < 1
         let turned = !pool.is_sum(greater) && !more.contains('(') && product.contains('(');
-        return if turned { format!("{product} < {more}") } else { format!("{more} > {product}") };
+        return if turned { relation(product, "<", more) } else { relation(more, ">", product) };
     }
     let text = pool.display(positive);
     if !text.starts_with('-') {
-        return format!("{text} > 0");
+        return relation(text, ">", "0".to_owned());
     }
     let opposite = pool.neg(positive);
-    format!("{} < 0", pool.display(opposite))
+    relation(pool.display(opposite), "<", "0".to_owned())
 }
 
 /// The letter for the imaginary unit: `i`, unless that is a name of the model.

@@ -61,23 +61,22 @@ impl Derivation {
     /// Closed forms and normal coordinates are left as they are.
     #[must_use]
     pub fn abbreviated(&self) -> Option<(Self, Vec<Definition>)> {
-        let Some((page, mut definitions)) = self.with_lorentz_factors() else { return self.without_repetitions() };
-        let (page, more) = page.without_repetitions().unwrap_or((page, Vec::new()));
-        definitions.extend(more);
-        Some((page, definitions))
+        let mut page = self.clone();
+        let mut definitions = page.put_lorentz_factors();
+        if let Some((shorter, more)) = page.without_repetitions() {
+            definitions.extend(more);
+            return Some((shorter, definitions));
+        }
+        (!definitions.is_empty()).then_some((page, definitions))
     }
 
-    /// With gamma for 1/√(1 - v²/c²); `None` where there is none, or the model has that letter.
-    fn with_lorentz_factors(&self) -> Option<(Self, Vec<Definition>)> {
-        let mut page = self.clone();
+    /// Puts in gamma for 1/√(1 - v²/c²), unless the model has that letter.
+    fn put_lorentz_factors(&mut self) -> Vec<Definition> {
         let mut roots = Vec::new();
-        page.for_each_on_page(&mut |e| roots.push(*e));
-        let velocities: Vec<Symbol> = self
-            .names
-            .coordinates
-            .iter()
-            .filter_map(|name| self.pool.as_symbol(*self.symbols.get(&format!("{name}'"))?))
-            .collect();
+        self.for_each_on_page(&mut |e| roots.push(*e));
+        let names = self.names.coordinates.iter();
+        let velocity = |name: &String| self.pool.as_symbol(*self.symbols.get(&format!("{name}'"))?);
+        let velocities: Vec<Symbol> = names.filter_map(velocity).collect();
         let mut found: Vec<ExprId> = Vec::new();
         for id in self.pool.reachable(&roots) {
             let factors = self.pool.factors(id).into_iter();
@@ -88,35 +87,33 @@ impl Derivation {
         found.dedup();
         let is_taken = |name: &String| name.starts_with("gamma") || name.starts_with('γ');
         if found.is_empty() || self.symbols.keys().any(is_taken) {
-            return None;
+            return Vec::new();
         }
-        let pool = &mut page.pool.clone();
         let mut definitions = Vec::new();
         let mut images = Images { images: HashMap::new(), roots: HashMap::new() };
         for (at, base) in found.iter().enumerate() {
             let name = if found.len() == 1 { "gamma".to_owned() } else { format!("gamma{}", at + 1) };
-            let symbol = pool.fresh_symbol(&name);
-            let factor = pool.symbol_expr(symbol);
-            images.roots.insert(*base, pool.powi(factor, -1));
-            let value = pool.product_of_powers(&[(*base, Number::half().neg())]);
-            definitions.push(Definition { name, symbol, value, text: pool.display(value) });
+            let symbol = self.pool.fresh_symbol(&name);
+            let factor = self.pool.symbol_expr(symbol);
+            images.roots.insert(*base, self.pool.powi(factor, -1));
+            let value = self.pool.product_of_powers(&[(*base, Number::half().neg())]);
+            definitions.push(Definition { name, symbol, value, text: self.pool.display(value) });
         }
-        images.apply(pool, &roots);
-        page.for_each_on_page(&mut |e| *e = images.of(*e));
-        page.pool = std::mem::take(pool);
-        Some((page, definitions))
+        images.apply(&mut self.pool, &roots);
+        self.for_each_on_page(&mut |e| *e = images.of(*e));
+        definitions
     }
 
     /// With names for what the page would repeat.
-    fn without_repetitions(&self) -> Option<(Self, Vec<Definition>)> {
+    fn without_repetitions(&mut self) -> Option<(Self, Vec<Definition>)> {
         let mut roots = Vec::new();
-        let mut page = self.clone();
-        page.for_each_on_page(&mut |e| roots.push(*e));
+        self.for_each_on_page(&mut |e| roots.push(*e));
         let mut weights = Weights::default();
         let before = weights.of_all(&self.pool, &roots);
-        if candidates(&self.pool, &mut weights, &roots, &page.entries_on_page()).is_empty() {
+        if candidates(&self.pool, &mut weights, &roots, &self.entries_on_page()).is_empty() {
             return None;
         }
+        let mut page = self.clone();
         let mut pool = self.pool.clone();
         let mut letters = Letters::new(self);
         let mut named: Vec<Named> = Vec::new();
@@ -265,22 +262,28 @@ fn candidates(pool: &Pool, weights: &mut Weights, roots: &[ExprId], entries: &BT
 /// Whether a sum is 1 less squares and products of velocities.
 fn is_lorentz(pool: &Pool, velocities: &[Symbol], e: ExprId) -> bool {
     let Node::Sum { constant, terms } = pool.node(e) else { return false };
-    let slows = |(term, by): &(ExprId, Number)| by.is_negative() && degree(pool, velocities, *term) == Number::from(2);
-    constant.is_one() && terms.iter().all(slows)
-}
-
-/// Of an expression in symbols, where all terms of a sum are of the same one; what differs counts as 0.
-fn degree(pool: &Pool, symbols: &[Symbol], e: ExprId) -> Number {
-    if let Node::Sum { constant, terms } = pool.node(e) {
-        let mut degrees = terms.iter().map(|(term, _)| degree(pool, symbols, *term));
-        let first = degrees.next().unwrap_or(Number::ZERO);
-        return if constant.is_zero() && degrees.all(|own| own == first) { first } else { Number::ZERO };
+    if !constant.is_one() || terms.iter().any(|(_, by)| !by.is_negative()) {
+        return false;
     }
-    if let Some(own) = pool.as_symbol(e) {
-        return if symbols.contains(&own) { Number::ONE } else { Number::ZERO };
+    // In velocities, where all terms of a sum are of the same degree; what differs counts as 0.
+    let mut degrees: HashMap<ExprId, Number> = HashMap::new();
+    for id in pool.reachable(&[e]) {
+        let of = |id: ExprId| degrees.get(&id).cloned().unwrap_or(Number::ZERO);
+        let degree = match pool.node(id) {
+            Node::Symbol(own) if velocities.contains(own) => Number::ONE,
+            Node::Sum { constant, terms } => {
+                let first = terms.first().map_or(Number::ZERO, |(term, _)| of(*term));
+                let alike = constant.is_zero() && terms.iter().all(|(term, _)| of(*term) == first);
+                if alike { first } else { Number::ZERO }
+            }
+            Node::Product(factors) => {
+                factors.iter().fold(Number::ZERO, |sum, (base, exponent)| sum.add(&of(*base).mul(exponent)))
+            }
+            _ => Number::ZERO,
+        };
+        degrees.insert(id, degree);
     }
-    let factors = pool.factors(e).into_iter().filter(|(base, _)| *base != e);
-    factors.fold(Number::ZERO, |sum, (base, exponent)| sum.add(&degree(pool, symbols, base).mul(&exponent)))
+    terms.iter().all(|(term, _)| degrees.get(term) == Some(&Number::from(2)))
 }
 
 /// Whether an exponent is whole but for a half.

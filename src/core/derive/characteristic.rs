@@ -218,17 +218,17 @@ impl Factored {
         }
         let all = self.factors.iter().map(|factor| conditions(factor, &self.ring, &self.signs, conservative));
         let kept = all.collect::<Option<Vec<_>>>().map(|all| essential(&all.concat(), &self.signs));
-        let mut known = self.signs.clone();
-        kept.iter().flatten().for_each(|own| known.learn(own));
-        let found = kept.and_then(|kept| self.conditions(checker, pool, &kept));
-        let known = found.as_ref().map_or(&self.signs, |_| &known);
+        let found = kept.as_ref().and_then(|kept| self.conditions(checker, pool, kept));
+        let told = kept.filter(|_| found.is_some());
         let mut found = found.or_else(|| self.in_coefficients(checker, pool, conservative))?;
         if !conservative {
             found.extend(self.not_zero(checker, pool));
         }
         // Without circulatory forces equal exponents have vectors enough, as far as energies keep motions in bounds.
         if linear.circulatory.is_some() {
-            found.extend(self.distinct(pool, known)?);
+            let mut known = self.signs.clone();
+            told.iter().flatten().for_each(|own| known.learn(own));
+            found.extend(self.distinct(pool, &known)?);
         }
         (conservative || !drifts(pool, linear)).then_some(found)
     }

@@ -86,9 +86,8 @@ fn expression(pool: &mut Algebra<'_>, ring: &Ring, side: &Polynomial) -> ExprId 
     let rest = side.without(&common);
     let factors = rest.factored();
     let one = Polynomial::constant(side.variables(), Number::ONE);
-    let all = factors
-        .iter()
-        .fold(one, |product, (own, times)| (0..*times).fold(product, |own_product, _| own_product.times(own)));
+    let each = factors.iter().flat_map(|(own, times)| std::iter::repeat_n(own, *times));
+    let all = each.fold(one, |product, own| product.times(own));
     let Some(number) = rest.over(&all) else { return plain };
     let mut powers = vec![(ring.expression(pool, &number.times(&Polynomial::monomial(common))), Number::ONE)];
     for (own, times) in &factors {

@@ -252,7 +252,7 @@ impl MotionTerm {
             functions_apart(pool, self.coefficient)
         };
         let text = multiplied(rest, &motion);
-        (self.negative, functions.map_or_else(|| text.clone(), |functions| format!("{text}*{functions}")))
+        (self.negative, functions.into_iter().fold(text, |text, functions| format!("{text}*{functions}")))
     }
 }
 

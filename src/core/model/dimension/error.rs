@@ -104,7 +104,7 @@ Error DimensionError {
 
 /// Whether a name stands for what turns an angle.
 fn is_moment(name: &str, dimension: &Dimension) -> bool {
-    name.starts_with("force ") && *dimension == Dimension::new([1, 2, -2, 0, 0, 0, 0])
+    name.starts_with("force ") && names::symbol(dimension) == Some("J")
 }
 
 /// What a name is.
