@@ -169,13 +169,13 @@ pub fn derive_json(derivation: &Derivation) -> String {
         let conserved = energy.conserved.iter().map(|quantity| {
             let value = match quantity {
                 Conserved::Momentum(i) => energy.momenta.get(*i).map_or_else(null, text),
-                Conserved::Motion { value, .. } => text(value),
+                Conserved::Motion { value, .. } | Conserved::Integral { value, .. } => text(value),
                 Conserved::Energy { .. } => text(&energy.function),
             };
             let name = match quantity {
                 Conserved::Energy { .. } => "h".to_owned(),
                 Conserved::Momentum(i) => derivation.names.of(Motion::Momentum(*i)),
-                Conserved::Motion { momenta, .. } => derivation.text(momenta),
+                Conserved::Motion { momenta: sum, .. } | Conserved::Integral { value: sum, .. } => derivation.text(sum),
             };
             let reason = string(&conserved_because(quantity, &derivation.names).replace('`', ""));
             record([("name", string(&name)), ("value", value), ("because", reason)])

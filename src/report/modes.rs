@@ -1,6 +1,7 @@
 //! Frequencies and shapes as a table to read.
 
 use super::plain::wrapped;
+use super::runs::ends;
 use super::table::{Column, GAP, draw};
 use super::{
     Exponent, FrequencyUnit, Style, Tone, Written, common, counted, damping, headline, limit_words, listed, shown_unit,
@@ -45,6 +46,12 @@ pub(super) fn heading(linearized: &Linearized) -> String {
     if linearized.massless_directions() > 0 {
         let massless = counted(linearized.massless_directions(), "massless direction");
         heading.push_str(&format!(", {massless}"));
+    }
+    let follow = &linearized.model().follow;
+    if !follow.is_empty() {
+        let names = ends(follow.clone()).join(", ");
+        let follow = if follow.len() == 1 { "follows" } else { "follow" };
+        heading.push_str(&format!("; {names} {follow} from the conditions"));
     }
     heading
 }

@@ -168,12 +168,13 @@ impl<S: Read + Write + Seek> MotionJson<S> {
     pub fn new(kept: S, model: &Model, known: &Trajectory, digits: usize) -> Self {
         let names = model.coordinates.names().map(|own| string(&own));
         let mut around = vec![format!(
-            "{{\"model\": {},\n \"coordinates\": {},\n \"proved\": {},\n \"steps\": {},\n \"energy_drift\": {},\n \"times\": [",
+            "{{\"model\": {},\n \"coordinates\": {},\n \"proved\": {},\n \"steps\": {},\n \"energy_drift\": {},\n \"constraint_drift\": {},\n \"times\": [",
             model_and_version(model.name.as_deref()),
             array(names),
             known.proved.is_some(),
             known.steps,
             known.energy_drift.map_or_else(null, number),
+            known.constraint_drift.map_or_else(null, number),
         )];
         let errors = if known.proved.is_some() { "error_bounds" } else { "error_estimates" };
         for (at, name) in columns(model).enumerate() {
@@ -291,7 +292,7 @@ pub fn start_remark(model: &Model, start: &Start) -> Option<String> {
     (!moved.is_empty()).then(|| format!("the start was moved onto the constraints{within}: {all}"))
 }
 
-/// How a motion was computed, in a line for people: the number of steps, and what the energy does.
+/// How a motion was computed, in a line for people: the number of steps, and what energy and constraints do.
 #[must_use]
 pub fn motion_remark(trajectory: &Trajectory) -> String {
     let mut text = counted(trajectory.steps, "step");
@@ -303,6 +304,11 @@ pub fn motion_remark(trajectory: &Trajectory) -> String {
         Some(drift) => {
             text.push_str(&format!("; the energy drifts by at most {drift:.0e} of the largest kinetic energy"))
         }
+        None => {}
+    }
+    match trajectory.constraint_drift {
+        Some(0.0) => text.push_str("; the constraints are kept up to rounding"),
+        Some(drift) => text.push_str(&format!("; the constraints drift by at most {drift:.0e} of their largest terms")),
         None => {}
     }
     text

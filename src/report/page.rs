@@ -381,7 +381,9 @@ impl Page {
                     Conserved::Energy { is_total: true } => Line::Words(format!("the energy `T` + `V`: {because}")),
                     Conserved::Energy { is_total: false } => Line::Words(format!("`h`: {because}")),
                     Conserved::Momentum(i) => Line::Item(names.of(Motion::Momentum(*i)), because),
-                    Conserved::Motion { momenta, .. } => Line::Item(derivation.text(momenta), because),
+                    Conserved::Motion { momenta: sum, .. } | Conserved::Integral { value: sum, .. } => {
+                        Line::Item(derivation.text(sum), because)
+                    }
                 }
             })
             .collect();
@@ -550,6 +552,12 @@ pub(super) fn conserved_because(quantity: &Conserved, names: &Names) -> Words {
         Conserved::Momentum(i) => {
             let name = names.coordinates.get(*i).map_or("", String::as_str);
             format!("`{name}` is cyclic, only its velocity occurs in `L`")
+        }
+        Conserved::Integral { coordinate, .. } => {
+            format!(
+                "its derivative is the reduced equation of `{}`",
+                names.coordinates.get(*coordinate).map_or("", String::as_str)
+            )
         }
         Conserved::Energy { is_total: true } => "the time does not occur in `L`".to_owned(),
         Conserved::Energy { is_total: false } => "the time does not occur in `L`; `h` is not `T` + `V`".to_owned(),

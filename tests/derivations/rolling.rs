@@ -8,7 +8,12 @@ use std::path::Path;
 
 use librate::derive::{Conserved, Motion, Parts, derive};
 use librate::expect::are_equal;
+use librate::model::Constant;
+use librate::motion::{Start, System, Times};
+use librate::number::Number;
+use librate::precision::Ball;
 use librate_core::expr::{ExprId, Substitution};
+use librate_core::linearize::{evaluate_closed, known_values};
 
 #[test]
 fn equations_have_the_forces_of_the_conditions() {
@@ -37,6 +42,49 @@ fn equations_have_the_forces_of_the_conditions() {
         assert!(energy.conserved.contains(&Conserved::Energy { is_total: true }), "{name}");
         assert!(!energy.conserved.contains(&Conserved::Momentum(0)), "{name}");
         assert!(energy.hamiltonian.is_none() && derivation.linear.is_ok(), "{name}");
+    }
+}
+
+/// On a motion that is integrated they stay what they were.
+#[test]
+fn reduced_equations_that_are_derivatives_are_integrated() {
+    let upright = "coord x, y, th, ph  param m = 2, R = 3/10, A = 1/4, C = 1/2
+        T = 1/2*m*(x'^2 + y'^2) + 1/2*C*ph'^2 + 1/2*A*th'^2  V = 0
+        constraint x' = R*ph'*cos(th)  constraint y' = R*ph'*sin(th)";
+    let rubs = format!("{upright}  param c = 1  force th = -c*th'");
+    let turntable = std::fs::read_to_string("models/rolling/turntable.lag").unwrap();
+    for (text, from, wanted) in [
+        (upright, "th'=1, ph'=2, x'=3/5", vec!["(C + m*R^2)*ph'"]),
+        (&rubs, "th'=1, ph'=2, x'=3/5", vec!["A*th' + th*c", "(C + m*R^2)*ph'"]),
+        (&turntable, "x=1/10, b'=1", vec!["7/5*m*r^2*a' - m*r*W*x", "7/5*m*r^2*b' - m*r*W*y"]),
+    ] {
+        let model = model(text);
+        let derivation = derive(&model, &Parts::default().energy(true)).unwrap();
+        let system = System::new(&model).unwrap();
+        let start = Start::parse(from, &model, None, &system).unwrap();
+        let times = Times::new(&Constant::parse("3").unwrap(), 7).unwrap();
+        let motion = system.motion(&start, &times).unwrap();
+        let mut pool = derivation.pool.clone();
+        let brute = BruteForce::new(&model, &mut pool);
+        let mut found = Vec::new();
+        for quantity in &derivation.energy.as_ref().unwrap().conserved {
+            let Conserved::Integral { value, .. } = quantity else { continue };
+            found.push(derivation.text(value));
+            let value = brute.expression(&mut pool, value, &[]);
+            let values = motion.rows.iter().map(|row| {
+                let mut known = known_values(&model);
+                let state = model.coordinates.iter().map(|own| own.symbol);
+                let state = state.chain(model.coordinates.iter().map(|own| own.velocity));
+                for (symbol, x) in state.zip(row) {
+                    known.insert(symbol, pool.number(Number::from_f64_exact(x.mid_f64()).unwrap()));
+                }
+                let value = pool.substitute_one(value, &known);
+                evaluate_closed::<Ball>(&pool, value, ()).unwrap().mid_f64()
+            });
+            let values: Vec<f64> = values.collect();
+            assert!(values[0].abs() > 1e-3 && values.iter().all(|own| (own - values[0]).abs() < 1e-14), "{values:?}");
+        }
+        assert_eq!(found, wanted, "{text}");
     }
 }
 

@@ -278,6 +278,18 @@ fn a_knife_edge_does_not_slide_down() {
         }
     }
     assert!(found.energy_drift.unwrap() < 1e-20);
+    assert_eq!(found.constraint_drift, Some(0.0));
+    // Single steps in doubles of few digits leave the circle.
+    let circle = model("coord x, y  T = 1/2*(x'^2 + y'^2)  V = y  constraint x^2 + y^2 = 1  guess y = -1");
+    let system = System::new(&circle).unwrap();
+    let from = start(&circle, "x=3/5, y=-4/5");
+    assert_eq!(system.motion(&from, &times("5", 9)).unwrap().constraint_drift, Some(0.0));
+    let quick = system.quick(&from, &times("5", 9), 1e-6).unwrap();
+    let off = |row: &Vec<Ball>| (row[0].mid_f64().powi(2) + row[1].mid_f64().powi(2) - 1.0).abs();
+    let most = quick.rows.iter().map(off).fold(0.0, f64::max);
+    // Its terms, with the derivatives by x and y, are 2 at most.
+    let drift = quick.constraint_drift.unwrap();
+    assert!(drift >= most / 2.0 * 0.99 && drift < 1e-3, "{drift:e} {most:e}");
     // A belt that moves does work.
     let belt = model("coord x, y  T = 1/2*(x'^2 + y'^2)  V = x^2 + y^2  constraint x' = x*y' + 1");
     assert!(motion(&belt, "x=1", "1", 2).energy_drift.is_none());

@@ -1,4 +1,4 @@
-//! What is conserved: momenta of cyclic coordinates, sums of momenta, the energy.
+//! What is conserved: momenta of cyclic coordinates, sums of momenta, the energy, and what reduced equations are derivatives of.
 //!
 //! A motion q -> q + e xi(q) that leaves L unchanged has the constant sum of xi_i p_i (Noether's theorem; Landau
 //! and Lifshitz, Mechanics, §7 and §9). Looked for are the same kinds as for zero modes (`linearize`): translations,
@@ -7,14 +7,15 @@
 
 use std::collections::BTreeMap;
 
+use super::independent::{Independent, at_constant_rates};
 use super::lagrangian::{Lagrangian, Variables};
 use super::motion::{Motion, MotionSum, MotionTerm};
 use super::simplify::Algebra;
-use crate::expr::{ExprId, Pool, fraction_mod};
+use crate::expr::{ExprId, Pool, Substitution, fraction_mod};
 use crate::linearize::{Rotation, candidate_rotations, nullspace_mod, rotation_name, translation_name};
 use crate::model::Model;
 use crate::number::Number;
-use crate::order::Order;
+use crate::order::{Gather, Order};
 
 /// Sums of more momenta than this tell nobody anything.
 const MOST_COORDINATES: usize = 64;
@@ -38,6 +39,76 @@ pub enum Conserved {
         /// The same in velocities.
         value: MotionSum,
     },
+    /// What an equation in independent velocities is the derivative of, by the number of its coordinate.
+    Integral {
+        /// The coordinate whose acceleration the equation is for.
+        coordinate: usize,
+        /// A sum of velocities and coordinates.
+        value: MotionSum,
+    },
+}
+
+/// What the equations in independent velocities are derivatives of where all that stands beside accelerations and velocities, those
+/// that follow included, are constants; but for momenta that are known to be conserved.
+pub(super) fn integrals(
+    pool: &mut Algebra<'_>,
+    variables: &Variables,
+    reduced: &Independent,
+    known: &[Conserved],
+) -> Vec<Conserved> {
+    let (coordinates, velocities) = (&variables.coordinates, &variables.velocities);
+    let no_velocities: Substitution = velocities.iter().map(|own| (*own, pool.zero())).gather();
+    let state =
+        |symbol| coordinates.contains(&symbol) || velocities.contains(&symbol) || variables.time == Some(symbol);
+    let mut found = Vec::new();
+    'equations: for (coordinate, equation) in reduced.free.iter().zip(&reduced.equations) {
+        let mut places = Vec::new();
+        let mut load = at_constant_rates(pool, variables, equation);
+        // Multiples of velocities that follow and have a part without velocities.
+        for (i, speed) in &reduced.follows {
+            let speed = at_constant_rates(pool, variables, speed);
+            let [rest, own] = [load, speed].map(|e| pool.substitute_one(e, &no_velocities));
+            if pool.vanishes(rest) || pool.vanishes(own) {
+                continue;
+            }
+            let ratio = pool.short(|pool| pool.div(rest, own));
+            if !pool.depends_on(ratio, &state) {
+                let share = pool.mul(ratio, speed);
+                load = pool.sub(load, share);
+                places.push((*i, ratio));
+            }
+        }
+        let mut parts: BTreeMap<Vec<(Motion, u32)>, Vec<ExprId>> = BTreeMap::new();
+        for i in &reduced.free {
+            let velocity = pool.symbol_expr(velocities[*i]);
+            let slope = pool.diff(load, velocities[*i]);
+            let slope = pool.short(|_| slope);
+            let share = pool.mul(slope, velocity);
+            load = pool.sub(load, share);
+            places.extend((!pool.vanishes(slope)).then_some((*i, slope)));
+            let inertia = equation.coefficient(pool, Motion::Acceleration(*i));
+            if pool.depends_on(inertia, &state) {
+                continue 'equations;
+            }
+            if !inertia.is_zero() {
+                parts.insert(vec![(Motion::Velocity(*i), 1)], vec![inertia]);
+            }
+        }
+        if !pool.vanishes(load) || places.iter().any(|(_, factor)| pool.depends_on(*factor, &state)) {
+            continue;
+        }
+        let momentum = |own: &Conserved| matches!(own, Conserved::Momentum(i) if i == coordinate);
+        if places.is_empty() && (parts.is_empty() || parts.len() == 1 && known.iter().any(momentum)) {
+            continue;
+        }
+        for (i, factor) in places {
+            let place = pool.symbol_expr(coordinates[i]);
+            let part = pool.mul(factor, place);
+            parts.entry(Vec::new()).or_default().push(part);
+        }
+        found.push(Conserved::Integral { coordinate: *coordinate, value: MotionSum::of_parts(pool, parts) });
+    }
+    found
 }
 
 /// The conserved quantities that L shows: momenta of coordinates that don't occur in it, sums of momenta for

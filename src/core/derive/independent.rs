@@ -263,7 +263,7 @@ fn reduced(model: &Model, is_pivot: &dyn Fn(&Pool, ExprId) -> bool) -> Option<(P
 }
 
 /// A sum without its accelerations, in the symbols of the velocities.
-fn at_constant_rates(pool: &mut Pool, variables: &Variables, sum: &MotionSum) -> ExprId {
+pub(super) fn at_constant_rates(pool: &mut Pool, variables: &Variables, sum: &MotionSum) -> ExprId {
     sum.expression(pool, |pool, motion| match motion {
         Motion::Velocity(i) => pool.symbol_expr(variables.velocities[i]),
         _ => pool.zero(),

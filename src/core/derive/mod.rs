@@ -540,13 +540,14 @@ impl Derivation {
         let lagrangian = lagrangian::lagrangian(tied, pool);
         let mut drags = lagrangian::drags(model, pool, &variables);
         let idle = drags.iter().all(|(_, drag)| drag.is_zero()) && rolling.idle;
-        if parts.equations && !rolling.names.is_empty() {
+        let mut reduced = None;
+        if (parts.equations || parts.energy) && !rolling.names.is_empty() {
             let at_equilibrium = checker.linearized().is_some();
             let is_pivot = |pool: &Pool, e: ExprId| match at_equilibrium {
                 true => checker.differs_from_zero(pool, e),
                 false => pool.is_zero(e) == ZeroVerdict::NonZero,
             };
-            self.independent = independent::independent(pool, &variables, model, &drags, &is_pivot);
+            reduced = independent::independent(pool, &variables, model, &drags, &is_pivot);
         }
         drags.extend(rolling.drags(pool, &variables));
         if parts.equations {
@@ -554,7 +555,7 @@ impl Derivation {
             self.equations = Some(equations::equations(pool, &variables, coefficients));
         }
         if pool.is_spent() {
-            (self.independent, self.equations) = (None, None);
+            self.equations = None;
             return;
         }
         budget.at("the equilibria in symbols", None);
@@ -572,6 +573,11 @@ impl Derivation {
             let momenta = energy::momenta(pool, &variables, &lagrangian);
             let mut conserved = conserved::conserved(pool, &variables, &lagrangian, &momenta, &drags, model);
             conserved.retain(|own| idle || !matches!(own, Conserved::Energy { .. }));
+            if let Some(reduced) = &reduced {
+                let more = conserved::integrals(pool, &variables, reduced, &conserved);
+                let before = conserved.len() - usize::from(matches!(conserved.last(), Some(Conserved::Energy { .. })));
+                conserved.splice(before..before, more);
+            }
             // Along a motion the constraints are 0, and so is their part of L.
             let free;
             let lagrangian = if bound {
@@ -589,8 +595,9 @@ impl Derivation {
                 rest_energy: lagrangian.has_rest_energy,
             });
         }
+        self.independent = reduced.filter(|_| parts.equations);
         if pool.is_spent() {
-            self.energy = None;
+            (self.independent, self.energy) = (None, None);
         }
     }
 

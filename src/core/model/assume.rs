@@ -87,6 +87,9 @@ impl Elaborator<'_> {
     }
 }
 
+/// Relations beyond so many are not put together.
+const MOST_CHAINED: usize = 32;
+
 impl World {
     /// That a relation leaves no value to a difference together with those before it: `a > 0` and `a < 0`.
     pub(super) fn assumed_before(&mut self, own: &Assumption) -> Option<ModelError> {
@@ -128,7 +131,8 @@ impl Model {
             Comparison::Less | Comparison::LessEqual => Some(pool.sub(own.right, own.left)),
             Comparison::Equal | Comparison::NotEqual => None,
         });
-        let nonnegative: Vec<ExprId> = differences.collect();
+        let mut nonnegative: Vec<ExprId> = differences.collect();
+        chain(&mut pool, &mut nonnegative);
         pool.assume_nonnegative(&nonnegative);
         for (e, new) in own.expressions().into_iter().zip(pool.built_anew(&roots)) {
             *e = new;
@@ -167,6 +171,22 @@ impl Model {
             }
         }
         found
+    }
+}
+
+/// With b - a and c - b, c - a is not negative: sums of two in which something cancels.
+fn chain(pool: &mut Pool, nonnegative: &mut Vec<ExprId>) {
+    let mut last = 0;
+    while last < nonnegative.len().min(MOST_CHAINED) {
+        for first in 0..last {
+            let (a, b) = (nonnegative[first], nonnegative[last]);
+            let sum = pool.add(a, b);
+            let [parts, ours, theirs] = [sum, a, b].map(|e| pool.terms(e).len());
+            if parts < ours + theirs && parts <= 2 && !nonnegative.contains(&sum) {
+                nonnegative.push(sum);
+            }
+        }
+        last += 1;
     }
 }
 

@@ -414,6 +414,7 @@ impl<'a> Elaborator<'a> {
             constraints,
             assumptions: self.world.assumptions,
             rolling,
+            follow: Vec::new(),
             period,
             time_dependent,
             tensors,

@@ -147,6 +147,8 @@ pub struct Model {
     pub assumptions: Vec<Assumption>,
     /// The constraints on velocities, integrable or not.
     pub rolling: Vec<Constraint>,
+    /// The coordinates that are left out where this is a larger model in independent velocities: they follow by its conditions.
+    pub follow: Vec<String>,
     /// The `period` statement: the period and its place.
     pub period: Option<Given>,
     /// Where the energies depend on the time explicitly.

@@ -473,6 +473,10 @@ impl Model {
             forces: Vec::new(),
             constraints: Vec::new(),
             rolling: Vec::new(),
+            follow: (0..self.coordinates.len())
+                .filter(|i| !kept.contains(i))
+                .map(|i| self.coordinates.at(i).name())
+                .collect(),
             ..self.clone()
         };
         for (at, i) in kept.iter().enumerate() {

@@ -9,6 +9,10 @@
 
 mod arithmetic;
 mod functions;
+mod sum;
+
+pub(crate) use sum::Sum;
+
 use std::ops::Add;
 
 use dashu_int::ops::{BitTest, PowerOfTwo};
@@ -61,11 +65,9 @@ fn leading(value: &IBig) -> Leading {
     let shift = value.bit_len().saturating_sub(53);
     let size = Word::BITS as usize;
     let (first, offset) = (shift / size, shift % size);
-    let mut bits: u128 = 0;
-    for (place, word) in words.iter().enumerate().skip(first) {
-        bits |= u128::from(*word) << ((place - first) * size);
-    }
-    let below = words.iter().take(first).any(|word| *word != 0) || bits & ((1u128 << offset) - 1) != 0;
+    let (low, high) = words.split_at(first.min(words.len()));
+    let bits = high.iter().rev().fold(0u128, |bits, word| bits << size | u128::from(*word));
+    let below = bits & ((1u128 << offset) - 1) != 0 || low.iter().any(|word| *word != 0);
     Leading { bits: (bits >> offset) as u64, shift, more: below }
 }
 

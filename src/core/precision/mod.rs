@@ -33,6 +33,7 @@ mod system;
 pub use ball::{Ball, U2, up};
 pub use banded::{Banded, Polar};
 pub use big::Big;
+pub(crate) use big::Sum;
 pub use complex::{Complex, hypot};
 pub use decimal::{
     Decimal, Rounding, decimal, decimal_to_place, one_digit_up, one_digit_up_text, push_decimal, quick_decimal,

@@ -20,9 +20,13 @@ fn words(feature: Feature) -> [&'static str; 2] {
             "a force acts that no energy gives: the amplitude need not be constant",
             "a force that has a potential belongs into V; `motion` integrates the others",
         ],
-        Feature::Constraint | Feature::Rolling => [
+        Feature::Constraint => [
             "the change of frequencies with the amplitude is not computed for models with constraints",
             "write the energies in independent coordinates",
+        ],
+        Feature::Rolling => [
+            "the change of frequencies with the amplitude is not computed under conditions on velocities",
+            "`motion` integrates such a model at any amplitude",
         ],
         Feature::SteadyMotion => [
             "the change of frequencies with the amplitude is not computed about a steady motion",

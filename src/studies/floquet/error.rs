@@ -93,7 +93,7 @@ Error FloquetError {
         /// Which, in words.
         what: &'static str,
     } => at(*span, "")
-        .with_help("choose coordinates that satisfy the constraints identically, or a `guess` in place of an `equilibrium`, and write driven rotations with `t`"),
+        .with_help("choose coordinates that satisfy the constraints identically, or a `guess` in place of an `equilibrium`, and write driven rotations with `t`; `motion` integrates what conditions on velocities leave"),
 
     /// Too much to write out.
     #[error("{coordinates} coordinates with {terms} terms are too many for Floquet multipliers")]

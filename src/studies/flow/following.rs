@@ -5,7 +5,8 @@
 //! with c in it, x(t + h; X) lies in x(t + h; c) + T(X) (X - c) (the theorem of the mean, component by component). What is small needs few digits: T, the box that
 //! the solution stays in and Lagrange's remainders are double-double for any precision of the centre.
 
-use super::bounds::{growth, norm, onwards, reached, time_coefficient};
+use super::bounds::{growth, norm, onwards, reached};
+use super::expansion::{expanded, expanded_slopes};
 use super::plain::weights;
 use super::set::Set;
 use super::{Equations, count, horner, nearest_power_of_two};
@@ -213,14 +214,16 @@ impl<S: Enclosure> Following<S> {
             }
         }
         let time_here = Ball::exact(self.time);
-        let remainder = self.expand_slopes(&time, &tube, &over, unit);
+        let order = self.slope_order;
+        let remainder = expanded_slopes(&mut self.slopes, &time, &tube, &over, unit, order, ()).slopes;
         let last: Vec<Ball> = remainder.iter().map(|row| row.last().copied()).collect::<Option<_>>()?;
         let size = norm(&last, scales) * share.powf(count(self.slope_order));
         excess = excess.max((size / SLOPE).powf(count(self.order) / count(self.slope_order)));
         if excess.is_nan() || excess > 1.0 {
             return excess.is_finite().then(|| (excess, None));
         }
-        let mut slopes = self.expand_slopes(&time_here, start, &Matrix::unit(n, ()).into_entries(), unit);
+        let first = Matrix::unit(n, ()).into_entries();
+        let mut slopes = expanded_slopes(&mut self.slopes, &time_here, start, &first, unit, order, ()).slopes;
         for (row, last) in slopes.iter_mut().zip(&last) {
             if let Some(place) = row.last_mut() {
                 *place = *last;
@@ -282,51 +285,6 @@ impl<S: Enclosure> Following<S> {
         None
     }
 
-    /// Coefficients of the entries of T up to the order of T, from its values at first, along all solutions through a box.
-    fn expand_slopes(&mut self, time: &Ball, state: &[Ball], first: &[Ball], unit: f64) -> Vec<Vec<Ball>> {
-        let (n, order) = (self.dimension, self.slope_order);
-        let row = |x: &Ball| {
-            let mut row = Vec::with_capacity(order + 1);
-            row.push(*x);
-            row
-        };
-        let mut states: Vec<Vec<Ball>> = state.iter().map(row).collect();
-        let mut slopes: Vec<Vec<Ball>> = first.iter().map(row).collect();
-        let mut jacobian: Vec<Vec<Ball>> = vec![Vec::with_capacity(order); n * n];
-        let mut live = vec![0; n * n];
-        self.slopes.clear();
-        for k in 0..order {
-            let mut inputs = vec![time_coefficient(time, unit, k, ())];
-            inputs.extend(states.iter().map(|row| row[k]));
-            let outputs = self.slopes.next(&inputs);
-            let share = Ball::exact(unit) / Ball::exact(count(k + 1));
-            for (row, f) in states.iter_mut().zip(outputs) {
-                row.push(*f * share);
-            }
-            for ((row, live), value) in jacobian.iter_mut().zip(&mut live).zip(&outputs[n..]) {
-                row.push(*value);
-                if !value.is_zero() {
-                    *live = k + 1;
-                }
-            }
-            for i in 0..n {
-                for j in 0..n {
-                    let mut sum = Ball::ZERO;
-                    for l in 0..n {
-                        let orders = live[n * i + l].min(k + 1);
-                        let left = &jacobian[n * i + l][..orders];
-                        let right = &slopes[n * l + j][k + 1 - orders..=k];
-                        if let Some(part) = Ball::convolution(left, right) {
-                            sum = sum + part;
-                        }
-                    }
-                    slopes[n * i + j].push(sum * share);
-                }
-            }
-        }
-        slopes
-    }
-
     /// The state some time after [`Following::time`], not below 0 and no further than [`Following::reach`] told.
     #[must_use]
     pub fn at(&self, after: &S) -> Option<Vec<S>> {
@@ -354,36 +312,6 @@ impl<S: Enclosure> Following<S> {
         self.time += stretch.length;
         Some(())
     }
-}
-
-/// Taylor coefficients of the solutions through a point or a box, in units of time, a row each.
-fn expanded<S: Enclosure>(
-    series: &mut Series<S>,
-    time: &S,
-    state: &[S],
-    unit: f64,
-    order: usize,
-    precision: S::Precision,
-) -> Vec<Vec<S>> {
-    series.clear();
-    let row = |x: &S| {
-        let mut row = Vec::with_capacity(order + 2);
-        row.push(x.clone());
-        row
-    };
-    let mut rows: Vec<Vec<S>> = state.iter().map(row).collect();
-    let mut inputs = Vec::with_capacity(state.len() + 1);
-    for k in 0..order {
-        inputs.clear();
-        inputs.push(time_coefficient(time, unit, k, precision));
-        inputs.extend(rows.iter().map(|row| row[k].clone()));
-        let whole = S::exact(unit, precision);
-        let count = S::exact(count(k + 1), precision);
-        for (row, f) in rows.iter_mut().zip(series.next(&inputs)) {
-            row.push(f.mul(&whole).div(&count));
-        }
-    }
-    rows
 }
 
 /// Scales of the components, powers of two, in which the entries of a matrix are of like size on both sides of the

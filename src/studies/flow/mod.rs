@@ -13,6 +13,7 @@
 
 mod bounds;
 mod enclosing;
+mod expansion;
 mod explicit;
 mod following;
 mod plain;

@@ -64,6 +64,8 @@ const FIRST_STEPS: usize = 400;
 const LOOKS_A_RUN: f64 = 256.0;
 /// Runs are compared at so many times at least.
 const LOOKS: usize = 200;
+/// By so much of it each coordinate and velocity is changed to see how large the terms of constraints are.
+const NUDGE: f64 = 1e-12;
 /// A table has at most so many numbers.
 const MOST_NUMBERS: usize = 50_000_000;
 
@@ -226,6 +228,9 @@ pub struct Trajectory {
     /// How far the energy strays from where it started, beside the largest kinetic energy, 0 where that is rounding; `None`
     /// where it is not conserved.
     pub energy_drift: Option<f64>,
+    /// How far constraints and conditions on velocities are from being kept, beside the largest of their terms, 0 where that is
+    /// rounding; `None` where there are none, or where it is proved.
+    pub constraint_drift: Option<f64>,
     /// How many steps were made.
     pub steps: usize,
     /// Whether the radii tell the error: an estimate, or proved bounds.
@@ -241,6 +246,7 @@ impl Trajectory {
             times: times.asked((0..rows.len()).map(|row| times.at(row)).collect()),
             rows: times.asked(rows),
             energy_drift: None,
+            constraint_drift: None,
             steps,
             estimated: true,
             proved: None,
@@ -402,8 +408,9 @@ impl System {
         });
         let rows: Vec<Vec<Ball>> = rows.collect();
         let seen = if asked.listed.is_some() { times } else { asked };
-        let energy_drift = self.drift(seen, &rows, DoubleDouble::ROUNDING);
-        Ok(Trajectory { energy_drift, ..Trajectory::of(seen, rows, fine.followed.steps) })
+        let energy_drift = self.energy_drift(seen, &rows, DoubleDouble::ROUNDING);
+        let constraint_drift = self.constraint_drift(seen, &rows, DoubleDouble::ROUNDING);
+        Ok(Trajectory { energy_drift, constraint_drift, ..Trajectory::of(seen, rows, fine.followed.steps) })
     }
 
     /// The motion in doubles, steps of which leave out so much beside the size of each coordinate.
@@ -414,8 +421,10 @@ impl System {
         times.check_size(2 * self.names.len())?;
         let run = self.table::<f64>(start, times, quick(tolerance))?;
         let Run { rows, followed } = run.balls();
-        let energy_drift = self.drift(times, &rows, f64::ROUNDING);
-        Ok(Trajectory { energy_drift, estimated: false, ..Trajectory::of(times, rows, followed.steps) })
+        let energy_drift = self.energy_drift(times, &rows, f64::ROUNDING);
+        let constraint_drift = self.constraint_drift(times, &rows, f64::ROUNDING);
+        let own = Trajectory::of(times, rows, followed.steps);
+        Ok(Trajectory { energy_drift, constraint_drift, estimated: false, ..own })
     }
 
     /// All rows of a motion.
@@ -515,7 +524,26 @@ impl System {
         }
     }
 
-    fn drift(&self, times: &Times, rows: &[Vec<Ball>], unit: f64) -> Option<f64> {
+    fn constraint_drift(&self, times: &Times, rows: &[Vec<Ball>], unit: f64) -> Option<f64> {
+        let surface = &self.equations.surface;
+        let tape = surface.prepare::<Ball>(());
+        let mut scratch = Vec::new();
+        let (mut off, mut terms) = (vec![0.0_f64; surface.outputs()], vec![0.0_f64; surface.outputs()]);
+        for (at, row) in rows.iter().enumerate() {
+            let mut inputs = vec![times.at(at)];
+            inputs.extend(row.iter().map(|x| Ball::new(x.mid, NUDGE * x.mid_f64().abs())));
+            let values = tape.evaluate(&inputs, &mut scratch);
+            for ((off, terms), own) in off.iter_mut().zip(&mut terms).zip(values) {
+                *off = off.max(own.mid_f64().abs());
+                *terms = terms.max(own.radius / NUDGE);
+            }
+        }
+        let moving = off.iter().zip(&terms).filter(|(_, terms)| **terms > 0.0).map(|(off, terms)| off / terms);
+        let drift = moving.reduce(f64::max).filter(|own| own.is_finite())?;
+        Some(if drift <= 16.0 * unit { 0.0 } else { drift })
+    }
+
+    fn energy_drift(&self, times: &Times, rows: &[Vec<Ball>], unit: f64) -> Option<f64> {
         let tape = self.equations.energy.as_ref()?.prepare::<Ball>(());
         let mut scratch = Vec::new();
         let (mut least, mut most, mut motion) = (f64::INFINITY, f64::NEG_INFINITY, 0.0_f64);

@@ -80,7 +80,7 @@ Error ResponseError {
     "E1107" Unsupported(span) {
         /// Which, in words.
         what: &'static str,
-    } => at(*span, ""),
+    } => at(*span, "").with_help("`motion` integrates a driven model from any start; without the drive `modes` has its exponents"),
 
     /// A negative frequency.
     #[error("the frequency is negative from {from} to {to}")]

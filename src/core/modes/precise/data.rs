@@ -2,10 +2,10 @@
 
 use dashu_int::IBig;
 
-use super::fixed::{Sum, Symmetric, dot, double, scaled, unit};
+use super::fixed::{Symmetric, dot, double, scaled, unit};
 use crate::modes::PreciseProblem;
 use crate::modes::pencil::Orthonormal;
-use crate::precision::{Big, up};
+use crate::precision::{Big, Sum, up};
 
 /// Bits of vectors beyond the last one that is kept.
 const GUARD: usize = 64;

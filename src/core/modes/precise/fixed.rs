@@ -2,10 +2,10 @@
 //! exact; what is rounded is a conversion, by less than one unit, and says so.
 
 use dashu_int::ops::BitTest;
-use dashu_int::{IBig, Sign, UBig, Word};
+use dashu_int::{IBig, Sign, Word};
 
 use crate::modes::dense::Plain;
-use crate::precision::{Big, DoubleDouble, Magnitude};
+use crate::precision::{Big, DoubleDouble, Magnitude, Sum};
 
 /// Bits kept of a number that becomes a double-double.
 const LEADING: usize = 106;
@@ -68,61 +68,6 @@ pub(super) fn from_double_double(x: DoubleDouble, scale: i64) -> IBig {
     whole(x.hi, scale) + whole(x.lo, scale)
 }
 
-/// acc += |a| |b|; `acc` is long enough for the sum.
-fn multiply_add(acc: &mut [Word], a: &[Word], b: &[Word]) {
-    let zeros = |x: &[Word]| x.iter().take_while(|w| **w == 0).count();
-    let (za, zb) = (zeros(a), zeros(b));
-    let (a, b) = (&a[za..], &b[zb..]);
-    for (i, &x) in a.iter().enumerate() {
-        let x = u128::from(x);
-        let mut carry: u128 = 0;
-        let target = &mut acc[za + zb + i..];
-        let (own, rest) = target.split_at_mut(b.len());
-        for (t, &y) in own.iter_mut().zip(b) {
-            // At most (w - 1)² + 2 (w - 1) = w² - 1 for words below w.
-            let sum = x * u128::from(y) + u128::from(*t) + carry;
-            *t = sum as Word;
-            carry = sum >> Word::BITS;
-        }
-        for t in rest {
-            if carry == 0 {
-                break;
-            }
-            let sum = u128::from(*t) + carry;
-            *t = sum as Word;
-            carry = sum >> Word::BITS;
-        }
-    }
-}
-
-/// A sum of products, positive and negative ones apart.
-#[derive(Default)]
-pub(super) struct Sum {
-    plus: Vec<Word>,
-    minus: Vec<Word>,
-}
-
-impl Sum {
-    /// Space for products of numbers of so many words, however many there are.
-    fn clear(&mut self, words: usize) {
-        for part in [&mut self.plus, &mut self.minus] {
-            part.clear();
-            part.resize(words + 2, 0);
-        }
-    }
-
-    fn add(&mut self, a: &IBig, b: &IBig) {
-        let ((sign, a), (other, b)) = (a.as_sign_words(), b.as_sign_words());
-        let part = if sign == other { &mut self.plus } else { &mut self.minus };
-        multiply_add(part, a, b);
-    }
-
-    fn value(&self) -> IBig {
-        let part = |words: &[Word]| IBig::from(UBig::from_words(words));
-        part(&self.plus) - part(&self.minus)
-    }
-}
-
 /// The most words of a number.
 fn words<'a>(x: impl Iterator<Item = &'a IBig>) -> usize {
     x.map(|x| x.as_sign_words().1.len()).max().unwrap_or(0)
@@ -131,7 +76,7 @@ fn words<'a>(x: impl Iterator<Item = &'a IBig>) -> usize {
 /// xᵀy, exactly.
 pub(super) fn dot(x: &[IBig], y: &[IBig], sum: &mut Sum) -> IBig {
     sum.clear(words(x.iter()) + words(y.iter()));
-    x.iter().zip(y).for_each(|(x, y)| sum.add(x, y));
+    x.iter().zip(y).for_each(|(x, y)| sum.add_product(x, y, 0));
     sum.value()
 }
 
@@ -185,7 +130,7 @@ impl Symmetric {
         let words = self.words + words(x.iter());
         let mut product = |row: &Vec<(usize, IBig)>| {
             sum.clear(words);
-            row.iter().for_each(|(column, entry)| sum.add(entry, &x[*column]));
+            row.iter().for_each(|(column, entry)| sum.add_product(entry, &x[*column], 0));
             sum.value()
         };
         self.columns.iter().map(&mut product).collect()

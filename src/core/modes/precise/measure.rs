@@ -11,13 +11,13 @@ use dashu_int::IBig;
 use dashu_int::ops::BitTest;
 
 use super::data::Data;
-use super::fixed::{LOST, Sum, dot, double, double_double, from_double_double, scaled, shifted};
+use super::fixed::{LOST, dot, double, double_double, from_double_double, scaled, shifted};
 use crate::modes::certify::Couplings;
 use crate::modes::dense::{Matrix, Plain};
 use crate::modes::pencil::Bounded;
 use crate::modes::product::{Part, bound_product, product, product_bound};
 use crate::order::Order;
-use crate::precision::{DoubleDouble, up};
+use crate::precision::{DoubleDouble, Sum, up};
 
 /// Columns at full precision.
 pub(super) struct Columns {

@@ -8,6 +8,7 @@ use dashu_int::{IBig, Sign, UBig};
 use super::super::magnitude::Magnitude;
 use super::super::scalar::power;
 use super::Big;
+use super::sum::{Sum, WORD, words};
 
 /// Bits that a quotient or root has beyond those asked for before it is rounded.
 const EXTRA: usize = 8;
@@ -69,14 +70,15 @@ const GUARD: i64 = 32;
 
 /// Σ left_j right_(n-1-j), rounded once. `None` for n = 0.
 ///
-/// Products are whole numbers times powers of two. They are added in units of 2^e, where what is cut off below is less than
-/// a unit each; e lies `GUARD` bits below the last place of the largest product. The errors of the factors enter as in a
-/// product: |a| rb + |b| ra + ra rb for each.
+/// Products are whole numbers times powers of two, which are added up exactly; those that are less than a unit 2^e in all are left
+/// out and enter the radius, where e lies `GUARD` bits below the last place of the largest product. The errors of the factors enter as
+/// in a product: |a| rb + |b| ra + ra rb for each.
 pub(super) fn convolution(left: &[Big], right: &[Big]) -> Option<Big> {
     let pairs = || left.iter().zip(right.iter().rev());
     let bits = pairs().map(|(x, y)| x.bits.max(y.bits)).max()?;
     let mut radius = Magnitude::ZERO;
     let mut top = i64::MIN;
+    let mut longest = 0;
     for (x, y) in pairs() {
         let (ra, rb) = (x.radius, y.radius);
         if !(ra.is_finite() && rb.is_finite()) {
@@ -90,29 +92,25 @@ pub(super) fn convolution(left: &[Big], right: &[Big]) -> Option<Big> {
         }
         if !x.is_mid_zero() && !y.is_mid_zero() {
             top = top.max(x.top() + y.top());
+            longest = longest.max(words(&x.significand) + words(&y.significand));
         }
     }
     let unit = top.saturating_sub(bits as i64 + GUARD);
-    let mut sum = IBig::ZERO;
+    // No product that reaches the unit has a bit below this.
+    let least = unit.saturating_sub((longest * WORD) as i64);
+    let mut sum = Sum::default();
+    sum.clear(longest + (bits + GUARD as usize).div_ceil(WORD) + 1);
     for (x, y) in pairs() {
         if x.is_mid_zero() || y.is_mid_zero() {
             continue;
         }
-        let place = x.exponent + y.exponent - unit;
-        if place >= 0 {
-            sum += (&x.significand * &y.significand) << place as usize;
-        } else if x.top() + y.top() < unit {
+        if x.top() + y.top() < unit {
             radius = radius.add(Magnitude::power_of_two(unit));
         } else {
-            let cut = place.unsigned_abs() as usize;
-            let (sign, product) = (&x.significand * &y.significand).into_parts();
-            if product.trailing_zeros().is_some_and(|zeros| zeros < cut) {
-                radius = radius.add(Magnitude::power_of_two(unit));
-            }
-            sum += IBig::from_parts(sign, product >> cut);
+            sum.add_product(&x.significand, &y.significand, (x.exponent + y.exponent - least) as usize);
         }
     }
-    Some(Big::rounded(sum, unit, bits, radius))
+    Some(Big::rounded(sum.value(), least, bits, radius))
 }
 
 impl Neg for &Big {
