@@ -194,7 +194,10 @@ impl MotionSum {
         // About an equilibrium functions are constants like all else before a displacement.
         let is_displaced = |(own, _): &(Motion, u32)| matches!(own, Motion::Displacement(_) | Motion::Normal(_));
         let constant = self.terms.iter().any(|term| term.motion.iter().any(is_displaced));
-        for (negative, text) in squares.chain(self.terms.iter().map(|term| term.text(pool, name, constant))) {
+        let mut count = 0;
+        let terms = self.terms.chunk_by(MotionTerm::goes_with).map(|own| MotionTerm::text(own, pool, name, constant));
+        for (negative, text) in squares.chain(terms) {
+            count += 1;
             match (out.is_empty(), negative) {
                 (true, false) => {}
                 (true, true) => out.push('-'),
@@ -205,6 +208,9 @@ impl MotionSum {
         }
         match self.factor {
             Factor::One => out,
+            Factor::Half if count == 1 && self.terms.len() > 1 && out.ends_with(')') && !out.starts_with('-') => {
+                format!("1/2*{out}")
+            }
             Factor::Half => format!("1/2*({out})"),
         }
     }
@@ -230,29 +236,46 @@ impl MotionTerm {
         Self { negative: false, coefficient, motion: motion.to_vec() }
     }
 
-    /// Whether a minus sign stands in front, and the text behind the sign: functions behind what moves, unless they are constants.
-    fn text(&self, pool: &Pool, name: &dyn Fn(Motion) -> String, constant: bool) -> (bool, String) {
-        if self.motion.is_empty() {
-            let text = pool.display(self.coefficient);
+    /// Whether both are squares with the same coefficient, which is written once in front of their sum.
+    fn goes_with(&self, next: &Self) -> bool {
+        let is_square = |own: &Self| matches!(own.motion[..], [(_, 2)]);
+        let alike = self.negative == next.negative && self.coefficient == next.coefficient;
+        alike && is_square(self) && is_square(next)
+    }
+
+    /// Of terms that go with each other whether a minus sign stands in front, and the text behind the sign: functions behind what moves,
+    /// unless they are constants.
+    fn text(all: &[Self], pool: &Pool, name: &dyn Fn(Motion) -> String, constant: bool) -> (bool, String) {
+        let [first, ..] = all else { return (false, String::new()) };
+        if first.motion.is_empty() {
+            let text = pool.display(first.coefficient);
             // A sum keeps its own signs; only the first one is taken over.
             return match text.strip_prefix('-') {
-                Some(rest) => (!self.negative, rest.to_owned()),
-                None => (self.negative, text),
+                Some(rest) => (!first.negative, rest.to_owned()),
+                None => (first.negative, text),
             };
         }
-        let mut factors = Vec::with_capacity(self.motion.len());
-        for (motion, power) in &self.motion {
-            let name = name(*motion);
-            factors.push(if *power == 1 { name } else { format!("{name}^{power}") });
-        }
-        let motion = factors.join("*");
         let (rest, functions) = if constant {
-            (factor_text(pool, self.coefficient), None)
+            (factor_text(pool, first.coefficient), None)
         } else {
-            functions_apart(pool, self.coefficient)
+            functions_apart(pool, first.coefficient)
+        };
+        let products = all.iter().map(|own| own.motion_text(name));
+        let motion = match (all.len(), products.collect::<Vec<_>>().join(" + ")) {
+            (2.., sum) if rest.is_some() || functions.is_some() => format!("({sum})"),
+            (_, sum) => sum,
         };
         let text = multiplied(rest, &motion);
-        (self.negative, functions.into_iter().fold(text, |text, functions| format!("{text}*{functions}")))
+        (first.negative, functions.into_iter().fold(text, |text, functions| format!("{text}*{functions}")))
+    }
+
+    /// The product of what moves.
+    fn motion_text(&self, name: &dyn Fn(Motion) -> String) -> String {
+        let power = |(motion, power): &(Motion, u32)| {
+            let name = name(*motion);
+            if *power == 1 { name } else { format!("{name}^{power}") }
+        };
+        self.motion.iter().map(power).collect::<Vec<_>>().join("*")
     }
 }
 

@@ -39,11 +39,12 @@ fn compact(source: &str, span: Span) -> Option<String> {
     short(out)
 }
 
-/// A piece of the text on one line.
+/// A piece of the text on one line, its gaps closed to single spaces.
 fn verbatim(source: &str, start: u32, end: u32) -> Option<String> {
-    let text = source.get(Span::new(start, end).range())?.trim();
-    let plain = !text.is_empty() && !text.contains(['\n', '#']);
-    short(text.to_owned()).filter(|_| plain)
+    let text = source.get(Span::new(start, end).range())?;
+    let plain = !text.trim().is_empty() && !text.trim().contains(['\n', '#']);
+    let words: Vec<&str> = text.split_whitespace().take(MOST_CHARACTERS).collect();
+    short(words.join(" ")).filter(|_| plain)
 }
 
 pub(super) fn short(text: String) -> Option<String> {
