@@ -186,6 +186,9 @@ impl MotionSum {
         if self.is_zero() {
             return "0".to_owned();
         }
+        if let Some(text) = self.factored(pool, name) {
+            return text;
+        }
         let mut out = String::new();
         let squares = self.squares.iter().map(|(factor, sum)| {
             let sum = sum.text_with(pool, name);
@@ -198,13 +201,7 @@ impl MotionSum {
         let terms = self.terms.chunk_by(MotionTerm::goes_with).map(|own| MotionTerm::text(own, pool, name, constant));
         for (negative, text) in squares.chain(terms) {
             count += 1;
-            match (out.is_empty(), negative) {
-                (true, false) => {}
-                (true, true) => out.push('-'),
-                (false, false) => out.push_str(" + "),
-                (false, true) => out.push_str(" - "),
-            }
-            out.push_str(&text);
+            append(&mut out, negative, &text);
         }
         match self.factor {
             Factor::One => out,
@@ -213,6 +210,34 @@ impl MotionSum {
             }
             Factor::Half => format!("1/2*({out})"),
         }
+    }
+
+    /// A sum of velocities with the coefficient of one in front, where the others have it for a factor: C (ψ' + φ' cos θ).
+    fn factored(&self, pool: &Pool, name: &dyn Fn(Motion) -> String) -> Option<String> {
+        let is_velocity = |own: &MotionTerm| matches!(own.motion[..], [(Motion::Velocity(_), 1)]);
+        if self.terms.len() < 2 || !self.squares.is_empty() || !self.terms.iter().all(is_velocity) {
+            return None;
+        }
+        let factors = |term: &MotionTerm| match &*pool.terms(term.coefficient) {
+            [(product, number)] => Some((number.clone(), pool.factors(*product))),
+            _ => None,
+        };
+        let all: Vec<_> = self.terms.iter().map(factors).collect::<Option<_>>()?;
+        let divides = |(number, own): &&(Number, Vec<(ExprId, Number)>)| {
+            let has = |(other, all): &(Number, Vec<(ExprId, Number)>)| {
+                own.iter().all(|factor| all.contains(factor))
+                    && other.div(number).is_some_and(|ratio| ratio.is_integer())
+            };
+            !own.is_empty() && all.iter().all(has)
+        };
+        let (number, common) = all.iter().find(divides)?;
+        let mut sum = String::new();
+        for (term, (own, factors)) in self.terms.iter().zip(&all) {
+            let rest = factors.iter().filter(|factor| !common.contains(factor)).cloned().collect();
+            let (factor, functions) = factors_apart(pool, &own.div(number)?, rest);
+            append(&mut sum, term.negative, &around(factor, &term.motion_text(name), functions));
+        }
+        Some(multiplied(pool.display_factors(number, common.clone()), &format!("({sum})")))
     }
 }
 
@@ -265,8 +290,7 @@ impl MotionTerm {
             (2.., sum) if rest.is_some() || functions.is_some() => format!("({sum})"),
             (_, sum) => sum,
         };
-        let text = multiplied(rest, &motion);
-        (first.negative, functions.into_iter().fold(text, |text, functions| format!("{text}*{functions}")))
+        (first.negative, around(rest, &motion, functions))
     }
 
     /// The product of what moves.
@@ -290,6 +314,23 @@ fn multiplied(factor: Option<String>, motion: &str) -> String {
     }
 }
 
+/// Adds a term to the text of a sum.
+fn append(sum: &mut String, negative: bool, text: &str) {
+    *sum += match (sum.is_empty(), negative) {
+        (true, false) => "",
+        (true, true) => "-",
+        (false, false) => " + ",
+        (false, true) => " - ",
+    };
+    *sum += text;
+}
+
+/// What moves between the text of a factor and that of functions.
+fn around(factor: Option<String>, motion: &str, functions: Option<String>) -> String {
+    let text = multiplied(factor, motion);
+    functions.into_iter().fold(text, |text, functions| format!("{text}*{functions}"))
+}
+
 /// Whether the text of an expression begins with a minus sign.
 fn reads_negative(pool: &Pool, e: ExprId) -> bool {
     if let Some(value) = pool.as_number(e) {
@@ -309,16 +350,24 @@ fn factor_text(pool: &Pool, e: ExprId) -> Option<String> {
 
 /// A factor of what moves as text, and that of functions in it, which stand behind what moves.
 fn functions_apart(pool: &Pool, e: ExprId) -> (Option<String>, Option<String>) {
-    let is_function = |(base, exponent): &(ExprId, Number)| {
-        let stands_behind = matches!(pool.node(*base), Node::Function(own, _) if *own != Function::Abs);
-        stands_behind && exponent.is_integer() && !exponent.is_negative()
-    };
     let [(product, coefficient)] = &*pool.terms(e) else { return (factor_text(pool, e), None) };
-    let (functions, rest): (Vec<_>, Vec<_>) = pool.factors(*product).into_iter().partition(is_function);
-    if functions.is_empty() {
-        return (factor_text(pool, e), None);
+    let factors = pool.factors(*product);
+    if factors.iter().any(|own| is_function(pool, own)) {
+        return factors_apart(pool, coefficient, factors);
     }
-    (pool.display_factors(coefficient, rest), pool.display_factors(&Number::ONE, functions))
+    (factor_text(pool, e), None)
+}
+
+/// The same of a number and powers.
+fn factors_apart(pool: &Pool, number: &Number, all: Vec<(ExprId, Number)>) -> (Option<String>, Option<String>) {
+    let (functions, rest): (Vec<_>, Vec<_>) = all.into_iter().partition(|own| is_function(pool, own));
+    (pool.display_factors(number, rest), pool.display_factors(&Number::ONE, functions))
+}
+
+/// Whether a power stands behind what moves.
+fn is_function(pool: &Pool, (base, exponent): &(ExprId, Number)) -> bool {
+    let stands_behind = matches!(pool.node(*base), Node::Function(own, _) if *own != Function::Abs);
+    stands_behind && exponent.is_integer() && !exponent.is_negative()
 }
 
 /// What stands under the bar of a fraction whose numerator is 1, if that is no number.
