@@ -13,7 +13,7 @@ use super::input::{self, Source};
 use super::output::{self, visible, write_data, write_out};
 use super::{FAULT, Failure, complain, fault};
 
-/// The least difference is looked for so long; only huge files with changes everywhere need more,
+/// The least difference is searched for so long; only huge files with changes everywhere need more,
 /// and are shown as replaced in larger pieces then.
 const PATIENCE: Duration = Duration::from_secs(2);
 /// Lines around a change.

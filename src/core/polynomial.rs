@@ -12,7 +12,7 @@ use crate::expr::{PRIME, add_mod, inverse_mod, mix, mul_mod, neg_mod, pow_mod};
 use crate::number::Number;
 use crate::order::Order;
 
-/// Beyond so many terms common divisors are not looked for.
+/// Beyond so many terms common divisors are not searched for.
 const MOST_TERMS: usize = 400;
 /// Products of more terms are not multiplied out where something else will do.
 const MOST_PRODUCTS: usize = 20_000;

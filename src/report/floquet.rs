@@ -73,7 +73,7 @@ pub fn floquet_json(model: &Model, floquet: &Floquet, digits: usize) -> String {
     object.end() + "\n"
 }
 
-/// The multipliers as text: what is looked at, whether it is stable, and a line a multiplier.
+/// The multipliers as text: what is examined, whether it is stable, and a line a multiplier.
 #[must_use]
 pub fn floquet_text(model: &Model, floquet: &Floquet, digits: usize, style: &Style) -> String {
     let heading = headline(model.name.as_deref(), model.coordinates.len());

@@ -29,7 +29,7 @@ const COARSE: f64 = 1e-7;
 /// The same where trace and determinant decide: what is rounded on the way over a period. Where multipliers meet at -1
 /// without growing, as they do without a drive, they would else be taken apart by it.
 const FINE: f64 = 2e-14;
-/// A trip that takes so many times the steps of the one before is none of a motion near that.
+/// An integration that takes so many times the steps of the one before is none of a motion near that.
 const ASTRAY: usize = 4;
 /// Steps in time that a search at one place may take.
 const SEARCH: usize = 20_000;
@@ -305,7 +305,7 @@ struct Start {
     state: Vec<f64>,
 }
 
-/// A border between two neighbours that is being looked for.
+/// A border between two neighbours that is being searched for.
 struct Search {
     from: [f64; 2],
     step: [f64; 2],

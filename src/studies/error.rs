@@ -1,6 +1,6 @@
 //! Everything that can go wrong between a text and its modes, in one type for embedders.
 //!
-//! Each stage has its own error; this one only collects them, so that a whole trip can use `?`.
+//! Each stage has its own error; this one only collects them, so that the whole way from a text to modes can use `?`.
 
 use crate::amplitude::AmplitudeError;
 use crate::equilibria::EquilibriaError;

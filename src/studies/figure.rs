@@ -14,7 +14,7 @@ use librate_core::number::Number;
 use librate_core::order::{Gather, Order};
 use librate_core::precision::Scalar;
 
-/// Rods are looked for between so many points, ...
+/// Rods are searched for between so many points, ...
 const MOST_RIGID: usize = 40;
 /// ... and springs in so many terms.
 const MOST_TERMS: usize = 20_000;

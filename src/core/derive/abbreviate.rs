@@ -158,7 +158,7 @@ impl Derivation {
         Some((page, definitions))
     }
 
-    /// The entries of M and K: what is looked for there is not to be found elsewhere.
+    /// The entries of M and K: what is searched for there is not to be found elsewhere.
     fn entries_on_page(&self) -> BTreeSet<ExprId> {
         let linear = self.linear.iter();
         let rows = linear.flat_map(|linear| linear.mass.iter().chain(&linear.stiffness));

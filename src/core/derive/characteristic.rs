@@ -24,7 +24,7 @@ use crate::syntax::Comparison;
 
 /// Conditions of so few coordinates with friction are short whatever it does.
 const FEW: usize = 2;
-/// Of models with more coordinates only frequencies are looked at.
+/// Of models with more coordinates only frequencies are examined.
 const MOST_IN_ALL: usize = 40;
 /// Determinants of more coordinates are not written out, those beyond the limit of closed forms as polynomials.
 const MOST_COORDINATES_OF_POLYNOMIALS: usize = 24;

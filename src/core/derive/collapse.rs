@@ -25,7 +25,7 @@ pub(super) fn collapse(pool: &mut Pool, monomials: &mut Monomials) {
     }
     for rule in [fourths, squares, complements, products, halves] {
         // Each use leaves one term or one function less; a new term may be the partner of one that was
-        // looked at before.
+        // examined before.
         let mut changed = true;
         while changed {
             changed = false;

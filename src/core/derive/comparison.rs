@@ -12,7 +12,7 @@ use crate::polynomial::Polynomial;
 const MOST_TERMS: usize = 40;
 /// A minus sign in front is as hard to read as so many characters.
 const MINUS: usize = 12;
-/// Squares of longer sums are not looked for.
+/// Squares of longer sums are not searched for.
 const MOST_IN_ROOT: usize = 5;
 
 /// Two expressions, the first of which is more than the second one where `positive` is positive; `None` where all terms of that have

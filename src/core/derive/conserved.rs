@@ -112,7 +112,7 @@ pub(super) fn integrals(
 }
 
 /// The conserved quantities that L shows: momenta of coordinates that don't occur in it, sums of momenta for
-/// motions that leave it unchanged, and the energy where the time doesn't occur: the work of other forces is not looked at.
+/// motions that leave it unchanged, and the energy where the time doesn't occur: the work of other forces is not examined.
 pub(super) fn conserved(
     pool: &mut Algebra<'_>,
     variables: &Variables,

@@ -2,7 +2,7 @@
 //!
 //! That is where it depends on no other coordinate and falls into factors which are linear in the
 //! coordinate or in one sine or cosine of it: for the bead on a spinning hoop sin(th) = 0 or
-//! cos(th) = g/(R*W^2). Nothing is searched for, and of the numbers only the signs of parameters are looked at.
+//! cos(th) = g/(R*W^2). No search is made, and of the numbers only the signs of parameters are examined.
 
 use super::check::{Checker, Signs};
 use super::lagrangian::{Lagrangian, Variables};

@@ -10,15 +10,15 @@ use crate::number::Number;
 use crate::order::Order;
 use crate::polynomial::Polynomial;
 
-/// Values at which a factor is looked for, one a variable.
+/// Values at which a factor is searched for, one a variable.
 const POINTS: [i64; 14] = [7, 3, 11, 5, 17, 13, 23, 19, 31, 29, 41, 37, 47, 43];
-/// Whole zeros are looked for modulo each of these.
+/// Whole zeros are searched for modulo each of these.
 const PRIMES: [u64; 3] = [251, 241, 239];
 /// Polynomials with more terms are left as they are.
 const MOST_TERMS: usize = 400;
 /// As are those of a higher degree in the exponent.
 const MOST_DEGREE: u32 = 24;
-/// Factors of second degree are not looked for beyond this one.
+/// Factors of second degree are not searched for beyond this one.
 const MOST_DEGREE_OF_PAIRS: u32 = 8;
 
 impl Polynomial {

@@ -1,6 +1,6 @@
 //! Symmetry classes and closed forms of the frequencies.
 //!
-//! M and K are looked at twice: as they stand, and with parameters of a kind that have equal values taken
+//! M and K are examined twice: as they stand, and with parameters of a kind that have equal values taken
 //! as one. Symmetries of M and K take them apart; those of the energies among them give classes their names. What hangs together is a part; chains, rings and nets are recognised (`lattice`), the other
 //! parts are taken apart by symmetry (`blocks`), and blocks are solved (`roots`). Every closed form
 //! is compared with certified numbers before it is given out (`check`).

@@ -11,7 +11,7 @@ use crate::linearize::nullspace_mod;
 use crate::number::Number;
 use crate::polynomial::{Polynomial, determinant};
 
-/// More coordinates are not looked at.
+/// More coordinates are not examined.
 const MOST_COORDINATES: usize = 8;
 /// Powers of M⁻¹K of longer entries are not multiplied out.
 const MOST_TERMS: usize = 200;

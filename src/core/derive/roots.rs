@@ -24,7 +24,7 @@ use crate::polynomial::Polynomial as Ratio;
 pub(super) const MOST_COORDINATES: usize = 5;
 /// Two zeros of more symbols together may get names.
 const MOST_FOR_TWO: u64 = 140;
-/// Square roots of polynomials with more terms are not looked for.
+/// Square roots of polynomials with more terms are not searched for.
 const MOST_TERMS: usize = 200;
 
 /// A polynomial in z, the constant first.

@@ -419,7 +419,7 @@ pub(super) fn written<'m>(pool: &mut Pool, terms: impl Iterator<Item = (&'m Mono
 /// what is in most of them.
 fn factor(pool: &mut Pool, mut terms: Vec<(Monomial, Number)>, nested: u32) -> ExprId {
     let mut sum: Vec<ExprId> = Vec::new();
-    // The terms without the chosen factor are looked at in the next round.
+    // The terms without the chosen factor are examined in the next round.
     while !terms.is_empty() {
         let common = common_factor(&terms);
         let mut inner = terms;

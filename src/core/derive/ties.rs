@@ -2,7 +2,7 @@
 //!
 //! Parameters of one family, or of one name but for its number, are of a kind: `m[1]` and `m[3]`,
 //! `k12` and `k23`. Where all of a kind that have equal values (or where there are no values, all of a
-//! kind) are one, the symmetry of M and K is looked for; then the equalities that it takes are read off
+//! kind) are one, the symmetry of M and K is searched for; then the equalities that it takes are read off
 //! the entries that it takes to each other, and no others.
 
 use std::collections::BTreeMap;

@@ -188,7 +188,7 @@ impl Pool {
                 }
             });
             if known.open.len() > open {
-                // The first child is looked at first.
+                // The first child is examined first.
                 known.open[open..].reverse();
                 continue;
             }

@@ -1,6 +1,6 @@
 //! Products and powers with rational exponents.
 //!
-//! A product is built by one loop over a list of `base^exponent` still to be looked at: products
+//! A product is built by one loop over a list of `base^exponent` still to be examined: products
 //! are taken apart, numbers, contents of sums and what is certainly not negative come out of
 //! roots, equal bases are collected. What collecting made reducible again (`sqrt(u)*sqrt(u)`)
 //! goes back on the list; every round takes something apart, so that there are few.
@@ -19,7 +19,7 @@ const MAX_FACTORS: usize = 64;
 /// What the product loop works on.
 #[derive(Default)]
 struct Workspace {
-    /// Factors still to be looked at.
+    /// Factors still to be examined.
     pending: Vec<(ExprId, Number)>,
     /// Factors that are canonical by themselves.
     settled: Vec<(ExprId, Number)>,

@@ -18,7 +18,7 @@ use crate::order::Gather;
 /// Beyond this many elementary steps an elimination is given up.
 pub(super) const MOST_WORK: usize = 100_000_000;
 
-/// Fractions are looked for in so many digits of base p at most: numerators and denominators of 2000 bits.
+/// Fractions are searched for in so many digits of base p at most: numerators and denominators of 2000 bits.
 const MOST_DIGITS: u32 = 64;
 
 /// A sparse row modulo the prime: places in ascending order, with entries that are not 0.

@@ -570,7 +570,7 @@ impl Search<'_> {
     }
 
     /// Tries to prove an equilibrium beside `at`, and says where its free coordinates are. Symmetries are
-    /// looked for only where the stiffness may be singular, and more bits than doubles have are taken
+    /// searched for only where the stiffness may be singular, and more bits than doubles have are taken
     /// only where these do not do.
     fn proof(&self, at: &[Ball], metric: &DMatrix<f64>, spectrum: &Spectrum) -> Option<(Proof, Vec<Ball>)> {
         let eigen = &spectrum.eigen;

@@ -1,6 +1,6 @@
 //! That a point found by the search has an equilibrium beside it, and how close: a proof.
 //!
-//! The forces F on the free coordinates are looked at in the coordinates z of q = q~ + W z, where
+//! The forces F on the free coordinates are examined in the coordinates z of q = q~ + W z, where
 //! the columns of W are the principal axes of the stiffness at the point found, scaled so that
 //! S WᵀKW is nearly the unit matrix, S being the signs of the eigenvalues. Krawczyk's operator for
 //! G(z) = S WᵀF(q~ + W z) on the box |z| <= r then says (Krawczyk, Computing 4 (1969) 187; Moore,

@@ -1,7 +1,7 @@
 //! What is known of every expression with respect to coordinates and velocities.
 //!
 //! Children stand before their parents in the pool, so that one pass over what is new since the
-//! last question answers it for all; nothing is looked at twice. It makes no expressions.
+//! last question answers it for all; nothing is examined twice. It makes no expressions.
 
 use crate::expr::{ExprId, Node, Pool, Symbol};
 use crate::model::Local;

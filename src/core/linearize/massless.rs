@@ -223,7 +223,7 @@ fn named(own: &Linearized, direction: &Direction) -> (Vec<(String, f64)>, crate:
 }
 
 /// Whether a Cholesky decomposition of K, or of M, in doubles fails or nearly does: only then its kernel is
-/// looked for. A false alarm costs time, nothing else; a matrix that is positive by a clear margin has
+/// searched for. A false alarm costs time, nothing else; a matrix that is positive by a clear margin has
 /// no kernel.
 pub(crate) fn may_be_singular(n: usize, matrix: &[Ball]) -> bool {
     let doubles = Mat::from_fn(n, n, |i, j| matrix[i + n * j].mid_f64());

@@ -27,7 +27,7 @@ pub(super) struct Spectrum {
     pub(super) eigen: SymmetricEigen<f64, nalgebra::Dyn>,
 }
 
-/// Beside an eigenvalue this small, relative to the largest, a symmetry is looked for.
+/// Beside an eigenvalue this small, relative to the largest, a symmetry is searched for.
 const NEARLY_SINGULAR: f64 = 1e-10;
 
 impl Spectrum {

@@ -1,4 +1,4 @@
-//! What acts on a model that rests, in symbols: for whoever looks for all of its equilibria.
+//! What acts on a model that rests, in symbols: for whoever searches for all of its equilibria.
 
 use super::error::{Feature, LinearizeError};
 use super::parameters::put_exponents_in;

@@ -2,7 +2,7 @@
 //!
 //! A closed linkage with a bar too many, or a surface written twice in different ways: the gradients are independent at a
 //! random point, and dependent all along the surface that the constraints leave. That can't be told from expressions, so
-//! points of the surface near the start of the search are looked at, in doubles, and what seems to follow there is
+//! points of the surface near the start of the search are examined, in doubles, and what seems to follow there is
 //! decided with many bits. It is asked only where the linearization
 //! fails for dependent gradients.
 

@@ -1,6 +1,6 @@
 //! What a person probably means who writes what is not declared: as the blackboard, a paper or another language has it.
 //!
-//! Only mistakes are looked at here; a right model never comes this way.
+//! Only mistakes are examined here; a right model never comes this way.
 
 use super::ModelError;
 use super::compile::{Compiler, Scope};

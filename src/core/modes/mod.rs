@@ -82,7 +82,7 @@ pub struct Options {
     pub lowest: Option<usize>,
     /// Only modes next to a frequency: this one in rad/s, and how many; in the usual order.
     pub near: Option<(f64, usize)>,
-    /// Vectors to be given bounds, n entries each, one after the other: the modes that they approximate are not looked for, only proved.
+    /// Vectors to be given bounds, n entries each, one after the other: the modes that they approximate are not searched for, only proved.
     /// For T and V alone, without constraints.
     pub given: Option<Arc<[f64]>>,
     /// How many correctly rounded significant digits the frequencies shall have.

@@ -7,7 +7,7 @@ use super::Number;
 
 /// Primes below which factors are found by trial division.
 const TRIAL_LIMIT: u64 = 1000;
-/// Size in bits beyond which perfect powers are looked for only among small roots.
+/// Size in bits beyond which perfect powers are searched for only among small roots.
 const POWER_CHECK_BITS: usize = 1 << 14;
 
 /// A factor of a positive whole number and how often it divides it.

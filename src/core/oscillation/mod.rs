@@ -1,7 +1,7 @@
 //! Normal modes of a linearized model: the numeric stage put to work, and its results named.
 //!
 //! Hands M and K with their bounds to [`crate::modes`], proves zero modes only where the stiffness
-//! may be singular, looks for symmetries, and puts the model's names back. It computes no eigenvalue
+//! may be singular, searches for symmetries, and puts the model's names back. It computes no eigenvalue
 //! itself.
 
 mod exponents;

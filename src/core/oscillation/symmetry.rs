@@ -1,7 +1,7 @@
 //! The symmetry of M and K in numbers, and the classes of modes under it.
 //!
 //! The enclosures at hand, of which those that meet count as equal, say whether there may be a symmetry with
-//! classes. Where there may it is looked for among entries of a thousand bits from the exact expressions, so
+//! classes. Where there may it is searched for among entries of a thousand bits from the exact expressions, so
 //! that 1 and 1 + 1e-33 differ; only where the equilibrium was searched for the enclosures decide.
 
 use std::collections::{BTreeMap, HashMap};
@@ -21,7 +21,7 @@ pub(super) struct Labels {
     classes: Classes,
     /// The name of the point group, where there is one.
     pub(super) group: Option<String>,
-    /// Where there may be more symmetry than was looked for.
+    /// Where there may be more symmetry than was searched for.
     more: Option<(Pattern, Invariance)>,
 }
 

@@ -4,7 +4,7 @@
 //! and on the vectors of one class of symmetry it is a number (Schur's lemma; Landau and Lifshitz, Quantum
 //! Mechanics, §94). Mirrors that commute are such sums, and so is a turn of a ring plus its inverse, with
 //! 2 cos(2 pi j/N) for the wave number j. So the class of a vector doesn't depend on which vectors of
-//! a degenerate frequency are looked at.
+//! a degenerate frequency are examined.
 
 use crate::order::Order;
 use std::collections::BTreeSet;

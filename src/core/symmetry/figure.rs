@@ -17,7 +17,7 @@ use crate::number::Number;
 use crate::order::{Gather, Order};
 use crate::precision::{Big, Scalar};
 
-/// Beside the size of all: what is looked at as equal, before that is shown.
+/// Beside the size of all: what is taken for equal, before that is shown.
 const NEAR: f64 = 1e-6;
 /// Bodies that are closer have no places of their own.
 const APART: f64 = 1e-4;

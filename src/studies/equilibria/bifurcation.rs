@@ -20,7 +20,7 @@ use librate_core::precision::{Ball, Interval, System};
 use super::forces::{Equations, Forces};
 use super::search::Search;
 
-/// Symmetries are looked for among so many coordinates.
+/// Symmetries are searched for among so many coordinates.
 const MOST_COORDINATES: usize = 8;
 /// So many of them are tried.
 const MOST_SYMMETRIES: usize = 64;

@@ -25,7 +25,7 @@ use super::{
 };
 use crate::source::{self, Source};
 
-/// More values are not looked at.
+/// More values are not examined.
 const MOST_VALUES: usize = 10_000;
 /// Steps shorter than this part of the way between two values end a branch.
 const SHORTEST: f64 = 1.0 / (1 << 14) as f64;
@@ -64,7 +64,7 @@ impl Bifurcation {
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Diagram {
-    /// Where they were looked for.
+    /// Where they were searched for.
     pub region: Region,
     /// The parameter.
     pub name: String,

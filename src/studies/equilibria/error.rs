@@ -74,7 +74,7 @@ Error EquilibriaError {
         parameter: String,
     } => nowhere().with_help("branches are followed over a parameter that forces depend on smoothly"),
 
-    /// More values than are looked at.
+    /// More values than are examined.
     #[error("{values} values of the parameter are too many")]
     "E0727" TooManyValues {
         /// How many.

@@ -10,7 +10,7 @@ use librate_core::precision::Scalar;
 
 use super::poles::Poles;
 
-/// Points at which a direction is looked for that no force acts along.
+/// Points at which a direction is searched for that no force acts along.
 const POINTS_MORE: u64 = 4;
 
 /// A system of as many equations as unknowns, in symbols.

@@ -2,7 +2,7 @@
 //!
 //! The forces at rest are written out (`forces`) and a box is cut into pieces (`search`) until each is proved to have none, in
 //! intervals (`interval`) and beside poles by a field that leads away from them (`poles`), or to have exactly one (`root`). What is
-//! not decided is said, so that nothing is missed in silence. Where nothing changes along a direction, equilibria are looked for
+//! not decided is said, so that nothing is missed in silence. Where nothing changes along a direction, equilibria are searched for
 //! in a slice across it, and their number is not counted.
 
 mod bifurcation;
@@ -41,7 +41,7 @@ use turned::Rotations;
 
 /// The most coordinates and constraints.
 const MOST_COORDINATES: usize = 64;
-/// Undecided places that are looked at one by one.
+/// Undecided places that are examined one by one.
 const MOST_EXAMPLES: usize = 20;
 /// The most places that are named in words.
 const MOST_NAMED: usize = 3;
@@ -99,7 +99,7 @@ pub struct Undecided {
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Found {
-    /// Where they were looked for.
+    /// Where they were searched for.
     pub region: Region,
     /// Ordered by their coordinates.
     pub equilibria: Vec<Equilibrium>,
@@ -109,7 +109,7 @@ pub struct Found {
     pub undecided: Vec<Undecided>,
     /// Why it is not complete, in words.
     pub reasons: Vec<String>,
-    /// How many pieces of the box were looked at.
+    /// How many pieces of the box were examined.
     pub pieces: usize,
 }
 

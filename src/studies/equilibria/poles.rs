@@ -13,7 +13,7 @@ use librate_core::number::Number;
 use librate_core::order::{Gather, Order};
 use librate_core::precision::{Function, Interval, Scalar};
 
-/// More poles are not looked at together.
+/// More poles are not examined together.
 const MOST_POLES: usize = 200;
 /// A pole is near where what vanishes there takes values from so small a part of others on.
 const NEAR: f64 = 0.5;

@@ -42,7 +42,7 @@ pub(super) struct Findings {
     pub(super) roots: Vec<Root>,
     /// Pieces that were not decided.
     pub(super) undecided: Vec<Vec<Interval>>,
-    /// Whether it ended before all was looked at.
+    /// Whether it ended before all was examined.
     pub(super) is_cut_short: bool,
     /// How many pieces there were.
     pub(super) pieces: usize,

@@ -20,7 +20,7 @@ use super::forces::Equations;
 use super::moments::{Component, along, bodies, turn};
 use super::symmetric::{Element, is_symmetry};
 
-/// Steps of an angle, all the way round, at which bodies that are carried out of the box are looked for inside.
+/// Steps of an angle, all the way round, at which bodies that are carried out of the box are searched for inside.
 const STEPS: usize = 24;
 
 /// Rotations in a plane or in space.

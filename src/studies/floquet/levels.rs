@@ -24,8 +24,8 @@ const RANGE_BITS: usize = 128;
 const WORK: f64 = 1e9;
 /// What a product of numbers of 128 bits takes beside one of balls, about.
 const WIDE: f64 = 5.0;
-/// Trips that it about takes to find and prove a periodic motion.
-const TRIPS: usize = 4;
+/// Integrations over a period that it about takes to find and prove a periodic motion.
+const PASSES: usize = 4;
 /// As many steps are always made.
 const FEWEST_STEPS: usize = 2000;
 /// As many steps are the most.
@@ -65,7 +65,7 @@ impl Task<'_> {
             let there = period_map::<Big>(self.equations, &period, &[], &[], steps, bits).ok()?;
             Some(self.found(Vec::new(), &there, bits))
         };
-        Ok(self.climb(found, 1, wide))
+        Ok(self.refined(found, 1, wide))
     }
 
     /// About the periodic motion near a state.
@@ -92,12 +92,12 @@ impl Task<'_> {
                 bits.flat_map(|bits| wide(bits, self.wide_steps(bits), None)).next().ok_or(failed)?
             }
         };
-        let found = self.climb(found, TRIPS, |bits, steps, found| wide(bits, steps, Some(&found.start)));
+        let found = self.refined(found, PASSES, |bits, steps, found| wide(bits, steps, Some(&found.start)));
         Ok(Found { range: guess.range, ..found })
     }
 
     /// With more bits, as long as something is not decided and a level is not too much work.
-    fn climb(
+    fn refined(
         &self,
         mut found: Found,
         passes: usize,

@@ -233,7 +233,7 @@ fn period(driven: &Driven) -> Result<Ball, FloquetError> {
     }
 }
 
-/// Where motions are looked at, coordinates before velocities: as given, as guessed, else 0. With an equilibrium they rest.
+/// Where motions are examined, coordinates before velocities: as given, as guessed, else 0. With an equilibrium they rest.
 pub(crate) fn begin(model: &Model, driven: &mut Driven) -> Vec<ExprId> {
     let resting = model.equilibria.any();
     let places = model.equilibria.iter().zip(model.guesses.iter());

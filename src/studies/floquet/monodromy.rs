@@ -25,7 +25,7 @@ pub(super) enum Stop {
 }
 
 /// Steps after which it is looked how many there will be.
-const LOOK: usize = 256;
+const FIRST_STEPS: usize = 256;
 /// How many times too long a way has to seem there to be given up at once.
 const HOPELESS: f64 = 2.0;
 
@@ -154,7 +154,7 @@ pub(super) fn period_map<S: Enclosure>(
             });
         }
         time = time.add(&step.length);
-        if steps == LOOK {
+        if steps == FIRST_STEPS {
             let (made, most) = (steps as f64, most_steps as f64);
             if made * (period.mid_f64() / time.mid_f64()) > HOPELESS * most {
                 break;

@@ -20,7 +20,7 @@ const LAST: std::ops::Range<usize> = ORDER / 2..ORDER;
 const SAMPLES: f64 = 64.0;
 /// How far a series may be off its function, beside the size of J.
 const OFF: f64 = 1e-11;
-/// A step this short, beside the whole trip, passes whatever is there.
+/// A step this short, beside the whole time, passes whatever is there.
 const SHORTEST: f64 = 1e-14;
 
 /// The coefficients of one component.
@@ -96,7 +96,7 @@ pub struct Plain<N: Doubles = f64> {
 }
 
 impl<N: Doubles> Plain<N> {
-    /// For any number of trips; open parameters are 0 until they are set.
+    /// For any number of integrations; open parameters are 0 until they are set.
     #[must_use]
     pub fn new(equations: &Equations) -> Self {
         let n = equations.dimension;
@@ -131,7 +131,7 @@ impl<N: Doubles> Plain<N> {
         }
     }
 
-    /// A trip of more steps ends without a result.
+    /// An integration of more steps ends without a result.
     pub(crate) fn set_most_steps(&mut self, most: usize) {
         self.most_steps = most.min(MOST_STEPS);
     }
@@ -304,7 +304,7 @@ impl<N: Doubles> Plain<N> {
         (length > 0.0).then_some(length)
     }
 
-    /// The length, halved until series and right side agree on the way; `whole` is that of the trip.
+    /// The length, halved until series and right side agree on the way; `whole` is the whole time.
     fn fitting(&mut self, longest: f64, whole: f64, t: N, pace: &N) -> Option<f64> {
         let mut length = longest;
         while !self.fits(length, whole, t, pace) {

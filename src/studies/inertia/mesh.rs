@@ -53,7 +53,7 @@ impl Mesh {
     /// A mesh from the corners of its triangles, each counterclockwise seen from outside.
     ///
     /// A surface that encloses a cavity is oriented the other way round and lies within another one. Where surfaces
-    /// cut each other, or one lies in another and is no cavity, what they share counts twice: that is not looked for.
+    /// cut each other, or one lies in another and is no cavity, what they share counts twice: that is not searched for.
     ///
     /// # Errors
     /// Where a coordinate is not finite; an edge does not belong to two triangles which run through it in opposite
@@ -249,7 +249,7 @@ impl Indexed {
     }
 
     /// How many surfaces are inside out, each of which has to lie within one that is not. That its box lies within the
-    /// other's box is necessary for that, and what is looked at.
+    /// other's box is necessary for that, and what is examined.
     fn check_cavities(&self, surface: &[usize], volumes: &[IBig], scale: i64) -> Result<usize, InertiaError> {
         let negative = |volume: &IBig| *volume < IBig::ZERO;
         let cavities = volumes.iter().filter(|volume| negative(volume)).count();

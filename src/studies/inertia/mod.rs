@@ -1,6 +1,6 @@
 //! Mass, centre of mass, and principal moments and axes of inertia.
 //!
-//! Beside the trip: the tensors that a model names ([`of_model`]), a body made of points ([`of_points`]), and a solid
+//! Beside the way from a text to modes: the tensors that a model names ([`of_model`]), a body made of points ([`of_points`]), and a solid
 //! between triangles ([`Mesh`]). All three come as exact constants, expressions or fractions, and go the same way:
 //! the certified eigenvalues of [`librate_core::modes`] with M = 1. No number of a file is rounded before that.
 //!

@@ -12,7 +12,7 @@ const MASS: [&str; 2] = ["m", "mass"];
 /// The columns of the place.
 const PLACE: [&str; 3] = ["x", "y", "z"];
 
-/// The columns of a table by the names looked for.
+/// The columns of a table by the names searched for.
 fn column(table: &Table, names: &[&'static str]) -> Result<usize, InertiaError> {
     let mut fitting =
         (0..table.columns.len()).filter(|at| names.iter().any(|name| table.columns[*at].eq_ignore_ascii_case(name)));

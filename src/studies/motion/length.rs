@@ -1,7 +1,7 @@
 //! How long a step may be.
 //!
 //! As long as its last terms allow (À. Jorba and M. Zou, Experimental Mathematics 14 (2005) 99). Series have gaps: from 90° a
-//! pendulum falls with the powers 2, 6, 10, … of the time, so that all terms of the upper half are looked at. And a
+//! pendulum falls with the powers 2, 6, 10, … of the time, so that all terms of the upper half are examined. And a
 //! series knows nothing of a force that is next to nothing where it begins, as a hill far away or a kick to come: its
 //! polynomials are put into the equations of motion at some places of the step, which is halved until they fit.
 
@@ -15,7 +15,7 @@ const LEFT: f64 = 1e6;
 const MOVED: f64 = 10.0;
 /// ... or by this, in SI: where nothing moves yet, a force far below it is none.
 const NOTHING: f64 = 1e-200;
-/// A step is looked at in so many places at least: what is missing is most at its end.
+/// A step is examined in so many places at least: what is missing is most at its end.
 const LEAST: f64 = 1.0;
 /// A term before the last two may be so many times what it would be if all fell evenly: they count where those vanish.
 const UNEVEN: f64 = 10.0;
@@ -98,7 +98,7 @@ impl<S: Real> Stepper<'_, S> {
         own
     }
 
-    /// The length, in time, halved until the polynomials fit the equations of motion; places that are looked at are no further
+    /// The length, in time, halved until the polynomials fit the equations of motion; places that are examined are no further
     /// from each other than `spacing`.
     pub(super) fn fitting(&mut self, t: &S, length: f64, spacing: f64) -> f64 {
         if !(length > 0.0 && length.is_finite()) {

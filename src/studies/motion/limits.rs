@@ -7,7 +7,7 @@ use super::{Start, System, Times, moment};
 use crate::flow::count;
 use librate_core::precision::{Ball, Big, Enclosure, clear_column, power_of_two};
 
-/// Bits of the numbers that a place is looked at with: these have no range to leave.
+/// Bits of the numbers that a place is examined with: these have no range to leave.
 const BITS: usize = 128;
 /// A motion is taken to reach what it would come to in so many steps at its speed: more than the distance of a singularity, of which
 /// a step of a series is some tenth.
@@ -18,8 +18,8 @@ const ASTRONOMICAL: f64 = 1e9;
 const SMALL: f64 = power_of_two(-960);
 /// What a step may lose of a number there.
 const LOST: f64 = power_of_two(-1060);
-/// So many rows are looked at.
-const LOOKS: usize = 256;
+/// So many rows are examined.
+const SAMPLES: usize = 256;
 /// Forces below this, in SI, are what rounding leaves at the end of the range.
 const NOTHING: f64 = 1e-200;
 /// How far what may not rest is moved to see what it moves.
@@ -124,7 +124,7 @@ impl System {
     pub(super) fn lost(&self, start: &Start, times: &Times, rows: &[Vec<Ball>], steps: usize) -> Vec<Vec<f64>> {
         let n = self.names.len();
         let rests = self.rests(start, times, rows);
-        let stride = rows.len().div_ceil(LOOKS).max(1);
+        let stride = rows.len().div_ceil(SAMPLES).max(1);
         let mut lost = vec![0.0_f64; n];
         let always = LOST * count(steps + 1);
         let mut all = Vec::with_capacity(rows.len());
@@ -196,7 +196,7 @@ impl System {
             return rests;
         }
         let zero = rests.clone();
-        let stride = rows.len().div_ceil(LOOKS).max(1);
+        let stride = rows.len().div_ceil(SAMPLES).max(1);
         for (at, row) in rows.iter().enumerate().step_by(stride) {
             let mut before: Option<Vec<Ball>> = None;
             loop {

@@ -58,12 +58,12 @@ const LOST: f64 = 1e-4;
 const LEAST_SIZE: f64 = 1e-12;
 /// A motion takes at most so many steps.
 const MOST_STEPS: usize = 300_000;
-/// After so many steps it is looked at how many it will take.
+/// After so many steps it is estimated how many it will take.
 const FIRST_STEPS: usize = 400;
-/// Forces are looked at so many times in a run at least; what is much shorter than their distance may be missed.
-const LOOKS_A_RUN: f64 = 256.0;
+/// Forces are sampled so many times in a run at least; what is much shorter than their distance may be missed.
+const SAMPLES_A_RUN: f64 = 256.0;
 /// Runs are compared at so many times at least.
-const LOOKS: usize = 200;
+const SAMPLES: usize = 200;
 /// By so much of it each coordinate and velocity is changed to see how large the terms of constraints are.
 const NUDGE: f64 = 1e-12;
 /// A table has at most so many numbers.
@@ -75,7 +75,7 @@ fn moment_of(constant: &Constant) -> Option<(Ball, Tape)> {
     Some((value, Tape::compile(constant.pool(), &[constant.value()], &[]).ok()?))
 }
 
-/// When a motion is looked at: rows at equal steps from t = 0, or at times that are listed.
+/// When a motion is sampled: rows at equal steps from t = 0, or at times that are listed.
 #[derive(Clone, Debug)]
 pub struct Times {
     until: Ball,
@@ -89,7 +89,7 @@ pub struct Times {
 struct Listed {
     times: Vec<Ball>,
     exact: Vec<Tape>,
-    /// The place that each has among the rows that are asked for; none of those that are only looked at.
+    /// The place that each has among the rows that are asked for; none of those that are only sampled.
     places: Vec<Option<usize>>,
 }
 
@@ -139,12 +139,13 @@ impl Times {
     /// These and as many between them as it takes to see what happens there.
     fn looked_at(&self) -> Self {
         let Some(listed) = &self.listed else {
-            let stride = LOOKS.div_ceil(self.samples.saturating_sub(1).max(1));
+            let stride = SAMPLES.div_ceil(self.samples.saturating_sub(1).max(1));
             return Self { samples: self.samples.saturating_sub(1) * stride + 1, ..self.clone() };
         };
-        let between = Self { samples: LOOKS + 1, listed: None, ..self.clone() };
+        let between = Self { samples: SAMPLES + 1, listed: None, ..self.clone() };
         let asked = listed.times.iter().copied().zip(listed.places.iter().copied());
-        let mut all: Vec<(Ball, Option<usize>)> = asked.chain((0..LOOKS).map(|row| (between.at(row), None))).collect();
+        let mut all: Vec<(Ball, Option<usize>)> =
+            asked.chain((0..SAMPLES).map(|row| (between.at(row), None))).collect();
         all.order_by(|a, b| a.0.mid_f64().total_cmp(&b.0.mid_f64()));
         let (times, places): (Vec<Ball>, Vec<Option<usize>>) = all.into_iter().unzip();
         Self {
@@ -154,7 +155,7 @@ impl Times {
         }
     }
 
-    /// The rows that are asked for of those that were looked at, or of all of them, in their order.
+    /// The rows that are asked for of those that were examined, or of all of them, in their order.
     fn asked<T>(&self, all: Vec<T>) -> Vec<T> {
         let Some(listed) = self.listed.as_ref().filter(|own| own.places.len() == all.len()) else { return all };
         let mut rows: Vec<(usize, T)> =
@@ -478,7 +479,7 @@ impl System {
                 .expand(&t, &mut q, &mut v, left.middle().max(f64::MIN_POSITIVE))
                 .map_err(|own| self.ended(&stepper, own, &t, (&q, &v), 0.0))?;
             let mut longest = length.min(left.middle().max(0.0));
-            let fitting = stepper.fitting(&t, longest, end.middle() / LOOKS_A_RUN);
+            let fitting = stepper.fitting(&t, longest, end.middle() / SAMPLES_A_RUN);
             if fitting < longest {
                 (length, longest) = (fitting, fitting);
             }

@@ -226,7 +226,7 @@ impl<'a, S: Real> Stepper<'a, S> {
     /// Where within a length the first absolute value has its kink, if one has: the time from the expansion, behind which its
     /// sign is the other one.
     ///
-    /// It is looked for at places of the step, so that two kinks of one value between two of these are missed.
+    /// It is searched for at places of the step, so that two kinks of one value between two of these are missed.
     pub(super) fn kink(&mut self, length: f64) -> Result<Option<S>, Trouble> {
         if self.kinks.is_empty() {
             return Ok(None);
@@ -236,8 +236,8 @@ impl<'a, S: Real> Stepper<'a, S> {
         for (at, row) in self.kinks.iter().enumerate() {
             let value = |after: f64| self.signs[at] * horner(row, &S::exact(after / self.unit)).middle();
             let mut before = 0.0;
-            for place in 1..=LOOKS {
-                let after = length * count(place) / count(LOOKS);
+            for place in 1..=SAMPLES {
+                let after = length * count(place) / count(SAMPLES);
                 if first.is_some_and(|known| known.0 <= before) {
                     break;
                 }
@@ -537,8 +537,8 @@ pub(super) fn sign(x: f64) -> f64 {
     if x < 0.0 { -1.0 } else { 1.0 }
 }
 
-/// So many places of a step are looked at for kinks.
-const LOOKS: usize = 64;
+/// So many places of a step are examined for kinks.
+const SAMPLES: usize = 64;
 /// Halvings of an interval that holds a kink: more than numbers have bits.
 const BISECTIONS: usize = 128;
 /// Absolute values that begin with 0 at the same time.

@@ -7,7 +7,7 @@ use librate_core::precision::Enclosure;
 /// Newton steps to a summit.
 const MOST_STEPS: usize = 200;
 
-/// Places that a summit is looked for at, between two positions.
+/// Places that a summit is searched for at, between two positions.
 const PLACES: i32 = 400;
 
 /// U at the top of a barrier.

@@ -14,7 +14,7 @@ const BITS_OF_CORNERS: usize = 256;
 /// An equilibrium.
 #[derive(Clone, Debug)]
 pub(super) enum Center {
-    /// Of small oscillations, or at least where these are looked for.
+    /// Of small oscillations, or at least where these are searched for.
     Linearized(Linearized),
     /// Where the slope of U jumps from a negative to a positive value: a minimum without a stiffness.
     Corner(Corner),

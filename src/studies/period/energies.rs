@@ -10,7 +10,7 @@ use librate_core::model::Model;
 use librate_core::number::Number;
 use librate_core::precision::{Ball, Scalar};
 
-/// Smaller parts of a period are not looked for.
+/// Smaller parts of a period are not searched for.
 const PRIMES: [i64; 5] = [2, 3, 5, 7, 11];
 
 /// L = 1/2 M(q) q'^2 + b(q) q' - U(q). The term in b is the derivative of a function of q by the time and moves nothing.

@@ -7,7 +7,7 @@ use librate_core::precision::{Enclosure, Magnitude};
 /// Zeros further away than this part of the path are left: panels feel them little.
 const FARTHEST: f64 = 0.25;
 
-/// Where it is looked for reaches beyond the place that a parabola has it at by this factor.
+/// Where it is searched for reaches beyond the place that a parabola has it at by this factor.
 const REACH: f64 = 1.25;
 
 /// Newton steps.

@@ -14,7 +14,7 @@
 use super::panel::{Field, over_panel};
 use librate_core::precision::{Enclosure, Function, Magnitude};
 
-/// Places along a path at which a top is looked for.
+/// Places along a path at which a top is searched for.
 const PLACES: u32 = 16;
 
 /// Tops with c below this part of the squared length of the path are worth it.

@@ -12,7 +12,7 @@ use librate_core::precision::Ball;
 use super::energies::{Energies, check};
 use crate::equilibria::Found;
 
-/// Places at which it is looked for where motion is allowed, ...
+/// Places at which it is searched for where motion is allowed, ...
 const PLACES: usize = 2_000;
 /// ... and along each piece of a curve.
 const POINTS: usize = 80;

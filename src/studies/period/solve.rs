@@ -27,7 +27,7 @@ const MOST_SIZE: f64 = 1e280;
 const OUT_OF_RANGE: &str =
     "a motion with such numbers is beyond the range of double precision; other units bring it back";
 
-/// What a barrier is looked at with.
+/// What a barrier is examined with.
 const BITS_OF_BARRIERS: usize = 1024;
 
 /// An energy nearer to the height of a barrier than this, relative to the height of the motion, counts as at the

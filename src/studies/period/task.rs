@@ -294,7 +294,7 @@ impl<'a, S: Enclosure> Task<'a, S> {
         PeriodError::NotPeriodic { coordinate: self.name(), upward, end: end.map(|end| self.oscillator.place(end)) }
     }
 
-    /// The error of an amplitude behind a barrier, which is looked for.
+    /// The error of an amplitude behind a barrier, which is searched for.
     fn blocked(&mut self) -> PeriodError {
         let centre = self.centre.clone();
         match self.barrier_between() {

@@ -6,7 +6,7 @@ use librate_core::precision::Enclosure;
 /// Steps outward; with steps that grow by a quarter each they reach 1e150 times the first.
 const MOST_STEPS: usize = 1600;
 
-/// Beyond this distance nothing is looked for.
+/// Beyond this distance nothing is searched for.
 const FAR: f64 = 1e150;
 
 /// Halvings and Newton steps in a bracket.

@@ -42,7 +42,7 @@ const MOST_PRECISE: usize = 1000;
 const MOST_ELIMINATED: f64 = 1e5;
 /// ... which is not for fewer coordinates.
 const FEW: usize = 24;
-/// Exact matrices are looked at once this level decides nothing.
+/// Exact matrices are examined once this level decides nothing.
 const EXACT_AFTER: usize = 1;
 
 /// What is asked for.

@@ -18,7 +18,7 @@ use librate_core::precision::{Ball, Complex, Enclosure, Scalar};
 
 /// Pieces of the range are not halved more often: two maxima so close are taken for one.
 const NARROWEST: usize = 34;
-/// Multiplications for one output, and pieces that are looked at.
+/// Multiplications for one output, and pieces that are examined.
 const MOST_WORK: f64 = 3e7;
 const MOST_PIECES: f64 = 5e4;
 /// Halvings of an enclosure at most.

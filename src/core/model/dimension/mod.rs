@@ -3,7 +3,7 @@
 //! In a file with units every name has a dimension, given or unknown. Each sum, each function and
 //! each energy is an equation among dimensions; equations are linear in the exponents and are
 //! solved as they come ([`solve`]). What contradicts the equations before it is a mistake, told
-//! with both places and the factor that is missing. Numbers are not looked at here, except in
+//! with both places and the factor that is missing. Numbers are not examined here, except in
 //! exponents; a file without units is not checked at all.
 
 mod error;

@@ -54,7 +54,7 @@ pub enum Wanted<'a> {
     Lowest(usize),
     /// So many whose frequencies are nearest to this one, in rad/s.
     Near(f64, usize),
-    /// Those that these vectors approximate, n entries a vector, one after the other: only proved, not looked for. They have to
+    /// Those that these vectors approximate, n entries a vector, one after the other: only proved, not searched for. They have to
     /// leave out none between the lowest and the highest of them, but proved zeros.
     Given(&'a [f64]),
 }
@@ -80,7 +80,7 @@ const SINGULAR: f64 = 1e-10;
 const NEXT: f64 = 1e-9;
 /// A factor to search with is off by no more than this part of the largest stiffness, where there is another.
 const USABLE: f64 = 1e-7;
-/// How often more vectors are looked for.
+/// How often more vectors are searched for.
 const SEARCHES: usize = 12;
 
 /// Some modes of a sparse problem. `None` where they are not found or not proved, M is not positive definite by its diagonal, or

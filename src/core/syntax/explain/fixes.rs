@@ -10,7 +10,7 @@ use crate::span::Span;
 /// A longer fix would not be read.
 const MOST_CHARACTERS: usize = 60;
 
-/// As far back a declaration is looked for: every mistake looks, and files may be long.
+/// As far back a declaration is searched for: every mistake has one searched for, and files may be long.
 const LOOKED_BACK: u32 = 1 << 16;
 
 /// Tokens as they are printed in a fix: without blanks, what stands in brackets left out.

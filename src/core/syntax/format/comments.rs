@@ -12,7 +12,7 @@ use super::super::print::{Break, Piece};
 use super::pieces::Pieces;
 use crate::span::Span;
 
-/// How far tokens are looked for that differ from the source: exponents of units.
+/// How far tokens are searched for that differ from the source: exponents of units.
 const NEAR: usize = 6;
 
 /// The comments of a statement, by number in the file.
