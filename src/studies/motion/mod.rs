@@ -527,6 +527,9 @@ impl System {
 
     fn constraint_drift(&self, times: &Times, rows: &[Vec<Ball>], unit: f64) -> Option<f64> {
         let surface = &self.equations.surface;
+        if surface.outputs() == 0 {
+            return None;
+        }
         let tape = surface.prepare::<Ball>(());
         let mut scratch = Vec::new();
         let (mut off, mut terms) = (vec![0.0_f64; surface.outputs()], vec![0.0_f64; surface.outputs()]);
