@@ -196,10 +196,7 @@ impl Number {
     /// Whether the number is whole and divisible by 2.
     #[must_use]
     pub(crate) fn is_even(&self) -> bool {
-        match &self.0 {
-            Repr::Small(numerator, denominator) => *denominator == UNIT && numerator % 2 == 0,
-            Repr::Big(value) => value.is_int() && !value.numerator().unsigned_abs().bit(0),
-        }
+        self.is_integer() && !self.numerator().bit(0)
     }
 
     /// The value as a machine integer, where it is one.
@@ -238,10 +235,7 @@ impl Number {
     /// Whether the number has outgrown [`MAX_BITS`].
     #[must_use]
     pub(crate) fn is_oversized(&self) -> bool {
-        match &self.0 {
-            Repr::Small(..) => false,
-            Repr::Big(_) => self.bits() > MAX_BITS,
-        }
+        self.bits() > MAX_BITS
     }
 
     /// The absolute value.
@@ -358,13 +352,7 @@ impl Number {
     /// The largest whole number not above this one.
     #[must_use]
     pub fn floor(&self) -> Number {
-        match &self.0 {
-            Repr::Small(numerator, denominator) => {
-                let quotient = i128::from(*numerator).div_euclid(i128::from(denominator.get()));
-                Number::reduced(quotient, 1)
-            }
-            Repr::Big(value) => Number::from_integer(value.floor()),
-        }
+        Number::from_integer(self.to_big().floor())
     }
 
     /// `self - divisor*floor(self/divisor)`, which has the divisor's sign; `None` where the

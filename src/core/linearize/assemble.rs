@@ -390,7 +390,7 @@ impl Assembly {
     /// The gradient of the effective potential, one entry a coordinate; with what friction does at rest.
     pub(crate) fn gradient<S: Scalar>(&self, at: &[S], values: &Values<S>) -> Vec<S> {
         if let Some((at, wide)) = values.wide(at) {
-            return S::all_from_wide(&self.gradient(&at, wide));
+            return self.gradient(&at, wide).iter().filter_map(S::from_wide).collect();
         }
         let mut gradient = vec![S::from_number(&Number::from(0), values.precision); self.dimension];
         self.run(Part::Force, at, values, |family, instance, numbers, _| {

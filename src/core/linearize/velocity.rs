@@ -326,7 +326,7 @@ impl Assembly {
         // Shares that cancel are added up before they are rounded.
         if let Some((at, wide)) = values.wide(at) {
             let found = self.velocity_matrix(matrix, &at, wide)?;
-            return Some(S::all_from_wide(&found));
+            return Some(found.iter().filter_map(S::from_wide).collect());
         }
         let n = self.dimension;
         let zero = S::from_number(&Number::ZERO, values.precision());

@@ -78,23 +78,20 @@ impl Polar {
     }
 }
 
-/// A right side: its parts, and a bound of what they are off by.
-#[derive(Clone, Copy)]
-struct Right {
-    value: Complex<Pair>,
-    error: Lane,
-}
-
-/// An entry of A.
+/// An entry of A, or of a right side: its parts, and a bound of what they are off by.
 #[derive(Clone, Copy)]
 struct Entry {
     value: Complex<Pair>,
     bound: Lane,
 }
 
+impl Entry {
+    const ZERO: Self = Self { value: Complex { re: Pair::ZERO, im: Pair::ZERO }, bound: Lane::ZERO };
+}
+
 /// What eight systems take, to be used again for the next eight.
 struct Work {
-    right: Vec<Right>,
+    right: Vec<Entry>,
     entries: Vec<Entry>,
     /// A, then L and U, by rows of the band; and the moduli of these.
     matrix: Vec<Complex<Lane>>,
@@ -114,14 +111,14 @@ impl Banded {
     /// From the places of entries, each with its stiffness, mass and velocity coefficient.
     pub fn new(order: usize, band: [usize; 2], entries: impl Iterator<Item = (usize, usize, [Ball; 3])>) -> Self {
         let mut filled = vec![0; order];
-        let mut place = |(row, column, parts): (usize, usize, [Ball; 3])| {
+        let place = |(row, column, parts): (usize, usize, [Ball; 3])| {
             filled[row] += 1;
             Place { row, column, centres: parts.map(|own| own.mid), bounds: parts.map(|own| own.radius) }
         };
-        let mut places: Vec<Place> = entries.map(&mut place).collect();
+        let mut places: Vec<Place> = entries.map(place).collect();
         // An entry k - θ m of two doubles each is off by at most 40 u² of its terms, what ω is off by costs 130 u²; a sum of 2 m
         // products and f in double-double, added up below at most 2 m + 4 times, by (2 m + 5)² u² (see `residuals` in modes/sparse).
-        let widest = filled.iter().fold(0, |most: usize, own| most.max(*own)) as f64;
+        let widest = filled.into_iter().max().unwrap_or(0) as f64;
         let share = ((2.0 * widest + 5.0) * (2.0 * widest + 5.0) + 256.0) * U2;
         for place in &mut places {
             for (bound, centre) in place.bounds.iter_mut().zip(&place.centres) {
@@ -146,31 +143,29 @@ impl Banded {
 
     fn work(&self) -> Work {
         let n = self.order;
-        let zero = Complex { re: Pair::ZERO, im: Pair::ZERO };
-        let entries = vec![Entry { value: zero, bound: Lane::ZERO }; self.places.len()];
+        let entries = vec![Entry::ZERO; self.places.len()];
         let matrix = vec![ZERO; n * self.width()];
         let moduli = vec![Lane::ZERO; matrix.len()];
-        let right = vec![Right { value: zero, error: Lane::ZERO }; n];
+        let right = vec![Entry::ZERO; n];
         let [inverse, x, d] = [0; 3].map(|_| vec![ZERO; n]);
         let [sizes, v, again] = [0; 3].map(|_| vec![Lane::ZERO; n]);
         Work { right, entries, matrix, moduli, inverse, x, d, sizes, v, again, proved: Lane::ZERO }
     }
 
     /// Frequencies and right sides in lanes.
-    fn put(&self, driven: &[(Ball, Forces)], right: &mut [Right]) -> Pair {
-        let zero = Complex { re: Pair::ZERO, im: Pair::ZERO };
-        right.fill(Right { value: zero, error: Lane::ZERO });
+    fn put(&self, driven: &[(Ball, Forces)], right: &mut [Entry]) -> Pair {
+        right.fill(Entry::ZERO);
         let mut omega = Pair::ZERO;
         for (lane, (own, forces)) in driven.iter().enumerate() {
             let is_close = own.radius <= OMEGA_ERROR * own.mid.hi;
             omega.high.0[lane] = if is_close { own.mid.hi } else { f64::NAN };
             omega.low.0[lane] = own.mid.lo;
             for (row, force) in forces {
-                let Right { value, error } = &mut right[*row];
+                let Entry { value, bound } = &mut right[*row];
                 for (part, force) in [(&mut value.re, &force.re), (&mut value.im, &force.im)] {
                     part.high.0[lane] = force.mid.hi;
                     part.low.0[lane] = force.mid.lo;
-                    error.0[lane] += force.radius + self.share * force.mid.hi.abs();
+                    bound.0[lane] += force.radius + self.share * force.mid.hi.abs();
                 }
             }
         }
@@ -317,12 +312,12 @@ fn solve_loops<const FUSED: bool>(banded: &Banded, omega: &Pair, work: &mut Work
         own.value.re.add_products::<FUSED>(x.im, &value.im);
         own.value.im.add_products::<FUSED>(-x.im, &value.re);
         own.value.im.add_products::<FUSED>(-x.re, &value.im);
-        own.error += *bound * size(x);
+        own.bound += *bound * size(x);
     }
     for (d, right) in d.iter_mut().zip(&mut *right) {
         let Complex { re, im } = right.value;
         *d = Complex { re: re.high + re.low, im: im.high + im.low };
-        right.error += Lane::splat(U) * size(*d) + Lane::splat(FLOOR);
+        right.bound += Lane::splat(U) * size(*d) + Lane::splat(FLOOR);
     }
     banded.substitute(matrix, inverse, d);
     for (modulus, own) in moduli.iter_mut().zip(&*matrix) {
@@ -333,7 +328,7 @@ fn solve_loops<const FUSED: bool>(banded: &Banded, omega: &Pair, work: &mut Work
     }
     banded.lost(moduli, entries, sizes, v);
     for (v, right) in v.iter_mut().zip(&*right) {
-        *v += right.error;
+        *v += right.bound;
     }
     banded.spread(moduli, v);
     for v in &mut *v {

@@ -465,13 +465,11 @@ pub fn one_digit_up(bound: f64) -> f64 {
 
 /// A bound rounded up to one significant digit, as text: `5e-16`, `0`, `inf`.
 pub fn one_digit_up_text(bound: f64) -> String {
-    let shortest = format!("{:e}", bound.abs());
-    let Some((mantissa, exponent)) = shortest.split_once('e') else {
-        return if bound == 0.0 { "0".to_owned() } else { "inf".to_owned() };
-    };
     if bound == 0.0 {
         return "0".to_owned();
     }
+    let shortest = format!("{:e}", bound.abs());
+    let Some((mantissa, exponent)) = shortest.split_once('e') else { return "inf".to_owned() };
     let (first, rest) = mantissa.split_once('.').unwrap_or((mantissa, ""));
     let (Ok(mut digit), Ok(mut exponent)) = (first.parse::<u32>(), exponent.parse::<i32>()) else {
         return "inf".to_owned();

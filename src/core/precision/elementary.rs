@@ -115,12 +115,15 @@ fn sin_cos_reduced(r: Ball) -> (Ball, Ball) {
     if r.is_zero() {
         return (Ball::ZERO, Ball::ONE);
     }
-    let x = r.abs_upper();
-    let z = -(r * r);
     // Alternating series with falling terms: the remainder is below the first term left out.
-    let sin = r + r * (z * series(z, 3, 2, 27));
-    let cos = Ball::ONE + z * series(z, 2, 2, 28);
-    (sin.with_added_radius(remainder(x, 29)), cos.with_added_radius(remainder(x, 30)))
+    odd_and_even(r, -(r * r), r.abs_upper())
+}
+
+/// r + z r/3! + z² r/5! + … and 1 + z/2! + z²/4! + … for z = ± r², |r| at most `size`.
+fn odd_and_even(r: Ball, z: Ball, size: f64) -> (Ball, Ball) {
+    let odd = r + r * (z * series(z, 3, 2, 27));
+    let even = Ball::ONE + z * series(z, 2, 2, 28);
+    (odd.with_added_radius(remainder(size, 29)), even.with_added_radius(remainder(size, 30)))
 }
 
 /// Sine and cosine of an exact number; [-1, 1] beyond 2^50, where the quadrant is not resolved.
@@ -159,10 +162,7 @@ fn exp_point(x: DoubleDouble) -> Ball {
 /// Hyperbolic sine and cosine of an exact number below 0.5 in magnitude.
 fn sinh_cosh_small(x: DoubleDouble) -> (Ball, Ball) {
     let r = Ball::from(x);
-    let z = r * r;
-    let sinh = r + r * (z * series(z, 3, 2, 27));
-    let cosh = Ball::ONE + z * series(z, 2, 2, 28);
-    (sinh.with_added_radius(remainder(x.hi, 29)), cosh.with_added_radius(remainder(x.hi, 30)))
+    odd_and_even(r, r * r, x.hi)
 }
 
 /// ln((1 + z) / (1 - z)) = 2 (z + z^3/3 + z^5/5 + ...) for |z| < 0.06, by terms up to z^27; the
@@ -232,12 +232,6 @@ fn angle_point(y: DoubleDouble, x: DoubleDouble) -> Ball {
     }
     let atan = d - d * d * d / Ball::exact(3.0);
     Ball::exact(a) + atan.with_added_radius(up(0.3 * size.powi(5)))
-}
-
-/// A bound of f over the ball as a ball, for an increasing f given at points.
-fn between_ends(x: &Ball, f: impl Fn(DoubleDouble) -> Ball) -> Ball {
-    let (low, high) = x.ends();
-    f(low).hull(&f(high))
 }
 
 /// The elementary functions.
@@ -345,7 +339,9 @@ impl Ball {
         if self.radius == 0.0 {
             return if self.mid.abs() > one { Self::NOT_FINITE } else { point(*self) };
         }
-        between_ends(self, |x| point(Ball::from(clip(x))))
+        // The function rises or falls all along.
+        let (low, high) = self.ends();
+        point(clip(low).into()).hull(&point(clip(high).into()))
     }
 
     /// Exponential function.

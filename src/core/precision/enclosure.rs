@@ -156,15 +156,12 @@ impl Enclosure for Big {
         Big::from_f64(value, bits)
     }
 
-    fn center(&self) -> Self {
-        if self.is_finite() { Big::center(self) } else { self.clone() }
-    }
-
     fn rounded(&self, bits: usize) -> Self {
-        Enclosure::center(&Enclosure::center(self).with_bits(bits))
+        Big::center(&Big::center(self).with_bits(bits))
     }
 
     own_methods! { Big:
+        center() -> Self;
         mid_f64() -> f64;
         is_positive() -> bool;
         is_negative() -> bool;

@@ -89,10 +89,6 @@ pub trait Scalar: Clone {
     fn from_wide(_wide: &Big) -> Option<Self> {
         None
     }
-    /// All of several.
-    fn all_from_wide(wide: &[Big]) -> Vec<Self> {
-        wide.iter().filter_map(Self::from_wide).collect()
-    }
     /// Whether the value is zero and known to be exactly that; `false` is always allowed and only
     /// costs time.
     fn is_exact_zero(&self) -> bool {

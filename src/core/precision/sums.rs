@@ -142,10 +142,7 @@ fn ball_loops<const FUSED: bool>(left: &[Ball], right: &[Ball]) -> Option<Ball> 
 
 /// The same for eight rows at once, in doubles.
 pub(super) fn convolution_of_lanes(left: &[Lane], right: &[Lane]) -> Option<Lane> {
-    if left.is_empty() {
-        return None;
-    }
-    Some(side_by_side(left, right))
+    (!left.is_empty()).then(|| side_by_side(left, right))
 }
 
 kernel!(side_by_side, lane_loops, (left: &[Lane], right: &[Lane]) -> Lane);

@@ -132,12 +132,6 @@ impl Add for &Big {
         if !radius.is_finite() {
             return Big::not_finite(bits);
         }
-        if self.is_mid_zero() {
-            return Big::rounded(other.significand.clone(), other.exponent, bits, radius);
-        }
-        if other.is_mid_zero() {
-            return Big::rounded(self.significand.clone(), self.exponent, bits, radius);
-        }
         let (large, small) = if self.top() >= other.top() { (self, other) } else { (other, self) };
         if large.top() - small.top() > bits as i64 + 64 && large.exponent > small.top() {
             let radius = radius.add(small.mid_upper());
