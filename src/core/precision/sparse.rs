@@ -15,16 +15,9 @@ pub struct SparseMatrix<S = Ball> {
 impl<S: Scalar> SparseMatrix<S> {
     /// From all entries column by column, of which the lower triangle is read.
     pub(crate) fn from_dense(dimension: usize, entries: &[S]) -> Self {
-        let mut matrix = Self { starts: vec![0], rows: Vec::new(), values: Vec::new() };
-        for j in 0..dimension {
-            let column = (0_u32..).zip(&entries[j * dimension..(j + 1) * dimension]).skip(j);
-            for (row, value) in column.filter(|(_, value)| !value.is_exact_zero()) {
-                matrix.rows.push(row);
-                matrix.values.push(value.clone());
-            }
-            matrix.starts.push(matrix.rows.len());
-        }
-        matrix
+        let places = (0..dimension).flat_map(|j| (j..dimension).map(move |i| (i, j)));
+        let shares = places.map(|(i, j)| (i as u32, j as u32, entries[j * dimension + i].clone()));
+        Self::from_shares(dimension, &shares.filter(|(_, _, value)| !value.is_exact_zero()).collect::<Vec<_>>())
     }
 
     /// The sum of shares: row, column, value; of a symmetric matrix with no row above the column. Several for one entry are added in their order.
@@ -62,9 +55,7 @@ impl<S: Scalar> SparseMatrix<S> {
         }
         matrix
     }
-}
 
-impl<S: Scalar> SparseMatrix<S> {
     /// The sum of two matrices that store the same parts.
     pub(crate) fn plus(&self, other: &Self) -> Self {
         let both = self.entries().chain(other.entries());
