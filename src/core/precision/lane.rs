@@ -144,13 +144,10 @@ pub(crate) struct Pair {
 impl Pair {
     pub(crate) const ZERO: Self = Self { high: Lane::ZERO, low: Lane::ZERO };
 
-    /// self + x y, for x a number in two parts.
+    /// A number, eight times.
     #[inline(always)]
-    pub(crate) fn add_product<const FUSED: bool>(&mut self, (high, low): (f64, f64), y: Lane) {
-        let (product, error) = lane_product::<FUSED>(Lane::splat(high), y);
-        let (sum, rest) = two_sum(self.high, product);
-        self.high = sum;
-        self.low += rest + (error + Lane::splat(low) * y);
+    pub(crate) fn splat(value: DoubleDouble) -> Self {
+        Self { high: Lane::splat(value.hi), low: Lane::splat(value.lo) }
     }
 
     /// self + x y.

@@ -161,8 +161,7 @@ pub(super) residuals, residual_loops, (stiffness: &Rows, mass: &Rows, x: &[Lane]
 fn row_times<const FUSED: bool>(rows: &Rows, i: usize, x: &[Lane]) -> Pair {
     let mut sum = Pair::ZERO;
     for at in rows.row(i) {
-        let low = rows.low.get(at).copied().unwrap_or(0.0);
-        sum.add_product::<FUSED>((rows.high[at], low), x[rows.columns[at] as usize]);
+        sum.add_products::<FUSED>(x[rows.columns[at] as usize], &Pair::splat(rows.value(at)));
     }
     sum
 }

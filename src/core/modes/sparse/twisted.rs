@@ -79,7 +79,7 @@ impl<'a> Bands<'a> {
     fn side<const FUSED: bool>(&self, i: usize, theta: &Pair) -> Pair {
         let own = self.stiffness.side(i);
         if self.mass.side.is_empty() {
-            return Pair { high: Lane::splat(own.hi), low: Lane::splat(own.lo) };
+            return Pair::splat(own);
         }
         Pair::shifted::<FUSED>(own, theta, self.mass.side(i))
     }
@@ -97,7 +97,7 @@ impl<'a> Bands<'a> {
         let mut down = vec![Lane::ZERO; n];
         for chunk in starts.chunks(LANES) {
             let last = chunk.last().copied().unwrap_or(0.0);
-            let mut theta = Pair { high: Lane::splat(last), low: Lane::ZERO };
+            let mut theta = Pair::splat(DoubleDouble::exact(last));
             theta.high.0.iter_mut().zip(chunk).for_each(|(own, start)| *own = *start);
             let mut z = vec![Lane::ZERO; n];
             let mut settled = false;

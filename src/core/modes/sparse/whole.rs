@@ -338,19 +338,18 @@ impl Work {
     #[inline(always)]
     fn measure<const FUSED: bool>(&mut self, band: &Band, theta: &Pair) -> Sums {
         let n = self.x.len();
-        let splat = |own: &DoubleDouble| Pair { high: Lane::splat(own.hi), low: Lane::splat(own.lo) };
         let minus = Pair { high: -theta.high, low: -theta.low };
         let (mut square, mut product, mut rest) = (Pair::ZERO, Lane::ZERO, Lane::ZERO);
         let mut side = Pair::ZERO;
         for i in 0..n {
             let x = self.x[i];
             let mut sum = Pair::ZERO;
-            add_product::<FUSED>(&mut sum, &splat(&band.diagonal[i]), &x);
+            add_product::<FUSED>(&mut sum, &Pair::splat(band.diagonal[i]), &x);
             add_product::<FUSED>(&mut sum, &minus, &x);
             if i > 0 {
                 add_product::<FUSED>(&mut sum, &side, &self.x[i - 1]);
             }
-            side = splat(&band.side[i]);
+            side = Pair::splat(band.side[i]);
             if i + 1 < n {
                 add_product::<FUSED>(&mut sum, &side, &self.x[i + 1]);
             }
@@ -429,8 +428,7 @@ fn shape_loops<const FUSED: bool>(band: &Band, x: &[Pair], measured: &Measured, 
     for (i, (x, w)) in x.iter().zip(&band.weights).enumerate() {
         let (mut unit, mut own) = (Pair::ZERO, Pair::ZERO);
         add_product::<FUSED>(&mut unit, x, &scale);
-        let weight = Pair { high: Lane::splat(w.mid.hi), low: Lane::splat(w.mid.lo) };
-        add_product::<FUSED>(&mut own, &unit.settled(), &weight);
+        add_product::<FUSED>(&mut own, &unit.settled(), &Pair::splat(w.mid));
         let own = own.settled();
         largest = largest.max(own.high.abs());
         left = left.max(own.low.abs());
