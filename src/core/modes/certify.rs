@@ -164,10 +164,7 @@ pub(super) fn certify(couplings: &Couplings) -> Option<Enclosures> {
             }
             Err(culprit) => {
                 if culprit < start {
-                    match clusters.pop() {
-                        Some(below) => start = below.start,
-                        None => return None,
-                    }
+                    start = clusters.pop()?.start;
                 } else {
                     end = (end + 1).min(m);
                 }
@@ -385,7 +382,6 @@ fn pass_loops<const FUSED: bool>(pass: &mut Pass<'_>) {
     let (rows, radius, factor) = (pass.rows, pass.radius, pass.factor);
     let reach = pass.width + radius;
     let top = pass.sigma + radius;
-    let chunks = |values: &'_ [f64]| values.len() / LANES;
     // |s_ic - σ g_ic| <= |s_ic - μ_c g_ic| + |σ - μ_c| |g_ic| for columns c of the cluster.
     pass.tau.fill(0.0);
     for c in pass.range.clone() {
@@ -403,7 +399,7 @@ fn pass_loops<const FUSED: bool>(pass: &mut Pass<'_>) {
     let s_sum = rows.s_sum.as_chunks::<LANES>().0;
     let g_sum = rows.g_sum.as_chunks::<LANES>().0;
     let (mut most, mut missing) = ([0.0_f64; LANES], [0.0_f64; LANES]);
-    for k in 0..chunks(pass.gaps) {
+    for k in 0..gaps.len() {
         for l in 0..LANES {
             let diagonal = diagonal(gaps[k][l] - radius, least[k][l], defect[k][l]);
             let rest = s_sum[k][l] + top * g_sum[k][l];
@@ -419,7 +415,7 @@ fn pass_loops<const FUSED: bool>(pass: &mut Pass<'_>) {
         return;
     }
     let most = up(most.iter().fold(0.0, |x: f64, y| x.max(*y)));
-    for k in 0..chunks(pass.gaps) {
+    for k in 0..gaps.len() {
         for l in 0..LANES {
             let diagonal = diagonal(gaps[k][l] - radius, least[k][l], defect[k][l]);
             let rest = (s_sum[k][l] + top * g_sum[k][l]) * most;

@@ -298,7 +298,7 @@ fn quick(scaled: &Scaled, zero: &ZeroSpace, options: &Options, x: &Matrix) -> Re
             }
             before = score;
         }
-        let step = refine::Step::new(&round, round.xt.rows);
+        let step = refine::Step::new(&round);
         let xt = refine::refine_rows(&quick, &round, &step);
         round = quick.round(xt, if few { slices(scaled.n) } else { ALL_SLICES });
     }

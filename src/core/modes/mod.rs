@@ -392,7 +392,6 @@ pub fn solve_from(problem: &Problem, source: &dyn Source, options: &Options) -> 
         }
     };
     let options = &options.smaller(i64::from(scaled.power / 2));
-    let below = |options: &Options| refined(&scaled, &zero, source, options);
-    let solution = Precisely { scaled: &scaled, zero: &zero, source }.further(&below, options)?;
+    let solution = Precisely { scaled: &scaled, zero: &zero, source }.further(options)?;
     Ok(spectrum(&scaled, &zero, &solution, options))
 }

@@ -143,10 +143,6 @@ impl<'a> Quick<'a> {
     }
 }
 
-fn dot<'a>(a: impl Iterator<Item = &'a f64>, b: impl Iterator<Item = &'a f64>) -> f64 {
-    a.zip(b).map(|(a, b)| a * b).sum()
-}
-
 impl Round {
     /// x_iᵀMx_j for some columns, without bounds.
     pub(super) fn gram(&self, columns: &[usize]) -> Matrix {
@@ -172,8 +168,7 @@ impl Round {
         if self.g.get().is_some() || asked > self.quotient.len() {
             return self.g().get(i, j);
         }
-        let image = &self.mass_image.value;
-        dot(self.xt.hi.row(i), image.hi.row(j))
+        self.xt.hi.row(i).zip(self.mass_image.value.hi.row(j)).map(|(x, image)| x * image).sum()
     }
 
     /// Whether all numbers are in range.
@@ -271,15 +266,15 @@ fn overlap_loops<const FUSED: bool>((hi, lo): (&[f64], &[f64]), h: &Plain, g: &m
 }
 
 impl super::refine::Mixed for Round {
-    fn quotient(&self, i: usize) -> DoubleDouble {
-        self.quotient[i]
+    fn quotients(&self) -> &[DoubleDouble] {
+        &self.quotient
     }
 
     fn coupling(&self, i: usize, j: usize) -> f64 {
         self.h().get(i, j)
     }
 
-    fn couplings(&self, _: usize) -> Cow<'_, Plain> {
+    fn couplings(&self) -> Cow<'_, Plain> {
         Cow::Borrowed(self.h())
     }
 

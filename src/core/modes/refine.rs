@@ -31,12 +31,13 @@ pub(super) const TINY: f64 = 1e-8;
 
 /// A nearly diagonal pencil, in doubles: what the columns of X are to one another.
 pub(super) trait Mixed {
-    /// μ_i, about s_ii / g_ii.
-    fn quotient(&self, i: usize) -> DoubleDouble;
+    /// μ_i, about s_ii / g_ii, of all columns.
+    fn quotients(&self) -> &[DoubleDouble];
     /// About s_ij - μ_j g_ij.
     fn coupling(&self, i: usize, j: usize) -> f64;
-    /// The same for all m columns.
-    fn couplings(&self, m: usize) -> Cow<'_, Plain> {
+    /// The same for all columns.
+    fn couplings(&self) -> Cow<'_, Plain> {
+        let m = self.quotients().len();
         Cow::Owned(Plain::from_fn(m, m, |i, j| self.coupling(i, j)))
     }
     /// About g_ij.
@@ -54,8 +55,8 @@ struct Measured<'a> {
 }
 
 impl Mixed for Measured<'_> {
-    fn quotient(&self, i: usize) -> DoubleDouble {
-        self.quotient[i]
+    fn quotients(&self) -> &[DoubleDouble] {
+        &self.quotient
     }
 
     fn coupling(&self, i: usize, j: usize) -> f64 {
@@ -80,7 +81,7 @@ impl Mixed for Measured<'_> {
 pub(super) fn refine(pencil: &Pencil, zero: &ZeroSpace, x: &Matrix) -> Matrix {
     let m = x.columns;
     let measured = Measured { pencil, quotient: (0..m).map(|i| rayleigh(pencil, i).0).collect() };
-    let step = Step::new(&measured, m);
+    let step = Step::new(&measured);
     let mut x_new = product(x, &step.correction.widened(), Part::All);
     x_new.add_assign(x);
     // What is left of the zero vectors: X - Z (ZᵀMX).
@@ -124,15 +125,16 @@ pub(super) struct Step {
 }
 
 impl Step {
-    pub(super) fn new(mixed: &impl Mixed, m: usize) -> Self {
-        let upper = mixed.couplings(m);
+    pub(super) fn new(mixed: &impl Mixed) -> Self {
+        let quotient = mixed.quotients();
+        let m = quotient.len();
+        let upper = mixed.couplings();
         let lower = upper.transposed();
-        let quotient: Vec<DoubleDouble> = (0..m).map(|i| mixed.quotient(i)).collect();
         let mut together = Groups::new(m);
         let mut w = Plain::zeros(m, m);
         for j in 0..m {
             let nu = quotient[j];
-            let to = w.column_mut(j).iter_mut().zip(&quotient);
+            let to = w.column_mut(j).iter_mut().zip(quotient);
             let couplings = upper.column(j).iter().zip(lower.column(j));
             for ((w, mu), (&own, &other)) in to.zip(couplings) {
                 let gap = (nu.hi - mu.hi) + (nu.lo - mu.lo);

@@ -98,7 +98,6 @@ pub(super) fn cluster_shapes(
     errors: &Errors,
     index: usize,
 ) -> Vec<Shape> {
-    let n = problem.n;
     let x = &solution.x;
     if let [k] = *columns {
         let g = solution.gram.diagonal(k);
@@ -110,13 +109,11 @@ pub(super) fn cluster_shapes(
         // Of 1/√g and of 1/(1 - η), rounded up.
         let scale = up(1.0 / norm.hi);
         let rest = if eta < 0.5 { up(1.0 / (1.0 - eta)) } else { f64::INFINITY };
-        let (mut vector, mut bound) = (Vec::with_capacity(n), 0.0);
-        for row in 0..n {
+        let component = |row: usize| {
             let value = x.get(row, k) * inverse;
-            let error = up((errors.component(row, index) * scale + value.hi.abs() * eta) * rest);
-            push(&mut vector, &mut bound, value, error, problem.shift[row]);
-        }
-        return vec![finish(vector, bound)];
+            (value, up((errors.component(row, index) * scale + value.hi.abs() * eta) * rest))
+        };
+        return vec![unscaled(problem, (0..problem.n).map(component))];
     }
     // An echelon basis does not depend on the basis that the solver happened to find.
     let basis = x.gather(columns);
@@ -126,18 +123,15 @@ pub(super) fn cluster_shapes(
     (0..columns.len())
         .map(|q| {
             let weight: f64 = transform.hi.column(q).iter().map(|t| t.abs()).sum();
-            let mut bound: f64 = 0.0;
-            let mut vector = Vec::with_capacity(n);
-            for row in 0..n {
+            let component = |row: usize| {
                 // The product of basis and transform is rounded, too.
                 let terms = transform.hi.column(q).iter().enumerate();
                 let size: f64 = terms.map(|(p, t)| (basis.get(row, p).hi * t).abs()).sum();
                 let rounding = product_bound(columns.len()) * size;
                 let error = errors.component(row, index) * weight + rounding;
-                let error = error * (1.0 + 1e-9);
-                push(&mut vector, &mut bound, vectors.get(row, q), error, problem.shift[row]);
-            }
-            finish(vector, bound)
+                (vectors.get(row, q), error * (1.0 + 1e-9))
+            };
+            unscaled(problem, (0..problem.n).map(component))
         })
         .collect()
 }
@@ -166,25 +160,26 @@ pub(super) fn zero_shapes(problem: &Scaled, zero: &ZeroSpace) -> Vec<Shape> {
             // |1/√(1 + e) - 1| <= |e| for |e| <= 1/2: how far the length is from 1.
             let defect = (problem.mass.form(&combined) - Ball::ONE).abs_upper();
             let defect = if defect <= 0.5 { defect } else { f64::INFINITY };
-            let mut bound: f64 = 0.0;
-            let mut vector = Vec::with_capacity(problem.n);
-            for (value, &shift) in combined.iter().zip(&problem.shift) {
+            let component = |value: &Ball| {
                 let size = value.abs_upper();
-                let error = if size == 0.0 { 0.0 } else { up(value.radius + size * defect) * 2.0 };
-                push(&mut vector, &mut bound, value.mid, error, shift);
-            }
-            finish(vector, bound)
+                (value.mid, if size == 0.0 { 0.0 } else { up(value.radius + size * defect) * 2.0 })
+            };
+            unscaled(problem, combined.iter().map(component))
         })
         .collect()
 }
 
-/// Appends a component, back in the original coordinates and rounded to a double.
-fn push(vector: &mut Vec<f64>, bound: &mut f64, value: DoubleDouble, error: f64, shift: i32) {
-    let (value, error) =
-        if shift == 0 { (value, error) } else { (value.scale(shift), DoubleDouble::exact(error).scale(shift).hi) };
-    vector.push(value.hi);
-    let error = if error == 0.0 && value.lo == 0.0 { 0.0 } else { up(error + value.lo.abs()) };
-    *bound = bound.max(if error.is_nan() { f64::INFINITY } else { error });
+/// A vector from its components and what each may be off by, back in the original coordinates and rounded to doubles.
+fn unscaled(problem: &Scaled, components: impl Iterator<Item = (DoubleDouble, f64)>) -> Shape {
+    let (mut vector, mut bound) = (Vec::with_capacity(problem.n), 0.0_f64);
+    for ((value, error), &shift) in components.zip(&problem.shift) {
+        let (value, error) =
+            if shift == 0 { (value, error) } else { (value.scale(shift), DoubleDouble::exact(error).scale(shift).hi) };
+        vector.push(value.hi);
+        let error = if error == 0.0 && value.lo == 0.0 { 0.0 } else { up(error + value.lo.abs()) };
+        bound = bound.max(if error.is_nan() { f64::INFINITY } else { error });
+    }
+    finish(vector, bound)
 }
 
 /// A vector with that sign.

@@ -258,10 +258,7 @@ impl<'a> Setting<'a> {
         for (at, &column) in self.columns.own.iter().enumerate() {
             own.column_mut(at).copy_from_slice(self.sizes.column(column));
         }
-        let of = |radius: &Option<Plain>| {
-            let radius = radius.as_ref()?;
-            Some(bound_product(radius, &own))
-        };
+        let of = |radius: &Option<Plain>| radius.as_ref().map(|radius| bound_product(radius, &own));
         let stiffness = of(&self.data.stiffness.radius);
         let mass = of(&self.data.mass.radius);
         let (mut h, mut g) = (Plain::zeros(n, k), Plain::zeros(n, k));

@@ -21,7 +21,7 @@ use super::certify::{Cluster, Couplings, Enclosures, certify};
 use super::dense::{Matrix, Plain};
 use super::pencil::{Bounded, Scaled, ZeroSpace, couplings, pencil};
 use super::start::careful_eigenvectors;
-use super::{Certificate, Gram, ModesError, Options, PrecisionLevel, Solution, Source, covered};
+use super::{Certificate, Gram, ModesError, Options, PrecisionLevel, Solution, Source, covered, refined};
 use crate::order::Order;
 use crate::precision::{Big, Magnitude};
 use data::Data;
@@ -46,12 +46,10 @@ pub(super) struct Precisely<'a> {
     pub(super) source: &'a dyn Source,
 }
 
-/// The precision levels below.
-type Below<'a> = &'a dyn Fn(&Options) -> Result<Solution, ModesError>;
-
 impl Precisely<'_> {
     /// The outcome of the precision levels below, or a better one where digits are missing or there is none.
-    fn covering(self, below: Below<'_>, options: &Options) -> Result<Solution, ModesError> {
+    fn covering(self, options: &Options) -> Result<Solution, ModesError> {
+        let below = |options: &Options| refined(self.scaled, self.zero, self.source, options);
         let few = options.lowest.is_some_and(|wanted| FEW * wanted <= self.scaled.n);
         if few
             && options.digits >= MANY
@@ -70,8 +68,8 @@ impl Precisely<'_> {
     }
 
     /// That outcome, with close eigenvalues told apart where more digits do it: their shapes are then facts, and no choice.
-    pub(super) fn further(self, below: Below<'_>, options: &Options) -> Result<Solution, ModesError> {
-        let solution = self.covering(below, options)?;
+    pub(super) fn further(self, options: &Options) -> Result<Solution, ModesError> {
+        let solution = self.covering(options)?;
         let clusters = &solution.certificate.clusters;
         let wanted = options.lowest.unwrap_or(usize::MAX);
         let close = |cluster: &Cluster| cluster.len() > 1 && cluster.start < wanted;
