@@ -453,8 +453,7 @@ impl Ord for Number {
                 left.cmp(&(i128::from(*c) * i128::from(b.get())))
             }
             (Repr::Big(a), Repr::Big(b)) => a.cmp(b),
-            (Repr::Small(..), Repr::Big(b)) => self.to_big().cmp(b),
-            (Repr::Big(a), Repr::Small(..)) => (**a).cmp(&other.to_big()),
+            _ => self.to_big().cmp(&other.to_big()),
         }
     }
 }

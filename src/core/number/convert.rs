@@ -9,7 +9,7 @@ use super::{Number, Repr};
 
 /// Largest decimal exponent of a literal, either way, and most digits it may have: as many as the longest number has,
 /// and some zeros.
-const MAX_DECIMAL_EXPONENT: i64 = 40_000;
+const MAX_DECIMAL_EXPONENT: u64 = 40_000;
 const MAX_DIGITS: usize = 40_000;
 /// Whole numbers up to here are exact in a double.
 const EXACT: u64 = 1 << 53;
@@ -33,9 +33,12 @@ impl Number {
     pub fn parse(text: &str) -> Option<Number> {
         let (negative, text) = text.strip_prefix('-').map_or((false, text), |rest| (true, rest));
         let (mantissa, exponent) = match text.split_once(['e', 'E']) {
-            Some((mantissa, exponent)) => (mantissa, parse_exponent(exponent)?),
+            Some((mantissa, exponent)) => (mantissa, exponent.parse::<i64>().ok()?),
             None => (text, 0),
         };
+        if exponent.unsigned_abs() > MAX_DECIMAL_EXPONENT {
+            return None;
+        }
         let (whole, fraction) = match mantissa.split_once('.') {
             Some((_, "")) => return None,
             Some(parts) => parts,
@@ -127,20 +130,6 @@ fn short_decimal(whole: &str, fraction: &str, exponent: i64) -> Option<Number> {
     let shift = exponent - fraction.len() as i64;
     let power = 10_i64.checked_pow(u32::try_from(shift.abs()).ok()?)?;
     if shift < 0 { Number::ratio(digits, power) } else { digits.checked_mul(power).map(Number::from) }
-}
-
-fn parse_exponent(text: &str) -> Option<i64> {
-    let (negative, digits) = match text.as_bytes() {
-        [b'-', ..] => (true, &text[1..]),
-        [b'+', ..] => (false, &text[1..]),
-        _ => (false, text),
-    };
-    if digits.is_empty() || !digits.bytes().all(|b| b.is_ascii_digit()) {
-        return None;
-    }
-    let digits = digits.trim_start_matches('0');
-    let value: i64 = if digits.is_empty() { 0 } else { digits.parse().ok()? };
-    (value <= MAX_DECIMAL_EXPONENT).then_some(if negative { -value } else { value })
 }
 
 impl fmt::Display for Number {
