@@ -45,9 +45,8 @@ impl System {
             entries.iter_mut().skip(j).step_by(order).for_each(|entry| *entry = entry.scale(shift));
             column_shift.push(shift);
         }
-        let middle = DMatrix::from_fn(order, order, |i, j| entries[order * i + j].mid_f64());
-        let inverse = middle.clone().try_inverse()?;
-        let contraction = contraction(&inverse, &middle, &entries)?;
+        let inverse = middle(order, &entries).try_inverse()?;
+        let contraction = contraction(&inverse, &entries)?;
         Some(Self { order, entries, row_shift, column_shift, inverse, contraction })
     }
 
@@ -55,9 +54,8 @@ impl System {
     pub fn transposed(&self) -> Option<Self> {
         let n = self.order;
         let entries: Vec<Ball> = (0..n * n).map(|at| self.entries[n * (at % n) + at / n]).collect();
-        let middle = DMatrix::from_fn(n, n, |i, j| entries[n * i + j].mid_f64());
         let inverse = self.inverse.transpose();
-        let contraction = contraction(&inverse, &middle, &entries)?;
+        let contraction = contraction(&inverse, &entries)?;
         Some(Self {
             order: n,
             entries,
@@ -122,6 +120,11 @@ impl System {
     }
 }
 
+/// Doubles at the middle of the entries.
+fn middle(order: usize, entries: &[Ball]) -> DMatrix<f64> {
+    DMatrix::from_fn(order, order, |i, j| entries[order * i + j].mid_f64())
+}
+
 /// A factor that covers the rounding of sums of `n` numbers that are not negative, and of their products.
 fn slack(n: usize) -> f64 {
     1.0 + (2.0 * n as f64 + 16.0) * f64::EPSILON
@@ -132,12 +135,12 @@ fn slack(n: usize) -> f64 {
 /// With B̂ the doubles at the middle, |1 - RB| <= |1 - fl(RB̂)| + γ_n |R||B̂| + |R||B - B̂|, row by row (N. J. Higham, Accuracy
 /// and Stability of Numerical Algorithms, 2nd ed. (2002), (3.13)), whatever the order of the sums; n 2^-1074 for
 /// each entry at most is lost to underflow. γ_n = nu/(1 - nu) <= 2nu = n 2^-52.
-fn contraction(inverse: &DMatrix<f64>, middle: &DMatrix<f64>, entries: &[Ball]) -> Option<f64> {
-    let n = middle.nrows();
+fn contraction(inverse: &DMatrix<f64>, entries: &[Ball]) -> Option<f64> {
+    let n = inverse.nrows();
     let gamma = n as f64 * f64::EPSILON;
     let weight = |row: &[Ball]| row.iter().map(|x| gamma * x.mid_f64().abs() + x.mid_f64_error()).sum();
     let weight: Vec<f64> = entries.chunks_exact(n.max(1)).map(weight).collect();
-    let product = inverse * middle;
+    let product = inverse * middle(n, entries);
     let mut most: f64 = 0.0;
     for i in 0..n {
         let mut sum = 0.0;
