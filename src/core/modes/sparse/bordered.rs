@@ -51,8 +51,6 @@ pub(super) struct Border {
 /// P(σ) with borders, as a real symmetric matrix.
 pub(super) struct Bordered {
     pencil: Pencil,
-    /// The order of P with its borders.
-    order: usize,
     /// What P(σ) and its columns are multiplied by.
     turn: c64,
 }
@@ -200,7 +198,8 @@ impl Bordered {
         let slots = |at: usize| 4 * at..4 * at + 4;
         let first = form.order.iter().flat_map(|i| slots(*i).chain(slots(n + i)));
         let places: Vec<usize> = first.chain(8 * n..4 * order).collect();
-        Some(Self { pencil: Pencil::ordered(&matrix, &unit, weights.collect(), &places)?, order, turn })
+        let pencil = Pencil::of(Rows::new(&matrix), Rows::new(&unit), weights.collect(), Some(&places))?;
+        Some(Self { pencil, turn })
     }
 
     /// Any matrix, turned already, in units of d, its rows eliminated in an order. `None` where there is no memory.
@@ -211,7 +210,7 @@ impl Bordered {
         let unit = SparseMatrix::from_shares(4 * n, &(0..4 * n).map(diagonal).collect::<Vec<_>>());
         let weights = weights.iter().flat_map(|own| [own * (1.0 - 8.0 * U); 4]).collect();
         let places: Vec<usize> = order.iter().flat_map(|i| 4 * i..4 * i + 4).collect();
-        Some(Self { pencil: Pencil::ordered(&matrix, &unit, weights, &places)?, order: n, turn })
+        Some(Self { pencil: Pencil::of(Rows::new(&matrix), Rows::new(&unit), weights, Some(&places))?, turn })
     }
 
     /// About how many entries a decomposition has.
@@ -219,13 +218,8 @@ impl Bordered {
         self.pencil.fill()
     }
 
-    /// What solutions are made with.
-    pub(super) fn factor(&self) -> Option<Factor<'_>> {
-        self.factor_aside(0.0)
-    }
-
-    /// The same of a matrix that is this part of the norm aside.
-    pub(super) fn factor_aside(&self, part: f64) -> Option<Factor<'_>> {
+    /// What solutions are made with, of a matrix that is this part of the norm aside.
+    pub(super) fn factor(&self, part: f64) -> Option<Factor<'_>> {
         self.pencil.factor(part * self.pencil.stiffness_norms.0)
     }
 
@@ -247,7 +241,7 @@ impl Bordered {
         let mut both: Vec<f64> = f.iter().zip(g).flat_map(parts).flat_map(|z| [z.re, z.im]).collect();
         factor.solve(&mut both);
         let part = |at: usize, part: usize| c64::new(both[4 * at + 2 * part], both[4 * at + 2 * part + 1]);
-        let all = 0..self.order;
+        let all = 0..self.pencil.dimension() / 4;
         [all.clone().map(|at| part(at, 0) - part(at, 1)).collect(), all.map(|at| part(at, 0) + part(at, 1)).collect()]
     }
 }

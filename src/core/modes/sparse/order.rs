@@ -17,8 +17,8 @@ const MUCH: f64 = 2e9;
 pub(super) struct Elimination {
     /// The pattern of L Lᵀ.
     pub(super) symbolic: SymbolicCholesky<usize>,
-    /// The entries in each row of L.
-    pub(super) counts: Vec<usize>,
+    /// The most entries in a row of L.
+    pub(super) widest: usize,
     /// About how many multiplications it takes.
     work: f64,
 }
@@ -53,12 +53,12 @@ fn factored(starts: &[usize], rows: &[usize], ordering: SymmetricOrdering<'_, us
     let pattern = SymbolicSparseColMatRef::new_checked(n, n, starts, None, rows);
     let symbolic =
         factorize_symbolic_cholesky(pattern, Side::Upper, ordering, CholeskySymbolicParams::default()).ok()?;
-    let (counts, work) = counts(&symbolic, n);
-    Some(Elimination { symbolic, counts, work })
+    let (widest, work) = counts(&symbolic, n);
+    Some(Elimination { symbolic, widest, work })
 }
 
-/// The entries in each row of L, and about the multiplications that an elimination takes: the squares of the entries in its columns.
-fn counts(symbolic: &SymbolicCholesky<usize>, n: usize) -> (Vec<usize>, f64) {
+/// The most entries in a row of L, and about the multiplications that an elimination takes: the squares of the entries in its columns.
+fn counts(symbolic: &SymbolicCholesky<usize>, n: usize) -> (usize, f64) {
     let mut counts = vec![1_usize; n];
     let mut work = 0.0;
     match symbolic.raw() {
@@ -76,7 +76,7 @@ fn counts(symbolic: &SymbolicCholesky<usize>, n: usize) -> (Vec<usize>, f64) {
             }
         }
     }
-    (counts, work)
+    (counts.into_iter().max().unwrap_or(0), work)
 }
 
 /// An order by nested dissection (G. Karypis, V. Kumar, "A fast and high quality multilevel scheme for partitioning irregular graphs", SIAM J.

@@ -242,7 +242,9 @@ impl Search<'_> {
         let (mut proof, mut seed) = (None, Seed::default());
         for _ in 0..SEARCHES {
             let distance = |k: usize| (all[k].s - self.sigma).norm();
-            let enough = (1..all.len()).find(|k| entries(&all[..*k]).count() >= count)?;
+            // One stands for a pair of conjugates.
+            let entries = |k: usize| all[..k].iter().filter(|own| own.s.im >= 0.0).count();
+            let enough = (1..all.len()).find(|k| entries(*k) >= count)?;
             // The lowest are all down to 0.
             let least = if self.near.is_some() { 0.0 } else { self.sigma.im * (1.0 + GAP) };
             let last = distance(enough - 1).max(least);
@@ -305,7 +307,7 @@ impl Search<'_> {
         let wanted = wanted.min(2 * n - known.len());
         self.budget.at("the search for the modes", None);
         let pencil = self.bordered(self.sigma, &[])?;
-        let factor = pencil.factor()?;
+        let factor = pencil.factor(0.0)?;
         let told = |what: &str| format!("solver: Arnoldi steps about {:.6e} i, {what}", self.sigma.im);
         self.budget.tell(|| told(&format!("L D L^T of {} entries", pencil.fill())));
         let most = (2 * wanted + STEPS).min(2 * n - known.len());
@@ -401,7 +403,7 @@ impl Search<'_> {
         let others = all.iter().map(|other| (other.s - s).norm()).filter(|apart| *apart > 1e-8 * s.norm());
         let apart = others.fold(s.norm(), f64::min);
         let pencil = self.bordered(s + c64::new((ASIDE * apart).max(LEAST_ASIDE * s.norm()), 0.0), &[])?;
-        let factor = pencil.factor()?;
+        let factor = pencil.factor(0.0)?;
         let mut right = vector.clone();
         // Any one: equal exponents are not to have the same.
         let mut left: Vec<c64> = (0..2 * n).map(|_| c64::new(seed.next(), seed.next())).collect();
@@ -476,7 +478,7 @@ impl Search<'_> {
     /// Discs about all columns, and how far about σ there are no other exponents; else how many there seem to be, 0 where that is no help.
     fn proved(&self, refined: &[Refined], [last, next]: [f64; 2]) -> Result<(Vec<Disc>, f64), usize> {
         let (form, n) = (self.form, self.form.dimension());
-        let scale = 4.0 * power_of_two(next);
+        let scale = 4.0 * next.log2().round().exp2();
         let mut borders = Vec::with_capacity(refined.len());
         // What columns are off by, EU - W/κ, and the lengths of U.
         let (mut rounded, mut lengths, mut left) = (Vec::new(), Vec::new(), Vec::new());
@@ -716,17 +718,8 @@ impl Refined {
     }
 }
 
-/// Those of which one stands for a pair of conjugates.
-fn entries(all: &[Approximation]) -> impl Iterator<Item = &Approximation> {
-    all.iter().filter(|own| own.s.im >= 0.0)
-}
-
-fn power_of_two(x: f64) -> f64 {
-    x.log2().round().exp2()
-}
-
 fn norm(x: &[c64]) -> f64 {
-    x.iter().map(|x| x.re * x.re + x.im * x.im).sum::<f64>().sqrt()
+    x.iter().map(c64::norm_sqr).sum::<f64>().sqrt()
 }
 
 /// xᴴy.

@@ -27,6 +27,10 @@ const REFINED: f64 = 1e-20;
 /// Where pivots are next to 0 a matrix is decomposed that is this part of the norm aside.
 const ASIDES: [f64; 3] = [0.0, 1e-10, 1e-6];
 
+/// Columns and entries of a row of A.
+type Row = Vec<(usize, Complex<Ball>)>;
+type Vector = Vec<Complex<Ball>>;
+
 /// M, D and S, whose response is asked for at many frequencies.
 pub struct SparseResponse {
     /// D, S and M by rows.
@@ -74,13 +78,7 @@ impl SparseResponse {
     }
 
     /// The same of a real symmetric A.
-    fn really(
-        &self,
-        pencil: &Pencil,
-        omega: &Ball,
-        rows: &[Vec<(usize, Complex<Ball>)>],
-        right: &[Complex<Ball>],
-    ) -> Option<Vec<Complex<Ball>>> {
+    fn really(&self, pencil: &Pencil, omega: &Ball, rows: &[Row], right: &[Complex<Ball>]) -> Option<Vector> {
         let ball = *omega * *omega;
         let square = ball.mid_f64();
         let aside = pencil.stiffness_norms.0 * ASIDES[1];
@@ -112,7 +110,7 @@ impl SparseResponse {
     }
 
     /// With what components may be off by, a length in units of d^(1/2).
-    fn widened(&self, x: Vec<Complex<Ball>>, far: f64) -> Option<Vec<Complex<Ball>>> {
+    fn widened(&self, x: Vector, far: f64) -> Option<Vector> {
         let far = up(far) * (1.0 + 8.0 * U);
         let widened = |(x, root): (Complex<Ball>, &f64)| {
             let by = up(far * root);
@@ -122,14 +120,14 @@ impl SparseResponse {
     }
 
     /// A by rows.
-    fn matrix(&self, omega: &Ball) -> Vec<Vec<(usize, Complex<Ball>)>> {
+    fn matrix(&self, omega: &Ball) -> Vec<Row> {
         let square = *omega * *omega;
         let row = |i: usize| {
             let [velocity, stiffness, mass] = &self.parts;
             let all = velocity.entries(i).map(|(j, own)| (j, Complex::new(Ball::ZERO, *omega * own)));
             let all = all.chain(stiffness.entries(i).map(|(j, own)| (j, Complex::new(own, Ball::ZERO))));
             let all = all.chain(mass.entries(i).map(|(j, own)| (j, Complex::new(-(square * own), Ball::ZERO))));
-            let mut row: Vec<(usize, Complex<Ball>)> = all.collect();
+            let mut row: Row = all.collect();
             row.order_by_key(|(j, _)| *j);
             row.dedup_by(|next, kept| {
                 let is_same = next.0 == kept.0;
@@ -143,12 +141,7 @@ impl SparseResponse {
         (0..self.roots.len()).map(row).collect()
     }
 
-    fn solved(
-        &self,
-        rows: &[Vec<(usize, Complex<Ball>)>],
-        right: &[Complex<Ball>],
-        turn: c64,
-    ) -> Option<Vec<Complex<Ball>>> {
+    fn solved(&self, rows: &[Row], right: &[Complex<Ball>], turn: c64) -> Option<Vector> {
         let by = Complex::<Ball>::from_c64(turn, ());
         let mut shares = Shares::default();
         for (i, row) in rows.iter().enumerate() {
@@ -156,7 +149,7 @@ impl SparseResponse {
         }
         let matrix = Bordered::of(&shares, &self.weights, &self.order, turn)?;
         let (factor, x, length) = ASIDES.iter().find_map(|part| {
-            let factor = matrix.factor_aside(*part)?;
+            let factor = matrix.factor(*part)?;
             let nothing = vec![c64::new(0.0, 0.0); rows.len()];
             let solve = |left: &[c64]| {
                 let [x, _] = matrix.solve(&factor, left, &nothing);
@@ -171,12 +164,7 @@ impl SparseResponse {
     }
 
     /// A solution with the length of what it leaves of the forces.
-    fn refined(
-        &self,
-        rows: &[Vec<(usize, Complex<Ball>)>],
-        right: &[Complex<Ball>],
-        solve: &dyn Fn(&[c64]) -> Vec<c64>,
-    ) -> (Vec<Complex<Ball>>, f64) {
+    fn refined(&self, rows: &[Row], right: &[Complex<Ball>], solve: &dyn Fn(&[c64]) -> Vec<c64>) -> (Vector, f64) {
         let mut x = vec![Complex::<Ball>::zero(()); rows.len()];
         let mut left = right.to_vec();
         let mut length = self.length(&left);
@@ -188,11 +176,11 @@ impl SparseResponse {
                 let sum = x.add(&Complex::from_c64(*step, ()));
                 Complex::new(Ball::new(sum.re.mid, 0.0), Ball::new(sum.im.mid, 0.0))
             });
-            let next: Vec<Complex<Ball>> = next.collect();
-            let residual = |(row, right): (&Vec<(usize, Complex<Ball>)>, &Complex<Ball>)| {
+            let next: Vector = next.collect();
+            let residual = |(row, right): (&Row, &Complex<Ball>)| {
                 row.iter().fold(*right, |sum, (j, entry)| sum.sub(&entry.mul(&next[*j])))
             };
-            let now: Vec<Complex<Ball>> = rows.iter().zip(right).map(residual).collect();
+            let now: Vector = rows.iter().zip(right).map(residual).collect();
             let size = self.length(&now);
             if size.is_nan() || size >= length {
                 break;

@@ -85,17 +85,8 @@ impl Pencil {
         Self::of(Rows::new(stiffness), mass, weights, None)
     }
 
-    /// The same for a positive definite M and d with M - diag(d) not negative, as is known otherwise, in a given order of the rows.
-    pub(super) fn ordered(
-        stiffness: &SparseMatrix,
-        mass: &SparseMatrix,
-        weights: Vec<f64>,
-        order: &[usize],
-    ) -> Option<Self> {
-        Self::of(Rows::new(stiffness), Rows::new(mass), weights, Some(order))
-    }
-
-    fn of(stiffness: Rows, mass: Rows, mut weights: Vec<f64>, order: Option<&[usize]>) -> Option<Self> {
+    /// The same for a positive definite M and d with M - diag(d) not negative, as is known otherwise; in a given order of the rows.
+    pub(super) fn of(stiffness: Rows, mass: Rows, mut weights: Vec<f64>, order: Option<&[usize]>) -> Option<Self> {
         let n = mass.dimension();
         let least_weight = weights.iter().copied().fold(f64::INFINITY, f64::min);
         let roots: Vec<f64> = weights.iter().map(|d| (1.0 / d).sqrt() * (1.0 + 4.0 * U)).collect();
@@ -219,8 +210,7 @@ impl General {
             merge(stiffness, mass, j, |i, _, _| rows.push(i));
             starts.push(rows.len());
         }
-        let Elimination { symbolic, counts, .. } = elimination(&starts, &rows, order)?;
-        let widest = counts.into_iter().max().unwrap_or(0);
+        let Elimination { symbolic, widest, .. } = elimination(&starts, &rows, order)?;
         Some(Self { symbolic, starts, rows, widest })
     }
 
@@ -248,10 +238,7 @@ impl General {
                 Default::default(),
             )
             .ok()?;
-        let order: Vec<usize> = match self.symbolic.perm() {
-            Some(order) => order.arrays().0.to_vec(),
-            None => (0..n).collect(),
-        };
+        let order: Vec<usize> = self.symbolic.perm().map_or_else(|| (0..n).collect(), |own| own.arrays().0.to_vec());
         let roots: Vec<f64> = order.iter().map(|i| pencil.roots[*i]).collect();
         let (mut negative, mut weakest) = (0, f64::INFINITY);
         let mut sums = roots.clone();
