@@ -91,20 +91,12 @@ impl<'a> Operator<'a> {
 
     /// The weights hold the radii of A and the rounding of products, per unit of |x|.
     fn sparse_image(columns: &Columns, xt: &Matrix) -> Image {
-        let m = xt.rows;
-        let mut squares = vec![0.0; m];
-        let mut sum = vec![0.0; m];
-        for column in 0..columns.starts.len() - 1 {
-            sum.fill(0.0);
+        let weighted = (0..columns.starts.len() - 1).map(|column| {
+            let mut sum = vec![0.0; xt.rows];
             columns.add_weighted(column, xt, &mut sum);
-            for (square, sum) in squares.iter_mut().zip(&sum) {
-                *square += sum * sum;
-            }
-        }
-        // Sums of less than 2^20 terms in doubles, and the low parts of x: covered by 1e-6. Nothing
-        // counts below 1e-150, as its square is lost.
-        let error = squares.iter().map(|square| square.sqrt() * (1.0 + 1e-6) + 1e-150).collect();
-        Image { value: product_sparse(xt, columns), error }
+            sum
+        });
+        Image { value: product_sparse(xt, columns), error: row_lengths(xt.rows, weighted) }
     }
 }
 
@@ -115,12 +107,12 @@ pub(super) fn lengths_of_rows(a: &Matrix) -> Vec<f64> {
 
 /// Upper bounds of the lengths of the rows of a matrix with these columns, low parts included.
 ///
-/// Sums of less than 2^20 squares in doubles, covered by 1e-6; nothing counts below 1e-150, as its
-/// square is lost.
-pub(super) fn row_lengths<'a>(rows: usize, columns: impl Iterator<Item = &'a [f64]>) -> Vec<f64> {
+/// Sums of less than 2^20 squares in doubles, covered by 1e-6, as are sums of so many terms that are squared; nothing counts below
+/// 1e-150, as its square is lost.
+pub(super) fn row_lengths(rows: usize, columns: impl Iterator<Item = impl AsRef<[f64]>>) -> Vec<f64> {
     let mut squares = vec![0.0; rows];
     for column in columns {
-        for (square, x) in squares.iter_mut().zip(column) {
+        for (square, x) in squares.iter_mut().zip(column.as_ref()) {
             *square += x * x;
         }
     }

@@ -205,11 +205,7 @@ pub(super) fn refined(
         // What has been found so far still stands if this finds nothing.
         let _ = rounds.run(Some(&factored), x, PrecisionLevel::Factors);
     }
-    match (rounds.best, failed) {
-        (Some((_, solution)), _) => Ok(solution),
-        (None, Some(error)) => Err(error),
-        (None, None) => Err(ModesError::NoConvergence),
-    }
+    rounds.best.map(|(_, solution)| solution).ok_or(failed.unwrap_or(ModesError::NoConvergence))
 }
 
 /// The best columns so far, with their score.

@@ -133,15 +133,10 @@ pub(super) fn certify(couplings: &Couplings, together: usize, conjugate_of: &[Op
         sets[a].sort_unstable();
         (done[a], done[b]) = (None, None);
     }
-    let mut number = vec![0; sets.len()];
-    let mut groups = Vec::new();
-    for (at, group) in done.into_iter().enumerate() {
-        if let Some(group) = group {
-            number[at] = groups.len();
-            groups.push(group);
-        }
+    let groups: Vec<Group> = done.into_iter().flatten().collect();
+    for (at, group) in groups.iter().enumerate() {
+        group.members.iter().for_each(|&j| of[j] = at);
     }
-    let of = of.into_iter().map(|at| number[at]).collect();
     Certificate { groups, of }
 }
 
@@ -180,11 +175,7 @@ fn enclose(couplings: &Couplings, members: Vec<usize>) -> Result<Group, usize> {
         gap[i] = all().fold(f64::INFINITY, |near, d| near.min(d * NEAR));
         far[i] = all().fold(0.0, |most, d| f64::max(most, d * FAR));
     }
-    let nearest = || {
-        let mut all = outside.iter().copied();
-        let first = all.next()?;
-        Some(all.fold(first, |a, b| if gap[b] < gap[a] { b } else { a }))
-    };
+    let nearest = || outside.iter().copied().reduce(|a, b| if gap[b] < gap[a] { b } else { a });
     let joined = |culprit: Option<usize>| culprit.map_or_else(|| Ok(hopeless(members.clone(), m)), Err);
     // What the rows come to for columns that are hardly coupled.
     let mut radius: f64 = 0.0;

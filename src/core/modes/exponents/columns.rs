@@ -9,7 +9,7 @@ use super::super::pencil::{Bounded, Enclosed};
 use super::certify::Certificate;
 use super::complex::{Complex, Wide, part, rounded};
 use super::couplings::{Approximate, Couplings, Link, Residuals};
-use super::resolve::{Turn, members, turn};
+use super::resolve::{Turn, is_single, members, turn};
 use super::scale::Scaled;
 use super::spectrum::Value;
 use super::wide::{Matrices, WideColumn};
@@ -97,11 +97,6 @@ impl Columns {
         self.mu(i).sub(self.mu(j)).modulus()
     }
 
-    /// Whether a column is neither the conjugate of another nor has one.
-    pub(super) fn is_single(&self, j: usize) -> bool {
-        self.conjugate_of[j].is_none() && !self.conjugate_of.contains(&Some(j))
-    }
-
     /// The column with this number and more bits, if it has them.
     fn wide(&self, j: usize) -> Option<WideColumn> {
         match self.conjugate_of[j] {
@@ -187,7 +182,7 @@ impl Columns {
     }
 
     /// Turns a group by the eigenvectors of its block, in `next`; whether it has any.
-    pub(super) fn turn(&self, couplings: &Couplings, members: Vec<usize>, real: bool, next: &mut Self) -> bool {
+    fn turn(&self, couplings: &Couplings, members: Vec<usize>, real: bool, next: &mut Self) -> bool {
         if self.bits == 0 {
             let old: Vec<Column<Ball>> = members.iter().map(|&j| self.all[j].clone()).collect();
             let put = |turn: &Turn, new| next.put(turn, new);
@@ -208,7 +203,7 @@ impl Columns {
     }
 
     /// Puts the turned columns in the place of the members.
-    pub(super) fn put(&mut self, turn: &Turn, new: Vec<Column<Ball>>) {
+    fn put(&mut self, turn: &Turn, new: Vec<Column<Ball>>) {
         let paired = turn.conjugate_of.iter().any(Option::is_some);
         for (a, column) in new.into_iter().enumerate() {
             let j = turn.members[a];
@@ -228,13 +223,13 @@ impl Columns {
         }
     }
 
-    /// Turns each group that lacks digits and is not resolved, by `turn` with its members and whether they are closed under
-    /// conjugation; tells which columns have been turned.
+    /// Turns each group that lacks digits and is not resolved, in `next`; tells which columns have been turned.
     pub(super) fn turn_groups(
         &self,
+        couplings: &Couplings,
         certificate: &Certificate,
         lacking: &[usize],
-        turn: &mut dyn FnMut(Vec<usize>, bool) -> bool,
+        next: &mut Self,
     ) -> Vec<bool> {
         let mut turned = vec![false; self.count()];
         for group in &certificate.groups {
@@ -251,8 +246,8 @@ impl Columns {
                 let of = |k: usize| self.conjugate_of[k] == Some(j) && members.contains(&k);
                 self.conjugate_of[j].is_some_and(|i| members.contains(&i)) || (0..self.count()).any(of)
             };
-            let real = members.iter().any(|&j| paired(j) || self.is_single(j));
-            if turn(members.clone(), real) {
+            let real = members.iter().any(|&j| paired(j) || is_single(&self.conjugate_of, j));
+            if self.turn(couplings, members.clone(), real, next) {
                 members.iter().for_each(|&j| turned[j] = true);
             }
         }
@@ -317,8 +312,7 @@ fn turned<S: Enclosure>(
         if !(by.is_finite() && by > 0.0) {
             return None;
         }
-        let single = turn.conjugate_of[a].is_none() && !turn.conjugate_of.contains(&Some(a));
-        let real = single && turn.steps[a].im == 0.0 && Enclosure::is_zero(&center.im);
+        let real = is_single(&turn.conjugate_of, a) && turn.steps[a].im == 0.0 && Enclosure::is_zero(&center.im);
         let scaled = |v: Vec<precision::Complex<S>>, by: f64| {
             let by = S::exact(by, precision);
             v.iter().map(|x| rounded(&x.times(&by), real, precision)).collect()

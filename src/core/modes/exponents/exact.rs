@@ -64,11 +64,10 @@ pub(super) fn exact(
 ) -> Option<ExactSpectrum> {
     let pencil = Pencil { matrices, n };
     let order = n.checked_mul(pencil.conjugates())?;
-    let whole = matrices.matrices.each_ref();
-    if order > LARGEST || whole.iter().any(|m| m.len() != n * order) {
+    if order > LARGEST || matrices.matrices.iter().any(|m| m.len() != n * order) {
         return None;
     }
-    let whole = whole.map(|matrix| pencil.whole(matrix));
+    let whole = matrices.matrices.each_ref().map(|matrix| pencil.whole(matrix));
     let values = (0..=2 * order).map(|k| determinant(at(&whole, &IBig::from(k))));
     // Of lower degree where M is singular, and 0 where anything solves the equations.
     let mut p = through(values.collect());
@@ -100,13 +99,10 @@ pub(super) fn exact(
         let parts = |bits: usize| {
             let parts = separated(&squares, &rest, bits)?;
             let rounding = |x: &Big| (x * &rate(bits)).scale(options.power).decimal(options.digits).rounding;
-            let covered = |x: &Big| {
-                x.is_zero()
-                    || match rounding(x) {
-                        Rounding::Correct => true,
-                        Rounding::Tie => bits >= BITS_OF_TIES,
-                        Rounding::Fewer | Rounding::Undecided => false,
-                    }
+            let covered = |x: &Big| match rounding(x) {
+                Rounding::Correct => true,
+                Rounding::Tie => bits >= BITS_OF_TIES,
+                Rounding::Fewer | Rounding::Undecided => false,
             };
             parts.iter().all(|(growth, omega)| covered(growth) && covered(omega)).then_some(parts)
         };

@@ -74,17 +74,11 @@ fn whole(scaled: &Scaled) -> Option<Integers> {
     let all = [entries(&scaled.mass.mid), entries(&scaled.velocity.mid), entries(&scaled.stiffness.mid)];
     let nonzero = all.iter().flatten().filter(|x| !x.is_zero());
     let least = nonzero.map(|x| x.mid().1).min()?;
-    let whole = |entries: &[Big]| -> Option<Vec<IBig>> {
-        let entries = entries.iter().map(|x| {
-            let (significand, exponent) = x.mid();
-            if significand.is_zero() {
-                return Some(IBig::ZERO);
-            }
-            let shift = usize::try_from(exponent - least).ok()?;
-            Some(significand << shift)
-        });
-        entries.collect()
+    let whole = |x: &Big| -> IBig {
+        // The exponent of 0 says nothing.
+        let (significand, exponent) = x.mid();
+        significand << (exponent - least).max(0) as usize
     };
-    let [mass, velocity, stiffness] = all.each_ref().map(|own| whole(own));
-    Some(Integers { matrices: [mass?, velocity?, stiffness?], ..Integers::default() })
+    let matrices = all.map(|entries| entries.iter().map(whole).collect());
+    Some(Integers { matrices, ..Integers::default() })
 }

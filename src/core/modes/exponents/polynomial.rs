@@ -126,7 +126,7 @@ pub(super) fn roots(p: &Polynomial, bits: usize) -> Option<Vec<Root>> {
         let steps = corrections(&z);
         let mut most = f64::NEG_INFINITY;
         for (z, step) in z.iter_mut().zip(&steps) {
-            if !(step.re.is_finite() && step.im.is_finite()) {
+            if !step.is_finite() {
                 // Two points have met, or noise is all there is.
                 continue;
             }

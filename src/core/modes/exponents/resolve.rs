@@ -7,6 +7,7 @@
 use faer::linalg::solvers::DenseSolveCore;
 use faer::{Mat, c64};
 
+use super::complex::part;
 use super::couplings::Couplings;
 
 /// How a block is turned: new columns x' = Σ_c x_c right(c, a), y'ᵀ = Σ_c left(a, c) y_cᵀ, exponents σ + step.
@@ -50,10 +51,12 @@ pub(super) fn members(group: &[usize], conjugate_of: &[Option<usize>], skip: usi
 
 /// Whether some member's conjugate is a member, or is itself.
 fn closed(group: &[usize], conjugate_of: &[Option<usize>]) -> bool {
-    group.iter().any(|&j| {
-        let own = conjugate_of[j].is_none() && !conjugate_of.contains(&Some(j));
-        own || conjugate_of[j].is_some_and(|i| group.contains(&i))
-    })
+    group.iter().any(|&j| is_single(conjugate_of, j) || conjugate_of[j].is_some_and(|i| group.contains(&i)))
+}
+
+/// Whether a column is neither the conjugate of another nor has one.
+pub(super) fn is_single(conjugate_of: &[Option<usize>], j: usize) -> bool {
+    conjugate_of[j].is_none() && !conjugate_of.contains(&Some(j))
 }
 
 /// The turn of a block; `shift(b)` is μ - σ of its b-th member, and σ is real where the members are closed under conjugation.
@@ -82,9 +85,7 @@ pub(super) fn turn(
             conjugate[b] = Some(a);
         }
     }
-    let self_conjugate = (0..k).all(|a| {
-        conjugate[a].is_some() || conjugate_of[members[a]].is_none() && !conjugate_of.contains(&Some(members[a]))
-    });
+    let self_conjugate = (0..k).all(|a| conjugate[a].is_some() || is_single(conjugate_of, members[a]));
     let Eigen { vectors, steps, conjugate_of } = if self_conjugate {
         real_eigen(&block, &conjugate)?
     } else {
@@ -143,12 +144,9 @@ fn real_eigen(block: &Mat<c64>, conjugate: &[Option<usize>]) -> Option<Eigen> {
             let mut sum = ZERO;
             let mut conjugate = ZERO;
             for b in 0..k {
-                let mut u = eigen.U()[(b, e)];
-                if value.im == 0.0 {
-                    u.im = 0.0;
-                }
+                let u = part(eigen.U()[(b, e)], value.im == 0.0);
                 sum += back[(a, b)] * u;
-                conjugate += back[(a, b)] * c64::new(u.re, -u.im);
+                conjugate += back[(a, b)] * u.conj();
             }
             if steps.len() < k {
                 vectors[(a, steps.len())] = sum;

@@ -57,11 +57,9 @@ impl Enclosed {
 impl Scaled {
     pub(super) fn new(problem: &QuadraticProblem) -> Result<Self, ModesError> {
         let n = problem.dimension;
-        for (matrix, entries) in
-            [(Which::Mass, &problem.mass), (Which::Velocity, &problem.velocity), (Which::Stiffness, &problem.stiffness)]
-        {
-            check(n, matrix, entries)?;
-        }
+        check(n, Which::Mass, &problem.mass)?;
+        check(n, Which::Velocity, &problem.velocity)?;
+        check(n, Which::Stiffness, &problem.stiffness)?;
         if let Some(index) = problem.zero_vectors.iter().position(|v| v.len() != n) {
             return Err(ModesError::ZeroVector { index });
         }

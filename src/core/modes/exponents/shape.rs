@@ -8,16 +8,12 @@ use crate::precision::up;
 
 /// Vectors as they are printed, and their bounds.
 pub(super) struct Shapes<'a> {
-    scaled: &'a Scaled,
-    solution: &'a Solution,
-    wanted: bool,
+    pub(super) scaled: &'a Scaled,
+    pub(super) solution: &'a Solution,
+    pub(super) wanted: bool,
 }
 
-impl<'a> Shapes<'a> {
-    pub(super) fn new(scaled: &'a Scaled, solution: &'a Solution, wanted: bool) -> Self {
-        Self { scaled, solution, wanted }
-    }
-
+impl Shapes<'_> {
     /// The vector of a column and a bound of the error of each component.
     ///
     /// The exact vector is x + e with |e_p| <= ε_p = Σ_i |x_pi| τ_i over the columns outside the group, up to a factor:

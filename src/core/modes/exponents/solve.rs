@@ -126,7 +126,7 @@ fn undecided(solution: &Solution) -> bool {
 }
 
 /// The precision levels up to double-double.
-pub(super) fn in_double_double(scaled: &Scaled, options: &Options) -> Result<Solution, ModesError> {
+fn in_double_double(scaled: &Scaled, options: &Options) -> Result<Solution, ModesError> {
     let l = cholesky(&scaled.mass.mid.doubles(), NOISE * scaled.n as f64).ok_or(ModesError::MassNotDecided)?;
     if !scaled.mass.is_positive_definite() {
         return Err(ModesError::MassNotDecided);
@@ -223,8 +223,7 @@ fn better(
     lacking: &[usize],
 ) -> Columns {
     let mut next = columns.clone();
-    let turned = columns
-        .turn_groups(certificate, lacking, &mut |members, real| columns.turn(couplings, members, real, &mut next));
+    let turned = columns.turn_groups(couplings, certificate, lacking, &mut next);
     for (j, turned) in turned.iter().enumerate().skip(columns.together()) {
         // In double-double all of the others: the part of a fast column along a slow pair is the difference of two large
         // ones, so that the pair has to be biorthonormal to more digits than it needs for itself.

@@ -66,11 +66,6 @@ impl Value {
     }
 }
 
-/// Whether the group of the first column holds the exponent 0 as often as is proved, and nothing else.
-pub(super) fn zeros_proved(facts: &Facts, columns: &Columns, certificate: &Certificate) -> bool {
-    columns.together() > 0 && certificate.groups[certificate.of[0]].members.len() == facts.least_zeros
-}
-
 /// What is known of all columns.
 pub(super) fn status(
     facts: &Facts,
@@ -80,7 +75,8 @@ pub(super) fn status(
     options: &Options,
 ) -> Vec<Status> {
     let m = columns.count();
-    let zeros = zeros_proved(facts, columns, certificate);
+    // Whether the group of the first column holds the exponent 0 as often as is proved, and nothing else.
+    let zeros = columns.together() > 0 && certificate.groups[certificate.of[0]].members.len() == facts.least_zeros;
     // By group, where asked for.
     let definite: Vec<OnceCell<bool>> = vec![OnceCell::new(); certificate.groups.len()];
     let on_axis = |j: usize| {
@@ -199,7 +195,7 @@ pub(super) fn mark_rough(
 pub(super) fn spectrum(scaled: &Scaled, solution: &Solution, options: &Options) -> Exponents {
     let mut entries = Vec::new();
     let Solution { columns, certificate, facts, .. } = solution;
-    let shapes = Shapes::new(scaled, solution, options.vectors);
+    let shapes = Shapes { scaled, solution, wanted: options.vectors };
     // Of the real exponents without dissipation the growing half stands for the pairs.
     let mut real: Vec<usize> = Vec::new();
     for j in columns.together()..columns.count() {
@@ -304,10 +300,8 @@ fn entry(scaled: &Scaled, solution: &Solution, j: usize, shapes: &Shapes<'_>, op
     let Disc { radius, shared, .. } = certificate.disc(j);
     let Value { growth, omega, wide } = columns.value(j, radius);
     let growth = if status.growth_zero { Ball::ZERO } else { growth.scale(scaled.power) };
-    let mut omega = if status.omega_zero { Ball::ZERO } else { omega.scale(scaled.power) };
-    if omega.is_negative() {
-        omega = -omega;
-    }
+    let omega = if status.omega_zero { Ball::ZERO } else { omega.scale(scaled.power) };
+    let omega = if omega.is_negative() { -omega } else { omega };
     let precise = wide.map(|(growth, omega)| {
         let part = |zero: bool, x: &Big| {
             if zero { Big::zero(x.bits()) } else { x.scale(scaled.power.into()) }
@@ -317,12 +311,7 @@ fn entry(scaled: &Scaled, solution: &Solution, j: usize, shapes: &Shapes<'_>, op
         Box::new(Precise::complex(omega, part(status.growth_zero, &growth)))
     });
     // More than the digits was aimed at; what has these lacks nothing.
-    let decided = |x: &Ball, precise: Option<&Big>| match precise {
-        Some(x) if x.contains_zero() => x.is_zero(),
-        Some(x) => options.decides(x),
-        None if x.contains_zero() => x.is_zero(),
-        None => options.decides(x),
-    };
+    let decided = |x: &Ball, precise: Option<&Big>| precise.map_or_else(|| options.decides(x), |x| options.decides(x));
     let both = || {
         decided(&growth, precise.as_ref().map(|own| &own.growth))
             && decided(&omega, precise.as_ref().map(|own| &own.omega))
@@ -351,14 +340,10 @@ pub(super) fn omega_squared(growth: &Ball, omega: &Ball) -> Option<Ball> {
 pub(super) fn kind(growth: &Ball, omega: &Ball) -> Kind {
     if growth.is_positive() {
         Kind::Unstable
-    } else if growth.is_negative() {
-        if omega.is_zero() {
-            Kind::Overdamped
-        } else if omega.is_positive() {
-            Kind::Damped
-        } else {
-            Kind::Undecided
-        }
+    } else if growth.is_negative() && omega.is_zero() {
+        Kind::Overdamped
+    } else if growth.is_negative() && omega.is_positive() {
+        Kind::Damped
     } else if growth.is_zero() && omega.is_positive() {
         Kind::Oscillation
     } else {
@@ -433,9 +418,7 @@ pub(crate) fn joined(parts: Vec<Exponents>, options: &Options) -> Exponents {
     }
     sort(&mut entries);
     number(&mut entries);
-    if let Some(wanted) = options.lowest {
-        entries.truncate(wanted);
-    }
+    entries.truncate(options.lowest.unwrap_or(usize::MAX));
     Exponents { entries, stability, secular, level }
 }
 
@@ -482,8 +465,6 @@ pub(crate) fn finish(
         Stability::Stable
     };
     number(&mut entries);
-    if let Some(wanted) = options.lowest {
-        entries.truncate(wanted);
-    }
+    entries.truncate(options.lowest.unwrap_or(usize::MAX));
     Exponents { entries, stability, secular: if grows { Some(true) } else { (!may_grow).then_some(false) }, level }
 }

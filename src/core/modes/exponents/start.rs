@@ -209,18 +209,12 @@ fn rest(a: &Mat<f64>, fixed: &Mat<f64>, balance: bool) -> Option<(Vec<c64>, Mat<
         if value.im < 0.0 {
             continue;
         }
-        let mut inside: Vec<c64> = (0..left).map(|i| eigen.U()[(i, k)] * scale[i]).collect();
-        if value.im == 0.0 {
-            inside.iter_mut().for_each(|x| x.im = 0.0);
-        }
+        let inside: Vec<c64> = (0..left).map(|i| part(eigen.U()[(i, k)] * scale[i], value.im == 0.0)).collect();
         // (T₀ - λ) b = -A₁₂ a with T₀² = 0: b = (A₁₂ a + T₀ A₁₂ a / λ) / λ.
-        let mut b: Vec<c64> = (0..split)
-            .map(|i| (0..left).fold(c64::new(0.0, 0.0), |sum, j| sum + inside[j] * inner[(i, split + j)]))
-            .collect();
+        let mut b: Vec<c64> = (0..split).map(|i| (0..left).map(|j| inside[j] * inner[(i, split + j)]).sum()).collect();
         if split > 0 {
             let by = c64::new(1.0, 0.0) / value;
-            let turned: Vec<c64> =
-                (0..split).map(|i| (0..split).fold(c64::new(0.0, 0.0), |sum, j| sum + b[j] * inner[(i, j)])).collect();
+            let turned: Vec<c64> = (0..split).map(|i| (0..split).map(|j| b[j] * inner[(i, j)]).sum()).collect();
             for (b, t) in b.iter_mut().zip(turned) {
                 *b = (*b + t * by) * by;
             }
@@ -228,7 +222,7 @@ fn rest(a: &Mat<f64>, fixed: &Mat<f64>, balance: bool) -> Option<(Vec<c64>, Mat<
         let whole: Vec<c64> = match &q {
             Some(q) => {
                 let terms = |i: usize| b.iter().chain(&inside).enumerate().map(move |(j, b)| *b * q[(i, j)]);
-                (0..m).map(|i| terms(i).fold(c64::new(0.0, 0.0), |sum, term| sum + term)).collect()
+                (0..m).map(|i| terms(i).sum()).collect()
             }
             None => inside,
         };

@@ -253,8 +253,7 @@ fn start(data: &Data) -> Option<Columns> {
     let zero = Mat::from_fn(data.n, zero.len(), |i, j| fixed::double(&zero[j][i], -p));
     let found = careful_eigenvectors(&mass, &stiffness, &zero, (-0.5 * p as f64).exp2(), bits).ok()?;
     let entry = |x: &Big| Some(fixed::unit(x, 0, p)?.0);
-    let x: Option<Vec<Vec<IBig>>> = found.iter().map(|column| column.iter().map(entry).collect()).collect();
-    let x = x?;
+    let x = found.iter().map(|column| column.iter().map(entry).collect()).collect::<Option<Vec<Vec<IBig>>>>()?;
     Some(Columns { scale: p, own: (0..x.len()).collect(), x })
 }
 
@@ -364,10 +363,7 @@ fn verdict(solution: &Solution, options: &Options, goal: &Goal) -> Verdict {
     let values = solution.certificate.eigenvalues.iter();
     for (ball, precise) in values.zip(&solution.precise).take(wanted) {
         let (size, radius, covered) = match precise {
-            Some(value) => {
-                let covered = options.covers(value, true);
-                (value.abs_upper().to_f64(), value.radius().log2(), covered)
-            }
+            Some(value) => (value.abs_upper().to_f64(), value.radius().log2(), options.covers(value, true)),
             None => (ball.abs_upper(), ball.radius.log2(), options.covers(ball, true)),
         };
         // Beyond what is aimed at nothing is gained.
