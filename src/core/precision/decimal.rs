@@ -257,19 +257,16 @@ fn between(Ends { low, high, exponent }: Ends, wanted: Wanted) -> Decimal {
         error_bound: one_digit(&fraction(most, exponent)),
         rounding: Rounding::Undecided,
     };
-    if low == zero && high == zero {
+    let (is_zero, may_be_zero, negative) = (low == zero && high == zero, low <= zero && high >= zero, high < zero);
+    // By magnitude from here on.
+    let [low, high] = [low, high].map(IBig::unsigned_abs);
+    if is_zero {
         return Decimal { text: "0".to_owned(), digits: wanted.digits, error_bound: 0.0, rounding: Rounding::Correct };
     }
-    if low <= zero && high >= zero {
-        let (_, below) = low.into_parts();
-        let (_, above) = high.into_parts();
-        return undecided(below.max(above));
+    if may_be_zero {
+        return undecided(low.max(high));
     }
-    let negative = high < zero;
-    let (_, a) = low.into_parts();
-    let (_, b) = high.into_parts();
-    // By magnitude from here on.
-    let (least, most) = if negative { (b, a) } else { (a, b) };
+    let (least, most) = if negative { (high, low) } else { (low, high) };
     let Some((rounded, rounding)) = decide(&least, &most, exponent, wanted) else {
         return undecided(most);
     };

@@ -56,7 +56,9 @@ pub trait Enclosure: Scalar {
     /// With the bits given.
     fn to_big(&self, bits: usize) -> Big;
     /// Not rounded: a ball with the bits given, a bigger number with those that it has.
-    fn unrounded(&self, bits: usize) -> Big;
+    fn unrounded(&self, bits: usize) -> Big {
+        self.clone().precise().unwrap_or_else(|| self.to_big(bits))
+    }
     /// The number itself where it has more bits or a wider range than a ball.
     fn precise(self) -> Option<Big>;
     /// What a bigger number encloses.
@@ -128,10 +130,6 @@ impl Enclosure for Ball {
 
     fn to_big(&self, bits: usize) -> Big {
         Big::from_ball(self, bits)
-    }
-
-    fn unrounded(&self, bits: usize) -> Big {
-        self.to_big(bits)
     }
 
     fn precise(self) -> Option<Big> {
@@ -206,10 +204,6 @@ impl Enclosure for Big {
 
     fn to_big(&self, bits: usize) -> Big {
         self.clone().with_bits(bits)
-    }
-
-    fn unrounded(&self, _: usize) -> Big {
-        self.clone()
     }
 
     fn precise(self) -> Option<Big> {

@@ -45,7 +45,7 @@ impl System {
             entries.iter_mut().skip(j).step_by(order).for_each(|entry| *entry = entry.scale(shift));
             column_shift.push(shift);
         }
-        let inverse = middle(order, &entries).try_inverse()?;
+        let inverse = DMatrix::from_fn(order, order, |i, j| entries[order * i + j].mid_f64()).try_inverse()?;
         let contraction = contraction(&inverse, &entries)?;
         Some(Self { order, entries, row_shift, column_shift, inverse, contraction })
     }
@@ -120,11 +120,6 @@ impl System {
     }
 }
 
-/// Doubles at the middle of the entries.
-fn middle(order: usize, entries: &[Ball]) -> DMatrix<f64> {
-    DMatrix::from_fn(order, order, |i, j| entries[order * i + j].mid_f64())
-}
-
 /// A factor that covers the rounding of sums of `n` numbers that are not negative, and of their products.
 fn slack(n: usize) -> f64 {
     1.0 + (2.0 * n as f64 + 16.0) * f64::EPSILON
@@ -140,7 +135,7 @@ fn contraction(inverse: &DMatrix<f64>, entries: &[Ball]) -> Option<f64> {
     let gamma = n as f64 * f64::EPSILON;
     let weight = |row: &[Ball]| row.iter().map(|x| gamma * x.mid_f64().abs() + x.mid_f64_error()).sum();
     let weight: Vec<f64> = entries.chunks_exact(n.max(1)).map(weight).collect();
-    let product = inverse * middle(n, entries);
+    let product = inverse * DMatrix::from_fn(n, n, |i, j| entries[n * i + j].mid_f64());
     let mut most: f64 = 0.0;
     for i in 0..n {
         let mut sum = 0.0;
