@@ -12,7 +12,7 @@ use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_uppe
 use faer::{Mat, Par};
 
 use super::dense::{Columns, Matrix, Plain};
-use super::pencil::{Bounded, Enclosed, Scaled};
+use super::pencil::{Enclosed, Scaled};
 use super::product::{Part, TERM, bound_product, measured_product, product_bound, product_sparse};
 use super::start::cholesky;
 use super::{ModesError, Which};
@@ -68,7 +68,7 @@ impl Factored {
     ///
     /// With E = XᵀA off by at most D, |fl(EEᵀ) - EEᵀ| <= c |E||E|ᵀ + noise for c and noise of
     /// [`measured_product`], and |EEᵀ - (E ± D)(E ± D)ᵀ| <= |E|Dᵀ + D(|E| + D)ᵀ; signs change nothing of that.
-    pub(super) fn form(&self, x: &Matrix) -> Bounded {
+    pub(super) fn form(&self, x: &Matrix) -> Enclosed {
         let xt = x.transposed();
         let elongation = product_sparse(&xt, &self.columns);
         let count = elongation.columns;
@@ -81,15 +81,8 @@ impl Factored {
             off.iter_mut().for_each(|off| *off *= factor);
         }
         let sizes = elongation.magnitudes();
-        let (mut near, mut far) = (Plain::zeros(xt.rows, count), Plain::zeros(xt.rows, count));
-        for element in 0..count {
-            let (size, off) = (sizes.column(element), off.column(element));
-            let to = near.column_mut(element).iter_mut().zip(far.column_mut(element));
-            for ((near, far), (size, off)) in to.zip(size.iter().zip(off)) {
-                *near = up(TERM * size + off);
-                *far = up(size + off);
-            }
-        }
+        let near = Plain::from_fn(xt.rows, count, |row, at| up(TERM * sizes.get(row, at) + off.get(row, at)));
+        let far = Plain::from_fn(xt.rows, count, |row, at| up(sizes.get(row, at) + off.get(row, at)));
         let mut radius = bound_product(&near, &far.transposed());
         let other = bound_product(&sizes, &off.transposed());
         let mut signed = elongation.clone();
@@ -112,7 +105,7 @@ impl Factored {
                 radius.set(row, column, up(total));
             }
         }
-        Bounded { mid, radius }
+        Enclosed::general(mid, radius)
     }
 
     /// Approximate eigenvectors where K is a sum of positive squares and nothing else; `None` otherwise.

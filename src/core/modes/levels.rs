@@ -7,7 +7,7 @@
 use super::certify::{Cluster, Couplings, certify};
 use super::dense::Matrix;
 use super::factored::Factored;
-use super::pencil::{self, Pencil, Scaled, ZeroSpace, couplings, pencil};
+use super::pencil::{Enclosed, Pencil, Scaled, ZeroSpace, couplings, pencil};
 use super::quick::{Quick, Round};
 use super::start::{Factor, Failure, careful_eigenvectors};
 use super::{ModesError, Options, PrecisionLevel, Source, refine, shape};
@@ -59,7 +59,7 @@ impl Solution {
 
 /// XᵀMX, in the form in which a precision level leaves it.
 pub(super) enum Gram {
-    Entries(pencil::Bounded),
+    Entries(Enclosed),
     Factors(Box<Round>),
 }
 

@@ -12,10 +12,12 @@ use super::{ModesError, Problem, Which};
 use crate::order::Order;
 use crate::precision::{Ball, DoubleDouble, Enclosure, U2, exponent_of, sum_of_products, two_prod, up};
 
-/// A square matrix of balls.
+/// A matrix of balls.
+#[derive(Clone)]
 pub(super) struct Enclosed {
     pub(super) mid: Matrix,
     pub(super) radius: Plain,
+    /// It is square, and known to be 0 beside the diagonal.
     diagonal: bool,
 }
 
@@ -80,6 +82,11 @@ fn weight(radius: f64, hi: f64) -> f64 {
 }
 
 impl Enclosed {
+    pub(super) fn general(mid: Matrix, radius: Plain) -> Self {
+        Self { mid, radius, diagonal: false }
+    }
+
+    /// A square one from the entry of each row and column.
     pub(super) fn new(n: usize, entry: impl Fn(usize, usize) -> Ball) -> Self {
         let (mut mid, mut radius) = (Matrix::zeros(n, n), Plain::zeros(n, n));
         let mut diagonal = true;
@@ -139,7 +146,7 @@ impl Enclosed {
     }
 
     /// The matrix times x, and a bound of the error of every entry.
-    pub(super) fn times(&self, x: &Matrix) -> Bounded {
+    pub(super) fn times(&self, x: &Matrix) -> Self {
         let sizes = x.magnitudes();
         if !self.diagonal {
             let (mid, noise) = measured_product(&self.mid, x, Part::All);
@@ -147,20 +154,20 @@ impl Enclosed {
             for (e, noise) in radius.data.iter_mut().zip(&noise.data) {
                 *e = up(*e + noise);
             }
-            return Bounded { mid, radius };
+            return Self::general(mid, radius);
         }
         // A product of two double-doubles is off by 5 u² of itself, less than [`TERM`]: no noise.
         let mid = Matrix::from_fn(x.rows, x.columns, |row, column| self.mid.get(row, row) * x.get(row, column));
         let radius = |row: usize, column: usize| up(self.weight(row, row) * sizes.get(row, column));
-        Bounded { mid, radius: Plain::from_fn(x.rows, x.columns, radius) }
+        Self::general(mid, Plain::from_fn(x.rows, x.columns, radius))
     }
 
     /// XᵀAX for a symmetric A.
     ///
     /// With w = radius + c u² |A| (c u² = [`TERM`]), the computed image Y of A X is off by at most
     /// w |X| + its noise E, and XᵀY by at most |X|ᵀ (w |X| + E + c u² |Y|) + its own noise.
-    pub(super) fn congruent(&self, x: &Matrix, xt: &Matrix) -> Bounded {
-        let Bounded { mid: image, radius: mut error } = self.times(x);
+    pub(super) fn congruent(&self, x: &Matrix, xt: &Matrix) -> Self {
+        let Self { mid: image, radius: mut error, .. } = self.times(x);
         for (e, y) in error.data.iter_mut().zip(&image.hi.data) {
             *e = up(*e + TERM * y.abs());
         }
@@ -170,7 +177,7 @@ impl Enclosed {
         for (r, noise) in radius.data.iter_mut().zip(&noise.data) {
             *r = up(*r + noise);
         }
-        Bounded { mid, radius }
+        Self::general(mid, radius)
     }
 
     /// Whether the symmetric matrix is shown to be positive definite: with P near the inverse of its Cholesky factor in
@@ -184,7 +191,7 @@ impl Enclosed {
         let mut p = Mat::<f64>::identity(n, n);
         solve_lower_triangular_in_place(l.as_ref(), p.as_mut(), Par::Seq);
         let (rows, columns) = (Matrix::from_doubles(p.as_ref()), Matrix::from_doubles(p.transpose()));
-        let Bounded { mid, radius } = self.congruent(&columns, &rows);
+        let Self { mid, radius, .. } = self.congruent(&columns, &rows);
         (0..n).all(|i| {
             let size = |j: usize| if i == j { 0.0 } else { mid.get(i, j).hi.abs() * (1.0 + 1e-15) };
             let rest: f64 = (0..n).map(|j| size(j) + radius.get(i, j)).sum();
@@ -214,23 +221,10 @@ impl Enclosed {
     }
 }
 
-/// A matrix with an error bound for every entry.
-#[derive(Clone)]
-pub(super) struct Bounded {
-    pub(super) mid: Matrix,
-    pub(super) radius: Plain,
-}
-
-impl Bounded {
-    pub(super) fn ball(&self, row: usize, column: usize) -> Ball {
-        Ball { mid: self.mid.get(row, column), radius: self.radius.get(row, column) }
-    }
-}
-
 /// The congruent pencil: S = XᵀKX and G = XᵀMX, for X exactly as it stands.
 pub(super) struct Pencil {
-    pub(super) s: Bounded,
-    pub(super) g: Bounded,
+    pub(super) s: Enclosed,
+    pub(super) g: Enclosed,
     /// ZᵀMX at the midpoints, z by m: what X still has of the zero vectors.
     pub(super) overlap: Matrix,
     /// A bound, for each column of X, of the M-length of its part along the zero vectors.
@@ -378,29 +372,17 @@ pub(super) fn ordered(quotient: &[DoubleDouble]) -> (Vec<usize>, Vec<f64>) {
 /// is out of range.
 pub(super) fn couplings(pencil: &Pencil) -> Option<(Vec<DoubleDouble>, Couplings)> {
     let m = pencil.s.mid.columns;
-    let (mut quotient, mut defect) = (Vec::with_capacity(m), Vec::with_capacity(m));
-    for i in 0..m {
-        let (mu, error) = rayleigh(pencil, i);
-        if !mu.is_finite() || !error.is_finite() {
-            return None;
-        }
-        quotient.push(mu);
-        defect.push(error);
+    let (quotient, defect): (Vec<DoubleDouble>, Vec<f64>) = (0..m).map(|i| rayleigh(pencil, i)).unzip();
+    if !quotient.iter().all(|mu| mu.is_finite()) || !defect.iter().all(|error| error.is_finite()) {
+        return None;
     }
     let (order, steps) = ordered(&quotient);
     let size: Vec<f64> = quotient.iter().map(|mu| up(mu.hi.abs())).collect();
     let (mut h, mut g) = (Plain::zeros(m, m), Plain::zeros(m, m));
-    let (mut least, mut most) = (Vec::with_capacity(m), Vec::with_capacity(m));
     for j in 0..m {
-        for i in 0..m {
+        for i in (0..m).filter(|i| *i != j) {
             let (s, b) = (pencil.s.mid.get(i, j), pencil.g.mid.get(i, j));
             let (rs, rb) = (pencil.s.radius.get(i, j), pencil.g.radius.get(i, j));
-            if i == j {
-                let ball = pencil.g.ball(i, i);
-                least.push(ball.lower());
-                most.push(ball.upper());
-                continue;
-            }
             let residual = (s - quotient[j] * b).hi.abs();
             // The product is off by 5 u² of itself, the difference by 3 u².
             let rounding = 16.0 * U2 * (s.hi.abs() + size[j] * b.hi.abs());
@@ -408,6 +390,8 @@ pub(super) fn couplings(pencil: &Pencil) -> Option<(Vec<DoubleDouble>, Couplings
             g.set(i, j, up(b.hi.abs() + rb));
         }
     }
+    let least = (0..m).map(|i| pencil.g.ball(i, i).lower()).collect();
+    let most = (0..m).map(|i| pencil.g.ball(i, i).upper()).collect();
     let couplings = Couplings { order, steps, size, defect, least, most, h, g };
     Some((quotient, couplings))
 }

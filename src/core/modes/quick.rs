@@ -79,15 +79,13 @@ impl<'a> Quick<'a> {
         let norm = z.products_with(&xt, &lengths);
         let (m, n) = (xt.rows, xt.columns);
         let (y_lengths, z_lengths) = (lengths_of_rows(&y.value), lengths_of_rows(&z.value));
-        let mut quotient = Vec::with_capacity(m);
-        let mut defect = Vec::with_capacity(m);
-        for (s, g) in s.iter().zip(&norm) {
+        let quotients = s.iter().zip(&norm).map(|(s, g)| {
             let mu = s.mid / g.mid;
             // The division is off by 16 u² of the quotient.
             let error = 17.0 * U2 * s.mid.hi.abs() + s.radius + mu.hi.abs() * g.radius;
-            quotient.push(mu);
-            defect.push(if mu.is_finite() { up(error) } else { f64::INFINITY });
-        }
+            (mu, if mu.is_finite() { up(error) } else { f64::INFINITY })
+        });
+        let (quotient, defect): (Vec<DoubleDouble>, Vec<f64>) = quotients.unzip();
         let residual = residuals(&y.value, &z.value, &quotient);
         let residual_lengths = row_lengths(m, (0..n).map(|i| residual.column(i)));
         // |fl(XᵀR) - XᵀR| <= γ |X|ᵀ|R|; the low parts of X are below u |X|. The residuals themselves are off by

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use faer::c64;
 
 use super::super::dense::Matrix;
-use super::super::pencil::{Bounded, Enclosed};
+use super::super::pencil::Enclosed;
 use super::certify::Certificate;
 use super::complex::{Complex, Wide, part, rounded};
 use super::couplings::{Approximate, Couplings, Link, Residuals};
@@ -326,7 +326,7 @@ fn turned<S: Enclosure>(
 }
 
 /// A matrix times complex columns; `inexact`: by how much the vectors themselves may be off, for the first of them.
-fn image(matrix: &Enclosed, x: &Matrix, inexact: &[Vec<f64>]) -> Bounded {
+fn image(matrix: &Enclosed, x: &Matrix, inexact: &[Vec<f64>]) -> Enclosed {
     let mut image = matrix.times(x);
     for (j, radii) in inexact.iter().enumerate().filter(|(_, radii)| radii.iter().any(|r| *r != 0.0)) {
         for (i, more) in matrix.magnitude_times(radii).into_iter().enumerate() {
@@ -336,7 +336,7 @@ fn image(matrix: &Enclosed, x: &Matrix, inexact: &[Vec<f64>]) -> Bounded {
     image
 }
 
-fn column(image: &Bounded, j: usize) -> Vec<Complex> {
+fn column(image: &Enclosed, j: usize) -> Vec<Complex> {
     (0..image.mid.rows).map(|i| Complex::new(image.ball(i, 2 * j), image.ball(i, 2 * j + 1))).collect()
 }
 
@@ -371,7 +371,7 @@ pub(super) fn measure(scaled: &Scaled, columns: &mut Columns) -> Vec<Residuals> 
         measured[j] = Some(if j < columns.together() {
             zero_residuals(columns, j, &right, &left)
         } else {
-            let of = |images: &[Bounded; 3]| images.each_ref().map(|image| column(image, at));
+            let of = |images: &[Enclosed; 3]| images.each_ref().map(|image| column(image, at));
             residuals(&mut columns.all[j], &of(&right), &of(&left), ())
         });
     }
@@ -437,7 +437,7 @@ pub(super) fn residuals<S: Enclosure>(
 
 /// A column of the exponent 0; these are all their own, and the first. With x̃ = (XT)_j, a combination of vectors of the kernel,
 /// the residual is D x̃ + S x_j, and exactly 0 for a vector of the kernel; from the left Dᵀ ỹ + Sᵀ y_j with ỹ = (TYᵀ)_j.
-fn zero_residuals(columns: &Columns, j: usize, right: &[Bounded; 3], left: &[Bounded; 3]) -> Residuals {
+fn zero_residuals(columns: &Columns, j: usize, right: &[Enclosed; 3], left: &[Enclosed; 3]) -> Residuals {
     let Column { x, y, .. } = &columns.all[j];
     let none = vec![Complex::zero(()); x.len()];
     let sum = |a: Vec<Complex>, b: &[Complex]| -> Vec<Complex> { a.iter().zip(b).map(|(a, b)| a.add(b)).collect() };

@@ -14,7 +14,7 @@ use super::data::Data;
 use super::fixed::{LOST, dot, double, double_double, from_double_double, scaled, shifted};
 use crate::modes::certify::Couplings;
 use crate::modes::dense::{Matrix, Plain};
-use crate::modes::pencil::Bounded;
+use crate::modes::pencil::Enclosed;
 use crate::modes::product::{Part, bound_product, product, product_bound};
 use crate::order::Order;
 use crate::precision::{DoubleDouble, Sum, up};
@@ -35,7 +35,7 @@ pub(super) struct Background {
     pub(super) quotients: Vec<DoubleDouble>,
     pub(super) couplings: Couplings,
     pub(super) leak: Vec<f64>,
-    pub(super) g: Bounded,
+    pub(super) g: Enclosed,
 }
 
 /// See the head of the file. "Own" columns are those at full precision, m is the number of all.
@@ -183,35 +183,23 @@ impl<'a> Setting<'a> {
     /// where they are small beside that; residuals are taken relative to their largest entry.
     fn products(&self) -> Products {
         let (n, p, k) = (self.data.n, self.data.scale, self.images.len());
-        let (mut residual, mut mass_times) = (Matrix::zeros(n, k), Matrix::zeros(n, k));
-        let mut place = Vec::with_capacity(k);
-        for (at, image) in self.images.iter().enumerate() {
-            let top = image.residual.iter().map(BitTest::bit_len).max().unwrap_or(0) as i64 - p;
-            for row in 0..n {
-                residual.set(row, at, double_double(&image.residual[row], -p - top));
-                mass_times.set(row, at, double_double(&image.mass_times[row], -p));
-            }
-            place.push(top);
-        }
+        let top = |image: &Image| image.residual.iter().map(BitTest::bit_len).max().unwrap_or(0) as i64 - p;
+        let place: Vec<i64> = self.images.iter().map(top).collect();
+        let residual = |row: usize, at: usize| double_double(&self.images[at].residual[row], -p - place[at]);
+        let mass_times = |row: usize, at: usize| double_double(&self.images[at].mass_times[row], -p);
+        let (residual, mass_times) = (Matrix::from_fn(n, k, residual), Matrix::from_fn(n, k, mass_times));
         let (xt, sizes_t) = (self.x.transposed(), self.sizes.transposed());
-        let mut products = Products {
-            h: product(&xt, &residual, Part::All),
-            noise: bound_product(&sizes_t, &residual.magnitudes()),
+        let h = product(&xt, &residual, Part::All);
+        let (noise, noise_g) =
+            (bound_product(&sizes_t, &residual.magnitudes()), bound_product(&sizes_t, &mass_times.magnitudes()));
+        let (m, unit) = (self.own.len(), product_bound(n) + 2.25 * LOST);
+        let bound = |noise: f64| up(unit * noise + 1e-270);
+        Products {
+            h: Matrix::from_fn(m, k, |row, at| h.get(row, at).scale(place[at].clamp(-4000, 4000) as i32)),
+            noise: Plain::from_fn(m, k, |row, at| up(scaled(bound(noise.get(row, at)), place[at]))),
             g: product(&xt, &mass_times, Part::All),
-            noise_g: bound_product(&sizes_t, &mass_times.magnitudes()),
-        };
-        let unit = product_bound(n) + 2.25 * LOST;
-        for (at, &place) in place.iter().enumerate() {
-            for row in 0..self.own.len() {
-                let value = products.h.get(row, at).scale(place.clamp(-4000, 4000) as i32);
-                products.h.set(row, at, value);
-                let bound = up(unit * products.noise.get(row, at) + 1e-270);
-                products.noise.set(row, at, up(scaled(bound, place)));
-                let bound = up(unit * products.noise_g.get(row, at) + 1e-270);
-                products.noise_g.set(row, at, bound);
-            }
+            noise_g: Plain::from_fn(m, k, |row, at| bound(noise_g.get(row, at))),
         }
-        products
     }
 
     /// Takes products at full precision where double-double is not enough; they are exact then but
@@ -254,22 +242,16 @@ impl<'a> Setting<'a> {
 
     fn off(&self) -> Off {
         let (n, k) = (self.data.n, self.images.len());
-        let mut own = Plain::zeros(n, k);
-        for (at, &column) in self.columns.own.iter().enumerate() {
-            own.column_mut(at).copy_from_slice(self.sizes.column(column));
-        }
+        let columns = &self.columns.own;
+        let own = Plain::from_fn(n, k, |row, at| self.sizes.get(row, columns[at]));
         let of = |radius: &Option<Plain>| radius.as_ref().map(|radius| bound_product(radius, &own));
         let stiffness = of(&self.data.stiffness.radius);
         let mass = of(&self.data.mass.radius);
-        let (mut h, mut g) = (Plain::zeros(n, k), Plain::zeros(n, k));
-        for (at, &column) in self.columns.own.iter().enumerate() {
-            for row in 0..n {
-                let entry = |off: &Option<Plain>| off.as_ref().map_or(0.0, |off| off.get(row, at));
-                let (stiffness, mass) = (entry(&stiffness), entry(&mass));
-                h.set(row, at, up(stiffness + self.size[column] * mass + 1.0));
-                g.set(row, at, up(mass + 1.0));
-            }
-        }
+        let entry = |off: &Option<Plain>, row, at| off.as_ref().map_or(0.0, |off| off.get(row, at));
+        let h = Plain::from_fn(n, k, |row, at| {
+            up(entry(&stiffness, row, at) + self.size[columns[at]] * entry(&mass, row, at) + 1.0)
+        });
+        let g = Plain::from_fn(n, k, |row, at| up(entry(&mass, row, at) + 1.0));
         let sizes_t = self.sizes.transposed();
         Off { h: bound_product(&sizes_t, &h), g: bound_product(&sizes_t, &g) }
     }

@@ -18,12 +18,12 @@ use dashu_int::ops::BitTest;
 use faer::Mat;
 
 use super::certify::{Cluster, Couplings, Enclosures, certify};
-use super::dense::{Matrix, Plain};
-use super::pencil::{Bounded, Scaled, ZeroSpace, couplings, pencil};
+use super::dense::Matrix;
+use super::pencil::{Enclosed, Scaled, ZeroSpace, couplings, pencil};
 use super::start::careful_eigenvectors;
 use super::{Certificate, Gram, ModesError, Options, PrecisionLevel, Solution, Source, covered, refined};
 use crate::order::Order;
-use crate::precision::{Big, Magnitude};
+use crate::precision::{Ball, Big, Magnitude};
 use data::Data;
 use fixed::{LOST, Symmetric};
 use measure::{Background, Columns, Measured, measure};
@@ -282,21 +282,10 @@ impl Background {
     fn new(scaled: &Scaled, zero: &ZeroSpace, solution: &Solution) -> Option<Self> {
         let x = solution.x.clone();
         if let Gram::Factors(round) = &solution.gram {
-            let couplings = round.couplings();
-            let m = x.columns;
             // Midpoints beside the diagonal are used without bounds, and nearly 0.
-            let (mut mid, mut radius) = (Matrix::zeros(m, m), Plain::zeros(m, m));
-            for k in 0..m {
-                mid.set(k, k, round.norm[k].mid);
-                radius.set(k, k, round.norm[k].radius);
-            }
-            return Some(Self {
-                x,
-                quotients: round.quotient.clone(),
-                couplings,
-                leak: round.leak.clone(),
-                g: Bounded { mid, radius },
-            });
+            let g = Enclosed::new(x.columns, |i, j| if i == j { round.norm[i] } else { Ball::ZERO });
+            let (quotients, couplings, leak) = (round.quotient.clone(), round.couplings(), round.leak.clone());
+            return Some(Self { x, quotients, couplings, leak, g });
         }
         let pencil = pencil(scaled, None, zero, &x);
         let (quotients, couplings) = couplings(&pencil)?;
@@ -423,7 +412,7 @@ fn assemble(
     }
     let mut g = match background {
         Some(background) => background.g.clone(),
-        None => Bounded { mid: Matrix::zeros(m, m), radius: Plain::zeros(m, m) },
+        None => Enclosed::new(m, |_, _| Ball::ZERO),
     };
     for (at, &j) in columns.own.iter().enumerate() {
         for i in 0..m {
