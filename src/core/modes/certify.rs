@@ -294,10 +294,8 @@ impl<'a> Rows<'a> {
         // The radius runs away: join the nearest.
         let Pass { gaps, mut tau, .. } = pass;
         tau.truncate(m);
-        (0..start)
-            .chain(end..m)
-            .min_by(|&p, &q| gaps[p].total_cmp(&gaps[q]))
-            .map_or(Ok(Separated { radius: f64::INFINITY, reach: tau }), Err)
+        let nearest = (0..start).chain(end..m).min_by(|&p, &q| gaps[p].total_cmp(&gaps[q]));
+        nearest.map_or(Ok(Separated { radius: f64::INFINITY, reach: tau }), Err)
     }
 }
 
@@ -452,10 +450,7 @@ impl Pass<'_> {
             let rest = rows.s_sum[i] + (self.sigma + radius) * rows.g_sum[i];
             margin(diagonal, rows.weight[i], rest, self.factor) > 0.0
         };
-        let outside = (0..self.range.start).chain(self.range.end..m);
-        outside
-            .filter(|&i| !dominant(i))
-            .min_by(|&p, &q| self.gaps[p].total_cmp(&self.gaps[q]))
-            .unwrap_or(self.range.start)
+        let outside = (0..self.range.start).chain(self.range.end..m).filter(|&i| !dominant(i));
+        outside.min_by(|&p, &q| self.gaps[p].total_cmp(&self.gaps[q])).unwrap_or(self.range.start)
     }
 }

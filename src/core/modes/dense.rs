@@ -206,7 +206,7 @@ pub(super) fn multiply_onto(c: &mut Plain, accumulate: Accum, a: MatRef<'_, f64>
 }
 
 /// The columns of a sparse matrix, as double-doubles with errors.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct Columns {
     /// Where each column starts in the lists, and the end.
     pub(super) starts: Vec<usize>,
@@ -218,7 +218,27 @@ pub(super) struct Columns {
     pub(super) weights: Vec<f64>,
 }
 
+impl Default for Columns {
+    /// None.
+    fn default() -> Self {
+        Self { starts: vec![0], places: Vec::new(), hi: Vec::new(), lo: Vec::new(), weights: Vec::new() }
+    }
+}
+
 impl Columns {
+    /// One entry more in the last column.
+    pub(super) fn push(&mut self, row: usize, entry: DoubleDouble, weight: f64) {
+        self.places.push(row);
+        self.hi.push(entry.hi);
+        self.lo.push(entry.lo);
+        self.weights.push(weight);
+    }
+
+    /// Ends the last column.
+    pub(super) fn end(&mut self) {
+        self.starts.push(self.places.len());
+    }
+
     /// Adds the weights of a column times the sizes of what its entries are multiplied by, for all rows of Xᵀ.
     pub(super) fn add_weighted(&self, column: usize, xt: &Matrix, sums: &mut [f64]) {
         for at in self.starts[column]..self.starts[column + 1] {

@@ -36,7 +36,6 @@ impl Factored {
         let n = scaled.n;
         let half = scaled.power / 2;
         let mut columns = Columns::default();
-        columns.starts.push(0);
         for (number, (_, entries)) in factors.rows.iter().enumerate() {
             let unit = product_bound(entries.len());
             for (place, entry) in entries {
@@ -47,12 +46,9 @@ impl Factored {
                 if !entry.is_finite() {
                     return Err(ModesError::NotFinite { matrix: Which::Stiffness, row: *place, column: number });
                 }
-                columns.places.push(*place);
-                columns.hi.push(entry.mid.hi);
-                columns.lo.push(entry.mid.lo);
-                columns.weights.push(up(entry.radius + unit * entry.mid.hi.abs()));
+                columns.push(*place, entry.mid, up(entry.radius + unit * entry.mid.hi.abs()));
             }
-            columns.starts.push(columns.places.len());
+            columns.end();
         }
         let rest = if factors.rest.is_empty() {
             None

@@ -33,12 +33,9 @@ impl Image {
     pub(super) fn products_with(&self, xt: &Matrix, lengths: &[f64]) -> Vec<Ball> {
         let unit = product_bound(xt.columns);
         let own_lengths = lengths_of_rows(&self.value);
-        let products = row_products(xt, &self.value).into_iter();
         let bounds = self.error.iter().zip(&own_lengths).zip(lengths);
-        products
-            .zip(bounds)
-            .map(|(value, ((error, own), length))| Ball::new(value, up(length * (error + unit * own))))
-            .collect()
+        let radii = bounds.map(|((error, own), length)| up(length * (error + unit * own)));
+        row_products(xt, &self.value).into_iter().zip(radii).map(|(value, radius)| Ball::new(value, radius)).collect()
     }
 }
 
@@ -46,32 +43,21 @@ impl<'a> Operator<'a> {
     pub(super) fn new(matrix: &'a Enclosed) -> Self {
         let n = matrix.mid.rows;
         let most = (SPARSE * (n * n) as f64) as usize + 2 * n;
-        let mut places = Vec::new();
-        let mut starts = vec![0];
-        for column in 0..n {
-            places.extend(matrix.nonzero(column));
-            starts.push(places.len());
-            if places.len() > most {
-                break;
-            }
-        }
-        if places.len() > most {
+        let counts: Vec<usize> = (0..n).map(|column| matrix.nonzero(column).count()).collect();
+        if counts.iter().sum::<usize>() > most {
             // Sums of up to n² squares in doubles, whose roundings the factor covers, and low parts.
             let squares = matrix.weights().data.iter().map(|x| x * x).sum::<f64>();
             return Self { matrix, columns: None, norm: (squares * (1.0 + 1e-6) + 1e-300).sqrt() };
         }
-        let most = starts.windows(2).map(|range| range[1] - range[0]).max();
-        let unit = product_bound(most.unwrap_or(0));
+        let unit = product_bound(counts.into_iter().max().unwrap_or(0));
         let mut columns = Columns::default();
-        for (column, range) in starts.windows(2).enumerate() {
-            for &row in &places[range[0]..range[1]] {
+        for column in 0..n {
+            for row in matrix.nonzero(column) {
                 let entry = matrix.mid.get(row, column);
-                columns.hi.push(entry.hi);
-                columns.lo.push(entry.lo);
-                columns.weights.push(up(matrix.weight(row, column) + unit * entry.hi.abs()));
+                columns.push(row, entry, up(matrix.weight(row, column) + unit * entry.hi.abs()));
             }
+            columns.end();
         }
-        (columns.starts, columns.places) = (starts, places);
         Self { matrix, columns: Some(columns), norm: 0.0 }
     }
 

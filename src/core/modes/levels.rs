@@ -97,12 +97,8 @@ impl Certificate {
     pub(super) fn new(quotients: &[DoubleDouble], couplings: Couplings) -> Option<Self> {
         let enclosures = certify(&couplings)?;
         let order = couplings.order;
-        let eigenvalues = order
-            .iter()
-            .zip(&enclosures.radii)
-            .map(|(&column, &radius)| Ball::new(quotients[column], radius))
-            .collect();
-        Some(Self { order, eigenvalues, clusters: enclosures.clusters })
+        let eigenvalues = order.iter().zip(&enclosures.radii).map(|(&j, &radius)| Ball::new(quotients[j], radius));
+        Some(Self { eigenvalues: eigenvalues.collect(), order, clusters: enclosures.clusters })
     }
 }
 

@@ -91,14 +91,13 @@ impl<'a> Quick<'a> {
         // |fl(XᵀR) - XᵀR| <= γ |X|ᵀ|R|; the low parts of X are below u |X|. The residuals themselves are off by
         // the images' errors, 16 u² for product and difference, and u for rounding to doubles.
         let rounding = gamma(n) + f64::EPSILON;
-        let h_error = (0..m)
-            .map(|j| {
-                let mu = quotient[j].hi.abs();
-                let image = y.error[j] + mu * z.error[j];
-                let doubles = 16.0 * U2 * (y_lengths[j] + mu * z_lengths[j]);
-                up(image + doubles + (rounding + f64::EPSILON) * residual_lengths[j] + 1e-290)
-            })
-            .collect();
+        let h_error = |j: usize| {
+            let mu = quotient[j].hi.abs();
+            let image = y.error[j] + mu * z.error[j];
+            let doubles = 16.0 * U2 * (y_lengths[j] + mu * z_lengths[j]);
+            up(image + doubles + (rounding + f64::EPSILON) * residual_lengths[j] + 1e-290)
+        };
+        let h_error = (0..m).map(h_error).collect();
         let g_error = (0..m).map(|j| up(z.error[j] + (rounding + f64::EPSILON) * z_lengths[j] + 1e-290)).collect();
         let (overlap, leak) = self.overlap(&xt, &lengths);
         Round {

@@ -173,19 +173,16 @@ impl Step {
                 }
             }
         }
-        let rotations = clusters
-            .into_iter()
-            .map(|cluster| {
-                let block = block(
-                    cluster.len(),
-                    |p| quotient[cluster[p]].hi,
-                    |p, q| (quotient[cluster[p]] - quotient[cluster[q]]).hi,
-                    |p, q| mixed.coupling(cluster[p], cluster[q]),
-                );
-                (cluster, jacobi(block))
-            })
-            .collect();
-        Self { correction: w, rotations }
+        let rotation = |cluster: Vec<usize>| {
+            let block = block(
+                cluster.len(),
+                |p| quotient[cluster[p]].hi,
+                |p, q| (quotient[cluster[p]] - quotient[cluster[q]]).hi,
+                |p, q| mixed.coupling(cluster[p], cluster[q]),
+            );
+            (cluster, jacobi(block))
+        };
+        Self { correction: w, rotations: clusters.into_iter().map(rotation).collect() }
     }
 }
 

@@ -120,20 +120,19 @@ pub(super) fn cluster_shapes(
     let gram = solution.gram.block(columns);
     let transform = echelon(&basis, &gram);
     let vectors = product(&basis, &transform, Part::All);
-    (0..columns.len())
-        .map(|q| {
-            let weight: f64 = transform.hi.column(q).iter().map(|t| t.abs()).sum();
-            let component = |row: usize| {
-                // The product of basis and transform is rounded, too.
-                let terms = transform.hi.column(q).iter().enumerate();
-                let size: f64 = terms.map(|(p, t)| (basis.get(row, p).hi * t).abs()).sum();
-                let rounding = product_bound(columns.len()) * size;
-                let error = errors.component(row, index) * weight + rounding;
-                (vectors.get(row, q), error * (1.0 + 1e-9))
-            };
-            unscaled(problem, (0..problem.n).map(component))
-        })
-        .collect()
+    let shape = |q: usize| {
+        let weight: f64 = transform.hi.column(q).iter().map(|t| t.abs()).sum();
+        let component = |row: usize| {
+            // The product of basis and transform is rounded, too.
+            let terms = transform.hi.column(q).iter().enumerate();
+            let size: f64 = terms.map(|(p, t)| (basis.get(row, p).hi * t).abs()).sum();
+            let rounding = product_bound(columns.len()) * size;
+            let error = errors.component(row, index) * weight + rounding;
+            (vectors.get(row, q), error * (1.0 + 1e-9))
+        };
+        unscaled(problem, (0..problem.n).map(component))
+    };
+    (0..columns.len()).map(shape).collect()
 }
 
 /// The entries of the unit matrix.
@@ -149,24 +148,22 @@ pub(super) fn zero_shapes(problem: &Scaled, zero: &ZeroSpace) -> Vec<Shape> {
     }
     let unit = Matrix::from_fn(z, z, unit);
     let transform = echelon(&zero.mid, &unit);
-    (0..z)
-        .map(|q| {
-            let combined: Vec<Ball> = (0..problem.n)
-                .map(|row| {
-                    let parts = zero.vectors.iter().enumerate();
-                    parts.fold(Ball::ZERO, |sum, (p, v)| sum + v[row] * Ball::from(transform.get(p, q)))
-                })
-                .collect();
-            // |1/√(1 + e) - 1| <= |e| for |e| <= 1/2: how far the length is from 1.
-            let defect = (problem.mass.form(&combined) - Ball::ONE).abs_upper();
-            let defect = if defect <= 0.5 { defect } else { f64::INFINITY };
-            let component = |value: &Ball| {
-                let size = value.abs_upper();
-                (value.mid, if size == 0.0 { 0.0 } else { up(value.radius + size * defect) * 2.0 })
-            };
-            unscaled(problem, combined.iter().map(component))
-        })
-        .collect()
+    let shape = |q: usize| {
+        let sum = |row: usize| {
+            let parts = zero.vectors.iter().enumerate();
+            parts.fold(Ball::ZERO, |sum, (p, v)| sum + v[row] * Ball::from(transform.get(p, q)))
+        };
+        let combined: Vec<Ball> = (0..problem.n).map(sum).collect();
+        // |1/√(1 + e) - 1| <= |e| for |e| <= 1/2: how far the length is from 1.
+        let defect = (problem.mass.form(&combined) - Ball::ONE).abs_upper();
+        let defect = if defect <= 0.5 { defect } else { f64::INFINITY };
+        let component = |value: &Ball| {
+            let size = value.abs_upper();
+            (value.mid, if size == 0.0 { 0.0 } else { up(value.radius + size * defect) * 2.0 })
+        };
+        unscaled(problem, combined.iter().map(component))
+    };
+    (0..z).map(shape).collect()
 }
 
 /// A vector from its components and what each may be off by, back in the original coordinates and rounded to doubles.

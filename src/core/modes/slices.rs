@@ -107,30 +107,23 @@ pub(super) fn sliced_product(xt: &Matrix, a: &Matrix, lengths: &[f64], slices: u
     let sums = 3.0 * exact * U2 * n as f64;
     let roundings = BLOCK + (slices + 1) * n.div_ceil(BLOCK);
     let unit = gamma(roundings.min((slices + 1) * n)) + 2.0 * f64::EPSILON;
-    let error = left
-        .scales
-        .iter()
-        .zip(lengths)
-        .map(|(&e, length)| {
-            let entry = power_of_two(e);
-            let mut rest = 0.0;
-            for p in 1..=slices {
-                if right.rests[slices - p].is_some() {
-                    // The first slice of x is no longer than x and what it leaves over.
-                    let own = match p {
-                        1 => length + ones * entry * left_over(1),
-                        _ => ones * entry * left_over(p - 1),
-                    };
-                    rest += own * (ones * across * left_over_of_a(slices + 1 - p));
-                }
-            }
-            if rest_of_x {
-                rest += ones * entry * left_over(slices) * (ones * across);
-            }
-            up((unit * rest + sums * entry * across) * (1.0 + 1e-6) + 1e-290)
-        })
-        .collect();
-    (value, error)
+    let error = |(&e, length): (&i32, &f64)| {
+        let entry = power_of_two(e);
+        let mut rest = 0.0;
+        for p in (1..=slices).filter(|p| right.rests[slices - p].is_some()) {
+            // The first slice of x is no longer than x and what it leaves over.
+            let own = match p {
+                1 => length + ones * entry * left_over(1),
+                _ => ones * entry * left_over(p - 1),
+            };
+            rest += own * (ones * across * left_over_of_a(slices + 1 - p));
+        }
+        if rest_of_x {
+            rest += ones * entry * left_over(slices) * (ones * across);
+        }
+        up((unit * rest + sums * entry * across) * (1.0 + 1e-6) + 1e-290)
+    };
+    (value, left.scales.iter().zip(lengths).map(error).collect())
 }
 
 /// With how many bits a column is a multiple of a power of two that is not beyond its own scale, if with `most`.
@@ -212,12 +205,9 @@ fn slice(a: &Matrix, (slices, kept): (usize, usize), bits: i32, by: Cut) -> Slic
     let mut parts: Vec<Plain> = (0..slices).map(|_| Plain::zeros(rows, columns)).collect();
     let mut rests: Vec<Plain> = (0..kept).map(|_| Plain::zeros(rows, columns)).collect();
     // 1.5 · 2^52 times the unit of a slice, for each row or column.
-    let anchors: Vec<Vec<f64>> = (1..=slices as i32)
-        .map(|number| {
-            let anchor = |scale: &i32| 1.5 * power_of_two((52 + scale - number * bits).max(-1000));
-            scales.iter().map(anchor).collect()
-        })
-        .collect();
+    let anchor = |scale: i32, number: i32| 1.5 * power_of_two((52 + scale - number * bits).max(-1000));
+    let own = |number: i32| scales.iter().map(|scale| anchor(*scale, number)).collect();
+    let anchors: Vec<Vec<f64>> = (1..=slices as i32).map(own).collect();
     let (mut hi, mut lo) = (vec![0.0; rows], vec![0.0; rows]);
     let mut same = vec![0.0; rows];
     for column in 0..columns {

@@ -35,11 +35,8 @@ pub(super) fn spectrum(scaled: &Scaled, zero: &ZeroSpace, solution: &Solution, o
         let own_number = number;
         number += 1;
         let columns = &certificate.order[cluster.start..cluster.end];
-        let mut shapes = errors
-            .as_ref()
-            .map(|errors| shape::cluster_shapes(scaled, solution, columns, errors, index))
-            .unwrap_or_default()
-            .into_iter();
+        let shapes = errors.as_ref().map(|errors| shape::cluster_shapes(scaled, solution, columns, errors, index));
+        let mut shapes = shapes.into_iter().flatten();
         for position in cluster.start..cluster.end {
             if position == unstable && position > cluster.start {
                 put_zeros(&mut modes, &mut number);

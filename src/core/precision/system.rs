@@ -91,11 +91,8 @@ impl System {
             best = Some((error, std::mem::replace(&mut middle, next)));
         }
         let (error, middle) = best?;
-        let solution: Vec<Ball> = middle
-            .into_iter()
-            .zip(&self.column_shift)
-            .map(|(x, shift)| Ball::new(x, 0.0).with_added_radius(error).scale(*shift))
-            .collect();
+        let ball = |(x, shift): (DoubleDouble, &i32)| Ball::new(x, 0.0).with_added_radius(error).scale(*shift);
+        let solution: Vec<Ball> = middle.into_iter().zip(&self.column_shift).map(ball).collect();
         solution.iter().all(Ball::is_finite).then_some(solution)
     }
 

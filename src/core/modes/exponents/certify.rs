@@ -96,16 +96,11 @@ pub(super) fn certify(couplings: &Couplings, together: usize, conjugate_of: &[Op
         let open = (0..sets.len()).find(|&at| !sets[at].is_empty() && done[at].is_none());
         let (a, b) = if let Some(at) = open {
             // The conjugate of a column that is done.
-            let conjugate = match sets[at][..] {
-                [j] => conjugate_of[j]
-                    .and_then(|i| done[of[i]].as_ref())
-                    .filter(|group| group.members.len() == 1)
-                    .map(|g| (g, j)),
-                _ => None,
-            };
-            let group = match conjugate {
-                Some((group, j)) => Ok(mirrored(group, j, conjugate_of)),
-                None => enclose(couplings, sets[at].clone()),
+            let of_conjugate = |j: usize| done[of[conjugate_of[j]?]].as_ref().filter(|group| group.members.len() == 1);
+            let set = &sets[at];
+            let group = match of_conjugate(set[0]).filter(|_| set.len() == 1) {
+                Some(group) => Ok(mirrored(group, set[0], conjugate_of)),
+                None => enclose(couplings, set.clone()),
             };
             match group {
                 Ok(group) => {
@@ -158,15 +153,9 @@ fn enclose(couplings: &Couplings, members: Vec<usize>) -> Result<Group, usize> {
     let Couplings { size, right, left_t, q, q_t, defect, least, distance, .. } = couplings;
     let m = *size;
     let factor = 1.0 + slack(4 * m);
-    let mut inside = vec![false; m];
-    members.iter().for_each(|&c| inside[c] = true);
-    let outside: Vec<usize> = (0..m).filter(|&i| !inside[i]).collect();
-    let mut width: f64 = 0.0;
-    for &a in &members {
-        for &b in &members {
-            width = width.max(distance.get(a, b) * FAR);
-        }
-    }
+    let outside: Vec<usize> = (0..m).filter(|i| !members.contains(i)).collect();
+    let pairs = members.iter().flat_map(|&a| members.iter().map(move |&b| (a, b)));
+    let width = pairs.map(|(a, b)| distance.get(a, b) * FAR).fold(0.0, f64::max);
     // Distances from the nearest member from below, and from all points that lie between members from above.
     let mut gap = vec![0.0; m];
     let mut far = vec![0.0; m];

@@ -291,10 +291,7 @@ fn turned<S: Enclosure>(
     (precision, fine): (S::Precision, S::Precision),
 ) -> Option<Vec<Column<S>>> {
     let n = old.first()?.x.len();
-    let length = |v: &[precision::Complex<S>]| {
-        let squares = v.iter().map(precision::Complex::to_c64).map(|x| x.re * x.re + x.im * x.im);
-        squares.sum::<f64>().sqrt()
-    };
+    let length = |v: &[precision::Complex<S>]| v.iter().map(|x| x.to_c64().norm_sqr()).sum::<f64>().sqrt();
     let columns = (0..old.len()).map(|a| {
         let combine = |part: &dyn Fn(&Column<S>) -> &[precision::Complex<S>], weight: &dyn Fn(usize) -> c64| {
             let mut sum = vec![precision::Complex::<S>::zero(precision); n];

@@ -155,17 +155,14 @@ pub(super) fn roots(p: &Polynomial, bits: usize) -> Option<Vec<Root>> {
     if (0..degree).any(|i| (0..i).any(|j| apart(&z[i], &z[j]) <= radii[i] + radii[j])) {
         return None;
     }
-    let mut found = Vec::with_capacity(degree);
-    for i in 0..degree {
+    let root = |i: usize| {
         let conjugate = z[i].conjugate();
         let alone = (0..degree).all(|j| j == i || apart(&conjugate, &z[j]) > radii[i] + radii[j]);
         let im = if alone { Big::zero(bits) } else { z[i].im.clone().with_added_radius(radii[i]) };
-        if !alone && im.contains_zero() {
-            return None;
-        }
-        found.push(Wide { re: z[i].re.clone().with_added_radius(radii[i]), im });
-    }
-    Some(found)
+        let is_told = alone || !im.contains_zero();
+        is_told.then(|| Wide { re: z[i].re.clone().with_added_radius(radii[i]), im })
+    };
+    (0..degree).map(root).collect()
 }
 
 /// First points on circles: the slopes of the upper hull of (k, log |c_k|) are near the logarithms of the moduli

@@ -37,20 +37,18 @@ impl Enclosed {
     /// A bound of how far xᵀAy may be from the form of the midpoints, for |x| and |y| at most `x`.
     pub(super) fn uncertainty(&self, x: &[f64]) -> f64 {
         let n = x.len();
-        let sum: f64 =
-            (0..n).flat_map(|i| (0..n).map(move |k| (i, k))).map(|(i, k)| x[i] * self.radius.get(i, k) * x[k]).sum();
-        up(sum * (1.0 + (n * n) as f64 * f64::EPSILON))
+        let places = (0..n).flat_map(|i| (0..n).map(move |k| (i, k)));
+        up(places.map(|(i, k)| x[i] * self.radius.get(i, k) * x[k]).sum::<f64>()
+            * (1.0 + (n * n) as f64 * f64::EPSILON))
     }
 
     /// A bound of |A| x for x >= 0, uncertainty of A included.
     pub(super) fn magnitude_times(&self, x: &[f64]) -> Vec<f64> {
-        (0..self.mid.rows)
-            .map(|row| {
-                let sum: f64 =
-                    x.iter().enumerate().map(|(k, x)| (self.mid.get(row, k).hi.abs() + self.weight(row, k)) * x).sum();
-                up(sum * (1.0 + x.len() as f64 * f64::EPSILON))
-            })
-            .collect()
+        let image = |row: usize| {
+            let terms = x.iter().enumerate().map(|(k, x)| (self.mid.get(row, k).hi.abs() + self.weight(row, k)) * x);
+            up(terms.sum::<f64>() * (1.0 + x.len() as f64 * f64::EPSILON))
+        };
+        (0..self.mid.rows).map(image).collect()
     }
 }
 
@@ -88,6 +86,13 @@ impl Scaled {
             })
         };
         let (mass, velocity, stiffness) = (&problem.mass, &problem.velocity, &problem.stiffness);
+        let zero = |vector: &Vec<Ball>| {
+            let v: Vec<Ball> = vector.iter().zip(&shift).map(|(x, s)| x.scale(-s)).collect();
+            let most = v.iter().fold(0.0_f64, |m, x| m.max(x.mid.hi.abs()));
+            // The length does not matter, and about 1 is best.
+            let by = if most > 0.0 { -exponent_of(most) } else { 0 };
+            v.iter().map(|x| x.scale(by)).collect()
+        };
         Ok(Self {
             n,
             structure: problem.structure,
@@ -97,18 +102,7 @@ impl Scaled {
             stiffness: matrix(stiffness, 2, false),
             velocity_t: matrix(velocity, 1, true),
             stiffness_t: matrix(stiffness, 2, true),
-            zero: problem
-                .zero_vectors
-                .iter()
-                .map(|vector| {
-                    let parts = vector.iter().zip(&shift);
-                    let v: Vec<Ball> = parts.map(|(x, s)| x.scale(-s)).collect();
-                    let most = v.iter().fold(0.0_f64, |m, x| m.max(x.mid.hi.abs()));
-                    // The length does not matter, and about 1 is best.
-                    let by = if most > 0.0 { -exponent_of(most) } else { 0 };
-                    v.iter().map(|x| x.scale(by)).collect()
-                })
-                .collect(),
+            zero: problem.zero_vectors.iter().map(zero).collect(),
             unmoved: problem.unmoved.clone(),
             shift,
         })

@@ -2,6 +2,7 @@
 
 use faer::c64;
 
+use super::complex::part;
 use super::scale::Scaled;
 use super::solve::Solution;
 use crate::precision::up;
@@ -77,13 +78,10 @@ impl Shapes<'_> {
         if !bound.is_finite() || epsilon.is_nan() || epsilon >= 0.5 {
             bound = f64::INFINITY;
         }
-        let vector = (0..n)
-            .map(|p| {
-                let value = x[p] * turn;
-                let im = if p == first { 0.0 } else { value.im };
-                c64::new(physical(p, value.re), physical(p, im))
-            })
-            .collect();
-        (vector, bound)
+        let component = |p: usize| {
+            let value = part(x[p] * turn, p == first);
+            c64::new(physical(p, value.re), physical(p, value.im))
+        };
+        ((0..n).map(component).collect(), bound)
     }
 }

@@ -47,8 +47,7 @@ pub(super) fn is_definite(columns: &Columns, measured: &[Residuals], group: &Gro
             let (mut sum, mut sizes, mut off) = (c64::new(0.0, 0.0), 0.0, 0.0);
             let parts = measured[j].rest.iter().zip(&measured[j].image);
             for (x, (v, u)) in measured[i].x.iter().zip(parts) {
-                let conjugate = c64::new(x.value.re, -x.value.im);
-                sum += conjugate * (v.value + by * u.value);
+                sum += x.value.conj() * (v.value + by * u.value);
                 sizes += modulus(x) * (modulus(v) + mu(i) * modulus(u));
                 off += x.error * (modulus(v) + mu(i) * modulus(u))
                     + modulus(x) * (v.error + (mu(i) * u.error + low * modulus(u)));
@@ -66,12 +65,8 @@ pub(super) fn is_definite(columns: &Columns, measured: &[Residuals], group: &Gro
             continue;
         }
         let (x, rest, image) = (norm(&measured[i].x), norm(&measured[i].rest), norm(&measured[i].image));
-        let linked: f64 = columns
-            .links
-            .iter()
-            .filter(|link| link.to == i)
-            .map(|link| link.value.abs() * norm(&measured[link.from].x))
-            .sum();
+        let links = columns.links.iter().filter(|link| link.to == i);
+        let linked: f64 = links.map(|link| link.value.abs() * norm(&measured[link.from].x)).sum();
         for &c in &group.members {
             cross += norm(&measured[c].x) * (rest + mu(c) * image) * reach;
         }

@@ -204,11 +204,8 @@ impl Rounds<'_> {
 
 /// The given columns, all of their groups, and those that they are conjugates of.
 pub(super) fn closed(certificate: &Certificate, columns: &Columns, which: &[usize]) -> Vec<usize> {
-    let mut all: Vec<usize> = which
-        .iter()
-        .flat_map(|&j| certificate.groups[certificate.of[j]].members.iter().copied())
-        .flat_map(|j| [j, columns.conjugate_of[j].unwrap_or(j)])
-        .collect();
+    let members = which.iter().flat_map(|&j| &certificate.groups[certificate.of[j]].members);
+    let mut all: Vec<usize> = members.flat_map(|&j| [j, columns.conjugate_of[j].unwrap_or(j)]).collect();
     all.sort_unstable();
     all.dedup();
     all

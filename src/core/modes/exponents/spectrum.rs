@@ -86,56 +86,53 @@ pub(super) fn status(
         *definite[at].get_or_init(|| is_definite(columns, measured, group, sign))
     };
     let discs: Vec<Disc> = (0..m).map(|j| certificate.disc(j)).collect();
-    (0..m)
-        .map(|j| {
-            let of_zero = columns.together() > 0 && certificate.of[j] == certificate.of[0];
-            if of_zero && zeros {
-                return Status { growth_zero: true, omega_zero: true, lacking: false, rough: false, score: 0.0 };
+    let status = |j: usize| {
+        let of_zero = columns.together() > 0 && certificate.of[j] == certificate.of[0];
+        if of_zero && zeros {
+            return Status { growth_zero: true, omega_zero: true, lacking: false, rough: false, score: 0.0 };
+        }
+        let Disc { own: disc, radius, shared } = discs[j];
+        let mu = columns.mu(j);
+        let (re, im) = (mu.re.mid.hi, mu.im.mid.hi);
+        // An exponent alone in its disc is its own mirror image if the mirrored disc meets no other.
+        let alone = |mirrored: Complex| {
+            let is_apart = |k: usize| {
+                let other = columns.mu(k);
+                let apart = other.sub(&mirrored).modulus() * (1.0 - 1e-14);
+                // Exponents of more bits are rounded to double-double here.
+                let rounding = 1e-30 * (other.modulus() + mirrored.modulus());
+                apart > up(disc + discs[k].own + rounding)
+            };
+            shared == 1 && (0..m).all(|k| k == j || is_apart(k))
+        };
+        let conjugate = mu.conjugate();
+        let across = Complex { re: -conjugate.re, im: -conjugate.im };
+        let near = |part: f64| part.abs() <= up(radius);
+        let growth_zero = !of_zero
+            && (facts.definite
+                || facts.paired && near(re) && (alone(across) || facts.gyroscopic && shared > 1 && on_axis(j)));
+        let omega_zero = !of_zero
+            && !facts.definite
+            && near(im)
+            && (alone(conjugate) || facts.symmetric && shared > 1 && on_axis(j));
+        let Value { growth, omega, wide } = columns.value(j, radius);
+        let size = re.hypot(im);
+        let part = |zero: bool, value: &Ball, wide: Option<&Big>| {
+            if zero {
+                return (true, 0.0);
             }
-            let Disc { own: disc, radius, shared } = discs[j];
-            let mu = columns.mu(j);
-            let (re, im) = (mu.re.mid.hi, mu.im.mid.hi);
-            // An exponent alone in its disc is its own mirror image if the mirrored disc meets no other.
-            let alone = |mirrored: Complex| {
-                shared == 1
-                    && (0..m).all(|k| {
-                        k == j || {
-                            let other = columns.mu(k);
-                            let apart = other.sub(&mirrored).modulus() * (1.0 - 1e-14);
-                            // Exponents of more bits are rounded to double-double here.
-                            let rounding = 1e-30 * (other.modulus() + mirrored.modulus());
-                            apart > up(disc + discs[k].own + rounding)
-                        }
-                    })
-            };
-            let conjugate = mu.conjugate();
-            let across = Complex { re: -conjugate.re, im: -conjugate.im };
-            let near = |part: f64| part.abs() <= up(radius);
-            let growth_zero = !of_zero
-                && (facts.definite
-                    || facts.paired && near(re) && (alone(across) || facts.gyroscopic && shared > 1 && on_axis(j)));
-            let omega_zero = !of_zero
-                && !facts.definite
-                && near(im)
-                && (alone(conjugate) || facts.symmetric && shared > 1 && on_axis(j));
-            let Value { growth, omega, wide } = columns.value(j, radius);
-            let size = re.hypot(im);
-            let part = |zero: bool, value: &Ball, wide: Option<&Big>| {
-                if zero {
-                    return (true, 0.0);
-                }
-                let least = if value.mid.hi == 0.0 { 1e-20 * size } else { value.mid.hi.abs() };
-                let need = least * 10f64.powi(-(options.digits.min(300) as i32) - 3);
-                let missing = (radius / need).log2();
-                let bits = if missing.is_nan() { 2000.0 } else { missing.clamp(0.0, 2000.0) };
-                let covered = wide.map_or_else(|| options.covers(value, false), |wide| options.covers(wide, false));
-                (covered, bits)
-            };
-            let a = part(growth_zero, &growth, wide.as_ref().map(|w| &w.0));
-            let b = part(omega_zero, &omega, wide.as_ref().map(|w| &w.1));
-            Status { growth_zero, omega_zero, lacking: of_zero || !(a.0 && b.0), rough: false, score: a.1 + b.1 }
-        })
-        .collect()
+            let least = if value.mid.hi == 0.0 { 1e-20 * size } else { value.mid.hi.abs() };
+            let need = least * 10f64.powi(-(options.digits.min(300) as i32) - 3);
+            let missing = (radius / need).log2();
+            let bits = if missing.is_nan() { 2000.0 } else { missing.clamp(0.0, 2000.0) };
+            let covered = wide.map_or_else(|| options.covers(value, false), |wide| options.covers(wide, false));
+            (covered, bits)
+        };
+        let a = part(growth_zero, &growth, wide.as_ref().map(|w| &w.0));
+        let b = part(omega_zero, &omega, wide.as_ref().map(|w| &w.1));
+        Status { growth_zero, omega_zero, lacking: of_zero || !(a.0 && b.0), rough: false, score: a.1 + b.1 }
+    };
+    (0..m).map(status).collect()
 }
 
 /// What vectors are off by beside their largest component, at most, before another round is spent on them; and what
@@ -147,15 +144,9 @@ const PARALLEL: f64 = 1e-8;
 
 /// Whether two vectors are the same but for a factor, nearly.
 fn is_parallel(a: &Residuals, b: &Residuals) -> bool {
-    let (mut product, mut sizes) = (c64::new(0.0, 0.0), [0.0; 2]);
-    for (x, y) in a.x.iter().zip(&b.x) {
-        let (x, y) = (x.value, y.value);
-        product += c64::new(x.re, -x.im) * y;
-        sizes[0] += x.re * x.re + x.im * x.im;
-        sizes[1] += y.re * y.re + y.im * y.im;
-    }
-    let square = product.re * product.re + product.im * product.im;
-    square >= (1.0 - PARALLEL) * sizes[0] * sizes[1]
+    let product: c64 = a.x.iter().zip(&b.x).map(|(x, y)| x.value.conj() * y.value).sum();
+    let size = |of: &Residuals| of.x.iter().map(|x| x.value.norm_sqr()).sum::<f64>();
+    product.norm_sqr() >= (1.0 - PARALLEL) * size(a) * size(b)
 }
 
 /// Marks columns whose vectors are [`Status::rough`], and those that may have a vector less than there are exponents.

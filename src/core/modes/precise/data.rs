@@ -95,17 +95,13 @@ impl ZeroSpace {
         }
         let size = length_1(x, x_scale);
         let mut square = 0.0;
-        let overlap: Vec<IBig> = self
-            .images
-            .iter()
-            .zip(&self.image_error)
-            .map(|(image, error)| {
-                let exact = dot(image, x, sum);
-                let part = double(&exact, -(scale + x_scale)).abs() + size * scaled(*error, -scale);
-                square += part * part;
-                exact
-            })
-            .collect();
+        let own = |(image, error): (&Vec<IBig>, &f64)| {
+            let exact = dot(image, x, sum);
+            let part = double(&exact, -(scale + x_scale)).abs() + size * scaled(*error, -scale);
+            square += part * part;
+            exact
+        };
+        let overlap: Vec<IBig> = self.images.iter().zip(&self.image_error).map(own).collect();
         let leak = (square / (1.0 - self.defect)).sqrt() * (1.0 + 1e-9);
         (overlap, up(leak))
     }

@@ -161,13 +161,12 @@ impl<'a> Setting<'a> {
             }
         }
         let q = data.quotient_scale();
-        let quotient: Vec<IBig> = (0..m)
-            .map(|i| match (own[i], background) {
-                (Some(at), _) => images[at].quotient.clone(),
-                (None, Some(b)) => from_double_double(b.quotients[i], q),
-                (None, None) => IBig::ZERO,
-            })
-            .collect();
+        let quotient = |i: usize| match (own[i], background) {
+            (Some(at), _) => images[at].quotient.clone(),
+            (None, Some(b)) => from_double_double(b.quotients[i], q),
+            (None, None) => IBig::ZERO,
+        };
+        let quotient: Vec<IBig> = (0..m).map(quotient).collect();
         let size: Vec<f64> = quotient.iter().map(|mu| up(double(mu, -q).abs())).collect();
         let sizes = x.magnitudes();
         let is_finite = size.iter().all(|size| size.is_finite());

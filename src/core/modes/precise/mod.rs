@@ -306,11 +306,8 @@ fn lacking(certificate: &Certificate, options: &Options) -> Vec<usize> {
     let Certificate { order, eigenvalues, clusters } = certificate;
     let wanted = options.lowest.unwrap_or(usize::MAX);
     let lacks = |position: usize| !options.covers(&eigenvalues[position], true);
-    let mut own: Vec<usize> = clusters
-        .iter()
-        .filter(|cluster| (cluster.start..cluster.end.min(wanted)).any(lacks))
-        .flat_map(|cluster| order[cluster.start..cluster.end].iter().copied())
-        .collect();
+    let lacking = clusters.iter().filter(|cluster| (cluster.start..cluster.end.min(wanted)).any(lacks));
+    let mut own: Vec<usize> = lacking.flat_map(|cluster| &order[cluster.start..cluster.end]).copied().collect();
     own.sort_unstable();
     own
 }

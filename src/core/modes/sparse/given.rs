@@ -29,13 +29,11 @@ pub(super) fn ritz(pencil: &Pencil, vectors: &[f64]) -> Option<(Vec<f64>, Vec<f6
         }
         basis.push(own);
     }
-    let images: Vec<Vec<f64>> = basis
-        .iter()
-        .map(|own| {
-            pencil.stiffness.times(own, &mut image);
-            image.clone()
-        })
-        .collect();
+    let times_stiffness = |own: &Vec<f64>| {
+        pencil.stiffness.times(own, &mut image);
+        image.clone()
+    };
+    let images: Vec<Vec<f64>> = basis.iter().map(times_stiffness).collect();
     let k = basis.len();
     let form = Mat::from_fn(k, k, |i, j| 0.5 * (dot(&basis[i], &images[j]) + dot(&basis[j], &images[i])));
     let eigen: SelfAdjointEigen<f64> = form.self_adjoint_eigen(Side::Lower).ok()?;

@@ -507,10 +507,8 @@ impl<'a> Search<'a> {
         // A shift on an eigenvalue has no factor, or one that is of no use.
         let mut best: Option<Factor<'_>> = None;
         for by in [0.0, 1e-9, 1e-6, 1e-5, 1e-4] {
-            best = best
-                .into_iter()
-                .chain(self.factor(shift + by * shift.max(1e-6 * scale)))
-                .min_by(|a, b| a.error.total_cmp(&b.error));
+            let other = self.factor(shift + by * shift.max(1e-6 * scale));
+            best = best.into_iter().chain(other).min_by(|a, b| a.error.total_cmp(&b.error));
             if best.as_ref().is_some_and(|best| best.error <= USABLE * scale) {
                 break;
             }

@@ -353,20 +353,15 @@ impl Zeros {
         if self.vectors.is_empty() {
             return vec![0.0; n];
         }
-        (0..n)
-            .map(|j| {
-                let (panel, lane) = (&columns.panels[j / LANES], j % LANES);
-                let square: f64 = self
-                    .images
-                    .iter()
-                    .map(|image| {
-                        let parts = image.iter().zip(panel).map(|(m, x)| *m * Ball::exact(x.0[lane]));
-                        parts.fold(Ball::ZERO, |sum, part| sum + part).abs_upper().powi(2)
-                    })
-                    .sum();
-                up((square / self.least).sqrt())
-            })
-            .collect()
+        let leak = |j: usize| {
+            let (panel, lane) = (&columns.panels[j / LANES], j % LANES);
+            let square = |image: &Vec<Ball>| {
+                let parts = image.iter().zip(panel).map(|(m, x)| *m * Ball::exact(x.0[lane]));
+                parts.fold(Ball::ZERO, |sum, part| sum + part).abs_upper().powi(2)
+            };
+            up((self.images.iter().map(square).sum::<f64>() / self.least).sqrt())
+        };
+        (0..n).map(leak).collect()
     }
 
     /// Vectors of the kernel, made orthonormal as balls allow; `None` where they are not independent.

@@ -459,15 +459,12 @@ impl Search<'_> {
 
     /// A bound of the length in M⁻¹.
     fn inverse_length(&self, of: &[Complex<Ball>]) -> f64 {
-        let square: f64 = of
-            .iter()
-            .zip(&self.form.roots)
-            .map(|(r, root)| {
-                let own = r.re.abs_upper().hypot(r.im.abs_upper()) * root;
-                own * own
-            })
-            .sum();
-        up(square.sqrt() * (1.0 + (of.len() + 16) as f64 * f64::EPSILON)) + 1e-280
+        let square = |(r, root): (&Complex<Ball>, &f64)| {
+            let own = r.re.abs_upper().hypot(r.im.abs_upper()) * root;
+            own * own
+        };
+        let sum: f64 = of.iter().zip(&self.form.roots).map(square).sum();
+        up(sum.sqrt() * (1.0 + (of.len() + 16) as f64 * f64::EPSILON)) + 1e-280
     }
 
     /// The length of a vector of first order, about.
@@ -695,14 +692,11 @@ impl Search<'_> {
         let own = disc.vector / self.form.floor.sqrt() * (1.0 + 1e-14);
         let off = up(2.0 * own / size * self.form.roots.iter().copied().fold(0.0, f64::max));
         let rounding = x.iter().map(|x| x.re.mid_f64_error().hypot(x.im.mid_f64_error())).fold(0.0, f64::max);
-        let vector: Vec<c64> = x
-            .iter()
-            .map(|x| {
-                let z = x.to_c64();
-                if z.im.abs() <= 1e-300 || modulus(x) == z.re.abs() { c64::new(z.re, 0.0) } else { z }
-            })
-            .collect();
-        Some((vector, up(2.7 * off + rounding + U2)))
+        let component = |x: &Complex<Ball>| {
+            let z = x.to_c64();
+            if z.im.abs() <= 1e-300 || modulus(x) == z.re.abs() { c64::new(z.re, 0.0) } else { z }
+        };
+        Some((x.iter().map(component).collect(), up(2.7 * off + rounding + U2)))
     }
 }
 
