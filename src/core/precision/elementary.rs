@@ -239,14 +239,12 @@ impl Ball {
     /// Sine; [-1, 1] for arguments beyond 2^50.
     pub fn sin(&self) -> Self {
         // |sin(m + h) - sin m| <= |h|
-        let value = sin_cos_point(self.mid).0.with_added_radius(self.radius);
-        value.within_unit(self)
+        sin_cos_point(self.mid).0.with_added_radius(self.radius).within_unit(self)
     }
 
     /// Cosine; [-1, 1] for arguments beyond 2^50.
     pub fn cos(&self) -> Self {
-        let value = sin_cos_point(self.mid).1.with_added_radius(self.radius);
-        value.within_unit(self)
+        sin_cos_point(self.mid).1.with_added_radius(self.radius).within_unit(self)
     }
 
     /// A sine or cosine is never outside [-1, 1], however wide its argument.

@@ -5,7 +5,7 @@ use faer::c64;
 
 use super::complex::Wide;
 use crate::order::Order;
-use crate::precision::{Big, Magnitude, clear_column};
+use crate::precision::{Big, Magnitude, clear_column, sum_of_products};
 
 /// A component smaller than 2 to this times the largest is no pivot of an echelon basis.
 const NO_PIVOT: i64 = -10;
@@ -105,10 +105,8 @@ impl Metric<'_> {
 /// xᴴy
 fn dot(x: &[Wide], y: &[Wide]) -> Wide {
     let bits = x.first().map_or(64, |x| x.re.bits());
-    x.iter()
-        .zip(y)
-        .filter(|(x, y)| !(x.is_zero() || y.is_zero()))
-        .fold(Wide::zero(bits), |sum, (x, y)| sum.add(&x.conjugate().mul(y)))
+    let conjugate: Vec<Wide> = x.iter().map(Wide::conjugate).collect();
+    sum_of_products(&conjugate, y, bits)
 }
 
 /// x - factor·y

@@ -218,10 +218,9 @@ impl Pencil<'_> {
         let (n, d) = (self.n * self.conjugates(), f.len().checked_sub(1)?);
         let [mass, velocity, stiffness] = self.matrices.matrices.each_ref().map(|matrix| self.whole(matrix));
         let lead = f.last()?;
-        let zero = || vec![vec![IBig::ZERO; d]; d];
-        let (mut one, mut c) = (zero(), zero());
+        let one = |p: usize, q: usize| IBig::from(u8::from(p == q));
+        let mut c = vec![vec![IBig::ZERO; d]; d];
         for i in 0..d {
-            one[i][i] = IBig::ONE;
             if i > 0 {
                 c[i][i - 1] = lead.clone();
             }
@@ -241,9 +240,9 @@ impl Pencil<'_> {
                 for p in 0..d {
                     for q in 0..d {
                         let parts = [
-                            m * &square[p][q] + &v * &c[p][q] + &s * &one[p][q],
-                            &twice * &c[p][q] + &v * lead * &one[p][q],
-                            m * &curvature * &one[p][q],
+                            m * &square[p][q] + &v * &c[p][q] + &s * one(p, q),
+                            &twice * &c[p][q] + &v * lead * one(p, q),
+                            m * &curvature * one(p, q),
                         ];
                         for (down, part) in parts.iter().enumerate() {
                             for at in down..level {

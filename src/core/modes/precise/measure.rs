@@ -12,6 +12,7 @@ use dashu_int::ops::BitTest;
 
 use super::data::Data;
 use super::fixed::{LOST, dot, double, double_double, from_double_double, scaled, shifted};
+use super::plan::Goal;
 use crate::modes::certify::Couplings;
 use crate::modes::dense::{Matrix, Plain};
 use crate::modes::pencil::Enclosed;
@@ -121,17 +122,17 @@ struct Off {
     g: Plain,
 }
 
-/// `target`, by size of an eigenvalue: a coupling that changes it by less may stay unknown.
+/// What the columns are to one another; a coupling that changes an eigenvalue by less than the `goal` may stay unknown.
 pub(super) fn measure(
     data: &Data,
     columns: &Columns,
     background: Option<&Background>,
-    target: &dyn Fn(f64) -> f64,
+    goal: &Goal,
 ) -> Option<Measured> {
     let mut sum = Sum::default();
     let setting = Setting::new(data, columns, background, &mut sum)?;
     let mut products = setting.products();
-    setting.sharpen(&mut products, target, &mut sum);
+    setting.sharpen(&mut products, goal, &mut sum);
     let mut leak = background.map_or_else(|| vec![0.0; setting.own.len()], |b| b.leak.clone());
     let mut overlap = Vec::with_capacity(columns.own.len());
     for (x, &column) in columns.x.iter().zip(&columns.own) {
@@ -203,7 +204,7 @@ impl<'a> Setting<'a> {
 
     /// Takes products at full precision where double-double is not enough; they are exact then but
     /// for what is counted in [`Off`], and 2^-960.
-    fn sharpen(&self, products: &mut Products, target: &dyn Fn(f64) -> f64, sum: &mut Sum) {
+    fn sharpen(&self, products: &mut Products, goal: &Goal, sum: &mut Sum) {
         let m = self.own.len() as f64;
         let top = self.size.iter().fold(0.0, |most: f64, &x| most.max(x));
         let place = -(self.columns.scale + self.data.scale);
@@ -215,7 +216,7 @@ impl<'a> Setting<'a> {
             let gaps: Vec<f64> = (0..self.own.len()).map(|i| self.gap(i, j)).collect();
             let others = gaps.iter().enumerate().filter(|(i, _)| *i != j);
             let largest = others.map(|(i, gap)| effect(products.h.get(i, at).hi.abs(), *gap)).fold(0.0, f64::max);
-            let target = target(self.size[j]);
+            let target = goal.target(self.size[j]);
             let enough = target.max(largest * 1e-3) / (16.0 * m);
             for (i, &gap) in gaps.iter().enumerate() {
                 let (Some(other), false) = (self.own[i], i == j) else {

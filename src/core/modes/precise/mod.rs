@@ -145,10 +145,7 @@ impl Precisely<'_> {
             if work(data, &columns) > MOST_WORK {
                 break;
             }
-            let target = |size| goal.target(size);
-            let Some(measured) = measure(data, &columns, background.as_ref(), &target) else {
-                break;
-            };
+            let Some(measured) = measure(data, &columns, background.as_ref(), &goal) else { break };
             goal.largest = largest(&measured.couplings);
             let mut more = Vec::new();
             if let Some(enclosures) = certify(&measured.couplings) {

@@ -36,13 +36,8 @@ fn columns(vectors: &[f64], n: usize) -> MatRef<'_, f64> {
 
 /// The eigenvectors whose eigenvalues are next to the shift of a factor: those above it (`above`), by rising value, or on both sides, by distance.
 /// `None` where they are not found. Vectors that are `known`, with xᵀMx = 1 and orthogonal to each other, are kept out.
-pub(super) fn lanczos(
-    pencil: &Pencil,
-    factor: &Factor<'_>,
-    known: &[f64],
-    wanted: usize,
-    above: bool,
-) -> Option<Found> {
+pub(super) fn lanczos(factor: &Factor<'_>, known: &[f64], wanted: usize, above: bool) -> Option<Found> {
+    let pencil = factor.pencil;
     let n = pencil.dimension();
     let free = n - known.len() / n.max(1);
     let wanted = wanted.min(free);

@@ -219,7 +219,7 @@ impl<'a> Search<'a> {
     /// Vectors next to the shift of a factor.
     fn lanczos(&self, factor: &Factor<'_>, known: &[f64], wanted: usize, above: bool) -> Option<Found> {
         self.budget.at("the search for the modes", None);
-        let found = lanczos(self.pencil, factor, known, wanted, above).filter(|_| !self.budget.is_spent());
+        let found = lanczos(factor, known, wanted, above).filter(|_| !self.budget.is_spent());
         self.budget.tell(|| match &found {
             Some(found) => format!("Lanczos steps about {}: {} vectors", short(factor.shift), found.values.len()),
             None => format!("Lanczos steps about {}: no convergence", short(factor.shift)),
@@ -267,42 +267,31 @@ impl<'a> Search<'a> {
             self.budget
                 .tell(|| "solver: block Lanczos steps, since the matrices split or counts do not agree".to_owned());
         }
-        if let Some(spectrum) = self.proved(tridiagonal, count)? {
-            return Ok(Some((spectrum, Method::Tridiagonal)));
+        let first = |found: Option<Candidates<'_>>, method| -> Result<Option<(Spectrum, Method)>, ModesError> {
+            let Some(mut spectrum) = found.map_or(Ok(None), |found| self.proved(&found, &self.zeros))? else {
+                return Ok(None);
+            };
+            spectrum.modes.truncate(count);
+            Ok(Some((spectrum, method)))
+        };
+        match first(tridiagonal, Method::Tridiagonal)? {
+            None => first(self.by_lanczos(elastic), Method::Lanczos),
+            found => Ok(found),
         }
-        let spectrum = self.proved(self.by_lanczos(elastic), count)?;
-        Ok(spectrum.map(|spectrum| (spectrum, Method::Lanczos)))
     }
 
-    fn prove(
-        &self,
-        columns: &Columns,
-        zeros: &Zeros,
-        window: Window,
-        positive: Option<&Factor<'_>>,
-    ) -> Result<Option<Proof>, ModesError> {
+    /// The modes of candidates, beside zeros, if these are proved.
+    fn proved(&self, found: &Candidates<'_>, zeros: &Zeros) -> Result<Option<Spectrum>, ModesError> {
+        let Candidates { columns, window, positive } = found;
         self.budget.at("the proof of the modes", None);
-        let proof = prove(self.pencil, columns, zeros, window, positive, self.options)?;
+        let proof = prove(self.pencil, columns, zeros, *window, positive.as_deref(), self.options)?;
         self.budget.tell(|| {
             let end = |end: Option<f64>| end.map_or("the end".to_owned(), short);
             let (low, high) = (end(window.low), end(window.high));
             let how = if proof.is_some() { "proved" } else { "not proved" };
             format!("{} modes from {low} to {high}: {how}", columns.count() + zeros.vectors.len())
         });
-        Ok(proof)
-    }
-
-    /// The first modes of candidates, if these are proved.
-    fn proved(&self, found: Option<Candidates<'_>>, count: usize) -> Result<Option<Spectrum>, ModesError> {
-        let Some(Candidates { columns, window, positive }) = found else {
-            return Ok(None);
-        };
-        let proof = self.prove(&columns, &self.zeros, window, positive.as_deref())?;
-        Ok(proof.map(|proof| {
-            let mut spectrum = self.spectrum(&columns, &self.zeros, proof);
-            spectrum.modes.truncate(count);
-            spectrum
-        }))
+        Ok(proof.map(|proof| self.spectrum(columns, zeros, proof)))
     }
 
     /// The lowest eigenvalues but the zeros, of tridiagonal matrices: one more than wanted, and further until the next is apart.
@@ -440,6 +429,7 @@ impl<'a> Search<'a> {
         };
         let order: Vec<usize> = (0..values.len()).collect();
         let columns = self.columns(&vectors, &values, &order);
+        let mut found = Candidates { columns, window: Window { low: None, high: None }, positive: None };
         // As far as the next eigenvalues may be away: the farther, the sharper.
         for apart in [0.1, 1e-2, 1e-3, 1e-4, 1e-6] {
             let shift = |value: f64, side: f64| self.factor(value + side * apart * value.abs());
@@ -451,12 +441,10 @@ impl<'a> Search<'a> {
                 continue;
             }
             let low = low.map(|low| low.shift + up(low.error));
-            let window = Window { low, high: Some(below(high.shift, high.error)) };
+            found.window = Window { low, high: Some(below(high.shift, high.error)) };
+            found.positive = if lowest { self.positive() } else { None };
             let none = Zeros::default();
-            let zeros = if lowest { &self.zeros } else { &none };
-            let positive = if lowest { self.positive() } else { None };
-            if let Some(proof) = self.prove(&columns, zeros, window, positive.as_deref())? {
-                let mut spectrum = self.spectrum(&columns, zeros, proof);
+            if let Some(mut spectrum) = self.proved(&found, if lowest { &self.zeros } else { &none })? {
                 if !lowest {
                     spectrum.stability = self.stability()?;
                 }
@@ -486,9 +474,8 @@ impl<'a> Search<'a> {
             keep_nearest(&mut spectrum.modes, count, |mode| (mode.omega.mid_f64() - omega).abs());
             return Ok(Some((spectrum, method)));
         };
-        let zeros = Zeros::default();
-        let Some(proof) = self.prove(&columns, &zeros, window, None)? else { return Ok(None) };
-        let mut spectrum = self.spectrum(&columns, &zeros, proof);
+        let found = Candidates { columns, window, positive: None };
+        let Some(mut spectrum) = self.proved(&found, &Zeros::default())? else { return Ok(None) };
         keep_nearest(&mut spectrum.modes, count, |mode| (mode.omega.mid_f64() - omega).abs());
         spectrum.stability = lowest().map_or(Ok(Stability::Undecided), |search| search.stability())?;
         Ok(Some((spectrum, Method::Lanczos)))

@@ -242,7 +242,7 @@ pub(super) fn prove(
     let refined = match (positive, window) {
         (Some(factor), Window { low: None, high: Some(high) }) if lowest > factor.shift => {
             let room = (lowest - factor.shift) * (1.0 - 4.0 * U);
-            let own = forms.in_inverse(pencil, factor.shift, &leak, (room, least), zeros);
+            let own = forms.in_inverse(factor, &leak, (room, least), zeros);
             let ratio = up((high - factor.shift) / above);
             Some((own, ratio))
         }
@@ -321,19 +321,12 @@ impl Forms {
     ///
     /// For any z, rᵀF⁻¹r = rᵀz + rᵀF⁻¹(r - Fz), so that q = ‖r‖ satisfies q² <= rᵀz + q ‖r - Fz‖, the last length at most that in
     /// D⁻¹ over √room. P differs from R by MX G⁻¹XᵀR, and by θ M times what X has of the zero vectors, on which F is the shift.
-    fn in_inverse(
-        &self,
-        pencil: &Pencil,
-        shift: f64,
-        leak: &[f64],
-        (room, least): (f64, f64),
-        zeros: &Zeros,
-    ) -> Vec<f64> {
+    fn in_inverse(&self, factor: &Factor<'_>, leak: &[f64], (room, least): (f64, f64), zeros: &Zeros) -> Vec<f64> {
         let n = self.theta.len();
-        let room = if zeros.vectors.is_empty() { room } else { room.min(shift.abs()) };
+        let room = if zeros.vectors.is_empty() { room } else { room.min(factor.shift.abs()) };
         let root = room.sqrt() * (1.0 - 4.0 * U);
         let longest = self.lengths.iter().copied().fold(0.0, f64::max);
-        let longest = longest * up((pencil.mass_norms.0 + pencil.mass_norms.1).sqrt());
+        let longest = longest * up((factor.pencil.mass_norms.0 + factor.pencil.mass_norms.1).sqrt());
         let norm = |j: usize| {
             let (product, rest) = self.solved[j];
             let rest = up(rest / root);

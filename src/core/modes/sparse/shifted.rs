@@ -26,15 +26,8 @@ pub(super) struct Pencil {
     /// Bounds in length of |D^(-1/2) A D^(-1/2)| for the magnitudes of A and for their radii, D = diag(d).
     pub(super) stiffness_norms: (f64, f64),
     pub(super) mass_norms: (f64, f64),
-    structure: Structure,
-}
-
-/// How K - σ M is decomposed.
-enum Structure {
-    /// K and M are tridiagonal: in the order of the coordinates.
-    Tridiagonal,
-    /// In the order of [`elimination`].
-    General(Box<General>),
+    /// How K - σ M is decomposed, in the order of [`elimination`]; `None` where K and M are tridiagonal: in that of the coordinates.
+    general: Option<Box<General>>,
 }
 
 struct General {
@@ -48,7 +41,7 @@ struct General {
 
 /// L D Lᵀ.
 pub(super) struct Factor<'a> {
-    pencil: &'a Pencil,
+    pub(super) pencil: &'a Pencil,
     pub(super) shift: f64,
     values: Values<'a>,
     /// The number of negative pivots.
@@ -93,13 +86,13 @@ impl Pencil {
         weights.iter_mut().for_each(|d| *d = d.sqrt() * (1.0 + 2.0 * U));
         let is_narrow =
             |rows: &Rows| (0..n).all(|i| rows.row(i).all(|at| (rows.columns[at] as usize).abs_diff(i) <= 1));
-        let structure = if order.is_none() && is_narrow(&stiffness) && is_narrow(&mass) {
-            Structure::Tridiagonal
+        let general = if order.is_none() && is_narrow(&stiffness) && is_narrow(&mass) {
+            None
         } else {
-            Structure::General(Box::new(General::new(&stiffness, &mass, order)?))
+            Some(Box::new(General::new(&stiffness, &mass, order)?))
         };
         let (stiffness_norms, mass_norms) = (stiffness.norms(&roots), mass.norms(&roots));
-        Some(Self { stiffness, mass, weights, roots, least_weight, stiffness_norms, mass_norms, structure })
+        Some(Self { stiffness, mass, weights, roots, least_weight, stiffness_norms, mass_norms, general })
     }
 
     pub(super) fn dimension(&self) -> usize {
@@ -107,15 +100,12 @@ impl Pencil {
     }
 
     pub(super) fn is_tridiagonal(&self) -> bool {
-        matches!(self.structure, Structure::Tridiagonal)
+        self.general.is_none()
     }
 
     /// How many entries L and D have.
     pub(super) fn fill(&self) -> usize {
-        match &self.structure {
-            Structure::Tridiagonal => 2 * self.dimension(),
-            Structure::General(general) => general.symbolic.len_val(),
-        }
+        self.general.as_ref().map_or(2 * self.dimension(), |general| general.symbolic.len_val())
     }
 
     /// The entries of K - σ M on the diagonal and below it, where these are tridiagonal.
@@ -126,9 +116,9 @@ impl Pencil {
 
     /// L D Lᵀ; `None` where a pivot is 0 or none.
     pub(super) fn factor(&self, shift: f64) -> Option<Factor<'_>> {
-        let Decomposed { values, negative, weakest, size, widest } = match &self.structure {
-            Structure::Tridiagonal => self.tridiagonal(shift)?,
-            Structure::General(general) => general.factor(self, shift)?,
+        let Decomposed { values, negative, weakest, size, widest } = match &self.general {
+            None => self.tridiagonal(shift)?,
+            Some(general) => general.factor(self, shift)?,
         };
         // |A - L D Lᵀ| <= γ |L| |D| |Lᵀ| for sums of products in any order (N. Higham, Accuracy and Stability of Numerical
         // Algorithms, theorem 10.3 and section 11.1), with two roundings more for the scaling by D; A is off from K - σ M
