@@ -65,7 +65,13 @@ impl<'a> Operator<'a> {
     /// slices of a dense matrix are taken.
     pub(super) fn image(&self, xt: &Matrix, lengths: &[f64], slices: usize) -> Image {
         if let Some(columns) = &self.columns {
-            return Self::sparse_image(columns, xt);
+            // The weights hold the radii of A and the rounding of products, per unit of |x|.
+            let weighted = (0..columns.starts.len() - 1).map(|column| {
+                let mut sum = vec![0.0; xt.rows];
+                columns.add_weighted(column, xt, &mut sum);
+                sum
+            });
+            return Image { value: product_sparse(xt, columns), error: row_lengths(xt.rows, weighted) };
         }
         let (value, mut error) = sliced_product(xt, &self.matrix.mid, lengths, slices);
         // |Σ_k r_ik x_k| over i in length, for entries r of A's error: at most the Frobenius norm times the length of x.
@@ -73,16 +79,6 @@ impl<'a> Operator<'a> {
             *error = up(*error + self.norm * length);
         }
         Image { value, error }
-    }
-
-    /// The weights hold the radii of A and the rounding of products, per unit of |x|.
-    fn sparse_image(columns: &Columns, xt: &Matrix) -> Image {
-        let weighted = (0..columns.starts.len() - 1).map(|column| {
-            let mut sum = vec![0.0; xt.rows];
-            columns.add_weighted(column, xt, &mut sum);
-            sum
-        });
-        Image { value: product_sparse(xt, columns), error: row_lengths(xt.rows, weighted) }
     }
 }
 

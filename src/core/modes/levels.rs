@@ -171,11 +171,8 @@ pub(super) fn refined(
             Err(better) => (x, level) = (better, PrecisionLevel::Refined),
         }
     }
-    let failed = match rounds.run(None, x, level) {
-        Ok(true) => None,
-        Ok(false) => Some(ModesError::NoConvergence),
-        Err(error) => Some(error),
-    };
+    let outcome = rounds.run(None, x, level);
+    let failed = outcome.map_or_else(Some, |is_covered| (!is_covered).then_some(ModesError::NoConvergence));
     // The same once more with energies in place of entries.
     if failed.is_some()
         && let Some(factors) = source.factors()

@@ -38,17 +38,13 @@ impl Scaled {
         check(n, Which::Mass, &problem.mass)?;
         check(n, Which::Stiffness, &problem.stiffness)?;
         let shift = halves(n, &problem.mass);
-        let mut power = i32::MIN;
-        for column in 0..n {
-            for row in column..n {
-                let k = problem.stiffness[column * n + row].mid.hi;
-                if k != 0.0 {
-                    power = power.max(exponent_of(k) + shift[row] + shift[column]);
-                }
-            }
-        }
+        let places = (0..n).flat_map(|column| (column..n).map(move |row| (row, column)));
+        let sizes = places.filter_map(|(row, column)| {
+            let k = problem.stiffness[column * n + row].mid.hi;
+            (k != 0.0).then(|| exponent_of(k) + shift[row] + shift[column])
+        });
         // Even, so that factors of K can be scaled by its root.
-        let power = if power == i32::MIN { 0 } else { power & !1 };
+        let power = sizes.max().unwrap_or(0) & !1;
         Ok(Self {
             n,
             mass: Enclosed::symmetric(n, &problem.mass, &shift, 0),

@@ -72,13 +72,8 @@ impl Errors {
             along.push(1.42 * (own + others) * (1.0 + 1e-9));
         }
         let components = bound_product(&x.magnitudes(), &reach);
-        let mut along_rows = vec![0.0; x.rows];
-        for p in 0..zero.mid.columns {
-            for (sum, z) in along_rows.iter_mut().zip(zero.mid.hi.column(p)) {
-                *sum += z.abs();
-            }
-        }
-        Self { components, zero: along_rows, length, along }
+        let zero = (0..x.rows).map(|row| zero.mid.hi.row(row).map(|z| z.abs()).sum()).collect();
+        Self { components, zero, length, along }
     }
 
     /// The bound of a component of a vector of the cluster, in scaled coordinates.

@@ -33,17 +33,9 @@ pub(super) fn members(group: &[usize], conjugate_of: &[Option<usize>], skip: usi
     if conjugates == 0 && !closed(&group, conjugate_of) {
         return Some(group);
     }
-    let mut all = group.clone();
-    for (j, i) in conjugate_of.iter().enumerate() {
-        if let Some(i) = *i {
-            if group.contains(&j) {
-                all.push(i);
-            }
-            if group.contains(&i) {
-                all.push(j);
-            }
-        }
-    }
+    let pairs = conjugate_of.iter().enumerate().filter_map(|(j, i)| Some([j, (*i)?]));
+    let met = pairs.filter(|pair| pair.iter().any(|j| group.contains(j)));
+    let mut all: Vec<usize> = group.iter().copied().chain(met.flatten()).collect();
     all.sort_unstable();
     all.dedup();
     Some(all)

@@ -63,22 +63,13 @@ impl Scaled {
         }
         let shift = halves(n, &problem.mass);
         // |λ| is at most about max(|D|, √|S|).
-        let mut power = i32::MIN;
-        for column in 0..n {
-            for row in 0..n {
-                let by = shift[row] + shift[column];
-                let (d, s) = (problem.velocity[column * n + row].mid.hi, problem.stiffness[column * n + row].mid.hi);
-                if d != 0.0 {
-                    power = power.max(exponent_of(d) + by + 1);
-                }
-                if s != 0.0 {
-                    power = power.max((exponent_of(s) + by + 2).div_euclid(2));
-                }
-            }
-        }
-        if power == i32::MIN {
-            power = 0;
-        }
+        let sizes = (0..n * n).flat_map(|at| {
+            let by = shift[at % n] + shift[at / n];
+            let (d, s) = (problem.velocity[at].mid.hi, problem.stiffness[at].mid.hi);
+            let of_d = (d != 0.0).then(|| exponent_of(d) + by + 1);
+            [of_d, (s != 0.0).then(|| (exponent_of(s) + by + 2).div_euclid(2))]
+        });
+        let power = sizes.flatten().max().unwrap_or(0);
         let matrix = |entries: &[Ball], times: i32, transposed: bool| {
             Enclosed::new(n, |row, column| {
                 let at = if transposed { row * n + column } else { column * n + row };

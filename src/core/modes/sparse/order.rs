@@ -26,8 +26,12 @@ pub(super) struct Elimination {
 /// An elimination for a pattern given by its upper triangle, column by column, in an order of all rows where one is given. `None`
 /// where there is no memory for it.
 pub(super) fn elimination(starts: &[usize], rows: &[usize], order: Option<&[usize]>) -> Option<Elimination> {
-    let in_order =
-        |order: &[usize]| factored(starts, rows, SymmetricOrdering::Custom(permutation(order, &mut Vec::new())));
+    let in_order = |order: &[usize]| {
+        let mut places = vec![0; order.len()];
+        order.iter().enumerate().for_each(|(place, row)| places[*row] = place);
+        let order = PermRef::new_checked(order, &places, order.len());
+        factored(starts, rows, SymmetricOrdering::Custom(order))
+    };
     let own = match order {
         Some(order) => in_order(order)?,
         None => factored(starts, rows, SymmetricOrdering::Amd)?,
@@ -40,12 +44,6 @@ pub(super) fn elimination(starts: &[usize], rows: &[usize], order: Option<&[usiz
         return Some(better);
     }
     Some(own)
-}
-
-fn permutation<'a>(order: &'a [usize], places: &'a mut Vec<usize>) -> PermRef<'a, usize> {
-    places.resize(order.len(), 0);
-    order.iter().enumerate().for_each(|(place, row)| places[*row] = place);
-    PermRef::new_checked(order, places, order.len())
 }
 
 fn factored(starts: &[usize], rows: &[usize], ordering: SymmetricOrdering<'_, usize>) -> Option<Elimination> {
