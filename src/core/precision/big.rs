@@ -72,7 +72,7 @@ fn leading(value: &IBig) -> Leading {
 }
 
 impl Big {
-    /// No number at all: what comes of leaving the domain or the range.
+    /// No number at all: what comes of leaving the domain or the range. As its radius is infinite, so is that of what is computed from it.
     pub fn not_finite(bits: usize) -> Self {
         Self { significand: IBig::ZERO, exponent: 0, bits, radius: Magnitude::INFINITE }
     }
@@ -332,9 +332,6 @@ impl Big {
 
     /// The same number at another precision, rounded if that is lower.
     pub fn with_bits(self, bits: usize) -> Self {
-        if !self.is_finite() {
-            return Self::not_finite(bits);
-        }
         Self::rounded(self.significand, self.exponent, bits, self.radius)
     }
 
@@ -349,9 +346,6 @@ impl Big {
 
     /// The numbers from 0 to `end`.
     pub(crate) fn from_zero_to(end: Magnitude, bits: usize) -> Self {
-        if !end.is_finite() {
-            return Self::not_finite(bits);
-        }
         let half = end.scale(-1);
         let mid = Self::from_magnitude(half, bits);
         mid.with_added_radius(half)
@@ -368,9 +362,6 @@ impl Big {
     /// With c any point, |x - c| <= |a - c| + ra for x in the one and |b - c| + rb in the other; c is
     /// the middle between the midpoints.
     pub fn hull(&self, other: &Self) -> Self {
-        if !(self.is_finite() && other.is_finite()) {
-            return Self::not_finite(self.bits.max(other.bits));
-        }
         let center = (&self.center() + &other.center()).scale(-1).center();
         let reach = |end: &Self| (&end.center() - &center).abs_upper().add(end.radius);
         let radius = reach(self).max(reach(other));
@@ -379,9 +370,6 @@ impl Big {
 
     /// The number times 2^exponent.
     pub fn scale(&self, exponent: i64) -> Self {
-        if !self.is_finite() {
-            return self.clone();
-        }
         Self::rounded(
             self.significand.clone(),
             self.exponent.saturating_add(exponent),

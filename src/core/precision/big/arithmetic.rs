@@ -81,9 +81,6 @@ pub(super) fn convolution(left: &[Big], right: &[Big]) -> Option<Big> {
     let mut longest = 0;
     for (x, y) in pairs() {
         let (ra, rb) = (x.radius, y.radius);
-        if !(ra.is_finite() && rb.is_finite()) {
-            return Some(Big::not_finite(bits));
-        }
         if !rb.is_zero() {
             radius = radius.add(x.mid_upper().add(ra).mul(rb));
         }
@@ -129,9 +126,6 @@ impl Add for &Big {
     fn add(self, other: &Big) -> Big {
         let bits = self.bits.max(other.bits);
         let radius = self.radius.add(other.radius);
-        if !radius.is_finite() {
-            return Big::not_finite(bits);
-        }
         let (large, small) = if self.top() >= other.top() { (self, other) } else { (other, self) };
         if large.top() - small.top() > bits as i64 + 64 && large.exponent > small.top() {
             let radius = radius.add(small.mid_upper());
@@ -167,9 +161,6 @@ impl Mul for &Big {
     fn mul(self, other: &Big) -> Big {
         let bits = self.bits.max(other.bits);
         let (ra, rb) = (self.radius, other.radius);
-        if !(ra.is_finite() && rb.is_finite()) {
-            return Big::not_finite(bits);
-        }
         let mut radius = Magnitude::ZERO;
         if !rb.is_zero() {
             radius = self.mid_upper().add(ra).mul(rb);
@@ -189,7 +180,7 @@ impl Div for &Big {
     fn div(self, other: &Big) -> Big {
         let bits = self.bits.max(other.bits);
         let least = other.abs_lower();
-        if least.is_zero() || !(self.is_finite() && other.is_finite()) {
+        if least.is_zero() {
             return Big::not_finite(bits);
         }
         let mut radius = self.radius;

@@ -106,9 +106,6 @@ impl Big {
     /// A sine or cosine from that at the midpoint: |sin(m + h) - sin m| <= |h|, and they never leave [-1, 1], however wide
     /// the argument.
     fn wave(&self, at: impl FnOnce() -> Self) -> Self {
-        if !self.is_finite() {
-            return self.clone();
-        }
         let anywhere = || Self::zero(self.bits()).with_added_radius(Magnitude::ONE);
         if self.turns_too_often() {
             return anywhere();
@@ -150,9 +147,6 @@ impl Big {
 
     /// Arc tangent.
     pub fn atan(&self) -> Self {
-        if !self.is_finite() {
-            return self.clone();
-        }
         // |atan(m + h) - atan m| <= |h| / (1 + min x^2) over the ball.
         let slope = Magnitude::ONE.div(Magnitude::ONE.add_down(self.abs_lower_squared()));
         self.center().angle(&Self::one(self.bits()), self.bits()).with_added_radius(self.radius().mul(slope))
@@ -272,9 +266,6 @@ impl Big {
 
     /// Exponential function; not finite beyond 2^30.
     pub fn exp(&self) -> Self {
-        if !self.is_finite() {
-            return self.clone();
-        }
         // |exp(m + h) - exp(m)| <= exp(m) (exp(r) - 1), and exp(r) - 1 <= r exp(r).
         let growth = self.radius().mul(self.radius().exp());
         let value = if self.mid_upper() >= Magnitude::power_of_two(MOST_EXPONENT) {
@@ -321,9 +312,6 @@ impl Big {
 
     /// Hyperbolic sine; not finite beyond 2^30.
     pub fn sinh(&self) -> Self {
-        if !self.is_finite() {
-            return self.clone();
-        }
         let value = match self.halves() {
             Some((grows, falls)) => {
                 let size = (&grows - &falls).with_bits(self.bits());
@@ -336,9 +324,6 @@ impl Big {
 
     /// Hyperbolic cosine; not finite beyond 2^30.
     pub fn cosh(&self) -> Self {
-        if !self.is_finite() {
-            return self.clone();
-        }
         let value = match self.halves() {
             Some((grows, falls)) => (&grows + &falls).with_bits(self.bits()),
             None => self.even(|context, x, cache| context.cosh::<2>(x, cache)),
@@ -348,7 +333,7 @@ impl Big {
 
     /// exp(|m|)/2 and exp(-|m|)/2 with more bits, for midpoints of at least 1 in size.
     fn halves(&self) -> Option<(Self, Self)> {
-        if self.mid_upper() < Magnitude::ONE || !self.is_finite() {
+        if self.mid_upper() < Magnitude::ONE {
             return None;
         }
         let bits = self.bits() + GUARD;
@@ -369,9 +354,6 @@ impl Big {
 
     /// Hyperbolic tangent.
     pub fn tanh(&self) -> Self {
-        if !self.is_finite() {
-            return self.clone();
-        }
         let value = if self.mid_upper() < Magnitude::ONE {
             self.odd(|context, x, cache| context.tanh::<2>(x, cache))
         } else {
