@@ -75,20 +75,12 @@ impl<S: Scalar> SparseMatrix<S> {
 }
 
 impl<S: Enclosure> SparseMatrix<S> {
-    /// The image of a vector, for a matrix of which all entries are stored.
-    pub(crate) fn times(&self, x: &[Complex<S>], precision: S::Precision) -> Vec<Complex<S>> {
+    /// The image of a vector under a matrix of which all entries are stored, or under the transposed one.
+    pub(crate) fn times(&self, x: &[Complex<S>], transposed: bool, precision: S::Precision) -> Vec<Complex<S>> {
         let mut image = vec![Complex::zero(precision); self.dimension()];
         for (i, j, entry) in self.entries() {
-            image[i] = image[i].add(&x[j].times(entry));
-        }
-        image
-    }
-
-    /// That under the transposed matrix.
-    pub(crate) fn transposed_times(&self, x: &[Complex<S>], precision: S::Precision) -> Vec<Complex<S>> {
-        let mut image = vec![Complex::zero(precision); self.dimension()];
-        for (i, j, entry) in self.entries() {
-            image[j] = image[j].add(&x[i].times(entry));
+            let (to, from) = if transposed { (j, i) } else { (i, j) };
+            image[to] = image[to].add(&x[from].times(entry));
         }
         image
     }

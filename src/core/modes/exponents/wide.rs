@@ -146,8 +146,8 @@ impl WideColumn {
 
     pub(super) fn residuals(&mut self, matrices: &Matrices) -> Residuals {
         let bits = matrices.bits;
-        let of_x = matrices.all.each_ref().map(|a| a.times(&self.own.x, bits));
-        let of_y = matrices.all.each_ref().map(|a| a.transposed_times(&self.own.y, bits));
+        let of_x = matrices.all.each_ref().map(|a| a.times(&self.own.x, false, bits));
+        let of_y = matrices.all.each_ref().map(|a| a.times(&self.own.y, true, bits));
         let residuals = residuals(&mut self.own, &of_x, &of_y, bits);
         let [image, slope, _] = of_x;
         (self.image, self.slope) = (image, slope);
