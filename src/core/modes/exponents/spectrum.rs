@@ -279,9 +279,8 @@ fn orthonormal(scaled: &Scaled, solution: &Solution, shapes: &Shapes<'_>, group:
     }
     let cluster = solution.certificate.of[first] as u32;
     let own = entries.iter_mut().filter(|entry| entry.cluster == cluster);
-    for (entry, (vector, bound)) in own.zip(basis) {
-        entry.vector = vector;
-        entry.vector_error_bound = bound;
+    for (entry, shape) in own.zip(basis) {
+        (entry.vector, entry.vector_error_bound) = shape;
     }
 }
 

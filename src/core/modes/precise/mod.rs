@@ -375,9 +375,7 @@ fn assemble(
     let m = measured.quotient.len();
     let order = measured.couplings.order.clone();
     let own = &measured.own;
-    let mut precise = Vec::with_capacity(m);
-    let mut eigenvalues = Vec::with_capacity(m);
-    for (position, (&i, &radius)) in order.iter().zip(&enclosures.radii).enumerate() {
+    let enclosed = |(position, (&i, &radius)): (usize, (&usize, &f64))| {
         let quotient = &measured.quotient[i];
         let bits = (quotient.bit_len() + 8).max(64);
         let value = Big::from_parts(quotient.clone(), -data.quotient_scale(), bits)
@@ -385,16 +383,11 @@ fn assemble(
         // Both bounds hold for the same eigenvalue.
         let before = solved.map(|solved| solved.certificate.eigenvalues[position]);
         match before.filter(|before| before.radius <= value.radius().to_f64()) {
-            Some(before) => {
-                eigenvalues.push(before);
-                precise.push(None);
-            }
-            None => {
-                eigenvalues.push(value.to_ball());
-                precise.push(own[i].map(|_| value));
-            }
+            Some(before) => (before, None),
+            None => (value.to_ball(), own[i].map(|_| value)),
         }
-    }
+    };
+    let (eigenvalues, precise) = order.iter().zip(&enclosures.radii).enumerate().map(enclosed).unzip();
     let mut clusters = enclosures.clusters;
     for cluster in &mut clusters {
         // The double-doubles of the columns differ from them by up to 2 u² of themselves.

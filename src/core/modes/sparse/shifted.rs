@@ -165,14 +165,8 @@ impl Pencil {
 /// d with M - diag(d) not negative: what is left of the diagonal beside the other entries of its row (Gershgorin).
 pub(super) fn weights(mass: &Rows) -> Option<Vec<f64>> {
     let n = mass.dimension();
-    let mut roots = vec![0.0; n];
-    for (i, root) in roots.iter_mut().enumerate() {
-        let diagonal = mass.entry(i, i).hi;
-        if diagonal.is_nan() || diagonal <= 0.0 {
-            return None;
-        }
-        *root = diagonal.sqrt();
-    }
+    let root = |i: usize| Some(mass.entry(i, i).hi.sqrt()).filter(|root| *root > 0.0);
+    let roots: Vec<f64> = (0..n).map(root).collect::<Option<_>>()?;
     let row = |i: usize| {
         let mut rest = 0.0;
         let mut own = 0.0;
