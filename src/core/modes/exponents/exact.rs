@@ -192,7 +192,8 @@ fn with_blocks(
     best
 }
 
-/// Growth and omega of all roots, λ² a root of `squares` or λ one of `rest`, with omega >= 0.
+/// Growth and omega of all roots, λ² a root of `squares` or λ one of `rest`, with omega >= 0. Imaginary parts of roots are exactly 0 or
+/// have a sign.
 fn separated(squares: &Polynomial, rest: &Polynomial, bits: usize) -> Option<Vec<(Big, Big)>> {
     let zero = || Big::zero(bits);
     let mut parts = Vec::new();
@@ -219,16 +220,9 @@ fn separated(squares: &Polynomial, rest: &Polynomial, bits: usize) -> Option<Vec
             };
             parts.push((-&a, b.clone()));
             parts.push((a, b));
-        } else if !s.im.is_negative() {
-            return None;
         }
     }
-    for root in roots(rest, bits)? {
-        if root.im.is_zero() || root.im.is_positive() {
-            parts.push((root.re, root.im));
-        } else if !root.im.is_negative() {
-            return None;
-        }
-    }
+    let others = roots(rest, bits)?.into_iter().filter(|root| !root.im.is_negative());
+    parts.extend(others.map(|root| (root.re, root.im)));
     Some(parts)
 }

@@ -45,13 +45,9 @@ impl Shapes<'_> {
         // xᴴMx and what it may be off by: M as an enclosure, sums of n² terms in doubles.
         let sizes: Vec<f64> = x.iter().map(|x| x.norm()).collect();
         let weighted = self.scaled.mass.magnitude_times(&sizes);
-        let mut square = 0.0;
-        for p in 0..n {
-            for q in 0..n {
-                let m = self.scaled.mass.mid.get(p, q).hi;
-                square += m * (x[p].re * x[q].re + x[p].im * x[q].im);
-            }
-        }
+        let places = (0..n).flat_map(|p| (0..n).map(move |q| (p, q)));
+        let term = |(p, q): (usize, usize)| self.scaled.mass.mid.get(p, q).hi * (x[p].re * x[q].re + x[p].im * x[q].im);
+        let square: f64 = places.map(term).sum();
         let terms: f64 = sizes.iter().zip(&weighted).map(|(a, b)| a * b).sum();
         let rounding = (2.0 * n as f64 + 8.0) * f64::EPSILON * terms + self.scaled.mass.uncertainty(&sizes);
         let length = square.sqrt();
@@ -68,16 +64,14 @@ impl Shapes<'_> {
         };
         let turn = c64::new(x[first].re, -x[first].im) / sizes[first] / length;
         let angle = 1.6 * off[first] * slack / sizes[first];
-        let mut bound: f64 = 0.0;
-        for p in 0..n {
+        let error = |p: usize| {
             let share = (sizes[p] + off[p]) * (epsilon / (1.0 - epsilon) + angle);
             let error = (off[p] + share) * slack / (length - length_error) + 8.0 * f64::EPSILON * sizes[p] / length;
-            let error = up(physical(p, error));
-            bound = if error.is_finite() && bound.is_finite() { bound.max(error) } else { f64::INFINITY };
-        }
-        if !bound.is_finite() || epsilon.is_nan() || epsilon >= 0.5 {
-            bound = f64::INFINITY;
-        }
+            up(physical(p, error))
+        };
+        let errors: Vec<f64> = (0..n).map(error).collect();
+        let is_known = epsilon < 0.5 && errors.iter().all(|error| error.is_finite());
+        let bound = if is_known { errors.into_iter().fold(0.0, f64::max) } else { f64::INFINITY };
         let component = |p: usize| {
             let value = part(x[p] * turn, p == first);
             c64::new(physical(p, value.re), physical(p, value.im))

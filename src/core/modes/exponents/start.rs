@@ -310,17 +310,9 @@ fn assemble(
         };
         all.push(Column { mu: Complex::from_c64(mu[j], ()), x, y });
     }
-    let mut links = Vec::new();
-    if let Some(kernel) = kernel {
-        for to in 0..split - z {
-            for from in 0..z {
-                let value = kernel.heads[(from, to)] * LINK;
-                if value != 0.0 {
-                    links.push(Link { from, to: z + to, value });
-                }
-            }
-        }
-    }
+    let places = (0..split - z).flat_map(|to| (0..z).map(move |from| (from, to)));
+    let link = |(from, to)| Some(Link { from, to: z + to, value: kernel?.heads[(from, to)] * LINK });
+    let links = places.filter_map(link).filter(|link| link.value != 0.0).collect();
     let columns = Columns { all, conjugate_of, zeros: z, chains: split - z, links, ..Columns::default() };
     columns.all.iter().all(Column::is_finite).then_some(columns)
 }

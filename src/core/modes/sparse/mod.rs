@@ -204,7 +204,7 @@ impl<'a> Search<'a> {
     /// Two of them, at a time where there are two threads.
     fn factors(&self, shifts: [f64; 2]) -> [Option<Factor<'a>>; 2] {
         let (pencil, budget, [one, other]) = (self.pencil, self.budget, shifts);
-        let found = if self.options.threads < 2 {
+        let [first, second] = if self.options.threads < 2 {
             [factor(pencil, one, budget), factor(pencil, other, budget)]
         } else {
             thread::scope(|scope| {
@@ -212,7 +212,6 @@ impl<'a> Search<'a> {
                 [factor(pencil, one, budget), other.join().ok().flatten()]
             })
         };
-        let [first, second] = found;
         [told(one, first, budget), told(other, second, budget)]
     }
 
