@@ -78,6 +78,7 @@ fn weight(radius: f64, hi: f64) -> f64 {
 }
 
 impl Enclosed {
+    /// One of any shape and with any entries.
     pub(super) fn general(mid: Matrix, radius: Plain) -> Self {
         Self { mid, radius, diagonal: false }
     }

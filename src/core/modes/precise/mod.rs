@@ -397,26 +397,26 @@ fn assemble(
             }
         }
     }
-    let mut g = match background {
+    let Enclosed { mut mid, mut radius, .. } = match background {
         Some(background) => background.g.clone(),
         None => Enclosed::new(m, |_, _| Ball::ZERO),
     };
     for (at, &j) in columns.own.iter().enumerate() {
         for i in 0..m {
-            g.mid.set(i, j, measured.g.get(i, at));
-            g.mid.set(j, i, measured.g.get(i, at));
-            let radius = measured.couplings.g.get(i, j);
-            g.radius.set(i, j, radius);
-            g.radius.set(j, i, radius);
+            mid.set(i, j, measured.g.get(i, at));
+            mid.set(j, i, measured.g.get(i, at));
+            let bound = measured.couplings.g.get(i, j);
+            radius.set(i, j, bound);
+            radius.set(j, i, bound);
         }
     }
     for (&j, &(norm, error)) in columns.own.iter().zip(&measured.norm) {
-        g.mid.set(j, j, norm);
-        g.radius.set(j, j, error);
+        mid.set(j, j, norm);
+        radius.set(j, j, error);
     }
     Solution {
         x: measured.x.clone(),
-        gram: Gram::Entries(g),
+        gram: Gram::Entries(Enclosed::general(mid, radius)),
         leak: measured.leak.clone(),
         certificate: Certificate { order, eigenvalues, clusters },
         precise,

@@ -89,6 +89,7 @@ impl Rows {
         own.map_or(DoubleDouble::ZERO, |at| self.value(row.start + at))
     }
 
+    #[inline(always)]
     pub(super) fn value(&self, at: usize) -> DoubleDouble {
         DoubleDouble { hi: self.high[at], lo: self.low.get(at).copied().unwrap_or(0.0) }
     }
