@@ -336,8 +336,7 @@ impl Drive {
         let mut pool = self.pool.clone();
         let parameter = Substitution::from([(self.parameter, pool.number(parameter.clone()))]);
         let rate = pool.substitute_one(self.rate, &parameter);
-        let square = pool.square(rate);
-        Some(Frequency { square: pool.as_number(square)?.clone(), value: pool.as_number(rate).cloned() })
+        Frequency::of(&mut pool, rate)
     }
 
     /// The angular frequency and the force on each coordinate, for a value of the parameter; then their slopes over it. F cos(Ωt) + F' sin(Ωt) is
