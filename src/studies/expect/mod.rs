@@ -213,12 +213,7 @@ impl<'a> Comparison<'a> {
                 Part::Stability => self.in_any_order(part, texts, &found, &Substitution::new()),
                 Part::Characteristic => self.proportional(texts, &found),
                 Part::Equations | Part::Linearized => self.one_by_one(part, texts, &found, true),
-                Part::Equilibrium
-                | Part::Kinetic
-                | Part::Potential
-                | Part::Momenta
-                | Part::EnergyFunction
-                | Part::Hamiltonian => self.one_by_one(part, texts, &found, false),
+                _ => self.one_by_one(part, texts, &found, false),
             },
         }
     }
@@ -306,8 +301,10 @@ impl<'a> Comparison<'a> {
         names.zip(sums).map(|(name, sum)| self.sum(format!("{place} {name}"), sum, displaced)).collect()
     }
 
-    fn unreadable(&mut self, place: &str, text: &str, message: String) {
-        self.mismatches.push(Mismatch::Unreadable { part: place.to_owned(), text: text.to_owned(), message });
+    /// What was read of a text; notes where that was nothing.
+    fn readable<T>(&mut self, place: &str, text: &str, read: Result<T, String>) -> Option<T> {
+        let unreadable = |message| Mismatch::Unreadable { part: place.to_owned(), text: text.to_owned(), message };
+        read.map_err(|message| self.mismatches.push(unreadable(message))).ok()
     }
 
     fn differs(&mut self, place: &str, expected: &str, found: &str) {
@@ -324,13 +321,8 @@ impl<'a> Comparison<'a> {
 
     fn matrix(&mut self, part: Part, texts: &[String], found: &[Found]) {
         for text in texts {
-            let rows = match self.reader.rows(&mut self.pool, text) {
-                Ok(rows) => rows,
-                Err(message) => {
-                    self.unreadable(part.name(), text, message);
-                    continue;
-                }
-            };
+            let read = self.reader.rows(&mut self.pool, text);
+            let Some(rows) = self.readable(part.name(), text, read) else { continue };
             let side = self.derivation.names.coordinates.len();
             if rows.len() != side || rows.iter().any(|row| row.len() != side) {
                 let wide = rows.iter().map(Vec::len).max().unwrap_or(0);
@@ -356,16 +348,12 @@ impl<'a> Comparison<'a> {
             } else {
                 self.reader.expression(&mut self.pool, text)
             };
-            let is_same = match read {
-                Err(message) => {
-                    self.unreadable(&found.place, text, message);
-                    continue;
-                }
-                Ok(value) if is_equation => {
-                    let accelerations = self.accelerations();
-                    same_equation(&mut self.pool, &accelerations, value, found.value)
-                }
-                Ok(value) => are_equal(&mut self.pool, value, found.value),
+            let Some(value) = self.readable(&found.place, text, read) else { continue };
+            let is_same = if is_equation {
+                let accelerations = self.accelerations();
+                same_equation(&mut self.pool, &accelerations, value, found.value)
+            } else {
+                are_equal(&mut self.pool, value, found.value)
             };
             if !is_same {
                 let end = if is_equation { " = 0" } else { "" };
@@ -389,10 +377,8 @@ impl<'a> Comparison<'a> {
     fn proportional(&mut self, texts: &[String], found: &[Found]) {
         let place = Part::Characteristic.name();
         let read = texts.iter().map(|text| self.reader.expression(&mut self.pool, text));
-        let values: Vec<ExprId> = match read.collect() {
-            Ok(values) => values,
-            Err(message) => return self.unreadable(place, &texts.join(", "), message),
-        };
+        let read = read.collect::<Result<Vec<ExprId>, String>>();
+        let Some(values) = self.readable(place, &texts.join(", "), read) else { return };
         let (Some(last), Some(of_found), true) = (values.last(), found.last(), values.len() == found.len()) else {
             return self.count(place.to_owned(), values.len(), found.len());
         };
@@ -410,15 +396,10 @@ impl<'a> Comparison<'a> {
         let mut left: Vec<&Found> = found.iter().collect();
         let mut missing: Vec<&str> = Vec::new();
         for text in texts {
-            let value = match self.reader.expression(&mut self.pool, text) {
-                Ok(value) => self.pool.substitute_one(value, ties),
-                Err(message) => {
-                    self.unreadable(place, text, message);
-                    continue;
-                }
-            };
-            let at = left.iter().position(|found| are_equal(&mut self.pool, value, found.value));
-            match at {
+            let read = self.reader.expression(&mut self.pool, text);
+            let Some(value) = self.readable(place, text, read) else { continue };
+            let value = self.pool.substitute_one(value, ties);
+            match left.iter().position(|found| are_equal(&mut self.pool, value, found.value)) {
                 Some(at) => {
                     left.remove(at);
                 }
