@@ -25,7 +25,7 @@ pub use error::EquilibriaError;
 pub use landscape::{Landscape, landscape};
 pub use region::Region;
 
-use forces::{Equations, Forces, Neutral, gradient, neutral_directions};
+use forces::{Equations, Evaluator, Forces, Neutral, gradient, neutral_directions};
 use librate_core::expr::{ExprId, Substitution, Symbol, Tape};
 use librate_core::linearize::{self, AtRest};
 use librate_core::model::Model;
@@ -33,7 +33,7 @@ use librate_core::modes::Stability;
 use librate_core::number::Number;
 use librate_core::order::Order;
 use librate_core::precision::{Ball, Interval, Scalar};
-use moments::Moments;
+use moments::moments;
 use root::{Root, are_within};
 use search::{Findings, Search};
 use symmetric::Symmetries;
@@ -157,7 +157,7 @@ struct Task<'a> {
     /// What may be turned.
     rotations: Rotations,
     /// Equations that follow from the others, where no parameter varies.
-    moments: Option<Moments>,
+    moments: Option<Evaluator<Interval>>,
     /// Coordinates left out of the box.
     left_out: Vec<usize>,
     whole: Vec<Interval>,
@@ -219,13 +219,13 @@ impl<'a> Task<'a> {
         let values =
             slices.iter().map(|slice| (slice.pivot, Number::from_f64_exact(slice.value).unwrap_or(Number::ZERO)));
         hold(&values.collect::<Vec<_>>(), &mut rest, &mut searched, &mut whole);
-        let (mut rotations, mut moments) = (Rotations::default(), None);
+        let (mut rotations, mut sums) = (Rotations::default(), None);
         if varying.is_none() {
             rotations = Rotations::new(model, &searched, &mut rest, &mut whole);
             let all = (searched.clone(), rest.clone());
             let values: Vec<(usize, Number)> = rotations.held.iter().map(|at| (*at, Number::ZERO)).collect();
             let held = hold(&values, &mut rest, &mut searched, &mut whole);
-            moments = Moments::new(model, &all.0, &all.1, &held);
+            sums = moments(model, &all.0, &all.1, &held);
         }
         if !rest.constraints.is_empty() {
             whole.push(Interval::new(0.0, 1.0));
@@ -233,7 +233,7 @@ impl<'a> Task<'a> {
         }
         let value = |number: usize| linearize::constant(&model.pool, model.parameters[number].value?);
         let parameters = varying.and_then(value).into_iter().collect();
-        Ok(Self { model, region, rest, searched, slices, rotations, moments, left_out, whole, parameters })
+        Ok(Self { model, region, rest, searched, slices, rotations, moments: sums, left_out, whole, parameters })
     }
 
     fn equations(&self) -> Equations {
