@@ -53,12 +53,10 @@ impl Study {
             let solutions = self.solve(set)?;
             let span = model.coordinates.first().map(|own| own.span);
             for at in &start.free {
-                let found = Number::from_f64_exact(solutions.equilibria()[*at]);
-                if let Some(found) = found {
-                    let value = model.pool.number(found);
-                    let given = Given { symbolic: value, value: Some(value), span: span.unwrap_or_default() };
-                    model.guesses.set(*at, Some(given));
-                }
+                let Some(found) = Number::from_f64_exact(solutions.equilibria()[*at]) else { continue };
+                let value = model.pool.number(found);
+                let given = Given { symbolic: value, value: Some(value), span: span.unwrap_or_default() };
+                model.guesses.set(*at, Some(given));
             }
         }
         let linearized = linearize(model)?;

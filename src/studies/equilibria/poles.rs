@@ -64,9 +64,8 @@ pub(super) fn bases(pool: &Pool, potential: ExprId, unknowns: &[Symbol]) -> Vec<
                 let poles = factors.iter().filter(|(_, exponent)| exponent.is_negative() || !exponent.is_integer());
                 found.extend(poles.map(|(base, _)| *base));
             }
-            Node::Function(Function::Ln, x) | Node::Function(Function::Abs, x) => {
-                found.push(if matches!(pool.node(id), Node::Function(Function::Abs, _)) { id } else { *x });
-            }
+            Node::Function(Function::Ln, x) => found.push(*x),
+            Node::Function(Function::Abs, _) => found.push(id),
             Node::Power { base, .. } => found.push(*base),
             Node::Number(_)
             | Node::Pi
@@ -221,13 +220,9 @@ impl Poles {
 /// rate·scaled as the lowest power of a symbol in it, taken of `size` in its place, times a factor.
 fn leading(pool: &mut Pool, rate: ExprId, scaled: ExprId, symbol: ExprId, size: ExprId) -> ExprId {
     let mut terms: Vec<ExprId> = Vec::new();
-    if pool.is_sum(rate) {
-        for (term, weight) in pool.terms(rate) {
-            let term = pool.mul(term, scaled);
-            terms.push(pool.scale(term, &weight));
-        }
-    } else {
-        terms.push(pool.mul(rate, scaled));
+    for (term, weight) in pool.terms(rate) {
+        let term = pool.mul(term, scaled);
+        terms.push(pool.scale(term, &weight));
     }
     let power = |term: &ExprId| {
         let power = pool.factors(*term).into_iter().find(|(base, _)| *base == symbol);

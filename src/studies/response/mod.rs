@@ -280,11 +280,11 @@ impl Study {
         let outputs: Vec<usize> = outputs.collect::<Result<_, _>>()?;
         let outputs = if outputs.is_empty() { (0..model.coordinates.len()).collect() } else { outputs };
         let input = request.input.as_deref().map(|name| coordinate(&model, name, "input")).transpose()?;
-        let rolling = model.rolling.first().map(|own| own.span).filter(|_| model.rates.any());
-        if let Some(span) = rolling {
-            let what = "a steady motion under constraints on velocities";
-            return Err(ResponseError::Unsupported { what, span });
-        }
+        let refuse_rolling = |what, is_refused| match model.rolling.first() {
+            Some(own) if is_refused => Err(ResponseError::Unsupported { what, span: own.span }),
+            _ => Ok(()),
+        };
+        refuse_rolling("a steady motion under constraints on velocities", model.rates.any())?;
         let range = &request.range;
         let last = range.len() - 1;
         let (ends, fixed, model) = match (input, model.time_dependent) {
@@ -293,11 +293,8 @@ impl Study {
                 check_sign(&ends)?;
                 let linearized = derive::linearized(model.clone())?;
                 // With coordinates of its own it has none for the forces that are carried.
-                let own = linearized.model().coordinates.len() == model.coordinates.len();
-                if let Some(span) = model.rolling.first().map(|own| own.span).filter(|_| !own) {
-                    let what = "a load that constraints on velocities carry";
-                    return Err(ResponseError::Unsupported { what, span });
-                }
+                let is_other = linearized.model().coordinates.len() != model.coordinates.len();
+                refuse_rolling("a load that constraints on velocities carry", is_other)?;
                 (ends, Some(System::new(&linearized, Force::Unit(at))), model)
             }
             (Some(_), Some(span)) => {

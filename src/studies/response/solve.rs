@@ -117,11 +117,10 @@ fn sparse(own: &Linearized) -> Option<Vec<Coefficient<Ball>>> {
         }
     }
     all.retain(|_, parts| !parts.iter().all(Ball::is_zero));
-    let coefficient = |((column, row), parts): ((usize, usize), [Ball; 3])| {
-        let [mass, velocity, stiffness] = parts;
-        Coefficient { row, column, mass, velocity, stiffness }
-    };
-    Some(all.into_iter().map(coefficient).collect())
+    let all = all.into_iter();
+    let all =
+        all.map(|((column, row), [mass, velocity, stiffness])| Coefficient { row, column, mass, velocity, stiffness });
+    Some(all.collect())
 }
 
 impl Matrices<Ball> {
