@@ -208,20 +208,15 @@ impl Extended {
 }
 
 /// Σ w_k x_k - 1.
-fn normalisation(pool: &mut Pool, weights: &[Symbol], vector: &[ExprId]) -> ExprId {
-    let mut terms = vec![pool.integer(-1)];
-    for (weight, x) in weights.iter().zip(vector) {
-        let weight = pool.symbol_expr(*weight);
-        terms.push(pool.mul(weight, *x));
-    }
-    pool.sum(&terms)
+fn normalisation(pool: &mut Pool, weights: &[ExprId], vector: &[ExprId]) -> ExprId {
+    let (sum, one) = (pool.dot(weights, vector), pool.one());
+    pool.sub(sum, one)
 }
 
 /// The derivative of an expression along a direction.
 fn along(pool: &mut Pool, of: ExprId, unknowns: &[Symbol], direction: &[ExprId]) -> ExprId {
     let slopes = pool.gradient(of, unknowns);
-    let terms: Vec<ExprId> = slopes.iter().zip(direction).map(|(slope, own)| pool.mul(*slope, *own)).collect();
-    pool.sum(&terms)
+    pool.dot(&slopes, direction)
 }
 
 /// The second derivative along a direction.
@@ -242,10 +237,10 @@ fn fold(equations: &Equations) -> Option<Extended> {
     let mut pool = equations.pool.clone();
     let n = equations.unknowns.len();
     let (directions, vector) = fresh(&mut pool, "direction", n);
-    let (weights, _) = fresh(&mut pool, "weight", n);
+    let (weights, factors) = fresh(&mut pool, "weight", n);
     let mut all = equations.all.clone();
     all.extend(equations.all.iter().map(|own| along(&mut pool, *own, &equations.unknowns, &vector)));
-    all.push(normalisation(&mut pool, &weights, &vector));
+    all.push(normalisation(&mut pool, &factors, &vector));
     let unknowns = equations.unknowns.iter().chain(&equations.parameters).chain(&directions).copied().collect();
     let system = Equations { pool, unknowns, parameters: weights, all, is_constrained: equations.is_constrained };
     let origins = (0..n).map(Image::itself).collect();
@@ -285,7 +280,7 @@ fn crossing(equations: &Equations, own: &Involution) -> Option<Extended> {
     let earlier = |(at, image): (usize, &Image)| if image.of > at { Image::itself(at) } else { *image };
     let origins = own.iter().enumerate().map(earlier).collect();
     let (steps, step) = fresh(&mut pool, "direction", directions.len());
-    let (weights, _) = fresh(&mut pool, "weight", directions.len());
+    let (weights, factors) = fresh(&mut pool, "weight", directions.len());
     let mut vector = vec![pool.zero(); z.len()];
     let mut across = Vec::new();
     for (at, step) in directions.iter().zip(&step) {
@@ -329,7 +324,7 @@ fn crossing(equations: &Equations, own: &Involution) -> Option<Extended> {
     }
     let mut all = pool.substitute(&all, &restriction);
     let mut bend = pool.substitute(&bend, &restriction);
-    all.push(normalisation(&mut pool, &weights, &step));
+    all.push(normalisation(&mut pool, &factors, &step));
     bend.push(pool.zero());
     let symbols = values.iter().map(|at| unknowns[*at]).chain(equations.parameters.iter().copied()).chain(steps);
     let unknowns: Vec<Symbol> = symbols.collect();

@@ -204,8 +204,7 @@ impl Poles {
             let pole = &self.poles[*k];
             let rate = pool.diff(self.potential, pole.symbol);
             let towards = pool.gradient(pole.base, &self.unknowns);
-            let terms: Vec<ExprId> = field.iter().zip(&towards).map(|(w, x)| pool.mul(*w, *x)).collect();
-            let advance = pool.sum(&terms);
+            let advance = pool.dot(&field, &towards);
             let ratio = pool.div(advance, pole.base);
             let number = constant(pool, ratio, &self.unknowns)?;
             let own = pool.symbol_expr(pole.symbol);

@@ -315,10 +315,6 @@ impl<'a> Comparison<'a> {
         });
     }
 
-    fn count(&mut self, place: String, expected: usize, found: usize) {
-        self.differs(&place, &expected.to_string(), &found.to_string());
-    }
-
     fn matrix(&mut self, part: Part, texts: &[String], found: &[Found]) {
         for text in texts {
             let read = self.reader.rows(&mut self.pool, text);
@@ -339,8 +335,7 @@ impl<'a> Comparison<'a> {
 
     fn one_by_one(&mut self, part: Part, texts: &[String], found: &[Found], is_equation: bool) {
         if texts.len() != found.len() {
-            self.count(part.name().to_owned(), texts.len(), found.len());
-            return;
+            return self.differs(part.name(), &texts.len().to_string(), &found.len().to_string());
         }
         for (text, found) in texts.iter().zip(found) {
             let read = if is_equation {
@@ -380,7 +375,7 @@ impl<'a> Comparison<'a> {
         let read = read.collect::<Result<Vec<ExprId>, String>>();
         let Some(values) = self.readable(place, &texts.join(", "), read) else { return };
         let (Some(last), Some(of_found), true) = (values.last(), found.last(), values.len() == found.len()) else {
-            return self.count(place.to_owned(), values.len(), found.len());
+            return self.differs(place, &values.len().to_string(), &found.len().to_string());
         };
         for ((text, value), found) in texts.iter().zip(&values).zip(found) {
             let (left, right) = (self.pool.mul(*value, of_found.value), self.pool.mul(found.value, *last));

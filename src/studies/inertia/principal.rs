@@ -300,8 +300,7 @@ fn adjugate(pool: &mut Pool, e: &Entries) -> Entries {
 
 fn determinant(pool: &mut Pool, e: &Entries) -> ExprId {
     let cofactors = adjugate(pool, e)[0];
-    let terms = [0, 1, 2].map(|at| pool.mul(e[0][at], cofactors[at]));
-    pool.sum(&terms)
+    pool.dot(&e[0], &cofactors)
 }
 
 /// 4 J2³ - 27 J3² of the deviator S, J2 = tr(S²)/2, J3 = det S: the discriminant of the characteristic polynomial
