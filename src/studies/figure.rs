@@ -11,7 +11,7 @@ use librate_core::expr::{ExprId, Node, Pool, Substitution, Symbol};
 use librate_core::linearize::{Linearized, constant, known_values};
 use librate_core::model::{Model, Parameter};
 use librate_core::number::Number;
-use librate_core::order::{Gather, Order};
+use librate_core::order::Gather;
 use librate_core::precision::Scalar;
 
 /// Rods are searched for between so many points, ...
@@ -265,10 +265,8 @@ fn springs(pool: &Pool, model: &Model, positions: &[ExprId], dimension: usize) -
             let all: HashSet<usize> =
                 places.iter().filter_map(|place| Some(*coordinates.get(*place)? as usize)).collect();
             let near = all.iter().filter_map(|number| of_coordinate.get(*number)).flatten();
-            let mut inside: Vec<usize> =
-                near.copied().filter(|point| moves[*point].iter().all(|number| all.contains(number))).collect();
-            inside.put_in_order();
-            inside.dedup();
+            let inside =
+                near.copied().filter(|point| moves[*point].iter().all(|number| all.contains(number))).distinct();
             if let [a, b] = inside[..]
                 && seen.insert((a, b))
             {

@@ -473,13 +473,11 @@ fn hold(
 
 /// Slices across directions along which nothing changes, and the ranges widened by what moving into the slices takes.
 fn slices(neutral: &[(usize, Neutral)], searched: &[usize], whole: &mut [Interval]) -> Vec<Slice> {
-    let numbers =
-        |vector: &Neutral| -> Vec<f64> { vector.iter().map(|x| Ball::from_number(x, ()).mid_f64()).collect() };
     let original = whole.to_vec();
     let mut slices = Vec::new();
     let last = searched.iter().max().map_or(0, |at| at + 1);
     for (pivot, vector) in neutral {
-        let vector = numbers(vector);
+        let vector: Vec<f64> = vector.iter().map(|x| Ball::from_number(x, ()).mid_f64()).collect();
         let half = 0.5 * original[*pivot].width();
         for (own, v) in whole.iter_mut().zip(&vector) {
             let by = (v.abs() * half).next_up();

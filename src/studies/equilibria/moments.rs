@@ -6,7 +6,7 @@
 use librate_core::expr::{ExprId, Substitution, Symbol, Tape};
 use librate_core::linearize::AtRest;
 use librate_core::model::Model;
-use librate_core::order::Order;
+use librate_core::order::Gather;
 use librate_core::precision::Interval;
 
 use super::forces::Evaluator;
@@ -86,9 +86,7 @@ pub(super) fn bodies(
         ((family, component), key)
     };
     let places: Vec<(Component, Vec<usize>)> = searched.iter().map(parted).collect();
-    let mut components: Vec<Component> = places.iter().map(|own| own.0).collect();
-    components.put_in_order();
-    components.dedup();
+    let mut components = places.iter().map(|own| own.0).distinct();
     components.truncate(MOST_COMPONENTS);
     (components, places)
 }

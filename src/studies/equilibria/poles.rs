@@ -10,7 +10,7 @@ use std::collections::HashMap;
 
 use librate_core::expr::{ExprId, Node, Pool, Prepared, Substitution, Symbol, Tape};
 use librate_core::number::Number;
-use librate_core::order::{Gather, Order};
+use librate_core::order::Gather;
 use librate_core::precision::{Function, Interval, Scalar};
 
 /// More poles are not examined together.
@@ -76,8 +76,7 @@ pub(super) fn bases(pool: &Pool, potential: ExprId, unknowns: &[Symbol]) -> Vec<
             | Node::Atan2 { .. } => {}
         }
     }
-    found.put_in_order();
-    found.dedup();
+    let mut found = found.into_iter().distinct();
     found.retain(|base| pool.depends_on(*base, &|symbol| unknowns.contains(&symbol)));
     found
 }
