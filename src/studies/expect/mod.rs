@@ -234,9 +234,7 @@ impl<'a> Comparison<'a> {
             Part::Kinetic => vec![self.sum(part.name(), &second_order(derivation)?.kinetic, true)],
             Part::Potential => vec![self.sum(part.name(), &second_order(derivation)?.potential, true)],
             Part::Momenta => self.sums("momentum of", &asked(derivation.energy.as_ref())?.momenta, false),
-            Part::EnergyFunction => {
-                vec![self.sum(part.name(), &asked(derivation.energy.as_ref())?.function, false)]
-            }
+            Part::EnergyFunction => vec![self.sum(part.name(), &asked(derivation.energy.as_ref())?.function, false)],
             Part::Hamiltonian => {
                 let sum = asked(derivation.energy.as_ref())?.hamiltonian.as_ref();
                 let sum = sum.ok_or("the inertia is neither diagonal nor two by two")?;

@@ -314,13 +314,10 @@ fn check_parametric(
 ) -> Result<(), ResponseError> {
     for entry in pool.substitute(&entries, place) {
         let slope = pool.diff(entry, time);
-        match pool.is_zero(slope) {
-            ZeroVerdict::Zero => {}
-            verdict => {
-                let rests = pool.is_zero(entry) != ZeroVerdict::Unknown;
-                let proved = verdict == ZeroVerdict::NonZero && rests;
-                return Err(ResponseError::Parametric { matrix, proved, span });
-            }
+        let verdict = pool.is_zero(slope);
+        if verdict != ZeroVerdict::Zero {
+            let proved = verdict == ZeroVerdict::NonZero && pool.is_zero(entry) != ZeroVerdict::Unknown;
+            return Err(ResponseError::Parametric { matrix, proved, span });
         }
     }
     Ok(())

@@ -544,13 +544,8 @@ impl<T: Entry> Rows<T> {
 /// The modulus and the angle, in (-pi, pi]; none of 0.
 pub(super) fn polar<S: Enclosure>(x: &Complex<S>, precision: S::Precision) -> (S, Option<S>) {
     if x.im.is_exact_zero() {
-        let angle = if x.re.is_positive() {
-            Some(S::exact(0.0, precision))
-        } else if x.re.is_negative() {
-            Some(<S as Scalar>::pi(precision))
-        } else {
-            None
-        };
+        let zero = x.re.is_positive().then(|| S::exact(0.0, precision));
+        let angle = zero.or_else(|| x.re.is_negative().then(|| <S as Scalar>::pi(precision)));
         return (x.re.apply(Function::Abs), angle);
     }
     (x.square_of_modulus().sqrt(), (!x.contains_zero()).then(|| x.im.atan2(&x.re)))
