@@ -56,6 +56,17 @@ pub trait Gather: Iterator + Sized {
         all.extend(self);
         all
     }
+
+    /// Each item once, in order.
+    fn distinct(self) -> Vec<Self::Item>
+    where
+        Self::Item: Ord,
+    {
+        let mut all: Vec<Self::Item> = self.collect();
+        all.put_in_order();
+        all.dedup();
+        all
+    }
 }
 
 impl<I: Iterator> Gather for I {}

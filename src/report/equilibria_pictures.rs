@@ -5,7 +5,7 @@ use super::picture::{Axis, Cell, Curve, Panel, Picture, Sample, Stroke, titled};
 use super::{shown_unit, with_unit};
 use librate_core::model::Model;
 use librate_core::modes::Stability;
-use librate_core::order::Order;
+use librate_core::order::{Gather, Order};
 use librate_core::precision::Ball;
 use librate_studies::equilibria::{Branch, Diagram, Equilibrium, Found, Landscape};
 use librate_studies::period::{Course, portrait};
@@ -135,9 +135,7 @@ pub fn diagram_svg(model: &Model, diagram: &Diagram) -> String {
     let panels = model.coordinates.iter().take(MOST_PANELS).enumerate().map(|(at, coordinate)| {
         let mut curves: Vec<Curve> = diagram.branches.iter().flat_map(|own| pieces(own, diagram, at)).collect();
         let points = diagram.bifurcations.iter().map(|own| [own.value.mid_f64(), own.point[at].mid_f64()]);
-        let mut kinds: Vec<&str> = diagram.bifurcations.iter().map(|own| own.kind.as_str()).collect();
-        kinds.put_in_order();
-        kinds.dedup();
+        let kinds = diagram.bifurcations.iter().map(|own| own.kind.as_str()).distinct();
         for (colour, kind) in kinds.into_iter().enumerate() {
             let own = diagram.bifurcations.iter().zip(points.clone()).filter(|(own, _)| own.kind.as_str() == kind);
             let points = own.map(|(_, point)| point).collect();

@@ -17,7 +17,7 @@ use librate_core::diagnostic::Diagnostic;
 use librate_core::expr::ExprId;
 use librate_core::linearize::LinearizeError;
 use librate_core::number::Number;
-use librate_core::order::Order;
+use librate_core::order::{Gather, Order};
 use librate_core::oscillation::{NormalMode, NormalModes};
 use librate_core::typeset::{Formula, Notation};
 
@@ -539,10 +539,7 @@ pub(super) fn condition_text(derivation: &Derivation, condition: &Condition) -> 
 /// What the conditions take for granted, each once.
 fn assumed_of(roots: &[Root]) -> Vec<(ExprId, bool)> {
     let conditions = roots.iter().filter_map(|root| root.condition.as_ref());
-    let mut signs: Vec<(ExprId, bool)> = conditions.flat_map(|condition| condition.signs.iter().copied()).collect();
-    signs.put_in_order();
-    signs.dedup();
-    signs
+    conditions.flat_map(|condition| condition.signs.iter().copied()).distinct()
 }
 
 /// Why something is conserved, in words.

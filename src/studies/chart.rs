@@ -193,6 +193,36 @@ impl Chart {
             scratch: Vec::new(),
         }
     }
+
+    /// What the derivative of the state after a period tells; `None` where it is no number.
+    fn judged(&self, slopes: &[f64], period: f64) -> Option<Place> {
+        let (size, grows, drifts) = if let [a, b, c, d] = *slopes {
+            // Trace and determinant tell all.
+            let half = 0.5 * (a + d);
+            let product = if self.damped { a * d - b * c } else { 1.0 };
+            let square = half * half - product;
+            let size = if square > 0.0 { half.abs() + square.sqrt() } else { product.max(0.0).sqrt() };
+            // |z| > 1 for a real z exactly where the characteristic polynomial changes its sign at 1 or -1.
+            let grows = if self.damped { size > 1.0 + FINE } else { half.abs() > 1.0 + FINE };
+            // Both 1 or both -1 without two vectors of their own.
+            let meet = (half.abs() - 1.0).abs() <= FINE;
+            let drifts = !self.damped && meet && (b / period).abs().max((c * period).abs()) > COARSE;
+            (size, grows, drifts)
+        } else {
+            let n = self.equations.dimension();
+            let matrix = DMatrix::from_row_slice(n, n, slopes);
+            let schur = nalgebra::Schur::try_new(matrix.clone(), f64::EPSILON, 10_000)?;
+            let values = schur.complex_eigenvalues();
+            let size = values.iter().map(|z| z.norm()).fold(0.0, f64::max);
+            (size, size > 1.0 + COARSE, lack_vectors(&matrix, values.as_slice(), period))
+        };
+        if !size.is_finite() {
+            return None;
+        }
+        let growth_rate = if grows || self.damped { size.ln() / period } else { 0.0 };
+        // Where motions grow with the time it is neither.
+        Some(Place { stable: (!drifts).then_some(!grows), growth_rate })
+    }
 }
 
 impl Worker<'_> {
@@ -354,38 +384,6 @@ fn monodromy<N: Doubles>(plain: &mut Plain<N>, period: N, start: Option<Vec<N>>)
         }
     }
     None
-}
-
-impl Chart {
-    /// What the derivative of the state after a period tells; `None` where it is no number.
-    fn judged(&self, slopes: &[f64], period: f64) -> Option<Place> {
-        let (size, grows, drifts) = if let [a, b, c, d] = *slopes {
-            // Trace and determinant tell all.
-            let half = 0.5 * (a + d);
-            let product = if self.damped { a * d - b * c } else { 1.0 };
-            let square = half * half - product;
-            let size = if square > 0.0 { half.abs() + square.sqrt() } else { product.max(0.0).sqrt() };
-            // |z| > 1 for a real z exactly where the characteristic polynomial changes its sign at 1 or -1.
-            let grows = if self.damped { size > 1.0 + FINE } else { half.abs() > 1.0 + FINE };
-            // Both 1 or both -1 without two vectors of their own.
-            let meet = (half.abs() - 1.0).abs() <= FINE;
-            let drifts = !self.damped && meet && (b / period).abs().max((c * period).abs()) > COARSE;
-            (size, grows, drifts)
-        } else {
-            let n = self.equations.dimension();
-            let matrix = DMatrix::from_row_slice(n, n, slopes);
-            let schur = nalgebra::Schur::try_new(matrix.clone(), f64::EPSILON, 10_000)?;
-            let values = schur.complex_eigenvalues();
-            let size = values.iter().map(|z| z.norm()).fold(0.0, f64::max);
-            (size, size > 1.0 + COARSE, lack_vectors(&matrix, values.as_slice(), period))
-        };
-        if !size.is_finite() {
-            return None;
-        }
-        let growth_rate = if grows || self.damped { size.ln() / period } else { 0.0 };
-        // Where motions grow with the time it is neither.
-        Some(Place { stable: (!drifts).then_some(!grows), growth_rate })
-    }
 }
 
 /// Whether more multipliers are 1 or -1 than there are vectors of theirs, so that motions grow with the time, as the centre of mass may.

@@ -8,8 +8,8 @@
 use crate::mechanics::{Mechanics, row};
 use crate::program::Program;
 use crate::source;
-use librate_core::expr::{ExprId, Node, Pool, Substitution, Symbol};
-use librate_core::linearize::{self, Feature, LinearizeError, Linearized, SymbolicMatrices, signed_terms};
+use librate_core::expr::{ExprId, Pool, Substitution, Symbol};
+use librate_core::linearize::{self, Feature, LinearizeError, Linearized, SymbolicMatrices};
 use librate_core::model::Model;
 use librate_core::number::Number;
 use librate_core::precision::clear_column;
@@ -66,14 +66,7 @@ pub struct Search {
 
 /// Parameters in exponents, by their values.
 fn exponents(model: &Model) -> Substitution {
-    let families = signed_terms(model).map(|(_, family)| family).chain(&model.forces);
-    let bodies: Vec<ExprId> = families.map(|family| family.body).collect();
-    let powers = model.pool.reachable(&bodies).into_iter().filter_map(|id| match model.pool.node(id) {
-        Node::Power { exponent, .. } => Some(*exponent),
-        _ => None,
-    });
-    let powers: Vec<ExprId> = powers.collect();
-    let inside = model.pool.symbols_of(&powers);
+    let inside = model.pool.symbols_of(&linearize::exponents(model));
     let own = model.parameters.iter().filter(|own| inside.contains(&own.symbol));
     own.filter_map(|own| Some((own.symbol, own.value?))).collect()
 }
@@ -192,19 +185,17 @@ fn at_rest(
     }
     // It drops out of the equations.
     there.insert(mechanics.time, zero);
-    let searched = free.iter().map(|at| coordinates[*at]);
-    let inputs: Vec<Symbol> = parameters.iter().copied().chain(searched).collect();
+    let searched: Vec<Symbol> = free.iter().map(|at| coordinates[*at]).collect();
+    let inputs = [parameters, &searched].concat();
 
     let pool = &mut mechanics.pool;
     let search = if free.is_empty() {
         None
     } else {
-        let names: Vec<Symbol> = free.iter().map(|at| coordinates[*at]).collect();
-        let roots: Vec<ExprId> = free.iter().map(|at| loads[*at]).collect();
-        let mut roots = pool.substitute(&roots, &there);
+        let forces: Vec<ExprId> = free.iter().map(|at| loads[*at]).collect();
+        let mut roots = pool.substitute(&forces, &there);
         for at in 0..free.len() {
-            let slopes = pool.gradient(roots[at], &names);
-            roots.extend(slopes);
+            roots.extend(pool.gradient(roots[at], &searched));
         }
         let start = free.iter().map(|at| values[*at].mid_f64()).collect();
         Some(Search { start, step: compiled(model, pool, &roots, &inputs)?, free })

@@ -11,7 +11,7 @@ use librate_core::expr::{ExprId, Node, Pool, Substitution, Symbol};
 use librate_core::linearize::{Linearized, constant, known_values};
 use librate_core::model::{Model, Parameter};
 use librate_core::number::Number;
-use librate_core::order::{Gather, Order};
+use librate_core::order::Gather;
 use librate_core::precision::Scalar;
 
 /// Rods are searched for between so many points, ...
@@ -59,9 +59,7 @@ pub fn figure(linearized: &Linearized, open: &[&str]) -> Option<Figure> {
     // What is defined from others follows them.
     let defined: Substitution = model.parameters.iter().map(|own| (own.symbol, own.symbolic)).gather();
     let mut values = known_values(model);
-    opened.iter().for_each(|own| {
-        values.remove(&own.symbol);
-    });
+    values.retain(|symbol, _| opened.iter().all(|own| own.symbol != *symbol));
     let zero = pool.zero();
     values.extend(model.symbols.time().map(|time| (time, zero)));
     let found = model.points.iter().map(|point| &point.position);
@@ -208,17 +206,11 @@ fn held(pool: &mut Pool, model: &Model, positions: &[ExprId], dimension: usize) 
             // Nothing but the distance from the origin: the gradient points there.
             [only] => {
                 let parts = points[only];
-                let slopes: Option<Vec<ExprId>> = parts
-                    .iter()
-                    .map(|part| {
-                        if pool.vanishes(*part) {
-                            Some(*part)
-                        } else {
-                            pool.as_symbol(*part).map(|own| pool.diff(constraint.expression, own))
-                        }
-                    })
-                    .collect();
-                let Some(slopes) = slopes else { continue };
+                let slope = |part: &ExprId| match pool.vanishes(*part) {
+                    true => Some(*part),
+                    false => pool.as_symbol(*part).map(|own| pool.diff(constraint.expression, own)),
+                };
+                let Some(slopes) = parts.iter().map(slope).collect::<Option<Vec<ExprId>>>() else { continue };
                 let mut along = |i: usize, j: usize| {
                     let [a, b] = [pool.mul(slopes[i], parts[j]), pool.mul(slopes[j], parts[i])];
                     pool.agree(a, b)
@@ -240,9 +232,7 @@ fn add_summands(pool: &Pool, term: ExprId, is_local: &impl Fn(&Symbol) -> bool, 
         Node::Product(factors) => {
             let moves = |factor: &&(ExprId, Number)| pool.symbols_of(&[factor.0]).iter().any(is_local);
             match factors.iter().filter(moves).collect::<Vec<_>>()[..] {
-                [(sum, power)] if power.is_one() => {
-                    add_summands(pool, *sum, is_local, found);
-                }
+                [(sum, power)] if power.is_one() => add_summands(pool, *sum, is_local, found),
                 _ => found.push(term),
             }
         }
@@ -275,10 +265,8 @@ fn springs(pool: &Pool, model: &Model, positions: &[ExprId], dimension: usize) -
             let all: HashSet<usize> =
                 places.iter().filter_map(|place| Some(*coordinates.get(*place)? as usize)).collect();
             let near = all.iter().filter_map(|number| of_coordinate.get(*number)).flatten();
-            let mut inside: Vec<usize> =
-                near.copied().filter(|point| moves[*point].iter().all(|number| all.contains(number))).collect();
-            inside.put_in_order();
-            inside.dedup();
+            let inside =
+                near.copied().filter(|point| moves[*point].iter().all(|number| all.contains(number))).distinct();
             if let [a, b] = inside[..]
                 && seen.insert((a, b))
             {

@@ -6,7 +6,7 @@
 use crate::figure::{Figure, figure};
 use crate::source::{Source, parameter};
 use crate::sweep::{Place, Sweep};
-use crate::tracking::{Shapes, matched, shapes};
+use crate::tracking::{Shape, Shapes, is_one_of_several, matched, shapes};
 use librate_core::linearize::{Linearized, constant};
 use librate_core::model::{Model, Range};
 use librate_core::modes::Options;
@@ -219,7 +219,7 @@ impl Nodes {
 }
 
 /// A mode with what it is compared by.
-type Followed = (crate::tracking::Shape, NormalMode);
+type Followed = (Shape, NormalMode);
 
 /// The modes of a node in the order of those before it.
 fn follow(before: &[Option<Followed>], here: Shapes, modes: &NormalModes) -> Vec<Option<Followed>> {
@@ -230,9 +230,8 @@ fn follow(before: &[Option<Followed>], here: Shapes, modes: &NormalModes) -> Vec
     for ((at, old), new) in known.into_iter().zip(&old).zip(pairs) {
         let Some(new) = new else { continue };
         let mut mode = modes.modes[new].clone();
-        let is_several = here.iter().filter(|own| own.cluster == here[new].cluster).count() > 1;
         // Among equal exponents any basis is as good: the one before is kept.
-        if let (true, Some((_, last))) = (is_several, &before[at]) {
+        if let (true, Some((_, last))) = (is_one_of_several(&here, new), &before[at]) {
             mode.vector.clone_from(&last.vector);
             mode.imaginary.clone_from(&last.imaginary);
             found[at] = Some((old.clone().in_cluster(here[new].cluster), mode));

@@ -5,7 +5,7 @@
 //! nothing is said about constraints.
 
 use librate_core::expr::{ExprId, Pool, Substitution, Symbol};
-use librate_core::linearize::{forces_of, signed_terms, written_out};
+use librate_core::linearize::{all_terms, forces_of, signed_terms, written_out};
 use librate_core::model::Model;
 use librate_core::span::Span;
 
@@ -68,7 +68,7 @@ impl<'a> Mechanics<'a> {
 
     /// How many terms the energies have.
     pub(crate) fn terms(model: &Model) -> usize {
-        signed_terms(model).map(|(_, family)| family).chain(&model.forces).map(|family| family.count).sum()
+        all_terms(model).map(|family| family.count).sum()
     }
 
     /// The first constraint on velocities or rate of a steady motion beside the energies, in the words for each.

@@ -6,7 +6,8 @@
 
 use std::collections::HashMap;
 
-use librate_core::expr::{ExprId, Node, Pool, Symbol, Tape, UnboundSymbol};
+use librate_core::expr::{ExprId, Node, Pool, Symbol, UnboundSymbol};
+use librate_core::linearize;
 use librate_core::number::Number;
 use librate_core::precision::{Ball, Function, Scalar};
 
@@ -161,14 +162,7 @@ impl Compiler<'_> {
 
     fn expression(&mut self, id: ExprId) -> Result<u32, UnboundSymbol> {
         if self.pool.is_constant(id) {
-            let ball = match self.pool.as_number(id) {
-                Some(number) => Ball::from_number(number, ()),
-                None => Tape::compile(self.pool, &[id], &[])?
-                    .evaluate::<Ball>(&[], &mut Vec::new())
-                    .first()
-                    .copied()
-                    .unwrap_or(Ball::NOT_FINITE),
-            };
+            let ball = linearize::constant(self.pool, id).unwrap_or(Ball::NOT_FINITE);
             return Ok(self.constant(&ball));
         }
         Ok(match self.pool.node(id) {
@@ -221,15 +215,8 @@ impl Compiler<'_> {
             // Divided by `scale` the coefficient is exactly 1 or -1, or left as it is.
             let coefficient = coefficient.div(&scale).unwrap_or(Number::ONE);
             let bare = self.product(factors);
-            let negative = coefficient.is_negative();
-            let magnitude = coefficient.abs();
-            let term = if magnitude.is_one() {
-                bare
-            } else {
-                let weight = self.number(&magnitude);
-                self.operation(Operation::Multiply(weight, bare))
-            };
-            total = Some(match (total, negative) {
+            let term = self.scaled(bare, &coefficient.abs());
+            total = Some(match (total, coefficient.is_negative()) {
                 (None, false) => term,
                 (None, true) => self.operation(Operation::Negate(term)),
                 (Some(total), false) => self.operation(Operation::Add(total, term)),

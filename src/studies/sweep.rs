@@ -195,11 +195,11 @@ impl Worker<'_> {
             return vec![None; places.len()];
         };
         let way = *to - *from;
-        let value = |place: usize| match share(&self.sweep.range, place) {
-            Some(share) => *from + way * Ball::from_number(&share, ()),
-            None => Ball::NOT_FINITE,
+        let value = |place: &usize| {
+            let share = share(&self.sweep.range, *place);
+            share.map_or(Ball::NOT_FINITE, |share| *from + way * Ball::from_number(&share, ()))
         };
-        let values: Vec<Ball> = places.iter().map(|place| value(*place)).collect();
+        let values: Vec<Ball> = places.iter().map(value).collect();
         let [centres, errors]: [Vec<f64>; 2] =
             [values.iter().map(Ball::mid_f64).collect(), values.iter().map(Ball::mid_f64_error).collect()];
         if study.solve_near(&centres, &errors, &mut self.solutions).is_err() {

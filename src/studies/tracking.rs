@@ -115,6 +115,11 @@ pub(crate) fn shapes(linearized: &Linearized, modes: &NormalModes) -> Shapes {
     modes.modes.iter().map(shape).collect()
 }
 
+/// Whether there are other modes with the exponent of one.
+pub(crate) fn is_one_of_several(shapes: &Shapes, at: usize) -> bool {
+    shapes.iter().filter(|one| one.cluster == shapes[at].cluster).count() > 1
+}
+
 /// For each mode of one place that of another, and how sure the least certain pair is.
 pub(crate) fn matched(from: &Shapes, to: &Shapes) -> (Pairs, f64) {
     let all = (0..from.len()).flat_map(|i| (0..to.len()).map(move |j| (from[i].agreement(&to[j]), i, j)));
@@ -128,8 +133,7 @@ pub(crate) fn matched(from: &Shapes, to: &Shapes) -> (Pairs, f64) {
             found[i] = Some(j);
             taken[j] = true;
             // Among equal exponents any basis is as good.
-            let several = |all: &Shapes, at: usize| all.iter().filter(|one| one.cluster == all[at].cluster).count() > 1;
-            if !several(from, i) && !several(to, j) && from[i].kind != Kind::Zero {
+            if !is_one_of_several(from, i) && !is_one_of_several(to, j) && from[i].kind != Kind::Zero {
                 sure = sure.min(agreement);
             }
         }
@@ -261,10 +265,9 @@ pub fn branches(sweep: &Sweep, places: &mut Vec<Place>) -> Vec<Branch> {
                 for ((old, at), branch) in shapes.iter().zip(found).zip(known) {
                     let Some(at) = at else { continue };
                     owners[at] = *branch;
-                    let cluster = here[at].cluster;
-                    if here.iter().filter(|one| one.cluster == cluster).count() > 1 {
-                        let old = old.clone();
-                        here[at] = Shape { cluster, point: here[at].point, ..old };
+                    if is_one_of_several(&here, at) {
+                        let Shape { cluster, point, .. } = here[at];
+                        here[at] = Shape { cluster, point, ..old.clone() };
                     }
                 }
             }

@@ -17,7 +17,7 @@ use crate::linearize::{self, LinearizeError, Linearized, Units, evaluate_closed,
 use crate::model::Model;
 use crate::modes::{self, Options, Problem};
 use crate::number::Number;
-use crate::order::Order;
+use crate::order::{Gather, Order};
 use crate::oscillation::{NormalMode, NormalModes, in_units, mass_error, normal_modes};
 use crate::precision::{Ball, Big, Function, Magnitude, Scalar};
 use crate::syntax::Comparison;
@@ -230,9 +230,7 @@ impl<'a> Checker<'a> {
                 pair = pair.changed(pool, |pool, values| pool.replaced(values, &images));
             }
         }
-        signs.put_in_order();
-        signs.dedup();
-        (pair, signs)
+        (pair, signs.into_iter().distinct())
     }
 
     /// What functions in some expressions become where they can be told from the values.

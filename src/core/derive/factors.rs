@@ -7,7 +7,7 @@
 
 use super::ring::EXPONENT;
 use crate::number::Number;
-use crate::order::Order;
+use crate::order::{Gather, Order};
 use crate::polynomial::Polynomial;
 
 /// Values at which a factor is searched for, one a variable.
@@ -231,9 +231,7 @@ fn whole_zeros(of: &Polynomial, variable: usize) -> Vec<Number> {
         return Vec::new();
     };
     let slope: Vec<Number> = own.iter().zip(0..).skip(1).map(|(own, power)| own.mul(&Number::from(power))).collect();
-    let mut zeros: Vec<Number> = PRIMES.iter().flat_map(|prime| zeros_from(&own, &slope, *prime, &bound)).collect();
-    zeros.put_in_order();
-    zeros.dedup();
+    let mut zeros = PRIMES.iter().flat_map(|prime| zeros_from(&own, &slope, *prime, &bound)).distinct();
     zeros.retain(|zero| value(&own, zero).is_zero());
     zeros
 }

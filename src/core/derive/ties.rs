@@ -11,7 +11,7 @@ use super::pair::Pair;
 use super::simplify::Algebra;
 use crate::expr::{ExprId, Pool, Substitution, Symbol};
 use crate::model::Model;
-use crate::order::Order;
+use crate::order::Gather;
 use crate::symmetry::SignedPermutation;
 
 /// Parameters that are taken to be equal, by the number of the one that stands for each.
@@ -129,9 +129,7 @@ impl Ties {
             }
         }
         pairs.retain(|(a, b)| a != b);
-        pairs.put_in_order();
-        pairs.dedup();
-        for (a, b) in pairs {
+        for (a, b) in pairs.into_iter().distinct() {
             self.tie(model, pool, (a, b), &mut needed);
         }
         needed

@@ -110,6 +110,12 @@ impl Pool {
         }
     }
 
+    /// Σ a_i b_i.
+    pub fn dot(&mut self, a: &[ExprId], b: &[ExprId]) -> ExprId {
+        let terms: Vec<ExprId> = a.iter().zip(b).map(|(a, b)| self.mul(*a, *b)).collect();
+        self.sum(&terms)
+    }
+
     /// What an expression is a product of: bases with their exponents, itself alone where it is none.
     #[must_use]
     pub fn factors(&self, e: ExprId) -> Vec<(ExprId, Number)> {

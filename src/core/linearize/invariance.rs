@@ -24,7 +24,7 @@ use std::collections::HashMap;
 use crate::expr::{ExprId, ModularPoint, PRIME, Pool, Substitution, Symbol, Tape};
 use crate::model::{Model, TermFamily};
 use crate::number::Number;
-use crate::order::Order;
+use crate::order::Gather;
 use crate::precision::{Ball, Big, Scalar};
 
 /// Energies of more terms are not written out.
@@ -313,10 +313,7 @@ impl Invariance {
         let residues = pool.evaluate_mod(&about, value, 11)?;
         let places: Vec<Vec<u64>> =
             (0..bodies).map(|a| residues.iter().skip(a).step_by(bodies).copied().collect()).collect();
-        let mut sorted = places.clone();
-        sorted.put_in_order();
-        sorted.dedup();
-        (sorted.len() == bodies).then_some(Bodies { axes, places })
+        (places.iter().distinct().len() == bodies).then_some(Bodies { axes, places })
     }
 }
 

@@ -16,18 +16,8 @@ use crate::precision::Scalar;
 /// # Errors
 /// [`LinearizeError::NotFinite`] where an energy or a force has no value for these.
 pub(crate) fn put_exponents_in(model: &mut Model) -> Result<Exponents, LinearizeError> {
-    let bodies: Vec<ExprId> = bodies_of(model).map(|family| family.body).collect();
-    let exponents: Vec<ExprId> = model
-        .pool
-        .reachable(&bodies)
-        .into_iter()
-        .filter_map(|id| {
-            let Node::Power { exponent, .. } = model.pool.node(id) else {
-                return None;
-            };
-            Some(*exponent)
-        })
-        .collect();
+    let bodies: Vec<ExprId> = all_terms(model).map(|family| family.body).collect();
+    let exponents = exponents(model);
     if exponents.is_empty() {
         return Ok(Exponents::default());
     }
@@ -36,7 +26,7 @@ pub(crate) fn put_exponents_in(model: &mut Model) -> Result<Exponents, Linearize
     let own = parameters.iter().filter_map(|number| rational_value(model, &model.parameters[*number]));
     let values: Substitution = own.gather();
     let put_in = model.pool.substitute(&bodies, &values);
-    for (family, body) in bodies_of(model).zip(&put_in) {
+    for (family, body) in all_terms(model).zip(&put_in) {
         if family.count > 0 && model.pool.is_undefined(*body) {
             return Err(without_value(model, family));
         }
@@ -65,8 +55,18 @@ impl Exponents {
 }
 
 /// All terms of a model, forces behind the energies.
-fn bodies_of(model: &Model) -> impl Iterator<Item = &TermFamily> {
+pub fn all_terms(model: &Model) -> impl Iterator<Item = &TermFamily> {
     signed_terms(model).map(|(_, family)| family).chain(&model.forces)
+}
+
+/// What stands in exponents that are no numbers.
+pub fn exponents(model: &Model) -> Vec<ExprId> {
+    let bodies: Vec<ExprId> = all_terms(model).map(|family| family.body).collect();
+    let inside = model.pool.reachable(&bodies).into_iter().filter_map(|id| match model.pool.node(id) {
+        Node::Power { exponent, .. } => Some(*exponent),
+        _ => None,
+    });
+    inside.collect()
 }
 
 fn set_bodies(model: &mut Model, bodies: &[ExprId]) {
@@ -78,7 +78,7 @@ fn set_bodies(model: &mut Model, bodies: &[ExprId]) {
 
 /// A model with those values of parameters put in that are no fractions, as cos(a) for a = π/3 is one; `None` where all are.
 pub(super) fn with_values(model: &Model) -> Option<Model> {
-    let bodies: Vec<ExprId> = bodies_of(model).map(|family| family.body).collect();
+    let bodies: Vec<ExprId> = all_terms(model).map(|family| family.body).collect();
     let mut values = Substitution::default();
     for number in parameters_of(model, &bodies) {
         let own = &model.parameters[number];

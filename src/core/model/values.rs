@@ -175,11 +175,6 @@ pub(super) fn product(pool: &mut Pool, factors: &[(bool, Value)]) -> Result<Valu
     })
 }
 
-fn inner(pool: &mut Pool, a: &[ExprId], b: &[ExprId]) -> ExprId {
-    let terms: Vec<ExprId> = a.iter().zip(b).map(|(a, b)| pool.mul(*a, *b)).collect();
-    pool.sum(&terms)
-}
-
 fn matrix_product(pool: &mut Pool, left: &Value, right: &Value) -> Result<Value, Misfit> {
     let misfit = || {
         let vectors = left.matrix("").is_err() && right.matrix("").is_err();
@@ -192,7 +187,7 @@ fn matrix_product(pool: &mut Pool, left: &Value, right: &Value) -> Result<Value,
         if b.len() != width {
             return Err(misfit());
         }
-        let parts = a.iter().map(|row| inner(pool, row, &b)).collect();
+        let parts = a.iter().map(|row| pool.dot(row, &b)).collect();
         return Ok(Value::from_components(parts));
     }
     let b = right.matrix("").map_err(|_| misfit())?;
@@ -200,7 +195,7 @@ fn matrix_product(pool: &mut Pool, left: &Value, right: &Value) -> Result<Value,
         return Err(misfit());
     }
     let columns = transposed(&b);
-    let rows = a.iter().map(|row| columns.iter().map(|column| inner(pool, row, column)).collect()).collect();
+    let rows = a.iter().map(|row| columns.iter().map(|column| pool.dot(row, column)).collect()).collect();
     Ok(Value::from_rows(rows))
 }
 
@@ -215,12 +210,12 @@ pub(super) fn dot(pool: &mut Pool, u: &Value, v: &Value) -> Result<Value, Misfit
     if a.len() != b.len() {
         return Err((format!("can't multiply {} by {}", u.describe(), v.describe()), None));
     }
-    Ok(Value::Scalar(inner(pool, &a, &b)))
+    Ok(Value::Scalar(pool.dot(&a, &b)))
 }
 
 pub(super) fn norm(pool: &mut Pool, v: &Value) -> Result<Value, Misfit> {
     let a = v.components("the argument of `norm`")?;
-    let square = inner(pool, &a, &a);
+    let square = pool.dot(&a, &a);
     Ok(Value::Scalar(pool.sqrt(square)))
 }
 

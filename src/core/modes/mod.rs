@@ -40,6 +40,7 @@ use dense::Matrix;
 use levels::{Certificate, Gram, Solution, covered, first, refined};
 use pencil::{Scaled, ZeroSpace};
 use precise::Precisely;
+pub use shape::orient;
 pub(crate) use shape::signed;
 pub(crate) use sparse::keep_nearest;
 pub use sparse::{

@@ -179,8 +179,14 @@ pub(crate) fn signed(vector: Vec<f64>) -> Vec<f64> {
     finish(vector, 0.0).vector
 }
 
-/// The sign: the first component within 1e-6 of the largest is positive.
+/// A vector of doubles in its final form, with a bound of its error.
 pub(super) fn finish(mut vector: Vec<f64>, error_bound: f64) -> Shape {
+    orient(&mut vector);
+    Shape { vector, error_bound }
+}
+
+/// The sign of a vector: the first component within 1e-6 of the largest is positive.
+pub fn orient(vector: &mut [f64]) {
     let mut largest = [0.0_f64; 4];
     let (lanes, rest) = vector.as_chunks::<4>();
     for x in lanes {
@@ -194,7 +200,6 @@ pub(super) fn finish(mut vector: Vec<f64>, error_bound: f64) -> Shape {
     let sign = if first.is_some_and(|x| *x < 0.0) { -1.0 } else { 1.0 };
     // No negative zeros.
     vector.iter_mut().for_each(|x| *x = *x * sign + 0.0);
-    Shape { vector, error_bound }
 }
 
 /// The c by c transform T for which U T is the echelon basis of the columns of U (n by c),

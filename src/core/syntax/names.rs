@@ -1,7 +1,7 @@
 //! Where the names of a file stand, and which belong together: what an editor needs to find a declaration or to rename.
 
 use super::ast::{Binding, ExprKind, ExprRef, File, IndexKind, Indices, Name, StatementKind, UnitKind, UnitRef};
-use crate::order::Order;
+use crate::order::Gather;
 use crate::span::Span;
 
 /// What a name is the name of.
@@ -51,9 +51,7 @@ pub fn names(file: &File) -> Vec<NamePlace<'_>> {
         finder.statement(&statement.kind, statement.span);
     }
     // Several names may share a value or a unit.
-    finder.found.put_in_order();
-    finder.found.dedup();
-    finder.found
+    finder.found.into_iter().distinct()
 }
 
 /// The indices of a binding or a sum, and the scope around them.

@@ -9,6 +9,7 @@ use super::solve::Solver;
 use super::tape::{Registers, run};
 use super::{Bounds, Options};
 use crate::program::Program;
+use librate_core::modes::orient;
 use librate_core::order::Order;
 use librate_core::precision::{LANES, Lane};
 
@@ -101,6 +102,31 @@ impl WithSimd for Bound<'_> {
     }
 }
 
+impl Registers {
+    /// Puts M and K where a solver reads them, of the coordinates that have a place there; gives 1 where their entries are numbers.
+    pub(super) fn fill(
+        &self,
+        compiled: &Compiled,
+        solver: &mut Solver,
+        place: impl Fn(usize) -> Option<usize>,
+    ) -> Lane {
+        let n = solver.n;
+        let mut numbers = Lane::ONE;
+        let parts = [(&compiled.mass, &mut solver.mass), (&compiled.stiffness, &mut solver.stiffness)];
+        for (entries, matrix) in parts {
+            for entry in entries {
+                if let (Some(i), Some(j)) = (place(entry.row), place(entry.column)) {
+                    let value = self.value[entry.register];
+                    numbers = numbers * finite(value);
+                    matrix[i * n + j] = value;
+                    matrix[j * n + i] = value;
+                }
+            }
+        }
+        numbers
+    }
+}
+
 impl Workspace {
     pub(super) fn new(compiled: &Compiled) -> Self {
         let n = compiled.dimension;
@@ -147,28 +173,23 @@ impl Workspace {
                 self.registers.error[base + k].0[lane] = errors.get(at + k).copied().unwrap_or(0.0);
             }
         }
-        let mut given = Lane::ONE;
-        for k in 0..width {
-            given = given * finite(self.registers.value[base + k]);
-        }
+        let inputs = &self.registers.value[base..base + width];
+        let given = inputs.iter().fold(Lane::ONE, |given, value| given * finite(*value));
         let rigorous = options.bounds == Bounds::Rigorous;
         let found = if compiled.search.is_some() {
             self.search(compiled)
-        } else if !compiled.gradient.is_empty() {
-            self.run::<true>(&compiled.program);
-            self.at_rest(compiled)
         } else {
-            if rigorous {
+            if rigorous || !compiled.gradient.is_empty() {
                 self.run::<true>(&compiled.program);
             } else {
                 self.run::<false>(&compiled.program);
             }
-            Lane::ONE
+            self.at_rest(compiled)
         };
         // Where the expression of a given equilibrium has no value, there is none, even if M and K
         // have lost it in simplification.
         let found = compiled.equilibrium.iter().fold(found, |found, at| found * finite(self.registers.value[*at]));
-        let numbers = self.fill(compiled);
+        let numbers = self.registers.fill(compiled, &mut self.solver, Some);
         self.arch.dispatch(Solve(&mut self.solver));
         if rigorous {
             self.arch.dispatch(Bound {
@@ -212,22 +233,6 @@ impl Workspace {
             rest = rest * finite(error) * (Lane::ONE - force.abs().above(error)) * finite(force);
         }
         rest
-    }
-
-    /// Puts M and K where the solver reads them; gives 1 where all entries are numbers.
-    fn fill(&mut self, compiled: &Compiled) -> Lane {
-        let n = compiled.dimension;
-        let mut numbers = Lane::ONE;
-        let parts = [(&compiled.mass, &mut self.solver.mass), (&compiled.stiffness, &mut self.solver.stiffness)];
-        for (entries, matrix) in parts {
-            for entry in entries {
-                let value = self.registers.value[entry.register];
-                numbers = numbers * finite(value);
-                matrix[entry.row * n + entry.column] = value;
-                matrix[entry.column * n + entry.row] = value;
-            }
-        }
-        numbers
     }
 
     /// Writes the results of one lane.
@@ -293,17 +298,6 @@ impl Workspace {
                 orient(to);
             }
         }
-    }
-}
-
-/// The sign of a vector: the first component within 1e-6 of the largest is positive. No zero is
-/// negative.
-fn orient(vector: &mut [f64]) {
-    let largest = vector.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-    let first = vector.iter().find(|x| x.abs() >= largest * (1.0 - 1e-6));
-    let sign = if first.is_some_and(|x| *x < 0.0) { -1.0 } else { 1.0 };
-    for x in vector {
-        *x = *x * sign + 0.0;
     }
 }
 

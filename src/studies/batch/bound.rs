@@ -215,10 +215,7 @@ impl Bounder {
         let own = self.values[k];
         // The weight: as large as leaves the others a quarter of the distance, and φ its room.
         let mut most = Lane::splat(1.0 / LARGEST_WEIGHT);
-        for i in 0..n {
-            if i == k {
-                continue;
-            }
+        for i in (0..n).filter(|i| *i != k) {
             let distance = (self.values[i] - own).abs();
             let (e, f) = (h.couplings[k * n + i], g.couplings[k * n + i]);
             let share = Lane::splat(4.0) * (e + self.values[i].abs() * f) / distance;
@@ -233,10 +230,7 @@ impl Bounder {
         let mut radius = ((rho + size * phi) / room + size * Lane::splat(2.0 * U)) * grow;
         // What is no number spreads to the end, which comparisons would lose.
         let mut lost = Lane::ZERO;
-        for i in 0..n {
-            if i == k {
-                continue;
-            }
+        for i in (0..n).filter(|i| *i != k) {
             let (e, f) = (h.couplings[k * n + i], g.couplings[k * n + i]);
             let rho = h.errors[i] + h.beside[i] + weight * e;
             let phi = g.errors[i] + g.beside[i] + weight * f;

@@ -6,6 +6,7 @@ use librate_core::linearize::linearize;
 use librate_core::model::{Given, Model};
 use librate_core::modes::Options;
 use librate_core::number::Number;
+use librate_core::order::Gather;
 use librate_core::oscillation::{NormalModes, normal_modes};
 
 impl Study {
@@ -23,14 +24,8 @@ impl Study {
             let value = Number::from_f64_exact(*value).map(|value| model.pool.number(value));
             model.parameters[*number].value = value;
         }
-        let mut values = Substitution::default();
-        for parameter in &model.parameters {
-            if model.pool.as_symbol(parameter.symbolic) == Some(parameter.symbol)
-                && let Some(value) = parameter.value
-            {
-                values.insert(parameter.symbol, value);
-            }
-        }
+        let own = model.parameters.iter().filter(|own| model.pool.as_symbol(own.symbolic) == Some(own.symbol));
+        let values: Substitution = own.filter_map(|own| Some((own.symbol, own.value?))).gather();
         for parameter in &mut model.parameters {
             if model.pool.as_symbol(parameter.symbolic) != Some(parameter.symbol) {
                 parameter.value = closed(&mut model.pool, parameter.symbolic, &values);
@@ -58,12 +53,10 @@ impl Study {
             let solutions = self.solve(set)?;
             let span = model.coordinates.first().map(|own| own.span);
             for at in &start.free {
-                let found = Number::from_f64_exact(solutions.equilibria()[*at]);
-                if let Some(found) = found {
-                    let value = model.pool.number(found);
-                    let given = Given { symbolic: value, value: Some(value), span: span.unwrap_or_default() };
-                    model.guesses.set(*at, Some(given));
-                }
+                let Some(found) = Number::from_f64_exact(solutions.equilibria()[*at]) else { continue };
+                let value = model.pool.number(found);
+                let given = Given { symbolic: value, value: Some(value), span: span.unwrap_or_default() };
+                model.guesses.set(*at, Some(given));
             }
         }
         let linearized = linearize(model)?;

@@ -70,10 +70,7 @@ impl From<&StudyError> for Diagnostic {
                  it is a parameter of its own"
             )),
             StudyError::SetsRange { .. } => message.with_help("make a separate study for each of its values"),
-            StudyError::NothingVaries {}
-            | StudyError::UnknownParameter { .. }
-            | StudyError::NamedTwice { .. }
-            | StudyError::Length { .. } => message,
+            _ => message,
         }
     }
 }

@@ -93,13 +93,14 @@ pub use error::StudyError;
 pub use solutions::{BatchMode, Outcome, Solution, Solutions};
 
 use crate::program::Program;
+use crate::source;
 use block::{Compiled, Start, Workspace};
 use bound::Entry;
 use librate_core::precision::LANES;
 
 use librate_core::diagnostic::nearest;
-use librate_core::expr::{ExprId, Pool, Symbol};
-use librate_core::linearize::{LinearizeError, Parametric, parametric};
+use librate_core::expr::{ExprId, Pool, Symbol, UnboundSymbol};
+use librate_core::linearize::{Parametric, parametric};
 use librate_core::model::{Model, SymbolKind};
 
 /// Whether errors are bounded.
@@ -178,7 +179,7 @@ impl Study {
     pub fn with_options(model: Model, names: &[&str], options: Options) -> Result<Self, StudyError> {
         let varying = parameters(&model, names)?;
         let parametric = parametric(model.clone(), &varying)?;
-        let compiled = compile(parametric).map_err(|symbol| unbound(&model, symbol))?;
+        let compiled = compile(parametric).map_err(|unbound| source::missing(&model, &unbound))?;
         Ok(Self { model, varying, compiled, options })
     }
 
@@ -263,12 +264,9 @@ fn parameters(model: &Model, names: &[&str]) -> Result<Vec<usize>, StudyError> {
     let mut varying = Vec::new();
     for name in names {
         let member = format!("{name}[");
-        let found: Vec<usize> = (0..model.parameters.len())
-            .filter(|number| {
-                let own = &model.parameters[*number].name;
-                own == name || own.starts_with(&member)
-            })
-            .collect();
+        let is_meant = |own: &str| own == *name || own.starts_with(&member);
+        let found = (0..model.parameters.len()).filter(|number| is_meant(&model.parameters[*number].name));
+        let found: Vec<usize> = found.collect();
         if found.is_empty() {
             let known = model.parameters.iter().map(|own| own.name.as_str());
             return Err(StudyError::UnknownParameter {
@@ -294,24 +292,12 @@ fn independent(model: &Model, number: usize) -> Result<(), StudyError> {
     if model.pool.as_symbol(parameter.symbolic) == Some(parameter.symbol) {
         return Ok(());
     }
-    let on: Vec<String> = model
-        .pool
-        .symbols_of(&[parameter.symbolic])
-        .iter()
-        .filter_map(|symbol| match model.symbols.get(*symbol) {
-            Some(SymbolKind::Parameter(other)) => Some(model.parameters[other].name.clone()),
-            Some(_) | None => None,
-        })
-        .collect();
+    let name_of = |symbol: &Symbol| match model.symbols.get(*symbol) {
+        Some(SymbolKind::Parameter(other)) => Some(model.parameters[other].name.clone()),
+        _ => None,
+    };
+    let on: Vec<String> = model.pool.symbols_of(&[parameter.symbolic]).iter().filter_map(name_of).collect();
     if on.is_empty() { Err(StudyError::SetsRange { name }) } else { Err(StudyError::Dependent { name, on }) }
-}
-
-/// A symbol that is neither a parameter nor a coordinate is not known to happen; it is said as if
-/// its value were missing.
-fn unbound(model: &Model, symbol: Symbol) -> StudyError {
-    let name = model.pool.symbol_name(symbol).into_owned();
-    let span = model.kinetic.first().map(|family| family.span).unwrap_or_default();
-    StudyError::Linearize { error: LinearizeError::MissingValue { name, span } }
 }
 
 /// The entries of a symmetric matrix that are not zero identically, and their expressions.
@@ -330,7 +316,7 @@ fn entries(pool: &Pool, rows: &[Vec<ExprId>], first: usize) -> (Vec<Entry>, Vec<
 }
 
 /// Compiles everything into one program.
-fn compile(parametric: Parametric) -> Result<Compiled, Symbol> {
+fn compile(parametric: Parametric) -> Result<Compiled, UnboundSymbol> {
     let pool = &parametric.pool;
     let n = parametric.equilibrium.len();
     let mut roots = parametric.equilibrium.clone();
@@ -342,7 +328,7 @@ fn compile(parametric: Parametric) -> Result<Compiled, Symbol> {
     roots.extend(&parametric.gradient);
     let mut inputs = parametric.parameters.clone();
     inputs.extend(parametric.searched.iter().flatten());
-    let program = Program::compile(pool, &roots, &inputs).map_err(|error| error.symbol)?;
+    let program = Program::compile(pool, &roots, &inputs)?;
     let register = |output: usize| program.outputs[output] as usize;
     for entry in mass.iter_mut().chain(&mut stiffness) {
         entry.register = register(entry.register);
@@ -354,7 +340,7 @@ fn compile(parametric: Parametric) -> Result<Compiled, Symbol> {
         Some(Start {
             free,
             zero_first: !parametric.guessed,
-            guess: Program::compile(pool, &parametric.start, &parametric.parameters).map_err(|error| error.symbol)?,
+            guess: Program::compile(pool, &parametric.start, &parametric.parameters)?,
             nominal: parametric.nominal,
         })
     };

@@ -155,18 +155,8 @@ impl Workspace {
     }
 
     fn modes(&self, compiled: &Compiled, start: &Start, search: &mut Search) {
-        let m = start.free.len();
-        let own = |coordinate: usize| start.free.binary_search(&coordinate).ok();
-        let parts = [(&compiled.mass, &mut search.solver.mass), (&compiled.stiffness, &mut search.solver.stiffness)];
-        for (entries, matrix) in parts {
-            for entry in entries {
-                if let (Some(i), Some(j)) = (own(entry.row), own(entry.column)) {
-                    let value = self.registers.value[entry.register];
-                    matrix[i * m + j] = value;
-                    matrix[j * m + i] = value;
-                }
-            }
-        }
+        let place = |coordinate: usize| start.free.binary_search(&coordinate).ok();
+        self.registers.fill(compiled, &mut search.solver, place);
         self.solve(&mut search.solver);
     }
 

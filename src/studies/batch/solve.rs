@@ -69,10 +69,11 @@ impl Solver {
         self.positive = Lane::ONE;
         self.factor();
         self.reduce();
+        let power = self.scale();
         if self.n <= LARGEST_JACOBI {
-            self.rotate();
+            self.rotate(power);
         } else {
-            self.decompose();
+            self.decompose(power);
         }
     }
 
@@ -143,8 +144,7 @@ impl Solver {
         }
     }
 
-    /// Scales A by a power of two a set, so that its largest entry is between 1 and 2; gives the
-    /// inverse of the scale.
+    /// Divides A by a power of two a set, which it gives, so that its largest entry is between 1 and 2.
     #[inline(always)]
     fn scale(&mut self) -> Lane {
         let n = self.n;
@@ -169,9 +169,8 @@ impl Solver {
     }
 
     #[inline(always)]
-    fn rotate(&mut self) {
+    fn rotate(&mut self, power: Lane) {
         let n = self.n;
-        let power = self.scale();
         let a = &mut self.reduced[..n * n];
         let x = &mut self.vectors[..n * n];
         let mut moved = Lane::ONE;
@@ -219,9 +218,8 @@ impl Solver {
 
     /// Each set by itself; the eigenvectors of A are then put together with W.
     #[inline(never)]
-    fn decompose(&mut self) {
+    fn decompose(&mut self, power: Lane) {
         let n = self.n;
-        let power = self.scale();
         self.converged = Lane::ZERO;
         for lane in 0..LANES {
             let a = DMatrix::from_fn(n, n, |i, j| self.reduced[i.min(j) * n + i.max(j)].0[lane]);

@@ -55,27 +55,23 @@ struct Image {
     half_turns: i32,
 }
 
-/// A permutation with signs that is its own inverse.
-type Involution = Vec<Image>;
+impl Image {
+    fn itself(of: usize) -> Self {
+        Self { of, opposite: false, half_turns: 0 }
+    }
 
-/// Where an unknown has its value from.
-#[derive(Clone, Copy)]
-enum Origin {
-    /// From an unknown, which it may be itself.
-    Unknown { of: usize, opposite: bool },
-    /// It is held at so many half turns.
-    Held(i32),
-}
-
-impl Origin {
-    fn value(self, at: &[Ball]) -> Ball {
-        match self {
-            Self::Unknown { of, opposite: true } => -at[of],
-            Self::Unknown { of, opposite: false } => at[of],
-            Self::Held(half_turns) => Ball::PI * Ball::exact(f64::from(half_turns)),
+    /// The value of an unknown, by its number, that is this image.
+    fn value(self, own: usize, at: &[Ball]) -> Ball {
+        match (self.opposite, self.of == own) {
+            (true, true) => Ball::PI * Ball::exact(f64::from(self.half_turns)),
+            (true, false) => -at[self.of],
+            (false, _) => at[self.of],
         }
     }
 }
+
+/// A permutation with signs that is its own inverse.
+type Involution = Vec<Image>;
 
 /// A system that is regular at bifurcations of one kind.
 struct Extended {
@@ -83,8 +79,8 @@ struct Extended {
     forces: Forces,
     /// The higher derivatives that tell how the parameter changes along the branch that parts; `None` for folds.
     bend: Option<Tape>,
-    /// Per unknown of the equations.
-    origins: Vec<Origin>,
+    /// Where each unknown of the equations has its value from: one that comes before it, or itself.
+    origins: Involution,
     /// The unknowns of the equations whose values are unknown here, and those in which there is a direction.
     values: Vec<usize>,
     directions: Vec<usize>,
@@ -98,13 +94,14 @@ pub(super) struct Proved {
     /// The parameter in SI.
     pub(super) value: Ball,
     /// Per unknown; at a pitchfork those of the symmetric branch are as these say.
-    origins: Vec<Origin>,
+    origins: Involution,
 }
 
 impl Proved {
     /// Whether unknowns may be those of the symmetric branch.
     pub(super) fn is_symmetric(&self, at: &[Ball]) -> bool {
-        self.origins.iter().zip(at).all(|(origin, x)| (*x - origin.value(at)).contains_zero())
+        let mut pairs = self.origins.iter().zip(at).enumerate();
+        pairs.all(|(own, (origin, x))| (*x - origin.value(own, at)).contains_zero())
     }
 }
 
@@ -134,10 +131,7 @@ impl<'a> Systems<'a> {
         }
         let all = involutions(&spot);
         for own in &all {
-            let known = self.crossings.contains_key(own);
-            if !known {
-                self.crossings.insert(own.clone(), crossing(self.equations, own));
-            }
+            self.crossings.entry(own.clone()).or_insert_with(|| crossing(self.equations, own));
         }
         for kind in [Kind::Pitchfork, Kind::Transcritical] {
             for own in &all {
@@ -206,7 +200,7 @@ impl Extended {
         for (own, x) in self.values.iter().zip(&root.at) {
             at[*own] = *x;
         }
-        let at: Vec<Ball> = self.origins.iter().map(|origin| origin.value(&at)).collect();
+        let at: Vec<Ball> = self.origins.iter().enumerate().map(|(own, origin)| origin.value(own, &at)).collect();
         let near = |(x, (y, whole)): (&Ball, (&f64, &Interval))| (x.mid_f64() - y).abs() <= 0.25 * whole.width();
         let is_near = at.iter().zip(spot.place.iter().zip(spot.whole)).all(near);
         is_near.then(|| Proved { kind: self.kind, at, value, origins: self.origins.clone() })
@@ -214,20 +208,15 @@ impl Extended {
 }
 
 /// Σ w_k x_k - 1.
-fn normalisation(pool: &mut Pool, weights: &[Symbol], vector: &[ExprId]) -> ExprId {
-    let mut terms = vec![pool.integer(-1)];
-    for (weight, x) in weights.iter().zip(vector) {
-        let weight = pool.symbol_expr(*weight);
-        terms.push(pool.mul(weight, *x));
-    }
-    pool.sum(&terms)
+fn normalisation(pool: &mut Pool, weights: &[ExprId], vector: &[ExprId]) -> ExprId {
+    let (sum, one) = (pool.dot(weights, vector), pool.one());
+    pool.sub(sum, one)
 }
 
 /// The derivative of an expression along a direction.
 fn along(pool: &mut Pool, of: ExprId, unknowns: &[Symbol], direction: &[ExprId]) -> ExprId {
     let slopes = pool.gradient(of, unknowns);
-    let terms: Vec<ExprId> = slopes.iter().zip(direction).map(|(slope, own)| pool.mul(*slope, *own)).collect();
-    pool.sum(&terms)
+    pool.dot(&slopes, direction)
 }
 
 /// The second derivative along a direction.
@@ -248,13 +237,13 @@ fn fold(equations: &Equations) -> Option<Extended> {
     let mut pool = equations.pool.clone();
     let n = equations.unknowns.len();
     let (directions, vector) = fresh(&mut pool, "direction", n);
-    let (weights, _) = fresh(&mut pool, "weight", n);
+    let (weights, factors) = fresh(&mut pool, "weight", n);
     let mut all = equations.all.clone();
     all.extend(equations.all.iter().map(|own| along(&mut pool, *own, &equations.unknowns, &vector)));
-    all.push(normalisation(&mut pool, &weights, &vector));
+    all.push(normalisation(&mut pool, &factors, &vector));
     let unknowns = equations.unknowns.iter().chain(&equations.parameters).chain(&directions).copied().collect();
     let system = Equations { pool, unknowns, parameters: weights, all, is_constrained: equations.is_constrained };
-    let origins = (0..n).map(|of| Origin::Unknown { of, opposite: false }).collect();
+    let origins = (0..n).map(Image::itself).collect();
     let (values, directions) = ((0..n).collect(), (0..n).collect());
     Some(Extended { kind: Kind::Fold, forces: system.plain()?, bend: None, origins, values, directions })
 }
@@ -268,7 +257,6 @@ fn crossing(equations: &Equations, own: &Involution) -> Option<Extended> {
     // The images of all, the space that is left alone, and a direction that is reversed.
     let (mut images, mut restriction) = (Substitution::default(), Substitution::default());
     let (mut values, mut directions) = (Vec::new(), Vec::new());
-    let mut origins = Vec::new();
     for (at, image) in own.iter().enumerate() {
         let moved = signed(&mut pool, z[image.of], image.opposite);
         let pi = pool.pi();
@@ -278,36 +266,33 @@ fn crossing(equations: &Equations, own: &Involution) -> Option<Extended> {
         match (image.of == at, image.opposite) {
             (true, true) => {
                 restriction.insert(unknowns[at], turns(&mut pool, image.half_turns));
-                origins.push(Origin::Held(image.half_turns));
                 directions.push(at);
             }
-            (false, opposite) if image.of < at => {
+            (false, _) if image.of < at => {
                 restriction.insert(unknowns[at], moved);
-                origins.push(Origin::Unknown { of: image.of, opposite });
             }
             (same, _) => {
-                origins.push(Origin::Unknown { of: at, opposite: false });
                 values.push(at);
-                if !same {
-                    directions.push(at);
-                }
+                directions.extend((!same).then_some(at));
             }
         }
     }
+    let earlier = |(at, image): (usize, &Image)| if image.of > at { Image::itself(at) } else { *image };
+    let origins = own.iter().enumerate().map(earlier).collect();
     let (steps, step) = fresh(&mut pool, "direction", directions.len());
-    let (weights, _) = fresh(&mut pool, "weight", directions.len());
+    let (weights, factors) = fresh(&mut pool, "weight", directions.len());
     let mut vector = vec![pool.zero(); z.len()];
     let mut across = Vec::new();
     for (at, step) in directions.iter().zip(&step) {
         let Image { of, opposite, .. } = own[*at];
         vector[*at] = *step;
-        across.push(equations.all[*at]);
+        let mut force = equations.all[*at];
         if of != *at {
             vector[of] = signed(&mut pool, *step, !opposite);
             let other = signed(&mut pool, equations.all[of], opposite);
-            across.pop();
-            across.push(pool.sub(equations.all[*at], other));
+            force = pool.sub(force, other);
         }
+        across.push(force);
     }
     let vanish = |pool: &Pool, all: &[ExprId]| all.iter().all(|own| pool.vanishes(*own));
     let moved = pool.substitute(&equations.all, &images);
@@ -339,7 +324,7 @@ fn crossing(equations: &Equations, own: &Involution) -> Option<Extended> {
     }
     let mut all = pool.substitute(&all, &restriction);
     let mut bend = pool.substitute(&bend, &restriction);
-    all.push(normalisation(&mut pool, &weights, &step));
+    all.push(normalisation(&mut pool, &factors, &step));
     bend.push(pool.zero());
     let symbols = values.iter().map(|at| unknowns[*at]).chain(equations.parameters.iter().copied()).chain(steps);
     let unknowns: Vec<Symbol> = symbols.collect();
@@ -394,7 +379,7 @@ fn extend(spot: &Spot<'_>, at: usize, images: &mut Vec<Option<Image>>, found: &m
         }
     }
     if v.abs() <= ALIGNED {
-        images[at] = Some(Image { of: at, opposite: false, half_turns: 0 });
+        images[at] = Some(Image::itself(at));
         extend(spot, at + 1, images, found);
     }
     images[at] = None;

@@ -390,9 +390,8 @@ impl Follower<'_> {
 
     /// An end that nothing is known of.
     fn open(&self, end: &End) -> Undecided {
-        let point = end.way.last().map(|(_, own)| own.iter().map(|x| Ball::exact(*x)).collect::<Vec<_>>());
-        let point = self.task.embedded(&point.unwrap_or_default()).iter().map(Ball::mid_f64).collect();
-        Undecided { point, radius: 0.0 }
+        let at = end.way.last().map_or(&[][..], |(_, own)| own.as_slice());
+        Undecided { point: self.task.shown(at), radius: 0.0 }
     }
 
     fn spot(&self, bifurcation: usize) -> (f64, Vec<f64>) {
@@ -447,11 +446,7 @@ impl Follower<'_> {
     /// In the parameter's unit, with all coordinates.
     fn shown(&self, way: Way) -> Vec<(f64, Vec<f64>)> {
         let unit = self.unit.mid_f64();
-        let all = |own: &[f64]| {
-            let balls: Vec<Ball> = own.iter().map(|x| Ball::exact(*x)).collect();
-            self.task.embedded(&balls).iter().map(Ball::mid_f64).collect()
-        };
-        way.into_iter().map(|(value, own)| (value / unit, all(&own))).collect()
+        way.into_iter().map(|(value, own)| (value / unit, self.task.shown(&own))).collect()
     }
 
     /// Says what no bifurcation on a branch accounts for.

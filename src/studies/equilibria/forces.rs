@@ -170,10 +170,10 @@ impl Forces {
 
 /// Forces in one type of numbers.
 pub(super) struct Evaluator<S: Scalar> {
-    force: Prepared<S>,
-    slopes: Prepared<S>,
-    drifts: Prepared<S>,
-    scratch: Vec<S>,
+    pub(super) force: Prepared<S>,
+    pub(super) slopes: Prepared<S>,
+    pub(super) drifts: Prepared<S>,
+    pub(super) scratch: Vec<S>,
 }
 
 impl<S: Scalar> Evaluator<S> {
@@ -186,6 +186,7 @@ impl<S: Scalar> Evaluator<S> {
     pub(super) fn slopes(&mut self, at: &[S]) -> Vec<S> {
         self.slopes.evaluate(at, &mut self.scratch)
     }
+
     /// The derivatives of the equations by the parameters, row by row.
     pub(super) fn drifts(&mut self, at: &[S]) -> Vec<S> {
         self.drifts.evaluate(at, &mut self.scratch)

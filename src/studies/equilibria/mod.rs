@@ -25,7 +25,7 @@ pub use error::EquilibriaError;
 pub use landscape::{Landscape, landscape};
 pub use region::Region;
 
-use forces::{Equations, Forces, Neutral, gradient, neutral_directions};
+use forces::{Equations, Evaluator, Forces, Neutral, gradient, neutral_directions};
 use librate_core::expr::{ExprId, Substitution, Symbol, Tape};
 use librate_core::linearize::{self, AtRest};
 use librate_core::model::Model;
@@ -33,7 +33,7 @@ use librate_core::modes::Stability;
 use librate_core::number::Number;
 use librate_core::order::Order;
 use librate_core::precision::{Ball, Interval, Scalar};
-use moments::Moments;
+use moments::moments;
 use root::{Root, are_within};
 use search::{Findings, Search};
 use symmetric::Symmetries;
@@ -157,7 +157,7 @@ struct Task<'a> {
     /// What may be turned.
     rotations: Rotations,
     /// Equations that follow from the others, where no parameter varies.
-    moments: Option<Moments>,
+    moments: Option<Evaluator<Interval>>,
     /// Coordinates left out of the box.
     left_out: Vec<usize>,
     whole: Vec<Interval>,
@@ -219,13 +219,13 @@ impl<'a> Task<'a> {
         let values =
             slices.iter().map(|slice| (slice.pivot, Number::from_f64_exact(slice.value).unwrap_or(Number::ZERO)));
         hold(&values.collect::<Vec<_>>(), &mut rest, &mut searched, &mut whole);
-        let (mut rotations, mut moments) = (Rotations::default(), None);
+        let (mut rotations, mut sums) = (Rotations::default(), None);
         if varying.is_none() {
             rotations = Rotations::new(model, &searched, &mut rest, &mut whole);
             let all = (searched.clone(), rest.clone());
             let values: Vec<(usize, Number)> = rotations.held.iter().map(|at| (*at, Number::ZERO)).collect();
             let held = hold(&values, &mut rest, &mut searched, &mut whole);
-            moments = Moments::new(model, &all.0, &all.1, &held);
+            sums = moments(model, &all.0, &all.1, &held);
         }
         if !rest.constraints.is_empty() {
             whole.push(Interval::new(0.0, 1.0));
@@ -233,7 +233,7 @@ impl<'a> Task<'a> {
         }
         let value = |number: usize| linearize::constant(&model.pool, model.parameters[number].value?);
         let parameters = varying.and_then(value).into_iter().collect();
-        Ok(Self { model, region, rest, searched, slices, rotations, moments, left_out, whole, parameters })
+        Ok(Self { model, region, rest, searched, slices, rotations, moments: sums, left_out, whole, parameters })
     }
 
     fn equations(&self) -> Equations {
@@ -259,10 +259,8 @@ impl<'a> Task<'a> {
             let is_new = |at: &Vec<Ball>| !findings.roots.iter().any(|root| are_within(at, &root.region));
             let is_centre = |at: &Vec<Ball>| self.rotations.fix(&self.embedded(at));
             if let Some(at) = self.exactly(&place.hull, forces).filter(is_new).filter(is_centre) {
-                equilibria.extend(
-                    self.placed(&self.embedded(&at))
-                        .map(|own| Equilibrium { isolated: own.isolated.filter(|own| !own), ..own }),
-                );
+                let placed = self.placed(&self.embedded(&at));
+                equilibria.extend(placed.map(|own| Equilibrium { isolated: own.isolated.filter(|own| !own), ..own }));
             }
             undecided.push(self.told(&place));
         }
@@ -281,11 +279,10 @@ impl<'a> Task<'a> {
     }
 
     fn told(&self, place: &Place) -> Undecided {
-        let middle: Vec<Ball> = place.first.iter().map(|own| Ball::exact(own.middle())).collect();
-        let reach = |(own, x): (&Interval, &Ball)| (own.hi - x.mid_f64()).max(x.mid_f64() - own.lo);
+        let middle: Vec<f64> = place.first.iter().map(Interval::middle).collect();
+        let reach = |(own, x): (&Interval, &f64)| (own.hi - x).max(x - own.lo);
         let radius = place.hull.iter().zip(&middle).take(self.searched.len()).map(reach).fold(0.0, f64::max);
-        let point = self.embedded(&middle).iter().map(Ball::mid_f64).collect();
-        Undecided { point, radius }
+        Undecided { point: self.shown(&middle), radius }
     }
 
     /// The equilibria in the box that are proved.
@@ -331,6 +328,12 @@ impl<'a> Task<'a> {
             point[slice.pivot] = Ball::exact(slice.value);
         }
         point
+    }
+
+    /// The same in doubles.
+    fn shown(&self, at: &[f64]) -> Vec<f64> {
+        let balls: Vec<Ball> = at.iter().map(|x| Ball::exact(*x)).collect();
+        self.embedded(&balls).iter().map(Ball::mid_f64).collect()
     }
 
     /// An equilibrium moved into the box along what changes nothing; `None` where it does not come there.
@@ -423,22 +426,15 @@ impl<'a> Task<'a> {
     /// That equilibria are not isolated, and why.
     fn neutral_words(&self) -> Vec<String> {
         let name = |at: usize| self.model.coordinates.at(at).name();
-        let mut words: Vec<String> = self
-            .left_out
-            .iter()
-            .map(|at| format!("equilibria are not isolated: nothing depends on `{}`", name(*at)))
-            .collect();
+        let left_out = |at: &usize| format!("equilibria are not isolated: nothing depends on `{}`", name(*at));
+        let mut words: Vec<String> = self.left_out.iter().map(left_out).collect();
         for slice in &self.slices {
-            let moved: Vec<String> = slice
-                .direction
-                .iter()
-                .enumerate()
-                .filter(|(_, v)| **v != 0.0)
-                .map(|(at, v)| match *v {
-                    1.0 => name(at),
-                    v => format!("{v} {}", name(at)),
-                })
-                .collect();
+            let moved = slice.direction.iter().enumerate().filter_map(|(at, v)| match *v {
+                0.0 => None,
+                1.0 => Some(name(at)),
+                v => Some(format!("{v} {}", name(at))),
+            });
+            let moved: Vec<String> = moved.collect();
             let what = match moved.as_slice() {
                 [one] => format!("nothing depends on `{one}`"),
                 _ => format!("moving {} together changes nothing", moved.join(", ")),
@@ -477,13 +473,11 @@ fn hold(
 
 /// Slices across directions along which nothing changes, and the ranges widened by what moving into the slices takes.
 fn slices(neutral: &[(usize, Neutral)], searched: &[usize], whole: &mut [Interval]) -> Vec<Slice> {
-    let numbers =
-        |vector: &Neutral| -> Vec<f64> { vector.iter().map(|x| Ball::from_number(x, ()).mid_f64()).collect() };
     let original = whole.to_vec();
     let mut slices = Vec::new();
     let last = searched.iter().max().map_or(0, |at| at + 1);
     for (pivot, vector) in neutral {
-        let vector = numbers(vector);
+        let vector: Vec<f64> = vector.iter().map(|x| Ball::from_number(x, ()).mid_f64()).collect();
         let half = 0.5 * original[*pivot].width();
         for (own, v) in whole.iter_mut().zip(&vector) {
             let by = (v.abs() * half).next_up();
@@ -607,20 +601,14 @@ fn undecided_words(model: &Model, undecided: &[Undecided], is_cut_short: bool, p
 
 /// `x = 1, y = 2; near x = 3, y = 4 and 5 other places`
 fn named_places(model: &Model, undecided: &[Undecided]) -> Option<String> {
-    let places: Vec<String> = undecided
-        .iter()
-        .take(MOST_NAMED)
-        .map(|own| {
-            let coordinates = model.coordinates.names().zip(&own.point);
-            let parts: Vec<String> = coordinates
-                .map(|(name, x)| {
-                    let x = if x.abs() <= own.radius.min(SMALL) { 0.0 } else { *x };
-                    format!("{name} = {}", linearize::short(x))
-                })
-                .collect();
-            parts.join(", ")
-        })
-        .collect();
+    let named = |own: &Undecided| {
+        let parts = model.coordinates.names().zip(&own.point).map(|(name, x)| {
+            let x = if x.abs() <= own.radius.min(SMALL) { 0.0 } else { *x };
+            format!("{name} = {}", linearize::short(x))
+        });
+        parts.collect::<Vec<String>>().join(", ")
+    };
+    let places: Vec<String> = undecided.iter().take(MOST_NAMED).map(named).collect();
     let more = match undecided.len().saturating_sub(MOST_NAMED) {
         0 => String::new(),
         more => format!(" and {more} other places"),

@@ -3,63 +3,53 @@
 //! For any field w the forces along it have the sum Σ w_i F_i = dU(q + εw)/dε + Σ w_i Q_i. Fields are translations, rotations and the dilation of
 //! coordinates with indices; sums that keep poles are of no use, but for the virial.
 
-use librate_core::expr::{ExprId, Prepared, Substitution, Symbol, Tape};
+use librate_core::expr::{ExprId, Substitution, Symbol, Tape};
 use librate_core::linearize::AtRest;
 use librate_core::model::Model;
-use librate_core::order::Order;
+use librate_core::order::Gather;
 use librate_core::precision::Interval;
 
+use super::forces::Evaluator;
 use super::poles::bases;
 use super::symmetric::place;
 
 /// More components are not turned into each other.
 const MOST_COMPONENTS: usize = 6;
 
-/// Equations that follow from the others.
-pub(super) struct Moments {
-    values: Prepared<Interval>,
-    /// Their derivatives, row by row.
-    slopes: Prepared<Interval>,
-    scratch: Vec<Interval>,
-}
-
-impl Moments {
-    /// Those of a model without constraints, where some coordinates are held; `searched` are the coordinates by number, with these.
-    pub(super) fn new(model: &Model, searched: &[usize], rest: &AtRest, held: &Substitution) -> Option<Self> {
-        if !rest.constraints.is_empty() {
-            return None;
-        }
-        let mut rest = rest.clone();
-        let mut found: Vec<ExprId> = Vec::new();
-        for field in fields(model, searched, &mut rest) {
-            let along = along(&mut rest, &field);
-            let is_dilation = field.iter().zip(&rest.coordinates).all(|(w, q)| rest.pool.as_symbol(*w) == Some(*q));
-            if along != rest.pool.zero()
-                && (is_dilation || bases(&rest.pool, along, &rest.coordinates).is_empty())
-                && !rest.pool.is_undefined(along)
-            {
-                found.push(along);
-            }
-        }
-        if found.is_empty() {
-            return None;
-        }
-        let AtRest { mut pool, mut coordinates, parameters, .. } = rest;
-        let found = pool.substitute(&found, held);
-        coordinates.retain(|own| !held.contains_key(own));
-        let slopes: Vec<ExprId> = found.iter().flat_map(|own| pool.gradient(*own, &coordinates)).collect();
-        let inputs: Vec<Symbol> = coordinates.into_iter().chain(parameters).collect();
-        let prepared = |roots: &[ExprId]| Some(Tape::compile(&pool, roots, &inputs).ok()?.prepare(()));
-        Some(Self { values: prepared(&found)?, slopes: prepared(&slopes)?, scratch: Vec::new() })
+/// Equations that follow from the others, of a model without constraints, where some coordinates are held; `searched` are the coordinates
+/// by number, with these.
+pub(super) fn moments(
+    model: &Model,
+    searched: &[usize],
+    rest: &AtRest,
+    held: &Substitution,
+) -> Option<Evaluator<Interval>> {
+    if !rest.constraints.is_empty() {
+        return None;
     }
-
-    pub(super) fn values(&mut self, at: &[Interval]) -> Vec<Interval> {
-        self.values.evaluate(at, &mut self.scratch)
+    let mut rest = rest.clone();
+    let mut found: Vec<ExprId> = Vec::new();
+    for field in fields(model, searched, &mut rest) {
+        let along = along(&mut rest, &field);
+        let is_dilation = field.iter().zip(&rest.coordinates).all(|(w, q)| rest.pool.as_symbol(*w) == Some(*q));
+        if along != rest.pool.zero()
+            && (is_dilation || bases(&rest.pool, along, &rest.coordinates).is_empty())
+            && !rest.pool.is_undefined(along)
+        {
+            found.push(along);
+        }
     }
-
-    pub(super) fn slopes(&mut self, at: &[Interval]) -> Vec<Interval> {
-        self.slopes.evaluate(at, &mut self.scratch)
+    if found.is_empty() {
+        return None;
     }
+    let AtRest { mut pool, mut coordinates, parameters, .. } = rest;
+    let found = pool.substitute(&found, held);
+    coordinates.retain(|own| !held.contains_key(own));
+    let slopes: Vec<ExprId> = found.iter().flat_map(|own| pool.gradient(*own, &coordinates)).collect();
+    let inputs: Vec<Symbol> = coordinates.into_iter().chain(parameters).collect();
+    let [force, slopes, drifts] =
+        [found.as_slice(), &slopes, &[]].map(|roots| Some(Tape::compile(&pool, roots, &inputs).ok()?.prepare(())));
+    Some(Evaluator { force: force?, slopes: slopes?, drifts: drifts?, scratch: Vec::new() })
 }
 
 /// Σ w_i F_i.
@@ -96,9 +86,7 @@ pub(super) fn bodies(
         ((family, component), key)
     };
     let places: Vec<(Component, Vec<usize>)> = searched.iter().map(parted).collect();
-    let mut components: Vec<Component> = places.iter().map(|own| own.0).collect();
-    components.put_in_order();
-    components.dedup();
+    let mut components = places.iter().map(|own| own.0).distinct();
     components.truncate(MOST_COMPONENTS);
     (components, places)
 }

@@ -10,7 +10,7 @@ use std::collections::HashMap;
 
 use librate_core::expr::{ExprId, Node, Pool, Prepared, Substitution, Symbol, Tape};
 use librate_core::number::Number;
-use librate_core::order::{Gather, Order};
+use librate_core::order::Gather;
 use librate_core::precision::{Function, Interval, Scalar};
 
 /// More poles are not examined together.
@@ -64,9 +64,8 @@ pub(super) fn bases(pool: &Pool, potential: ExprId, unknowns: &[Symbol]) -> Vec<
                 let poles = factors.iter().filter(|(_, exponent)| exponent.is_negative() || !exponent.is_integer());
                 found.extend(poles.map(|(base, _)| *base));
             }
-            Node::Function(Function::Ln, x) | Node::Function(Function::Abs, x) => {
-                found.push(if matches!(pool.node(id), Node::Function(Function::Abs, _)) { id } else { *x });
-            }
+            Node::Function(Function::Ln, x) => found.push(*x),
+            Node::Function(Function::Abs, _) => found.push(id),
             Node::Power { base, .. } => found.push(*base),
             Node::Number(_)
             | Node::Pi
@@ -77,8 +76,7 @@ pub(super) fn bases(pool: &Pool, potential: ExprId, unknowns: &[Symbol]) -> Vec<
             | Node::Atan2 { .. } => {}
         }
     }
-    found.put_in_order();
-    found.dedup();
+    let mut found = found.into_iter().distinct();
     found.retain(|base| pool.depends_on(*base, &|symbol| unknowns.contains(&symbol)));
     found
 }
@@ -205,8 +203,7 @@ impl Poles {
             let pole = &self.poles[*k];
             let rate = pool.diff(self.potential, pole.symbol);
             let towards = pool.gradient(pole.base, &self.unknowns);
-            let terms: Vec<ExprId> = field.iter().zip(&towards).map(|(w, x)| pool.mul(*w, *x)).collect();
-            let advance = pool.sum(&terms);
+            let advance = pool.dot(&field, &towards);
             let ratio = pool.div(advance, pole.base);
             let number = constant(pool, ratio, &self.unknowns)?;
             let own = pool.symbol_expr(pole.symbol);
@@ -221,13 +218,9 @@ impl Poles {
 /// rate·scaled as the lowest power of a symbol in it, taken of `size` in its place, times a factor.
 fn leading(pool: &mut Pool, rate: ExprId, scaled: ExprId, symbol: ExprId, size: ExprId) -> ExprId {
     let mut terms: Vec<ExprId> = Vec::new();
-    if pool.is_sum(rate) {
-        for (term, weight) in pool.terms(rate) {
-            let term = pool.mul(term, scaled);
-            terms.push(pool.scale(term, &weight));
-        }
-    } else {
-        terms.push(pool.mul(rate, scaled));
+    for (term, weight) in pool.terms(rate) {
+        let term = pool.mul(term, scaled);
+        terms.push(pool.scale(term, &weight));
     }
     let power = |term: &ExprId| {
         let power = pool.factors(*term).into_iter().find(|(base, _)| *base == symbol);

@@ -47,15 +47,12 @@ fn members(name: &str, model: &Model) -> Result<Vec<usize>, EquilibriaError> {
     if let Some(family) = model.families.iter().find(|family| family.name == name) {
         return Ok((family.first..family.first + family.len()).collect());
     }
-    let mut known: Vec<String> = model.families.iter().map(|family| family.name.clone()).collect();
-    known.extend(model.coordinates.names());
+    let families: Vec<String> = model.families.iter().map(|family| family.name.clone()).collect();
+    let mut known: Vec<String> = families.iter().cloned().chain(model.coordinates.names()).collect();
     known.dedup();
     let help = match nearest(&name, known.iter().map(String::as_str)) {
         Some(near) => format!("did you mean `{near}`?"),
-        None => format!(
-            "the model has {}",
-            model.families.iter().map(|own| format!("`{}`", own.name)).collect::<Vec<_>>().join(", ")
-        ),
+        None => format!("the model has {}", source::quoted(&families)),
     };
     Err(EquilibriaError::NotACoordinate { name, help })
 }
@@ -84,7 +81,6 @@ fn side(
         let factor = coordinate.factor.and_then(|factor| linearize::constant(&model.pool, factor));
         Ok(factor.map_or(value, |factor| value.mul(&factor)))
     };
-    let ends = [end(from)?, end(to)?];
-    let width = ends[1].sub(&ends[0]);
-    if width.is_negative() { Err(wrong("reversed")) } else { Ok(ends) }
+    let [from, to] = [end(from)?, end(to)?];
+    if to.sub(&from).is_negative() { Err(wrong("reversed")) } else { Ok([from, to]) }
 }

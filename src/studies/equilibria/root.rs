@@ -151,21 +151,16 @@ impl Search<'_> {
         let mut best: Option<(f64, Vec<Ball>)> = None;
         for _ in 0..MOST_STEPS {
             let force = self.balls.force(&self.inputs(&point, Ball::clone));
-            let mut step = vec![Ball::ZERO; n];
-            for i in 0..n {
-                for k in 0..n {
-                    step[i] = step[i] + Ball::exact(inverse[(i, k)]) * force[k];
-                }
-            }
+            let row = |i: usize| (0..n).fold(Ball::ZERO, |sum, k| sum + Ball::exact(inverse[(i, k)]) * force[k]);
+            let step: Vec<Ball> = (0..n).map(row).collect();
             let norm = step.iter().zip(half).map(|(own, half)| up(own.abs_upper() / half)).fold(0.0, f64::max);
             if !norm.is_finite() {
                 return None;
             }
-            if best.as_ref().is_none_or(|(least, _)| norm < 0.5 * least) {
-                best = Some((norm, point.clone()));
-            } else {
+            if best.as_ref().is_some_and(|(least, _)| norm >= 0.5 * least) {
                 break;
             }
+            best = Some((norm, point.clone()));
             if norm == 0.0 {
                 break;
             }

@@ -12,7 +12,6 @@ use librate_core::budget::{Budget, Exceeded};
 use librate_core::precision::{Ball, Interval, Scalar};
 
 use super::forces::{Evaluator, Forces};
-use super::moments::Moments;
 use super::poles::Poles;
 use super::root::Root;
 use super::symmetric::Symmetries;
@@ -61,7 +60,7 @@ pub(super) struct Search<'a> {
     /// What carries equilibria into each other.
     pub(super) symmetries: Symmetries,
     /// Equations that follow from the others.
-    pub(super) moments: Option<Moments>,
+    pub(super) moments: Option<Evaluator<Interval>>,
     found: Findings,
     scratch: Vec<Interval>,
     cost: usize,
@@ -183,13 +182,13 @@ impl<'a> Search<'a> {
     /// What sums of forces leave of a piece; false where that is nothing.
     fn balance(&mut self, piece: &mut [Interval], inputs: &[Interval]) -> bool {
         let Some(moments) = &mut self.moments else { return true };
-        let values = moments.values(inputs);
+        let values = moments.force(inputs);
         if values.iter().any(|own| !own.is_empty() && !own.contains(0.0)) {
             return false;
         }
         let centre: Vec<Interval> = piece.iter().map(|own| Interval::point(own.middle())).collect();
         let middle: Vec<Interval> = centre.iter().chain(&inputs[piece.len()..]).copied().collect();
-        let (values, slopes) = (moments.values(&middle), moments.slopes(inputs));
+        let (values, slopes) = (moments.force(&middle), moments.slopes(inputs));
         values.iter().zip(slopes.chunks(piece.len())).all(|(own, row)| {
             let is_usable = own.is_usable() && row.iter().all(Interval::is_usable);
             !is_usable || solve_row(piece, &centre, row, own, None)
@@ -301,7 +300,7 @@ impl<'a> Search<'a> {
     }
 
     /// The step J⁻¹F of Newton's method.
-    pub(super) fn step(&mut self, at: &[f64]) -> Option<Vec<f64>> {
+    fn step(&mut self, at: &[f64]) -> Option<Vec<f64>> {
         let n = at.len();
         if n == 0 {
             return Some(Vec::new());

@@ -1,7 +1,6 @@
 //! Stability and frequencies at an equilibrium that is known: what `modes` says there.
 
 use super::Equilibrium;
-use librate_core::expr::Pool;
 use librate_core::linearize::{self, LinearizeError, Linearized};
 use librate_core::model::{Given, Givens, Model};
 use librate_core::modes::Options;
@@ -10,22 +9,16 @@ use librate_core::oscillation;
 use librate_core::precision::Ball;
 use librate_core::span::Span;
 
-/// A number for each coordinate, in place of what the file says of where to look.
-fn givens(pool: &mut Pool, point: &[f64]) -> Givens {
-    let mut givens = Givens::none(point.len());
-    for (at, x) in point.iter().enumerate() {
-        let value = pool.number(Number::from_f64_exact(*x).unwrap_or(Number::ZERO));
-        givens.set(at, Some(Given { symbolic: value, value: Some(value), span: Span::default() }));
-    }
-    givens
-}
-
 /// The model about what is found from a point; `None` where nothing is.
 fn linearized(model: &Model, point: &[Ball]) -> Result<Option<Linearized>, LinearizeError> {
     let mut model = model.clone();
-    let start: Vec<f64> = point.iter().map(Ball::mid_f64).collect();
-    model.equilibria = Givens::none(start.len());
-    model.guesses = givens(&mut model.pool, &start);
+    // In place of what the file says of where to look.
+    model.equilibria = Givens::none(point.len());
+    model.guesses = Givens::none(point.len());
+    for (at, x) in point.iter().enumerate() {
+        let value = model.pool.number(Number::from_f64_exact(x.mid_f64()).unwrap_or(Number::ZERO));
+        model.guesses.set(at, Some(Given { symbolic: value, value: Some(value), span: Span::default() }));
+    }
     match linearize::linearize(model) {
         Ok(linearized) => Ok(Some(linearized)),
         Err(error @ LinearizeError::Budget(_)) => Err(error),

@@ -6,7 +6,7 @@
 
 use librate_core::expr::{ExprId, Substitution};
 use librate_core::model::{CoordinateFamily, Model};
-use librate_core::order::Order;
+use librate_core::order::Gather;
 use librate_core::precision::{Interval, Scalar};
 use librate_core::symmetry::SignedPermutation;
 
@@ -119,13 +119,8 @@ fn candidates(places: &[Place]) -> Vec<Element> {
     let n = places.len();
     let identity: Element = (0..n).map(|at| (at, false)).collect();
     let mut found: Vec<Element> = Vec::new();
-    let mut families: Vec<Option<usize>> = places.iter().map(|own| Some(own.0)).collect();
-    families.push(None);
-    families.put_in_order();
-    families.dedup();
-    let mut values: Vec<usize> = places.iter().filter_map(|own| own.1.first().copied()).collect();
-    values.put_in_order();
-    values.dedup();
+    let families = places.iter().map(|own| Some(own.0)).chain([None]).distinct();
+    let mut values = places.iter().filter_map(|own| own.1.first().copied()).distinct();
     values.truncate(MOST_VALUES);
     for family in families {
         let is_own = |at: usize| family.is_none_or(|family| places[at].0 == family);
@@ -142,20 +137,14 @@ fn candidates(places: &[Place]) -> Vec<Element> {
             found.extend(element);
         }
         let last = |at: usize| places[at].1.last().copied().filter(|_| places[at].1.len() > 1);
-        let mut components: Vec<Option<usize>> = (0..n).map(last).collect();
-        components.push(None);
-        components.put_in_order();
-        components.dedup();
-        for component in components {
+        for component in (0..n).map(last).chain([None]).distinct() {
             let is_turned = |at: usize| is_own(at) && (component.is_none() || last(at) == component);
             found.push((0..n).map(|at| (at, is_turned(at))).collect());
         }
     }
     found.extend((0..n).map(|turned| (0..n).map(|at| (at, at == turned)).collect()));
-    found.put_in_order();
-    found.dedup();
     found.retain(|own| *own != identity);
-    found
+    found.into_iter().distinct()
 }
 
 /// Whether F(gq) = g F(q), and the box goes over into itself.

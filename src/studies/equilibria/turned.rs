@@ -13,7 +13,7 @@ use librate_core::expr::{ExprId, Prepared, Tape};
 use librate_core::linearize::AtRest;
 use librate_core::model::Model;
 use librate_core::number::Number;
-use librate_core::order::Order;
+use librate_core::order::Gather;
 use librate_core::precision::{Ball, Interval, Scalar, sum_of_products};
 
 use super::forces::Equations;
@@ -92,9 +92,7 @@ impl Rotations {
         }) else {
             return Self::default();
         };
-        let mut keys: Vec<&Vec<usize>> = places.iter().map(|own| &own.1).collect();
-        keys.put_in_order();
-        keys.dedup();
+        let mut keys = places.iter().map(|own| &own.1).distinct();
         let place = |axis: &Component, key: &Vec<usize>| places.iter().position(|own| own.0 == *axis && own.1 == *key);
         keys.retain(|key| axes.iter().all(|axis| place(axis, key).is_some()));
         let at = |key: &&Vec<usize>| axes.iter().filter_map(|axis| place(axis, key)).collect();

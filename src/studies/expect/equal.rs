@@ -33,17 +33,14 @@ fn agree_at_points(pool: &Pool, difference: ExprId, side: ExprId) -> bool {
     let tape = tape.prepare::<Big>(BITS);
     let mut decided = 0;
     // Lehmer's generator: any points will do, but the same ones every time.
-    let mut state = 12_345_u64;
+    let mut state = 12_345_i64;
+    let mut next = || {
+        state = state * 48_271 % 2_147_483_647;
+        let value = Number::ratio(300 + state % 600, 1000).unwrap_or_default();
+        Big::from_number(&value, BITS)
+    };
     for _ in 0..POINTS {
-        let point: Vec<Big> = symbols
-            .iter()
-            .map(|_| {
-                state = state * 48_271 % 2_147_483_647;
-                let thousandths = i64::try_from(300 + state % 600).unwrap_or(500);
-                let value = Number::ratio(thousandths, 1000).unwrap_or_default();
-                Big::from_number(&value, BITS)
-            })
-            .collect();
+        let point: Vec<Big> = symbols.iter().map(|_| next()).collect();
         let values = tape.evaluate(&point, &mut Vec::new());
         if let [difference, side] = values.as_slice()
             && difference.is_finite()

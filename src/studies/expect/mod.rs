@@ -213,12 +213,7 @@ impl<'a> Comparison<'a> {
                 Part::Stability => self.in_any_order(part, texts, &found, &Substitution::new()),
                 Part::Characteristic => self.proportional(texts, &found),
                 Part::Equations | Part::Linearized => self.one_by_one(part, texts, &found, true),
-                Part::Equilibrium
-                | Part::Kinetic
-                | Part::Potential
-                | Part::Momenta
-                | Part::EnergyFunction
-                | Part::Hamiltonian => self.one_by_one(part, texts, &found, false),
+                _ => self.one_by_one(part, texts, &found, false),
             },
         }
     }
@@ -239,9 +234,7 @@ impl<'a> Comparison<'a> {
             Part::Kinetic => vec![self.sum(part.name(), &second_order(derivation)?.kinetic, true)],
             Part::Potential => vec![self.sum(part.name(), &second_order(derivation)?.potential, true)],
             Part::Momenta => self.sums("momentum of", &asked(derivation.energy.as_ref())?.momenta, false),
-            Part::EnergyFunction => {
-                vec![self.sum(part.name(), &asked(derivation.energy.as_ref())?.function, false)]
-            }
+            Part::EnergyFunction => vec![self.sum(part.name(), &asked(derivation.energy.as_ref())?.function, false)],
             Part::Hamiltonian => {
                 let sum = asked(derivation.energy.as_ref())?.hamiltonian.as_ref();
                 let sum = sum.ok_or("the inertia is neither diagonal nor two by two")?;
@@ -306,8 +299,10 @@ impl<'a> Comparison<'a> {
         names.zip(sums).map(|(name, sum)| self.sum(format!("{place} {name}"), sum, displaced)).collect()
     }
 
-    fn unreadable(&mut self, place: &str, text: &str, message: String) {
-        self.mismatches.push(Mismatch::Unreadable { part: place.to_owned(), text: text.to_owned(), message });
+    /// What was read of a text; notes where that was nothing.
+    fn readable<T>(&mut self, place: &str, text: &str, read: Result<T, String>) -> Option<T> {
+        let unreadable = |message| Mismatch::Unreadable { part: place.to_owned(), text: text.to_owned(), message };
+        read.map_err(|message| self.mismatches.push(unreadable(message))).ok()
     }
 
     fn differs(&mut self, place: &str, expected: &str, found: &str) {
@@ -318,19 +313,10 @@ impl<'a> Comparison<'a> {
         });
     }
 
-    fn count(&mut self, place: String, expected: usize, found: usize) {
-        self.differs(&place, &expected.to_string(), &found.to_string());
-    }
-
     fn matrix(&mut self, part: Part, texts: &[String], found: &[Found]) {
         for text in texts {
-            let rows = match self.reader.rows(&mut self.pool, text) {
-                Ok(rows) => rows,
-                Err(message) => {
-                    self.unreadable(part.name(), text, message);
-                    continue;
-                }
-            };
+            let read = self.reader.rows(&mut self.pool, text);
+            let Some(rows) = self.readable(part.name(), text, read) else { continue };
             let side = self.derivation.names.coordinates.len();
             if rows.len() != side || rows.iter().any(|row| row.len() != side) {
                 let wide = rows.iter().map(Vec::len).max().unwrap_or(0);
@@ -347,8 +333,7 @@ impl<'a> Comparison<'a> {
 
     fn one_by_one(&mut self, part: Part, texts: &[String], found: &[Found], is_equation: bool) {
         if texts.len() != found.len() {
-            self.count(part.name().to_owned(), texts.len(), found.len());
-            return;
+            return self.differs(part.name(), &texts.len().to_string(), &found.len().to_string());
         }
         for (text, found) in texts.iter().zip(found) {
             let read = if is_equation {
@@ -356,16 +341,12 @@ impl<'a> Comparison<'a> {
             } else {
                 self.reader.expression(&mut self.pool, text)
             };
-            let is_same = match read {
-                Err(message) => {
-                    self.unreadable(&found.place, text, message);
-                    continue;
-                }
-                Ok(value) if is_equation => {
-                    let accelerations = self.accelerations();
-                    same_equation(&mut self.pool, &accelerations, value, found.value)
-                }
-                Ok(value) => are_equal(&mut self.pool, value, found.value),
+            let Some(value) = self.readable(&found.place, text, read) else { continue };
+            let is_same = if is_equation {
+                let accelerations = self.accelerations();
+                same_equation(&mut self.pool, &accelerations, value, found.value)
+            } else {
+                are_equal(&mut self.pool, value, found.value)
             };
             if !is_same {
                 let end = if is_equation { " = 0" } else { "" };
@@ -389,12 +370,10 @@ impl<'a> Comparison<'a> {
     fn proportional(&mut self, texts: &[String], found: &[Found]) {
         let place = Part::Characteristic.name();
         let read = texts.iter().map(|text| self.reader.expression(&mut self.pool, text));
-        let values: Vec<ExprId> = match read.collect() {
-            Ok(values) => values,
-            Err(message) => return self.unreadable(place, &texts.join(", "), message),
-        };
+        let read = read.collect::<Result<Vec<ExprId>, String>>();
+        let Some(values) = self.readable(place, &texts.join(", "), read) else { return };
         let (Some(last), Some(of_found), true) = (values.last(), found.last(), values.len() == found.len()) else {
-            return self.count(place.to_owned(), values.len(), found.len());
+            return self.differs(place, &values.len().to_string(), &found.len().to_string());
         };
         for ((text, value), found) in texts.iter().zip(&values).zip(found) {
             let (left, right) = (self.pool.mul(*value, of_found.value), self.pool.mul(found.value, *last));
@@ -410,15 +389,10 @@ impl<'a> Comparison<'a> {
         let mut left: Vec<&Found> = found.iter().collect();
         let mut missing: Vec<&str> = Vec::new();
         for text in texts {
-            let value = match self.reader.expression(&mut self.pool, text) {
-                Ok(value) => self.pool.substitute_one(value, ties),
-                Err(message) => {
-                    self.unreadable(place, text, message);
-                    continue;
-                }
-            };
-            let at = left.iter().position(|found| are_equal(&mut self.pool, value, found.value));
-            match at {
+            let read = self.reader.expression(&mut self.pool, text);
+            let Some(value) = self.readable(place, text, read) else { continue };
+            let value = self.pool.substitute_one(value, ties);
+            match left.iter().position(|found| are_equal(&mut self.pool, value, found.value)) {
                 Some(at) => {
                     left.remove(at);
                 }

@@ -92,18 +92,9 @@ impl Reader {
                 let values: Vec<ExprId> = values.collect::<Result<_, _>>()?;
                 call(pool, &function.text, &values)
             }
-            ExprKind::Field { .. }
-            | ExprKind::SumOver { .. }
-            | ExprKind::IntegralOver { .. }
-            | ExprKind::Vector(_)
-            | ExprKind::Compare { .. }
-            | ExprKind::Not(_)
-            | ExprKind::And(_)
-            | ExprKind::Or(_) => {
-                Err("what is compared consists of numbers, names with their indices, `+ - * / ^` and \
+            _ => Err("what is compared consists of numbers, names with their indices, `+ - * / ^` and \
                  elementary functions"
-                    .to_owned())
-            }
+                .to_owned()),
         }
     }
 

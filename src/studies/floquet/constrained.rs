@@ -51,15 +51,11 @@ impl Driven {
         }
         // The forces of the constraints: (J Jᵀ) mu = J h.
         let loads = pool.substitute(&self.load, &map);
-        let dot = |pool: &mut Pool, a: &[ExprId], b: &[ExprId]| {
-            let terms: Vec<ExprId> = a.iter().zip(b).map(|(a, b)| pool.mul(*a, *b)).collect();
-            pool.sum(&terms)
-        };
-        let square = slopes.iter().map(|row| slopes.iter().map(|other| dot(pool, row, other)).collect()).collect();
-        let right = slopes.iter().map(|row| vec![dot(pool, row, &loads)]).collect();
+        let square = slopes.iter().map(|row| slopes.iter().map(|other| pool.dot(row, other)).collect()).collect();
+        let right = slopes.iter().map(|row| vec![pool.dot(row, &loads)]).collect();
         let forces = solved(pool, square, right).ok_or(unsupported("constraints that depend on each other"))?.concat();
         let still = directions.iter().all(|direction| {
-            let force = dot(pool, direction, &loads);
+            let force = pool.dot(direction, &loads);
             pool.vanishes(force)
         });
         if !still {
@@ -80,8 +76,8 @@ impl Driven {
         }
         let reduced = |pool: &mut Pool, rows: &[Vec<ExprId>]| -> Vec<Vec<ExprId>> {
             let columns: Vec<Vec<ExprId>> =
-                directions.iter().map(|own| rows.iter().map(|row| dot(pool, row, own)).collect()).collect();
-            directions.iter().map(|own| columns.iter().map(|column| dot(pool, own, column)).collect()).collect()
+                directions.iter().map(|own| rows.iter().map(|row| pool.dot(row, own)).collect()).collect();
+            directions.iter().map(|own| columns.iter().map(|column| pool.dot(own, column)).collect()).collect()
         };
         let at_point =
             [&self.mass, &self.slopes].map(|rows| rows.iter().map(|row| pool.substitute(row, &map)).collect());
@@ -98,7 +94,7 @@ impl Driven {
         let rows = stiffness.iter().zip(&friction);
         self.load = rows
             .map(|(stiffness, friction)| {
-                let parts = [dot(pool, stiffness, &places), dot(pool, friction, &rates)];
+                let parts = [pool.dot(stiffness, &places), pool.dot(friction, &rates)];
                 pool.sum(&parts)
             })
             .collect();

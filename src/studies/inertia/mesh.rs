@@ -153,9 +153,7 @@ impl Indexed {
             };
             let (count, first) = &mut found[kind];
             *count += 1;
-            if first.is_none() {
-                *first = Some(self.edge(own));
-            }
+            first.get_or_insert_with(|| self.edge(own));
         }
         let [many, twice, open] = found;
         match (many, twice, open) {

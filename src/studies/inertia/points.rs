@@ -62,9 +62,7 @@ impl Sums {
             self.first[i] = self.first[i].add(&moment);
             for (j, r) in r.iter().enumerate().take(i + 1) {
                 self.second[i][j] = self.second[i][j].add(&moment.mul(r));
-                if i != j {
-                    self.second[j][i] = self.second[i][j].clone();
-                }
+                self.second[j][i] = self.second[i][j].clone();
             }
         }
     }

@@ -204,29 +204,31 @@ impl Exact<'_> {
         Principal { impossible: impossible(&moments), moments, equal }
     }
 
+    /// Whether everything vanishes of what is made of the entries, in one of their forms.
+    fn vanish(&mut self, of: impl Fn(&mut Pool, &Entries) -> Vec<ExprId>) -> bool {
+        [self.symbolic, self.closed].iter().any(|entries| {
+            let all = of(self.pool, entries);
+            all.into_iter().all(|e| self.pool.vanishes(e))
+        })
+    }
+
     /// Whether all three moments are equal, or two of them.
     fn are_equal(&mut self, count: usize) -> bool {
-        [self.symbolic, self.closed].into_iter().any(|entries| {
-            let conditions = if count == 3 {
-                let [first, second] = [1, 2].map(|at| self.pool.sub(entries[0][0], entries[at][at]));
-                vec![first, second, entries[1][0], entries[2][0], entries[2][1]]
-            } else {
-                vec![discriminant(self.pool, &entries)]
-            };
-            conditions.into_iter().all(|e| self.pool.vanishes(e))
+        self.vanish(|pool, entries| {
+            if count < 3 {
+                return vec![discriminant(pool, entries)];
+            }
+            let [first, second] = [1, 2].map(|at| pool.sub(entries[0][0], entries[at][at]));
+            vec![first, second, entries[1][0], entries[2][0], entries[2][1]]
         })
     }
 
     /// The coordinate axis about which the tensor is symmetric: no products of inertia at all, and the moments about the
     /// other two equal.
     fn across(&mut self) -> Option<usize> {
-        let forms = [self.symbolic, self.closed];
         (0..3).find(|axis| {
             let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
-            forms.iter().any(|e| {
-                let difference = self.pool.sub(e[i][i], e[j][j]);
-                [e[1][0], e[2][0], e[2][1], difference].into_iter().all(|e| self.pool.vanishes(e))
-            })
+            self.vanish(|pool, e| vec![e[1][0], e[2][0], e[2][1], pool.sub(e[i][i], e[j][j])])
         })
     }
 
@@ -241,41 +243,29 @@ impl Exact<'_> {
         if entries.as_flattened().iter().all(|e| self.pool.vanishes(*e)) {
             return vec![[one, zero, zero], [zero, one, zero], [zero, zero, one]];
         }
-        let vanishes = |own: &mut Self, e: fn(&mut Pool, &Entries) -> Vec<ExprId>| {
-            [own.symbolic, own.closed].iter().any(|form| {
-                let all = e(own.pool, form);
-                all.into_iter().all(|e| own.pool.vanishes(e))
-            })
-        };
-        if !vanishes(self, |pool, form| vec![determinant(pool, form)]) {
+        if !self.vanish(|pool, form| vec![determinant(pool, form)]) {
             return Vec::new();
         }
-        if vanishes(self, |pool, form| adjugate(pool, form).as_flattened().to_vec()) {
-            let size = |row: &[ExprId; 3]| -> Option<usize> {
+        if self.vanish(|pool, form| adjugate(pool, form).as_flattened().to_vec()) {
+            let found = entries.iter().find_map(|row| {
                 let values = values::<Ball>(self.pool, row, ())?;
-                let certain = |at: &usize| !values[*at].contains_zero();
-                (0..3).find(certain)
-            };
-            let found = entries.iter().find_map(|row| Some((*row, size(row)?)));
+                Some((row, (0..3).find(|at| !values[*at].contains_zero())?))
+            });
             let Some((row, at)) = found else { return Vec::new() };
-            let others = [(at + 1) % 3, (at + 2) % 3];
-            return others
-                .map(|other| {
-                    let mut vector = [zero; 3];
-                    vector[at] = self.pool.neg(row[other]);
-                    vector[other] = row[at];
-                    vector
-                })
-                .to_vec();
+            let across = |other: usize| {
+                let mut vector = [zero; 3];
+                vector[at] = self.pool.neg(row[other]);
+                vector[other] = row[at];
+                vector
+            };
+            return [(at + 1) % 3, (at + 2) % 3].map(across).to_vec();
         }
         let adjugate = adjugate(self.pool, &entries);
         let diagonal = [0, 1, 2].map(|at| adjugate[at][at]);
         let Some(sizes) = values::<Ball>(self.pool, &diagonal, ()) else { return Vec::new() };
         let largest = (0..3).reduce(|a, b| if sizes[b].abs_lower() > sizes[a].abs_lower() { b } else { a });
         match largest {
-            Some(at) if !sizes[at].contains_zero() => {
-                vec![[0, 1, 2].map(|row| adjugate[row][at])]
-            }
+            Some(at) if !sizes[at].contains_zero() => vec![[0, 1, 2].map(|row| adjugate[row][at])],
             _ => Vec::new(),
         }
     }
@@ -310,8 +300,7 @@ fn adjugate(pool: &mut Pool, e: &Entries) -> Entries {
 
 fn determinant(pool: &mut Pool, e: &Entries) -> ExprId {
     let cofactors = adjugate(pool, e)[0];
-    let terms = [0, 1, 2].map(|at| pool.mul(e[0][at], cofactors[at]));
-    pool.sum(&terms)
+    pool.dot(&e[0], &cofactors)
 }
 
 /// 4 J2³ - 27 J3² of the deviator S, J2 = tr(S²)/2, J3 = det S: the discriminant of the characteristic polynomial

@@ -11,7 +11,7 @@ use super::exact::Frequency;
 use crate::floquet::motion::values;
 use crate::mechanics::Mechanics;
 use librate_core::expr::{ExprId, Node, Pool, Substitution, Symbol, Tape, ZeroVerdict};
-use librate_core::linearize::{Linearized, missing_value, signed_terms};
+use librate_core::linearize::{Linearized, all_terms, missing_value, signed_terms};
 use librate_core::model::{Model, SymbolKind, TermFamily};
 use librate_core::number::Number;
 use librate_core::order::Gather;
@@ -55,8 +55,7 @@ pub(super) fn averaged(model: &Model, parameter: usize) -> Result<Averaged, Resp
     let mut pool = std::mem::take(&mut own.pool);
     let Some(time) = model.time() else { return Err(ResponseError::NotDriven {}) };
     let is_time = |symbol| symbol == time;
-    let constants = signed_terms(model).map(|(_, family)| family).chain(&model.forces);
-    let mut constants = constants.flat_map(|family| &family.constants);
+    let mut constants = all_terms(model).flat_map(|family| &family.constants);
     if model.constraints.iter().any(|own| pool.depends_on(own.expression, &is_time)) {
         return Err(not_harmonic("a constraint depends on the time"));
     }
@@ -84,17 +83,15 @@ pub(super) fn averaged(model: &Model, parameter: usize) -> Result<Averaged, Resp
 
 /// Whether a model does not depend on a parameter, but for parts of its energies that contain neither coordinates nor velocities.
 fn is_fixed(model: &Model, pool: &mut Pool, known: &Substitution, parameter: Symbol) -> bool {
-    let given = [&model.equilibria, &model.guesses].into_iter();
-    let given = given.flat_map(|all| all.given().map(|given| given.symbolic).collect::<Vec<_>>());
-    let energies = || signed_terms(model).map(|(_, family)| family);
-    let constants = energies().chain(&model.forces).flat_map(|family| family.constants.iter().copied());
+    let given = model.equilibria.given().chain(model.guesses.given()).map(|given| given.symbolic);
+    let constants = all_terms(model).flat_map(|family| family.constants.iter().copied());
     let constraints = model.constraints.iter().map(|own| own.expression);
     let rest: Vec<ExprId> = given.chain(constants).chain(constraints).collect();
     let rest = pool.substitute(&rest, known);
     if rest.into_iter().any(|e| pool.depends_on(e, &|symbol| symbol == parameter)) {
         return false;
     }
-    let bodies: Vec<ExprId> = energies().map(|family| family.body).collect();
+    let bodies: Vec<ExprId> = signed_terms(model).map(|(_, family)| family.body).collect();
     let drags: Vec<ExprId> = model.forces.iter().flat_map(|family| family.drags(pool)).map(|(_, drag)| drag).collect();
     let bodies = pool.substitute(&bodies, known);
     let changes: Vec<ExprId> = bodies.into_iter().map(|body| pool.diff(body, parameter)).collect();
@@ -128,8 +125,7 @@ fn rate(
     parameter: usize,
     span: Span,
 ) -> Result<ExprId, ResponseError> {
-    let families = signed_terms(model).map(|(_, family)| family).chain(&model.forces);
-    let bodies: Vec<ExprId> = families.map(|family| family.body).collect();
+    let bodies: Vec<ExprId> = all_terms(model).map(|family| family.body).collect();
     let mut rates: Vec<(ExprId, ExprId)> = Vec::new();
     for id in pool.reachable(&bodies) {
         let Node::Function(Function::Sin | Function::Cos, x) = *pool.node(id) else { continue };
@@ -318,13 +314,10 @@ fn check_parametric(
 ) -> Result<(), ResponseError> {
     for entry in pool.substitute(&entries, place) {
         let slope = pool.diff(entry, time);
-        match pool.is_zero(slope) {
-            ZeroVerdict::Zero => {}
-            verdict => {
-                let rests = pool.is_zero(entry) != ZeroVerdict::Unknown;
-                let proved = verdict == ZeroVerdict::NonZero && rests;
-                return Err(ResponseError::Parametric { matrix, proved, span });
-            }
+        let verdict = pool.is_zero(slope);
+        if verdict != ZeroVerdict::Zero {
+            let proved = verdict == ZeroVerdict::NonZero && pool.is_zero(entry) != ZeroVerdict::Unknown;
+            return Err(ResponseError::Parametric { matrix, proved, span });
         }
     }
     Ok(())
@@ -336,8 +329,7 @@ impl Drive {
         let mut pool = self.pool.clone();
         let parameter = Substitution::from([(self.parameter, pool.number(parameter.clone()))]);
         let rate = pool.substitute_one(self.rate, &parameter);
-        let square = pool.square(rate);
-        Some(Frequency { square: pool.as_number(square)?.clone(), value: pool.as_number(rate).cloned() })
+        Frequency::of(&mut pool, rate)
     }
 
     /// The angular frequency and the force on each coordinate, for a value of the parameter; then their slopes over it. F cos(Ωt) + F' sin(Ωt) is

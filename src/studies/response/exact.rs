@@ -6,6 +6,7 @@
 //! that only this has to be rational.
 
 use super::Value;
+use librate_core::expr::{ExprId, Pool};
 use librate_core::linearize::{Linearized, power_of_two};
 use librate_core::number::Number;
 use librate_core::precision::{Ball, Complex, Root, Scalar};
@@ -130,9 +131,17 @@ impl Series {
 #[derive(Clone, Debug)]
 pub(super) struct Frequency {
     /// Its square.
-    pub(super) square: Number,
+    square: Number,
     /// Itself, where it is rational.
-    pub(super) value: Option<Number>,
+    value: Option<Number>,
+}
+
+impl Frequency {
+    /// That of an expression whose square is rational.
+    pub(super) fn of(pool: &mut Pool, value: ExprId) -> Option<Self> {
+        let square = pool.square(value);
+        Some(Self { square: pool.as_number(square)?.clone(), value: pool.as_number(value).cloned() })
+    }
 }
 
 /// The exact system, in units of its own.

@@ -21,7 +21,7 @@ pub use peaks::{Peak, PeakKind, Peaks};
 use std::sync::OnceLock;
 
 use crate::source::{self, End, Source, between, first, rational, share, unit_of, written_ends};
-use drive::{Averaged, Drive, Driven, averaged};
+use drive::{Drive, Driven, averaged};
 use exact::{Exact, Frequency};
 use librate_core::derive;
 use librate_core::linearize::{self, Linearized, Structure};
@@ -280,11 +280,11 @@ impl Study {
         let outputs: Vec<usize> = outputs.collect::<Result<_, _>>()?;
         let outputs = if outputs.is_empty() { (0..model.coordinates.len()).collect() } else { outputs };
         let input = request.input.as_deref().map(|name| coordinate(&model, name, "input")).transpose()?;
-        let rolling = model.rolling.first().map(|own| own.span).filter(|_| model.rates.any());
-        if let Some(span) = rolling {
-            let what = "a steady motion under constraints on velocities";
-            return Err(ResponseError::Unsupported { what, span });
-        }
+        let refuse_rolling = |what, is_refused| match model.rolling.first() {
+            Some(own) if is_refused => Err(ResponseError::Unsupported { what, span: own.span }),
+            _ => Ok(()),
+        };
+        refuse_rolling("a steady motion under constraints on velocities", model.rates.any())?;
         let range = &request.range;
         let last = range.len() - 1;
         let (ends, fixed, model) = match (input, model.time_dependent) {
@@ -293,11 +293,8 @@ impl Study {
                 check_sign(&ends)?;
                 let linearized = derive::linearized(model.clone())?;
                 // With coordinates of its own it has none for the forces that are carried.
-                let own = linearized.model().coordinates.len() == model.coordinates.len();
-                if let Some(span) = model.rolling.first().map(|own| own.span).filter(|_| !own) {
-                    let what = "a load that constraints on velocities carry";
-                    return Err(ResponseError::Unsupported { what, span });
-                }
+                let is_other = linearized.model().coordinates.len() != model.coordinates.len();
+                refuse_rolling("a load that constraints on velocities carry", is_other)?;
                 (ends, Some(System::new(&linearized, Force::Unit(at))), model)
             }
             (Some(_), Some(span)) => {
@@ -309,10 +306,8 @@ impl Study {
                 let other = source.model(range, last, first::<ResponseError>)?;
                 let ends = [end_of(&model, range)?, end_of(&other, range)?];
                 check_sign(&ends)?;
-                let number = parameter(&model, range)?;
-                let averaged = averaged(&model, number)?;
-                let system = driven(&model, number, &averaged)?;
-                (ends, averaged.is_fixed.then_some(system), model)
+                let (system, is_fixed) = driven(&model, range)?;
+                (ends, is_fixed.then_some(system), model)
             }
         };
         Ok(Self { source, request, model, outputs, ends, fixed })
@@ -339,11 +334,8 @@ impl Study {
     /// The frequency, or the parameter in it, at a place (from 0), in the unit that it is declared with; rounded to a double.
     #[must_use]
     pub fn place(&self, place: usize) -> f64 {
-        let in_si = || match (&self.request.input, self.quantity::<Ball>(place, ())) {
-            (Some(_), Some(value)) => Some(value.mid_f64()),
-            _ => self.request.range.value(place),
-        };
-        in_si().unwrap_or(f64::NAN)
+        let in_si = self.quantity::<Ball>(place, ()).filter(|_| self.request.input.is_some());
+        in_si.map(|value| value.mid_f64()).or_else(|| self.request.range.value(place)).unwrap_or(f64::NAN)
     }
 
     /// The response of each output at a place.
@@ -355,9 +347,7 @@ impl Study {
             Some(system) => Ok(self.with(system, place)),
             None => {
                 let model = self.source.model(&self.request.range, place, first::<ResponseError>)?;
-                let number = parameter(&model, &self.request.range)?;
-                let system = driven(&model, number, &averaged(&model, number)?)?;
-                Ok(self.with(&system, place))
+                Ok(self.with(&driven(&model, &self.request.range)?.0, place))
             }
         }
     }
@@ -458,13 +448,8 @@ impl Study {
 
     /// The frequency at a place where its square is rational.
     fn frequency(&self, place: usize) -> Option<Frequency> {
-        if let Some(value) = self.rational(place) {
-            return Some(Frequency { square: value.mul(&value), value: Some(value) });
-        }
         let constant = Constant::parse(&self.request.range.expression(place)).ok()?;
-        let mut pool = constant.pool().clone();
-        let square = pool.square(constant.value());
-        Some(Frequency { square: pool.as_number(square)?.clone(), value: pool.as_number(constant.value()).cloned() })
+        Frequency::of(&mut constant.pool().clone(), constant.value())
     }
 
     /// The same in any numbers.
@@ -535,9 +520,11 @@ fn check_sign(ends: &[End; 2]) -> Result<(), ResponseError> {
     Ok(())
 }
 
-/// The system of a driven model.
-fn driven(model: &Model, parameter: usize, averaged: &Averaged) -> Result<System, ResponseError> {
+/// The system of a driven model, and whether it does not depend on the parameter of a range.
+fn driven(model: &Model, range: &Range) -> Result<(System, bool), ResponseError> {
+    let number = parameter(model, range)?;
+    let averaged = averaged(model, number)?;
     let linearized = linearize::linearize(averaged.model.clone())?;
-    let drive = averaged.drive(model, parameter, &linearized)?;
-    Ok(System::new(&linearized, Force::Own(Box::new(drive))))
+    let drive = averaged.drive(model, number, &linearized)?;
+    Ok((System::new(&linearized, Force::Own(Box::new(drive))), averaged.is_fixed))
 }

@@ -1,7 +1,7 @@
 //! An order of the rows of a sparse matrix that keeps its entries near the diagonal (E. Cuthill and J. McKee, Reducing the bandwidth of
 //! sparse symmetric matrices, Proc. 24th ACM National Conference (1969) 157).
 
-use librate_core::order::Order;
+use librate_core::order::{Gather, Order};
 
 /// The place of each row: by breadth-first search from a row far out, neighbours with few neighbours first; as they stand where that is
 /// no better.
@@ -46,9 +46,5 @@ pub(super) fn neighbours(order: usize, entries: &[(usize, usize)]) -> Vec<Vec<us
         all[*row].push(*column);
         all[*column].push(*row);
     }
-    for own in &mut all {
-        own.put_in_order();
-        own.dedup();
-    }
-    all
+    all.into_iter().map(|own| own.into_iter().distinct()).collect()
 }

@@ -3,29 +3,26 @@
 use super::{Peaks, Response, Value};
 use librate_core::diagnostic::Diagnostic;
 
-/// Which values a remark is about.
-type IsMeant = fn(&Value) -> bool;
-
 impl Response {
     /// Warnings: that an equilibrium is unstable or not proved, and where values are no numbers.
     #[must_use]
     pub fn remarks(&self) -> Vec<Diagnostic> {
         const MOST: usize = 3;
         let mut all: Vec<Diagnostic> = self.unstable.iter().map(Diagnostic::from).collect();
-        let wanted: [(IsMeant, &str, &str); 2] = [
+        let wanted = [
             (
-                |value| matches!(value, Value::Infinite),
+                Value::Infinite,
                 "the response is infinite: an undamped resonance",
                 "there is no steady motion at this frequency: the force feeds the mode without end",
             ),
             (
-                |value| matches!(value, Value::Undecided),
+                Value::Undecided,
                 "the response is not decided",
                 "bounds do not tell it from a resonance or from 0: its cells are empty",
             ),
         ];
-        for (is_meant, what, help) in wanted {
-            let hit = |at: &usize| self.outputs.iter().any(|output| is_meant(&output.values[*at]));
+        for (value, what, help) in wanted {
+            let hit = |at: &usize| self.outputs.iter().any(|output| output.values[*at] == value);
             let places: Vec<usize> = (0..self.places.len()).filter(hit).collect();
             if places.is_empty() {
                 continue;

@@ -26,6 +26,14 @@ struct Coefficient<S> {
     stiffness: S,
 }
 
+impl<S: Enclosure> Coefficient<S> {
+    /// One of a stiffness alone.
+    fn stiff(row: usize, column: usize, stiffness: S, precision: S::Precision) -> Self {
+        let zero = S::exact(0.0, precision);
+        Self { row, column, mass: zero.clone(), velocity: zero, stiffness }
+    }
+}
+
 /// Terms of the response in powers of the frequency, beside the first.
 const TERMS: usize = 3;
 
@@ -109,24 +117,20 @@ fn sparse(own: &Linearized) -> Option<Vec<Coefficient<Ball>>> {
         }
     }
     all.retain(|_, parts| !parts.iter().all(Ball::is_zero));
-    let coefficient = |((column, row), parts): ((usize, usize), [Ball; 3])| {
-        let [mass, velocity, stiffness] = parts;
-        Coefficient { row, column, mass, velocity, stiffness }
-    };
-    Some(all.into_iter().map(coefficient).collect())
+    let all = all.into_iter();
+    let all =
+        all.map(|((column, row), [mass, velocity, stiffness])| Coefficient { row, column, mass, velocity, stiffness });
+    Some(all.collect())
 }
 
 impl Matrices<Ball> {
     pub(super) fn in_balls(own: &Linearized, driven: &[usize]) -> Self {
         let point = own.equilibrium().values.clone();
-        let all = match sparse(own) {
-            Some(entries) => Self::of(own, entries, None, point, ()),
-            None => {
-                let (velocity, stiffness) = own.velocity_and_stiffness();
-                Self::new(own, [&own.mass(), &velocity, &stiffness], own.directions(), point, ())
-            }
-        };
-        all.coupled(driven)
+        if let Some(entries) = sparse(own) {
+            return Self::of(own, driven, entries, None, point, ());
+        }
+        let (velocity, stiffness) = own.velocity_and_stiffness();
+        Self::new(own, driven, [&own.mass(), &velocity, &stiffness], own.directions(), point, ())
     }
 
     /// For eight frequencies at once; none where coordinates are sums of unknowns or in units of their own, or that takes much memory.
@@ -151,13 +155,14 @@ impl Matrices<Big> {
         let directions = precise.directions();
         let Precise { bits, mass, velocity, stiffness, equilibrium, .. } = precise;
         let velocity = velocity.unwrap_or_else(|| vec![Big::zero(bits); stiffness.len()]);
-        Some(Self::new(own, [&mass, &velocity, &stiffness], directions, equilibrium, bits).coupled(driven))
+        Some(Self::new(own, driven, [&mass, &velocity, &stiffness], directions, equilibrium, bits))
     }
 }
 
 impl<S: Enclosure> Matrices<S> {
     fn new(
         own: &Linearized,
+        driven: &[usize],
         [mass, velocity, stiffness]: [&[S]; 3],
         directions: Option<Vec<Vec<S>>>,
         point: Vec<S>,
@@ -174,43 +179,36 @@ impl<S: Enclosure> Matrices<S> {
                 }
             }
         }
-        Self::of(own, entries, directions, point, precision)
+        Self::of(own, driven, entries, directions, point, precision)
     }
 
+    /// With 1 on the diagonal for what no chain of entries joins to the coordinates that forces act on. It rests, and its own resonances
+    /// are none of the response.
     fn of(
         own: &Linearized,
+        driven: &[usize],
         entries: Vec<Coefficient<S>>,
         directions: Option<Vec<Vec<S>>>,
         point: Vec<S>,
         precision: S::Precision,
     ) -> Self {
         let n = own.dimension();
-        let is_real = entries.iter().all(|own| own.velocity.is_exact_zero());
         let units = own.units().cloned();
         let (places, band) = ((0..n).collect(), [0; 2]);
-        let mut all = Self { order: n, entries, band, places, is_real, directions, units, point, precision };
+        let mut all = Self { order: n, entries, band, places, is_real: false, directions, units, point, precision };
         all.arrange();
-        all
-    }
-
-    /// With 1 on the diagonal for what no chain of entries joins to the coordinates that forces act on. It rests, and its own resonances
-    /// are none of the response.
-    fn coupled(mut self, driven: &[usize]) -> Self {
-        let neighbours = neighbours(self.order, &self.pattern());
-        let mut is_reached = vec![false; self.order];
-        for (place, _) in driven.iter().filter_map(|coordinate| self.shares(*coordinate)).flatten() {
+        let neighbours = neighbours(n, &all.pattern());
+        let mut is_reached = vec![false; n];
+        for (place, _) in driven.iter().filter_map(|coordinate| all.shares(*coordinate)).flatten() {
             if !is_reached[place] {
                 levels(&neighbours, place).into_iter().for_each(|own| is_reached[own] = true);
             }
         }
-        self.entries.retain(|own| is_reached[own.row]);
-        let (zero, one) = (S::exact(0.0, self.precision), S::exact(1.0, self.precision));
-        let alone = (0..self.order).filter(|place| !is_reached[*place]);
-        let own =
-            |row| Coefficient { row, column: row, mass: zero.clone(), velocity: zero.clone(), stiffness: one.clone() };
-        self.entries.extend(alone.map(own));
-        self.is_real = self.entries.iter().all(|own| own.velocity.is_exact_zero());
-        self
+        all.entries.retain(|own| is_reached[own.row]);
+        let alone = (0..n).filter(|place| !is_reached[*place]);
+        all.entries.extend(alone.map(|row| Coefficient::stiff(row, row, S::exact(1.0, precision), precision)));
+        all.is_real = all.entries.iter().all(|own| own.velocity.is_exact_zero());
+        all
     }
 
     /// The rows and columns of the entries.
@@ -363,10 +361,7 @@ impl<S: Enclosure> Matrices<S> {
     pub(super) fn reciprocal(&self, force: &Slope<S>, output: usize) -> Option<Complex<S>> {
         let mut own = self.clone();
         let last = own.order;
-        let entry = |row, column, stiffness| {
-            let zero = S::exact(0.0, self.precision);
-            Coefficient { row, column, mass: zero.clone(), velocity: zero, stiffness }
-        };
+        let entry = |row, column, stiffness| Coefficient::stiff(row, column, stiffness, self.precision);
         own.entries.extend(self.shares(output)?.into_iter().map(|(place, share)| entry(last, place, share)));
         let forces = self.right(&force.forces)?.into_iter().enumerate();
         let forces = forces.filter(|(_, own)| !own.re.is_exact_zero());
@@ -549,13 +544,8 @@ impl<T: Entry> Rows<T> {
 /// The modulus and the angle, in (-pi, pi]; none of 0.
 pub(super) fn polar<S: Enclosure>(x: &Complex<S>, precision: S::Precision) -> (S, Option<S>) {
     if x.im.is_exact_zero() {
-        let angle = if x.re.is_positive() {
-            Some(S::exact(0.0, precision))
-        } else if x.re.is_negative() {
-            Some(<S as Scalar>::pi(precision))
-        } else {
-            None
-        };
+        let zero = x.re.is_positive().then(|| S::exact(0.0, precision));
+        let angle = zero.or_else(|| x.re.is_negative().then(|| <S as Scalar>::pi(precision)));
         return (x.re.apply(Function::Abs), angle);
     }
     (x.square_of_modulus().sqrt(), (!x.contains_zero()).then(|| x.im.atan2(&x.re)))

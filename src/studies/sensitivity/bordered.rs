@@ -16,7 +16,7 @@
 use faer::c64;
 use nalgebra::DMatrix;
 
-use super::{Enclosed, Rows};
+use super::{Enclosed, Rows, real};
 use librate_core::linearize::WithMultipliers;
 use librate_core::precision::{Ball, System, power_of_two};
 
@@ -43,7 +43,7 @@ fn polynomial(whole: &WithMultipliers, place: Place) -> Vec<Enclosed> {
     let n = whole.order;
     let at = |i: usize, j: usize| {
         let k = i + n * j;
-        let mut entry = Enclosed { re: whole.stiffness[k], im: Ball::ZERO };
+        let mut entry = real(whole.stiffness[k]);
         if !whole.mass[k].is_zero() {
             entry = entry.add(&place.square.times(&whole.mass[k]));
         }
@@ -78,10 +78,10 @@ pub(super) fn kernel(whole: &WithMultipliers, place: Place, count: usize, own_le
         .collect::<Option<_>>()?;
     let scaled: Vec<Enclosed> = (0..n * n).map(|k| entries[k].scale(i64::from(units[k / n] + units[k % n]))).collect();
     let (right, left) = borders(whole, place, &units, count, own_left)?;
-    let real = scaled.iter().all(|x| x.im.is_zero());
-    let system = bordered(n, &scaled, &right, &left, real)?;
+    let is_real = scaled.iter().all(|x| x.im.is_zero());
+    let system = bordered(n, &scaled, &right, &left, is_real)?;
     let solve = |system: &System| -> Option<Rows<Enclosed>> {
-        (0..count).map(|k| column(n, count, k, system, real, &units)).collect()
+        (0..count).map(|k| column(n, count, k, system, is_real, &units)).collect()
     };
     let (x, corner) = parts(solve(&system)?, n);
     if own_left {
@@ -97,11 +97,7 @@ pub(super) fn kernel(whole: &WithMultipliers, place: Place, count: usize, own_le
 
 /// What stands above and below in each column.
 fn parts(columns: Rows<Enclosed>, n: usize) -> (Rows<Enclosed>, Rows<Enclosed>) {
-    let split = |mut column: Vec<Enclosed>| {
-        let below = column.split_off(n);
-        (column, below)
-    };
-    columns.into_iter().map(split).unzip()
+    columns.into_iter().map(|mut column| (column.drain(..n).collect(), column)).unzip()
 }
 
 /// About the vectors and left vectors, in units: a step of inverse iteration beside the exponent.

@@ -199,6 +199,10 @@ enum Kept {
     Nothing,
 }
 
+fn real(re: Ball) -> Enclosed {
+    Enclosed { re, im: Ball::ZERO }
+}
+
 fn hull(balls: impl Iterator<Item = Ball>) -> Option<Ball> {
     balls.reduce(|all, one| all.hull(&one))
 }
@@ -240,10 +244,10 @@ fn space(whole: &WithMultipliers, linearized: &Linearized, modes: &NormalModes, 
                 return Some(Space::real(whole, square, vectors, true));
             }
         }
-        let place = Place { exponent, square: Enclosed { re: -square, im: Ball::ZERO } };
+        let place = Place { exponent, square: real(-square) };
         let kernel = bordered::kernel(whole, place, count, true)?;
-        let real = |x: Vec<Enclosed>| x.into_iter().map(|x| x.re).collect();
-        return Some(Space::real(whole, square, kernel.x.into_iter().map(real).collect(), count == 1));
+        let parts = |x: Vec<Enclosed>| x.into_iter().map(|x| x.re).collect();
+        return Some(Space::real(whole, square, kernel.x.into_iter().map(parts).collect(), count == 1));
     }
     let square = exponent.mul(&exponent);
     let place = Place { exponent, square };
@@ -254,14 +258,10 @@ fn space(whole: &WithMultipliers, linearized: &Linearized, modes: &NormalModes, 
     if let Some(velocity) = &whole.velocity {
         slope = slope.add(&form(whole.order, velocity, &kernel.x, &kernel.y));
     }
-    let kept = if count > 1 {
-        Kept::Nothing
-    } else if structure == Structure::Gyroscopic && exponent.re.is_zero() {
-        Kept::Imaginary
-    } else if exponent.im.is_zero() {
-        Kept::Real
-    } else {
-        Kept::Nothing
+    let kept = match count {
+        1 if structure == Structure::Gyroscopic && exponent.re.is_zero() => Kept::Imaginary,
+        1 if exponent.im.is_zero() => Kept::Real,
+        _ => Kept::Nothing,
     };
     Some(Space::Complex { place, x: kernel.x, y: kernel.y, slope, kept })
 }
@@ -341,6 +341,10 @@ fn symmetric_form(order: usize, matrix: impl Fn(usize) -> Option<Ball>, vectors:
     Matrix::from_fn(m, m, |p, q| sums[(p.max(q), p.min(q))])
 }
 
+fn complex(vectors: &Rows<Ball>) -> Rows<Enclosed> {
+    vectors.iter().map(|x| x.iter().copied().map(real).collect()).collect()
+}
+
 /// How exponents of M and K move where gyroscopic forces or friction begin to act, which vanish at the values as they are.
 fn beginning(
     order: usize,
@@ -349,16 +353,13 @@ fn beginning(
     gram: &Matrix<Ball>,
     slopes: &Slopes,
 ) -> Option<Vec<Enclosed>> {
-    let real = |re: Ball| Enclosed { re, im: Ball::ZERO };
     let root = square.abs().sqrt();
-    let exponent = if square.is_positive() {
-        Enclosed { re: Ball::ZERO, im: root }
-    } else if square.is_negative() {
-        real(root)
-    } else {
-        return None;
+    let exponent = match square.is_positive() {
+        true => Enclosed { re: Ball::ZERO, im: root },
+        false if square.is_negative() => real(root),
+        false => return None,
     };
-    let x: Rows<Enclosed> = vectors.iter().map(|x| x.iter().copied().map(real).collect()).collect();
+    let x = complex(vectors);
     let weighted = |matrix: &[Ball], factor: Enclosed| form(order, matrix, &x, &x).map(|entry| entry.mul(&factor));
     // -(λ² dM + λ dD + dS) and 2 λ M.
     let mut change = weighted(&slopes.stiffness, real(-Ball::ONE));
@@ -385,12 +386,8 @@ impl Space {
             Self::Zero { count, coupled, .. } => {
                 let stays = match (coupled, &slopes.velocity) {
                     (Some(vectors), Some(velocity)) => {
-                        let whole = |x: &Vec<Ball>| {
-                            let part = |re: &Ball| Enclosed { re: *re, im: Ball::ZERO };
-                            x.iter().map(part).collect::<Vec<Enclosed>>()
-                        };
                         let order = velocity.len().isqrt();
-                        let vectors: Rows<Enclosed> = vectors.iter().map(whole).collect();
+                        let vectors = complex(vectors);
                         let unchanged =
                             || form(order, velocity, &vectors, &vectors).entries().iter().all(Enclosed::is_zero);
                         velocity.iter().all(Ball::is_zero) || vectors.iter().all(|x| x.len() == order) && unchanged()
@@ -433,15 +430,11 @@ impl Space {
                 // d(ω²) = 2 ω dω, and for growth s with ω² = -s²: ds = -d(ω²)/(2 s).
                 let double = square.abs().sqrt().scale(1);
                 let part = |moved: Ball| {
-                    let (mut re, mut im) = (Ball::ZERO, Ball::ZERO);
                     if square.is_positive() {
-                        im = moved / double;
-                    } else if square.is_negative() {
-                        re = -moved / double;
+                        Some(Enclosed { re: Ball::ZERO, im: moved / double })
                     } else {
-                        return None;
+                        square.is_negative().then(|| real(-moved / double))
                     }
-                    Some(Enclosed { re, im })
                 };
                 moved.into_iter().map(part).collect()
             }
@@ -462,9 +455,7 @@ impl Space {
                 let mut moved = split::general(&change.map(|x| Enclosed::zero(()).sub(x)), slope)?;
                 for moved in &mut moved {
                     match kept {
-                        Kept::Imaginary if !(slopes.damps || slopes.drags) => {
-                            moved.re = Ball::ZERO;
-                        }
+                        Kept::Imaginary if !(slopes.damps || slopes.drags) => moved.re = Ball::ZERO,
                         Kept::Real => moved.im = Ball::ZERO,
                         Kept::Imaginary | Kept::Nothing => {}
                     }
