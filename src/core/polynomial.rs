@@ -20,6 +20,16 @@ const MOST_PRODUCTS: usize = 20_000;
 /// Exponents, one a variable.
 type Powers = Vec<u32>;
 
+/// Adds to the coefficient of a term; what is 0 then is left out.
+pub(crate) fn add_to<K: Ord>(terms: &mut BTreeMap<K, Number>, key: K, coefficient: &Number) {
+    let sum = terms.get(&key).map_or_else(|| coefficient.clone(), |own| own.add(coefficient));
+    if sum.is_zero() {
+        terms.remove(&key);
+    } else {
+        terms.insert(key, sum);
+    }
+}
+
 /// A sum of products of powers; none of its coefficients is 0.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Polynomial {
@@ -59,12 +69,7 @@ impl Polynomial {
     }
 
     pub(crate) fn add(&mut self, powers: Powers, coefficient: &Number) {
-        let sum = self.terms.get(&powers).map_or_else(|| coefficient.clone(), |own| own.add(coefficient));
-        if sum.is_zero() {
-            self.terms.remove(&powers);
-        } else {
-            self.terms.insert(powers, sum);
-        }
+        add_to(&mut self.terms, powers, coefficient);
     }
 
     pub(crate) fn terms(&self) -> impl Iterator<Item = (&Powers, &Number)> {

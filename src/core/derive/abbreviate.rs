@@ -6,7 +6,7 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use super::motion::MotionSum;
-use super::simplify::{Weights, rebuild};
+use super::simplify::{Weights, bases_with, rebuild};
 use super::{Derivation, Names};
 use crate::expr::{ExprId, Node, Pool, Substitution, Symbol};
 use crate::number::Number;
@@ -77,14 +77,8 @@ impl Derivation {
         let names = self.names.coordinates.iter();
         let velocity = |name: &String| self.pool.as_symbol(*self.symbols.get(&format!("{name}'"))?);
         let velocities: Vec<Symbol> = names.filter_map(velocity).collect();
-        let mut found: Vec<ExprId> = Vec::new();
-        for id in self.pool.reachable(&roots) {
-            let factors = self.pool.factors(id).into_iter();
-            let halves = factors.filter(|(_, exponent)| is_half(exponent)).map(|(base, _)| base);
-            found.extend(halves.filter(|base| is_lorentz(&self.pool, &velocities, *base)));
-        }
-        found.sort_unstable();
-        found.dedup();
+        let is_own = |base, exponent: &Number| is_half(exponent) && is_lorentz(&self.pool, &velocities, base);
+        let found = bases_with(&self.pool, &roots, is_own);
         let is_taken = |name: &String| name.starts_with("gamma") || name.starts_with('γ');
         if found.is_empty() || self.symbols.keys().any(is_taken) {
             return Vec::new();

@@ -32,7 +32,7 @@ const BITS: usize = 192;
 const MOST_DRAWS: usize = 1000;
 
 /// What has a sign at the values of the parameters, and whether that is negative.
-pub(super) type Signs = Vec<(ExprId, bool)>;
+pub(super) type Signs = BTreeSet<(ExprId, bool)>;
 
 /// What is replaced by what it is at the values of the parameters.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -230,8 +230,6 @@ impl<'a> Checker<'a> {
                 pair = pair.changed(pool, |pool, values| pool.replaced(values, &images));
             }
         }
-        signs.put_in_order();
-        signs.dedup();
         (pair, signs)
     }
 
@@ -278,7 +276,7 @@ impl<'a> Checker<'a> {
                     let negative = value.is_negative();
                     if value.is_positive() || negative {
                         images.insert(id, if negative { pool.neg(x) } else { x });
-                        signs.push(sign(pool, x, negative));
+                        signs.insert(sign(pool, x, negative));
                     }
                 }
             }

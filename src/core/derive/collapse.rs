@@ -1,8 +1,9 @@
 //! Addition theorems, used where two terms become one.
 
-use super::simplify::{self, Monomial, Monomials, add_to, split};
+use super::simplify::{self, Monomial, Monomials, split};
 use crate::expr::{ExprId, Pool};
 use crate::number::Number;
+use crate::polynomial::add_to;
 use crate::precision::Function;
 
 /// The argument of a sine or cosine.
@@ -161,11 +162,7 @@ fn products(pool: &mut Pool, monomials: &Monomials, monomial: &Monomial, coeffic
             let rest = changed(monomial, &[(*first, -1), (*second, -1)]);
             let (sin_a, cos_a) = (pool.sin(a), pool.cos(a));
             let sin_b = pool.sin(b);
-            let partner = if mixed {
-                changed(&rest, &[(cos_a, 1), (sin_b, 1)])
-            } else {
-                changed(&rest, &[(sin_a, 1), (sin_b, 1)])
-            };
+            let partner = changed(&rest, &[(if mixed { cos_a } else { sin_a }, 1), (sin_b, 1)]);
             let Some(other) = monomials.get(&partner) else {
                 continue;
             };

@@ -20,8 +20,8 @@ const MOST_BY_DETERMINANTS: usize = 3;
 
 /// A matrix, row by row.
 type Rows = Vec<Vec<ExprId>>;
-/// Free coordinates, Z and K.
-type Condensed = (Vec<usize>, Rows, Rows);
+/// Free coordinates, Z, and K where it is known with it.
+type Directions = (Vec<usize>, Rows, Option<Rows>);
 
 /// Constraints, one entry each for those that don't follow from others.
 #[derive(Clone, Debug)]
@@ -71,7 +71,7 @@ impl Rolling {
     pub(super) fn drags(&self, pool: &mut Pool, variables: &Variables) -> Vec<(usize, ExprId)> {
         let mut drags = Vec::new();
         for (multiplier, condition) in self.multipliers.iter().zip(&self.expressions) {
-            for (i, slope) in variables.velocity_slopes(pool, *condition) {
+            for (i, slope) in variables.symbols.velocity_slopes(pool, *condition) {
                 let force = pool.mul(*multiplier, slope);
                 drags.push((i, pool.neg(force)));
             }
@@ -223,13 +223,8 @@ fn reduction(
         let SymbolicRolling { free, directions, matrices, .. } = own;
         return Some(Reduction { free, directions, matrices, drift, energies });
     }
-    let (free, directions, stiffness) = match condensed(pool, checker, linear, tangent) {
-        Some((free, directions, stiffness)) => (free, directions, Some(stiffness)),
-        None => {
-            let (free, directions) = directions(pool, checker, tangent)?;
-            (free, directions, None)
-        }
-    };
+    let condensed = condensed(pool, checker, linear, tangent);
+    let (free, directions, stiffness) = condensed.or_else(|| directions(pool, checker, tangent))?;
     let mut project = |rows: &Rows| congruent(pool, rows, &directions);
     let matrices = [
         Some(project(&linear.mass)),
@@ -242,11 +237,7 @@ fn reduction(
 }
 
 /// The free coordinates and Z, row by row; `None` where the rows are not shown to be independent.
-fn directions(
-    pool: &mut Algebra<'_>,
-    checker: &Checker<'_>,
-    tangent: &Tangent,
-) -> Option<(Vec<usize>, Vec<Vec<ExprId>>)> {
+fn directions(pool: &mut Algebra<'_>, checker: &Checker<'_>, tangent: &Tangent) -> Option<Directions> {
     let gradients = &tangent.gradients;
     let n = gradients.first()?.len();
     let is_pivot = |pool: &Pool, e: ExprId| checker.differs_from_zero(pool, e);
@@ -265,7 +256,7 @@ fn directions(
             directions[*bound][at] = pool.short(|pool| pool.neg(row[*own]));
         }
     }
-    Some((free, directions))
+    Some((free, directions, None))
 }
 
 /// Rows solved for as many columns as there are rows, the first of the candidates that will do: these columns in ascending order,
@@ -299,7 +290,7 @@ pub(super) fn solved_for(
 
 /// The free coordinates, Z and K of what is left, where so few massless coordinates follow that determinants give them in short: with
 /// D = det K₂₂ and Nⱼ from Cramer's rule, Z₂ = N/D and (D K₁₁ + K₁₂ N)/D, in which D cancels what it can.
-fn condensed(pool: &mut Algebra<'_>, checker: &Checker<'_>, linear: &Linear, tangent: &Tangent) -> Option<Condensed> {
+fn condensed(pool: &mut Algebra<'_>, checker: &Checker<'_>, linear: &Linear, tangent: &Tangent) -> Option<Directions> {
     let (massless, k) = (&tangent.massless, &linear.stiffness);
     if !(1..=MOST_BY_DETERMINANTS).contains(&massless.len()) || linear.circulatory.is_some() {
         return None;
@@ -341,7 +332,7 @@ fn condensed(pool: &mut Algebra<'_>, checker: &Checker<'_>, linear: &Linear, tan
             stiffness[row][column] = pool.div(sum, whole);
         }
     }
-    Some((free, directions, stiffness))
+    Some((free, directions, Some(stiffness)))
 }
 
 /// ZᵀAZ.
@@ -363,14 +354,4 @@ fn congruent(pool: &mut Pool, rows: &[Vec<ExprId>], z: &[Vec<ExprId>]) -> Vec<Ve
         }
     }
     parts.iter().map(|row| row.iter().map(|parts| pool.sum(parts)).collect()).collect()
-}
-
-impl Linear {
-    /// Without matrices of which nothing is left.
-    pub(super) fn forget_zeros(&mut self) {
-        let others = [&mut self.gyroscopic, &mut self.damping, &mut self.circulatory];
-        for matrix in others {
-            matrix.take_if(|rows| rows.iter().flatten().all(|e| e.is_zero()));
-        }
-    }
 }

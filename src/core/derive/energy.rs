@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::equations::velocities;
 use super::lagrangian::{Lagrangian, Variables};
 use super::motion::{Factor, Motion, MotionSum, MotionTerm};
 use super::shapes::determinant;
@@ -27,7 +28,7 @@ pub(super) fn momenta(pool: &mut Algebra<'_>, variables: &Variables, lagrangian:
         rest.entry(*i).or_default().push(*value);
     }
     for term in &lagrangian.other {
-        for (i, slope) in variables.velocity_slopes(pool, *term) {
+        for (i, slope) in variables.symbols.velocity_slopes(pool, *term) {
             rest.entry(i).or_default().push(slope);
         }
     }
@@ -43,7 +44,7 @@ fn without_velocities(pool: &mut Algebra<'_>, variables: &Variables, lagrangian:
     let mut parts = lagrangian.potential.clone();
     for term in &lagrangian.other {
         parts.push(pool.neg(*term));
-        for (i, slope) in variables.velocity_slopes(pool, *term) {
+        for (i, slope) in variables.symbols.velocity_slopes(pool, *term) {
             let velocity = pool.symbol_expr(variables.velocities[i]);
             parts.push(pool.mul(velocity, slope));
         }
@@ -56,12 +57,8 @@ fn without_velocities(pool: &mut Algebra<'_>, variables: &Variables, lagrangian:
 pub(super) fn energy_function(pool: &mut Algebra<'_>, variables: &Variables, lagrangian: &Lagrangian) -> MotionSum {
     let mut terms = Vec::new();
     for ((i, j), value) in &lagrangian.inertia {
-        terms.push(if i == j {
-            let half = pool.scale(*value, &Number::half());
-            MotionTerm::new(half, &[(Motion::Velocity(*i), 2)])
-        } else {
-            MotionTerm::new(*value, &[(Motion::Velocity(*i), 1), (Motion::Velocity(*j), 1)])
-        });
+        let value = if i == j { pool.scale(*value, &Number::half()) } else { *value };
+        terms.push(MotionTerm::new(value, &velocities(*i, *j)));
     }
     let rest = without_velocities(pool, variables, lagrangian);
     terms.push(MotionTerm::new(rest, &[]));

@@ -26,7 +26,7 @@ pub(super) type Factors = Vec<(Motion, u32)>;
 type Parts = BTreeMap<(usize, Factors), Vec<(ExprId, Number)>>;
 
 /// q_i' q_j'
-fn velocities(i: usize, j: usize) -> Factors {
+pub(super) fn velocities(i: usize, j: usize) -> Factors {
     if i == j {
         vec![(Motion::Velocity(i), 2)]
     } else {
@@ -34,7 +34,8 @@ fn velocities(i: usize, j: usize) -> Factors {
     }
 }
 
-fn single(motion: Motion) -> Factors {
+/// What moves alone.
+pub(super) fn single(motion: Motion) -> Factors {
     vec![(motion, 1)]
 }
 
@@ -90,7 +91,7 @@ fn quadratic(pool: &mut Pool, variables: &Variables, lagrangian: &Lagrangian, pa
         if i != j {
             add(parts, j, single(Motion::Acceleration(i)), *value, one.clone());
         }
-        for (k, slope) in variables.slopes(pool, *value) {
+        for (k, slope) in variables.symbols.slopes(pool, *value) {
             add(parts, i, velocities(j, k), slope, one.clone());
             if i == j {
                 add(parts, k, velocities(i, i), slope, Number::half().neg());
@@ -110,7 +111,7 @@ fn quadratic(pool: &mut Pool, variables: &Variables, lagrangian: &Lagrangian, pa
 /// From T1 = sum b_i q_i'.
 fn linear(pool: &mut Pool, variables: &Variables, lagrangian: &Lagrangian, parts: &mut Parts) {
     for (i, value) in &lagrangian.linear {
-        for (j, slope) in variables.slopes(pool, *value) {
+        for (j, slope) in variables.symbols.slopes(pool, *value) {
             if j != *i {
                 add(parts, *i, single(Motion::Velocity(j)), slope, Number::ONE);
                 add(parts, j, single(Motion::Velocity(*i)), slope, Number::MINUS_ONE);
@@ -123,15 +124,15 @@ fn linear(pool: &mut Pool, variables: &Variables, lagrangian: &Lagrangian, parts
 
 /// From a term of L of any form.
 fn general(pool: &mut Pool, variables: &Variables, term: ExprId, parts: &mut Parts) {
-    for (i, slope) in variables.slopes(pool, term) {
+    for (i, slope) in variables.symbols.slopes(pool, term) {
         let force = pool.neg(slope);
         dragged(pool, variables, i, force, parts);
     }
-    for (i, momentum) in variables.velocity_slopes(pool, term) {
-        for (j, value) in variables.velocity_slopes(pool, momentum) {
+    for (i, momentum) in variables.symbols.velocity_slopes(pool, term) {
+        for (j, value) in variables.symbols.velocity_slopes(pool, momentum) {
             add(parts, i, single(Motion::Acceleration(j)), value, Number::ONE);
         }
-        for (j, value) in variables.slopes(pool, momentum) {
+        for (j, value) in variables.symbols.slopes(pool, momentum) {
             add(parts, i, single(Motion::Velocity(j)), value, Number::ONE);
         }
         let rate = variables.by_time(pool, momentum);
@@ -141,7 +142,7 @@ fn general(pool: &mut Pool, variables: &Variables, term: ExprId, parts: &mut Par
 
 /// From what friction or a generalised force adds to an equation, velocities apart where it is linear in them.
 fn dragged(pool: &mut Pool, variables: &Variables, i: usize, drag: ExprId, parts: &mut Parts) {
-    let bends = variables.velocity_slopes(pool, drag);
+    let bends = variables.symbols.velocity_slopes(pool, drag);
     if bends.iter().any(|(_, bend)| variables.moves(pool, *bend)) {
         add(parts, i, Factors::new(), drag, Number::ONE);
         return;

@@ -9,7 +9,6 @@ use super::lagrangian::{Lagrangian, Variables};
 use super::simplify::Algebra;
 use crate::expr::{ExprId, Node, Pool, Substitution};
 use crate::number::Number;
-use crate::order::Order;
 use crate::precision::Function;
 use crate::syntax::Comparison;
 
@@ -219,15 +218,13 @@ fn condition(pool: &mut Pool, checker: &Checker<'_>, value: ExprId, strict: bool
         let left = pool.product_of_powers(&above);
         (left, pool.product_of_powers(&below), false)
     };
-    signs.put_in_order();
-    signs.dedup();
     let relation = match (is_above, strict) {
         (true, true) => Comparison::Greater,
         (true, false) => Comparison::GreaterEqual,
         (false, true) => Comparison::Less,
         (false, false) => Comparison::LessEqual,
     };
-    Condition { left, relation, right, signs }
+    Condition { left, relation, right, signs: signs.into_iter().collect() }
 }
 
 /// The absolute value of a factor; without bars where the values of the parameters tell its sign.

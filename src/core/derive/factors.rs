@@ -5,9 +5,11 @@
 //! zero its dependence on the other variables follows power by power (Newton and Hensel; Geddes, Czapor and Labahn, Algorithms for
 //! Computer Algebra, chapter 6). What comes out is a factor if the division leaves nothing; what does not is none.
 
+use std::collections::BTreeSet;
+
 use super::ring::EXPONENT;
 use crate::number::Number;
-use crate::order::Order;
+use crate::order::{Gather, Order};
 use crate::polynomial::Polynomial;
 
 /// Values at which a factor is searched for, one a variable.
@@ -231,11 +233,8 @@ fn whole_zeros(of: &Polynomial, variable: usize) -> Vec<Number> {
         return Vec::new();
     };
     let slope: Vec<Number> = own.iter().zip(0..).skip(1).map(|(own, power)| own.mul(&Number::from(power))).collect();
-    let mut zeros: Vec<Number> = PRIMES.iter().flat_map(|prime| zeros_from(&own, &slope, *prime, &bound)).collect();
-    zeros.put_in_order();
-    zeros.dedup();
-    zeros.retain(|zero| value(&own, zero).is_zero());
-    zeros
+    let zeros: BTreeSet<Number> = PRIMES.iter().flat_map(|prime| zeros_from(&own, &slope, *prime, &bound)).gather();
+    zeros.into_iter().filter(|zero| value(&own, zero).is_zero()).collect()
 }
 
 /// What whole zeros that are not repeated modulo a prime can be, up to a bound, by Newton's steps, each with twice the digits.

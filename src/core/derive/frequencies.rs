@@ -6,7 +6,7 @@
 //! is compared with certified numbers before it is given out (`check`).
 
 use super::Linear;
-use super::check::Checker;
+use super::check::{Checker, Signs};
 use super::cubic::Solved;
 use super::forms::{Found, closed_forms};
 use super::lattice::Angles;
@@ -20,7 +20,7 @@ use crate::expr::{ExprId, Pool};
 use crate::linearize::Invariance;
 use crate::model::Model;
 use crate::number::Number;
-use crate::order::Order;
+use crate::order::Gather;
 use crate::symmetry::{GroupKind, SignedPermutation, Symmetry};
 
 /// Larger models get no closed forms: they could not be checked in reasonable time.
@@ -168,7 +168,6 @@ pub(super) fn frequencies(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear:
     let model = checker.model;
     let request = Request { most, model };
     let pair = Pair::new(&linear.mass, &linear.stiffness);
-    let signs = linear.signs.clone();
     let pair = pair.canonical(pool);
     let used = pool.symbols_of(&pair.values());
     let none = Ties::default();
@@ -177,6 +176,7 @@ pub(super) fn frequencies(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear:
     checker.check(pool, &pair, &mut general);
     general.add_normal(pool, checker, &pair, found);
     let point_group = checker.point_group().map(str::to_owned);
+    let signs = linear.signs.clone();
     let mut result =
         Frequencies { general, tied: None, would_be: None, signs, point_group, approximations: Vec::new() };
 
@@ -186,9 +186,7 @@ pub(super) fn frequencies(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear:
         let map = ties.substitution(model, pool);
         let equal = pair.substituted(pool, &map);
         let (equal, more) = checker.signed(pool, &equal);
-        result.signs.extend(more);
-        result.signs.put_in_order();
-        result.signs.dedup();
+        result.signs = linear.signs.iter().copied().chain(more).gather::<Signs>().into_iter().collect();
         let equal = equal.canonical(pool);
         let symmetry = Symmetries::find(checker, pool, linear, &equal, &ties);
         tied_order = tied_order.max(symmetry.order());

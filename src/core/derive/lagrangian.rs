@@ -43,19 +43,8 @@ pub(super) struct Variables {
 
 impl Variables {
     pub(super) fn new(model: &Model) -> Self {
-        let coordinates: Vec<Symbol> = model.coordinates.iter().map(|c| c.symbol).collect();
-        let velocities: Vec<Symbol> = model.coordinates.iter().map(|c| c.velocity).collect();
+        let (coordinates, velocities) = model.coordinates.iter().map(|own| (own.symbol, own.velocity)).unzip();
         Self { coordinates, velocities, symbols: model.symbols.clone(), time: model.time() }
-    }
-
-    /// The derivatives by the coordinates, those that are not 0.
-    pub(super) fn slopes(&self, pool: &mut Pool, e: ExprId) -> Vec<(usize, ExprId)> {
-        self.symbols.slopes(pool, e)
-    }
-
-    /// The derivatives by the velocities, those that are not 0.
-    pub(super) fn velocity_slopes(&self, pool: &mut Pool, e: ExprId) -> Vec<(usize, ExprId)> {
-        self.symbols.velocity_slopes(pool, e)
     }
 
     /// Whether a velocity occurs in an expression.
@@ -218,7 +207,7 @@ pub(super) fn drags(model: &Model, pool: &mut Pool, variables: &Variables) -> Ve
             drags.extend(forces.into_iter().map(|(i, force)| (i, pool.neg(force))));
         } else {
             for term in instances(model, pool, family, family.body, None) {
-                drags.extend(variables.velocity_slopes(pool, term));
+                drags.extend(variables.symbols.velocity_slopes(pool, term));
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-use super::simplify::{Algebra, Monomial, Opening, expand};
+use super::simplify::{Algebra, Monomial, Opening, bases_with, expand};
 use crate::expr::{ExprId, ModularPoint, Node, Pool, Substitution, neg_mod};
 use crate::number::Number;
 use crate::order::Gather;
@@ -56,10 +56,8 @@ impl Pair {
     /// The different entries, in ascending order.
     pub(super) fn values(&self) -> Vec<ExprId> {
         let rows = self.mass.iter().chain(&self.stiffness);
-        let mut values: Vec<ExprId> = rows.flat_map(|row| row.values().copied()).collect();
-        values.sort_unstable();
-        values.dedup();
-        values
+        let values: BTreeSet<ExprId> = rows.flat_map(BTreeMap::values).copied().gather();
+        values.into_iter().collect()
     }
 
     /// With symbols replaced, and each entry in its shortest form.
@@ -224,9 +222,7 @@ impl Pair {
             }
             out
         };
-        let mass = of(&self.mass);
-        let stiffness = of(&self.stiffness);
-        Self { mass, stiffness }
+        Self { mass: of(&self.mass), stiffness: of(&self.stiffness) }
     }
 
     /// Written out, row by row.
@@ -243,27 +239,13 @@ impl Pair {
 
     /// The coordinates of each part that hangs together.
     pub(super) fn components(&self, pool: &mut Pool) -> Vec<Vec<usize>> {
-        let numbers = self.pattern(pool).components();
-        let count = numbers.iter().max().map_or(0, |last| last + 1);
-        let mut parts = vec![Vec::new(); count];
-        for (i, own) in numbers.into_iter().enumerate() {
-            parts[own].push(i);
-        }
-        parts
+        self.pattern(pool).parts()
     }
 }
 
 /// Sums below roots that are others times a number once they are multiplied out, which are taken in their place.
 fn proportional_radicands(pool: &mut Pool, all: &[ExprId]) -> HashMap<ExprId, ExprId> {
-    let mut sums: Vec<ExprId> = Vec::new();
-    for id in pool.reachable(all) {
-        if let Node::Product(factors) = pool.node(id) {
-            let below_roots = factors.iter().filter(|(base, exponent)| !exponent.is_integer() && pool.is_sum(*base));
-            sums.extend(below_roots.map(|(base, _)| *base));
-        }
-    }
-    sums.sort_unstable();
-    sums.dedup();
+    let sums = bases_with(pool, all, |base, exponent| !exponent.is_integer() && pool.is_sum(base));
     let mut first: HashMap<Vec<(Monomial, Number)>, (ExprId, Number)> = HashMap::new();
     let mut images = HashMap::new();
     for sum in sums {

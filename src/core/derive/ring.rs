@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 
 use super::collapse::collapse;
-use super::simplify::{Algebra, Monomial, Monomials, Opening, add_to, expand, times};
+use super::simplify::{Algebra, Monomial, Monomials, Opening, expand, times};
 use crate::expr::{ExprId, Pool};
 use crate::number::Number;
 use crate::order::Order;
-use crate::polynomial::Polynomial;
+use crate::polynomial::{Polynomial, add_to};
 
 /// Expressions with more terms than this are not multiplied out.
 const MOST_TERMS: usize = 600;

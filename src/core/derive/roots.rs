@@ -4,21 +4,19 @@
 //! what is left is solved up to the second degree, and on request up to the fourth (`cubic`).
 
 use std::cmp::Ordering;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::collapse::collapse;
 use super::cubic::{Solved, solve};
 use super::pair::Pair;
 use super::ring::{EXPONENT, Expanded, Ring};
 use super::shapes::{below_bars, on_one_bar, one_fraction};
-use super::simplify::{
-    Algebra, Monomial, Monomials, Opening, add_to, expand, split, times, with_common_factor, written,
-};
+use super::simplify::{Algebra, Monomial, Monomials, Opening, expand, split, times, with_common_factor, written};
 use crate::expr::{ExprId, Pool};
 use crate::model::Model;
 use crate::number::Number;
-use crate::order::Order;
-use crate::polynomial::Polynomial as Ratio;
+use crate::order::{Gather, Order};
+use crate::polynomial::{Polynomial as Ratio, add_to};
 
 /// Determinants of larger blocks are not written out.
 pub(super) const MOST_COORDINATES: usize = 5;
@@ -275,10 +273,7 @@ pub(super) fn best_to_read(pool: &mut Algebra<'_>, e: ExprId) -> ExprId {
 
 /// What all terms have in common in front, where that is shorter: g (a - √b)/c.
 pub(super) fn with_common_bar(pool: &mut Algebra<'_>, e: ExprId) -> ExprId {
-    let Some(terms) = expand(pool, e, Opening::Outermost) else {
-        return e;
-    };
-    let whole = with_common_factor(pool, terms.into_iter().collect());
+    let whole = with_common_factor(pool, e);
     if pool.weight(whole) < pool.weight(e) { whole } else { e }
 }
 
@@ -459,9 +454,7 @@ fn in_common(a: &Monomial, b: &Monomial) -> Monomial {
         let at = monomial.binary_search_by_key(&base, |(base, _)| *base);
         at.ok().map_or(Number::ZERO, |at| monomial[at].1.clone())
     };
-    let mut bases: Vec<ExprId> = a.iter().chain(b).map(|(base, _)| *base).collect();
-    bases.sort_unstable();
-    bases.dedup();
+    let bases: BTreeSet<ExprId> = a.iter().chain(b).map(|(base, _)| *base).gather();
     let smaller = bases.into_iter().map(|base| {
         let (a, b) = (power(a, base), power(b, base));
         (base, if a < b { a } else { b })

@@ -361,11 +361,7 @@ fn fraction_with(pool: &mut Algebra<'_>, e: ExprId, opening: Opening) -> ExprId 
         .collect();
     let above = pool.short(|pool| pool.linear(&terms));
     // What all terms have in common stands in front, even where that is no shorter.
-    let above = match expand(pool, above, Opening::Outermost) {
-        Some(terms) => with_common_factor(pool, terms.into_iter().collect()),
-        None => above,
-    };
-    let mut factors = vec![(above, Number::ONE)];
+    let mut factors = vec![(with_common_factor(pool, above), Number::ONE)];
     factors.extend(below.into_iter().map(|(base, power)| (base, power.neg())));
     pool.product_of_powers(&factors)
 }

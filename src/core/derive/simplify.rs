@@ -5,12 +5,13 @@
 //! the given one stays where nothing is shorter. All steps are identities that the pool's own
 //! constructors apply as well, so that the value never changes.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::ops::{Deref, DerefMut};
 
 use super::collapse::collapse;
 use crate::expr::{ExprId, Node, Pool, collect_equal};
 use crate::number::Number;
+use crate::polynomial::add_to;
 
 /// Products of sums are multiplied out to at most so many monomials.
 const MOST_MONOMIALS: usize = 2000;
@@ -64,20 +65,16 @@ impl<'a> Algebra<'a> {
         }
         let ids = self.pool.reachable(&[root]);
         // Arguments of functions and factors are shortened for themselves first.
-        let mut closed: Vec<ExprId> = vec![root];
-        for id in &ids {
-            if !self.pool.is_sum(*id) {
-                self.pool.node(*id).for_each_child(|child| closed.push(child));
-            }
+        let mut closed = HashSet::from([root]);
+        for id in ids.iter().filter(|id| !self.pool.is_sum(**id)) {
+            self.pool.node(*id).for_each_child(|child| _ = closed.insert(child));
         }
-        closed.sort_unstable();
-        closed.dedup();
         let mut local: HashMap<ExprId, ExprId> = HashMap::new();
         for id in ids {
             if self.pool.is_spent() {
                 return root;
             }
-            let is_closed = closed.binary_search(&id).is_ok();
+            let is_closed = closed.contains(&id);
             if is_closed && let Some(image) = self.images.get(&id) {
                 local.insert(id, *image);
                 continue;
@@ -143,10 +140,8 @@ impl<'a> Algebra<'a> {
                 continue;
             }
             for own in &mut factors {
-                if below(own, self.pool)
-                    && let Some(monomials) = expand(self.pool, own.0, Opening::Outermost)
-                {
-                    own.0 = with_common_factor(self.pool, monomials.into_iter().collect());
+                if below(own, self.pool) {
+                    own.0 = with_common_factor(self.pool, own.0);
                 }
             }
             let made = self.pool.product_of_powers(&factors);
@@ -312,19 +307,21 @@ fn has_functions(pool: &Pool, e: ExprId) -> bool {
     is_product_with(pool, core, |base, _| pool.as_function(base).is_some())
 }
 
+/// The bases of powers in some expressions that are such, in ascending order.
+pub(super) fn bases_with(pool: &Pool, all: &[ExprId], such: impl Fn(ExprId, &Number) -> bool) -> BTreeSet<ExprId> {
+    let mut found = BTreeSet::new();
+    for id in pool.reachable(all) {
+        if let Node::Product(factors) = pool.node(id) {
+            found.extend(factors.iter().filter(|(base, exponent)| such(*base, exponent)).map(|(base, _)| *base));
+        }
+    }
+    found
+}
+
 /// Whether an expression is a product with such a factor.
 fn is_product_with(pool: &Pool, e: ExprId, such: impl Fn(ExprId, &Number) -> bool) -> bool {
     let Node::Product(factors) = pool.node(e) else { return false };
     factors.iter().any(|(base, exponent)| such(*base, exponent))
-}
-
-pub(super) fn add_to(monomials: &mut Monomials, monomial: Monomial, coefficient: &Number) {
-    let sum = monomials.get(&monomial).map_or_else(|| coefficient.clone(), |own| own.add(coefficient));
-    if sum.is_zero() {
-        monomials.remove(&monomial);
-    } else {
-        monomials.insert(monomial, sum);
-    }
 }
 
 /// Which sums are multiplied out.
@@ -450,9 +447,10 @@ fn factor(pool: &mut Pool, mut terms: Vec<(Monomial, Number)>, nested: u32) -> E
     pool.sum(&sum)
 }
 
-/// The sum with what is in all terms in front, and no more.
-pub(super) fn with_common_factor(pool: &mut Pool, terms: Vec<(Monomial, Number)>) -> ExprId {
-    factor(pool, terms, MOST_NESTED)
+/// A sum with what is in all terms in front, and no more; as it is where it is too long.
+pub(super) fn with_common_factor(pool: &mut Pool, e: ExprId) -> ExprId {
+    let terms = expand(pool, e, Opening::Outermost);
+    terms.map_or(e, |terms| factor(pool, terms.into_iter().collect(), MOST_NESTED))
 }
 
 fn with_factor(pool: &mut Pool, value: ExprId, common: &Monomial) -> ExprId {

@@ -5,13 +5,13 @@
 //! kind) are one, the symmetry of M and K is searched for; then the equalities that it takes are read off
 //! the entries that it takes to each other, and no others.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::pair::Pair;
 use super::simplify::Algebra;
 use crate::expr::{ExprId, Pool, Substitution, Symbol};
 use crate::model::Model;
-use crate::order::Order;
+use crate::order::Gather;
 use crate::symmetry::SignedPermutation;
 
 /// Parameters that are taken to be equal, by the number of the one that stands for each.
@@ -114,7 +114,7 @@ impl Ties {
     ) -> Self {
         let mut needed = Self::none(self.leader.len());
         needed.opposite.clone_from(&self.opposite);
-        let mut pairs: Vec<(ExprId, ExprId)> = Vec::new();
+        let mut pairs: BTreeSet<(ExprId, ExprId)> = BTreeSet::new();
         for g in generators {
             for i in 0..pair.len() {
                 for j in pair.columns(i) {
@@ -123,14 +123,11 @@ impl Ties {
                     let (m2, k2) = pair.at(pool, to_i, to_j);
                     for (own, image) in [(m, m2), (k, k2)] {
                         let image = if a == b { image } else { pool.neg(image) };
-                        pairs.push((own, image));
+                        pairs.extend((own != image).then_some((own, image)));
                     }
                 }
             }
         }
-        pairs.retain(|(a, b)| a != b);
-        pairs.put_in_order();
-        pairs.dedup();
         for (a, b) in pairs {
             self.tie(model, pool, (a, b), &mut needed);
         }
@@ -170,9 +167,7 @@ impl Ties {
             return;
         }
         // Single ties among all that occur, then all of them.
-        let mut all: Vec<usize> = left.iter().chain(&right).copied().collect();
-        all.sort_unstable();
-        all.dedup();
+        let all: BTreeSet<usize> = left.iter().chain(&right).copied().gather();
         let mut everything = needed.clone();
         for (at, i) in all.iter().enumerate() {
             for j in all.iter().skip(at + 1) {

@@ -65,15 +65,21 @@ impl Pattern {
         }
     }
 
-    /// The number of the part that hangs together, for each coordinate.
+    /// The coordinates of each part that hangs together.
     #[must_use]
-    pub(crate) fn components(&self) -> Vec<usize> {
+    pub(crate) fn parts(&self) -> Vec<Vec<usize>> {
         let mut together = Groups::new(self.len());
         for (i, row) in self.rows.iter().enumerate() {
             row.iter().for_each(|(j, _)| together.join(i, *j));
         }
+        together.all()
+    }
+
+    /// The number of its part, for each coordinate.
+    #[must_use]
+    pub(super) fn components(&self) -> Vec<usize> {
         let mut component = vec![0; self.len()];
-        for (number, group) in together.all().into_iter().enumerate() {
+        for (number, group) in self.parts().into_iter().enumerate() {
             group.into_iter().for_each(|i| component[i] = number);
         }
         component
@@ -167,11 +173,7 @@ impl Pattern {
         }
         let found = graph.automorphisms(effort)?;
         let component = self.components();
-        let parts = component.iter().max().map_or(0, |last| last + 1);
-        let mut order = found.order;
-        for _ in 0..parts {
-            order /= 2.0;
-        }
+        let order = self.parts().iter().fold(found.order, |order, _| order / 2.0);
         let mut generators: Vec<SignedPermutation> = Vec::new();
         for image in found.generators {
             let mut g = SignedPermutation {
