@@ -155,8 +155,7 @@ impl Derivation {
     /// The entries of M and K: what is searched for there is not to be found elsewhere.
     fn entries_on_page(&self) -> BTreeSet<ExprId> {
         let linear = self.linear.iter();
-        let rows = linear.flat_map(|linear| linear.mass.iter().chain(&linear.stiffness));
-        rows.flatten().copied().collect()
+        linear.flat_map(|linear| linear.mass.iter().chain(&linear.stiffness)).flatten().copied().collect()
     }
 
     /// What has names.
@@ -189,8 +188,7 @@ impl Derivation {
                 in_sum(&mut part.kinetic);
                 in_sum(&mut part.potential);
             }
-            let rows = linear.mass.iter_mut().chain(&mut linear.stiffness);
-            rows.flatten().for_each(visit);
+            linear.mass.iter_mut().chain(&mut linear.stiffness).flatten().for_each(visit);
         }
     }
 }
@@ -460,8 +458,7 @@ impl Letters {
         }
         let points = points.filter(|_| constant.is_zero())?;
         let start = format!("{}[{},", points.family, points.from);
-        let all = self.names.coordinates.iter();
-        let all = all.filter(|name| name.starts_with(&start)).count();
+        let all = self.names.coordinates.iter().filter(|name| name.starts_with(&start)).count();
         (all == axes.len()).then_some(points)
     }
 
@@ -497,10 +494,7 @@ fn in_order(pool: &Pool, named: Vec<Named>) -> Vec<Named> {
         named.iter().enumerate().filter_map(|(at, own)| Some((pool.as_symbol(own.symbol)?, at))).gather();
     let needs: Vec<Vec<usize>> = named
         .iter()
-        .map(|own| {
-            let all = pool.symbols(own.value).into_iter();
-            all.filter_map(|symbol| symbols.get(&symbol).copied()).collect()
-        })
+        .map(|own| pool.symbols(own.value).into_iter().filter_map(|symbol| symbols.get(&symbol).copied()).collect())
         .collect();
     let mut done = vec![false; named.len()];
     let mut order = Vec::new();
@@ -519,6 +513,5 @@ fn in_order(pool: &Pool, named: Vec<Named>) -> Vec<Named> {
         order.push(at);
     }
     let mut all: Vec<Option<Named>> = named.into_iter().map(Some).collect();
-    let order = order.into_iter();
-    order.filter_map(|at| all.get_mut(at).and_then(Option::take)).collect()
+    order.into_iter().filter_map(|at| all.get_mut(at).and_then(Option::take)).collect()
 }

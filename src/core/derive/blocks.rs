@@ -132,8 +132,7 @@ pub(super) fn waves(pool: &mut Algebra<'_>, pair: &Pair, symmetry: &Symmetry, co
     let ring = RingSums { square: pool.symbol_expr(square), length: *length };
     let row = |of: &[BTreeMap<usize, ExprId>], a: &[usize], b: &[usize]| -> Vec<(usize, ExprId)> {
         let first = a.first().and_then(|i| of.get(*i));
-        let entries = b.iter().enumerate();
-        entries.filter_map(|(r, j)| Some((r, *first?.get(j)?))).collect()
+        b.iter().enumerate().filter_map(|(r, j)| Some((r, *first?.get(j)?))).collect()
     };
     let (m, k) = (&pair.mass, &pair.stiffness);
     let mut coefficients = match cells.as_slice() {

@@ -189,8 +189,7 @@ impl Factored {
             }
         }
         let whole = whole.primitive().coefficients(EXPONENT);
-        let zeros = (0..self.zeros).map(|_| pool.zero());
-        let mut all: Vec<ExprId> = zeros.collect();
+        let mut all: Vec<ExprId> = (0..self.zeros).map(|_| pool.zero()).collect();
         all.extend(whole.iter().map(|own| self.ring.expression(pool, own)));
         if let Some(last) = all.last()
             && checker.is_negative(pool, *last) == Some(true)
@@ -336,8 +335,7 @@ impl Factored {
 
 /// What has to be positive, as a product.
 fn signed(pool: &mut Algebra<'_>, ring: &Ring, own: &Sign) -> ExprId {
-    let factors = own.factors.iter().map(|factor| ring.expression(pool, factor));
-    let mut factors: Vec<ExprId> = factors.collect();
+    let mut factors: Vec<ExprId> = own.factors.iter().map(|factor| ring.expression(pool, factor)).collect();
     if own.negative {
         // The sign goes into a sum.
         let place = factors.iter().position(|factor| pool.is_sum(*factor)).unwrap_or(0);
@@ -444,8 +442,7 @@ fn by_symmetry(pool: &mut Algebra<'_>, linear: &Linear, rows: &Matrix) -> Option
             for (entry, right) in entries.iter_mut().zip(&class.basis) {
                 let mut sum_of = |power: usize| {
                     let products = left.iter().flat_map(|(i, x)| {
-                        let own = right.iter().map(move |(j, y)| (rows[*i][*j][power], Number::from(x * y)));
-                        own.collect::<Vec<_>>()
+                        right.iter().map(move |(j, y)| (rows[*i][*j][power], Number::from(x * y))).collect::<Vec<_>>()
                     });
                     let products: Vec<(ExprId, Number)> = products.collect();
                     pool.short(|pool| pool.linear(&products))

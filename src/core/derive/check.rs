@@ -294,9 +294,7 @@ impl<'a> Checker<'a> {
             let [square, mass, x @ ..] = column else {
                 return None;
             };
-            let own = x.iter().enumerate();
-            let own = own.map(|(at, x)| x.scale(-units.length(at)));
-            let x: Vec<Big> = own.collect();
+            let x: Vec<Big> = x.iter().enumerate().map(|(at, x)| x.scale(-units.length(at))).collect();
             let largest = x.iter().map(Big::abs_upper);
             let (_, by) = largest.fold(Magnitude::ZERO, Magnitude::max).parts();
             let mass = mass.scale(2 * units.rate() - units.energy() - 2 * by);
@@ -383,10 +381,8 @@ impl<'a> Checker<'a> {
             None => 2 * units.rate(),
             Some(at) => units.of_shapes(at),
         };
-        let measured = |column: &Vec<Big>| {
-            let own = column.iter().enumerate();
-            own.map(|(place, x)| x.scale(-power(place)).to_ball()).collect()
-        };
+        let measured =
+            |column: &Vec<Big>| column.iter().enumerate().map(|(place, x)| x.scale(-power(place)).to_ball()).collect();
         Some(columns.iter().map(measured).collect())
     }
 
@@ -449,25 +445,17 @@ impl<'a> Checker<'a> {
         let before = forms.len();
         let mut failed: Vec<ExprId> = Vec::new();
         forms.retain_mut(|(value, form)| {
-            let fits: Vec<usize> = modes
-                .iter()
-                .enumerate()
-                .filter(|(at, mode)| {
-                    !used[*at]
-                        && mode.omega_squared.radius <= WIDEST * scale
-                        && mode.omega_squared.sub(value).contains_zero()
-                })
-                .map(|(at, _)| at)
-                .take(form.multiplicity)
-                .collect();
+            let meets = |at: &usize| {
+                let own = &modes[*at].omega_squared;
+                !used[*at] && own.radius <= WIDEST * scale && own.sub(value).contains_zero()
+            };
+            let fits: Vec<usize> = (0..modes.len()).filter(meets).take(form.multiplicity).collect();
             let narrow = value.is_finite() && value.radius <= WIDEST * scale;
             if !narrow || fits.len() < form.multiplicity {
                 failed.push(form.omega_squared);
                 return false;
             }
-            for at in &fits {
-                used[*at] = true;
-            }
+            fits.iter().for_each(|at| used[*at] = true);
             // Classes of a point group have names of their own; elsewhere, where the symmetry itself gives no name, the modes may have one.
             if has_group {
                 form.symmetry = class_of(&modes, value).map(str::to_owned);
@@ -509,8 +497,7 @@ impl<'a> Checker<'a> {
     /// The same in numbers of any range.
     fn wide(&self, pool: &Pool, expressions: &[ExprId]) -> Option<Vec<Big>> {
         let symbols = pool.symbols_of(expressions);
-        let inputs = symbols.iter().map(|symbol| self.wide_value(pool, *symbol));
-        let inputs: Option<Vec<Big>> = inputs.collect();
+        let inputs: Option<Vec<Big>> = symbols.iter().map(|symbol| self.wide_value(pool, *symbol)).collect();
         let tape = Tape::compile(pool, expressions, &symbols).ok()?;
         Some(tape.prepare::<Big>(BITS).evaluate(&inputs?, &mut Vec::new()))
     }

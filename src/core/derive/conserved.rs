@@ -193,8 +193,7 @@ impl Search<'_> {
 
     /// The gradients by the coordinates of all that L consists of, one by one.
     fn gradients(&mut self) -> Vec<Slopes> {
-        let inertia = self.lagrangian.inertia.values();
-        let all = inertia.chain(self.lagrangian.linear.values());
+        let all = self.lagrangian.inertia.values().chain(self.lagrangian.linear.values());
         let all: Vec<ExprId> = all.chain(&self.lagrangian.other).copied().collect();
         let slopes =
             all.into_iter().map(|e| self.variables.symbols.slopes(self.pool, e)).filter(|slopes| !slopes.is_empty());

@@ -208,8 +208,7 @@ fn cubic(pool: &mut Algebra<'_>, names: &mut Names<'_>, [a, b, c]: [ExprId; 3], 
         let product = pool.mul(size, cosine);
         vec![middle, pool.scale(product, &Number::from(2))]
     };
-    let numbers = [0, 1, 2].map(|n| pool.integer(n));
-    let all = numbers.map(|n| zero(pool, n)).to_vec();
+    let all = [0, 1, 2].map(|n| pool.integer(n)).map(|n| zero(pool, n)).to_vec();
     let any = pool.variable(letter);
     let family = zero(pool, any);
     Zeros { all, family: Some(family) }

@@ -10,6 +10,7 @@ use super::simplify::Algebra;
 use crate::expr::{ExprId, Pool, ZeroVerdict};
 use crate::groups::connected;
 use crate::number::Number;
+use crate::order::Gather;
 
 /// Squares of sums of momenta with more symbols help nobody.
 const MOST_IN_SQUARES: u64 = 300;
@@ -23,10 +24,7 @@ pub(super) fn momenta(pool: &mut Algebra<'_>, variables: &Variables, lagrangian:
             rows[*j].push(MotionTerm::new(*value, &[(Motion::Velocity(*i), 1)]));
         }
     }
-    let mut rest: BTreeMap<usize, Vec<ExprId>> = BTreeMap::new();
-    for (i, value) in &lagrangian.linear {
-        rest.entry(*i).or_default().push(*value);
-    }
+    let mut rest: BTreeMap<usize, Vec<ExprId>> = lagrangian.linear.iter().map(|(i, own)| (*i, vec![*own])).gather();
     for term in &lagrangian.other {
         for (i, slope) in variables.symbols.velocity_slopes(pool, *term) {
             rest.entry(i).or_default().push(slope);
@@ -35,8 +33,7 @@ pub(super) fn momenta(pool: &mut Algebra<'_>, variables: &Variables, lagrangian:
     for (i, parts) in rest {
         rows[i].push(MotionTerm::new(pool.short(|pool| pool.sum(&parts)), &[]));
     }
-    let rows = rows.into_iter();
-    rows.map(|terms| MotionSum::new(pool, terms)).collect()
+    rows.into_iter().map(|terms| MotionSum::new(pool, terms)).collect()
 }
 
 /// U = V - T0 and what is left of the terms of any form, in short.
@@ -126,8 +123,7 @@ fn squared(pool: &mut Algebra<'_>, part: &[usize], lagrangian: &Lagrangian) -> O
         // H is defined only where the last pivot isn't 0 either.
         let last = open.len() == 1;
         let is_pivot = |verdict| verdict == ZeroVerdict::NonZero || last && verdict != ZeroVerdict::Zero;
-        let pivots = open.iter().filter(|i| is_pivot(pool.is_zero(rows[**i][**i])));
-        let pivots: Vec<usize> = pivots.copied().collect();
+        let pivots: Vec<usize> = open.iter().filter(|i| is_pivot(pool.is_zero(rows[**i][**i]))).copied().collect();
         let pivot = pivots.into_iter().min_by_key(|i| pool.weight(rows[*i][*i]))?;
         open.retain(|i| *i != pivot);
         let size = rows[pivot][pivot];

@@ -74,8 +74,7 @@ pub(super) fn equations(
             row.push(MotionTerm::new(coefficient, &motion));
         }
     }
-    let rows = rows.into_iter();
-    rows.map(|terms| MotionSum::new(pool, terms)).collect()
+    rows.into_iter().map(|terms| MotionSum::new(pool, terms)).collect()
 }
 
 fn add(parts: &mut Parts, equation: usize, motion: Factors, value: ExprId, factor: Number) {

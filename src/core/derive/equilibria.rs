@@ -195,8 +195,7 @@ fn condition(pool: &mut Pool, checker: &Checker<'_>, value: ExprId, strict: bool
             if exponent.is_integer() && exponent.is_even() { base } else { size(pool, checker, base, &mut signs) };
         factors.push((size, exponent));
     }
-    let highest = factors.iter().map(|(_, e)| e.abs()).max();
-    let highest = highest.filter(|e| *e > Number::ONE);
+    let highest = factors.iter().map(|(_, e)| e.abs()).max().filter(|e| *e > Number::ONE);
     let mut alone = (0..factors.len()).filter(|at| Some(factors[*at].1.abs()) == highest);
     let alone = match (alone.next(), alone.next()) {
         (Some(at), None) => Some(at),
@@ -255,10 +254,7 @@ fn size(pool: &mut Pool, checker: &Checker<'_>, e: ExprId, signs: &mut Signs) ->
 
 /// The sign of a symbol or of a sum of products of symbols, if it follows from theirs; true for negative.
 fn single_sign(pool: &Pool, e: ExprId, known: &Signs) -> Option<bool> {
-    let of_symbol = |e: ExprId| {
-        let entry = known.iter().find(|(own, _)| *own == e);
-        entry.map(|(_, negative)| *negative)
-    };
+    let of_symbol = |e: ExprId| known.iter().find(|(own, _)| *own == e).map(|(_, negative)| *negative);
     let of_term = |term: ExprId| -> Option<bool> {
         let mut negative = false;
         for (base, exponent) in pool.factors(term) {

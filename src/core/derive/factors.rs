@@ -114,8 +114,7 @@ impl Polynomial {
 
     /// Zeros that are polynomials in the other variables, of a polynomial with leading coefficient 1 that is made of this one.
     fn zeros_of(&self, variable: usize, of: &dyn Fn(&Self) -> Option<Self>) -> Option<Vec<Self>> {
-        let others = (0..self.variables()).filter(|at| *at != variable && self.degree(*at) > 0);
-        let others: Vec<usize> = others.collect();
+        let others: Vec<usize> = (0..self.variables()).filter(|at| *at != variable && self.degree(*at) > 0).collect();
         if others.len() > POINTS.len() {
             return None;
         }
@@ -210,8 +209,7 @@ impl Polynomial {
             if rest.is_zero() {
                 return Some(zero.put(more, &x.minus(value)));
             }
-            let wrong = rest.coefficients(more).into_iter().nth(power as usize)?;
-            let change = wrong.over(&slope)?;
+            let change = rest.coefficients(more).into_iter().nth(power as usize)?.over(&slope)?;
             let mut powers = vec![0; self.variables()];
             powers[more] = power;
             zero = zero.minus(&change.times(&Self::monomial(powers)));
@@ -245,8 +243,7 @@ fn zeros_from(of: &[Number], slope: &[Number], prime: u64, bound: &Number) -> Ve
     };
     let at = |all: &[u64], x: u64| all.iter().rev().fold(0, |sum, own| (sum * x + own) % prime);
     let rest = |of: &Number, modulus: &Number| of.rem_floor(modulus).unwrap_or(Number::ZERO);
-    let zeros = (0..prime).filter(|x| at(&small_of, *x) == 0);
-    let simple = zeros.filter_map(|x| {
+    let simple = (0..prime).filter(|x| at(&small_of, *x) == 0).filter_map(|x| {
         let slope = at(&small_slope, x);
         Some((x, (1..prime).find(|inverse| slope * inverse % prime == 1)?))
     });

@@ -237,21 +237,16 @@ fn add_lattice(
     }
     let omega_squared = lattice.at(pool, lattice.omega_squared, &general);
     found.case.series.push(Series { omega_squared, numbers: numbers.clone() });
-    // Each dimension: the angles with the numbers and multiplicities.
-    let choices: Vec<Vec<(i64, ExprId, usize)>> = numbers.iter().map(|(_, angles)| angles.distinct(pool)).collect();
+    // Numbers, angles and multiplicities of all dimensions so far.
     let mut all: Vec<(Vec<i64>, Vec<ExprId>, usize)> = vec![(Vec::new(), Vec::new(), 1)];
-    for choices in &choices {
-        let mut next = Vec::with_capacity(all.len() * choices.len());
-        for (js, angles, multiplicity) in &all {
-            for (j, angle, own) in choices {
-                let mut js = js.clone();
-                let mut angles = angles.clone();
-                js.push(*j);
-                angles.push(*angle);
-                next.push((js, angles, multiplicity * own));
-            }
-        }
-        all = next;
+    for (_, angles) in &numbers {
+        let own = angles.distinct(pool);
+        let longer = all.iter().flat_map(|(js, angles, times)| {
+            own.iter().map(move |(j, angle, more)| {
+                ([js.as_slice(), &[*j]].concat(), [angles.as_slice(), &[*angle]].concat(), times * more)
+            })
+        });
+        all = longer.collect();
     }
     for (js, angles, multiplicity) in all {
         let value = lattice.at(pool, lattice.omega_squared, &angles);

@@ -327,8 +327,7 @@ fn of_independent(model: &Model, mut pool: Pool, variables: &Variables, found: &
         let at = variables.symbols.coordinate(symbol).or_else(|| variables.symbols.velocity(symbol));
         at.is_some_and(|at| !found.free.contains(&at))
     };
-    let potential = model.potential.iter();
-    let potential = potential.flat_map(|own| linearize::instances(model, &mut pool, own, own.body, None));
+    let potential = model.potential.iter().flat_map(|own| linearize::instances(model, &mut pool, own, own.body, None));
     let potential: Vec<ExprId> = potential.collect();
     let mut potential = pool.sum(&potential);
     if pool.depends_on(potential, &bound) {

@@ -630,8 +630,7 @@ impl Derivation {
     /// Lagrange's equations in the model language, `lhs = 0`; none where they were not asked for.
     #[must_use]
     pub fn equation_texts(&self) -> Vec<String> {
-        let equations = self.equations.iter().flatten();
-        equations.map(|equation| format!("{} = 0", self.text(equation))).collect()
+        self.equations.iter().flatten().map(|equation| format!("{} = 0", self.text(equation))).collect()
     }
 
     /// The linearized equations in the model language, `lhs = 0`, in displacements; none where they

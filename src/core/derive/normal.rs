@@ -98,20 +98,12 @@ pub(super) fn normal_coordinates(
     let modes = columns.iter().zip(&shapes).enumerate();
     let modes = modes
         .map(|(r, (column, shape))| {
-            let mut mode = NormalMode {
-                omega_squared: column.omega_squared,
-                symmetry: shape.symmetry.clone(),
-                amplitudes: Vec::new(),
-                omega: None,
+            let omega = shape.is_long().then(|| variable(pool, &page.omega, r));
+            let amplitudes = match omega {
+                Some(omega) => shape.in_terms_of(pool, count, omega),
+                None => normalised(pool, &column.vector, column.mass),
             };
-            if !shape.is_long() {
-                mode.amplitudes = normalised(pool, &column.vector, column.mass);
-            } else {
-                let omega = variable(pool, &page.omega, r);
-                mode.omega = Some(omega);
-                mode.amplitudes = shape.in_terms_of(pool, count, omega);
-            }
-            mode
+            NormalMode { omega_squared: column.omega_squared, symmetry: shape.symmetry.clone(), amplitudes, omega }
         })
         .collect();
     let mut terms = vec![Vec::new(); count];
@@ -121,8 +113,7 @@ pub(super) fn normal_coordinates(
             row.push(MotionTerm::new(amplitude, &[(Motion::Normal(r), 1)]));
         }
     }
-    let coordinates = terms.into_iter();
-    let coordinates = coordinates.map(|terms| MotionSum::new(pool, terms)).collect();
+    let coordinates = terms.into_iter().map(|terms| MotionSum::new(pool, terms)).collect();
     Some(NormalCoordinates {
         modes,
         coordinates,
@@ -188,8 +179,7 @@ fn norm(pool: &mut Pool, mass: ExprId) -> ExprId {
 /// A vector by the root of its mass.
 fn normalised(pool: &mut Algebra<'_>, vector: &[ExprId], mass: ExprId) -> Vec<ExprId> {
     let norm = norm(pool, mass);
-    let vector = vector.iter();
-    vector.map(|component| pool.short(|pool| pool.mul(*component, norm))).collect()
+    vector.iter().map(|component| pool.short(|pool| pool.mul(*component, norm))).collect()
 }
 
 /// What is said about normal coordinates on a page, in names that the model does not use.

@@ -23,10 +23,7 @@ pub(super) struct Pair {
 }
 
 fn sparse(rows: &[Vec<ExprId>]) -> Vec<Row> {
-    let entries = |row: &Vec<ExprId>| {
-        let entries = row.iter().copied().enumerate();
-        entries.filter(|(_, value)| !value.is_zero()).gather()
-    };
+    let entries = |row: &Vec<ExprId>| row.iter().copied().enumerate().filter(|(_, value)| !value.is_zero()).gather();
     rows.iter().map(entries).collect()
 }
 
@@ -182,10 +179,7 @@ impl Pair {
     pub(super) fn restricted(&self, to: &[usize]) -> Self {
         let place: HashMap<usize, usize> = to.iter().enumerate().map(|(at, i)| (*i, at)).collect();
         let of = |rows: &[Row]| {
-            let row = |i: &usize| {
-                let entries = rows[*i].iter();
-                entries.filter_map(|(j, value)| Some((*place.get(j)?, *value))).gather()
-            };
+            let row = |i: &usize| rows[*i].iter().filter_map(|(j, value)| Some((*place.get(j)?, *value))).gather();
             to.iter().map(row).collect()
         };
         Self { mass: of(&self.mass), stiffness: of(&self.stiffness) }

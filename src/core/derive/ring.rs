@@ -68,8 +68,7 @@ impl Expanded {
 
     /// Whether there are powers that are no whole ones.
     pub(super) fn has_roots(&self) -> bool {
-        let powers = self.all.iter().flat_map(BTreeMap::keys).flatten();
-        powers.chain(&self.by).any(|(_, exponent)| !exponent.is_integer())
+        self.all.iter().flat_map(BTreeMap::keys).flatten().chain(&self.by).any(|(_, exponent)| !exponent.is_integer())
     }
 
     /// A base below some fraction bar, or a sum with a power that can be multiplied out, and by which power it is taken up.

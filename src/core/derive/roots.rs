@@ -325,8 +325,7 @@ pub(super) fn determinant_of_polynomials(pool: &mut Algebra<'_>, entries: &[Vec<
             minors.insert(set, shortened.collect());
         }
     }
-    let all = minors.into_values().next()?;
-    let mut coefficients: Vec<ExprId> = all.into_iter().flatten().collect();
+    let mut coefficients: Vec<ExprId> = minors.into_values().next()?.into_iter().flatten().collect();
     while let Some(last) = coefficients.last()
         && last.is_zero()
     {
@@ -379,10 +378,8 @@ pub(super) fn root(pool: &mut Algebra<'_>, e: ExprId) -> (ExprId, bool) {
         return (plain, false);
     };
     let inverse = if size.is_negative() { None } else { size.recip() };
-    let scaled = inverse.map(|inverse| {
-        let terms = monomials.iter();
-        terms.map(|(monomial, c)| (monomial.clone(), c.mul(&inverse))).collect()
-    });
+    let scaled =
+        inverse.map(|inverse| monomials.iter().map(|(monomial, c)| (monomial.clone(), c.mul(&inverse))).collect());
     if let Some(terms) = scaled.and_then(|scaled: Monomials| exact_root(&scaled)) {
         let size = pool.number(size);
         let size = pool.sqrt(size);

@@ -86,8 +86,7 @@ pub(super) fn shapes(
                 return Vec::new();
             }
             let block = Block::new(pool, part);
-            let squares = [*first, *second].into_iter();
-            squares.map(|square| block.mode(pool, square, [u, v], symmetry.clone())).collect()
+            [*first, *second].into_iter().map(|square| block.mode(pool, square, [u, v], symmetry.clone())).collect()
         }
         _ if squares.len() == basis.len() => column(pool, part, squares, basis, symmetry).unwrap_or_default(),
         _ => Vec::new(),

@@ -265,26 +265,16 @@ impl Dimension {
     /// The component at a place, where theta/2 is this angle.
     fn component(&self, pool: &mut Pool, place: ExprId, half: ExprId) -> ExprId {
         let along = pool.mul(place, half);
-        let (two, one) = (Number::from(2), Number::MINUS_ONE);
-        match self.ends {
-            Ends::Corners(0, _) => {
-                let angle = pool.scale(along, &two);
-                pool.sin(angle)
-            }
-            Ends::Corners(1, _) => {
-                let angle = pool.linear(&[(along, two), (half, one)]);
-                pool.cos(angle)
-            }
-            Ends::Corners(..) => {
-                let angle = pool.linear(&[(along, two), (half, one)]);
-                pool.sin(angle)
-            }
+        let two = Number::from(2);
+        let angle = match self.ends {
+            Ends::Corners(0, _) => pool.scale(along, &two),
+            Ends::Corners(..) => pool.linear(&[(along, two), (half, Number::MINUS_ONE)]),
             Ends::Joined => {
                 let pi = pool.pi();
-                let quarter = Number::ratio(-1, 4).unwrap_or_default();
-                let angle = pool.linear(&[(along, two), (pi, quarter)]);
-                pool.cos(angle)
+                pool.linear(&[(along, two), (pi, Number::ratio(-1, 4).unwrap_or_default())])
             }
-        }
+        };
+        let is_even = matches!(self.ends, Ends::Joined | Ends::Corners(1, _));
+        if is_even { pool.cos(angle) } else { pool.sin(angle) }
     }
 }

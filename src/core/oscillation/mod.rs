@@ -338,8 +338,7 @@ fn with_names(
 ) -> NormalModes {
     // Symmetries are those of all coordinates.
     let embedded: Vec<(Vec<f64>, f64)> = if labels.is_some() && linearized.is_reduced() {
-        let modes = spectrum.modes.iter();
-        modes.map(|mode| linearized.embed(&mode.vector, mode.vector_error_bound)).collect()
+        spectrum.modes.iter().map(|mode| linearized.embed(&mode.vector, mode.vector_error_bound)).collect()
     } else {
         Vec::new()
     };
@@ -410,17 +409,14 @@ impl Source for Model<'_> {
 /// What the zero modes are. Their printed vectors are an orthonormal basis of the space that they
 /// span together, so that a mode alone has a meaning only where it is the only one.
 fn zero_motions(zero_modes: Vec<ZeroMode>) -> Vec<String> {
-    let named = zero_modes.into_iter();
-    named.map(|mode| mode.meaning).collect()
+    zero_modes.into_iter().map(|mode| mode.meaning).collect()
 }
 
 /// Whether Mx is exactly 0.
 fn has_no_inertia(mass: &[Ball], x: &[f64]) -> bool {
     let n = x.len();
-    (0..n).all(|i| {
-        let row = (0..n).map(|j| mass[i + n * j] * Ball::from(x[j]));
-        row.fold(Ball::ZERO, |sum, part| sum + part).is_zero()
-    })
+    let row = |i: usize| (0..n).fold(Ball::ZERO, |sum, j| sum + mass[i + n * j] * Ball::from(x[j]));
+    (0..n).all(|i| row(i).is_zero())
 }
 
 /// What is wrong with the mass matrix, if anything is: a problem with that mass and no other forces tells.

@@ -27,8 +27,7 @@ struct Part<'a> {
 }
 
 fn block<N: Clone>(matrix: &[N], n: usize, own: &[usize]) -> Vec<N> {
-    let pairs = own.iter().flat_map(|j| own.iter().map(move |i| i + n * j));
-    pairs.filter_map(|at| matrix.get(at).cloned()).collect()
+    own.iter().flat_map(|j| own.iter().map(move |i| i + n * j)).filter_map(|at| matrix.get(at).cloned()).collect()
 }
 
 fn piece<N: Clone>(vector: &[N], own: &[usize]) -> Vec<N> {
@@ -45,8 +44,7 @@ impl QuadraticSource for Part<'_> {
         let whole = self.whole.integers()?;
         let square = whole.matrices[0].len() >> whole.roots.len();
         let blocks = |matrix: &[IBig]| -> Vec<IBig> {
-            let parts = matrix.chunks(square.max(1));
-            parts.flat_map(|part| block(part, square.isqrt(), self.own)).collect()
+            matrix.chunks(square.max(1)).flat_map(|part| block(part, square.isqrt(), self.own)).collect()
         };
         let matrices = whole.matrices.each_ref().map(|matrix| blocks(matrix));
         Some(Integers { matrices, coordinates: piece(&whole.coordinates, self.own), ..whole })

@@ -32,8 +32,7 @@ impl Labels {
     /// than it: then the whole group with signs is asked, and stands if it leaves fewer.
     pub(super) fn of(&mut self, vectors: &[(&[f64], f64)]) -> Vec<Option<String>> {
         let told = |classes: &Classes| -> Vec<Option<String>> {
-            let labels = vectors.iter().map(|(x, error)| classes.of(x, *error));
-            labels.map(|label| label.map(str::to_owned)).collect()
+            vectors.iter().map(|(x, error)| classes.of(x, *error).map(str::to_owned)).collect()
         };
         let missing = |labels: &[Option<String>]| labels.iter().filter(|l| l.is_none()).count();
         let own = told(&self.classes);

@@ -195,8 +195,7 @@ fn feeds_moving(linearized: &Linearized, span: Span) -> Option<Warning> {
 
 /// The place of the first component within 1e-6 of the largest, about.
 fn largest(vector: &[f64]) -> Option<usize> {
-    let sizes = vector.iter().map(|x| x.abs()).enumerate();
-    let most = sizes.reduce(|a, b| if b.1 > a.1 * (1.0 + 1e-6) { b } else { a });
+    let most = vector.iter().map(|x| x.abs()).enumerate().reduce(|a, b| if b.1 > a.1 * (1.0 + 1e-6) { b } else { a });
     most.map(|(at, _)| at)
 }
 

@@ -414,8 +414,7 @@ fn ring(generators: &[SignedPermutation], order: f64, active: &[bool]) -> Option
 
 /// The products of two generators each, in one order.
 fn products(generators: &[SignedPermutation]) -> impl Iterator<Item = SignedPermutation> {
-    let pairs = generators.iter().enumerate();
-    pairs.flat_map(|(i, g)| generators.iter().skip(i + 1).map(|h| g.after(h)))
+    generators.iter().enumerate().flat_map(|(i, g)| generators.iter().skip(i + 1).map(|h| g.after(h)))
 }
 
 /// The cycle that each coordinate is in, named by its first coordinate.

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::SignedPermutation;
-use super::search::Graph;
+use super::search::{Graph, Group};
 use crate::groups::Groups;
 use crate::order::Order;
 
@@ -20,12 +20,6 @@ pub struct Pattern {
     held: Vec<bool>,
 }
 
-/// A group of signed permutations.
-pub(super) struct Permutations {
-    pub(super) generators: Vec<SignedPermutation>,
-    pub(super) order: f64,
-}
-
 impl Pattern {
     /// A pattern without entries.
     #[must_use]
@@ -37,12 +31,6 @@ impl Pattern {
     #[must_use]
     pub(crate) fn len(&self) -> usize {
         self.rows.len()
-    }
-
-    /// Whether there are no coordinates.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.rows.is_empty()
     }
 
     /// Says what stands on the diagonal; `held` where the stiffness is not 0.
@@ -147,17 +135,17 @@ impl Pattern {
     }
 
     /// The permutations without signs.
-    pub(super) fn permutations(&self, active: &[bool], effort: usize) -> Option<Permutations> {
+    pub(super) fn permutations(&self, active: &[bool], effort: usize) -> Option<Group<SignedPermutation>> {
         let found = self.unsigned(active).automorphisms(effort)?;
         let generators = found.generators.into_iter();
-        Some(Permutations { generators: generators.map(SignedPermutation::unsigned).collect(), order: found.order })
+        Some(Group { generators: generators.map(SignedPermutation::unsigned).collect(), order: found.order })
     }
 
     /// The permutations with signs, without those that only change signs.
     ///
     /// Coordinate i becomes two vertices, 2i for itself and 2i + 1 for its opposite, joined by an edge
     /// of a label of its own; an entry joins equal ends by its label and opposite ones by the opposite.
-    pub(super) fn signed_permutations(&self, active: &[bool], effort: usize) -> Option<Permutations> {
+    pub(super) fn signed_permutations(&self, active: &[bool], effort: usize) -> Option<Group<SignedPermutation>> {
         let mut graph = Graph { opposites: true, ..Graph::default() };
         for (i, colour) in self.colours(active).into_iter().enumerate() {
             for opposite in [0, 1] {
@@ -188,7 +176,7 @@ impl Pattern {
                 generators.push(g);
             }
         }
-        Some(Permutations { generators, order })
+        Some(Group { generators, order })
     }
 }
 

@@ -177,14 +177,7 @@ impl Dialect {
     }
 
     fn joined(&self, parts: impl Iterator<Item = String>, comma: &str) -> String {
-        let mut all = Vec::new();
-        for part in parts {
-            if !all.is_empty() {
-                all.push(comma.to_owned());
-            }
-            all.push(part);
-        }
-        self.row(&all)
+        self.row(&parts.flat_map(|part| [comma.to_owned(), part]).skip(1).collect::<Vec<_>>())
     }
 
     fn product(&self, factors: &[Formula]) -> String {

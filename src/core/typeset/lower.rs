@@ -362,11 +362,7 @@ fn side_by_side(factors: Vec<Formula>) -> Formula {
             other => row.push(other),
         }
     }
-    match row.len() {
-        0 => Formula::Number("1".to_owned()),
-        1 => row.swap_remove(0),
-        _ => Formula::Product(row),
-    }
+    Formula::product(row)
 }
 
 /// Puts roots above and below a bar under one, and a^(3/2) and the like with them: √G/a^(3/2) is √(G/a³).

@@ -225,14 +225,7 @@ impl Breaker<'_> {
         };
         let (long, mut short): (Vec<Formula>, Vec<Formula>) =
             factors.iter().cloned().partition(|own| self.is_long(own));
-        let over = |mut above: Vec<Formula>| {
-            let above = match above.len() {
-                0 => Formula::Number("1".to_owned()),
-                1 => above.swap_remove(0),
-                _ => Formula::Product(above),
-            };
-            Formula::Fraction(Box::new(above), Box::new(below.clone()))
-        };
+        let over = |above| Formula::Fraction(Box::new(Formula::product(above)), Box::new(below.clone()));
         let mut all = Vec::new();
         if self.is_long(&Formula::Product(short.clone())) {
             // Many short factors.
