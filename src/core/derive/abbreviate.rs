@@ -121,8 +121,7 @@ impl Derivation {
             }
             let first = named.len();
             for candidate in &chosen {
-                let own = letters.name(&mut pool, *candidate);
-                named.push(own);
+                named.push(letters.name(&mut pool, *candidate));
             }
             let (earlier, new) = named.split_at_mut(first);
             let mut images = Images::new(&chosen, new);
@@ -402,8 +401,7 @@ impl Letters {
             } else {
                 let name = self.next();
                 let symbol = pool.fresh_symbol(&name);
-                let new = pool.symbol_expr(symbol);
-                renamed.insert(old, new);
+                renamed.insert(old, pool.symbol_expr(symbol));
                 (name, symbol)
             };
             definitions.push(Definition { name, symbol, value, text: own.text.unwrap_or_else(|| pool.display(value)) });

@@ -414,8 +414,7 @@ fn known(checker: &Checker<'_>, pool: &mut Pool, linear: &Linear) -> Vec<Expande
 
 /// One block for each class of the mirrors that leave all matrices unchanged; `None` without such mirrors.
 fn by_symmetry(pool: &mut Algebra<'_>, linear: &Linear, rows: &Matrix) -> Option<Vec<Matrix>> {
-    let pair = Pair::new(&linear.mass, &linear.stiffness);
-    let pair = pair.canonical(pool);
+    let pair = Pair::new(&linear.mass, &linear.stiffness).canonical(pool);
     let symmetry = Symmetry::find(&pair.pattern(pool))?;
     let n = rows.len();
     let mut mirrors = commuting_mirrors(&symmetry);

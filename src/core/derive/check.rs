@@ -484,8 +484,7 @@ impl<'a> Checker<'a> {
     pub(super) fn evaluate(&self, pool: &Pool, expressions: &[ExprId]) -> Option<Vec<Ball>> {
         let symbols = pool.symbols_of(expressions);
         let inputs: Option<Vec<Ball>> = symbols.iter().map(|symbol| self.value(pool, *symbol)).collect();
-        let tape = Tape::compile(pool, expressions, &symbols).ok()?;
-        let mut found = tape.evaluate(&inputs?, &mut Vec::new());
+        let mut found = Tape::compile(pool, expressions, &symbols).ok()?.evaluate(&inputs?, &mut Vec::new());
         if !found.iter().all(Ball::is_finite) {
             let wide = self.wide(pool, expressions)?;
             let open = found.iter_mut().zip(&wide).filter(|(own, _)| !own.is_finite());

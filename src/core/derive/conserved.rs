@@ -103,8 +103,7 @@ pub(super) fn integrals(
         }
         for (i, factor) in places {
             let place = pool.symbol_expr(coordinates[i]);
-            let part = pool.mul(factor, place);
-            parts.entry(Vec::new()).or_default().push(part);
+            parts.entry(Vec::new()).or_default().push(pool.mul(factor, place));
         }
         found.push(Conserved::Integral { coordinate: *coordinate, value: MotionSum::of_parts(pool, parts) });
     }

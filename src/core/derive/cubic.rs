@@ -176,8 +176,7 @@ fn quadratic(pool: &mut Algebra<'_>, [a, b]: [ExprId; 2]) -> Zeros {
     let inside = pool.linear(&[(square, ratio(1, 4)), (b, Number::MINUS_ONE)]);
     let inside = shortened(pool, inside);
     let (size, _) = root(pool, inside);
-    let signs = [Number::MINUS_ONE, Number::ONE];
-    let all = signs.map(|sign| vec![half, pool.scale(size, &sign)]);
+    let all = [Number::MINUS_ONE, Number::ONE].map(|sign| vec![half, pool.scale(size, &sign)]);
     Zeros { all: all.to_vec(), family: None }
 }
 

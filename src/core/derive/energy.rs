@@ -57,8 +57,7 @@ pub(super) fn energy_function(pool: &mut Algebra<'_>, variables: &Variables, lag
         let value = if i == j { pool.scale(*value, &Number::half()) } else { *value };
         terms.push(MotionTerm::new(value, &velocities(*i, *j)));
     }
-    let rest = without_velocities(pool, variables, lagrangian);
-    terms.push(MotionTerm::new(rest, &[]));
+    terms.push(MotionTerm::new(without_velocities(pool, variables, lagrangian), &[]));
     MotionSum::new(pool, terms)
 }
 
@@ -90,8 +89,7 @@ pub(super) fn hamiltonian(pool: &mut Algebra<'_>, variables: &Variables, lagrang
             _ => squares.extend(found),
         }
     }
-    let rest = without_velocities(pool, variables, lagrangian);
-    terms.push(MotionTerm::new(rest, &[]));
+    terms.push(MotionTerm::new(without_velocities(pool, variables, lagrangian), &[]));
     // The square of a momentum is a term.
     let one = pool.one();
     squares.retain(|(factor, sum)| match sum.terms.as_slice() {

@@ -210,8 +210,7 @@ fn opened(pool: &mut Algebra<'_>, e: ExprId) -> ExprId {
         let mut product = factors.clone();
         product[*at] = (term, Number::ONE);
         let product = pool.product_of_powers(&product);
-        let product = pool.simplify(product);
-        sum.push((product, coefficient.mul(&size)));
+        sum.push((pool.simplify(product), coefficient.mul(&size)));
     }
     pool.linear(&sum)
 }
@@ -224,8 +223,7 @@ fn add_lattice(
     model: &Model,
     found: &mut Found,
 ) {
-    let names = [["i", "h", "a"], ["j", "s", "b"]];
-    let names = names.iter().skip(2 - lattice.dimensions.len().min(2));
+    let names = [["i", "h", "a"], ["j", "s", "b"]].iter().skip(2 - lattice.dimensions.len().min(2));
     let numbers: Vec<(String, Angles)> = names
         .zip(&lattice.dimensions)
         .map(|(names, dimension)| (model.unused_name(names), dimension.angles()))

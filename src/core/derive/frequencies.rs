@@ -167,8 +167,7 @@ pub struct Series {
 pub(super) fn frequencies(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear: &Linear, most: usize) -> Frequencies {
     let model = checker.model;
     let request = Request { most, model };
-    let pair = Pair::new(&linear.mass, &linear.stiffness);
-    let pair = pair.canonical(pool);
+    let pair = Pair::new(&linear.mass, &linear.stiffness).canonical(pool);
     let used = pool.symbols_of(&pair.values());
     let none = Ties::default();
     let plain = Symmetries::find(checker, pool, linear, &pair, &none);
@@ -183,8 +182,7 @@ pub(super) fn frequencies(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear:
     let ties = Ties::of_a_kind(model, pool, &used, true);
     let mut tied_order = plain.order();
     if !ties.is_empty() {
-        let map = ties.substitution(model, pool);
-        let equal = pair.substituted(pool, &map);
+        let equal = ties.applied(model, pool, &pair);
         let (equal, more) = checker.signed(pool, &equal);
         result.signs = linear.signs.iter().copied().chain(more).gather::<Signs>().into_iter().collect();
         let equal = equal.canonical(pool);
@@ -196,9 +194,7 @@ pub(super) fn frequencies(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear:
         let (mut found, modes) = case(checker, request, pool, &equal, &symmetry, &ties);
         if let (Some(own), Some(symmetry)) = (&mut found.symmetry, &symmetry.energies) {
             let needed = ties.needed(model, pool, &pair, &symmetry.generators);
-            let map = needed.substitution(model, pool);
-            let pair = pair.substituted(pool, &map);
-            let pattern = pair.pattern(pool);
+            let pattern = needed.applied(model, pool, &pair).pattern(pool);
             let holds = symmetry.generators.iter().all(|g| pattern.is_kept_by(g));
             own.ties = if holds { needed } else { ties.clone() }.sets(model);
         }
@@ -215,9 +211,7 @@ pub(super) fn frequencies(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear:
     // Equal parameters may move an equilibrium that depends on them.
     let at_zero = !model.guesses.any() && !model.equilibria.any();
     if at_zero && !all.is_empty() && all != ties {
-        let map = all.substitution(model, pool);
-        let equal = pair.substituted(pool, &map);
-        let equal = equal.canonical(pool);
+        let equal = all.applied(model, pool, &pair).canonical(pool);
         if equal.values().iter().any(|value| pool.is_undefined(*value)) {
             return result;
         }
@@ -225,10 +219,7 @@ pub(super) fn frequencies(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear:
             && symmetry.order > tied_order
         {
             let needed = all.needed(model, pool, &pair, &symmetry.generators);
-            let map = needed.substitution(model, pool);
-            let equal = pair.substituted(pool, &map);
-            let equal = equal.canonical(pool);
-            let pattern = equal.pattern(pool);
+            let pattern = needed.applied(model, pool, &pair).canonical(pool).pattern(pool);
             if symmetry.generators.iter().all(|g| pattern.is_kept_by(g)) {
                 let Symmetry { generators, kind, .. } = symmetry;
                 result.would_be = Some(Exchange { generators, kind, ties: needed.sets(model) });

@@ -59,8 +59,7 @@ fn product(pool: &mut Pool, left: &Polynomial, right: &Polynomial) -> Polynomial
                 *powers.entry(*motion).or_default() += power;
             }
             let b = pool.sum(b);
-            let value = pool.mul(a, b);
-            all.entry(powers.into_iter().collect()).or_default().push(value);
+            all.entry(powers.into_iter().collect()).or_default().push(pool.mul(a, b));
         }
     }
     all

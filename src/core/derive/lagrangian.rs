@@ -165,16 +165,14 @@ fn body(pool: &mut Algebra<'_>, splitter: &mut Splitter, family: &TermFamily, sh
                 }
             }
             for (a, b, entry) in &element.curvature {
-                let value = pool.mul(element.first, *entry);
-                inertia.entry((*a, *b)).or_default().push(value);
+                inertia.entry((*a, *b)).or_default().push(pool.mul(element.first, *entry));
             }
             let mut entries = vec![element.first];
             entries.extend(element.slope.iter().map(|(_, slope)| *slope));
             let entries = pool.substitute(&entries, &at_rest);
             if let Some((first, slopes)) = entries.split_first() {
                 for ((a, _), slope) in element.slope.iter().zip(slopes) {
-                    let value = pool.mul(*first, *slope);
-                    linear.entry(*a).or_default().push(value);
+                    linear.entry(*a).or_default().push(pool.mul(*first, *slope));
                 }
             }
         }

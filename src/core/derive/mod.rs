@@ -345,8 +345,7 @@ fn derivation(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
     let with_multipliers = tied.as_ref().map_or(model, |tied| &tied.model);
     let (mut whole, mut linear) = match matrices {
         Ok(mut matrices) => {
-            let bound = Tangent::new(&mut matrices);
-            let tangent = bound.or_else(|| Tangent::without_inertia(&mut matrices));
+            let tangent = Tangent::new(&mut matrices).or_else(|| Tangent::without_inertia(&mut matrices));
             let linear = Linear {
                 equilibrium: matrices.equilibrium,
                 open: matrices.open,
@@ -419,8 +418,7 @@ fn derivation(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
 impl Linear {
     /// Brings all to its shortest form and works out what follows.
     fn finish(&mut self, pool: &mut Algebra<'_>, checker: &Checker<'_>, parts: &Parts) {
-        let pair = Pair::new(&self.mass, &self.stiffness);
-        let pair = pair.replaced(pool, &HashMap::new());
+        let pair = Pair::new(&self.mass, &self.stiffness).replaced(pool, &HashMap::new());
         let (pair, signs) = checker.signed(pool, &pair);
         let pair = pair.with_halved_angles(pool);
         self.signs = signs.into_iter().collect();

@@ -163,8 +163,7 @@ impl MotionSum {
         for term in &self.terms {
             let mut factors = vec![(term.coefficient, Number::ONE)];
             for (motion, power) in &term.motion {
-                let moving = value(pool, *motion);
-                factors.push((moving, Number::from(i64::from(*power))));
+                factors.push((value(pool, *motion), Number::from(i64::from(*power))));
             }
             let product = pool.product_of_powers(&factors);
             parts.push(if term.negative { pool.neg(product) } else { product });

@@ -10,6 +10,7 @@ use super::motion::{Factor, Motion, MotionSum, MotionTerm};
 use super::pair::Pair;
 use super::shapes::{Shape, combined};
 use super::simplify::Algebra;
+use super::waves::unused;
 use crate::expr::{ExprId, Node, Pool, Substitution};
 use crate::model::Model;
 use crate::number::Number;
@@ -77,8 +78,7 @@ pub(super) fn normal_coordinates(
         return None;
     }
     let squares: Vec<ExprId> = shapes.iter().map(|shape| shape.omega_squared).collect();
-    let values = checker.evaluate(pool, &squares)?;
-    let mut sorted: Vec<(Ball, Shape)> = values.into_iter().zip(shapes).collect();
+    let mut sorted: Vec<(Ball, Shape)> = checker.evaluate(pool, &squares)?.into_iter().zip(shapes).collect();
     sorted.order_by(|(a, _), (b, _)| a.mid_f64().total_cmp(&b.mid_f64()));
     let shapes: Vec<Shape> = sorted.into_iter().map(|(_, shape)| shape).collect();
     let columns: Vec<Column> = shapes
@@ -153,8 +153,7 @@ impl Shape {
     fn in_terms_of(&self, pool: &mut Pool, count: usize, omega: ExprId) -> Vec<ExprId> {
         let mass = self.with_factors(pool, self.mass);
         let norm = norm(pool, mass);
-        let vector = self.along(count, pool);
-        let vector: Vec<ExprId> = vector.into_iter().map(|e| pool.mul(e, norm)).collect();
+        let vector: Vec<ExprId> = self.along(count, pool).into_iter().map(|e| pool.mul(e, norm)).collect();
         let map = self.omega.map(|own| (own, omega)).into_iter().collect();
         pool.substitute(&vector, &map)
     }
@@ -194,13 +193,7 @@ struct Page {
 
 /// Letters for ratios of amplitudes.
 fn ratio_names(model: &Model) -> Vec<String> {
-    let mut free: Vec<String> = Vec::new();
-    for letter in ["a", "b", "c", "u", "v", "w", "alpha", "beta", "gamma"] {
-        let name = model.unused_name(&[letter]);
-        if name == letter {
-            free.push(name);
-        }
-    }
+    let mut free = unused(model, &["a", "b", "c", "u", "v", "w", "alpha", "beta", "gamma"]);
     while free.len() < 3 {
         free.push(format!("ratio_{}_of_the_derivation", free.len() + 1));
     }
@@ -229,8 +222,7 @@ impl Page {
         let mut map = Substitution::new();
         if let Some(omega) = shape.omega {
             let number = self.number.clone();
-            let any = pool.variable(&format!("{}[{number}]", self.omega));
-            map.insert(omega, any);
+            map.insert(omega, pool.variable(&format!("{}[{number}]", self.omega)));
         }
         let mut factors = Vec::new();
         for (at, (vector, factor)) in shape.parts.iter().enumerate() {
@@ -274,8 +266,7 @@ impl Page {
         let parts = self.parts.iter();
         parts
             .map(|(letter, value, modes)| {
-                let symbols = pool.symbols(*value);
-                let numbered = symbols.iter().any(|s| pool.symbol_name(*s).ends_with(&any));
+                let numbered = pool.symbols(*value).iter().any(|s| pool.symbol_name(*s).ends_with(&any));
                 let (names, modes) = if numbered {
                     let name = format!("{letter}[{}]", self.number);
                     (vec![name], Some((self.number.clone(), modes.clone())))
@@ -292,13 +283,11 @@ impl Page {
     fn lagrangian(&self, pool: &mut Pool, shapes: &[Shape]) -> MotionSum {
         let mut terms = Vec::new();
         for (r, shape) in shapes.iter().enumerate() {
-            let one = pool.one();
-            terms.push(MotionTerm::new(one, &[(Motion::NormalVelocity(r), 2)]));
+            terms.push(MotionTerm::new(pool.one(), &[(Motion::NormalVelocity(r), 2)]));
             if !shape.omega_squared.is_zero() {
                 let omega = variable(pool, &self.omega, r);
                 let square = pool.square(omega);
-                let opposite = pool.neg(square);
-                terms.push(MotionTerm::new(opposite, &[(Motion::Normal(r), 2)]));
+                terms.push(MotionTerm::new(pool.neg(square), &[(Motion::Normal(r), 2)]));
             }
         }
         let mut sum = MotionSum::new(pool, terms);

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use super::simplify::{Algebra, Monomial, Opening, bases_with, expand};
-use crate::expr::{ExprId, ModularPoint, Node, Pool, Substitution, neg_mod};
+use crate::expr::{ExprId, ModularPoint, Node, Pool, neg_mod};
 use crate::number::Number;
 use crate::order::Gather;
 use crate::precision::Function;
@@ -38,10 +38,7 @@ impl Pair {
 
     /// M_ij and K_ij.
     pub(super) fn at(&self, pool: &Pool, i: usize, j: usize) -> (ExprId, ExprId) {
-        let of = |rows: &[Row]| {
-            let entry = rows.get(i).and_then(|row| row.get(&j));
-            entry.copied().unwrap_or(pool.zero())
-        };
+        let of = |rows: &[Row]| rows.get(i).and_then(|row| row.get(&j)).copied().unwrap_or(pool.zero());
         (of(&self.mass), of(&self.stiffness))
     }
 
@@ -55,11 +52,6 @@ impl Pair {
         let rows = self.mass.iter().chain(&self.stiffness);
         let values: BTreeSet<ExprId> = rows.flat_map(BTreeMap::values).copied().gather();
         values.into_iter().collect()
-    }
-
-    /// With symbols replaced, and each entry in its shortest form.
-    pub(super) fn substituted(&self, pool: &mut Algebra<'_>, map: &Substitution) -> Self {
-        self.changed(pool, |pool, values| pool.substitute(values, map))
     }
 
     /// With the entries that some make of all, each in its shortest form.
@@ -159,8 +151,7 @@ impl Pair {
                     Some(label) => *label,
                     None => {
                         count += 1;
-                        let opposite = (pool.neg(m), pool.neg(k));
-                        labels.insert(opposite, -count);
+                        labels.insert((pool.neg(m), pool.neg(k)), -count);
                         labels.insert((m, k), count);
                         count
                     }

@@ -120,8 +120,7 @@ fn factors(pool: &mut Algebra<'_>, coefficients: &[ExprId]) -> Vec<(Polynomial, 
         let ring = Ring::new(pool, std::iter::once(&expanded));
         let all = ring.polynomials(&expanded)?.into_iter().map(|own| ring.reduced(own));
         let whole = Ratio::from_coefficients(EXPONENT, &all.collect::<Vec<_>>());
-        let whole = whole.over(&whole.content(EXPONENT))?;
-        let repeated = whole.factors(EXPONENT).into_iter();
+        let repeated = whole.over(&whole.content(EXPONENT))?.factors(EXPONENT).into_iter();
         let all = repeated.flat_map(|(own, times)| own.split().into_iter().map(move |own| (own, times)));
         let all: Vec<(Ratio, usize)> = all.collect();
         let written = |(own, times): (Ratio, usize)| {
@@ -421,8 +420,7 @@ fn taken_out(pool: &mut Algebra<'_>, terms: &Monomials, shorten: bool) -> ExprId
     let mut inverse = Monomial::new();
     for (base, exponent) in common {
         // A negative power is taken out whole, so that no fraction is left below the root.
-        let half = exponent.mul(&Number::half());
-        let half = half.floor();
+        let half = exponent.mul(&Number::half()).floor();
         if !half.is_zero() {
             inverse.push((base, half.mul(&Number::from(-2))));
             outside.push((base, half));
@@ -440,8 +438,7 @@ fn taken_out(pool: &mut Algebra<'_>, terms: &Monomials, shorten: bool) -> ExprId
     if shorten {
         inside = pool.simplify(inside);
     }
-    let root = pool.sqrt(inside);
-    outside.push((root, Number::ONE));
+    outside.push((pool.sqrt(inside), Number::ONE));
     pool.product_of_powers(&outside)
 }
 

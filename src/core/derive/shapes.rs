@@ -35,6 +35,12 @@ pub(super) struct Shape {
 }
 
 impl Shape {
+    /// One vector alone.
+    fn alone(pool: &Pool, omega_squared: ExprId, symmetry: Option<String>, vector: &Sparse, mass: ExprId) -> Self {
+        let parts = vec![(vector.clone(), pool.one())];
+        Self { omega_squared, symmetry, parts, mass, omega: None, factors: Vec::new() }
+    }
+
     /// Whether it is the shape of three coordinates or more, which is too long to be written out.
     pub(super) fn is_long(&self) -> bool {
         self.parts.len() > 2
@@ -71,16 +77,8 @@ pub(super) fn shapes(
     basis: &[Sparse],
     symmetry: Option<String>,
 ) -> Vec<Shape> {
-    let one = pool.one();
     match (squares, basis) {
-        ([square], [vector]) => vec![Shape {
-            omega_squared: *square,
-            symmetry,
-            parts: vec![(vector.clone(), one)],
-            mass: part.at(pool, 0, 0).0,
-            omega: None,
-            factors: Vec::new(),
-        }],
+        ([square], [vector]) => vec![Shape::alone(pool, *square, symmetry, vector, part.at(pool, 0, 0).0)],
         ([first, second], [u, v]) => {
             if pool.agree(*first, *second) {
                 return Vec::new();
@@ -212,11 +210,9 @@ impl Block {
     fn mode(&self, pool: &mut Algebra<'_>, square: ExprId, [u, v]: [&Sparse; 2], symmetry: Option<String>) -> Shape {
         let one = pool.one();
         let parts = |ratio: ExprId| {
-            let both = [(u.clone(), one), (v.clone(), ratio)];
-            both.into_iter().filter(|(_, factor)| !factor.is_zero()).collect()
+            [(u.clone(), one), (v.clone(), ratio)].into_iter().filter(|(_, factor)| !factor.is_zero()).collect()
         };
-        let (last, mass) = (vec![(v.clone(), one)], self.m[2]);
-        let mut mode = Shape { omega_squared: square, symmetry, parts: last, mass, omega: None, factors: Vec::new() };
+        let mut mode = Shape::alone(pool, square, symmetry, v, self.m[2]);
         let Some((at, ratio)) = self.ratio(pool, square, None) else {
             return mode;
         };

@@ -76,10 +76,15 @@ impl Ties {
         for (i, leader) in self.leader.iter().enumerate().filter(|(i, l)| i != *l) {
             let value = pool.symbol_expr(model.parameters[*leader].symbol);
             let opposite = self.opposite[i] != self.opposite[*leader];
-            let value = if opposite { pool.neg(value) } else { value };
-            map.insert(model.parameters[i].symbol, value);
+            map.insert(model.parameters[i].symbol, if opposite { pool.neg(value) } else { value });
         }
         map
+    }
+
+    /// M and K with these parameters equal, each entry in its shortest form.
+    pub(super) fn applied(&self, model: &Model, pool: &mut Algebra<'_>, pair: &Pair) -> Pair {
+        let map = self.substitution(model, pool);
+        pair.changed(pool, |pool, values| pool.substitute(values, &map))
     }
 
     /// The parameters that are equal, set by set.
@@ -88,8 +93,7 @@ impl Ties {
         for (i, leader) in self.leader.iter().enumerate() {
             let opposite = self.opposite[i] != self.opposite[*leader];
             let minus = if opposite { "-" } else { "" };
-            let name = format!("{minus}{}", model.parameters[i].name);
-            sets.entry(*leader).or_default().push(name);
+            sets.entry(*leader).or_default().push(format!("{minus}{}", model.parameters[i].name));
         }
         sets.into_values().filter(|set| set.len() > 1).collect()
     }

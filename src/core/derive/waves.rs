@@ -88,21 +88,26 @@ pub(super) fn normal_waves(
     }
     let normals = free(checker.model, &["Q", "eta", "xi", "zeta"]);
     let omegas = free(checker.model, &["omega", "Omega", "w", "nu"]);
-    let each = lattices.iter().zip(&case.series).enumerate();
-    each.map(|(at, (lattice, series))| {
-        waves_of(pool, checker, pair, series, lattice, [normals.get(at)?, omegas.get(at)?])
-    })
-    .collect()
+    lattices
+        .iter()
+        .zip(&case.series)
+        .enumerate()
+        .map(|(at, (lattice, series))| {
+            waves_of(pool, checker, pair, series, lattice, [normals.get(at)?, omegas.get(at)?])
+        })
+        .collect()
 }
 
-/// Those names that a model does not use; one of them at least.
-fn free(model: &Model, names: &[&str]) -> Vec<String> {
+/// Those names that a model does not use.
+pub(super) fn unused(model: &Model, names: &[&str]) -> Vec<String> {
     let own = names.iter().filter(|name| model.unused_name(&[name]) == **name);
-    let mut own: Vec<String> = own.map(|name| (*name).to_owned()).collect();
-    if own.is_empty() {
-        own.push(model.unused_name(names));
-    }
-    own
+    own.map(|name| (*name).to_owned()).collect()
+}
+
+/// The same; one at least.
+fn free(model: &Model, names: &[&str]) -> Vec<String> {
+    let own = unused(model, names);
+    if own.is_empty() { vec![model.unused_name(names)] } else { own }
 }
 
 fn waves_of(

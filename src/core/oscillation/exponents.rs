@@ -256,8 +256,7 @@ fn normalise(entry: &mut Exponent, mass: &[Ball]) {
 }
 
 fn mode(linearized: &Linearized, entry: Exponent) -> NormalMode {
-    let own = carried(linearized, &entry);
-    let own = own.unwrap_or_else(|| {
+    let own = carried(linearized, &entry).unwrap_or_else(|| {
         let own = shape(linearized, &entry.vector, entry.vector_error_bound);
         if linearized.drift().is_some() { of_length_one(linearized, own) } else { own }
     });

@@ -188,8 +188,7 @@ impl NormalMode {
     /// A bound of the error of a component of the shape, by its number.
     #[must_use]
     pub fn error_bound_of(&self, component: usize) -> f64 {
-        let own = self.component_error_bounds.get(component);
-        own.copied().unwrap_or(self.vector_error_bound)
+        self.component_error_bounds.get(component).copied().unwrap_or(self.vector_error_bound)
     }
 }
 
@@ -348,8 +347,7 @@ fn with_names(
         embedded.iter().map(|(vector, bound)| (vector.as_slice(), *bound)).collect()
     };
     let point_group = labels.as_ref().and_then(|labels| labels.group.clone());
-    let classes = labels.map_or_else(Vec::new, |mut labels| labels.of(&vectors));
-    let mut classes = classes.into_iter();
+    let mut classes = labels.map_or_else(Vec::new, |mut labels| labels.of(&vectors)).into_iter();
     let modes = spectrum
         .modes
         .into_iter()

@@ -234,8 +234,7 @@ fn ill_conditioned(linearized: &Linearized, modes: &NormalModes) -> Option<Warni
     let model = linearized.model();
     // ω changes by half as much as ω².
     let change = |rate: f64| format!("{:.0e}", 0.02 / rate);
-    let worst = linearized.most_sensitive(shape.vector);
-    let parameter = worst.filter(|(_, rate)| *rate >= ILL_CONDITIONED);
+    let parameter = linearized.most_sensitive(shape.vector).filter(|(_, rate)| *rate >= ILL_CONDITIONED);
     let (span, name, change) = match parameter {
         Some((number, rate)) => {
             let parameter = &model.parameters[number];

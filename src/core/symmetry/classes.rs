@@ -246,8 +246,7 @@ fn of_other(symmetry: &Symmetry) -> Option<Told> {
     }
     values.order_by(|a, b| b.1.cmp(&a.1));
     let told = |tuple: &[i64]| {
-        let points = symmetry.points.as_ref()?;
-        points.name(&|g: &SignedPermutation| {
+        symmetry.points.as_ref()?.name(&|g: &SignedPermutation| {
             if g.is_identity() {
                 return Some(1.0);
             }

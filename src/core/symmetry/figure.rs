@@ -184,10 +184,8 @@ impl Figure {
                     image.sub(&moved(i)[k]).contains_zero()
                 }
             };
-            let product = |j: &usize| {
-                let before = dot(&self.places[i], &self.places[*j]);
-                before.sub(&dot(moved(i), moved(*j))).contains_zero()
-            };
+            let product =
+                |j: &usize| dot(&self.places[i], &self.places[*j]).sub(&dot(moved(i), moved(*j))).contains_zero();
             along && self.basis.iter().all(product)
         };
         (0..self.places.len()).all(stays)

@@ -261,8 +261,7 @@ impl Formula {
         self.blocks(None, &mut pieces);
         let widths: Vec<usize> = pieces.iter().map(Block::width).collect();
         if widths.iter().sum::<usize>() <= width {
-            let whole = Block::beside(&pieces);
-            return whole.lines().map(str::to_owned).collect();
+            return Block::beside(&pieces).lines().map(str::to_owned).collect();
         }
         if widths.iter().any(|own| *own > width / 2) {
             pieces.clear();
@@ -365,8 +364,7 @@ fn product(factors: &[Formula]) -> Block {
     let mut blocks = Vec::new();
     for (at, factor) in factors.iter().enumerate() {
         if at > 0 {
-            let between = if factor.begins_with_digit() { " · " } else { " " };
-            blocks.push(Block::line(between));
+            blocks.push(Block::line(if factor.begins_with_digit() { " · " } else { " " }));
         }
         blocks.push(factor.block());
     }

@@ -211,8 +211,7 @@ impl Notation {
         }
         if let [a, b] = numbers.as_slice() {
             if below.is_empty() {
-                let ratio = Formula::Fraction(Box::new(a.clone()), Box::new(b.clone()));
-                above.insert(0, ratio);
+                above.insert(0, Formula::Fraction(Box::new(a.clone()), Box::new(b.clone())));
             } else {
                 let one = *a == Formula::Number("1".to_owned());
                 if !one || above.is_empty() {
@@ -416,8 +415,7 @@ fn gather_roots(above: &mut Vec<Formula>, below: &mut Vec<Formula>) {
             let one = Formula::Number("1".to_owned());
             top.retain(|own| *own != one);
             bottom.order_by_key(|own| !matches!(own, Formula::Number(_)));
-            let ratio = Formula::Fraction(Box::new(side_by_side(top)), Box::new(side_by_side(bottom)));
-            above.push(root(ratio));
+            above.push(root(Formula::Fraction(Box::new(side_by_side(top)), Box::new(side_by_side(bottom)))));
         }
     }
 }
