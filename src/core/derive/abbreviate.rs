@@ -120,15 +120,11 @@ impl Derivation {
                 break;
             }
             let first = named.len();
-            for candidate in &chosen {
-                named.push(letters.name(&mut pool, *candidate));
-            }
+            named.extend(chosen.iter().map(|candidate| letters.name(&mut pool, *candidate)));
             let (earlier, new) = named.split_at_mut(first);
             let mut images = Images::new(&chosen, new);
             images.apply(&mut pool, &all);
-            for root in &mut roots {
-                *root = images.of(*root);
-            }
+            roots.iter_mut().for_each(|root| *root = images.of(*root));
             for own in earlier {
                 let image = images.of(own.value);
                 if image != own.value {

@@ -128,10 +128,8 @@ impl Factored {
             zeros += common[EXPONENT];
             let polynomial = polynomial.without(&common);
             let polynomial = polynomial.over(&polynomial.content(EXPONENT))?;
-            for (polynomial, times) in polynomial.factors(EXPONENT) {
-                for polynomial in polynomial.split() {
-                    join(&mut factors, Factor { polynomial, times, repeated: times, parts: 1 << part });
-                }
+            for (polynomial, times) in polynomial.split_factors(EXPONENT) {
+                join(&mut factors, Factor { polynomial, times, repeated: times, parts: 1 << part });
             }
         }
         let signs = Signs::new(pool, &ring, &known);
@@ -194,9 +192,7 @@ impl Factored {
         if let Some(last) = all.last()
             && checker.is_negative(pool, *last) == Some(true)
         {
-            for own in &mut all {
-                *own = pool.short(|pool| pool.neg(*own));
-            }
+            all.iter_mut().for_each(|own| *own = pool.short(|pool| pool.neg(*own)));
         }
         Some(all)
     }
@@ -375,11 +371,9 @@ fn by_energy(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear: &Linear) -> 
     if zeros + parts.zeros as usize != 2 * linear.mass.len() || parts.zeros > 0 && !pervasive.definite {
         return None;
     }
-    let mut found: Vec<StabilityCondition> = Vec::new();
-    for own in essential(&pervasive.conditions, &pervasive.signs) {
-        let positive = signed(pool, &pervasive.ring, &own);
-        found.push(StabilityCondition { positive, open: None });
-    }
+    let own = essential(&pervasive.conditions, &pervasive.signs).into_iter();
+    let own = own.map(|own| StabilityCondition { positive: signed(pool, &pervasive.ring, &own), open: None });
+    let mut found: Vec<StabilityCondition> = own.collect();
     found.extend(parts.stability(checker, pool, &undamped)?);
     agreeing(checker, pool, found)
 }

@@ -43,9 +43,7 @@ pub(super) fn collapse(pool: &mut Pool, monomials: &mut Monomials) {
                     for old in gone.iter().flatten() {
                         monomials.remove(old);
                     }
-                    for (monomial, coefficient) in new {
-                        add_to(monomials, monomial, &coefficient);
-                    }
+                    new.into_iter().for_each(|(monomial, coefficient)| add_to(monomials, monomial, &coefficient));
                     changed = true;
                 }
             }

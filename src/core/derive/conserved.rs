@@ -131,9 +131,7 @@ pub(super) fn conserved(
         drives |= variables.time == Some(symbol);
     }
     let mut rubs = vec![false; occurs.len()];
-    for (i, drag) in drags {
-        rubs[*i] |= !drag.is_zero();
-    }
+    drags.iter().for_each(|(i, drag)| rubs[*i] |= !drag.is_zero());
     let mut result: Vec<Conserved> = (0..occurs.len())
         .filter(|i| !occurs[*i] && !rubs[*i])
         .filter(|i| !momenta[*i].is_zero())

@@ -246,17 +246,19 @@ fn directions(pool: &mut Algebra<'_>, checker: &Checker<'_>, tangent: &Tangent) 
         if tangent.massless.is_empty() { (0..n).rev().collect() } else { tangent.massless.clone() };
     let (bound, rows) = solved_for(pool, gradients, &candidates, &is_pivot)?;
     let free: Vec<usize> = (0..n).filter(|i| !bound.contains(i)).collect();
-    let (zero, one) = (pool.zero(), pool.one());
-    let mut directions = vec![vec![zero; free.len()]; n];
-    for (at, own) in free.iter().enumerate() {
-        directions[*own][at] = one;
-    }
+    let mut directions = units(pool, n, &free);
     for (bound, row) in bound.iter().zip(rows) {
         for (at, own) in free.iter().enumerate() {
             directions[*bound][at] = pool.short(|pool| pool.neg(row[*own]));
         }
     }
     Some((free, directions, None))
+}
+
+/// Z with a row of its own for each free coordinate, and nothing else yet.
+fn units(pool: &Pool, n: usize, free: &[usize]) -> Rows {
+    let entry = |i: usize, own: &usize| if *own == i { pool.one() } else { pool.zero() };
+    (0..n).map(|i| free.iter().map(|own| entry(i, own)).collect()).collect()
 }
 
 /// Rows solved for as many columns as there are rows, the first of the candidates that will do: these columns in ascending order,
@@ -280,9 +282,7 @@ pub(super) fn solved_for(
     let mut solved = Vec::with_capacity(count);
     for (_, row) in pivots {
         let mut own = vec![pool.zero(); width];
-        for (place, entry) in sorted.iter().zip(&rows[row]) {
-            own[*place] = *entry;
-        }
+        sorted.iter().zip(&rows[row]).for_each(|(place, entry)| own[*place] = *entry);
         solved.push(own);
     }
     Some((bound, solved))
@@ -306,32 +306,24 @@ fn condensed(pool: &mut Algebra<'_>, checker: &Checker<'_>, linear: &Linear, tan
     for j in &free {
         for (b, parts) in parts.iter_mut().enumerate() {
             let mut replaced = block.clone();
-            for (row, i) in replaced.iter_mut().zip(massless) {
-                row[b] = pool.neg(k[*i][*j]);
-            }
+            replaced.iter_mut().zip(massless).for_each(|(row, i)| row[b] = pool.neg(k[*i][*j]));
             let part = determinant(pool, &replaced);
             parts.push(pool.simplify(part));
         }
     }
-    let (zero, one) = (pool.zero(), pool.one());
-    let mut directions = vec![vec![zero; free.len()]; k.len()];
-    for (at, own) in free.iter().enumerate() {
-        directions[*own][at] = one;
-    }
+    let mut directions = units(pool, k.len(), &free);
     for (b, parts) in massless.iter().zip(&parts) {
         for (slot, part) in directions[*b].iter_mut().zip(parts) {
             *slot = pool.short(|pool| pool.div(*part, whole));
         }
     }
-    let mut stiffness = vec![vec![zero; free.len()]; free.len()];
-    for (row, i) in free.iter().enumerate() {
-        for (column, j) in free.iter().enumerate() {
-            let mut terms = vec![pool.mul(whole, k[*i][*j])];
-            terms.extend(massless.iter().zip(&parts).map(|(b, parts)| pool.mul(k[*i][*b], parts[column])));
-            let sum = pool.short(|pool| pool.sum(&terms));
-            stiffness[row][column] = pool.div(sum, whole);
-        }
-    }
+    let mut entry = |i: usize, (column, j): (usize, &usize)| {
+        let mut terms = vec![pool.mul(whole, k[i][*j])];
+        terms.extend(massless.iter().zip(&parts).map(|(b, parts)| pool.mul(k[i][*b], parts[column])));
+        let sum = pool.short(|pool| pool.sum(&terms));
+        pool.div(sum, whole)
+    };
+    let stiffness = free.iter().map(|i| free.iter().enumerate().map(|own| entry(*i, own)).collect()).collect();
     Some((free, directions, Some(stiffness)))
 }
 

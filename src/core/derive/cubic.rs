@@ -149,9 +149,8 @@ pub(super) fn solve(pool: &mut Algebra<'_>, model: &Model, sums: &[ExprId], befo
 fn zeros(pool: &mut Algebra<'_>, names: &mut Names<'_>, sums: &[ExprId], biquadratic: bool, letter: &str) -> Zeros {
     let mut sums = sums.to_vec();
     if names.coefficients {
-        for (at, sum) in sums.iter_mut().enumerate() {
-            *sum = names.numbered(pool, &["s", "sigma", "S"], Some(at + 1), *sum);
-        }
+        let name = |(at, sum)| names.numbered(pool, &["s", "sigma", "S"], Some(at + 1), sum);
+        sums = sums.into_iter().enumerate().map(name).collect();
     }
     match *sums.as_slice() {
         [a, b] => quadratic(pool, [a, b]),
@@ -240,9 +239,7 @@ fn quartic(pool: &mut Algebra<'_>, names: &mut Names<'_>, [a, b, c, d]: [ExprId;
         for sign in [-1, 1] {
             let square = pool.linear(&[(p, ratio(-1, 2)), (size, ratio(sign, 1))]);
             let x = pool.sqrt(square);
-            for sign in [-1, 1] {
-                all.push(vec![quarter, pool.scale(x, &ratio(sign, 1))]);
-            }
+            all.extend([-1, 1].map(|sign| vec![quarter, pool.scale(x, &ratio(sign, 1))]));
         }
         return Zeros { all, family: None };
     }

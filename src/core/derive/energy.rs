@@ -183,9 +183,7 @@ pub(super) fn quadratic_form(pool: &mut Pool, matrix: &[Vec<ExprId>], motion: im
     }
     let count = terms.iter().filter(|term| !term.coefficient.is_zero()).count();
     if count == 1 {
-        for term in &mut terms {
-            term.coefficient = pool.scale(term.coefficient, &Number::half());
-        }
+        terms.iter_mut().for_each(|term| term.coefficient = pool.scale(term.coefficient, &Number::half()));
     }
     let mut sum = MotionSum::new(pool, terms);
     if count > 1 {

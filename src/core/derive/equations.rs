@@ -49,15 +49,9 @@ pub(super) fn coefficients(
     let mut parts = Parts::new();
     quadratic(pool, variables, lagrangian, &mut parts);
     linear(pool, variables, lagrangian, &mut parts);
-    for (i, force) in &lagrangian.forces {
-        add(&mut parts, *i, Factors::new(), *force, Number::ONE);
-    }
-    for term in &lagrangian.other {
-        general(pool, variables, *term, &mut parts);
-    }
-    for (i, drag) in drags {
-        dragged(pool, variables, *i, *drag, &mut parts);
-    }
+    lagrangian.forces.iter().for_each(|(i, force)| add(&mut parts, *i, Factors::new(), *force, Number::ONE));
+    lagrangian.other.iter().for_each(|term| general(pool, variables, *term, &mut parts));
+    drags.iter().for_each(|(i, drag)| dragged(pool, variables, *i, *drag, &mut parts));
     parts.into_iter().map(|(key, parts)| (key, pool.short(|pool| pool.linear(&parts)))).gather()
 }
 

@@ -326,10 +326,7 @@ impl Found<'_, '_> {
         let (r, drawn) = root(self.pool, square);
         let r = self.positive(r)?;
         let squares = [self.pool.add(p, r), self.pool.sub(p, r)].map(|square| self.pool.simplify(square));
-        let mut zeros = Vec::new();
-        for square in squares {
-            zeros.extend(self.pair(square, true)?);
-        }
+        let mut zeros = [self.pair(squares[0], true)?, self.pair(squares[1], true)?].concat();
         if !drawn
             && let Some(other) = self.quotients(c, b, a)
             && cost(self, &other) < cost(self, &zeros)

@@ -33,12 +33,16 @@ impl Polynomial {
                 found.push((rest.primitive(), 1));
                 break;
             };
-            for (factor, times) in own.factors(variable) {
-                found.extend(factor.split().into_iter().map(|own| (own, times)));
-            }
+            found.extend(own.split_factors(variable));
             rest = content;
         }
         found
+    }
+
+    /// Factors in which no zero of a variable is repeated, each in those that are found, with how often it occurs.
+    pub(super) fn split_factors(&self, variable: usize) -> impl Iterator<Item = (Self, usize)> {
+        let all = self.factors(variable).into_iter();
+        all.flat_map(|(own, times)| own.split().into_iter().map(move |own| (own, times)))
     }
 
     /// Factors, as far as they are found, of a polynomial without repeated ones; short ones in the exponent first.

@@ -66,9 +66,7 @@ fn product(pool: &mut Pool, left: &Polynomial, right: &Polynomial) -> Polynomial
 }
 
 fn add(sum: &mut Polynomial, other: Polynomial) {
-    for (motion, parts) in other {
-        sum.entry(motion).or_default().extend(parts);
-    }
+    other.into_iter().for_each(|(motion, parts)| sum.entry(motion).or_default().extend(parts));
 }
 
 /// Velocities and accelerations of all coordinates in terms of those of the free ones.

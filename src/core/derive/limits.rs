@@ -271,8 +271,6 @@ fn transform_case(pool: &mut Algebra<'_>, case: &mut Case, change: impl Fn(&mut 
         }
     }
     case.frequencies = frequencies;
-    for series in &mut case.series {
-        series.omega_squared = change(pool, series.omega_squared);
-    }
+    case.series.iter_mut().for_each(|series| series.omega_squared = change(pool, series.omega_squared));
     case.series.retain(|series| !pool.is_undefined(series.omega_squared));
 }

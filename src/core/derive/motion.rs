@@ -121,10 +121,9 @@ impl MotionSum {
 
     /// A sum by its motions, the parts of each coefficient added up.
     pub(super) fn of_parts(pool: &mut Algebra<'_>, parts: BTreeMap<Vec<(Motion, u32)>, Vec<ExprId>>) -> Self {
-        let mut terms = Vec::new();
-        for (motion, parts) in parts {
-            terms.push(MotionTerm::new(pool.short(|pool| pool.sum(&parts)), &motion));
-        }
+        let terms = parts.into_iter();
+        let terms = terms.map(|(motion, parts)| MotionTerm::new(pool.short(|pool| pool.sum(&parts)), &motion));
+        let terms: Vec<MotionTerm> = terms.collect();
         Self::new(pool, terms)
     }
 

@@ -120,9 +120,7 @@ fn factors(pool: &mut Algebra<'_>, coefficients: &[ExprId]) -> Vec<(Polynomial, 
         let ring = Ring::new(pool, std::iter::once(&expanded));
         let all = ring.polynomials(&expanded)?.into_iter().map(|own| ring.reduced(own));
         let whole = Ratio::from_coefficients(EXPONENT, &all.collect::<Vec<_>>());
-        let repeated = whole.over(&whole.content(EXPONENT))?.factors(EXPONENT).into_iter();
-        let all = repeated.flat_map(|(own, times)| own.split().into_iter().map(move |own| (own, times)));
-        let all: Vec<(Ratio, usize)> = all.collect();
+        let all: Vec<(Ratio, usize)> = whole.over(&whole.content(EXPONENT))?.split_factors(EXPONENT).collect();
         let written = |(own, times): (Ratio, usize)| {
             let own = own.coefficients(EXPONENT);
             (own.iter().map(|own| ring.expression(pool, own)).collect(), times)
@@ -213,12 +211,11 @@ fn pair_of_roots(pool: &mut Algebra<'_>, block: &Pair) -> Vec<ExprId> {
 /// middle -+ sqrt(square): added up where the root can be drawn, else as two terms.
 fn around(pool: &mut Algebra<'_>, middle: ExprId, square: ExprId) -> Vec<ExprId> {
     let (root, is_exact) = root(pool, square);
-    let mut roots = Vec::new();
-    for sign in [Number::MINUS_ONE, Number::ONE] {
+    let roots = [Number::MINUS_ONE, Number::ONE].map(|sign| {
         let value = pool.linear(&[(middle, Number::ONE), (root, sign)]);
-        roots.push(if is_exact { pool.simplify(value) } else { with_common_bar(pool, value) });
-    }
-    roots
+        if is_exact { pool.simplify(value) } else { with_common_bar(pool, value) }
+    });
+    roots.to_vec()
 }
 
 /// p ∓ √(p² - q) as (N ∓ √(N² - 4 Q D))/(2 D), with p = N/(2 D) and q = Q/D; `None` where there are no fractions.

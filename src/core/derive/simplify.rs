@@ -421,9 +421,7 @@ fn factor(pool: &mut Pool, mut terms: Vec<(Monomial, Number)>, nested: u32) -> E
         let common = common_factor(&terms);
         let mut inner = terms;
         if !common.is_empty() {
-            for (monomial, _) in &mut inner {
-                *monomial = times(monomial, &common, &Number::MINUS_ONE);
-            }
+            inner.iter_mut().for_each(|(monomial, _)| *monomial = times(monomial, &common, &Number::MINUS_ONE));
         }
         let best = if nested < MOST_NESTED && inner.len() > 2 { most_frequent(&inner) } else { None };
         let Some(best) = best else {

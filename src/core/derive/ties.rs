@@ -132,9 +132,7 @@ impl Ties {
                 }
             }
         }
-        for (a, b) in pairs {
-            self.tie(model, pool, (a, b), &mut needed);
-        }
+        pairs.into_iter().for_each(|both| self.tie(model, pool, both, &mut needed));
         needed
     }
 

@@ -132,9 +132,7 @@ fn embed(found: &mut Exponents, own: &[usize], n: usize) {
             continue;
         }
         let mut vector = vec![c64::new(0.0, 0.0); n];
-        for (i, x) in own.iter().zip(&entry.vector) {
-            vector[*i] = *x;
-        }
+        own.iter().zip(&entry.vector).for_each(|(i, x)| vector[*i] = *x);
         entry.vector = vector;
     }
 }

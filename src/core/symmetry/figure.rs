@@ -86,9 +86,7 @@ impl Figure {
         for (k, axis) in axes.iter().enumerate() {
             let sum = axis.iter().fold(Big::zero(bits), |sum, i| sum.add(&at[*i]));
             let centre = if held[k] { Big::zero(bits) } else { sum.div(&share) };
-            for (place, i) in places.iter_mut().zip(axis) {
-                place[k] = at[*i].sub(&centre);
-            }
+            places.iter_mut().zip(axis).for_each(|(place, i)| place[k] = at[*i].sub(&centre));
         }
         let near: Vec<Vector3<f64>> = places.iter().map(|place| Vector3::from_fn(|k, _| place[k].mid_f64())).collect();
         let size = near.iter().map(Vector3::norm).fold(0.0, f64::max);
@@ -205,9 +203,7 @@ impl Exchanges<'_> {
         let signs = self.freedom.signs(det, along);
         let mut images = vec![(0, false); self.axes.iter().map(Vec::len).sum()];
         for (axis, negative) in self.axes.iter().zip(signs) {
-            for (i, to) in axis.iter().zip(bodies) {
-                images[*i] = (axis[*to], negative);
-            }
+            axis.iter().zip(bodies).for_each(|(i, to)| images[*i] = (axis[*to], negative));
         }
         self.energies.permuted(|i| images[i])
     }

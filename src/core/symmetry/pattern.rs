@@ -78,9 +78,7 @@ impl Pattern {
     pub(crate) fn active(&self) -> Vec<bool> {
         let component = self.components();
         let mut held = vec![false; self.len()];
-        for (i, own) in component.iter().enumerate() {
-            held[*own] |= self.held[i];
-        }
+        component.iter().zip(&self.held).for_each(|(own, is_held)| held[*own] |= is_held);
         component.iter().map(|own| held[*own]).collect()
     }
 

@@ -176,12 +176,11 @@ impl Notation {
     }
 
     fn sum(&self, file: &File, terms: &[Member]) -> Formula {
-        let mut parts = Vec::with_capacity(terms.len());
-        for one in terms {
+        let parts = terms.iter().map(|one| {
             let (negative, formula) = signed(self.formula(file, one.value()));
-            parts.push((negative != one.inverted(), term(formula)));
-        }
-        Formula::Sum(parts)
+            (negative != one.inverted(), term(formula))
+        });
+        Formula::Sum(parts.collect())
     }
 
     fn product(&self, file: &File, factors: &[Member]) -> Formula {
