@@ -87,16 +87,9 @@ impl Pair {
 
     /// With sines and cosines of twice an angle in those of the angle, where both occur in an entry and that is shorter.
     pub(super) fn with_halved_angles(&self, pool: &mut Algebra<'_>) -> Self {
-        let mut images: HashMap<ExprId, ExprId> = HashMap::new();
-        for value in self.values() {
-            if let Some(image) = halved_angles(pool, value) {
-                images.insert(value, image);
-            }
-        }
-        if images.is_empty() {
-            return self.clone();
-        }
-        self.replaced(pool, &images)
+        let images = self.values().into_iter().filter_map(|value| Some((value, halved_angles(pool, value)?)));
+        let images: HashMap<ExprId, ExprId> = images.gather();
+        if images.is_empty() { self.clone() } else { self.replaced(pool, &images) }
     }
 
     /// With entries that are equal or opposite brought to one form.
@@ -132,10 +125,7 @@ impl Pair {
             }
             first.insert(residue, value);
         }
-        if images.is_empty() {
-            return own;
-        }
-        own.replaced(pool, &images)
+        if images.is_empty() { own } else { own.replaced(pool, &images) }
     }
 
     /// Which entries are the same expression, or opposite ones.

@@ -229,14 +229,9 @@ impl Symmetry {
         let parts = pattern.components();
         let unsigned = pattern.permutations(&active, EFFORT)?;
         // A mirror that leaves a part alone says nothing about that part.
-        let acts_everywhere = |g: &SignedPermutation| {
-            let count = parts.iter().max().map_or(0, |last| last + 1);
-            let mut acts = vec![false; count];
-            for (i, part) in parts.iter().enumerate() {
-                acts[*part] |= g.of(i).0 != i || !active[i];
-            }
-            !acts.contains(&false)
-        };
+        let groups = pattern.parts();
+        let acts = |g: &SignedPermutation, on: &[usize]| on.iter().any(|i| g.of(*i).0 != *i || !active[*i]);
+        let acts_everywhere = |g: &SignedPermutation| groups.iter().all(|part| acts(g, part));
         let is_mirror = unsigned.order == 2.0 && unsigned.generators.iter().all(acts_everywhere);
         let plain = Self::of(unsigned.generators, unsigned.order, &active, &parts);
         let is_ring = |found: &Self| matches!(found.kind, GroupKind::Ring { .. }) && parts.iter().all(|p| *p == 0);

@@ -436,21 +436,18 @@ fn power(base: Formula, exponent: Formula) -> Formula {
     }
 }
 
-/// Functions under their names in print.
-const FUNCTIONS: &[(&str, &str)] = &[
-    ("sin", "sin"),
-    ("cos", "cos"),
-    ("tan", "tan"),
-    ("asin", "arcsin"),
-    ("acos", "arccos"),
-    ("atan", "arctan"),
-    ("atan2", "atan2"),
-    ("sinh", "sinh"),
-    ("cosh", "cosh"),
-    ("tanh", "tanh"),
-    ("ln", "ln"),
-    ("rows", "rows"),
-];
+/// Functions that have the same name in print.
+const FUNCTIONS: [&str; 9] = ["sin", "cos", "tan", "atan2", "sinh", "cosh", "tanh", "ln", "rows"];
+
+/// What a function of the language is called in print.
+fn name_in_print(function: &str) -> Option<&'static str> {
+    match function {
+        "asin" => Some("arcsin"),
+        "acos" => Some("arccos"),
+        "atan" => Some("arctan"),
+        other => FUNCTIONS.into_iter().find(|own| *own == other),
+    }
+}
 
 fn call(function: &str, mut arguments: Vec<Formula>) -> Formula {
     let only = arguments.len() == 1;
@@ -470,8 +467,8 @@ fn call(function: &str, mut arguments: Vec<Formula>) -> Formula {
             });
             Formula::Between { cross: function == "cross", sides: Box::new((first, second)) }
         }
-        _ => match FUNCTIONS.iter().find(|(name, _)| *name == function) {
-            Some((_, name)) => Formula::Function { name, power: None, arguments },
+        _ => match name_in_print(function) {
+            Some(name) => Formula::Function { name, power: None, arguments },
             // No function of the language: a name with what it is given.
             None => {
                 let name = Formula::Symbol(Symbol::of(function));
