@@ -388,9 +388,7 @@ impl Letters {
         let mut renamed = Substitution::new();
         let mut definitions = Vec::new();
         for own in named {
-            let Some(old) = pool.as_symbol(own.symbol) else {
-                continue;
-            };
+            let Some(old) = pool.as_symbol(own.symbol) else { continue };
             let value = pool.substitute_one(own.value, &renamed);
             let (name, symbol) = if own.is_distance {
                 (own.name, old)
@@ -418,24 +416,14 @@ impl Letters {
 
     /// The two points of a family whose distance is the root of a sum of squares.
     fn points(&self, pool: &Pool, e: ExprId) -> Option<Points> {
-        let Node::Sum { constant, terms } = pool.node(e) else {
-            return None;
-        };
+        let Node::Sum { constant, terms } = pool.node(e) else { return None };
         let mut axes: BTreeSet<String> = BTreeSet::new();
         let mut points: Option<Points> = None;
         for (term, coefficient) in terms {
-            let Node::Product(factors) = pool.node(*term) else {
-                return None;
-            };
-            let [(base, exponent)] = &**factors else {
-                return None;
-            };
-            let Node::Sum { constant, terms } = pool.node(*base) else {
-                return None;
-            };
-            let [(a, one), (b, other)] = &**terms else {
-                return None;
-            };
+            let Node::Product(factors) = pool.node(*term) else { return None };
+            let [(base, exponent)] = &**factors else { return None };
+            let Node::Sum { constant, terms } = pool.node(*base) else { return None };
+            let [(a, one), (b, other)] = &**terms else { return None };
             let opposite = one.abs().is_one() && *other == one.neg() && constant.is_zero();
             if !opposite || !coefficient.is_one() || *exponent != Number::from(2) {
                 return None;

@@ -110,9 +110,7 @@ pub(super) struct Waves {
 /// det(K - z M) has |K_ab|^2, |M_ab|^2 and Re(conj(M_ab) K_ab), which are sums of products with cosines
 /// of the differences of the places.
 pub(super) fn waves(pool: &mut Algebra<'_>, pair: &Pair, symmetry: &Symmetry, coordinates: &[usize]) -> Option<Waves> {
-    let GroupKind::Ring { turn, length } = &symmetry.kind else {
-        return None;
-    };
+    let GroupKind::Ring { turn, length } = &symmetry.kind else { return None };
     let mut cells: Vec<Vec<usize>> = Vec::new();
     let mut seen: Vec<usize> = Vec::new();
     for start in coordinates {

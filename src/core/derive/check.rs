@@ -286,14 +286,10 @@ impl<'a> Checker<'a> {
 
     /// Columns of omega^2, xᵀMx and x each, in the units of the other path; there x is about 1.
     fn measured_columns(&self, pool: &Pool, columns: &[ExprId], n: usize) -> Option<Vec<Ball>> {
-        let Some(units) = self.units() else {
-            return self.evaluate(pool, columns);
-        };
+        let Some(units) = self.units() else { return self.evaluate(pool, columns) };
         let mut found = Vec::with_capacity(columns.len());
         for column in self.wide(pool, columns)?.chunks(n + 2) {
-            let [square, mass, x @ ..] = column else {
-                return None;
-            };
+            let [square, mass, x @ ..] = column else { return None };
             let x: Vec<Big> = x.iter().enumerate().map(|(at, x)| x.scale(-units.length(at))).collect();
             let largest = x.iter().map(Big::abs_upper);
             let (_, by) = largest.fold(Magnitude::ZERO, Magnitude::max).parts();
@@ -307,17 +303,13 @@ impl<'a> Checker<'a> {
     /// Whether the columns are the modes: to each its omega^2 and xᵀMx, in the order of rising omega^2.
     pub(super) fn are_modes(&self, pool: &Pool, pair: &Pair, columns: &[Column]) -> bool {
         let n = pair.len();
-        let Some(mut modes) = self.references(pool, pair) else {
-            return false;
-        };
+        let Some(mut modes) = self.references(pool, pair) else { return false };
         let mut all = Vec::new();
         for column in columns {
             all.extend([column.omega_squared, column.mass]);
             all.extend(&column.vector);
         }
-        let Some(values) = self.measured_columns(pool, &all, n) else {
-            return false;
-        };
+        let Some(values) = self.measured_columns(pool, &all, n) else { return false };
         let largest = modes.iter().map(|mode| mode.omega_squared.abs_upper()).fold(0.0, f64::max);
         modes.order_by(|a, b| a.omega_squared.mid_f64().total_cmp(&b.omega_squared.mid_f64()));
         let columns = || values.chunks_exact(n + 2);
@@ -336,9 +328,7 @@ impl<'a> Checker<'a> {
         pair: &Pair,
         mut columns: impl Iterator<Item = (Ball, Ball, &'c [Ball])>,
     ) -> bool {
-        let Some((mass, stiffness)) = self.matrices(pool, pair) else {
-            return false;
-        };
+        let Some((mass, stiffness)) = self.matrices(pool, pair) else { return false };
         let n = pair.len();
         let product = |matrix: &[Ball], rows: &[BTreeMap<usize, ExprId>], x: &[Ball]| -> Vec<Ball> {
             let row =
@@ -512,9 +502,7 @@ impl<'a> Checker<'a> {
 
     /// Squares of frequencies in the units of the other path, where it has some.
     fn squares(&self, pool: &Pool, expressions: &[ExprId]) -> Option<Vec<Ball>> {
-        let Some(units) = self.units() else {
-            return self.evaluate(pool, expressions);
-        };
+        let Some(units) = self.units() else { return self.evaluate(pool, expressions) };
         let wide = self.wide(pool, expressions)?;
         Some(wide.iter().map(|own| own.scale(-2 * units.rate()).to_ball()).collect())
     }
@@ -526,9 +514,7 @@ impl<'a> Checker<'a> {
 
     /// The modes to compare with: of the other path, or of M and K at the values at hand.
     fn references(&self, pool: &Pool, pair: &Pair) -> Option<Vec<Reference>> {
-        let Some((linearized, modes)) = self.linearized().zip(self.modes()) else {
-            return self.solved(pool, pair);
-        };
+        let Some((linearized, modes)) = self.linearized().zip(self.modes()) else { return self.solved(pool, pair) };
         let references = in_units(linearized, modes)
             .modes
             .iter()
@@ -662,9 +648,7 @@ fn waves<S: Scalar>(
                 inputs[*input] = S::from_number(&Number::from(*value?), precision);
             }
             let values = prepared.evaluate(&inputs, &mut room);
-            let [square, component] = values.as_slice() else {
-                return None;
-            };
+            let [square, component] = values.as_slice() else { return None };
             column[0] = square.clone();
             column[i + 1] = component.clone();
         }

@@ -35,9 +35,7 @@ pub(super) fn collapse(pool: &mut Pool, monomials: &mut Monomials) {
                 if pool.is_spent() {
                     return;
                 }
-                let Some(coefficient) = monomials.get(&monomial).cloned() else {
-                    continue;
-                };
+                let Some(coefficient) = monomials.get(&monomial).cloned() else { continue };
                 let step = rule(pool, monomials, &monomial, &coefficient);
                 if let Some((gone, new)) = step {
                     for old in gone.iter().flatten() {
@@ -57,9 +55,7 @@ type Step = ([Option<Monomial>; 2], Vec<(Monomial, Number)>);
 /// cos^4 + sin^4 = 1 - 2 cos^2 sin^2, of angles that are halved.
 fn fourths(pool: &mut Pool, monomials: &Monomials, monomial: &Monomial, coefficient: &Number) -> Option<Step> {
     for (base, exponent) in monomial {
-        let Some(x) = angle(pool, *base, Function::Cos) else {
-            continue;
-        };
+        let Some(x) = angle(pool, *base, Function::Cos) else { continue };
         if !is_halved(pool, x) || *exponent != Number::from(4) {
             continue;
         }
@@ -114,9 +110,7 @@ fn complements(pool: &mut Pool, monomials: &Monomials, monomial: &Monomial, coef
             continue;
         }
         for (own, other) in [(Function::Cos, Function::Sin), (Function::Sin, Function::Cos)] {
-            let Some(x) = angle(pool, *base, own) else {
-                continue;
-            };
+            let Some(x) = angle(pool, *base, own) else { continue };
             let opposite = coefficient.neg();
             let without = changed(monomial, &[(*base, -2)]);
             let counterpart = pool.apply(other, x);
@@ -161,9 +155,7 @@ fn products(pool: &mut Pool, monomials: &Monomials, monomial: &Monomial, coeffic
             let (sin_a, cos_a) = (pool.sin(a), pool.cos(a));
             let sin_b = pool.sin(b);
             let partner = changed(&rest, &[(if mixed { cos_a } else { sin_a }, 1), (sin_b, 1)]);
-            let Some(other) = monomials.get(&partner) else {
-                continue;
-            };
+            let Some(other) = monomials.get(&partner) else { continue };
             let same = other == coefficient;
             if !same && *other != coefficient.neg() {
                 continue;
@@ -183,17 +175,13 @@ fn products(pool: &mut Pool, monomials: &Monomials, monomial: &Monomial, coeffic
 fn halves(pool: &mut Pool, _: &Monomials, monomial: &Monomial, coefficient: &Number) -> Option<Step> {
     let one = Number::ONE;
     for (base, exponent) in monomial {
-        let Some(x) = angle(pool, *base, Function::Sin) else {
-            continue;
-        };
+        let Some(x) = angle(pool, *base, Function::Sin) else { continue };
         if !is_halved(pool, x) || !exponent.is_integer() || *exponent < one {
             continue;
         }
         let cosine = pool.cos(x);
         let at = monomial.binary_search_by_key(&cosine, |(base, _)| *base);
-        let Ok(at) = at else {
-            continue;
-        };
+        let Ok(at) = at else { continue };
         let other = &monomial[at].1;
         if !other.is_integer() || *other < one {
             continue;

@@ -178,9 +178,7 @@ impl Search<'_> {
             }
         }
         for rotation in candidate_rotations(self.model) {
-            let Some(generator) = self.rotation(&rotation, moving) else {
-                continue;
-            };
+            let Some(generator) = self.rotation(&rotation, moving) else { continue };
             if self.rubs_nowhere(&generator) {
                 found.push((rotation_name(self.model, &rotation), generator));
             }

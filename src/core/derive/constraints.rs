@@ -149,9 +149,7 @@ impl Tangent {
 /// Simplifies what constraints add to a page, and works out what moves under them. Comes last: the page of what moves has a copy
 /// of all expressions.
 pub(super) fn reduce(pool: &mut Algebra<'_>, linear: &mut Linear, names: &Names, checker: &Checker<'_>, parts: &Parts) {
-    let Some(mut tangent) = linear.tangent.take() else {
-        return;
-    };
+    let Some(mut tangent) = linear.tangent.take() else { return };
     let gradients = tangent.gradients.iter_mut().flatten();
     pool.shorten(tangent.multipliers.iter_mut().chain(gradients));
     if let Some(Reduction { free, directions, matrices, drift, energies }) =

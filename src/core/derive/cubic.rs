@@ -85,9 +85,7 @@ impl Names<'_> {
     }
 
     fn numbered(&mut self, pool: &mut Algebra<'_>, letters: &[&str], number: Option<usize>, value: ExprId) -> ExprId {
-        let Some(model) = self.model else {
-            return value;
-        };
+        let Some(model) = self.model else { return value };
         if pool.weight(value) <= MOST_WITHOUT_NAME {
             return value;
         }

@@ -124,9 +124,7 @@ fn root(pool: &mut Algebra<'_>, variables: &Variables, coordinate: usize, factor
         let parts = pool.factors(term);
         let (own, others): (Vec<_>, Vec<_>) =
             parts.into_iter().partition(|(base, _)| moves(pool, variables, coordinate, *base));
-        let [(base, exponent)] = own.as_slice() else {
-            return None;
-        };
+        let [(base, exponent)] = own.as_slice() else { return None };
         if !exponent.is_one() || left.is_some_and(|left| left != *base) {
             return None;
         }
@@ -173,9 +171,7 @@ fn add_conditions(pool: &mut Pool, checker: &Checker<'_>, roots: &mut [Root]) {
         })
         .collect();
     for root in roots {
-        let Some(own) = angle(pool, root.left) else {
-            continue;
-        };
+        let Some(own) = angle(pool, root.left) else { continue };
         if pool.as_number(root.value).is_some_and(|v| v.abs() <= Number::ONE) {
             continue;
         }
@@ -240,9 +236,7 @@ fn size(pool: &mut Pool, checker: &Checker<'_>, e: ExprId, signs: &mut Signs) ->
             Some((pool.symbol_expr(*symbol), negative))
         })
         .collect();
-    let Some(known) = known else {
-        return pool.abs(e);
-    };
+    let Some(known) = known else { return pool.abs(e) };
     match single_sign(pool, e, &known) {
         Some(negative) => {
             signs.extend(known);

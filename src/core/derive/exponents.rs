@@ -376,12 +376,8 @@ impl Found<'_, '_> {
 
     /// The same of real and imaginary part and the coefficients, as they stand.
     fn vanish(&self, all: &[ExprId]) -> bool {
-        let Some(values) = self.checker.evaluate(self.pool, all) else {
-            return false;
-        };
-        let [real, imaginary, coefficients @ ..] = values.as_slice() else {
-            return false;
-        };
+        let Some(values) = self.checker.evaluate(self.pool, all) else { return false };
+        let [real, imaginary, coefficients @ ..] = values.as_slice() else { return false };
         let s = Complex { re: *real, im: *imaginary };
         let zero = Complex { re: Ball::ZERO, im: Ball::ZERO };
         let (mut sum, mut size) = (zero, 0.0);

@@ -231,9 +231,7 @@ fn whole_zeros(of: &Polynomial, variable: usize) -> Vec<Number> {
     // Twice the largest of their roots, each of the order of its distance from the last (Fujiwara).
     let digits = own.iter().rev().zip(0_usize..).skip(1).map(|(own, order)| own.bits().div_ceil(order));
     let bound = i32::try_from(digits.max().unwrap_or(0) + 1).ok().and_then(|bits| Number::from(2).powi(bits));
-    let Some(bound) = bound else {
-        return Vec::new();
-    };
+    let Some(bound) = bound else { return Vec::new() };
     let slope: Vec<Number> = own.iter().zip(0..).skip(1).map(|(own, power)| own.mul(&Number::from(power))).collect();
     let zeros: BTreeSet<Number> = PRIMES.iter().flat_map(|prime| zeros_from(&own, &slope, *prime, &bound)).gather();
     zeros.into_iter().filter(|zero| value(&own, zero).is_zero()).collect()
@@ -242,9 +240,7 @@ fn whole_zeros(of: &Polynomial, variable: usize) -> Vec<Number> {
 /// What whole zeros that are not repeated modulo a prime can be, up to a bound, by Newton's steps, each with twice the digits.
 fn zeros_from(of: &[Number], slope: &[Number], prime: u64, bound: &Number) -> Vec<Number> {
     let small = |all: &[Number]| all.iter().map(|own| own.mod_prime(prime)).collect::<Option<Vec<u64>>>();
-    let (Some(small_of), Some(small_slope)) = (small(of), small(slope)) else {
-        return Vec::new();
-    };
+    let (Some(small_of), Some(small_slope)) = (small(of), small(slope)) else { return Vec::new() };
     let at = |all: &[u64], x: u64| all.iter().rev().fold(0, |sum, own| (sum * x + own) % prime);
     let rest = |of: &Number, modulus: &Number| of.rem_floor(modulus).unwrap_or(Number::ZERO);
     let simple = (0..prime).filter(|x| at(&small_of, *x) == 0).filter_map(|x| {

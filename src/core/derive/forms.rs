@@ -191,15 +191,11 @@ fn opened(pool: &mut Algebra<'_>, e: ExprId) -> ExprId {
     // A lone term keeps its number as a sum.
     let (factor, core) = split(pool, core);
     let size = size.mul(&factor);
-    let Node::Product(factors) = pool.node(core) else {
-        return e;
-    };
+    let Node::Product(factors) = pool.node(core) else { return e };
     let factors = factors.to_vec();
     let sums = factors.iter().enumerate().filter(|(_, (base, exponent))| exponent.is_one() && pool.is_sum(*base));
     let sums: Vec<usize> = sums.map(|(at, _)| at).collect();
-    let [at] = sums.as_slice() else {
-        return e;
-    };
+    let [at] = sums.as_slice() else { return e };
     let parts = pool.terms(factors[*at].0);
     let divides = |term: ExprId| pool.factors(term).iter().any(|(_, exponent)| exponent.is_negative());
     if !parts.iter().any(|(term, _)| divides(*term)) {
@@ -260,9 +256,7 @@ impl Lattice {
     /// The class of a mode by its number: for a ring the wave number; for a chain with equal ends, whose
     /// vectors are sin(i theta), cos((i - 1/2) theta) or sin((i - 1/2) theta), even and odd in turn.
     fn class(&self, js: &[i64], symmetry: Option<&Symmetry>) -> Option<String> {
-        let ([dimension], [j]) = (self.dimensions.as_slice(), js) else {
-            return None;
-        };
+        let ([dimension], [j]) = (self.dimensions.as_slice(), js) else { return None };
         match (&symmetry?.kind, dimension.ends) {
             (GroupKind::Ring { .. }, Ends::Joined) => usize::try_from(*j).map(wave_number).ok(),
             (GroupKind::Mirrors(mirrors), Ends::Corners(left, right)) if left == right && mirrors.len() == 1 => {

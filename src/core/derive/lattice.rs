@@ -112,9 +112,7 @@ pub(super) fn lattice(pool: &mut Algebra<'_>, pair: &Pair) -> Option<Lattice> {
     for rows in (2..=n / 2).filter(|rows| n.is_multiple_of(*rows)) {
         let columns = n / rows;
         // The last index is the fastest.
-        let Some(inner) = ends(pool, pair, columns, 1) else {
-            continue;
-        };
+        let Some(inner) = ends(pool, pair, columns, 1) else { continue };
         if let Some(outer) = ends(pool, pair, rows, columns) {
             let outer = Dimension { ends: outer, size: rows };
             let inner = Dimension { ends: inner, size: columns };

@@ -128,9 +128,7 @@ pub(super) fn normal_coordinates(
 fn written_out(pool: &mut Algebra<'_>, shape: &Shape, vector: &[ExprId]) -> Vec<ExprId> {
     let mut all = vec![shape.with_factors(pool, shape.mass)];
     all.extend(vector);
-    let Some(omega) = shape.omega else {
-        return all;
-    };
+    let Some(omega) = shape.omega else { return all };
     // Only its square occurs.
     let root = pool.sqrt(shape.omega_squared);
     let all = pool.substitute(&all, &Substitution::from([(omega, root)]));

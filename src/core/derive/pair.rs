@@ -104,9 +104,7 @@ impl Pair {
         let values = own.values();
         let seed = 1;
         let random = |symbol| ModularPoint::random_value(seed, symbol);
-        let Some(residues) = pool.evaluate_mod(&values, random, seed) else {
-            return own;
-        };
+        let Some(residues) = pool.evaluate_mod(&values, random, seed) else { return own };
         let mut first: HashMap<u64, ExprId> = HashMap::new();
         let mut images: HashMap<ExprId, ExprId> = HashMap::new();
         for (value, residue) in values.into_iter().zip(residues) {

@@ -73,9 +73,7 @@ pub(super) fn roots(pool: &mut Algebra<'_>, block: &Pair, request: Request<'_>, 
         let coefficients = characteristic(pool, block).unwrap_or_default();
         return named(pool, request, before, &coefficients, zeros);
     }
-    let Some(coefficients) = characteristic(pool, block) else {
-        return Roots::default();
-    };
+    let Some(coefficients) = characteristic(pool, block) else { return Roots::default() };
     let (zeros, rest) = without_zeros(pool, &coefficients);
     if rest.len() <= 3 {
         let zeros = of_polynomial(pool, &coefficients).unwrap_or_default();
@@ -155,9 +153,7 @@ fn named(
     if written <= MOST_FOR_TWO {
         return roots;
     }
-    let [others @ .., leading] = rest else {
-        return roots;
-    };
+    let [others @ .., leading] = rest else { return roots };
     if others.len() != 2 {
         return roots;
     }
@@ -366,13 +362,9 @@ pub(super) fn root(pool: &mut Algebra<'_>, e: ExprId) -> (ExprId, bool) {
         return (pool.zero(), true);
     }
     let plain = pool.sqrt(e);
-    let Some(mut monomials) = expand(pool, e, Opening::Powers) else {
-        return (plain, false);
-    };
+    let Some(mut monomials) = expand(pool, e, Opening::Powers) else { return (plain, false) };
     collapse(pool, &mut monomials);
-    let Some((_, size)) = leading(&monomials) else {
-        return (plain, false);
-    };
+    let Some((_, size)) = leading(&monomials) else { return (plain, false) };
     let inverse = if size.is_negative() { None } else { size.recip() };
     let scaled =
         inverse.map(|inverse| monomials.iter().map(|(monomial, c)| (monomial.clone(), c.mul(&inverse))).collect());

@@ -213,9 +213,7 @@ impl Block {
             [(u.clone(), one), (v.clone(), ratio)].into_iter().filter(|(_, factor)| !factor.is_zero()).collect()
         };
         let mut mode = Shape::alone(pool, square, symmetry, v, self.m[2]);
-        let Some((at, ratio)) = self.ratio(pool, square, None) else {
-            return mode;
-        };
+        let Some((at, ratio)) = self.ratio(pool, square, None) else { return mode };
         mode.parts = parts(ratio);
         mode.mass = self.mass(pool, ratio);
         if pool.weight(ratio) <= MOST_IN_RATIO && pool.weight(mode.mass) <= MOST_IN_MASS {
@@ -340,9 +338,7 @@ pub(super) fn below_bars<'a>(factors: impl Iterator<Item = &'a (ExprId, Number)>
 }
 
 fn fraction_with(pool: &mut Algebra<'_>, e: ExprId, opening: Opening) -> ExprId {
-    let Some(monomials) = expand(pool, e, opening) else {
-        return e;
-    };
+    let Some(monomials) = expand(pool, e, opening) else { return e };
     let below = below_bars(monomials.keys().flatten());
     if below.is_empty() {
         return e;

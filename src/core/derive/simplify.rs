@@ -111,9 +111,7 @@ impl<'a> Algebra<'a> {
         }
         let mut best = e;
         for opening in [Opening::Outermost, Opening::Factors, Opening::Powers] {
-            let Some(mut monomials) = expand(self.pool, best, opening) else {
-                continue;
-            };
+            let Some(mut monomials) = expand(self.pool, best, opening) else { continue };
             collapse(self.pool, &mut monomials);
             let flat = written(self.pool, monomials.iter());
             let terms: Vec<(Monomial, Number)> = monomials.into_iter().collect();
@@ -157,9 +155,7 @@ impl<'a> Algebra<'a> {
     /// The shortest form, multiplied out before that where powers of one sum are put together then.
     pub(super) fn short_over_powers(&mut self, e: ExprId) -> ExprId {
         let short = self.simplify(e);
-        let Some(mut monomials) = expand(self.pool, short, Opening::Outermost) else {
-            return short;
-        };
+        let Some(mut monomials) = expand(self.pool, short, Opening::Outermost) else { return short };
         collapse(self.pool, &mut monomials);
         let flat = written(self.pool, monomials.iter());
         let together = self.over_powers(flat);
@@ -188,9 +184,7 @@ impl<'a> Algebra<'a> {
         let mut found = powers.into_iter().filter(|(_, all)| all.len() > 1);
         let lowest =
             found.find_map(|((base, _), all)| Some((base, all.into_iter().next()?)).filter(|(_, e)| e.is_negative()));
-        let Some((base, exponent)) = lowest else {
-            return e;
-        };
+        let Some((base, exponent)) = lowest else { return e };
         let inverse = exponent.neg();
         let has = |term: ExprId| {
             self.pool.factors(term).iter().any(|(own, power)| *own == base && power.sub(&exponent).is_integer())
@@ -201,9 +195,7 @@ impl<'a> Algebra<'a> {
         });
         let terms: Vec<(ExprId, Number)> = terms.collect();
         let above = self.pool.linear(&terms);
-        let Some(mut monomials) = expand(self.pool, above, Opening::Powers) else {
-            return e;
-        };
+        let Some(mut monomials) = expand(self.pool, above, Opening::Powers) else { return e };
         collapse(self.pool, &mut monomials);
         let above = factor(self.pool, monomials.into_iter().collect(), 0);
         let whole = self.pool.product_of_powers(&[(above, Number::ONE), (base, exponent)]);
@@ -379,9 +371,7 @@ pub(super) fn expand(pool: &mut Pool, e: ExprId, opening: Opening) -> Option<Mon
             rest[at].1 = less;
         }
         outermost = false;
-        let Node::Sum { constant, terms } = pool.node(base) else {
-            continue;
-        };
+        let Node::Sum { constant, terms } = pool.node(base) else { continue };
         if !constant.is_zero() {
             open.push((coefficient.mul(constant), rest.clone()));
         }
@@ -471,9 +461,7 @@ fn shared(a: &Number, b: &Number) -> Option<Number> {
 
 /// What all terms have in common.
 fn common_factor(terms: &[(Monomial, Number)]) -> Monomial {
-    let Some(((first, _), others)) = terms.split_first() else {
-        return Monomial::new();
-    };
+    let Some(((first, _), others)) = terms.split_first() else { return Monomial::new() };
     others.iter().fold(first.clone(), |common, (monomial, _)| {
         let shared = |(base, exponent): (ExprId, Number)| {
             let at = monomial.binary_search_by_key(&base, |(base, _)| *base).ok()?;

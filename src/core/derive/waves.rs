@@ -246,9 +246,7 @@ impl NormalWaves {
             chosen.extend(modes.pop());
             chosen.dedup();
             let forms = [omega_squared, amplitude];
-            let Some(found) = checker.waves(pool, forms, (places, &at), (numbers, &chosen)) else {
-                return false;
-            };
+            let Some(found) = checker.waves(pool, forms, (places, &at), (numbers, &chosen)) else { return false };
             columns.extend(found);
         }
         checker.are_waves(pool, pair, &columns)

@@ -88,9 +88,7 @@ impl NormalModes {
             let size =
                 |mode: &NormalMode, at: usize| mode.vector[at].hypot(mode.imaginary.get(at).copied().unwrap_or(0.0));
             let top = (0..mode.vector.len()).map(|at| size(mode, at)).fold(0.0, f64::max);
-            let Some(first) = (0..mode.vector.len()).find(|at| size(mode, *at) >= top * (1.0 - 1e-6)) else {
-                continue;
-            };
+            let Some(first) = (0..mode.vector.len()).find(|at| size(mode, *at) >= top * (1.0 - 1e-6)) else { continue };
             // That component is real and positive. A quotient of enclosures is as wide as both, and rounded once.
             let largest = mode.vector[first];
             let own = mode.error_bound_of(first);

@@ -36,9 +36,7 @@ impl Labels {
         };
         let missing = |labels: &[Option<String>]| labels.iter().filter(|l| l.is_none()).count();
         let own = told(&self.classes);
-        let Some((pattern, invariance)) = self.more.as_mut().filter(|_| missing(&own) > 0) else {
-            return own;
-        };
+        let Some((pattern, invariance)) = self.more.as_mut().filter(|_| missing(&own) > 0) else { return own };
         let whole = Symmetry::find_signed(pattern);
         let whole = whole.and_then(|whole| whole.kept(&mut |g| invariance.keeps(g)));
         let other = whole.as_ref().and_then(Classes::new).map(|classes| told(&classes));

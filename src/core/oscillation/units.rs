@@ -52,9 +52,7 @@ pub(super) fn in_si(units: &Units, mode: &mut NormalMode) {
 
 /// Modes in the units that the matrices of the model are in: the way back.
 pub fn in_units<'a>(linearized: &Linearized, modes: &'a NormalModes) -> Cow<'a, NormalModes> {
-    let Some(units) = linearized.units() else {
-        return Cow::Borrowed(modes);
-    };
+    let Some(units) = linearized.units() else { return Cow::Borrowed(modes) };
     let mut modes = modes.clone();
     let rate = -units.rate();
     for mode in &mut modes.modes {

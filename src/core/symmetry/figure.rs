@@ -133,9 +133,7 @@ impl Figure {
 
     /// The turns and mirrors that seem to take the figure to itself.
     fn candidates(&self) -> Option<Vec<Element>> {
-        let [a, b, ..] = self.basis[..] else {
-            return None;
-        };
+        let [a, b, ..] = self.basis[..] else { return None };
         let frame = |a: usize, b: usize| {
             let (x, normal) = (self.near[a].normalize(), self.near[a].cross(&self.near[b]).normalize());
             Matrix3::from_columns(&[x, normal.cross(&x), normal])

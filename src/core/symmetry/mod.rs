@@ -124,9 +124,7 @@ impl SignedPermutation {
     /// so many.
     #[must_use]
     pub fn group(generators: &[Self], most: usize) -> Vec<Self> {
-        let Some(first) = generators.first() else {
-            return Vec::new();
-        };
+        let Some(first) = generators.first() else { return Vec::new() };
         let identity = Self::unsigned((0..first.len()).collect());
         let mut known = BTreeSet::from([identity.clone()]);
         let mut all = vec![identity];
@@ -355,9 +353,7 @@ impl Symmetry {
     #[must_use]
     pub(crate) fn class_under_mirrors(&self, odd: &[bool]) -> String {
         let words: Vec<&str> = odd.iter().map(|odd| if *odd { "odd" } else { "even" }).collect();
-        let (GroupKind::Mirrors(mirrors), Some(points)) = (&self.kind, &self.points) else {
-            return words.join(", ");
-        };
+        let (GroupKind::Mirrors(mirrors), Some(points)) = (&self.kind, &self.points) else { return words.join(", ") };
         let mut all = vec![(SignedPermutation::unsigned((0..self.parts.len()).collect()), 1.0)];
         for (mirror, odd) in mirrors.iter().zip(odd) {
             let sign = if *odd { -1.0 } else { 1.0 };
@@ -389,9 +385,7 @@ fn mirrors(generators: &[SignedPermutation]) -> Option<GroupKind> {
 /// but turns and the mirrors of a polygon, none of which joins two cycles.
 fn ring(generators: &[SignedPermutation], order: f64, active: &[bool]) -> Option<GroupKind> {
     for turn in generators.iter().cloned().chain(products(generators)) {
-        let Some(length) = turn.common_cycle(active).filter(|length| *length >= 3) else {
-            continue;
-        };
+        let Some(length) = turn.common_cycle(active).filter(|length| *length >= 3) else { continue };
         let turns = length as f64;
         let back = turn.inverse();
         let keeps = |g: &SignedPermutation| {

@@ -87,9 +87,7 @@ impl Symmetry {
             if (0..width).any(|k| !held(k) && axes.of(k) != (k, false)) {
                 continue;
             }
-            let Some((mut moves, element)) = moved(bodies, &axes) else {
-                continue;
-            };
+            let Some((mut moves, element)) = moved(bodies, &axes) else { continue };
             if !moves.is_identity() && !energies.keeps(&moves) {
                 continue;
             }

@@ -169,9 +169,7 @@ impl Graph {
             levels.push(self.level(&mixed, singled_out(colours, base), &mut effort)?);
         }
         for depth in (0..levels.len()).rev() {
-            let Some(base) = levels[depth].base else {
-                continue;
-            };
+            let Some(base) = levels[depth].base else { continue };
             let colour = levels[depth].colours[base];
             let mut orbits = Groups::new(self.rows.len());
             let join = |orbits: &mut Groups, generator: &[usize]| {
@@ -220,9 +218,7 @@ impl Graph {
         while let Some((colours, depth, to)) = open.pop() {
             let mut colours = singled_out(colours, to);
             let target = self.refine(mixed, &mut colours, effort)?;
-            let Some(source) = levels.get(depth + 1).filter(|source| target == source.sorted) else {
-                continue;
-            };
+            let Some(source) = levels.get(depth + 1).filter(|source| target == source.sorted) else { continue };
             match source.base {
                 Some(base) => {
                     let colour = source.colours[base];

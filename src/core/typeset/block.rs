@@ -396,9 +396,7 @@ fn with_commas(parts: &[Formula]) -> Block {
 
 /// Fractions that have a sign of their own.
 fn vulgar(above: &Formula, below: &Formula) -> Option<&'static str> {
-    let (Formula::Number(above), Formula::Number(below)) = (above, below) else {
-        return None;
-    };
+    let (Formula::Number(above), Formula::Number(below)) = (above, below) else { return None };
     match (above.as_str(), below.as_str()) {
         ("1", "2") => Some("½"),
         ("1", "3") => Some("⅓"),

@@ -144,9 +144,7 @@ impl Formula {
 
     /// The formula for a line of its own; one that is too long is broken before relations and signs.
     pub(super) fn displayed(&self, own: &Dialect) -> String {
-        let Some((left, lines)) = self.broken() else {
-            return self.written(own);
-        };
+        let Some((left, lines)) = self.broken() else { return self.written(own) };
         let Lines { around, behind_left, breaks, factor, token } = &own.lines;
         let mut out = around[0].to_owned();
         out.extend(left.map(|left| left.written(own) + behind_left));

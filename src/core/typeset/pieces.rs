@@ -252,9 +252,7 @@ impl Breaker<'_> {
 
     /// Puts something before a piece, or on a line of its own where both are long.
     fn attach(&self, mut before: Vec<Token>, at: usize, out: &mut Vec<Piece>) {
-        let Some(piece) = out.get_mut(at) else {
-            return;
-        };
+        let Some(piece) = out.get_mut(at) else { return };
         if self.width(&before) + self.width(&piece.tokens) > 0.7 * self.line && before.len() > 1 {
             out.insert(at, Piece { tokens: before, is_factor: false });
         } else {
