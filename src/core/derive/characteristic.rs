@@ -427,9 +427,8 @@ fn by_symmetry(pool: &mut Algebra<'_>, linear: &Linear, rows: &Matrix) -> Option
         return None;
     }
     let all: Vec<usize> = (0..n).collect();
-    let classes = adapted(&mirrors, &all);
     let mut blocks = Vec::new();
-    for class in classes {
+    for class in adapted(&mirrors, &all) {
         let mut block = vec![vec![Vec::new(); class.basis.len()]; class.basis.len()];
         for (entries, left) in block.iter_mut().zip(&class.basis) {
             for (entry, right) in entries.iter_mut().zip(&class.basis) {

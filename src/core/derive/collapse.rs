@@ -36,8 +36,7 @@ pub(super) fn collapse(pool: &mut Pool, monomials: &mut Monomials) {
                     return;
                 }
                 let Some(coefficient) = monomials.get(&monomial).cloned() else { continue };
-                let step = rule(pool, monomials, &monomial, &coefficient);
-                if let Some((gone, new)) = step {
+                if let Some((gone, new)) = rule(pool, monomials, &monomial, &coefficient) {
                     for old in gone.iter().flatten() {
                         monomials.remove(old);
                     }

@@ -304,8 +304,7 @@ impl Search<'_> {
         // Of each plane first the velocity without a minus.
         let mut ordered = rotation.parts();
         ordered.order_by_key(|(i, partner, minus)| (*i.min(partner), *minus));
-        let ordered = ordered.into_iter();
-        Some(ordered.filter_map(|(i, _, _)| Some((i, at.get(&i)?.0))).collect())
+        Some(ordered.into_iter().filter_map(|(i, _, _)| Some((i, at.get(&i)?.0))).collect())
     }
 
     /// Whether friction and other forces do no work along a motion: the sum of xi_i (dF/dq_i' - Q_i) is 0.

@@ -163,13 +163,8 @@ fn angle(pool: &Pool, e: ExprId) -> Option<ExprId> {
 /// Where sin(x) = 0 is a root beside cos(x) = v, v = 1 and v = -1 are no further points; so |v| < 1 is asked
 /// for, else |v| <= 1.
 fn add_conditions(pool: &mut Pool, checker: &Checker<'_>, roots: &mut [Root]) {
-    let lone: Vec<Option<ExprId>> = roots
-        .iter()
-        .map(|root| {
-            let at_zero = root.value.is_zero();
-            angle(pool, root.left).filter(|_| at_zero)
-        })
-        .collect();
+    let lone = |root: &Root| angle(pool, root.left).filter(|_| root.value.is_zero());
+    let lone: Vec<Option<ExprId>> = roots.iter().map(lone).collect();
     for root in roots {
         let Some(own) = angle(pool, root.left) else { continue };
         if pool.as_number(root.value).is_some_and(|v| v.abs() <= Number::ONE) {

@@ -62,8 +62,7 @@ impl Variables {
 
     /// Puts all velocities to 0.
     pub(super) fn at_rest(&self, pool: &Pool) -> Substitution {
-        let zero = pool.zero();
-        self.velocities.iter().map(|v| (*v, zero)).gather()
+        self.velocities.iter().map(|v| (*v, pool.zero())).gather()
     }
 }
 

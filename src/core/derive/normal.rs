@@ -219,8 +219,7 @@ impl Page {
         }
         let mut map = Substitution::new();
         if let Some(omega) = shape.omega {
-            let number = self.number.clone();
-            map.insert(omega, pool.variable(&format!("{}[{number}]", self.omega)));
+            map.insert(omega, pool.variable(&format!("{}[{}]", self.omega, self.number)));
         }
         let mut factors = Vec::new();
         for (at, (vector, factor)) in shape.parts.iter().enumerate() {

@@ -214,8 +214,7 @@ impl Uncertainty {
 /// [`LinearizeError::IndefiniteMass`] where a motion has no positive inertia.
 pub fn normal_modes(linearized: &Linearized, options: &Options) -> Result<NormalModes, LinearizeError> {
     let budget = linearized.model().pool.budget();
-    let what = format!("the modes of {} coordinates", linearized.dimension());
-    budget.at(what, None);
+    budget.at(format!("the modes of {} coordinates", linearized.dimension()), None);
     let rate = linearized.units().map_or(0, Units::rate);
     let options_here = options.smaller(rate);
     let modes = match linearized.massless_error() {

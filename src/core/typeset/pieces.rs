@@ -138,8 +138,7 @@ impl Breaker<'_> {
             }
             Formula::Root(inner) => {
                 self.between(Vec::new(), Bracket::Round, inner, out);
-                let half = ["1", "2"].map(|digit| Box::new(Formula::Number(digit.to_owned())));
-                let [one, two] = half;
+                let [one, two] = ["1", "2"].map(|digit| Box::new(Formula::Number(digit.to_owned())));
                 close(out, Token::Exponent(Formula::Fraction(one, two)));
             }
             Formula::Power(base, exponent) if self.is_long(base) => {
