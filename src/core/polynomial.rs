@@ -20,6 +20,16 @@ const MOST_PRODUCTS: usize = 20_000;
 /// Exponents, one a variable.
 type Powers = Vec<u32>;
 
+/// Adds to the coefficient of a term; what is 0 then is left out.
+pub(crate) fn add_to<K: Ord>(terms: &mut BTreeMap<K, Number>, key: K, coefficient: &Number) {
+    let sum = terms.get(&key).map_or_else(|| coefficient.clone(), |own| own.add(coefficient));
+    if sum.is_zero() {
+        terms.remove(&key);
+    } else {
+        terms.insert(key, sum);
+    }
+}
+
 /// A sum of products of powers; none of its coefficients is 0.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Polynomial {
@@ -59,12 +69,7 @@ impl Polynomial {
     }
 
     pub(crate) fn add(&mut self, powers: Powers, coefficient: &Number) {
-        let sum = self.terms.get(&powers).map_or_else(|| coefficient.clone(), |own| own.add(coefficient));
-        if sum.is_zero() {
-            self.terms.remove(&powers);
-        } else {
-            self.terms.insert(powers, sum);
-        }
+        add_to(&mut self.terms, powers, coefficient);
     }
 
     pub(crate) fn terms(&self) -> impl Iterator<Item = (&Powers, &Number)> {
@@ -193,9 +198,7 @@ impl Polynomial {
 
     /// Times a number that makes the coefficients whole, without a common divisor, and the first in the order of the variables positive.
     pub(crate) fn primitive(&self) -> Self {
-        let Some((_, first)) = self.terms.last_key_value() else {
-            return self.clone();
-        };
+        let Some((_, first)) = self.terms.last_key_value() else { return self.clone() };
         let size = self.terms.values().fold(Number::ZERO, |size, value| size.gcd(value));
         let size = if first.is_negative() { size.neg() } else { size };
         size.recip().map_or_else(|| self.clone(), |inverse| self.scaled(&inverse))
@@ -248,26 +251,18 @@ impl Polynomial {
                 b = b.content(variable);
             }
         }
-        let Some(variable) = shared(&a, &b) else {
-            return common;
-        };
+        let Some(variable) = shared(&a, &b) else { return common };
         let (of_a, of_b) = (a.content(variable), b.content(variable));
         let contents = common.times(&of_a.common_divisor(&of_b));
-        let (Some(a), Some(b)) = (a.over(&of_a), b.over(&of_b)) else {
-            return contents;
-        };
+        let (Some(a), Some(b)) = (a.over(&of_a), b.over(&of_b)) else { return contents };
         contents.times(&a.divisor_in(b, variable)).primitive()
     }
 
     /// Whether they have no divisor with this variable in common, as values at random for the others show modulo a prime.
     pub(crate) fn is_prime_to(&self, other: &Self, variable: usize) -> bool {
-        let (Some(mut a), Some(mut b)) = (self.residues(variable), other.residues(variable)) else {
-            return false;
-        };
+        let (Some(mut a), Some(mut b)) = (self.residues(variable), other.residues(variable)) else { return false };
         while let Some(last) = b.last().copied() {
-            let Some(inverse) = inverse_mod(last) else {
-                return false;
-            };
+            let Some(inverse) = inverse_mod(last) else { return false };
             if b.len() == 1 {
                 return true;
             }
@@ -309,16 +304,12 @@ impl Polynomial {
             std::mem::swap(&mut a, &mut b);
         }
         while b.degree(variable) > 0 {
-            let Some(rest) = a.remainder(&b, variable) else {
-                return one;
-            };
+            let Some(rest) = a.remainder(&b, variable) else { return one };
             if rest.is_zero() {
                 return b;
             }
             let content = rest.content(variable);
-            let Some(rest) = rest.over(&content) else {
-                return one;
-            };
+            let Some(rest) = rest.over(&content) else { return one };
             // Without it numbers would double in length at each step.
             (a, b) = (b, rest.primitive());
         }
@@ -363,9 +354,7 @@ impl Polynomial {
             return vec![(self.primitive(), 1)];
         }
         let repeated = self.common_divisor(&slope);
-        let (Some(mut each), mut repeated) = (self.over(&repeated), repeated) else {
-            return vec![(self.clone(), 1)];
-        };
+        let (Some(mut each), mut repeated) = (self.over(&repeated), repeated) else { return vec![(self.clone(), 1)] };
         let mut factors = Vec::new();
         let mut times = 1;
         while each.degree(variable) > 0 {

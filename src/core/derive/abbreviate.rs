@@ -6,7 +6,7 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use super::motion::MotionSum;
-use super::simplify::{Weights, rebuild};
+use super::simplify::{Weights, bases_with, rebuild};
 use super::{Derivation, Names};
 use crate::expr::{ExprId, Node, Pool, Substitution, Symbol};
 use crate::number::Number;
@@ -77,14 +77,8 @@ impl Derivation {
         let names = self.names.coordinates.iter();
         let velocity = |name: &String| self.pool.as_symbol(*self.symbols.get(&format!("{name}'"))?);
         let velocities: Vec<Symbol> = names.filter_map(velocity).collect();
-        let mut found: Vec<ExprId> = Vec::new();
-        for id in self.pool.reachable(&roots) {
-            let factors = self.pool.factors(id).into_iter();
-            let halves = factors.filter(|(_, exponent)| is_half(exponent)).map(|(base, _)| base);
-            found.extend(halves.filter(|base| is_lorentz(&self.pool, &velocities, *base)));
-        }
-        found.sort_unstable();
-        found.dedup();
+        let is_own = |base, exponent: &Number| is_half(exponent) && is_lorentz(&self.pool, &velocities, base);
+        let found = bases_with(&self.pool, &roots, is_own);
         let is_taken = |name: &String| name.starts_with("gamma") || name.starts_with('γ');
         if found.is_empty() || self.symbols.keys().any(is_taken) {
             return Vec::new();
@@ -126,16 +120,11 @@ impl Derivation {
                 break;
             }
             let first = named.len();
-            for candidate in &chosen {
-                let own = letters.name(&mut pool, *candidate);
-                named.push(own);
-            }
+            named.extend(chosen.iter().map(|candidate| letters.name(&mut pool, *candidate)));
             let (earlier, new) = named.split_at_mut(first);
             let mut images = Images::new(&chosen, new);
             images.apply(&mut pool, &all);
-            for root in &mut roots {
-                *root = images.of(*root);
-            }
+            roots.iter_mut().for_each(|root| *root = images.of(*root));
             for own in earlier {
                 let image = images.of(own.value);
                 if image != own.value {
@@ -161,8 +150,7 @@ impl Derivation {
     /// The entries of M and K: what is searched for there is not to be found elsewhere.
     fn entries_on_page(&self) -> BTreeSet<ExprId> {
         let linear = self.linear.iter();
-        let rows = linear.flat_map(|linear| linear.mass.iter().chain(&linear.stiffness));
-        rows.flatten().copied().collect()
+        linear.flat_map(|linear| linear.mass.iter().chain(&linear.stiffness)).flatten().copied().collect()
     }
 
     /// What has names.
@@ -195,8 +183,7 @@ impl Derivation {
                 in_sum(&mut part.kinetic);
                 in_sum(&mut part.potential);
             }
-            let rows = linear.mass.iter_mut().chain(&mut linear.stiffness);
-            rows.flatten().for_each(visit);
+            linear.mass.iter_mut().chain(&mut linear.stiffness).flatten().for_each(visit);
         }
     }
 }
@@ -401,17 +388,14 @@ impl Letters {
         let mut renamed = Substitution::new();
         let mut definitions = Vec::new();
         for own in named {
-            let Some(old) = pool.as_symbol(own.symbol) else {
-                continue;
-            };
+            let Some(old) = pool.as_symbol(own.symbol) else { continue };
             let value = pool.substitute_one(own.value, &renamed);
             let (name, symbol) = if own.is_distance {
                 (own.name, old)
             } else {
                 let name = self.next();
                 let symbol = pool.fresh_symbol(&name);
-                let new = pool.symbol_expr(symbol);
-                renamed.insert(old, new);
+                renamed.insert(old, pool.symbol_expr(symbol));
                 (name, symbol)
             };
             definitions.push(Definition { name, symbol, value, text: own.text.unwrap_or_else(|| pool.display(value)) });
@@ -432,24 +416,14 @@ impl Letters {
 
     /// The two points of a family whose distance is the root of a sum of squares.
     fn points(&self, pool: &Pool, e: ExprId) -> Option<Points> {
-        let Node::Sum { constant, terms } = pool.node(e) else {
-            return None;
-        };
+        let Node::Sum { constant, terms } = pool.node(e) else { return None };
         let mut axes: BTreeSet<String> = BTreeSet::new();
         let mut points: Option<Points> = None;
         for (term, coefficient) in terms {
-            let Node::Product(factors) = pool.node(*term) else {
-                return None;
-            };
-            let [(base, exponent)] = &**factors else {
-                return None;
-            };
-            let Node::Sum { constant, terms } = pool.node(*base) else {
-                return None;
-            };
-            let [(a, one), (b, other)] = &**terms else {
-                return None;
-            };
+            let Node::Product(factors) = pool.node(*term) else { return None };
+            let [(base, exponent)] = &**factors else { return None };
+            let Node::Sum { constant, terms } = pool.node(*base) else { return None };
+            let [(a, one), (b, other)] = &**terms else { return None };
             let opposite = one.abs().is_one() && *other == one.neg() && constant.is_zero();
             if !opposite || !coefficient.is_one() || *exponent != Number::from(2) {
                 return None;
@@ -466,8 +440,7 @@ impl Letters {
         }
         let points = points.filter(|_| constant.is_zero())?;
         let start = format!("{}[{},", points.family, points.from);
-        let all = self.names.coordinates.iter();
-        let all = all.filter(|name| name.starts_with(&start)).count();
+        let all = self.names.coordinates.iter().filter(|name| name.starts_with(&start)).count();
         (all == axes.len()).then_some(points)
     }
 
@@ -503,10 +476,7 @@ fn in_order(pool: &Pool, named: Vec<Named>) -> Vec<Named> {
         named.iter().enumerate().filter_map(|(at, own)| Some((pool.as_symbol(own.symbol)?, at))).gather();
     let needs: Vec<Vec<usize>> = named
         .iter()
-        .map(|own| {
-            let all = pool.symbols(own.value).into_iter();
-            all.filter_map(|symbol| symbols.get(&symbol).copied()).collect()
-        })
+        .map(|own| pool.symbols(own.value).into_iter().filter_map(|symbol| symbols.get(&symbol).copied()).collect())
         .collect();
     let mut done = vec![false; named.len()];
     let mut order = Vec::new();
@@ -525,6 +495,5 @@ fn in_order(pool: &Pool, named: Vec<Named>) -> Vec<Named> {
         order.push(at);
     }
     let mut all: Vec<Option<Named>> = named.into_iter().map(Some).collect();
-    let order = order.into_iter();
-    order.filter_map(|at| all.get_mut(at).and_then(Option::take)).collect()
+    order.into_iter().filter_map(|at| all.get_mut(at).and_then(Option::take)).collect()
 }

@@ -110,9 +110,7 @@ pub(super) struct Waves {
 /// det(K - z M) has |K_ab|^2, |M_ab|^2 and Re(conj(M_ab) K_ab), which are sums of products with cosines
 /// of the differences of the places.
 pub(super) fn waves(pool: &mut Algebra<'_>, pair: &Pair, symmetry: &Symmetry, coordinates: &[usize]) -> Option<Waves> {
-    let GroupKind::Ring { turn, length } = &symmetry.kind else {
-        return None;
-    };
+    let GroupKind::Ring { turn, length } = &symmetry.kind else { return None };
     let mut cells: Vec<Vec<usize>> = Vec::new();
     let mut seen: Vec<usize> = Vec::new();
     for start in coordinates {
@@ -132,11 +130,10 @@ pub(super) fn waves(pool: &mut Algebra<'_>, pair: &Pair, symmetry: &Symmetry, co
     let ring = RingSums { square: pool.symbol_expr(square), length: *length };
     let row = |of: &[BTreeMap<usize, ExprId>], a: &[usize], b: &[usize]| -> Vec<(usize, ExprId)> {
         let first = a.first().and_then(|i| of.get(*i));
-        let entries = b.iter().enumerate();
-        entries.filter_map(|(r, j)| Some((r, *first?.get(j)?))).collect()
+        b.iter().enumerate().filter_map(|(r, j)| Some((r, *first?.get(j)?))).collect()
     };
     let (m, k) = (&pair.mass, &pair.stiffness);
-    let coefficients = match cells.as_slice() {
+    let mut coefficients = match cells.as_slice() {
         [a] => {
             let stiffness = ring.real(pool, &row(k, a, a))?;
             let mass = ring.real(pool, &row(m, a, a))?;
@@ -159,8 +156,7 @@ pub(super) fn waves(pool: &mut Algebra<'_>, pair: &Pair, symmetry: &Symmetry, co
         }
         _ => return None,
     };
-    let coefficients = coefficients.into_iter();
-    let coefficients: Vec<ExprId> = coefficients.map(|c| pool.simplify(c)).collect();
+    pool.shorten(coefficients.iter_mut());
     let omega_squared = of_polynomial(pool, &coefficients)?;
     if omega_squared.iter().any(|value| pool.is_undefined(*value)) {
         return None;
@@ -218,9 +214,8 @@ impl Waves {
     /// The branches at an angle theta/2, where roots may be drawn that can't be in general.
     pub(super) fn at(&self, pool: &mut Algebra<'_>, angle: ExprId) -> Vec<ExprId> {
         let map = self.with(pool, angle);
-        let coefficients = pool.substitute(&self.coefficients, &map);
-        let coefficients = coefficients.into_iter();
-        let coefficients: Vec<ExprId> = coefficients.map(|c| pool.simplify(c)).collect();
+        let mut coefficients = pool.substitute(&self.coefficients, &map);
+        pool.shorten(coefficients.iter_mut());
         of_polynomial(pool, &coefficients).unwrap_or_default()
     }
 
@@ -232,6 +227,5 @@ impl Waves {
 
 /// Whether nothing stiff is in a pair.
 pub(super) fn is_free(pair: &Pair) -> bool {
-    let mut entries = pair.stiffness.iter().flat_map(BTreeMap::values);
-    entries.all(|value| value.is_zero())
+    pair.stiffness.iter().flat_map(BTreeMap::values).all(|value| value.is_zero())
 }

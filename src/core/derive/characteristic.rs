@@ -128,10 +128,8 @@ impl Factored {
             zeros += common[EXPONENT];
             let polynomial = polynomial.without(&common);
             let polynomial = polynomial.over(&polynomial.content(EXPONENT))?;
-            for (polynomial, times) in polynomial.factors(EXPONENT) {
-                for polynomial in polynomial.split() {
-                    join(&mut factors, Factor { polynomial, times, repeated: times, parts: 1 << part });
-                }
+            for (polynomial, times) in polynomial.split_factors(EXPONENT) {
+                join(&mut factors, Factor { polynomial, times, repeated: times, parts: 1 << part });
             }
         }
         let signs = Signs::new(pool, &ring, &known);
@@ -189,15 +187,12 @@ impl Factored {
             }
         }
         let whole = whole.primitive().coefficients(EXPONENT);
-        let zeros = (0..self.zeros).map(|_| pool.zero());
-        let mut all: Vec<ExprId> = zeros.collect();
+        let mut all: Vec<ExprId> = (0..self.zeros).map(|_| pool.zero()).collect();
         all.extend(whole.iter().map(|own| self.ring.expression(pool, own)));
         if let Some(last) = all.last()
             && checker.is_negative(pool, *last) == Some(true)
         {
-            for own in &mut all {
-                *own = pool.short(|pool| pool.neg(*own));
-            }
+            all.iter_mut().for_each(|own| *own = pool.short(|pool| pool.neg(*own)));
         }
         Some(all)
     }
@@ -336,8 +331,7 @@ impl Factored {
 
 /// What has to be positive, as a product.
 fn signed(pool: &mut Algebra<'_>, ring: &Ring, own: &Sign) -> ExprId {
-    let factors = own.factors.iter().map(|factor| ring.expression(pool, factor));
-    let mut factors: Vec<ExprId> = factors.collect();
+    let mut factors: Vec<ExprId> = own.factors.iter().map(|factor| ring.expression(pool, factor)).collect();
     if own.negative {
         // The sign goes into a sum.
         let place = factors.iter().position(|factor| pool.is_sum(*factor)).unwrap_or(0);
@@ -377,11 +371,9 @@ fn by_energy(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear: &Linear) -> 
     if zeros + parts.zeros as usize != 2 * linear.mass.len() || parts.zeros > 0 && !pervasive.definite {
         return None;
     }
-    let mut found: Vec<StabilityCondition> = Vec::new();
-    for own in essential(&pervasive.conditions, &pervasive.signs) {
-        let positive = signed(pool, &pervasive.ring, &own);
-        found.push(StabilityCondition { positive, open: None });
-    }
+    let own = essential(&pervasive.conditions, &pervasive.signs).into_iter();
+    let own = own.map(|own| StabilityCondition { positive: signed(pool, &pervasive.ring, &own), open: None });
+    let mut found: Vec<StabilityCondition> = own.collect();
     found.extend(parts.stability(checker, pool, &undamped)?);
     agreeing(checker, pool, found)
 }
@@ -416,8 +408,7 @@ fn known(checker: &Checker<'_>, pool: &mut Pool, linear: &Linear) -> Vec<Expande
 
 /// One block for each class of the mirrors that leave all matrices unchanged; `None` without such mirrors.
 fn by_symmetry(pool: &mut Algebra<'_>, linear: &Linear, rows: &Matrix) -> Option<Vec<Matrix>> {
-    let pair = Pair::new(&linear.mass, &linear.stiffness);
-    let pair = pair.canonical(pool);
+    let pair = Pair::new(&linear.mass, &linear.stiffness).canonical(pool);
     let symmetry = Symmetry::find(&pair.pattern(pool))?;
     let n = rows.len();
     let mut mirrors = commuting_mirrors(&symmetry);
@@ -436,16 +427,14 @@ fn by_symmetry(pool: &mut Algebra<'_>, linear: &Linear, rows: &Matrix) -> Option
         return None;
     }
     let all: Vec<usize> = (0..n).collect();
-    let classes = adapted(&mirrors, &all);
     let mut blocks = Vec::new();
-    for class in classes {
+    for class in adapted(&mirrors, &all) {
         let mut block = vec![vec![Vec::new(); class.basis.len()]; class.basis.len()];
         for (entries, left) in block.iter_mut().zip(&class.basis) {
             for (entry, right) in entries.iter_mut().zip(&class.basis) {
                 let mut sum_of = |power: usize| {
                     let products = left.iter().flat_map(|(i, x)| {
-                        let own = right.iter().map(move |(j, y)| (rows[*i][*j][power], Number::from(x * y)));
-                        own.collect::<Vec<_>>()
+                        right.iter().map(move |(j, y)| (rows[*i][*j][power], Number::from(x * y))).collect::<Vec<_>>()
                     });
                     let products: Vec<(ExprId, Number)> = products.collect();
                     pool.short(|pool| pool.linear(&products))

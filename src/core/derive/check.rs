@@ -32,7 +32,7 @@ const BITS: usize = 192;
 const MOST_DRAWS: usize = 1000;
 
 /// What has a sign at the values of the parameters, and whether that is negative.
-pub(super) type Signs = Vec<(ExprId, bool)>;
+pub(super) type Signs = BTreeSet<(ExprId, bool)>;
 
 /// What is replaced by what it is at the values of the parameters.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -230,7 +230,7 @@ impl<'a> Checker<'a> {
                 pair = pair.changed(pool, |pool, values| pool.replaced(values, &images));
             }
         }
-        (pair, signs.into_iter().distinct())
+        (pair, signs)
     }
 
     /// What functions in some expressions become where they can be told from the values.
@@ -276,7 +276,7 @@ impl<'a> Checker<'a> {
                     let negative = value.is_negative();
                     if value.is_positive() || negative {
                         images.insert(id, if negative { pool.neg(x) } else { x });
-                        signs.push(sign(pool, x, negative));
+                        signs.insert(sign(pool, x, negative));
                     }
                 }
             }
@@ -286,17 +286,11 @@ impl<'a> Checker<'a> {
 
     /// Columns of omega^2, xᵀMx and x each, in the units of the other path; there x is about 1.
     fn measured_columns(&self, pool: &Pool, columns: &[ExprId], n: usize) -> Option<Vec<Ball>> {
-        let Some(units) = self.units() else {
-            return self.evaluate(pool, columns);
-        };
+        let Some(units) = self.units() else { return self.evaluate(pool, columns) };
         let mut found = Vec::with_capacity(columns.len());
         for column in self.wide(pool, columns)?.chunks(n + 2) {
-            let [square, mass, x @ ..] = column else {
-                return None;
-            };
-            let own = x.iter().enumerate();
-            let own = own.map(|(at, x)| x.scale(-units.length(at)));
-            let x: Vec<Big> = own.collect();
+            let [square, mass, x @ ..] = column else { return None };
+            let x: Vec<Big> = x.iter().enumerate().map(|(at, x)| x.scale(-units.length(at))).collect();
             let largest = x.iter().map(Big::abs_upper);
             let (_, by) = largest.fold(Magnitude::ZERO, Magnitude::max).parts();
             let mass = mass.scale(2 * units.rate() - units.energy() - 2 * by);
@@ -309,17 +303,13 @@ impl<'a> Checker<'a> {
     /// Whether the columns are the modes: to each its omega^2 and xᵀMx, in the order of rising omega^2.
     pub(super) fn are_modes(&self, pool: &Pool, pair: &Pair, columns: &[Column]) -> bool {
         let n = pair.len();
-        let Some(mut modes) = self.references(pool, pair) else {
-            return false;
-        };
+        let Some(mut modes) = self.references(pool, pair) else { return false };
         let mut all = Vec::new();
         for column in columns {
             all.extend([column.omega_squared, column.mass]);
             all.extend(&column.vector);
         }
-        let Some(values) = self.measured_columns(pool, &all, n) else {
-            return false;
-        };
+        let Some(values) = self.measured_columns(pool, &all, n) else { return false };
         let largest = modes.iter().map(|mode| mode.omega_squared.abs_upper()).fold(0.0, f64::max);
         modes.order_by(|a, b| a.omega_squared.mid_f64().total_cmp(&b.omega_squared.mid_f64()));
         let columns = || values.chunks_exact(n + 2);
@@ -338,9 +328,7 @@ impl<'a> Checker<'a> {
         pair: &Pair,
         mut columns: impl Iterator<Item = (Ball, Ball, &'c [Ball])>,
     ) -> bool {
-        let Some((mass, stiffness)) = self.matrices(pool, pair) else {
-            return false;
-        };
+        let Some((mass, stiffness)) = self.matrices(pool, pair) else { return false };
         let n = pair.len();
         let product = |matrix: &[Ball], rows: &[BTreeMap<usize, ExprId>], x: &[Ball]| -> Vec<Ball> {
             let row =
@@ -383,10 +371,8 @@ impl<'a> Checker<'a> {
             None => 2 * units.rate(),
             Some(at) => units.of_shapes(at),
         };
-        let measured = |column: &Vec<Big>| {
-            let own = column.iter().enumerate();
-            own.map(|(place, x)| x.scale(-power(place)).to_ball()).collect()
-        };
+        let measured =
+            |column: &Vec<Big>| column.iter().enumerate().map(|(place, x)| x.scale(-power(place)).to_ball()).collect();
         Some(columns.iter().map(measured).collect())
     }
 
@@ -449,25 +435,17 @@ impl<'a> Checker<'a> {
         let before = forms.len();
         let mut failed: Vec<ExprId> = Vec::new();
         forms.retain_mut(|(value, form)| {
-            let fits: Vec<usize> = modes
-                .iter()
-                .enumerate()
-                .filter(|(at, mode)| {
-                    !used[*at]
-                        && mode.omega_squared.radius <= WIDEST * scale
-                        && mode.omega_squared.sub(value).contains_zero()
-                })
-                .map(|(at, _)| at)
-                .take(form.multiplicity)
-                .collect();
+            let meets = |at: &usize| {
+                let own = &modes[*at].omega_squared;
+                !used[*at] && own.radius <= WIDEST * scale && own.sub(value).contains_zero()
+            };
+            let fits: Vec<usize> = (0..modes.len()).filter(meets).take(form.multiplicity).collect();
             let narrow = value.is_finite() && value.radius <= WIDEST * scale;
             if !narrow || fits.len() < form.multiplicity {
                 failed.push(form.omega_squared);
                 return false;
             }
-            for at in &fits {
-                used[*at] = true;
-            }
+            fits.iter().for_each(|at| used[*at] = true);
             // Classes of a point group have names of their own; elsewhere, where the symmetry itself gives no name, the modes may have one.
             if has_group {
                 form.symmetry = class_of(&modes, value).map(str::to_owned);
@@ -496,8 +474,7 @@ impl<'a> Checker<'a> {
     pub(super) fn evaluate(&self, pool: &Pool, expressions: &[ExprId]) -> Option<Vec<Ball>> {
         let symbols = pool.symbols_of(expressions);
         let inputs: Option<Vec<Ball>> = symbols.iter().map(|symbol| self.value(pool, *symbol)).collect();
-        let tape = Tape::compile(pool, expressions, &symbols).ok()?;
-        let mut found = tape.evaluate(&inputs?, &mut Vec::new());
+        let mut found = Tape::compile(pool, expressions, &symbols).ok()?.evaluate(&inputs?, &mut Vec::new());
         if !found.iter().all(Ball::is_finite) {
             let wide = self.wide(pool, expressions)?;
             let open = found.iter_mut().zip(&wide).filter(|(own, _)| !own.is_finite());
@@ -509,8 +486,7 @@ impl<'a> Checker<'a> {
     /// The same in numbers of any range.
     fn wide(&self, pool: &Pool, expressions: &[ExprId]) -> Option<Vec<Big>> {
         let symbols = pool.symbols_of(expressions);
-        let inputs = symbols.iter().map(|symbol| self.wide_value(pool, *symbol));
-        let inputs: Option<Vec<Big>> = inputs.collect();
+        let inputs: Option<Vec<Big>> = symbols.iter().map(|symbol| self.wide_value(pool, *symbol)).collect();
         let tape = Tape::compile(pool, expressions, &symbols).ok()?;
         Some(tape.prepare::<Big>(BITS).evaluate(&inputs?, &mut Vec::new()))
     }
@@ -526,9 +502,7 @@ impl<'a> Checker<'a> {
 
     /// Squares of frequencies in the units of the other path, where it has some.
     fn squares(&self, pool: &Pool, expressions: &[ExprId]) -> Option<Vec<Ball>> {
-        let Some(units) = self.units() else {
-            return self.evaluate(pool, expressions);
-        };
+        let Some(units) = self.units() else { return self.evaluate(pool, expressions) };
         let wide = self.wide(pool, expressions)?;
         Some(wide.iter().map(|own| own.scale(-2 * units.rate()).to_ball()).collect())
     }
@@ -540,9 +514,7 @@ impl<'a> Checker<'a> {
 
     /// The modes to compare with: of the other path, or of M and K at the values at hand.
     fn references(&self, pool: &Pool, pair: &Pair) -> Option<Vec<Reference>> {
-        let Some((linearized, modes)) = self.linearized().zip(self.modes()) else {
-            return self.solved(pool, pair);
-        };
+        let Some((linearized, modes)) = self.linearized().zip(self.modes()) else { return self.solved(pool, pair) };
         let references = in_units(linearized, modes)
             .modes
             .iter()
@@ -676,9 +648,7 @@ fn waves<S: Scalar>(
                 inputs[*input] = S::from_number(&Number::from(*value?), precision);
             }
             let values = prepared.evaluate(&inputs, &mut room);
-            let [square, component] = values.as_slice() else {
-                return None;
-            };
+            let [square, component] = values.as_slice() else { return None };
             column[0] = square.clone();
             column[i + 1] = component.clone();
         }

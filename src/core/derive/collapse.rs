@@ -1,8 +1,9 @@
 //! Addition theorems, used where two terms become one.
 
-use super::simplify::{self, Monomial, Monomials, add_to, split};
+use super::simplify::{self, Monomial, Monomials, split};
 use crate::expr::{ExprId, Pool};
 use crate::number::Number;
+use crate::polynomial::add_to;
 use crate::precision::Function;
 
 /// The argument of a sine or cosine.
@@ -34,17 +35,12 @@ pub(super) fn collapse(pool: &mut Pool, monomials: &mut Monomials) {
                 if pool.is_spent() {
                     return;
                 }
-                let Some(coefficient) = monomials.get(&monomial).cloned() else {
-                    continue;
-                };
-                let step = rule(pool, monomials, &monomial, &coefficient);
-                if let Some((gone, new)) = step {
+                let Some(coefficient) = monomials.get(&monomial).cloned() else { continue };
+                if let Some((gone, new)) = rule(pool, monomials, &monomial, &coefficient) {
                     for old in gone.iter().flatten() {
                         monomials.remove(old);
                     }
-                    for (monomial, coefficient) in new {
-                        add_to(monomials, monomial, &coefficient);
-                    }
+                    new.into_iter().for_each(|(monomial, coefficient)| add_to(monomials, monomial, &coefficient));
                     changed = true;
                 }
             }
@@ -58,9 +54,7 @@ type Step = ([Option<Monomial>; 2], Vec<(Monomial, Number)>);
 /// cos^4 + sin^4 = 1 - 2 cos^2 sin^2, of angles that are halved.
 fn fourths(pool: &mut Pool, monomials: &Monomials, monomial: &Monomial, coefficient: &Number) -> Option<Step> {
     for (base, exponent) in monomial {
-        let Some(x) = angle(pool, *base, Function::Cos) else {
-            continue;
-        };
+        let Some(x) = angle(pool, *base, Function::Cos) else { continue };
         if !is_halved(pool, x) || *exponent != Number::from(4) {
             continue;
         }
@@ -115,9 +109,7 @@ fn complements(pool: &mut Pool, monomials: &Monomials, monomial: &Monomial, coef
             continue;
         }
         for (own, other) in [(Function::Cos, Function::Sin), (Function::Sin, Function::Cos)] {
-            let Some(x) = angle(pool, *base, own) else {
-                continue;
-            };
+            let Some(x) = angle(pool, *base, own) else { continue };
             let opposite = coefficient.neg();
             let without = changed(monomial, &[(*base, -2)]);
             let counterpart = pool.apply(other, x);
@@ -161,14 +153,8 @@ fn products(pool: &mut Pool, monomials: &Monomials, monomial: &Monomial, coeffic
             let rest = changed(monomial, &[(*first, -1), (*second, -1)]);
             let (sin_a, cos_a) = (pool.sin(a), pool.cos(a));
             let sin_b = pool.sin(b);
-            let partner = if mixed {
-                changed(&rest, &[(cos_a, 1), (sin_b, 1)])
-            } else {
-                changed(&rest, &[(sin_a, 1), (sin_b, 1)])
-            };
-            let Some(other) = monomials.get(&partner) else {
-                continue;
-            };
+            let partner = changed(&rest, &[(if mixed { cos_a } else { sin_a }, 1), (sin_b, 1)]);
+            let Some(other) = monomials.get(&partner) else { continue };
             let same = other == coefficient;
             if !same && *other != coefficient.neg() {
                 continue;
@@ -188,17 +174,13 @@ fn products(pool: &mut Pool, monomials: &Monomials, monomial: &Monomial, coeffic
 fn halves(pool: &mut Pool, _: &Monomials, monomial: &Monomial, coefficient: &Number) -> Option<Step> {
     let one = Number::ONE;
     for (base, exponent) in monomial {
-        let Some(x) = angle(pool, *base, Function::Sin) else {
-            continue;
-        };
+        let Some(x) = angle(pool, *base, Function::Sin) else { continue };
         if !is_halved(pool, x) || !exponent.is_integer() || *exponent < one {
             continue;
         }
         let cosine = pool.cos(x);
         let at = monomial.binary_search_by_key(&cosine, |(base, _)| *base);
-        let Ok(at) = at else {
-            continue;
-        };
+        let Ok(at) = at else { continue };
         let other = &monomial[at].1;
         if !other.is_integer() || *other < one {
             continue;

@@ -90,9 +90,7 @@ fn expression(pool: &mut Algebra<'_>, ring: &Ring, side: &Polynomial) -> ExprId 
     let all = each.fold(one, |product, own| product.times(own));
     let Some(number) = rest.over(&all) else { return plain };
     let mut powers = vec![(ring.expression(pool, &number.times(&Polynomial::monomial(common))), Number::ONE)];
-    for (own, times) in &factors {
-        powers.push((ring.expression(pool, own), Number::from(*times as i64)));
-    }
+    powers.extend(factors.iter().map(|(own, times)| (ring.expression(pool, own), Number::from(*times as i64))));
     let product = pool.product_of_powers(&powers);
     let length = |e: ExprId| pool.display(e).len();
     if length(product) < length(plain) { product } else { plain }

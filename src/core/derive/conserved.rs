@@ -11,11 +11,11 @@ use super::independent::{Independent, at_constant_rates};
 use super::lagrangian::{Lagrangian, Variables};
 use super::motion::{Motion, MotionSum, MotionTerm};
 use super::simplify::Algebra;
-use crate::expr::{ExprId, Pool, Substitution, fraction_mod};
+use crate::expr::{ExprId, Pool, fraction_mod};
 use crate::linearize::{Rotation, candidate_rotations, nullspace_mod, rotation_name, translation_name};
 use crate::model::Model;
 use crate::number::Number;
-use crate::order::{Gather, Order};
+use crate::order::Order;
 
 /// Sums of more momenta than this tell nobody anything.
 const MOST_COORDINATES: usize = 64;
@@ -57,7 +57,7 @@ pub(super) fn integrals(
     known: &[Conserved],
 ) -> Vec<Conserved> {
     let (coordinates, velocities) = (&variables.coordinates, &variables.velocities);
-    let no_velocities: Substitution = velocities.iter().map(|own| (*own, pool.zero())).gather();
+    let no_velocities = variables.at_rest(pool);
     let state =
         |symbol| coordinates.contains(&symbol) || velocities.contains(&symbol) || variables.time == Some(symbol);
     let mut found = Vec::new();
@@ -103,8 +103,7 @@ pub(super) fn integrals(
         }
         for (i, factor) in places {
             let place = pool.symbol_expr(coordinates[i]);
-            let part = pool.mul(factor, place);
-            parts.entry(Vec::new()).or_default().push(part);
+            parts.entry(Vec::new()).or_default().push(pool.mul(factor, place));
         }
         found.push(Conserved::Integral { coordinate: *coordinate, value: MotionSum::of_parts(pool, parts) });
     }
@@ -132,9 +131,7 @@ pub(super) fn conserved(
         drives |= variables.time == Some(symbol);
     }
     let mut rubs = vec![false; occurs.len()];
-    for (i, drag) in drags {
-        rubs[*i] |= !drag.is_zero();
-    }
+    drags.iter().for_each(|(i, drag)| rubs[*i] |= !drag.is_zero());
     let mut result: Vec<Conserved> = (0..occurs.len())
         .filter(|i| !occurs[*i] && !rubs[*i])
         .filter(|i| !momenta[*i].is_zero())
@@ -181,9 +178,7 @@ impl Search<'_> {
             }
         }
         for rotation in candidate_rotations(self.model) {
-            let Some(generator) = self.rotation(&rotation, moving) else {
-                continue;
-            };
+            let Some(generator) = self.rotation(&rotation, moving) else { continue };
             if self.rubs_nowhere(&generator) {
                 found.push((rotation_name(self.model, &rotation), generator));
             }
@@ -193,10 +188,10 @@ impl Search<'_> {
 
     /// The gradients by the coordinates of all that L consists of, one by one.
     fn gradients(&mut self) -> Vec<Slopes> {
-        let inertia = self.lagrangian.inertia.values();
-        let all = inertia.chain(self.lagrangian.linear.values());
+        let all = self.lagrangian.inertia.values().chain(self.lagrangian.linear.values());
         let all: Vec<ExprId> = all.chain(&self.lagrangian.other).copied().collect();
-        let slopes = all.into_iter().map(|e| self.variables.slopes(self.pool, e)).filter(|slopes| !slopes.is_empty());
+        let slopes =
+            all.into_iter().map(|e| self.variables.symbols.slopes(self.pool, e)).filter(|slopes| !slopes.is_empty());
         slopes.collect()
     }
 
@@ -280,24 +275,23 @@ impl Search<'_> {
             return None;
         }
         let mut terms = self.lagrangian.other.clone();
-        let mut velocity = |i: usize| self.pool.symbol_expr(self.variables.velocities[i]);
-        let squares: Vec<_> =
-            self.lagrangian.inertia.iter().map(|((i, j), a)| [*a, velocity(*i), velocity(*j)]).collect();
-        let products: Vec<_> = self.lagrangian.linear.iter().map(|(i, b)| [*b, velocity(*i)]).collect();
-        for factors in squares {
-            let share = if factors[1] == factors[2] { Number::half() } else { Number::ONE };
-            let product = self.pool.product(&factors);
-            terms.push(self.pool.scale(product, &share));
+        for ((i, j), a) in &self.lagrangian.inertia {
+            let [u, v] = [i, j].map(|i| self.pool.symbol_expr(self.variables.velocities[*i]));
+            let product = self.pool.product(&[*a, u, v]);
+            terms.push(if i == j { self.pool.scale(product, &Number::half()) } else { product });
         }
-        terms.extend(products.iter().map(|factors| self.pool.product(factors)));
+        for (i, b) in &self.lagrangian.linear {
+            let velocity = self.pool.symbol_expr(self.variables.velocities[*i]);
+            terms.push(self.pool.product(&[*b, velocity]));
+        }
         let mut change = Vec::new();
         for term in terms {
-            for (k, slope) in self.variables.slopes(self.pool, term) {
+            for (k, slope) in self.variables.symbols.slopes(self.pool, term) {
                 if let Some((xi, _)) = at.get(&k) {
                     change.push(self.pool.mul(*xi, slope));
                 }
             }
-            for (k, slope) in self.variables.velocity_slopes(self.pool, term) {
+            for (k, slope) in self.variables.symbols.velocity_slopes(self.pool, term) {
                 if let Some((_, rate)) = at.get(&k) {
                     change.push(self.pool.mul(*rate, slope));
                 }
@@ -310,8 +304,7 @@ impl Search<'_> {
         // Of each plane first the velocity without a minus.
         let mut ordered = rotation.parts();
         ordered.order_by_key(|(i, partner, minus)| (*i.min(partner), *minus));
-        let ordered = ordered.into_iter();
-        Some(ordered.filter_map(|(i, _, _)| Some((i, at.get(&i)?.0))).collect())
+        Some(ordered.into_iter().filter_map(|(i, _, _)| Some((i, at.get(&i)?.0))).collect())
     }
 
     /// Whether friction and other forces do no work along a motion: the sum of xi_i (dF/dq_i' - Q_i) is 0.

@@ -20,8 +20,8 @@ const MOST_BY_DETERMINANTS: usize = 3;
 
 /// A matrix, row by row.
 type Rows = Vec<Vec<ExprId>>;
-/// Free coordinates, Z and K.
-type Condensed = (Vec<usize>, Rows, Rows);
+/// Free coordinates, Z, and K where it is known with it.
+type Directions = (Vec<usize>, Rows, Option<Rows>);
 
 /// Constraints, one entry each for those that don't follow from others.
 #[derive(Clone, Debug)]
@@ -71,7 +71,7 @@ impl Rolling {
     pub(super) fn drags(&self, pool: &mut Pool, variables: &Variables) -> Vec<(usize, ExprId)> {
         let mut drags = Vec::new();
         for (multiplier, condition) in self.multipliers.iter().zip(&self.expressions) {
-            for (i, slope) in variables.velocity_slopes(pool, *condition) {
+            for (i, slope) in variables.symbols.velocity_slopes(pool, *condition) {
                 let force = pool.mul(*multiplier, slope);
                 drags.push((i, pool.neg(force)));
             }
@@ -149,9 +149,7 @@ impl Tangent {
 /// Simplifies what constraints add to a page, and works out what moves under them. Comes last: the page of what moves has a copy
 /// of all expressions.
 pub(super) fn reduce(pool: &mut Algebra<'_>, linear: &mut Linear, names: &Names, checker: &Checker<'_>, parts: &Parts) {
-    let Some(mut tangent) = linear.tangent.take() else {
-        return;
-    };
+    let Some(mut tangent) = linear.tangent.take() else { return };
     let gradients = tangent.gradients.iter_mut().flatten();
     pool.shorten(tangent.multipliers.iter_mut().chain(gradients));
     if let Some(Reduction { free, directions, matrices, drift, energies }) =
@@ -223,13 +221,8 @@ fn reduction(
         let SymbolicRolling { free, directions, matrices, .. } = own;
         return Some(Reduction { free, directions, matrices, drift, energies });
     }
-    let (free, directions, stiffness) = match condensed(pool, checker, linear, tangent) {
-        Some((free, directions, stiffness)) => (free, directions, Some(stiffness)),
-        None => {
-            let (free, directions) = directions(pool, checker, tangent)?;
-            (free, directions, None)
-        }
-    };
+    let condensed = condensed(pool, checker, linear, tangent);
+    let (free, directions, stiffness) = condensed.or_else(|| directions(pool, checker, tangent))?;
     let mut project = |rows: &Rows| congruent(pool, rows, &directions);
     let matrices = [
         Some(project(&linear.mass)),
@@ -242,11 +235,7 @@ fn reduction(
 }
 
 /// The free coordinates and Z, row by row; `None` where the rows are not shown to be independent.
-fn directions(
-    pool: &mut Algebra<'_>,
-    checker: &Checker<'_>,
-    tangent: &Tangent,
-) -> Option<(Vec<usize>, Vec<Vec<ExprId>>)> {
+fn directions(pool: &mut Algebra<'_>, checker: &Checker<'_>, tangent: &Tangent) -> Option<Directions> {
     let gradients = &tangent.gradients;
     let n = gradients.first()?.len();
     let is_pivot = |pool: &Pool, e: ExprId| checker.differs_from_zero(pool, e);
@@ -255,17 +244,19 @@ fn directions(
         if tangent.massless.is_empty() { (0..n).rev().collect() } else { tangent.massless.clone() };
     let (bound, rows) = solved_for(pool, gradients, &candidates, &is_pivot)?;
     let free: Vec<usize> = (0..n).filter(|i| !bound.contains(i)).collect();
-    let (zero, one) = (pool.zero(), pool.one());
-    let mut directions = vec![vec![zero; free.len()]; n];
-    for (at, own) in free.iter().enumerate() {
-        directions[*own][at] = one;
-    }
+    let mut directions = units(pool, n, &free);
     for (bound, row) in bound.iter().zip(rows) {
         for (at, own) in free.iter().enumerate() {
             directions[*bound][at] = pool.short(|pool| pool.neg(row[*own]));
         }
     }
-    Some((free, directions))
+    Some((free, directions, None))
+}
+
+/// Z with a row of its own for each free coordinate, and nothing else yet.
+fn units(pool: &Pool, n: usize, free: &[usize]) -> Rows {
+    let entry = |i: usize, own: &usize| if *own == i { pool.one() } else { pool.zero() };
+    (0..n).map(|i| free.iter().map(|own| entry(i, own)).collect()).collect()
 }
 
 /// Rows solved for as many columns as there are rows, the first of the candidates that will do: these columns in ascending order,
@@ -289,9 +280,7 @@ pub(super) fn solved_for(
     let mut solved = Vec::with_capacity(count);
     for (_, row) in pivots {
         let mut own = vec![pool.zero(); width];
-        for (place, entry) in sorted.iter().zip(&rows[row]) {
-            own[*place] = *entry;
-        }
+        sorted.iter().zip(&rows[row]).for_each(|(place, entry)| own[*place] = *entry);
         solved.push(own);
     }
     Some((bound, solved))
@@ -299,7 +288,7 @@ pub(super) fn solved_for(
 
 /// The free coordinates, Z and K of what is left, where so few massless coordinates follow that determinants give them in short: with
 /// D = det K₂₂ and Nⱼ from Cramer's rule, Z₂ = N/D and (D K₁₁ + K₁₂ N)/D, in which D cancels what it can.
-fn condensed(pool: &mut Algebra<'_>, checker: &Checker<'_>, linear: &Linear, tangent: &Tangent) -> Option<Condensed> {
+fn condensed(pool: &mut Algebra<'_>, checker: &Checker<'_>, linear: &Linear, tangent: &Tangent) -> Option<Directions> {
     let (massless, k) = (&tangent.massless, &linear.stiffness);
     if !(1..=MOST_BY_DETERMINANTS).contains(&massless.len()) || linear.circulatory.is_some() {
         return None;
@@ -315,33 +304,25 @@ fn condensed(pool: &mut Algebra<'_>, checker: &Checker<'_>, linear: &Linear, tan
     for j in &free {
         for (b, parts) in parts.iter_mut().enumerate() {
             let mut replaced = block.clone();
-            for (row, i) in replaced.iter_mut().zip(massless) {
-                row[b] = pool.neg(k[*i][*j]);
-            }
+            replaced.iter_mut().zip(massless).for_each(|(row, i)| row[b] = pool.neg(k[*i][*j]));
             let part = determinant(pool, &replaced);
             parts.push(pool.simplify(part));
         }
     }
-    let (zero, one) = (pool.zero(), pool.one());
-    let mut directions = vec![vec![zero; free.len()]; k.len()];
-    for (at, own) in free.iter().enumerate() {
-        directions[*own][at] = one;
-    }
+    let mut directions = units(pool, k.len(), &free);
     for (b, parts) in massless.iter().zip(&parts) {
         for (slot, part) in directions[*b].iter_mut().zip(parts) {
             *slot = pool.short(|pool| pool.div(*part, whole));
         }
     }
-    let mut stiffness = vec![vec![zero; free.len()]; free.len()];
-    for (row, i) in free.iter().enumerate() {
-        for (column, j) in free.iter().enumerate() {
-            let mut terms = vec![pool.mul(whole, k[*i][*j])];
-            terms.extend(massless.iter().zip(&parts).map(|(b, parts)| pool.mul(k[*i][*b], parts[column])));
-            let sum = pool.short(|pool| pool.sum(&terms));
-            stiffness[row][column] = pool.div(sum, whole);
-        }
-    }
-    Some((free, directions, stiffness))
+    let mut entry = |i: usize, (column, j): (usize, &usize)| {
+        let mut terms = vec![pool.mul(whole, k[i][*j])];
+        terms.extend(massless.iter().zip(&parts).map(|(b, parts)| pool.mul(k[i][*b], parts[column])));
+        let sum = pool.short(|pool| pool.sum(&terms));
+        pool.div(sum, whole)
+    };
+    let stiffness = free.iter().map(|i| free.iter().enumerate().map(|own| entry(*i, own)).collect()).collect();
+    Some((free, directions, Some(stiffness)))
 }
 
 /// ZᵀAZ.
@@ -363,14 +344,4 @@ fn congruent(pool: &mut Pool, rows: &[Vec<ExprId>], z: &[Vec<ExprId>]) -> Vec<Ve
         }
     }
     parts.iter().map(|row| row.iter().map(|parts| pool.sum(parts)).collect()).collect()
-}
-
-impl Linear {
-    /// Without matrices of which nothing is left.
-    pub(super) fn forget_zeros(&mut self) {
-        let others = [&mut self.gyroscopic, &mut self.damping, &mut self.circulatory];
-        for matrix in others {
-            matrix.take_if(|rows| rows.iter().flatten().all(|e| e.is_zero()));
-        }
-    }
 }

@@ -85,9 +85,7 @@ impl Names<'_> {
     }
 
     fn numbered(&mut self, pool: &mut Algebra<'_>, letters: &[&str], number: Option<usize>, value: ExprId) -> ExprId {
-        let Some(model) = self.model else {
-            return value;
-        };
+        let Some(model) = self.model else { return value };
         if pool.weight(value) <= MOST_WITHOUT_NAME {
             return value;
         }
@@ -149,9 +147,8 @@ pub(super) fn solve(pool: &mut Algebra<'_>, model: &Model, sums: &[ExprId], befo
 fn zeros(pool: &mut Algebra<'_>, names: &mut Names<'_>, sums: &[ExprId], biquadratic: bool, letter: &str) -> Zeros {
     let mut sums = sums.to_vec();
     if names.coefficients {
-        for (at, sum) in sums.iter_mut().enumerate() {
-            *sum = names.numbered(pool, &["s", "sigma", "S"], Some(at + 1), *sum);
-        }
+        let name = |(at, sum)| names.numbered(pool, &["s", "sigma", "S"], Some(at + 1), sum);
+        sums = sums.into_iter().enumerate().map(name).collect();
     }
     match *sums.as_slice() {
         [a, b] => quadratic(pool, [a, b]),
@@ -176,8 +173,7 @@ fn quadratic(pool: &mut Algebra<'_>, [a, b]: [ExprId; 2]) -> Zeros {
     let inside = pool.linear(&[(square, ratio(1, 4)), (b, Number::MINUS_ONE)]);
     let inside = shortened(pool, inside);
     let (size, _) = root(pool, inside);
-    let signs = [Number::MINUS_ONE, Number::ONE];
-    let all = signs.map(|sign| vec![half, pool.scale(size, &sign)]);
+    let all = [Number::MINUS_ONE, Number::ONE].map(|sign| vec![half, pool.scale(size, &sign)]);
     Zeros { all: all.to_vec(), family: None }
 }
 
@@ -208,8 +204,7 @@ fn cubic(pool: &mut Algebra<'_>, names: &mut Names<'_>, [a, b, c]: [ExprId; 3], 
         let product = pool.mul(size, cosine);
         vec![middle, pool.scale(product, &Number::from(2))]
     };
-    let numbers = [0, 1, 2].map(|n| pool.integer(n));
-    let all = numbers.map(|n| zero(pool, n)).to_vec();
+    let all = [0, 1, 2].map(|n| pool.integer(n)).map(|n| zero(pool, n)).to_vec();
     let any = pool.variable(letter);
     let family = zero(pool, any);
     Zeros { all, family: Some(family) }
@@ -242,9 +237,7 @@ fn quartic(pool: &mut Algebra<'_>, names: &mut Names<'_>, [a, b, c, d]: [ExprId;
         for sign in [-1, 1] {
             let square = pool.linear(&[(p, ratio(-1, 2)), (size, ratio(sign, 1))]);
             let x = pool.sqrt(square);
-            for sign in [-1, 1] {
-                all.push(vec![quarter, pool.scale(x, &ratio(sign, 1))]);
-            }
+            all.extend([-1, 1].map(|sign| vec![quarter, pool.scale(x, &ratio(sign, 1))]));
         }
         return Zeros { all, family: None };
     }

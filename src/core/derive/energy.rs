@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::equations::velocities;
 use super::lagrangian::{Lagrangian, Variables};
 use super::motion::{Factor, Motion, MotionSum, MotionTerm};
 use super::shapes::determinant;
@@ -9,6 +10,7 @@ use super::simplify::Algebra;
 use crate::expr::{ExprId, Pool, ZeroVerdict};
 use crate::groups::connected;
 use crate::number::Number;
+use crate::order::Gather;
 
 /// Squares of sums of momenta with more symbols help nobody.
 const MOST_IN_SQUARES: u64 = 300;
@@ -22,20 +24,16 @@ pub(super) fn momenta(pool: &mut Algebra<'_>, variables: &Variables, lagrangian:
             rows[*j].push(MotionTerm::new(*value, &[(Motion::Velocity(*i), 1)]));
         }
     }
-    let mut rest: BTreeMap<usize, Vec<ExprId>> = BTreeMap::new();
-    for (i, value) in &lagrangian.linear {
-        rest.entry(*i).or_default().push(*value);
-    }
+    let mut rest: BTreeMap<usize, Vec<ExprId>> = lagrangian.linear.iter().map(|(i, own)| (*i, vec![*own])).gather();
     for term in &lagrangian.other {
-        for (i, slope) in variables.velocity_slopes(pool, *term) {
+        for (i, slope) in variables.symbols.velocity_slopes(pool, *term) {
             rest.entry(i).or_default().push(slope);
         }
     }
     for (i, parts) in rest {
         rows[i].push(MotionTerm::new(pool.short(|pool| pool.sum(&parts)), &[]));
     }
-    let rows = rows.into_iter();
-    rows.map(|terms| MotionSum::new(pool, terms)).collect()
+    rows.into_iter().map(|terms| MotionSum::new(pool, terms)).collect()
 }
 
 /// U = V - T0 and what is left of the terms of any form, in short.
@@ -43,7 +41,7 @@ fn without_velocities(pool: &mut Algebra<'_>, variables: &Variables, lagrangian:
     let mut parts = lagrangian.potential.clone();
     for term in &lagrangian.other {
         parts.push(pool.neg(*term));
-        for (i, slope) in variables.velocity_slopes(pool, *term) {
+        for (i, slope) in variables.symbols.velocity_slopes(pool, *term) {
             let velocity = pool.symbol_expr(variables.velocities[i]);
             parts.push(pool.mul(velocity, slope));
         }
@@ -56,15 +54,10 @@ fn without_velocities(pool: &mut Algebra<'_>, variables: &Variables, lagrangian:
 pub(super) fn energy_function(pool: &mut Algebra<'_>, variables: &Variables, lagrangian: &Lagrangian) -> MotionSum {
     let mut terms = Vec::new();
     for ((i, j), value) in &lagrangian.inertia {
-        terms.push(if i == j {
-            let half = pool.scale(*value, &Number::half());
-            MotionTerm::new(half, &[(Motion::Velocity(*i), 2)])
-        } else {
-            MotionTerm::new(*value, &[(Motion::Velocity(*i), 1), (Motion::Velocity(*j), 1)])
-        });
+        let value = if i == j { pool.scale(*value, &Number::half()) } else { *value };
+        terms.push(MotionTerm::new(value, &velocities(*i, *j)));
     }
-    let rest = without_velocities(pool, variables, lagrangian);
-    terms.push(MotionTerm::new(rest, &[]));
+    terms.push(MotionTerm::new(without_velocities(pool, variables, lagrangian), &[]));
     MotionSum::new(pool, terms)
 }
 
@@ -96,8 +89,7 @@ pub(super) fn hamiltonian(pool: &mut Algebra<'_>, variables: &Variables, lagrang
             _ => squares.extend(found),
         }
     }
-    let rest = without_velocities(pool, variables, lagrangian);
-    terms.push(MotionTerm::new(rest, &[]));
+    terms.push(MotionTerm::new(without_velocities(pool, variables, lagrangian), &[]));
     // The square of a momentum is a term.
     let one = pool.one();
     squares.retain(|(factor, sum)| match sum.terms.as_slice() {
@@ -129,8 +121,7 @@ fn squared(pool: &mut Algebra<'_>, part: &[usize], lagrangian: &Lagrangian) -> O
         // H is defined only where the last pivot isn't 0 either.
         let last = open.len() == 1;
         let is_pivot = |verdict| verdict == ZeroVerdict::NonZero || last && verdict != ZeroVerdict::Zero;
-        let pivots = open.iter().filter(|i| is_pivot(pool.is_zero(rows[**i][**i])));
-        let pivots: Vec<usize> = pivots.copied().collect();
+        let pivots: Vec<usize> = open.iter().filter(|i| is_pivot(pool.is_zero(rows[**i][**i]))).copied().collect();
         let pivot = pivots.into_iter().min_by_key(|i| pool.weight(rows[*i][*i]))?;
         open.retain(|i| *i != pivot);
         let size = rows[pivot][pivot];
@@ -192,9 +183,7 @@ pub(super) fn quadratic_form(pool: &mut Pool, matrix: &[Vec<ExprId>], motion: im
     }
     let count = terms.iter().filter(|term| !term.coefficient.is_zero()).count();
     if count == 1 {
-        for term in &mut terms {
-            term.coefficient = pool.scale(term.coefficient, &Number::half());
-        }
+        terms.iter_mut().for_each(|term| term.coefficient = pool.scale(term.coefficient, &Number::half()));
     }
     let mut sum = MotionSum::new(pool, terms);
     if count > 1 {

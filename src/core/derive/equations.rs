@@ -26,7 +26,7 @@ pub(super) type Factors = Vec<(Motion, u32)>;
 type Parts = BTreeMap<(usize, Factors), Vec<(ExprId, Number)>>;
 
 /// q_i' q_j'
-fn velocities(i: usize, j: usize) -> Factors {
+pub(super) fn velocities(i: usize, j: usize) -> Factors {
     if i == j {
         vec![(Motion::Velocity(i), 2)]
     } else {
@@ -34,7 +34,8 @@ fn velocities(i: usize, j: usize) -> Factors {
     }
 }
 
-fn single(motion: Motion) -> Factors {
+/// What moves alone.
+pub(super) fn single(motion: Motion) -> Factors {
     vec![(motion, 1)]
 }
 
@@ -48,15 +49,9 @@ pub(super) fn coefficients(
     let mut parts = Parts::new();
     quadratic(pool, variables, lagrangian, &mut parts);
     linear(pool, variables, lagrangian, &mut parts);
-    for (i, force) in &lagrangian.forces {
-        add(&mut parts, *i, Factors::new(), *force, Number::ONE);
-    }
-    for term in &lagrangian.other {
-        general(pool, variables, *term, &mut parts);
-    }
-    for (i, drag) in drags {
-        dragged(pool, variables, *i, *drag, &mut parts);
-    }
+    lagrangian.forces.iter().for_each(|(i, force)| add(&mut parts, *i, Factors::new(), *force, Number::ONE));
+    lagrangian.other.iter().for_each(|term| general(pool, variables, *term, &mut parts));
+    drags.iter().for_each(|(i, drag)| dragged(pool, variables, *i, *drag, &mut parts));
     parts.into_iter().map(|(key, parts)| (key, pool.short(|pool| pool.linear(&parts)))).gather()
 }
 
@@ -73,8 +68,7 @@ pub(super) fn equations(
             row.push(MotionTerm::new(coefficient, &motion));
         }
     }
-    let rows = rows.into_iter();
-    rows.map(|terms| MotionSum::new(pool, terms)).collect()
+    rows.into_iter().map(|terms| MotionSum::new(pool, terms)).collect()
 }
 
 fn add(parts: &mut Parts, equation: usize, motion: Factors, value: ExprId, factor: Number) {
@@ -90,7 +84,7 @@ fn quadratic(pool: &mut Pool, variables: &Variables, lagrangian: &Lagrangian, pa
         if i != j {
             add(parts, j, single(Motion::Acceleration(i)), *value, one.clone());
         }
-        for (k, slope) in variables.slopes(pool, *value) {
+        for (k, slope) in variables.symbols.slopes(pool, *value) {
             add(parts, i, velocities(j, k), slope, one.clone());
             if i == j {
                 add(parts, k, velocities(i, i), slope, Number::half().neg());
@@ -110,7 +104,7 @@ fn quadratic(pool: &mut Pool, variables: &Variables, lagrangian: &Lagrangian, pa
 /// From T1 = sum b_i q_i'.
 fn linear(pool: &mut Pool, variables: &Variables, lagrangian: &Lagrangian, parts: &mut Parts) {
     for (i, value) in &lagrangian.linear {
-        for (j, slope) in variables.slopes(pool, *value) {
+        for (j, slope) in variables.symbols.slopes(pool, *value) {
             if j != *i {
                 add(parts, *i, single(Motion::Velocity(j)), slope, Number::ONE);
                 add(parts, j, single(Motion::Velocity(*i)), slope, Number::MINUS_ONE);
@@ -123,15 +117,15 @@ fn linear(pool: &mut Pool, variables: &Variables, lagrangian: &Lagrangian, parts
 
 /// From a term of L of any form.
 fn general(pool: &mut Pool, variables: &Variables, term: ExprId, parts: &mut Parts) {
-    for (i, slope) in variables.slopes(pool, term) {
+    for (i, slope) in variables.symbols.slopes(pool, term) {
         let force = pool.neg(slope);
         dragged(pool, variables, i, force, parts);
     }
-    for (i, momentum) in variables.velocity_slopes(pool, term) {
-        for (j, value) in variables.velocity_slopes(pool, momentum) {
+    for (i, momentum) in variables.symbols.velocity_slopes(pool, term) {
+        for (j, value) in variables.symbols.velocity_slopes(pool, momentum) {
             add(parts, i, single(Motion::Acceleration(j)), value, Number::ONE);
         }
-        for (j, value) in variables.slopes(pool, momentum) {
+        for (j, value) in variables.symbols.slopes(pool, momentum) {
             add(parts, i, single(Motion::Velocity(j)), value, Number::ONE);
         }
         let rate = variables.by_time(pool, momentum);
@@ -141,7 +135,7 @@ fn general(pool: &mut Pool, variables: &Variables, term: ExprId, parts: &mut Par
 
 /// From what friction or a generalised force adds to an equation, velocities apart where it is linear in them.
 fn dragged(pool: &mut Pool, variables: &Variables, i: usize, drag: ExprId, parts: &mut Parts) {
-    let bends = variables.velocity_slopes(pool, drag);
+    let bends = variables.symbols.velocity_slopes(pool, drag);
     if bends.iter().any(|(_, bend)| variables.moves(pool, *bend)) {
         add(parts, i, Factors::new(), drag, Number::ONE);
         return;

@@ -9,7 +9,6 @@ use super::lagrangian::{Lagrangian, Variables};
 use super::simplify::Algebra;
 use crate::expr::{ExprId, Node, Pool, Substitution};
 use crate::number::Number;
-use crate::order::Order;
 use crate::precision::Function;
 use crate::syntax::Comparison;
 
@@ -125,9 +124,7 @@ fn root(pool: &mut Algebra<'_>, variables: &Variables, coordinate: usize, factor
         let parts = pool.factors(term);
         let (own, others): (Vec<_>, Vec<_>) =
             parts.into_iter().partition(|(base, _)| moves(pool, variables, coordinate, *base));
-        let [(base, exponent)] = own.as_slice() else {
-            return None;
-        };
+        let [(base, exponent)] = own.as_slice() else { return None };
         if !exponent.is_one() || left.is_some_and(|left| left != *base) {
             return None;
         }
@@ -166,17 +163,10 @@ fn angle(pool: &Pool, e: ExprId) -> Option<ExprId> {
 /// Where sin(x) = 0 is a root beside cos(x) = v, v = 1 and v = -1 are no further points; so |v| < 1 is asked
 /// for, else |v| <= 1.
 fn add_conditions(pool: &mut Pool, checker: &Checker<'_>, roots: &mut [Root]) {
-    let lone: Vec<Option<ExprId>> = roots
-        .iter()
-        .map(|root| {
-            let at_zero = root.value.is_zero();
-            angle(pool, root.left).filter(|_| at_zero)
-        })
-        .collect();
+    let lone = |root: &Root| angle(pool, root.left).filter(|_| root.value.is_zero());
+    let lone: Vec<Option<ExprId>> = roots.iter().map(lone).collect();
     for root in roots {
-        let Some(own) = angle(pool, root.left) else {
-            continue;
-        };
+        let Some(own) = angle(pool, root.left) else { continue };
         if pool.as_number(root.value).is_some_and(|v| v.abs() <= Number::ONE) {
             continue;
         }
@@ -196,8 +186,7 @@ fn condition(pool: &mut Pool, checker: &Checker<'_>, value: ExprId, strict: bool
             if exponent.is_integer() && exponent.is_even() { base } else { size(pool, checker, base, &mut signs) };
         factors.push((size, exponent));
     }
-    let highest = factors.iter().map(|(_, e)| e.abs()).max();
-    let highest = highest.filter(|e| *e > Number::ONE);
+    let highest = factors.iter().map(|(_, e)| e.abs()).max().filter(|e| *e > Number::ONE);
     let mut alone = (0..factors.len()).filter(|at| Some(factors[*at].1.abs()) == highest);
     let alone = match (alone.next(), alone.next()) {
         (Some(at), None) => Some(at),
@@ -219,15 +208,13 @@ fn condition(pool: &mut Pool, checker: &Checker<'_>, value: ExprId, strict: bool
         let left = pool.product_of_powers(&above);
         (left, pool.product_of_powers(&below), false)
     };
-    signs.put_in_order();
-    signs.dedup();
     let relation = match (is_above, strict) {
         (true, true) => Comparison::Greater,
         (true, false) => Comparison::GreaterEqual,
         (false, true) => Comparison::Less,
         (false, false) => Comparison::LessEqual,
     };
-    Condition { left, relation, right, signs }
+    Condition { left, relation, right, signs: signs.into_iter().collect() }
 }
 
 /// The absolute value of a factor; without bars where the values of the parameters tell its sign.
@@ -244,9 +231,7 @@ fn size(pool: &mut Pool, checker: &Checker<'_>, e: ExprId, signs: &mut Signs) ->
             Some((pool.symbol_expr(*symbol), negative))
         })
         .collect();
-    let Some(known) = known else {
-        return pool.abs(e);
-    };
+    let Some(known) = known else { return pool.abs(e) };
     match single_sign(pool, e, &known) {
         Some(negative) => {
             signs.extend(known);
@@ -258,10 +243,7 @@ fn size(pool: &mut Pool, checker: &Checker<'_>, e: ExprId, signs: &mut Signs) ->
 
 /// The sign of a symbol or of a sum of products of symbols, if it follows from theirs; true for negative.
 fn single_sign(pool: &Pool, e: ExprId, known: &Signs) -> Option<bool> {
-    let of_symbol = |e: ExprId| {
-        let entry = known.iter().find(|(own, _)| *own == e);
-        entry.map(|(_, negative)| *negative)
-    };
+    let of_symbol = |e: ExprId| known.iter().find(|(own, _)| *own == e).map(|(_, negative)| *negative);
     let of_term = |term: ExprId| -> Option<bool> {
         let mut negative = false;
         for (base, exponent) in pool.factors(term) {

@@ -325,12 +325,8 @@ impl Found<'_, '_> {
         }
         let (r, drawn) = root(self.pool, square);
         let r = self.positive(r)?;
-        let squares = [self.pool.add(p, r), self.pool.sub(p, r)];
-        let squares = squares.map(|square| self.pool.simplify(square));
-        let mut zeros = Vec::new();
-        for square in squares {
-            zeros.extend(self.pair(square, true)?);
-        }
+        let squares = [self.pool.add(p, r), self.pool.sub(p, r)].map(|square| self.pool.simplify(square));
+        let mut zeros = [self.pair(squares[0], true)?, self.pair(squares[1], true)?].concat();
         if !drawn
             && let Some(other) = self.quotients(c, b, a)
             && cost(self, &other) < cost(self, &zeros)
@@ -340,8 +336,7 @@ impl Found<'_, '_> {
         let both = squares.into_iter().all(|square| self.sign(square).is_some_and(Ordering::is_le));
         if both && exact {
             let [u, w] = [half(self, 1, -1), half(self, -1, -1)].map(|square| root(self.pool, square).0);
-            let sizes = [self.pool.sub(u, w), self.pool.add(u, w)];
-            let sizes = sizes.map(|size| with_common_bar(self.pool, size));
+            let sizes = [self.pool.sub(u, w), self.pool.add(u, w)].map(|size| with_common_bar(self.pool, size));
             let other: Vec<Zero> = sizes.into_iter().flat_map(|size| self.both(size, true)).collect();
             if cost(self, &other) < cost(self, &zeros) {
                 return Some(other);
@@ -381,12 +376,8 @@ impl Found<'_, '_> {
 
     /// The same of real and imaginary part and the coefficients, as they stand.
     fn vanish(&self, all: &[ExprId]) -> bool {
-        let Some(values) = self.checker.evaluate(self.pool, all) else {
-            return false;
-        };
-        let [real, imaginary, coefficients @ ..] = values.as_slice() else {
-            return false;
-        };
+        let Some(values) = self.checker.evaluate(self.pool, all) else { return false };
+        let [real, imaginary, coefficients @ ..] = values.as_slice() else { return false };
         let s = Complex { re: *real, im: *imaginary };
         let zero = Complex { re: Ball::ZERO, im: Ball::ZERO };
         let (mut sum, mut size) = (zero, 0.0);

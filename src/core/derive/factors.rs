@@ -5,6 +5,8 @@
 //! zero its dependence on the other variables follows power by power (Newton and Hensel; Geddes, Czapor and Labahn, Algorithms for
 //! Computer Algebra, chapter 6). What comes out is a factor if the division leaves nothing; what does not is none.
 
+use std::collections::BTreeSet;
+
 use super::ring::EXPONENT;
 use crate::number::Number;
 use crate::order::{Gather, Order};
@@ -31,12 +33,16 @@ impl Polynomial {
                 found.push((rest.primitive(), 1));
                 break;
             };
-            for (factor, times) in own.factors(variable) {
-                found.extend(factor.split().into_iter().map(|own| (own, times)));
-            }
+            found.extend(own.split_factors(variable));
             rest = content;
         }
         found
+    }
+
+    /// Factors in which no zero of a variable is repeated, each in those that are found, with how often it occurs.
+    pub(super) fn split_factors(&self, variable: usize) -> impl Iterator<Item = (Self, usize)> {
+        let all = self.factors(variable).into_iter();
+        all.flat_map(|(own, times)| own.split().into_iter().map(move |own| (own, times)))
     }
 
     /// Factors, as far as they are found, of a polynomial without repeated ones; short ones in the exponent first.
@@ -112,8 +118,7 @@ impl Polynomial {
 
     /// Zeros that are polynomials in the other variables, of a polynomial with leading coefficient 1 that is made of this one.
     fn zeros_of(&self, variable: usize, of: &dyn Fn(&Self) -> Option<Self>) -> Option<Vec<Self>> {
-        let others = (0..self.variables()).filter(|at| *at != variable && self.degree(*at) > 0);
-        let others: Vec<usize> = others.collect();
+        let others: Vec<usize> = (0..self.variables()).filter(|at| *at != variable && self.degree(*at) > 0).collect();
         if others.len() > POINTS.len() {
             return None;
         }
@@ -208,8 +213,7 @@ impl Polynomial {
             if rest.is_zero() {
                 return Some(zero.put(more, &x.minus(value)));
             }
-            let wrong = rest.coefficients(more).into_iter().nth(power as usize)?;
-            let change = wrong.over(&slope)?;
+            let change = rest.coefficients(more).into_iter().nth(power as usize)?.over(&slope)?;
             let mut powers = vec![0; self.variables()];
             powers[more] = power;
             zero = zero.minus(&change.times(&Self::monomial(powers)));
@@ -227,9 +231,7 @@ fn whole_zeros(of: &Polynomial, variable: usize) -> Vec<Number> {
     // Twice the largest of their roots, each of the order of its distance from the last (Fujiwara).
     let digits = own.iter().rev().zip(0_usize..).skip(1).map(|(own, order)| own.bits().div_ceil(order));
     let bound = i32::try_from(digits.max().unwrap_or(0) + 1).ok().and_then(|bits| Number::from(2).powi(bits));
-    let Some(bound) = bound else {
-        return Vec::new();
-    };
+    let Some(bound) = bound else { return Vec::new() };
     let slope: Vec<Number> = own.iter().zip(0..).skip(1).map(|(own, power)| own.mul(&Number::from(power))).collect();
     let mut zeros = PRIMES.iter().flat_map(|prime| zeros_from(&own, &slope, *prime, &bound)).distinct();
     zeros.retain(|zero| value(&own, zero).is_zero());
@@ -239,13 +241,10 @@ fn whole_zeros(of: &Polynomial, variable: usize) -> Vec<Number> {
 /// What whole zeros that are not repeated modulo a prime can be, up to a bound, by Newton's steps, each with twice the digits.
 fn zeros_from(of: &[Number], slope: &[Number], prime: u64, bound: &Number) -> Vec<Number> {
     let small = |all: &[Number]| all.iter().map(|own| own.mod_prime(prime)).collect::<Option<Vec<u64>>>();
-    let (Some(small_of), Some(small_slope)) = (small(of), small(slope)) else {
-        return Vec::new();
-    };
+    let (Some(small_of), Some(small_slope)) = (small(of), small(slope)) else { return Vec::new() };
     let at = |all: &[u64], x: u64| all.iter().rev().fold(0, |sum, own| (sum * x + own) % prime);
     let rest = |of: &Number, modulus: &Number| of.rem_floor(modulus).unwrap_or(Number::ZERO);
-    let zeros = (0..prime).filter(|x| at(&small_of, *x) == 0);
-    let simple = zeros.filter_map(|x| {
+    let simple = (0..prime).filter(|x| at(&small_of, *x) == 0).filter_map(|x| {
         let slope = at(&small_slope, x);
         Some((x, (1..prime).find(|inverse| slope * inverse % prime == 1)?))
     });

@@ -191,15 +191,11 @@ fn opened(pool: &mut Algebra<'_>, e: ExprId) -> ExprId {
     // A lone term keeps its number as a sum.
     let (factor, core) = split(pool, core);
     let size = size.mul(&factor);
-    let Node::Product(factors) = pool.node(core) else {
-        return e;
-    };
+    let Node::Product(factors) = pool.node(core) else { return e };
     let factors = factors.to_vec();
     let sums = factors.iter().enumerate().filter(|(_, (base, exponent))| exponent.is_one() && pool.is_sum(*base));
     let sums: Vec<usize> = sums.map(|(at, _)| at).collect();
-    let [at] = sums.as_slice() else {
-        return e;
-    };
+    let [at] = sums.as_slice() else { return e };
     let parts = pool.terms(factors[*at].0);
     let divides = |term: ExprId| pool.factors(term).iter().any(|(_, exponent)| exponent.is_negative());
     if !parts.iter().any(|(term, _)| divides(*term)) {
@@ -210,8 +206,7 @@ fn opened(pool: &mut Algebra<'_>, e: ExprId) -> ExprId {
         let mut product = factors.clone();
         product[*at] = (term, Number::ONE);
         let product = pool.product_of_powers(&product);
-        let product = pool.simplify(product);
-        sum.push((product, coefficient.mul(&size)));
+        sum.push((pool.simplify(product), coefficient.mul(&size)));
     }
     pool.linear(&sum)
 }
@@ -224,8 +219,7 @@ fn add_lattice(
     model: &Model,
     found: &mut Found,
 ) {
-    let names = [["i", "h", "a"], ["j", "s", "b"]];
-    let names = names.iter().skip(2 - lattice.dimensions.len().min(2));
+    let names = [["i", "h", "a"], ["j", "s", "b"]].iter().skip(2 - lattice.dimensions.len().min(2));
     let numbers: Vec<(String, Angles)> = names
         .zip(&lattice.dimensions)
         .map(|(names, dimension)| (model.unused_name(names), dimension.angles()))
@@ -237,21 +231,16 @@ fn add_lattice(
     }
     let omega_squared = lattice.at(pool, lattice.omega_squared, &general);
     found.case.series.push(Series { omega_squared, numbers: numbers.clone() });
-    // Each dimension: the angles with the numbers and multiplicities.
-    let choices: Vec<Vec<(i64, ExprId, usize)>> = numbers.iter().map(|(_, angles)| angles.distinct(pool)).collect();
+    // Numbers, angles and multiplicities of all dimensions so far.
     let mut all: Vec<(Vec<i64>, Vec<ExprId>, usize)> = vec![(Vec::new(), Vec::new(), 1)];
-    for choices in &choices {
-        let mut next = Vec::with_capacity(all.len() * choices.len());
-        for (js, angles, multiplicity) in &all {
-            for (j, angle, own) in choices {
-                let mut js = js.clone();
-                let mut angles = angles.clone();
-                js.push(*j);
-                angles.push(*angle);
-                next.push((js, angles, multiplicity * own));
-            }
-        }
-        all = next;
+    for (_, angles) in &numbers {
+        let own = angles.distinct(pool);
+        let longer = all.iter().flat_map(|(js, angles, times)| {
+            own.iter().map(move |(j, angle, more)| {
+                ([js.as_slice(), &[*j]].concat(), [angles.as_slice(), &[*angle]].concat(), times * more)
+            })
+        });
+        all = longer.collect();
     }
     for (js, angles, multiplicity) in all {
         let value = lattice.at(pool, lattice.omega_squared, &angles);
@@ -267,9 +256,7 @@ impl Lattice {
     /// The class of a mode by its number: for a ring the wave number; for a chain with equal ends, whose
     /// vectors are sin(i theta), cos((i - 1/2) theta) or sin((i - 1/2) theta), even and odd in turn.
     fn class(&self, js: &[i64], symmetry: Option<&Symmetry>) -> Option<String> {
-        let ([dimension], [j]) = (self.dimensions.as_slice(), js) else {
-            return None;
-        };
+        let ([dimension], [j]) = (self.dimensions.as_slice(), js) else { return None };
         match (&symmetry?.kind, dimension.ends) {
             (GroupKind::Ring { .. }, Ends::Joined) => usize::try_from(*j).map(wave_number).ok(),
             (GroupKind::Mirrors(mirrors), Ends::Corners(left, right)) if left == right && mirrors.len() == 1 => {

@@ -6,7 +6,7 @@
 //! is compared with certified numbers before it is given out (`check`).
 
 use super::Linear;
-use super::check::Checker;
+use super::check::{Checker, Signs};
 use super::cubic::Solved;
 use super::forms::{Found, closed_forms};
 use super::lattice::Angles;
@@ -20,7 +20,7 @@ use crate::expr::{ExprId, Pool};
 use crate::linearize::Invariance;
 use crate::model::Model;
 use crate::number::Number;
-use crate::order::Order;
+use crate::order::Gather;
 use crate::symmetry::{GroupKind, SignedPermutation, Symmetry};
 
 /// Larger models get no closed forms: they could not be checked in reasonable time.
@@ -167,9 +167,7 @@ pub struct Series {
 pub(super) fn frequencies(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear: &Linear, most: usize) -> Frequencies {
     let model = checker.model;
     let request = Request { most, model };
-    let pair = Pair::new(&linear.mass, &linear.stiffness);
-    let signs = linear.signs.clone();
-    let pair = pair.canonical(pool);
+    let pair = Pair::new(&linear.mass, &linear.stiffness).canonical(pool);
     let used = pool.symbols_of(&pair.values());
     let none = Ties::default();
     let plain = Symmetries::find(checker, pool, linear, &pair, &none);
@@ -177,18 +175,16 @@ pub(super) fn frequencies(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear:
     checker.check(pool, &pair, &mut general);
     general.add_normal(pool, checker, &pair, found);
     let point_group = checker.point_group().map(str::to_owned);
+    let signs = linear.signs.clone();
     let mut result =
         Frequencies { general, tied: None, would_be: None, signs, point_group, approximations: Vec::new() };
 
     let ties = Ties::of_a_kind(model, pool, &used, true);
     let mut tied_order = plain.order();
     if !ties.is_empty() {
-        let map = ties.substitution(model, pool);
-        let equal = pair.substituted(pool, &map);
+        let equal = ties.applied(model, pool, &pair);
         let (equal, more) = checker.signed(pool, &equal);
-        result.signs.extend(more);
-        result.signs.put_in_order();
-        result.signs.dedup();
+        result.signs = linear.signs.iter().copied().chain(more).gather::<Signs>().into_iter().collect();
         let equal = equal.canonical(pool);
         let symmetry = Symmetries::find(checker, pool, linear, &equal, &ties);
         tied_order = tied_order.max(symmetry.order());
@@ -198,9 +194,7 @@ pub(super) fn frequencies(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear:
         let (mut found, modes) = case(checker, request, pool, &equal, &symmetry, &ties);
         if let (Some(own), Some(symmetry)) = (&mut found.symmetry, &symmetry.energies) {
             let needed = ties.needed(model, pool, &pair, &symmetry.generators);
-            let map = needed.substitution(model, pool);
-            let pair = pair.substituted(pool, &map);
-            let pattern = pair.pattern(pool);
+            let pattern = needed.applied(model, pool, &pair).pattern(pool);
             let holds = symmetry.generators.iter().all(|g| pattern.is_kept_by(g));
             own.ties = if holds { needed } else { ties.clone() }.sets(model);
         }
@@ -217,9 +211,7 @@ pub(super) fn frequencies(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear:
     // Equal parameters may move an equilibrium that depends on them.
     let at_zero = !model.guesses.any() && !model.equilibria.any();
     if at_zero && !all.is_empty() && all != ties {
-        let map = all.substitution(model, pool);
-        let equal = pair.substituted(pool, &map);
-        let equal = equal.canonical(pool);
+        let equal = all.applied(model, pool, &pair).canonical(pool);
         if equal.values().iter().any(|value| pool.is_undefined(*value)) {
             return result;
         }
@@ -227,10 +219,7 @@ pub(super) fn frequencies(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear:
             && symmetry.order > tied_order
         {
             let needed = all.needed(model, pool, &pair, &symmetry.generators);
-            let map = needed.substitution(model, pool);
-            let equal = pair.substituted(pool, &map);
-            let equal = equal.canonical(pool);
-            let pattern = equal.pattern(pool);
+            let pattern = needed.applied(model, pool, &pair).canonical(pool).pattern(pool);
             if symmetry.generators.iter().all(|g| pattern.is_kept_by(g)) {
                 let Symmetry { generators, kind, .. } = symmetry;
                 result.would_be = Some(Exchange { generators, kind, ties: needed.sets(model) });

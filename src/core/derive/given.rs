@@ -43,9 +43,7 @@ impl Given {
                 }
                 StatementKind::Force(own) => given.binding(file, "Q_", own),
                 StatementKind::Param(all) => {
-                    for own in all.iter().filter(|own| !is_set(&own.name.text)) {
-                        given.parameter(file, own);
-                    }
+                    all.iter().filter(|own| !is_set(&own.name.text)).for_each(|own| given.parameter(file, own));
                 }
                 _ => {}
             }

@@ -4,15 +4,15 @@
 //! work on what is allowed, RᵀAᵀ = 0, and drop out (Neimark and Fufaev, Dynamics of Nonholonomic Systems, chapter 3: Chaplygin's and
 //! Voronets's equations, written out). All of it is done coefficient by coefficient, so that each comes in its shortest form.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::check::Checker;
 use super::constraints::solved_for;
-use super::equations::{self, Factors};
+use super::equations::{self, Factors, single};
 use super::lagrangian::{self, Variables};
 use super::motion::{Motion, MotionSum};
-use super::simplify::Algebra;
-use crate::expr::{ExprId, Node, Pool, Substitution, Symbol};
+use super::simplify::{Algebra, bases_with};
+use crate::expr::{ExprId, Pool, Substitution, Symbol};
 use crate::linearize::{self, LinearizeError, Linearized};
 use crate::model::{Local, Model, TermFamily};
 use crate::number::Number;
@@ -44,9 +44,9 @@ pub struct Independent {
 /// What moves, by its factors: a polynomial in velocities and accelerations.
 type Polynomial = BTreeMap<Factors, Vec<ExprId>>;
 
-/// The polynomial of one motion.
-fn alone(motion: Motion, coefficient: ExprId) -> Polynomial {
-    BTreeMap::from([(vec![(motion, 1)], vec![coefficient])])
+/// The polynomial of one term.
+fn monomial(factors: Factors, coefficient: ExprId) -> Polynomial {
+    BTreeMap::from([(factors, vec![coefficient])])
 }
 
 fn product(pool: &mut Pool, left: &Polynomial, right: &Polynomial) -> Polynomial {
@@ -59,22 +59,14 @@ fn product(pool: &mut Pool, left: &Polynomial, right: &Polynomial) -> Polynomial
                 *powers.entry(*motion).or_default() += power;
             }
             let b = pool.sum(b);
-            let value = pool.mul(a, b);
-            all.entry(powers.into_iter().collect()).or_default().push(value);
+            all.entry(powers.into_iter().collect()).or_default().push(pool.mul(a, b));
         }
     }
     all
 }
 
-/// A polynomial in which nothing moves.
-fn constant(coefficient: ExprId) -> Polynomial {
-    BTreeMap::from([(Factors::new(), vec![coefficient])])
-}
-
 fn add(sum: &mut Polynomial, other: Polynomial) {
-    for (motion, parts) in other {
-        sum.entry(motion).or_default().extend(parts);
-    }
+    other.into_iter().for_each(|(motion, parts)| sum.entry(motion).or_default().extend(parts));
 }
 
 /// Velocities and accelerations of all coordinates in terms of those of the free ones.
@@ -90,15 +82,16 @@ impl Motions {
     fn new(pool: &mut Pool, variables: &Variables, free: &[usize], solved: &[(usize, Vec<ExprId>)]) -> Self {
         let n = variables.coordinates.len();
         let one = pool.one();
-        let mut velocities: Vec<Polynomial> = (0..n).map(|i| alone(Motion::Velocity(i), one)).collect();
-        let mut accelerations: Vec<Polynomial> = (0..n).map(|i| alone(Motion::Acceleration(i), one)).collect();
+        let all = |of: fn(usize) -> Motion| (0..n).map(|i| monomial(single(of(i)), one)).collect();
+        let mut velocities: Vec<Polynomial> = all(Motion::Velocity);
+        let mut accelerations: Vec<Polynomial> = all(Motion::Acceleration);
         let mut speeds = Substitution::default();
         for (bound, row) in solved {
             let mut speed = Polynomial::new();
             let mut parts = Vec::new();
             for i in free {
                 if !row[*i].is_zero() {
-                    speed.insert(vec![(Motion::Velocity(*i), 1)], vec![row[*i]]);
+                    speed.insert(single(Motion::Velocity(*i)), vec![row[*i]]);
                     let velocity = pool.symbol_expr(variables.velocities[*i]);
                     parts.push(pool.mul(row[*i], velocity));
                 }
@@ -114,14 +107,13 @@ impl Motions {
             let mut all = Polynomial::new();
             for (motion, parts) in velocities[*bound].clone() {
                 let value = pool.sum(&parts);
-                let own = BTreeMap::from([(motion.clone(), vec![pool.one()])]);
-                let mut rate = constant(variables.by_time(pool, value));
-                for (j, slope) in variables.slopes(pool, value) {
-                    add(&mut rate, product(pool, &constant(slope), &velocities[j]));
+                let mut rate = monomial(Factors::new(), variables.by_time(pool, value));
+                for (j, slope) in variables.symbols.slopes(pool, value) {
+                    add(&mut rate, product(pool, &monomial(Factors::new(), slope), &velocities[j]));
                 }
-                add(&mut all, product(pool, &own, &rate));
+                add(&mut all, product(pool, &monomial(motion.clone(), one), &rate));
                 if let Some((Motion::Velocity(i), _)) = motion.first() {
-                    all.entry(vec![(Motion::Acceleration(*i), 1)]).or_default().push(value);
+                    all.entry(single(Motion::Acceleration(*i))).or_default().push(value);
                 }
             }
             accelerations[*bound] = all;
@@ -139,8 +131,7 @@ impl Motions {
 
     /// A coefficient times what moves.
     fn term(&self, pool: &mut Pool, coefficient: ExprId, factors: &Factors) -> Option<Polynomial> {
-        let coefficient = pool.substitute_one(coefficient, &self.speeds);
-        let mut all = constant(coefficient);
+        let mut all = monomial(Factors::new(), pool.substitute_one(coefficient, &self.speeds));
         for (motion, power) in factors {
             for _ in 0..*power {
                 all = product(pool, &all, self.of(*motion)?);
@@ -172,10 +163,10 @@ pub(super) fn independent(
     }
     let mut slopes: Vec<(Vec<(usize, ExprId)>, ExprId)> = Vec::new();
     for own in constraints {
-        slopes.push((variables.slopes(pool, own), variables.by_time(pool, own)));
+        slopes.push((variables.symbols.slopes(pool, own), variables.by_time(pool, own)));
     }
     for own in conditions {
-        slopes.push((variables.velocity_slopes(pool, own), pool.substitute_one(own, &at_rest)));
+        slopes.push((variables.symbols.velocity_slopes(pool, own), pool.substitute_one(own, &at_rest)));
     }
     for (slopes, rest) in slopes {
         let mut row = vec![pool.zero(); n + 1];
@@ -197,7 +188,8 @@ pub(super) fn independent(
         let own = row.into_iter().map(|entry| pool.short(|pool| pool.neg(entry)));
         solved.push((*i, own.collect()));
     }
-    let divisors = divisors(pool, &solved.iter().flat_map(|(_, row)| row).copied().collect::<Vec<_>>());
+    let all: Vec<ExprId> = solved.iter().flat_map(|(_, row)| row).copied().collect();
+    let divisors = bases_with(pool, &all, |base, exponent| exponent.is_negative() && !pool.is_constant(base));
     let motions = Motions::new(pool, variables, &free, &solved);
     let mut equations = Vec::with_capacity(free.len());
     for own in &free {
@@ -222,22 +214,8 @@ pub(super) fn independent(
     Some(Independent { free, follows, equations })
 }
 
-/// What some expressions are divided by.
-fn divisors(pool: &Pool, all: &[ExprId]) -> Vec<ExprId> {
-    let mut found = Vec::new();
-    for e in pool.reachable(all) {
-        if let Node::Product(factors) = pool.node(e) {
-            let below = factors.iter().filter(|(base, exponent)| exponent.is_negative() && !pool.is_constant(*base));
-            found.extend(below.map(|(base, _)| *base));
-        }
-    }
-    found.sort_unstable();
-    found.dedup();
-    found
-}
-
 /// An expression over a power of one of the divisors, where that is shorter: 1 + tan² as 1/cos².
-fn over_divisors(pool: &mut Algebra<'_>, divisors: &[ExprId], e: ExprId) -> ExprId {
+fn over_divisors(pool: &mut Algebra<'_>, divisors: &BTreeSet<ExprId>, e: ExprId) -> ExprId {
     let mut best = e;
     for divisor in divisors {
         let mut above = e;
@@ -346,8 +324,7 @@ fn of_independent(model: &Model, mut pool: Pool, variables: &Variables, found: &
         let at = variables.symbols.coordinate(symbol).or_else(|| variables.symbols.velocity(symbol));
         at.is_some_and(|at| !found.free.contains(&at))
     };
-    let potential = model.potential.iter();
-    let potential = potential.flat_map(|own| linearize::instances(model, &mut pool, own, own.body, None));
+    let potential = model.potential.iter().flat_map(|own| linearize::instances(model, &mut pool, own, own.body, None));
     let potential: Vec<ExprId> = potential.collect();
     let mut potential = pool.sum(&potential);
     if pool.depends_on(potential, &bound) {
@@ -362,7 +339,7 @@ fn of_independent(model: &Model, mut pool: Pool, variables: &Variables, found: &
         // Lagrange's equation of this M and V, without accelerations.
         let momentum = pool.diff(lagrangian, variables.velocities[*i]);
         let mut parts = vec![variables.by_time(&mut pool, momentum)];
-        for (j, slope) in variables.slopes(&mut pool, momentum) {
+        for (j, slope) in variables.symbols.slopes(&mut pool, momentum) {
             let velocity = pool.symbol_expr(variables.velocities[j]);
             parts.push(pool.mul(slope, velocity));
         }

@@ -43,19 +43,8 @@ pub(super) struct Variables {
 
 impl Variables {
     pub(super) fn new(model: &Model) -> Self {
-        let coordinates: Vec<Symbol> = model.coordinates.iter().map(|c| c.symbol).collect();
-        let velocities: Vec<Symbol> = model.coordinates.iter().map(|c| c.velocity).collect();
+        let (coordinates, velocities) = model.coordinates.iter().map(|own| (own.symbol, own.velocity)).unzip();
         Self { coordinates, velocities, symbols: model.symbols.clone(), time: model.time() }
-    }
-
-    /// The derivatives by the coordinates, those that are not 0.
-    pub(super) fn slopes(&self, pool: &mut Pool, e: ExprId) -> Vec<(usize, ExprId)> {
-        self.symbols.slopes(pool, e)
-    }
-
-    /// The derivatives by the velocities, those that are not 0.
-    pub(super) fn velocity_slopes(&self, pool: &mut Pool, e: ExprId) -> Vec<(usize, ExprId)> {
-        self.symbols.velocity_slopes(pool, e)
     }
 
     /// Whether a velocity occurs in an expression.
@@ -73,8 +62,7 @@ impl Variables {
 
     /// Puts all velocities to 0.
     pub(super) fn at_rest(&self, pool: &Pool) -> Substitution {
-        let zero = pool.zero();
-        self.velocities.iter().map(|v| (*v, zero)).gather()
+        self.velocities.iter().map(|v| (*v, pool.zero())).gather()
     }
 }
 
@@ -176,16 +164,14 @@ fn body(pool: &mut Algebra<'_>, splitter: &mut Splitter, family: &TermFamily, sh
                 }
             }
             for (a, b, entry) in &element.curvature {
-                let value = pool.mul(element.first, *entry);
-                inertia.entry((*a, *b)).or_default().push(value);
+                inertia.entry((*a, *b)).or_default().push(pool.mul(element.first, *entry));
             }
             let mut entries = vec![element.first];
             entries.extend(element.slope.iter().map(|(_, slope)| *slope));
             let entries = pool.substitute(&entries, &at_rest);
             if let Some((first, slopes)) = entries.split_first() {
                 for ((a, _), slope) in element.slope.iter().zip(slopes) {
-                    let value = pool.mul(*first, *slope);
-                    linear.entry(*a).or_default().push(value);
+                    linear.entry(*a).or_default().push(pool.mul(*first, *slope));
                 }
             }
         }
@@ -218,7 +204,7 @@ pub(super) fn drags(model: &Model, pool: &mut Pool, variables: &Variables) -> Ve
             drags.extend(forces.into_iter().map(|(i, force)| (i, pool.neg(force))));
         } else {
             for term in instances(model, pool, family, family.body, None) {
-                drags.extend(variables.velocity_slopes(pool, term));
+                drags.extend(variables.symbols.velocity_slopes(pool, term));
             }
         }
     }

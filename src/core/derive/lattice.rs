@@ -18,6 +18,7 @@ use super::pair::Pair;
 use super::simplify::Algebra;
 use crate::expr::{ExprId, Pool, Substitution, Symbol};
 use crate::number::Number;
+use crate::order::Gather;
 
 /// Entries at a larger distance than this make no shorter formula.
 const MOST_DISTANCE: usize = 4;
@@ -71,28 +72,12 @@ impl Dimension {
         Angles { step, offset, divisor, first, last, ring }
     }
 
-    /// The columns of row i of T that are not 0; on a ring of a turn by one place.
+    /// The columns of row i of T that are not 0, but for corners; on a ring of a turn by one place.
     fn row(&self, i: usize) -> Vec<(usize, i64)> {
-        let n = self.size;
-        if self.ends == Ends::Joined {
-            return vec![((i + 1) % n, 1)];
-        }
-        let mut row = Vec::new();
-        if i > 0 {
-            row.push((i - 1, 1));
-        }
-        if i + 1 < n {
-            row.push((i + 1, 1));
-        }
-        if let Ends::Corners(left, right) = self.ends {
-            if i == 0 && left != 0 {
-                row.push((0, i64::from(left)));
-            }
-            if i + 1 == n && right != 0 {
-                row.push((n - 1, i64::from(right)));
-            }
-        }
-        row
+        let Ends::Corners(left, right) = self.ends else { return vec![((i + 1) % self.size, 1)] };
+        let before = i.checked_sub(1).map_or((i, i64::from(left)), |before| (before, 1));
+        let behind = if i + 1 < self.size { (i + 1, 1) } else { (i, i64::from(right)) };
+        vec![before, behind]
     }
 }
 
@@ -109,18 +94,8 @@ pub(super) struct Lattice {
     pub(super) order: Vec<usize>,
 }
 
-const ENDS: [Ends; 10] = [
-    Ends::Joined,
-    Ends::Corners(0, 0),
-    Ends::Corners(1, 1),
-    Ends::Corners(1, 0),
-    Ends::Corners(0, 1),
-    Ends::Corners(-1, -1),
-    Ends::Corners(-1, 0),
-    Ends::Corners(0, -1),
-    Ends::Corners(1, -1),
-    Ends::Corners(-1, 1),
-];
+/// The corners that are tried, one after another.
+const CORNERS: [(i8, i8); 9] = [(0, 0), (1, 1), (1, 0), (0, 1), (-1, -1), (-1, 0), (0, -1), (1, -1), (-1, 1)];
 
 /// The lattice that a connected pair of matrices is, if it is one.
 pub(super) fn lattice(pool: &mut Algebra<'_>, pair: &Pair) -> Option<Lattice> {
@@ -137,9 +112,7 @@ pub(super) fn lattice(pool: &mut Algebra<'_>, pair: &Pair) -> Option<Lattice> {
     for rows in (2..=n / 2).filter(|rows| n.is_multiple_of(*rows)) {
         let columns = n / rows;
         // The last index is the fastest.
-        let Some(inner) = ends(pool, pair, columns, 1) else {
-            continue;
-        };
+        let Some(inner) = ends(pool, pair, columns, 1) else { continue };
         if let Some(outer) = ends(pool, pair, rows, columns) {
             let outer = Dimension { ends: outer, size: rows };
             let inner = Dimension { ends: inner, size: columns };
@@ -173,7 +146,8 @@ fn ends(pool: &mut Pool, pair: &Pair, size: usize, stride: usize) -> Option<Ends
     if size < 2 {
         return None;
     }
-    ENDS.into_iter().filter(|ends| *ends != Ends::Joined || size > 2).find(|ends| {
+    let corners = CORNERS.map(|(left, right)| Ends::Corners(left, right));
+    (size > 2).then_some(Ends::Joined).into_iter().chain(corners).find(|ends| {
         let dimension = Dimension { ends: *ends, size };
         commutes(pool, &pair.mass, dimension, stride) && commutes(pool, &pair.stiffness, dimension, stride)
     })
@@ -185,8 +159,7 @@ fn commutes(pool: &mut Pool, matrix: &[BTreeMap<usize, ExprId>], dimension: Dime
     let t_row = |i: usize| {
         let place = i / stride % size;
         let base = i - place * stride;
-        let row = dimension.row(place).into_iter();
-        row.map(move |(j, value)| (base + j * stride, value))
+        dimension.row(place).into_iter().map(move |(j, value)| (base + j * stride, value))
     };
     let mut known: HashMap<Vec<(ExprId, i64)>, bool> = HashMap::new();
     (0..matrix.len()).all(|i| {
@@ -324,11 +297,11 @@ impl Angles {
 impl Lattice {
     /// An expression where the angles theta/2 of the dimensions are these.
     pub(super) fn at(&self, pool: &mut Pool, e: ExprId, angles: &[ExprId]) -> ExprId {
-        let mut map = Substitution::new();
-        for (square, angle) in self.squares.iter().zip(angles) {
+        let squares = angles.iter().map(|angle| {
             let sine = pool.sin(*angle);
-            map.insert(*square, pool.square(sine));
-        }
+            pool.square(sine)
+        });
+        let map: Substitution = self.squares.iter().copied().zip(squares).gather();
         pool.substitute_one(e, &map)
     }
 }

@@ -71,8 +71,7 @@ fn taylor(pool: &mut Algebra<'_>, e: ExprId, symbol: Symbol, order: u32) -> Vec<
 
 /// The symbol of a name that some expressions depend on.
 fn symbol(pool: &Algebra<'_>, all: &[ExprId], name: &str) -> Option<Symbol> {
-    let symbols = pool.symbols_of(all);
-    symbols.into_iter().find(|symbol| pool.symbol_name(*symbol) == name)
+    pool.symbols_of(all).into_iter().find(|symbol| pool.symbol_name(*symbol) == name)
 }
 
 impl Frequencies {
@@ -272,8 +271,6 @@ fn transform_case(pool: &mut Algebra<'_>, case: &mut Case, change: impl Fn(&mut 
         }
     }
     case.frequencies = frequencies;
-    for series in &mut case.series {
-        series.omega_squared = change(pool, series.omega_squared);
-    }
+    case.series.iter_mut().for_each(|series| series.omega_squared = change(pool, series.omega_squared));
     case.series.retain(|series| !pool.is_undefined(series.omega_squared));
 }

@@ -74,6 +74,7 @@ use crate::expr::{ExprId, Pool, ZeroVerdict};
 use crate::linearize::{self, LinearizeError, Tied};
 use crate::model::{Assumption, Model};
 use crate::number::Number;
+use crate::order::Gather;
 use crate::oscillation::NormalModes;
 
 pub use abbreviate::Definition;
@@ -344,8 +345,7 @@ fn derivation(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
     let with_multipliers = tied.as_ref().map_or(model, |tied| &tied.model);
     let (mut whole, mut linear) = match matrices {
         Ok(mut matrices) => {
-            let bound = Tangent::new(&mut matrices);
-            let tangent = bound.or_else(|| Tangent::without_inertia(&mut matrices));
+            let tangent = Tangent::new(&mut matrices).or_else(|| Tangent::without_inertia(&mut matrices));
             let linear = Linear {
                 equilibrium: matrices.equilibrium,
                 open: matrices.open,
@@ -418,22 +418,19 @@ fn derivation(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
 impl Linear {
     /// Brings all to its shortest form and works out what follows.
     fn finish(&mut self, pool: &mut Algebra<'_>, checker: &Checker<'_>, parts: &Parts) {
-        let pair = Pair::new(&self.mass, &self.stiffness);
-        let pair = pair.replaced(pool, &HashMap::new());
+        let pair = Pair::new(&self.mass, &self.stiffness).replaced(pool, &HashMap::new());
         let (pair, signs) = checker.signed(pool, &pair);
         let pair = pair.with_halved_angles(pool);
-        self.signs = signs;
+        self.signs = signs.into_iter().collect();
         (self.mass, self.stiffness) = pair.dense(pool);
         pool.shorten(self.equilibrium.iter_mut());
-        let others = [&mut self.gyroscopic, &mut self.damping, &mut self.circulatory];
-        pool.shorten(others.into_iter().flatten().flatten().flatten());
-        self.forget_zeros();
-        // What constraints forbid is no motion.
-        let follows = self.tangent.as_ref();
-        if follows.is_some_and(|tangent| tangent.massless.is_empty()) {
-            return;
+        for matrix in [&mut self.gyroscopic, &mut self.damping, &mut self.circulatory] {
+            pool.shorten(matrix.iter_mut().flatten().flatten());
+            matrix.take_if(|rows| rows.iter().flatten().all(|e| e.is_zero()));
         }
-        if parts.second_order {
+        // What constraints forbid is no motion.
+        let is_bound = self.tangent.as_ref().is_some_and(|tangent| tangent.massless.is_empty());
+        if parts.second_order && !is_bound {
             self.second_order = Some(SecondOrder {
                 equations: equations::linearized(pool, self),
                 kinetic: energy::quadratic_form(pool, &self.mass, Motion::Velocity),
@@ -461,28 +458,20 @@ impl Linear {
 
 /// What names stand for.
 fn symbols(model: &Model, pool: &mut Pool) -> BTreeMap<String, ExprId> {
-    let mut symbols = BTreeMap::new();
-    for parameter in &model.parameters {
-        symbols.insert(parameter.name.clone(), parameter.symbolic);
-    }
+    let parameters = model.parameters.iter().map(|own| (own.name.clone(), own.symbolic));
+    let mut symbols: BTreeMap<String, ExprId> = parameters.gather();
     for coordinate in model.coordinates.iter() {
         symbols.insert(coordinate.name(), pool.symbol_expr(coordinate.symbol));
-        let velocity = pool.symbol_expr(coordinate.velocity);
-        symbols.insert(format!("{}'", coordinate.name()), velocity);
+        symbols.insert(format!("{}'", coordinate.name()), pool.symbol_expr(coordinate.velocity));
     }
-    if let Some(time) = model.time() {
-        symbols.insert("t".to_owned(), pool.symbol_expr(time));
-    }
+    symbols.extend(model.time().map(|time| ("t".to_owned(), pool.symbol_expr(time))));
     symbols
 }
 
 /// Displacements are named as the coordinates where they are the same.
 fn names(model: &Model, linear: &Result<Linear, LinearizeError>) -> Names {
     let coordinates: Vec<String> = model.coordinates.names().collect();
-    let at_zero = linear.as_ref().is_ok_and(|linear| {
-        let mut all = linear.equilibrium.iter();
-        all.all(|at| at.is_zero())
-    });
+    let at_zero = linear.as_ref().is_ok_and(|linear| linear.equilibrium.iter().all(|at| at.is_zero()));
     // What no name of the model begins with, before that of a coordinate.
     let prefix = |all: [&str; 3]| {
         let is_free = |own: &&str| {
@@ -534,7 +523,6 @@ impl Derivation {
         parts: &Parts,
     ) {
         let variables = Variables::new(model);
-        let bound = !model.constraints.is_empty();
         let budget = pool.budget().clone();
         budget.at("Lagrange's equations", None);
         let lagrangian = lagrangian::lagrangian(tied, pool);
@@ -559,7 +547,7 @@ impl Derivation {
             return;
         }
         budget.at("the equilibria in symbols", None);
-        let bound = bound || !rolling.names.is_empty();
+        let bound = !model.constraints.is_empty() || !rolling.names.is_empty();
         // A rate turns with it, whose force is not in L.
         if parts.equilibria && !bound && !model.rates.any() {
             self.equilibria = Some(equilibria::roots(pool, &variables, &lagrangian, &drags, checker));
@@ -579,18 +567,12 @@ impl Derivation {
                 conserved.splice(before..before, more);
             }
             // Along a motion the constraints are 0, and so is their part of L.
-            let free;
-            let lagrangian = if bound {
-                free = lagrangian::lagrangian(model, pool);
-                &free
-            } else {
-                &lagrangian
-            };
+            let lagrangian = if bound { lagrangian::lagrangian(model, pool) } else { lagrangian };
             self.energy = Some(Energy {
                 momenta,
-                function: energy::energy_function(pool, &variables, lagrangian),
+                function: energy::energy_function(pool, &variables, &lagrangian),
                 // Under constraints there are fewer momenta than coordinates.
-                hamiltonian: (!bound).then(|| energy::hamiltonian(pool, &variables, lagrangian)).flatten(),
+                hamiltonian: (!bound).then(|| energy::hamiltonian(pool, &variables, &lagrangian)).flatten(),
                 conserved,
                 rest_energy: lagrangian.has_rest_energy,
             });
@@ -646,8 +628,7 @@ impl Derivation {
     /// Lagrange's equations in the model language, `lhs = 0`; none where they were not asked for.
     #[must_use]
     pub fn equation_texts(&self) -> Vec<String> {
-        let equations = self.equations.iter().flatten();
-        equations.map(|equation| format!("{} = 0", self.text(equation))).collect()
+        self.equations.iter().flatten().map(|equation| format!("{} = 0", self.text(equation))).collect()
     }
 
     /// The linearized equations in the model language, `lhs = 0`, in displacements; none where they

@@ -121,10 +121,9 @@ impl MotionSum {
 
     /// A sum by its motions, the parts of each coefficient added up.
     pub(super) fn of_parts(pool: &mut Algebra<'_>, parts: BTreeMap<Vec<(Motion, u32)>, Vec<ExprId>>) -> Self {
-        let mut terms = Vec::new();
-        for (motion, parts) in parts {
-            terms.push(MotionTerm::new(pool.short(|pool| pool.sum(&parts)), &motion));
-        }
+        let terms = parts.into_iter();
+        let terms = terms.map(|(motion, parts)| MotionTerm::new(pool.short(|pool| pool.sum(&parts)), &motion));
+        let terms: Vec<MotionTerm> = terms.collect();
         Self::new(pool, terms)
     }
 
@@ -163,8 +162,7 @@ impl MotionSum {
         for term in &self.terms {
             let mut factors = vec![(term.coefficient, Number::ONE)];
             for (motion, power) in &term.motion {
-                let moving = value(pool, *motion);
-                factors.push((moving, Number::from(i64::from(*power))));
+                factors.push((value(pool, *motion), Number::from(i64::from(*power))));
             }
             let product = pool.product_of_powers(&factors);
             parts.push(if term.negative { pool.neg(product) } else { product });
@@ -305,9 +303,7 @@ impl MotionTerm {
 
 /// What moves times the text of a factor: p^2/(2*m), not 1/(2*m)*p^2.
 fn multiplied(factor: Option<String>, motion: &str) -> String {
-    let Some(factor) = factor else {
-        return motion.to_owned();
-    };
+    let Some(factor) = factor else { return motion.to_owned() };
     match lone_divisor(&factor) {
         Some(divisor) => format!("{motion}/{divisor}"),
         None => format!("{factor}*{motion}"),

@@ -10,6 +10,7 @@ use super::motion::{Factor, Motion, MotionSum, MotionTerm};
 use super::pair::Pair;
 use super::shapes::{Shape, combined};
 use super::simplify::Algebra;
+use super::waves::unused;
 use crate::expr::{ExprId, Node, Pool, Substitution};
 use crate::model::Model;
 use crate::number::Number;
@@ -77,8 +78,7 @@ pub(super) fn normal_coordinates(
         return None;
     }
     let squares: Vec<ExprId> = shapes.iter().map(|shape| shape.omega_squared).collect();
-    let values = checker.evaluate(pool, &squares)?;
-    let mut sorted: Vec<(Ball, Shape)> = values.into_iter().zip(shapes).collect();
+    let mut sorted: Vec<(Ball, Shape)> = checker.evaluate(pool, &squares)?.into_iter().zip(shapes).collect();
     sorted.order_by(|(a, _), (b, _)| a.mid_f64().total_cmp(&b.mid_f64()));
     let shapes: Vec<Shape> = sorted.into_iter().map(|(_, shape)| shape).collect();
     let columns: Vec<Column> = shapes
@@ -98,20 +98,12 @@ pub(super) fn normal_coordinates(
     let modes = columns.iter().zip(&shapes).enumerate();
     let modes = modes
         .map(|(r, (column, shape))| {
-            let mut mode = NormalMode {
-                omega_squared: column.omega_squared,
-                symmetry: shape.symmetry.clone(),
-                amplitudes: Vec::new(),
-                omega: None,
+            let omega = shape.is_long().then(|| variable(pool, &page.omega, r));
+            let amplitudes = match omega {
+                Some(omega) => shape.in_terms_of(pool, count, omega),
+                None => normalised(pool, &column.vector, column.mass),
             };
-            if !shape.is_long() {
-                mode.amplitudes = normalised(pool, &column.vector, column.mass);
-            } else {
-                let omega = variable(pool, &page.omega, r);
-                mode.omega = Some(omega);
-                mode.amplitudes = shape.in_terms_of(pool, count, omega);
-            }
-            mode
+            NormalMode { omega_squared: column.omega_squared, symmetry: shape.symmetry.clone(), amplitudes, omega }
         })
         .collect();
     let mut terms = vec![Vec::new(); count];
@@ -121,8 +113,7 @@ pub(super) fn normal_coordinates(
             row.push(MotionTerm::new(amplitude, &[(Motion::Normal(r), 1)]));
         }
     }
-    let coordinates = terms.into_iter();
-    let coordinates = coordinates.map(|terms| MotionSum::new(pool, terms)).collect();
+    let coordinates = terms.into_iter().map(|terms| MotionSum::new(pool, terms)).collect();
     Some(NormalCoordinates {
         modes,
         coordinates,
@@ -137,9 +128,7 @@ pub(super) fn normal_coordinates(
 fn written_out(pool: &mut Algebra<'_>, shape: &Shape, vector: &[ExprId]) -> Vec<ExprId> {
     let mut all = vec![shape.with_factors(pool, shape.mass)];
     all.extend(vector);
-    let Some(omega) = shape.omega else {
-        return all;
-    };
+    let Some(omega) = shape.omega else { return all };
     // Only its square occurs.
     let root = pool.sqrt(shape.omega_squared);
     let all = pool.substitute(&all, &Substitution::from([(omega, root)]));
@@ -162,8 +151,7 @@ impl Shape {
     fn in_terms_of(&self, pool: &mut Pool, count: usize, omega: ExprId) -> Vec<ExprId> {
         let mass = self.with_factors(pool, self.mass);
         let norm = norm(pool, mass);
-        let vector = self.along(count, pool);
-        let vector: Vec<ExprId> = vector.into_iter().map(|e| pool.mul(e, norm)).collect();
+        let vector: Vec<ExprId> = self.along(count, pool).into_iter().map(|e| pool.mul(e, norm)).collect();
         let map = self.omega.map(|own| (own, omega)).into_iter().collect();
         pool.substitute(&vector, &map)
     }
@@ -188,8 +176,7 @@ fn norm(pool: &mut Pool, mass: ExprId) -> ExprId {
 /// A vector by the root of its mass.
 fn normalised(pool: &mut Algebra<'_>, vector: &[ExprId], mass: ExprId) -> Vec<ExprId> {
     let norm = norm(pool, mass);
-    let vector = vector.iter();
-    vector.map(|component| pool.short(|pool| pool.mul(*component, norm))).collect()
+    vector.iter().map(|component| pool.short(|pool| pool.mul(*component, norm))).collect()
 }
 
 /// What is said about normal coordinates on a page, in names that the model does not use.
@@ -204,13 +191,7 @@ struct Page {
 
 /// Letters for ratios of amplitudes.
 fn ratio_names(model: &Model) -> Vec<String> {
-    let mut free: Vec<String> = Vec::new();
-    for letter in ["a", "b", "c", "u", "v", "w", "alpha", "beta", "gamma"] {
-        let name = model.unused_name(&[letter]);
-        if name == letter {
-            free.push(name);
-        }
-    }
+    let mut free = unused(model, &["a", "b", "c", "u", "v", "w", "alpha", "beta", "gamma"]);
     while free.len() < 3 {
         free.push(format!("ratio_{}_of_the_derivation", free.len() + 1));
     }
@@ -238,9 +219,7 @@ impl Page {
         }
         let mut map = Substitution::new();
         if let Some(omega) = shape.omega {
-            let number = self.number.clone();
-            let any = pool.variable(&format!("{}[{number}]", self.omega));
-            map.insert(omega, any);
+            map.insert(omega, pool.variable(&format!("{}[{}]", self.omega, self.number)));
         }
         let mut factors = Vec::new();
         for (at, (vector, factor)) in shape.parts.iter().enumerate() {
@@ -284,8 +263,7 @@ impl Page {
         let parts = self.parts.iter();
         parts
             .map(|(letter, value, modes)| {
-                let symbols = pool.symbols(*value);
-                let numbered = symbols.iter().any(|s| pool.symbol_name(*s).ends_with(&any));
+                let numbered = pool.symbols(*value).iter().any(|s| pool.symbol_name(*s).ends_with(&any));
                 let (names, modes) = if numbered {
                     let name = format!("{letter}[{}]", self.number);
                     (vec![name], Some((self.number.clone(), modes.clone())))
@@ -302,13 +280,11 @@ impl Page {
     fn lagrangian(&self, pool: &mut Pool, shapes: &[Shape]) -> MotionSum {
         let mut terms = Vec::new();
         for (r, shape) in shapes.iter().enumerate() {
-            let one = pool.one();
-            terms.push(MotionTerm::new(one, &[(Motion::NormalVelocity(r), 2)]));
+            terms.push(MotionTerm::new(pool.one(), &[(Motion::NormalVelocity(r), 2)]));
             if !shape.omega_squared.is_zero() {
                 let omega = variable(pool, &self.omega, r);
                 let square = pool.square(omega);
-                let opposite = pool.neg(square);
-                terms.push(MotionTerm::new(opposite, &[(Motion::Normal(r), 2)]));
+                terms.push(MotionTerm::new(pool.neg(square), &[(Motion::Normal(r), 2)]));
             }
         }
         let mut sum = MotionSum::new(pool, terms);

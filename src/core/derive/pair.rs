@@ -2,8 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-use super::simplify::{Algebra, Monomial, Opening, expand};
-use crate::expr::{ExprId, ModularPoint, Node, Pool, Substitution, neg_mod};
+use super::simplify::{Algebra, Monomial, Opening, bases_with, expand};
+use crate::expr::{ExprId, ModularPoint, Node, Pool, neg_mod};
 use crate::number::Number;
 use crate::order::Gather;
 use crate::precision::Function;
@@ -23,10 +23,7 @@ pub(super) struct Pair {
 }
 
 fn sparse(rows: &[Vec<ExprId>]) -> Vec<Row> {
-    let entries = |row: &Vec<ExprId>| {
-        let entries = row.iter().copied().enumerate();
-        entries.filter(|(_, value)| !value.is_zero()).gather()
-    };
+    let entries = |row: &Vec<ExprId>| row.iter().copied().enumerate().filter(|(_, value)| !value.is_zero()).gather();
     rows.iter().map(entries).collect()
 }
 
@@ -41,10 +38,7 @@ impl Pair {
 
     /// M_ij and K_ij.
     pub(super) fn at(&self, pool: &Pool, i: usize, j: usize) -> (ExprId, ExprId) {
-        let of = |rows: &[Row]| {
-            let entry = rows.get(i).and_then(|row| row.get(&j));
-            entry.copied().unwrap_or(pool.zero())
-        };
+        let of = |rows: &[Row]| rows.get(i).and_then(|row| row.get(&j)).copied().unwrap_or(pool.zero());
         (of(&self.mass), of(&self.stiffness))
     }
 
@@ -56,15 +50,8 @@ impl Pair {
     /// The different entries, in ascending order.
     pub(super) fn values(&self) -> Vec<ExprId> {
         let rows = self.mass.iter().chain(&self.stiffness);
-        let mut values: Vec<ExprId> = rows.flat_map(|row| row.values().copied()).collect();
-        values.sort_unstable();
-        values.dedup();
-        values
-    }
-
-    /// With symbols replaced, and each entry in its shortest form.
-    pub(super) fn substituted(&self, pool: &mut Algebra<'_>, map: &Substitution) -> Self {
-        self.changed(pool, |pool, values| pool.substitute(values, map))
+        let values: BTreeSet<ExprId> = rows.flat_map(BTreeMap::values).copied().gather();
+        values.into_iter().collect()
     }
 
     /// With the entries that some make of all, each in its shortest form.
@@ -100,16 +87,9 @@ impl Pair {
 
     /// With sines and cosines of twice an angle in those of the angle, where both occur in an entry and that is shorter.
     pub(super) fn with_halved_angles(&self, pool: &mut Algebra<'_>) -> Self {
-        let mut images: HashMap<ExprId, ExprId> = HashMap::new();
-        for value in self.values() {
-            if let Some(image) = halved_angles(pool, value) {
-                images.insert(value, image);
-            }
-        }
-        if images.is_empty() {
-            return self.clone();
-        }
-        self.replaced(pool, &images)
+        let images = self.values().into_iter().filter_map(|value| Some((value, halved_angles(pool, value)?)));
+        let images: HashMap<ExprId, ExprId> = images.gather();
+        if images.is_empty() { self.clone() } else { self.replaced(pool, &images) }
     }
 
     /// With entries that are equal or opposite brought to one form.
@@ -124,9 +104,7 @@ impl Pair {
         let values = own.values();
         let seed = 1;
         let random = |symbol| ModularPoint::random_value(seed, symbol);
-        let Some(residues) = pool.evaluate_mod(&values, random, seed) else {
-            return own;
-        };
+        let Some(residues) = pool.evaluate_mod(&values, random, seed) else { return own };
         let mut first: HashMap<u64, ExprId> = HashMap::new();
         let mut images: HashMap<ExprId, ExprId> = HashMap::new();
         for (value, residue) in values.into_iter().zip(residues) {
@@ -145,10 +123,7 @@ impl Pair {
             }
             first.insert(residue, value);
         }
-        if images.is_empty() {
-            return own;
-        }
-        own.replaced(pool, &images)
+        if images.is_empty() { own } else { own.replaced(pool, &images) }
     }
 
     /// Which entries are the same expression, or opposite ones.
@@ -164,8 +139,7 @@ impl Pair {
                     Some(label) => *label,
                     None => {
                         count += 1;
-                        let opposite = (pool.neg(m), pool.neg(k));
-                        labels.insert(opposite, -count);
+                        labels.insert((pool.neg(m), pool.neg(k)), -count);
                         labels.insert((m, k), count);
                         count
                     }
@@ -184,10 +158,7 @@ impl Pair {
     pub(super) fn restricted(&self, to: &[usize]) -> Self {
         let place: HashMap<usize, usize> = to.iter().enumerate().map(|(at, i)| (*i, at)).collect();
         let of = |rows: &[Row]| {
-            let row = |i: &usize| {
-                let entries = rows[*i].iter();
-                entries.filter_map(|(j, value)| Some((*place.get(j)?, *value))).gather()
-            };
+            let row = |i: &usize| rows[*i].iter().filter_map(|(j, value)| Some((*place.get(j)?, *value))).gather();
             to.iter().map(row).collect()
         };
         Self { mass: of(&self.mass), stiffness: of(&self.stiffness) }
@@ -224,9 +195,7 @@ impl Pair {
             }
             out
         };
-        let mass = of(&self.mass);
-        let stiffness = of(&self.stiffness);
-        Self { mass, stiffness }
+        Self { mass: of(&self.mass), stiffness: of(&self.stiffness) }
     }
 
     /// Written out, row by row.
@@ -243,27 +212,13 @@ impl Pair {
 
     /// The coordinates of each part that hangs together.
     pub(super) fn components(&self, pool: &mut Pool) -> Vec<Vec<usize>> {
-        let numbers = self.pattern(pool).components();
-        let count = numbers.iter().max().map_or(0, |last| last + 1);
-        let mut parts = vec![Vec::new(); count];
-        for (i, own) in numbers.into_iter().enumerate() {
-            parts[own].push(i);
-        }
-        parts
+        self.pattern(pool).parts()
     }
 }
 
 /// Sums below roots that are others times a number once they are multiplied out, which are taken in their place.
 fn proportional_radicands(pool: &mut Pool, all: &[ExprId]) -> HashMap<ExprId, ExprId> {
-    let mut sums: Vec<ExprId> = Vec::new();
-    for id in pool.reachable(all) {
-        if let Node::Product(factors) = pool.node(id) {
-            let below_roots = factors.iter().filter(|(base, exponent)| !exponent.is_integer() && pool.is_sum(*base));
-            sums.extend(below_roots.map(|(base, _)| *base));
-        }
-    }
-    sums.sort_unstable();
-    sums.dedup();
+    let sums = bases_with(pool, all, |base, exponent| !exponent.is_integer() && pool.is_sum(base));
     let mut first: HashMap<Vec<(Monomial, Number)>, (ExprId, Number)> = HashMap::new();
     let mut images = HashMap::new();
     for sum in sums {

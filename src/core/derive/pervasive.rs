@@ -118,8 +118,7 @@ fn observed(pool: &mut Algebra<'_>, ring: &Ring, rows: Rows, a: &Rows) -> Option
 
 fn product(a: &Rows, b: &Rows) -> Rows {
     let entry = |row: &Vec<Polynomial>, j: usize| {
-        let terms = row.iter().zip(b).map(|(x, other)| x.times(&other[j]));
-        terms.reduce(|sum, term| sum.plus(&term))
+        row.iter().zip(b).map(|(x, other)| x.times(&other[j])).reduce(|sum, term| sum.plus(&term))
     };
     a.iter().map(|row| (0..row.len()).filter_map(|j| entry(row, j)).collect()).collect()
 }

@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 
 use super::collapse::collapse;
-use super::simplify::{Algebra, Monomial, Monomials, Opening, add_to, expand, times};
+use super::simplify::{Algebra, Monomial, Monomials, Opening, expand, times};
 use crate::expr::{ExprId, Pool};
 use crate::number::Number;
 use crate::order::Order;
-use crate::polynomial::Polynomial;
+use crate::polynomial::{Polynomial, add_to};
 
 /// Expressions with more terms than this are not multiplied out.
 const MOST_TERMS: usize = 600;
@@ -68,8 +68,7 @@ impl Expanded {
 
     /// Whether there are powers that are no whole ones.
     pub(super) fn has_roots(&self) -> bool {
-        let powers = self.all.iter().flat_map(BTreeMap::keys).flatten();
-        powers.chain(&self.by).any(|(_, exponent)| !exponent.is_integer())
+        self.all.iter().flat_map(BTreeMap::keys).flatten().chain(&self.by).any(|(_, exponent)| !exponent.is_integer())
     }
 
     /// A base below some fraction bar, or a sum with a power that can be multiplied out, and by which power it is taken up.

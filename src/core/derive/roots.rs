@@ -4,21 +4,19 @@
 //! what is left is solved up to the second degree, and on request up to the fourth (`cubic`).
 
 use std::cmp::Ordering;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::collapse::collapse;
 use super::cubic::{Solved, solve};
 use super::pair::Pair;
 use super::ring::{EXPONENT, Expanded, Ring};
 use super::shapes::{below_bars, on_one_bar, one_fraction};
-use super::simplify::{
-    Algebra, Monomial, Monomials, Opening, add_to, expand, split, times, with_common_factor, written,
-};
+use super::simplify::{Algebra, Monomial, Monomials, Opening, expand, split, times, with_common_factor, written};
 use crate::expr::{ExprId, Pool};
 use crate::model::Model;
 use crate::number::Number;
-use crate::order::Order;
-use crate::polynomial::Polynomial as Ratio;
+use crate::order::{Gather, Order};
+use crate::polynomial::{Polynomial as Ratio, add_to};
 
 /// Determinants of larger blocks are not written out.
 pub(super) const MOST_COORDINATES: usize = 5;
@@ -75,9 +73,7 @@ pub(super) fn roots(pool: &mut Algebra<'_>, block: &Pair, request: Request<'_>, 
         let coefficients = characteristic(pool, block).unwrap_or_default();
         return named(pool, request, before, &coefficients, zeros);
     }
-    let Some(coefficients) = characteristic(pool, block) else {
-        return Roots::default();
-    };
+    let Some(coefficients) = characteristic(pool, block) else { return Roots::default() };
     let (zeros, rest) = without_zeros(pool, &coefficients);
     if rest.len() <= 3 {
         let zeros = of_polynomial(pool, &coefficients).unwrap_or_default();
@@ -122,10 +118,7 @@ fn factors(pool: &mut Algebra<'_>, coefficients: &[ExprId]) -> Vec<(Polynomial, 
         let ring = Ring::new(pool, std::iter::once(&expanded));
         let all = ring.polynomials(&expanded)?.into_iter().map(|own| ring.reduced(own));
         let whole = Ratio::from_coefficients(EXPONENT, &all.collect::<Vec<_>>());
-        let whole = whole.over(&whole.content(EXPONENT))?;
-        let repeated = whole.factors(EXPONENT).into_iter();
-        let all = repeated.flat_map(|(own, times)| own.split().into_iter().map(move |own| (own, times)));
-        let all: Vec<(Ratio, usize)> = all.collect();
+        let all: Vec<(Ratio, usize)> = whole.over(&whole.content(EXPONENT))?.split_factors(EXPONENT).collect();
         let written = |(own, times): (Ratio, usize)| {
             let own = own.coefficients(EXPONENT);
             (own.iter().map(|own| ring.expression(pool, own)).collect(), times)
@@ -160,9 +153,7 @@ fn named(
     if written <= MOST_FOR_TWO {
         return roots;
     }
-    let [others @ .., leading] = rest else {
-        return roots;
-    };
+    let [others @ .., leading] = rest else { return roots };
     if others.len() != 2 {
         return roots;
     }
@@ -216,12 +207,11 @@ fn pair_of_roots(pool: &mut Algebra<'_>, block: &Pair) -> Vec<ExprId> {
 /// middle -+ sqrt(square): added up where the root can be drawn, else as two terms.
 fn around(pool: &mut Algebra<'_>, middle: ExprId, square: ExprId) -> Vec<ExprId> {
     let (root, is_exact) = root(pool, square);
-    let mut roots = Vec::new();
-    for sign in [Number::MINUS_ONE, Number::ONE] {
+    let roots = [Number::MINUS_ONE, Number::ONE].map(|sign| {
         let value = pool.linear(&[(middle, Number::ONE), (root, sign)]);
-        roots.push(if is_exact { pool.simplify(value) } else { with_common_bar(pool, value) });
-    }
-    roots
+        if is_exact { pool.simplify(value) } else { with_common_bar(pool, value) }
+    });
+    roots.to_vec()
 }
 
 /// p ∓ √(p² - q) as (N ∓ √(N² - 4 Q D))/(2 D), with p = N/(2 D) and q = Q/D; `None` where there are no fractions.
@@ -275,10 +265,7 @@ pub(super) fn best_to_read(pool: &mut Algebra<'_>, e: ExprId) -> ExprId {
 
 /// What all terms have in common in front, where that is shorter: g (a - √b)/c.
 pub(super) fn with_common_bar(pool: &mut Algebra<'_>, e: ExprId) -> ExprId {
-    let Some(terms) = expand(pool, e, Opening::Outermost) else {
-        return e;
-    };
-    let whole = with_common_factor(pool, terms.into_iter().collect());
+    let whole = with_common_factor(pool, e);
     if pool.weight(whole) < pool.weight(e) { whole } else { e }
 }
 
@@ -330,8 +317,7 @@ pub(super) fn determinant_of_polynomials(pool: &mut Algebra<'_>, entries: &[Vec<
             minors.insert(set, shortened.collect());
         }
     }
-    let all = minors.into_values().next()?;
-    let mut coefficients: Vec<ExprId> = all.into_iter().flatten().collect();
+    let mut coefficients: Vec<ExprId> = minors.into_values().next()?.into_iter().flatten().collect();
     while let Some(last) = coefficients.last()
         && last.is_zero()
     {
@@ -376,18 +362,12 @@ pub(super) fn root(pool: &mut Algebra<'_>, e: ExprId) -> (ExprId, bool) {
         return (pool.zero(), true);
     }
     let plain = pool.sqrt(e);
-    let Some(mut monomials) = expand(pool, e, Opening::Powers) else {
-        return (plain, false);
-    };
+    let Some(mut monomials) = expand(pool, e, Opening::Powers) else { return (plain, false) };
     collapse(pool, &mut monomials);
-    let Some((_, size)) = leading(&monomials) else {
-        return (plain, false);
-    };
+    let Some((_, size)) = leading(&monomials) else { return (plain, false) };
     let inverse = if size.is_negative() { None } else { size.recip() };
-    let scaled = inverse.map(|inverse| {
-        let terms = monomials.iter();
-        terms.map(|(monomial, c)| (monomial.clone(), c.mul(&inverse))).collect()
-    });
+    let scaled =
+        inverse.map(|inverse| monomials.iter().map(|(monomial, c)| (monomial.clone(), c.mul(&inverse))).collect());
     if let Some(terms) = scaled.and_then(|scaled: Monomials| exact_root(&scaled)) {
         let size = pool.number(size);
         let size = pool.sqrt(size);
@@ -429,8 +409,7 @@ fn taken_out(pool: &mut Algebra<'_>, terms: &Monomials, shorten: bool) -> ExprId
     let mut inverse = Monomial::new();
     for (base, exponent) in common {
         // A negative power is taken out whole, so that no fraction is left below the root.
-        let half = exponent.mul(&Number::half());
-        let half = half.floor();
+        let half = exponent.mul(&Number::half()).floor();
         if !half.is_zero() {
             inverse.push((base, half.mul(&Number::from(-2))));
             outside.push((base, half));
@@ -448,8 +427,7 @@ fn taken_out(pool: &mut Algebra<'_>, terms: &Monomials, shorten: bool) -> ExprId
     if shorten {
         inside = pool.simplify(inside);
     }
-    let root = pool.sqrt(inside);
-    outside.push((root, Number::ONE));
+    outside.push((pool.sqrt(inside), Number::ONE));
     pool.product_of_powers(&outside)
 }
 
@@ -459,9 +437,7 @@ fn in_common(a: &Monomial, b: &Monomial) -> Monomial {
         let at = monomial.binary_search_by_key(&base, |(base, _)| *base);
         at.ok().map_or(Number::ZERO, |at| monomial[at].1.clone())
     };
-    let mut bases: Vec<ExprId> = a.iter().chain(b).map(|(base, _)| *base).collect();
-    bases.sort_unstable();
-    bases.dedup();
+    let bases: BTreeSet<ExprId> = a.iter().chain(b).map(|(base, _)| *base).gather();
     let smaller = bases.into_iter().map(|base| {
         let (a, b) = (power(a, base), power(b, base));
         (base, if a < b { a } else { b })

@@ -35,6 +35,12 @@ pub(super) struct Shape {
 }
 
 impl Shape {
+    /// One vector alone.
+    fn alone(pool: &Pool, omega_squared: ExprId, symmetry: Option<String>, vector: &Sparse, mass: ExprId) -> Self {
+        let parts = vec![(vector.clone(), pool.one())];
+        Self { omega_squared, symmetry, parts, mass, omega: None, factors: Vec::new() }
+    }
+
     /// Whether it is the shape of three coordinates or more, which is too long to be written out.
     pub(super) fn is_long(&self) -> bool {
         self.parts.len() > 2
@@ -71,23 +77,14 @@ pub(super) fn shapes(
     basis: &[Sparse],
     symmetry: Option<String>,
 ) -> Vec<Shape> {
-    let one = pool.one();
     match (squares, basis) {
-        ([square], [vector]) => vec![Shape {
-            omega_squared: *square,
-            symmetry,
-            parts: vec![(vector.clone(), one)],
-            mass: part.at(pool, 0, 0).0,
-            omega: None,
-            factors: Vec::new(),
-        }],
+        ([square], [vector]) => vec![Shape::alone(pool, *square, symmetry, vector, part.at(pool, 0, 0).0)],
         ([first, second], [u, v]) => {
             if pool.agree(*first, *second) {
                 return Vec::new();
             }
             let block = Block::new(pool, part);
-            let squares = [*first, *second].into_iter();
-            squares.map(|square| block.mode(pool, square, [u, v], symmetry.clone())).collect()
+            [*first, *second].into_iter().map(|square| block.mode(pool, square, [u, v], symmetry.clone())).collect()
         }
         _ if squares.len() == basis.len() => column(pool, part, squares, basis, symmetry).unwrap_or_default(),
         _ => Vec::new(),
@@ -213,14 +210,10 @@ impl Block {
     fn mode(&self, pool: &mut Algebra<'_>, square: ExprId, [u, v]: [&Sparse; 2], symmetry: Option<String>) -> Shape {
         let one = pool.one();
         let parts = |ratio: ExprId| {
-            let both = [(u.clone(), one), (v.clone(), ratio)];
-            both.into_iter().filter(|(_, factor)| !factor.is_zero()).collect()
+            [(u.clone(), one), (v.clone(), ratio)].into_iter().filter(|(_, factor)| !factor.is_zero()).collect()
         };
-        let (last, mass) = (vec![(v.clone(), one)], self.m[2]);
-        let mut mode = Shape { omega_squared: square, symmetry, parts: last, mass, omega: None, factors: Vec::new() };
-        let Some((at, ratio)) = self.ratio(pool, square, None) else {
-            return mode;
-        };
+        let mut mode = Shape::alone(pool, square, symmetry, v, self.m[2]);
+        let Some((at, ratio)) = self.ratio(pool, square, None) else { return mode };
         mode.parts = parts(ratio);
         mode.mass = self.mass(pool, ratio);
         if pool.weight(ratio) <= MOST_IN_RATIO && pool.weight(mode.mass) <= MOST_IN_MASS {
@@ -345,9 +338,7 @@ pub(super) fn below_bars<'a>(factors: impl Iterator<Item = &'a (ExprId, Number)>
 }
 
 fn fraction_with(pool: &mut Algebra<'_>, e: ExprId, opening: Opening) -> ExprId {
-    let Some(monomials) = expand(pool, e, opening) else {
-        return e;
-    };
+    let Some(monomials) = expand(pool, e, opening) else { return e };
     let below = below_bars(monomials.keys().flatten());
     if below.is_empty() {
         return e;
@@ -361,11 +352,7 @@ fn fraction_with(pool: &mut Algebra<'_>, e: ExprId, opening: Opening) -> ExprId 
         .collect();
     let above = pool.short(|pool| pool.linear(&terms));
     // What all terms have in common stands in front, even where that is no shorter.
-    let above = match expand(pool, above, Opening::Outermost) {
-        Some(terms) => with_common_factor(pool, terms.into_iter().collect()),
-        None => above,
-    };
-    let mut factors = vec![(above, Number::ONE)];
+    let mut factors = vec![(with_common_factor(pool, above), Number::ONE)];
     factors.extend(below.into_iter().map(|(base, power)| (base, power.neg())));
     pool.product_of_powers(&factors)
 }

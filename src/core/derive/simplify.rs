@@ -5,12 +5,13 @@
 //! the given one stays where nothing is shorter. All steps are identities that the pool's own
 //! constructors apply as well, so that the value never changes.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::ops::{Deref, DerefMut};
 
 use super::collapse::collapse;
 use crate::expr::{ExprId, Node, Pool, collect_equal};
 use crate::number::Number;
+use crate::polynomial::add_to;
 
 /// Products of sums are multiplied out to at most so many monomials.
 const MOST_MONOMIALS: usize = 2000;
@@ -64,20 +65,16 @@ impl<'a> Algebra<'a> {
         }
         let ids = self.pool.reachable(&[root]);
         // Arguments of functions and factors are shortened for themselves first.
-        let mut closed: Vec<ExprId> = vec![root];
-        for id in &ids {
-            if !self.pool.is_sum(*id) {
-                self.pool.node(*id).for_each_child(|child| closed.push(child));
-            }
+        let mut closed = HashSet::from([root]);
+        for id in ids.iter().filter(|id| !self.pool.is_sum(**id)) {
+            self.pool.node(*id).for_each_child(|child| _ = closed.insert(child));
         }
-        closed.sort_unstable();
-        closed.dedup();
         let mut local: HashMap<ExprId, ExprId> = HashMap::new();
         for id in ids {
             if self.pool.is_spent() {
                 return root;
             }
-            let is_closed = closed.binary_search(&id).is_ok();
+            let is_closed = closed.contains(&id);
             if is_closed && let Some(image) = self.images.get(&id) {
                 local.insert(id, *image);
                 continue;
@@ -114,9 +111,7 @@ impl<'a> Algebra<'a> {
         }
         let mut best = e;
         for opening in [Opening::Outermost, Opening::Factors, Opening::Powers] {
-            let Some(mut monomials) = expand(self.pool, best, opening) else {
-                continue;
-            };
+            let Some(mut monomials) = expand(self.pool, best, opening) else { continue };
             collapse(self.pool, &mut monomials);
             let flat = written(self.pool, monomials.iter());
             let terms: Vec<(Monomial, Number)> = monomials.into_iter().collect();
@@ -143,10 +138,8 @@ impl<'a> Algebra<'a> {
                 continue;
             }
             for own in &mut factors {
-                if below(own, self.pool)
-                    && let Some(monomials) = expand(self.pool, own.0, Opening::Outermost)
-                {
-                    own.0 = with_common_factor(self.pool, monomials.into_iter().collect());
+                if below(own, self.pool) {
+                    own.0 = with_common_factor(self.pool, own.0);
                 }
             }
             let made = self.pool.product_of_powers(&factors);
@@ -162,9 +155,7 @@ impl<'a> Algebra<'a> {
     /// The shortest form, multiplied out before that where powers of one sum are put together then.
     pub(super) fn short_over_powers(&mut self, e: ExprId) -> ExprId {
         let short = self.simplify(e);
-        let Some(mut monomials) = expand(self.pool, short, Opening::Outermost) else {
-            return short;
-        };
+        let Some(mut monomials) = expand(self.pool, short, Opening::Outermost) else { return short };
         collapse(self.pool, &mut monomials);
         let flat = written(self.pool, monomials.iter());
         let together = self.over_powers(flat);
@@ -193,9 +184,7 @@ impl<'a> Algebra<'a> {
         let mut found = powers.into_iter().filter(|(_, all)| all.len() > 1);
         let lowest =
             found.find_map(|((base, _), all)| Some((base, all.into_iter().next()?)).filter(|(_, e)| e.is_negative()));
-        let Some((base, exponent)) = lowest else {
-            return e;
-        };
+        let Some((base, exponent)) = lowest else { return e };
         let inverse = exponent.neg();
         let has = |term: ExprId| {
             self.pool.factors(term).iter().any(|(own, power)| *own == base && power.sub(&exponent).is_integer())
@@ -206,9 +195,7 @@ impl<'a> Algebra<'a> {
         });
         let terms: Vec<(ExprId, Number)> = terms.collect();
         let above = self.pool.linear(&terms);
-        let Some(mut monomials) = expand(self.pool, above, Opening::Powers) else {
-            return e;
-        };
+        let Some(mut monomials) = expand(self.pool, above, Opening::Powers) else { return e };
         collapse(self.pool, &mut monomials);
         let above = factor(self.pool, monomials.into_iter().collect(), 0);
         let whole = self.pool.product_of_powers(&[(above, Number::ONE), (base, exponent)]);
@@ -312,19 +299,21 @@ fn has_functions(pool: &Pool, e: ExprId) -> bool {
     is_product_with(pool, core, |base, _| pool.as_function(base).is_some())
 }
 
+/// The bases of powers in some expressions that are such, in ascending order.
+pub(super) fn bases_with(pool: &Pool, all: &[ExprId], such: impl Fn(ExprId, &Number) -> bool) -> BTreeSet<ExprId> {
+    let mut found = BTreeSet::new();
+    for id in pool.reachable(all) {
+        if let Node::Product(factors) = pool.node(id) {
+            found.extend(factors.iter().filter(|(base, exponent)| such(*base, exponent)).map(|(base, _)| *base));
+        }
+    }
+    found
+}
+
 /// Whether an expression is a product with such a factor.
 fn is_product_with(pool: &Pool, e: ExprId, such: impl Fn(ExprId, &Number) -> bool) -> bool {
     let Node::Product(factors) = pool.node(e) else { return false };
     factors.iter().any(|(base, exponent)| such(*base, exponent))
-}
-
-pub(super) fn add_to(monomials: &mut Monomials, monomial: Monomial, coefficient: &Number) {
-    let sum = monomials.get(&monomial).map_or_else(|| coefficient.clone(), |own| own.add(coefficient));
-    if sum.is_zero() {
-        monomials.remove(&monomial);
-    } else {
-        monomials.insert(monomial, sum);
-    }
 }
 
 /// Which sums are multiplied out.
@@ -382,9 +371,7 @@ pub(super) fn expand(pool: &mut Pool, e: ExprId, opening: Opening) -> Option<Mon
             rest[at].1 = less;
         }
         outermost = false;
-        let Node::Sum { constant, terms } = pool.node(base) else {
-            continue;
-        };
+        let Node::Sum { constant, terms } = pool.node(base) else { continue };
         if !constant.is_zero() {
             open.push((coefficient.mul(constant), rest.clone()));
         }
@@ -424,9 +411,7 @@ fn factor(pool: &mut Pool, mut terms: Vec<(Monomial, Number)>, nested: u32) -> E
         let common = common_factor(&terms);
         let mut inner = terms;
         if !common.is_empty() {
-            for (monomial, _) in &mut inner {
-                *monomial = times(monomial, &common, &Number::MINUS_ONE);
-            }
+            inner.iter_mut().for_each(|(monomial, _)| *monomial = times(monomial, &common, &Number::MINUS_ONE));
         }
         let best = if nested < MOST_NESTED && inner.len() > 2 { most_frequent(&inner) } else { None };
         let Some(best) = best else {
@@ -450,9 +435,10 @@ fn factor(pool: &mut Pool, mut terms: Vec<(Monomial, Number)>, nested: u32) -> E
     pool.sum(&sum)
 }
 
-/// The sum with what is in all terms in front, and no more.
-pub(super) fn with_common_factor(pool: &mut Pool, terms: Vec<(Monomial, Number)>) -> ExprId {
-    factor(pool, terms, MOST_NESTED)
+/// A sum with what is in all terms in front, and no more; as it is where it is too long.
+pub(super) fn with_common_factor(pool: &mut Pool, e: ExprId) -> ExprId {
+    let terms = expand(pool, e, Opening::Outermost);
+    terms.map_or(e, |terms| factor(pool, terms.into_iter().collect(), MOST_NESTED))
 }
 
 fn with_factor(pool: &mut Pool, value: ExprId, common: &Monomial) -> ExprId {
@@ -475,9 +461,7 @@ fn shared(a: &Number, b: &Number) -> Option<Number> {
 
 /// What all terms have in common.
 fn common_factor(terms: &[(Monomial, Number)]) -> Monomial {
-    let Some(((first, _), others)) = terms.split_first() else {
-        return Monomial::new();
-    };
+    let Some(((first, _), others)) = terms.split_first() else { return Monomial::new() };
     others.iter().fold(first.clone(), |common, (monomial, _)| {
         let shared = |(base, exponent): (ExprId, Number)| {
             let at = monomial.binary_search_by_key(&base, |(base, _)| *base).ok()?;

@@ -69,9 +69,7 @@ impl Signs {
 
     /// Takes in that a product is positive.
     pub(super) fn learn(&mut self, sign: &Sign) {
-        let [only] = sign.factors.as_slice() else {
-            return;
-        };
+        let [only] = sign.factors.as_slice() else { return };
         if sign.negative {
             self.others.push(only.scaled(&Number::MINUS_ONE));
             return;
@@ -342,9 +340,7 @@ fn exceeds_squares(of: &Polynomial) -> bool {
             let needed = quarter.div(y).filter(|needed| needed <= x && pairs(middle, a, b))?;
             Some((i, j, x.sub(&needed)))
         });
-        let Some((i, j, rest)) = found else {
-            return false;
-        };
+        let Some((i, j, rest)) = found else { return false };
         left[i].1 = rest;
         left.remove(j);
         left.retain(|(_, value)| !value.is_zero());

@@ -5,7 +5,7 @@
 //! kind) are one, the symmetry of M and K is searched for; then the equalities that it takes are read off
 //! the entries that it takes to each other, and no others.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::pair::Pair;
 use super::simplify::Algebra;
@@ -76,10 +76,15 @@ impl Ties {
         for (i, leader) in self.leader.iter().enumerate().filter(|(i, l)| i != *l) {
             let value = pool.symbol_expr(model.parameters[*leader].symbol);
             let opposite = self.opposite[i] != self.opposite[*leader];
-            let value = if opposite { pool.neg(value) } else { value };
-            map.insert(model.parameters[i].symbol, value);
+            map.insert(model.parameters[i].symbol, if opposite { pool.neg(value) } else { value });
         }
         map
+    }
+
+    /// M and K with these parameters equal, each entry in its shortest form.
+    pub(super) fn applied(&self, model: &Model, pool: &mut Algebra<'_>, pair: &Pair) -> Pair {
+        let map = self.substitution(model, pool);
+        pair.changed(pool, |pool, values| pool.substitute(values, &map))
     }
 
     /// The parameters that are equal, set by set.
@@ -88,8 +93,7 @@ impl Ties {
         for (i, leader) in self.leader.iter().enumerate() {
             let opposite = self.opposite[i] != self.opposite[*leader];
             let minus = if opposite { "-" } else { "" };
-            let name = format!("{minus}{}", model.parameters[i].name);
-            sets.entry(*leader).or_default().push(name);
+            sets.entry(*leader).or_default().push(format!("{minus}{}", model.parameters[i].name));
         }
         sets.into_values().filter(|set| set.len() > 1).collect()
     }
@@ -114,7 +118,7 @@ impl Ties {
     ) -> Self {
         let mut needed = Self::none(self.leader.len());
         needed.opposite.clone_from(&self.opposite);
-        let mut pairs: Vec<(ExprId, ExprId)> = Vec::new();
+        let mut pairs: BTreeSet<(ExprId, ExprId)> = BTreeSet::new();
         for g in generators {
             for i in 0..pair.len() {
                 for j in pair.columns(i) {
@@ -123,15 +127,12 @@ impl Ties {
                     let (m2, k2) = pair.at(pool, to_i, to_j);
                     for (own, image) in [(m, m2), (k, k2)] {
                         let image = if a == b { image } else { pool.neg(image) };
-                        pairs.push((own, image));
+                        pairs.extend((own != image).then_some((own, image)));
                     }
                 }
             }
         }
-        pairs.retain(|(a, b)| a != b);
-        for (a, b) in pairs.into_iter().distinct() {
-            self.tie(model, pool, (a, b), &mut needed);
-        }
+        pairs.into_iter().for_each(|both| self.tie(model, pool, both, &mut needed));
         needed
     }
 
@@ -168,9 +169,7 @@ impl Ties {
             return;
         }
         // Single ties among all that occur, then all of them.
-        let mut all: Vec<usize> = left.iter().chain(&right).copied().collect();
-        all.sort_unstable();
-        all.dedup();
+        let all: BTreeSet<usize> = left.iter().chain(&right).copied().gather();
         let mut everything = needed.clone();
         for (at, i) in all.iter().enumerate() {
             for j in all.iter().skip(at + 1) {

@@ -88,21 +88,26 @@ pub(super) fn normal_waves(
     }
     let normals = free(checker.model, &["Q", "eta", "xi", "zeta"]);
     let omegas = free(checker.model, &["omega", "Omega", "w", "nu"]);
-    let each = lattices.iter().zip(&case.series).enumerate();
-    each.map(|(at, (lattice, series))| {
-        waves_of(pool, checker, pair, series, lattice, [normals.get(at)?, omegas.get(at)?])
-    })
-    .collect()
+    lattices
+        .iter()
+        .zip(&case.series)
+        .enumerate()
+        .map(|(at, (lattice, series))| {
+            waves_of(pool, checker, pair, series, lattice, [normals.get(at)?, omegas.get(at)?])
+        })
+        .collect()
 }
 
-/// Those names that a model does not use; one of them at least.
-fn free(model: &Model, names: &[&str]) -> Vec<String> {
+/// Those names that a model does not use.
+pub(super) fn unused(model: &Model, names: &[&str]) -> Vec<String> {
     let own = names.iter().filter(|name| model.unused_name(&[name]) == **name);
-    let mut own: Vec<String> = own.map(|name| (*name).to_owned()).collect();
-    if own.is_empty() {
-        own.push(model.unused_name(names));
-    }
-    own
+    own.map(|name| (*name).to_owned()).collect()
+}
+
+/// The same; one at least.
+fn free(model: &Model, names: &[&str]) -> Vec<String> {
+    let own = unused(model, names);
+    if own.is_empty() { vec![model.unused_name(names)] } else { own }
 }
 
 fn waves_of(
@@ -241,9 +246,7 @@ impl NormalWaves {
             chosen.extend(modes.pop());
             chosen.dedup();
             let forms = [omega_squared, amplitude];
-            let Some(found) = checker.waves(pool, forms, (places, &at), (numbers, &chosen)) else {
-                return false;
-            };
+            let Some(found) = checker.waves(pool, forms, (places, &at), (numbers, &chosen)) else { return false };
             columns.extend(found);
         }
         checker.are_waves(pool, pair, &columns)
@@ -265,26 +268,16 @@ impl Dimension {
     /// The component at a place, where theta/2 is this angle.
     fn component(&self, pool: &mut Pool, place: ExprId, half: ExprId) -> ExprId {
         let along = pool.mul(place, half);
-        let (two, one) = (Number::from(2), Number::MINUS_ONE);
-        match self.ends {
-            Ends::Corners(0, _) => {
-                let angle = pool.scale(along, &two);
-                pool.sin(angle)
-            }
-            Ends::Corners(1, _) => {
-                let angle = pool.linear(&[(along, two), (half, one)]);
-                pool.cos(angle)
-            }
-            Ends::Corners(..) => {
-                let angle = pool.linear(&[(along, two), (half, one)]);
-                pool.sin(angle)
-            }
+        let two = Number::from(2);
+        let angle = match self.ends {
+            Ends::Corners(0, _) => pool.scale(along, &two),
+            Ends::Corners(..) => pool.linear(&[(along, two), (half, Number::MINUS_ONE)]),
             Ends::Joined => {
                 let pi = pool.pi();
-                let quarter = Number::ratio(-1, 4).unwrap_or_default();
-                let angle = pool.linear(&[(along, two), (pi, quarter)]);
-                pool.cos(angle)
+                pool.linear(&[(along, two), (pi, Number::ratio(-1, 4).unwrap_or_default())])
             }
-        }
+        };
+        let is_even = matches!(self.ends, Ends::Joined | Ends::Corners(1, _));
+        if is_even { pool.cos(angle) } else { pool.sin(angle) }
     }
 }

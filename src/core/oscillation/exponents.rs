@@ -104,8 +104,7 @@ pub(super) fn without_inertia(linearized: &Linearized, options: &Options) -> Opt
 
 /// Exponents as modes, with what is known of those without frequency.
 pub(super) fn in_words(linearized: &Linearized, found: Exponents, zero_modes: Vec<ZeroMode>) -> NormalModes {
-    let modes = found.entries.into_iter();
-    let mut modes: Vec<NormalMode> = modes.map(|entry| mode(linearized, entry)).collect();
+    let mut modes: Vec<NormalMode> = found.entries.into_iter().map(|entry| mode(linearized, entry)).collect();
     if linearized.runs_backward() {
         // The decaying partner of each that grows: a pair ±s is one entry.
         modes.retain(|mode| mode.kind != Kind::Overdamped);
@@ -117,8 +116,7 @@ pub(super) fn in_words(linearized: &Linearized, found: Exponents, zero_modes: Ve
     }
     // Others are known by their exponents alone; a complex shape stands for two motions.
     let motions = |mode: &&NormalMode| if mode.imaginary.is_empty() { 1 } else { 2 };
-    let alone = zeros.iter().filter(|mode| mode.limit.is_none());
-    let apart = alone.map(motions).sum();
+    let apart = zeros.iter().filter(|mode| mode.limit.is_none()).map(motions).sum();
     zero_motions.resize(zero_motions.len().max(apart), NO_FORCE.to_owned());
     let paired = linearized.structure() != Structure::Damped || linearized.runs_backward();
     let secular = match (found.secular, linearized.follows_away()) {
@@ -258,8 +256,7 @@ fn normalise(entry: &mut Exponent, mass: &[Ball]) {
 }
 
 fn mode(linearized: &Linearized, entry: Exponent) -> NormalMode {
-    let own = carried(linearized, &entry);
-    let own = own.unwrap_or_else(|| {
+    let own = carried(linearized, &entry).unwrap_or_else(|| {
         let own = shape(linearized, &entry.vector, entry.vector_error_bound);
         if linearized.drift().is_some() { of_length_one(linearized, own) } else { own }
     });

@@ -88,9 +88,7 @@ impl NormalModes {
             let size =
                 |mode: &NormalMode, at: usize| mode.vector[at].hypot(mode.imaginary.get(at).copied().unwrap_or(0.0));
             let top = (0..mode.vector.len()).map(|at| size(mode, at)).fold(0.0, f64::max);
-            let Some(first) = (0..mode.vector.len()).find(|at| size(mode, *at) >= top * (1.0 - 1e-6)) else {
-                continue;
-            };
+            let Some(first) = (0..mode.vector.len()).find(|at| size(mode, *at) >= top * (1.0 - 1e-6)) else { continue };
             // That component is real and positive. A quotient of enclosures is as wide as both, and rounded once.
             let largest = mode.vector[first];
             let own = mode.error_bound_of(first);
@@ -188,8 +186,7 @@ impl NormalMode {
     /// A bound of the error of a component of the shape, by its number.
     #[must_use]
     pub fn error_bound_of(&self, component: usize) -> f64 {
-        let own = self.component_error_bounds.get(component);
-        own.copied().unwrap_or(self.vector_error_bound)
+        self.component_error_bounds.get(component).copied().unwrap_or(self.vector_error_bound)
     }
 }
 
@@ -217,8 +214,7 @@ impl Uncertainty {
 /// [`LinearizeError::IndefiniteMass`] where a motion has no positive inertia.
 pub fn normal_modes(linearized: &Linearized, options: &Options) -> Result<NormalModes, LinearizeError> {
     let budget = linearized.model().pool.budget();
-    let what = format!("the modes of {} coordinates", linearized.dimension());
-    budget.at(what, None);
+    budget.at(format!("the modes of {} coordinates", linearized.dimension()), None);
     let rate = linearized.units().map_or(0, Units::rate);
     let options_here = options.smaller(rate);
     let modes = match linearized.massless_error() {
@@ -338,8 +334,7 @@ fn with_names(
 ) -> NormalModes {
     // Symmetries are those of all coordinates.
     let embedded: Vec<(Vec<f64>, f64)> = if labels.is_some() && linearized.is_reduced() {
-        let modes = spectrum.modes.iter();
-        modes.map(|mode| linearized.embed(&mode.vector, mode.vector_error_bound)).collect()
+        spectrum.modes.iter().map(|mode| linearized.embed(&mode.vector, mode.vector_error_bound)).collect()
     } else {
         Vec::new()
     };
@@ -349,8 +344,7 @@ fn with_names(
         embedded.iter().map(|(vector, bound)| (vector.as_slice(), *bound)).collect()
     };
     let point_group = labels.as_ref().and_then(|labels| labels.group.clone());
-    let classes = labels.map_or_else(Vec::new, |mut labels| labels.of(&vectors));
-    let mut classes = classes.into_iter();
+    let mut classes = labels.map_or_else(Vec::new, |mut labels| labels.of(&vectors)).into_iter();
     let modes = spectrum
         .modes
         .into_iter()
@@ -410,17 +404,14 @@ impl Source for Model<'_> {
 /// What the zero modes are. Their printed vectors are an orthonormal basis of the space that they
 /// span together, so that a mode alone has a meaning only where it is the only one.
 fn zero_motions(zero_modes: Vec<ZeroMode>) -> Vec<String> {
-    let named = zero_modes.into_iter();
-    named.map(|mode| mode.meaning).collect()
+    zero_modes.into_iter().map(|mode| mode.meaning).collect()
 }
 
 /// Whether Mx is exactly 0.
 fn has_no_inertia(mass: &[Ball], x: &[f64]) -> bool {
     let n = x.len();
-    (0..n).all(|i| {
-        let row = (0..n).map(|j| mass[i + n * j] * Ball::from(x[j]));
-        row.fold(Ball::ZERO, |sum, part| sum + part).is_zero()
-    })
+    let row = |i: usize| (0..n).fold(Ball::ZERO, |sum, j| sum + mass[i + n * j] * Ball::from(x[j]));
+    (0..n).all(|i| row(i).is_zero())
 }
 
 /// What is wrong with the mass matrix, if anything is: a problem with that mass and no other forces tells.

@@ -27,8 +27,7 @@ struct Part<'a> {
 }
 
 fn block<N: Clone>(matrix: &[N], n: usize, own: &[usize]) -> Vec<N> {
-    let pairs = own.iter().flat_map(|j| own.iter().map(move |i| i + n * j));
-    pairs.filter_map(|at| matrix.get(at).cloned()).collect()
+    own.iter().flat_map(|j| own.iter().map(move |i| i + n * j)).filter_map(|at| matrix.get(at).cloned()).collect()
 }
 
 fn piece<N: Clone>(vector: &[N], own: &[usize]) -> Vec<N> {
@@ -45,8 +44,7 @@ impl QuadraticSource for Part<'_> {
         let whole = self.whole.integers()?;
         let square = whole.matrices[0].len() >> whole.roots.len();
         let blocks = |matrix: &[IBig]| -> Vec<IBig> {
-            let parts = matrix.chunks(square.max(1));
-            parts.flat_map(|part| block(part, square.isqrt(), self.own)).collect()
+            matrix.chunks(square.max(1)).flat_map(|part| block(part, square.isqrt(), self.own)).collect()
         };
         let matrices = whole.matrices.each_ref().map(|matrix| blocks(matrix));
         Some(Integers { matrices, coordinates: piece(&whole.coordinates, self.own), ..whole })
@@ -134,9 +132,7 @@ fn embed(found: &mut Exponents, own: &[usize], n: usize) {
             continue;
         }
         let mut vector = vec![c64::new(0.0, 0.0); n];
-        for (i, x) in own.iter().zip(&entry.vector) {
-            vector[*i] = *x;
-        }
+        own.iter().zip(&entry.vector).for_each(|(i, x)| vector[*i] = *x);
         entry.vector = vector;
     }
 }

@@ -216,9 +216,7 @@ fn all_modes(linearized: &Linearized, options: &Options) -> Result<Option<Normal
     let n = linearized.dimension();
     let budget = linearized.model().pool.budget();
     let is_narrow = (DENSE + 1..=MOST_COORDINATES).contains(&n) && linearized.shares() <= (8 * n) as u64;
-    let Some((mass, stiffness)) = is_narrow.then(|| linearized.sparse()).flatten() else {
-        return Ok(None);
-    };
+    let Some((mass, stiffness)) = is_narrow.then(|| linearized.sparse()).flatten() else { return Ok(None) };
     budget.room(n, 8 * n)?;
     budget.tell(|| structure(&mass, &stiffness));
     let problem = SparseProblem { mass, stiffness };
@@ -228,9 +226,7 @@ fn all_modes(linearized: &Linearized, options: &Options) -> Result<Option<Normal
         zero_modes = linearized.zero_modes();
         zero_modes.iter().map(|mode| mode.vector.clone()).collect()
     };
-    let Some(mut spectrum) = solve_tridiagonal(&problem, &mut zero_vectors, &inner) else {
-        return Ok(None);
-    };
+    let Some(mut spectrum) = solve_tridiagonal(&problem, &mut zero_vectors, &inner) else { return Ok(None) };
     budget.tell(|| {
         "solver: twisted factorizations for all eigenvalues, since M is diagonal and K tridiagonal".to_owned()
     });

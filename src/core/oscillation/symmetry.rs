@@ -32,14 +32,11 @@ impl Labels {
     /// than it: then the whole group with signs is asked, and stands if it leaves fewer.
     pub(super) fn of(&mut self, vectors: &[(&[f64], f64)]) -> Vec<Option<String>> {
         let told = |classes: &Classes| -> Vec<Option<String>> {
-            let labels = vectors.iter().map(|(x, error)| classes.of(x, *error));
-            labels.map(|label| label.map(str::to_owned)).collect()
+            vectors.iter().map(|(x, error)| classes.of(x, *error).map(str::to_owned)).collect()
         };
         let missing = |labels: &[Option<String>]| labels.iter().filter(|l| l.is_none()).count();
         let own = told(&self.classes);
-        let Some((pattern, invariance)) = self.more.as_mut().filter(|_| missing(&own) > 0) else {
-            return own;
-        };
+        let Some((pattern, invariance)) = self.more.as_mut().filter(|_| missing(&own) > 0) else { return own };
         let whole = Symmetry::find_signed(pattern);
         let whole = whole.and_then(|whole| whole.kept(&mut |g| invariance.keeps(g)));
         let other = whole.as_ref().and_then(Classes::new).map(|classes| told(&classes));

@@ -26,13 +26,11 @@ pub(super) fn in_si(units: &Units, mode: &mut NormalMode) {
     let square = mode.omega_squared.map(|square| square.scale_far(2 * rate));
     let pairs = [(&mode.omega, &omega), (&mode.growth, &growth)];
     let squares = mode.omega_squared.as_ref().zip(square.as_ref());
-    let lost = pairs.into_iter().chain(squares);
-    let lost = lost.into_iter().any(|(before, after)| is_lost(before, after));
+    let lost = pairs.into_iter().chain(squares).any(|(before, after)| is_lost(before, after));
     if lost && mode.precise.is_none() {
         let big = |x: &Ball| Big::from_ball(x, BITS);
         let (omega, growth) = (big(&mode.omega), big(&mode.growth));
-        let square = mode.omega_squared.as_ref().map(big);
-        let square = square.unwrap_or_else(|| &(&omega * &omega) - &(&growth * &growth));
+        let square = mode.omega_squared.as_ref().map_or_else(|| &(&omega * &omega) - &(&growth * &growth), big);
         mode.precise = Some(Box::new(Precise { omega_squared: square, omega, growth }));
     }
     if let Some(precise) = mode.precise.as_deref_mut() {
@@ -54,9 +52,7 @@ pub(super) fn in_si(units: &Units, mode: &mut NormalMode) {
 
 /// Modes in the units that the matrices of the model are in: the way back.
 pub fn in_units<'a>(linearized: &Linearized, modes: &'a NormalModes) -> Cow<'a, NormalModes> {
-    let Some(units) = linearized.units() else {
-        return Cow::Borrowed(modes);
-    };
+    let Some(units) = linearized.units() else { return Cow::Borrowed(modes) };
     let mut modes = modes.clone();
     let rate = -units.rate();
     for mode in &mut modes.modes {

@@ -195,8 +195,7 @@ fn feeds_moving(linearized: &Linearized, span: Span) -> Option<Warning> {
 
 /// The place of the first component within 1e-6 of the largest, about.
 fn largest(vector: &[f64]) -> Option<usize> {
-    let sizes = vector.iter().map(|x| x.abs()).enumerate();
-    let most = sizes.reduce(|a, b| if b.1 > a.1 * (1.0 + 1e-6) { b } else { a });
+    let most = vector.iter().map(|x| x.abs()).enumerate().reduce(|a, b| if b.1 > a.1 * (1.0 + 1e-6) { b } else { a });
     most.map(|(at, _)| at)
 }
 
@@ -235,8 +234,7 @@ fn ill_conditioned(linearized: &Linearized, modes: &NormalModes) -> Option<Warni
     let model = linearized.model();
     // ω changes by half as much as ω².
     let change = |rate: f64| format!("{:.0e}", 0.02 / rate);
-    let worst = linearized.most_sensitive(shape.vector);
-    let parameter = worst.filter(|(_, rate)| *rate >= ILL_CONDITIONED);
+    let parameter = linearized.most_sensitive(shape.vector).filter(|(_, rate)| *rate >= ILL_CONDITIONED);
     let (span, name, change) = match parameter {
         Some((number, rate)) => {
             let parameter = &model.parameters[number];

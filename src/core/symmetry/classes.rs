@@ -61,8 +61,7 @@ impl Classes {
             }
             touched.sort_unstable();
             touched.dedup();
-            let entries = touched.iter();
-            entries.map(|to| (*to, std::mem::take(&mut factors[*to]))).collect()
+            touched.iter().map(|to| (*to, std::mem::take(&mut factors[*to]))).collect()
         };
         let sum = (0..symmetry.active.len()).map(column).collect();
         Some(Self { sum, weight, names, active: symmetry.active.clone() })
@@ -129,8 +128,7 @@ fn of_mirrors(symmetry: &Symmetry, mirrors: &[SignedPermutation]) -> Option<Told
     let weights: Vec<f64> = (0..mirrors.len()).map(|at| 3_f64.powi(at as i32)).collect();
     let names = (0_u32..1 << mirrors.len()).map(|signs| {
         let odd: Vec<bool> = (0..mirrors.len()).map(|at| signs & (1 << at) != 0).collect();
-        let values = weights.iter().zip(&odd);
-        let value = values.map(|(weight, odd)| if *odd { -weight } else { *weight });
+        let value = weights.iter().zip(&odd).map(|(weight, odd)| if *odd { -weight } else { *weight });
         (value.sum(), symmetry.class_under_mirrors(&odd))
     });
     let names = names.collect();
@@ -248,8 +246,7 @@ fn of_other(symmetry: &Symmetry) -> Option<Told> {
     }
     values.order_by(|a, b| b.1.cmp(&a.1));
     let told = |tuple: &[i64]| {
-        let points = symmetry.points.as_ref()?;
-        points.name(&|g: &SignedPermutation| {
+        symmetry.points.as_ref()?.name(&|g: &SignedPermutation| {
             if g.is_identity() {
                 return Some(1.0);
             }

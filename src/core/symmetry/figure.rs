@@ -86,9 +86,7 @@ impl Figure {
         for (k, axis) in axes.iter().enumerate() {
             let sum = axis.iter().fold(Big::zero(bits), |sum, i| sum.add(&at[*i]));
             let centre = if held[k] { Big::zero(bits) } else { sum.div(&share) };
-            for (place, i) in places.iter_mut().zip(axis) {
-                place[k] = at[*i].sub(&centre);
-            }
+            places.iter_mut().zip(axis).for_each(|(place, i)| place[k] = at[*i].sub(&centre));
         }
         let near: Vec<Vector3<f64>> = places.iter().map(|place| Vector3::from_fn(|k, _| place[k].mid_f64())).collect();
         let size = near.iter().map(Vector3::norm).fold(0.0, f64::max);
@@ -135,9 +133,7 @@ impl Figure {
 
     /// The turns and mirrors that seem to take the figure to itself.
     fn candidates(&self) -> Option<Vec<Element>> {
-        let [a, b, ..] = self.basis[..] else {
-            return None;
-        };
+        let [a, b, ..] = self.basis[..] else { return None };
         let frame = |a: usize, b: usize| {
             let (x, normal) = (self.near[a].normalize(), self.near[a].cross(&self.near[b]).normalize());
             Matrix3::from_columns(&[x, normal.cross(&x), normal])
@@ -184,10 +180,8 @@ impl Figure {
                     image.sub(&moved(i)[k]).contains_zero()
                 }
             };
-            let product = |j: &usize| {
-                let before = dot(&self.places[i], &self.places[*j]);
-                before.sub(&dot(moved(i), moved(*j))).contains_zero()
-            };
+            let product =
+                |j: &usize| dot(&self.places[i], &self.places[*j]).sub(&dot(moved(i), moved(*j))).contains_zero();
             along && self.basis.iter().all(product)
         };
         (0..self.places.len()).all(stays)
@@ -207,9 +201,7 @@ impl Exchanges<'_> {
         let signs = self.freedom.signs(det, along);
         let mut images = vec![(0, false); self.axes.iter().map(Vec::len).sum()];
         for (axis, negative) in self.axes.iter().zip(signs) {
-            for (i, to) in axis.iter().zip(bodies) {
-                images[*i] = (axis[*to], negative);
-            }
+            axis.iter().zip(bodies).for_each(|(i, to)| images[*i] = (axis[*to], negative));
         }
         self.energies.permuted(|i| images[i])
     }

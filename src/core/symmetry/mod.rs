@@ -124,9 +124,7 @@ impl SignedPermutation {
     /// so many.
     #[must_use]
     pub fn group(generators: &[Self], most: usize) -> Vec<Self> {
-        let Some(first) = generators.first() else {
-            return Vec::new();
-        };
+        let Some(first) = generators.first() else { return Vec::new() };
         let identity = Self::unsigned((0..first.len()).collect());
         let mut known = BTreeSet::from([identity.clone()]);
         let mut all = vec![identity];
@@ -229,14 +227,9 @@ impl Symmetry {
         let parts = pattern.components();
         let unsigned = pattern.permutations(&active, EFFORT)?;
         // A mirror that leaves a part alone says nothing about that part.
-        let acts_everywhere = |g: &SignedPermutation| {
-            let count = parts.iter().max().map_or(0, |last| last + 1);
-            let mut acts = vec![false; count];
-            for (i, part) in parts.iter().enumerate() {
-                acts[*part] |= g.of(i).0 != i || !active[i];
-            }
-            !acts.contains(&false)
-        };
+        let groups = pattern.parts();
+        let acts = |g: &SignedPermutation, on: &[usize]| on.iter().any(|i| g.of(*i).0 != *i || !active[*i]);
+        let acts_everywhere = |g: &SignedPermutation| groups.iter().all(|part| acts(g, part));
         let is_mirror = unsigned.order == 2.0 && unsigned.generators.iter().all(acts_everywhere);
         let plain = Self::of(unsigned.generators, unsigned.order, &active, &parts);
         let is_ring = |found: &Self| matches!(found.kind, GroupKind::Ring { .. }) && parts.iter().all(|p| *p == 0);
@@ -360,9 +353,7 @@ impl Symmetry {
     #[must_use]
     pub(crate) fn class_under_mirrors(&self, odd: &[bool]) -> String {
         let words: Vec<&str> = odd.iter().map(|odd| if *odd { "odd" } else { "even" }).collect();
-        let (GroupKind::Mirrors(mirrors), Some(points)) = (&self.kind, &self.points) else {
-            return words.join(", ");
-        };
+        let (GroupKind::Mirrors(mirrors), Some(points)) = (&self.kind, &self.points) else { return words.join(", ") };
         let mut all = vec![(SignedPermutation::unsigned((0..self.parts.len()).collect()), 1.0)];
         for (mirror, odd) in mirrors.iter().zip(odd) {
             let sign = if *odd { -1.0 } else { 1.0 };
@@ -394,9 +385,7 @@ fn mirrors(generators: &[SignedPermutation]) -> Option<GroupKind> {
 /// but turns and the mirrors of a polygon, none of which joins two cycles.
 fn ring(generators: &[SignedPermutation], order: f64, active: &[bool]) -> Option<GroupKind> {
     for turn in generators.iter().cloned().chain(products(generators)) {
-        let Some(length) = turn.common_cycle(active).filter(|length| *length >= 3) else {
-            continue;
-        };
+        let Some(length) = turn.common_cycle(active).filter(|length| *length >= 3) else { continue };
         let turns = length as f64;
         let back = turn.inverse();
         let keeps = |g: &SignedPermutation| {
@@ -414,8 +403,7 @@ fn ring(generators: &[SignedPermutation], order: f64, active: &[bool]) -> Option
 
 /// The products of two generators each, in one order.
 fn products(generators: &[SignedPermutation]) -> impl Iterator<Item = SignedPermutation> {
-    let pairs = generators.iter().enumerate();
-    pairs.flat_map(|(i, g)| generators.iter().skip(i + 1).map(|h| g.after(h)))
+    generators.iter().enumerate().flat_map(|(i, g)| generators.iter().skip(i + 1).map(|h| g.after(h)))
 }
 
 /// The cycle that each coordinate is in, named by its first coordinate.

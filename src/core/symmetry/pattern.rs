@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::SignedPermutation;
-use super::search::Graph;
+use super::search::{Graph, Group};
 use crate::groups::Groups;
 use crate::order::Order;
 
@@ -20,12 +20,6 @@ pub struct Pattern {
     held: Vec<bool>,
 }
 
-/// A group of signed permutations.
-pub(super) struct Permutations {
-    pub(super) generators: Vec<SignedPermutation>,
-    pub(super) order: f64,
-}
-
 impl Pattern {
     /// A pattern without entries.
     #[must_use]
@@ -37,12 +31,6 @@ impl Pattern {
     #[must_use]
     pub(crate) fn len(&self) -> usize {
         self.rows.len()
-    }
-
-    /// Whether there are no coordinates.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.rows.is_empty()
     }
 
     /// Says what stands on the diagonal; `held` where the stiffness is not 0.
@@ -65,15 +53,21 @@ impl Pattern {
         }
     }
 
-    /// The number of the part that hangs together, for each coordinate.
+    /// The coordinates of each part that hangs together.
     #[must_use]
-    pub(crate) fn components(&self) -> Vec<usize> {
+    pub(crate) fn parts(&self) -> Vec<Vec<usize>> {
         let mut together = Groups::new(self.len());
         for (i, row) in self.rows.iter().enumerate() {
             row.iter().for_each(|(j, _)| together.join(i, *j));
         }
+        together.all()
+    }
+
+    /// The number of its part, for each coordinate.
+    #[must_use]
+    pub(super) fn components(&self) -> Vec<usize> {
         let mut component = vec![0; self.len()];
-        for (number, group) in together.all().into_iter().enumerate() {
+        for (number, group) in self.parts().into_iter().enumerate() {
             group.into_iter().for_each(|i| component[i] = number);
         }
         component
@@ -84,9 +78,7 @@ impl Pattern {
     pub(crate) fn active(&self) -> Vec<bool> {
         let component = self.components();
         let mut held = vec![false; self.len()];
-        for (i, own) in component.iter().enumerate() {
-            held[*own] |= self.held[i];
-        }
+        component.iter().zip(&self.held).for_each(|(own, is_held)| held[*own] |= is_held);
         component.iter().map(|own| held[*own]).collect()
     }
 
@@ -141,17 +133,17 @@ impl Pattern {
     }
 
     /// The permutations without signs.
-    pub(super) fn permutations(&self, active: &[bool], effort: usize) -> Option<Permutations> {
+    pub(super) fn permutations(&self, active: &[bool], effort: usize) -> Option<Group<SignedPermutation>> {
         let found = self.unsigned(active).automorphisms(effort)?;
         let generators = found.generators.into_iter();
-        Some(Permutations { generators: generators.map(SignedPermutation::unsigned).collect(), order: found.order })
+        Some(Group { generators: generators.map(SignedPermutation::unsigned).collect(), order: found.order })
     }
 
     /// The permutations with signs, without those that only change signs.
     ///
     /// Coordinate i becomes two vertices, 2i for itself and 2i + 1 for its opposite, joined by an edge
     /// of a label of its own; an entry joins equal ends by its label and opposite ones by the opposite.
-    pub(super) fn signed_permutations(&self, active: &[bool], effort: usize) -> Option<Permutations> {
+    pub(super) fn signed_permutations(&self, active: &[bool], effort: usize) -> Option<Group<SignedPermutation>> {
         let mut graph = Graph { opposites: true, ..Graph::default() };
         for (i, colour) in self.colours(active).into_iter().enumerate() {
             for opposite in [0, 1] {
@@ -167,11 +159,7 @@ impl Pattern {
         }
         let found = graph.automorphisms(effort)?;
         let component = self.components();
-        let parts = component.iter().max().map_or(0, |last| last + 1);
-        let mut order = found.order;
-        for _ in 0..parts {
-            order /= 2.0;
-        }
+        let order = self.parts().iter().fold(found.order, |order, _| order / 2.0);
         let mut generators: Vec<SignedPermutation> = Vec::new();
         for image in found.generators {
             let mut g = SignedPermutation {
@@ -186,7 +174,7 @@ impl Pattern {
                 generators.push(g);
             }
         }
-        Some(Permutations { generators, order })
+        Some(Group { generators, order })
     }
 }
 

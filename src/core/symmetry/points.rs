@@ -30,8 +30,7 @@ fn turns(width: usize) -> Vec<SignedPermutation> {
     let mut orders: Vec<Vec<usize>> = vec![Vec::new()];
     for _ in 0..width {
         let longer = orders.iter().flat_map(|order| {
-            let open = (0..width).filter(|axis| !order.contains(axis));
-            open.map(|axis| [order.as_slice(), &[axis]].concat())
+            (0..width).filter(|axis| !order.contains(axis)).map(|axis| [order.as_slice(), &[axis]].concat())
         });
         orders = longer.collect();
     }
@@ -88,9 +87,7 @@ impl Symmetry {
             if (0..width).any(|k| !held(k) && axes.of(k) != (k, false)) {
                 continue;
             }
-            let Some((mut moves, element)) = moved(bodies, &axes) else {
-                continue;
-            };
+            let Some((mut moves, element)) = moved(bodies, &axes) else { continue };
             if !moves.is_identity() && !energies.keeps(&moves) {
                 continue;
             }

@@ -22,11 +22,10 @@ pub(super) struct Graph {
     pub(super) opposites: bool,
 }
 
-/// A group of permutations, each given by the images of 0, 1, …
-#[derive(Clone, Debug, Default)]
-pub(super) struct Automorphisms {
+/// A group of permutations, each given by the images of 0, 1, … or with signs.
+pub(super) struct Group<P = Vec<usize>> {
     /// None of them is in the group that those before it generate.
-    pub(super) generators: Vec<Vec<usize>>,
+    pub(super) generators: Vec<P>,
     /// How many elements the group has.
     pub(super) order: f64,
 }
@@ -161,8 +160,8 @@ impl Graph {
     }
 
     /// The automorphism group; `None` where the effort does not suffice.
-    pub(super) fn automorphisms(&self, mut effort: usize) -> Option<Automorphisms> {
-        let mut found = Automorphisms { generators: Vec::new(), order: 1.0 };
+    pub(super) fn automorphisms(&self, mut effort: usize) -> Option<Group> {
+        let mut found: Group = Group { generators: Vec::new(), order: 1.0 };
         let mixed = self.mixed();
         let mut levels = vec![self.level(&mixed, self.colours.clone(), &mut effort)?];
         while let Some(base) = levels.last().and_then(|level| level.base) {
@@ -170,9 +169,7 @@ impl Graph {
             levels.push(self.level(&mixed, singled_out(colours, base), &mut effort)?);
         }
         for depth in (0..levels.len()).rev() {
-            let Some(base) = levels[depth].base else {
-                continue;
-            };
+            let Some(base) = levels[depth].base else { continue };
             let colour = levels[depth].colours[base];
             let mut orbits = Groups::new(self.rows.len());
             let join = |orbits: &mut Groups, generator: &[usize]| {
@@ -221,9 +218,7 @@ impl Graph {
         while let Some((colours, depth, to)) = open.pop() {
             let mut colours = singled_out(colours, to);
             let target = self.refine(mixed, &mut colours, effort)?;
-            let Some(source) = levels.get(depth + 1).filter(|source| target == source.sorted) else {
-                continue;
-            };
+            let Some(source) = levels.get(depth + 1).filter(|source| target == source.sorted) else { continue };
             match source.base {
                 Some(base) => {
                     let colour = source.colours[base];
@@ -256,7 +251,6 @@ fn singled_out(mut colours: Vec<u64>, vertex: usize) -> Vec<u64> {
 
 /// The first vertex of the smallest set of several vertices that look the same.
 fn smallest_cell(colours: &[u64], sorted: &[u64]) -> Option<usize> {
-    let cells = sorted.chunk_by(|a, b| a == b).filter(|cell| cell.len() > 1);
-    let smallest = cells.min_by_key(|cell| cell.len())?;
+    let smallest = sorted.chunk_by(|a, b| a == b).filter(|cell| cell.len() > 1).min_by_key(|cell| cell.len())?;
     colours.iter().position(|colour| Some(colour) == smallest.first())
 }

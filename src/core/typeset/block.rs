@@ -67,13 +67,7 @@ impl Block {
     /// Puts blocks one below the other, each in the middle; the first of them in line.
     fn stacked(blocks: &[Self]) -> Vec<String> {
         let width = blocks.iter().map(Self::width).max().unwrap_or(0);
-        let mut lines = Vec::new();
-        for block in blocks {
-            for line in &block.lines {
-                lines.push(centred(line, width));
-            }
-        }
-        lines
+        blocks.iter().flat_map(|block| &block.lines).map(|line| centred(line, width)).collect()
     }
 
     fn fraction(above: &Self, below: &Self) -> Self {
@@ -86,10 +80,7 @@ impl Block {
     pub fn matrix(rows: &[Vec<Self>]) -> Self {
         let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
         let widths: Vec<usize> = (0..columns)
-            .map(|column| {
-                let cells = rows.iter().filter_map(|row| row.get(column));
-                cells.map(Self::width).max().unwrap_or(0)
-            })
+            .map(|column| rows.iter().filter_map(|row| row.get(column)).map(Self::width).max().unwrap_or(0))
             .collect();
         let tall = rows.iter().flatten().any(|cell| cell.height() > 1);
         let mut lines = Vec::new();
@@ -97,17 +88,11 @@ impl Block {
             if at > 0 && tall {
                 lines.push(String::new());
             }
-            let mut cells = Vec::new();
-            for (column, (cell, width)) in row.iter().zip(&widths).enumerate() {
-                if column > 0 {
-                    cells.push(Self::line("  "));
-                }
-                cells.push(Self {
-                    lines: cell.lines.iter().map(|line| centred(line, *width)).collect(),
-                    base: cell.base,
-                });
-            }
-            lines.extend(Self::beside(&cells).lines);
+            let cells = row.iter().zip(&widths).flat_map(|(cell, width)| {
+                let lines = cell.lines.iter().map(|line| centred(line, *width)).collect();
+                [Self::line("  "), Self { lines, base: cell.base }]
+            });
+            lines.extend(Self::beside(&cells.skip(1).collect::<Vec<_>>()).lines);
         }
         let width = lines.iter().map(|line| line.width()).max().unwrap_or(0);
         let lines: Vec<String> = lines.iter().map(|line| centred(line, width)).collect();
@@ -175,12 +160,9 @@ impl Formula {
             Self::Indexed(inner, feet) => Block::beside(&[inner.block(), Block::line(&feet_text(feet))]),
             Self::Product(factors) => product(factors),
             Self::Sum(terms) => {
-                let mut blocks = Vec::new();
-                for (at, (negative, term)) in terms.iter().enumerate() {
-                    blocks.push(Block::line(sign(at == 0, *negative)));
-                    blocks.push(term.block());
-                }
-                Block::beside(&blocks)
+                let parts = terms.iter().enumerate();
+                let parts = parts.flat_map(|(at, (minus, own))| [Block::line(sign(at == 0, *minus)), own.block()]);
+                Block::beside(&parts.collect::<Vec<_>>())
             }
             Self::Fraction(above, below) => match vulgar(above, below) {
                 Some(text) => Block::line(text),
@@ -279,8 +261,7 @@ impl Formula {
         self.blocks(None, &mut pieces);
         let widths: Vec<usize> = pieces.iter().map(Block::width).collect();
         if widths.iter().sum::<usize>() <= width {
-            let whole = Block::beside(&pieces);
-            return whole.lines().map(str::to_owned).collect();
+            return Block::beside(&pieces).lines().map(str::to_owned).collect();
         }
         if widths.iter().any(|own| *own > width / 2) {
             pieces.clear();
@@ -383,8 +364,7 @@ fn product(factors: &[Formula]) -> Block {
     let mut blocks = Vec::new();
     for (at, factor) in factors.iter().enumerate() {
         if at > 0 {
-            let between = if factor.begins_with_digit() { " · " } else { " " };
-            blocks.push(Block::line(between));
+            blocks.push(Block::line(if factor.begins_with_digit() { " · " } else { " " }));
         }
         blocks.push(factor.block());
     }
@@ -416,9 +396,7 @@ fn with_commas(parts: &[Formula]) -> Block {
 
 /// Fractions that have a sign of their own.
 fn vulgar(above: &Formula, below: &Formula) -> Option<&'static str> {
-    let (Formula::Number(above), Formula::Number(below)) = (above, below) else {
-        return None;
-    };
+    let (Formula::Number(above), Formula::Number(below)) = (above, below) else { return None };
     match (above.as_str(), below.as_str()) {
         ("1", "2") => Some("½"),
         ("1", "3") => Some("⅓"),

@@ -144,9 +144,7 @@ impl Formula {
 
     /// The formula for a line of its own; one that is too long is broken before relations and signs.
     pub(super) fn displayed(&self, own: &Dialect) -> String {
-        let Some((left, lines)) = self.broken() else {
-            return self.written(own);
-        };
+        let Some((left, lines)) = self.broken() else { return self.written(own) };
         let Lines { around, behind_left, breaks, factor, token } = &own.lines;
         let mut out = around[0].to_owned();
         out.extend(left.map(|left| left.written(own) + behind_left));
@@ -177,14 +175,7 @@ impl Dialect {
     }
 
     fn joined(&self, parts: impl Iterator<Item = String>, comma: &str) -> String {
-        let mut all = Vec::new();
-        for part in parts {
-            if !all.is_empty() {
-                all.push(comma.to_owned());
-            }
-            all.push(part);
-        }
-        self.row(&all)
+        self.row(&parts.flat_map(|part| [comma.to_owned(), part]).skip(1).collect::<Vec<_>>())
     }
 
     fn product(&self, factors: &[Formula]) -> String {

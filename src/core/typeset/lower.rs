@@ -176,12 +176,11 @@ impl Notation {
     }
 
     fn sum(&self, file: &File, terms: &[Member]) -> Formula {
-        let mut parts = Vec::with_capacity(terms.len());
-        for one in terms {
+        let parts = terms.iter().map(|one| {
             let (negative, formula) = signed(self.formula(file, one.value()));
-            parts.push((negative != one.inverted(), term(formula)));
-        }
-        Formula::Sum(parts)
+            (negative != one.inverted(), term(formula))
+        });
+        Formula::Sum(parts.collect())
     }
 
     fn product(&self, file: &File, factors: &[Member]) -> Formula {
@@ -211,8 +210,7 @@ impl Notation {
         }
         if let [a, b] = numbers.as_slice() {
             if below.is_empty() {
-                let ratio = Formula::Fraction(Box::new(a.clone()), Box::new(b.clone()));
-                above.insert(0, ratio);
+                above.insert(0, Formula::Fraction(Box::new(a.clone()), Box::new(b.clone())));
             } else {
                 let one = *a == Formula::Number("1".to_owned());
                 if !one || above.is_empty() {
@@ -362,11 +360,7 @@ fn side_by_side(factors: Vec<Formula>) -> Formula {
             other => row.push(other),
         }
     }
-    match row.len() {
-        0 => Formula::Number("1".to_owned()),
-        1 => row.swap_remove(0),
-        _ => Formula::Product(row),
-    }
+    Formula::product(row)
 }
 
 /// Puts roots above and below a bar under one, and a^(3/2) and the like with them: √G/a^(3/2) is √(G/a³).
@@ -420,8 +414,7 @@ fn gather_roots(above: &mut Vec<Formula>, below: &mut Vec<Formula>) {
             let one = Formula::Number("1".to_owned());
             top.retain(|own| *own != one);
             bottom.order_by_key(|own| !matches!(own, Formula::Number(_)));
-            let ratio = Formula::Fraction(Box::new(side_by_side(top)), Box::new(side_by_side(bottom)));
-            above.push(root(ratio));
+            above.push(root(Formula::Fraction(Box::new(side_by_side(top)), Box::new(side_by_side(bottom)))));
         }
     }
 }
@@ -443,21 +436,18 @@ fn power(base: Formula, exponent: Formula) -> Formula {
     }
 }
 
-/// Functions under their names in print.
-const FUNCTIONS: &[(&str, &str)] = &[
-    ("sin", "sin"),
-    ("cos", "cos"),
-    ("tan", "tan"),
-    ("asin", "arcsin"),
-    ("acos", "arccos"),
-    ("atan", "arctan"),
-    ("atan2", "atan2"),
-    ("sinh", "sinh"),
-    ("cosh", "cosh"),
-    ("tanh", "tanh"),
-    ("ln", "ln"),
-    ("rows", "rows"),
-];
+/// Functions that have the same name in print.
+const FUNCTIONS: [&str; 9] = ["sin", "cos", "tan", "atan2", "sinh", "cosh", "tanh", "ln", "rows"];
+
+/// What a function of the language is called in print.
+fn name_in_print(function: &str) -> Option<&'static str> {
+    match function {
+        "asin" => Some("arcsin"),
+        "acos" => Some("arccos"),
+        "atan" => Some("arctan"),
+        other => FUNCTIONS.into_iter().find(|own| *own == other),
+    }
+}
 
 fn call(function: &str, mut arguments: Vec<Formula>) -> Formula {
     let only = arguments.len() == 1;
@@ -477,8 +467,8 @@ fn call(function: &str, mut arguments: Vec<Formula>) -> Formula {
             });
             Formula::Between { cross: function == "cross", sides: Box::new((first, second)) }
         }
-        _ => match FUNCTIONS.iter().find(|(name, _)| *name == function) {
-            Some((_, name)) => Formula::Function { name, power: None, arguments },
+        _ => match name_in_print(function) {
+            Some(name) => Formula::Function { name, power: None, arguments },
             // No function of the language: a name with what it is given.
             None => {
                 let name = Formula::Symbol(Symbol::of(function));

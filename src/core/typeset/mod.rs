@@ -182,11 +182,7 @@ impl Formula {
                     Self::Sum(_) => (Self::Number("1".to_owned()), above.clone()),
                     Self::Product(factors) => match factors.as_slice() {
                         [before @ .., Self::Parentheses(inner)] if matches!(**inner, Self::Sum(_)) => {
-                            let rest = match before {
-                                [one] => one.clone(),
-                                several => Self::Product(several.to_vec()),
-                            };
-                            (rest, inner.clone())
+                            (Self::product(before.to_vec()), inner.clone())
                         }
                         _ => return None,
                     },
@@ -196,6 +192,15 @@ impl Formula {
                 Some(vec![factor, Self::Parentheses(sum)])
             }
             _ => None,
+        }
+    }
+
+    /// Factors side by side; 1 where there are none.
+    fn product(mut factors: Vec<Self>) -> Self {
+        match factors.len() {
+            0 => Self::Number("1".to_owned()),
+            1 => factors.swap_remove(0),
+            _ => Self::Product(factors),
         }
     }
 

@@ -138,8 +138,7 @@ impl Breaker<'_> {
             }
             Formula::Root(inner) => {
                 self.between(Vec::new(), Bracket::Round, inner, out);
-                let half = ["1", "2"].map(|digit| Box::new(Formula::Number(digit.to_owned())));
-                let [one, two] = half;
+                let [one, two] = ["1", "2"].map(|digit| Box::new(Formula::Number(digit.to_owned())));
                 close(out, Token::Exponent(Formula::Fraction(one, two)));
             }
             Formula::Power(base, exponent) if self.is_long(base) => {
@@ -225,14 +224,7 @@ impl Breaker<'_> {
         };
         let (long, mut short): (Vec<Formula>, Vec<Formula>) =
             factors.iter().cloned().partition(|own| self.is_long(own));
-        let over = |mut above: Vec<Formula>| {
-            let above = match above.len() {
-                0 => Formula::Number("1".to_owned()),
-                1 => above.swap_remove(0),
-                _ => Formula::Product(above),
-            };
-            Formula::Fraction(Box::new(above), Box::new(below.clone()))
-        };
+        let over = |above| Formula::Fraction(Box::new(Formula::product(above)), Box::new(below.clone()));
         let mut all = Vec::new();
         if self.is_long(&Formula::Product(short.clone())) {
             // Many short factors.
@@ -259,9 +251,7 @@ impl Breaker<'_> {
 
     /// Puts something before a piece, or on a line of its own where both are long.
     fn attach(&self, mut before: Vec<Token>, at: usize, out: &mut Vec<Piece>) {
-        let Some(piece) = out.get_mut(at) else {
-            return;
-        };
+        let Some(piece) = out.get_mut(at) else { return };
         if self.width(&before) + self.width(&piece.tokens) > 0.7 * self.line && before.len() > 1 {
             out.insert(at, Piece { tokens: before, is_factor: false });
         } else {

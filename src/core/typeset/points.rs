@@ -72,8 +72,7 @@ impl Formula {
             Self::Differential(symbol) => 7.3 * size + symbol_points(symbol, size, foot),
             Self::Indexed(inner, feet) => inner.at(level) + feet_points(feet, foot),
             Self::Product(factors) => {
-                let followed = factors.iter().zip(factors.iter().skip(1));
-                let joints = followed.map(|(one, next)| match () {
+                let joints = factors.iter().zip(factors.iter().skip(1)).map(|(one, next)| match () {
                     () if next.begins_with_digit() => 7.3,
                     () if one.is_open_function() || one.runs_into(next) => 1.7,
                     // Beside a function and what has brackets that grow.
