@@ -237,6 +237,30 @@ impl<'a> Written<'a> {
         crate::flow::Equations::compile(&mut self.pool, time, &state, &[], &rates)
             .map_err(|unbound| source::missing(self.model, &unbound).into())
     }
+
+    fn compiled(mut self) -> Result<Equations, MotionError> {
+        let inputs = self.inputs();
+        let (mut smooth, signs) = self.pool.with_signs(&self.outputs, |symbol| inputs.contains(&symbol));
+        let (kinks, own): (Vec<ExprId>, Vec<Symbol>) = signs.iter().copied().unzip();
+        smooth.extend_from_slice(&kinks);
+        let with_signs = [inputs.as_slice(), &own].concat();
+        let kinks = absolute_again(&mut self.pool, &signs);
+        let speeds = &self.outputs[self.outputs.len() - self.bound.len()..];
+        Ok(Equations {
+            coordinates: self.coordinates.len(),
+            speeds: self.compile(speeds, &inputs)?,
+            constraints: self.constraints,
+            tape: self.compile(&smooth, &with_signs)?,
+            kinks: self.compile(&kinks, &inputs)?,
+            surface: self.compile(&self.surface, &inputs)?,
+            energy: self.energy.map(|energy| self.compile(&[energy], &inputs)).transpose()?,
+            free: self.free,
+            bound: self.bound,
+            mass: self.mass,
+            gradients: self.gradients,
+            constant: self.constant,
+        })
+    }
 }
 
 /// Said of a mass matrix.
@@ -278,45 +302,12 @@ impl Equations {
     }
 }
 
-impl Written<'_> {
-    fn compiled(self) -> Result<Equations, MotionError> {
-        let mut written = self;
-        let inputs = written.inputs();
-        let moving = inputs.clone();
-        let (mut smooth, signs) = written.pool.with_signs(&written.outputs, |symbol| moving.contains(&symbol));
-        let kinks: Vec<ExprId> = signs.iter().map(|(x, _)| *x).collect();
-        smooth.extend_from_slice(&kinks);
-        let mut with_signs = inputs.clone();
-        with_signs.extend(signs.iter().map(|(_, sign)| *sign));
-        let kinks = absolute_again(&mut written.pool, &kinks, &signs);
-        let energy = written.energy.as_slice();
-        let speeds = &written.outputs[written.outputs.len() - written.bound.len()..];
-        Ok(Equations {
-            coordinates: written.coordinates.len(),
-            speeds: written.compile(speeds, &inputs)?,
-            constraints: written.constraints,
-            tape: written.compile(&smooth, &with_signs)?,
-            kinks: written.compile(&kinks, &inputs)?,
-            surface: written.compile(&written.surface, &inputs)?,
-            energy: match energy {
-                [] => None,
-                energy => Some(written.compile(energy, &inputs)?),
-            },
-            free: written.free,
-            bound: written.bound,
-            mass: written.mass,
-            gradients: written.gradients,
-            constant: written.constant,
-        })
-    }
-}
-
 /// What signs stand for, in expressions that [`Pool::with_signs`] gave: |x|/x for each, in order, as x may hold signs that
 /// stand before its own.
-fn absolute_again(pool: &mut Pool, kinks: &[ExprId], signs: &[(ExprId, Symbol)]) -> Vec<ExprId> {
+fn absolute_again(pool: &mut Pool, signs: &[(ExprId, Symbol)]) -> Vec<ExprId> {
     let mut known = Substitution::default();
-    let mut values = Vec::with_capacity(kinks.len());
-    for (x, (_, sign)) in kinks.iter().zip(signs) {
+    let mut values = Vec::with_capacity(signs.len());
+    for (x, sign) in signs {
         let x = pool.substitute_one(*x, &known);
         let size = pool.abs(x);
         let own = pool.div(size, x);

@@ -85,7 +85,7 @@ pub struct Times {
 }
 
 /// Times in ascending order.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Listed {
     times: Vec<Ball>,
     exact: Vec<Tape>,
@@ -120,20 +120,17 @@ impl Times {
                 let reason = "times are numbers that are not negative".to_owned();
                 return Err(MotionError::BadTimes { until: time.text().to_owned(), samples: times.len(), reason });
             };
-            rows.push((Ball::new(value.mid, 0.0), exact, place));
+            rows.push((Ball::new(value.mid, 0.0), exact, Some(place)));
         }
         rows.order_by(|a, b| a.0.mid_f64().total_cmp(&b.0.mid_f64()).then(a.0.mid.lo.total_cmp(&b.0.mid.lo)));
-        let mut listed = Listed::default();
-        for (time, exact, place) in rows {
-            listed.times.push(time);
-            listed.exact.push(exact);
-            listed.places.push(Some(place));
-        }
-        let (Some(until), Some(exact)) = (listed.times.last().copied(), listed.exact.last().cloned()) else {
+        let Some((until, exact, _)) = rows.last().cloned() else {
             let reason = "there is no time".to_owned();
             return Err(MotionError::BadTimes { until: String::new(), samples: 0, reason });
         };
-        Ok(Self { until, exact, samples: times.len(), listed: Some(Arc::new(listed)) })
+        let samples = rows.len();
+        let (times, all, places) = rows.into_iter().collect();
+        let listed = Listed { times, exact: all, places };
+        Ok(Self { until, exact, samples, listed: Some(Arc::new(listed)) })
     }
 
     /// These and as many between them as it takes to see what happens there.

@@ -62,11 +62,10 @@ impl Known {
         match self {
             Self::Constant(value, factor) => {
                 let value = evaluated::<S>(value, precision)?;
-                let factor = factor.as_ref().map(|own| evaluated::<S>(own, precision));
-                Some(match factor {
-                    Some(factor) => value.mul(&factor?),
-                    None => value,
-                })
+                match factor {
+                    Some(factor) => Some(value.mul(&evaluated(factor, precision)?)),
+                    None => Some(value),
+                }
             }
             Self::Within(ball) => Some(S::from_ball(ball, precision)),
             Self::Open => None,
@@ -164,16 +163,10 @@ impl Start {
         system: &System,
     ) -> Result<Self, MotionError> {
         let mut start = Self::at_rest(model, linearized);
-        let n = model.coordinates.len();
         for own in given {
-            let at = own.coordinate;
-            if own.moves {
-                start.velocities[at] = own.value;
-                start.known[n + at] = own.known.clone();
-            } else {
-                start.positions[at] = own.value;
-                start.known[at] = own.known.clone();
-            }
+            let (state, known) = start.parts(own.moves);
+            state[own.coordinate] = own.value;
+            known[own.coordinate].clone_from(&own.known);
         }
         start.onto_constraints(system, given, &held(model, linearized))?;
         Ok(start)
