@@ -2,7 +2,8 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::{PeriodError, panel};
+use super::PeriodError;
+use super::panel::Kink;
 use crate::mechanics::Mechanics;
 use librate_core::expr::{ExprId, Function, Node, Pool, Substitution, Symbol, Tape};
 use librate_core::linearize::{evaluate_closed, known_values};
@@ -28,20 +29,10 @@ pub(super) struct Energies {
     pub(super) energy: Symbol,
 }
 
-/// Where what an absolute value is taken of changes its sign.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Kink {
-    pub(super) place: ExprId,
-    /// The derivative of that by the coordinate, a constant.
-    pub(super) slope: ExprId,
-    /// Whether it is known to be the equilibrium.
-    pub(super) central: bool,
-}
-
-impl Kink {
+impl Kink<ExprId> {
     /// The same in numbers.
-    pub(super) fn evaluated<S: Scalar>(&self, pool: &Pool, precision: S::Precision) -> Option<panel::Kink<S>> {
-        Some(panel::Kink {
+    pub(super) fn evaluated<S: Scalar>(&self, pool: &Pool, precision: S::Precision) -> Option<Kink<S>> {
+        Some(Kink {
             place: evaluate_closed(pool, self.place, precision)?,
             slope: evaluate_closed(pool, self.slope, precision)?,
             central: self.central,
@@ -53,7 +44,7 @@ impl Kink {
 pub(super) struct Kinked {
     /// U and M from the coordinate, the signs and E; `None` where a parameter is left.
     pub(super) tape: Option<Tape>,
-    pub(super) kinks: Vec<Kink>,
+    pub(super) kinks: Vec<Kink<ExprId>>,
 }
 
 /// Refuses what has no period by energy conservation in one coordinate, before anything is computed.
@@ -126,7 +117,7 @@ impl Energies {
             linear.then_some(Kink { place, slope, central })
         });
         let mut inputs = vec![q];
-        let kinks = kinks.collect::<Option<Vec<Kink>>>().unwrap_or_default();
+        let kinks = kinks.collect::<Option<Vec<_>>>().unwrap_or_default();
         let tape = if kinks.is_empty() {
             inputs.push(self.energy);
             Tape::compile(pool, &roots, &inputs)

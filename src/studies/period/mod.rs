@@ -46,8 +46,8 @@ pub use error::PeriodError;
 pub use portrait::{Course, Orbit, portrait};
 
 use center::{Center, Corner};
-use energies::{Energies, Kink, Kinked};
-use panel::Field;
+use energies::{Energies, Kinked};
+use panel::{Field, Kink};
 
 use crate::digits::Digits;
 use librate_core::expr::{ExprId, Pool, Tape};
@@ -158,7 +158,7 @@ pub struct Oscillator {
     stretched: bool,
     /// Of the expressions below.
     pool: Pool,
-    kinks: Vec<Kink>,
+    kinks: Vec<Kink<ExprId>>,
     /// The period of U and M in the coordinate.
     advance: Option<ExprId>,
 }
@@ -276,18 +276,14 @@ impl Oscillator {
             Request::Amplitude(constant) => (constant, self.coordinate().factor, powers.length),
             Request::Energy(constant) => (constant, None, powers.energy),
         };
+        // A constant has no symbols, which is all that an evaluation can fail for.
         let value = evaluate_closed::<S>(constant.pool(), constant.value(), precision);
-        let factor = factor.and_then(|factor| evaluate_closed::<S>(&self.model().pool, factor, precision));
-        let value = value.map(|value| match power {
-            0 => value,
-            _ => value.mul(&S::from_number(&power_of_two(-power), precision)),
-        });
-        match (value, factor) {
-            (Some(value), Some(factor)) => value.mul(&factor),
-            (Some(value), None) => value,
-            // A constant has no symbols, which is all that an evaluation can fail for.
-            (None, _) => S::pi(precision).mul(&S::from_number(&Number::ZERO, precision)),
+        let mut value = value.unwrap_or_else(|| S::from_number(&Number::ZERO, precision));
+        if power != 0 {
+            value = value.mul(&S::from_number(&power_of_two(-power), precision));
         }
+        let factor = factor.and_then(|factor| evaluate_closed::<S>(&self.model().pool, factor, precision));
+        factor.map_or_else(|| value.clone(), |factor| value.mul(&factor))
     }
 
     /// How far the coordinate goes in a full turn.

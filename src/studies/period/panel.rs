@@ -53,13 +53,13 @@ pub(super) struct Obstacle<S> {
     pub(super) at: S,
 }
 
-/// Where what an absolute value is taken of changes its sign.
+/// Where what an absolute value is taken of changes its sign, in numbers or as constant expressions.
 #[derive(Clone, Debug)]
-pub(super) struct Kink<S> {
-    pub(super) place: S,
+pub(super) struct Kink<T> {
+    pub(super) place: T,
     /// The derivative of that by the coordinate.
-    pub(super) slope: S,
-    /// Whether it is the equilibrium, where paths end.
+    pub(super) slope: T,
+    /// Whether it is known to be the equilibrium, where paths end.
     pub(super) central: bool,
 }
 
@@ -352,12 +352,8 @@ impl<S: Enclosure> Path<'_, S> {
         if self.turning {
             // E - U rises from the turning point, or there is none.
             let rise = self.field.excess_and_slope(&self.start).1.mul(&self.span);
-            let refusal = if rise.is_negative() {
-                Some(Refusal::Forbidden)
-            } else {
-                (!rise.is_positive()).then_some(Refusal::Precision)
-            };
-            if let Some(refusal) = refusal {
+            if !rise.is_positive() {
+                let refusal = if rise.is_negative() { Refusal::Forbidden } else { Refusal::Precision };
                 return Err(Obstacle { refusal, at: self.start.clone() });
             }
         }
@@ -479,7 +475,7 @@ impl<S: Enclosure> Path<'_, S> {
                 bits: Some(bits_between(last, wanted * first.abs_upper_magnitude()) + BITS_OF_A_REST * order as f64),
             });
         }
-        let weights = self.weights(weight, from, to);
+        let weights = weight.moments(from, to, order, self.bits, &|value| self.field.number(value));
         let zero = self.field.zero.clone();
         let time = g.iter().zip(&weights).fold(zero, |time, (value, weight)| time.add(&value.mul(weight)));
         if matches!(weight, Weight::Pair(_)) && doubtful(&time) {
@@ -560,11 +556,6 @@ impl<S: Enclosure> Path<'_, S> {
         let steps = way.div(&self.field.number(half)).abs_upper_magnitude();
         let power = u32::try_from(self.order).unwrap_or(u32::MAX);
         sum.with_added_magnitude(top.abs_upper_magnitude() * steps.powi(power))
-    }
-
-    /// J_k = ∫ s^k w(x) dx over the panel.
-    fn weights(&self, weight: &Weight<S>, from: f64, to: f64) -> Vec<S> {
-        weight.moments(from, to, self.order, self.bits, &|value| self.field.number(value))
     }
 }
 

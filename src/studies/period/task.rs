@@ -149,7 +149,7 @@ impl<'a, S: Enclosure> Task<'a, S> {
         let reach = self.advance.as_ref().map(|advance| advance.mid_f64().abs());
         // Where steps meet no turning point within a turn, there is none, or the integral will tell.
         if let (Some(advance), None) = (self.advance.clone(), &self.fence) {
-            match self.outward(step, reach) {
+            match self.field.outward(&self.centre, step, reach) {
                 Outward::Touch(summit) => return Err(Stop::Precision(summit)),
                 Outward::Open => match self.time(self.centre.clone(), advance.clone(), false) {
                     Ok(time) => {
@@ -167,15 +167,11 @@ impl<'a, S: Enclosure> Task<'a, S> {
         self.with_lower(&right, upper, &distance, -step, reach)
     }
 
-    fn outward(&mut self, step: f64, reach: Option<f64>) -> Outward<S> {
-        self.field.outward(&self.centre, step, reach)
-    }
-
     /// The time from the first turning point on one side to the equilibrium, and that point.
     fn side(&mut self, step: f64, reach: Option<f64>) -> Result<(S, S), Stop<S>> {
         let centre = self.centre.clone();
         let fence = self.fence_on(step);
-        let mut bracket = match (self.outward(step, reach), &fence) {
+        let mut bracket = match (self.field.outward(&self.centre, step, reach), &fence) {
             (Outward::Bracket(inside, outside), _) => (inside, outside),
             (_, Some(fence)) => (centre.clone(), fence.clone()),
             (Outward::End(end), None) => return Err(Stop::Final(self.open(step > 0.0, Some(end)))),
