@@ -128,18 +128,10 @@ impl Driven {
         std::iter::once(&self.time).chain(&self.coordinates).chain(&self.velocities).copied().collect()
     }
 
-    /// The coordinates on which a force acts at rest at a point, at some time; `None` for those of which that is
-    /// not known.
-    pub(crate) fn moved(&mut self, point: &[ExprId]) -> Vec<Option<bool>> {
+    /// Whether the force on each coordinate at rest at a point is 0 at all times.
+    pub(crate) fn at_rest(&mut self, point: &[ExprId]) -> Vec<ZeroVerdict> {
         let forces = self.pool.substitute(&self.load, &self.at(point));
-        forces
-            .into_iter()
-            .map(|force| match self.pool.is_zero(force) {
-                ZeroVerdict::Zero => Some(false),
-                ZeroVerdict::NonZero => Some(true),
-                ZeroVerdict::Unknown => None,
-            })
-            .collect()
+        forces.into_iter().map(|force| self.pool.is_zero(force)).collect()
     }
 
     /// The force on a coordinate that rests at a point, as text.
