@@ -221,16 +221,11 @@ pub(crate) fn repeating(plain: &mut Plain, period: f64, start: &[f64], budget: u
 fn period(driven: &Driven) -> Result<Ball, FloquetError> {
     let (value, span) = driven.period;
     let number = constant(&driven.pool, value);
-    match number.filter(Ball::is_positive) {
-        Some(number) => Ok(number),
-        None => Err(FloquetError::PeriodNotPositive {
-            value: match number {
-                Some(number) if number.is_finite() => short(number.mid_f64()),
-                Some(_) | None => "not defined".to_owned(),
-            },
-            span,
-        }),
-    }
+    number.filter(Ball::is_positive).ok_or_else(|| {
+        let finite = number.filter(Ball::is_finite);
+        let value = finite.map_or_else(|| "not defined".to_owned(), |number| short(number.mid_f64()));
+        FloquetError::PeriodNotPositive { value, span }
+    })
 }
 
 /// Where motions are examined, coordinates before velocities: as given, as guessed, else 0. With an equilibrium they rest.

@@ -392,10 +392,8 @@ fn given(at: usize, moves: bool, value: &Constant, model: &Model) -> Option<Give
 /// Half a unit of the last digit of a decimal fraction, `-0.866` or `8.66e-1`; `None` for anything else.
 fn half_unit(text: &str) -> Option<f64> {
     let text = text.trim().trim_start_matches('-').trim_start();
-    let (digits, exponent) = match text.split_once(['e', 'E']) {
-        Some((digits, exponent)) => (digits, exponent.parse::<i32>().ok()?),
-        None => (text, 0),
-    };
+    let (digits, exponent) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
+    let exponent = exponent.parse::<i32>().ok()?;
     let (whole, fraction) = digits.split_once('.')?;
     let is_digit = |c: char| c.is_ascii_digit();
     if !whole.chars().all(is_digit) || !fraction.chars().all(is_digit) {

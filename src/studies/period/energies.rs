@@ -116,17 +116,11 @@ impl Energies {
             let linear = pool.is_constant(slope) && pool.is_constant(place);
             linear.then_some(Kink { place, slope, central })
         });
-        let mut inputs = vec![q];
         let kinks = kinks.collect::<Option<Vec<_>>>().unwrap_or_default();
-        let tape = if kinks.is_empty() {
-            inputs.push(self.energy);
-            Tape::compile(pool, &roots, &inputs)
-        } else {
-            inputs.extend(signs.iter().map(|(_, sign)| *sign));
-            inputs.push(self.energy);
-            Tape::compile(pool, &smooth, &inputs)
-        };
-        Kinked { tape: tape.ok(), kinks }
+        let (roots, signs) = if kinks.is_empty() { (&roots[..], &[][..]) } else { (&smooth[..], &signs[..]) };
+        let signs = signs.iter().map(|(_, sign)| *sign);
+        let inputs: Vec<Symbol> = [q].into_iter().chain(signs).chain([self.energy]).collect();
+        Kinked { tape: Tape::compile(pool, roots, &inputs).ok(), kinks }
     }
 
     /// Whether U and M are the same with q0 + x and q0 - x.

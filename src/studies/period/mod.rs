@@ -51,10 +51,10 @@ use panel::{Field, Kink};
 
 use crate::digits::Digits;
 use librate_core::expr::{ExprId, Pool, Tape};
-use librate_core::linearize::{Linearized, evaluate_closed, linearize, power_of_two, short};
+use librate_core::linearize::{Linearized, Units, evaluate_closed, linearize, power_of_two, short};
 use librate_core::model::{Constant, Model};
 use librate_core::number::Number;
-use librate_core::precision::{Ball, Big, Enclosure, Magnitude, Rounding, Scalar, decimal, one_digit_up_text};
+use librate_core::precision::{Ball, Big, Enclosure, Magnitude, Scalar, one_digit_up_text};
 
 /// Which motion is meant.
 #[derive(Clone, Debug)]
@@ -117,18 +117,10 @@ pub struct Period {
     pub bend: Option<Ball>,
 }
 
-/// Powers of two that numbers of [`Linearized::units`] are multiplied by in SI.
-#[derive(Clone, Copy, Default)]
-struct Powers {
-    energy: i64,
-    rate: i64,
-    length: i64,
-}
-
 impl Period {
-    /// The same in SI, where it was found in units of these powers of two.
-    fn in_si(mut self, powers: &Powers) -> Self {
-        let Powers { energy, rate, length } = *powers;
+    /// The same in SI, where it was found in the units of an oscillator.
+    fn in_si(mut self, of: &Oscillator) -> Self {
+        let (energy, rate, length) = (of.power(Units::energy), of.power(Units::rate), of.length());
         self.period = self.period.scale_far(-rate);
         self.small = self.small.map(|small| small.scale_far(-rate));
         self.precise = self.precise.map(|period| period.scale(-rate));
@@ -231,38 +223,37 @@ impl Oscillator {
         budget.at("the period", None);
         let period = solve::period(self, request, options);
         budget.check()?;
-        period.map(|period| period.in_si(&self.powers()))
+        period.map(|period| period.in_si(self))
     }
 
-    /// What energies and lengths are measured in, and rates, as powers of two: see [`Linearized::units`].
-    fn powers(&self) -> Powers {
-        let units = self.center.units();
-        units.map_or_else(Powers::default, |units| Powers {
-            energy: units.energy(),
-            rate: units.rate(),
-            length: units.length(0),
-        })
+    /// What something is measured in, as a power of two: see [`Linearized::units`].
+    fn power(&self, of: impl Fn(&Units) -> i64) -> i64 {
+        self.center.units().map_or(0, of)
+    }
+
+    fn length(&self) -> i64 {
+        self.power(|units| units.length(0))
     }
 
     /// A coordinate in a message.
     fn place(&self, value: f64) -> String {
-        self.text(value, self.powers().length)
+        self.text(value, self.length())
     }
 
     /// An energy in a message.
     fn height(&self, value: f64) -> String {
-        self.text(value, self.powers().energy)
+        self.text(value, self.power(Units::energy))
     }
 
     /// A bound of a difference of energies in a message.
     fn margin(&self, value: Magnitude) -> String {
-        one_digit_up_text(value.scale(self.powers().energy).to_f64())
+        one_digit_up_text(value.scale(self.power(Units::energy)).to_f64())
     }
 
     /// The equilibrium in the units of the energies, as precisely as it is known.
     fn position(&self, bits: usize) -> Big {
         let estimate = || Big::from_ball(&self.center.position(), bits);
-        self.center.precisely(bits).map_or_else(estimate, |place| place.scale(-self.powers().length))
+        self.center.precisely(bits).map_or_else(estimate, |place| place.scale(-self.length()))
     }
 
     fn text(&self, value: f64, power: i64) -> String {
@@ -271,10 +262,9 @@ impl Oscillator {
 
     /// The number that is asked for, in the units of the energies.
     fn value<S: Scalar>(&self, request: &Request, precision: S::Precision) -> S {
-        let powers = self.powers();
         let (constant, factor, power) = match request {
-            Request::Amplitude(constant) => (constant, self.coordinate().factor, powers.length),
-            Request::Energy(constant) => (constant, None, powers.energy),
+            Request::Amplitude(constant) => (constant, self.coordinate().factor, self.length()),
+            Request::Energy(constant) => (constant, None, self.power(Units::energy)),
         };
         // A constant has no symbols, which is all that an evaluation can fail for.
         let value = evaluate_closed::<S>(constant.pool(), constant.value(), precision);
@@ -307,9 +297,4 @@ fn shape() -> Result<Tape, PeriodError> {
     let root = pool.sqrt(quotient);
     Tape::compile(&pool, &[root], &[h, m])
         .map_err(|_| PeriodError::Undecided { coordinate: String::new(), place: String::new() })
-}
-
-/// Whether a ball decides so many digits.
-fn decides(value: &Ball, digits: usize) -> bool {
-    decimal(value, digits).rounding == Rounding::Correct
 }

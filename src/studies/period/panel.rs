@@ -377,10 +377,7 @@ impl<S: Enclosure> Path<'_, S> {
             }
             match self.panel(from, to, &weight, known.as_ref()) {
                 Ok(taken) => {
-                    let total = match sum.take() {
-                        None => taken.time,
-                        Some(total) => total.add(&taken.time),
-                    };
+                    let total = sum.map_or_else(|| taken.time.clone(), |total| total.add(&taken.time));
                     if to >= 1.0 {
                         let total = total.mul(&self.span);
                         return Ok(if total.is_negative() { total.neg() } else { total });
@@ -483,21 +480,15 @@ impl<S: Enclosure> Path<'_, S> {
         }
         // |∫ g_n(Y) s^n w dx| <= max |g_n| J_0.
         let whole = weights.first().map_or(Magnitude::INFINITE, Enclosure::abs_upper_magnitude);
-        let enclosed = match enclosed {
-            Some(over) => Ok(over),
-            None => self.beside(weight.reach(from), to, &step, weight.zeros()),
-        };
-        let mut rest = match enclosed {
-            Ok(over) => {
-                // h is the divided difference of D = E - U at x and the m zeros that are taken out, so its k-th
-                // coefficient is that of k + m + 1 places, k + 1 of them at x: D^(k+m)/(k+m)! somewhere between them all
-                // (J. F. Steffensen, Interpolation (1927), §2).
-                let zeros = weight.zeros();
-                let top = (0..zeros).fold(over.0[order + zeros].clone(), |top, _| top.div(&r));
-                self.top(&h, &top, &mass, &over.1[order]) * whole
-            }
-            Err(_) => Magnitude::INFINITE,
-        };
+        let zeros = weight.zeros();
+        let enclosed = enclosed.or_else(|| self.beside(weight.reach(from), to, &step, zeros).ok());
+        let mut rest = enclosed.map_or(Magnitude::INFINITE, |over| {
+            // h is the divided difference of D = E - U at x and the m zeros that are taken out, so its k-th
+            // coefficient is that of k + m + 1 places, k + 1 of them at x: D^(k+m)/(k+m)! somewhere between them all
+            // (J. F. Steffensen, Interpolation (1927), §2).
+            let top = (0..zeros).fold(over.0[order + zeros].clone(), |top, _| top.div(&r));
+            self.top(&h, &top, &mass, &over.1[order]) * whole
+        });
         let enough = |rest: Magnitude| rest <= wanted * time.abs_lower_magnitude();
         if !enough(rest) && matches!(weight, Weight::Root) && from > 0.0 {
             // All the way from the turning point may be too far for an enclosure.

@@ -84,7 +84,7 @@ impl<'a, S: Enclosure> Task<'a, S> {
         self.oscillator.coordinate().name()
     }
 
-    pub(super) fn run(&mut self, request: &Request) -> Result<Found<S>, Stop<S>> {
+    pub(super) fn run(&mut self) -> Result<Found<S>, Stop<S>> {
         if !self.field.energy.is_finite() {
             let at = self.turning.as_ref().map_or(&self.centre, |(at, _)| at);
             return Err(Stop::Rough(at.clone()));
@@ -94,7 +94,7 @@ impl<'a, S: Enclosure> Task<'a, S> {
         if !excess.is_finite() {
             return Err(Stop::Rough(centre));
         }
-        let amplitude = matches!(request, Request::Amplitude(_));
+        let amplitude = self.turning.is_some();
         if excess.is_negative() || excess.is_exact_zero() {
             return Err(Stop::Final(if !amplitude {
                 self.below_equilibrium()
