@@ -200,10 +200,8 @@ impl<'a> Expansion<'a> {
         let whole: Vec<Ball> = self.force(&[shape, &most], 3).iter().map(|f| -*f).collect();
         // At u = pi/3: F1/2 - F3.
         let path = Self::path(shape, omega, (c0, c2), [half, root, -half, root]);
-        let mut part: Vec<Ball> = {
-            let [q1, q2] = &path.place;
-            self.force(&[q1, q2], 3).iter().map(|f| -*f).collect()
-        };
+        let mut part: Vec<Ball> =
+            self.force(&path.place.each_ref().map(Vec::as_slice), 3).iter().map(|f| -*f).collect();
         let inertia = self.inertia(&path, 3);
         if let Some((gradient, _)) = &inertia {
             for (place, g) in part.iter_mut().zip(gradient) {

@@ -124,19 +124,15 @@ impl Start {
                 }
             }
             let what = if rates { "velocities" } else { "coordinates" };
+            let broken = |reason| Err(MotionError::OffConstraints { reason });
             if let Some((moved, most)) = off {
-                return Err(MotionError::OffConstraints {
-                    reason: format!(
-                        "the nearest {what} that do are {} away, where the digits given leave {}",
-                        short(moved.by.abs()),
-                        short(most)
-                    ),
-                });
+                let (away, most) = (short(moved.by.abs()), short(most));
+                return broken(format!(
+                    "the nearest {what} that do are {away} away, where the digits given leave {most}"
+                ));
             }
             if !settled {
-                return Err(MotionError::OffConstraints {
-                    reason: format!("no {what} beside those that are given do"),
-                });
+                return broken(format!("no {what} beside those that are given do"));
             }
             self.enclose(system, rates, &free);
         }
@@ -239,16 +235,11 @@ impl Start {
     /// of F in the box (Krawczyk).
     fn radii(&self, system: &System, rates: bool, moved: &[usize]) -> Option<Vec<f64>> {
         let n = system.equations.coordinates;
-        let centre = |i: usize, known: &Known, value: &Ball, now: bool| -> Option<Ball> {
-            if now && moved.contains(&i) {
-                return Some(Ball::new(value.mid, 0.0));
-            }
-            known.enclosed::<Ball>(())
-        };
         let of = |first: usize, values: &[Ball], now: bool| -> Option<Vec<Ball>> {
-            let known = self.known.get(first..first + n)?;
-            let all = known.iter().zip(values).enumerate();
-            all.map(|(i, (known, value))| centre(i, known, value, now)).collect()
+            let all = self.known.get(first..first + n)?.iter().zip(values).enumerate();
+            let is_centre = |i: usize| now && moved.contains(&i);
+            all.map(|(i, (known, x))| if is_centre(i) { Some(Ball::new(x.mid, 0.0)) } else { known.enclosed(()) })
+                .collect()
         };
         let mut positions = of(0, &self.positions, !rates)?;
         let mut velocities = if rates { of(n, &self.velocities, true)? } else { self.velocities.clone() };

@@ -65,10 +65,9 @@ pub fn check(model: &Model) -> Result<(), PeriodError> {
 }
 
 impl Energies {
+    /// Of a model of one coordinate: see [`check`].
     pub(super) fn new(model: &Model) -> Result<Self, PeriodError> {
-        let Some(own) = model.coordinates.first() else {
-            return Err(PeriodError::NotOneCoordinate { count: 0, span: None });
-        };
+        let own = model.coordinates.at(0);
         let Mechanics { mut pool, lagrangian, .. } = Mechanics::new(model, model.pool.clone(), &known_values(model));
         let velocity = own.velocity;
         let once = pool.diff(lagrangian, velocity);
