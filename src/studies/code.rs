@@ -192,18 +192,17 @@ fn at_rest(
     }
     // It drops out of the equations.
     there.insert(mechanics.time, zero);
-    let searched = free.iter().map(|at| coordinates[*at]);
-    let inputs: Vec<Symbol> = parameters.iter().copied().chain(searched).collect();
+    let searched: Vec<Symbol> = free.iter().map(|at| coordinates[*at]).collect();
+    let inputs = [parameters, &searched].concat();
 
     let pool = &mut mechanics.pool;
     let search = if free.is_empty() {
         None
     } else {
-        let names: Vec<Symbol> = free.iter().map(|at| coordinates[*at]).collect();
         let roots: Vec<ExprId> = free.iter().map(|at| loads[*at]).collect();
         let mut roots = pool.substitute(&roots, &there);
         for at in 0..free.len() {
-            let slopes = pool.gradient(roots[at], &names);
+            let slopes = pool.gradient(roots[at], &searched);
             roots.extend(slopes);
         }
         let start = free.iter().map(|at| values[*at].mid_f64()).collect();

@@ -185,9 +185,7 @@ impl<'a> Expansion<'a> {
                 double[i] = double[i] - gradient + square * b[i];
             }
         }
-        finite(&still)?;
-        finite(&double)?;
-        Ok((still, double))
+        if still.iter().chain(&double).all(Ball::is_finite) { Ok((still, double)) } else { Err(Ended::NotSmooth) }
     }
 
     /// G1 and G3.
@@ -243,8 +241,4 @@ impl<'a> Expansion<'a> {
             speed: [scaled(s, &-(*omega * sine)), scaled(c2, &-(omega.scale(1) * double_sine))],
         }
     }
-}
-
-fn finite(values: &[Ball]) -> Result<(), Ended> {
-    if values.iter().all(Ball::is_finite) { Ok(()) } else { Err(Ended::NotSmooth) }
 }

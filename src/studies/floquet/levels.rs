@@ -103,11 +103,8 @@ impl Task<'_> {
         passes: usize,
         wide: impl Fn(usize, (usize, usize), &Found) -> Option<Found>,
     ) -> Found {
-        let mut bits = FIRST_BITS;
-        if is_lacking(&found.multipliers, self.digits) {
-            let missing = missing_bits(&found.multipliers, self.digits);
-            bits = bits.max((128 + missing).next_multiple_of(64));
-        }
+        let missing = missing_bits(&found.multipliers, self.digits);
+        let mut bits = FIRST_BITS.max((128 + missing).next_multiple_of(64));
         for level in 0..LEVELS {
             let steps = self.wide_steps(bits);
             let most = (steps.1 >> (4 * level)) / passes;

@@ -170,7 +170,8 @@ impl<'a, S: Enclosure> Task<'a, S> {
     /// The time from the first turning point on one side to the equilibrium, and that point.
     fn side(&mut self, step: f64, reach: Option<f64>) -> Result<(S, S), Stop<S>> {
         let centre = self.centre.clone();
-        let fence = self.fence_on(step);
+        // The known barrier, where it lies on this side.
+        let fence = self.fence.clone().filter(|fence| fence.sub(&centre).mid_f64() * step > 0.0);
         let mut bracket = match (self.field.outward(&self.centre, step, reach), &fence) {
             (Outward::Bracket(inside, outside), _) => (inside, outside),
             (_, Some(fence)) => (centre.clone(), fence.clone()),
@@ -194,13 +195,6 @@ impl<'a, S: Enclosure> Task<'a, S> {
             }
         }
         Err(Stop::Precision(bracket.1))
-    }
-
-    /// The known barrier, where it lies on the side that a step goes to.
-    fn fence_on(&self, step: f64) -> Option<S> {
-        let fence = self.fence.clone()?;
-        let way = fence.sub(&self.centre).mid_f64();
-        (way * step > 0.0).then_some(fence)
     }
 
     /// The time along a path, from kink to kink.
