@@ -286,7 +286,7 @@ impl Task<'_> {
             (false, false) if undecided(&careful) <= undecided(&quick) => careful,
             (false, true) => careful,
             (_, false) => quick,
-            (true, true) => unknown(block, n, precision),
+            (true, true) => multipliers::unknown(block, n, precision),
         }
     }
 }
@@ -294,11 +294,4 @@ impl Task<'_> {
 /// How many multipliers bounds do not place.
 fn undecided(multipliers: &[Multiplier]) -> usize {
     multipliers.iter().filter(|own| own.place == Place::Undecided).count()
-}
-
-/// Discs for multipliers of which nothing is known: all lie within the largest row sum of the matrix.
-fn unknown<S: Enclosure>(monodromy: &[S], n: usize, precision: S::Precision) -> Vec<Multiplier> {
-    let row = |row: &[S]| row.iter().fold(Magnitude::ZERO, |sum, x| sum + x.abs_upper_magnitude());
-    let reach = monodromy.chunks_exact(n).map(row).fold(Magnitude::ZERO, Magnitude::max);
-    (0..n).map(|_| Multiplier::anywhere::<S>(reach, precision)).collect()
 }

@@ -260,7 +260,7 @@ fn look<S: Enclosure>(
         return if summit.sub(&task.centre).is_negative() {
             Ok(Some(summit))
         } else {
-            Err(task.beyond_barrier(&summit, &Height::Top(height)))
+            Err(task.beyond_barrier(&summit, &Height { at: height, is_top: true }))
         };
     }
     unknown()

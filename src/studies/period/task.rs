@@ -300,7 +300,7 @@ impl<'a, S: Enclosure> Task<'a, S> {
         let centre = self.centre.clone();
         let (upper, distance) = self.turning.clone()?;
         let (summit, height) = self.field.highest(&centre, &upper)?;
-        if !height.at().sub(&self.field.energy).is_positive() {
+        if !height.at.sub(&self.field.energy).is_positive() {
             return None;
         }
         let way = summit.sub(&centre).mid_f64().abs();
