@@ -56,9 +56,6 @@ impl Driven {
         };
         let mut pool = model.pool.clone();
         let known = values(model, &mut pool, open);
-        if model.time().is_none() {
-            return Err(FloquetError::NoTime { span: None });
-        }
         let mut mechanics = Mechanics::new(model, pool, &known);
         let equations = mechanics.equations();
         let damped = !mechanics.has_potential();
@@ -90,8 +87,7 @@ impl Driven {
 
     /// That all parameters have values, but for those left open.
     fn check_values(&self, model: &Model, open: &[usize]) -> Result<(), FloquetError> {
-        let mut roots = self.load.clone();
-        roots.extend(self.mass.iter().flatten());
+        let mut roots = self.expressions();
         roots.push(self.period.0);
         for symbol in self.pool.symbols_of(&roots) {
             if let Some(SymbolKind::Parameter(number)) = model.symbols.get(symbol)

@@ -6,7 +6,7 @@
 
 use super::error::MotionError;
 use crate::flow::solved;
-use crate::mechanics::Mechanics;
+use crate::mechanics::{Mechanics, energy};
 use crate::source;
 use librate_core::derive::{Algebra, Motion, without_multipliers};
 use librate_core::expr::{ExprId, Pool, Substitution, Symbol, Tape};
@@ -80,23 +80,18 @@ impl<'a> Written<'a> {
         }
         let known = known_values(model);
         let mut mechanics = Mechanics::new(model, model.pool.clone(), &known);
-        let mut mass = Vec::new();
-        let mut inertia = Vec::new();
-        let mut loads = Vec::new();
-        let mut momenta = Vec::new();
-        for (i, equation) in mechanics.equations().into_iter().enumerate() {
-            for (j, value) in equation.mass.into_iter().filter(|(j, _)| i <= *j) {
-                mass.push((i, j));
-                inertia.push(value);
+        let equations = mechanics.equations();
+        let (mut mass, mut inertia) = (Vec::new(), Vec::new());
+        for (i, equation) in equations.iter().enumerate() {
+            for (j, value) in equation.mass.iter().filter(|(j, _)| i <= *j) {
+                mass.push((i, *j));
+                inertia.push(*value);
             }
-            loads.push(equation.load);
-            momenta.push(equation.momentum);
         }
+        let loads = equations.iter().map(|equation| equation.load).collect();
         let constraints = constraints(model, &mut mechanics.pool, &known);
-        let mut gradients = Vec::new();
-        let mut slopes = Vec::new();
-        let mut bends = Vec::new();
-        let mut rates = Vec::new();
+        let (mut gradients, mut slopes) = (Vec::new(), Vec::new());
+        let (mut bends, mut rates) = (Vec::new(), Vec::new());
         let holonomic = constraints.iter().map(|own| (*own, false));
         for (a, (own, rolls)) in holonomic.chain(model.rolling.iter().map(|own| (own.expression, true))).enumerate() {
             // A condition on velocities is kept as it is: c stands for nothing, and c' for the condition.
@@ -125,13 +120,7 @@ impl<'a> Written<'a> {
         // A condition with a part without velocities, as a moving belt, does work.
         let idle = model.rolling.iter().all(|own| model.at_rest(&mut pool, own.expression) == pool.zero());
         let conserved = model.forces.is_empty() && model.time_dependent.is_none() && idle;
-        let energy = conserved.then(|| {
-            let velocities: Vec<ExprId> = velocities.iter().map(|v| pool.symbol_expr(*v)).collect();
-            let products = momenta.iter().zip(&velocities);
-            let mut parts: Vec<ExprId> = products.map(|(p, v)| pool.mul(*p, *v)).collect();
-            parts.push(pool.neg(lagrangian));
-            pool.sum(&parts)
-        });
+        let energy = conserved.then(|| energy(&mut pool, lagrangian, &equations, &velocities));
         Ok(Self {
             model,
             pool,
