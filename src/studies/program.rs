@@ -160,17 +160,10 @@ impl Compiler<'_> {
             Node::Sum { constant, terms } => self.sum(constant, terms),
             Node::Product(factors) => self.product(factors),
             Node::Power { base, exponent } => {
-                let (base, exponent) = (self.register(*base), self.register(*exponent));
-                self.operation(Operation::Power(base, exponent))
+                self.operation(Operation::Power(self.register(*base), self.register(*exponent)))
             }
-            Node::Function(function, x) => {
-                let x = self.register(*x);
-                self.operation(Operation::Apply(*function, x))
-            }
-            Node::Atan2 { y, x } => {
-                let (y, x) = (self.register(*y), self.register(*x));
-                self.operation(Operation::Angle { y, x })
-            }
+            Node::Function(function, x) => self.operation(Operation::Apply(*function, self.register(*x))),
+            Node::Atan2 { y, x } => self.operation(Operation::Angle { y: self.register(*y), x: self.register(*x) }),
             Node::Number(_) | Node::Pi | Node::Undefined => self.operation(Operation::Undefined),
         })
     }

@@ -359,11 +359,7 @@ impl<S: Enclosure> Path<'_, S> {
         }
         let mut sum: Option<S> = None;
         let mut known: Option<Known<S>> = None;
-        let mut weight = match (self.turning, self.mirror()) {
-            (false, _) => Weight::One,
-            (true, None) => Weight::Root,
-            (true, Some(beyond)) => Weight::Pair(beyond),
-        };
+        let mut weight = if self.turning { self.mirror().map_or(Weight::Root, Weight::Pair) } else { Weight::One };
         let (mut from, mut width, mut trend) = (0.0, 1.0, 1.0);
         let mut before = Refusal::Rough;
         let terms = self.order as f64;
