@@ -208,17 +208,13 @@ fn held(pool: &mut Pool, model: &Model, positions: &[ExprId], dimension: usize) 
             // Nothing but the distance from the origin: the gradient points there.
             [only] => {
                 let parts = points[only];
-                let slopes: Option<Vec<ExprId>> = parts
-                    .iter()
-                    .map(|part| {
-                        if pool.vanishes(*part) {
-                            Some(*part)
-                        } else {
-                            pool.as_symbol(*part).map(|own| pool.diff(constraint.expression, own))
-                        }
-                    })
-                    .collect();
-                let Some(slopes) = slopes else { continue };
+                let mut slope = |part: &ExprId| {
+                    if pool.vanishes(*part) {
+                        return Some(*part);
+                    }
+                    pool.as_symbol(*part).map(|own| pool.diff(constraint.expression, own))
+                };
+                let Some(slopes) = parts.iter().map(&mut slope).collect::<Option<Vec<ExprId>>>() else { continue };
                 let mut along = |i: usize, j: usize| {
                     let [a, b] = [pool.mul(slopes[i], parts[j]), pool.mul(slopes[j], parts[i])];
                     pool.agree(a, b)

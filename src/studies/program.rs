@@ -143,11 +143,10 @@ impl Compiler<'_> {
         if self.pool.is_constant(id) {
             let ball = match self.pool.as_number(id) {
                 Some(number) => Ball::from_number(number, ()),
-                None => Tape::compile(self.pool, &[id], &[])?
-                    .evaluate::<Ball>(&[], &mut Vec::new())
-                    .first()
-                    .copied()
-                    .unwrap_or(Ball::NOT_FINITE),
+                None => {
+                    let values = Tape::compile(self.pool, &[id], &[])?.evaluate(&[], &mut Vec::new());
+                    values.first().copied().unwrap_or(Ball::NOT_FINITE)
+                }
             };
             return Ok(self.constant(&ball));
         }

@@ -252,10 +252,8 @@ impl Task<'_> {
             let velocities = members.iter().map(|i| i + half);
             let rows: Vec<usize> = members.iter().copied().chain(velocities).collect();
             let part = |of: &[S]| -> Vec<S> {
-                rows.iter()
-                    .flat_map(|row| rows.iter().map(move |column| n * row + column))
-                    .map(|at| of[at].clone())
-                    .collect()
+                let places = rows.iter().flat_map(|row| rows.iter().map(move |column| n * row + column));
+                places.map(|at| of[at].clone()).collect()
             };
             let form = || form().map(|form| part(&form));
             all.extend(self.of_block(&part(monodromy), rows.len(), precision, &form));

@@ -249,10 +249,8 @@ fn suggested_period(model: &Model) -> Option<String> {
         if pool.as_number(own).is_some_and(Number::is_zero) {
             continue;
         }
-        let constant = pool
-            .symbols_of(&[own])
-            .iter()
-            .all(|symbol| matches!(model.symbols.get(*symbol), Some(SymbolKind::Parameter(_))));
+        let is_parameter = |symbol| matches!(model.symbols.get(symbol), Some(SymbolKind::Parameter(_)));
+        let constant = pool.symbols_of(&[own]).into_iter().all(is_parameter);
         if !constant || rate.is_some_and(|other| other != own) {
             return None;
         }

@@ -8,7 +8,7 @@
 //! beside which it would be lost. Several that are not told apart lie on it where their form is definite ([`super::signature`]).
 
 use super::basis::Basis;
-use super::discs::{Covers, Disc};
+use super::discs::{Cover, Covers, Disc};
 use super::signature::is_definite;
 use librate_core::precision::{Ball, Big, Enclosure, Function, Magnitude, Scalar, up};
 use librate_core::worded;
@@ -286,22 +286,18 @@ fn together<S: Enclosure>(
 /// since those of different z are different.
 fn partners<S: Enclosure>(covers: &Covers<S>, precision: S::Precision) -> Vec<Option<(Disc<S>, bool)>> {
     let n = covers.plain.len();
-    let images: Vec<(Disc<S>, bool)> = covers
-        .of
-        .iter()
-        .filter(|cover| cover.disc.single)
-        .filter_map(|cover| {
-            let disc = &cover.disc;
-            let modulus = disc.center.square_of_modulus().sqrt();
-            let modulus = modulus.sub(&S::from_magnitude(disc.radius, precision));
-            if side(&modulus, precision) != Place::Outside {
-                return None;
-            }
-            let conjugate = disc.conjugate();
-            let real = cover.others.iter().all(|other| conjugate.is_apart(other, precision));
-            Some((disc.mirrored(precision)?, real))
-        })
-        .collect();
+    let image = |cover: &Cover<S>| {
+        let disc = &cover.disc;
+        let modulus = disc.center.square_of_modulus().sqrt();
+        let modulus = modulus.sub(&S::from_magnitude(disc.radius, precision));
+        if side(&modulus, precision) != Place::Outside {
+            return None;
+        }
+        let conjugate = disc.conjugate();
+        let real = cover.others.iter().all(|other| conjugate.is_apart(other, precision));
+        Some((disc.mirrored(precision)?, real))
+    };
+    let images: Vec<(Disc<S>, bool)> = covers.of.iter().filter(|cover| cover.disc.single).filter_map(image).collect();
     let mut partners = vec![None; n];
     for members in &covers.sets {
         let others = (0..n).filter(|at| !members.contains(at));

@@ -256,12 +256,9 @@ pub(super) fn orbit<S: Enclosure>(
     }
     let Some(newton) = newton else { return Err(Lost::Search("periodic motions are not isolated here")) };
     for size in BOXES.map(|size| size * rounding) {
-        let reach: Vec<f64> = guess
-            .scale
-            .iter()
-            .zip(&asked)
-            .map(|(s, a)| size * s.max(1e-3 * largest) + 4.0 * a.min(size * largest))
-            .collect();
+        let sizes = guess.scale.iter().zip(&asked);
+        let reach = sizes.map(|(s, a)| size * s.max(1e-3 * largest) + 4.0 * a.min(size * largest));
+        let reach: Vec<f64> = reach.collect();
         let there = period_map(equations, period, &center, &reach, steps, precision).map_err(Lost::Stopped)?;
         if let Some(start) = newton.inside(&there, &center, &reach) {
             return Ok(Orbit { start, period_map: there });

@@ -161,12 +161,9 @@ impl System {
                 inertia[row] = (size.max(entry.mid.hi.abs()), off + entry.radius);
             }
         }
-        let loads = values.iter().skip(equations.mass.len());
-        loads
-            .zip(&inertia)
-            .map(|(load, (size, off))| (load.radius + load.mid.hi.abs() * off / size) / size)
-            .map(|own| if own.is_finite() { own } else { f64::INFINITY })
-            .collect()
+        let loads = values.iter().skip(equations.mass.len()).zip(&inertia);
+        let lost = loads.map(|(load, (size, off))| (load.radius + load.mid.hi.abs() * off / size) / size);
+        lost.map(|own| if own.is_finite() { own } else { f64::INFINITY }).collect()
     }
 
     /// Time, coordinates and velocities of a row, each as it is wanted, and the signs of what absolute values are taken of.

@@ -364,10 +364,8 @@ impl System {
         let mut spread = 1.0_f64;
         let mut errors = Vec::with_capacity(fine.rows.len());
         for row in 0..fine.rows.len() {
-            let off = plain
-                .as_ref()
-                .map(|plain| relative(row, &|at| Ball::exact(plain.rows[row][at])))
-                .filter(|off| off.is_finite());
+            let off = plain.as_ref().map(|plain| relative(row, &|at| Ball::exact(plain.rows[row][at])));
+            let off = off.filter(|off| off.is_finite());
             spread = spread.max(off.map_or(f64::INFINITY, |off| off / f64::ROUNDING));
             match off {
                 Some(off) if off < LOST && check.is_none() => {
