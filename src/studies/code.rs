@@ -196,10 +196,8 @@ fn at_rest(
     } else {
         let roots: Vec<ExprId> = free.iter().map(|at| loads[*at]).collect();
         let mut roots = pool.substitute(&roots, &there);
-        for at in 0..free.len() {
-            let slopes = pool.gradient(roots[at], &searched);
-            roots.extend(slopes);
-        }
+        let slopes: Vec<ExprId> = roots.iter().flat_map(|root| pool.gradient(*root, &searched)).collect();
+        roots.extend(slopes);
         let start = free.iter().map(|at| values[*at].mid_f64()).collect();
         Some(Search { start, step: compiled(model, pool, &roots, &inputs)?, free })
     };

@@ -129,12 +129,10 @@ impl Period {
         self.energy_precise = self.energy_precise.map(|own| own.scale(energy));
         self.energy = self.energy.scale_far(energy);
         self.equilibrium = self.equilibrium.scale_far(length);
-        self.motion = match self.motion {
-            Motion::Libration { turning } => {
-                Motion::Libration { turning: turning.map(|place| place.scale_far(length)) }
-            }
-            Motion::Rotation { advance } => Motion::Rotation { advance: advance.scale_far(length) },
-        };
+        match &mut self.motion {
+            Motion::Libration { turning } => *turning = turning.map(|place| place.scale_far(length)),
+            Motion::Rotation { advance } => *advance = advance.scale_far(length),
+        }
         self
     }
 }
