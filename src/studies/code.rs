@@ -5,7 +5,7 @@
 //! x^n is not defined at 0 for every n. Where the equilibrium has to be searched for, a step of Newton's method is a list of operations
 //! as well. Nothing is evaluated here but the defaults and the point where that search begins.
 
-use crate::mechanics::{Mechanics, row};
+use crate::mechanics::{Mechanics, energy, row};
 use crate::program::Program;
 use crate::source;
 use librate_core::expr::{ExprId, Pool, Substitution, Symbol};
@@ -126,12 +126,7 @@ pub fn code(model: &Model) -> Result<Code, LinearizeError> {
     let rest = matrices.as_ref().map(rest).transpose()?;
 
     let Mechanics { mut pool, coordinates, velocities, time, lagrangian, .. } = mechanics;
-    let mut energy = vec![pool.neg(lagrangian)];
-    for (equation, velocity) in equations.iter().zip(&velocities) {
-        let velocity = pool.symbol_expr(*velocity);
-        energy.push(pool.mul(equation.momentum, velocity));
-    }
-    let energy = pool.sum(&energy);
+    let energy = energy(&mut pool, lagrangian, &equations, &velocities);
     let forces: Vec<ExprId> = loads.iter().map(|load| pool.neg(*load)).collect();
     let moving: Vec<Symbol> = [time].into_iter().chain(coordinates).chain(velocities).chain(parameters).collect();
     let value = |at: &usize| {
@@ -192,11 +187,10 @@ fn at_rest(
     let search = if free.is_empty() {
         None
     } else {
-        let forces: Vec<ExprId> = free.iter().map(|at| loads[*at]).collect();
-        let mut roots = pool.substitute(&forces, &there);
-        for at in 0..free.len() {
-            roots.extend(pool.gradient(roots[at], &searched));
-        }
+        let roots: Vec<ExprId> = free.iter().map(|at| loads[*at]).collect();
+        let mut roots = pool.substitute(&roots, &there);
+        let slopes: Vec<ExprId> = roots.iter().flat_map(|root| pool.gradient(*root, &searched)).collect();
+        roots.extend(slopes);
         let start = free.iter().map(|at| values[*at].mid_f64()).collect();
         Some(Search { start, step: compiled(model, pool, &roots, &inputs)?, free })
     };

@@ -41,6 +41,16 @@ pub(crate) fn row(entries: &[(usize, ExprId)], count: usize, zero: ExprId) -> Ve
     row
 }
 
+/// The energy function Σ q' dL/dq' - L.
+pub(crate) fn energy(pool: &mut Pool, lagrangian: ExprId, equations: &[Equation], velocities: &[Symbol]) -> ExprId {
+    let mut parts = vec![pool.neg(lagrangian)];
+    for (equation, velocity) in equations.iter().zip(velocities) {
+        let velocity = pool.symbol_expr(*velocity);
+        parts.push(pool.mul(equation.momentum, velocity));
+    }
+    pool.sum(&parts)
+}
+
 impl<'a> Mechanics<'a> {
     /// Writes the energies out, with what is known of the parameters; `pool` builds on the model's and has these values.
     pub(crate) fn new(model: &'a Model, mut pool: Pool, known: &Substitution) -> Self {

@@ -84,14 +84,7 @@ impl Program {
     /// # Errors
     /// A symbol that is no input.
     pub(crate) fn compile(pool: &Pool, roots: &[ExprId], inputs: &[Symbol]) -> Result<Self, UnboundSymbol> {
-        let mut compiler = Compiler {
-            pool,
-            inputs,
-            values: Vec::new(),
-            known: HashMap::new(),
-            constants: HashMap::new(),
-            of: HashMap::new(),
-        };
+        let mut compiler = Compiler { pool, inputs, values: Vec::new(), known: HashMap::new(), of: HashMap::new() };
         for id in pool.reachable(roots) {
             let register = compiler.expression(id)?;
             compiler.of.insert(id, register);
@@ -102,9 +95,10 @@ impl Program {
 }
 
 /// What a register holds, before the registers are put in order.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Value {
-    Constant { value: f64, error: f64 },
+    /// The bits of a constant and of a bound of what it is off by.
+    Constant(u64, u64),
     Input(usize),
     Result(Operation),
 }
@@ -113,28 +107,21 @@ struct Compiler<'a> {
     pool: &'a Pool,
     inputs: &'a [Symbol],
     values: Vec<Value>,
-    known: HashMap<Operation, u32>,
-    /// By the bits of value and error.
-    constants: HashMap<(u64, u64), u32>,
+    known: HashMap<Value, u32>,
     of: HashMap<ExprId, u32>,
 }
 
 impl Compiler<'_> {
-    fn push(&mut self, value: Value) -> u32 {
-        let at = u32::try_from(self.values.len()).unwrap_or(u32::MAX);
-        self.values.push(value);
-        at
+    /// The register of a value, which is made if it is new.
+    fn put(&mut self, value: Value) -> u32 {
+        *self.known.entry(value).or_insert_with(|| {
+            self.values.push(value);
+            u32::try_from(self.values.len() - 1).unwrap_or(u32::MAX)
+        })
     }
 
     fn constant(&mut self, ball: &Ball) -> u32 {
-        let (value, error) = (ball.mid_f64(), ball.mid_f64_error());
-        let key = (value.to_bits(), error.to_bits());
-        if let Some(at) = self.constants.get(&key) {
-            return *at;
-        }
-        let at = self.push(Value::Constant { value, error });
-        self.constants.insert(key, at);
-        at
+        self.put(Value::Constant(ball.mid_f64().to_bits(), ball.mid_f64_error().to_bits()))
     }
 
     fn number(&mut self, number: &Number) -> u32 {
@@ -145,19 +132,12 @@ impl Compiler<'_> {
         self.of.get(&id).copied().unwrap_or(0)
     }
 
-    /// The register of an operation, which is made if it is new.
     fn operation(&mut self, operation: Operation) -> u32 {
-        let operation = match operation {
+        self.put(Value::Result(match operation {
             Operation::Add(a, b) => Operation::Add(a.min(b), a.max(b)),
             Operation::Multiply(a, b) => Operation::Multiply(a.min(b), a.max(b)),
             other => other,
-        };
-        if let Some(at) = self.known.get(&operation) {
-            return *at;
-        }
-        let at = self.push(Value::Result(operation));
-        self.known.insert(operation, at);
-        at
+        }))
     }
 
     fn expression(&mut self, id: ExprId) -> Result<u32, UnboundSymbol> {
@@ -169,22 +149,15 @@ impl Compiler<'_> {
             Node::Symbol(symbol) => {
                 let place = self.inputs.iter().position(|input| input == symbol);
                 let place = place.ok_or(UnboundSymbol { symbol: *symbol })?;
-                self.push(Value::Input(place))
+                self.put(Value::Input(place))
             }
             Node::Sum { constant, terms } => self.sum(constant, terms),
             Node::Product(factors) => self.product(factors),
             Node::Power { base, exponent } => {
-                let (base, exponent) = (self.register(*base), self.register(*exponent));
-                self.operation(Operation::Power(base, exponent))
+                self.operation(Operation::Power(self.register(*base), self.register(*exponent)))
             }
-            Node::Function(function, x) => {
-                let x = self.register(*x);
-                self.operation(Operation::Apply(*function, x))
-            }
-            Node::Atan2 { y, x } => {
-                let (y, x) = (self.register(*y), self.register(*x));
-                self.operation(Operation::Angle { y, x })
-            }
+            Node::Function(function, x) => self.operation(Operation::Apply(*function, self.register(*x))),
+            Node::Atan2 { y, x } => self.operation(Operation::Angle { y: self.register(*y), x: self.register(*x) }),
             Node::Number(_) | Node::Pi | Node::Undefined => self.operation(Operation::Undefined),
         })
     }
@@ -256,21 +229,14 @@ impl Compiler<'_> {
         for (base, exponent) in factors {
             let power = self.power(*base, &exponent.abs());
             let part = if exponent.is_negative() { &mut below } else { &mut above };
-            let product = match *part {
-                None => power,
-                Some(product) => self.operation(Operation::Multiply(product, power)),
-            };
-            *if exponent.is_negative() { &mut below } else { &mut above } = Some(product);
+            *part = Some(part.map_or(power, |product| self.operation(Operation::Multiply(product, power))));
         }
-        let mut result = match above {
+        let result = match above {
             Some(above) if register == one => above,
             Some(above) => self.operation(Operation::Multiply(above, register)),
             None => register,
         };
-        if let Some(below) = below {
-            result = self.operation(Operation::Divide(result, below));
-        }
-        result
+        below.map_or(result, |below| self.operation(Operation::Divide(result, below)))
     }
 
     /// A base to a positive exponent.
@@ -323,9 +289,9 @@ impl Compiler<'_> {
         let mut program = Program { inputs: self.inputs.len(), ..Program::default() };
         let mut place = vec![0; self.values.len()];
         for (at, value) in self.values.iter().enumerate() {
-            if let (true, Value::Constant { value, error }) = (needed[at], value) {
+            if let (true, Value::Constant(value, error)) = (needed[at], value) {
                 place[at] = index(program.constants.len());
-                program.constants.push((*value, *error));
+                program.constants.push((f64::from_bits(*value), f64::from_bits(*error)));
             }
         }
         let first = program.constants.len();
@@ -337,7 +303,7 @@ impl Compiler<'_> {
                     place[at] = index(first + program.inputs + program.operations.len());
                     program.operations.push(new);
                 }
-                Value::Result(_) | Value::Constant { .. } => {}
+                Value::Result(_) | Value::Constant(..) => {}
             }
         }
         program.outputs = outputs.iter().map(|at| place[*at as usize]).collect();

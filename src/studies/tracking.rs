@@ -66,10 +66,8 @@ impl Shape {
 
     /// xᴴ M y, real and imaginary part.
     pub(crate) fn product(&self, other: &Self) -> [f64; 2] {
-        self.image
-            .iter()
-            .zip(&other.vector)
-            .fold([0.0; 2], |[re, im], ([a, b], [c, d])| [re + a * c + b * d, im + a * d - b * c])
+        let parts = self.image.iter().zip(&other.vector);
+        parts.fold([0.0; 2], |[re, im], ([a, b], [c, d])| [re + a * c + b * d, im + a * d - b * c])
     }
 
     /// The shape as one of a number of equal ones.

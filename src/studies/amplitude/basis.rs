@@ -7,7 +7,7 @@
 
 use librate_core::linearize::Linearized;
 use librate_core::modes::Kind;
-use librate_core::oscillation::NormalModes;
+use librate_core::oscillation::{NormalMode, NormalModes};
 use librate_core::precision::{Ball, Scalar, up};
 
 /// Modes that are not separated.
@@ -38,12 +38,10 @@ impl Basis {
         if modes.len() != n || modes.iter().any(|mode| mode.vector.len() != n) {
             return None;
         }
-        let shapes: Vec<Vec<Ball>> = modes
-            .iter()
-            .map(|mode| {
-                mode.vector.iter().map(|x| Ball::exact(*x).with_added_radius(mode.vector_error_bound)).collect()
-            })
-            .collect();
+        let shape = |mode: &NormalMode| -> Vec<Ball> {
+            mode.vector.iter().map(|x| Ball::exact(*x).with_added_radius(mode.vector_error_bound)).collect()
+        };
+        let shapes: Vec<Vec<Ball>> = modes.iter().map(shape).collect();
         let mut groups: Vec<Group> = Vec::new();
         let mut group_of = Vec::with_capacity(n);
         for (at, mode) in modes.iter().enumerate() {

@@ -185,9 +185,7 @@ impl<'a> Expansion<'a> {
                 double[i] = double[i] - gradient + square * b[i];
             }
         }
-        finite(&still)?;
-        finite(&double)?;
-        Ok((still, double))
+        if still.iter().chain(&double).all(Ball::is_finite) { Ok((still, double)) } else { Err(Ended::NotSmooth) }
     }
 
     /// G1 and G3.
@@ -200,10 +198,8 @@ impl<'a> Expansion<'a> {
         let whole: Vec<Ball> = self.force(&[shape, &most], 3).iter().map(|f| -*f).collect();
         // At u = pi/3: F1/2 - F3.
         let path = Self::path(shape, omega, (c0, c2), [half, root, -half, root]);
-        let mut part: Vec<Ball> = {
-            let [q1, q2] = &path.place;
-            self.force(&[q1, q2], 3).iter().map(|f| -*f).collect()
-        };
+        let mut part: Vec<Ball> =
+            self.force(&path.place.each_ref().map(Vec::as_slice), 3).iter().map(|f| -*f).collect();
         let inertia = self.inertia(&path, 3);
         if let Some((gradient, _)) = &inertia {
             for (place, g) in part.iter_mut().zip(gradient) {
@@ -245,8 +241,4 @@ impl<'a> Expansion<'a> {
             speed: [scaled(s, &-(*omega * sine)), scaled(c2, &-(omega.scale(1) * double_sine))],
         }
     }
-}
-
-fn finite(values: &[Ball]) -> Result<(), Ended> {
-    if values.iter().all(Ball::is_finite) { Ok(()) } else { Err(Ended::NotSmooth) }
 }

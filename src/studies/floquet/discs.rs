@@ -83,21 +83,14 @@ impl<S: Enclosure> Covers<S> {
         let size = |i: usize, j: usize| coupling[(i, j)].upper_bound();
         let columns: Vec<Magnitude> =
             (0..n).map(|j| (0..n).fold(Magnitude::ZERO, |most, i| most.max(size(i, j)))).collect();
-        let mut matrix = Form {
+        let diagonal: Vec<Complex<S>> = (0..n).map(|i| values[i].add(&coupling[(i, i)])).collect();
+        let matrix = Form {
             n,
             precision,
-            centers: Vec::with_capacity(n),
-            own: Vec::with_capacity(n),
-            off: Vec::with_capacity(n * n),
+            centers: diagonal.iter().map(Complex::center).collect(),
+            own: diagonal.iter().zip(&columns).map(|(own, column)| own.radius() + share * *column).collect(),
+            off: Matrix::from_fn(n, n, |i, j| size(i, j) + share * columns[j]),
         };
-        for i in 0..n {
-            let center = values[i].add(&coupling[(i, i)]);
-            matrix.own.push(center.radius() + share * columns[i]);
-            matrix.centers.push(center.center());
-            for (j, column) in columns.iter().enumerate() {
-                matrix.off.push(size(i, j) + share * *column);
-            }
-        }
         let mut of: Vec<Cover<S>> = (0..n).map(|i| matrix.scaled(i)).collect();
         let plain: Vec<Disc<S>> = (0..n).map(|i| matrix.disc(i, matrix.own[i] + matrix.row(i, i))).collect();
         let sets = connected(n, |i, j| !plain[i].is_apart(&plain[j], precision));
@@ -115,7 +108,7 @@ impl<S: Enclosure> Covers<S> {
 
     /// A bound of an entry of V⁻¹ΦV, on the diagonal of its distance from the center of the disc.
     pub(super) fn coupling(&self, i: usize, j: usize) -> Magnitude {
-        if i == j { self.form.own[i] } else { self.form.off[self.form.n * i + j] }
+        if i == j { self.form.own[i] } else { self.form.off[(i, j)] }
     }
 }
 
@@ -125,7 +118,7 @@ struct Form<S: Enclosure> {
     precision: S::Precision,
     centers: Vec<Complex<S>>,
     own: Vec<Magnitude>,
-    off: Vec<Magnitude>,
+    off: Matrix<Magnitude>,
 }
 
 impl<S: Enclosure> Form<S> {
@@ -136,7 +129,7 @@ impl<S: Enclosure> Form<S> {
     /// The entries of a row beside the diagonal, but for one.
     fn row(&self, j: usize, without: usize) -> Magnitude {
         let others = (0..self.n).filter(|k| *k != j && *k != without);
-        others.fold(Magnitude::ZERO, |sum, k| sum + self.off[self.n * j + k])
+        others.fold(Magnitude::ZERO, |sum, k| sum + self.off[(j, k)])
     }
 
     /// Gershgorin's discs, with the row of one of them divided by a number as large as keeps it apart from the others.
@@ -146,14 +139,14 @@ impl<S: Enclosure> Form<S> {
         let mut strongest = Magnitude::ZERO;
         for j in (0..n).filter(|j| *j != i) {
             gap = gap.min(self.centers[i].sub(&self.centers[j]).upper_bound());
-            strongest = strongest.max(self.off[n * j + i]);
+            strongest = strongest.max(self.off[(j, i)]);
         }
         // Any positive number would do; the sizes only choose one.
         let best = (strongest / gap).scale(2);
         let factor = if best < Magnitude::ONE && !best.is_zero() { best } else { Magnitude::ONE };
         let with = |factor: Magnitude| {
             let others = (0..n).filter(|j| *j != i).map(|j| {
-                let own = self.off[n * j + i] / factor;
+                let own = self.off[(j, i)] / factor;
                 self.disc(j, self.own[j] + self.row(j, i) + own)
             });
             Cover { disc: self.disc(i, self.own[i] + factor * self.row(i, i)), others: others.collect() }

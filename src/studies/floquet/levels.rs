@@ -103,11 +103,8 @@ impl Task<'_> {
         passes: usize,
         wide: impl Fn(usize, (usize, usize), &Found) -> Option<Found>,
     ) -> Found {
-        let mut bits = FIRST_BITS;
-        if is_lacking(&found.multipliers, self.digits) {
-            let missing = missing_bits(&found.multipliers, self.digits);
-            bits = bits.max((128 + missing).next_multiple_of(64));
-        }
+        let missing = missing_bits(&found.multipliers, self.digits);
+        let mut bits = FIRST_BITS.max((128 + missing).next_multiple_of(64));
         for level in 0..LEVELS {
             let steps = self.wide_steps(bits);
             let most = (steps.1 >> (4 * level)) / passes;
@@ -132,26 +129,23 @@ impl Task<'_> {
             Matrix::new(kept.len(), kept.iter().flat_map(|row| rows[*row].to_vec()).collect())
         });
         let monodromy = along.as_ref().unwrap_or(&there.monodromy);
-        let n = monodromy.rows().len();
         let form = || {
             let form = self.form(&start, precision)?;
             let Some((_, basis)) = &tangent else { return Some(form) };
             let form = Matrix::new(2 * self.driven.dimension(), form).mul(basis, precision);
             Some(basis.transposed().mul(&form, precision).into_entries())
         };
-        let symplectic = !self.driven.damped;
         let sizes = monodromy.entries().iter().map(Enclosure::abs_upper_magnitude);
         let size = sizes.fold(Magnitude::ZERO, Magnitude::max);
         let wide = || -> Vec<Big> {
             monodromy.entries().iter().map(|x| x.unrounded(RANGE_BITS).scale(there.exponent)).collect()
         };
-        let blocks = Blocks { n, symplectic, digits: self.digits };
         let multipliers = if there.exponent != 0 || size.scale(-FAR) > Magnitude::ONE {
             let wide = wide();
             let bits = wide.first().map_or(RANGE_BITS, Big::bits);
-            blocks.multipliers(&wide, bits, &|| None)
+            self.multipliers(&wide, bits, &|| None)
         } else {
-            blocks.multipliers(monodromy.entries(), precision, &form)
+            self.multipliers(monodromy.entries(), precision, &form)
         };
         let monodromy = match there.exponent {
             0 => monodromy.entries().iter().map(Enclosure::to_ball).collect(),
@@ -238,40 +232,28 @@ impl Task<'_> {
             Lost::Stopped(stop) => self.stopped(stop),
         }
     }
-}
 
-/// A monodromy matrix, of each set of coordinates by itself that nothing couples to the others: what coincides in two
-/// of them has vectors of its own in each. A set holds the velocities of its coordinates, so that its part of a
-/// symplectic matrix is symplectic.
-struct Blocks {
-    /// The size of the matrix.
-    n: usize,
-    symplectic: bool,
-    digits: usize,
-}
-
-impl Blocks {
+    /// Those of a monodromy matrix, of each set of coordinates by itself that nothing couples to the others: what coincides in two
+    /// of them has vectors of its own in each. A set holds the velocities of its coordinates, so that its part of a
+    /// symplectic matrix is symplectic.
     fn multipliers<S: Enclosure>(
         &self,
         monodromy: &[S],
         precision: S::Precision,
         form: &dyn Fn() -> Option<Vec<S>>,
     ) -> Vec<Multiplier> {
-        let half = self.n / 2;
+        let n = monodromy.len().isqrt();
+        let half = n / 2;
         let coupled = |i: usize, j: usize| {
-            [i, i + half]
-                .iter()
-                .any(|row| [j, j + half].iter().any(|column| !monodromy[self.n * row + column].is_zero()))
+            [i, i + half].iter().any(|row| [j, j + half].iter().any(|column| !monodromy[n * row + column].is_zero()))
         };
         let mut all = Vec::new();
         for members in connected(half, |i, j| coupled(i, j) || coupled(j, i)) {
             let velocities = members.iter().map(|i| i + half);
             let rows: Vec<usize> = members.iter().copied().chain(velocities).collect();
             let part = |of: &[S]| -> Vec<S> {
-                rows.iter()
-                    .flat_map(|row| rows.iter().map(move |column| self.n * row + column))
-                    .map(|at| of[at].clone())
-                    .collect()
+                let places = rows.iter().flat_map(|row| rows.iter().map(move |column| n * row + column));
+                places.map(|at| of[at].clone()).collect()
             };
             let form = || form().map(|form| part(&form));
             all.extend(self.of_block(&part(monodromy), rows.len(), precision, &form));
@@ -287,10 +269,11 @@ impl Blocks {
         precision: S::Precision,
         form: &dyn Fn() -> Option<Vec<S>>,
     ) -> Vec<Multiplier> {
+        let symplectic = !self.driven.damped;
         if n == 2 {
-            return multipliers::of_two(block, self.symplectic, precision);
+            return multipliers::of_two(block, symplectic, precision);
         }
-        let form = self.symplectic.then_some(form);
+        let form = symplectic.then_some(form);
         let many = |careful| multipliers::of_many(block, n, form, careful, precision);
         let quick = many(false);
         if !is_lacking(&quick, self.digits) {
@@ -301,7 +284,7 @@ impl Blocks {
             (false, false) if undecided(&careful) <= undecided(&quick) => careful,
             (false, true) => careful,
             (_, false) => quick,
-            (true, true) => unknown(block, n, precision),
+            (true, true) => multipliers::unknown(block, n, precision),
         }
     }
 }
@@ -309,11 +292,4 @@ impl Blocks {
 /// How many multipliers bounds do not place.
 fn undecided(multipliers: &[Multiplier]) -> usize {
     multipliers.iter().filter(|own| own.place == Place::Undecided).count()
-}
-
-/// Discs for multipliers of which nothing is known: all lie within the largest row sum of the matrix.
-fn unknown<S: Enclosure>(monodromy: &[S], n: usize, precision: S::Precision) -> Vec<Multiplier> {
-    let row = |row: &[S]| row.iter().fold(Magnitude::ZERO, |sum, x| sum + x.abs_upper_magnitude());
-    let reach = monodromy.chunks_exact(n).map(row).fold(Magnitude::ZERO, Magnitude::max);
-    (0..n).map(|_| Multiplier::anywhere::<S>(reach, precision)).collect()
 }

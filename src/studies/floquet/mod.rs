@@ -32,7 +32,7 @@ use std::cmp::Ordering;
 use crate::digits::Digits;
 use crate::flow::{Equations, Plain};
 use levels::Task;
-use librate_core::expr::ExprId;
+use librate_core::expr::{ExprId, ZeroVerdict};
 use librate_core::linearize::{LinearizeError, constant, integrated};
 use librate_core::model::Model;
 use librate_core::order::Order;
@@ -221,16 +221,11 @@ pub(crate) fn repeating(plain: &mut Plain, period: f64, start: &[f64], budget: u
 fn period(driven: &Driven) -> Result<Ball, FloquetError> {
     let (value, span) = driven.period;
     let number = constant(&driven.pool, value);
-    match number.filter(Ball::is_positive) {
-        Some(number) => Ok(number),
-        None => Err(FloquetError::PeriodNotPositive {
-            value: match number {
-                Some(number) if number.is_finite() => short(number.mid_f64()),
-                Some(_) | None => "not defined".to_owned(),
-            },
-            span,
-        }),
-    }
+    number.filter(Ball::is_positive).ok_or_else(|| {
+        let finite = number.filter(Ball::is_finite);
+        let value = finite.map_or_else(|| "not defined".to_owned(), |number| short(number.mid_f64()));
+        FloquetError::PeriodNotPositive { value, span }
+    })
 }
 
 /// Where motions are examined, coordinates before velocities: as given, as guessed, else 0. With an equilibrium they rest.
@@ -266,15 +261,12 @@ pub(crate) fn equations(
 /// Whether no motion begins at a state, as it has no velocity and no force acts there at any time.
 fn rests(model: &Model, driven: &mut Driven, begin: &[ExprId]) -> Result<bool, FloquetError> {
     let (point, velocities) = begin.split_at(driven.dimension());
-    let moved = driven.moved(point);
+    let forces = driven.at_rest(point);
     let energy = driven.driven_at;
-    for (at, moved) in moved.iter().enumerate() {
-        if *moved == Some(false) {
-            continue;
-        }
+    for (at, force) in forces.iter().enumerate() {
         // Any given coordinate makes the point one that is asked for.
         let given = model.equilibria.get(at).or(model.equilibria.given().next());
-        if let (Some(given), Some(true)) = (given, moved) {
+        if let (Some(given), ZeroVerdict::NonZero) = (given, force) {
             return Err(FloquetError::EquilibriumMoves {
                 coordinate: model.coordinates.at(at).name(),
                 force: driven.force_text(at, point).unwrap_or_else(|| "that is not 0".to_owned()),
@@ -284,7 +276,7 @@ fn rests(model: &Model, driven: &mut Driven, begin: &[ExprId]) -> Result<bool, F
         }
     }
     let still = velocities.iter().all(|own| driven.pool.vanishes(*own));
-    Ok(still && moved.iter().all(|moved| *moved == Some(false)))
+    Ok(still && forces.iter().all(|force| *force == ZeroVerdict::Zero))
 }
 
 fn stable(multipliers: &[Multiplier]) -> Option<bool> {

@@ -133,12 +133,9 @@ pub(super) fn period_map<S: Enclosure>(
         let shift: Vec<S> = middle.iter().zip(&state).map(|(m, x)| m.sub(&x.center())).collect();
         middle = step.image.iter().map(S::center).collect();
         let slopes = Matrix::new(n, step.slopes);
-        let drift = slopes
-            .image(&shift, precision)
-            .iter()
-            .zip(step.image.iter().zip(&middle))
-            .map(|(d, (image, m))| d.add(&image.sub(m)))
-            .collect();
+        let shifted = slopes.image(&shift, precision);
+        let ends = step.image.iter().zip(&middle);
+        let drift = shifted.iter().zip(ends).map(|(d, (image, m))| d.add(&image.sub(m))).collect();
         chain.push(slopes, drift);
         if step.whole {
             // The initial box aside: from its midpoint.

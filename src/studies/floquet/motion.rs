@@ -56,9 +56,6 @@ impl Driven {
         };
         let mut pool = model.pool.clone();
         let known = values(model, &mut pool, open);
-        if model.time().is_none() {
-            return Err(FloquetError::NoTime { span: None });
-        }
         let mut mechanics = Mechanics::new(model, pool, &known);
         let equations = mechanics.equations();
         let damped = !mechanics.has_potential();
@@ -90,8 +87,7 @@ impl Driven {
 
     /// That all parameters have values, but for those left open.
     fn check_values(&self, model: &Model, open: &[usize]) -> Result<(), FloquetError> {
-        let mut roots = self.load.clone();
-        roots.extend(self.mass.iter().flatten());
+        let mut roots = self.expressions();
         roots.push(self.period.0);
         for symbol in self.pool.symbols_of(&roots) {
             if let Some(SymbolKind::Parameter(number)) = model.symbols.get(symbol)
@@ -128,18 +124,10 @@ impl Driven {
         std::iter::once(&self.time).chain(&self.coordinates).chain(&self.velocities).copied().collect()
     }
 
-    /// The coordinates on which a force acts at rest at a point, at some time; `None` for those of which that is
-    /// not known.
-    pub(crate) fn moved(&mut self, point: &[ExprId]) -> Vec<Option<bool>> {
+    /// Whether the force on each coordinate at rest at a point is 0 at all times.
+    pub(crate) fn at_rest(&mut self, point: &[ExprId]) -> Vec<ZeroVerdict> {
         let forces = self.pool.substitute(&self.load, &self.at(point));
-        forces
-            .into_iter()
-            .map(|force| match self.pool.is_zero(force) {
-                ZeroVerdict::Zero => Some(false),
-                ZeroVerdict::NonZero => Some(true),
-                ZeroVerdict::Unknown => None,
-            })
-            .collect()
+        forces.into_iter().map(|force| self.pool.is_zero(force)).collect()
     }
 
     /// The force on a coordinate that rests at a point, as text.
@@ -261,10 +249,8 @@ fn suggested_period(model: &Model) -> Option<String> {
         if pool.as_number(own).is_some_and(Number::is_zero) {
             continue;
         }
-        let constant = pool
-            .symbols_of(&[own])
-            .iter()
-            .all(|symbol| matches!(model.symbols.get(*symbol), Some(SymbolKind::Parameter(_))));
+        let is_parameter = |symbol| matches!(model.symbols.get(symbol), Some(SymbolKind::Parameter(_)));
+        let constant = pool.symbols_of(&[own]).into_iter().all(is_parameter);
         if !constant || rate.is_some_and(|other| other != own) {
             return None;
         }

@@ -8,7 +8,7 @@
 //! beside which it would be lost. Several that are not told apart lie on it where their form is definite ([`super::signature`]).
 
 use super::basis::Basis;
-use super::discs::{Covers, Disc};
+use super::discs::{Cover, Covers, Disc};
 use super::signature::is_definite;
 use librate_core::precision::{Ball, Big, Enclosure, Function, Magnitude, Scalar, up};
 use librate_core::worded;
@@ -74,12 +74,6 @@ impl Multiplier {
         }
     }
 
-    /// One of which nothing is known but a bound of its modulus.
-    pub(super) fn anywhere<S: Enclosure>(reach: Magnitude, precision: S::Precision) -> Self {
-        let part = S::exact(0.0, precision).with_added_magnitude(reach);
-        Self::new(part.clone(), part, Place::Undecided, false)
-    }
-
     /// The natural logarithm of the modulus, also where that leaves the range of doubles.
     #[must_use]
     pub fn log_modulus(&self) -> Ball {
@@ -125,7 +119,12 @@ fn side<S: Enclosure>(modulus: &S, precision: S::Precision) -> Place {
 /// Whether bounds decide less of these multipliers than is asked for: on which side of the circle each lies, whether those
 /// on it coincide, and so many digits of each part (fewer of one that is small beside the other).
 pub(super) fn is_lacking(multipliers: &[Multiplier], digits: usize) -> bool {
-    multipliers.is_empty() || multipliers.iter().any(|own| own.is_lacking(digits))
+    let lacks = |own: &Multiplier| {
+        own.place == Place::Undecided
+            || own.place == Place::On && !own.semisimple
+            || own.parts(digits).iter().any(|(spread, allowed)| spread > allowed)
+    };
+    multipliers.is_empty() || multipliers.iter().any(lacks)
 }
 
 /// About how many bits more it takes for these digits.
@@ -135,12 +134,6 @@ pub(super) fn missing_bits(multipliers: &[Multiplier], digits: usize) -> usize {
 }
 
 impl Multiplier {
-    fn is_lacking(&self, digits: usize) -> bool {
-        self.place == Place::Undecided
-            || self.place == Place::On && !self.semisimple
-            || self.parts(digits).iter().any(|(spread, allowed)| spread > allowed)
-    }
-
     /// Of both parts, the bound of the error and what it may be: a tenth of a unit of the last place, of a part that is as
     /// much smaller than the other as there are digits a tenth of such a unit of it. What may lie on the circle has about the
     /// size 1.
@@ -157,6 +150,14 @@ impl Multiplier {
         let size = parts[0].0.max(parts[1].0);
         parts.map(|(own, spread)| (spread, own.max(size * share) * share))
     }
+}
+
+/// Discs for multipliers of which nothing is known: all lie within the largest row sum of the matrix.
+pub(super) fn unknown<S: Enclosure>(monodromy: &[S], n: usize, precision: S::Precision) -> Vec<Multiplier> {
+    let row = |row: &[S]| row.iter().fold(Magnitude::ZERO, |sum, x| sum + x.abs_upper_magnitude());
+    let reach = monodromy.chunks_exact(n).map(row).fold(Magnitude::ZERO, Magnitude::max);
+    let part = S::exact(0.0, precision).with_added_magnitude(reach);
+    vec![Multiplier::new(part.clone(), part, Place::Undecided, false); n]
 }
 
 /// The eigenvalues of a matrix of two rows; `symplectic` says that its determinant is 1.
@@ -285,22 +286,18 @@ fn together<S: Enclosure>(
 /// since those of different z are different.
 fn partners<S: Enclosure>(covers: &Covers<S>, precision: S::Precision) -> Vec<Option<(Disc<S>, bool)>> {
     let n = covers.plain.len();
-    let images: Vec<(Disc<S>, bool)> = covers
-        .of
-        .iter()
-        .filter(|cover| cover.disc.single)
-        .filter_map(|cover| {
-            let disc = &cover.disc;
-            let modulus = disc.center.square_of_modulus().sqrt();
-            let modulus = modulus.sub(&S::from_magnitude(disc.radius, precision));
-            if side(&modulus, precision) != Place::Outside {
-                return None;
-            }
-            let conjugate = disc.conjugate();
-            let real = cover.others.iter().all(|other| conjugate.is_apart(other, precision));
-            Some((disc.mirrored(precision)?, real))
-        })
-        .collect();
+    let image = |cover: &Cover<S>| {
+        let disc = &cover.disc;
+        let modulus = disc.center.square_of_modulus().sqrt();
+        let modulus = modulus.sub(&S::from_magnitude(disc.radius, precision));
+        if side(&modulus, precision) != Place::Outside {
+            return None;
+        }
+        let conjugate = disc.conjugate();
+        let real = cover.others.iter().all(|other| conjugate.is_apart(other, precision));
+        Some((disc.mirrored(precision)?, real))
+    };
+    let images: Vec<(Disc<S>, bool)> = covers.of.iter().filter(|cover| cover.disc.single).filter_map(image).collect();
     let mut partners = vec![None; n];
     for members in &covers.sets {
         let others = (0..n).filter(|at| !members.contains(at));

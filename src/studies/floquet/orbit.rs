@@ -48,12 +48,6 @@ pub(super) enum Lost {
     Stopped(Stop),
 }
 
-impl From<Stop> for Lost {
-    fn from(stop: Stop) -> Self {
-        Self::Stopped(stop)
-    }
-}
-
 /// Newton's method in doubles for the states at several times of a period, each of which is to become the next (multiple shooting:
 /// J. Stoer, R. Bulirsch, Introduction to Numerical Analysis, section 7.3.5). So what runs away from an unstable motion within a
 /// period is no obstacle. It begins with rest where the guess is, or with the motion from there, whichever Newton's method has less
@@ -245,7 +239,7 @@ pub(super) fn orbit<S: Enclosure>(
     let mut asked: Vec<f64> = vec![0.0; n];
     let mut newton = None;
     for _ in 0..CORRECTIONS {
-        let there = period_map(equations, period, &center, &vec![0.0; n], steps, precision)?;
+        let there = period_map(equations, period, &center, &vec![0.0; n], steps, precision).map_err(Lost::Stopped)?;
         let own = Correction::new(&there.monodromy, precision);
         let own = own.ok_or(Lost::Search("periodic motions are not isolated here"))?;
         let step = own.step(&there.image, &center);
@@ -262,13 +256,10 @@ pub(super) fn orbit<S: Enclosure>(
     }
     let Some(newton) = newton else { return Err(Lost::Search("periodic motions are not isolated here")) };
     for size in BOXES.map(|size| size * rounding) {
-        let reach: Vec<f64> = guess
-            .scale
-            .iter()
-            .zip(&asked)
-            .map(|(s, a)| size * s.max(1e-3 * largest) + 4.0 * a.min(size * largest))
-            .collect();
-        let there = period_map(equations, period, &center, &reach, steps, precision)?;
+        let sizes = guess.scale.iter().zip(&asked);
+        let reach = sizes.map(|(s, a)| size * s.max(1e-3 * largest) + 4.0 * a.min(size * largest));
+        let reach: Vec<f64> = reach.collect();
+        let there = period_map(equations, period, &center, &reach, steps, precision).map_err(Lost::Stopped)?;
         if let Some(start) = newton.inside(&there, &center, &reach) {
             return Ok(Orbit { start, period_map: there });
         }

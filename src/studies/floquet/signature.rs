@@ -36,26 +36,17 @@ pub(super) fn is_definite<S: Enclosure>(
     };
     let vectors: Vec<Vec<Complex<S>>> = members.iter().map(|j| (0..n).map(|i| vector(i, *j)).collect()).collect();
     let zero = Complex::zero(precision);
-    let turned: Vec<Vec<Complex<S>>> = vectors
-        .iter()
-        .map(|vector| {
-            let row = |row: &[S]| row.iter().zip(vector).fold(zero.clone(), |sum, (a, x)| sum.add(&x.times(a)));
-            form.chunks_exact(n).map(row).collect()
-        })
-        .collect();
-    let mut products: Vec<Vec<Complex<S>>> = vectors
-        .iter()
-        .map(|left| {
-            turned
-                .iter()
-                .map(|right| {
-                    let parts = left.iter().zip(right);
-                    let sum = parts.fold(zero.clone(), |sum, (x, y)| sum.add(&x.conjugate().mul(y)));
-                    Complex::new(sum.im.neg(), sum.re)
-                })
-                .collect()
-        })
-        .collect();
+    let image = |vector: &Vec<Complex<S>>| -> Vec<Complex<S>> {
+        let row = |row: &[S]| row.iter().zip(vector).fold(zero.clone(), |sum, (a, x)| sum.add(&x.times(a)));
+        form.chunks_exact(n).map(row).collect()
+    };
+    let turned: Vec<Vec<Complex<S>>> = vectors.iter().map(image).collect();
+    let product = |left: &[Complex<S>], right: &Vec<Complex<S>>| {
+        let sum = left.iter().zip(right).fold(zero.clone(), |sum, (x, y)| sum.add(&x.conjugate().mul(y)));
+        Complex::new(sum.im.neg(), sum.re)
+    };
+    let row = |left: &Vec<Complex<S>>| turned.iter().map(|right| product(left, right)).collect();
+    let mut products: Vec<Vec<Complex<S>>> = vectors.iter().map(row).collect();
     // Of one sign where all pivots of an elimination are.
     let mut positive = None;
     for k in 0..members.len() {

@@ -1,11 +1,11 @@
 //! Bounds that steps of enclosures share.
 
-use librate_core::precision::{Ball, DoubleDouble, Enclosure, up};
+use librate_core::precision::{Ball, DoubleDouble, Enclosure, Matrix, up};
 
 /// x + [0, length] for an upper bound of the length.
-pub(super) fn onwards<S: Enclosure>(x: &S, length: f64, precision: S::Precision) -> S {
+pub(super) fn onwards(x: Ball, length: f64) -> Ball {
     let half = (0.5 * length).next_up();
-    x.add(&S::exact(half, precision)).with_added_radius(half)
+    (x + Ball::exact(half)).with_added_radius(half)
 }
 
 /// The Taylor coefficient of order k of the time itself, in units of time.
@@ -17,8 +17,26 @@ pub(super) fn time_coefficient<S: Enclosure>(time: &S, unit: f64, k: usize, prec
     }
 }
 
+/// T, row by row, at all times up to an upper bound of a length, from the values of J until then; `None` where it has no bound.
+///
+/// |T(s) - 1| <= e^(a s) - 1 in the operator norm that belongs to max |x_i|/w_i, for a >= |J| there (Gronwall).
+pub(super) fn near_unit(jacobian: &[Ball], weights: &[f64], length: f64) -> Option<Vec<Ball>> {
+    let n = weights.len();
+    let bound = growth(up(norm(jacobian, weights) * length));
+    if !bound.is_finite() {
+        return None;
+    }
+    let mut entries = Matrix::<Ball>::unit(n, ()).into_entries();
+    for (at, (entry, reached)) in entries.iter_mut().zip(reached(n, jacobian)).enumerate() {
+        if reached {
+            *entry = entry.with_added_radius(up(bound * weights[at / n] / weights[at % n]));
+        }
+    }
+    Some(entries)
+}
+
 /// An upper bound of e^x - 1 for x >= 0.
-pub(super) fn growth(x: f64) -> f64 {
+fn growth(x: f64) -> f64 {
     if !(0.0..700.0).contains(&x) {
         return f64::INFINITY;
     }
@@ -27,7 +45,7 @@ pub(super) fn growth(x: f64) -> f64 {
 }
 
 /// max_i Σ_j |a_ij| w_j/w_i of a square matrix, row by row, from above.
-pub(super) fn norm<S: Enclosure>(matrix: &[S], weights: &[f64]) -> f64 {
+pub(super) fn norm(matrix: &[Ball], weights: &[f64]) -> f64 {
     let n = weights.len();
     let row = |i: usize| {
         let parts = matrix[n * i..n * (i + 1)].iter().zip(weights);
@@ -42,7 +60,7 @@ pub(super) fn norm<S: Enclosure>(matrix: &[S], weights: &[f64]) -> f64 {
 /// Let R be all that is reached from i. Rows of J in R have entries in R alone, so that the j-th column of T obeys
 /// equations of its own there: for j outside of R it begins with 0 and stays 0, in R and, since dT_ij/dt is made of it, in
 /// row i too, where T_ij stays what it is at first.
-pub(super) fn reached<S: Enclosure>(n: usize, jacobian: &[S]) -> Vec<bool> {
+fn reached(n: usize, jacobian: &[Ball]) -> Vec<bool> {
     let mut reached: Vec<bool> = jacobian.iter().map(|entry| !entry.is_zero()).collect();
     for k in 0..n {
         for i in 0..n {

@@ -3,7 +3,7 @@
 //! What is left out needs few digits: the box that the solution stays in and Lagrange's remainders are double-double for any
 //! precision of the step.
 
-use super::bounds::{growth, norm, onwards, reached};
+use super::bounds::{near_unit, norm, onwards};
 use super::expansion::{Slopes, expanded, expanded_slopes};
 use super::plain::weights;
 use super::{Equations, horner};
@@ -88,7 +88,8 @@ impl<S: Enclosure> Enclosing<S> {
         if here.iter().any(|x| !x.is_finite()) {
             return None;
         }
-        let weights = self.weights(jacobian);
+        let sizes: Vec<f64> = jacobian.iter().map(|x| x.mid_f64().abs()).collect();
+        let weights = weights(self.dimension, &sizes);
         let norm = norm(jacobian, &weights);
         let mut length = self.next.min(asked);
         if !self.next.is_finite() && norm > 0.0 {
@@ -130,22 +131,10 @@ impl<S: Enclosure> Enclosing<S> {
         here: &[Ball],
         weights: &[f64],
     ) -> Option<(f64, Slopes<Ball>)> {
-        let n = self.dimension;
         let (time, state) = start.split_first()?;
-        let time = onwards(time, length, ());
+        let time = onwards(*time, length);
         let (tube, jacobian) = self.tube(&time, state, length, here, weights)?;
-        // |T(s) - 1| <= e^(a s) - 1 in the operator norm that belongs to max |x_i|/w_i, for a >= |J| there (Gronwall).
-        let bound = growth(up(norm(&jacobian, weights) * length));
-        if !bound.is_finite() {
-            return None;
-        }
-        let reached = reached(self.dimension, &jacobian);
-        let mut first = Matrix::<Ball>::unit(n, ()).into_entries();
-        for (at, entry) in first.iter_mut().enumerate() {
-            if reached[at] {
-                *entry = entry.with_added_radius(up(bound * weights[at / n] / weights[at % n]));
-            }
-        }
+        let first = near_unit(&jacobian, weights, length)?;
         let rest = expanded_slopes(&mut self.coarse, &time, &tube, &first, 1.0, self.order, ());
         let power = length.powi(self.order as i32);
         let rounding = REMAINDER * S::rounding(self.precision);
@@ -155,7 +144,7 @@ impl<S: Enclosure> Enclosing<S> {
             let relative =
                 |values: &[Ball]| values.iter().zip(weights).fold(0.0_f64, |most, (x, w)| most.max(x.abs_upper() / w));
             let size = relative(&last_of(&rest.states)?) * power;
-            let scale = relative(state) + length * relative(&here[..n]);
+            let scale = relative(state) + length * relative(&here[..self.dimension]);
             if scale > 0.0 {
                 excess = excess.max(size / (rounding * scale));
             }
@@ -221,13 +210,6 @@ impl<S: Enclosure> Enclosing<S> {
             Vec::new()
         };
         slopes.iter().chain(&image).all(S::is_finite).then_some(Step { length: step, whole, image, slopes })
-    }
-
-    /// Scales of the components, powers of two, in which the entries of J are of like size on both sides of the
-    /// diagonal (E. E. Osborne, J. ACM 7 (1960) 338).
-    fn weights(&self, jacobian: &[Ball]) -> Vec<f64> {
-        let sizes: Vec<f64> = jacobian.iter().map(|x| x.mid_f64().abs()).collect();
-        weights(self.dimension, &sizes)
     }
 }
 

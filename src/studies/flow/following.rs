@@ -5,7 +5,7 @@
 //! with c in it, x(t + h; X) lies in x(t + h; c) + T(X) (X - c) (the theorem of the mean, component by component). What is small needs few digits: T, the box that
 //! the solution stays in and Lagrange's remainders are double-double for any precision of the centre.
 
-use super::bounds::{growth, norm, onwards, reached};
+use super::bounds::{near_unit, norm, onwards};
 use super::expansion::{expanded, expanded_slopes};
 use super::plain::weights;
 use super::set::Set;
@@ -169,7 +169,7 @@ impl<S: Enclosure> Following<S> {
         let n = self.dimension;
         let unit = nearest_power_of_two(length);
         let share = length / unit;
-        let time = onwards(&Ball::exact(self.time), up(length * BEYOND), ());
+        let time = onwards(Ball::exact(self.time), up(length * BEYOND));
         let tube = self.tube(&time, start, rates, length)?;
         let inputs = [&[time], tube.as_slice()].concat();
         let there = self.values.evaluate(&inputs, &mut self.scratch);
@@ -179,11 +179,7 @@ impl<S: Enclosure> Following<S> {
         let jacobian = &there[n..];
         // Of what J gets to be on the way: where a motion begins, couplings may vanish.
         let scales = &scales(n, jacobian);
-        let bound = growth(up(norm(jacobian, scales) * up(length * BEYOND)));
-        if !bound.is_finite() {
-            return None;
-        }
-
+        let over = near_unit(jacobian, scales, up(length * BEYOND))?;
         let path = expanded(&mut self.coarse, &time, &tube, unit, self.order, ());
         let power = share.powf(count(self.order));
         let sizes: Vec<f64> = tube.iter().map(Ball::abs_upper).collect();
@@ -205,14 +201,6 @@ impl<S: Enclosure> Following<S> {
             return excess.is_finite().then(|| (excess, None));
         }
 
-        // |T(s) - 1| <= e^(a s) - 1 in the operator norm that belongs to max |x_i|/w_i, for a >= |J| there (Gronwall).
-        let reached = reached(n, jacobian);
-        let mut over = Matrix::<Ball>::unit(n, ()).into_entries();
-        for (at, entry) in over.iter_mut().enumerate() {
-            if reached[at] {
-                *entry = entry.with_added_radius(up(bound * scales[at / n] / scales[at % n]));
-            }
-        }
         let time_here = Ball::exact(self.time);
         let order = self.slope_order;
         let remainder = expanded_slopes(&mut self.slopes, &time, &tube, &over, unit, order, ()).slopes;

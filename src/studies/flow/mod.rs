@@ -61,8 +61,7 @@ impl Equations {
                 outputs.push(pool.diff(*rate, *symbol));
             }
         }
-        let inputs = [time].into_iter().chain(state.iter().copied());
-        let inputs: Vec<Symbol> = inputs.chain(parameters.iter().copied()).collect();
+        let inputs: Vec<Symbol> = [&[time], state, parameters].concat();
         Ok(Self {
             dimension: state.len(),
             parameters: parameters.len(),

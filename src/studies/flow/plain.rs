@@ -367,7 +367,7 @@ impl<N: Doubles> Plain<N> {
     }
 }
 
-/// Scales of the components, powers of two, for which |J| has rows and columns of like size.
+/// Scales of the components, powers of two, for which |J| has rows and columns of like size (E. E. Osborne, J. ACM 7 (1960) 338).
 pub(super) fn weights(n: usize, sizes: &[f64]) -> Vec<f64> {
     let mut weights = vec![1.0_f64; n];
     for _ in 0..12 {

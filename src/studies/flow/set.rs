@@ -141,13 +141,9 @@ impl Set {
             })
             .collect();
         edges.order_by(|a, b| b.0.total_cmp(&a.0));
-        let units = (0..live.len()).map(|at| {
-            let mut unit = vec![0.0; live.len()];
-            unit[at] = 1.0;
-            unit
-        });
+        let units = Matrix::<f64>::unit(live.len(), ());
         let mut basis: Vec<Vec<f64>> = Vec::with_capacity(live.len());
-        for mut v in edges.into_iter().map(|edge| edge.1).chain(units) {
+        for mut v in edges.into_iter().map(|edge| edge.1).chain(units.rows().map(<[f64]>::to_vec)) {
             if basis.len() == live.len() {
                 break;
             }
@@ -166,10 +162,7 @@ impl Set {
                 basis.push(v);
             }
         }
-        let mut axes = Matrix::from_fn(n, n, |_, _| 0.0);
-        for i in (0..n).filter(|i| !live.contains(i)) {
-            axes[(i, i)] = 1.0;
-        }
+        let mut axes = Matrix::from_fn(n, n, |i, j| f64::from(u8::from(i == j && !live.contains(&i))));
         for (column, axis) in live.iter().zip(&basis) {
             for (row, x) in live.iter().zip(axis) {
                 axes[(*row, *column)] = *x;

@@ -6,7 +6,7 @@
 
 use super::error::MotionError;
 use crate::flow::solved;
-use crate::mechanics::Mechanics;
+use crate::mechanics::{Mechanics, energy};
 use crate::source;
 use librate_core::derive::{Algebra, Motion, without_multipliers};
 use librate_core::expr::{ExprId, Pool, Substitution, Symbol, Tape};
@@ -80,23 +80,18 @@ impl<'a> Written<'a> {
         }
         let known = known_values(model);
         let mut mechanics = Mechanics::new(model, model.pool.clone(), &known);
-        let mut mass = Vec::new();
-        let mut inertia = Vec::new();
-        let mut loads = Vec::new();
-        let mut momenta = Vec::new();
-        for (i, equation) in mechanics.equations().into_iter().enumerate() {
-            for (j, value) in equation.mass.into_iter().filter(|(j, _)| i <= *j) {
-                mass.push((i, j));
-                inertia.push(value);
+        let equations = mechanics.equations();
+        let (mut mass, mut inertia) = (Vec::new(), Vec::new());
+        for (i, equation) in equations.iter().enumerate() {
+            for (j, value) in equation.mass.iter().filter(|(j, _)| i <= *j) {
+                mass.push((i, *j));
+                inertia.push(*value);
             }
-            loads.push(equation.load);
-            momenta.push(equation.momentum);
         }
+        let loads = equations.iter().map(|equation| equation.load).collect();
         let constraints = constraints(model, &mut mechanics.pool, &known);
-        let mut gradients = Vec::new();
-        let mut slopes = Vec::new();
-        let mut bends = Vec::new();
-        let mut rates = Vec::new();
+        let (mut gradients, mut slopes) = (Vec::new(), Vec::new());
+        let (mut bends, mut rates) = (Vec::new(), Vec::new());
         let holonomic = constraints.iter().map(|own| (*own, false));
         for (a, (own, rolls)) in holonomic.chain(model.rolling.iter().map(|own| (own.expression, true))).enumerate() {
             // A condition on velocities is kept as it is: c stands for nothing, and c' for the condition.
@@ -125,13 +120,7 @@ impl<'a> Written<'a> {
         // A condition with a part without velocities, as a moving belt, does work.
         let idle = model.rolling.iter().all(|own| model.at_rest(&mut pool, own.expression) == pool.zero());
         let conserved = model.forces.is_empty() && model.time_dependent.is_none() && idle;
-        let energy = conserved.then(|| {
-            let velocities: Vec<ExprId> = velocities.iter().map(|v| pool.symbol_expr(*v)).collect();
-            let products = momenta.iter().zip(&velocities);
-            let mut parts: Vec<ExprId> = products.map(|(p, v)| pool.mul(*p, *v)).collect();
-            parts.push(pool.neg(lagrangian));
-            pool.sum(&parts)
-        });
+        let energy = conserved.then(|| energy(&mut pool, lagrangian, &equations, &velocities));
         Ok(Self {
             model,
             pool,
@@ -237,6 +226,30 @@ impl<'a> Written<'a> {
         crate::flow::Equations::compile(&mut self.pool, time, &state, &[], &rates)
             .map_err(|unbound| source::missing(self.model, &unbound).into())
     }
+
+    fn compiled(mut self) -> Result<Equations, MotionError> {
+        let inputs = self.inputs();
+        let (mut smooth, signs) = self.pool.with_signs(&self.outputs, |symbol| inputs.contains(&symbol));
+        let (kinks, own): (Vec<ExprId>, Vec<Symbol>) = signs.iter().copied().unzip();
+        smooth.extend_from_slice(&kinks);
+        let with_signs = [inputs.as_slice(), &own].concat();
+        let kinks = absolute_again(&mut self.pool, &signs);
+        let speeds = &self.outputs[self.outputs.len() - self.bound.len()..];
+        Ok(Equations {
+            coordinates: self.coordinates.len(),
+            speeds: self.compile(speeds, &inputs)?,
+            constraints: self.constraints,
+            tape: self.compile(&smooth, &with_signs)?,
+            kinks: self.compile(&kinks, &inputs)?,
+            surface: self.compile(&self.surface, &inputs)?,
+            energy: self.energy.map(|energy| self.compile(&[energy], &inputs)).transpose()?,
+            free: self.free,
+            bound: self.bound,
+            mass: self.mass,
+            gradients: self.gradients,
+            constant: self.constant,
+        })
+    }
 }
 
 /// Said of a mass matrix.
@@ -278,45 +291,12 @@ impl Equations {
     }
 }
 
-impl Written<'_> {
-    fn compiled(self) -> Result<Equations, MotionError> {
-        let mut written = self;
-        let inputs = written.inputs();
-        let moving = inputs.clone();
-        let (mut smooth, signs) = written.pool.with_signs(&written.outputs, |symbol| moving.contains(&symbol));
-        let kinks: Vec<ExprId> = signs.iter().map(|(x, _)| *x).collect();
-        smooth.extend_from_slice(&kinks);
-        let mut with_signs = inputs.clone();
-        with_signs.extend(signs.iter().map(|(_, sign)| *sign));
-        let kinks = absolute_again(&mut written.pool, &kinks, &signs);
-        let energy = written.energy.as_slice();
-        let speeds = &written.outputs[written.outputs.len() - written.bound.len()..];
-        Ok(Equations {
-            coordinates: written.coordinates.len(),
-            speeds: written.compile(speeds, &inputs)?,
-            constraints: written.constraints,
-            tape: written.compile(&smooth, &with_signs)?,
-            kinks: written.compile(&kinks, &inputs)?,
-            surface: written.compile(&written.surface, &inputs)?,
-            energy: match energy {
-                [] => None,
-                energy => Some(written.compile(energy, &inputs)?),
-            },
-            free: written.free,
-            bound: written.bound,
-            mass: written.mass,
-            gradients: written.gradients,
-            constant: written.constant,
-        })
-    }
-}
-
 /// What signs stand for, in expressions that [`Pool::with_signs`] gave: |x|/x for each, in order, as x may hold signs that
 /// stand before its own.
-fn absolute_again(pool: &mut Pool, kinks: &[ExprId], signs: &[(ExprId, Symbol)]) -> Vec<ExprId> {
+fn absolute_again(pool: &mut Pool, signs: &[(ExprId, Symbol)]) -> Vec<ExprId> {
     let mut known = Substitution::default();
-    let mut values = Vec::with_capacity(kinks.len());
-    for (x, (_, sign)) in kinks.iter().zip(signs) {
+    let mut values = Vec::with_capacity(signs.len());
+    for (x, sign) in signs {
         let x = pool.substitute_one(*x, &known);
         let size = pool.abs(x);
         let own = pool.div(size, x);

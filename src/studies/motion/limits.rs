@@ -51,31 +51,26 @@ impl System {
         let (time, place) = (moment(t.middle()), place.join(", "));
         let beside = if length > 0.0 { " or right beside it" } else { "" };
         let nearby = self.nearby(stepper, t, (q, v), BESIDE * length);
-        let reason = match (trouble, nearby) {
+        let far = q.iter().chain(v).any(|x| x.middle().abs() > ASTRONOMICAL);
+        let singular = |reason| MotionError::Singular { time: time.clone(), place: place.clone(), reason };
+        let stuck =
+            |reason: &str| MotionError::Stuck { time: time.clone(), place: place.clone(), reason: reason.to_owned() };
+        match (trouble, nearby) {
             (Trouble::Kink, _) => {
-                "forces on both sides lead to the kink of an absolute value, where there is none".to_owned()
+                singular("forces on both sides lead to the kink of an absolute value, where there is none".to_owned())
             }
-            (_, Nearby::Undefined) => {
-                format!("the equations of motion are not defined there{beside}")
+            (_, Nearby::Undefined) => singular(format!("the equations of motion are not defined there{beside}")),
+            (_, Nearby::NoInverse) => singular(format!("{NO_INVERSE}{beside}")),
+            (Trouble::NoStep, Nearby::Defined) if far => {
+                stuck("steps have become too short, as where a motion grows beyond all bounds")
             }
-            (_, Nearby::NoInverse) => format!("{NO_INVERSE}{beside}"),
-            (Trouble::Singular | Trouble::NotFinite | Trouble::NoStep, Nearby::Defined) => {
-                let far = q.iter().chain(v).any(|x| x.middle().abs() > ASTRONOMICAL);
-                let reason = match trouble {
-                    Trouble::NoStep | Trouble::Kink if far => {
-                        "steps have become too short, as where a motion grows beyond all bounds"
-                    }
-                    Trouble::NoStep | Trouble::Kink => {
-                        "steps have become too short, as where a force or one of its derivatives is infinite or jumps"
-                    }
-                    Trouble::Singular | Trouble::NotFinite => {
-                        "a number there is too large or too small to compute with, or a derivative of a force is infinite"
-                    }
-                };
-                return MotionError::Stuck { time, place, reason: reason.to_owned() };
+            (Trouble::NoStep, Nearby::Defined) => {
+                stuck("steps have become too short, as where a force or one of its derivatives is infinite or jumps")
             }
-        };
-        MotionError::Singular { time, place, reason }
+            (Trouble::Singular | Trouble::NotFinite, Nearby::Defined) => stuck(
+                "a number there is too large or too small to compute with, or a derivative of a force is infinite",
+            ),
+        }
     }
 
     /// The equations about a place, as far as the motion gets from there in a time.
@@ -166,12 +161,9 @@ impl System {
                 inertia[row] = (size.max(entry.mid.hi.abs()), off + entry.radius);
             }
         }
-        let loads = values.iter().skip(equations.mass.len());
-        loads
-            .zip(&inertia)
-            .map(|(load, (size, off))| (load.radius + load.mid.hi.abs() * off / size) / size)
-            .map(|own| if own.is_finite() { own } else { f64::INFINITY })
-            .collect()
+        let loads = values.iter().skip(equations.mass.len()).zip(&inertia);
+        let lost = loads.map(|(load, (size, off))| (load.radius + load.mid.hi.abs() * off / size) / size);
+        lost.map(|own| if own.is_finite() { own } else { f64::INFINITY }).collect()
     }
 
     /// Time, coordinates and velocities of a row, each as it is wanted, and the signs of what absolute values are taken of.

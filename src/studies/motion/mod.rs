@@ -85,7 +85,7 @@ pub struct Times {
 }
 
 /// Times in ascending order.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Listed {
     times: Vec<Ball>,
     exact: Vec<Tape>,
@@ -120,20 +120,17 @@ impl Times {
                 let reason = "times are numbers that are not negative".to_owned();
                 return Err(MotionError::BadTimes { until: time.text().to_owned(), samples: times.len(), reason });
             };
-            rows.push((Ball::new(value.mid, 0.0), exact, place));
+            rows.push((Ball::new(value.mid, 0.0), exact, Some(place)));
         }
         rows.order_by(|a, b| a.0.mid_f64().total_cmp(&b.0.mid_f64()).then(a.0.mid.lo.total_cmp(&b.0.mid.lo)));
-        let mut listed = Listed::default();
-        for (time, exact, place) in rows {
-            listed.times.push(time);
-            listed.exact.push(exact);
-            listed.places.push(Some(place));
-        }
-        let (Some(until), Some(exact)) = (listed.times.last().copied(), listed.exact.last().cloned()) else {
+        let Some((until, exact, _)) = rows.last().cloned() else {
             let reason = "there is no time".to_owned();
             return Err(MotionError::BadTimes { until: String::new(), samples: 0, reason });
         };
-        Ok(Self { until, exact, samples: times.len(), listed: Some(Arc::new(listed)) })
+        let samples = rows.len();
+        let (times, all, places) = rows.into_iter().collect();
+        let listed = Listed { times, exact: all, places };
+        Ok(Self { until, exact, samples, listed: Some(Arc::new(listed)) })
     }
 
     /// These and as many between them as it takes to see what happens there.
@@ -285,14 +282,14 @@ struct Followed {
 }
 
 /// States at the rows, and how they were reached.
-struct Run<S> {
-    rows: Vec<Vec<S>>,
+struct Run {
+    rows: Vec<Vec<Ball>>,
     followed: Followed,
 }
 
 /// Which values are nothing but rounding: much smaller than others of their kind and than what their coordinate is or takes in all the time,
 /// and different altogether in doubles. What rests is no motion whose errors tell of the others'.
-fn are_rounding(fine: &Run<Ball>, plain: Option<&Run<f64>>, time: f64) -> Vec<bool> {
+fn are_rounding(fine: &Run, plain: Option<&Run>, time: f64) -> Vec<bool> {
     let sizes = &fine.followed.sizes;
     let Some(plain) = plain else { return vec![false; sizes.len()] };
     let count = sizes.len() / 2;
@@ -303,7 +300,7 @@ fn are_rounding(fine: &Run<Ball>, plain: Option<&Run<f64>>, time: f64) -> Vec<bo
         let beside = if at < count { far.max(velocities[at] * time) } else { fast.max(positions[at - count] / time) };
         let rows = fine.rows.iter().zip(&plain.rows);
         sizes[at] < LEAST_SIZE * beside
-            && rows.into_iter().any(|(own, other)| (own[at].mid_f64() - other[at]).abs() > LOST * sizes[at])
+            && rows.into_iter().any(|(own, other)| (own[at].mid_f64() - other[at].mid_f64()).abs() > LOST * sizes[at])
     };
     (0..sizes.len()).map(is_rounding).collect()
 }
@@ -312,13 +309,6 @@ fn are_rounding(fine: &Run<Ball>, plain: Option<&Run<f64>>, time: f64) -> Vec<bo
 fn grow<'a, S: Real + 'a>(sizes: &mut [f64], state: impl IntoIterator<Item = &'a S>) {
     for (size, value) in sizes.iter_mut().zip(state) {
         *size = size.max(value.middle().abs());
-    }
-}
-
-impl<S: Real> Run<S> {
-    fn balls(self) -> Run<Ball> {
-        let rows = self.rows.into_iter().map(|row| row.into_iter().map(Real::to_ball).collect());
-        Run { rows: rows.collect(), followed: self.followed }
     }
 }
 
@@ -350,41 +340,36 @@ impl System {
         let times = &times.looked_at();
         let fine = self.table::<DoubleDouble>(start, times, FINE)?;
         let plain = self.table::<f64>(start, times, PLAIN).ok();
-        let fine = fine.balls();
         let sizes = &fine.followed.sizes;
         let rounding = are_rounding(&fine, plain.as_ref(), times.at(times.samples - 1).mid_f64());
-        let relative = |row: usize, other: &dyn Fn(usize) -> Ball| {
-            let own = fine.rows[row].iter().zip(sizes).enumerate().filter(|(at, _)| !rounding[*at]);
-            own.fold(0.0_f64, |most, (at, (value, size))| most.max(value.sub(&other(at)).mid_f64().abs() / size))
+        let relative = |row: usize, other: &Run| {
+            let both = fine.rows[row].iter().zip(&other.rows[row]);
+            let own = both.zip(sizes).zip(&rounding).filter(|(_, is_rounding)| !**is_rounding);
+            own.fold(0.0_f64, |most, (((value, other), size), _)| most.max(value.sub(other).mid_f64().abs() / size))
         };
         let own = start.positions.iter().chain(&start.velocities);
         let known = own.zip(sizes).zip(&rounding).filter(|(_, is_rounding)| !**is_rounding);
         let unknown = known.fold(0.0_f64, |most, ((x, size), _)| most.max(x.radius / size));
-        let mut check: Option<Run<Ball>> = None;
+        let mut check: Option<Run> = None;
         let mut magnified = 1.0_f64;
         let mut seen = 0.0_f64;
         // By how much what is unknown of the start grows, by which doubles tell even where they are lost.
         let mut spread = 1.0_f64;
         let mut errors = Vec::with_capacity(fine.rows.len());
         for row in 0..fine.rows.len() {
-            let off = plain
-                .as_ref()
-                .map(|plain| relative(row, &|at| Ball::exact(plain.rows[row][at])))
-                .filter(|off| off.is_finite());
+            let off = plain.as_ref().map(|plain| relative(row, plain)).filter(|off| off.is_finite());
             spread = spread.max(off.map_or(f64::INFINITY, |off| off / f64::ROUNDING));
             match off {
                 Some(off) if off < LOST && check.is_none() => {
                     magnified = magnified.max(off / f64::ROUNDING);
                 }
                 _ => {
-                    if check.is_none() {
-                        let other = self.table::<DoubleDouble>(start, times, CHECK)?;
-                        check = Some(other.balls());
-                    }
-                    if let Some(check) = &check {
-                        // The check leaves out more than what it checks.
-                        seen = seen.max(relative(row, &|at| check.rows[row][at]));
-                    }
+                    let check = match &mut check {
+                        Some(known) => known,
+                        open => open.insert(self.table::<DoubleDouble>(start, times, CHECK)?),
+                    };
+                    // The check leaves out more than what it checks.
+                    seen = seen.max(relative(row, check));
                 }
             }
             let mut error = (magnified * DoubleDouble::ROUNDING).max(seen);
@@ -420,8 +405,7 @@ impl System {
     /// As [`System::motion`].
     pub fn quick(&self, start: &Start, times: &Times, tolerance: f64) -> Result<Trajectory, MotionError> {
         times.check_size(2 * self.names.len())?;
-        let run = self.table::<f64>(start, times, quick(tolerance))?;
-        let Run { rows, followed } = run.balls();
+        let Run { rows, followed } = self.table::<f64>(start, times, quick(tolerance))?;
         let energy_drift = self.energy_drift(times, &rows, f64::ROUNDING);
         let constraint_drift = self.constraint_drift(times, &rows, f64::ROUNDING);
         let own = Trajectory::of(times, rows, followed.steps);
@@ -429,10 +413,10 @@ impl System {
     }
 
     /// All rows of a motion.
-    fn table<S: Real>(&self, start: &Start, times: &Times, accuracy: Accuracy) -> Result<Run<S>, MotionError> {
+    fn table<S: Real>(&self, start: &Start, times: &Times, accuracy: Accuracy) -> Result<Run, MotionError> {
         let mut rows = Vec::with_capacity(times.samples);
-        let followed = self.run(start, times, accuracy, &mut |_, row| {
-            rows.push(row);
+        let followed = self.run(start, times, accuracy, &mut |_, row: Vec<S>| {
+            rows.push(row.into_iter().map(Real::to_ball).collect());
             true
         })?;
         Ok(Run { rows, followed })

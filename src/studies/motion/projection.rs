@@ -124,19 +124,15 @@ impl Start {
                 }
             }
             let what = if rates { "velocities" } else { "coordinates" };
+            let broken = |reason| Err(MotionError::OffConstraints { reason });
             if let Some((moved, most)) = off {
-                return Err(MotionError::OffConstraints {
-                    reason: format!(
-                        "the nearest {what} that do are {} away, where the digits given leave {}",
-                        short(moved.by.abs()),
-                        short(most)
-                    ),
-                });
+                let (away, most) = (short(moved.by.abs()), short(most));
+                return broken(format!(
+                    "the nearest {what} that do are {away} away, where the digits given leave {most}"
+                ));
             }
             if !settled {
-                return Err(MotionError::OffConstraints {
-                    reason: format!("no {what} beside those that are given do"),
-                });
+                return broken(format!("no {what} beside those that are given do"));
             }
             self.enclose(system, rates, &free);
         }
@@ -147,9 +143,14 @@ impl Start {
         if rates { &self.velocities } else { &self.positions }
     }
 
+    /// The same with what is known of each, to be changed.
+    pub(super) fn parts(&mut self, rates: bool) -> (&mut [Ball], &mut [Known]) {
+        let (places, speeds) = self.known.split_at_mut(self.positions.len());
+        if rates { (&mut self.velocities, speeds) } else { (&mut self.positions, places) }
+    }
+
     /// Newton steps for some coordinates, or velocities: of least length, or least in the metric of the masses.
     fn settle(&mut self, system: &System, rates: bool, free: &[usize], by_mass: bool) -> bool {
-        let n = system.equations.coordinates;
         let (mut gap, before) = (f64::INFINITY, self.clone());
         for _ in 0..MOST_STEPS {
             let place = Place::new(system, &self.positions, &self.velocities, rates, false);
@@ -169,7 +170,7 @@ impl Start {
                 })
             });
             if off <= 1e-30 || off >= 0.5 * gap && (off <= 1e-26 || rounding <= 1e-30) {
-                self.forget_roundings(&before, rates, free, largest);
+                self.forget_roundings(before, rates, free, largest);
                 return true;
             }
             gap = off;
@@ -190,46 +191,41 @@ impl Start {
                 _ => slopes.svd(true, true).solve(&right, 1e-12).ok(),
             };
             let Some(step) = step.filter(|step| step.iter().all(|x| x.is_finite())) else { return false };
-            let state = if rates { &mut self.velocities } else { &mut self.positions };
+            let (state, known) = self.parts(rates);
             // What the constraints leave where it is takes no roundings of the others.
             let roundings = 4.0 * f64::EPSILON * step.amax();
             for (at, step) in free.iter().zip(step.iter()).filter(|(_, step)| step.abs() > roundings) {
                 let moved = state[*at] + Ball::exact(*step);
                 state[*at] = Ball::new(moved.mid, state[*at].radius);
                 // Newton's method leads near a point of the constraints, and no nearer.
-                self.known[if rates { n + *at } else { *at }] = Known::Open;
+                known[*at] = Known::Open;
             }
         }
         false
     }
 
     /// Puts back what moved by no more than roundings of the largest number leave.
-    fn forget_roundings(&mut self, before: &Self, rates: bool, free: &[usize], largest: f64) {
-        let n = self.positions.len();
+    fn forget_roundings(&mut self, mut before: Self, rates: bool, free: &[usize], largest: f64) {
+        let ((state, known), (old, known_before)) = (self.parts(rates), before.parts(rates));
         for &at in free {
-            let old = before.state(rates)[at];
-            if (self.state(rates)[at] - old).mid_f64().abs() <= 1e-28 * largest {
-                let number = if rates { n + at } else { at };
-                self.known[number] = before.known[number].clone();
-                let state = if rates { &mut self.velocities } else { &mut self.positions };
-                state[at] = old;
+            if (state[at] - old[at]).mid_f64().abs() <= 1e-28 * largest {
+                known[at].clone_from(&known_before[at]);
+                state[at] = old[at];
             }
         }
     }
 
     /// Encloses the point of the constraints beside which Newton's steps ended; leaves open what can't be proved.
     fn enclose(&mut self, system: &System, rates: bool, free: &[usize]) {
-        let n = system.equations.coordinates;
-        let number = |i: usize| if rates { n + i } else { i };
-        let open = |known: &Known| matches!(known, Known::Open);
-        let moved: Vec<usize> = free.iter().copied().filter(|i| open(&self.known[number(*i)])).collect();
+        let (_, known) = self.parts(rates);
+        let moved: Vec<usize> = free.iter().copied().filter(|i| matches!(known[*i], Known::Open)).collect();
         if moved.is_empty() {
             return;
         }
         let Some(radii) = self.radii(system, rates, &moved) else { return };
+        let (state, known) = self.parts(rates);
         for (i, radius) in moved.iter().zip(radii) {
-            let centre = Ball::new(self.state(rates)[*i].mid, 0.0);
-            self.known[number(*i)] = Known::Within(centre.with_added_radius(radius));
+            known[*i] = Known::Within(Ball::new(state[*i].mid, 0.0).with_added_radius(radius));
         }
     }
 
@@ -239,16 +235,11 @@ impl Start {
     /// of F in the box (Krawczyk).
     fn radii(&self, system: &System, rates: bool, moved: &[usize]) -> Option<Vec<f64>> {
         let n = system.equations.coordinates;
-        let centre = |i: usize, known: &Known, value: &Ball, now: bool| -> Option<Ball> {
-            if now && moved.contains(&i) {
-                return Some(Ball::new(value.mid, 0.0));
-            }
-            known.enclosed::<Ball>(())
-        };
         let of = |first: usize, values: &[Ball], now: bool| -> Option<Vec<Ball>> {
-            let known = self.known.get(first..first + n)?;
-            let all = known.iter().zip(values).enumerate();
-            all.map(|(i, (known, value))| centre(i, known, value, now)).collect()
+            let all = self.known.get(first..first + n)?.iter().zip(values).enumerate();
+            let is_centre = |i: usize| now && moved.contains(&i);
+            all.map(|(i, (known, x))| if is_centre(i) { Some(Ball::new(x.mid, 0.0)) } else { known.enclosed(()) })
+                .collect()
         };
         let mut positions = of(0, &self.positions, !rates)?;
         let mut velocities = if rates { of(n, &self.velocities, true)? } else { self.velocities.clone() };

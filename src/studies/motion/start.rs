@@ -62,11 +62,10 @@ impl Known {
         match self {
             Self::Constant(value, factor) => {
                 let value = evaluated::<S>(value, precision)?;
-                let factor = factor.as_ref().map(|own| evaluated::<S>(own, precision));
-                Some(match factor {
-                    Some(factor) => value.mul(&factor?),
-                    None => value,
-                })
+                match factor {
+                    Some(factor) => Some(value.mul(&evaluated(factor, precision)?)),
+                    None => Some(value),
+                }
             }
             Self::Within(ball) => Some(S::from_ball(ball, precision)),
             Self::Open => None,
@@ -164,16 +163,10 @@ impl Start {
         system: &System,
     ) -> Result<Self, MotionError> {
         let mut start = Self::at_rest(model, linearized);
-        let n = model.coordinates.len();
         for own in given {
-            let at = own.coordinate;
-            if own.moves {
-                start.velocities[at] = own.value;
-                start.known[n + at] = own.known.clone();
-            } else {
-                start.positions[at] = own.value;
-                start.known[at] = own.known.clone();
-            }
+            let (state, known) = start.parts(own.moves);
+            state[own.coordinate] = own.value;
+            known[own.coordinate].clone_from(&own.known);
         }
         start.onto_constraints(system, given, &held(model, linearized))?;
         Ok(start)
@@ -399,10 +392,8 @@ fn given(at: usize, moves: bool, value: &Constant, model: &Model) -> Option<Give
 /// Half a unit of the last digit of a decimal fraction, `-0.866` or `8.66e-1`; `None` for anything else.
 fn half_unit(text: &str) -> Option<f64> {
     let text = text.trim().trim_start_matches('-').trim_start();
-    let (digits, exponent) = match text.split_once(['e', 'E']) {
-        Some((digits, exponent)) => (digits, exponent.parse::<i32>().ok()?),
-        None => (text, 0),
-    };
+    let (digits, exponent) = text.split_once(['e', 'E']).unwrap_or((text, "0"));
+    let exponent = exponent.parse::<i32>().ok()?;
     let (whole, fraction) = digits.split_once('.')?;
     let is_digit = |c: char| c.is_ascii_digit();
     if !whole.chars().all(is_digit) || !fraction.chars().all(is_digit) {

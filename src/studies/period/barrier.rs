@@ -12,27 +12,17 @@ const PLACES: i32 = 400;
 
 /// U at the top of a barrier.
 #[derive(Clone, Debug)]
-pub(super) enum Height<S> {
-    /// At a stationary point.
-    Top(S),
-    /// At the highest place that was met: it may rise without end.
-    AtLeast(S),
+pub(super) struct Height<S> {
+    pub(super) at: S,
+    /// Whether it is at a stationary point; else at the highest place that was met: it may rise without end.
+    pub(super) is_top: bool,
 }
 
 impl<S: Enclosure> Height<S> {
-    pub(super) fn at(&self) -> &S {
-        match self {
-            Self::Top(height) | Self::AtLeast(height) => height,
-        }
-    }
-
     /// How far it is above another potential.
     pub(super) fn words(&self, bottom: &S, oscillator: &Oscillator) -> String {
-        let height = oscillator.height(self.at().sub(bottom).mid_f64());
-        match self {
-            Self::Top(_) => height,
-            Self::AtLeast(_) => format!("more than {height}"),
-        }
+        let height = oscillator.height(self.at.sub(bottom).mid_f64());
+        if self.is_top { height } else { format!("more than {height}") }
     }
 }
 
@@ -84,8 +74,8 @@ impl<S: Enclosure> Field<S> {
         let (at, height) = best?;
         let reach = way.mid_f64().abs() / f64::from(PLACES) * 2.0;
         match self.summit(&at, reach) {
-            Some((summit, top)) if !height.sub(&top).is_positive() => Some((summit, Height::Top(top))),
-            Some(_) | None => Some((at, Height::AtLeast(height))),
+            Some((summit, at)) if !height.sub(&at).is_positive() => Some((summit, Height { at, is_top: true })),
+            Some(_) | None => Some((at, Height { at: height, is_top: false })),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The equilibrium that a motion is about: that of the linearized model, or a corner of U.
 
-use super::energies::{Energies, Kink};
-use super::panel::Field;
+use super::energies::Energies;
+use super::panel::{Field, Kink};
 use librate_core::expr::{ExprId, Pool};
 use librate_core::linearize::{Linearized, Origin, Units, evaluate_closed};
 use librate_core::model::{Givens, Model};

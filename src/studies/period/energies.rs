@@ -2,7 +2,8 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::{PeriodError, panel};
+use super::PeriodError;
+use super::panel::Kink;
 use crate::mechanics::Mechanics;
 use librate_core::expr::{ExprId, Function, Node, Pool, Substitution, Symbol, Tape};
 use librate_core::linearize::{evaluate_closed, known_values};
@@ -28,20 +29,10 @@ pub(super) struct Energies {
     pub(super) energy: Symbol,
 }
 
-/// Where what an absolute value is taken of changes its sign.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Kink {
-    pub(super) place: ExprId,
-    /// The derivative of that by the coordinate, a constant.
-    pub(super) slope: ExprId,
-    /// Whether it is known to be the equilibrium.
-    pub(super) central: bool,
-}
-
-impl Kink {
+impl Kink<ExprId> {
     /// The same in numbers.
-    pub(super) fn evaluated<S: Scalar>(&self, pool: &Pool, precision: S::Precision) -> Option<panel::Kink<S>> {
-        Some(panel::Kink {
+    pub(super) fn evaluated<S: Scalar>(&self, pool: &Pool, precision: S::Precision) -> Option<Kink<S>> {
+        Some(Kink {
             place: evaluate_closed(pool, self.place, precision)?,
             slope: evaluate_closed(pool, self.slope, precision)?,
             central: self.central,
@@ -53,7 +44,7 @@ impl Kink {
 pub(super) struct Kinked {
     /// U and M from the coordinate, the signs and E; `None` where a parameter is left.
     pub(super) tape: Option<Tape>,
-    pub(super) kinks: Vec<Kink>,
+    pub(super) kinks: Vec<Kink<ExprId>>,
 }
 
 /// Refuses what has no period by energy conservation in one coordinate, before anything is computed.
@@ -74,10 +65,9 @@ pub fn check(model: &Model) -> Result<(), PeriodError> {
 }
 
 impl Energies {
+    /// Of a model of one coordinate: see [`check`].
     pub(super) fn new(model: &Model) -> Result<Self, PeriodError> {
-        let Some(own) = model.coordinates.first() else {
-            return Err(PeriodError::NotOneCoordinate { count: 0, span: None });
-        };
+        let own = model.coordinates.at(0);
         let Mechanics { mut pool, lagrangian, .. } = Mechanics::new(model, model.pool.clone(), &known_values(model));
         let velocity = own.velocity;
         let once = pool.diff(lagrangian, velocity);
@@ -125,17 +115,11 @@ impl Energies {
             let linear = pool.is_constant(slope) && pool.is_constant(place);
             linear.then_some(Kink { place, slope, central })
         });
-        let mut inputs = vec![q];
-        let kinks = kinks.collect::<Option<Vec<Kink>>>().unwrap_or_default();
-        let tape = if kinks.is_empty() {
-            inputs.push(self.energy);
-            Tape::compile(pool, &roots, &inputs)
-        } else {
-            inputs.extend(signs.iter().map(|(_, sign)| *sign));
-            inputs.push(self.energy);
-            Tape::compile(pool, &smooth, &inputs)
-        };
-        Kinked { tape: tape.ok(), kinks }
+        let kinks = kinks.collect::<Option<Vec<_>>>().unwrap_or_default();
+        let (roots, signs) = if kinks.is_empty() { (&roots[..], &[][..]) } else { (&smooth[..], &signs[..]) };
+        let signs = signs.iter().map(|(_, sign)| *sign);
+        let inputs: Vec<Symbol> = [q].into_iter().chain(signs).chain([self.energy]).collect();
+        Kinked { tape: Tape::compile(pool, roots, &inputs).ok(), kinks }
     }
 
     /// Whether U and M are the same with q0 + x and q0 - x.

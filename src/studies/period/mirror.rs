@@ -14,16 +14,14 @@ const REACH: f64 = 1.25;
 const MOST_STEPS: usize = 12;
 
 impl<S: Enclosure> Path<'_, S> {
-    /// b > 0 with E - U = 0 at x = -b, where there is exactly one such place close beyond the turning point x = 0.
+    /// b > 0 with E - U = 0 at x = -b, where there is exactly one such place close beyond the turning point x = 0, at which the path
+    /// starts.
     ///
     /// With D = E - U and t = -x/b0, b0 the zero of the parabola, p(t) = D/t = Σ D_k t^(k-1) up to order n with D_n taken
     /// between 0 and `REACH`: D is exactly 0 at the turning point, so that p is known as well as the slope there. Newton's
     /// operator proves the zero (R. E. Moore, Methods and Applications of Interval Analysis (1979), chapter 5), with
     /// p' = ∫ s D''(s t) ds, a mean of D''/2.
     pub(super) fn mirror(&mut self) -> Option<S> {
-        if !self.turning {
-            return None;
-        }
         let (start, span) = (self.start.clone(), self.span.clone());
         let (slopes, _) = self.field.excess(&start, &span, 3);
         let [_, slope, bend] = slopes.as_slice() else { return None };

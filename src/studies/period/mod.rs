@@ -46,15 +46,15 @@ pub use error::PeriodError;
 pub use portrait::{Course, Orbit, portrait};
 
 use center::{Center, Corner};
-use energies::{Energies, Kink, Kinked};
-use panel::Field;
+use energies::{Energies, Kinked};
+use panel::{Field, Kink};
 
 use crate::digits::Digits;
 use librate_core::expr::{ExprId, Pool, Tape};
-use librate_core::linearize::{Linearized, evaluate_closed, linearize, power_of_two, short};
+use librate_core::linearize::{Linearized, Units, evaluate_closed, linearize, power_of_two, short};
 use librate_core::model::{Constant, Model};
 use librate_core::number::Number;
-use librate_core::precision::{Ball, Big, Enclosure, Magnitude, Rounding, Scalar, decimal, one_digit_up_text};
+use librate_core::precision::{Ball, Big, Enclosure, Magnitude, Scalar, one_digit_up_text};
 
 /// Which motion is meant.
 #[derive(Clone, Debug)]
@@ -117,18 +117,10 @@ pub struct Period {
     pub bend: Option<Ball>,
 }
 
-/// Powers of two that numbers of [`Linearized::units`] are multiplied by in SI.
-#[derive(Clone, Copy, Default)]
-struct Powers {
-    energy: i64,
-    rate: i64,
-    length: i64,
-}
-
 impl Period {
-    /// The same in SI, where it was found in units of these powers of two.
-    fn in_si(mut self, powers: &Powers) -> Self {
-        let Powers { energy, rate, length } = *powers;
+    /// The same in SI, where it was found in the units of an oscillator.
+    fn in_si(mut self, of: &Oscillator) -> Self {
+        let (energy, rate, length) = (of.power(Units::energy), of.power(Units::rate), of.length());
         self.period = self.period.scale_far(-rate);
         self.small = self.small.map(|small| small.scale_far(-rate));
         self.precise = self.precise.map(|period| period.scale(-rate));
@@ -137,12 +129,10 @@ impl Period {
         self.energy_precise = self.energy_precise.map(|own| own.scale(energy));
         self.energy = self.energy.scale_far(energy);
         self.equilibrium = self.equilibrium.scale_far(length);
-        self.motion = match self.motion {
-            Motion::Libration { turning } => {
-                Motion::Libration { turning: turning.map(|place| place.scale_far(length)) }
-            }
-            Motion::Rotation { advance } => Motion::Rotation { advance: advance.scale_far(length) },
-        };
+        match &mut self.motion {
+            Motion::Libration { turning } => *turning = turning.map(|place| place.scale_far(length)),
+            Motion::Rotation { advance } => *advance = advance.scale_far(length),
+        }
         self
     }
 }
@@ -158,7 +148,7 @@ pub struct Oscillator {
     stretched: bool,
     /// Of the expressions below.
     pool: Pool,
-    kinks: Vec<Kink>,
+    kinks: Vec<Kink<ExprId>>,
     /// The period of U and M in the coordinate.
     advance: Option<ExprId>,
 }
@@ -231,38 +221,37 @@ impl Oscillator {
         budget.at("the period", None);
         let period = solve::period(self, request, options);
         budget.check()?;
-        period.map(|period| period.in_si(&self.powers()))
+        period.map(|period| period.in_si(self))
     }
 
-    /// What energies and lengths are measured in, and rates, as powers of two: see [`Linearized::units`].
-    fn powers(&self) -> Powers {
-        let units = self.center.units();
-        units.map_or_else(Powers::default, |units| Powers {
-            energy: units.energy(),
-            rate: units.rate(),
-            length: units.length(0),
-        })
+    /// What something is measured in, as a power of two: see [`Linearized::units`].
+    fn power(&self, of: impl Fn(&Units) -> i64) -> i64 {
+        self.center.units().map_or(0, of)
+    }
+
+    fn length(&self) -> i64 {
+        self.power(|units| units.length(0))
     }
 
     /// A coordinate in a message.
     fn place(&self, value: f64) -> String {
-        self.text(value, self.powers().length)
+        self.text(value, self.length())
     }
 
     /// An energy in a message.
     fn height(&self, value: f64) -> String {
-        self.text(value, self.powers().energy)
+        self.text(value, self.power(Units::energy))
     }
 
     /// A bound of a difference of energies in a message.
     fn margin(&self, value: Magnitude) -> String {
-        one_digit_up_text(value.scale(self.powers().energy).to_f64())
+        one_digit_up_text(value.scale(self.power(Units::energy)).to_f64())
     }
 
     /// The equilibrium in the units of the energies, as precisely as it is known.
     fn position(&self, bits: usize) -> Big {
         let estimate = || Big::from_ball(&self.center.position(), bits);
-        self.center.precisely(bits).map_or_else(estimate, |place| place.scale(-self.powers().length))
+        self.center.precisely(bits).map_or_else(estimate, |place| place.scale(-self.length()))
     }
 
     fn text(&self, value: f64, power: i64) -> String {
@@ -271,23 +260,18 @@ impl Oscillator {
 
     /// The number that is asked for, in the units of the energies.
     fn value<S: Scalar>(&self, request: &Request, precision: S::Precision) -> S {
-        let powers = self.powers();
         let (constant, factor, power) = match request {
-            Request::Amplitude(constant) => (constant, self.coordinate().factor, powers.length),
-            Request::Energy(constant) => (constant, None, powers.energy),
+            Request::Amplitude(constant) => (constant, self.coordinate().factor, self.length()),
+            Request::Energy(constant) => (constant, None, self.power(Units::energy)),
         };
+        // A constant has no symbols, which is all that an evaluation can fail for.
         let value = evaluate_closed::<S>(constant.pool(), constant.value(), precision);
-        let factor = factor.and_then(|factor| evaluate_closed::<S>(&self.model().pool, factor, precision));
-        let value = value.map(|value| match power {
-            0 => value,
-            _ => value.mul(&S::from_number(&power_of_two(-power), precision)),
-        });
-        match (value, factor) {
-            (Some(value), Some(factor)) => value.mul(&factor),
-            (Some(value), None) => value,
-            // A constant has no symbols, which is all that an evaluation can fail for.
-            (None, _) => S::pi(precision).mul(&S::from_number(&Number::ZERO, precision)),
+        let mut value = value.unwrap_or_else(|| S::from_number(&Number::ZERO, precision));
+        if power != 0 {
+            value = value.mul(&S::from_number(&power_of_two(-power), precision));
         }
+        let factor = factor.and_then(|factor| evaluate_closed::<S>(&self.model().pool, factor, precision));
+        factor.map_or_else(|| value.clone(), |factor| value.mul(&factor))
     }
 
     /// How far the coordinate goes in a full turn.
@@ -311,9 +295,4 @@ fn shape() -> Result<Tape, PeriodError> {
     let root = pool.sqrt(quotient);
     Tape::compile(&pool, &[root], &[h, m])
         .map_err(|_| PeriodError::Undecided { coordinate: String::new(), place: String::new() })
-}
-
-/// Whether a ball decides so many digits.
-fn decides(value: &Ball, digits: usize) -> bool {
-    decimal(value, digits).rounding == Rounding::Correct
 }

@@ -53,13 +53,13 @@ pub(super) struct Obstacle<S> {
     pub(super) at: S,
 }
 
-/// Where what an absolute value is taken of changes its sign.
+/// Where what an absolute value is taken of changes its sign, in numbers or as constant expressions.
 #[derive(Clone, Debug)]
-pub(super) struct Kink<S> {
-    pub(super) place: S,
+pub(super) struct Kink<T> {
+    pub(super) place: T,
     /// The derivative of that by the coordinate.
-    pub(super) slope: S,
-    /// Whether it is the equilibrium, where paths end.
+    pub(super) slope: T,
+    /// Whether it is known to be the equilibrium, where paths end.
     pub(super) central: bool,
 }
 
@@ -352,22 +352,14 @@ impl<S: Enclosure> Path<'_, S> {
         if self.turning {
             // E - U rises from the turning point, or there is none.
             let rise = self.field.excess_and_slope(&self.start).1.mul(&self.span);
-            let refusal = if rise.is_negative() {
-                Some(Refusal::Forbidden)
-            } else {
-                (!rise.is_positive()).then_some(Refusal::Precision)
-            };
-            if let Some(refusal) = refusal {
+            if !rise.is_positive() {
+                let refusal = if rise.is_negative() { Refusal::Forbidden } else { Refusal::Precision };
                 return Err(Obstacle { refusal, at: self.start.clone() });
             }
         }
         let mut sum: Option<S> = None;
         let mut known: Option<Known<S>> = None;
-        let mut weight = match (self.turning, self.mirror()) {
-            (false, _) => Weight::One,
-            (true, None) => Weight::Root,
-            (true, Some(beyond)) => Weight::Pair(beyond),
-        };
+        let mut weight = if self.turning { self.mirror().map_or(Weight::Root, Weight::Pair) } else { Weight::One };
         let (mut from, mut width, mut trend) = (0.0, 1.0, 1.0);
         let mut before = Refusal::Rough;
         let terms = self.order as f64;
@@ -381,10 +373,7 @@ impl<S: Enclosure> Path<'_, S> {
             }
             match self.panel(from, to, &weight, known.as_ref()) {
                 Ok(taken) => {
-                    let total = match sum.take() {
-                        None => taken.time,
-                        Some(total) => total.add(&taken.time),
-                    };
+                    let total = sum.map_or_else(|| taken.time.clone(), |total| total.add(&taken.time));
                     if to >= 1.0 {
                         let total = total.mul(&self.span);
                         return Ok(if total.is_negative() { total.neg() } else { total });
@@ -479,7 +468,7 @@ impl<S: Enclosure> Path<'_, S> {
                 bits: Some(bits_between(last, wanted * first.abs_upper_magnitude()) + BITS_OF_A_REST * order as f64),
             });
         }
-        let weights = self.weights(weight, from, to);
+        let weights = weight.moments(from, to, order, self.bits, &|value| self.field.number(value));
         let zero = self.field.zero.clone();
         let time = g.iter().zip(&weights).fold(zero, |time, (value, weight)| time.add(&value.mul(weight)));
         if matches!(weight, Weight::Pair(_)) && doubtful(&time) {
@@ -487,21 +476,15 @@ impl<S: Enclosure> Path<'_, S> {
         }
         // |∫ g_n(Y) s^n w dx| <= max |g_n| J_0.
         let whole = weights.first().map_or(Magnitude::INFINITE, Enclosure::abs_upper_magnitude);
-        let enclosed = match enclosed {
-            Some(over) => Ok(over),
-            None => self.beside(weight.reach(from), to, &step, weight.zeros()),
-        };
-        let mut rest = match enclosed {
-            Ok(over) => {
-                // h is the divided difference of D = E - U at x and the m zeros that are taken out, so its k-th
-                // coefficient is that of k + m + 1 places, k + 1 of them at x: D^(k+m)/(k+m)! somewhere between them all
-                // (J. F. Steffensen, Interpolation (1927), §2).
-                let zeros = weight.zeros();
-                let top = (0..zeros).fold(over.0[order + zeros].clone(), |top, _| top.div(&r));
-                self.top(&h, &top, &mass, &over.1[order]) * whole
-            }
-            Err(_) => Magnitude::INFINITE,
-        };
+        let zeros = weight.zeros();
+        let enclosed = enclosed.or_else(|| self.beside(weight.reach(from), to, &step, zeros).ok());
+        let mut rest = enclosed.map_or(Magnitude::INFINITE, |over| {
+            // h is the divided difference of D = E - U at x and the m zeros that are taken out, so its k-th
+            // coefficient is that of k + m + 1 places, k + 1 of them at x: D^(k+m)/(k+m)! somewhere between them all
+            // (J. F. Steffensen, Interpolation (1927), §2).
+            let top = (0..zeros).fold(over.0[order + zeros].clone(), |top, _| top.div(&r));
+            self.top(&h, &top, &mass, &over.1[order]) * whole
+        });
         let enough = |rest: Magnitude| rest <= wanted * time.abs_lower_magnitude();
         if !enough(rest) && matches!(weight, Weight::Root) && from > 0.0 {
             // All the way from the turning point may be too far for an enclosure.
@@ -560,11 +543,6 @@ impl<S: Enclosure> Path<'_, S> {
         let steps = way.div(&self.field.number(half)).abs_upper_magnitude();
         let power = u32::try_from(self.order).unwrap_or(u32::MAX);
         sum.with_added_magnitude(top.abs_upper_magnitude() * steps.powi(power))
-    }
-
-    /// J_k = ∫ s^k w(x) dx over the panel.
-    fn weights(&self, weight: &Weight<S>, from: f64, to: f64) -> Vec<S> {
-        weight.moments(from, to, self.order, self.bits, &|value| self.field.number(value))
     }
 }
 

@@ -174,8 +174,6 @@ impl<S: Enclosure> Field<S> {
 
 /// Σ (-c)^j D_(2j + from), about.
 fn part<S: Enclosure>(terms: &[S], from: usize, square: &S) -> Option<S> {
-    let sum = terms.get(from..)?.iter().step_by(2).rev().fold(None, |sum: Option<S>, term| {
-        Some(sum.map_or_else(|| term.center(), |sum| term.center().sub(&sum.mul(square)).center()))
-    })?;
-    sum.is_finite().then_some(sum)
+    let terms = terms.get(from..)?.iter().step_by(2).rev().map(S::center);
+    terms.reduce(|sum, term| term.sub(&sum.mul(square)).center()).filter(S::is_finite)
 }

@@ -9,25 +9,23 @@ use librate_core::precision::Enclosure;
 /// (L. D. Landau and E. M. Lifshitz, Mechanics, §28, with omega_0² = 2 u2/M0, alpha = 3 U3/M0, beta = 4 U4/M0). The
 /// amplitude of X is that of x to the leading order.
 pub(super) fn small<S: Enclosure>(field: &mut Field<S>, at: &S) -> (Option<S>, Option<S>) {
-    let one = field.number(1.0);
+    let (u, m) = field.expand(at, &field.number(1.0), 5);
     let number = |value: f64| field.number(value);
-    let [quarter, twenty_fourth, two_pi] = [number(0.25), number(1.0).div(&number(24.0)), field.pi().mul(&number(2.0))];
-    let (ten, three, half, three_quarters, fifteen_sixteenths) =
-        (number(10.0), number(3.0), number(0.5), number(0.75), number(0.9375));
-    let two = number(2.0);
-    let (u, m) = field.expand(at, &one, 5);
+    let (two, three) = (number(2.0), number(3.0));
     let ([_, _, u2, u3, u4], [m0, m1, m2, _, _]) = (u.as_slice(), m.as_slice()) else { return (None, None) };
     if !(u2.is_positive() && m0.is_positive()) {
         return (None, None);
     }
-    let small = two_pi.mul(&m0.div(&u2.add(u2)).sqrt());
+    let small = field.pi().mul(&two).mul(&m0.div(&u2.add(u2)).sqrt());
     // M = M0 (1 + a x + b x²): X = x + p x² + r x³ with p = a/4, r = b/6 - a²/24; then x = X - p X² + (2p² - r) X³.
     let (a, b) = (m1.div(m0), m2.div(m0));
-    let p = a.mul(&quarter);
-    let r = b.mul(&quarter.mul(&two).div(&three)).sub(&a.mul(&a).mul(&twenty_fourth));
+    let p = a.mul(&number(0.25));
+    let sixth = number(0.25).mul(&two).div(&three);
+    let r = b.mul(&sixth).sub(&a.mul(&a).mul(&number(1.0).div(&number(24.0))));
     let square = p.mul(&p);
     let third = u3.sub(&p.mul(u2).mul(&two));
-    let fourth = u2.mul(&square.mul(&ten.mul(&half)).sub(&r.mul(&two))).sub(&p.mul(u3).mul(&three)).add(u4);
-    let bend = fourth.div(u2).mul(&three_quarters).sub(&third.div(u2).powi(2).mul(&fifteen_sixteenths));
+    let fourth =
+        u2.mul(&square.mul(&number(10.0).mul(&number(0.5))).sub(&r.mul(&two))).sub(&p.mul(u3).mul(&three)).add(u4);
+    let bend = fourth.div(u2).mul(&number(0.75)).sub(&third.div(u2).powi(2).mul(&number(0.9375)));
     (small.is_finite().then_some(small), bend.is_finite().then_some(bend))
 }

@@ -4,9 +4,9 @@ use super::barrier::Height;
 use super::panel::Field;
 use super::small::small;
 use super::task::{Course, Found, Stop, Task};
-use super::{Motion, Options, Oscillator, Period, PeriodError, Request, decides};
+use super::{Motion, Options, Oscillator, Period, PeriodError, Request};
 use librate_core::linearize::short;
-use librate_core::precision::{Ball, Big, Enclosure, Magnitude, Rounding, Scalar};
+use librate_core::precision::{Ball, Big, Enclosure, Magnitude, Rounding, Scalar, decimal};
 
 /// The rest that is asked for at least: the period is then known better than doubles tell.
 const LEAST_BITS: u32 = 62;
@@ -48,8 +48,10 @@ pub(super) fn period(oscillator: &Oscillator, request: &Request, options: &Optio
     // Numbers far from usual ones leave the range of balls on their way.
     if bits <= BITS_OF_BALLS && oscillator.center.units().is_none() {
         let mut task = Task::<Ball>::new(oscillator, request, (), place, bits, None);
-        match task.run(request) {
-            Ok(found) if decides(&found.period, options.digits) => return finished(oscillator, request, task, found),
+        match task.run() {
+            Ok(found) if decimal(&found.period, options.digits).rounding == Rounding::Correct => {
+                return finished(oscillator, request, task, found);
+            }
             Ok(_) => {}
             // More bits take more terms a panel and as many panels.
             Err(Stop::Final(error @ PeriodError::TooLong { .. })) => return Err(error),
@@ -66,7 +68,7 @@ pub(super) fn period(oscillator: &Oscillator, request: &Request, options: &Optio
         oscillator.model().pool.budget().check()?;
         let centre = oscillator.position(precision);
         let mut task = Task::<Big>::new(oscillator, request, precision, centre, bits, fence.as_ref());
-        match task.run(request) {
+        match task.run() {
             Ok(found) => {
                 let complete = found.period.decimal(options.digits).rounding == Rounding::Correct;
                 if complete || attempts > 6 {
@@ -258,7 +260,7 @@ fn look<S: Enclosure>(
         return if summit.sub(&task.centre).is_negative() {
             Ok(Some(summit))
         } else {
-            Err(task.beyond_barrier(&summit, &Height::Top(height)))
+            Err(task.beyond_barrier(&summit, &Height { at: height, is_top: true }))
         };
     }
     unknown()

@@ -84,7 +84,7 @@ impl<'a, S: Enclosure> Task<'a, S> {
         self.oscillator.coordinate().name()
     }
 
-    pub(super) fn run(&mut self, request: &Request) -> Result<Found<S>, Stop<S>> {
+    pub(super) fn run(&mut self) -> Result<Found<S>, Stop<S>> {
         if !self.field.energy.is_finite() {
             let at = self.turning.as_ref().map_or(&self.centre, |(at, _)| at);
             return Err(Stop::Rough(at.clone()));
@@ -94,7 +94,7 @@ impl<'a, S: Enclosure> Task<'a, S> {
         if !excess.is_finite() {
             return Err(Stop::Rough(centre));
         }
-        let amplitude = matches!(request, Request::Amplitude(_));
+        let amplitude = self.turning.is_some();
         if excess.is_negative() || excess.is_exact_zero() {
             return Err(Stop::Final(if !amplitude {
                 self.below_equilibrium()
@@ -149,7 +149,7 @@ impl<'a, S: Enclosure> Task<'a, S> {
         let reach = self.advance.as_ref().map(|advance| advance.mid_f64().abs());
         // Where steps meet no turning point within a turn, there is none, or the integral will tell.
         if let (Some(advance), None) = (self.advance.clone(), &self.fence) {
-            match self.outward(step, reach) {
+            match self.field.outward(&self.centre, step, reach) {
                 Outward::Touch(summit) => return Err(Stop::Precision(summit)),
                 Outward::Open => match self.time(self.centre.clone(), advance.clone(), false) {
                     Ok(time) => {
@@ -167,15 +167,12 @@ impl<'a, S: Enclosure> Task<'a, S> {
         self.with_lower(&right, upper, &distance, -step, reach)
     }
 
-    fn outward(&mut self, step: f64, reach: Option<f64>) -> Outward<S> {
-        self.field.outward(&self.centre, step, reach)
-    }
-
     /// The time from the first turning point on one side to the equilibrium, and that point.
     fn side(&mut self, step: f64, reach: Option<f64>) -> Result<(S, S), Stop<S>> {
         let centre = self.centre.clone();
-        let fence = self.fence_on(step);
-        let mut bracket = match (self.outward(step, reach), &fence) {
+        // The known barrier, where it lies on this side.
+        let fence = self.fence.clone().filter(|fence| fence.sub(&centre).mid_f64() * step > 0.0);
+        let mut bracket = match (self.field.outward(&self.centre, step, reach), &fence) {
             (Outward::Bracket(inside, outside), _) => (inside, outside),
             (_, Some(fence)) => (centre.clone(), fence.clone()),
             (Outward::End(end), None) => return Err(Stop::Final(self.open(step > 0.0, Some(end)))),
@@ -198,13 +195,6 @@ impl<'a, S: Enclosure> Task<'a, S> {
             }
         }
         Err(Stop::Precision(bracket.1))
-    }
-
-    /// The known barrier, where it lies on the side that a step goes to.
-    fn fence_on(&self, step: f64) -> Option<S> {
-        let fence = self.fence.clone()?;
-        let way = fence.sub(&self.centre).mid_f64();
-        (way * step > 0.0).then_some(fence)
     }
 
     /// The time along a path, from kink to kink.
@@ -310,7 +300,7 @@ impl<'a, S: Enclosure> Task<'a, S> {
         let centre = self.centre.clone();
         let (upper, distance) = self.turning.clone()?;
         let (summit, height) = self.field.highest(&centre, &upper)?;
-        if !height.at().sub(&self.field.energy).is_positive() {
+        if !height.at.sub(&self.field.energy).is_positive() {
             return None;
         }
         let way = summit.sub(&centre).mid_f64().abs();
