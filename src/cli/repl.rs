@@ -349,25 +349,23 @@ fn split(text: &str) -> Vec<String> {
     let mut quote = None;
     let mut within = false;
     for c in text.chars() {
-        match (quote, c) {
-            (Some(open), c) if c == open => quote = None,
-            (None, '\'' | '"') if !within || words.last().is_some_and(|word| word.ends_with('=')) => {
-                quote = Some(c);
-                if !within {
-                    words.push(String::new());
-                }
-                within = true;
+        if quote == Some(c) {
+            quote = None;
+        } else if quote.is_none() && c.is_whitespace() {
+            within = false;
+        } else {
+            if !within {
+                words.push(String::new());
             }
-            (None, c) if c.is_whitespace() => within = false,
-            (_, c) => {
-                if !within {
-                    words.push(String::new());
+            match words.last_mut() {
+                // At the beginning of a word, or of a value.
+                Some(word) if quote.is_none() && "'\"".contains(c) && (!within || word.ends_with('=')) => {
+                    quote = Some(c)
                 }
-                within = true;
-                if let Some(word) = words.last_mut() {
-                    word.push(c);
-                }
+                Some(word) => word.push(c),
+                None => {}
             }
+            within = true;
         }
     }
     words
