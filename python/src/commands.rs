@@ -42,8 +42,8 @@ impl Model {
         py: Python<'_>,
         work: impl FnOnce(&mut Job) -> Result<Written, Failure> + Send + 'static,
     ) -> PyResult<Answer> {
-        let done = self.run(py, work)?;
-        Ok(Answer { json: done.value.json, text: done.value.text, warnings: done.warnings })
+        let (Written { json, text }, warnings) = self.run(py, work)?;
+        Ok(Answer { json, text, warnings })
     }
 }
 
@@ -67,7 +67,7 @@ struct Parameter {
 /// Checks a model. One of which only the tensors can be worked out will do where `tensors` says so.
 #[pyfunction]
 pub(crate) fn check(py: Python<'_>, model: &Model, tensors: bool) -> PyResult<Content> {
-    let done = model.run(py, move |job| {
+    let (content, warnings) = model.run(py, move |job| {
         let model = job.model(Size::Any).or_else(|error| {
             let source = &job.source;
             let other = model::elaborate(&source.file, &source.tables, &job.settings.clone().only_tensors());
@@ -86,7 +86,7 @@ pub(crate) fn check(py: Python<'_>, model: &Model, tensors: bool) -> PyResult<Co
             warnings: Shown::default(),
         })
     })?;
-    Ok(Content { warnings: done.warnings, ..done.value })
+    Ok(Content { warnings, ..content })
 }
 
 /// What is wanted of the modes.
@@ -106,8 +106,7 @@ pub(crate) struct ModesArgs {
 
 impl ModesArgs {
     fn options(&self, job: &Job) -> Result<Options, Failure> {
-        let mut options = Options::default().digits(digits(self.digits, MOST_DIGITS)?);
-        options.lowest = positive("lowest", self.lowest)?;
+        let mut options = options(self.digits, self.lowest)?;
         options.near = match (self.near, positive("count", self.count)?) {
             (Some(omega), Some(count)) if (0.0..1e150).contains(&omega) => Some((omega, count)),
             (None, None) => None,
@@ -142,6 +141,13 @@ impl ModesArgs {
     }
 }
 
+/// What is wanted of modes with shapes: so many digits, all of them or the lowest.
+fn options(digits_wanted: i64, lowest: Option<i64>) -> Result<Options, Failure> {
+    let mut options = Options::default().digits(digits(digits_wanted, MOST_DIGITS)?);
+    options.lowest = positive("lowest", lowest)?;
+    Ok(options)
+}
+
 /// A model about its equilibrium, its modes, and what is suspicious in them.
 fn solved(job: &mut Job, model: model::Model, options: &Options) -> Result<(Linearized, NormalModes), Failure> {
     let linearized = derive::linearized(model)?;
@@ -167,8 +173,7 @@ fn modes_of(job: &mut Job, args: &ModesArgs) -> Result<Modes, Failure> {
 /// Modes and warnings.
 #[pyfunction]
 pub(crate) fn modes(py: Python<'_>, model: &Model, args: ModesArgs) -> PyResult<(Modes, Shown)> {
-    let done = model.run(py, move |job| modes_of(job, &args))?;
-    Ok((done.value, done.warnings))
+    model.run(py, move |job| modes_of(job, &args))
 }
 
 /// The shapes as SVG, or the frequencies alone.
@@ -195,8 +200,7 @@ pub(crate) fn show(
         let help = "write `over=\"k=1..4:9\"` or `over={\"k\": (1, 4, 9)}`, of one or two parameters";
         let ranges: Vec<Range> = over.iter().map(|text| range(text, help)).collect::<Result<_, _>>()?;
         job.settings = job.settings.clone().with_points();
-        let mut options = Options::default().digits(digits(digits_wanted, MOST_DIGITS)?);
-        options.lowest = positive("lowest", lowest)?;
+        let options = options(digits_wanted, lowest)?;
         let model = job.model(if lowest.is_some() { Size::Any } else { Size::Dense })?;
         let shown = options.lowest.unwrap_or(model.coordinates.len());
         if shown > report::MOST_MODES {
@@ -267,7 +271,7 @@ impl DeriveArgs {
 /// A derivation and warnings.
 #[pyfunction]
 pub(crate) fn derivation(py: Python<'_>, model: &Model, args: DeriveArgs) -> PyResult<(Derivation, Shown)> {
-    let done = model.run(py, move |job| {
+    model.run(py, move |job| {
         let model = job.model(Size::Any)?;
         args.check(&model)?;
         let parts = Parts::all().cubic(args.cubic).quartic(args.quartic).numbers(args.limit.is_empty());
@@ -287,8 +291,7 @@ pub(crate) fn derivation(py: Python<'_>, model: &Model, args: DeriveArgs) -> PyR
         derivation.only.clone_from(&args.only);
         derivation.put_given(&job.source.file, &job.settings, &model);
         Ok(Derivation { derivation })
-    })?;
-    Ok((done.value, done.warnings))
+    })
 }
 
 /// How frequencies change with parameters.
@@ -300,8 +303,7 @@ pub(crate) fn sensitivities(
     lowest: Option<i64>,
 ) -> PyResult<Answer> {
     model.answer(py, move |job| {
-        let mut options = Options::default().digits(digits(digits_wanted, MOST_DIGITS)?);
-        options.lowest = positive("lowest", lowest)?;
+        let options = options(digits_wanted, lowest)?;
         let model = job.model(Size::Dense)?;
         let (linearized, mut modes) = solved(job, model, &options)?;
         let found = sensitivity::sensitivities(&linearized, &modes);
@@ -394,7 +396,7 @@ pub(crate) fn tensors(py: Python<'_>, model: &Model, digits_wanted: i64) -> PyRe
 /// M, K and what there is of G, C and N, as an archive of NumPy.
 #[pyfunction]
 pub(crate) fn archive<'py>(py: Python<'py>, model: &Model) -> PyResult<(Bound<'py, PyBytes>, Shown)> {
-    let done = model.run(py, |job| {
+    let (bytes, warnings) = model.run(py, |job| {
         let model = job.values(Size::Any)?;
         let linearized = derive::linearized(model)?;
         let matrices = report::matrices(&linearized).map_err(|error| match linearized.not_finite() {
@@ -406,7 +408,7 @@ pub(crate) fn archive<'py>(py: Python<'py>, model: &Model) -> PyResult<(Bound<'p
         written.map_err(|error: io::Error| Failure(vec![Diagnostic::global(error.to_string())]))?;
         Ok(bytes)
     })?;
-    Ok((PyBytes::new(py, &done.value), done.warnings))
+    Ok((PyBytes::new(py, &bytes), warnings))
 }
 
 /// A model as source code in C, Rust or Python.

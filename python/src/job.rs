@@ -190,12 +190,12 @@ impl Model {
 }
 
 impl Model {
-    /// Runs a command in a thread of its own.
+    /// Runs a command in a thread of its own: what it found, and warnings.
     pub(crate) fn run<T: Send + 'static>(
         &self,
         py: Python<'_>,
         work: impl FnOnce(&mut Job) -> Result<T, Failure> + Send + 'static,
-    ) -> PyResult<Done<T>> {
+    ) -> PyResult<(T, Shown)> {
         let source = Arc::clone(&self.source);
         let input = (source.page.text.len() + source.tables.bytes()) as u64;
         let (seconds, bytes) = (source.limits.seconds(input), source.limits.bytes(input));
@@ -248,14 +248,8 @@ impl Model {
             return Err(Failure::from(exceeded).raise(py, page));
         }
         let value = result.map_err(|told| told.raise(py, page))?;
-        Ok(Done { value, warnings: py.detach(|| Shown::new(page, &warnings)) })
+        Ok((value, py.detach(|| Shown::new(page, &warnings))))
     }
-}
-
-/// What a command found.
-pub(crate) struct Done<T> {
-    pub(crate) value: T,
-    pub(crate) warnings: Shown,
 }
 
 /// A range from outside.

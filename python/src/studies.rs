@@ -393,7 +393,7 @@ impl Batch {
 /// Solves all sets, on all cores, in doubles with rigorous bounds.
 #[pyfunction]
 pub(crate) fn solve_sets(py: Python<'_>, model: &Model, args: BatchArgs) -> PyResult<Batch> {
-    let done = model.run(py, move |job| {
+    let (solved, _) = model.run(py, move |job| {
         let threads = positive("threads", args.threads)?;
         let model = job.model(Size::Dense)?;
         let mut options = batch::Options::default();
@@ -419,7 +419,7 @@ pub(crate) fn solve_sets(py: Python<'_>, model: &Model, args: BatchArgs) -> PyRe
         }
         Ok(all)
     })?;
-    Ok(done.value)
+    Ok(solved)
 }
 
 /// Its place in the list that Python has of them.

@@ -14,17 +14,12 @@ const HELP: &str = "write `--map NAME=a..b:count NAME=c..d:count`, for example `
 pub(super) fn run(args: &args::Floquet, first: &str, second: &str) -> Result<Answer, Failure> {
     let ranges = [range(first, HELP)?, range(second, HELP)?];
     let (mut source, made) = parsed(&args.model, input::read_model(&args.model.file)?)?;
-    let chart = match Chart::new(&made, ranges) {
-        Ok(chart) => chart,
-        Err(error) => {
-            return Err(match &error {
-                Error::Model(errors) if matches!(errors[..], [ModelError::BadSetting { .. }]) => {
-                    wrong_request(errors[0].to_string(), HELP)
-                }
-                _ => Failure::Model(source, error.diagnostics()),
-            });
+    let chart = Chart::new(&made, ranges).map_err(|error| match &error {
+        Error::Model(errors) if matches!(errors[..], [ModelError::BadSetting { .. }]) => {
+            wrong_request(errors[0].to_string(), HELP)
         }
-    };
+        _ => Failure::Model(source.clone(), error.diagnostics()),
+    })?;
     let count = chart.len()[0];
     let worker = || {
         let mut worker = chart.worker();

@@ -9,9 +9,9 @@ use librate::derive;
 use librate::linearize::Linearized;
 use librate::report::{self, Language, Matrix};
 
-use super::output::{into_file, make_folder, write_content};
+use super::output::{make_folder, write_content};
 use super::progress::Progress;
-use super::{Answer, Failure, Loaded, Size, args, during, failed, fault, load, load_values};
+use super::{Answer, Failure, Loaded, Size, args, failed, fault, load, load_values};
 
 /// All matrices there are.
 const NAMES: [&str; 5] = ["M", "K", "G", "C", "N"];
@@ -55,12 +55,10 @@ pub(super) fn text(args: &args::Export) -> Result<Answer, Failure> {
 
 /// Writes the model as source code.
 fn code(args: &args::Export, language: Language, output: Option<&Path>) -> Result<Answer, Failure> {
-    let Loaded { mut source, model, warnings, .. } = load(&args.model, Size::Any)?;
-    let compiled = during(&args.model, "compiling the model", || code::code(&model));
-    let compiled = compiled.map_err(|error| failed(&source, &warnings, error))?;
-    let mut text = report::code_text(&compiled, language);
-    into_file(output, &mut text, &mut source)?;
-    Ok(Answer::new(text, Some((source, warnings))))
+    let answer = load(&args.model, Size::Any)?.answer(&args.model, "compiling the model", |_, model, _| {
+        Ok(report::code_text(&code::code(&model)?, language))
+    })?;
+    answer.into_file(output)
 }
 
 /// The file of a matrix in the folder.

@@ -85,21 +85,17 @@ fn amount(args: &Inertia) -> Result<Option<Amount>, Failure> {
 }
 
 fn body_answer(args: &Inertia, source: Source, body: Result<inertia::Body, InertiaError>) -> Result<Answer, Failure> {
-    match body {
-        Ok(body) => Ok(Answer::new(
-            if args.json {
-                report::body_json(&body, args.digits)
-            } else {
-                report::body_text(&source.shown(), &body, args.digits, &style())
-            },
-            None,
-        )),
-        Err(error) => {
-            let mut told = Diagnostic::from(&error);
-            told.primary = told.primary.or_else(|| line_label(&source.text, error.line()?));
-            Err(Failure::Model(source, vec![told]))
-        }
-    }
+    let body = body.map_err(|error| {
+        let mut told = Diagnostic::from(&error);
+        told.primary = told.primary.or_else(|| line_label(&source.text, error.line()?));
+        Failure::Model(source.clone(), vec![told])
+    })?;
+    let text = if args.json {
+        report::body_json(&body, args.digits)
+    } else {
+        report::body_text(&source.shown(), &body, args.digits, &style())
+    };
+    Ok(Answer::new(text, None))
 }
 
 /// The whole of a line, from 1.
@@ -120,23 +116,15 @@ fn model_answer(args: &Inertia, source: Source) -> Result<Answer, Failure> {
     let (source, made) = parsed(&args.model, source)?;
     let model = model::elaborate(&made.file, &made.tables, &made.settings.only_tensors())
         .map_err(|errors| failed(&source, &[], errors))?;
-    match inertia::of_model(&model, args.digits) {
-        Ok(tensors) => {
-            let name = model.name.as_deref();
-            let warnings = tensors.iter().filter_map(inertia::NamedTensor::warning);
-            let warnings = warnings.chain(sensitivity::ignored(&model)).collect();
-            Ok(Answer::new(
-                if args.json {
-                    report::tensors_json(name, &tensors, args.digits)
-                } else {
-                    report::tensors_text(name, &tensors, args.digits, &style())
-                },
-                Some((source, warnings)),
-            ))
-        }
-        Err(errors) => {
-            let told = errors.iter().map(Diagnostic::from).collect();
-            Err(Failure::Model(source, told))
-        }
-    }
+    let wrong = |errors: Vec<_>| Failure::Model(source.clone(), errors.iter().map(Diagnostic::from).collect());
+    let tensors = inertia::of_model(&model, args.digits).map_err(wrong)?;
+    let name = model.name.as_deref();
+    let warnings = tensors.iter().filter_map(inertia::NamedTensor::warning);
+    let warnings = warnings.chain(sensitivity::ignored(&model)).collect();
+    let text = if args.json {
+        report::tensors_json(name, &tensors, args.digits)
+    } else {
+        report::tensors_text(name, &tensors, args.digits, &style())
+    };
+    Ok(Answer::new(text, Some((source, warnings))))
 }

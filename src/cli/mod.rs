@@ -29,7 +29,6 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
 
-use anstream::{AutoStream, ColorChoice};
 use clap::{CommandFactory, Parser};
 use clap_complete::Shell;
 use librate::derive::{self, Parts};
@@ -80,6 +79,15 @@ type Rest = Box<dyn FnOnce(&mut dyn Write) -> Result<(), Failure>>;
 impl Answer {
     fn new(text: String, remarks: Option<(Source, Vec<Diagnostic>)>) -> Self {
         Self { text, rest: None, remarks }
+    }
+
+    /// Writes the text into a file that is asked for, and leaves nothing of it to be printed.
+    fn into_file(mut self, file: Option<&Path>) -> Result<Self, Failure> {
+        if let (Some(file), Some((source, _))) = (file, &mut self.remarks) {
+            output::write_file(file, &self.text, source)?;
+            self.text.clear();
+        }
+        Ok(self)
     }
 }
 
@@ -172,16 +180,12 @@ fn usage(error: &clap::Error) -> u8 {
         output::visible(&argument, false) != argument
     };
     let plain = std::env::args_os().any(foreign);
-    let colored = |choice| match choice {
-        ColorChoice::Never => text.to_string(),
-        _ if plain => text.to_string(),
-        _ => text.ansi().to_string(),
-    };
+    let colored = |has_color: bool| if has_color && !plain { text.ansi().to_string() } else { text.to_string() };
     if error.use_stderr() {
-        output::write_messages(&colored(AutoStream::choice(&io::stderr())));
+        output::write_messages(&colored(output::has_color(&io::stderr())));
         return USAGE;
     }
-    let written = write_out(&colored(AutoStream::choice(&io::stdout())));
+    let written = write_out(&colored(output::has_color(&io::stdout())));
     written.map_or_else(|failure| complain(failure, MessageFormat::Text), |()| 0)
 }
 
@@ -532,9 +536,7 @@ fn load_values(args: &ModelArgs, size: Size) -> Result<Loaded, Failure> {
 }
 
 fn style() -> Style {
-    Style::default()
-        .color(AutoStream::choice(&io::stdout()) != ColorChoice::Never)
-        .width(terminal_width(&io::stdout()).unwrap_or(PLAIN_WIDTH))
+    Style::default().color(output::has_color(&io::stdout())).width(terminal_width(&io::stdout()).unwrap_or(PLAIN_WIDTH))
 }
 
 fn terminal_width(stream: &impl IsTerminal) -> Option<usize> {
@@ -551,9 +553,8 @@ fn tell(source: &Source, all: &[Diagnostic], format: MessageFormat) {
     let text = match format {
         MessageFormat::Json => messages::diagnostics(source, all),
         MessageFormat::Text => {
-            let color = AutoStream::choice(&stream) != ColorChoice::Never;
             let width = terminal_width(&stream).unwrap_or(PLAIN_MESSAGE_WIDTH);
-            let style = Style::default().color(color).width(width);
+            let style = Style::default().color(output::has_color(&stream)).width(width);
             report::diagnostics_text(&source.shown(), &source.text, all, &style)
         }
     };
@@ -562,7 +563,6 @@ fn tell(source: &Source, all: &[Diagnostic], format: MessageFormat) {
 
 /// Writes what went wrong to standard error; gives the exit status.
 fn complain(failure: Failure, format: MessageFormat) -> u8 {
-    let stream = io::stderr();
     match failure {
         Failure::Model(source, all) => {
             tell(&source, &all, format);
@@ -572,8 +572,8 @@ fn complain(failure: Failure, format: MessageFormat) -> u8 {
             let text = match format {
                 MessageFormat::Json => messages::message(&message, help.as_deref()),
                 MessageFormat::Text => {
-                    let color = AutoStream::choice(&stream) != ColorChoice::Never;
-                    report::message_text(&message, help.as_deref(), &Style::default().color(color))
+                    let style = Style::default().color(output::has_color(&io::stderr()));
+                    report::message_text(&message, help.as_deref(), &style)
                 }
             };
             output::write_messages(&text);

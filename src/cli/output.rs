@@ -7,6 +7,7 @@ use std::io::{self, BufWriter, ErrorKind, IsTerminal, Seek, SeekFrom, Write};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
+use anstream::stream::RawStream;
 use anstream::{AutoStream, ColorChoice};
 use tempfile::{Builder, NamedTempFile};
 
@@ -106,17 +107,20 @@ mod at_start {
     }
 }
 
+/// Whether what is written there may have colours.
+pub(super) fn has_color(stream: &impl RawStream) -> bool {
+    AutoStream::choice(stream) != ColorChoice::Never
+}
+
 /// Writes a result for people or programs.
 pub(super) fn write_out(text: &str) -> Result<(), Failure> {
-    let color = AutoStream::choice(&io::stdout()) != ColorChoice::Never;
-    write_bytes(visible(text, color).as_bytes())
+    write_bytes(visible(text, has_color(&io::stdout())).as_bytes())
 }
 
 /// Writes a result through the reader's pager where it is longer than the terminal: `PAGER`, else `less`; without one where
 /// that is empty or can't be run.
 pub(super) fn write_paged(text: &str) -> Result<(), Failure> {
-    let color = AutoStream::choice(&io::stdout()) != ColorChoice::Never;
-    let shown = visible(text, color);
+    let shown = visible(text, has_color(&io::stdout()));
     let height = terminal_size::terminal_size().map(|(_, terminal_size::Height(lines))| usize::from(lines));
     let is_long = io::stdout().is_terminal() && height.is_some_and(|height| shown.lines().count() >= height);
     if is_long && is_read_in_pager(&shown) { Ok(()) } else { write_bytes(shown.as_bytes()) }
@@ -176,8 +180,8 @@ fn not_written(reason: &dyn Display) -> Failure {
 /// Writes messages. Where not even this can be done, the exit status has to do.
 pub(super) fn write_messages(text: &str) {
     let stream = io::stderr();
-    let color = AutoStream::choice(&stream) != ColorChoice::Never;
-    let _ = stream.lock().write_all(visible(text, color).as_bytes());
+    let shown = visible(text, has_color(&stream));
+    let _ = stream.lock().write_all(shown.as_bytes());
 }
 
 /// Leaves a terminal empty for what comes next.
@@ -192,15 +196,6 @@ pub(super) type Content<'a> = &'a dyn Fn(&File) -> io::Result<()>;
 /// Writes a picture or a table into a file, but over nothing that was read or written by the same command.
 pub(super) fn write_file(file: &Path, text: &str, source: &mut Source) -> Result<(), Failure> {
     write_content(file, &|mut out| out.write_all(text.as_bytes()), source)
-}
-
-/// Writes a text into a file that is asked for, and leaves nothing of it to be printed.
-pub(super) fn into_file(output: Option<&Path>, text: &mut String, source: &mut Source) -> Result<(), Failure> {
-    if let Some(file) = output {
-        write_file(file, text, source)?;
-        text.clear();
-    }
-    Ok(())
 }
 
 /// The same for what is written piece by piece.

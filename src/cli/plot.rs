@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use librate::report::{self, SweepView};
 
 use super::args::{MessageFormat, Plot, Plotted};
-use super::output::into_file;
 use super::{Answer, Failure, chart, equilibria, modes_text, motion, period, response, sweep, wrong_request};
 
 pub(super) fn text(plot: &mut Plot, format: MessageFormat) -> Result<Answer, Failure> {
@@ -36,9 +35,5 @@ pub(super) fn text(plot: &mut Plot, format: MessageFormat) -> Result<Answer, Fai
         Plotted::Equilibria(own) => (equilibria::text(&own.args), &own.output),
         Plotted::Motion(own) => (motion::text(&own.args, format), &own.output),
     };
-    let mut answer = answer?;
-    if let Some((source, _)) = &mut answer.remarks {
-        into_file(output.as_deref(), &mut answer.text, source)?;
-    }
-    Ok(answer)
+    answer?.into_file(output.as_deref())
 }

@@ -19,7 +19,7 @@ use serde_json::Value;
 
 use super::args::{Cli, MessageFormat};
 use super::input::{Source, read_model};
-use super::lsp::complete::is_unit;
+use super::lsp::complete::{is_letter, is_unit, without_word};
 use super::output::{feed, write_file, write_messages, write_out};
 use super::{Failure, complain, ended, fault};
 
@@ -285,17 +285,18 @@ impl Session {
     }
 }
 
-/// This program once more, with what it says handed on or kept.
+/// The statements of a text, none where it can't be read.
 fn statements(text: &str) -> Vec<syntax::Statement> {
     syntax::parse(text).map(|file| file.statements).unwrap_or_default()
 }
 
+/// This program once more, with what it says handed on or kept.
 fn own_process(words: &[&str], output: fn() -> Stdio) -> Result<Child, Failure> {
     let start = |own| Process::new(own).args(words).stdin(Stdio::piped()).stdout(output()).stderr(output()).spawn();
     std::env::current_exe().and_then(start).map_err(|error| fault(format!("can't run the command: {error}")))
 }
 
-/// Hands a text to the standard input of a command; one that does not want it has said why.
+/// What is wrong with what was typed.
 fn wrong(text: &str, errors: &[syntax::SyntaxError]) -> Failure {
     let source = Source { name: "<input>".to_owned(), text: text.to_owned(), taken: Vec::new() };
     Failure::Model(source, errors.iter().map(Diagnostic::from).collect())
@@ -307,7 +308,7 @@ fn is_command(word: &str) -> bool {
 
 fn is_name(text: &str) -> bool {
     let mut letters = text.chars();
-    letters.next().is_some_and(char::is_alphabetic) && letters.all(|c| c.is_alphanumeric() || c == '_')
+    letters.next().is_some_and(char::is_alphabetic) && letters.all(is_letter)
 }
 
 /// What a statement declares; another one of the same takes its place.
@@ -348,25 +349,23 @@ fn split(text: &str) -> Vec<String> {
     let mut quote = None;
     let mut within = false;
     for c in text.chars() {
-        match (quote, c) {
-            (Some(open), c) if c == open => quote = None,
-            (None, '\'' | '"') if !within || words.last().is_some_and(|word| word.ends_with('=')) => {
-                quote = Some(c);
-                if !within {
-                    words.push(String::new());
-                }
-                within = true;
+        if quote == Some(c) {
+            quote = None;
+        } else if quote.is_none() && c.is_whitespace() {
+            within = false;
+        } else {
+            if !within {
+                words.push(String::new());
             }
-            (None, c) if c.is_whitespace() => within = false,
-            (_, c) => {
-                if !within {
-                    words.push(String::new());
+            match words.last_mut() {
+                // At the beginning of a word, or of a value.
+                Some(word) if quote.is_none() && "'\"".contains(c) && (!within || word.ends_with('=')) => {
+                    quote = Some(c)
                 }
-                within = true;
-                if let Some(word) = words.last_mut() {
-                    word.push(c);
-                }
+                Some(word) => word.push(c),
+                None => {}
             }
+            within = true;
         }
     }
     words
@@ -381,9 +380,7 @@ impl Completer for Words {
     type Candidate = String;
 
     fn complete(&self, line: &str, at: usize, _: &rustyline::Context<'_>) -> rustyline::Result<(usize, Vec<String>)> {
-        let start = line[..at]
-            .rfind(|c: char| !c.is_alphanumeric() && c != '_')
-            .map_or(0, |found| found + line[found..].chars().next().map_or(1, char::len_utf8));
+        let start = without_word(&line[..at]).len();
         let begun = &line[start..at];
         if is_unit(&line[..start]) {
             let mut units: Vec<String> = units_with_prefixes().filter(|unit| unit.starts_with(begun)).collect();

@@ -13,7 +13,7 @@ use librate::report::{self, Shown};
 use librate::{figure, modes};
 
 use super::input::Source;
-use super::output::{into_file, write_file};
+use super::output::write_file;
 use super::threads::all;
 use super::{Answer, Failure, Loaded, Made, Size, args, during, failed, load, range, solved, wrong_request};
 use serde_json::Value;
@@ -72,8 +72,7 @@ pub(super) fn text(args: &args::Show) -> Result<Answer, Failure> {
     if let Some(file) = args.output.as_ref().filter(|_| args.live) {
         make_live(file, &mut page, &mut source)?;
     }
-    into_file(args.output.as_deref(), &mut page, &mut source)?;
-    Ok(Answer::new(page, Some((source, warnings))))
+    Answer::new(page, Some((source, warnings))).into_file(args.output.as_deref())
 }
 
 /// The grid that is asked for.

@@ -40,18 +40,16 @@ pub(super) fn text(args: &args::Sweep) -> Result<Answer, Failure> {
     let uncertain = sweep.derived().and_then(sensitivity::ignored).filter(|_| !args.json);
     let remarks = Remarks::new(&name);
     let mut run = Run { args, sweep: &sweep, name, remarks, uncertain };
+    let mut text = String::new();
     if args.model.drawn {
-        let picture = run.picture(&source)?;
-        let remarks = run.remarks.all.into_iter().chain(run.uncertain).collect();
-        return Ok(Answer::new(picture, Some((source, remarks))));
-    }
-    if args.json {
+        text = run.picture(&source)?;
+    } else if args.json {
         output::write_rest(|out| run.objects(out, &source))?;
     } else {
         run.table(&mut source)?;
     }
     run.remarks.all.extend(run.uncertain);
-    Ok(Answer::new(String::new(), Some((source, run.remarks.all))))
+    Ok(Answer::new(text, Some((source, run.remarks.all))))
 }
 
 /// A sweep under way.

@@ -3,7 +3,7 @@
 use super::json::{Object, array, lines, null, number, string};
 use super::modes::numbered;
 use super::table::{Column, GAP, draw};
-use super::{Style, Tone, Written, bound_text, headline, nearest, nearest_bound, shown_unit, with_unit};
+use super::{Style, Tone, Written, bound_text, grouped, headline, nearest, nearest_bound, shown_unit, with_unit};
 use librate_core::linearize::Linearized;
 use librate_core::oscillation::NormalModes;
 use librate_core::precision::{Ball, one_digit_up};
@@ -88,15 +88,10 @@ pub fn amplitude_text(
         Column::words("up to about", reach.collect()),
     ];
     let remarks: Vec<String> = found.iter().map(remark).collect();
-    let mut below: Vec<(&str, Vec<usize>)> = Vec::new();
+    let mut below = Vec::new();
     let column = Column::words("", remarks.clone());
     if columns.iter().chain([&column]).map(Column::width).sum::<usize>() > style.width + GAP {
-        for (at, words) in remarks.iter().enumerate().filter(|(_, words)| !words.is_empty()) {
-            match below.iter_mut().find(|(other, _)| other == words) {
-                Some((_, modes)) => modes.push(at),
-                None => below.push((words, vec![at])),
-            }
-        }
+        below = grouped(remarks.iter().zip(0..).filter(|(words, _)| !words.is_empty()));
     } else if remarks.iter().any(|words| !words.is_empty()) {
         columns.push(column);
     }

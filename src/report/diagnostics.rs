@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use annotate_snippets::{
-    Annotation, AnnotationKind, Element, Group, Level, Origin, Renderer, Snippet, normalize_untrusted_str,
+    Annotation, AnnotationKind, Element, Group, Level, Origin, Renderer, Snippet, Title, normalize_untrusted_str,
 };
 use librate_core::diagnostic::{Diagnostic, Label, Severity};
 use librate_core::order::Order;
@@ -98,16 +98,19 @@ fn without_place(
     code: Option<&'static str>,
 ) -> String {
     let title = |title| renderer.render(&[Group::with_title(title)]);
-    let head = level.primary_title(text);
-    let mut out = title(match code {
-        Some(code) => head.id(code),
-        None => head,
-    });
+    let mut out = title(with_code(level.primary_title(text), code));
     if let Some(help) = help {
         out.push('\n');
         out.push_str(&title(Level::HELP.primary_title(help)));
     }
     out
+}
+
+fn with_code<'a>(title: Title<'a>, code: Option<&'static str>) -> Title<'a> {
+    match code {
+        Some(code) => title.id(code),
+        None => title,
+    }
 }
 
 /// The text with the places of its lines.
@@ -171,11 +174,8 @@ fn level(diagnostic: &Diagnostic) -> Level<'static> {
 }
 
 fn group<'a>(page: &Page<'a>, diagnostic: &'a Diagnostic) -> Group<'a> {
-    let mut title = level(diagnostic).primary_title(diagnostic.message.as_str());
-    if let Some(code) = diagnostic.code {
-        title = title.id(code);
-    }
-    let mut group = Group::with_title(title);
+    let title = level(diagnostic).primary_title(diagnostic.message.as_str());
+    let mut group = Group::with_title(with_code(title, diagnostic.code));
     let labels = diagnostic
         .primary
         .iter()

@@ -10,7 +10,7 @@ use librate_core::linearize::short;
 use librate_core::model::{Coordinate, Model};
 use librate_core::modes::Stability;
 use librate_core::precision::{Ball, one_digit_up};
-use librate_studies::equilibria::{Branch, Diagram, Equilibrium, Found, Region};
+use librate_studies::equilibria::{Bifurcation, Branch, Diagram, Equilibrium, Found, Region};
 
 /// Digits of coordinates and frequencies.
 const DIGITS: usize = 10;
@@ -184,17 +184,12 @@ pub fn diagram_text(model: &Model, diagram: &Diagram, style: &Style) -> String {
     }
     if !bifurcations.is_empty() {
         let rows = bifurcations.len();
+        let of = |text: fn(&Bifurcation) -> String| bifurcations.iter().map(text).collect();
         let columns = vec![
             Column::counting("", rows),
-            Column::words("bifurcation", bifurcations.iter().map(|own| own.kind.as_str().to_owned()).collect()),
-            Column::numbers(
-                &parameter,
-                bifurcations.iter().map(|own| Written::new(&own.value, DIGITS).text()).collect(),
-            ),
-            Column::words(
-                "bound",
-                bifurcations.iter().map(|own| printed_bound(own.point.iter().chain([&own.value]))).collect(),
-            ),
+            Column::words("bifurcation", of(|own| own.kind.as_str().to_owned())),
+            Column::numbers(&parameter, of(|own| Written::new(&own.value, DIGITS).text())),
+            Column::words("bound", of(|own| printed_bound(own.point.iter().chain([&own.value])))),
         ];
         let places = point_columns(model, || bifurcations.iter().map(|own| own.point.as_slice()));
         out.push('\n');

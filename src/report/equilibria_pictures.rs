@@ -83,12 +83,8 @@ pub fn equilibria_svg(model: &Model, found: &Found, landscape: &Landscape) -> St
             let mut curves: Vec<Curve> = Vec::new();
             for (course, name, colour, stroke) in COURSES {
                 let own = orbits.iter().filter(|own| own.course == course);
-                curves.extend(own.map(|own| Curve {
-                    name: name.to_owned(),
-                    colour,
-                    stroke,
-                    points: own.points.clone(),
-                }));
+                let points = own.map(|own| own.points.clone());
+                curves.extend(points.map(|points| Curve { name: name.to_owned(), colour, stroke, points }));
             }
             curves.extend(dots(&|_| 0.0));
             picture.panels.push(Panel::new(axis(first), Axis::over(label, all, 0.05), curves));

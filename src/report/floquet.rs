@@ -132,24 +132,20 @@ pub fn floquet_text(model: &Model, floquet: &Floquet, digits: usize, style: &Sty
 }
 
 fn place_text(model: &Model, floquet: &Floquet, digits: usize) -> String {
-    let named = |names: Vec<String>, values: &[Ball]| -> Vec<String> {
-        names
-            .iter()
-            .zip(values)
-            .map(|(name, value)| format!("{name} = {}", Written::new(value, digits).text()))
-            .collect()
+    let named = |prime: &str, values: &[Ball]| {
+        let each = model.coordinates.names().zip(values);
+        let each = each.map(|(name, value)| format!("{name}{prime} = {}", Written::new(value, digits).text()));
+        each.collect::<Vec<_>>().join(", ")
     };
-    let names = |suffix: &str| model.coordinates.iter().map(|own| format!("{}{suffix}", own.name())).collect();
+    let place = named("", &floquet.place);
     if floquet.rests {
-        let place = named(names(""), &floquet.place).join(", ");
         return format!("about the equilibrium {place}\n");
     }
-    let state = [named(names(""), &floquet.place), named(names("'"), &floquet.velocities)].concat();
-    let mut text = format!("about the periodic motion through {} at t = 0\n", state.join(", "));
+    let velocities = named("'", &floquet.velocities);
+    let mut text = format!("about the periodic motion through {place}, {velocities} at t = 0\n");
     for own in &floquet.away {
-        let name = model.coordinates.get(own.coordinate);
         let prime = if own.velocity { "'" } else { "" };
-        let name = name.map_or(String::new(), |own| format!("{}{prime}", own.name()));
+        let name = format!("{}{prime}", model.coordinates.at(own.coordinate).name());
         let (low, high) = own.range;
         let _ = writeln!(
             text,

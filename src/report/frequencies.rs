@@ -277,15 +277,11 @@ fn normal_lines(derivation: &Derivation, normal: &NormalCoordinates) -> Vec<Line
 
 /// The displacements of chains, rings and nets as sums over their normal coordinates, and L in them.
 fn waves_lines(derivation: &Derivation, all: &[NormalWaves]) -> Vec<Line> {
-    let letters = |numbers: &[(String, i64, i64)]| {
-        let names: Vec<&str> = numbers.iter().map(|(name, _, _)| name.as_str()).collect();
-        names.join(", ")
-    };
     let mut lines = Vec::new();
     let mut lagrangian = Vec::new();
     for waves in all {
         let normal = &waves.normal;
-        lines.extend(displacement_lines(derivation, waves, &letters));
+        lines.extend(displacement_lines(derivation, waves));
         // All sums together run over what the frequencies run over.
         let mut numbers: Vec<(String, i64, i64)> = Vec::new();
         for sum in &waves.sums {
@@ -307,6 +303,12 @@ fn waves_lines(derivation: &Derivation, all: &[NormalWaves]) -> Vec<Line> {
     lines
 }
 
+/// `m, n`
+fn letters(numbers: &[(String, i64, i64)]) -> String {
+    let names: Vec<&str> = numbers.iter().map(|(name, _, _)| name.as_str()).collect();
+    names.join(", ")
+}
+
 /// `j in 1..100`
 fn ranges(numbers: &[(String, i64, i64)]) -> String {
     let ranges: Vec<String> = numbers.iter().map(|(name, first, last)| format!("{name} in {first}..{last}")).collect();
@@ -314,11 +316,7 @@ fn ranges(numbers: &[(String, i64, i64)]) -> String {
 }
 
 /// `x[n] = ...`, and what is meant by a name that the model has not.
-fn displacement_lines(
-    derivation: &Derivation,
-    waves: &NormalWaves,
-    letters: &impl Fn(&[(String, i64, i64)]) -> String,
-) -> Vec<Line> {
+fn displacement_lines(derivation: &Derivation, waves: &NormalWaves) -> Vec<Line> {
     let pool = &derivation.pool;
     let parts: Vec<String> = waves
         .sums

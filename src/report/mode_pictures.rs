@@ -93,12 +93,8 @@ pub fn spectrum_svg(linearized: &Linearized, modes: &NormalModes) -> String {
         let points: Vec<[f64; 2]> = places.iter().zip(&modes.modes).map(|(at, mode)| [*at, value(mode)]).collect();
         let axis = |label: &str, at: usize| Axis::over(label, points.iter().map(|point| point[at]).chain([0.0]), 0.04);
         let (across, up) = (axis(label, 0), axis(up, 1));
-        let own = [Stroke::Stems, Stroke::Dots].map(|stroke| Curve {
-            name: String::new(),
-            colour,
-            stroke,
-            points: points.clone(),
-        });
+        let curve = |stroke| Curve { name: String::new(), colour, stroke, points: points.clone() };
+        let own = [Stroke::Stems, Stroke::Dots].map(curve);
         // Stems of many modes, or of many of one wave number, would only hide each other.
         let shown = own.into_iter().skip(usize::from(what == "Dispersion" || points.len() > MOST_STEMS));
         Panel::new(across, up, shown.collect())

@@ -4,8 +4,8 @@ use super::plain::wrapped;
 use super::runs::ends;
 use super::table::{Column, GAP, draw};
 use super::{
-    Exponent, FrequencyUnit, Style, Tone, Written, common, counted, damping, headline, limit_words, listed, shown_unit,
-    with_unit, zero_motions,
+    Exponent, FrequencyUnit, Style, Tone, Written, common, counted, damping, grouped, headline, limit_words, listed,
+    shown_unit, with_unit, zero_motions,
 };
 use librate_core::linearize::{Linearized, Origin};
 use librate_core::model::Coordinates;
@@ -220,21 +220,14 @@ impl Headings<'_> {
 
 /// The numbers of a mode in writing.
 struct Row {
-    omega: String,
-    omega_sigma: String,
-    growth: String,
-    growth_sigma: String,
+    own: Exponent,
     /// The damping ratio and the quality factor.
     damping: [String; 2],
     hertz: String,
-    bound: String,
-    /// Whether all digits asked for are there.
-    complete: bool,
 }
 
 impl Row {
     fn new(mode: &NormalMode, options: &Options, unit: Option<FrequencyUnit>) -> Self {
-        let own = Exponent::new(mode, options.digits);
         let hertz = if let Some(size) = unit.and_then(FrequencyUnit::of_hertz) {
             let precise = mode.precise.as_deref();
             let of_radian = Ball::from_number(&size, ()) / Ball::PI.scale(1);
@@ -244,24 +237,21 @@ impl Row {
                 &x.omega * &(&Big::from_number(&size, bits) / &Big::pi(bits).scale(1))
             });
             let sigma = mode.uncertainty.as_ref().and_then(|own| own.omega).map(|sigma| sigma * of_radian);
-            match sigma {
-                Some(sigma) => Written::measured(&turns, precise.as_ref(), Some(&sigma), options.digits).0,
-                None => Written::finest(&turns, precise.as_ref(), options.digits),
-            }
-            .text()
+            Written::measured(&turns, precise.as_ref(), sigma.as_ref(), options.digits).0.text()
         } else {
             String::new()
         };
-        Self {
-            bound: one_digit_up_text(own.omega.bound.max(own.growth.bound)),
-            complete: own.omega.complete && own.growth.complete,
-            omega: own.omega.text(),
-            omega_sigma: own.omega_sigma,
-            growth: own.growth.text(),
-            growth_sigma: own.growth_sigma,
-            damping: damping(mode, options.digits).map_or_else(Default::default, |own| own.map(|own| own.text())),
-            hertz,
-        }
+        let damping = damping(mode, options.digits).map_or_else(Default::default, |own| own.map(|own| own.text()));
+        Self { own: Exponent::new(mode, options.digits), damping, hertz }
+    }
+
+    fn bound(&self) -> String {
+        one_digit_up_text(self.own.omega.bound.max(self.own.growth.bound))
+    }
+
+    /// Whether all digits asked for are there.
+    fn is_complete(&self) -> bool {
+        self.own.omega.complete && self.own.growth.complete
     }
 }
 
@@ -276,19 +266,21 @@ fn table(
     if modes.is_empty() {
         return "there are no degrees of freedom: constraints, or what has no inertia, leave no motion\n".to_owned();
     }
-    let of = |text: fn(&Row) -> &str| rows.iter().map(|row| text(row).to_owned()).collect();
+    let of = |text: fn(&Row) -> String| rows.iter().map(text).collect();
     let heading = |plain: &str, unit: &str| with_unit(plain, has_units.then_some(unit));
-    let mut columns =
-        vec![Column::counting("mode", modes.len()), Column::numbers(&heading("omega", "rad/s"), of(|row| &row.omega))];
+    let mut columns = vec![
+        Column::counting("mode", modes.len()),
+        Column::numbers(&heading("omega", "rad/s"), of(|row| row.own.omega.text())),
+    ];
     let uncertain = modes.iter().any(|mode| mode.uncertainty.is_some());
-    columns.extend(uncertain.then(|| Column::numbers("sigma", of(|row| &row.omega_sigma))));
+    columns.extend(uncertain.then(|| Column::numbers("sigma", of(|row| row.own.omega_sigma.clone()))));
     if modes.iter().any(|mode| !mode.growth.is_zero()) {
-        columns.push(Column::numbers(&heading("growth", "1/s"), of(|row| &row.growth)));
-        columns.extend(uncertain.then(|| Column::numbers("sigma", of(|row| &row.growth_sigma))));
+        columns.push(Column::numbers(&heading("growth", "1/s"), of(|row| row.own.growth.text())));
+        columns.extend(uncertain.then(|| Column::numbers("sigma", of(|row| row.own.growth_sigma.clone()))));
     }
-    columns.push(Column::right("bound", of(|row| &row.bound)));
+    columns.push(Column::right("bound", of(Row::bound)));
     if let Some(unit) = style.unit.or(has_units.then_some(FrequencyUnit::Hertz)) {
-        columns.push(Column::numbers(&format!("f ({})", unit.as_str()), of(|row| &row.hertz)));
+        columns.push(Column::numbers(&format!("f ({})", unit.as_str()), of(|row| row.hertz.clone())));
     }
     let kinds = modes.iter().map(|mode| mode.kind.as_str().to_owned()).collect();
     columns.push(Column::words("kind", kinds));
@@ -524,7 +516,7 @@ fn remarks(modes: &NormalModes, rows: &[Row], motions: &[&str], options: &Option
     } else if modes.stability == Stability::Undecided {
         out.push_str("the stability is undecided: the bounds do not decide it\n");
     }
-    let short: Vec<usize> = (0..rows.len()).filter(|at| !rows[*at].complete && !undecided.contains(at)).collect();
+    let short: Vec<usize> = (0..rows.len()).filter(|at| !rows[*at].is_complete() && !undecided.contains(at)).collect();
     if !short.is_empty() {
         out.push_str(&format!(
             "fewer than {} digits of {}: only those that are certain are printed\n",
@@ -538,17 +530,10 @@ fn remarks(modes: &NormalModes, rows: &[Row], motions: &[&str], options: &Option
 
 /// Modes with shapes that bounds do not separate. What zero modes are is said elsewhere, and so it is where shapes are missing.
 fn clusters(modes: &NormalModes) -> Vec<Vec<usize>> {
-    let mut groups: Vec<(u32, Vec<usize>)> = Vec::new();
-    for (at, mode) in modes.modes.iter().enumerate() {
-        if mode.kind == Kind::Zero || mode.vector.is_empty() || mode.limit.is_some() {
-            continue;
-        }
-        match groups.iter_mut().find(|(own, _)| *own == mode.cluster) {
-            Some((_, group)) => group.push(at),
-            None => groups.push((mode.cluster, vec![at])),
-        }
-    }
-    groups.into_iter().map(|(_, group)| group).filter(|group| group.len() > 1).collect()
+    let is_told = |mode: &NormalMode| mode.kind != Kind::Zero && !mode.vector.is_empty() && mode.limit.is_none();
+    let told = modes.modes.iter().enumerate().filter(|(_, mode)| is_told(mode));
+    let groups = grouped(told.map(|(at, mode)| (mode.cluster, at))).into_iter();
+    groups.map(|(_, group)| group).filter(|group| group.len() > 1).collect()
 }
 
 /// That shapes of equal modes are one choice of many; of many clusters in one line.
@@ -653,18 +638,11 @@ pub(super) fn numbered(modes: &[usize]) -> String {
 
 /// Motions with equal names are named once, with their number.
 fn alike_together(meanings: &[&str]) -> Vec<String> {
-    let mut groups: Vec<(&str, usize)> = Vec::new();
-    for meaning in meanings {
-        match groups.iter_mut().find(|(other, _)| other == meaning) {
-            Some((_, count)) => *count += 1,
-            None => groups.push((meaning, 1)),
-        }
-    }
+    let groups = grouped(meanings.iter().map(|meaning| (*meaning, ()))).into_iter();
     groups
-        .into_iter()
-        .map(|(meaning, count)| match count {
+        .map(|(meaning, all)| match all.len() {
             1 => meaning.to_owned(),
-            _ => format!("{meaning} ({count} times)"),
+            count => format!("{meaning} ({count} times)"),
         })
         .collect()
 }

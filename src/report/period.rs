@@ -26,35 +26,24 @@ pub fn period_text(oscillator: &Oscillator, found: &Period, options: &Options, s
         coordinate.and_then(shown_unit).filter(|_| model.has_units).map_or_else(String::new, |unit| format!(" {unit}"));
     let mut rows =
         vec![("period", format!("{}{}  bound {}", period.text(), behind(" s"), one_digit_up_text(period.bound)))];
-    match &found.motion {
-        Motion::Libration { turning } => {
-            rows.push((
-                "turning points",
-                format!("{name} = {} and {}{unit}", written(&turning[0]), written(&turning[1])),
-            ));
+    rows.push(match &found.motion {
+        Motion::Libration { turning: [low, high] } => {
+            ("turning points", format!("{name} = {} and {}{unit}", written(low), written(high)))
         }
         Motion::Rotation { advance } => {
-            rows.push(("rotation", format!("{name} advances by {}{unit} in a period", written(advance))));
+            ("rotation", format!("{name} advances by {}{unit} in a period", written(advance)))
         }
-    }
+    });
     rows.push(("equilibrium", format!("{name} = {}{unit}", written(&found.equilibrium))));
-    rows.push((
-        "energy",
-        format!("{}{}", Written::finest(&found.energy, found.energy_precise.as_ref(), short).text(), behind(" J")),
-    ));
-    if let Some(small) = &found.small {
-        let small = Written::finest(small, found.small_precise.as_ref(), digits);
-        rows.push(("small oscillations", format!("{}{}", small.text(), behind(" s"))));
-    } else {
-        let why = if found.corner {
-            "none: the force jumps at the equilibrium"
-        } else if found.proved {
-            "none: the stiffness is not positive at the equilibrium"
-        } else {
-            "unknown: the equilibrium is not proved"
-        };
-        rows.push(("small oscillations", why.to_owned()));
-    }
+    let energy = Written::finest(&found.energy, found.energy_precise.as_ref(), short).text();
+    rows.push(("energy", energy + behind(" J")));
+    let small = match &found.small {
+        Some(small) => Written::finest(small, found.small_precise.as_ref(), digits).text() + behind(" s"),
+        None if found.corner => "none: the force jumps at the equilibrium".to_owned(),
+        None if found.proved => "none: the stiffness is not positive at the equilibrium".to_owned(),
+        None => "unknown: the equilibrium is not proved".to_owned(),
+    };
+    rows.push(("small oscillations", small));
     if let Some(bend) = &found.bend {
         let within = if unit.is_empty() { String::new() } else { format!(" in{unit}") };
         let own = if bend.is_zero() {

@@ -132,28 +132,16 @@ fn table(shown: &Shown<'_>) -> String {
     let grows = exponents.iter().any(|own| own.growth.text() != "0");
     let has_classes = modes.modes.iter().any(|mode| mode.symmetry.is_some());
     let [omega, growth] = if has_units { ["ω (rad/s)", "growth (1/s)"] } else { ["ω", "growth"] };
-    let mut head = format!("<th scope=\"col\">mode</th><th scope=\"col\">kind</th><th scope=\"col\">{omega}</th>");
-    if grows {
-        let _ = write!(head, "<th scope=\"col\">{growth}</th>");
-    }
-    if has_classes {
-        head.push_str("<th scope=\"col\">symmetry</th>");
-    }
+    let titles = ["mode", "kind", omega].into_iter().chain(grows.then_some(growth));
+    let titles = titles.chain(has_classes.then_some("symmetry"));
+    let head: String = titles.map(|title| format!("<th scope=\"col\">{title}</th>")).collect();
     let mut out = format!("<h2>Modes</h2>\n<div class=\"scroll\"><table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n");
     for ((mode, exponent), number) in modes.modes.iter().zip(&exponents).zip(1..) {
-        let _ = write!(
-            out,
-            "<tr data-mode=\"{number}\"><td><button type=\"button\" aria-label=\"show mode {number}\">{number}</button></td><td>{}</td><td>{}</td>",
-            mode.kind.as_str(),
-            exponent.omega.text()
-        );
-        if grows {
-            let _ = write!(out, "<td>{}</td>", exponent.growth.text());
-        }
-        if has_classes {
-            let _ = write!(out, "<td>{}</td>", escaped(mode.symmetry.as_deref().unwrap_or("")));
-        }
-        out.push_str("</tr>\n");
+        let button = format!("<button type=\"button\" aria-label=\"show mode {number}\">{number}</button>");
+        let mut cells = vec![button, mode.kind.as_str().to_owned(), exponent.omega.text()];
+        cells.extend(grows.then(|| exponent.growth.text()));
+        cells.extend(has_classes.then(|| escaped(mode.symmetry.as_deref().unwrap_or(""))));
+        let _ = writeln!(out, "<tr data-mode=\"{number}\"><td>{}</td></tr>", cells.join("</td><td>"));
     }
     out.push_str("</tbody>\n</table></div>\n");
     out

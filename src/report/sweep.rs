@@ -75,12 +75,6 @@ impl SweepColumns {
         header
     }
 
-    /// How many cells a line has.
-    #[must_use]
-    pub(crate) fn width(&self) -> usize {
-        1 + self.modes * (1 + usize::from(self.growth))
-    }
-
     /// Whether all of a line has a place in them.
     #[must_use]
     pub fn hold(&self, row: &SweepRow) -> bool {
@@ -162,9 +156,8 @@ impl SweepKept {
             let line = line.map_err(|error| format!("line {place} can't be read ({error})"))?;
             if header && at == 0 {
                 let columns = SweepColumns::of_header(name, &line);
-                let columns = columns.ok_or_else(|| format!("line 1 is not the header of a sweep over {name}"))?;
-                width = Some(columns.width());
-                kept.columns = Some(columns);
+                width = Some(line.len());
+                kept.columns = Some(columns.ok_or_else(|| format!("line 1 is not the header of a sweep over {name}"))?);
                 continue;
             }
             let value = value(kept.rows).ok_or_else(|| format!("line {place} is beyond the last value"))?;

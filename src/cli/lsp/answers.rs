@@ -18,7 +18,7 @@ pub(super) fn hover(document: &Document, facts: &Facts, at: usize) -> Value {
     let Some(name) = document.name_at(at) else { return own_word(document, at) };
     let text = match name.kind {
         NameKind::Quantity => quantity(document, facts, &name),
-        NameKind::Function => signature(name.text).map(|(call, meaning)| format!("```librate\n{call}\n```\n{meaning}")),
+        NameKind::Function => called(name.text),
         NameKind::Unit => model::unit_dimension(name.text)
             .map(|own| format!("`{}` measures {own}: `{}` in SI", name.text, own.unit())),
         NameKind::Index(around) => {
@@ -28,13 +28,18 @@ pub(super) fn hover(document: &Document, facts: &Facts, at: usize) -> Value {
         NameKind::Column(table) => table.map(|own| format!("a column of the table `{own}`")),
         NameKind::Model => None,
     };
-    match text {
-        Some(text) => json!({
-            "contents": {"kind": "markdown", "value": text},
-            "range": document.lines().range(name.span),
-        }),
-        None => Value::Null,
-    }
+    shown(document, name.span, text)
+}
+
+/// What is said of a place; nothing where there is nothing to say.
+fn shown(document: &Document, span: Span, text: Option<String>) -> Value {
+    let Some(text) = text else { return Value::Null };
+    json!({"contents": {"kind": "markdown", "value": text}, "range": document.lines().range(span)})
+}
+
+/// How a function is called, and what it is.
+fn called(word: &str) -> Option<String> {
+    signature(word).map(|(call, meaning)| format!("```librate\n{call}\n```\n{meaning}"))
 }
 
 /// What a word of the language is, which is no name: `T`, `sum`.
@@ -44,15 +49,8 @@ fn own_word(document: &Document, at: usize) -> Value {
     let end = at + behind.find(|c| !is_letter(c)).unwrap_or(behind.len());
     let word = document.text.get(start..end).unwrap_or_default();
     let is_comment = before.rsplit('\n').next().is_some_and(|line| line.contains('#'));
-    let call = signature(word).map(|(call, meaning)| format!("```librate\n{call}\n```\n{meaning}"));
-    let text = call.or_else(|| syntax::reserved_meaning(word).map(|own| format!("`{word}` {own}")));
-    match text.filter(|_| !is_comment) {
-        Some(text) => json!({
-            "contents": {"kind": "markdown", "value": text},
-            "range": document.lines().range(Span::new(start as u32, end as u32)),
-        }),
-        None => Value::Null,
-    }
+    let text = called(word).or_else(|| syntax::reserved_meaning(word).map(|own| format!("`{word}` {own}")));
+    shown(document, Span::new(start as u32, end as u32), text.filter(|_| !is_comment))
 }
 
 /// The statements that declare a name, its value, its dimension.
@@ -223,8 +221,8 @@ pub(super) fn hints(document: &Document, facts: &Facts, range: &Value) -> Value 
     let lines = document.lines();
     let shown = lines.offset(&range["start"])..=lines.offset(&range["end"]);
     let mut all = Vec::new();
-    let mut hint = |at: u32, label: String| {
-        if shown.contains(&(at as usize)) {
+    let mut hint = |at: u32, label: Option<String>| {
+        if let Some(label) = label.filter(|_| shown.contains(&(at as usize))) {
             all.push(json!({"position": lines.position(at), "label": label, "kind": 1, "paddingLeft": true}));
         }
     };
@@ -236,8 +234,7 @@ pub(super) fn hints(document: &Document, facts: &Facts, range: &Value) -> Value 
             StatementKind::Let(binding) => std::slice::from_ref(binding),
             StatementKind::Coord { declarations } => {
                 for own in declarations.iter().filter(|own| own.unit.is_none()) {
-                    let end = behind(&own.name, own.indices.as_deref());
-                    unit(&own.name.text).into_iter().for_each(|label| hint(end, label));
+                    hint(behind(&own.name, own.indices.as_deref()), unit(&own.name.text));
                 }
                 &[]
             }
@@ -245,14 +242,13 @@ pub(super) fn hints(document: &Document, facts: &Facts, range: &Value) -> Value 
         };
         for binding in bindings {
             if binding.unit.is_none() {
-                let end = behind(&binding.name, binding.indices.as_deref());
-                unit(&binding.name.text).into_iter().for_each(|label| hint(end, label));
+                hint(behind(&binding.name, binding.indices.as_deref()), unit(&binding.name.text));
             }
             if let Some(value) = binding.value.map(|at| document.file.expr(at))
                 && !matches!(value.kind, ExprKind::Number(_) | ExprKind::Negate(_) | ExprKind::Vector(_))
                 && let Some([(_, digits)]) = facts.values.get(&*binding.name.text).map(Vec::as_slice)
             {
-                hint(value.span.end, format!("= {digits}"));
+                hint(value.span.end, Some(format!("= {digits}")));
             }
         }
     }

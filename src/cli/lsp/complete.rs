@@ -61,11 +61,11 @@ pub(super) fn completion(document: &Document, facts: &Facts, at: usize) -> Value
     Value::Array(all)
 }
 
-pub(super) fn is_letter(c: char) -> bool {
+pub(in crate::cli) fn is_letter(c: char) -> bool {
     c.is_alphanumeric() || c == '_'
 }
 
-pub(super) fn without_word(text: &str) -> &str {
+pub(in crate::cli) fn without_word(text: &str) -> &str {
     text.trim_end_matches(is_letter)
 }
 
