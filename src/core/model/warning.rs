@@ -30,9 +30,7 @@ Warning Warning {
     "W0002" UnusedExpression(span) {
         /// Its name.
         name: String,
-    } => at(*span, "given here").with_help(format!(
-        "is a term missing? If not, remove the line or call it `_{name}`"
-    )),
+    } => at(*span, "given here").with_help(format!("is a term missing? If not, remove the line or call it `_{name}`")),
 
     /// A table that nothing uses.
     #[error("the table `{name}` is never used")]
