@@ -180,11 +180,7 @@ impl Equations {
                     |found, _, inferred| DimensionError::NotANumber { what: what.to_owned(), found, span, inferred };
                 self.require([own, &Combination::default()], span, error);
             }
-            Quantity::List(parts) => {
-                for part in parts {
-                    self.number(part, what, span);
-                }
-            }
+            Quantity::List(parts) => parts.iter().for_each(|part| self.number(part, what, span)),
         }
     }
 

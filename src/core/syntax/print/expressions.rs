@@ -246,10 +246,7 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
             self.place(Break::Weak, "");
         }
         for (position, entry) in indices.entries.iter().enumerate() {
-            if position > 0 {
-                self.token(",");
-                self.place(Break::Fill, " ");
-            }
+            self.comma(position);
             match &entry.kind {
                 IndexKind::Member(at) => self.child(*at, Strength::Any, Manner::Tight),
                 IndexKind::Range { variable, from, to } => {
