@@ -8,7 +8,6 @@ use super::dimension::Dimensions;
 use super::elaborate::Elaborator;
 use super::members::Members;
 use super::names::{Block, Entity, Family, Grid, Key, SymbolKind, member_name};
-use super::units;
 use crate::expr::{ExprId, Pool, Symbol, SymbolNames};
 use crate::span::Span;
 use crate::syntax::Declaration;
@@ -286,9 +285,7 @@ pub(super) fn coordinate_families(family: &Family) -> Vec<super::CoordinateFamil
 impl Elaborator<'_> {
     pub(super) fn coordinate(&mut self, declaration: &Declaration) {
         let name = &declaration.name;
-        self.has_units |= declaration.unit.is_some();
-        let factor =
-            declaration.unit.map(|unit| units::factor(&mut self.world.pool, self.file, unit, &mut self.errors));
+        let factor = self.factor(declaration.unit);
         let members = self.members(declaration.indices.as_deref(), name);
         let family = self.world.coordinate_families.len();
         if !self.introduce(name, Entity::Coordinate(family)) {

@@ -113,20 +113,34 @@ impl World {
         }
     }
 
-    /// The exact value of a parameter, or an enclosure of one that is not rational.
-    fn parameter_quantity(&self, family: usize, indices: &[i64], span: Span) -> Result<Quantity, ModelError> {
+    /// The exact value of a parameter by its indices, or an enclosure of one that is not rational.
+    fn parameter_quantity(&self, family: usize, indices: &[Quantity], span: Span) -> Result<Quantity, ModelError> {
+        let whole = |index: &Quantity| match index {
+            Quantity::Exact(number) => {
+                number.to_i64().ok_or_else(|| ModelError::NotAnInteger { value: number.to_string(), span })
+            }
+            Quantity::Enclosed(_) | Quantity::Truth(_) => {
+                Err(ModelError::NotAnInteger { value: "the index".to_owned(), span })
+            }
+        };
+        let indices = indices.iter().map(whole).collect::<Result<Vec<i64>, _>>()?;
+        if indices.len() > 3 {
+            let family = &self.parameter_families[family];
+            let what = format!("`{}`", family.name);
+            return Err(ModelError::TooManyIndices { what, available: family.grid.rank, span });
+        }
         if self.broken.contains(&Entity::Parameter(family)) {
             return Err(ModelError::FollowOn {});
         }
         let family = &self.parameter_families[family];
-        let at = key(indices);
+        let at = key(&indices);
         let rank = family.grid.rank;
         if indices.len() != rank {
             let what = format!("`{}` has {rank} indices, not {}", family.name, indices.len());
             return Err(ModelError::shape((what, None), span));
         }
         let Some(number) = family.grid.find(&at) else {
-            return Err(family.out_of_range(indices, span));
+            return Err(family.out_of_range(&indices, span));
         };
         // A member of the family that is being worked out, or of one that could not be.
         let Some(parameter) = self.parameters.get(number) else {
@@ -150,25 +164,6 @@ impl World {
         evaluate_closed(&self.pool, value, ()).filter(Ball::is_finite).map(Quantity::Enclosed)
     }
 
-    /// The value of a member by its indices.
-    fn member_quantity(&self, family: usize, at: &[Quantity], span: Span) -> Result<Quantity, ModelError> {
-        let whole = |index: &Quantity| match index {
-            Quantity::Exact(number) => {
-                number.to_i64().ok_or_else(|| ModelError::NotAnInteger { value: number.to_string(), span })
-            }
-            Quantity::Enclosed(_) | Quantity::Truth(_) => {
-                Err(ModelError::NotAnInteger { value: "the index".to_owned(), span })
-            }
-        };
-        let at = at.iter().map(whole).collect::<Result<Vec<i64>, _>>()?;
-        if at.len() > 3 {
-            let family = &self.parameter_families[family];
-            let what = format!("`{}`", family.name);
-            return Err(ModelError::TooManyIndices { what, available: family.grid.rank, span });
-        }
-        self.parameter_quantity(family, &at, span)
-    }
-
     fn run_index(&self, ops: &[(IndexOp, Span)], slots: &[i64], whole: Span) -> Result<Quantity, ModelError> {
         let mut stack: Vec<Quantity> = Vec::new();
         for (op, span) in ops {
@@ -182,7 +177,7 @@ impl World {
                 IndexOp::Broken => return Err(ModelError::FollowOn {}),
                 IndexOp::Pi => Quantity::Enclosed(Ball::pi(())),
                 IndexOp::Variable(slot) => Quantity::Exact(Number::from(slots.get(*slot).copied().unwrap_or(0))),
-                IndexOp::Parameter { family, .. } => self.member_quantity(*family, operands, span)?,
+                IndexOp::Parameter { family, .. } => self.parameter_quantity(*family, operands, span)?,
                 IndexOp::Field { table, column } => {
                     let row = match operand(0) {
                         Quantity::Exact(number) => number.to_i64(),

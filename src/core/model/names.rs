@@ -22,11 +22,7 @@ use crate::syntax::ExprRef;
 pub(crate) type Key = [i64; 3];
 
 pub(super) fn key(indices: &[i64]) -> Key {
-    let mut key = [0; 3];
-    for (slot, index) in key.iter_mut().zip(indices) {
-        *slot = *index;
-    }
-    key
+    std::array::from_fn(|axis| indices.get(axis).copied().unwrap_or(0))
 }
 
 /// What a declared name stands for; the number is its place in the list of its kind.
@@ -473,9 +469,12 @@ impl Model {
             forces: Vec::new(),
             constraints: Vec::new(),
             rolling: Vec::new(),
-            follow: (0..self.coordinates.len())
-                .filter(|i| !kept.contains(i))
-                .map(|i| self.coordinates.at(i).name())
+            follow: self
+                .coordinates
+                .names()
+                .enumerate()
+                .filter(|(i, _)| !kept.contains(i))
+                .map(|(_, name)| name)
                 .collect(),
             ..self.clone()
         };

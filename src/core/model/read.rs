@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use super::ModelError;
-use super::instance::{Along, Instance, Leaf};
+use super::instance::{Along, Instance, Leaf, key_of};
 use super::names::{Entity, Key, LetPiece, Progress, World, key};
 use super::program::Program;
 use super::run::{DEEPEST_LET, Stop};
@@ -106,9 +106,7 @@ impl World {
             return Err(Stop::from(ModelError::FollowOn {}));
         }
         let rank = self.family(entity).map_or(0, |family| family.grid.rank);
-        let values = at.iter().take(rank).map(|index| index.value);
-        let mut own = Key::default();
-        own.iter_mut().zip(values).for_each(|(own, value)| *own = value);
+        let own = key_of(&at[..at.len().min(rank)]);
         if let Some(family) = self.family(entity) {
             instance.limit(family.grid.steady(&at[..at.len().min(rank)]));
         }
@@ -299,12 +297,11 @@ impl World {
 }
 
 pub(super) fn component(
-    value: Value,
+    mut value: Value,
     at: &[i64],
     span: Span,
     mut instance: Option<&mut Instance>,
 ) -> Result<Value, Stop> {
-    let mut value = value;
     for index in at {
         if let Some(instance) = instance.as_deref_mut() {
             instance.note(*index);
