@@ -335,6 +335,12 @@ pub enum SymbolKind {
     ValueSlot(usize),
 }
 
+impl SymbolKind {
+    pub(super) fn is_acceleration(self) -> bool {
+        matches!(self, Self::Acceleration(_) | Self::AccelerationSlot(_))
+    }
+}
+
 /// Everything declared so far.
 #[derive(Debug, Default)]
 pub(super) struct World {
