@@ -145,12 +145,8 @@ impl<S: Scalar> Series<S> {
             }
             if !self.settled {
                 self.settled = true;
-                let mut moving = self.moving.iter().peekable();
-                for (at, broken) in self.broken.iter().enumerate() {
-                    if moving.next_if_eq(&&at).is_none() {
-                        self.spoilt |= broken;
-                    }
-                }
+                let rests = |at: &usize| self.moving.binary_search(at).is_err();
+                self.spoilt = (0..self.steps.len()).filter(rests).any(|at| self.broken[at]);
             }
         }
         for (place, step) in self.out.iter_mut().zip(&self.outputs) {

@@ -66,8 +66,7 @@ impl Elaborator<'_> {
     pub(super) fn check_settings(&mut self, settings: &Settings) {
         for setting in &settings.entries {
             let name = &setting.binding.name.text;
-            let unused = self.set.iter().any(|((own, _), value)| **own == **name && !value.used);
-            if !unused {
+            if !self.set.iter().any(|((own, _), value)| **own == **name && !value.used) {
                 continue;
             }
             let mut known: Vec<&str> = self.world.parameters.iter().map(|parameter| parameter.name.as_str()).collect();
@@ -129,16 +128,14 @@ impl Elaborator<'_> {
                 return;
             }
         }
-        let list: Option<Vec<ExprId>> = match &shared {
-            Some(value @ Value::Vector(_)) => {
-                let span = program.as_ref().map_or(name.span, |program| program.span);
-                let Some(scalars) = self.listed(value, &members, name, (&keys, span)) else {
-                    return;
-                };
-                Some(scalars)
+        let span = program.as_ref().map_or(name.span, |program| program.span);
+        let mut list: Option<Vec<ExprId>> = None;
+        if let Some(value @ Value::Vector(_)) = &shared {
+            list = self.listed(value, &members, name, (&keys, span));
+            if list.is_none() {
+                return;
             }
-            Some(Value::Scalar(_)) | None => None,
-        };
+        }
         for (position, at) in keys.iter().enumerate() {
             let own = match (&program, &list, &shared) {
                 (None, _, _) => None,
@@ -154,7 +151,6 @@ impl Elaborator<'_> {
                 return;
             }
             let sigma = sigma.map(|sigma| self.scaled(sigma, sigma_factor));
-            let span = program.as_ref().map_or(name.span, |program| program.span);
             self.add_parameter(&name.text, name.span, members.rank, *at, own, sigma, unit, span);
         }
     }

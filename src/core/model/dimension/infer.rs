@@ -396,11 +396,7 @@ impl<'a> Inference<'a> {
                     continue;
                 };
                 let parts = if let Quantity::List(parts) = quantity { parts } else { vec![quantity] };
-                let known = parts.iter().map(|part| match part {
-                    Quantity::Of(own) => self.equations.known(own),
-                    Quantity::Any | Quantity::List(_) => None,
-                });
-                let known = known.collect();
+                let known = parts.iter().map(|part| self.equations.known(part.of()?)).collect();
                 result.known.insert(one.name.text.to_string(), known);
                 if one.unit.is_some_and(|unit| self.is_angle(unit)) {
                     result.angles.insert(one.name.text.to_string());
