@@ -137,9 +137,7 @@ impl Pool {
                 Piece::Text(text) => out.push_str(text),
                 Piece::Owned(text) => out.push_str(&text),
                 Piece::Expression(id, place) => self.write_node(id, place, &mut pieces),
-                Piece::Sum { id, negated, by, place } => {
-                    self.write_sum((id, &by), negated, place, &mut pieces);
-                }
+                Piece::Sum { id, negated, by, place } => self.write_sum((id, &by), negated, place, &mut pieces),
                 Piece::Term { coefficient, factors, negated } => {
                     self.write_term(&coefficient, factors, negated, &mut pieces);
                 }

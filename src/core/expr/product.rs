@@ -200,12 +200,8 @@ impl Pool {
         let whole = exponent.is_integer();
         match self.node(base) {
             Node::Number(value) => return multiply_number(value, &exponent, coefficient, work),
-            Node::Product(factors) if whole && factors.len() > MAX_FACTORS => {
-                work.settled.push((base, exponent));
-            }
-            Node::Product(factors) if whole => {
-                work.pending.extend(factors.iter().map(|(b, e)| (*b, e.mul(&exponent))));
-            }
+            Node::Product(factors) if whole && factors.len() > MAX_FACTORS => work.settled.push((base, exponent)),
+            Node::Product(factors) if whole => work.pending.extend(factors.iter().map(|(b, e)| (*b, e.mul(&exponent)))),
             Node::Product(factors) => {
                 let factors = factors.clone();
                 self.settle_root(base, false, &factors, exponent, work);
@@ -226,9 +222,7 @@ impl Pool {
                 multiply_number(&content, &exponent, coefficient, work)?;
                 work.settled.push((core, exponent));
             }
-            Node::Function(Function::Abs, x) if exponent.is_even() => {
-                work.pending.push((*x, exponent));
-            }
+            Node::Function(Function::Abs, x) if exponent.is_even() => work.pending.push((*x, exponent)),
             Node::Function(Function::Exp, x) => work.exponents.push((*x, exponent)),
             Node::Power { base: b, .. } if !self.is_one_power(*b, &exponent) => work.settled.push((base, exponent)),
             Node::Power { base: b, exponent: e } => {
@@ -243,9 +237,7 @@ impl Pool {
                 work.settled.push((node, sign(&exponent)));
             }
             Node::Undefined => return Err(NoValue::Undefined),
-            Node::Pi | Node::Symbol(_) | Node::Function(..) | Node::Atan2 { .. } => {
-                work.settled.push((base, exponent));
-            }
+            Node::Pi | Node::Symbol(_) | Node::Function(..) | Node::Atan2 { .. } => work.settled.push((base, exponent)),
         }
         Ok(())
     }

@@ -140,12 +140,8 @@ pub(super) fn product(pool: &mut Pool, factors: &[(bool, Value)]) -> Result<Valu
     let mut tensor: Option<Value> = None;
     for (divided, value) in factors {
         match (value, &tensor) {
-            (Value::Scalar(e), _) => {
-                scalars.push(if *divided { pool.div(pool.one(), *e) } else { *e });
-            }
-            (Value::Vector(_), _) if *divided => {
-                return Err((format!("can't divide by {}", value.describe()), None));
-            }
+            (Value::Scalar(e), _) => scalars.push(if *divided { pool.div(pool.one(), *e) } else { *e }),
+            (Value::Vector(_), _) if *divided => return Err((format!("can't divide by {}", value.describe()), None)),
             (Value::Vector(_), None) => tensor = Some(value.clone()),
             (Value::Vector(_), Some(left)) => {
                 let result = matrix_product(pool, left, value)?;

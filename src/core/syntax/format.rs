@@ -272,9 +272,7 @@ fn head_of(statement: &Statement, pieces: &Pieces<'_>, written: Option<Written>)
         match piece {
             Piece::Open(_) => depth += 1,
             Piece::Close => depth = depth.saturating_sub(1),
-            Piece::Token(text) if depth == 0 && text == ":" => {
-                colon = Some(pieces.between(0, at));
-            }
+            Piece::Token(text) if depth == 0 && text == ":" => colon = Some(pieces.between(0, at)),
             Piece::Token(text) if depth == 0 && text == "=" => {
                 return Some(Head {
                     word: std::mem::discriminant(&statement.kind),

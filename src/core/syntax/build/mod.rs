@@ -14,8 +14,8 @@ use pest::pratt_parser::PrattParser;
 
 use super::arena::{Expressions, Units};
 use super::ast::{
-    Binding, Comment, Comparison, Declaration, Drawn, ExprKind, File, IndexEntry, IndexKind, Indices, Name, Statement,
-    StatementKind,
+    Binding, Comment, Comparison, Declaration, Drawn, ExprKind, ExprRef, File, IndexEntry, IndexKind, Indices, Name,
+    Statement, StatementKind,
 };
 use super::error::SyntaxError;
 use super::grammar::{Grammar, Rule, in_words, precedences};
@@ -158,15 +158,7 @@ impl Builder {
 
     fn constraint(&mut self, pair: Pair<'_, Rule>) -> Result<StatementKind, SyntaxError> {
         let span = self.span(&pair);
-        let mut indices = None;
-        let mut sides = Vec::with_capacity(2);
-        for part in pair.into_inner() {
-            match part.as_rule() {
-                Rule::indices => indices = Some(Box::new(self.indices(part)?)),
-                Rule::expr => sides.push(self.expression(part)),
-                _ => {}
-            }
-        }
+        let (indices, sides) = self.for_each(pair)?;
         match sides.as_slice() {
             [left, right] => Ok(StatementKind::Constraint { indices, left: *left, right: *right }),
             _ => required(None, span),
@@ -174,18 +166,23 @@ impl Builder {
     }
 
     fn drawing(&mut self, pair: Pair<'_, Rule>) -> Result<StatementKind, SyntaxError> {
-        let (mut drawn, mut indices, mut points) = (Drawn::Point, None, Vec::new());
+        let word = pair.clone().into_inner().find(|part| part.as_rule() == Rule::drawn);
+        let drawn = word.and_then(|word| Drawn::ALL.into_iter().find(|own| own.as_str() == word.as_str()));
+        let (indices, points) = self.for_each(pair)?;
+        Ok(StatementKind::Draw { drawn: drawn.unwrap_or(Drawn::Point), indices, points })
+    }
+
+    /// Indices in brackets, if there, and the expressions behind them.
+    fn for_each(&self, pair: Pair<'_, Rule>) -> Result<(Option<Box<Indices>>, Vec<ExprRef>), SyntaxError> {
+        let (mut indices, mut expressions) = (None, Vec::new());
         for part in pair.into_inner() {
             match part.as_rule() {
-                Rule::drawn => {
-                    drawn = Drawn::ALL.into_iter().find(|own| own.as_str() == part.as_str()).unwrap_or(drawn);
-                }
                 Rule::indices => indices = Some(Box::new(self.indices(part)?)),
-                Rule::expr => points.push(self.expression(part)),
+                Rule::expr => expressions.push(self.expression(part)),
                 _ => {}
             }
         }
-        Ok(StatementKind::Draw { drawn, indices, points })
+        Ok((indices, expressions))
     }
 
     fn assumptions(&self, pair: Pair<'_, Rule>) -> StatementKind {
