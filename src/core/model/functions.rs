@@ -128,10 +128,8 @@ impl Builtin {
         match self {
             Self::Elementary(function) => {
                 if matches!((function, value(0)), (Function::Abs, Value::Vector(_))) {
-                    return Err((
-                        format!("`abs` takes a number, not {}", value(0).describe()),
-                        Some("the length of a vector is `norm(v)`".to_owned()),
-                    ));
+                    let help = "the length of a vector is `norm(v)`".to_owned();
+                    return Err((format!("`abs` takes a number, not {}", value(0).describe()), Some(help)));
                 }
                 Ok(Value::Scalar(pool.apply(function, scalar(0)?)))
             }

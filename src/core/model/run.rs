@@ -532,10 +532,8 @@ impl World {
             return Ok(Value::Vector(Vec::new()));
         };
         if matches!(base, Value::Vector(_)) {
-            return Err(shape(
-                (format!("{} has no power", base.describe()), Some("the square of a vector is `dot(v, v)`".to_owned())),
-                span,
-            ));
+            let help = "the square of a vector is `dot(v, v)`".to_owned();
+            return Err(shape((format!("{} has no power", base.describe()), Some(help)), span));
         }
         let base = base.scalar("the base").map_err(|e| shape(e, span))?;
         let mut exponent = exponent.scalar("the exponent").map_err(|e| shape(e, span))?;

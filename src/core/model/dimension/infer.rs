@@ -11,8 +11,8 @@ use crate::model::units;
 use crate::order::Gather;
 use crate::span::Span;
 use crate::syntax::{
-    Binding, Declaration, ExprKind, ExprRef, File, IndexKind, Indices, Name, Statement, StatementKind, UnitKind,
-    UnitRef,
+    Binding, Declaration, ExprKind, ExprRef, File, IndexEntry, IndexKind, Indices, Name, Statement, StatementKind,
+    UnitKind, UnitRef,
 };
 
 /// Families of up to so many members may have a dimension for each.
@@ -188,24 +188,17 @@ impl<'a> Inference<'a> {
     /// members are told apart wherever they are used.
     fn fresh(&mut self, name: &'a Name, indices: Option<&Indices>) -> Quantity {
         let members = indices.and_then(|indices| {
-            let [entry] = &*indices.entries else {
-                return None;
-            };
-            let IndexKind::Range { variable: None, from, to } = &entry.kind else {
+            let [IndexEntry { kind: IndexKind::Range { variable: None, from, to }, .. }] = &*indices.entries else {
                 return None;
             };
             let (from, to) = (self.whole(*from)?, self.whole(*to)?);
             (from == 1 && (2..=MOST_OWN_DIMENSIONS).contains(&to)).then_some(to)
         });
         match members {
-            Some(count) if !self.varied.contains(name.text.as_str()) => Quantity::list(
-                (1..=count)
-                    .map(|at| {
-                        let member = format!("{}[{at}]", name.text);
-                        Quantity::Of(self.equations.solver.unknown(&member))
-                    })
-                    .collect(),
-            ),
+            Some(count) if !self.varied.contains(name.text.as_str()) => {
+                let names = (1..=count).map(|at| format!("{}[{at}]", name.text));
+                Quantity::list(names.map(|own| Quantity::Of(self.equations.solver.unknown(&own))).collect())
+            }
             _ => Quantity::Of(self.equations.solver.unknown(&name.text)),
         }
     }
