@@ -470,12 +470,9 @@ impl Model {
             forces: Vec::new(),
             constraints: Vec::new(),
             rolling: Vec::new(),
-            follow: self
-                .coordinates
-                .names()
-                .enumerate()
-                .filter(|(i, _)| !kept.contains(i))
-                .map(|(_, name)| name)
+            follow: (0..self.coordinates.len())
+                .filter(|i| !kept.contains(i))
+                .map(|i| self.coordinates.at(i).name())
                 .collect(),
             ..self.clone()
         };
