@@ -245,16 +245,15 @@ fn readable(text: String) -> String {
     }
     let mut out = String::new();
     for piece in text.split_inclusive(char::is_whitespace) {
-        match piece.char_indices().nth(LONGEST_WORD) {
-            None => out.push_str(piece),
-            Some(_) => {
-                let start = piece.char_indices().nth(LONGEST_WORD / 2);
-                let end = piece.char_indices().rev().nth(LONGEST_WORD / 4);
-                out.push_str(&piece[..start.map_or(0, |(at, _)| at)]);
-                out.push('…');
-                out.push_str(&piece[end.map_or(piece.len(), |(at, _)| at)..]);
-            }
+        if piece.char_indices().nth(LONGEST_WORD).is_none() {
+            out.push_str(piece);
+            continue;
         }
+        let start = piece.char_indices().nth(LONGEST_WORD / 2);
+        let end = piece.char_indices().rev().nth(LONGEST_WORD / 4);
+        out.push_str(&piece[..start.map_or(0, |(at, _)| at)]);
+        out.push('…');
+        out.push_str(&piece[end.map_or(piece.len(), |(at, _)| at)..]);
     }
     out
 }
@@ -277,7 +276,8 @@ pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) ->
     for candidate in candidates.into_iter().filter(|own| own.len() <= LONGEST_COMPARED) {
         // Doubled, so that a wrong case can cost half.
         let distance = strsim::osa_distance(name, candidate) + strsim::osa_distance(&lower, &candidate.to_lowercase());
-        let [shorter, longer] = ordered(name.chars().count(), candidate.chars().count());
+        let [own, other] = [name, candidate].map(|text| text.chars().count());
+        let [shorter, longer] = [own.min(other), own.max(other)];
         let allowed = match longer {
             2 if shorter == 1 && name.chars().next() == candidate.chars().next() => 2,
             0..=2 => 1,
@@ -320,10 +320,6 @@ pub(crate) fn factors_in<'n>(name: &'n str, is_name: &dyn Fn(&str) -> bool) -> O
         rest = rest.get(factor.len()..)?;
     }
     (factors.len() > 1).then_some(factors)
-}
-
-fn ordered(a: usize, b: usize) -> [usize; 2] {
-    [a.min(b), a.max(b)]
 }
 
 /// `k` of `k12` and `k_12`.

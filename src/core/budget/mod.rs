@@ -177,18 +177,17 @@ impl From<&Exceeded> for Diagnostic {
             None => Self::global(message),
         };
         let raised = match error.limit {
-            Limit::Time(seconds) => format!("--budget {}s", seconds.max(1).saturating_mul(10)),
+            Limit::Time(seconds) => format!("{}s", seconds.max(1).saturating_mul(10)),
             Limit::Memory(bytes) | Limit::Text(bytes) => {
-                format!("--budget {}", Limit::Memory(bytes.saturating_mul(4))).replace(' ', "")
+                Limit::Memory(bytes.saturating_mul(4)).to_string().replace(' ', "")
             }
         };
-        let raised = raised.replacen("--budget", "--budget ", usize::from(!raised.contains(' ')));
         let help = match error.need {
             Some(need) => {
                 let enough = need.total.div_ceil(1_000_000_000);
                 format!("{}; `--budget` raises it: `--budget {enough}GB`", need.instead)
             }
-            None => format!("`--budget` raises it: `{raised}`"),
+            None => format!("`--budget` raises it: `--budget {raised}`"),
         };
         diagnostic.with_code(error.code()).with_help(help)
     }

@@ -60,7 +60,7 @@ impl Pool {
         let quarters = turns.mul(&Number::from(2)).floor();
         turns = turns.sub(&quarters.mul(&Number::half()));
         let quarters = quarters.rem_floor(&Number::from(4)).and_then(|q| q.to_i64()).unwrap_or(0);
-        let (base, flip) = match (function, quarters) {
+        let (base, mut flip) = match (function, quarters) {
             (Function::Sin, 1) => (Function::Cos, false),
             (Function::Sin, 2) => (Function::Sin, true),
             (Function::Sin, 3) => (Function::Cos, true),
@@ -75,7 +75,6 @@ impl Pool {
             let angle = self.linear(&[(rest, Number::ONE), (PI, turns)]);
             self.of_reduced_angle(base, angle)
         };
-        let mut flip = flip;
         if function == Function::Tan && quarters % 2 == 1 {
             // tan(a + pi/2) = -1/tan(a)
             value = self.div(ONE, value);

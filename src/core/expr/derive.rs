@@ -278,12 +278,9 @@ impl Pool {
             Function::Sin => (self.apply(Function::Cos, x), one),
             Function::Cos => (self.apply(Function::Sin, x), Number::MINUS_ONE),
             // 1 + tan^2 and 1 - tanh^2 would cancel: 1/cos^2 and 1/cosh^2 do not.
-            Function::Tan => {
-                let cosine = self.apply(Function::Cos, x);
-                (self.powi(cosine, -2), one)
-            }
-            Function::Tanh => {
-                let cosine = self.apply(Function::Cosh, x);
+            Function::Tan | Function::Tanh => {
+                let cosine = if function == Function::Tan { Function::Cos } else { Function::Cosh };
+                let cosine = self.apply(cosine, x);
                 (self.powi(cosine, -2), one)
             }
             Function::Asin | Function::Acos => {

@@ -114,38 +114,33 @@ impl Pool {
         if y == UNDEFINED || x == UNDEFINED || (y == ZERO && x == ZERO) {
             return UNDEFINED;
         }
-        if let Some(abscissa) = self.as_number(x).cloned() {
-            if abscissa.is_zero() {
-                if let Some(sign) = self.sign_of_constant(y) {
+        if self.is_positive_constant(x) {
+            let ratio = self.div(y, x);
+            return self.apply(Function::Atan, ratio);
+        }
+        if let Some(is_zero) = self.as_number(x).map(Number::is_zero) {
+            match self.sign_of_constant(y) {
+                Some(sign) if is_zero => {
                     let quarter = Number::half();
                     return self.scale(PI, &if sign { quarter.neg() } else { quarter });
                 }
-            } else if abscissa.is_negative() {
                 // Below the branch cut the angle is negative; the sign of y has to be known.
-                if let Some(sign) = self.sign_of_constant(y) {
+                Some(sign) => {
                     let ratio = self.div(y, x);
                     let angle = self.apply(Function::Atan, ratio);
                     return if sign { self.sub(angle, PI) } else { self.add(angle, PI) };
                 }
-                if y == ZERO {
-                    return PI;
-                }
-            } else {
-                let ratio = self.div(y, x);
-                return self.apply(Function::Atan, ratio);
+                None if y == ZERO => return PI,
+                None => {}
             }
-        } else if self.is_positive_constant(x) {
-            let ratio = self.div(y, x);
-            return self.apply(Function::Atan, ratio);
         }
         let (cy, y1) = self.split_content(y);
         let (cx, x1) = self.split_content(x);
         let common = if y == ZERO { cx.abs() } else { cy.gcd(&cx) };
-        if let (false, Some(inverse)) = (common.is_one(), common.recip()) {
-            let y = self.scale(y1, &cy.mul(&inverse));
-            let x = self.scale(x1, &cx.mul(&inverse));
-            return self.intern(Node::Atan2 { y, x });
-        }
+        let (y, x) = match common.recip().filter(|_| !common.is_one()) {
+            Some(inverse) => (self.scale(y1, &cy.mul(&inverse)), self.scale(x1, &cx.mul(&inverse))),
+            None => (y, x),
+        };
         self.intern(Node::Atan2 { y, x })
     }
 

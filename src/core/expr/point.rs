@@ -156,11 +156,8 @@ impl Plan {
                 Some(Kind::Hyperbolic) => &mut plan.exponent_denominator,
                 None => continue,
             };
-            let mut include = |value: &Number| match value.small_parts() {
-                Some((_, d)) => match lcm(*denominator, d) {
-                    Some(lcm) => *denominator = lcm,
-                    None => plan.coarse = true,
-                },
+            let mut include = |value: &Number| match value.small_parts().and_then(|(_, d)| lcm(*denominator, d)) {
+                Some(lcm) => *denominator = lcm,
                 None => plan.coarse = true,
             };
             pool.as_number(*x).into_iter().for_each(&mut include);
@@ -306,13 +303,10 @@ impl Point<'_> {
                 (2, _) => sqrt_mod(value),
                 (_, _) => None,
             };
-            let base = match base {
-                Some(base) => base,
-                None => {
-                    self.certainty.random_function = true;
-                    random(self.seed, Tag::Root, value, degree)
-                }
-            };
+            let base = base.unwrap_or_else(|| {
+                self.certainty.random_function = true;
+                random(self.seed, Tag::Root, value, degree)
+            });
             root = mul_mod(root, pow_mod(base, u64::from(factor.multiplicity)));
         }
         Some(root)

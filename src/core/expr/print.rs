@@ -137,9 +137,7 @@ impl Pool {
                 Piece::Text(text) => out.push_str(text),
                 Piece::Owned(text) => out.push_str(&text),
                 Piece::Expression(id, place) => self.write_node(id, place, &mut pieces),
-                Piece::Sum { id, negated, by, place } => {
-                    self.write_sum((id, &by), negated, place, &mut pieces);
-                }
+                Piece::Sum { id, negated, by, place } => self.write_sum((id, &by), negated, place, &mut pieces),
                 Piece::Term { coefficient, factors, negated } => {
                     self.write_term(&coefficient, factors, negated, &mut pieces);
                 }
@@ -269,11 +267,8 @@ impl Pool {
                 let term =
                     Piece::Term { coefficient: joined.coefficient, factors: joined.factors, negated: joined.negated };
                 write_root(&magnitude, vec![term], &mut piece);
-                if joined.above {
-                    above.push(piece);
-                } else {
-                    below.push(piece);
-                }
+                let side = if joined.above { &mut above } else { &mut below };
+                side.push(piece);
                 continue;
             } else if let (true, Some((factors, negated))) = (exponent.is_negative(), self.inverted(base)) {
                 // (x/y)^(-1/2) reads better as sqrt(y/x).
@@ -404,9 +399,7 @@ fn write_root(exponent: &Number, base: Vec<Piece>, out: &mut Vec<Piece>) {
 
 fn write_exponent(exponent: &Number, out: &mut Vec<Piece>) {
     out.push(Piece::Text("^"));
-    in_parentheses(!exponent.is_integer(), out, |out| {
-        out.push(Piece::Owned(exponent.to_string()));
-    });
+    in_parentheses(!exponent.is_integer(), out, |out| out.push(Piece::Owned(exponent.to_string())));
 }
 
 /// The number as a person writes it: `3/4`, but `9.81`.

@@ -5,7 +5,6 @@
 //! roots, equal bases are collected. What collecting made reducible again (`sqrt(u)*sqrt(u)`)
 //! goes back on the list; every round takes something apart, so that there are few.
 
-use super::flags::content;
 use super::sum::{collect_equal, leads_negative};
 use super::{ExprId, Function, Node, ONE, Pool, UNDEFINED, ZERO};
 use crate::number::Number;
@@ -54,12 +53,10 @@ impl Pool {
 
     /// The product of two expressions.
     pub fn mul(&mut self, a: ExprId, b: ExprId) -> ExprId {
-        if let Some(value) = self.as_number(a) {
-            let value = value.clone();
+        if let Some(value) = self.as_number(a).cloned() {
             return self.scale(b, &value);
         }
-        if let Some(value) = self.as_number(b) {
-            let value = value.clone();
+        if let Some(value) = self.as_number(b).cloned() {
             return self.scale(a, &value);
         }
         self.product_iter([(a, Number::ONE), (b, Number::ONE)].into_iter())
@@ -106,14 +103,13 @@ impl Pool {
         if base == UNDEFINED || exponent == UNDEFINED {
             return UNDEFINED;
         }
-        if let Some(value) = self.as_number(exponent) {
-            let value = value.clone();
+        if let Some(value) = self.as_number(exponent).cloned() {
             return self.powr(base, &value);
         }
         if base == ONE {
             return ONE;
         }
-        if let Node::Function(Function::Exp, x) = *self.node(base) {
+        if let Some(x) = self.exponential(base) {
             let x = self.mul(x, exponent);
             return self.apply(Function::Exp, x);
         }
@@ -133,8 +129,7 @@ impl Pool {
 
     /// A power whose base is no exponential, nor a power that it could be merged with.
     fn power_node(&mut self, base: ExprId, exponent: ExprId) -> ExprId {
-        if let Some(value) = self.as_number(exponent) {
-            let value = value.clone();
+        if let Some(value) = self.as_number(exponent).cloned() {
             return self.powr(base, &value);
         }
         // By the last term, so that x^(n - 1) stays what it is.
@@ -205,13 +200,8 @@ impl Pool {
         let whole = exponent.is_integer();
         match self.node(base) {
             Node::Number(value) => return multiply_number(value, &exponent, coefficient, work),
-            Node::Product(factors) if whole && factors.len() > MAX_FACTORS => {
-                work.settled.push((base, exponent));
-            }
-            Node::Product(factors) if whole => {
-                let factors = factors.iter().map(|(b, e)| (*b, e.mul(&exponent)));
-                work.pending.extend(factors);
-            }
+            Node::Product(factors) if whole && factors.len() > MAX_FACTORS => work.settled.push((base, exponent)),
+            Node::Product(factors) if whole => work.pending.extend(factors.iter().map(|(b, e)| (*b, e.mul(&exponent)))),
             Node::Product(factors) => {
                 let factors = factors.clone();
                 self.settle_root(base, false, &factors, exponent, work);
@@ -228,23 +218,11 @@ impl Pool {
                     }
                     return Ok(());
                 }
-                let negative = whole && leads_negative(constant, terms);
-                let core = if self.flags(base).primitive && !negative {
-                    base
-                } else {
-                    let content = content(constant, terms);
-                    let content = if negative { content.neg() } else { content };
-                    multiply_number(&content, &exponent, coefficient, work)?;
-                    match content.recip() {
-                        Some(inverse) => self.scale(base, &inverse),
-                        None => base,
-                    }
-                };
+                let (content, core) = self.split_coefficient(base, whole);
+                multiply_number(&content, &exponent, coefficient, work)?;
                 work.settled.push((core, exponent));
             }
-            Node::Function(Function::Abs, x) if exponent.is_even() => {
-                work.pending.push((*x, exponent));
-            }
+            Node::Function(Function::Abs, x) if exponent.is_even() => work.pending.push((*x, exponent)),
             Node::Function(Function::Exp, x) => work.exponents.push((*x, exponent)),
             Node::Power { base: b, .. } if !self.is_one_power(*b, &exponent) => work.settled.push((base, exponent)),
             Node::Power { base: b, exponent: e } => {
@@ -256,13 +234,10 @@ impl Pool {
                     let e = self.scale(e, &magnitude);
                     self.intern(Node::Power { base: b, exponent: e })
                 };
-                let sign = if exponent.is_negative() { Number::MINUS_ONE } else { Number::ONE };
-                work.settled.push((node, sign));
+                work.settled.push((node, sign(&exponent)));
             }
             Node::Undefined => return Err(NoValue::Undefined),
-            Node::Pi | Node::Symbol(_) | Node::Function(..) | Node::Atan2 { .. } => {
-                work.settled.push((base, exponent));
-            }
+            Node::Pi | Node::Symbol(_) | Node::Function(..) | Node::Atan2 { .. } => work.settled.push((base, exponent)),
         }
         Ok(())
     }
@@ -296,14 +271,8 @@ impl Pool {
         exponent: Number,
         work: &mut Workspace,
     ) {
-        let comes_out = |pool: &Pool, b: ExprId, e: &Number| e.is_even() || !e.is_integer() || pool.is_nonnegative(b);
-        let mut left: Vec<(ExprId, Number)> = Vec::new();
-        for (b, e) in factors {
-            if !comes_out(self, *b, e) {
-                let sign = if e.is_negative() { Number::MINUS_ONE } else { Number::ONE };
-                left.push((*b, sign));
-            }
-        }
+        let stay = factors.iter().filter(|(b, e)| !self.is_nonnegative_power(*b, e));
+        let mut left: Vec<(ExprId, Number)> = stay.map(|(b, e)| (*b, sign(e))).collect();
         if negative && left.is_empty() {
             // -(x^2) under a root: a value only at x = 0. Nothing is gained by taking it apart.
             work.settled.push((base, exponent));
@@ -314,8 +283,7 @@ impl Pool {
                 work.pending.push((*b, e.mul(&exponent)));
                 continue;
             }
-            let sign = if e.is_negative() { Number::MINUS_ONE } else { Number::ONE };
-            let even = if e.is_even() { e.clone() } else { e.sub(&sign) };
+            let even = if e.is_even() { e.clone() } else { e.sub(&sign(e)) };
             // A single odd power: (x^3)^r = x^(3r), since x is not negative where it has a value, which a whole 3r would not show.
             if !e.is_even() && !negative && left.len() == 1 && !e.mul(&exponent).is_integer() {
                 work.pending.push((*b, even.mul(&exponent)));
@@ -337,11 +305,8 @@ impl Pool {
             _ => self.intern(Node::Product(left.into())),
         };
         let core = if negative { self.neg(core) } else { core };
-        let list = if matches!(self.node(core), Node::Product(_) | Node::Sum { .. }) {
-            &mut work.settled
-        } else {
-            &mut work.pending
-        };
+        let is_settled = matches!(self.node(core), Node::Product(_) | Node::Sum { .. });
+        let list = if is_settled { &mut work.settled } else { &mut work.pending };
         list.push((core, exponent));
     }
 
@@ -353,18 +318,14 @@ impl Pool {
         let at = work.settled.iter().position(|(b, _)| self.exponential(*b).is_some());
         if let Some(at) = at {
             let (node, exponent) = work.settled.swap_remove(at);
-            if let Some(x) = self.exponential(node) {
-                work.exponents.push((x, exponent));
-            }
+            work.exponents.extend(self.exponential(node).map(|x| (x, exponent)));
         }
         let argument = self.linear(&work.exponents);
         work.exponents.clear();
         let merged = self.apply(Function::Exp, argument);
-        if self.exponential(merged).is_some() {
-            work.settled.push((merged, Number::ONE));
-        } else {
-            work.pending.push((merged, Number::ONE));
-        }
+        let is_settled = self.exponential(merged).is_some();
+        let list = if is_settled { &mut work.settled } else { &mut work.pending };
+        list.push((merged, Number::ONE));
     }
 
     /// Puts powers of one base together where one has an exponent that is no number: x^n/x = x^(n - 1).
@@ -397,7 +358,7 @@ impl Pool {
 
     /// The argument of an exponential function.
     fn exponential(&self, e: ExprId) -> Option<ExprId> {
-        if let Node::Function(Function::Exp, x) = self.node(e) { Some(*x) } else { None }
+        self.as_function(e).filter(|(function, _)| *function == Function::Exp).map(|(_, x)| x)
     }
 
     /// Puts x^m |x|^b, m an integer, as x^p |x|^(m + b - p) with p = 0 or 1, its sign: so there is one form of it, and what is
@@ -481,6 +442,11 @@ impl Pool {
         work.settled.order_by_key(|(base, _)| *base);
         Ok(())
     }
+}
+
+/// 1 or -1, as the number is negative or not.
+fn sign(number: &Number) -> Number {
+    if number.is_negative() { Number::MINUS_ONE } else { Number::ONE }
 }
 
 /// Multiplies by `value^exponent`; the part that is not rational goes to the roots.

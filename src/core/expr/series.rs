@@ -145,12 +145,8 @@ impl<S: Scalar> Series<S> {
             }
             if !self.settled {
                 self.settled = true;
-                let mut moving = self.moving.iter().peekable();
-                for (at, broken) in self.broken.iter().enumerate() {
-                    if moving.next_if_eq(&&at).is_none() {
-                        self.spoilt |= broken;
-                    }
-                }
+                let rests = |at: &usize| self.moving.binary_search(at).is_err();
+                self.spoilt = (0..self.steps.len()).filter(rests).any(|at| self.broken[at]);
             }
         }
         for (place, step) in self.out.iter_mut().zip(&self.outputs) {
@@ -230,20 +226,10 @@ impl<S: Scalar> Series<S> {
             Step::Absolute(a) if k == 0 => at(*a).apply(Function::Abs),
             Step::Absolute(a) if self.constant(*a) => self.zero.clone(),
             Step::Absolute(a) => self.row(*a)[0].signum().mul(at(*a)),
-            Step::Slope(a) => {
-                if k == 0 {
-                    self.zero.clone()
-                } else {
-                    self.counts[k].mul(at(*a))
-                }
-            }
-            Step::SlopeQuotient { slope, divisor } => {
-                if k == 0 || self.live[*slope] == 0 {
-                    self.zero.clone()
-                } else {
-                    self.quotient(*slope, *divisor, own, k)
-                }
-            }
+            Step::Slope(_) if k == 0 => self.zero.clone(),
+            Step::Slope(a) => self.counts[k].mul(at(*a)),
+            Step::SlopeQuotient { slope, .. } if k == 0 || self.live[*slope] == 0 => self.zero.clone(),
+            Step::SlopeQuotient { slope, divisor } => self.quotient(*slope, *divisor, own, k),
             Step::Integral { start, .. } if k == 0 => self.start(*start),
             Step::Integral { slope, factor, negative, .. } => {
                 let sum = match factor {
@@ -281,10 +267,7 @@ impl<S: Scalar> Series<S> {
     }
 
     fn sum(&self, constant: Option<usize>, terms: &[(usize, Weight)], k: usize) -> S {
-        let mut sum = match constant {
-            Some(place) if k == 0 => Some(self.constants[place].clone()),
-            Some(_) | None => None,
-        };
+        let mut sum = constant.filter(|_| k == 0).map(|place| self.constants[place].clone());
         for (row, weight) in terms {
             if self.live[*row] <= k {
                 continue;

@@ -2,7 +2,6 @@
 
 use std::collections::HashMap;
 
-use super::traverse::Reachable;
 use super::{ExprId, Function, Node, Pool, Substitution, Symbol, Tape};
 use crate::number::Number;
 
@@ -12,12 +11,7 @@ const LARGE: f64 = 200.0;
 impl Pool {
     /// The roots with their symbols replaced, all at once, and simplified anew.
     pub fn substitute(&mut self, roots: &[ExprId], map: &Substitution) -> Vec<ExprId> {
-        let reachable = self.reachable_places(roots);
-        let dependent = self.dependent(&reachable, |symbol| map.contains_key(&symbol));
-        if !dependent.contains(&true) {
-            return roots.to_vec();
-        }
-        self.rebuilt(roots, &reachable, &dependent, map, &mut |_, _, _| None)
+        self.rebuilt(roots, Some(&|symbol| map.contains_key(&symbol)), map, &mut |_, _, _| None)
     }
 
     /// The roots with each absolute value |x| of something that depends on a wanted symbol written s x, and all these x with
@@ -27,8 +21,6 @@ impl Pool {
         roots: &[ExprId],
         is_wanted: impl Fn(Symbol) -> bool,
     ) -> (Vec<ExprId>, Vec<(ExprId, Symbol)>) {
-        let reachable = self.reachable_places(roots);
-        let dependent = self.dependent(&reachable, is_wanted);
         let mut signs: Vec<(ExprId, Symbol)> = Vec::new();
         let mut signed = |pool: &mut Self, function: Function, x: ExprId| {
             if function != Function::Abs {
@@ -43,24 +35,18 @@ impl Pool {
             let sign = pool.symbol_expr(sign);
             Some(pool.mul(sign, x))
         };
-        let none = Substitution::default();
-        let roots = self.rebuilt(roots, &reachable, &dependent, &none, &mut signed);
+        let roots = self.rebuilt(roots, Some(&is_wanted), &Substitution::default(), &mut signed);
         (roots, signs)
     }
 
     /// The same, simplified anew by what is assumed since they were made.
     pub(crate) fn built_anew(&mut self, roots: &[ExprId]) -> Vec<ExprId> {
-        let reachable = self.reachable_places(roots);
-        let dependent = vec![true; reachable.ids.len()];
-        self.rebuilt(roots, &reachable, &dependent, &Substitution::default(), &mut |_, _, _| None)
+        self.rebuilt(roots, None, &Substitution::default(), &mut |_, _, _| None)
     }
 
     /// The same with exp(c) for a large constant c as 2^n exp(c - n ln 2) where that is about 1: products with numbers are then within the
     /// range of doubles on their way.
     pub fn with_small_exponentials(&mut self, roots: &[ExprId]) -> Vec<ExprId> {
-        let reachable = self.reachable_places(roots);
-        let dependent = vec![true; reachable.ids.len()];
-        let none = Substitution::default();
         let mut smaller = |pool: &mut Self, function: Function, x: ExprId| {
             if function != Function::Exp || !pool.is_constant(x) {
                 return None;
@@ -78,7 +64,7 @@ impl Pool {
             let rest = pool.apply(Function::Exp, rest);
             Some(pool.mul(factor, rest))
         };
-        self.rebuilt(roots, &reachable, &dependent, &none, &mut smaller)
+        self.rebuilt(roots, None, &Substitution::default(), &mut smaller)
     }
 
     /// The roots with some of their parts replaced, all at once, and what these are in simplified anew.
@@ -92,15 +78,23 @@ impl Pool {
         roots.iter().map(|root| images[reachable.place(*root)]).collect()
     }
 
-    /// The roots built anew from what replaces their symbols, and their functions where `replaced` gives something.
+    /// The roots built anew from what replaces their symbols, and their functions where `replaced` gives something: all that a
+    /// wanted symbol occurs in, or all.
     fn rebuilt(
         &mut self,
         roots: &[ExprId],
-        reachable: &Reachable,
-        dependent: &[bool],
+        is_wanted: Option<&dyn Fn(Symbol) -> bool>,
         map: &Substitution,
         replaced: &mut impl FnMut(&mut Self, Function, ExprId) -> Option<ExprId>,
     ) -> Vec<ExprId> {
+        let reachable = self.reachable_places(roots);
+        let dependent = match is_wanted {
+            Some(is_wanted) => self.dependent(&reachable, is_wanted),
+            None => vec![true; reachable.ids.len()],
+        };
+        if !dependent.contains(&true) {
+            return roots.to_vec();
+        }
         let mut images: Vec<ExprId> = Vec::with_capacity(reachable.ids.len());
         for (place, id) in reachable.ids.iter().enumerate() {
             if !dependent[place] {

@@ -135,13 +135,18 @@ impl Pool {
     /// An expression as `coefficient*core` with the core's coefficients whole and coprime and its
     /// leading one positive. Numbers are their own coefficient, with the core 1.
     pub(crate) fn split_content(&mut self, e: ExprId) -> (Number, ExprId) {
-        if let Some(value) = self.as_number(e) {
-            return (value.clone(), ONE);
+        match self.as_number(e) {
+            Some(value) => (value.clone(), ONE),
+            None => self.split_coefficient(e, true),
         }
+    }
+
+    /// The same of what is no number; the coefficient is positive where the core may have either sign.
+    pub(super) fn split_coefficient(&mut self, e: ExprId, has_sign: bool) -> (Number, ExprId) {
         let Node::Sum { constant, terms } = self.node(e) else {
             return (Number::ONE, e);
         };
-        let negative = leads_negative(constant, terms);
+        let negative = has_sign && leads_negative(constant, terms);
         if self.flags(e).primitive && !negative {
             return (Number::ONE, e);
         }

@@ -1,14 +1,14 @@
 //! From syntax to programs: names are looked up here, once, and every mistake is collected.
 
 use super::ModelError;
-use super::functions::Builtin;
+use super::functions::{Builtin, check_count};
 use super::names::{Entity, World};
 use super::program::{Binder, BinderKind, Field, IndexForm, IndexProgram, Op, Program, SumProgram};
 use crate::diagnostic::Meant;
 use crate::expr::ExprId;
 use crate::number::Number;
 use crate::span::Span;
-use crate::syntax::{self, ExprKind, ExprRef, File, IndexEntry, IndexKind, Indices, Name};
+use crate::syntax::{self, ExprKind, ExprRef, File, IndexEntry, IndexKind, Indices, Member, Name};
 
 /// Mistakes beyond this number are not reported.
 pub(super) const MOST_ERRORS: usize = 1000;
@@ -68,6 +68,11 @@ pub(super) fn then<O>(tasks: &mut Vec<Task<O>>, op: O, span: Span, children: &[E
     tasks.extend(children.iter().rev().map(|child| Task::Visit(*child)));
 }
 
+/// Which terms or factors have a sign before them, and what they are.
+pub(super) fn apart(members: &[Member]) -> (Box<[bool]>, Vec<ExprRef>) {
+    (members.iter().map(|own| own.inverted()).collect(), members.iter().map(|own| own.value()).collect())
+}
+
 impl<'a> Compiler<'a> {
     pub(super) fn new(
         file: &'a File,
@@ -77,9 +82,7 @@ impl<'a> Compiler<'a> {
     ) -> Self {
         Self { file, world, later, errors, depth: 0, cost: 0, recursive: false, current_let: None }
     }
-}
 
-impl Compiler<'_> {
     pub(super) fn fail(&mut self, error: ModelError) {
         // More mistakes than this are of no use to anybody.
         if self.errors.len() < MOST_ERRORS {
@@ -175,10 +178,7 @@ impl Compiler<'_> {
                 }
             }
             ExprKind::Field { base, field } => {
-                let op = match self.field(*base, field, scope) {
-                    Some(Field { table, row, column }) => Op::Field { table, row, column },
-                    None => Op::Broken,
-                };
+                let op = self.field(*base, field, scope).map_or(Op::Broken, Op::Field);
                 tasks.push(Task::Emit(op, span));
             }
             ExprKind::Prime(inner) => then(tasks, Op::Prime, &[*inner]),
@@ -200,13 +200,11 @@ impl Compiler<'_> {
                     then(tasks, Op::Together(others.len()), &others);
                     return self.refuse(error, span, tasks);
                 }
-                let divided = factors.iter().map(|factor| factor.inverted()).collect();
-                let children: Vec<ExprRef> = factors.iter().map(|factor| factor.value()).collect();
+                let (divided, children) = apart(factors);
                 then(tasks, Op::Product(divided), &children);
             }
             ExprKind::Sum(terms) => {
-                let subtracted = terms.iter().map(|term| term.inverted()).collect();
-                let children: Vec<ExprRef> = terms.iter().map(|term| term.value()).collect();
+                let (subtracted, children) = apart(terms);
                 then(tasks, Op::Sum(subtracted), &children);
             }
             ExprKind::Call { function, arguments } => self.call(at, function, arguments, scope, tasks),
@@ -238,7 +236,7 @@ impl Compiler<'_> {
             return self.refuse(error, span, tasks);
         }
         if let Some(builtin) = Builtin::from_name(&function.text) {
-            if let Some(error) = builtin.check_count(function, arguments.len(), span) {
+            if let Some(error) = check_count(function, builtin.arguments(), arguments.len(), span) {
                 self.refuse(error, span, tasks);
             }
             self.world.rigid |= matches!(builtin, Builtin::AngularVelocity | Builtin::Steiner | Builtin::About);
@@ -286,14 +284,11 @@ impl Compiler<'_> {
     }
 
     fn read(&mut self, name: &str, span: Span, indices: &[IndexProgram], scope: &Scope) -> Op {
-        if indices.is_empty()
-            && let Some((slot, _)) = scope.find(name)
-        {
+        let is_plain = indices.is_empty();
+        if let Some((slot, _)) = scope.find(name).filter(|_| is_plain) {
             return Op::Number(IndexProgram { form: IndexForm::Shifted { slot, shift: 0 }, span });
         }
-        if indices.is_empty()
-            && let Some(variable) = scope.integrated(name)
-        {
+        if let Some(variable) = scope.integrated(name).filter(|_| is_plain) {
             return Op::Literal(variable);
         }
         match self.entity(name) {
@@ -314,8 +309,8 @@ impl Compiler<'_> {
                 }
                 Op::Read { entity, indices: indices.into() }
             }
-            None if indices.is_empty() && name == "pi" => Op::Literal(self.world.pool.pi()),
-            None if indices.is_empty() && name == "t" => Op::Time,
+            None if is_plain && name == "pi" => Op::Literal(self.world.pool.pi()),
+            None if is_plain && name == "t" => Op::Time,
             None => {
                 self.undeclared(name, &[], span, scope);
                 Op::Broken
@@ -337,8 +332,7 @@ impl Compiler<'_> {
         };
         let (table, row) = match (scope.find(name), self.entity(name), indices.as_slice()) {
             (Some((slot, Variable::Row(table))), _, []) => {
-                let form = IndexForm::Shifted { slot, shift: 0 };
-                (table, IndexProgram { form, span })
+                (table, IndexProgram { form: IndexForm::Shifted { slot, shift: 0 }, span })
             }
             (None, Some(Entity::Table(table)), [row]) => (table, self.index(*row, scope)),
             (None, Some(Entity::Table(_)), _) => {

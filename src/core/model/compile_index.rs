@@ -1,7 +1,7 @@
 //! From syntax to index programs: indices, bounds and conditions.
 
 use super::ModelError;
-use super::compile::{Compiler, Scope, Task, then};
+use super::compile::{Compiler, Scope, Task, apart, then};
 use super::functions::{Builtin, check_count};
 use super::names::Entity;
 use super::program::{Field, IndexForm, IndexOp, IndexProgram};
@@ -59,22 +59,21 @@ impl Compiler<'_> {
                 ExprKind::Field { base, field } => match self.field(*base, field, scope) {
                     Some(Field { table, row, column }) => {
                         // The row's program stands in front of the operation that pops its value.
-                        let row = row.into_ops();
-                        ops.extend(row);
+                        ops.extend(row.into_ops());
                         (IndexOp::Field { table, column }, vec![])
                     }
                     None => (IndexOp::Broken, vec![]),
                 },
                 ExprKind::Negate(inner) => (IndexOp::Negate, vec![*inner]),
                 ExprKind::Power { base, exponent } => (IndexOp::Power, vec![*base, *exponent]),
-                ExprKind::Product(factors) => (
-                    IndexOp::Product(factors.iter().map(|factor| factor.inverted()).collect()),
-                    factors.iter().map(|factor| factor.value()).collect(),
-                ),
-                ExprKind::Sum(terms) => (
-                    IndexOp::Sum(terms.iter().map(|term| term.inverted()).collect()),
-                    terms.iter().map(|term| term.value()).collect(),
-                ),
+                ExprKind::Product(factors) => {
+                    let (divided, children) = apart(factors);
+                    (IndexOp::Product(divided), children)
+                }
+                ExprKind::Sum(terms) => {
+                    let (subtracted, children) = apart(terms);
+                    (IndexOp::Sum(subtracted), children)
+                }
                 ExprKind::Call { function, arguments } => self.index_call(function, arguments, span, scope),
                 ExprKind::Compare { operator, left, right } => (IndexOp::Compare(*operator), vec![*left, *right]),
                 ExprKind::Not(inner) => (IndexOp::Not, vec![*inner]),
@@ -178,10 +177,7 @@ impl Compiler<'_> {
             }
             name => match Builtin::from_name(name) {
                 Some(Builtin::Elementary(function)) => (IndexOp::Apply(function), 1),
-                Some(_) => {
-                    let what = format!("`{}`", function.text);
-                    return (self.not_for_indices(what, span), Vec::new());
-                }
+                Some(_) => return (self.not_for_indices(format!("`{name}`"), span), Vec::new()),
                 None => {
                     self.unknown_function(function, arguments, span, scope);
                     return broken();

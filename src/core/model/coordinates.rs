@@ -8,7 +8,6 @@ use super::dimension::Dimensions;
 use super::elaborate::Elaborator;
 use super::members::Members;
 use super::names::{Block, Entity, Family, Grid, Key, SymbolKind, member_name};
-use super::units;
 use crate::expr::{ExprId, Pool, Symbol, SymbolNames};
 use crate::span::Span;
 use crate::syntax::Declaration;
@@ -169,23 +168,14 @@ impl Coordinates {
 
     /// Adds a coordinate by itself.
     pub(super) fn push(&mut self, name: String, span: Span, symbols: [Symbol; 2], unit: Option<&str>) {
-        let names = Names { name, rank: 0, places: Places::Listed(Vec::new()) };
-        self.extend(names, 1, span, symbols, None);
-        if let Some(row) = self.rows.last_mut() {
-            row.units = vec![unit.map(str::to_owned)];
-        }
+        let names = Arc::new(Names { name, rank: 0, places: Places::Listed(Vec::new()) });
+        let units = vec![unit.map(str::to_owned)];
+        self.add(Row { first: self.count, names, span, symbols, units, factor: None }, 1);
     }
 
-    fn extend(
-        &mut self,
-        names: impl Into<Arc<Names>>,
-        count: usize,
-        span: Span,
-        symbols: [Symbol; 2],
-        factor: Option<ExprId>,
-    ) {
+    /// Adds a row of so many coordinates, if there are any.
+    fn add(&mut self, row: Row, count: usize) {
         if count > 0 {
-            let row = Row { first: self.count, names: names.into(), span, symbols, units: Vec::new(), factor };
             self.rows.push(row);
             self.count += count;
         }
@@ -286,9 +276,7 @@ pub(super) fn coordinate_families(family: &Family) -> Vec<super::CoordinateFamil
 impl Elaborator<'_> {
     pub(super) fn coordinate(&mut self, declaration: &Declaration) {
         let name = &declaration.name;
-        self.has_units |= declaration.unit.is_some();
-        let factor =
-            declaration.unit.map(|unit| units::factor(&mut self.world.pool, self.file, unit, &mut self.errors));
+        let factor = self.factor(declaration.unit);
         let members = self.members(declaration.indices.as_deref(), name);
         let family = self.world.coordinate_families.len();
         if !self.introduce(name, Entity::Coordinate(family)) {
@@ -308,7 +296,9 @@ impl Elaborator<'_> {
             let names = Arc::new(Names { name: own.name.clone(), rank: members.rank, places });
             let symbol = self.world.pool.fresh_symbols(2 * count, Arc::<Names>::clone(&names));
             self.world.kinds.rows.push((symbol, count, base));
-            self.world.coordinates.extend(names, count, name.span, [symbol, symbol.after(1)], factor);
+            let symbols = [symbol, symbol.after(1)];
+            let row = Row { first: base, names, span: name.span, symbols, units: Vec::new(), factor };
+            self.world.coordinates.add(row, count);
         } else {
             own.grid.rank = declaration.indices.as_ref().map_or(0, |i| i.entries.len().min(3));
         }

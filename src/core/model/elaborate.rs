@@ -174,13 +174,10 @@ impl<'a> Elaborator<'a> {
             StatementKind::Table { name, path, path_span } => {
                 let table = Table::read(&name.text, path, name.span, *path_span, tables);
                 // A table that can't be read is declared all the same, lest every use of it err.
-                let table = match table {
-                    Ok(table) => table,
-                    Err(error) => {
-                        self.errors.push(error);
-                        Table::unread(&name.text, name.span)
-                    }
-                };
+                let table = table.unwrap_or_else(|error| {
+                    self.errors.push(error);
+                    Table::unread(&name.text, name.span)
+                });
                 let number = self.world.tables.len();
                 if self.introduce(name, Entity::Table(number)) {
                     self.world.tables.push(table);
@@ -231,27 +228,18 @@ impl<'a> Elaborator<'a> {
         let span = self.file.expr(root).span;
         self.world.pool.budget().at(name, Some(span));
         let families = families(&mut self.compiler(), root);
-        let Some(families) = self.note(families) else {
-            return Vec::new();
-        };
+        let families = self.note(families).unwrap_or_default();
         self.check_accelerations(&families, root, name);
         families
     }
 
     /// Refuses accelerations in energies and forces.
     pub(super) fn check_accelerations(&mut self, families: &[TermFamily], root: ExprRef, name: &'static str) {
-        for family in families {
-            let accelerated = self.world.pool.symbols_of(&[family.body]).iter().any(|symbol| {
-                matches!(
-                    self.world.kinds.get(*symbol),
-                    Some(SymbolKind::Acceleration(_) | SymbolKind::AccelerationSlot(_))
-                )
-            });
-            if accelerated {
-                let span = self.acceleration_place(root);
-                self.errors.push(ModelError::Acceleration { energy: name, span });
-                break;
-            }
+        let bodies: Vec<ExprId> = families.iter().map(|family| family.body).collect();
+        let symbols = self.world.pool.symbols_of(&bodies);
+        if symbols.into_iter().filter_map(|symbol| self.world.kinds.get(symbol)).any(SymbolKind::is_acceleration) {
+            let span = self.acceleration_place(root);
+            self.errors.push(ModelError::Acceleration { energy: name, span });
         }
     }
 
@@ -336,22 +324,26 @@ impl<'a> Elaborator<'a> {
         let (mut forces, mut acted, mut first_force) = (Vec::new(), HashMap::new(), None);
         for statement in &self.file.statements {
             self.begin(&statement.kind, statement.span);
-            if let StatementKind::Guess { binding, rate } = &statement.kind {
-                let (what, into) = match rate {
-                    true => ("the guessed velocity", &mut guessed_velocities),
-                    false => ("the guess", &mut guesses),
-                };
-                self.given(binding, what, into);
-            } else if let StatementKind::Equilibrium { binding, rate } = &statement.kind {
-                let (what, into) = if *rate { ("the rate", &mut rates) } else { ("the equilibrium", &mut equilibria) };
-                self.given(binding, what, into);
-            } else if let StatementKind::Force(binding) = &statement.kind {
-                first_force = first_force.or(Some(statement.span));
-                forces.extend(self.force(binding, &mut acted).unwrap_or_default());
-            } else if let StatementKind::Constraint { indices, left, right } = &statement.kind {
-                let found = self.constraint([*left, *right], indices.as_deref(), statement.span);
-                constraints.extend(found.unwrap_or_default());
-            }
+            let (what, into, binding) = match &statement.kind {
+                StatementKind::Guess { binding, rate: true } => {
+                    ("the guessed velocity", &mut guessed_velocities, binding)
+                }
+                StatementKind::Guess { binding, rate: false } => ("the guess", &mut guesses, binding),
+                StatementKind::Equilibrium { binding, rate: true } => ("the rate", &mut rates, binding),
+                StatementKind::Equilibrium { binding, rate: false } => ("the equilibrium", &mut equilibria, binding),
+                StatementKind::Force(binding) => {
+                    first_force = first_force.or(Some(statement.span));
+                    forces.extend(self.force(binding, &mut acted).unwrap_or_default());
+                    continue;
+                }
+                StatementKind::Constraint { indices, left, right } => {
+                    let found = self.constraint([*left, *right], indices.as_deref(), statement.span);
+                    constraints.extend(found.unwrap_or_default());
+                    continue;
+                }
+                _ => continue,
+            };
+            self.given(binding, what, into);
         }
         let energies = std::mem::take(&mut self.energies);
         if let (Some((_, span)), Some((_, energy))) = (energies.lagrangian, energies.kinetic.or(energies.potential)) {

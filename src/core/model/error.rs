@@ -26,9 +26,7 @@ Error ModelError {
     } => match later {
         Some(later) => at(*span, "used here")
             .with_secondary(*later, "declared only here")
-            .with_help(format!(
-                "move the declaration of `{name}` before its first use"
-            )),
+            .with_help(format!("move the declaration of `{name}` before its first use")),
         None => match coordinate.as_deref() {
             Some((place, declaration)) => at(*span, "unknown name")
                 .with_help(format!("its time derivative is used, so it is a coordinate: declare it by `{declaration}`"))
@@ -202,9 +200,7 @@ Error ModelError {
         expected: usize,
         /// The values.
         found: usize,
-    } => at(*span, "").with_help(format!(
-        "give {expected} values, or a single one that fills the family"
-    )),
+    } => at(*span, "").with_help(format!("give {expected} values, or a single one that fills the family")),
 
     /// An acceleration in an energy.
     #[error("{energy} contains an acceleration")]
@@ -212,9 +208,7 @@ Error ModelError {
         /// `T`, `V`, …
         energy: &'static str,
     } => at(*span, "a second time derivative")
-        .with_help(format!(
-            "{energy} may contain coordinates and velocities only; was one `'` too many?"
-        )),
+        .with_help(format!("{energy} may contain coordinates and velocities only; was one `'` too many?")),
 
     /// A constraint that is neither one of coordinates nor linear in velocities.
     #[error("a constraint relates coordinates or, linearly, velocities, but this one is not linear in `{on}`")]
@@ -258,9 +252,7 @@ Error ModelError {
         text: String,
         /// What is wrong.
         reason: String,
-    } => nowhere().with_help(
-        "write `--set NAME=VALUE` with a numeric value, for example `--set 'm[2]=3/2'`",
-    ),
+    } => nowhere().with_help("write `--set NAME=VALUE` with a numeric value, for example `--set 'm[2]=3/2'`"),
 
     /// A table whose file was not handed over.
     #[error("the table `{path}` can't be read{reason}")]
@@ -417,9 +409,7 @@ Error ModelError {
     "E0130" TableAsValue(span) {
         /// The table.
         name: String,
-    } => at(*span, "a table").with_help(format!(
-        "`rows({name})` is its length, `{name}[3].column` one of its fields"
-    )),
+    } => at(*span, "a table").with_help(format!("`rows({name})` is its length, `{name}[3].column` one of its fields")),
 
     /// A `guess` or `equilibrium` for something that is no coordinate.
     #[error("`{name}` is not a coordinate")]

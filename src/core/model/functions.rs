@@ -101,12 +101,9 @@ impl Builtin {
         }
     }
 
-    fn arguments(self) -> usize {
+    /// How many arguments it takes.
+    pub(super) fn arguments(self) -> usize {
         BUILTINS.iter().find(|(_, builtin, _)| *builtin == self).map_or(1, |(_, _, count)| *count)
-    }
-
-    pub(super) fn check_count(self, name: &Name, found: usize, span: Span) -> Option<ModelError> {
-        check_count(name, self.arguments(), found, span)
     }
 
     /// Applies the function.
@@ -131,22 +128,13 @@ impl Builtin {
         match self {
             Self::Elementary(function) => {
                 if matches!((function, value(0)), (Function::Abs, Value::Vector(_))) {
-                    return Err((
-                        format!("`abs` takes a number, not {}", value(0).describe()),
-                        Some("the length of a vector is `norm(v)`".to_owned()),
-                    ));
+                    let help = "the length of a vector is `norm(v)`".to_owned();
+                    return Err((format!("`abs` takes a number, not {}", value(0).describe()), Some(help)));
                 }
-                let x = scalar(0)?;
-                Ok(Value::Scalar(pool.apply(function, x)))
+                Ok(Value::Scalar(pool.apply(function, scalar(0)?)))
             }
-            Self::Sqrt => {
-                let x = scalar(0)?;
-                Ok(Value::Scalar(pool.sqrt(x)))
-            }
-            Self::Atan2 => {
-                let (y, x) = (scalar(0)?, scalar(1)?);
-                Ok(Value::Scalar(pool.atan2(y, x)))
-            }
+            Self::Sqrt => Ok(Value::Scalar(pool.sqrt(scalar(0)?))),
+            Self::Atan2 => Ok(Value::Scalar(pool.atan2(scalar(0)?, scalar(1)?))),
             Self::Norm => norm(pool, value(0)),
             Self::Dot => dot(pool, value(0), value(1)),
             Self::Cross => cross(pool, value(0), value(1)),
@@ -154,10 +142,7 @@ impl Builtin {
                 let rows = value(0).matrix("the argument of `transpose`")?;
                 Ok(Value::from_rows(transposed(&rows)))
             }
-            Self::Rotation(axis) => {
-                let angle = scalar(0)?;
-                Ok(rotation(pool, axis, angle))
-            }
+            Self::Rotation(axis) => Ok(rotation(pool, axis, scalar(0)?)),
             Self::AngularVelocity => {
                 // The skew matrix of the body-frame angular velocity is Rᵀ dR/dt (Goldstein, sec. 4.9).
                 let r = value(0);
@@ -173,26 +158,21 @@ impl Builtin {
                 }
                 let rates: Vec<Vec<ExprId>> =
                     rows.iter().map(|row| row.iter().map(|e| rate(pool, *e)).collect()).collect();
-                let mut element = |i: usize, j: usize| {
+                let elements = [(2, 1), (0, 2), (1, 0)].map(|(i, j)| {
                     let terms: Vec<ExprId> = (0..3).map(|k| pool.mul(rows[k][i], rates[k][j])).collect();
                     pool.sum(&terms)
-                };
-                let parts = vec![element(2, 1), element(0, 2), element(1, 0)];
-                Ok(Value::from_components(parts))
+                });
+                Ok(Value::from_components(elements.to_vec()))
             }
             Self::Inertia(Body::Point) => {
-                let mass = scalar(0)?;
-                let r = three(value(1), "the place of the point")?;
-                Ok(point_tensor(pool, mass, r))
+                Ok(point_tensor(pool, scalar(0)?, three(value(1), "the place of the point")?))
             }
             Self::Inertia(body) => {
                 let lengths = (0..arguments.len()).map(scalar).collect::<Result<Vec<_>, _>>()?;
                 Ok(body_tensor(pool, body, &lengths))
             }
             Self::Steiner => {
-                let mass = scalar(1)?;
-                let d = three(value(2), "the displacement")?;
-                let moved = point_tensor(pool, mass, d);
+                let moved = point_tensor(pool, scalar(1)?, three(value(2), "the displacement")?);
                 sum(pool, &[(false, value(0).clone()), (false, moved)])
             }
             Self::About => {
@@ -238,21 +218,16 @@ fn rotation(pool: &mut Pool, axis: usize, angle: ExprId) -> Value {
 /// m (r² 1 - r rᵀ).
 fn point_tensor(pool: &mut Pool, mass: ExprId, r: [ExprId; 3]) -> Value {
     let squares = r.map(|x| pool.mul(x, x));
-    let mut rows = Vec::new();
-    for i in 0..3 {
-        let mut row = Vec::new();
-        for j in 0..3 {
-            let element = if i == j {
-                pool.add(squares[(i + 1) % 3], squares[(i + 2) % 3])
-            } else {
-                let product = pool.mul(r[i], r[j]);
-                pool.neg(product)
-            };
-            row.push(pool.mul(mass, element));
-        }
-        rows.push(row);
-    }
-    Value::from_rows(rows)
+    let mut element = |i: usize, j: usize| {
+        let element = if i == j {
+            pool.add(squares[(i + 1) % 3], squares[(i + 2) % 3])
+        } else {
+            let product = pool.mul(r[i], r[j]);
+            pool.neg(product)
+        };
+        pool.mul(mass, element)
+    };
+    Value::from_rows((0..3).map(|i| (0..3).map(|j| element(i, j)).collect()).collect())
 }
 
 /// Principal tensors about the centre of mass (Landau & Lifshitz, Mechanics, sec. 32).

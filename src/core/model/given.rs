@@ -180,7 +180,8 @@ impl Elaborator<'_> {
                 }
                 (Value::Vector(_) | Value::Scalar(_), _) => value,
             };
-            if !self.assign(family, &at[..members.rank], &value, factor, what, members.span, program.span, into) {
+            let at = &at[..members.rank];
+            if self.assign(family, at, &value, factor, what, members.span, program.span, into).is_none() {
                 return;
             }
         }
@@ -197,27 +198,23 @@ impl Elaborator<'_> {
         span: Span,
         value_span: Span,
         into: &mut Givens,
-    ) -> bool {
+    ) -> Option<()> {
         let own = &self.world.coordinate_families[family];
         let rank = own.grid.rank;
         if at.len() < rank {
             let Some((from, to)) = own.grid.bounds(at) else {
-                self.errors.push(own.out_of_range(at, span));
-                return false;
+                let error = own.out_of_range(at, span);
+                return self.refuse(error);
             };
             let count = usize::try_from(to - from + 1).unwrap_or(0);
             if let Value::Vector(parts) = value
                 && parts.len() != count
             {
-                self.errors.push(ModelError::ListLength {
-                    name: member_name(&own.name, at.len(), &key(at)),
-                    expected: count,
-                    found: parts.len(),
-                    span: value_span,
-                });
-                return false;
+                let name = member_name(&own.name, at.len(), &key(at));
+                let (expected, found) = (count, parts.len());
+                return self.refuse(ModelError::ListLength { name, expected, found, span: value_span });
             }
-            return (from..=to).enumerate().all(|(i, index)| {
+            return (from..=to).enumerate().try_for_each(|(i, index)| {
                 let mut deeper = at.to_vec();
                 deeper.push(index);
                 let part = match value {
@@ -228,31 +225,20 @@ impl Elaborator<'_> {
             });
         }
         let Some(number) = own.grid.find(&key(at)) else {
-            self.errors.push(own.out_of_range(&at[..rank], span));
-            return false;
+            let error = own.out_of_range(&at[..rank], span);
+            return self.refuse(error);
         };
-        let Some(symbolic) = self.one_scalar(value, &format!("{what} of a coordinate"), value_span) else {
-            return false;
-        };
+        let symbolic = self.one_scalar(value, &format!("{what} of a coordinate"), value_span)?;
+        let name = self.world.coordinates.at(number).name();
         if let Some(on) = self.world.varying_symbol(symbolic) {
-            self.errors.push(ModelError::NotConstant {
-                what: format!("{what} of `{}`", self.world.coordinates.at(number).name()),
-                on,
-                span: value_span,
-            });
-            return false;
+            return self.refuse(ModelError::NotConstant { what: format!("{what} of `{name}`"), on, span: value_span });
         }
         let symbolic = self.scaled(symbolic, factor);
         if let Some(first) = into.get(number) {
-            self.errors.push(ModelError::GivenTwice {
-                name: format!("{what} of {}", self.world.coordinates.at(number).name()),
-                span,
-                first: first.span,
-            });
-            return false;
+            return self.refuse(ModelError::GivenTwice { name: format!("{what} of {name}"), span, first: first.span });
         }
         let value = self.world.closed(symbolic);
         into.set(number, Some(Given { symbolic, value, span: span.to(value_span) }));
-        true
+        Some(())
     }
 }

@@ -34,6 +34,10 @@ impl Quantity {
         }
     }
 
+    fn exact(&self) -> Option<&Number> {
+        if let Self::Exact(number) = self { Some(number) } else { None }
+    }
+
     fn is_true(&self) -> bool {
         matches!(self, Self::Truth(true))
     }
@@ -113,20 +117,31 @@ impl World {
         }
     }
 
-    /// The exact value of a parameter, or an enclosure of one that is not rational.
-    fn parameter_quantity(&self, family: usize, indices: &[i64], span: Span) -> Result<Quantity, ModelError> {
+    /// The exact value of a parameter by its indices, or an enclosure of one that is not rational.
+    fn parameter_quantity(&self, family: usize, indices: &[Quantity], span: Span) -> Result<Quantity, ModelError> {
+        let whole = |index: &Quantity| {
+            let value = || index.exact().map_or("the index".to_owned(), Number::to_string);
+            let whole = index.exact().and_then(Number::to_i64);
+            whole.ok_or_else(|| ModelError::NotAnInteger { value: value(), span })
+        };
+        let indices = indices.iter().map(whole).collect::<Result<Vec<i64>, _>>()?;
+        if indices.len() > 3 {
+            let family = &self.parameter_families[family];
+            let what = format!("`{}`", family.name);
+            return Err(ModelError::TooManyIndices { what, available: family.grid.rank, span });
+        }
         if self.broken.contains(&Entity::Parameter(family)) {
             return Err(ModelError::FollowOn {});
         }
         let family = &self.parameter_families[family];
-        let at = key(indices);
+        let at = key(&indices);
         let rank = family.grid.rank;
         if indices.len() != rank {
             let what = format!("`{}` has {rank} indices, not {}", family.name, indices.len());
             return Err(ModelError::shape((what, None), span));
         }
         let Some(number) = family.grid.find(&at) else {
-            return Err(family.out_of_range(indices, span));
+            return Err(family.out_of_range(&indices, span));
         };
         // A member of the family that is being worked out, or of one that could not be.
         let Some(parameter) = self.parameters.get(number) else {
@@ -150,25 +165,6 @@ impl World {
         evaluate_closed(&self.pool, value, ()).filter(Ball::is_finite).map(Quantity::Enclosed)
     }
 
-    /// The value of a member by its indices.
-    fn member_quantity(&self, family: usize, at: &[Quantity], span: Span) -> Result<Quantity, ModelError> {
-        let whole = |index: &Quantity| match index {
-            Quantity::Exact(number) => {
-                number.to_i64().ok_or_else(|| ModelError::NotAnInteger { value: number.to_string(), span })
-            }
-            Quantity::Enclosed(_) | Quantity::Truth(_) => {
-                Err(ModelError::NotAnInteger { value: "the index".to_owned(), span })
-            }
-        };
-        let at = at.iter().map(whole).collect::<Result<Vec<i64>, _>>()?;
-        if at.len() > 3 {
-            let family = &self.parameter_families[family];
-            let what = format!("`{}`", family.name);
-            return Err(ModelError::TooManyIndices { what, available: family.grid.rank, span });
-        }
-        self.parameter_quantity(family, &at, span)
-    }
-
     fn run_index(&self, ops: &[(IndexOp, Span)], slots: &[i64], whole: Span) -> Result<Quantity, ModelError> {
         let mut stack: Vec<Quantity> = Vec::new();
         for (op, span) in ops {
@@ -182,12 +178,9 @@ impl World {
                 IndexOp::Broken => return Err(ModelError::FollowOn {}),
                 IndexOp::Pi => Quantity::Enclosed(Ball::pi(())),
                 IndexOp::Variable(slot) => Quantity::Exact(Number::from(slots.get(*slot).copied().unwrap_or(0))),
-                IndexOp::Parameter { family, .. } => self.member_quantity(*family, operands, span)?,
+                IndexOp::Parameter { family, .. } => self.parameter_quantity(*family, operands, span)?,
                 IndexOp::Field { table, column } => {
-                    let row = match operand(0) {
-                        Quantity::Exact(number) => number.to_i64(),
-                        Quantity::Enclosed(_) | Quantity::Truth(_) => None,
-                    };
+                    let row = operand(0).exact().and_then(Number::to_i64);
                     let row = row.ok_or_else(|| ModelError::NotAnInteger { value: "the row".to_owned(), span })?;
                     Quantity::Exact(self.field(*table, row, *column, span)?.clone())
                 }
@@ -200,12 +193,11 @@ impl World {
                     product(operands, divided).ok_or_else(|| undefined("a quotient with divisor 0"))?
                 }
                 IndexOp::Sum(subtracted) => total(operands, subtracted),
-                IndexOp::Mod => match (operand(0), operand(1)) {
-                    (Quantity::Exact(a), Quantity::Exact(b)) => {
-                        Quantity::Exact(a.rem_floor(b).ok_or_else(|| undefined("`mod` by zero"))?)
-                    }
-                    _ => return Err(undefined("`mod` of numbers that are not rational")),
-                },
+                IndexOp::Mod => {
+                    let both = operand(0).exact().zip(operand(1).exact());
+                    let (a, b) = both.ok_or_else(|| undefined("`mod` of numbers that are not rational"))?;
+                    Quantity::Exact(a.rem_floor(b).ok_or_else(|| undefined("`mod` by zero"))?)
+                }
                 IndexOp::Floor => Quantity::Exact(floor(operand(0), span)?),
                 IndexOp::Sqrt => root(operand(0)).ok_or_else(|| undefined("the root of a negative number"))?,
                 IndexOp::Norm(_) => {
@@ -252,10 +244,7 @@ fn applied(function: Function, x: &Quantity, span: Span) -> Result<Quantity, Mod
     if ball.is_finite() || function == Function::Abs {
         return Ok(Quantity::Enclosed(ball));
     }
-    let x = match x {
-        Quantity::Exact(number) => number.to_string(),
-        Quantity::Enclosed(_) | Quantity::Truth(_) => "…".to_owned(),
-    };
+    let x = x.exact().map_or("…".to_owned(), Number::to_string);
     Err(Builtin::Elementary(function).undefined_for(&x, span))
 }
 
@@ -276,9 +265,7 @@ fn power(base: &Quantity, exponent: &Quantity) -> Option<Quantity> {
         let e = i32::try_from(e).ok()?;
         return a.powi(e).map(Quantity::Exact);
     }
-    if let Quantity::Exact(e) = exponent
-        && *e == Number::half()
-    {
+    if exponent.exact() == Some(&Number::half()) {
         return root(base);
     }
     let ball = base.ball().pow(&exponent.ball());
@@ -286,13 +273,11 @@ fn power(base: &Quantity, exponent: &Quantity) -> Option<Quantity> {
 }
 
 fn root(radicand: &Quantity) -> Option<Quantity> {
-    if let Quantity::Exact(a) = radicand {
-        if a.is_negative() {
-            return None;
-        }
-        if let Some(root) = a.sqrt_exact() {
-            return Some(Quantity::Exact(root));
-        }
+    if radicand.exact().is_some_and(Number::is_negative) {
+        return None;
+    }
+    if let Some(root) = radicand.exact().and_then(Number::sqrt_exact) {
+        return Some(Quantity::Exact(root));
     }
     let ball = radicand.ball().sqrt();
     ball.is_finite().then_some(Quantity::Enclosed(ball))

@@ -7,7 +7,7 @@
 //! where something depends on the index in any other way.
 
 use super::names::{Grid, Key, World};
-use super::program::{Binder, BinderKind, IndexForm, IndexOp, IndexProgram};
+use super::program::{Binder, BinderKind, IndexForm, IndexOp, IndexProgram, Op};
 use crate::number::Number;
 
 /// Larger steps are left to runs of their own, so that nothing overflows.
@@ -113,6 +113,11 @@ impl Instance {
         }
     }
 
+    /// Enters an exponent, or leaves it.
+    pub(super) fn exponent(&mut self, op: &Op) {
+        if matches!(op, Op::BeginExponent) { self.in_exponent += 1 } else { self.in_exponent -= 1 }
+    }
+
     /// A step, and where there is none that what was found holds for this instance only.
     pub(super) fn step(&mut self, step: Option<i64>) -> i64 {
         self.limit(if step.is_some() { u64::MAX } else { 0 });
@@ -143,6 +148,11 @@ fn apart(distance: i64, step: i64) -> u64 {
 pub(super) struct Along {
     pub(super) value: i64,
     pub(super) step: i64,
+}
+
+/// Up to three indices at the first instance; unused ones are 0.
+pub(super) fn key_of(at: &[Along]) -> Key {
+    std::array::from_fn(|axis| at.get(axis).map_or(0, |index| index.value))
 }
 
 /// For how many steps indices stay within a box, or out of it where they are.
@@ -181,8 +191,7 @@ impl Grid {
 
     /// How much the number of a member grows with each step, as long as these stay in the same boxes.
     pub(super) fn growth(&self, at: &[Along]) -> i64 {
-        let mut key = Key::default();
-        key.iter_mut().zip(at).for_each(|(own, index)| *own = index.value);
+        let key = key_of(at);
         let Some(block) = self.blocks.iter().find(|block| block.contains(&key)) else {
             return 0;
         };

@@ -17,9 +17,7 @@ impl Elaborator<'_> {
         let name = &binding.name;
         let Some(root) = binding.value else { return };
         let is_let = |entity| if let Entity::Let(family) = entity { Some(family) } else { None };
-        let Some(known) = self.known_family(binding, is_let) else {
-            return;
-        };
+        let Some(known) = self.known_family(binding, is_let) else { return };
         let before = self.errors.len();
         let members = self.members(binding.indices.as_deref(), name);
         let rank = binding.indices.as_ref().map_or(0, |i| i.entries.len().min(3));
@@ -29,9 +27,8 @@ impl Elaborator<'_> {
         let mut compiler = self.compiler();
         compiler.current_let = Some(number);
         if rank == 0 && mentions(compiler.file, root, |own| own == name.text.as_str()) {
-            compiler
-                .errors
-                .push(ModelError::RecursiveLet { name: name.text.to_string(), span: compiler.file.expr(root).span });
+            let span = compiler.file.expr(root).span;
+            compiler.errors.push(ModelError::RecursiveLet { name: name.text.to_string(), span });
         }
         let mut program = if compiler.errors.len() > before && rank == 0 {
             Program::default()

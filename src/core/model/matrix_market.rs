@@ -84,13 +84,13 @@ pub(super) fn entries(text: &str) -> Result<Entries, Mistake> {
     let mut found: Entries = Vec::new();
     let mut add = |i: u64, j: u64, value: Number, line: u64| {
         let number = |x: u64| i64::try_from(x).map_or(Number::ZERO, Number::from);
-        if i != j && header.symmetry != Symmetry::General {
-            let mirrored = if header.symmetry == Symmetry::Skew { value.neg() } else { value.clone() };
-            found.push(([number(i), number(j), value], line));
-            found.push(([number(j), number(i), mirrored], line));
-        } else {
-            found.push(([number(i), number(j), value], line));
-        }
+        let mirrored = match header.symmetry {
+            Symmetry::Symmetric if i != j => Some(value.clone()),
+            Symmetry::Skew if i != j => Some(value.neg()),
+            _ => None,
+        };
+        found.push(([number(i), number(j), value], line));
+        found.extend(mirrored.map(|value| ([number(j), number(i), value], line)));
     };
     let number =
         |field: &str, line: u64| parse_field(field).ok_or_else(|| (line, format!("`{}` is no number", excerpt(field))));

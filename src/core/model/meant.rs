@@ -261,11 +261,8 @@ impl Compiler<'_> {
         let ExprKind::Name(name) = &self.file.expr(base).kind else { return None };
         let free = self.entity(name).is_none() && scope.find(name).is_none() && scope.integrated(name).is_none();
         (matches!(&**name, "e" | "E" | "exp") && free && !self.later.contains_key(&**name)).then(|| {
-            ModelError::undeclared(
-                name,
-                Some(Meant::certain(format!("exp({})", print_expr(self.file, exponent)))),
-                expr.span,
-            )
+            let meant = Meant::certain(format!("exp({})", print_expr(self.file, exponent)));
+            ModelError::undeclared(name, Some(meant), expr.span)
         })
     }
 

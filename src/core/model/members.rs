@@ -3,7 +3,7 @@
 use super::compile::Scope;
 use super::elaborate::Elaborator;
 use super::names::{Block, Key, key};
-use super::program::{Binder, BinderKind, IndexForm, IndexOp, IndexProgram, Op, Program};
+use super::program::{Binder, IndexForm, IndexOp, IndexProgram, Op, Program};
 use super::values::Value;
 use super::{ModelError, units};
 use crate::expr::ExprId;
@@ -83,10 +83,7 @@ impl Elaborator<'_> {
         let mut members =
             Members { rank, block: None, keys: Vec::new(), filter, scope, named, span: name.span.to(indices.span) };
         let single = indices.entries.iter().all(|entry| matches!(entry.kind, IndexKind::Member(_)));
-        let rectangular = binders.iter().all(|binder| match &binder.kind {
-            BinderKind::Range { from, to } => !from.varies() && !to.varies(),
-            BinderKind::Rows(_) => true,
-        });
+        let rectangular = binders.iter().all(|binder| binder.kind.is_fixed());
         if rectangular && !single {
             let block = self.block(&binders, members.span)?;
             if members.filter.is_none() {

@@ -22,11 +22,7 @@ use crate::syntax::ExprRef;
 pub(crate) type Key = [i64; 3];
 
 pub(super) fn key(indices: &[i64]) -> Key {
-    let mut key = [0; 3];
-    for (slot, index) in key.iter_mut().zip(indices) {
-        *slot = *index;
-    }
-    key
+    std::array::from_fn(|axis| indices.get(axis).copied().unwrap_or(0))
 }
 
 /// What a declared name stands for; the number is its place in the list of its kind.
@@ -126,21 +122,16 @@ impl Grid {
 
     /// Where a member that is to be added is given already.
     pub(super) fn overlap(&self, block: &Block) -> Option<(Key, Span)> {
-        for other in &self.blocks {
-            let mut least = [0; 3];
-            let meets = (0..3).all(|axis| {
-                least[axis] = block.lower[axis].max(other.lower[axis]);
-                least[axis] <= block.upper[axis].min(other.upper[axis])
-            });
-            if meets {
-                return Some((least, other.span));
-            }
+        let shared = self.blocks.iter().find_map(|other| {
+            let least = std::array::from_fn(|axis| block.lower[axis].max(other.lower[axis]));
+            (block.contains(&least) && other.contains(&least)).then_some((least, other.span))
+        });
+        if shared.is_some() {
+            return shared;
         }
         if self.singles.len() < block.len() {
-            let mut inside: Vec<_> =
-                self.singles.iter().filter(|(at, _)| block.contains(at)).map(|(at, (_, span))| (*at, *span)).collect();
-            inside.put_in_order();
-            inside.first().copied()
+            let inside = self.singles.iter().filter(|(at, _)| block.contains(at));
+            inside.map(|(at, (_, span))| (*at, *span)).min()
         } else {
             block.keys().find_map(|at| self.singles.get(&at).map(|(_, span)| (at, *span)))
         }
@@ -337,6 +328,12 @@ pub enum SymbolKind {
     AccelerationSlot(usize),
     /// A place that every instance fills with a parameter or number of its own.
     ValueSlot(usize),
+}
+
+impl SymbolKind {
+    pub(super) fn is_acceleration(self) -> bool {
+        matches!(self, Self::Acceleration(_) | Self::AccelerationSlot(_))
+    }
 }
 
 /// Everything declared so far.

@@ -66,8 +66,7 @@ impl Elaborator<'_> {
     pub(super) fn check_settings(&mut self, settings: &Settings) {
         for setting in &settings.entries {
             let name = &setting.binding.name.text;
-            let unused = self.set.iter().any(|((own, _), value)| **own == **name && !value.used);
-            if !unused {
+            if !self.set.iter().any(|((own, _), value)| **own == **name && !value.used) {
                 continue;
             }
             let mut known: Vec<&str> = self.world.parameters.iter().map(|parameter| parameter.name.as_str()).collect();
@@ -110,9 +109,13 @@ impl Elaborator<'_> {
         let [factor, sigma_factor] =
             [&program, &uncertainty].map(|side| unit.filter(|_| !side.as_ref().is_some_and(reads_names)));
         let Some(members) = members else { return };
-        let Some(keys) = self.add_members(family, &members) else {
+        let base = self.world.parameters.len();
+        let room = self.world.pool.budget().room(members.count(), BYTES_EACH).map_err(ModelError::from);
+        let added = room.and_then(|()| self.world.parameter_families[family].add(&members, base, false));
+        if self.note(added).is_none() {
             return;
-        };
+        }
+        let keys = members.keys();
         self.spread_setting(name, &members, &keys, known.is_some());
         // One value fills the family; a list gives the members; an index makes each its own.
         let mut shared: Option<Value> = None;
@@ -125,16 +128,14 @@ impl Elaborator<'_> {
                 return;
             }
         }
-        let list: Option<Vec<ExprId>> = match &shared {
-            Some(value @ Value::Vector(_)) => {
-                let span = program.as_ref().map_or(name.span, |program| program.span);
-                let Some(scalars) = self.listed(value, &members, name, (&keys, span)) else {
-                    return;
-                };
-                Some(scalars)
+        let span = program.as_ref().map_or(name.span, |program| program.span);
+        let mut list: Option<Vec<ExprId>> = None;
+        if let Some(value @ Value::Vector(_)) = &shared {
+            list = self.listed(value, &members, name, (&keys, span));
+            if list.is_none() {
+                return;
             }
-            Some(Value::Scalar(_)) | None => None,
-        };
+        }
         for (position, at) in keys.iter().enumerate() {
             let own = match (&program, &list, &shared) {
                 (None, _, _) => None,
@@ -150,7 +151,6 @@ impl Elaborator<'_> {
                 return;
             }
             let sigma = sigma.map(|sigma| self.scaled(sigma, sigma_factor));
-            let span = program.as_ref().map_or(name.span, |program| program.span);
             self.add_parameter(&name.text, name.span, members.rank, *at, own, sigma, unit, span);
         }
     }
@@ -220,11 +220,9 @@ impl Elaborator<'_> {
             Value::Vector(_) | Value::Scalar(_) => format!("1..{found}"),
         };
         self.errors.push(if members.rank == 0 {
-            ModelError::Shape {
-                what: format!("`{}` is one number, but {} is given", name.text, value.describe()),
-                span,
-                help: Some(format!("declare a family: `param {}[{ranges}] = …`", name.text)),
-            }
+            let help = format!("declare a family: `param {}[{ranges}] = …`", name.text);
+            let what = format!("`{}` is one number, but {} is given", name.text, value.describe());
+            ModelError::shape((what, Some(help)), span)
         } else if found == keys.len() {
             let help = "a list for each of the first index, `[[1, 2], [3, 4]]`";
             let what = format!("`{}` has {} indices, but {} is given", name.text, members.rank, value.describe());
@@ -264,15 +262,6 @@ impl Elaborator<'_> {
         fits(value, &extents)
     }
 
-    /// Adds members to a parameter family; gives their indices in the order of numbering.
-    fn add_members(&mut self, family: usize, members: &Members) -> Option<Vec<Key>> {
-        let base = self.world.parameters.len();
-        let room = self.world.pool.budget().room(members.count(), BYTES_EACH).map_err(ModelError::from);
-        let added = room.and_then(|()| self.world.parameter_families[family].add(members, base, false));
-        self.note(added)?;
-        Some(members.keys())
-    }
-
     #[allow(clippy::too_many_arguments)] // all of one parameter
     pub(super) fn add_parameter(
         &mut self,
@@ -297,11 +286,8 @@ impl Elaborator<'_> {
         let mut value = None;
         if let Some(own) = own {
             if let Some(on) = self.world.varying_symbol(own) {
-                self.errors.push(ModelError::NotConstant {
-                    what: format!("the parameter `{name}`"),
-                    on,
-                    span: value_span,
-                });
+                let what = format!("the parameter `{name}`");
+                self.errors.push(ModelError::NotConstant { what, on, span: value_span });
             } else if set.is_none() && sigma.is_none() && !self.world.pool.symbols_of(&[own]).is_empty() {
                 // What has an uncertainty of its own is a quantity of its own.
                 symbolic = own;
@@ -354,10 +340,8 @@ impl Elaborator<'_> {
 impl World {
     /// A coordinate or the time, where an expression depends on one.
     pub(super) fn varying_symbol(&self, e: ExprId) -> Option<String> {
-        let symbols = self.pool.symbols_of(&[e]);
-        let varying = symbols
-            .into_iter()
-            .find(|symbol| !matches!(self.kinds.get(*symbol), Some(SymbolKind::Parameter(_)) | None))?;
+        let mut symbols = self.pool.symbols_of(&[e]).into_iter();
+        let varying = symbols.find(|own| !matches!(self.kinds.get(*own), Some(SymbolKind::Parameter(_)) | None))?;
         Some(self.pool.symbol_name(varying).into_owned())
     }
 
@@ -369,12 +353,8 @@ impl World {
         }
         let mut values = Substitution::default();
         for symbol in symbols {
-            match self.kinds.get(symbol) {
-                Some(SymbolKind::Parameter(number)) => {
-                    values.insert(symbol, self.parameters[number].value?);
-                }
-                Some(_) | None => return None,
-            }
+            let Some(SymbolKind::Parameter(number)) = self.kinds.get(symbol) else { return None };
+            values.insert(symbol, self.parameters[number].value?);
         }
         self.pool.substitute(&[e], &values).first().copied()
     }

@@ -9,6 +9,7 @@ use std::collections::HashSet;
 use super::elaborate::Elaborator;
 use super::error::ModelError;
 use super::names::{Entity, Key, SymbolKind, member_name};
+use super::survey::named;
 use crate::expr::ExprId;
 use crate::order::Order;
 use crate::span::Span;
@@ -51,14 +52,7 @@ impl Elaborator<'_> {
     pub(super) fn points(&mut self) -> Vec<Point> {
         let file = self.file;
         let mut uses = Uses::default();
-        let named = |at: ExprRef| match file.expr(at).kind {
-            ExprKind::Name(name) => Some((name, 0)),
-            ExprKind::Index { base, indices } => match file.expr(base).kind {
-                ExprKind::Name(name) => Some((name, indices.len())),
-                _ => None,
-            },
-            _ => None,
-        };
+        let named = |at: ExprRef| named(file, at).map(|(name, indices)| (name, indices.len()));
         for expr in file.expressions.iter() {
             match expr.kind {
                 ExprKind::Prime(inner) => uses.primed.extend(named(inner).map(|(name, _)| name)),
@@ -134,11 +128,8 @@ impl Elaborator<'_> {
 
     /// Whether components depend on no velocity.
     fn rests(&self, position: &[ExprId]) -> bool {
-        let moves = |symbol| match self.world.kinds.get(symbol) {
-            Some(kind) => !matches!(kind, SymbolKind::Coordinate(_) | SymbolKind::Parameter(_) | SymbolKind::Time),
-            None => false,
-        };
-        !self.world.pool.symbols_of(position).into_iter().any(moves)
+        let rests = |kind| matches!(kind, SymbolKind::Coordinate(_) | SymbolKind::Parameter(_) | SymbolKind::Time);
+        self.world.pool.symbols_of(position).into_iter().all(|symbol| self.world.kinds.get(symbol).is_none_or(rests))
     }
 
     /// Whether components depend on coordinates and on no velocity.
@@ -247,10 +238,8 @@ impl Elaborator<'_> {
                 continue;
             }
             for (key, value) in self.members_of_let(number).unwrap_or_default() {
-                let Ok(position) = value.components("") else { break };
-                if !matches!(position.len(), 2 | 3) {
-                    break;
-                }
+                let position = value.components("").ok().filter(|own| matches!(own.len(), 2 | 3));
+                let Some(position) = position else { break };
                 found.push(Point { name: member_name(&name, rank, &key), position });
             }
         }

@@ -20,6 +20,7 @@ pub(super) struct Program {
 }
 
 /// A field of a row of a table.
+#[derive(Clone, Debug)]
 pub(super) struct Field {
     pub(super) table: usize,
     pub(super) row: IndexProgram,
@@ -35,12 +36,7 @@ pub(super) enum Op {
     Time,
     /// A number made of indices, table fields and parameters.
     Number(IndexProgram),
-    /// The field of a row of a table.
-    Field {
-        table: usize,
-        row: IndexProgram,
-        column: usize,
-    },
+    Field(Field),
     /// A declared quantity: a member, a slice or the whole family.
     Read {
         entity: Entity,
@@ -84,6 +80,16 @@ pub(super) struct Binder {
 pub(super) enum BinderKind {
     Range { from: IndexProgram, to: IndexProgram },
     Rows(usize),
+}
+
+impl BinderKind {
+    /// Whether it runs over the same values whatever other indices are.
+    pub(super) fn is_fixed(&self) -> bool {
+        match self {
+            Self::Range { from, to } => !from.varies() && !to.varies(),
+            Self::Rows(_) => true,
+        }
+    }
 }
 
 /// A compiled index, bound or condition.

@@ -1,6 +1,6 @@
 //! Total time derivatives of the model's expressions.
 
-use super::names::{SymbolKind, World};
+use super::names::World;
 use crate::expr::ExprId;
 
 impl World {
@@ -34,7 +34,7 @@ impl World {
         }
         let symbols = self.pool.symbols(root);
         let mut kinds = symbols.iter().filter_map(|symbol| self.kinds.get(*symbol));
-        let kind = kinds.find(|kind| matches!(kind, SymbolKind::Acceleration(_) | SymbolKind::AccelerationSlot(_)))?;
+        let kind = kinds.find(|kind| kind.is_acceleration())?;
         let beyond = self.pool.fresh_symbol("x'''");
         self.kinds.insert(beyond, kind);
         Some(self.pool.symbol_expr(beyond))

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use super::ModelError;
-use super::instance::{Along, Instance, Leaf};
+use super::instance::{Along, Instance, Leaf, key_of};
 use super::names::{Entity, Key, LetPiece, Progress, World, key};
 use super::program::Program;
 use super::run::{DEEPEST_LET, Stop};
@@ -13,10 +13,13 @@ use crate::span::Span;
 
 impl World {
     fn out_of_range(&self, entity: Entity, at: &[i64], span: Span) -> Stop {
-        let Some(family) = self.family(entity) else {
-            return Stop::WriteOut;
-        };
-        Stop::from(family.out_of_range(at, span))
+        self.family(entity).map_or(Stop::WriteOut, |family| family.out_of_range(at, span).into())
+    }
+
+    /// The first and the last value of the index behind those that are there.
+    fn bounds(&self, entity: Entity, at: &[i64], span: Span) -> Result<(i64, i64), Stop> {
+        let bounds = self.family(entity).and_then(|family| family.grid.bounds(at));
+        bounds.ok_or_else(|| self.out_of_range(entity, at, span))
     }
 
     /// The number of a parameter or coordinate, which has no components.
@@ -43,10 +46,7 @@ impl World {
         }
         let rank = self.family(entity).map_or(0, |family| family.grid.rank);
         if at.len() < rank {
-            let bounds = self.family(entity).and_then(|family| family.grid.bounds(at));
-            let Some((from, to)) = bounds else {
-                return Err(self.out_of_range(entity, at, span));
-            };
+            let (from, to) = self.bounds(entity, at, span)?;
             if let Some(instance) = instance.as_deref_mut() {
                 instance.note(to - from);
             }
@@ -106,17 +106,12 @@ impl World {
             return Err(Stop::from(ModelError::FollowOn {}));
         }
         let rank = self.family(entity).map_or(0, |family| family.grid.rank);
-        let values = at.iter().take(rank).map(|index| index.value);
-        let mut own = Key::default();
-        own.iter_mut().zip(values).for_each(|(own, value)| *own = value);
+        let own = key_of(&at[..at.len().min(rank)]);
         if let Some(family) = self.family(entity) {
             instance.limit(family.grid.steady(&at[..at.len().min(rank)]));
         }
         if at.len() < rank {
-            let bounds = self.family(entity).and_then(|family| family.grid.bounds(&own[..at.len()]));
-            let Some((from, to)) = bounds else {
-                return Err(self.out_of_range(entity, &own[..at.len()], span));
-            };
+            let (from, to) = self.bounds(entity, &own[..at.len()], span)?;
             instance.note(to - from);
             let mut deeper = [Along::default(); 3];
             deeper[..at.len()].copy_from_slice(at);
@@ -214,10 +209,8 @@ impl World {
         }
         if self.lets[family].recursive {
             self.write_out_up_to(family, at, span)?;
-            if let Some(value) = self.lets[family].members.get(&at) {
-                return Ok(value.clone());
-            }
-            return Err(self.out_of_range(Entity::Let(family), &at[..rank], span));
+            let value = self.lets[family].members.get(&at).cloned();
+            return value.ok_or_else(|| self.out_of_range(Entity::Let(family), &at[..rank], span));
         }
         self.write_out_member(family, at, span)
     }
@@ -299,34 +292,25 @@ impl World {
 }
 
 pub(super) fn component(
-    value: Value,
+    mut value: Value,
     at: &[i64],
     span: Span,
     mut instance: Option<&mut Instance>,
 ) -> Result<Value, Stop> {
-    let mut value = value;
     for index in at {
         if let Some(instance) = instance.as_deref_mut() {
             instance.note(*index);
         }
-        value = match value {
-            Value::Scalar(_) => {
-                return Err(Stop::from(ModelError::TooManyIndices { what: "a number".to_owned(), available: 0, span }));
-            }
-            Value::Vector(mut parts) => {
-                let count = parts.len();
-                match usize::try_from(*index) {
-                    Ok(i) if (1..=count).contains(&i) => parts.swap_remove(i - 1),
-                    _ => {
-                        return Err(Stop::from(ModelError::IndexOutOfRange {
-                            help: None,
-                            member: format!("[{index}]"),
-                            available: format!("the vector has the components 1..{count}"),
-                            span,
-                            declared: None,
-                        }));
-                    }
-                }
+        let Value::Vector(mut parts) = value else {
+            return Err(Stop::from(ModelError::TooManyIndices { what: "a number".to_owned(), available: 0, span }));
+        };
+        let count = parts.len();
+        value = match usize::try_from(*index) {
+            Ok(i) if (1..=count).contains(&i) => parts.swap_remove(i - 1),
+            _ => {
+                let (member, available) = (format!("[{index}]"), format!("the vector has the components 1..{count}"));
+                let (help, declared) = (None, None);
+                return Err(Stop::from(ModelError::IndexOutOfRange { help, member, available, span, declared }));
             }
         };
     }

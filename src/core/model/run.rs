@@ -11,7 +11,7 @@ use super::functions::Builtin;
 use super::index::Quantity;
 use super::instance::{Along, Instance, Leaf};
 use super::names::World;
-use super::program::{Binder, BinderKind, IndexProgram, Op, Program, SumProgram};
+use super::program::{Binder, BinderKind, Field, IndexProgram, Op, Program, SumProgram};
 use super::read::component;
 use super::sieve::Left;
 use super::values::{self, Value};
@@ -89,7 +89,7 @@ impl World {
                 let number = self.exact(number, slots)?;
                 Value::Scalar(self.number_value(number, Leaf::Number, instance.as_deref_mut()))
             }
-            Op::Field { table, row, column } => {
+            Op::Field(Field { table, row, column }) => {
                 let row = self.integer(row, slots)?;
                 let number = self.field(*table, row, *column, span)?.clone();
                 let leaf = |_| Leaf::Field { table: *table, row, column: *column };
@@ -99,15 +99,9 @@ impl World {
                 let at = self.integers(indices, slots)?;
                 self.read(*entity, &at, span, instance.as_deref_mut())?
             }
-            Op::BeginExponent => {
-                if let Some(instance) = instance.as_deref_mut() {
-                    instance.in_exponent += 1;
-                }
-                return Ok(None);
-            }
-            Op::EndExponent => {
-                if let Some(instance) = instance.as_deref_mut() {
-                    instance.in_exponent -= 1;
+            Op::BeginExponent | Op::EndExponent => {
+                if let Some(instance) = instance {
+                    instance.exponent(op);
                 }
                 return Ok(None);
             }
@@ -117,20 +111,16 @@ impl World {
                 None => Value::Vector(Vec::new()),
             },
             Op::Power => self.power(&operands, span)?,
-            Op::Product(divided) => {
-                let factors: Vec<(bool, Value)> = divided.iter().copied().zip(operands).collect();
-                values::product(&mut self.pool, &factors).map_err(|e| shape(e, span))?
-            }
-            Op::Sum(subtracted) => {
-                let terms: Vec<(bool, Value)> = subtracted.iter().copied().zip(operands).collect();
-                values::sum(&mut self.pool, &terms).map_err(|e| shape(e, span))?
+            Op::Product(inverted) | Op::Sum(inverted) => {
+                let parts: Vec<(bool, Value)> = inverted.iter().copied().zip(operands).collect();
+                let combine = if matches!(op, Op::Sum(_)) { values::sum } else { values::product };
+                combine(&mut self.pool, &parts).map_err(|e| shape(e, span))?
             }
             Op::Vector(_) => Value::rows(operands).map_err(|e| shape(e, span))?,
             Op::Together(_) => Value::Vector(operands),
             Op::Component(indices) => {
                 let at = self.integers(indices, slots)?;
-                let base = operands.into_iter().next();
-                let base = base.unwrap_or(Value::Vector(Vec::new()));
+                let base = operands.into_iter().next().unwrap_or(Value::Vector(Vec::new()));
                 component(base, &at, span, instance.as_deref_mut())?
             }
             Op::Call(builtin, _) => {
@@ -189,7 +179,7 @@ impl World {
                     let step = instance.step(step);
                     instance.note_number(value, step);
                 }
-                Op::Field { table, row, column } => {
+                Op::Field(Field { table, row, column }) => {
                     let row = self.along(row, slots, steps, instance)?;
                     let number = self.field(*table, row.value, *column, *span)?;
                     if instance.in_exponent == 0 {
@@ -213,8 +203,7 @@ impl World {
                         self.read_light(*entity, &at, *span, instance)?;
                     }
                 }
-                Op::BeginExponent => instance.in_exponent += 1,
-                Op::EndExponent => instance.in_exponent -= 1,
+                Op::BeginExponent | Op::EndExponent => instance.exponent(op),
                 Op::Component(indices) => {
                     for index in indices {
                         let index = self.along(index, slots, steps, instance)?;
@@ -471,11 +460,7 @@ impl World {
     /// How many values indices take whose ranges depend on no index.
     pub(super) fn fixed_count(&self, binders: &[Binder]) -> Option<u64> {
         binders.iter().try_fold(1_u64, |count, binder| {
-            let fixed = match &binder.kind {
-                BinderKind::Range { from, to } => !from.varies() && !to.varies(),
-                BinderKind::Rows(_) => true,
-            };
-            let (from, to) = if fixed { self.binder_range(binder, &[]).ok()? } else { return None };
+            let (from, to) = if binder.kind.is_fixed() { self.binder_range(binder, &[]).ok()? } else { return None };
             Some(count.saturating_mul(u64::try_from(to - from + 1).unwrap_or(0)))
         })
     }
@@ -547,10 +532,8 @@ impl World {
             return Ok(Value::Vector(Vec::new()));
         };
         if matches!(base, Value::Vector(_)) {
-            return Err(shape(
-                (format!("{} has no power", base.describe()), Some("the square of a vector is `dot(v, v)`".to_owned())),
-                span,
-            ));
+            let help = "the square of a vector is `dot(v, v)`".to_owned();
+            return Err(shape((format!("{} has no power", base.describe()), Some(help)), span));
         }
         let base = base.scalar("the base").map_err(|e| shape(e, span))?;
         let mut exponent = exponent.scalar("the exponent").map_err(|e| shape(e, span))?;
@@ -597,7 +580,7 @@ pub(super) fn operand_count(op: &Op) -> usize {
         | Op::Broken
         | Op::Time
         | Op::Number(_)
-        | Op::Field { .. }
+        | Op::Field(_)
         | Op::Read { .. }
         | Op::BeginExponent
         | Op::EndExponent

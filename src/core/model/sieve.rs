@@ -11,7 +11,7 @@ use std::cmp::Ordering;
 use super::ModelError;
 use super::index::{Quantity, is_so};
 use super::names::World;
-use super::program::{Binder, BinderKind, IndexForm, IndexOp, IndexProgram};
+use super::program::{Binder, IndexForm, IndexOp, IndexProgram};
 use super::run::MOST_INSTANCES;
 use crate::order::Order;
 use crate::precision::{Function, Interval, Scalar};
@@ -87,7 +87,7 @@ impl World {
         let (start, _) = self.binder_range(first, &[])?;
         let outer_values = start..start.saturating_add_unsigned(outer);
         let range = match &last.kind {
-            BinderKind::Range { from, to } if from.varies() || to.varies() => {
+            kind if !kind.is_fixed() => {
                 let mut hull: Option<(i64, i64)> = None;
                 for value in outer_values.clone() {
                     let Ok((from, to)) = self.binder_range(last, &[value]) else { return Ok(None) };
@@ -97,7 +97,7 @@ impl World {
                 }
                 hull
             }
-            BinderKind::Range { .. } | BinderKind::Rows(_) => Some(self.binder_range(last, &[])?),
+            _ => Some(self.binder_range(last, &[])?),
         };
         let Some(range) = range else { return Ok(None) };
         let Some(sieve) = Sieve::new(self, filter, filters[filter].1, range) else { return Ok(None) };

@@ -54,6 +54,15 @@ pub(super) fn tables_of_coordinates(file: &File) -> impl Iterator<Item = String>
     coordinates.flat_map(|kind| kind.indices()).flat_map(Indices::tables).map(|table| table.text.to_string())
 }
 
+/// The name of `w` and of `w[i]`, with the indices.
+pub(super) fn named(file: &File, at: ExprRef) -> Option<(&str, &[ExprRef])> {
+    let (bare, indices) = match file.expr(at).kind {
+        ExprKind::Index { base, indices } => (base, indices),
+        _ => (at, &[][..]),
+    };
+    if let ExprKind::Name(name) = file.expr(bare).kind { Some((name, indices)) } else { None }
+}
+
 /// Whether an expression names something of which this holds.
 pub(super) fn mentions(file: &File, root: ExprRef, mut sought: impl FnMut(&str) -> bool) -> bool {
     let mut todo = vec![root];

@@ -171,11 +171,9 @@ impl Table {
             let named = if separator == ';' { "semicolons" } else { "tabs" };
             return Err(bad(1, format!("the columns are separated by {named}; commas are needed")));
         }
-        for (at, column) in columns.iter().enumerate() {
-            if columns[..at].contains(column) {
-                let column = excerpt(column);
-                return Err(bad(1, format!("the column `{column}` occurs twice")));
-            }
+        let mut numbered = columns.iter().enumerate();
+        if let Some((_, column)) = numbered.find(|(at, column)| columns[..*at].contains(column)) {
+            return Err(bad(1, format!("the column `{}` occurs twice", excerpt(column))));
         }
         let mut cells = Vec::new();
         let mut texts = vec![false; columns.len()];

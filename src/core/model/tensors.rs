@@ -8,6 +8,7 @@ use super::compile::Scope;
 use super::dimension::Dimensions;
 use super::elaborate::Elaborator;
 use super::names::{Entity, Family, member_name};
+use super::survey::named;
 use super::values::Value;
 use crate::expr::ExprId;
 use crate::span::Span;
@@ -140,7 +141,7 @@ fn meant(file: &File) -> (HashMap<&str, Span>, Vec<(ExprRef, Span)>) {
     let mut by_name = HashMap::new();
     let mut written = Vec::new();
     let mut add = |tensor: ExprRef, used: Span| match named(file, tensor) {
-        Some(name) => {
+        Some((name, _)) => {
             by_name.entry(name).or_insert(used);
         }
         None => written.push((tensor, used)),
@@ -157,7 +158,7 @@ fn meant(file: &File) -> (HashMap<&str, Span>, Vec<(ExprRef, Span)>) {
                         continue;
                     };
                     let [tensor, again] = factors else { continue };
-                    let turns = named(file, *omega).filter(|name| velocities.contains(name));
+                    let turns = named(file, *omega).filter(|(name, _)| velocities.contains(name));
                     if turns.is_some() && same(file, *omega, again.value()) && !again.inverted() {
                         add(tensor.value(), expr.span);
                     }
@@ -169,33 +170,13 @@ fn meant(file: &File) -> (HashMap<&str, Span>, Vec<(ExprRef, Span)>) {
     (by_name, written)
 }
 
-/// The name of `w` and of `w[i]`.
-fn named(file: &File, at: ExprRef) -> Option<&str> {
-    let bare = match file.expr(at).kind {
-        ExprKind::Index { base, .. } => base,
-        _ => at,
-    };
-    match file.expr(bare).kind {
-        ExprKind::Name(name) => Some(name),
-        _ => None,
-    }
-}
-
 /// Whether two names, with their indices if they have any, are written alike.
 fn same(file: &File, a: ExprRef, b: ExprRef) -> bool {
-    match (file.expr(a).kind, file.expr(b).kind) {
-        (ExprKind::Name(a), ExprKind::Name(b)) => a == b,
-        (ExprKind::Index { base: a, indices: i }, ExprKind::Index { base: b, indices: j }) => {
-            let bare = |at: &ExprRef| match file.expr(*at).kind {
-                ExprKind::Name(text) | ExprKind::Number(text) => Some(text),
-                _ => None,
-            };
-            let alike = |(i, j): (&ExprRef, &ExprRef)| bare(i).is_some() && bare(i) == bare(j);
-            named(file, a).is_some()
-                && named(file, a) == named(file, b)
-                && i.len() == j.len()
-                && i.iter().zip(j).all(alike)
-        }
-        _ => false,
-    }
+    let bare = |at: &ExprRef| match file.expr(*at).kind {
+        ExprKind::Name(text) | ExprKind::Number(text) => Some(text),
+        _ => None,
+    };
+    let alike = |(i, j): (&ExprRef, &ExprRef)| bare(i).is_some() && bare(i) == bare(j);
+    let (Some((a, i)), Some((b, j))) = (named(file, a), named(file, b)) else { return false };
+    a == b && i.len() == j.len() && i.iter().zip(j).all(alike)
 }

@@ -20,7 +20,7 @@ use crate::expr::{ExprId, Pool, Substitution, Symbol};
 use crate::number::Number;
 use crate::order::{Gather, Order};
 use crate::span::Span;
-use crate::syntax::{ExprKind, ExprRef, File, Indices};
+use crate::syntax::{ExprKind, ExprRef, File, Indices, Member};
 
 /// A coordinate as it appears in the body of a [`TermFamily`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -237,11 +237,8 @@ fn work_out(compiler: &mut Compiler<'_>, whole: Part) -> Result<Vec<TermFamily>,
         }
     }
     if !mistakes.is_empty() {
-        for mistake in mistakes {
-            if mistake != (ModelError::FollowOn {}) {
-                compiler.fail(mistake);
-            }
-        }
+        mistakes.retain(|mistake| *mistake != (ModelError::FollowOn {}));
+        mistakes.into_iter().for_each(|mistake| compiler.fail(mistake));
         return Err(ModelError::FollowOn {});
     }
     let mut sums: Vec<(Option<Symbol>, Vec<ExprId>)> = Vec::new();
@@ -267,32 +264,23 @@ fn take_apart(compiler: &mut Compiler<'_>, mut part: Part, parts: &mut Vec<Part>
     if !is_additive(file, compiler.world, at) {
         return Some(part);
     }
-    match &file.expr(at).kind {
+    part.at = match &file.expr(at).kind {
         ExprKind::Sum(terms) => {
             // The last on the stack comes first.
             for term in terms.iter().rev() {
                 parts.push(Part { at: term.value(), negated: part.negated ^ term.inverted(), ..part.clone() });
             }
-            None
+            return None;
         }
         ExprKind::Negate(inner) => {
-            part.at = *inner;
             part.negated = !part.negated;
-            parts.push(part);
-            None
+            *inner
         }
         ExprKind::Product(factors) => {
-            let mut inner = None;
-            for factor in *factors {
-                if !factor.inverted() && is_additive(file, compiler.world, factor.value()) {
-                    if inner.is_some() {
-                        // A product of sums is one term.
-                        return Some(part);
-                    }
-                    inner = Some(factor.value());
-                }
-            }
-            let Some(inner) = inner else {
+            let is_sum = |own: &&Member| !own.inverted() && is_additive(file, compiler.world, own.value());
+            let mut sums = factors.iter().filter(is_sum).map(|own| own.value());
+            // A product of sums is one term.
+            let (Some(inner), None) = (sums.next(), sums.next()) else {
                 return Some(part);
             };
             for factor in factors.iter().filter(|factor| factor.value() != inner) {
@@ -301,18 +289,14 @@ fn take_apart(compiler: &mut Compiler<'_>, mut part: Part, parts: &mut Vec<Part>
                 let sums = has_sums.then(|| (factor.value(), part.scope.clone()));
                 part.prefactors.push(Prefactor { divides: factor.inverted(), program, sums });
             }
-            part.at = inner;
-            parts.push(part);
-            None
+            inner
         }
         ExprKind::SumOver { indices, body } => {
             let (binders, filter) = compiler.binders(indices, &mut part.scope);
             part.binders.extend(binders);
             let most = part.binders.len();
             part.filters.extend(filter.map(|filter| (filter.known_after(most), filter)));
-            part.at = *body;
-            parts.push(part);
-            None
+            *body
         }
         ExprKind::Name(name) => {
             let root = match compiler.world.names.get(*name) {
@@ -326,13 +310,13 @@ fn take_apart(compiler: &mut Compiler<'_>, mut part: Part, parts: &mut Vec<Part>
             for (name, _) in &mut part.scope.variables {
                 name.clear();
             }
-            part.at = root;
-            parts.push(part);
-            None
+            root
         }
         // None of these is a sum over an index.
-        _ => Some(part),
-    }
+        _ => return Some(part),
+    };
+    parts.push(part);
+    None
 }
 
 /// The program of a whole part: prefactors times the expression, with the sign.
@@ -340,8 +324,7 @@ fn assemble(compiler: &mut Compiler<'_>, part: &Part) -> Program {
     let mut scope = part.scope.clone();
     let core = compiler.value(part.at, &mut scope);
     let span = core.span;
-    let mut ops = Vec::new();
-    ops.extend(part.acts_on.iter().flat_map(|acts_on| acts_on.ops.iter().cloned()));
+    let mut ops: Vec<(Op, Span)> = part.acts_on.iter().flat_map(|acts_on| acts_on.ops.iter().cloned()).collect();
     let mut divided: Vec<bool> = Vec::new();
     for Prefactor { divides, program, sums } in &part.prefactors {
         divided.push(*divides);
@@ -375,11 +358,8 @@ fn assemble(compiler: &mut Compiler<'_>, part: &Part) -> Program {
 /// vector come component by component.
 fn given(world: &World, part: &Part, value: &Value, span: Span) -> Result<WrittenOut, ModelError> {
     if part.acts_on.is_none() {
-        let energy = value.scalar("an energy").map_err(|(what, _)| ModelError::Shape {
-            what,
-            span,
-            help: Some("the square of a vector is `dot(v, v)`".to_owned()),
-        })?;
+        let help = Some("the square of a vector is `dot(v, v)`".to_owned());
+        let energy = value.scalar("an energy").map_err(|(what, _)| ModelError::Shape { what, span, help })?;
         return Ok(vec![(None, energy)]);
     }
     let Value::Vector(both) = value else { return Ok(Vec::new()) };

@@ -17,10 +17,7 @@ pub(super) type Misfit = (String, Option<String>);
 impl Value {
     /// A vector of numbers, or a matrix by its rows.
     pub(super) fn rows(parts: Vec<Self>) -> Result<Self, Misfit> {
-        let width = |part: &Self| match part {
-            Self::Scalar(_) => None,
-            Self::Vector(parts) => Some(parts.len()),
-        };
+        let width = |part: &Self| part.parts().map(<[Self]>::len);
         if let Some(first) = parts.first()
             && let Some(other) = parts.iter().find(|part| width(part) != width(first))
         {
@@ -34,9 +31,7 @@ impl Value {
         match self {
             Self::Scalar(_) => "a number".to_owned(),
             Self::Vector(rows) => match rows.first() {
-                Some(Self::Vector(columns)) => {
-                    format!("a {} x {} matrix", rows.len(), columns.len())
-                }
+                Some(Self::Vector(columns)) => format!("a {} x {} matrix", rows.len(), columns.len()),
                 Some(Self::Scalar(_)) | None => format!("a vector of {}", rows.len()),
             },
         }
@@ -51,27 +46,24 @@ impl Value {
 
     /// The components of a plain vector.
     pub(super) fn components(&self, what: &str) -> Result<Vec<ExprId>, Misfit> {
-        if let Self::Vector(rows) = self {
-            let parts: Result<Vec<ExprId>, Misfit> = rows.iter().map(|row| row.scalar("")).collect();
-            if let Ok(parts) = parts {
-                return Ok(parts);
-            }
-        }
-        Err((format!("{what} must be a vector, but is {}", self.describe()), None))
+        let parts: Option<Vec<ExprId>> =
+            self.parts().and_then(|rows| rows.iter().map(|row| row.scalar("").ok()).collect());
+        parts.ok_or_else(|| (format!("{what} must be a vector, but is {}", self.describe()), None))
     }
 
     /// The rows of a rectangular matrix.
     pub(super) fn matrix(&self, what: &str) -> Result<Vec<Vec<ExprId>>, Misfit> {
-        if let Self::Vector(rows) = self {
-            let rows: Result<Vec<Vec<ExprId>>, Misfit> = rows.iter().map(|row| row.components(what)).collect();
-            if let Ok(rows) = rows {
-                let width = rows.first().map_or(0, Vec::len);
-                if width > 0 && rows.iter().all(|row| row.len() == width) {
-                    return Ok(rows);
-                }
-            }
-        }
-        Err((format!("{what} must be a matrix, but is {}", self.describe()), None))
+        let rows: Option<Vec<Vec<ExprId>>> =
+            self.parts().and_then(|rows| rows.iter().map(|row| row.components("").ok()).collect());
+        let is_matrix = |rows: &Vec<Vec<ExprId>>| {
+            let width = rows.first().map_or(0, Vec::len);
+            width > 0 && rows.iter().all(|row| row.len() == width)
+        };
+        rows.filter(is_matrix).ok_or_else(|| (format!("{what} must be a matrix, but is {}", self.describe()), None))
+    }
+
+    fn parts(&self) -> Option<&[Self]> {
+        if let Self::Vector(parts) = self { Some(parts) } else { None }
     }
 
     pub(super) fn from_components(parts: Vec<ExprId>) -> Self {
@@ -116,12 +108,11 @@ impl Value {
 
 /// The sum of values of one shape, each with its sign.
 pub(super) fn sum(pool: &mut Pool, terms: &[(bool, Value)]) -> Result<Value, Misfit> {
-    if terms.iter().all(|(_, value)| matches!(value, Value::Scalar(_))) {
-        let sign = |negative: bool| if negative { Number::MINUS_ONE } else { Number::ONE };
-        let linear: Vec<_> = terms
-            .iter()
-            .flat_map(|(negative, value)| value.scalars().into_iter().map(|e| (e, sign(*negative))))
-            .collect();
+    let scalars = terms.iter().map(|(negative, value)| match value {
+        Value::Scalar(e) => Some((*e, if *negative { Number::MINUS_ONE } else { Number::ONE })),
+        Value::Vector(_) => None,
+    });
+    if let Some(linear) = scalars.collect::<Option<Vec<_>>>() {
         return Ok(Value::Scalar(pool.linear(&linear)));
     }
     let mut total: Option<Value> = None;
@@ -149,12 +140,8 @@ pub(super) fn product(pool: &mut Pool, factors: &[(bool, Value)]) -> Result<Valu
     let mut tensor: Option<Value> = None;
     for (divided, value) in factors {
         match (value, &tensor) {
-            (Value::Scalar(e), _) => {
-                scalars.push(if *divided { pool.div(pool.one(), *e) } else { *e });
-            }
-            (Value::Vector(_), _) if *divided => {
-                return Err((format!("can't divide by {}", value.describe()), None));
-            }
+            (Value::Scalar(e), _) => scalars.push(if *divided { pool.div(pool.one(), *e) } else { *e }),
+            (Value::Vector(_), _) if *divided => return Err((format!("can't divide by {}", value.describe()), None)),
             (Value::Vector(_), None) => tensor = Some(value.clone()),
             (Value::Vector(_), Some(left)) => {
                 let result = matrix_product(pool, left, value)?;
@@ -228,11 +215,10 @@ pub(super) fn three(value: &Value, what: &str) -> Result<[ExprId; 3], Misfit> {
 pub(super) fn cross(pool: &mut Pool, u: &Value, v: &Value) -> Result<Value, Misfit> {
     let a = three(u, "the first argument of `cross`")?;
     let b = three(v, "the second argument of `cross`")?;
-    let mut component = |i: usize, j: usize| {
+    let parts = [(1, 2), (2, 0), (0, 1)].map(|(i, j)| {
         let plus = pool.mul(a[i], b[j]);
         let minus = pool.mul(a[j], b[i]);
         pool.sub(plus, minus)
-    };
-    let parts = vec![component(1, 2), component(2, 0), component(0, 1)];
-    Ok(Value::from_components(parts))
+    });
+    Ok(Value::from_components(parts.to_vec()))
 }

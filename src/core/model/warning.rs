@@ -30,9 +30,7 @@ Warning Warning {
     "W0002" UnusedExpression(span) {
         /// Its name.
         name: String,
-    } => at(*span, "given here").with_help(format!(
-        "is a term missing? If not, remove the line or call it `_{name}`"
-    )),
+    } => at(*span, "given here").with_help(format!("is a term missing? If not, remove the line or call it `_{name}`")),
 
     /// A table that nothing uses.
     #[error("the table `{name}` is never used")]
@@ -163,17 +161,13 @@ impl Model {
         found.extend(inertia_without_velocity(file, self));
         found.extend(rates_beside_other_units(file, self));
         found.extend(units_of_others(file, self));
-        let unused: HashSet<String> = found
-            .iter()
-            .filter_map(|warning| match warning {
-                Warning::UnusedCoordinate { name, .. } => Some(name.clone()),
-                _ => None,
-            })
-            .collect();
-        found.extend(free_coordinates(self).into_iter().filter(|warning| match warning {
-            Warning::NoRestoringForce { name, .. } => !unused.contains(name),
-            _ => true,
-        }));
+        let unused = found.iter().filter_map(|warning| match warning {
+            Warning::UnusedCoordinate { name, .. } => Some(name.clone()),
+            _ => None,
+        });
+        let unused: HashSet<String> = unused.collect();
+        let is_told = |own: &Warning| matches!(own, Warning::NoRestoringForce { name, .. } if unused.contains(name));
+        found.extend(free_coordinates(self).into_iter().filter(|warning| !is_told(warning)));
         let mut found: Vec<Diagnostic> = found.iter().map(Diagnostic::from).collect();
         found.order_by_key(|warning| warning.primary.as_ref().map(|label| label.span));
         found
@@ -222,14 +216,11 @@ fn unused_names(file: &File) -> Vec<Warning> {
             let first = seen.insert(name.text.as_str());
             if first && !name.text.starts_with('_') && !used.contains(name.text.as_str()) {
                 let (name, span) = (name.text.to_string(), name.span);
-                found.push(if matches!(statement.kind, StatementKind::Param(_)) {
-                    Warning::UnusedParameter { name, span }
-                } else if matches!(statement.kind, StatementKind::Let(_)) {
-                    Warning::UnusedExpression { name, span }
-                } else if matches!(statement.kind, StatementKind::Table { .. }) {
-                    Warning::UnusedTable { name, span }
-                } else {
-                    Warning::UnusedCoordinate { name, span }
+                found.push(match statement.kind {
+                    StatementKind::Param(_) => Warning::UnusedParameter { name, span },
+                    StatementKind::Let(_) => Warning::UnusedExpression { name, span },
+                    StatementKind::Table { .. } => Warning::UnusedTable { name, span },
+                    _ => Warning::UnusedCoordinate { name, span },
                 });
             }
         }
@@ -431,16 +422,11 @@ fn free_coordinates(model: &Model) -> Vec<Warning> {
     for family in &model.families {
         let members = family.first..family.first + family.len();
         let free: Vec<usize> = members.filter(|at| !bound[*at]).collect();
-        if free.len() == family.len() && !free.is_empty() {
-            found.push(Warning::NoRestoringForce {
-                name: family.name.clone(),
-                span: model.coordinates.at(family.first).span,
-            });
-            continue;
-        }
-        found.extend(free.into_iter().map(|at| Warning::NoRestoringForce {
-            name: model.coordinates.at(at).name(),
-            span: model.coordinates.at(at).span,
+        let is_whole = free.len() == family.len();
+        found.extend(free.into_iter().take(if is_whole { 1 } else { usize::MAX }).map(|at| {
+            let own = model.coordinates.at(at);
+            let name = if is_whole { family.name.clone() } else { own.name() };
+            Warning::NoRestoringForce { name, span: own.span }
         }));
     }
     found
@@ -451,11 +437,8 @@ fn mark(symbols: &[Symbol], family: &TermFamily, of: impl Fn(&Local) -> Symbol, 
     let width = family.locals.len();
     for (slot, local) in family.locals.iter().enumerate() {
         if symbols.binary_search(&of(local)).is_ok() {
-            let numbers = family.coordinates.iter().skip(slot).step_by(width);
-            for number in numbers {
-                if let Some(marked) = marked.get_mut(*number as usize) {
-                    *marked = true;
-                }
+            for number in family.coordinates.iter().skip(slot).step_by(width) {
+                marked.get_mut(*number as usize).into_iter().for_each(|marked| *marked = true);
             }
         }
     }

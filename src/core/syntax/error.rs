@@ -55,9 +55,7 @@ Error SyntaxError {
         bytes: usize,
         /// The greatest length read.
         most: usize,
-    } => nowhere().with_help(
-        "write repeated terms as sum(i in 1..n, …), or keep the numbers in a table",
-    ),
+    } => nowhere().with_help("write repeated terms as sum(i in 1..n, …), or keep the numbers in a table"),
 
     /// A statement begins with a word that is none.
     #[error("there is no statement `{word}`")]
@@ -91,9 +89,7 @@ Error SyntaxError {
         (None, Some(coordinate)) => format!(
             "write `force {coordinate} = …` for the force on a coordinate `{coordinate}`, `let {name} = …` for anything else"
         ),
-        (None, None) => format!(
-            "write `param {name} = …` for a constant, `let {name} = …` for anything else"
-        ),
+        (None, None) => format!("write `param {name} = …` for a constant, `let {name} = …` for anything else"),
     }),
 
     /// Something that can't begin a statement.
@@ -361,8 +357,7 @@ Error SyntaxError {
         Some(":=") => at(*span, "a colon begins a unit").written(*span, "="),
         Some("<-") => at(*span, "not a sign of the language").written(*span, "="),
         Some(_) => at(*span, "nothing is added up in steps").with_help("write `=` and all terms in one sum"),
-        None => at(*span, "no unit follows")
-            .with_help("write a unit, `: 1` for a pure number, or remove the colon"),
+        None => at(*span, "no unit follows").with_help("write a unit, `: 1` for a pure number, or remove the colon"),
     },
 
     /// A second `=`.

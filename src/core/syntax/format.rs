@@ -94,8 +94,7 @@ impl<'f> Formatter<'_, 'f> {
 
     /// Leaves a blank line if there are any between what was written and what begins here.
     fn gap(&mut self, start: u32) {
-        let breaks = self.text(self.end, start).matches('\n').take(2).count();
-        if breaks == 2 {
+        if self.text(self.end, start).matches('\n').nth(1).is_some() {
             self.page.blank();
         }
     }
@@ -224,21 +223,17 @@ impl<'f> Formatter<'_, 'f> {
     /// the sum that it is, or between entries of the vector.
     fn is_split(&self, statement: &Statement) -> bool {
         let binding = statement.kind.binding();
-        let value = binding.map_or(statement.kind.energy(), |binding| binding.value);
-        let Some(value) = value else {
+        let Some(value) = binding.map_or(statement.kind.energy(), |binding| binding.value) else {
             return false;
         };
         let apart = |one: ExprRef, other: ExprRef| {
             let (one, other) = (self.file.expr(one).span, self.file.expr(other).span);
             self.text(one.end, other.start).contains('\n')
         };
-        let kind = &self.file.expr(value).kind;
-        if let ExprKind::Sum(terms) = kind {
-            terms.windows(2).any(|two| apart(two[0].value(), two[1].value()))
-        } else if let ExprKind::Vector(entries) = kind {
-            entries.windows(2).any(|two| apart(two[0], two[1]))
-        } else {
-            false
+        match self.file.expr(value).kind {
+            ExprKind::Sum(terms) => terms.windows(2).any(|two| apart(two[0].value(), two[1].value())),
+            ExprKind::Vector(entries) => entries.windows(2).any(|two| apart(two[0], two[1])),
+            _ => false,
         }
     }
 
@@ -277,9 +272,7 @@ fn head_of(statement: &Statement, pieces: &Pieces<'_>, written: Option<Written>)
         match piece {
             Piece::Open(_) => depth += 1,
             Piece::Close => depth = depth.saturating_sub(1),
-            Piece::Token(text) if depth == 0 && text == ":" => {
-                colon = Some(pieces.between(0, at));
-            }
+            Piece::Token(text) if depth == 0 && text == ":" => colon = Some(pieces.between(0, at)),
             Piece::Token(text) if depth == 0 && text == "=" => {
                 return Some(Head {
                     word: std::mem::discriminant(&statement.kind),

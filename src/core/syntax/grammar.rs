@@ -37,10 +37,8 @@ pub(super) fn precedences() -> PrattParser<Rule> {
 /// What the grammar would have accepted, in plain words, each once.
 pub(super) fn in_words(rules: &[Rule]) -> Vec<&'static str> {
     let mut said = Vec::new();
-    for rule in rules {
-        if let Some(words) = rule_in_words(*rule)
-            && !said.contains(&words)
-        {
+    for words in rules.iter().filter_map(|rule| rule_in_words(*rule)) {
+        if !said.contains(&words) {
             said.push(words);
         }
     }

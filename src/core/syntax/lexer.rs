@@ -101,6 +101,11 @@ impl<'s> Lexer<'s> {
         Self { source, at: span.range().start, end: span.range().end.min(source.len()), first_on_line: true }
     }
 
+    /// Without comments.
+    pub(super) fn code(self) -> impl Iterator<Item = Token> {
+        self.filter(|token| token.kind != TokenKind::Comment)
+    }
+
     fn byte(&self, ahead: usize) -> u8 {
         let at = self.at + ahead;
         if at < self.end { self.source.as_bytes()[at] } else { 0 }
@@ -177,28 +182,17 @@ impl<'s> Lexer<'s> {
     }
 
     fn quoted(&mut self) -> TokenKind {
-        self.at += 1;
-        loop {
-            match self.byte(0) {
-                _ if self.at >= self.end => return TokenKind::OpenText,
-                b'\n' | b'\r' => return TokenKind::OpenText,
-                b'"' => {
-                    self.at += 1;
-                    return TokenKind::Text;
-                }
-                _ => self.at += 1,
-            }
-        }
+        let rest = &self.source.as_bytes()[self.at + 1..self.end];
+        let inside = rest.iter().take_while(|byte| !matches!(byte, b'\n' | b'\r' | b'"')).count();
+        self.at += 1 + inside;
+        if self.byte(0) == b'"' { self.sign(TokenKind::Text, 1) } else { TokenKind::OpenText }
     }
 
     fn illegal(&mut self, first: char) -> TokenKind {
         let group = script_group(first);
-        while let Some(c) = self.character() {
-            if c == first || (group != 0 && script_group(c) == group) {
-                self.at += c.len_utf8();
-            } else {
-                break;
-            }
+        let goes_on = |c: &char| *c == first || (group != 0 && script_group(*c) == group);
+        while let Some(c) = self.character().filter(goes_on) {
+            self.at += c.len_utf8();
         }
         TokenKind::Illegal
     }

@@ -21,13 +21,9 @@ pub(super) fn advice(run: &str) -> Lookalike {
         return typeset(command);
     }
     match run {
-        ".*" | "./" | ".^" => {
-            return Lookalike::Say(match run {
-                ".*" => "write `*`; members of families are multiplied one by one: `a[i]*b[i]`",
-                "./" => "write `/`; members of families are divided one by one: `a[i]/b[i]`",
-                _ => "write `^`; members of families are raised one by one: `a[i]^2`",
-            });
-        }
+        ".*" => return Lookalike::Say("write `*`; members of families are multiplied one by one: `a[i]*b[i]`"),
+        "./" => return Lookalike::Say("write `/`; members of families are divided one by one: `a[i]/b[i]`"),
+        ".^" => return Lookalike::Say("write `^`; members of families are raised one by one: `a[i]^2`"),
         "<>" => return Lookalike::Write("!=".to_owned()),
         "=<" => return Lookalike::Write("<=".to_owned()),
         "=>" => return Lookalike::Write(">=".to_owned()),
@@ -82,22 +78,16 @@ fn typeset(command: &str) -> Lookalike {
     let plain = match (word, group) {
         ("sum" | "sum_", _) => return Lookalike::Say("write `sum(i in 1..n, …)`"),
         ("int" | "int_", _) => return Lookalike::Say("write `integral(x in a..b, …)`"),
-        (word, Some(index)) if word.ends_with('_') => {
-            return Lookalike::Write(format!("{word}{}", index.trim()));
-        }
+        (word, Some(index)) if word.ends_with('_') => return Lookalike::Write(format!("{word}{}", index.trim())),
         ("dot", Some(name)) => return Lookalike::Write(format!("{}'", in_parentheses(name))),
         ("ddot", Some(name)) => return Lookalike::Write(format!("{}''", in_parentheses(name))),
-        ("dot" | "ddot", None) => {
-            return Lookalike::Say("write the time derivative after the name: `x'`");
-        }
+        ("dot" | "ddot", None) => return Lookalike::Say("write the time derivative after the name: `x'`"),
         ("vec" | "hat" | "bar" | "tilde" | "mathbf" | "boldsymbol" | "bm", _) => {
             return Lookalike::Say("names have no accents and no type: write `r`, or `r_hat` where both occur");
         }
         ("frac" | "tfrac" | "dfrac", _) => return Lookalike::Say("write a fraction as `a/b`"),
         ("sqrt", Some(inside)) => return Lookalike::Write(format!("sqrt({})", inside.trim())),
-        ("left" | "right" | "big" | "Big" | "quad" | "qquad", _) => {
-            return Lookalike::Say("leave it out");
-        }
+        ("left" | "right" | "big" | "Big" | "quad" | "qquad", _) => return Lookalike::Say("leave it out"),
         ("cdot" | "times", _) => "*",
         ("div", _) => "/",
         ("pm", _) => "+/-",

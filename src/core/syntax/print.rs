@@ -209,6 +209,14 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
         self.put(Piece::Place(kind, flat));
     }
 
+    /// What stands before one of several things that fill lines.
+    fn comma(&mut self, position: usize) {
+        if position > 0 {
+            self.token(",");
+            self.place(Break::Fill, " ");
+        }
+    }
+
     fn open(&mut self, group: Group) {
         self.put(Piece::Open(group));
     }

@@ -438,7 +438,7 @@ impl<'s> Splitter<'s> {
 }
 
 fn next_token(rest: Lexer<'_>) -> Option<Token> {
-    rest.into_iter().find(|token| token.kind != TokenKind::Comment)
+    rest.code().next()
 }
 
 /// `1.` as `1.0`, `.5` as `0.5`.

@@ -97,20 +97,15 @@ impl File {
                 out.extend(*indices);
             }
             ExprKind::Field { base, .. } => out.push(*base),
-            ExprKind::Prime(inner) | ExprKind::Negate(inner) | ExprKind::Not(inner) => {
-                out.push(*inner);
-            }
+            ExprKind::Prime(inner) | ExprKind::Negate(inner) | ExprKind::Not(inner) => out.push(*inner),
             ExprKind::Power { base, exponent } => out.extend([*base, *exponent]),
-            ExprKind::Product(factors) => out.extend(factors.iter().map(|factor| factor.value())),
-            ExprKind::Sum(terms) => out.extend(terms.iter().map(|term| term.value())),
+            ExprKind::Product(members) | ExprKind::Sum(members) => out.extend(members.iter().map(|own| own.value())),
             ExprKind::Call { arguments, .. } => out.extend(*arguments),
             ExprKind::SumOver { indices, body } | ExprKind::IntegralOver { indices, body } => {
                 out.extend(indices.expressions());
                 out.push(*body);
             }
-            ExprKind::Vector(parts) | ExprKind::And(parts) | ExprKind::Or(parts) => {
-                out.extend(*parts);
-            }
+            ExprKind::Vector(parts) | ExprKind::And(parts) | ExprKind::Or(parts) => out.extend(*parts),
             ExprKind::Compare { left, right, .. } => out.extend([*left, *right]),
         }
     }

@@ -125,8 +125,7 @@ impl<'a> Inference<'a> {
             }
             ExprKind::Name(name) => self.name(name, at),
             ExprKind::Index { base, indices } => {
-                let whole = self.take(base);
-                let mut part = whole;
+                let mut part = self.take(base);
                 for index in indices {
                     part = match self.whole(*index).and_then(|at| usize::try_from(at - 1).ok()) {
                         Some(at) => part.element(at).unwrap_or(Quantity::Any),
@@ -180,13 +179,11 @@ impl<'a> Inference<'a> {
         if let Some(own) = self.variable(name, scope) {
             return self.variable_of_integral(own);
         }
-        if name == "pi" {
-            return Quantity::number();
+        match name {
+            "pi" => Quantity::number(),
+            "t" => Quantity::Of(base("s")),
+            _ => self.names.get(name).cloned().unwrap_or(Quantity::Any),
         }
-        if name == "t" {
-            return Quantity::Of(base("s"));
-        }
-        self.names.get(name).cloned().unwrap_or(Quantity::Any)
     }
 
     /// `b.col` and `bonds[3].col`: every column has a dimension of its own.
@@ -219,60 +216,48 @@ impl<'a> Inference<'a> {
         }
         // A power with an exponent that may vary is a number if its base is one.
         match below {
-            Quantity::Of(own) => match self.equations.known(&own) {
-                Some(dimension) if dimension.is_number() => Quantity::number(),
-                _ => Quantity::Any,
-            },
-            Quantity::Any | Quantity::List(_) => Quantity::Any,
+            Quantity::Of(own) if self.equations.known(&own).is_some_and(|own| own.is_number()) => Quantity::number(),
+            Quantity::Any | Quantity::Of(_) | Quantity::List(_) => Quantity::Any,
         }
     }
 
     /// The value of a whole number that is written in digits.
     pub(super) fn whole(&self, at: ExprRef) -> Option<i64> {
+        self.digits(at)?.to_i64()
+    }
+
+    fn digits(&self, at: ExprRef) -> Option<Number> {
+        if let ExprKind::Number(text) = self.file.expr(at).kind { Number::parse(text) } else { None }
+    }
+
+    /// What a function gives of an expression, or of the one behind its minus sign with the sign.
+    fn signed(&self, at: ExprRef, unsigned: impl Fn(ExprRef) -> Option<Number>) -> Option<Number> {
         match self.file.expr(at).kind {
-            ExprKind::Number(text) => Number::parse(text)?.to_i64(),
-            _ => None,
+            ExprKind::Negate(inner) => unsigned(inner).map(|n| n.neg()),
+            _ => unsigned(at),
         }
     }
 
     /// The value of a constant that is written in digits: `2`, `-1/2`, `(3/2)`.
     fn literal(&self, at: ExprRef) -> Option<Number> {
-        let number = |at: ExprRef| match self.file.expr(at).kind {
-            ExprKind::Number(text) => Number::parse(text),
-            _ => None,
-        };
-        match self.file.expr(at).kind {
-            ExprKind::Number(_) => number(at),
-            ExprKind::Negate(inner) => match self.file.expr(inner).kind {
-                ExprKind::Product(factors) => self.ratio(factors, &number).map(|n| n.neg()),
-                _ => number(inner).map(|n| n.neg()),
-            },
-            ExprKind::Product(factors) => self.ratio(factors, &number),
-            _ => None,
-        }
+        self.signed(at, |own| match self.file.expr(own).kind {
+            ExprKind::Product(factors) => self.ratio(factors),
+            _ => self.digits(own),
+        })
     }
 
-    fn ratio(&self, factors: &[Member], number: &impl Fn(ExprRef) -> Option<Number>) -> Option<Number> {
-        let mut product = Number::from(1);
-        for factor in factors {
-            let (divided, value) = (factor.inverted(), factor.value());
-            let own = match self.file.expr(value).kind {
-                ExprKind::Negate(inner) => number(inner)?.neg(),
-                _ => number(value)?,
-            };
-            product = if divided { product.div(&own)? } else { product.mul(&own) };
-        }
-        Some(product)
+    fn ratio(&self, factors: &[Member]) -> Option<Number> {
+        factors.iter().try_fold(Number::ONE, |product, factor| {
+            let own = self.signed(factor.value(), |own| self.digits(own))?;
+            if factor.inverted() { product.div(&own) } else { Some(product.mul(&own)) }
+        })
     }
 
     fn factors(&mut self, factors: &[Member], span: Span) -> Quantity {
-        let mut product = Quantity::number();
-        for factor in factors {
-            let (divided, value) = (factor.inverted(), factor.value());
-            let own = self.take(value);
-            product = self.equations.product(product, own, divided, span);
-        }
-        product
+        factors.iter().fold(Quantity::number(), |product, factor| {
+            let own = self.take(factor.value());
+            self.equations.product(product, own, factor.inverted(), span)
+        })
     }
 
     fn call(&mut self, function: &str, arguments: Vec<(Quantity, Span)>, span: Span) -> Quantity {

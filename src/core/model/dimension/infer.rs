@@ -11,8 +11,8 @@ use crate::model::units;
 use crate::order::Gather;
 use crate::span::Span;
 use crate::syntax::{
-    Binding, Declaration, ExprKind, ExprRef, File, IndexKind, Indices, Name, Statement, StatementKind, UnitKind,
-    UnitRef,
+    Binding, Declaration, ExprKind, ExprRef, File, IndexEntry, IndexKind, Indices, Name, Statement, StatementKind,
+    UnitKind, UnitRef,
 };
 
 /// Families of up to so many members may have a dimension for each.
@@ -188,24 +188,17 @@ impl<'a> Inference<'a> {
     /// members are told apart wherever they are used.
     fn fresh(&mut self, name: &'a Name, indices: Option<&Indices>) -> Quantity {
         let members = indices.and_then(|indices| {
-            let [entry] = &*indices.entries else {
-                return None;
-            };
-            let IndexKind::Range { variable: None, from, to } = &entry.kind else {
+            let [IndexEntry { kind: IndexKind::Range { variable: None, from, to }, .. }] = &*indices.entries else {
                 return None;
             };
             let (from, to) = (self.whole(*from)?, self.whole(*to)?);
             (from == 1 && (2..=MOST_OWN_DIMENSIONS).contains(&to)).then_some(to)
         });
         match members {
-            Some(count) if !self.varied.contains(name.text.as_str()) => Quantity::list(
-                (1..=count)
-                    .map(|at| {
-                        let member = format!("{}[{at}]", name.text);
-                        Quantity::Of(self.equations.solver.unknown(&member))
-                    })
-                    .collect(),
-            ),
+            Some(count) if !self.varied.contains(name.text.as_str()) => {
+                let names = (1..=count).map(|at| format!("{}[{at}]", name.text));
+                Quantity::list(names.map(|own| Quantity::Of(self.equations.solver.unknown(&own))).collect())
+            }
             _ => Quantity::Of(self.equations.solver.unknown(&name.text)),
         }
     }
@@ -230,7 +223,7 @@ impl<'a> Inference<'a> {
         let sides = [(binding.value, "right side"), (binding.uncertainty, "uncertainty")];
         let sides = sides.map(|(side, what)| (side.filter(|root| self.names_something(*root)), what));
         let quantity = self.declared(&binding.name, binding.indices.as_deref(), binding.unit);
-        self.of_one_kind(binding, &quantity);
+        self.of_one_kind(binding, &binding.name, &quantity, "unit");
         for (side, what) in sides {
             if let Some(root) = side {
                 let side = self.evaluate(root, scope);
@@ -239,11 +232,11 @@ impl<'a> Inference<'a> {
         }
     }
 
-    /// The unit of what may be a later piece of a family, whose members are all of one kind.
-    fn of_one_kind(&mut self, binding: &Binding, known: &Quantity) {
+    /// The unit of what has its dimension already, as a later piece of a family, whose members are all of one kind.
+    fn of_one_kind(&mut self, binding: &Binding, name: &Name, known: &Quantity, side: &'static str) {
         if let Some(unit) = binding.unit {
             let (own, span) = (self.unit(unit), self.file.unit(unit).span);
-            self.same_at(&binding.name, binding.name.span, known, "unit", own, span);
+            self.same_at(name, name.span, known, side, own, span);
         }
     }
 
@@ -267,7 +260,7 @@ impl<'a> Inference<'a> {
             None => Quantity::Of(self.equations.solver.unknown(&binding.name.text)),
         };
         let quantity = self.declare(&binding.name.text, quantity);
-        self.of_one_kind(binding, &quantity);
+        self.of_one_kind(binding, &binding.name, &quantity, "unit");
         if names {
             let side = self.evaluate(root, scope);
             self.same(binding, &quantity, "right side", side, root);
@@ -276,8 +269,7 @@ impl<'a> Inference<'a> {
 
     /// A generalised force times the velocity is a power.
     fn force(&mut self, binding: &'a Binding) {
-        let coordinate = self.names.get(binding.name.text.as_str()).cloned();
-        let Some(coordinate) = coordinate else { return };
+        let Some(coordinate) = self.names.get(binding.name.text.as_str()).cloned() else { return };
         let name = Name { text: format!("force {}", binding.name.text).into(), span: binding.name.span };
         self.stated(binding, coordinate.conjugate(), "right side", name);
     }
@@ -298,9 +290,7 @@ impl<'a> Inference<'a> {
     fn stated(&mut self, binding: &'a Binding, quantity: Quantity, side: &'static str, name: Name) {
         let scope = self.binders(binding.indices.as_deref(), 0);
         let unit = binding.unit.map(|unit| self.file.unit(unit).span);
-        if let (Some(own), Some(span)) = (binding.unit.map(|unit| self.unit(unit)), unit) {
-            self.same_at(&name, name.span, &quantity, side, own, span);
-        }
+        self.of_one_kind(binding, &name, &quantity, side);
         if let Some(root) = binding.value.filter(|root| self.names_something(*root)) {
             let own = self.evaluate(root, scope);
             let (declared, span) = (unit.unwrap_or(name.span), self.file.expr(root).span);
@@ -361,34 +351,22 @@ impl<'a> Inference<'a> {
     fn energy(&mut self, what: &'static str, root: ExprRef, wanted: &Combination, statement: Span) {
         let mut todo = vec![(root, 0)];
         while let Some((at, scope)) = todo.pop() {
+            let span = self.file.expr(at).span;
             match self.file.expr(at).kind {
-                ExprKind::Sum(terms) => {
-                    todo.extend(terms.iter().rev().map(|term| (term.value(), scope)));
-                    continue;
-                }
-                ExprKind::Negate(inner) => {
-                    todo.push((inner, scope));
-                    continue;
-                }
+                ExprKind::Sum(terms) => todo.extend(terms.iter().rev().map(|term| (term.value(), scope))),
+                ExprKind::Negate(inner) => todo.push((inner, scope)),
                 ExprKind::SumOver { indices, body } => {
                     let inner = self.binders(Some(indices), scope);
                     todo.push((body, inner));
-                    continue;
                 }
-                _ => {}
-            }
-            let span = self.file.expr(at).span;
-            let value = self.evaluate(at, scope);
-            if let Quantity::Of(own) = self.equations.uniform(value, "the terms", span) {
-                let error = |found, wanted, inferred| DimensionError::WrongEnergy {
-                    what,
-                    found,
-                    wanted,
-                    span,
-                    statement,
-                    inferred,
-                };
-                self.equations.require([&own, wanted], span, error);
+                _ => {
+                    let value = self.evaluate(at, scope);
+                    let own = self.equations.uniform(value, "the terms", span);
+                    let Quantity::Of(own) = own else { continue };
+                    self.equations.require([&own, wanted], span, |found, wanted, inferred| {
+                        DimensionError::WrongEnergy { what, found, wanted, span, statement, inferred }
+                    });
+                }
             }
         }
     }
@@ -411,11 +389,7 @@ impl<'a> Inference<'a> {
                     continue;
                 };
                 let parts = if let Quantity::List(parts) = quantity { parts } else { vec![quantity] };
-                let known = parts.iter().map(|part| match part {
-                    Quantity::Of(own) => self.equations.known(own),
-                    Quantity::Any | Quantity::List(_) => None,
-                });
-                let known = known.collect();
+                let known = parts.iter().map(|part| self.equations.known(part.of()?)).collect();
                 result.known.insert(one.name.text.to_string(), known);
                 if one.unit.is_some_and(|unit| self.is_angle(unit)) {
                     result.angles.insert(one.name.text.to_string());

@@ -65,11 +65,7 @@ impl Dimension {
     /// ```
     #[must_use]
     pub fn missing(&self, wanted: &Self) -> Self {
-        let mut factor = Self::default();
-        for (at, e) in factor.exponents.iter_mut().enumerate() {
-            *e = wanted.exponents[at].sub(&self.exponents[at]);
-        }
-        factor
+        Self { exponents: std::array::from_fn(|at| wanted.exponents[at].sub(&self.exponents[at])) }
     }
 
     fn inverse(&self) -> Self {

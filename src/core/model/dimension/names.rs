@@ -76,10 +76,6 @@ pub(super) fn remedy(found: &Dimension, wanted: &Dimension) -> String {
         .or_else(|| find(WORDS, &factor).map(times))
         .or_else(|| find(WORDS, &inverse).map(over));
     let remedy = named.unwrap_or_else(|| format!("a factor in {} is missing", factor.unit()));
-    let per_time = Dimension::new([0, 0, -1, 0, 0, 0, 0]);
-    let per_time_squared = Dimension::new([0, 0, -2, 0, 0, 0, 0]);
-    if factor == per_time || factor == per_time_squared {
-        return format!("{remedy}; is the prime of a velocity missing?");
-    }
-    remedy
+    let is_rate = [-1, -2].iter().any(|power| factor == Dimension::new([0, 0, *power, 0, 0, 0, 0]));
+    if is_rate { format!("{remedy}; is the prime of a velocity missing?") } else { remedy }
 }

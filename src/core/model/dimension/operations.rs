@@ -31,6 +31,11 @@ impl Quantity {
         }
     }
 
+    /// What all of it is, where that is one thing and known to be.
+    pub(super) fn of(&self) -> Option<&Combination> {
+        if let Self::Of(own) = self { Some(own) } else { None }
+    }
+
     fn map(self, f: &impl Fn(Combination) -> Combination) -> Self {
         match self {
             Self::Any => Self::Any,
@@ -101,17 +106,12 @@ impl Equations {
 
     /// Requires terms, or arguments, to be alike; what they are.
     pub(super) fn alike(&mut self, terms: &[(Quantity, Span)], context: &Context<'_>) -> Quantity {
-        let longest = terms.iter().find_map(|(term, _)| match term {
-            Quantity::List(parts) => Some(parts.len()),
-            Quantity::Any | Quantity::Of(_) => None,
-        });
-        if let Some(length) = longest {
-            let fits = |term: &Quantity| match term {
-                Quantity::List(parts) => parts.len() == length,
-                Quantity::Any | Quantity::Of(_) => true,
-            };
+        let mut lengths = terms
+            .iter()
+            .filter_map(|(term, _)| if let Quantity::List(parts) = term { Some(parts.len()) } else { None });
+        if let Some(length) = lengths.next() {
             // Shapes that don't fit are told elsewhere.
-            if !terms.iter().all(|(term, _)| fits(term)) {
+            if lengths.any(|other| other != length) {
                 return Quantity::Any;
             }
             let parts = (0..length).map(|at| {
@@ -121,13 +121,8 @@ impl Equations {
             });
             return Quantity::list(parts.collect());
         }
-        let own: Vec<(&Combination, Span)> = terms
-            .iter()
-            .filter_map(|(term, span)| match term {
-                Quantity::Of(own) => Some((own, *span)),
-                Quantity::Any | Quantity::List(_) => None,
-            })
-            .collect();
+        let own: Vec<(&Combination, Span)> =
+            terms.iter().filter_map(|(term, span)| Some((term.of()?, *span))).collect();
         let Some((reference, at)) = self.commonest(&own) else {
             return Quantity::Any;
         };
@@ -180,11 +175,7 @@ impl Equations {
                     |found, _, inferred| DimensionError::NotANumber { what: what.to_owned(), found, span, inferred };
                 self.require([own, &Combination::default()], span, error);
             }
-            Quantity::List(parts) => {
-                for part in parts {
-                    self.number(part, what, span);
-                }
-            }
+            Quantity::List(parts) => parts.iter().for_each(|part| self.number(part, what, span)),
         }
     }
 

@@ -144,17 +144,13 @@ impl Solver {
 
     /// The name in a combination that was found out last, and where.
     pub(super) fn last_found(&self, combination: &Combination) -> Option<Inferred> {
-        combination
-            .0
-            .iter()
-            .filter_map(|(at, _)| {
-                let solved = self.solved(*at)?;
-                let unknown = self.unknowns.get((*at - FIRST_UNKNOWN) as usize)?;
-                let dimension = self.resolve(&solved.value)?.dimension()?;
-                let found = Inferred { name: unknown.name.clone(), dimension, span: solved.span };
-                Some((solved.step, found))
-            })
-            .max_by_key(|(step, _)| *step)
-            .map(|(_, found)| found)
+        let found = combination.0.iter().filter_map(|(at, _)| {
+            let solved = self.solved(*at)?;
+            let unknown = self.unknowns.get((*at - FIRST_UNKNOWN) as usize)?;
+            let dimension = self.resolve(&solved.value)?.dimension()?;
+            let found = Inferred { name: unknown.name.clone(), dimension, span: solved.span };
+            Some((solved.step, found))
+        });
+        found.max_by_key(|(step, _)| *step).map(|(_, found)| found)
     }
 }

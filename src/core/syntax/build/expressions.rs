@@ -70,10 +70,7 @@ impl Builder {
         let form = match pair.as_rule() {
             Rule::name => Form::Name(pair.as_str()),
             Rule::number => Form::Done(self.push(span, ExprKind::Number(pair.as_str()))),
-            Rule::vector => {
-                let members = self.expressions_in(pair);
-                Form::Done(self.push(span, ExprKind::Vector(&members)))
-            }
+            Rule::vector => Form::Done(self.push(span, ExprKind::Vector(&self.expressions_in(pair)))),
             Rule::sum_over => Form::Done(self.sum_over(pair)),
             // A parenthesis closes what is inside and leaves no node of its own.
             _ => match self.expressions_in(pair).first() {
@@ -147,23 +144,14 @@ impl Builder {
         }
         let base = self.close(operand);
         let node = match sign.as_rule() {
-            Rule::subscript => {
-                let indices = &self.expressions_in(sign);
-                self.push(span, ExprKind::Index { base, indices })
-            }
-            Rule::field => {
-                let column = sign.into_inner().find(|part| part.as_rule() == Rule::column);
-                match column {
-                    Some(column) => {
-                        let field = &self.name(&column);
-                        self.push(span, ExprKind::Field { base, field })
-                    }
-                    None => {
-                        self.object(incomplete(at));
-                        self.push(span, ExprKind::Prime(base))
-                    }
+            Rule::subscript => self.push(span, ExprKind::Index { base, indices: &self.expressions_in(sign) }),
+            Rule::field => match sign.into_inner().find(|part| part.as_rule() == Rule::column) {
+                Some(column) => self.push(span, ExprKind::Field { base, field: &self.name(&column) }),
+                None => {
+                    self.object(incomplete(at));
+                    self.push(span, ExprKind::Prime(base))
                 }
-            }
+            },
             _ => self.push(span, ExprKind::Prime(base)),
         };
         Operand { span, form: Form::Done(node) }

@@ -9,13 +9,13 @@ use std::cell::{Cell, RefCell};
 
 use pest::Parser;
 use pest::error::{ErrorVariant, InputLocation};
-use pest::iterators::{Pair, Pairs};
+use pest::iterators::Pair;
 use pest::pratt_parser::PrattParser;
 
 use super::arena::{Expressions, Units};
 use super::ast::{
-    Binding, Comment, Comparison, Declaration, Drawn, ExprKind, File, IndexEntry, IndexKind, Indices, Name, Statement,
-    StatementKind,
+    Binding, Comment, Comparison, Declaration, Drawn, ExprKind, ExprRef, File, IndexEntry, IndexKind, Indices, Name,
+    Statement, StatementKind,
 };
 use super::error::SyntaxError;
 use super::grammar::{Grammar, Rule, in_words, precedences};
@@ -61,7 +61,7 @@ impl Builder {
     pub(super) fn statement(&mut self, source: &str, span: Span) -> Result<(), SyntaxError> {
         let text = source.get(span.range()).unwrap_or("");
         self.offset = span.start;
-        let pairs = Grammar::parse(Rule::single, text).map_err(|error| match error.variant {
+        let mut pairs = Grammar::parse(Rule::single, text).map_err(|error| match error.variant {
             ErrorVariant::ParsingError { positives, .. } => {
                 let at = match error.location {
                     InputLocation::Pos(at) | InputLocation::Span((at, _)) => at,
@@ -71,7 +71,8 @@ impl Builder {
             // pest's own guard of the stack, which the count of levels should forestall.
             ErrorVariant::CustomError { .. } => SyntaxError::NestingTooDeep { most: MOST_LEVELS, span },
         })?;
-        let kind = required(statement_in(pairs), span).and_then(|pair| self.kind(pair));
+        let statement = pairs.next().and_then(|single| single.into_inner().next());
+        let kind = required(statement, span).and_then(|pair| self.kind(pair));
         // What the tree objects to stands before the place where building it ended.
         let kind = match self.error.take() {
             Some(mut error) => {
@@ -100,7 +101,10 @@ impl Builder {
         let rule = pair.as_rule();
         let span = self.span(&pair);
         Ok(match rule {
-            Rule::model => StatementKind::Model { name: required(self.first_name(pair.into_inner()), span)? },
+            Rule::model => {
+                let name = pair.into_inner().find(|part| part.as_rule() == Rule::name);
+                StatementKind::Model { name: self.name(&required(name, span)?) }
+            }
             Rule::param => StatementKind::Param(self.parameters(pair)?),
             Rule::let_named => StatementKind::Let(self.binding(pair)?.0),
             Rule::force => StatementKind::Force(self.binding(pair)?.0),
@@ -116,12 +120,8 @@ impl Builder {
                 let mut declarations = Vec::new();
                 for part in pair.into_inner() {
                     if part.as_rule() == Rule::declaration {
-                        let (binding, _) = self.binding(part)?;
-                        declarations.push(Declaration {
-                            name: binding.name,
-                            indices: binding.indices,
-                            unit: binding.unit,
-                        });
+                        let (Binding { name, indices, unit, .. }, _) = self.binding(part)?;
+                        declarations.push(Declaration { name, indices, unit });
                     }
                 }
                 StatementKind::Coord { declarations }
@@ -158,15 +158,7 @@ impl Builder {
 
     fn constraint(&mut self, pair: Pair<'_, Rule>) -> Result<StatementKind, SyntaxError> {
         let span = self.span(&pair);
-        let mut indices = None;
-        let mut sides = Vec::with_capacity(2);
-        for part in pair.into_inner() {
-            match part.as_rule() {
-                Rule::indices => indices = Some(Box::new(self.indices(part)?)),
-                Rule::expr => sides.push(self.expression(part)),
-                _ => {}
-            }
-        }
+        let (indices, sides) = self.for_each(pair)?;
         match sides.as_slice() {
             [left, right] => Ok(StatementKind::Constraint { indices, left: *left, right: *right }),
             _ => required(None, span),
@@ -174,18 +166,23 @@ impl Builder {
     }
 
     fn drawing(&mut self, pair: Pair<'_, Rule>) -> Result<StatementKind, SyntaxError> {
-        let (mut drawn, mut indices, mut points) = (Drawn::Point, None, Vec::new());
+        let word = pair.clone().into_inner().find(|part| part.as_rule() == Rule::drawn);
+        let drawn = word.and_then(|word| Drawn::ALL.into_iter().find(|own| own.as_str() == word.as_str()));
+        let (indices, points) = self.for_each(pair)?;
+        Ok(StatementKind::Draw { drawn: drawn.unwrap_or(Drawn::Point), indices, points })
+    }
+
+    /// Indices in brackets, if there, and the expressions behind them.
+    fn for_each(&self, pair: Pair<'_, Rule>) -> Result<(Option<Box<Indices>>, Vec<ExprRef>), SyntaxError> {
+        let (mut indices, mut expressions) = (None, Vec::new());
         for part in pair.into_inner() {
             match part.as_rule() {
-                Rule::drawn => {
-                    drawn = Drawn::ALL.into_iter().find(|own| own.as_str() == part.as_str()).unwrap_or(drawn);
-                }
                 Rule::indices => indices = Some(Box::new(self.indices(part)?)),
-                Rule::expr => points.push(self.expression(part)),
+                Rule::expr => expressions.push(self.expression(part)),
                 _ => {}
             }
         }
-        Ok(StatementKind::Draw { drawn, indices, points })
+        Ok((indices, expressions))
     }
 
     fn assumptions(&self, pair: Pair<'_, Rule>) -> StatementKind {
@@ -195,10 +192,8 @@ impl Builder {
         for at in &relations {
             let expressions = self.expressions.borrow();
             let Some(relation) = expressions.get(*at) else { continue };
-            let (span, kind) = (relation.span, relation.kind);
-            let related = matches!(kind, ExprKind::Compare { operator, .. } if operator != Comparison::Equal);
-            if !related {
-                self.object(SyntaxError::NoRelation { span });
+            if !matches!(relation.kind, ExprKind::Compare { operator, .. } if operator != Comparison::Equal) {
+                self.object(SyntaxError::NoRelation { span: relation.span });
             }
         }
         StatementKind::Assume(relations)
@@ -259,10 +254,6 @@ impl Builder {
         name
     }
 
-    fn first_name(&self, parts: Pairs<'_, Rule>) -> Option<Name> {
-        parts.into_iter().find(|part| part.as_rule() == Rule::name).map(|part| self.name(&part))
-    }
-
     fn indices(&self, pair: Pair<'_, Rule>) -> Result<Indices, SyntaxError> {
         let span = self.span(&pair);
         let mut entries = Vec::new();
@@ -277,10 +268,7 @@ impl Builder {
                     let kind = IndexKind::Rows { variable: self.declared(&variable), table: self.name(&table) };
                     entries.push(IndexEntry { span, kind });
                 }
-                Rule::range | Rule::unnamed => {
-                    let kind = self.range(part)?;
-                    entries.push(IndexEntry { span, kind });
-                }
+                Rule::range | Rule::unnamed => entries.push(IndexEntry { span, kind: self.range(part)? }),
                 Rule::filter => {
                     let outside = self.in_filter.replace(true);
                     filter = self.expressions_in(part).pop();
@@ -311,11 +299,6 @@ impl Builder {
             None => IndexKind::Member(from),
         })
     }
-}
-
-/// The statement that pest has read.
-fn statement_in(mut pairs: Pairs<'_, Rule>) -> Option<Pair<'_, Rule>> {
-    pairs.next().and_then(|single| single.into_inner().next())
 }
 
 /// A part that the grammar makes sure of; its absence is an error like any other.

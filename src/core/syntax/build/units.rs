@@ -39,9 +39,7 @@ impl Builder {
             let here = self.span(&part);
             match part.as_rule() {
                 Rule::unit_one => base = Some(self.push_unit(here, UnitKind::One)),
-                Rule::unit_name => {
-                    base = Some(self.push_unit(here, UnitKind::Name(part.as_str())));
-                }
+                Rule::unit_name => base = Some(self.push_unit(here, UnitKind::Name(part.as_str()))),
                 Rule::unit => base = Some(self.unit(part)?),
                 Rule::exponent => power = Some(self.unit_exponent(part)?),
                 _ => {}

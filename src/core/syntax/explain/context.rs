@@ -11,6 +11,7 @@ use crate::span::Span;
 const ASSIGNMENTS: [&str; 4] = [":=", "<-", "+=", "-="];
 
 /// An open bracket before the place.
+#[derive(Default)]
 pub(super) struct Enclosure {
     /// Of a sum, and of an integral.
     pub(super) sum: bool,
@@ -57,7 +58,7 @@ pub(super) struct Context<'s> {
 
 impl<'s> Context<'s> {
     pub(super) fn read(source: &'s str, span: Span, at: u32) -> Option<Self> {
-        let mut tokens = Lexer::new(source, span).filter(|t| t.kind != TokenKind::Comment);
+        let mut tokens = Lexer::new(source, span).code();
         let word = tokens.next()?;
         let statement = words::STATEMENT_WORDS.into_iter().find(|s| *s == word.text(source))?;
         let mut context = Context {
@@ -99,15 +100,11 @@ impl<'s> Context<'s> {
             TokenKind::Open => self.enclosures.push(Enclosure {
                 sum: matches!(self.before.text(self.source), "sum" | "integral"),
                 integral: self.before.text(self.source) == "integral",
-                has_in: false,
-                has_range: false,
                 filter: self.enclosures.last().is_some_and(|e| e.filter),
-                indexed: false,
                 chain: self.chain.take(),
+                ..Enclosure::default()
             }),
-            TokenKind::Close => {
-                self.chain = self.enclosures.pop().and_then(|enclosure| enclosure.chain);
-            }
+            TokenKind::Close => self.chain = self.enclosures.pop().and_then(|enclosure| enclosure.chain),
             TokenKind::Comma => match self.enclosures.last_mut() {
                 Some(enclosure) => {
                     enclosure.has_in = false;
@@ -145,9 +142,7 @@ impl<'s> Context<'s> {
                 self.name_end.get_or_insert(token.start);
                 self.value_start.get_or_insert(token.end);
             }
-            TokenKind::Comparison if self.enclosures.is_empty() && text == "==" => {
-                self.comparison = Some(token);
-            }
+            TokenKind::Comparison if self.enclosures.is_empty() && text == "==" => self.comparison = Some(token),
             _ => {}
         }
         self.before_last = Some(self.before);
@@ -233,10 +228,7 @@ impl<'s> Context<'s> {
         let span = found.span();
         let statement = self.statement;
         if self.at_name() {
-            let reserved = match found.kind {
-                TokenKind::Word => words::reserved_meaning(text),
-                _ => None,
-            };
+            let reserved = words::reserved_meaning(text).filter(|_| found.kind == TokenKind::Word);
             if found.kind == TokenKind::Equals && statement == "model" {
                 return Some(SyntaxError::NeedlessEquals { statement, span });
             }
@@ -274,14 +266,9 @@ impl<'s> Context<'s> {
         if self.part == Part::Unit {
             return Some(self.in_unit(found));
         }
+        let indices = || self.constraint_indices().filter(|_| statement == "constraint");
         if text == "in"
-            && let Some(error) = self.foreign_sum()
-        {
-            return Some(error);
-        }
-        if text == "in"
-            && statement == "constraint"
-            && let Some(error) = self.constraint_indices()
+            && let Some(error) = self.foreign_sum().or_else(indices)
         {
             return Some(error);
         }

@@ -54,8 +54,7 @@ pub(super) fn short(text: String) -> Option<String> {
 /// Whether the name at `token` is given a value or a unit: `k = …`, `k[1..3] : N/m`.
 pub(super) fn binds(source: &str, token: Token, end: u32) -> bool {
     let mut depth = 0_usize;
-    let rest = Lexer::new(source, Span::new(token.end, end));
-    for next in rest.filter(|next| next.kind != TokenKind::Comment) {
+    for next in Lexer::new(source, Span::new(token.end, end)).code() {
         match next.kind {
             TokenKind::Open if next.text(source) == "[" || depth > 0 => depth += 1,
             TokenKind::Close if depth > 0 => depth -= 1,
@@ -97,7 +96,7 @@ enum Bar {
 fn is_below_a_bar(source: &str, place: Span) -> bool {
     let mut levels = vec![Bar::None];
     let [mut before, mut last] = [None::<Token>; 2];
-    for token in Lexer::new(source, place).filter(|token| token.kind != TokenKind::Comment) {
+    for token in Lexer::new(source, place).code() {
         let is_number = |own: Option<Token>| own.is_some_and(|own| own.kind == TokenKind::Number);
         let is_gap = before.is_some_and(|before| side_by_side_at(source, before, token) == Some(true));
         let bar = levels.last().copied().unwrap_or(Bar::None);
@@ -168,8 +167,7 @@ pub(super) fn is_declared(source: &str, place: u32, name: &str) -> bool {
     }
     let mut before: Option<Token> = None;
     let (mut word, mut depth) = ("", 0_usize);
-    let tokens = Lexer::new(source, Span::new(from, place));
-    for token in tokens.filter(|token| token.kind != TokenKind::Comment) {
+    for token in Lexer::new(source, Span::new(from, place)).code() {
         let text = token.text(source);
         let declares = before.is_some_and(|before| match before.kind {
             TokenKind::Comma => depth == 0 && words::takes_several(word),
@@ -226,8 +224,7 @@ impl Context<'_> {
 
     /// `x.diff(t)` with parentheses at the place, `d/dt x` with a name at it.
     pub(super) fn foreign_derivative(&self, found: Token) -> Option<SyntaxError> {
-        let before = Lexer::new(self.source, Span::new(self.chain?, found.start));
-        let before: Vec<Token> = before.filter(|token| token.kind != TokenKind::Comment).collect();
+        let before: Vec<Token> = Lexer::new(self.source, Span::new(self.chain?, found.start)).code().collect();
         let [.., first, sign, last] = before.as_slice() else { return None };
         let (name, start, end) = match [*first, *sign, *last].map(|own| self.text(own)) {
             [name, ".", own] if words::is_derivative(own) && self.text(found) == "(" => {
@@ -248,9 +245,8 @@ impl Context<'_> {
 
     /// Where the names and points begin that stand before the place.
     fn prefix_start(&self) -> u32 {
-        let tokens = Lexer::new(self.source, Span::new(self.word.end, self.before.end));
         let (mut start, mut name) = (self.before.start, false);
-        for token in tokens.filter(|token| token.kind != TokenKind::Comment) {
+        for token in Lexer::new(self.source, Span::new(self.word.end, self.before.end)).code() {
             match token.kind {
                 TokenKind::Dot | TokenKind::Word if name => continue,
                 TokenKind::Word => start = token.start,
@@ -368,24 +364,17 @@ impl Context<'_> {
 
     /// Where a unit ends that begins at a token; `None` where something else goes on.
     pub(super) fn unit_end(&self, unit: Token) -> Option<u32> {
-        let rest = Lexer::new(self.source, Span::new(unit.start, self.end));
         let (mut end, mut complete) = (unit.end, false);
         let mut exponent = false;
-        for token in rest.filter(|token| token.kind != TokenKind::Comment) {
+        for token in Lexer::new(self.source, Span::new(unit.start, self.end)).code() {
             match token.kind {
                 TokenKind::Word | TokenKind::Number | TokenKind::Open | TokenKind::Comma if complete => break,
                 TokenKind::Word | TokenKind::Number | TokenKind::Close => complete = true,
-                TokenKind::Open | TokenKind::Star | TokenKind::Slash | TokenKind::Caret => {
-                    complete = false;
-                }
+                TokenKind::Open | TokenKind::Star | TokenKind::Slash | TokenKind::Caret => complete = false,
                 TokenKind::Minus if exponent => complete = false,
                 _ => return None,
             }
-            exponent = match token.kind {
-                TokenKind::Caret => true,
-                TokenKind::Open => exponent,
-                _ => false,
-            };
+            exponent = token.kind == TokenKind::Caret || exponent && token.kind == TokenKind::Open;
             end = token.end;
         }
         complete.then_some(end)
@@ -492,12 +481,11 @@ impl Context<'_> {
 
     /// The statement begun by the name at the place, whose word is missing: `param k = 2`.
     pub(super) fn with_statement_word(&self, name: Token) -> Option<String> {
-        let word = match self.statement {
-            "param" | "let" | "guess" | "equilibrium" => self.statement,
-            _ => return None,
-        };
-        let rest = Lexer::new(self.source, Span::new(name.start, self.end));
-        let mut tokens = rest.filter(|token| token.kind != TokenKind::Comment);
+        let word = self.statement;
+        if !matches!(word, "param" | "let" | "guess" | "equilibrium") {
+            return None;
+        }
+        let mut tokens = Lexer::new(self.source, Span::new(name.start, self.end)).code();
         let equals = tokens.find(|token| token.kind == TokenKind::Equals || self.text(*token) == "==");
         let Some(equals) = equals else {
             let declared = verbatim(self.source, name.start, self.end)?;

@@ -157,18 +157,13 @@ fn constraint_without_word(source: &str, line: &[Token], statement: &str) -> Opt
 
 fn of_another_language(source: &str, token: Token, rest: Lexer<'_>, statement: &str) -> Option<SyntaxError> {
     let mut line = vec![token];
-    let others = rest.into_iter().filter(|other| other.kind != TokenKind::Comment);
-    line.extend(others.take_while(|other| !other.first_on_line));
+    line.extend(rest.code().take_while(|other| !other.first_on_line));
     let span = token.span().to(line.last()?.span());
     let word = token.text(source);
     let next = line.get(1).map(|next| next.kind);
     if is_import(word) && next == Some(TokenKind::Word) {
-        return Some(SyntaxError::UnknownStatement {
-            word: word.to_owned(),
-            suggestion: None,
-            is_certain: false,
-            span,
-        });
+        let word = word.to_owned();
+        return Some(SyntaxError::UnknownStatement { word, suggestion: None, is_certain: false, span });
     }
     if word == "t" && next == Some(TokenKind::Equals) {
         let (suggestion, span) = (Some("T"), token.span());

@@ -82,7 +82,7 @@ fn binds(source: &str, token: Token) -> bool {
 /// begin statements.
 pub(super) fn more_unknown_statements(source: &str, span: Span) -> Vec<SyntaxError> {
     let mut errors = Vec::new();
-    let mut tokens = Lexer::new(source, span).filter(|token| token.kind != TokenKind::Comment).peekable();
+    let mut tokens = Lexer::new(source, span).code().peekable();
     let mut depth = 0_usize;
     let mut before = None;
     // A word that is told, or was before; what follows it may be its name.
@@ -137,10 +137,9 @@ fn suggested(source: &str, token: Token, next: Option<Token>) -> Option<&'static
 fn describe(source: &str, token: Token) -> String {
     let text: String = token.text(source).chars().take(30).collect();
     match token.kind {
-        TokenKind::Word if words::is_statement_word(&text) || words::is_connective(&text) => {
-            format!("`{text}`")
+        TokenKind::Word if !words::is_statement_word(&text) && !words::is_connective(&text) => {
+            format!("the name `{text}`")
         }
-        TokenKind::Word => format!("the name `{text}`"),
         TokenKind::Number | TokenKind::HalfNumber => format!("the number `{text}`"),
         TokenKind::Text | TokenKind::OpenText => "text in quotes".to_owned(),
         _ => format!("`{text}`"),

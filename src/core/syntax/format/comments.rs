@@ -39,14 +39,9 @@ pub(super) fn place(
     if inner.is_empty() {
         return placed;
     }
-    let hosts: Vec<usize> = (0..pieces.list.len())
-        .filter(|at| {
-            matches!(
-                pieces.list.get(*at),
-                Some(Piece::Place(Break::Member | Break::Fill | Break::Factor | Break::Weak, _))
-            )
-        })
-        .collect();
+    let is_host =
+        |piece: &Piece<'_>| matches!(piece, Piece::Place(Break::Member | Break::Fill | Break::Factor | Break::Weak, _));
+    let hosts: Vec<usize> = (0..pieces.list.len()).filter(|at| is_host(&pieces.list[*at])).collect();
     let tokens = starts(source, span, pieces);
     let mut next = 0;
     let mut least = 0;
@@ -90,7 +85,7 @@ fn is_operator(pieces: &Pieces<'_>, at: usize) -> bool {
 
 /// The pieces that are tokens, and where they start in the source; those not found are left out.
 fn starts(source: &str, span: Span, pieces: &Pieces<'_>) -> Vec<(usize, u32)> {
-    let tokens: Vec<_> = Lexer::new(source, span).filter(|token| token.kind != TokenKind::Comment).collect();
+    let tokens: Vec<_> = Lexer::new(source, span).code().collect();
     let mut at = 0;
     let mut found = Vec::new();
     for (place, piece) in pieces.list.iter().enumerate() {

@@ -280,12 +280,8 @@ impl Writer<'_, '_, '_> {
             Break::Weak | Break::Hidden => to(&self.measures.any) <= rest,
         };
         let indent = self.indent_at(at);
-        if stays || kind != Break::Member && indent >= self.column {
-            if !stays && self.unindent(at) {
-                self.end_line(at);
-            } else {
-                self.flat(at);
-            }
+        if stays || kind != Break::Member && indent >= self.column && !self.unindent(at) {
+            self.flat(at);
         } else {
             self.end_line(at);
         }

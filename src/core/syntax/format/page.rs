@@ -65,26 +65,22 @@ impl<'s> Page<'s> {
         self.blank = !self.lines.is_empty();
     }
 
-    fn push(&mut self, code: String, comment: Option<Cow<'s, str>>, head: Option<Head>) {
-        let width = width(&code);
-        self.lines.push(Line { code, comment, blank_before: std::mem::take(&mut self.blank), head, width, shift: 0 });
-    }
-
     /// A line of code.
     pub(super) fn line(&mut self, mut code: String, comment: Option<&'s Comment>) {
         code.truncate(code.trim_end_matches(' ').len());
-        self.push(code, comment.map(text), None);
+        self.whole(code, comment, None);
     }
 
     /// A line that is a whole statement.
     pub(super) fn whole(&mut self, code: String, comment: Option<&'s Comment>, head: Option<Head>) {
-        self.push(code, comment.map(text), head);
+        let (width, comment) = (width(&code), comment.map(text));
+        self.lines.push(Line { code, comment, blank_before: std::mem::take(&mut self.blank), head, width, shift: 0 });
     }
 
     /// A comment on its own line.
     pub(super) fn remark(&mut self, indent: usize, comment: &'s Comment) {
         let code = format!("{}#{}", " ".repeat(indent), text(comment));
-        self.push(code, None, None);
+        self.whole(code, None, None);
     }
 
     /// All lines as text.

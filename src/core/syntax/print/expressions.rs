@@ -79,28 +79,25 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
 
     /// Whether an index is a sum of literals, names, fields, and products of these: `2*i-1`.
     fn is_simple(&self, at: ExprRef) -> bool {
-        if let ExprKind::Sum(terms) = &self.file.expr(at).kind {
-            return terms.iter().all(|term| self.is_simple_term(term.value()));
+        match self.file.expr(at).kind {
+            ExprKind::Sum(terms) => terms.iter().all(|term| self.is_simple_term(term.value())),
+            _ => self.is_simple_term(at),
         }
-        self.is_simple_term(at)
     }
 
     fn is_simple_term(&self, at: ExprRef) -> bool {
-        if let ExprKind::Product(factors) = &self.file.expr(at).kind {
-            return factors.iter().all(|factor| self.is_leaf(factor.value()));
+        match self.file.expr(at).kind {
+            ExprKind::Product(factors) => factors.iter().all(|factor| self.is_leaf(factor.value())),
+            ExprKind::Negate(inner) => self.is_leaf(inner),
+            _ => self.is_leaf(at),
         }
-        if let ExprKind::Negate(inner) = &self.file.expr(at).kind {
-            return self.is_leaf(*inner);
-        }
-        self.is_leaf(at)
     }
 
     fn is_leaf(&self, at: ExprRef) -> bool {
-        let kind = &self.file.expr(at).kind;
-        if let ExprKind::Field { base, .. } = kind {
-            return matches!(self.file.expr(*base).kind, ExprKind::Name(_));
+        match self.file.expr(at).kind {
+            ExprKind::Field { base, .. } => matches!(self.file.expr(base).kind, ExprKind::Name(_)),
+            kind => matches!(kind, ExprKind::Number(_) | ExprKind::Name(_)),
         }
-        matches!(kind, ExprKind::Number(_) | ExprKind::Name(_))
     }
 
     /// Conditions with a word between them.
@@ -246,10 +243,7 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
             self.place(Break::Weak, "");
         }
         for (position, entry) in indices.entries.iter().enumerate() {
-            if position > 0 {
-                self.token(",");
-                self.place(Break::Fill, " ");
-            }
+            self.comma(position);
             match &entry.kind {
                 IndexKind::Member(at) => self.child(*at, Strength::Any, Manner::Tight),
                 IndexKind::Range { variable, from, to } => {

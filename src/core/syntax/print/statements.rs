@@ -62,10 +62,7 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
         self.word(word);
         self.open(Group::Other);
         for (position, one) in all.iter().enumerate() {
-            if position > 0 {
-                self.token(",");
-                self.place(Break::Fill, " ");
-            }
+            self.comma(position);
             put(self, position, one);
         }
         self.close();
@@ -137,10 +134,7 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
                 self.blank();
                 self.for_each(indices.as_deref());
                 for (position, point) in points.iter().enumerate() {
-                    if position > 0 {
-                        self.token(",");
-                        self.place(Break::Fill, " ");
-                    }
+                    self.comma(position);
                     self.put_expr(*point);
                 }
             }
@@ -148,9 +142,7 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
                 self.listed("assume", relations, |own, _, relation| own.put_expr(*relation));
             }
             StatementKind::Guess { binding, rate } => self.binding("guess", binding, *rate),
-            StatementKind::Equilibrium { binding, rate } => {
-                self.binding("equilibrium", binding, *rate);
-            }
+            StatementKind::Equilibrium { binding, rate } => self.binding("equilibrium", binding, *rate),
             StatementKind::Period(value) => {
                 self.word("period");
                 self.put_expr(*value);
