@@ -120,17 +120,12 @@ pub(crate) fn assemble(model: &mut Model) -> Assembly {
         if !coefficients.is_empty() {
             linear.push(VelocityLinear { family: family.clone(), coefficients });
         }
-        let (inertia, potential) = parts;
-        if inertia.is_empty() && potential.is_empty() {
+        if parts.0.is_empty() && parts.1.is_empty() {
             continue;
         }
-        let indices = family.constants.iter().map(|constant| number(*constant));
-        let indices = indices.collect();
+        let constants = family.constants.iter().map(|constant| number(*constant)).collect();
         let logarithms = logarithms(&model.pool, &mut splitter, effective);
-        let parts = (effective, logarithms);
-        if let Some(family) = compile(model, family, parts, (inertia, potential), indices) {
-            families.push(family);
-        }
+        families.extend(compile(model, family, (effective, logarithms), parts, constants));
     }
     let forces = model.forces.clone();
     let origins = linear.iter().map(Origin::Linear);
@@ -385,6 +380,11 @@ impl Assembly {
                 });
             }
         }
+    }
+
+    /// All terms of the energies, one instance after the other.
+    pub(super) fn instances(&self) -> impl Iterator<Item = (&ElementFamily, usize)> {
+        self.families.iter().flat_map(|family| (0..family.terms.count).map(move |at| (family, at)))
     }
 
     /// The gradient of the effective potential, one entry a coordinate; with what friction does at rest.

@@ -119,7 +119,7 @@ impl Linearized {
         if searched && !self.equilibrium.proved {
             return None;
         }
-        let bits = BITS.max(proof.map_or(0, |proof| proof.bits() + 128));
+        let bits = BITS.max(proof.map_or(0, |proof| proof.bits + 128));
         let vector: Vec<Big> = shape.iter().map(|x| Big::from_f64(*x, bits)).collect();
         let quotient = |changed: Option<usize>| self.quotient(changed, &vector, proof, bits);
         let before = quotient(None)?;
@@ -160,7 +160,7 @@ impl Linearized {
         }
         match proof {
             Some(proof) => {
-                at = proof.follow(at, bits, |at| self.assembly.gradient(at, &values))?;
+                at = proof.newton(at, bits, |at| self.assembly.gradient(at, &values))?.point;
             }
             None => self.follow(&mut at, &values)?,
         }

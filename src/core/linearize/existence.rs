@@ -50,8 +50,9 @@ pub(crate) struct Proof {
     centre: Vec<Big>,
     /// ... and |W|r, an upper bound.
     size: Vec<f64>,
-    /// With fewer bits the forces may not tell as much as they did for the proof.
-    bits: usize,
+    /// The bits that forces need at least to be told from their rounding: with fewer they may not tell as much as they
+    /// did for the proof.
+    pub(super) bits: usize,
 }
 
 /// Approximate principal axes of the stiffness of the free coordinates, those of symmetries left out.
@@ -489,25 +490,14 @@ fn ratio_of(x: &[f64], reach: &[f64]) -> f64 {
 }
 
 impl Proof {
-    /// The bits that forces need at least to be told from their rounding.
-    pub(crate) fn bits(&self) -> usize {
-        self.bits
-    }
-
-    /// The equilibrium of forces that are a little different, as near as Newton steps come. Nothing is
-    /// proved.
-    pub(crate) fn follow(
+    /// Newton steps from the centre with WSWᵀ as the inverse of K, which gain the same number of digits
+    /// each (a factor θ, at the least), as long as the forces fall; these may be a little different. Nothing is proved.
+    pub(super) fn newton(
         &self,
-        point: Vec<Big>,
+        mut point: Vec<Big>,
         bits: usize,
         gradient: impl Fn(&[Big]) -> Vec<Big>,
-    ) -> Option<Vec<Big>> {
-        self.newton(point, bits, gradient).map(|own| own.point)
-    }
-
-    /// Newton steps from the centre with WSWᵀ as the inverse of K, which gain the same number of digits
-    /// each (a factor θ, at the least), as long as the forces fall.
-    fn newton(&self, mut point: Vec<Big>, bits: usize, gradient: impl Fn(&[Big]) -> Vec<Big>) -> Option<Newton> {
+    ) -> Option<Newton> {
         for (i, centre) in self.free.iter().zip(&self.centre) {
             point[*i] = centre.clone().with_bits(bits).center();
         }

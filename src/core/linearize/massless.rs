@@ -38,10 +38,6 @@ impl Massless {
     pub(super) fn rows<S: Scalar>(&self, stiffness: &[S], precision: S::Precision) -> Vec<Vec<S>> {
         rows(&self.directions, stiffness, precision)
     }
-
-    pub(super) fn count(&self) -> usize {
-        self.following.len()
-    }
 }
 
 /// The directions without inertia of a model with its equilibrium and constraints, or what they have that nothing can make follow; `None`

@@ -17,17 +17,11 @@ use crate::precision::Scalar;
 /// [`LinearizeError::NotFinite`] where an energy or a force has no value for these.
 pub(crate) fn put_exponents_in(model: &mut Model) -> Result<Exponents, LinearizeError> {
     let bodies: Vec<ExprId> = bodies_of(model).map(|family| family.body).collect();
-    let exponents: Vec<ExprId> = model
-        .pool
-        .reachable(&bodies)
-        .into_iter()
-        .filter_map(|id| {
-            let Node::Power { exponent, .. } = model.pool.node(id) else {
-                return None;
-            };
-            Some(*exponent)
-        })
-        .collect();
+    let exponent = |id| match model.pool.node(id) {
+        Node::Power { exponent, .. } => Some(*exponent),
+        _ => None,
+    };
+    let exponents: Vec<ExprId> = model.pool.reachable(&bodies).into_iter().filter_map(exponent).collect();
     if exponents.is_empty() {
         return Ok(Exponents::default());
     }
@@ -108,15 +102,11 @@ pub fn known_values(model: &Model) -> Substitution {
 
 /// The parameters in expressions, by number, ascending.
 pub(crate) fn parameters_of(model: &Model, roots: &[ExprId]) -> Vec<usize> {
-    let mut found: Vec<usize> = model
-        .pool
-        .symbols_of(roots)
-        .iter()
-        .filter_map(|symbol| match model.symbols.get(*symbol) {
-            Some(SymbolKind::Parameter(number)) => Some(number),
-            Some(_) | None => None,
-        })
-        .collect();
+    let number = |symbol: &Symbol| match model.symbols.get(*symbol) {
+        Some(SymbolKind::Parameter(number)) => Some(number),
+        Some(_) | None => None,
+    };
+    let mut found: Vec<usize> = model.pool.symbols_of(roots).iter().filter_map(number).collect();
     found.sort_unstable();
     found
 }

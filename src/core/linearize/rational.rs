@@ -222,7 +222,7 @@ fn exact(pool: &Pool, e: ExprId) -> Option<Exact> {
 /// Directions that constraints allow.
 fn directions(mut rows: Vec<Vec<Exact>>, bound: &[usize], visible: usize) -> Option<Tangent<Exact>> {
     solve_for(&mut rows, bound.iter().copied(), pivot_size, ())?;
-    Some(Tangent::solved(visible, &rows, bound.to_vec(), ()))
+    Some(Tangent::solved(visible, &rows, bound.to_vec()))
 }
 
 /// Any number but 0 will do for a pivot.

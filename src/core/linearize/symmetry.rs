@@ -175,11 +175,7 @@ fn body<'a>(pool: &mut Pool, family: &'a ElementFamily) -> Body<'a> {
 fn whole(model: &Model, pool: &mut Pool, assembly: &Assembly, at_values: bool) -> Body<'static> {
     let n = model.coordinates.len();
     let here: Vec<ExprId> = model.coordinates.iter().map(|own| pool.symbol_expr(own.symbol)).collect();
-    let parts = symbolic::gradient(model, pool, assembly, &here);
-    let mut gradient = vec![pool.zero(); n];
-    for (i, parts) in parts {
-        gradient[i as usize] = pool.sum(&parts);
-    }
+    let gradient = symbolic::gradient(model, pool, assembly, &here);
     Body {
         symbols: model.coordinates.iter().map(|own| own.symbol).collect(),
         gradient: if at_values { pool.substitute(&gradient, &rational_values(model)) } else { gradient },
@@ -247,15 +243,12 @@ fn constant_generators(model: &Model, pool: &Pool, bodies: &[Body<'_>], allowed:
     if added.is_none() {
         return Vec::new();
     }
-    let vectors = eliminated.kernel(groups.len());
-    vectors
-        .into_iter()
-        .filter_map(|vector| {
-            let of_groups = vector.iter().copied().map(fraction_mod).collect::<Option<Vec<Number>>>()?;
-            let exact: Vec<Number> = place.iter().map(|own| of_groups[*own as usize].clone()).collect();
-            Some(Symmetry { meaning: naming::constant(model, &exact), generator: Generator::Constant(exact) })
-        })
-        .collect()
+    let symmetry = |vector: Vec<u64>| {
+        let of_groups = vector.into_iter().map(fraction_mod).collect::<Option<Vec<Number>>>()?;
+        let exact: Vec<Number> = place.iter().map(|own| of_groups[*own as usize].clone()).collect();
+        Some(Symmetry { meaning: naming::constant(model, &exact), generator: Generator::Constant(exact) })
+    };
+    eliminated.kernel(groups.len()).into_iter().filter_map(symmetry).collect()
 }
 
 /// The linear functionals of the local coordinates that a constant generator has to annihilate: a
@@ -305,24 +298,17 @@ fn vectors(model: &Model) -> Vec<Vec<Vec<usize>>> {
     let mut spaces = Vec::new();
     // Families of vectors of the same width turn together.
     for (width, least) in [(2_usize, 2), (3, 2), (2, 1), (3, 1)] {
-        let vectors: Vec<_> = model
-            .families
-            .iter()
-            .filter(|family| family.extents.len() >= least && family.extents.last() == Some(&width))
-            .collect();
+        let turns = |own: &&CoordinateFamily| own.extents.len() >= least && own.extents.last() == Some(&width);
+        let vectors: Vec<_> = model.families.iter().filter(turns).collect();
         // A family with one index is one vector, or many numbers: it is tried after the others.
         if vectors.is_empty() || least == 1 && vectors.iter().all(|one| one.extents.len() > 1) {
             continue;
         }
-        let axes = (0..width)
-            .map(|axis| {
-                vectors
-                    .iter()
-                    .flat_map(|family| (family.first + axis..family.first + family.len()).step_by(width))
-                    .collect()
-            })
-            .collect();
-        spaces.push(axes);
+        let axis = |axis: usize| {
+            let of = |family: &&CoordinateFamily| (family.first + axis..family.first + family.len()).step_by(width);
+            vectors.iter().flat_map(of).collect()
+        };
+        spaces.push((0..width).map(axis).collect());
     }
     spaces
 }
@@ -416,14 +402,12 @@ fn is_invariant(pool: &Pool, body: &Body<'_>, rotation: &Rotation) -> bool {
     let mut tested: HashSet<Vec<Option<(usize, bool)>>> = HashSet::new();
     for coordinates in body.instances() {
         // The partner of every local: a local too, or one that the term does not contain.
-        let pattern: Vec<Option<(usize, bool)>> = coordinates
-            .iter()
-            .map(|coordinate| {
-                let (partner, minus) = rotation.partner.get(coordinate)?;
-                let place = coordinates.iter().position(|other| other == partner);
-                Some((place.unwrap_or(usize::MAX), *minus))
-            })
-            .collect();
+        let partner = |coordinate: &u32| {
+            let (partner, minus) = rotation.partner.get(coordinate)?;
+            let place = coordinates.iter().position(|other| other == partner);
+            Some((place.unwrap_or(usize::MAX), *minus))
+        };
+        let pattern: Vec<Option<(usize, bool)>> = coordinates.iter().map(partner).collect();
         if !tested.insert(pattern.clone()) {
             continue;
         }

@@ -15,6 +15,7 @@ use super::descent::Energy;
 use super::equilibrium::{BITS_TO_VERIFY, Equilibrium, Origin, Search, closed, short};
 use super::error::LinearizeError;
 use super::symbolic::force_text;
+use super::undefined::point_text;
 use crate::precision::{Ball, Big, Enclosure};
 
 /// Steps onto the constraints, and halvings of a step along them.
@@ -133,7 +134,7 @@ impl Search<'_> {
         let visible = self.visible;
         let rows = gradients(&self.assembly.stiffness(point, self.values), visible, point.len());
         let singular = LinearizeError::ConstraintsSingular {
-            point: self.describe(&point[..visible]),
+            point: point_text(self.model, &point[..visible]),
             span: self.model.coordinates.at(visible).span,
         };
         let bits = dependence::bits(self.model).unwrap_or(BITS_TO_VERIFY);

@@ -27,23 +27,21 @@ const NEAR: f64 = 1e-8;
 pub(crate) struct Unbalanced {
     model: Model,
     assembly: Assembly,
-    equilibrium: Equilibrium,
+    pub(super) equilibrium: Equilibrium,
 }
 
 /// The equilibrium of a model, however its forces come about.
 pub(super) fn find(search: &Search<'_>) -> Result<(Equilibrium, Option<Unbalanced>), LinearizeError> {
     let Search { model, assembly, values, visible, .. } = *search;
-    let searched = model.guesses.any() || model.equilibria.iter().take(visible).any(|given| given.is_none());
-    if !(searched && assembly.acts_at_rest()) {
-        return Ok((equilibrium::find(search)?, None));
-    }
-    let zero = vec![Ball::ZERO; model.coordinates.len()];
-    let force = assembly.gradient(&zero, values);
-    let rests = force.iter().all(Ball::is_zero) && !model.guesses.any() && !model.equilibria.any();
-    if rests {
-        return Ok((equilibrium::find(search)?, None));
-    }
     let count = model.coordinates.len();
+    let zero = vec![Ball::ZERO; count];
+    let guessed = model.guesses.any();
+    let searched = guessed || model.equilibria.iter().take(visible).any(|given| given.is_none());
+    let stated = guessed || model.equilibria.any();
+    let rests = || !stated && assembly.gradient(&zero, values).iter().all(Ball::is_zero);
+    if !(searched && assembly.acts_at_rest()) || rests() {
+        return Ok((equilibrium::find(search)?, None));
+    }
     if visible < count
         && let Some(found) = search.without_search()?
     {
@@ -91,12 +89,6 @@ impl Unbalanced {
         let mut found = precise::equilibrium(&self.model, &self.assembly, &self.equilibrium, &values)?;
         found.truncate(count);
         Some(found)
-    }
-
-    /// The bits that the proof took.
-    pub(super) fn bits(&self) -> usize {
-        let proof = self.equilibrium.proof.as_deref();
-        proof.map_or(0, super::existence::Proof::bits)
     }
 }
 
@@ -165,17 +157,12 @@ fn doubled(model: &Model, assembly: &Assembly) -> Model {
         let rests = family.at_rest(pool);
         let share = pool.substitute_one(family.body, &rests);
         let energy = if negative { share } else { pool.neg(share) };
-        let forces: Vec<(usize, ExprId)> = family
-            .locals
-            .iter()
-            .enumerate()
-            .map(|(place, local)| (place, pool.diff(energy, local.coordinate)))
-            .collect();
+        let slopes = family.locals.iter().map(|local| pool.diff(energy, local.coordinate));
+        let forces: Vec<(usize, ExprId)> = slopes.enumerate().collect();
         potential.extend(multiplied(pool, family, &forces, count));
     }
     for family in &assembly.velocity {
-        let forces: Vec<(usize, ExprId)> = family.at_rest().collect();
-        potential.extend(multiplied(pool, &family.terms, &forces, count));
+        potential.extend(multiplied(pool, &family.terms, &family.derivatives.rest, count));
     }
     own.kinetic = Vec::new();
     own.potential = potential;

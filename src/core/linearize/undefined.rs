@@ -85,8 +85,7 @@ impl Assembly {
     /// The first term that has no value at a point of expressions, as an error.
     pub(super) fn undefined_in_symbols(&self, model: &Model, point: &[ExprId]) -> Option<LinearizeError> {
         let mut pool = model.pool.clone();
-        let mut energies = self.families.iter().flat_map(|family| (0..family.terms.count).map(move |at| (family, at)));
-        let place = energies.find_map(|(family, at)| {
+        let place = self.instances().find_map(|(family, at)| {
             let map = instance(model, &mut pool, &family.terms, at, Some(point));
             let logarithms = pool.substitute(&family.logarithms, &map);
             let mut undefined =
@@ -107,7 +106,7 @@ impl Assembly {
         let place = place.or_else(|| {
             velocities.find_map(|(family, at)| {
                 let map = instance(model, &mut pool, &family.terms, at, Some(point));
-                let images = pool.substitute(&family.derivatives(), &map);
+                let images = pool.substitute(&family.derivatives.expressions(), &map);
                 images.iter().any(|e| pool.is_undefined(*e)).then(|| Undefined::of_velocities(family, at))
             })
         });
@@ -132,7 +131,7 @@ impl<'a> Undefined<'a> {
     }
 
     fn of_velocities(family: &'a VelocityFamily, instance: usize) -> Self {
-        Self { what: FRICTION, terms: &family.terms, instance, derivatives: family.derivatives() }
+        Self { what: FRICTION, terms: &family.terms, instance, derivatives: family.derivatives.expressions() }
     }
 
     fn error(&self, model: &Model, pool: Pool, at: &Point<'_>) -> Option<LinearizeError> {

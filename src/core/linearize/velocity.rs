@@ -33,7 +33,7 @@ pub(crate) enum Matrix {
 pub(crate) struct VelocityFamily {
     pub(super) terms: TermFamily,
     pub(super) inputs: Inputs,
-    derivatives: Derivatives,
+    pub(super) derivatives: Derivatives,
     /// One output for each entry.
     tape: Tape,
     rest_tape: Tape,
@@ -118,16 +118,6 @@ impl VelocityFamily {
         Some((inputs.tape(model, &pool, &self.terms, &factors)?, inputs))
     }
 
-    /// ∂F/∂q' at rest, by local variable.
-    pub(super) fn at_rest(&self) -> impl Iterator<Item = (usize, ExprId)> {
-        self.derivatives.rest.iter().copied()
-    }
-
-    /// The entries, and what friction does at rest.
-    pub(super) fn derivatives(&self) -> Vec<ExprId> {
-        self.derivatives.expressions()
-    }
-
     /// The first instance whose entries at a point are not finite.
     pub(super) fn not_finite<S: Scalar>(&self, at: &[S], values: &Values<S>) -> Option<usize> {
         let mut found = None;
@@ -170,17 +160,18 @@ fn has_derivatives(pool: &Pool, family: &TermFamily) -> bool {
     friction(&mut pool, family).expressions().into_iter().all(|entry| !pool.is_undefined(entry))
 }
 
+/// What a family of terms is differentiated to.
 #[derive(Clone, Debug)]
-struct Derivatives {
+pub(super) struct Derivatives {
     /// Matrix, row and column (by local variable), and the entry.
     entries: Vec<(Matrix, usize, usize, ExprId)>,
     /// ∂F/∂q' at rest: by local variable.
-    rest: Vec<(usize, ExprId)>,
+    pub(super) rest: Vec<(usize, ExprId)>,
 }
 
 impl Derivatives {
     /// Those of the entries, then those at rest.
-    fn expressions(&self) -> Vec<ExprId> {
+    pub(super) fn expressions(&self) -> Vec<ExprId> {
         let entries = self.entries.iter().map(|(.., e)| *e);
         entries.chain(self.rest.iter().map(|(_, e)| *e)).collect()
     }
@@ -382,7 +373,7 @@ impl Assembly {
     /// ∂F/∂q' at rest as expressions.
     pub(crate) fn friction_at_rest(&self) -> impl Iterator<Item = (&TermFamily, usize, ExprId)> {
         let families = self.velocity.iter();
-        families.flat_map(|family| family.at_rest().map(move |(place, e)| (&family.terms, place, e)))
+        families.flat_map(|family| family.derivatives.rest.iter().map(move |(place, e)| (&family.terms, *place, *e)))
     }
 
     /// Whether friction acts at rest, somewhere.
