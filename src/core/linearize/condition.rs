@@ -62,9 +62,8 @@ impl Linearized {
         let mut sums = vec![0.0; shapes.len()];
         self.assembly.run(Part::Stiffness, at, values, |family, instance, numbers, _| {
             let numbers: Vec<f64> = numbers.iter().map(&size).collect();
-            let numbers = numbers.as_slice();
             let coordinates = family.terms.coordinates_of(instance);
-            let mut rest = numbers;
+            let mut rest = numbers.as_slice();
             for element in &family.potential {
                 let (outer, slopes) = head(&mut rest, 2, element.slope.len());
                 let (curvature, _) = head(&mut rest, element.curvature.len(), 0);

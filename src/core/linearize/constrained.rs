@@ -198,11 +198,6 @@ pub(crate) fn solve<S: Enclosure>(equations: Vec<Vec<S>>, precision: S::Precisio
 }
 
 impl Tangent<Ball> {
-    /// All directions.
-    pub(crate) fn all(coordinates: usize) -> Self {
-        Self { free: (0..coordinates).collect(), bound: Vec::new(), slopes: Vec::new() }
-    }
-
     /// All components of a shape of the exponent s, from those that the others follow: of these z it is (s + γ) z = (s Z - β) y, with -β and -γ
     /// side by side in `drift`, of which γ is nilpotent.
     pub(crate) fn carried(&self, drift: &[Vec<Ball>], s: &Complex<Ball>, y: &[Complex<Ball>]) -> Vec<Complex<Ball>> {
@@ -233,7 +228,7 @@ impl Tangent<Big> {
 }
 
 impl<S: Scalar> Tangent<S> {
-    /// From gradients by `n` coordinates solved for those that follow, one row each.
+    /// From gradients by `n` coordinates solved for those that follow, one row each; without any all directions.
     pub(super) fn solved(n: usize, rows: &[Vec<S>], bound: Vec<usize>) -> Self {
         let free: Vec<usize> = (0..n).filter(|at| !bound.contains(at)).collect();
         let slopes = rows.iter().map(|row| free.iter().map(|at| row[*at].neg()).collect()).collect();

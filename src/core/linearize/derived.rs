@@ -22,10 +22,8 @@ pub(super) fn leaving_out_dependent<T>(
     model: &Model,
     attempt: impl Fn(&[usize]) -> Result<T, LinearizeError>,
 ) -> Result<T, LinearizeError> {
-    let error = match attempt(&[]) {
-        Ok(found) => return Ok(found),
-        Err(error) => error,
-    };
+    let found = attempt(&[]);
+    let Err(error) = found else { return found };
     let may_depend = matches!(
         error,
         LinearizeError::ConstraintsSingular { .. }

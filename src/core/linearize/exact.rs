@@ -8,10 +8,11 @@ use std::collections::{BTreeMap, VecDeque};
 
 use super::assemble::{Assembly, Part, Values, assemble};
 use super::equilibrium::{Equilibrium, in_numbers};
+use super::flow::Three;
 use super::massless::{Direction, product};
 use super::parameters::with_values;
 use super::radicals::{Exact, Surd};
-use super::velocity::{Matrix, sum};
+use super::velocity::{Matrix, Numbers, sum};
 use super::{Linearized, elimination};
 use crate::model::Model;
 use crate::number::Number;
@@ -336,10 +337,15 @@ pub(super) fn simplest(mid: &Number, radius: &Number) -> Option<Number> {
 pub(super) fn integers(own: &Linearized) -> Option<Integers> {
     let (model, assembly) = put(&own.model, &own.assembly);
     let (at, values) = settled(&model, &assembly, &own.equilibrium)?;
-    let [mass, gyroscopic, damping, stiffness, circulatory] = assembly.matrices(&at, &values);
-    let nothing = || vec![Exact::rational(Some(Number::ZERO)); at.len() * at.len()];
+    super::integers::integers(&three(assembly.matrices(&at, &values))?)
+}
+
+/// M, G + C and K + N, those that are not there filled with 0.
+pub(super) fn three([mass, gyroscopic, damping, stiffness, circulatory]: Numbers<Exact>) -> Option<Three<Exact>> {
+    let (mass, stiffness) = (mass?, sum(stiffness, circulatory)?);
+    let nothing = || vec![Exact::rational(Some(Number::ZERO)); mass.len()];
     let velocity = sum(gyroscopic, damping).unwrap_or_else(nothing);
-    super::integers::integers(&[mass?, velocity, sum(stiffness, circulatory)?])
+    Some([mass, velocity, stiffness])
 }
 
 /// A double-double as a rational number.

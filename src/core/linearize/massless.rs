@@ -29,11 +29,6 @@ pub(super) struct Massless {
 }
 
 impl Massless {
-    /// The motions that are left, for K + N in numbers of any precision, column by column.
-    pub(super) fn tangent_in<S: Enclosure>(&self, stiffness: &[S], precision: S::Precision) -> Option<Tangent<S>> {
-        Tangent::new(&self.rows(stiffness, precision), &self.following, precision)
-    }
-
     /// vᵀ(K + N), a row for each direction: what vanishes for these motions.
     pub(super) fn rows<S: Scalar>(&self, stiffness: &[S], precision: S::Precision) -> Vec<Vec<S>> {
         rows(&self.directions, stiffness, precision)

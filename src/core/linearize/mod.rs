@@ -386,7 +386,7 @@ fn at_equilibrium(
     let constrained =
         |(tangent, bound)| Constrained { tangent, bound, given, dependent, rolling: None, families: Vec::new() };
     if rows.is_empty() {
-        return Ok(constrained((Tangent::all(visible), Vec::new())));
+        return Ok(constrained((Tangent::solved(visible, &[], Vec::new()), Vec::new())));
     }
     let singular = || LinearizeError::ConstraintsSingular {
         point: undefined::point_text(model, &at[..visible]),

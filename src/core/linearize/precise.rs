@@ -103,7 +103,8 @@ impl Linearized {
         }
         stiffness = sum(Some(stiffness), circulatory)?;
         if let Some(massless) = self.massless() {
-            let (own, order) = (massless.tangent_in(&stiffness, bits)?, stiffness.len().isqrt());
+            let own = Tangent::new(&massless.rows(&stiffness, bits), &massless.following, bits)?;
+            let order = stiffness.len().isqrt();
             mass = own.reduce_symmetric(&mass, order);
             stiffness = own.reduce(&stiffness, order);
             velocity = velocity.map(|matrix| own.reduce(&matrix, order));

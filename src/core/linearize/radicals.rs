@@ -191,8 +191,7 @@ impl Sum {
             if term.factor.is_zero() {
                 continue;
             }
-            let same = sum.iter().enumerate();
-            let same = same.filter_map(|(at, own)| Some((at, own.ratio(&term)?))).next();
+            let same = sum.iter().enumerate().find_map(|(at, own)| Some((at, own.ratio(&term)?)));
             match same {
                 Some((at, ratio)) => {
                     let factor = sum[at].factor.add(&term.factor.mul(&ratio));
