@@ -75,11 +75,9 @@ impl Elimination {
         while let Some((&(column, value), rest)) = row.split_first() {
             let Some(pivot) = self.rows.get(&column) else {
                 let inverse = inverse_mod(value)?;
-                let rest = rest.iter().map(|(j, x)| (*j, mul_mod(*x, inverse)));
-                let rest = rest.collect();
+                let rest = rest.iter().map(|(j, x)| (*j, mul_mod(*x, inverse))).collect();
                 self.order.push(column);
-                let own = Eliminated { rest, source, steps, inverse };
-                self.rows.insert(column, own);
+                self.rows.insert(column, Eliminated { rest, source, steps, inverse });
                 return Some(true);
             };
             self.work += pivot.rest.len() + rest.len();

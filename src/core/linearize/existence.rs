@@ -354,13 +354,9 @@ impl<S: Enclosure> Setting<'_, S> {
             let over = self.stiffness(&wide);
             let defect = Defect { middle: middle_defect.clone(), spread: self.spread(&matrix, &middle, &over) };
             let image = defect.times(directions, &reach);
-            let holds = (0..kept).all(|i| above(start[i] + image[i], 2) < reach[i]);
-            if !holds {
-                continue;
-            }
             let contraction = ratio_of(&image, &reach);
-            let shrinks = contraction < 1.0;
-            if !shrinks || !self.span(&wide, directions, &over, &reach, contraction, symmetries) {
+            let holds = contraction < 1.0 && (0..kept).all(|i| above(start[i] + image[i], 2) < reach[i]);
+            if !holds || !self.span(&wide, directions, &over, &reach, contraction, symmetries) {
                 continue;
             }
             let proof = Proof {

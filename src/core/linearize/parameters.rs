@@ -42,20 +42,8 @@ pub(crate) fn put_exponents_in(model: &mut Model) -> Result<Exponents, Linearize
 /// Parameters that have become numbers, and what the bodies of all terms were with their symbols.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Exponents {
-    parameters: Vec<usize>,
-    bodies: Vec<ExprId>,
-}
-
-impl Exponents {
-    /// Whether a parameter, by number, has become a number.
-    pub(super) fn has(&self, parameter: usize) -> bool {
-        self.parameters.contains(&parameter)
-    }
-
-    /// Puts the symbols back.
-    pub(super) fn put_back(&self, model: &mut Model) {
-        set_bodies(model, &self.bodies);
-    }
+    pub(super) parameters: Vec<usize>,
+    pub(super) bodies: Vec<ExprId>,
 }
 
 /// All terms of a model, forces behind the energies.
@@ -63,7 +51,8 @@ fn bodies_of(model: &Model) -> impl Iterator<Item = &TermFamily> {
     signed_terms(model).map(|(_, family)| family).chain(&model.forces)
 }
 
-fn set_bodies(model: &mut Model, bodies: &[ExprId]) {
+/// Puts in other bodies of all terms, in the same order.
+pub(super) fn set_bodies(model: &mut Model, bodies: &[ExprId]) {
     let families = model.kinetic.iter_mut().chain(&mut model.potential);
     for (family, body) in families.chain(&mut model.forces).zip(bodies) {
         family.body = *body;

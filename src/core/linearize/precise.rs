@@ -3,6 +3,7 @@
 use super::assemble::{Assembly, Values};
 use super::constrained::{Tangent, gradients};
 use super::equilibrium::Equilibrium;
+use super::massless::rows;
 use super::velocity::sum;
 use super::zero::{self, ZeroMode};
 use super::{Linearized, tied};
@@ -103,7 +104,8 @@ impl Linearized {
         }
         stiffness = sum(Some(stiffness), circulatory)?;
         if let Some(massless) = self.massless() {
-            let own = Tangent::new(&massless.rows(&stiffness, bits), &massless.following, bits)?;
+            let held = rows(&massless.directions, &stiffness, bits);
+            let own = Tangent::new(&held, &massless.following, bits)?;
             let order = stiffness.len().isqrt();
             mass = own.reduce_symmetric(&mass, order);
             stiffness = own.reduce(&stiffness, order);

@@ -10,6 +10,7 @@ use super::elimination::grows_from_zero;
 use super::equilibrium::Origin;
 use super::exact::{kernel_of_columns, recognised, three};
 use super::flow::{Flow, Three};
+use super::massless::rows;
 use super::parameters::known_values;
 use super::radicals::{Exact, Surd};
 use super::rolling::SymbolicRolling;
@@ -110,7 +111,7 @@ fn matrices(linearized: &Linearized, flow: Option<&Flow>) -> Option<(Three<Exact
     }
     if let Some(massless) = linearized.massless() {
         let left = all[0].len().isqrt();
-        let tangent = directions(massless.rows(&all[2], ()), &massless.following, left)?;
+        let tangent = directions(rows(&massless.directions, &all[2], ()), &massless.following, left)?;
         all = all.map(|matrix| tangent.reduce(&matrix, left));
     }
     if let Some(flow) = flow {

@@ -462,9 +462,7 @@ impl SymbolicRolling {
         let (free, bound, reactions) = (left, others, reactions.to_vec());
         Ok(Self { free, first, bound, drift, moved, matrices, gradients, directions, reactions, shifts, carried })
     }
-}
 
-impl SymbolicRolling {
     /// The equations of all coordinates, `free` and then `bound`: the coefficients of 1, s and s² of each entry, row by row.
     pub(super) fn pencil(&self, pool: &mut Pool) -> Vec<Vec<ExprId>> {
         let (n, count) = (self.free.len(), self.free.len() + self.bound.len());

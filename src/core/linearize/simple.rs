@@ -32,11 +32,8 @@ impl Search<'_> {
 
     /// Whether all forces vanish where the model says, or where it guesses, or at 0, for the values of the parameters.
     fn vanishes_identically(&self, guessed: bool) -> bool {
-        let model = self.model;
-        if self.assembly.acts_at_rest() {
-            return false;
-        }
-        forces_vanish(model, self.assembly, &stated(model, guessed), &known_values(model)) == Some(true)
+        let vanish = |model| forces_vanish(model, self.assembly, &stated(model, guessed), &known_values(model));
+        !self.assembly.acts_at_rest() && vanish(self.model) == Some(true)
     }
 
     /// The same where the model guesses, with multipliers of constraints that balance the forces.

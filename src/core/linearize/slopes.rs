@@ -7,7 +7,7 @@
 use super::Linearized;
 use super::assemble::{Values, assemble, evaluate_closed};
 use super::equilibrium::Origin;
-use super::parameters::known_values;
+use super::parameters::{known_values, set_bodies};
 use super::rolling::Rolling;
 use super::velocity::{Numbers, sum};
 use super::zero::{ZeroMode, zero_modes};
@@ -90,7 +90,7 @@ impl Linearized {
         if !self.can_vary(parameter) {
             return None;
         }
-        if self.exponents.has(parameter) {
+        if self.exponents.parameters.contains(&parameter) {
             return self.with_symbols_in_exponents()?.slopes(parameter);
         }
         let varied = |number: usize, value: Dual<Ball>| Dual {
@@ -131,7 +131,7 @@ impl Linearized {
             return None;
         }
         let mut own = self.clone();
-        std::mem::take(&mut own.exponents).put_back(&mut own.model);
+        set_bodies(&mut own.model, &std::mem::take(&mut own.exponents).bodies);
         own.assembly = assemble(&mut own.model);
         own.values = own.assembly.values(&own.model, ()).ok()?;
         Some(own)

@@ -34,7 +34,8 @@ const STRANGER: u64 = 0x0123_4567_89ab_cdef;
 #[derive(Clone, Debug)]
 pub(crate) struct Symmetry {
     generator: Generator,
-    meaning: String,
+    /// What it is, in words.
+    pub(super) meaning: String,
 }
 
 #[derive(Clone, Debug)]
@@ -45,11 +46,6 @@ enum Generator {
 }
 
 impl Symmetry {
-    /// What it is, in words.
-    pub(crate) fn meaning(&self) -> &str {
-        &self.meaning
-    }
-
     /// The generator at a point.
     pub(crate) fn vector<S: Scalar>(&self, at: &[S], precision: S::Precision) -> Vec<S> {
         match &self.generator {

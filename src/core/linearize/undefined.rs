@@ -234,9 +234,7 @@ impl<'a> Scene<'a> {
         }
         Some(Self { model, pool, numbers, names, images: matches!(point, Point::Expressions(_)).then_some(images) })
     }
-}
 
-impl Scene<'_> {
     /// What makes one of the expressions undefined, if any is.
     fn cause(&mut self, roots: &[ExprId]) -> Option<String> {
         let mut roots = roots.to_vec();

@@ -89,7 +89,7 @@ pub(crate) fn zero_modes(own: &Linearized, others: bool) -> Vec<ZeroMode> {
         }
     };
     for symmetry in symmetries(model, assembly, at, &vec![true; at.len()], false) {
-        let (vector, meaning) = (symmetry.vector(at, ()), symmetry.meaning().to_owned());
+        let (vector, meaning) = (symmetry.vector(at, ()), symmetry.meaning.clone());
         add(&mut kept, ZeroMode { vector, meaning, ground: Ground::Symmetry(symmetry) });
     }
     if let Some(mechanism::Kernel { pivots, vectors }) = mechanism::kernel(assembly, at, values, None) {
