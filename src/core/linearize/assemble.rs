@@ -205,13 +205,8 @@ fn split(
             inertia.push(element);
         }
     }
-    let mut linear = Vec::new();
-    for (place, parts) in coefficients.iter().enumerate() {
-        let coefficient = pool.sum(parts);
-        if !coefficient.is_zero() {
-            linear.push((place, coefficient));
-        }
-    }
+    let linear = coefficients.iter().map(|parts| pool.sum(parts)).enumerate();
+    let linear = linear.filter(|(_, coefficient)| !coefficient.is_zero()).collect();
     (effective, (inertia, potential), linear)
 }
 

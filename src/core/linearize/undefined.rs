@@ -292,12 +292,8 @@ impl<'a> Scene<'a> {
         if let Some(number) = self.numbers.get(&symbol) {
             return Some(number.clone());
         }
-        match self.model.symbols.get(symbol)? {
-            SymbolKind::Parameter(number) => {
-                evaluate_closed(&self.model.pool, self.model.parameters.get(number)?.value?, BITS)
-            }
-            _ => None,
-        }
+        let SymbolKind::Parameter(number) = self.model.symbols.get(symbol)? else { return None };
+        evaluate_closed(&self.model.pool, self.model.parameters.get(number)?.value?, BITS)
     }
 
     /// What is wrong with a part whose own parts are all numbers, and the expression to blame.
