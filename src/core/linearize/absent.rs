@@ -73,9 +73,7 @@ impl Search<'_> {
         let floor = 1e-12 * values.amax();
         let soft: Vec<usize> = (0..values.len()).filter(|mode| values[*mode].abs() <= floor).collect();
         let axes = spectrum.eigen.eigenvectors.select_columns(&soft);
-        let Some(motions) = metric.transpose().solve_upper_triangular(&axes) else {
-            return Vec::new();
-        };
+        let Some(motions) = metric.transpose().solve_upper_triangular(&axes) else { return Vec::new() };
         let rational = |motion: &Vec<f64>| {
             let entries = self.free.iter().zip(motion);
             entries.filter(|(_, x)| x.abs() > 1e-9).map(|(i, x)| Some((*i, fraction(*x)?))).collect::<Option<Vec<_>>>()

@@ -89,9 +89,7 @@ pub(super) fn independent(model: &mut Model) -> (Vec<usize>, Vec<usize>) {
     let gradients: Vec<Vec<(usize, ExprId)>> = bodies.iter().map(|body| symbols.slopes(pool, *body)).collect();
     let all: Vec<ExprId> = gradients.iter().flatten().map(|(_, slope)| *slope).collect();
     let all_kept = ((0..count).collect(), Vec::new());
-    let Some(values) = model.pool.evaluate_at_random(&all, 1) else {
-        return all_kept;
-    };
+    let Some(values) = model.pool.evaluate_at_random(&all, 1) else { return all_kept };
     let mut values = values.into_iter();
     let (mut kept, mut dependent) = (Vec::new(), Vec::new());
     let mut elimination = Elimination::default();

@@ -227,9 +227,7 @@ impl Splitter {
     /// The terms of a sum that vary, if they are all simple: then nothing is lost by deriving
     /// them one by one. (A reverse sweep over the sum would share what deeper terms share.)
     fn simple_terms(&mut self, pool: &Pool, s: ExprId, kind: Variable) -> Option<Vec<(ExprId, Number)>> {
-        let Node::Sum { terms, .. } = pool.node(s) else {
-            return None;
-        };
+        let Node::Sum { terms, .. } = pool.node(s) else { return None };
         let mut simple = Vec::with_capacity(terms.len());
         for (term, coefficient) in terms {
             if self.facts.varies(pool, *term, kind) {

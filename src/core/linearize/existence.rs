@@ -407,9 +407,7 @@ impl<S: Enclosure> Setting<'_, S> {
         let vectors: Vec<(Vec<f64>, Vec<f64>)> =
             generators.iter().map(|vector| split(vector.iter().cloned())).collect();
         let middle = DMatrix::from_fn(m, p, |i, k| vectors[k].0[i]);
-        let Some(inverse) = middle.tr_mul(&middle).try_inverse() else {
-            return false;
-        };
+        let Some(inverse) = middle.tr_mul(&middle).try_inverse() else { return false };
         // The rows of A P as columns, exactly what these doubles are.
         let rows = &middle * inverse.transpose();
         // ‖1 - A P xi‖ and ‖A P W‖.

@@ -424,9 +424,7 @@ impl Scalar for Exact {
                 None => Self(None),
             };
         }
-        let Some(a) = self.as_rational() else {
-            return Self(None);
-        };
+        let Some(a) = self.as_rational() else { return Self(None) };
         let (zero, one) = (a.is_zero(), a.is_one());
         Self::rational(match function {
             Function::Sin | Function::Tan | Function::Asin | Function::Atan | Function::Sinh | Function::Tanh => {

@@ -196,9 +196,7 @@ fn constant_generators(model: &Model, pool: &Pool, bodies: &[Body<'_>], allowed:
     let n = model.coordinates.len();
     let mut spanned = Vec::with_capacity(bodies.len());
     for body in bodies.iter().filter(|body| !body.gradient.iter().all(|slope| slope.is_zero())) {
-        let Some(rows) = functionals(pool, &body.gradient) else {
-            return Vec::new();
-        };
+        let Some(rows) = functionals(pool, &body.gradient) else { return Vec::new() };
         spanned.push((body, rows));
     }
     let visit = |take: &mut dyn FnMut(Row) -> Option<()>| -> Option<()> {
@@ -410,14 +408,10 @@ fn is_invariant(pool: &Pool, body: &Body<'_>, rotation: &Rotation) -> bool {
         for point in 0..POINTS {
             let seed = 1000 + point;
             let value = |symbol| ModularPoint::random_value(seed, symbol);
-            let Some(slopes) = pool.evaluate_mod(&body.gradient, value, seed) else {
-                return false;
-            };
+            let Some(slopes) = pool.evaluate_mod(&body.gradient, value, seed) else { return false };
             let mut sum = 0;
             for (place, partner) in pattern.iter().enumerate() {
-                let Some((partner, minus)) = partner else {
-                    continue;
-                };
+                let Some((partner, minus)) = partner else { continue };
                 let velocity = match body.symbols.get(*partner) {
                     Some(symbol) => value(*symbol),
                     // The term does not contain the partner: any value will do.

@@ -147,17 +147,13 @@ impl Search<'_> {
             let rows = gradients(&self.assembly.stiffness(&at, &values), visible, at.len());
             choose_bound(&rows, None, bits)
         });
-        let Some(bound) = bound else {
-            return Some(singular);
-        };
+        let Some(bound) = bound else { return Some(singular) };
         let found = in_bits().and_then(|(mut at, values)| {
             put_multipliers_in(self.assembly, &values, &mut at, visible, &bound)?;
             let force = self.assembly.gradient(&at, &values);
             Some((at, force))
         });
-        let Some((at, force)) = found else {
-            return Some(singular);
-        };
+        let Some((at, force)) = found else { return Some(singular) };
         if put_multipliers_in(self.assembly, self.values, point, visible, &bound).is_none() {
             for (multiplier, own) in point.iter_mut().zip(&at).skip(visible) {
                 *multiplier = own.to_ball();

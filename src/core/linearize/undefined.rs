@@ -256,9 +256,7 @@ impl<'a> Scene<'a> {
                 Some(name) => self.pool.as_symbol(*name)?,
                 None => symbol,
             };
-            let Some(SymbolKind::Parameter(number)) = self.model.symbols.get(symbol) else {
-                return None;
-            };
+            let Some(SymbolKind::Parameter(number)) = self.model.symbols.get(symbol) else { return None };
             let parameter = self.model.parameters.get(number)?;
             if self.pool.as_symbol(parameter.symbolic) == Some(symbol) {
                 return Some(format!("{through}the value of `{}` is no number, or beyond all range", parameter.name));

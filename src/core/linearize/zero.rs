@@ -173,9 +173,7 @@ impl Sieve {
             rest[*pivot] = Ball::ZERO;
         }
         let sizes = rest.iter().map(Enclosure::certain_size).enumerate().filter(|(_, size)| *size > 0.0);
-        let Some((pivot, _)) = sizes.reduce(|best, own| if own.1 > best.1 { own } else { best }) else {
-            return false;
-        };
+        let Some((pivot, _)) = sizes.reduce(|best, own| if own.1 > best.1 { own } else { best }) else { return false };
         self.basis.push((pivot, rest));
         true
     }
