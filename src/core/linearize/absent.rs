@@ -111,17 +111,15 @@ impl Search<'_> {
         let gradient = self.gradient(at);
         let size = |i: &usize| gradient[*i].mid_f64().abs();
         let worst = self.free.iter().copied().max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or(0);
+        let own = self.model.coordinates.at(worst);
         if worst >= self.visible {
-            return LinearizeError::ConstraintsContradict {
-                difference: None,
-                span: self.model.coordinates.at(worst).span,
-            };
+            return LinearizeError::ConstraintsContradict { difference: None, span: own.span };
         }
         LinearizeError::EquilibriumNotFound {
-            coordinate: self.model.coordinates.at(worst).name(),
+            coordinate: own.name(),
             force: short(-gradient[worst].mid_f64()),
             point: point_text(self.model, &at[..self.visible]),
-            span: self.model.coordinates.at(worst).span,
+            span: own.span,
         }
     }
 }

@@ -210,10 +210,7 @@ pub(super) fn kernel(matrix: &Rows, known: usize) -> Option<Vec<Vec<Number>>> {
     }
     let mut left = MOST_WORK;
     let vectors = free.into_iter().filter_map(|column| lifted(&elimination, &whole, column, &mut left));
-    let in_old_places = |vector: Vec<Number>| {
-        let places = place.iter();
-        places.map(|new| vector[*new as usize].clone()).collect()
-    };
+    let in_old_places = |vector: Vec<Number>| place.iter().map(|new| vector[*new as usize].clone()).collect();
     Some(vectors.map(in_old_places).collect())
 }
 

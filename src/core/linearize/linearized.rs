@@ -332,11 +332,7 @@ impl Linearized {
     /// The first term whose numbers at the equilibrium are not finite, as an error.
     #[must_use]
     pub fn not_finite(&self) -> Option<LinearizeError> {
-        self.assembly.not_finite(
-            &self.model,
-            &self.equilibrium.values,
-            &self.values,
-            "a second derivative of the energies",
-        )
+        let what = "a second derivative of the energies";
+        self.assembly.not_finite(&self.model, &self.equilibrium.values, &self.values, what)
     }
 }

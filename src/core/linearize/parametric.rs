@@ -91,15 +91,9 @@ pub fn parametric(mut model: Model, varying: &[usize]) -> Result<Parametric, Lin
         Some(none) => none,
         None => model.with_pool(|model, pool| symbolic::gradient(model, pool, &assembly, &matrices.equilibrium)),
     };
-    let nominal = if closed || !is_open {
-        None
-    } else {
-        // Only a place to start from: without one the search starts at the guess.
-        super::linearize(whole).ok().map(|linearized| {
-            let values = &linearized.equilibrium().values;
-            values.iter().map(Ball::mid_f64).collect()
-        })
-    };
+    // Only a place to start from: without one the search starts at the guess.
+    let found = if closed || !is_open { None } else { super::linearize(whole).ok() };
+    let nominal = found.map(|own| own.equilibrium().values.iter().map(Ball::mid_f64).collect());
     let zero = model.pool.zero();
     let start: Vec<ExprId> = model.guesses.iter().map(|guess| guess.map_or(zero, |guess| guess.symbolic)).collect();
 

@@ -432,15 +432,9 @@ fn is_invariant(pool: &Pool, body: &Body<'_>, rotation: &Rotation) -> bool {
 fn components(n: usize, assembly: &Assembly, rotation: &Rotation) -> Vec<Vec<u32>> {
     let mut together = Groups::new(n);
     let mut tie = |a: u32, b: u32| together.join(a as usize, b as usize);
-    for family in &assembly.families {
-        if family.potential.is_empty() {
-            continue;
-        }
-        for instance in 0..family.terms.count {
-            let coordinates = family.terms.coordinates_of(instance);
-            for pair in coordinates.windows(2) {
-                tie(pair[0], pair[1]);
-            }
+    for (family, instance) in assembly.instances().filter(|(family, _)| !family.potential.is_empty()) {
+        for pair in family.terms.coordinates_of(instance).windows(2) {
+            tie(pair[0], pair[1]);
         }
     }
     for (i, (j, _)) in &rotation.partner {

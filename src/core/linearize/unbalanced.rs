@@ -12,7 +12,7 @@ use super::equilibrium::{self, Equilibrium, Search};
 use super::error::LinearizeError;
 use super::precise;
 use super::units::start;
-use crate::expr::{ExprId, Pool, Symbol};
+use crate::expr::{ExprId, Pool};
 use crate::model::{Given, Local, Model, TermFamily};
 use crate::number::Number;
 use crate::precision::{Ball, Big};
@@ -67,16 +67,9 @@ pub(super) fn find(search: &Search<'_>) -> Result<(Equilibrium, Option<Unbalance
     let equilibrium = found.first(count);
     // Forces on what is given are not among those that were brought to zero.
     let force = assembly.gradient(&equilibrium.values, values);
-    for (i, given) in model.equilibria.iter().enumerate() {
-        if let Some(given) = given
-            && !force[i].contains_zero()
-        {
-            return Err(LinearizeError::NotAnEquilibrium {
-                coordinate: model.coordinates.at(i).name(),
-                force: equilibrium::short(-force[i].mid_f64()),
-                span: given.span,
-            });
-        }
+    let is_pushed = |i: &usize| model.equilibria.get(*i).is_some() && !force[*i].contains_zero();
+    if let Some(i) = (0..count).find(is_pushed) {
+        return Err(search.acts(i, equilibrium::short(-force[i].mid_f64())));
     }
     let unbalanced = Unbalanced { model: doubled, assembly: own, equilibrium: found };
     Ok((equilibrium, Some(unbalanced)))
@@ -173,7 +166,7 @@ fn doubled(model: &Model, assembly: &Assembly) -> Model {
 /// The sum of mu·force of a family, as a family with one more slot for each force.
 fn multiplied(pool: &mut Pool, family: &TermFamily, forces: &[(usize, ExprId)], count: usize) -> Option<TermFamily> {
     let mut parts = Vec::new();
-    let mut slots: Vec<(usize, Symbol, Symbol)> = Vec::new();
+    let mut slots: Vec<(usize, Local)> = Vec::new();
     for (place, force) in forces {
         if force.is_zero() {
             continue;
@@ -183,7 +176,7 @@ fn multiplied(pool: &mut Pool, family: &TermFamily, forces: &[(usize, ExprId)], 
         let velocity = pool.symbol(&format!("{name}'"));
         let multiplier = pool.symbol_expr(symbol);
         parts.push(pool.mul(multiplier, *force));
-        slots.push((*place, symbol, velocity));
+        slots.push((*place, Local::new(symbol, velocity)));
     }
     if slots.is_empty() {
         return None;
@@ -198,7 +191,6 @@ fn multiplied(pool: &mut Pool, family: &TermFamily, forces: &[(usize, ExprId)], 
         let mirrored = slots.iter().map(|(place, ..)| numbers[*place] + u32::try_from(count).unwrap_or(u32::MAX));
         own.coordinates.extend(mirrored);
     }
-    let locals = slots.iter().map(|(_, symbol, velocity)| Local::new(*symbol, *velocity));
-    own.locals.extend(locals);
+    own.locals.extend(slots.iter().map(|(_, local)| *local));
     Some(own)
 }
