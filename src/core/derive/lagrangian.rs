@@ -139,7 +139,6 @@ fn added<Key: Ord>(pool: &mut Algebra<'_>, parts: BTreeMap<Key, Vec<ExprId>>) ->
 
 /// Sorts one body; `None` where it is no quadratic polynomial in the velocities.
 fn body(pool: &mut Algebra<'_>, splitter: &mut Splitter, family: &TermFamily, share: ExprId) -> Option<Body> {
-    let zero = pool.zero();
     let velocities: Vec<Symbol> = family.locals.iter().map(|local| local.velocity).collect();
     let at_rest = family.at_rest(pool);
     let moving = splitter.facts.varies(pool, share, Variable::Velocity);
@@ -176,13 +175,7 @@ fn body(pool: &mut Algebra<'_>, splitter: &mut Splitter, family: &TermFamily, sh
             }
         }
     }
-    let rest = if !moving {
-        share
-    } else if splitter.facts.rests(pool, share) {
-        zero
-    } else {
-        pool.substitute_one(share, &at_rest)
-    };
+    let rest = splitter.at_rest(pool, share, &at_rest);
     if pool.is_undefined(rest) {
         return None;
     }

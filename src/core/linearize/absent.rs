@@ -7,6 +7,7 @@ use super::error::{LinearizeError, combination_words};
 use super::exact::simplest;
 use super::newton::Spectrum;
 use super::symbolic::{constant_along, constant_force};
+use super::undefined::point_text;
 use crate::number::Number;
 use crate::precision::{Ball, Scalar, clear_column};
 
@@ -52,19 +53,13 @@ impl Search<'_> {
         }
         if forces.is_empty() {
             for motion in self.unheld(metric, spectrum?) {
-                let total = motion
-                    .iter()
-                    .fold(Ball::ZERO, |sum, (i, factor)| sum.sub(&gradient[*i].mul(&Ball::from_number(factor, ()))));
+                let factors = motion.iter().map(|(i, factor)| (*i, Ball::from_number(factor, ())));
+                let total = factors.clone().fold(Ball::ZERO, |sum, (i, factor)| sum.sub(&gradient[i].mul(&factor)));
                 let acts = total.is_finite() && !total.contains_zero();
                 let is_constant = || constant_along(self.model, &motion) == Some(true);
                 let Some((first, _)) = motion.first().filter(|_| acts && is_constant()) else { continue };
-                let words: Vec<(String, f64)> = motion
-                    .iter()
-                    .map(|(i, factor)| {
-                        let name = self.model.coordinates.at(*i).name();
-                        (name, Ball::from_number(factor, ()).mid_f64())
-                    })
-                    .collect();
+                let words = factors.map(|(i, factor)| (self.model.coordinates.at(i).name(), factor.mid_f64()));
+                let words: Vec<(String, f64)> = words.collect();
                 span = span.or(Some(self.model.coordinates.at(*first).span));
                 forces.push((combination_words(&words), short(total.mid_f64())));
             }
@@ -78,9 +73,7 @@ impl Search<'_> {
         let floor = 1e-12 * values.amax();
         let soft: Vec<usize> = (0..values.len()).filter(|mode| values[*mode].abs() <= floor).collect();
         let axes = spectrum.eigen.eigenvectors.select_columns(&soft);
-        let Some(motions) = metric.transpose().solve_upper_triangular(&axes) else {
-            return Vec::new();
-        };
+        let Some(motions) = metric.transpose().solve_upper_triangular(&axes) else { return Vec::new() };
         let rational = |motion: &Vec<f64>| {
             let entries = self.free.iter().zip(motion);
             entries.filter(|(_, x)| x.abs() > 1e-9).map(|(i, x)| Some((*i, fraction(*x)?))).collect::<Option<Vec<_>>>()
@@ -105,7 +98,7 @@ impl Search<'_> {
             .find_map(|(at, ended)| Some((flat(at)?, ended)))?;
         let at = if ended { end } else { start };
         Some(LinearizeError::ConstraintFlat {
-            point: self.describe(&at[..self.visible]),
+            point: point_text(self.model, &at[..self.visible]),
             ended,
             // The potential has the term -lambda c.
             holds: self.gradient(at)[number].contains_zero(),
@@ -118,17 +111,15 @@ impl Search<'_> {
         let gradient = self.gradient(at);
         let size = |i: &usize| gradient[*i].mid_f64().abs();
         let worst = self.free.iter().copied().max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or(0);
+        let own = self.model.coordinates.at(worst);
         if worst >= self.visible {
-            return LinearizeError::ConstraintsContradict {
-                difference: None,
-                span: self.model.coordinates.at(worst).span,
-            };
+            return LinearizeError::ConstraintsContradict { difference: None, span: own.span };
         }
         LinearizeError::EquilibriumNotFound {
-            coordinate: self.model.coordinates.at(worst).name(),
+            coordinate: own.name(),
             force: short(-gradient[worst].mid_f64()),
-            point: self.describe(&at[..self.visible]),
-            span: self.model.coordinates.at(worst).span,
+            point: point_text(self.model, &at[..self.visible]),
+            span: own.span,
         }
     }
 }

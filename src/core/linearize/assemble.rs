@@ -12,7 +12,7 @@ use super::inputs::Inputs;
 use super::missing_value;
 use super::nested::{Nest, compact, nests};
 use super::parameters::parameters_of;
-use super::velocity::{Matrix, Origin, VelocityFamily};
+use super::velocity::{Derivatives, Matrix, VelocityFamily};
 pub use crate::expr::evaluate_closed;
 use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, Tape};
 use crate::model::{Model, TermFamily};
@@ -89,17 +89,11 @@ pub fn signed_terms(model: &Model) -> impl Iterator<Item = (bool, &TermFamily)> 
     kinetic.chain(potential)
 }
 
-/// The terms that are linear in the velocities at velocity zero: the coefficient of each velocity.
-pub(crate) struct VelocityLinear {
-    pub(crate) family: TermFamily,
-    /// By local variable; those that vanish identically are left out.
-    pub(crate) coefficients: Vec<(usize, ExprId)>,
-}
-
 /// Takes all terms of a model apart.
 pub(crate) fn assemble(model: &mut Model) -> Assembly {
     let mut families = Vec::new();
-    let mut linear = Vec::new();
+    // Terms that are linear in the velocities at velocity zero, with the coefficient of each.
+    let mut linear: Vec<(TermFamily, Vec<(usize, ExprId)>)> = Vec::new();
     let mut constants = Vec::new();
     let mut numbers: HashMap<ExprId, u32> = HashMap::new();
     let mut number = |constant: ExprId| {
@@ -118,25 +112,24 @@ pub(crate) fn assemble(model: &mut Model) -> Assembly {
         }
         let (effective, parts, coefficients) = split(&mut model.pool, &mut splitter, &family, negative);
         if !coefficients.is_empty() {
-            linear.push(VelocityLinear { family: family.clone(), coefficients });
+            linear.push((family.clone(), coefficients));
         }
-        let (inertia, potential) = parts;
-        if inertia.is_empty() && potential.is_empty() {
+        if parts.0.is_empty() && parts.1.is_empty() {
             continue;
         }
-        let indices = family.constants.iter().map(|constant| number(*constant));
-        let indices = indices.collect();
+        let constants = family.constants.iter().map(|constant| number(*constant)).collect();
         let logarithms = logarithms(&model.pool, &mut splitter, effective);
-        let parts = (effective, logarithms);
-        if let Some(family) = compile(model, family, parts, (inertia, potential), indices) {
-            families.push(family);
-        }
+        families.extend(compile(model, family, (effective, logarithms), parts, constants));
     }
-    let forces = model.forces.clone();
-    let origins = linear.iter().map(Origin::Linear);
-    let origins = origins.chain(forces.iter().map(Origin::Friction));
-    let velocity: Vec<VelocityFamily> =
-        origins.filter_map(|origin| VelocityFamily::new(model, &origin, &mut number)).collect();
+    let mut velocity = Vec::new();
+    for (terms, coefficients) in linear {
+        let derivatives = Derivatives::gyroscopic(&mut model.pool, &terms, &coefficients);
+        velocity.extend(VelocityFamily::new(model, terms, derivatives, &mut number));
+    }
+    for terms in model.forces.clone() {
+        let derivatives = Derivatives::friction(&mut model.pool, &terms);
+        velocity.extend(VelocityFamily::new(model, terms, derivatives, &mut number));
+    }
     let constants_parameters = parameters_of(model, &constants);
     let inputs: Vec<Symbol> =
         constants_parameters.iter().map(|parameter| model.parameters[*parameter].symbol).collect();
@@ -190,17 +183,11 @@ fn split(
 ) -> (ExprId, Parts, Vec<(usize, ExprId)>) {
     let coordinates: Vec<Symbol> = family.locals.iter().map(|local| local.coordinate).collect();
     let velocities: Vec<Symbol> = family.locals.iter().map(|local| local.velocity).collect();
-    let (at_rest, zero) = (family.at_rest(pool), pool.zero());
+    let at_rest = family.at_rest(pool);
     // L = T - V: the body's share of L, and of the effective potential V - T0.
     let share = if negative { pool.neg(family.body) } else { family.body };
     let moving = splitter.facts.varies(pool, share, Variable::Velocity);
-    let static_share = if splitter.facts.rests(pool, share) {
-        zero
-    } else if moving {
-        pool.substitute(&[share], &at_rest)[0]
-    } else {
-        share
-    };
+    let static_share = splitter.at_rest(pool, share, &at_rest);
     let effective = pool.neg(static_share);
     let potential = elements(pool, splitter, effective, &coordinates, Variable::Coordinate);
     if !moving {
@@ -218,13 +205,8 @@ fn split(
             inertia.push(element);
         }
     }
-    let mut linear = Vec::new();
-    for (place, parts) in coefficients.iter().enumerate() {
-        let coefficient = pool.sum(parts);
-        if !coefficient.is_zero() {
-            linear.push((place, coefficient));
-        }
-    }
+    let linear = coefficients.iter().map(|parts| pool.sum(parts)).enumerate();
+    let linear = linear.filter(|(_, coefficient)| !coefficient.is_zero()).collect();
     (effective, (inertia, potential), linear)
 }
 
@@ -385,6 +367,11 @@ impl Assembly {
                 });
             }
         }
+    }
+
+    /// All terms of the energies, one instance after the other.
+    pub(super) fn instances(&self) -> impl Iterator<Item = (&ElementFamily, usize)> {
+        self.families.iter().flat_map(|family| (0..family.terms.count).map(move |at| (family, at)))
     }
 
     /// The gradient of the effective potential, one entry a coordinate; with what friction does at rest.

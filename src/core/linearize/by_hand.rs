@@ -23,9 +23,7 @@ pub(super) fn put_in_zeros(model: &Model, assembly: &Assembly, point: &mut [Expr
         for i in &zeros {
             trial[*i] = model.pool.zero();
         }
-        let Some((pool, forces)) = forces(model, assembly, &trial) else {
-            return;
-        };
+        let Some((pool, forces)) = forces(model, assembly, &trial) else { return };
         let tried = zeros.len();
         zeros.retain(|i| forces.get(&(*i as u32)).is_none_or(|force| pool.vanishes(*force)));
         if zeros.len() == tried {

@@ -62,9 +62,8 @@ impl Linearized {
         let mut sums = vec![0.0; shapes.len()];
         self.assembly.run(Part::Stiffness, at, values, |family, instance, numbers, _| {
             let numbers: Vec<f64> = numbers.iter().map(&size).collect();
-            let numbers = numbers.as_slice();
             let coordinates = family.terms.coordinates_of(instance);
-            let mut rest = numbers;
+            let mut rest = numbers.as_slice();
             for element in &family.potential {
                 let (outer, slopes) = head(&mut rest, 2, element.slope.len());
                 let (curvature, _) = head(&mut rest, element.curvature.len(), 0);
@@ -119,7 +118,7 @@ impl Linearized {
         if searched && !self.equilibrium.proved {
             return None;
         }
-        let bits = BITS.max(proof.map_or(0, |proof| proof.bits() + 128));
+        let bits = BITS.max(proof.map_or(0, |proof| proof.bits + 128));
         let vector: Vec<Big> = shape.iter().map(|x| Big::from_f64(*x, bits)).collect();
         let quotient = |changed: Option<usize>| self.quotient(changed, &vector, proof, bits);
         let before = quotient(None)?;
@@ -160,7 +159,7 @@ impl Linearized {
         }
         match proof {
             Some(proof) => {
-                at = proof.follow(at, bits, |at| self.assembly.gradient(at, &values))?;
+                at = proof.newton(at, bits, |at| self.assembly.gradient(at, &values))?.point;
             }
             None => self.follow(&mut at, &values)?,
         }

@@ -10,7 +10,7 @@
 use super::elimination::Elimination;
 use super::parameters::{Formulas, known_values};
 use crate::expr::ExprId;
-use crate::model::{Constraint, Local, Model, TermFamily};
+use crate::model::{Local, Model, TermFamily};
 use crate::precision::{self, Ball, Big, Complex, Eliminated, Enclosure, Scalar, clear_column};
 
 /// A model whose multipliers are coordinates behind its own.
@@ -50,11 +50,11 @@ pub(crate) fn with_multipliers(model: &Model, left_out: &[usize]) -> Tied {
     dependent.extend(left_out);
     dependent.sort_unstable();
     dependent.dedup();
-    let bodies: Vec<Constraint> = kept.iter().map(|at| model.constraints[*at]).collect();
-    for (number, constraint) in bodies.iter().enumerate() {
+    for number in &kept {
+        let constraint = model.constraints[*number];
         let name = match model.constraints.len() {
             1 => family.clone(),
-            _ => format!("{family}[{}]", kept[number] + 1),
+            _ => format!("{family}[{}]", number + 1),
         };
         let at = model.coordinates.len();
         let own = model.add_coordinate(&name, name.clone(), constraint.span);
@@ -89,9 +89,7 @@ pub(super) fn independent(model: &mut Model) -> (Vec<usize>, Vec<usize>) {
     let gradients: Vec<Vec<(usize, ExprId)>> = bodies.iter().map(|body| symbols.slopes(pool, *body)).collect();
     let all: Vec<ExprId> = gradients.iter().flatten().map(|(_, slope)| *slope).collect();
     let all_kept = ((0..count).collect(), Vec::new());
-    let Some(values) = model.pool.evaluate_at_random(&all, 1) else {
-        return all_kept;
-    };
+    let Some(values) = model.pool.evaluate_at_random(&all, 1) else { return all_kept };
     let mut values = values.into_iter();
     let (mut kept, mut dependent) = (Vec::new(), Vec::new());
     let mut elimination = Elimination::default();
@@ -126,7 +124,6 @@ pub(crate) struct Tangent<S: Scalar> {
     pub(super) bound: Vec<usize>,
     /// Per bound coordinate, one entry a free one.
     pub(super) slopes: Vec<Vec<S>>,
-    pub(super) precision: S::Precision,
 }
 
 /// Which coordinates follow the others, of all or of some alone: one for each constraint.
@@ -199,11 +196,6 @@ pub(crate) fn solve<S: Enclosure>(equations: Vec<Vec<S>>, precision: S::Precisio
 }
 
 impl Tangent<Ball> {
-    /// All directions.
-    pub(crate) fn all(coordinates: usize) -> Self {
-        Self { free: (0..coordinates).collect(), bound: Vec::new(), slopes: Vec::new(), precision: () }
-    }
-
     /// All components of a shape of the exponent s, from those that the others follow: of these z it is (s + γ) z = (s Z - β) y, with -β and -γ
     /// side by side in `drift`, of which γ is nilpotent.
     pub(crate) fn carried(&self, drift: &[Vec<Ball>], s: &Complex<Ball>, y: &[Complex<Ball>]) -> Vec<Complex<Ball>> {
@@ -228,21 +220,17 @@ impl Tangent<Big> {
     /// The same in balls.
     pub(crate) fn to_balls(&self) -> Tangent<Ball> {
         let row = |row: &Vec<Big>| row.iter().map(Big::to_ball).collect();
-        Tangent {
-            free: self.free.clone(),
-            bound: self.bound.clone(),
-            slopes: self.slopes.iter().map(row).collect(),
-            precision: (),
-        }
+        let slopes = self.slopes.iter().map(row).collect();
+        Tangent { free: self.free.clone(), bound: self.bound.clone(), slopes }
     }
 }
 
 impl<S: Scalar> Tangent<S> {
-    /// From gradients by `n` coordinates solved for those that follow, one row each.
-    pub(super) fn solved(n: usize, rows: &[Vec<S>], bound: Vec<usize>, precision: S::Precision) -> Self {
+    /// From gradients by `n` coordinates solved for those that follow, one row each; without any all directions.
+    pub(super) fn solved(n: usize, rows: &[Vec<S>], bound: Vec<usize>) -> Self {
         let free: Vec<usize> = (0..n).filter(|at| !bound.contains(at)).collect();
         let slopes = rows.iter().map(|row| free.iter().map(|at| row[*at].neg()).collect()).collect();
-        Self { free, bound, slopes, precision }
+        Self { free, bound, slopes }
     }
 
     /// ZᵀAZ for a matrix (column by column) whose first rows and columns are those of the coordinates.
@@ -292,15 +280,15 @@ impl<S: Enclosure> Tangent<S> {
     /// `None` where these can't be shown to.
     pub(crate) fn new(gradients: &[Vec<S>], bound: &[usize], precision: S::Precision) -> Option<Self> {
         let Eliminated { pivots, rows } = eliminate(gradients.to_vec(), largest_among(Some(bound)), precision)?;
-        Some(Self::solved(rows.first().map_or(0, Vec::len), &rows, pivots, precision))
+        Some(Self::solved(rows.first().map_or(0, Vec::len), &rows, pivots))
     }
 
     /// Z, one row a coordinate.
-    pub(super) fn rows(&self) -> Vec<Vec<S>> {
+    pub(super) fn rows(&self, precision: S::Precision) -> Vec<Vec<S>> {
         let m = self.free.len();
-        let mut rows = vec![vec![S::exact(0.0, self.precision); m]; m + self.bound.len()];
+        let mut rows = vec![vec![S::exact(0.0, precision); m]; m + self.bound.len()];
         for (column, own) in self.free.iter().enumerate() {
-            rows[*own][column] = S::exact(1.0, self.precision);
+            rows[*own][column] = S::exact(1.0, precision);
         }
         for (bound, slopes) in self.bound.iter().zip(&self.slopes) {
             rows[*bound].clone_from(slopes);

@@ -22,10 +22,8 @@ pub(super) fn leaving_out_dependent<T>(
     model: &Model,
     attempt: impl Fn(&[usize]) -> Result<T, LinearizeError>,
 ) -> Result<T, LinearizeError> {
-    let error = match attempt(&[]) {
-        Ok(found) => return Ok(found),
-        Err(error) => error,
-    };
+    let found = attempt(&[]);
+    let Err(error) = found else { return found };
     let may_depend = matches!(
         error,
         LinearizeError::ConstraintsSingular { .. }
@@ -162,15 +160,12 @@ fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
     check_terms(&model)?;
     let mut assembly = assemble::assemble(&mut model);
     let guessed = model.guesses.any();
+    let mut point = symbolic::stated(&model, false);
+    let mut start = symbolic::stated(&model, true);
     let mut pool = std::mem::take(&mut model.pool);
-    let mut point = symbolic::equilibrium_expressions(&model, &mut pool, None);
-    let mut start = point.clone();
     let determined = multipliers::put_in(&model, &assembly, &mut pool, &mut point, &expressions);
     let mut at_start = determined;
     if guessed {
-        for (i, own) in start.iter_mut().enumerate().filter(|(i, _)| model.equilibria.get(*i).is_none()) {
-            *own = model.guesses.get(i).map_or(*own, |guess| guess.symbolic);
-        }
         at_start = multipliers::put_in(&model, &assembly, &mut pool, &mut start, &expressions);
     } else {
         start.clone_from(&point);
@@ -200,7 +195,7 @@ fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
         let equilibrium = search(&Search::new(&model, &assembly, &values, visible), &dependent)?;
         let mut pool = std::mem::take(&mut model.pool);
         let multipliers = point.split_off(visible);
-        point = symbolic::equilibrium_expressions(&model, &mut pool, Some(&equilibrium));
+        point = symbolic::equilibrium_expressions(&model, &mut pool, &equilibrium);
         point.truncate(visible);
         if equilibrium.multipliers_given && !equilibrium.at_guess && determined.is_some() {
             point.extend(multipliers);

@@ -69,9 +69,7 @@ impl Search<'_> {
         let mut budget = (MOST_WORK / (10.0 * size.powi(3))).clamp(50.0, 10_000.0) as usize;
         let mut radius = f64::INFINITY;
         let mut height = energy.at(at);
-        let Some(mut spectrum) = self.spectrum(at, metric) else {
-            return false;
-        };
+        let Some(mut spectrum) = self.spectrum(at, metric) else { return false };
         for _ in 0..MOST_STEPS {
             let force = self.weighted(&self.gradient(at), metric);
             if !force.finite || !height.is_finite() || at.iter().any(|x| x.mid_f64().abs() > 1e150) {
@@ -104,9 +102,7 @@ impl Search<'_> {
                 if !lower && back == MOST_RETURNS {
                     break;
                 }
-                let Some(changed) = self.spectrum(&place, metric) else {
-                    break;
-                };
+                let Some(changed) = self.spectrum(&place, metric) else { break };
                 budget -= 1;
                 if lower {
                     better = Some((place, there, changed));

@@ -12,7 +12,7 @@ use super::facts::{Facts, Variable};
 use crate::expr::{ExprId, Node, Pool, Substitution, Symbol};
 use crate::model::Local;
 use crate::number::Number;
-use crate::order::Order;
+use crate::order::{Gather, Order};
 use crate::precision::{Function, Scalar};
 
 /// One element, with respect to the variables of its term (by their place in a list).
@@ -60,7 +60,8 @@ pub(crate) fn elements(
     variables: &[Symbol],
     kind: Variable,
 ) -> Vec<Element> {
-    let variables = Variables::new(variables, kind);
+    let places = variables.iter().enumerate().map(|(place, symbol)| (*symbol, place)).gather();
+    let variables = Variables { places, kind };
     // Children have smaller numbers than parents: from the top down every weight is complete
     // before it is used.
     let mut weights: BTreeMap<ExprId, Vec<ExprId>> = BTreeMap::new();
@@ -128,22 +129,8 @@ fn is_modulus(pool: &Pool, e: ExprId) -> bool {
 
 /// The variables of a term with their places.
 struct Variables {
-    places: Vec<(Symbol, usize)>,
+    places: BTreeMap<Symbol, usize>,
     kind: Variable,
-}
-
-impl Variables {
-    fn new(variables: &[Symbol], kind: Variable) -> Self {
-        let places = variables.iter().enumerate();
-        let mut places: Vec<(Symbol, usize)> = places.map(|(place, symbol)| (*symbol, place)).collect();
-        places.put_in_order();
-        Self { places, kind }
-    }
-
-    fn place(&self, symbol: Symbol) -> Option<usize> {
-        let at = self.places.binary_search_by_key(&symbol, |(symbol, _)| *symbol);
-        at.ok().and_then(|at| self.places.get(at)).map(|(_, place)| *place)
-    }
 }
 
 fn element(
@@ -209,6 +196,17 @@ impl Splitter {
         Self { facts: Facts::about(locals), known: Default::default() }
     }
 
+    /// An expression at velocity zero, which `values` puts in.
+    pub(crate) fn at_rest(&mut self, pool: &mut Pool, e: ExprId, values: &Substitution) -> ExprId {
+        if self.facts.rests(pool, e) {
+            pool.zero()
+        } else if self.facts.varies(pool, e, Variable::Velocity) {
+            pool.substitute_one(e, values)
+        } else {
+            e
+        }
+    }
+
     /// The derivatives by the variables, by place, without those that vanish identically.
     fn slopes(&mut self, pool: &mut Pool, s: ExprId, variables: &Variables) -> Vec<(usize, ExprId)> {
         let kind = variables.kind;
@@ -219,8 +217,9 @@ impl Splitter {
             Some(terms) => self.slopes_of_terms(pool, &terms, kind),
             None => pool.slopes(s, |symbol| self.facts.is(symbol, kind)),
         };
+        let places = &variables.places;
         let mut entries: Vec<(usize, ExprId)> =
-            slopes.into_iter().filter_map(|(symbol, slope)| Some((variables.place(symbol)?, slope))).collect();
+            slopes.into_iter().filter_map(|(symbol, slope)| Some((*places.get(&symbol)?, slope))).collect();
         entries.put_in_order();
         entries
     }
@@ -228,13 +227,11 @@ impl Splitter {
     /// The terms of a sum that vary, if they are all simple: then nothing is lost by deriving
     /// them one by one. (A reverse sweep over the sum would share what deeper terms share.)
     fn simple_terms(&mut self, pool: &Pool, s: ExprId, kind: Variable) -> Option<Vec<(ExprId, Number)>> {
-        let Node::Sum { terms, .. } = pool.node(s) else {
-            return None;
-        };
+        let Node::Sum { terms, .. } = pool.node(s) else { return None };
         let mut simple = Vec::with_capacity(terms.len());
         for (term, coefficient) in terms {
             if self.facts.varies(pool, *term, kind) {
-                if !self.facts.is_simple(pool, *term) {
+                if !self.facts.of(pool, *term).simple {
                     return None;
                 }
                 simple.push((*term, coefficient.clone()));

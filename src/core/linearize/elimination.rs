@@ -75,11 +75,9 @@ impl Elimination {
         while let Some((&(column, value), rest)) = row.split_first() {
             let Some(pivot) = self.rows.get(&column) else {
                 let inverse = inverse_mod(value)?;
-                let rest = rest.iter().map(|(j, x)| (*j, mul_mod(*x, inverse)));
-                let rest = rest.collect();
+                let rest = rest.iter().map(|(j, x)| (*j, mul_mod(*x, inverse))).collect();
                 self.order.push(column);
-                let own = Eliminated { rest, source, steps, inverse };
-                self.rows.insert(column, own);
+                self.rows.insert(column, Eliminated { rest, source, steps, inverse });
                 return Some(true);
             };
             self.work += pivot.rest.len() + rest.len();
@@ -212,10 +210,7 @@ pub(super) fn kernel(matrix: &Rows, known: usize) -> Option<Vec<Vec<Number>>> {
     }
     let mut left = MOST_WORK;
     let vectors = free.into_iter().filter_map(|column| lifted(&elimination, &whole, column, &mut left));
-    let in_old_places = |vector: Vec<Number>| {
-        let places = place.iter();
-        places.map(|new| vector[*new as usize].clone()).collect()
-    };
+    let in_old_places = |vector: Vec<Number>| place.iter().map(|new| vector[*new as usize].clone()).collect();
     Some(vectors.map(in_old_places).collect())
 }
 

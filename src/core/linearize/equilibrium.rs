@@ -21,6 +21,7 @@ use super::error::LinearizeError;
 use super::exact;
 use super::existence::{Axes, Products, Proof, Setting};
 use super::newton::{Force, Spectrum};
+use super::parameters::parameters_of;
 use super::symbolic::force_text;
 use super::symmetry::symmetries;
 use super::undefined::{given_not_finite, point_text};
@@ -109,6 +110,11 @@ impl Equilibrium {
         self.origins[i] == Origin::Found && self.values[i].contains_zero()
     }
 
+    /// The bits that the proof took.
+    pub(super) fn bits(&self) -> usize {
+        self.proof.as_ref().map_or(0, |own| own.bits)
+    }
+
     /// What belongs to the first coordinates: those before multipliers.
     pub(super) fn first(&self, count: usize) -> Self {
         let mut own = self.clone();
@@ -171,9 +177,8 @@ enum Outcome {
 pub(super) fn closed(model: &Model, given: Option<crate::model::Given>) -> Result<Option<Ball>, LinearizeError> {
     let Some(given) = given else { return Ok(None) };
     let Some(value) = given.value else {
-        let number = super::parameters::parameters_of(model, &[given.symbolic])
-            .into_iter()
-            .find(|number| model.parameters[*number].value.is_none());
+        let is_missing = |number: &usize| model.parameters[*number].value.is_none();
+        let number = parameters_of(model, &[given.symbolic]).into_iter().find(is_missing);
         return Err(super::missing_value(model, number.unwrap_or(0)));
     };
     match super::assemble::evaluate_closed::<Ball>(&model.pool, value, ()) {
@@ -255,16 +260,11 @@ impl Search<'_> {
         self.assembly.gradient(at, self.values)
     }
 
-    /// The point in words, for messages.
-    pub(super) fn describe(&self, at: &[Ball]) -> String {
-        point_text(self.model, at)
-    }
-
     fn not_finite(&self, at: &[Ball], what: &str) -> LinearizeError {
         let told = self.assembly.not_finite(self.model, at, self.values, what);
         told.unwrap_or_else(|| LinearizeError::NotFinite {
             what: what.to_owned(),
-            point: self.describe(at),
+            point: point_text(self.model, at),
             cause: None,
             span: self.model.kinetic.first().map(|family| family.span).unwrap_or_default(),
         })
@@ -303,7 +303,7 @@ impl Search<'_> {
 
     /// The forces with [`BITS_TO_VERIFY`] bits, if the place is known as well.
     fn closer_force(&self, at: &[Ball], proof: Option<&Proof>) -> Option<Vec<Ball>> {
-        let bits = BITS_TO_VERIFY.max(proof.map_or(0, Proof::bits));
+        let bits = BITS_TO_VERIFY.max(proof.map_or(0, |own| own.bits));
         let values = self.assembly.values::<Big>(self.model, bits).ok()?;
         let gradient = |at: &[Big]| self.assembly.gradient(at, &values);
         let known = |value: &Ball| value.is_exact() || proof.is_some();

@@ -3,14 +3,16 @@
 //! On the way there numbers may be rational multiples of square roots: distances between rational
 //! points are, and in the stiffness of an unstressed spring between them they appear squared.
 
+use std::borrow::Cow;
 use std::collections::{BTreeMap, VecDeque};
 
 use super::assemble::{Assembly, Part, Values, assemble};
 use super::equilibrium::{Equilibrium, in_numbers};
+use super::flow::Three;
 use super::massless::{Direction, product};
 use super::parameters::with_values;
 use super::radicals::{Exact, Surd};
-use super::velocity::{Matrix, sum};
+use super::velocity::{Matrix, Numbers, sum};
 use super::{Linearized, elimination};
 use crate::model::Model;
 use crate::number::Number;
@@ -24,19 +26,18 @@ pub(super) const MOST: usize = 60;
 const MOST_ENTRIES: usize = 1_000_000;
 
 /// A model with its assembly, or one with the values of parameters put in where these are no fractions.
-fn put(model: &Model) -> Option<(Model, Assembly)> {
-    let mut model = with_values(model)?;
-    let assembly = assemble(&mut model);
-    Some((model, assembly))
+fn put<'a>(model: &'a Model, assembly: &'a Assembly) -> (Cow<'a, Model>, Cow<'a, Assembly>) {
+    let Some(mut valued) = with_values(model) else { return (Cow::Borrowed(model), Cow::Borrowed(assembly)) };
+    let assembly = assemble(&mut valued);
+    (Cow::Owned(valued), Cow::Owned(assembly))
 }
 
 /// Vectors of the kernel of K, independent of each other, where K is rational in units of its own for each
 /// coordinate, which may be square roots; `None` where it is not, or too large, and none where its kernel has no
 /// more dimensions than the `known` ones.
 pub(super) fn kernel(own: &Linearized, known: usize) -> Option<Vec<Vec<Surd>>> {
-    let put = put(&own.model);
-    let (model, assembly) = put.as_ref().map_or((&own.model, &own.assembly), |(model, assembly)| (model, assembly));
-    let (at, values) = exactly(model, assembly, &own.equilibrium, |_| Exact::none())?;
+    let (model, assembly) = put(&own.model, &own.assembly);
+    let (at, values) = exactly(&model, &assembly, &own.equilibrium, |_| Exact::none())?;
     let n = at.len();
     let mut lower: Vec<BTreeMap<u32, Exact>> = vec![BTreeMap::new(); n];
     let mut count = 0;
@@ -96,9 +97,8 @@ pub(super) fn without_inertia(own: &Linearized, all: bool) -> Option<Vec<Directi
     if n > MOST {
         return None;
     }
-    let put = put(&own.model);
-    let (model, assembly) = put.as_ref().map_or((&own.model, &own.assembly), |(model, assembly)| (model, assembly));
-    let (at, values) = exactly(model, assembly, &own.equilibrium, |value| Exact::rational(exact_number(value.mid)))?;
+    let (model, assembly) = put(&own.model, &own.assembly);
+    let (at, values) = exactly(&model, &assembly, &own.equilibrium, |value| Exact::rational(exact_number(value.mid)))?;
     let mass = assembly.mass(&at, &values);
     let others = [Matrix::Gyroscopic, Matrix::Damping].into_iter().filter(|_| !all);
     let others = others.map(|matrix| assembly.velocity_matrix(matrix, &at, &values));
@@ -125,18 +125,16 @@ pub(super) fn without_inertia(own: &Linearized, all: bool) -> Option<Vec<Directi
 
 /// A combination of directions without inertia that takes no force, exactly: its image under K + N is 0.
 pub(super) fn unheld(own: &Linearized, directions: &[Direction]) -> Option<Direction> {
-    let put = put(&own.model);
-    let (model, assembly) = put.as_ref().map_or((&own.model, &own.assembly), |(model, assembly)| (model, assembly));
-    let (at, values) = settled(model, assembly, &own.equilibrium)?;
+    let (model, assembly) = put(&own.model, &own.assembly);
+    let (at, values) = settled(&model, &assembly, &own.equilibrium)?;
     let n = at.len();
     let circulatory = assembly.velocity_matrix(Matrix::Circulatory, &at, &values);
     let stiffness = sum(Some(assembly.stiffness(&at, &values)), circulatory)?;
-    let zero = || Exact::rational(Some(Number::ZERO));
     let image = |v: &Direction| (0..n).map(|i| product(v, |j| &stiffness[i + n * j], ())).collect();
     let images: Vec<Vec<Exact>> = directions.iter().map(image).collect();
     let images: Vec<&[Exact]> = images.iter().map(Vec::as_slice).collect();
     let combination = kernel_of_columns(&images)?.into_iter().next()?;
-    let mut combined = vec![zero(); n];
+    let mut combined = vec![Exact::rational(Some(Number::ZERO)); n];
     for (v, factor) in directions.iter().zip(combination) {
         let factor = Exact::of(factor);
         for (i, x) in v {
@@ -192,9 +190,8 @@ fn units(lower: &[BTreeMap<u32, Exact>]) -> Option<Vec<Exact>> {
 
 /// Whether all forces on some coordinates are exactly 0 at an equilibrium.
 pub(super) fn forces_vanish(model: &Model, assembly: &Assembly, equilibrium: &Equilibrium, on: &[usize]) -> bool {
-    let own = put(model);
-    let (model, assembly) = own.as_ref().map_or((model, assembly), |(model, assembly)| (model, assembly));
-    exactly(model, assembly, equilibrium, |_| Exact::none()).is_some_and(|(at, values)| {
+    let (model, assembly) = put(model, assembly);
+    exactly(&model, &assembly, equilibrium, |_| Exact::none()).is_some_and(|(at, values)| {
         let force = assembly.gradient(&at, &values);
         on.iter().all(|i| force[*i].is_exact_zero())
     })
@@ -338,13 +335,17 @@ pub(super) fn simplest(mid: &Number, radius: &Number) -> Option<Number> {
 
 /// The exact matrices, in units in which their entries are fractions or combinations of a few square roots.
 pub(super) fn integers(own: &Linearized) -> Option<Integers> {
-    let put = put(&own.model);
-    let (model, assembly) = put.as_ref().map_or((&own.model, &own.assembly), |(model, assembly)| (model, assembly));
-    let (at, values) = settled(model, assembly, &own.equilibrium)?;
-    let [mass, gyroscopic, damping, stiffness, circulatory] = assembly.matrices(&at, &values);
-    let nothing = || vec![Exact::rational(Some(Number::ZERO)); at.len() * at.len()];
+    let (model, assembly) = put(&own.model, &own.assembly);
+    let (at, values) = settled(&model, &assembly, &own.equilibrium)?;
+    super::integers::integers(&three(assembly.matrices(&at, &values))?)
+}
+
+/// M, G + C and K + N, those that are not there filled with 0.
+pub(super) fn three([mass, gyroscopic, damping, stiffness, circulatory]: Numbers<Exact>) -> Option<Three<Exact>> {
+    let (mass, stiffness) = (mass?, sum(stiffness, circulatory)?);
+    let nothing = || vec![Exact::rational(Some(Number::ZERO)); mass.len()];
     let velocity = sum(gyroscopic, damping).unwrap_or_else(nothing);
-    super::integers::integers(&[mass?, velocity, sum(stiffness, circulatory)?])
+    Some([mass, velocity, stiffness])
 }
 
 /// A double-double as a rational number.

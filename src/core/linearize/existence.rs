@@ -50,8 +50,9 @@ pub(crate) struct Proof {
     centre: Vec<Big>,
     /// ... and |W|r, an upper bound.
     size: Vec<f64>,
-    /// With fewer bits the forces may not tell as much as they did for the proof.
-    bits: usize,
+    /// The bits that forces need at least to be told from their rounding: with fewer they may not tell as much as they
+    /// did for the proof.
+    pub(super) bits: usize,
 }
 
 /// Approximate principal axes of the stiffness of the free coordinates, those of symmetries left out.
@@ -353,13 +354,9 @@ impl<S: Enclosure> Setting<'_, S> {
             let over = self.stiffness(&wide);
             let defect = Defect { middle: middle_defect.clone(), spread: self.spread(&matrix, &middle, &over) };
             let image = defect.times(directions, &reach);
-            let holds = (0..kept).all(|i| above(start[i] + image[i], 2) < reach[i]);
-            if !holds {
-                continue;
-            }
             let contraction = ratio_of(&image, &reach);
-            let shrinks = contraction < 1.0;
-            if !shrinks || !self.span(&wide, directions, &over, &reach, contraction, symmetries) {
+            let holds = contraction < 1.0 && (0..kept).all(|i| above(start[i] + image[i], 2) < reach[i]);
+            if !holds || !self.span(&wide, directions, &over, &reach, contraction, symmetries) {
                 continue;
             }
             let proof = Proof {
@@ -410,9 +407,7 @@ impl<S: Enclosure> Setting<'_, S> {
         let vectors: Vec<(Vec<f64>, Vec<f64>)> =
             generators.iter().map(|vector| split(vector.iter().cloned())).collect();
         let middle = DMatrix::from_fn(m, p, |i, k| vectors[k].0[i]);
-        let Some(inverse) = middle.tr_mul(&middle).try_inverse() else {
-            return false;
-        };
+        let Some(inverse) = middle.tr_mul(&middle).try_inverse() else { return false };
         // The rows of A P as columns, exactly what these doubles are.
         let rows = &middle * inverse.transpose();
         // ‖1 - A P xi‖ and ‖A P W‖.
@@ -489,25 +484,14 @@ fn ratio_of(x: &[f64], reach: &[f64]) -> f64 {
 }
 
 impl Proof {
-    /// The bits that forces need at least to be told from their rounding.
-    pub(crate) fn bits(&self) -> usize {
-        self.bits
-    }
-
-    /// The equilibrium of forces that are a little different, as near as Newton steps come. Nothing is
-    /// proved.
-    pub(crate) fn follow(
+    /// Newton steps from the centre with WSWᵀ as the inverse of K, which gain the same number of digits
+    /// each (a factor θ, at the least), as long as the forces fall; these may be a little different. Nothing is proved.
+    pub(super) fn newton(
         &self,
-        point: Vec<Big>,
+        mut point: Vec<Big>,
         bits: usize,
         gradient: impl Fn(&[Big]) -> Vec<Big>,
-    ) -> Option<Vec<Big>> {
-        self.newton(point, bits, gradient).map(|own| own.point)
-    }
-
-    /// Newton steps from the centre with WSWᵀ as the inverse of K, which gain the same number of digits
-    /// each (a factor θ, at the least), as long as the forces fall.
-    fn newton(&self, mut point: Vec<Big>, bits: usize, gradient: impl Fn(&[Big]) -> Vec<Big>) -> Option<Newton> {
+    ) -> Option<Newton> {
         for (i, centre) in self.free.iter().zip(&self.centre) {
             point[*i] = centre.clone().with_bits(bits).center();
         }

@@ -8,7 +8,6 @@ impl Assembly {
     pub(crate) fn factors(&self, at: &[Ball], values: &Values<Ball>) -> Factors {
         let n = self.dimension;
         let mut factors = Factors::default();
-        let mut rest: Vec<Ball> = Vec::new();
         self.run(Part::Stiffness, at, values, |family, instance, numbers, _| {
             let coordinates = family.terms.coordinates_of(instance);
             let mut numbers = numbers;
@@ -19,10 +18,10 @@ impl Assembly {
                 let mut entries = element.slopes(coordinates, slopes);
                 entries.retain(|(_, entry)| !entry.is_exact_zero());
                 let mut add = |i: usize, j: usize, value: Ball| {
-                    if rest.is_empty() {
-                        rest = vec![Ball::ZERO; n * n];
+                    if factors.rest.is_empty() {
+                        factors.rest = vec![Ball::ZERO; n * n];
                     }
-                    rest[i + n * j] = rest[i + n * j] + value;
+                    factors.rest[i + n * j] = factors.rest[i + n * j] + value;
                 };
                 if stiffness.is_positive() || stiffness.is_negative() {
                     let root = stiffness.abs().sqrt();
@@ -51,7 +50,6 @@ impl Assembly {
                 }
             }
         });
-        factors.rest = rest;
         factors
     }
 }

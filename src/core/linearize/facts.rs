@@ -19,17 +19,17 @@ pub(crate) enum Variable {
 
 /// Facts about one expression.
 #[derive(Clone, Copy, Debug, Default)]
-struct Fact {
+pub(super) struct Fact {
     /// A coordinate occurs in it.
     coordinate: bool,
     /// A velocity occurs in it.
     velocity: bool,
     /// It is seen to become 0 with all velocities, at least as fast as this power of them; 0 where it is not.
-    order: f64,
+    pub(super) order: f64,
     /// A symbol, a number or a function of a symbol.
     atom: bool,
-    /// A product of atoms.
-    simple: bool,
+    /// A product of atoms: parts of it that could be shared with others cost nothing.
+    pub(super) simple: bool,
 }
 
 /// Facts about the expressions of one pool.
@@ -70,22 +70,11 @@ impl Facts {
 
     /// Whether an expression is seen to become 0 when all velocities do.
     pub(crate) fn rests(&mut self, pool: &Pool, id: ExprId) -> bool {
-        self.order(pool, id) > 0.0
+        self.of(pool, id).order > 0.0
     }
 
-    /// The power of the velocities that an expression is seen to be a bounded multiple of near rest; 0 where it is not seen
-    /// to become 0 there.
-    pub(crate) fn order(&mut self, pool: &Pool, id: ExprId) -> f64 {
-        self.of(pool, id).order
-    }
-
-    /// Whether an expression is a product of symbols and functions of symbols: parts of it that
-    /// could be shared with others cost nothing.
-    pub(crate) fn is_simple(&mut self, pool: &Pool, id: ExprId) -> bool {
-        self.of(pool, id).simple
-    }
-
-    fn of(&mut self, pool: &Pool, id: ExprId) -> Fact {
+    /// What is known of an expression.
+    pub(super) fn of(&mut self, pool: &Pool, id: ExprId) -> Fact {
         if self.known.len() <= id.index() {
             for id in pool.ids_from(self.known.len()) {
                 let fact = self.fact(pool.node(id), pool);

@@ -44,7 +44,7 @@ pub(super) type Three<S> = [Vec<S>; 3];
 pub(super) fn find(own: &mut Linearized) -> Option<Flow> {
     let first = |places: &[usize]| places.iter().map(|at| (massless::unit(*at), Order::First)).collect();
     let mut directions = match own.rolling() {
-        Some(rolling) => first(rolling.first_order()),
+        Some(rolling) => first(&rolling.symbolic.first),
         None => orders_of(own, massless::resting(own).into_iter().map(massless::unit).collect()),
     };
     if own.rolling().is_none()

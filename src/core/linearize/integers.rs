@@ -85,9 +85,7 @@ fn units(matrices: &[Vec<Exact>; 3], rate: &Root) -> Option<Vec<Root>> {
         let mut todo = vec![first];
         while let Some(i) = todo.pop() {
             for j in 0..n {
-                let (Some(unit), None) = (&units[i], &units[j]) else {
-                    continue;
-                };
+                let (Some(unit), None) = (&units[i], &units[j]) else { continue };
                 let Some(own) = entry(i, j) else { continue };
                 units[j] = Some(own.mul(&root(unit)?)?.recip()?.whole_root()?);
                 todo.push(j);

@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 
 use super::elimination::Elimination;
 use super::rows::{Rows, eliminate};
+use super::symbolic::stated;
 use crate::expr::{Exponentials, ExprId, Pool, Substitution, Symbol};
 use crate::model::{Constraint, Model, SymbolKind};
 use crate::number::Number;
@@ -88,13 +89,9 @@ fn integral(model: &mut Model, rows: &[(usize, ExprId)]) -> Option<ExprId> {
             }
         }
     }
-    let places: Vec<(Symbol, ExprId)> = rows
-        .iter()
-        .map(|(i, _)| {
-            let stated = model.equilibria.get(*i).or_else(|| model.guesses.get(*i));
-            (model.coordinates.at(*i).symbol, stated.map_or(model.pool.zero(), |stated| stated.symbolic))
-        })
-        .collect();
+    let start = stated(model, true);
+    let places: Vec<(Symbol, ExprId)> =
+        rows.iter().map(|(i, _)| (model.coordinates.at(*i).symbol, start[*i])).collect();
     let mut terms = Vec::with_capacity(rows.len());
     for (at, ((_, slope), (symbol, start))) in rows.iter().zip(&places).enumerate() {
         let pool = &mut model.pool;

@@ -13,7 +13,6 @@
 
 use super::assemble::signed_terms;
 use super::equilibrium::Origin;
-use super::existence::Proof;
 use super::parameters::known_values;
 use super::steady::put_rates_in;
 use super::symbolic::written_out;
@@ -101,8 +100,7 @@ impl Linearized {
         if self.unbalanced.is_some() {
             return None;
         }
-        let proof = found.proof.as_deref().map_or(0, Proof::bits);
-        let values = self.assembly.values::<Big>(&self.model, BITS.max(proof)).ok()?;
+        let values = self.assembly.values::<Big>(&self.model, BITS.max(found.bits())).ok()?;
         let at = precise::equilibrium(&self.model, &self.assembly, found, &values)?;
         let size = at.iter().map(|own| own.mid_f64().abs()).fold(0.0, f64::max);
         let is_known = |own: &Big| own.to_ball().radius <= WIDEST * size;

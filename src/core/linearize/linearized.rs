@@ -121,7 +121,7 @@ impl Linearized {
     /// The number of directions without inertia that follow the others: there are as many modes fewer.
     #[must_use]
     pub fn massless_directions(&self) -> usize {
-        self.massless().map_or(0, Massless::count) + self.flow().map_or(0, Flow::following)
+        self.massless().map_or(0, |own| own.following.len()) + self.flow().map_or(0, Flow::following)
     }
 
     /// The number of modes, those of equations of first order counted as pairs: that of the coordinates, less the constraints, the
@@ -194,7 +194,7 @@ impl Linearized {
     #[must_use]
     pub fn constraints(&self) -> usize {
         let own = self.constrained.as_ref();
-        let of = |rolling: &Rolling| rolling.bound().len() + rolling.first_order().len();
+        let of = |rolling: &Rolling| rolling.symbolic.bound.len() + rolling.symbolic.first.len();
         own.map_or(0, |own| own.rolling.as_ref().map_or(own.bound.len(), |(rolling, _)| of(rolling)))
     }
 
@@ -332,11 +332,7 @@ impl Linearized {
     /// The first term whose numbers at the equilibrium are not finite, as an error.
     #[must_use]
     pub fn not_finite(&self) -> Option<LinearizeError> {
-        self.assembly.not_finite(
-            &self.model,
-            &self.equilibrium.values,
-            &self.values,
-            "a second derivative of the energies",
-        )
+        let what = "a second derivative of the energies";
+        self.assembly.not_finite(&self.model, &self.equilibrium.values, &self.values, what)
     }
 }

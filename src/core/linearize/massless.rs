@@ -28,22 +28,6 @@ pub(super) struct Massless {
     pub(super) tangent: Tangent<Ball>,
 }
 
-impl Massless {
-    /// The motions that are left, for K + N in numbers of any precision, column by column.
-    pub(super) fn tangent_in<S: Enclosure>(&self, stiffness: &[S], precision: S::Precision) -> Option<Tangent<S>> {
-        Tangent::new(&self.rows(stiffness, precision), &self.following, precision)
-    }
-
-    /// vᵀ(K + N), a row for each direction: what vanishes for these motions.
-    pub(super) fn rows<S: Scalar>(&self, stiffness: &[S], precision: S::Precision) -> Vec<Vec<S>> {
-        rows(&self.directions, stiffness, precision)
-    }
-
-    pub(super) fn count(&self) -> usize {
-        self.following.len()
-    }
-}
-
 /// The directions without inertia of a model with its equilibrium and constraints, or what they have that nothing can make follow; `None`
 /// where every motion has inertia, or that is not known.
 pub(super) fn find(own: &Linearized) -> Option<Result<Massless, LinearizeError>> {
@@ -93,7 +77,7 @@ fn followed<S: Enclosure>(
 }
 
 /// vᵀA, a row for each direction.
-fn rows<S: Scalar>(directions: &[Direction], matrix: &[S], precision: S::Precision) -> Vec<Vec<S>> {
+pub(super) fn rows<S: Scalar>(directions: &[Direction], matrix: &[S], precision: S::Precision) -> Vec<Vec<S>> {
     directions.iter().map(|v| row(v, matrix, precision)).collect()
 }
 

@@ -26,7 +26,7 @@ impl Linearized {
     #[must_use]
     pub fn directions(&self) -> Option<Vec<Vec<Ball>>> {
         let own = self.constrained.as_ref().filter(|_| self.is_constrained() && self.massless().is_none());
-        own.map(|own| own.tangent.rows())
+        own.map(|own| own.tangent.rows(()))
     }
 
     /// The mass matrix, dense, column by column, in SI.

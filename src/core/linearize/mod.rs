@@ -310,7 +310,7 @@ fn linearize_in(
         None => unbalanced::find(&Search::new(&model, &assembly, &values, visible))?,
     };
     if !assembly.velocity.is_empty() && visible <= MOST_COORDINATES {
-        let point = model.with_pool(|model, pool| symbolic::equilibrium_expressions(model, pool, Some(&equilibrium)));
+        let point = model.with_pool(|model, pool| symbolic::equilibrium_expressions(model, pool, &equilibrium));
         assembly.forget_what_vanishes(&mut model, &point);
     }
     let reactions = (visible, reactions.as_deref().unwrap_or_default());
@@ -386,7 +386,7 @@ fn at_equilibrium(
     let constrained =
         |(tangent, bound)| Constrained { tangent, bound, given, dependent, rolling: None, families: Vec::new() };
     if rows.is_empty() {
-        return Ok(constrained((Tangent::all(visible), Vec::new())));
+        return Ok(constrained((Tangent::solved(visible, &[], Vec::new()), Vec::new())));
     }
     let singular = || LinearizeError::ConstraintsSingular {
         point: undefined::point_text(model, &at[..visible]),
@@ -414,13 +414,12 @@ fn tangent_in_bits(search: &Search<'_>, equilibrium: &Equilibrium) -> Option<(Ta
 
 /// A constraint without a multiplier that does not hold where the others do, and what its sides differ by.
 fn contradiction(model: &Model, at: &[Ball], dependent: &[usize]) -> Option<(usize, f64)> {
-    for number in dependent {
-        let Some(difference) = constrained::difference(model, *number, at) else {
-            continue;
-        };
-        if !difference.contains_zero() {
-            return Some((*number, difference.mid_f64()));
-        }
+    let broken = |number: &usize| {
+        let difference = constrained::difference(model, *number, at).filter(|own| !own.contains_zero())?;
+        Some((*number, difference.mid_f64()))
+    };
+    if let Some(found) = dependent.iter().find_map(broken) {
+        return Some(found);
     }
     if dependent.is_empty() {
         return None;

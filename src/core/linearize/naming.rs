@@ -111,9 +111,7 @@ fn runs(family: &str, members: Vec<String>) -> Vec<String> {
         inside.strip_suffix(']')?.parse().ok()
     };
     let indices: Option<Vec<i64>> = members.iter().map(|member| index(member)).collect();
-    let Some(indices) = indices else {
-        return members;
-    };
+    let Some(indices) = indices else { return members };
     indices
         .chunk_by(|a, b| a.checked_add(1) == Some(*b))
         .filter_map(|run| Some((*run.first()?, *run.last()?)))

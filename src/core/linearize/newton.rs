@@ -104,10 +104,8 @@ impl Spectrum {
     pub(super) fn reach(&self, force: &Force) -> Vec<f64> {
         let (components, noise) = self.components(force, 0.0);
         let largest = self.eigen.eigenvalues.amax();
-        components
-            .iter()
-            .zip(noise.iter())
-            .zip(self.eigen.eigenvalues.iter())
+        let modes = components.iter().zip(&noise).zip(&self.eigen.eigenvalues);
+        modes
             .map(|((f, noise), k)| if k.abs() <= 1e-12 * largest { 0.0 } else { (f.abs() + noise) / k.abs() })
             .collect()
     }
@@ -147,10 +145,7 @@ impl Spectrum {
     pub(super) fn pushes_neutral(&self, force: &Force) -> bool {
         let (components, noise) = self.components(force, 1e-13);
         let largest = self.eigen.eigenvalues.amax();
-        components
-            .iter()
-            .zip(noise.iter())
-            .zip(self.eigen.eigenvalues.iter())
-            .any(|((f, noise), k)| k.abs() <= 1e-15 * largest && f.abs() > *noise)
+        let mut modes = components.iter().zip(&noise).zip(&self.eigen.eigenvalues);
+        modes.any(|((f, noise), k)| k.abs() <= 1e-15 * largest && f.abs() > *noise)
     }
 }

@@ -38,20 +38,8 @@ pub(crate) fn put_exponents_in(model: &mut Model) -> Result<Exponents, Linearize
 /// Parameters that have become numbers, and what the bodies of all terms were with their symbols.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Exponents {
-    parameters: Vec<usize>,
-    bodies: Vec<ExprId>,
-}
-
-impl Exponents {
-    /// Whether a parameter, by number, has become a number.
-    pub(super) fn has(&self, parameter: usize) -> bool {
-        self.parameters.contains(&parameter)
-    }
-
-    /// Puts the symbols back.
-    pub(super) fn put_back(&self, model: &mut Model) {
-        set_bodies(model, &self.bodies);
-    }
+    pub(super) parameters: Vec<usize>,
+    pub(super) bodies: Vec<ExprId>,
 }
 
 /// All terms of a model, forces behind the energies.
@@ -69,7 +57,8 @@ pub fn exponents(model: &Model) -> Vec<ExprId> {
     inside.collect()
 }
 
-fn set_bodies(model: &mut Model, bodies: &[ExprId]) {
+/// Puts in other bodies of all terms, in the same order.
+pub(super) fn set_bodies(model: &mut Model, bodies: &[ExprId]) {
     let families = model.kinetic.iter_mut().chain(&mut model.potential);
     for (family, body) in families.chain(&mut model.forces).zip(bodies) {
         family.body = *body;
@@ -108,15 +97,11 @@ pub fn known_values(model: &Model) -> Substitution {
 
 /// The parameters in expressions, by number, ascending.
 pub(crate) fn parameters_of(model: &Model, roots: &[ExprId]) -> Vec<usize> {
-    let mut found: Vec<usize> = model
-        .pool
-        .symbols_of(roots)
-        .iter()
-        .filter_map(|symbol| match model.symbols.get(*symbol) {
-            Some(SymbolKind::Parameter(number)) => Some(number),
-            Some(_) | None => None,
-        })
-        .collect();
+    let number = |symbol: &Symbol| match model.symbols.get(*symbol) {
+        Some(SymbolKind::Parameter(number)) => Some(number),
+        Some(_) | None => None,
+    };
+    let mut found: Vec<usize> = model.pool.symbols_of(roots).iter().filter_map(number).collect();
     found.sort_unstable();
     found
 }

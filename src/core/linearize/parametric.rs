@@ -3,14 +3,14 @@
 //! What [`super::derive`] writes out, with every other parameter at its exact value, and with the
 //! equilibrium left open where it has to be searched for at each set.
 
-use super::assemble::{self, Assembly};
+use super::assemble;
 use super::equilibrium::{Equilibrium, Origin};
 use super::error::{Feature, LinearizeError};
 use super::parameters::{parameters_of, put_exponents_in};
 use super::velocity::Matrix;
 use super::{check_plain, missing_value, symbolic};
 use crate::expr::{ExprId, Pool, Substitution, Symbol};
-use crate::model::Model;
+use crate::model::{Given, Model};
 use crate::precision::Ball;
 
 /// A model as a function of some of its parameters.
@@ -53,32 +53,27 @@ pub fn parametric(mut model: Model, varying: &[usize]) -> Result<Parametric, Lin
     put_exponents_in(&mut model)?;
     let assembly = assemble::assemble(&mut model);
     let count = model.coordinates.len();
-    let free: Vec<bool> = model.equilibria.iter().map(|given| given.is_none()).collect();
-    let guessed = free.contains(&true) && model.guesses.any();
+    let is_open = model.equilibria.iter().any(|given| given.is_none());
+    let guessed = is_open && model.guesses.any();
 
-    let point = model.with_pool(|model, pool| symbolic::equilibrium_expressions(model, pool, None));
+    let point = symbolic::stated(&model, false);
     let gradient = if guessed {
         None
     } else {
-        let gradient = gradient(&mut model, &assembly, &point);
+        let gradient = model.with_pool(|model, pool| symbolic::gradient(model, pool, &assembly, &point));
         let gradient = fixed(&mut model, varying, &gradient)?;
         let vanishes = |force: &ExprId| model.pool.vanishes(*force);
         gradient.iter().all(vanishes).then(Vec::new)
     };
     let closed = gradient.is_some();
-    let origins: Vec<Origin> = free
-        .iter()
-        .map(|free| match (free, closed) {
-            (true, false) => Origin::Found,
-            (true, true) => Origin::Zero,
-            (false, _) => Origin::Given,
-        })
-        .collect();
-    let searched = origins
-        .iter()
-        .zip(model.coordinates.iter())
-        .map(|(origin, coordinate)| (*origin == Origin::Found).then_some(coordinate.symbol))
-        .collect();
+    let origin = |given: Option<Given>| match (given, closed) {
+        (Some(_), _) => Origin::Given,
+        (None, true) => Origin::Zero,
+        (None, false) => Origin::Found,
+    };
+    let origins: Vec<Origin> = model.equilibria.iter().map(origin).collect();
+    let both = origins.iter().zip(model.coordinates.iter());
+    let searched = both.map(|(origin, own)| (*origin == Origin::Found).then_some(own.symbol)).collect();
     let place = Equilibrium::exactly(vec![Ball::ZERO; count], origins);
     let matrices = symbolic::matrices(&model, &assembly, &place);
     model.pool = matrices.pool;
@@ -94,17 +89,11 @@ pub fn parametric(mut model: Model, varying: &[usize]) -> Result<Parametric, Lin
     }
     let gradient = match gradient {
         Some(none) => none,
-        None => self::gradient(&mut model, &assembly, &matrices.equilibrium),
+        None => model.with_pool(|model, pool| symbolic::gradient(model, pool, &assembly, &matrices.equilibrium)),
     };
-    let nominal = if closed || !free.contains(&true) {
-        None
-    } else {
-        // Only a place to start from: without one the search starts at the guess.
-        super::linearize(whole).ok().map(|linearized| {
-            let values = &linearized.equilibrium().values;
-            values.iter().map(Ball::mid_f64).collect()
-        })
-    };
+    // Only a place to start from: without one the search starts at the guess.
+    let found = if closed || !is_open { None } else { super::linearize(whole).ok() };
+    let nominal = found.map(|own| own.equilibrium().values.iter().map(Ball::mid_f64).collect());
     let zero = model.pool.zero();
     let start: Vec<ExprId> = model.guesses.iter().map(|guess| guess.map_or(zero, |guess| guess.symbolic)).collect();
 
@@ -145,15 +134,4 @@ fn fixed(model: &mut Model, varying: &[usize], roots: &[ExprId]) -> Result<Vec<E
         values.insert(parameter.symbol, value);
     }
     Ok(model.pool.substitute(roots, &values))
-}
-
-/// The gradient of the effective potential at a point, one expression a coordinate.
-fn gradient(model: &mut Model, assembly: &Assembly, point: &[ExprId]) -> Vec<ExprId> {
-    model.with_pool(|model, pool| {
-        let mut gradient = vec![pool.zero(); model.coordinates.len()];
-        for (number, parts) in symbolic::gradient(model, pool, assembly, point) {
-            gradient[number as usize] = pool.sum(&parts);
-        }
-        gradient
-    })
 }

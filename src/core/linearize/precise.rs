@@ -3,7 +3,7 @@
 use super::assemble::{Assembly, Values};
 use super::constrained::{Tangent, gradients};
 use super::equilibrium::Equilibrium;
-use super::existence::Proof;
+use super::massless::rows;
 use super::velocity::sum;
 use super::zero::{self, ZeroMode};
 use super::{Linearized, tied};
@@ -46,10 +46,7 @@ pub(super) fn equilibrium(
     let bits = values.precision();
     let equilibrium = found.in_numbers(model, bits, |value| Some(Big::from_ball(value, bits)))?;
     match found.proof.as_deref() {
-        Some(proof) => {
-            let gradient = |at: &[Big]| assembly.gradient(at, values);
-            proof.refine(equilibrium, bits, gradient)
-        }
+        Some(proof) => proof.refine(equilibrium, bits, |at| assembly.gradient(at, values)),
         None => Some(equilibrium),
     }
 }
@@ -58,7 +55,7 @@ impl Precise {
     /// [`Linearized::directions`].
     #[must_use]
     pub fn directions(&self) -> Option<Vec<Vec<Big>>> {
-        self.tangents.first().map(Tangent::rows)
+        self.tangents.first().map(|own| own.rows(self.bits))
     }
 }
 
@@ -72,9 +69,8 @@ impl Linearized {
     #[must_use]
     pub fn precisely(&self, bits: usize) -> Option<Precise> {
         let found = &self.equilibrium;
-        let proof = found.proof.as_deref().map_or(0, Proof::bits);
-        let other = self.unbalanced.as_ref().map_or(0, |own| own.bits());
-        let bits = bits.max(LEAST_BITS).max(proof).max(other);
+        let other = self.unbalanced.as_ref().map_or(0, |own| own.equilibrium.bits());
+        let bits = bits.max(LEAST_BITS).max(found.bits()).max(other);
         let values = self.assembly.values::<Big>(&self.model, bits).ok()?;
         let order = self.model.coordinates.len();
         let visible = self.coordinates();
@@ -108,21 +104,20 @@ impl Linearized {
         }
         stiffness = sum(Some(stiffness), circulatory)?;
         if let Some(massless) = self.massless() {
-            let (own, order) = (massless.tangent_in(&stiffness, bits)?, stiffness.len().isqrt());
+            let held = rows(&massless.directions, &stiffness, bits);
+            let own = Tangent::new(&held, &massless.following, bits)?;
+            let order = stiffness.len().isqrt();
             mass = own.reduce_symmetric(&mass, order);
             stiffness = own.reduce(&stiffness, order);
             velocity = velocity.map(|matrix| own.reduce(&matrix, order));
             tangents.push(own);
         }
         let finite = |numbers: &[Big]| numbers.iter().all(Big::is_finite);
+        let length = |at| self.units.as_ref().map_or(0, |own| own.length(at));
         let ends = finite(&point) && finite(&mass) && finite(&stiffness);
         (ends && velocity.as_deref().is_none_or(finite)).then(|| Precise {
             bits,
-            equilibrium: point[..visible]
-                .iter()
-                .enumerate()
-                .map(|(at, x)| x.scale(self.units.as_ref().map_or(0, |own| own.length(at))))
-                .collect(),
+            equilibrium: point[..visible].iter().enumerate().map(|(at, x)| x.scale(length(at))).collect(),
             mass,
             stiffness,
             velocity,

@@ -191,8 +191,7 @@ impl Sum {
             if term.factor.is_zero() {
                 continue;
             }
-            let same = sum.iter().enumerate();
-            let same = same.filter_map(|(at, own)| Some((at, own.ratio(&term)?))).next();
+            let same = sum.iter().enumerate().find_map(|(at, own)| Some((at, own.ratio(&term)?)));
             match same {
                 Some((at, ratio)) => {
                     let factor = sum[at].factor.add(&term.factor.mul(&ratio));
@@ -333,10 +332,7 @@ impl Exact {
     }
 
     fn with(&self, other: &Self, f: impl Fn(&Sum, &Sum) -> Option<Sum>) -> Self {
-        match (&self.0, &other.0) {
-            (Some(a), Some(b)) => Self(f(a, b)),
-            (Some(_) | None, _) => Self(None),
-        }
+        Self(self.0.as_ref().zip(other.0.as_ref()).and_then(|(a, b)| f(a, b)))
     }
 
     fn is_positive(&self) -> Option<bool> {
@@ -408,9 +404,8 @@ impl Scalar for Exact {
     fn pow(&self, exponent: &Self) -> Self {
         let power = || {
             let exponent = exponent.as_rational()?;
-            let numerator = i32::try_from(Number::from_integer(exponent.numerator()).to_i64()?);
+            let numerator = i32::try_from(exponent.numerator()).ok()?;
             let denominator = u32::try_from(exponent.denominator()).ok()?;
-            let numerator = numerator.ok()?;
             if denominator == 1 {
                 return self.powi(numerator).0;
             }
@@ -429,9 +424,7 @@ impl Scalar for Exact {
                 None => Self(None),
             };
         }
-        let Some(a) = self.as_rational() else {
-            return Self(None);
-        };
+        let Some(a) = self.as_rational() else { return Self(None) };
         let (zero, one) = (a.is_zero(), a.is_one());
         Self::rational(match function {
             Function::Sin | Function::Tan | Function::Asin | Function::Atan | Function::Sinh | Function::Tanh => {

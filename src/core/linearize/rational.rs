@@ -8,13 +8,13 @@ use super::assemble::evaluate_closed;
 use super::constrained::{Tangent, gradients, solve_for};
 use super::elimination::grows_from_zero;
 use super::equilibrium::Origin;
-use super::exact::{kernel_of_columns, recognised};
-use super::flow::Flow;
+use super::exact::{kernel_of_columns, recognised, three};
+use super::flow::{Flow, Three};
+use super::massless::rows;
 use super::parameters::known_values;
 use super::radicals::{Exact, Surd};
 use super::rolling::SymbolicRolling;
 use super::symbolic::{forces_vanish, matrices_at};
-use super::velocity::sum;
 use super::{Linearized, multipliers};
 use crate::expr::{ExprId, Pool, Substitution};
 use crate::number::Number;
@@ -74,7 +74,7 @@ fn known_there(linearized: &Linearized, pool: &mut Pool) -> Option<Substitution>
 
 /// M, G + C and K + N, for the coordinates that the others follow, and the forces that come with those which move along a family of
 /// equilibria; column by column.
-fn matrices(linearized: &Linearized, flow: Option<&Flow>) -> Option<([Vec<Exact>; 3], Vec<Exact>)> {
+fn matrices(linearized: &Linearized, flow: Option<&Flow>) -> Option<(Three<Exact>, Vec<Exact>)> {
     let model = &linearized.model;
     let (visible, order) = (linearized.coordinates(), model.coordinates.len());
     let families = &linearized.assembly.families;
@@ -103,20 +103,15 @@ fn matrices(linearized: &Linearized, flow: Option<&Flow>) -> Option<([Vec<Exact>
     for (own, rows) in numbers.iter_mut().zip(matrices) {
         *own = rows.map_or(Some(None), |rows| entries(&mut pool, &known, &rows).map(Some))?;
     }
-    let [mass, gyroscopic, damping, stiffness, circulatory] = numbers;
-    let (mass, stiffness) = (mass?, stiffness?);
-    let tied = linearized.constrained.as_ref().filter(|own| own.rolling.is_none());
-    let gradients = tied.map(|_| gradients(&stiffness, visible, order));
-    let nothing = || vec![Exact::rational(Some(Number::ZERO)); mass.len()];
-    let velocity = sum(gyroscopic, damping).unwrap_or_else(nothing);
-    let mut all = [mass, velocity, sum(Some(stiffness), circulatory)?];
-    if let (Some(constrained), Some(gradients)) = (tied, gradients) {
-        let tangent = directions(gradients, &constrained.bound, visible)?;
+    let mut all = three(numbers)?;
+    // Friction at rest has no share in the rows of multipliers.
+    if let Some(tied) = linearized.constrained.as_ref().filter(|own| own.rolling.is_none()) {
+        let tangent = directions(gradients(&all[2], visible, order), &tied.bound, visible)?;
         all = all.map(|matrix| tangent.reduce(&matrix, order));
     }
     if let Some(massless) = linearized.massless() {
         let left = all[0].len().isqrt();
-        let tangent = directions(massless.rows(&all[2], ()), &massless.following, left)?;
+        let tangent = directions(rows(&massless.directions, &all[2], ()), &massless.following, left)?;
         all = all.map(|matrix| tangent.reduce(&matrix, left));
     }
     if let Some(flow) = flow {
@@ -222,7 +217,7 @@ fn exact(pool: &Pool, e: ExprId) -> Option<Exact> {
 /// Directions that constraints allow.
 fn directions(mut rows: Vec<Vec<Exact>>, bound: &[usize], visible: usize) -> Option<Tangent<Exact>> {
     solve_for(&mut rows, bound.iter().copied(), pivot_size, ())?;
-    Some(Tangent::solved(visible, &rows, bound.to_vec(), ()))
+    Some(Tangent::solved(visible, &rows, bound.to_vec()))
 }
 
 /// Any number but 0 will do for a pivot.

@@ -1,7 +1,7 @@
 //! What acts on a model that rests, in symbols: for whoever searches for all of its equilibria.
 
 use super::error::{Feature, LinearizeError};
-use super::parameters::put_exponents_in;
+use super::parameters::{known_values, put_exponents_in};
 use super::symbolic::{drags_at_rest, written_out};
 use super::{assemble::signed_terms, check_time, missing_value, steady};
 use crate::expr::{ExprId, Pool, Substitution, Symbol};
@@ -57,10 +57,7 @@ pub fn at_rest(mut model: Model, varying: &[usize]) -> Result<AtRest, LinearizeE
     let derived = model.parameters.iter().filter(|own| pool.as_symbol(own.symbolic) != Some(own.symbol));
     let derived: Substitution = derived.map(|own| (own.symbol, own.symbolic)).gather();
     let all = pool.substitute(&all, &derived);
-    values.extend(model.parameters.iter().filter_map(|own| Some((own.symbol, own.value?))));
-    for number in varying {
-        values.remove(&model.parameters[*number].symbol);
-    }
+    values.extend(known_values(&model));
     let all = pool.substitute(&all, &values);
     for symbol in pool.symbols_of(&all) {
         if let Some(SymbolKind::Parameter(number)) = model.symbols.get(symbol)

@@ -53,8 +53,9 @@ pub struct SymbolicRolling {
     /// The coordinates that the others follow, by number.
     pub free: Vec<usize>,
     /// Those of them, by place, whose equations are conditions, of first order.
-    first: Vec<usize>,
-    bound: Vec<usize>,
+    pub(super) first: Vec<usize>,
+    /// The coordinates that follow the others.
+    pub(super) bound: Vec<usize>,
     /// How the velocities of `bound` follow what `free` and `bound` are: -β, then -γ; one row each, and none where all of it is 0.
     drift: Rows,
     /// For each condition that can't be integrated, the coordinate that moves along its family of equilibria.
@@ -461,9 +462,7 @@ impl SymbolicRolling {
         let (free, bound, reactions) = (left, others, reactions.to_vec());
         Ok(Self { free, first, bound, drift, moved, matrices, gradients, directions, reactions, shifts, carried })
     }
-}
 
-impl SymbolicRolling {
     /// The equations of all coordinates, `free` and then `bound`: the coefficients of 1, s and s² of each entry, row by row.
     pub(super) fn pencil(&self, pool: &mut Pool) -> Vec<Vec<ExprId>> {
         let (n, count) = (self.free.len(), self.free.len() + self.bound.len());
@@ -521,7 +520,7 @@ impl Rolling {
             return Err(refused("more than 60 coordinates"));
         }
         let mut pool = model.pool.clone();
-        let mut point = equilibrium_expressions(model, &mut pool, Some(equilibrium));
+        let mut point = equilibrium_expressions(model, &mut pool, equilibrium);
         for (i, own) in model.coordinates.iter().enumerate().skip(visible) {
             point[i] = pool.symbol_expr(own.symbol);
         }
@@ -555,7 +554,7 @@ impl Rolling {
         let matrices = self.matrices(&mut numbers);
         let slopes = self.symbolic.bound.iter().map(|_| numbers.by_ref().take(n).collect()).collect();
         let (free, bound) = (self.symbolic.free.clone(), self.symbolic.bound.clone());
-        Some((matrices, Tangent { free, bound, slopes, precision }))
+        Some((matrices, Tangent { free, bound, slopes }))
     }
 
     /// M, G, C, K and N from their numbers, which come row by row.
@@ -647,11 +646,6 @@ impl Rolling {
         Some([last(drift), shifts, carried])
     }
 
-    /// Those of the coordinates that are left, by place, whose equations are conditions, of first order.
-    pub(super) fn first_order(&self) -> &[usize] {
-        &self.symbolic.first
-    }
-
     /// Whether some velocities are not made of velocities alone.
     pub(super) fn drifts(&self) -> bool {
         !vanish(&self.symbolic.drift) || !self.symbolic.first.is_empty()
@@ -662,11 +656,6 @@ impl Rolling {
         let [drift, ..] = self.beside(model, at)?;
         let width = self.symbolic.free.len() + self.symbolic.bound.len();
         Some(drift.chunks(width).map(<[Ball]>::to_vec).collect())
-    }
-
-    /// The coordinates that follow the others.
-    pub(super) fn bound(&self) -> &[usize] {
-        &self.symbolic.bound
     }
 
     /// Whether every exponent s has a partner -s, as motions run backward are motions: where a change of sign of some

@@ -147,26 +147,25 @@ impl Solving<'_> {
 
 /// What a function has a value at.
 fn inverses(pool: &mut Pool, function: Function, value: ExprId) -> Vec<ExprId> {
-    let (inverse, opposite) = match function {
-        Function::Sin => (Function::Asin, false),
-        Function::Cos => (Function::Acos, true),
-        Function::Tan => (Function::Atan, false),
-        Function::Asin => (Function::Sin, false),
-        Function::Acos => (Function::Cos, false),
-        Function::Atan => (Function::Tan, false),
-        Function::Exp => (Function::Ln, false),
-        Function::Ln => (Function::Exp, false),
+    let inverse = match function {
+        Function::Sin => Function::Asin,
+        Function::Cos => Function::Acos,
+        Function::Tan => Function::Atan,
+        Function::Asin => Function::Sin,
+        Function::Acos => Function::Cos,
+        Function::Atan => Function::Tan,
+        Function::Exp => Function::Ln,
+        Function::Ln => Function::Exp,
         Function::Abs => return vec![value, pool.neg(value)],
         Function::Sinh | Function::Cosh | Function::Tanh => return Vec::new(),
     };
     let own = pool.apply(inverse, value);
-    let mut all = vec![own];
-    if opposite {
-        all.push(pool.neg(own));
+    match function {
+        Function::Sin => {
+            let pi = pool.pi();
+            vec![own, pool.sub(pi, own)]
+        }
+        Function::Cos => vec![own, pool.neg(own)],
+        _ => vec![own],
     }
-    if function == Function::Sin {
-        let pi = pool.pi();
-        all.push(pool.sub(pi, own));
-    }
-    all
 }

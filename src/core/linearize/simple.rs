@@ -2,9 +2,9 @@
 
 use super::equilibrium::{Equilibrium, Search};
 use super::parameters::known_values;
-use super::symbolic::{equilibrium_expressions, forces_vanish};
+use super::symbolic::{forces_vanish, stated};
 use super::{exact, multipliers};
-use crate::expr::{ExprId, Pool};
+use crate::expr::ExprId;
 use crate::model::Model;
 use crate::precision::Ball;
 
@@ -32,13 +32,8 @@ impl Search<'_> {
 
     /// Whether all forces vanish where the model says, or where it guesses, or at 0, for the values of the parameters.
     fn vanishes_identically(&self, guessed: bool) -> bool {
-        let model = self.model;
-        if self.assembly.acts_at_rest() {
-            return false;
-        }
-        let mut pool = model.pool.clone();
-        let point = self.stated(&mut pool, guessed);
-        forces_vanish(model, self.assembly, &point, &known_values(model)) == Some(true)
+        let vanish = |model| forces_vanish(model, self.assembly, &stated(model, guessed), &known_values(model));
+        !self.assembly.acts_at_rest() && vanish(self.model) == Some(true)
     }
 
     /// The same where the model guesses, with multipliers of constraints that balance the forces.
@@ -50,24 +45,10 @@ impl Search<'_> {
             return false;
         }
         let mut pool = model.pool.clone();
-        let mut point = self.stated(&mut pool, true);
+        let mut point = stated(model, true);
         let balanced = multipliers::put_in(model, self.assembly, &mut pool, &mut point, &expressions);
         let valued = Model { pool, ..model.clone() };
         balanced.is_some() && forces_vanish(&valued, self.assembly, &point, &known_values(&valued)) == Some(true)
-    }
-
-    /// Where the model says, or where it guesses, or 0.
-    fn stated(&self, pool: &mut Pool, guessed: bool) -> Vec<ExprId> {
-        let model = self.model;
-        let mut point = equilibrium_expressions(model, pool, None);
-        if guessed {
-            for (i, guess) in model.guesses.iter().enumerate() {
-                if let Some(guess) = guess.filter(|_| model.equilibria.get(i).is_none()) {
-                    point[i] = guess.symbolic;
-                }
-            }
-        }
-        point
     }
 
     /// Whether the point is an equilibrium as it stands: exact numbers, and forces that are exactly 0.

@@ -7,7 +7,7 @@
 use super::Linearized;
 use super::assemble::{Values, assemble, evaluate_closed};
 use super::equilibrium::Origin;
-use super::parameters::known_values;
+use super::parameters::{known_values, set_bodies};
 use super::rolling::Rolling;
 use super::velocity::{Numbers, sum};
 use super::zero::{ZeroMode, zero_modes};
@@ -90,7 +90,7 @@ impl Linearized {
         if !self.can_vary(parameter) {
             return None;
         }
-        if self.exponents.has(parameter) {
+        if self.exponents.parameters.contains(&parameter) {
             return self.with_symbols_in_exponents()?.slopes(parameter);
         }
         let varied = |number: usize, value: Dual<Ball>| Dual {
@@ -131,7 +131,7 @@ impl Linearized {
             return None;
         }
         let mut own = self.clone();
-        std::mem::take(&mut own.exponents).put_back(&mut own.model);
+        set_bodies(&mut own.model, &std::mem::take(&mut own.exponents).bodies);
         own.assembly = assemble(&mut own.model);
         own.values = own.assembly.values(&own.model, ()).ok()?;
         Some(own)
@@ -139,14 +139,7 @@ impl Linearized {
 
     /// dq/dp at the equilibrium, enclosed; what is given moves as it is written.
     fn equilibrium_slope(&self, parameter: usize, values: &Values<Dual<Ball>>) -> Option<Vec<Ball>> {
-        let mut slope = vec![Ball::ZERO; self.model.coordinates.len()];
-        let mut free = Vec::new();
-        for (i, slot) in slope.iter_mut().enumerate() {
-            match (self.equilibrium.origins[i], self.model.equilibria.get(i)) {
-                (Origin::Given, Some(given)) => *slot = self.given_slope(given.symbolic, parameter)?,
-                _ => free.push(i),
-            }
-        }
+        let (mut slope, free) = self.given_slopes(parameter)?;
         // Multipliers alone, beside coordinates that are given: all forces together tell them.
         let all: Vec<usize> = (0..slope.len()).collect();
         let rows = if self.equilibrium.multipliers_given { &all } else { &free };
@@ -173,15 +166,8 @@ impl Linearized {
     /// dq/dp under conditions on velocities: what is given moves as it is written, and the rest does not, where nothing depends on it or
     /// no force would move it; `None` elsewhere, and where the forces do not keep their balance.
     fn rolling_slope(&self, rolling: &Rolling, parameter: usize, values: &Values<Dual<Ball>>) -> Option<Vec<Ball>> {
-        let order = self.model.coordinates.len();
-        let mut slope = vec![Ball::ZERO; order];
-        let mut searched = Vec::new();
-        for (i, slope) in slope.iter_mut().enumerate() {
-            match (self.equilibrium.origins[i], self.model.equilibria.get(i)) {
-                (Origin::Given, Some(given)) => *slope = self.given_slope(given.symbolic, parameter)?,
-                _ => searched.push(i),
-            }
-        }
+        let (slope, searched) = self.given_slopes(parameter)?;
+        let order = slope.len();
         let mut force = self.force_slope(&slope, values)?;
         if force.iter().all(Ball::is_zero) {
             return Some(slope);
@@ -263,11 +249,21 @@ impl Linearized {
         left.iter().all(Ball::contains_zero).then_some(found)
     }
 
-    /// The derivative of a given coordinate.
-    fn given_slope(&self, given: crate::expr::ExprId, parameter: usize) -> Option<Ball> {
-        let mut pool = self.model.pool.clone();
-        let slope = pool.diff(given, self.model.parameters[parameter].symbol);
-        let slope = pool.substitute_one(slope, &known_values(&self.model));
-        evaluate_closed::<Ball>(&pool, slope, ())
+    /// The derivatives of coordinates that are given, with 0 for the others; and which these are.
+    fn given_slopes(&self, parameter: usize) -> Option<(Vec<Ball>, Vec<usize>)> {
+        let mut slopes = vec![Ball::ZERO; self.model.coordinates.len()];
+        let mut others = Vec::new();
+        for (i, own) in slopes.iter_mut().enumerate() {
+            match (self.equilibrium.origins[i], self.model.equilibria.get(i)) {
+                (Origin::Given, Some(given)) => {
+                    let mut pool = self.model.pool.clone();
+                    let slope = pool.diff(given.symbolic, self.model.parameters[parameter].symbol);
+                    let slope = pool.substitute_one(slope, &known_values(&self.model));
+                    *own = evaluate_closed(&pool, slope, ())?;
+                }
+                _ => others.push(i),
+            }
+        }
+        Some((slopes, others))
     }
 }

@@ -10,7 +10,7 @@ use super::error::LinearizeError;
 use super::parameters::known_values;
 use super::symbolic::{drags_at_rest, instance};
 use crate::expr::{ExprId, Pool, Substitution, Symbol, ZeroVerdict};
-use crate::model::{Constraint, Model, SymbolKind, TermFamily};
+use crate::model::{Constraint, Local, Model, SymbolKind, TermFamily};
 use crate::span::Span;
 
 /// Puts the rates of steady motions into all energies.
@@ -95,30 +95,22 @@ fn put_in(pool: &mut Pool, family: &mut TermFamily, rates: &[Option<ExprId>]) {
     let width = family.locals.len();
     let symbols = pool.symbols_of(&[family.body]);
     let rate_of = |number: &u32| rates.get(*number as usize).copied().flatten();
-    let turning: Vec<usize> = (0..width)
-        .filter(|slot| symbols.contains(&family.locals[*slot].velocity))
-        .filter(|slot| {
-            let numbers = family.coordinates.iter().skip(*slot).step_by(width);
-            numbers.into_iter().any(|number| rate_of(number).is_some())
-        })
-        .collect();
-    if turning.is_empty() {
-        return;
-    }
-    let zero = pool.zero();
     let mut map = Substitution::default();
-    let mut slots: Vec<(usize, Symbol)> = Vec::with_capacity(turning.len());
-    for slot in turning {
-        let velocity = family.locals[slot].velocity;
-        let own = pool.symbol(&format!("rate {}", velocity.index()));
-        let moving = pool.symbol_expr(velocity);
-        let steady = pool.symbol_expr(own);
-        let sum = pool.add(moving, steady);
-        map.insert(velocity, sum);
-        slots.push((slot, own));
+    let mut slots: Vec<(usize, Symbol)> = Vec::new();
+    for (slot, Local { velocity, .. }) in family.locals.iter().enumerate() {
+        let mut numbers = family.coordinates.iter().skip(slot).step_by(width);
+        if symbols.contains(velocity) && numbers.any(|number| rate_of(number).is_some()) {
+            let own = pool.symbol(&format!("rate {}", velocity.index()));
+            let (moving, steady) = (pool.symbol_expr(*velocity), pool.symbol_expr(own));
+            map.insert(*velocity, pool.add(moving, steady));
+            slots.push((slot, own));
+        }
     }
-    family.body = pool.substitute_one(family.body, &map);
-    family.add_values(&slots, |number| rate_of(&number).unwrap_or(zero));
+    if !slots.is_empty() {
+        let zero = pool.zero();
+        family.body = pool.substitute_one(family.body, &map);
+        family.add_values(&slots, |number| rate_of(&number).unwrap_or(zero));
+    }
 }
 
 /// The constraints that the steady motion changes: what turns may be tied to what turns with it, as in x = R th.

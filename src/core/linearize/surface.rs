@@ -76,10 +76,8 @@ pub(super) fn dependent(model: &Model) -> Option<Vec<usize>> {
         if dependence::follow(model, &numbers(&kept), &numbers(&here), &point)?.is_some() {
             return None;
         }
-        match &found {
-            None => found = Some(here),
-            Some(other) if *other == here => {}
-            Some(_) => return None,
+        if *found.get_or_insert_with(|| here.clone()) != here {
+            return None;
         }
     }
     found.map(|places| places.into_iter().map(|place| left[place]).collect())

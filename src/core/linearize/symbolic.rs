@@ -195,11 +195,8 @@ pub(crate) fn force_text(model: &Model, coordinate: usize, value: f64) -> String
 pub(crate) fn constant_force(model: &Model, coordinate: usize, value: f64) -> Option<String> {
     let mut pool = model.pool.clone();
     let force = force(model, &mut pool, coordinate)?;
-    let constant = pool
-        .symbols_of(&[force])
-        .iter()
-        .all(|symbol| matches!(model.symbols.get(*symbol), Some(SymbolKind::Parameter(_)) | None));
-    (constant && value != 0.0).then(|| force_text(model, coordinate, value))
+    let varies = |symbol| !matches!(model.symbols.get(symbol), Some(SymbolKind::Parameter(_)) | None);
+    (value != 0.0 && !pool.depends_on(force, &varies)).then(|| force_text(model, coordinate, value))
 }
 
 /// Whether the force along a combination of coordinates is the same everywhere, with the values
@@ -224,23 +221,22 @@ pub(crate) fn constant_along(model: &Model, motion: &[(usize, Number)]) -> Optio
     }))
 }
 
-/// The equilibrium as `derive` shows it.
-pub(crate) fn equilibrium_expressions(
-    model: &Model,
-    pool: &mut Pool,
-    equilibrium: Option<&Equilibrium>,
-) -> Vec<ExprId> {
-    let mut result = Vec::new();
+/// Where the model says, or, with `guessed`, where it guesses, or 0.
+pub(super) fn stated(model: &Model, guessed: bool) -> Vec<ExprId> {
+    let both = model.equilibria.iter().zip(model.guesses.iter());
+    let stated = both.map(|(given, guess)| given.or(guess.filter(|_| guessed)));
+    stated.map(|own| own.map_or(model.pool.zero(), |own| own.symbolic)).collect()
+}
+
+/// The equilibrium as `derive` shows it: what was searched for stands as itself.
+pub(crate) fn equilibrium_expressions(model: &Model, pool: &mut Pool, equilibrium: &Equilibrium) -> Vec<ExprId> {
+    let mut point = stated(model, false);
     for (i, coordinate) in model.coordinates.iter().enumerate() {
-        let given = model.equilibria.get(i).map(|given| given.symbolic);
-        let found = equilibrium.is_some_and(|found| found.origins[i] == Origin::Found);
-        result.push(match given {
-            Some(given) => given,
-            None if found => pool.symbol_expr(coordinate.symbol),
-            None => pool.zero(),
-        });
+        if equilibrium.origins[i] == Origin::Found && model.equilibria.get(i).is_none() {
+            point[i] = pool.symbol_expr(coordinate.symbol);
+        }
     }
-    result
+    point
 }
 
 /// Whether all forces vanish identically at a point, whatever the parameters but for those `known`; `None` if
@@ -298,15 +294,13 @@ pub(super) fn force_left(model: &Model, assembly: &Assembly, point: &[ExprId]) -
 /// The derivatives of V - T0 and what friction adds at rest, one a coordinate; none where one of them is undefined.
 pub(super) fn forces(model: &Model, assembly: &Assembly, point: &[ExprId]) -> Option<(Pool, BTreeMap<u32, ExprId>)> {
     let mut pool = model.pool.clone();
-    for family in &assembly.families {
-        for at in 0..family.terms.count {
-            let map = instance(model, &mut pool, &family.terms, at, Some(point));
-            let logarithms = pool.substitute(&family.logarithms, &map);
-            if logarithms.iter().any(|e| pool.is_undefined(*e))
-                || family.potential.iter().any(|element| element.is_undefined_at(&mut pool, &map))
-            {
-                return None;
-            }
+    for (family, at) in assembly.instances() {
+        let map = instance(model, &mut pool, &family.terms, at, Some(point));
+        let logarithms = pool.substitute(&family.logarithms, &map);
+        if logarithms.iter().any(|e| pool.is_undefined(*e))
+            || family.potential.iter().any(|element| element.is_undefined_at(&mut pool, &map))
+        {
+            return None;
         }
     }
     let forces = at_rest(model, &mut pool, assembly, point);
@@ -319,7 +313,7 @@ pub(super) type Parts<K = u32> = BTreeMap<K, Vec<ExprId>>;
 
 /// The derivatives of V - T0 at a point and what friction adds at rest, by coordinate: what each is the sum of.
 pub(super) fn at_rest(model: &Model, pool: &mut Pool, assembly: &Assembly, point: &[ExprId]) -> Parts {
-    let mut forces = gradient(model, pool, assembly, point);
+    let mut forces = slopes(model, pool, assembly, point);
     for (family, place, force) in assembly.friction_at_rest() {
         for (at, part) in instances(model, pool, family, force, Some(point)).into_iter().enumerate() {
             forces.entry(family.coordinates_of(at)[place]).or_default().push(part);
@@ -328,19 +322,26 @@ pub(super) fn at_rest(model: &Model, pool: &mut Pool, assembly: &Assembly, point
     forces
 }
 
-/// The derivatives of V - T0 at a point, by coordinate: what each is the sum of.
-pub(super) fn gradient(model: &Model, pool: &mut Pool, assembly: &Assembly, point: &[ExprId]) -> Parts {
+/// The derivatives of V - T0 at a point, one a coordinate.
+pub(super) fn gradient(model: &Model, pool: &mut Pool, assembly: &Assembly, point: &[ExprId]) -> Vec<ExprId> {
+    let mut gradient = vec![pool.zero(); model.coordinates.len()];
+    for (number, parts) in slopes(model, pool, assembly, point) {
+        gradient[number as usize] = pool.sum(&parts);
+    }
+    gradient
+}
+
+/// The same by coordinate: what each is the sum of.
+fn slopes(model: &Model, pool: &mut Pool, assembly: &Assembly, point: &[ExprId]) -> Parts {
     let mut gradient = Parts::new();
-    for family in &assembly.families {
-        for at in 0..family.terms.count {
-            let map = instance(model, pool, &family.terms, at, Some(point));
-            let coordinates = family.terms.coordinates_of(at);
-            for element in &family.potential {
-                let here = element.substituted(pool, &map);
-                for (place, slope) in &here.slope {
-                    let part = pool.mul(here.first, *slope);
-                    gradient.entry(coordinates[*place]).or_default().push(part);
-                }
+    for (family, at) in assembly.instances() {
+        let map = instance(model, pool, &family.terms, at, Some(point));
+        let coordinates = family.terms.coordinates_of(at);
+        for element in &family.potential {
+            let here = element.substituted(pool, &map);
+            for (place, slope) in &here.slope {
+                let part = pool.mul(here.first, *slope);
+                gradient.entry(coordinates[*place]).or_default().push(part);
             }
         }
     }
@@ -350,7 +351,7 @@ pub(super) fn gradient(model: &Model, pool: &mut Pool, assembly: &Assembly, poin
 /// Writes M and K out at an equilibrium.
 pub(crate) fn matrices(model: &Model, assembly: &Assembly, equilibrium: &Equilibrium) -> SymbolicMatrices {
     let mut pool = model.pool.clone();
-    let point = equilibrium_expressions(model, &mut pool, Some(equilibrium));
+    let point = equilibrium_expressions(model, &mut pool, equilibrium);
     matrices_at(model, pool, assembly, &point)
 }
 
@@ -359,15 +360,13 @@ pub(super) fn matrices_at(model: &Model, mut pool: Pool, assembly: &Assembly, po
     let n = model.coordinates.len();
     let mut mass = BTreeMap::new();
     let mut stiffness = BTreeMap::new();
-    for family in &assembly.families {
-        for at in 0..family.terms.count {
-            let map = instance(model, &mut pool, &family.terms, at, Some(point));
-            let coordinates = family.terms.coordinates_of(at);
-            for (elements, into) in [(&family.inertia, &mut mass), (&family.potential, &mut stiffness)] {
-                for element in elements {
-                    let here = element.substituted(&mut pool, &map);
-                    scatter(&mut pool, &here, coordinates, into);
-                }
+    for (family, at) in assembly.instances() {
+        let map = instance(model, &mut pool, &family.terms, at, Some(point));
+        let coordinates = family.terms.coordinates_of(at);
+        for (elements, into) in [(&family.inertia, &mut mass), (&family.potential, &mut stiffness)] {
+            for element in elements {
+                let here = element.substituted(&mut pool, &map);
+                scatter(&mut pool, &here, coordinates, into);
             }
         }
     }

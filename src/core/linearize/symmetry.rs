@@ -34,7 +34,8 @@ const STRANGER: u64 = 0x0123_4567_89ab_cdef;
 #[derive(Clone, Debug)]
 pub(crate) struct Symmetry {
     generator: Generator,
-    meaning: String,
+    /// What it is, in words.
+    pub(super) meaning: String,
 }
 
 #[derive(Clone, Debug)]
@@ -45,11 +46,6 @@ enum Generator {
 }
 
 impl Symmetry {
-    /// What it is, in words.
-    pub(crate) fn meaning(&self) -> &str {
-        &self.meaning
-    }
-
     /// The generator at a point.
     pub(crate) fn vector<S: Scalar>(&self, at: &[S], precision: S::Precision) -> Vec<S> {
         match &self.generator {
@@ -175,11 +171,7 @@ fn body<'a>(pool: &mut Pool, family: &'a ElementFamily) -> Body<'a> {
 fn whole(model: &Model, pool: &mut Pool, assembly: &Assembly, at_values: bool) -> Body<'static> {
     let n = model.coordinates.len();
     let here: Vec<ExprId> = model.coordinates.iter().map(|own| pool.symbol_expr(own.symbol)).collect();
-    let parts = symbolic::gradient(model, pool, assembly, &here);
-    let mut gradient = vec![pool.zero(); n];
-    for (i, parts) in parts {
-        gradient[i as usize] = pool.sum(&parts);
-    }
+    let gradient = symbolic::gradient(model, pool, assembly, &here);
     Body {
         symbols: model.coordinates.iter().map(|own| own.symbol).collect(),
         gradient: if at_values { pool.substitute(&gradient, &rational_values(model)) } else { gradient },
@@ -204,9 +196,7 @@ fn constant_generators(model: &Model, pool: &Pool, bodies: &[Body<'_>], allowed:
     let n = model.coordinates.len();
     let mut spanned = Vec::with_capacity(bodies.len());
     for body in bodies.iter().filter(|body| !body.gradient.iter().all(|slope| slope.is_zero())) {
-        let Some(rows) = functionals(pool, &body.gradient) else {
-            return Vec::new();
-        };
+        let Some(rows) = functionals(pool, &body.gradient) else { return Vec::new() };
         spanned.push((body, rows));
     }
     let visit = |take: &mut dyn FnMut(Row) -> Option<()>| -> Option<()> {
@@ -247,15 +237,12 @@ fn constant_generators(model: &Model, pool: &Pool, bodies: &[Body<'_>], allowed:
     if added.is_none() {
         return Vec::new();
     }
-    let vectors = eliminated.kernel(groups.len());
-    vectors
-        .into_iter()
-        .filter_map(|vector| {
-            let of_groups = vector.iter().copied().map(fraction_mod).collect::<Option<Vec<Number>>>()?;
-            let exact: Vec<Number> = place.iter().map(|own| of_groups[*own as usize].clone()).collect();
-            Some(Symmetry { meaning: naming::constant(model, &exact), generator: Generator::Constant(exact) })
-        })
-        .collect()
+    let symmetry = |vector: Vec<u64>| {
+        let of_groups = vector.into_iter().map(fraction_mod).collect::<Option<Vec<Number>>>()?;
+        let exact: Vec<Number> = place.iter().map(|own| of_groups[*own as usize].clone()).collect();
+        Some(Symmetry { meaning: naming::constant(model, &exact), generator: Generator::Constant(exact) })
+    };
+    eliminated.kernel(groups.len()).into_iter().filter_map(symmetry).collect()
 }
 
 /// The linear functionals of the local coordinates that a constant generator has to annihilate: a
@@ -305,24 +292,17 @@ fn vectors(model: &Model) -> Vec<Vec<Vec<usize>>> {
     let mut spaces = Vec::new();
     // Families of vectors of the same width turn together.
     for (width, least) in [(2_usize, 2), (3, 2), (2, 1), (3, 1)] {
-        let vectors: Vec<_> = model
-            .families
-            .iter()
-            .filter(|family| family.extents.len() >= least && family.extents.last() == Some(&width))
-            .collect();
+        let turns = |own: &&CoordinateFamily| own.extents.len() >= least && own.extents.last() == Some(&width);
+        let vectors: Vec<_> = model.families.iter().filter(turns).collect();
         // A family with one index is one vector, or many numbers: it is tried after the others.
         if vectors.is_empty() || least == 1 && vectors.iter().all(|one| one.extents.len() > 1) {
             continue;
         }
-        let axes = (0..width)
-            .map(|axis| {
-                vectors
-                    .iter()
-                    .flat_map(|family| (family.first + axis..family.first + family.len()).step_by(width))
-                    .collect()
-            })
-            .collect();
-        spaces.push(axes);
+        let axis = |axis: usize| {
+            let of = |family: &&CoordinateFamily| (family.first + axis..family.first + family.len()).step_by(width);
+            vectors.iter().flat_map(of).collect()
+        };
+        spaces.push((0..width).map(axis).collect());
     }
     spaces
 }
@@ -416,28 +396,22 @@ fn is_invariant(pool: &Pool, body: &Body<'_>, rotation: &Rotation) -> bool {
     let mut tested: HashSet<Vec<Option<(usize, bool)>>> = HashSet::new();
     for coordinates in body.instances() {
         // The partner of every local: a local too, or one that the term does not contain.
-        let pattern: Vec<Option<(usize, bool)>> = coordinates
-            .iter()
-            .map(|coordinate| {
-                let (partner, minus) = rotation.partner.get(coordinate)?;
-                let place = coordinates.iter().position(|other| other == partner);
-                Some((place.unwrap_or(usize::MAX), *minus))
-            })
-            .collect();
+        let partner = |coordinate: &u32| {
+            let (partner, minus) = rotation.partner.get(coordinate)?;
+            let place = coordinates.iter().position(|other| other == partner);
+            Some((place.unwrap_or(usize::MAX), *minus))
+        };
+        let pattern: Vec<Option<(usize, bool)>> = coordinates.iter().map(partner).collect();
         if !tested.insert(pattern.clone()) {
             continue;
         }
         for point in 0..POINTS {
             let seed = 1000 + point;
             let value = |symbol| ModularPoint::random_value(seed, symbol);
-            let Some(slopes) = pool.evaluate_mod(&body.gradient, value, seed) else {
-                return false;
-            };
+            let Some(slopes) = pool.evaluate_mod(&body.gradient, value, seed) else { return false };
             let mut sum = 0;
             for (place, partner) in pattern.iter().enumerate() {
-                let Some((partner, minus)) = partner else {
-                    continue;
-                };
+                let Some((partner, minus)) = partner else { continue };
                 let velocity = match body.symbols.get(*partner) {
                     Some(symbol) => value(*symbol),
                     // The term does not contain the partner: any value will do.
@@ -458,15 +432,9 @@ fn is_invariant(pool: &Pool, body: &Body<'_>, rotation: &Rotation) -> bool {
 fn components(n: usize, assembly: &Assembly, rotation: &Rotation) -> Vec<Vec<u32>> {
     let mut together = Groups::new(n);
     let mut tie = |a: u32, b: u32| together.join(a as usize, b as usize);
-    for family in &assembly.families {
-        if family.potential.is_empty() {
-            continue;
-        }
-        for instance in 0..family.terms.count {
-            let coordinates = family.terms.coordinates_of(instance);
-            for pair in coordinates.windows(2) {
-                tie(pair[0], pair[1]);
-            }
+    for (family, instance) in assembly.instances().filter(|(family, _)| !family.potential.is_empty()) {
+        for pair in family.terms.coordinates_of(instance).windows(2) {
+            tie(pair[0], pair[1]);
         }
     }
     for (i, (j, _)) in &rotation.partner {

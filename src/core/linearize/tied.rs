@@ -15,6 +15,7 @@ use super::descent::Energy;
 use super::equilibrium::{BITS_TO_VERIFY, Equilibrium, Origin, Search, closed, short};
 use super::error::LinearizeError;
 use super::symbolic::force_text;
+use super::undefined::point_text;
 use crate::precision::{Ball, Big, Enclosure};
 
 /// Steps onto the constraints, and halvings of a step along them.
@@ -94,7 +95,7 @@ impl Search<'_> {
         let guessed = self.model.guesses.any();
         let given = point.to_vec();
         if all_given || !guessed {
-            match self.settled(point)? {
+            match self.settled(point) {
                 None => {
                     let here = Equilibrium::exactly(point.to_vec(), origins.to_vec());
                     return Ok(Some(Equilibrium { multipliers_given: true, ..here }));
@@ -120,7 +121,7 @@ impl Search<'_> {
         let broken = |force: &Ball| !force.is_finite() || !force.contains_zero();
         if force[visible..].iter().any(broken)
             || !self.vanishes_with_multipliers()
-            || self.settled(&mut values)?.is_some()
+            || self.settled(&mut values).is_some()
         {
             return Ok(None);
         }
@@ -129,11 +130,11 @@ impl Search<'_> {
     }
 
     /// Multipliers from the coordinates as they are given, or 0; what speaks against an equilibrium there.
-    fn settled(&self, point: &mut [Ball]) -> Result<Option<LinearizeError>, LinearizeError> {
+    fn settled(&self, point: &mut [Ball]) -> Option<LinearizeError> {
         let visible = self.visible;
         let rows = gradients(&self.assembly.stiffness(point, self.values), visible, point.len());
         let singular = LinearizeError::ConstraintsSingular {
-            point: self.describe(&point[..visible]),
+            point: point_text(self.model, &point[..visible]),
             span: self.model.coordinates.at(visible).span,
         };
         let bits = dependence::bits(self.model).unwrap_or(BITS_TO_VERIFY);
@@ -146,17 +147,13 @@ impl Search<'_> {
             let rows = gradients(&self.assembly.stiffness(&at, &values), visible, at.len());
             choose_bound(&rows, None, bits)
         });
-        let Some(bound) = bound else {
-            return Ok(Some(singular));
-        };
+        let Some(bound) = bound else { return Some(singular) };
         let found = in_bits().and_then(|(mut at, values)| {
             put_multipliers_in(self.assembly, &values, &mut at, visible, &bound)?;
             let force = self.assembly.gradient(&at, &values);
             Some((at, force))
         });
-        let Some((at, force)) = found else {
-            return Ok(Some(singular));
-        };
+        let Some((at, force)) = found else { return Some(singular) };
         if put_multipliers_in(self.assembly, self.values, point, visible, &bound).is_none() {
             for (multiplier, own) in point.iter_mut().zip(&at).skip(visible) {
                 *multiplier = own.to_ball();
@@ -168,7 +165,7 @@ impl Search<'_> {
                 continue;
             }
             let own = -rough[i].mid_f64();
-            return Ok(Some(if i >= visible {
+            return Some(if i >= visible {
                 let given = self.model.equilibria.given().next().map(|given| given.span);
                 let span = self.model.coordinates.at(i).span;
                 LinearizeError::ConstraintBroken { difference: short(own), span, given }
@@ -176,9 +173,9 @@ impl Search<'_> {
                 self.acts(i, force_text(self.model, i, own))
             } else {
                 self.acts(i, short(own))
-            }));
+            });
         }
-        Ok(None)
+        None
     }
 
     /// Moves coordinates the least way onto the constraints; whether it got there.

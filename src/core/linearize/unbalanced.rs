@@ -12,7 +12,7 @@ use super::equilibrium::{self, Equilibrium, Search};
 use super::error::LinearizeError;
 use super::precise;
 use super::units::start;
-use crate::expr::{ExprId, Pool, Symbol};
+use crate::expr::{ExprId, Pool};
 use crate::model::{Given, Local, Model, TermFamily};
 use crate::number::Number;
 use crate::precision::{Ball, Big};
@@ -27,23 +27,21 @@ const NEAR: f64 = 1e-8;
 pub(crate) struct Unbalanced {
     model: Model,
     assembly: Assembly,
-    equilibrium: Equilibrium,
+    pub(super) equilibrium: Equilibrium,
 }
 
 /// The equilibrium of a model, however its forces come about.
 pub(super) fn find(search: &Search<'_>) -> Result<(Equilibrium, Option<Unbalanced>), LinearizeError> {
     let Search { model, assembly, values, visible, .. } = *search;
-    let searched = model.guesses.any() || model.equilibria.iter().take(visible).any(|given| given.is_none());
-    if !(searched && assembly.acts_at_rest()) {
-        return Ok((equilibrium::find(search)?, None));
-    }
-    let zero = vec![Ball::ZERO; model.coordinates.len()];
-    let force = assembly.gradient(&zero, values);
-    let rests = force.iter().all(Ball::is_zero) && !model.guesses.any() && !model.equilibria.any();
-    if rests {
-        return Ok((equilibrium::find(search)?, None));
-    }
     let count = model.coordinates.len();
+    let zero = vec![Ball::ZERO; count];
+    let guessed = model.guesses.any();
+    let searched = guessed || model.equilibria.iter().take(visible).any(|given| given.is_none());
+    let stated = guessed || model.equilibria.any();
+    let rests = || !stated && assembly.gradient(&zero, values).iter().all(Ball::is_zero);
+    if !(searched && assembly.acts_at_rest()) || rests() {
+        return Ok((equilibrium::find(search)?, None));
+    }
     if visible < count
         && let Some(found) = search.without_search()?
     {
@@ -69,16 +67,9 @@ pub(super) fn find(search: &Search<'_>) -> Result<(Equilibrium, Option<Unbalance
     let equilibrium = found.first(count);
     // Forces on what is given are not among those that were brought to zero.
     let force = assembly.gradient(&equilibrium.values, values);
-    for (i, given) in model.equilibria.iter().enumerate() {
-        if let Some(given) = given
-            && !force[i].contains_zero()
-        {
-            return Err(LinearizeError::NotAnEquilibrium {
-                coordinate: model.coordinates.at(i).name(),
-                force: equilibrium::short(-force[i].mid_f64()),
-                span: given.span,
-            });
-        }
+    let is_pushed = |i: &usize| model.equilibria.get(*i).is_some() && !force[*i].contains_zero();
+    if let Some(i) = (0..count).find(is_pushed) {
+        return Err(search.acts(i, equilibrium::short(-force[i].mid_f64())));
     }
     let unbalanced = Unbalanced { model: doubled, assembly: own, equilibrium: found };
     Ok((equilibrium, Some(unbalanced)))
@@ -91,12 +82,6 @@ impl Unbalanced {
         let mut found = precise::equilibrium(&self.model, &self.assembly, &self.equilibrium, &values)?;
         found.truncate(count);
         Some(found)
-    }
-
-    /// The bits that the proof took.
-    pub(super) fn bits(&self) -> usize {
-        let proof = self.equilibrium.proof.as_deref();
-        proof.map_or(0, super::existence::Proof::bits)
     }
 }
 
@@ -165,17 +150,12 @@ fn doubled(model: &Model, assembly: &Assembly) -> Model {
         let rests = family.at_rest(pool);
         let share = pool.substitute_one(family.body, &rests);
         let energy = if negative { share } else { pool.neg(share) };
-        let forces: Vec<(usize, ExprId)> = family
-            .locals
-            .iter()
-            .enumerate()
-            .map(|(place, local)| (place, pool.diff(energy, local.coordinate)))
-            .collect();
+        let slopes = family.locals.iter().map(|local| pool.diff(energy, local.coordinate));
+        let forces: Vec<(usize, ExprId)> = slopes.enumerate().collect();
         potential.extend(multiplied(pool, family, &forces, count));
     }
     for family in &assembly.velocity {
-        let forces: Vec<(usize, ExprId)> = family.at_rest().collect();
-        potential.extend(multiplied(pool, &family.terms, &forces, count));
+        potential.extend(multiplied(pool, &family.terms, &family.derivatives.rest, count));
     }
     own.kinetic = Vec::new();
     own.potential = potential;
@@ -186,7 +166,7 @@ fn doubled(model: &Model, assembly: &Assembly) -> Model {
 /// The sum of mu·force of a family, as a family with one more slot for each force.
 fn multiplied(pool: &mut Pool, family: &TermFamily, forces: &[(usize, ExprId)], count: usize) -> Option<TermFamily> {
     let mut parts = Vec::new();
-    let mut slots: Vec<(usize, Symbol, Symbol)> = Vec::new();
+    let mut slots: Vec<(usize, Local)> = Vec::new();
     for (place, force) in forces {
         if force.is_zero() {
             continue;
@@ -196,7 +176,7 @@ fn multiplied(pool: &mut Pool, family: &TermFamily, forces: &[(usize, ExprId)], 
         let velocity = pool.symbol(&format!("{name}'"));
         let multiplier = pool.symbol_expr(symbol);
         parts.push(pool.mul(multiplier, *force));
-        slots.push((*place, symbol, velocity));
+        slots.push((*place, Local::new(symbol, velocity)));
     }
     if slots.is_empty() {
         return None;
@@ -211,7 +191,6 @@ fn multiplied(pool: &mut Pool, family: &TermFamily, forces: &[(usize, ExprId)], 
         let mirrored = slots.iter().map(|(place, ..)| numbers[*place] + u32::try_from(count).unwrap_or(u32::MAX));
         own.coordinates.extend(mirrored);
     }
-    let locals = slots.iter().map(|(_, symbol, velocity)| Local::new(*symbol, *velocity));
-    own.locals.extend(locals);
+    own.locals.extend(slots.iter().map(|(_, local)| *local));
     Some(own)
 }

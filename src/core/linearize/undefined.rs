@@ -85,8 +85,7 @@ impl Assembly {
     /// The first term that has no value at a point of expressions, as an error.
     pub(super) fn undefined_in_symbols(&self, model: &Model, point: &[ExprId]) -> Option<LinearizeError> {
         let mut pool = model.pool.clone();
-        let mut energies = self.families.iter().flat_map(|family| (0..family.terms.count).map(move |at| (family, at)));
-        let place = energies.find_map(|(family, at)| {
+        let place = self.instances().find_map(|(family, at)| {
             let map = instance(model, &mut pool, &family.terms, at, Some(point));
             let logarithms = pool.substitute(&family.logarithms, &map);
             let mut undefined =
@@ -107,7 +106,7 @@ impl Assembly {
         let place = place.or_else(|| {
             velocities.find_map(|(family, at)| {
                 let map = instance(model, &mut pool, &family.terms, at, Some(point));
-                let images = pool.substitute(&family.derivatives(), &map);
+                let images = pool.substitute(&family.derivatives.expressions(), &map);
                 images.iter().any(|e| pool.is_undefined(*e)).then(|| Undefined::of_velocities(family, at))
             })
         });
@@ -132,7 +131,7 @@ impl<'a> Undefined<'a> {
     }
 
     fn of_velocities(family: &'a VelocityFamily, instance: usize) -> Self {
-        Self { what: FRICTION, terms: &family.terms, instance, derivatives: family.derivatives() }
+        Self { what: FRICTION, terms: &family.terms, instance, derivatives: family.derivatives.expressions() }
     }
 
     fn error(&self, model: &Model, pool: Pool, at: &Point<'_>) -> Option<LinearizeError> {
@@ -235,9 +234,7 @@ impl<'a> Scene<'a> {
         }
         Some(Self { model, pool, numbers, names, images: matches!(point, Point::Expressions(_)).then_some(images) })
     }
-}
 
-impl Scene<'_> {
     /// What makes one of the expressions undefined, if any is.
     fn cause(&mut self, roots: &[ExprId]) -> Option<String> {
         let mut roots = roots.to_vec();
@@ -259,9 +256,7 @@ impl Scene<'_> {
                 Some(name) => self.pool.as_symbol(*name)?,
                 None => symbol,
             };
-            let Some(SymbolKind::Parameter(number)) = self.model.symbols.get(symbol) else {
-                return None;
-            };
+            let Some(SymbolKind::Parameter(number)) = self.model.symbols.get(symbol) else { return None };
             let parameter = self.model.parameters.get(number)?;
             if self.pool.as_symbol(parameter.symbolic) == Some(symbol) {
                 return Some(format!("{through}the value of `{}` is no number, or beyond all range", parameter.name));
@@ -295,12 +290,8 @@ impl Scene<'_> {
         if let Some(number) = self.numbers.get(&symbol) {
             return Some(number.clone());
         }
-        match self.model.symbols.get(symbol)? {
-            SymbolKind::Parameter(number) => {
-                evaluate_closed(&self.model.pool, self.model.parameters.get(number)?.value?, BITS)
-            }
-            _ => None,
-        }
+        let SymbolKind::Parameter(number) = self.model.symbols.get(symbol)? else { return None };
+        evaluate_closed(&self.model.pool, self.model.parameters.get(number)?.value?, BITS)
     }
 
     /// What is wrong with a part whose own parts are all numbers, and the expression to blame.

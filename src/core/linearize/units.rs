@@ -126,9 +126,7 @@ fn is_far(model: &Model, assembly: &Assembly, values: &Values<Ball>, start: &[Bi
         Range::Far => true,
         Range::Usual => false,
         Range::Open => {
-            let Ok(values) = assembly.values::<Big>(model, BITS) else {
-                return false;
-            };
+            let Ok(values) = assembly.values::<Big>(model, BITS) else { return false };
             let size = |x: &Big| exponent(x.abs_upper()).filter(|_| !x.contains_zero());
             // A force that balls do not tell from none, and is one.
             let lost = |x: &Big| size(x) < Some(-USUAL) && !x.contains_zero();

@@ -6,7 +6,7 @@
 //! -∂Q_i/∂q_j' the symmetric part to C and the rest to G. As with energies, a family of terms is differentiated
 //! once and its instances are scattered.
 
-use super::assemble::{Assembly, Values, VelocityLinear};
+use super::assemble::{Assembly, Values};
 use super::elements::{Splitter, elements};
 use super::error::LinearizeError;
 use super::facts::{Facts, Variable};
@@ -33,7 +33,7 @@ pub(crate) enum Matrix {
 pub(crate) struct VelocityFamily {
     pub(super) terms: TermFamily,
     pub(super) inputs: Inputs,
-    derivatives: Derivatives,
+    pub(super) derivatives: Derivatives,
     /// One output for each entry.
     tape: Tape,
     rest_tape: Tape,
@@ -50,19 +50,14 @@ pub(super) fn sum<S: Scalar>(left: Option<Vec<S>>, right: Option<Vec<S>>) -> Opt
 /// M, G, C, K and N column by column, where they are there.
 pub(super) type Numbers<S> = [Option<Vec<S>>; 5];
 
-/// What is to be differentiated: L's coefficients of the velocities, or F and generalised forces.
-pub(super) enum Origin<'a> {
-    Linear(&'a VelocityLinear),
-    Friction(&'a TermFamily),
-}
-
 impl VelocityFamily {
-    /// Differentiates; `number` gives each constant of an instance its number.
-    pub(super) fn new(model: &mut Model, origin: &Origin<'_>, number: &mut impl FnMut(ExprId) -> u32) -> Option<Self> {
-        let (terms, derivatives) = match origin {
-            Origin::Linear(linear) => (&linear.family, gyroscopic(&mut model.pool, linear)),
-            Origin::Friction(family) => (*family, friction(&mut model.pool, family)),
-        };
+    /// Compiles; `number` gives each constant of an instance its number.
+    pub(super) fn new(
+        model: &Model,
+        terms: TermFamily,
+        derivatives: Derivatives,
+        number: &mut impl FnMut(ExprId) -> u32,
+    ) -> Option<Self> {
         let all = derivatives.expressions();
         if all.is_empty() {
             return None;
@@ -70,9 +65,9 @@ impl VelocityFamily {
         let (expressions, rest) = all.split_at(derivatives.entries.len());
         let inputs = Inputs::new(model, &all, terms.constants.iter().map(|constant| number(*constant)).collect());
         Some(Self {
-            tape: inputs.tape(model, &model.pool, terms, expressions)?,
-            rest_tape: inputs.tape(model, &model.pool, terms, rest)?,
-            terms: terms.clone(),
+            tape: inputs.tape(model, &model.pool, &terms, expressions)?,
+            rest_tape: inputs.tape(model, &model.pool, &terms, rest)?,
+            terms,
             inputs,
             derivatives,
         })
@@ -118,16 +113,6 @@ impl VelocityFamily {
         Some((inputs.tape(model, &pool, &self.terms, &factors)?, inputs))
     }
 
-    /// ∂F/∂q' at rest, by local variable.
-    pub(super) fn at_rest(&self) -> impl Iterator<Item = (usize, ExprId)> {
-        self.derivatives.rest.iter().copied()
-    }
-
-    /// The entries, and what friction does at rest.
-    pub(super) fn derivatives(&self) -> Vec<ExprId> {
-        self.derivatives.expressions()
-    }
-
     /// The first instance whose entries at a point are not finite.
     pub(super) fn not_finite<S: Scalar>(&self, at: &[S], values: &Values<S>) -> Option<usize> {
         let mut found = None;
@@ -167,76 +152,78 @@ pub(super) fn check_smooth(model: &Model) -> Result<(), LinearizeError> {
 /// Whether the second derivatives by the velocities have values at rest: they do for |v|³.
 fn has_derivatives(pool: &Pool, family: &TermFamily) -> bool {
     let mut pool = pool.clone();
-    friction(&mut pool, family).expressions().into_iter().all(|entry| !pool.is_undefined(entry))
+    Derivatives::friction(&mut pool, family).expressions().into_iter().all(|entry| !pool.is_undefined(entry))
 }
 
+/// What a family of terms is differentiated to.
 #[derive(Clone, Debug)]
-struct Derivatives {
+pub(super) struct Derivatives {
     /// Matrix, row and column (by local variable), and the entry.
     entries: Vec<(Matrix, usize, usize, ExprId)>,
     /// ∂F/∂q' at rest: by local variable.
-    rest: Vec<(usize, ExprId)>,
+    pub(super) rest: Vec<(usize, ExprId)>,
 }
 
 impl Derivatives {
     /// Those of the entries, then those at rest.
-    fn expressions(&self) -> Vec<ExprId> {
+    pub(super) fn expressions(&self) -> Vec<ExprId> {
         let entries = self.entries.iter().map(|(.., e)| *e);
         entries.chain(self.rest.iter().map(|(_, e)| *e)).collect()
     }
-}
 
-fn gyroscopic(pool: &mut Pool, linear: &VelocityLinear) -> Derivatives {
-    let locals = &linear.family.locals;
-    let coordinates: Vec<Symbol> = locals.iter().map(|local| local.coordinate).collect();
-    let mut entries = Vec::new();
-    for (i, coefficient) in &linear.coefficients {
-        for (j, slope) in slopes_by(pool, *coefficient, &coordinates) {
-            if j != *i {
-                entries.push((Matrix::Gyroscopic, *i, j, slope));
+    /// Of the coefficients of velocities in L, by local variable.
+    pub(super) fn gyroscopic(pool: &mut Pool, terms: &TermFamily, coefficients: &[(usize, ExprId)]) -> Self {
+        let coordinates: Vec<Symbol> = terms.locals.iter().map(|local| local.coordinate).collect();
+        let mut entries = Vec::new();
+        for (i, coefficient) in coefficients {
+            for (j, slope) in slopes_by(pool, *coefficient, &coordinates) {
+                if j != *i {
+                    entries.push((Matrix::Gyroscopic, *i, j, slope));
+                }
             }
         }
+        Self { entries, rest: Vec::new() }
     }
-    Derivatives { entries, rest: Vec::new() }
-}
 
-fn friction(pool: &mut Pool, family: &TermFamily) -> Derivatives {
-    let coordinates: Vec<Symbol> = family.locals.iter().map(|local| local.coordinate).collect();
-    let velocities: Vec<Symbol> = family.locals.iter().map(|local| local.velocity).collect();
-    let at_rest = family.at_rest(pool);
-    let (mut entries, mut rest) = (Vec::new(), Vec::new());
-    for (i, mut force) in family.drags(pool) {
-        let at_rest_slopes = |pool: &mut Pool, force| {
-            let slopes = slopes_by(pool, force, &velocities).into_iter();
-            slopes.map(|(j, entry)| (j, pool.substitute_one(entry, &at_rest))).collect::<Vec<_>>()
-        };
-        let mut slopes = at_rest_slopes(pool, force);
-        if slopes.iter().any(|(_, entry)| pool.is_undefined(*entry)) {
-            force = slow(pool, family, force);
-            slopes = at_rest_slopes(pool, force);
-        }
-        for (j, entry) in slopes {
-            if entry.is_zero() {
-                continue;
+    /// Of F, or of a generalised force.
+    pub(super) fn friction(pool: &mut Pool, family: &TermFamily) -> Self {
+        let coordinates: Vec<Symbol> = family.locals.iter().map(|local| local.coordinate).collect();
+        let velocities: Vec<Symbol> = family.locals.iter().map(|local| local.velocity).collect();
+        let at_rest = family.at_rest(pool);
+        let (mut entries, mut rest) = (Vec::new(), Vec::new());
+        for (i, mut force) in family.drags(pool) {
+            let at_rest_slopes = |pool: &mut Pool, force| {
+                let slopes = slopes_by(pool, force, &velocities).into_iter();
+                slopes.map(|(j, entry)| (j, pool.substitute_one(entry, &at_rest))).collect::<Vec<_>>()
+            };
+            let mut slopes = at_rest_slopes(pool, force);
+            if slopes.iter().any(|(_, entry)| pool.is_undefined(*entry)) {
+                force = slow(pool, family, force);
+                slopes = at_rest_slopes(pool, force);
             }
-            if family.acts_on.is_none() || i == j {
-                entries.push((Matrix::Damping, i, j, entry));
-                continue;
+            for (j, entry) in slopes {
+                if entry.is_zero() {
+                    continue;
+                }
+                if family.acts_on.is_none() || i == j {
+                    entries.push((Matrix::Damping, i, j, entry));
+                    continue;
+                }
+                let half = pool.scale(entry, &Number::half());
+                entries.push((Matrix::Damping, i, j, half));
+                entries.push((Matrix::Damping, j, i, half));
+                entries.push((Matrix::Gyroscopic, i, j, half));
             }
-            let half = pool.scale(entry, &Number::half());
-            entries.push((Matrix::Damping, i, j, half));
-            entries.push((Matrix::Damping, j, i, half));
-            entries.push((Matrix::Gyroscopic, i, j, half));
+            let force = pool.substitute_one(force, &at_rest);
+            for (j, entry) in slopes_by(pool, force, &coordinates) {
+                entries.push((Matrix::Circulatory, i, j, entry));
+            }
+            if !force.is_zero() {
+                rest.push((i, force));
+            }
         }
-        let force = pool.substitute_one(force, &at_rest);
-        for (j, entry) in slopes_by(pool, force, &coordinates) {
-            entries.push((Matrix::Circulatory, i, j, entry));
-        }
-        if !force.is_zero() {
-            rest.push((i, force));
-        }
+        Self { entries, rest }
     }
-    Derivatives { entries, rest }
 }
 
 /// A force without those terms that become 0 faster than the velocities do, as v |v| does: their derivatives at rest are 0, also
@@ -244,7 +231,7 @@ fn friction(pool: &mut Pool, family: &TermFamily) -> Derivatives {
 fn slow(pool: &mut Pool, family: &TermFamily, force: ExprId) -> ExprId {
     let mut facts = Facts::about(&family.locals);
     let mut terms = pool.terms(force);
-    terms.retain(|(term, _)| facts.order(pool, *term) <= 1.0);
+    terms.retain(|(term, _)| facts.of(pool, *term).order <= 1.0);
     let parts: Vec<ExprId> = terms.iter().map(|(term, factor)| pool.scale(*term, factor)).collect();
     pool.sum(&parts)
 }
@@ -382,7 +369,7 @@ impl Assembly {
     /// ∂F/∂q' at rest as expressions.
     pub(crate) fn friction_at_rest(&self) -> impl Iterator<Item = (&TermFamily, usize, ExprId)> {
         let families = self.velocity.iter();
-        families.flat_map(|family| family.at_rest().map(move |(place, e)| (&family.terms, place, e)))
+        families.flat_map(|family| family.derivatives.rest.iter().map(move |(place, e)| (&family.terms, *place, *e)))
     }
 
     /// Whether friction acts at rest, somewhere.

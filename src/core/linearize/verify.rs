@@ -67,9 +67,7 @@ impl Check<'_> {
     /// Whether nothing changes along each of the generators.
     fn holds<E: Enclosure>(&self, model: &Model, found: &[Symmetry], precision: E::Precision) -> Vec<bool> {
         let mut held = vec![false; found.len()];
-        let Ok(values) = self.assembly.values::<E>(model, precision) else {
-            return held;
-        };
+        let Ok(values) = self.assembly.values::<E>(model, precision) else { return held };
         held.fill(true);
         for point in 0..POINTS_TO_CHECK {
             // Nearer where a term is not defined further off.
@@ -112,9 +110,7 @@ impl Check<'_> {
                 // A slope that is what is left of terms that cancel says nothing of how large these are; those in
                 // other directions do.
                 let own = parts.iter().filter(|part| !is_open(part));
-                let Some(own) = own.map(E::abs_upper_magnitude).reduce(Magnitude::max) else {
-                    continue;
-                };
+                let Some(own) = own.map(E::abs_upper_magnitude).reduce(Magnitude::max) else { continue };
                 for ((place, _), part) in element.slope.iter().zip(parts) {
                     let (total, size) = &mut gradient[*place];
                     *size = *size + own;
@@ -122,13 +118,9 @@ impl Check<'_> {
                 }
             }
             for (symmetry, (total, size)) in found.iter().zip(&mut sums) {
-                let Some(vector) = symmetry.constant() else {
-                    continue;
-                };
+                let Some(vector) = symmetry.constant() else { continue };
                 for (i, (slope, own)) in coordinates.iter().zip(&gradient) {
-                    let Some(factor) = vector.get(*i as usize).filter(|x| !x.is_zero()) else {
-                        continue;
-                    };
+                    let Some(factor) = vector.get(*i as usize).filter(|x| !x.is_zero()) else { continue };
                     let factor = E::from_number(factor, values.precision());
                     *size = *size + *own * factor.abs_upper_magnitude();
                     *total = total.add(&slope.mul(&factor));

@@ -83,33 +83,30 @@ pub(crate) fn zero_modes(own: &Linearized, others: bool) -> Vec<ZeroMode> {
     let at = &own.equilibrium.values;
     let mut sieve = Sieve::default();
     let mut kept = Vec::new();
-    let mut add = |vector: Vec<Ball>, meaning: &str, ground: Ground| {
-        if sieve.accepts(&vector) {
-            kept.push(ZeroMode { vector, meaning: meaning.to_owned(), ground });
+    let mut add = |kept: &mut Vec<ZeroMode>, mode: ZeroMode| {
+        if sieve.accepts(&mode.vector) {
+            kept.push(mode);
         }
-        kept.len()
     };
-    let mut count = 0;
     for symmetry in symmetries(model, assembly, at, &vec![true; at.len()], false) {
-        let meaning = symmetry.meaning().to_owned();
-        let vector = symmetry.vector(at, ());
-        count = add(vector, &meaning, Ground::Symmetry(symmetry));
+        let (vector, meaning) = (symmetry.vector(at, ()), symmetry.meaning.clone());
+        add(&mut kept, ZeroMode { vector, meaning, ground: Ground::Symmetry(symmetry) });
     }
-    if let Some(mechanism) = mechanism::kernel(assembly, at, values, None) {
-        for (own, vector) in mechanism.vectors {
-            let pivots = mechanism.pivots.clone();
-            count = add(vector, NO_FORCE, Ground::Mechanism { pivots, own });
+    if let Some(mechanism::Kernel { pivots, vectors }) = mechanism::kernel(assembly, at, values, None) {
+        for (own, vector) in vectors {
+            let ground = Ground::Mechanism { pivots: pivots.clone(), own };
+            add(&mut kept, ZeroMode { vector, meaning: NO_FORCE.to_owned(), ground });
         }
     }
     if !others {
         return kept;
     }
-    for vector in exact::kernel(own, count).unwrap_or_default() {
-        let balls = vector.iter().map(|x| x.in_numbers(())).collect();
-        add(balls, NO_FORCE, Ground::Exact(vector));
+    for vector in exact::kernel(own, kept.len()).unwrap_or_default() {
+        add(&mut kept, ZeroMode::of_exact(vector));
     }
     for symmetry in symmetries(model, assembly, at, &vec![true; at.len()], true) {
-        add(symmetry.vector(at, ()), NO_FORCE, Ground::AtValues(symmetry));
+        let vector = symmetry.vector(at, ());
+        add(&mut kept, ZeroMode { vector, meaning: NO_FORCE.to_owned(), ground: Ground::AtValues(symmetry) });
     }
     kept
 }
@@ -130,12 +127,10 @@ pub(crate) fn in_numbers<S: Enclosure>(
             Ground::Plain => mode.vector.iter().map(|x| S::exact(x.mid_f64(), precision)).collect(),
             Ground::Exact(vector) => vector.iter().map(|x| x.in_numbers(precision)).collect(),
             Ground::Mechanism { pivots, own } => {
-                let known = match kernel.take() {
-                    Some(known) => known,
-                    None => mechanism::kernel(assembly, at, values, Some(pivots))?,
-                };
-                let known = kernel.insert(known);
-                let vector = known.vectors.iter().find(|(other, _)| other == own);
+                if kernel.is_none() {
+                    kernel = mechanism::kernel(assembly, at, values, Some(pivots));
+                }
+                let vector = kernel.as_ref()?.vectors.iter().find(|(other, _)| other == own);
                 vector.map(|(_, vector)| vector.clone())?
             }
         };
@@ -178,9 +173,7 @@ impl Sieve {
             rest[*pivot] = Ball::ZERO;
         }
         let sizes = rest.iter().map(Enclosure::certain_size).enumerate().filter(|(_, size)| *size > 0.0);
-        let Some((pivot, _)) = sizes.reduce(|best, own| if own.1 > best.1 { own } else { best }) else {
-            return false;
-        };
+        let Some((pivot, _)) = sizes.reduce(|best, own| if own.1 > best.1 { own } else { best }) else { return false };
         self.basis.push((pivot, rest));
         true
     }
