@@ -17,7 +17,7 @@ use crate::linearize::{self, LinearizeError, Linearized, Units, evaluate_closed,
 use crate::model::Model;
 use crate::modes::{self, Options, Problem};
 use crate::number::Number;
-use crate::order::{Gather, Order};
+use crate::order::Order;
 use crate::oscillation::{NormalMode, NormalModes, in_units, mass_error, normal_modes};
 use crate::precision::{Ball, Big, Function, Magnitude, Scalar};
 use crate::syntax::Comparison;

@@ -5,8 +5,6 @@
 //! zero its dependence on the other variables follows power by power (Newton and Hensel; Geddes, Czapor and Labahn, Algorithms for
 //! Computer Algebra, chapter 6). What comes out is a factor if the division leaves nothing; what does not is none.
 
-use std::collections::BTreeSet;
-
 use super::ring::EXPONENT;
 use crate::number::Number;
 use crate::order::{Gather, Order};
