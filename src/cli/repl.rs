@@ -113,7 +113,8 @@ impl Session {
             pending.push('\n');
         }
         pending.push_str(line);
-        let count = |set: &str| pending.chars().filter(|c| set.contains(*c)).count();
+        let code = || pending.lines().filter_map(|line| line.split('#').next()).flat_map(str::chars);
+        let count = |set: &str| code().filter(|c| set.contains(*c)).count();
         if count("([{") > count(")]}") {
             return Ok(true);
         }

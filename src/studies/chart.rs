@@ -8,7 +8,7 @@
 //! It starts no thread and writes nothing: rows are independent of each other, a [`Chart`] is `Sync`, and a [`Worker`]
 //! belongs to one thread.
 
-use crate::source::Source;
+use crate::source::{self, Source};
 
 use nalgebra::{Complex, DMatrix, DVector};
 
@@ -120,7 +120,7 @@ impl Chart {
         let mut axes = Vec::new();
         for range in &ranges {
             let of = |model: &Model| {
-                let number = model.parameters.iter().position(|p| p.name == range.name())?;
+                let number = source::parameter(model, range)?;
                 let value = linearize::constant(&model.pool, model.parameters[number].value?)?;
                 Some((number, value.mid_f64()))
             };

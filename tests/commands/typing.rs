@@ -146,7 +146,7 @@ fn answers(folder: &Path, arguments: &[&str], typed: &str) -> Run {
 #[test]
 fn frequencies_move_with_what_is_typed() {
     let folder = folder("typed");
-    let typed = "coord x\nT = 1/2*x'^2\nparam k = 4\nV = 1/2*k*x^2\nk = 9\nundo\n\
+    let typed = "coord x\nT = 1/2*x'^2\nparam k = 4\nV = 1/2*k*x^2\nk = 9  # (N/m\nundo\n\
                  V = 1/2*k*(\n  x^2 + x^2)\nparam c = 2\nV = 1/2*k*c^2*x^2\ntext\nsave model.lag\nquit\nV = nonsense\n";
     let run = answers(&folder, &[], typed);
     assert_eq!((run.status, run.err.as_str()), (0, ""));

@@ -44,6 +44,11 @@ fn a_drift_is_not_called_stable() {
     for ([d, _], place) in places(text, ["d=0..4:5", "e=0..1e-300:2"]) {
         assert_eq!(place.stable, (d > 0.0).then_some(true), "{d}");
     }
+    // A parameter is found whatever the spaces in its name.
+    let family = text.replace("param d =", "param d[i in 1..2, j in 1..2] =").replace("(d +", "(d[1,2] +");
+    for name in ["d[1,2]", "d[1, 2]"] {
+        assert_eq!(places(&family, [&format!("{name}=0..4:5"), "e=0..1e-300:2"]).len(), 10);
+    }
 }
 
 /// Two halves of a period with constant stiffness: half the trace of the monodromy matrix is
