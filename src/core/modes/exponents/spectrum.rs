@@ -408,7 +408,9 @@ pub(crate) fn joined(parts: Vec<Exponents>, options: &Options) -> Exponents {
     }
     sort(&mut entries);
     number(&mut entries);
-    entries.truncate(options.lowest.unwrap_or(usize::MAX));
+    if let Some(wanted) = options.lowest {
+        entries.truncate(wanted);
+    }
     Exponents { entries, stability, secular, level }
 }
 
@@ -455,6 +457,8 @@ pub(crate) fn finish(
         Stability::Stable
     };
     number(&mut entries);
-    entries.truncate(options.lowest.unwrap_or(usize::MAX));
+    if let Some(wanted) = options.lowest {
+        entries.truncate(wanted);
+    }
     Exponents { entries, stability, secular: if grows { Some(true) } else { (!may_grow).then_some(false) }, level }
 }
