@@ -31,9 +31,7 @@ impl Pool {
         if x == PI {
             return (Number::ONE, ZERO);
         }
-        let Node::Sum { constant, terms } = self.node(x) else {
-            return (Number::ZERO, x);
-        };
+        let Node::Sum { constant, terms } = self.node(x) else { return (Number::ZERO, x) };
         // No term has a smaller id than pi.
         let Some((turns, others)) =
             terms.split_first().and_then(|((id, turns), others)| (*id == PI).then_some((turns, others)))

@@ -155,9 +155,7 @@ impl Pool {
     /// Whether a product, or a multiple of one, has a negative power of an expression.
     fn divides_by(&self, e: ExprId, divisor: ExprId) -> bool {
         let terms = self.terms(e);
-        let [(term, _)] = terms.as_slice() else {
-            return false;
-        };
+        let [(term, _)] = terms.as_slice() else { return false };
         self.factors(*term).iter().any(|(base, power)| *base == divisor && power.is_negative())
     }
 

@@ -76,9 +76,7 @@ impl Point<'_> {
             self.certainty.random_function |= root.is_none();
             return Some(root);
         }
-        let Some(whole) = whole else {
-            return Some(None);
-        };
+        let Some(whole) = whole else { return Some(None) };
         if kind == Kind::Hyperbolic {
             let logarithm = pool.as_function(term).filter(|(function, _)| *function == Function::Ln);
             let power = logarithm.map(|(_, u)| signed_power(self.value(u), whole));

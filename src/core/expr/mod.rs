@@ -476,9 +476,7 @@ impl Pool {
     /// Adds a node that is not there yet.
     fn insert(&mut self, hash: u32, node: Node) -> ExprId {
         // Memory for four thousand million nodes runs out first; nothing is to be said then.
-        let Ok(id) = u32::try_from(self.nodes.len()) else {
-            return UNDEFINED;
-        };
+        let Ok(id) = u32::try_from(self.nodes.len()) else { return UNDEFINED };
         if self.is_spent() {
             return UNDEFINED;
         }

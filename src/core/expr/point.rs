@@ -148,9 +148,7 @@ impl Plan {
             coarse: false,
         };
         for id in &plan.reachable.ids {
-            let Node::Function(function, x) = pool.node(*id) else {
-                continue;
-            };
+            let Node::Function(function, x) = pool.node(*id) else { continue };
             let denominator = match Kind::of(*function) {
                 Some(Kind::Circular) => &mut plan.angle_denominator,
                 Some(Kind::Hyperbolic) => &mut plan.exponent_denominator,

@@ -94,9 +94,7 @@ impl Pool {
     /// A sum with the fraction in front that is the size of all its coefficients, as the factor of a product: `1/2*(a + b)`, `(a - b)`; any other
     /// expression as [`Pool::display`] has it.
     pub(crate) fn display_as_factor(&self, e: ExprId) -> String {
-        let Node::Sum { constant, terms } = self.node(e) else {
-            return self.display(e);
-        };
+        let Node::Sum { constant, terms } = self.node(e) else { return self.display(e) };
         if terms.len() + usize::from(!constant.is_zero()) < 2 {
             return self.display(e);
         }
@@ -346,9 +344,7 @@ impl Pool {
             },
             _ => None,
         };
-        let Node::Product(factors) = self.node(opposite.unwrap_or(base)) else {
-            return None;
-        };
+        let Node::Product(factors) = self.node(opposite.unwrap_or(base)) else { return None };
         let inverse: Factors = factors.iter().map(|(b, e)| (*b, e.neg())).collect();
         let negated = if opposite.is_some() { Some(self.reversible_factor(&inverse)?) } else { None };
         factors.iter().any(|(_, e)| e.is_negative()).then_some((inverse, negated))

@@ -333,9 +333,7 @@ impl Pool {
         let mut at = 0;
         while let Some((node, _)) = work.settled.get(at) {
             at += 1;
-            let Node::Power { base, .. } = *self.node(*node) else {
-                continue;
-            };
+            let Node::Power { base, .. } = *self.node(*node) else { continue };
             let exponent_of = |pool: &Self, node: ExprId, times: &Number| match *pool.node(node) {
                 Node::Power { base: own, exponent } if own == base && pool.is_one_power(base, times) => Some(exponent),
                 _ => (node == base).then_some(ONE),
@@ -366,15 +364,11 @@ impl Pool {
     /// all of b but what is left beyond an integer.
     fn settle_moduli(&mut self, settled: &mut Vec<(ExprId, Number)>) {
         for at in 0..settled.len() {
-            let Node::Function(Function::Abs, x) = self.node(settled[at].0) else {
-                continue;
-            };
+            let Node::Function(Function::Abs, x) = self.node(settled[at].0) else { continue };
             // Sums are factors with the sign of their first term.
             let x = *x;
             let x = if self.leads_negative(x) { self.neg(x) } else { x };
-            let Some(other) = settled.iter().position(|(base, _)| *base == x) else {
-                continue;
-            };
+            let Some(other) = settled.iter().position(|(base, _)| *base == x) else { continue };
             let (m, b) = (settled[other].1.clone(), settled[at].1.clone());
             let kept = if !m.is_integer() {
                 m.add(&b.floor())

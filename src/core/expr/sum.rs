@@ -143,9 +143,7 @@ impl Pool {
 
     /// The same of what is no number; the coefficient is positive where the core may have either sign.
     pub(super) fn split_coefficient(&mut self, e: ExprId, has_sign: bool) -> (Number, ExprId) {
-        let Node::Sum { constant, terms } = self.node(e) else {
-            return (Number::ONE, e);
-        };
+        let Node::Sum { constant, terms } = self.node(e) else { return (Number::ONE, e) };
         let negative = has_sign && leads_negative(constant, terms);
         if self.flags(e).primitive && !negative {
             return (Number::ONE, e);

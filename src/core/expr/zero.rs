@@ -61,9 +61,7 @@ impl Pool {
         let mut zeros = 0;
         for seed in 0..ATTEMPTS {
             let values = |symbol| ModularPoint::random_value(seed, symbol);
-            let Some(point) = plan.evaluate(self, &values, seed) else {
-                continue;
-            };
+            let Some(point) = plan.evaluate(self, &values, seed) else { continue };
             let certainty = point.certainty;
             if certainty.vanishing_root {
                 return ZeroVerdict::Unknown;

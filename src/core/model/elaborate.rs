@@ -222,9 +222,7 @@ impl<'a> Elaborator<'a> {
     }
 
     fn energy(&mut self, statement: Option<(ExprRef, Span)>, name: &'static str) -> Vec<TermFamily> {
-        let Some((root, _)) = statement else {
-            return Vec::new();
-        };
+        let Some((root, _)) = statement else { return Vec::new() };
         let span = self.file.expr(root).span;
         self.world.pool.budget().at(name, Some(span));
         let families = families(&mut self.compiler(), root);

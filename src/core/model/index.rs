@@ -140,13 +140,9 @@ impl World {
             let what = format!("`{}` has {rank} indices, not {}", family.name, indices.len());
             return Err(ModelError::shape((what, None), span));
         }
-        let Some(number) = family.grid.find(&at) else {
-            return Err(family.out_of_range(&indices, span));
-        };
+        let Some(number) = family.grid.find(&at) else { return Err(family.out_of_range(&indices, span)) };
         // A member of the family that is being worked out, or of one that could not be.
-        let Some(parameter) = self.parameters.get(number) else {
-            return Err(family.recursive(&at, span));
-        };
+        let Some(parameter) = self.parameters.get(number) else { return Err(family.recursive(&at, span)) };
         let Some(value) = parameter.value else {
             return Err(ModelError::MissingValue { name: parameter.name.clone(), span });
         };

@@ -192,9 +192,7 @@ impl Grid {
     /// How much the number of a member grows with each step, as long as these stay in the same boxes.
     pub(super) fn growth(&self, at: &[Along]) -> i64 {
         let key = key_of(at);
-        let Some(block) = self.blocks.iter().find(|block| block.contains(&key)) else {
-            return 0;
-        };
+        let Some(block) = self.blocks.iter().find(|block| block.contains(&key)) else { return 0 };
         let stride = |axis: usize| (axis + 1..3).map(|inner| block.extent(inner)).product::<usize>();
         let strides = (0..at.len()).map(|axis| i64::try_from(stride(axis)).unwrap_or(i64::MAX));
         strides.zip(at).map(|(stride, index)| stride.saturating_mul(index.step)).sum()

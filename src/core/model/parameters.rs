@@ -89,9 +89,7 @@ impl Elaborator<'_> {
     pub(super) fn parameter(&mut self, binding: &Binding) {
         let name = &binding.name;
         let is_parameter = |entity| if let Entity::Parameter(family) = entity { Some(family) } else { None };
-        let Some(known) = self.known_family(binding, is_parameter) else {
-            return;
-        };
+        let Some(known) = self.known_family(binding, is_parameter) else { return };
         let family = known.unwrap_or_else(|| {
             let grid = Grid { rank: binding.indices.as_ref().map_or(0, |i| i.entries.len().min(3)), ..Grid::default() };
             self.world.parameter_families.push(Family { name: name.text.to_string(), span: name.span, grid });
@@ -162,9 +160,7 @@ impl Elaborator<'_> {
         of_kind: impl Fn(Entity) -> Option<usize>,
     ) -> Option<Option<usize>> {
         let name = &binding.name;
-        let Some((entity, first)) = self.world.names.get(name.text.as_str()).copied() else {
-            return Some(None);
-        };
+        let Some((entity, first)) = self.world.names.get(name.text.as_str()).copied() else { return Some(None) };
         let has_members = self.world.family(entity).is_some_and(|family| family.grid.rank > 0);
         let known = of_kind(entity).filter(|_| binding.indices.is_some() && has_members);
         if known.is_none() {
@@ -255,9 +251,7 @@ impl Elaborator<'_> {
                 (_, Value::Scalar(_)) => false,
             }
         }
-        let Some(block) = &members.block else {
-            return members.rank == 1;
-        };
+        let Some(block) = &members.block else { return members.rank == 1 };
         let extents: Vec<usize> = (0..members.rank).map(|axis| block.extent(axis)).collect();
         fits(value, &extents)
     }

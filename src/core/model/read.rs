@@ -246,9 +246,7 @@ impl World {
         }
         loop {
             let own = &mut self.lets[family];
-            let Some(progress) = own.progress.as_mut() else {
-                return Ok(());
-            };
+            let Some(progress) = own.progress.as_mut() else { return Ok(()) };
             if let Some(current) = progress.current {
                 // A member that is being written out asks for one that comes later, or for itself.
                 if at >= current {
@@ -256,9 +254,7 @@ impl World {
                 }
                 return Ok(());
             }
-            let Some(next) = progress.order.get(progress.done).copied() else {
-                return Ok(());
-            };
+            let Some(next) = progress.order.get(progress.done).copied() else { return Ok(()) };
             if next > at {
                 return Ok(());
             }

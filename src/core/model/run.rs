@@ -374,9 +374,7 @@ impl World {
                     listed = sieve.as_ref().and_then(|sieve| sieve.left(self, slots, range)).map(Vec::into_iter);
                 }
             }
-            let Some((next, last)) = levels.last_mut() else {
-                return Ok(());
-            };
+            let Some((next, last)) = levels.last_mut() else { return Ok(()) };
             let (mut value, last) = (*next, *last);
             *next += 1;
             let depth = levels.len();
@@ -528,9 +526,7 @@ impl World {
     }
 
     fn power(&mut self, operands: &[Value], span: Span) -> Result<Value, Stop> {
-        let [base, exponent] = operands else {
-            return Ok(Value::Vector(Vec::new()));
-        };
+        let [base, exponent] = operands else { return Ok(Value::Vector(Vec::new())) };
         if matches!(base, Value::Vector(_)) {
             let help = "the square of a vector is `dot(v, v)`".to_owned();
             return Err(shape((format!("{} has no power", base.describe()), Some(help)), span));
@@ -545,9 +541,7 @@ impl World {
     }
 
     fn prime(&mut self, operands: &[Value]) -> Value {
-        let Some(value) = operands.first() else {
-            return Value::Vector(Vec::new());
-        };
+        let Some(value) = operands.first() else { return Value::Vector(Vec::new()) };
         let scalars = value.scalars();
         let mut rates = self.time_derivative(&scalars).into_iter();
         let zero = self.pool.zero();

@@ -55,9 +55,7 @@ impl Elaborator<'_> {
             for (place, at) in self.world.lets[number].keys().into_iter().enumerate() {
                 // A member that can't be worked out and that no energy uses is not asked for here either.
                 let value = self.world.let_member(number, at, span, None);
-                let Some(entries) = value.ok().as_ref().and_then(three_by_three) else {
-                    break;
-                };
+                let Some(entries) = value.ok().as_ref().and_then(three_by_three) else { break };
                 let rotations = rotations.get_or_insert_with(|| meant(self.file).0);
                 found.push(Tensor {
                     varies_with: self.varying_entry(&entries),
@@ -86,9 +84,7 @@ impl Elaborator<'_> {
             let program = self.compiler().value(at, &mut Scope::default());
             let value = self.world.run_written_out(&program, &mut Vec::new());
             self.errors.truncate(told);
-            let Some(entries) = value.ok().as_ref().and_then(three_by_three) else {
-                continue;
-            };
+            let Some(entries) = value.ok().as_ref().and_then(three_by_three) else { continue };
             found.push(Tensor {
                 name: String::new(),
                 span: self.file.expr(at).span,
@@ -147,16 +143,12 @@ fn meant(file: &File) -> (HashMap<&str, Span>, Vec<(ExprRef, Span)>) {
         None => written.push((tensor, used)),
     };
     for expr in file.expressions.iter() {
-        let ExprKind::Call { function, arguments } = expr.kind else {
-            continue;
-        };
+        let ExprKind::Call { function, arguments } = expr.kind else { continue };
         match (&*function.text, arguments) {
             ("about", [tensor, _]) | ("steiner", [tensor, _, _]) => add(*tensor, expr.span),
             ("dot", [left, right]) if !velocities.is_empty() => {
                 for (omega, image) in [(left, right), (right, left)] {
-                    let ExprKind::Product(factors) = file.expr(*image).kind else {
-                        continue;
-                    };
+                    let ExprKind::Product(factors) = file.expr(*image).kind else { continue };
                     let [tensor, again] = factors else { continue };
                     let turns = named(file, *omega).filter(|(name, _)| velocities.contains(name));
                     if turns.is_some() && same(file, *omega, again.value()) && !again.inverted() {

@@ -280,9 +280,7 @@ fn take_apart(compiler: &mut Compiler<'_>, mut part: Part, parts: &mut Vec<Part>
             let is_sum = |own: &&Member| !own.inverted() && is_additive(file, compiler.world, own.value());
             let mut sums = factors.iter().filter(is_sum).map(|own| own.value());
             // A product of sums is one term.
-            let (Some(inner), None) = (sums.next(), sums.next()) else {
-                return Some(part);
-            };
+            let (Some(inner), None) = (sums.next(), sums.next()) else { return Some(part) };
             for factor in factors.iter().filter(|factor| factor.value() != inner) {
                 let program = compiler.value(factor.value(), &mut part.scope);
                 let has_sums = program.ops.iter().any(|(op, _)| matches!(op, Op::SumOver(_) | Op::Integral(..)));
@@ -303,9 +301,7 @@ fn take_apart(compiler: &mut Compiler<'_>, mut part: Part, parts: &mut Vec<Part>
                 Some((Entity::Let(number), _)) => compiler.world.lets[*number].pieces.first().map(|piece| piece.root),
                 Some(_) | None => None,
             };
-            let Some(root) = root else {
-                return Some(part);
-            };
+            let Some(root) = root else { return Some(part) };
             // The indices outside are not visible inside the named expression.
             for (name, _) in &mut part.scope.variables {
                 name.clear();

@@ -141,9 +141,7 @@ pub fn unit_dimension(name: &str) -> Option<Dimension> {
 fn named_factor(pool: &mut Pool, name: &str) -> Option<ExprId> {
     let (known, exponent) = look_up(name)?;
     let number = Number::parse(known.factor)?.mul(&Number::from(10).powi(exponent)?);
-    let Some(over) = known.pi_over else {
-        return Some(pool.number(number));
-    };
+    let Some(over) = known.pi_over else { return Some(pool.number(number)) };
     let share = number.div(&Number::from(over))?;
     let pi = pool.pi();
     Some(pool.scale(pi, &share))

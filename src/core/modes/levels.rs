@@ -273,9 +273,7 @@ fn quick(scaled: &Scaled, zero: &ZeroSpace, options: &Options, x: &Matrix) -> Re
         let few = number == 0 && options.digits <= 12;
         // What doubles come to may be known to be too little for the shapes before it is certified.
         if !(first && round.is_mixed(2.0 * shapes(options))) {
-            let Some(certificate) = Certificate::new(&round.quotient, round.couplings()) else {
-                break;
-            };
+            let Some(certificate) = Certificate::new(&round.quotient, round.couplings()) else { break };
             if satisfied(&certificate, options, number) {
                 let level = if number == 0 { PrecisionLevel::Doubles } else { PrecisionLevel::Refined };
                 let (x, leak) = (round.xt.transposed(), round.leak.clone());

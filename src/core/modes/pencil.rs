@@ -182,9 +182,7 @@ impl Enclosed {
     /// P A Pᵀ is and P is not singular, which follows.
     pub(super) fn is_positive_definite(&self) -> bool {
         let n = self.mid.rows;
-        let Some(l) = cholesky(&self.mid.doubles(), NOISE * n as f64) else {
-            return false;
-        };
+        let Some(l) = cholesky(&self.mid.doubles(), NOISE * n as f64) else { return false };
         let mut p = Mat::<f64>::identity(n, n);
         solve_lower_triangular_in_place(l.as_ref(), p.as_mut(), Par::Seq);
         let (rows, columns) = (Matrix::from_doubles(p.as_ref()), Matrix::from_doubles(p.transpose()));

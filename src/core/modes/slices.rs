@@ -58,9 +58,7 @@ pub(super) fn sliced_product(xt: &Matrix, a: &Matrix, lengths: &[f64], slices: u
         // From both ends, so that large ones come first.
         let pairs = (1..order).map(|k| if k % 2 == 1 { k / 2 + 1 } else { order - k / 2 });
         for (p, q) in pairs.map(|p| (p, order - p)) {
-            let (Some(a), Some(b)) = (left.parts.get(p - 1), right.parts.get(q - 1)) else {
-                continue;
-            };
+            let (Some(a), Some(b)) = (left.parts.get(p - 1), right.parts.get(q - 1)) else { continue };
             let half = |slice| if slice == 1 { 1.0 } else { 0.5 };
             let size = largest * half(p) * half(q);
             if held > 0.0 && held + size <= power_of_two(53) {

@@ -165,9 +165,7 @@ fn flowing(
     let all = [problem.mass.clone(), problem.velocity.clone(), problem.stiffness.clone()];
     for number in 0..MOST_ATTEMPTS {
         let flow = flow.attempt(number);
-        let Some([mass, velocity, stiffness]) = flow.regular(&all, Enclosure::certain_size, ()) else {
-            break;
-        };
+        let Some([mass, velocity, stiffness]) = flow.regular(&all, Enclosure::certain_size, ()) else { break };
         let regular = QuadraticProblem { mass, velocity, stiffness, structure: Form::Damped, ..problem.clone() };
         let source = Source { linearized, flow: Some(&flow) };
         let mut found = solved(source, regular, zero_modes, &every)?;

@@ -267,9 +267,7 @@ fn between(Ends { low, high, exponent }: Ends, wanted: Wanted) -> Decimal {
         return undecided(low.max(high));
     }
     let (least, most) = if negative { (high, low) } else { (low, high) };
-    let Some((rounded, rounding)) = decide(&least, &most, exponent, wanted) else {
-        return undecided(most);
-    };
+    let Some((rounded, rounding)) = decide(&least, &most, exponent, wanted) else { return undecided(most) };
     let printed = rounded.value();
     let error = [least, most].map(|end| (&printed - fraction(end, exponent)).abs());
     let error = error.into_iter().fold(Fraction::ZERO, Fraction::max);

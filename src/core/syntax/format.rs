@@ -152,9 +152,7 @@ impl<'f> Formatter<'_, 'f> {
     /// Statements that shared a line, if they still can.
     fn in_one_line(&mut self, run: &'f [Statement]) -> bool {
         let file = self.file;
-        let (Some(first), Some(last)) = (run.first(), run.last()) else {
-            return false;
-        };
+        let (Some(first), Some(last)) = (run.first(), run.last()) else { return false };
         let end = last.span.end;
         let inside = file.comments.get(self.comment);
         if inside.is_some_and(|comment| comment.span.start < end)
@@ -223,9 +221,7 @@ impl<'f> Formatter<'_, 'f> {
     /// the sum that it is, or between entries of the vector.
     fn is_split(&self, statement: &Statement) -> bool {
         let binding = statement.kind.binding();
-        let Some(value) = binding.map_or(statement.kind.energy(), |binding| binding.value) else {
-            return false;
-        };
+        let Some(value) = binding.map_or(statement.kind.energy(), |binding| binding.value) else { return false };
         let apart = |one: ExprRef, other: ExprRef| {
             let (one, other) = (self.file.expr(one).span, self.file.expr(other).span);
             self.text(one.end, other.start).contains('\n')

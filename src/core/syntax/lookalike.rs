@@ -12,9 +12,7 @@ pub(super) enum Lookalike {
 
 /// The advice for a run of illegal characters.
 pub(super) fn advice(run: &str) -> Lookalike {
-    let Some(first) = run.chars().next() else {
-        return Lookalike::Unknown;
-    };
+    let Some(first) = run.chars().next() else { return Lookalike::Unknown };
     if let Some(command) = run.strip_prefix('\\')
         && command.starts_with(|c: char| c.is_ascii_alphabetic())
     {

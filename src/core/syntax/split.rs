@@ -173,9 +173,7 @@ impl<'s> Splitter<'s> {
         if !words::is_statement_word(word) {
             return false;
         }
-        let (Some(current), Some(previous)) = (self.current, self.previous) else {
-            return true;
-        };
+        let (Some(current), Some(previous)) = (self.current, self.previous) else { return true };
         let before = previous.text(self.source);
         if previous.kind == TokenKind::Dot && token.glued {
             return false;
@@ -204,9 +202,7 @@ impl<'s> Splitter<'s> {
         if self.brackets.is_empty() && !at_first && (names_something || !expects_operand(previous.kind, before)) {
             return true;
         }
-        let Some(next) = next_token(rest) else {
-            return token.first_on_line;
-        };
+        let Some(next) = next_token(rest) else { return token.first_on_line };
         let follower = next.text(self.source);
         if token.first_on_line && next.first_on_line {
             true
@@ -414,9 +410,7 @@ impl<'s> Splitter<'s> {
 
     /// Ends the current statement.
     fn finish(&mut self) {
-        let Some(mut piece) = self.current.take() else {
-            return;
-        };
+        let Some(mut piece) = self.current.take() else { return };
         if let Some(bracket) = self.brackets.last()
             && !piece.broken
         {

@@ -198,9 +198,7 @@ impl<'a> Inference<'a> {
             },
             _ => None,
         };
-        let Some(table) = table else {
-            return Quantity::Any;
-        };
+        let Some(table) = table else { return Quantity::Any };
         let solver = &mut self.equations.solver;
         let own = self.columns.entry((table, field)).or_insert_with(|| solver.unknown(&format!("{table}.{field}")));
         Quantity::Of(own.clone())

@@ -275,9 +275,7 @@ impl<'a> Inference<'a> {
     }
 
     fn given(&mut self, binding: &'a Binding, side: &'static str, rate: bool) {
-        let Some(mut quantity) = self.names.get(binding.name.text.as_str()).cloned() else {
-            return;
-        };
+        let Some(mut quantity) = self.names.get(binding.name.text.as_str()).cloned() else { return };
         let mut name = binding.name.clone();
         if rate {
             quantity = quantity.rate();
@@ -381,13 +379,9 @@ impl<'a> Inference<'a> {
                     result.known.insert(binding.name.text.to_string(), vec![known]);
                 }
             }
-            let StatementKind::Coord { declarations } = &statement.kind else {
-                continue;
-            };
+            let StatementKind::Coord { declarations } = &statement.kind else { continue };
             for one in declarations {
-                let Some(quantity) = self.names.get(one.name.text.as_str()).cloned() else {
-                    continue;
-                };
+                let Some(quantity) = self.names.get(one.name.text.as_str()).cloned() else { continue };
                 let parts = if let Quantity::List(parts) = quantity { parts } else { vec![quantity] };
                 let known = parts.iter().map(|part| self.equations.known(part.of()?)).collect();
                 result.known.insert(one.name.text.to_string(), known);

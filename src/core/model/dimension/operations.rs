@@ -123,9 +123,7 @@ impl Equations {
         }
         let own: Vec<(&Combination, Span)> =
             terms.iter().filter_map(|(term, span)| Some((term.of()?, *span))).collect();
-        let Some((reference, at)) = self.commonest(&own) else {
-            return Quantity::Any;
-        };
+        let Some((reference, at)) = self.commonest(&own) else { return Quantity::Any };
         let mut contradiction = false;
         for (term, span) in &own {
             let (span, other_span) = (*span, at);

@@ -121,18 +121,12 @@ impl Solver {
         if a == b {
             return true;
         }
-        let Some(quotient) = self.resolve(&a.over(b)) else {
-            return true;
-        };
-        let Some((newest, exponent)) = quotient.0.last().cloned() else {
-            return true;
-        };
+        let Some(quotient) = self.resolve(&a.over(b)) else { return true };
+        let Some((newest, exponent)) = quotient.0.last().cloned() else { return true };
         if newest < FIRST_UNKNOWN {
             return false;
         }
-        let Some(inverse) = exponent.neg().recip() else {
-            return true;
-        };
+        let Some(inverse) = exponent.neg().recip() else { return true };
         let rest = quotient.over(&Combination(vec![(newest, exponent)]));
         self.steps += 1;
         let solved = Solved { value: rest.power(&inverse), span, step: self.steps };

@@ -236,9 +236,7 @@ impl Columns {
             if group.members.len() < 2 || !group.members.iter().any(|j| lacking.contains(j)) {
                 continue;
             }
-            let Some(members) = members(&group.members, &self.conjugate_of, self.together()) else {
-                continue;
-            };
+            let Some(members) = members(&group.members, &self.conjugate_of, self.together()) else { continue };
             if members.len() < 2 || members.iter().any(|&j| turned[j]) {
                 continue;
             }

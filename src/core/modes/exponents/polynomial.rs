@@ -29,9 +29,7 @@ fn eliminated(mut rows: Vec<Vec<IBig>>) -> (usize, IBig) {
     let mut last = IBig::ONE;
     let mut rank = 0;
     for k in 0..width {
-        let Some(at) = (rank..rows.len()).find(|&i| !rows[i][k].is_zero()) else {
-            continue;
-        };
+        let Some(at) = (rank..rows.len()).find(|&i| !rows[i][k].is_zero()) else { continue };
         if at != rank {
             rows.swap(at, rank);
             sign = !sign;

@@ -141,9 +141,7 @@ fn in_double_double(scaled: &Scaled, options: &Options) -> Result<Solution, Mode
     for round in 0..ROUNDS {
         let measured = measure(scaled, &mut columns);
         let level = if round == 0 { PrecisionLevel::Doubles } else { PrecisionLevel::Refined };
-        let Some(Round { gained, lacking, better, .. }) = rounds.round(columns, measured, level) else {
-            break;
-        };
+        let Some(Round { gained, lacking, better, .. }) = rounds.round(columns, measured, level) else { break };
         stalled = if gained { 0 } else { stalled + 1 };
         if lacking.is_empty() || stalled >= 2 {
             break;

@@ -243,9 +243,7 @@ pub(super) fn spectrum(scaled: &Scaled, solution: &Solution, options: &Options) 
 /// show as many vectors as there are of them.
 fn orthonormal(scaled: &Scaled, solution: &Solution, shapes: &Shapes<'_>, group: &Group, entries: &mut [Exponent]) {
     let columns = &solution.columns;
-    let Some(&first) = group.members.first() else {
-        return;
-    };
+    let Some(&first) = group.members.first() else { return };
     let one_place = group.members.len() > 1
         && group.shared.iter().all(|shared| *shared == group.members.len())
         && group.members.iter().all(|&j| j >= columns.together());
@@ -270,9 +268,7 @@ fn orthonormal(scaled: &Scaled, solution: &Solution, shapes: &Shapes<'_>, group:
             spanning.push((part(&|x| x.im), bound));
         }
     }
-    let Some(basis) = cluster_shapes(scaled, &spanning) else {
-        return;
-    };
+    let Some(basis) = cluster_shapes(scaled, &spanning) else { return };
     let is_fine = |(vector, bound): &(Vec<c64>, f64)| *bound <= ROUGH * largest(vector);
     if !basis.iter().all(is_fine) {
         return;

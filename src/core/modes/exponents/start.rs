@@ -128,9 +128,7 @@ pub(super) fn start(scaled: &Scaled, l: &Mat<f64>) -> Option<Columns> {
             disturb(&mut a);
         }
         // Vectors that agree to the last digit may end the decomposition itself.
-        let Some((mu, vectors)) = rest(&a, &fixed, !definite) else {
-            continue;
-        };
+        let Some((mu, vectors)) = rest(&a, &fixed, !definite) else { continue };
         // All columns of first order, and their inverse.
         let entry = |i, j| if j < split { c64::new(fixed[(i, j)], 0.0) } else { vectors[(i, j - split)] };
         let v = Mat::from_fn(2 * n, 2 * n, entry);

@@ -35,9 +35,7 @@ pub(super) fn beyond(
     let least = parts.filter(|part| *part > 1e-25).fold(1.0, f64::min);
     let bits = ((digits + 3.0) * 3.33 - least.log2() + 64.0).max(160.0) as usize;
     let mut bits = bits.min(MOST_BITS);
-    let Some(mut matrices) = Matrices::new(scaled, problem, source, bits) else {
-        return Some(solution);
-    };
+    let Some(mut matrices) = Matrices::new(scaled, problem, source, bits) else { return Some(solution) };
     let count: usize = matrices.all.iter().map(SparseMatrix::stored).sum();
     let mut columns = solution.columns.clone();
     columns.bits = half(bits);

@@ -219,9 +219,7 @@ impl<'a> Setting<'a> {
             let target = goal.target(self.size[j]);
             let enough = target.max(largest * 1e-3) / (16.0 * m);
             for (i, &gap) in gaps.iter().enumerate() {
-                let (Some(other), false) = (self.own[i], i == j) else {
-                    continue;
-                };
+                let (Some(other), false) = (self.own[i], i == j) else { continue };
                 let x = &self.columns.x[other];
                 let open = effect(products.noise.get(i, at), gap) > enough;
                 if open {

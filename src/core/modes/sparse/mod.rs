@@ -420,12 +420,8 @@ impl<'a> Search<'a> {
 
     /// Bounds for vectors that were given.
     fn given(&self, vectors: &[f64]) -> Result<Option<(Spectrum, Method)>, ModesError> {
-        let Some((vectors, values)) = given::ritz(self.pencil, vectors) else {
-            return Ok(None);
-        };
-        let (Some(first), Some(last)) = (values.first().copied(), values.last().copied()) else {
-            return Ok(None);
-        };
+        let Some((vectors, values)) = given::ritz(self.pencil, vectors) else { return Ok(None) };
+        let (Some(first), Some(last)) = (values.first().copied(), values.last().copied()) else { return Ok(None) };
         let order: Vec<usize> = (0..values.len()).collect();
         let columns = self.columns(&vectors, &values, &order);
         let mut found = Candidates { columns, window: Window { low: None, high: None }, positive: None };
@@ -462,9 +458,7 @@ impl<'a> Search<'a> {
     ) -> Result<Option<(Spectrum, Method)>, ModesError> {
         let n = self.pencil.dimension();
         let count = count.min(n);
-        let Some((columns, window)) = self.about(omega, count) else {
-            return Ok(None);
-        };
+        let Some((columns, window)) = self.about(omega, count) else { return Ok(None) };
         let Some(columns) = columns else {
             // The window reaches 0: all below its upper end.
             let Some(high) = window.high else { return Ok(None) };

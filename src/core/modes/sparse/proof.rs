@@ -213,9 +213,7 @@ pub(super) fn prove(
     let plain = options.clone().without_vectors().digits(3);
     let ritz = solve(&small(&|_, _| 0.0), &plain)?;
     let ends = elastic(&ritz, zeros);
-    let (Some(lowest), Some(highest)) = (ends.first(), ends.last()) else {
-        return Ok(None);
-    };
+    let (Some(lowest), Some(highest)) = (ends.first(), ends.last()) else { return Ok(None) };
     // ‖p_j‖ in M⁻¹; what is left of a residual beside the zero vectors.
     let lengths: Vec<f64> = (0..n).map(|j| up(forms.residuals[j] + forms.theta[j].abs() * leak[j])).collect();
     let total = up(lengths.iter().map(|own| own * own).sum::<f64>() / least);

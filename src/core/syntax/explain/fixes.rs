@@ -457,9 +457,7 @@ impl Context<'_> {
     pub(super) fn is_unit_behind_number(&self, found: Token, is_unit: &dyn Fn(&str) -> bool) -> bool {
         let behind = matches!(self.before.kind, TokenKind::Number | TokenKind::Close) || self.text(self.before) == "pi";
         let with_value = matches!(self.statement, "param" | "let" | "guess" | "equilibrium");
-        let Some(start) = self.value_start.filter(|_| behind && with_value) else {
-            return false;
-        };
+        let Some(start) = self.value_start.filter(|_| behind && with_value) else { return false };
         let of_numbers = Lexer::new(self.source, Span::new(start, self.before.end)).all(|token| {
             let text = self.text(token);
             token.kind != TokenKind::Word || text == "pi" || words::is_function(text)

@@ -89,9 +89,7 @@ fn starts(source: &str, span: Span, pieces: &Pieces<'_>) -> Vec<(usize, u32)> {
     let mut at = 0;
     let mut found = Vec::new();
     for (place, piece) in pieces.list.iter().enumerate() {
-        let Piece::Token(text) = piece else {
-            continue;
-        };
+        let Piece::Token(text) = piece else { continue };
         let same = |kind: TokenKind, written: &str| written == text || kind == TokenKind::PlusMinus && text == "±";
         let mut steps = 0;
         for (ahead, token) in tokens.iter().enumerate().skip(at) {

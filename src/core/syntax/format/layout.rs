@@ -126,9 +126,7 @@ impl Measures {
                     }
                 }
                 Piece::Close => {
-                    let Some(level) = levels.pop() else {
-                        continue;
-                    };
+                    let Some(level) = levels.pop() else { continue };
                     let longest = level.longest.max(pieces.between(level.item, at));
                     self.short[level.open] = longest <= level.short;
                     self.forced[level.open] = level.forced;
@@ -293,9 +291,7 @@ impl Writer<'_, '_, '_> {
         if !matches!(behind, Some(Piece::Open(_))) {
             return false;
         }
-        let Some(frame) = self.frames.pop() else {
-            return false;
-        };
+        let Some(frame) = self.frames.pop() else { return false };
         let indent = self.stepped().min(frame.indent);
         let helps = indent < self.column;
         self.frames.push(Frame { indent, ..frame });
@@ -319,9 +315,7 @@ impl Writer<'_, '_, '_> {
         let mut line = Some(std::mem::take(&mut self.line));
         let indent = self.indent_at(at);
         for note in notes {
-            let Some(comment) = self.comments.get(*note) else {
-                continue;
-            };
+            let Some(comment) = self.comments.get(*note) else { continue };
             match line.take() {
                 Some(code) if comment.trailing => self.page.line(code, Some(comment)),
                 Some(code) => {
