@@ -66,7 +66,7 @@ pub struct Search {
 
 /// Parameters in exponents, by their values.
 fn exponents(model: &Model) -> Substitution {
-    let inside = model.pool.symbols_of(&linearize::exponents(model));
+    let inside = model.pool.symbols_of(&linearize::exponents_in(model, &linearize::bodies(model)));
     let own = model.parameters.iter().filter(|own| inside.contains(&own.symbol));
     own.filter_map(|own| Some((own.symbol, own.value?))).collect()
 }

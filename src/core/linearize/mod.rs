@@ -80,7 +80,7 @@ pub(crate) use massless::may_be_singular;
 pub(crate) use multipliers::{Eliminated, eliminate};
 pub use multipliers::{SymbolicConstraints, clear_column as clear_symbolic_column};
 pub(crate) use naming::constant as translation_name;
-pub use parameters::{all_terms, exponents, known_values};
+pub use parameters::{all_terms, bodies, exponents_in, known_values};
 pub use parametric::{Parametric, parametric};
 pub use precise::Precise;
 pub use rest::{AtRest, at_rest};

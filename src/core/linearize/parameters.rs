@@ -16,8 +16,8 @@ use crate::precision::Scalar;
 /// # Errors
 /// [`LinearizeError::NotFinite`] where an energy or a force has no value for these.
 pub(crate) fn put_exponents_in(model: &mut Model) -> Result<Exponents, LinearizeError> {
-    let bodies: Vec<ExprId> = all_terms(model).map(|family| family.body).collect();
-    let exponents = exponents(model);
+    let bodies = bodies(model);
+    let exponents = exponents_in(model, &bodies);
     if exponents.is_empty() {
         return Ok(Exponents::default());
     }
@@ -47,10 +47,14 @@ pub fn all_terms(model: &Model) -> impl Iterator<Item = &TermFamily> {
     signed_terms(model).map(|(_, family)| family).chain(&model.forces)
 }
 
-/// What stands in exponents that are no numbers.
-pub fn exponents(model: &Model) -> Vec<ExprId> {
-    let bodies: Vec<ExprId> = all_terms(model).map(|family| family.body).collect();
-    let inside = model.pool.reachable(&bodies).into_iter().filter_map(|id| match model.pool.node(id) {
+/// The bodies of all terms.
+pub fn bodies(model: &Model) -> Vec<ExprId> {
+    all_terms(model).map(|family| family.body).collect()
+}
+
+/// What stands in exponents that are no numbers, in some expressions.
+pub fn exponents_in(model: &Model, roots: &[ExprId]) -> Vec<ExprId> {
+    let inside = model.pool.reachable(roots).into_iter().filter_map(|id| match model.pool.node(id) {
         Node::Power { exponent, .. } => Some(*exponent),
         _ => None,
     });
@@ -67,7 +71,7 @@ pub(super) fn set_bodies(model: &mut Model, bodies: &[ExprId]) {
 
 /// A model with those values of parameters put in that are no fractions, as cos(a) for a = π/3 is one; `None` where all are.
 pub(super) fn with_values(model: &Model) -> Option<Model> {
-    let bodies: Vec<ExprId> = all_terms(model).map(|family| family.body).collect();
+    let bodies = bodies(model);
     let mut values = Substitution::default();
     for number in parameters_of(model, &bodies) {
         let own = &model.parameters[number];

@@ -70,7 +70,10 @@ impl From<&StudyError> for Diagnostic {
                  it is a parameter of its own"
             )),
             StudyError::SetsRange { .. } => message.with_help("make a separate study for each of its values"),
-            _ => message,
+            StudyError::NothingVaries {}
+            | StudyError::UnknownParameter { .. }
+            | StudyError::NamedTwice { .. }
+            | StudyError::Length { .. } => message,
         }
     }
 }

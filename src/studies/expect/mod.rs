@@ -213,7 +213,12 @@ impl<'a> Comparison<'a> {
                 Part::Stability => self.in_any_order(part, texts, &found, &Substitution::new()),
                 Part::Characteristic => self.proportional(texts, &found),
                 Part::Equations | Part::Linearized => self.one_by_one(part, texts, &found, true),
-                _ => self.one_by_one(part, texts, &found, false),
+                Part::Equilibrium
+                | Part::Kinetic
+                | Part::Potential
+                | Part::Momenta
+                | Part::EnergyFunction
+                | Part::Hamiltonian => self.one_by_one(part, texts, &found, false),
             },
         }
     }

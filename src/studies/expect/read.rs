@@ -92,9 +92,18 @@ impl Reader {
                 let values: Vec<ExprId> = values.collect::<Result<_, _>>()?;
                 call(pool, &function.text, &values)
             }
-            _ => Err("what is compared consists of numbers, names with their indices, `+ - * / ^` and \
+            ExprKind::Field { .. }
+            | ExprKind::SumOver { .. }
+            | ExprKind::IntegralOver { .. }
+            | ExprKind::Vector(_)
+            | ExprKind::Compare { .. }
+            | ExprKind::Not(_)
+            | ExprKind::And(_)
+            | ExprKind::Or(_) => {
+                Err("what is compared consists of numbers, names with their indices, `+ - * / ^` and \
                  elementary functions"
-                .to_owned()),
+                    .to_owned())
+            }
         }
     }
 

@@ -11,7 +11,7 @@ use super::exact::Frequency;
 use crate::floquet::motion::values;
 use crate::mechanics::Mechanics;
 use librate_core::expr::{ExprId, Node, Pool, Substitution, Symbol, Tape, ZeroVerdict};
-use librate_core::linearize::{Linearized, all_terms, missing_value, signed_terms};
+use librate_core::linearize::{Linearized, all_terms, bodies, missing_value, signed_terms};
 use librate_core::model::{Model, SymbolKind, TermFamily};
 use librate_core::number::Number;
 use librate_core::order::Gather;
@@ -125,9 +125,8 @@ fn rate(
     parameter: usize,
     span: Span,
 ) -> Result<ExprId, ResponseError> {
-    let bodies: Vec<ExprId> = all_terms(model).map(|family| family.body).collect();
     let mut rates: Vec<(ExprId, ExprId)> = Vec::new();
-    for id in pool.reachable(&bodies) {
+    for id in pool.reachable(&bodies(model)) {
         let Node::Function(Function::Sin | Function::Cos, x) = *pool.node(id) else { continue };
         let own = pool.diff(x, time);
         if pool.vanishes(own) {
