@@ -5,6 +5,7 @@
 //! where one at random values modulo a prime leaves it open. *Knows no expressions.*
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 use dashu_int::IBig;
 
@@ -22,11 +23,19 @@ type Powers = Vec<u32>;
 
 /// Adds to the coefficient of a term; what is 0 then is left out.
 pub(crate) fn add_to<K: Ord>(terms: &mut BTreeMap<K, Number>, key: K, coefficient: &Number) {
-    let sum = terms.get(&key).map_or_else(|| coefficient.clone(), |own| own.add(coefficient));
-    if sum.is_zero() {
-        terms.remove(&key);
-    } else {
-        terms.insert(key, sum);
+    match terms.entry(key) {
+        Entry::Vacant(entry) if !coefficient.is_zero() => {
+            entry.insert(coefficient.clone());
+        }
+        Entry::Vacant(_) => {}
+        Entry::Occupied(mut entry) => {
+            let sum = entry.get().add(coefficient);
+            if sum.is_zero() {
+                entry.remove();
+            } else {
+                entry.insert(sum);
+            }
+        }
     }
 }
 
@@ -136,8 +145,9 @@ impl Polynomial {
         Some(own)
     }
 
-    pub(crate) fn minus(self, other: &Self) -> Self {
-        self.plus(&other.scaled(&Number::MINUS_ONE))
+    pub(crate) fn minus(mut self, other: &Self) -> Self {
+        other.terms.iter().for_each(|(powers, value)| self.add(powers.clone(), &value.neg()));
+        self
     }
 
     pub(crate) fn plus(mut self, other: &Self) -> Self {
@@ -147,13 +157,29 @@ impl Polynomial {
 
     pub(crate) fn times(&self, other: &Self) -> Self {
         let mut product = Self::zero(self.variables);
-        for (a, x) in &self.terms {
-            for (b, y) in &other.terms {
-                let powers = a.iter().zip(b).map(|(a, b)| a + b).collect();
-                product.add(powers, &x.mul(y));
+        self.terms.iter().for_each(|(powers, value)| product.add_multiple(other, powers, value));
+        product
+    }
+
+    /// Adds a polynomial times one term; powers are copied only where they are new.
+    fn add_multiple(&mut self, other: &Self, by: &[u32], coefficient: &Number) {
+        let mut powers = Powers::with_capacity(self.variables);
+        for (own, value) in &other.terms {
+            powers.clear();
+            powers.extend(by.iter().zip(own).map(|(a, b)| a + b));
+            let share = value.mul(coefficient);
+            match self.terms.get_mut(&powers) {
+                None => {
+                    self.terms.insert(powers.clone(), share);
+                }
+                Some(sum) => {
+                    *sum = sum.add(&share);
+                    if sum.is_zero() {
+                        self.terms.remove(&powers);
+                    }
+                }
             }
         }
-        product
     }
 
     pub(crate) fn scaled(&self, factor: &Number) -> Self {
@@ -176,10 +202,10 @@ impl Polynomial {
         let mut rest = self.clone();
         let mut quotient = Self::zero(self.variables);
         while let Some((powers, value)) = rest.terms.last_key_value() {
-            let powers: Option<Powers> = powers.iter().zip(first).map(|(a, b)| a.checked_sub(*b)).collect();
-            let term = Self::monomial(powers?).scaled(&value.mul(&inverse));
-            rest = rest.minus(&term.times(divisor));
-            quotient = quotient.plus(&term);
+            let powers = powers.iter().zip(first).map(|(a, b)| a.checked_sub(*b)).collect::<Option<Powers>>()?;
+            let value = value.mul(&inverse);
+            rest.add_multiple(divisor, &powers, &value.neg());
+            quotient.terms.insert(powers, value);
         }
         Some(quotient)
     }
@@ -412,8 +438,8 @@ pub(crate) fn determinant(mut rows: Vec<Vec<Polynomial>>) -> Option<Polynomial> 
                 if entry.is_long_with(&own[step]) || share.is_long_with(other) {
                     return None;
                 }
-                let kept = entry.times(&own[step]);
-                let whole = if share.is_zero() { kept } else { kept.minus(&share.times(other)) };
+                let mut whole = entry.times(&own[step]);
+                share.terms.iter().for_each(|(powers, value)| whole.add_multiple(other, powers, &value.neg()));
                 *entry = whole.over(&before)?;
                 if entry.terms.len() > MOST_TERMS {
                     return None;
