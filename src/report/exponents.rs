@@ -93,8 +93,8 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
     // Squares count as positive. Of a condition that signs have made a number nothing is left open.
     let under = if assumed && !by_signs { ", under the assumptions" } else { "" };
     let has_parameters = own.characteristic.as_ref().is_none_or(|all| !pool.symbols_of(all).is_empty());
-    let hedge =
-        if has_parameters { format!("{under}, but for special values of the parameters") } else { String::new() };
+    let special = if own.settled { "" } else { ", but for special values of the parameters" };
+    let hedge = if has_parameters { format!("{under}{special}") } else { String::new() };
     let is_number = |own: ExprId| pool.as_number(own).is_some();
     let definite = all.iter().any(|own| own.open.is_some_and(is_number) && !is_number(own.positive));
     let [always, mostly] = [by_signs, definite].map(|is_sure| if is_sure { "" } else { hedge.as_str() });

@@ -356,8 +356,7 @@ fn displacement_lines(derivation: &Derivation, waves: &NormalWaves) -> Vec<Line>
 
 /// The first of some names that the model does not have.
 pub(super) fn unused<'a>(derivation: &Derivation, names: &[&'a str]) -> &'a str {
-    let taken = |name: &str| derivation.symbols.keys().any(|own| own.split('[').next() == Some(name));
-    let mut free = names.iter().copied().filter(|name| !taken(name));
+    let mut free = names.iter().copied().filter(|name| derivation.own_names().all(|own| own != *name));
     let last = names.last().copied().unwrap_or_default();
     free.next().unwrap_or(last)
 }

@@ -508,7 +508,7 @@ fn notation(derivation: &Derivation, definitions: &[Definition]) -> Notation {
 /// `l > d`, one for each assumption of the model.
 pub(super) fn assumption_texts(derivation: &Derivation) -> Vec<String> {
     let side = |e| derivation.pool.display(e);
-    let assumptions = derivation.assumptions.iter();
+    let assumptions = derivation.assumptions.iter().filter(|own| !own.follows);
     assumptions.map(|own| format!("{} {} {}", side(own.left), own.relation.sign(), side(own.right))).collect()
 }
 

@@ -79,8 +79,8 @@ impl Derivation {
         let velocities: Vec<Symbol> = names.filter_map(velocity).collect();
         let is_own = |base, exponent: &Number| is_half(exponent) && is_lorentz(&self.pool, &velocities, base);
         let found = bases_with(&self.pool, &roots, is_own);
-        let is_taken = |name: &String| name.starts_with("gamma") || name.starts_with('γ');
-        if found.is_empty() || self.symbols.keys().any(is_taken) {
+        let is_taken = |name: &str| name.starts_with("gamma") || name.starts_with('γ');
+        if found.is_empty() || self.own_names().any(is_taken) {
             return Vec::new();
         }
         let mut definitions = Vec::new();
@@ -340,9 +340,7 @@ struct Letters {
 
 impl Letters {
     fn new(derivation: &Derivation) -> Self {
-        let names = derivation.symbols.keys();
-        let family = |name: &String| name.split(['[', '\'']).next().unwrap_or("").to_owned();
-        let taken: BTreeSet<String> = names.map(family).gather();
+        let taken: BTreeSet<String> = derivation.own_names().map(str::to_owned).gather();
         let free = |letters: &[&str]| {
             let unused = letters.iter().find(|own| !taken.contains(**own));
             unused.map_or_else(|| format!("{}_", letters[0]), ToString::to_string)

@@ -197,22 +197,30 @@ impl Factored {
         Some(all)
     }
 
-    /// What has to be positive for stability; `None` where that is not written out.
+    /// What has to be positive for stability, and whether that tells of special values of the parameters, too; `None` where it is not
+    /// written out.
     pub(super) fn stability(
         &self,
         checker: &Checker<'_>,
         pool: &mut Algebra<'_>,
         linear: &Linear,
-    ) -> Option<Vec<StabilityCondition>> {
+    ) -> Option<(Vec<StabilityCondition>, bool)> {
         let conservative = linear.is_conservative();
         if linear.damping.is_some()
             && linear.mass.len() > FEW
             && let Some(found) = by_energy(checker, pool, linear)
         {
-            return Some(found);
+            return Some((found, false));
         }
         let all = self.factors.iter().map(|factor| conditions(factor, &self.ring, &self.signs, conservative));
-        let kept = all.collect::<Option<Vec<_>>>().map(|all| essential(&all.concat(), &self.signs));
+        let all = all.collect::<Option<Vec<_>>>().map(|all| all.concat());
+        // Exponents of several factors may be equal, without vectors enough.
+        let even: Vec<&Factor> = self.factors.iter().filter(|own| own.is_even()).collect();
+        let shares = |one: &Factor, other: &Factor| one.parts & other.parts != 0;
+        let apart =
+            conservative || even.iter().enumerate().all(|(at, one)| even[..at].iter().all(|own| !shares(one, own)));
+        let settled = apart && all.as_ref().is_some_and(|all| self.signs.are_settled(all));
+        let kept = all.map(|all| essential(&all, &self.signs));
         let found = kept.as_ref().and_then(|kept| self.conditions(checker, pool, kept));
         let told = kept.filter(|_| found.is_some());
         let mut found = found.or_else(|| self.in_coefficients(checker, pool, conservative))?;
@@ -225,7 +233,7 @@ impl Factored {
             told.iter().flatten().for_each(|own| known.learn(own));
             found.extend(self.distinct(pool, &known)?);
         }
-        (conservative || !drifts(pool, linear)).then_some(found)
+        (conservative || !drifts(pool, linear)).then_some((found, settled))
     }
 
     /// Conditions as expressions, where they agree with the modes at the values of the parameters.
@@ -374,7 +382,7 @@ fn by_energy(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear: &Linear) -> 
     let own = essential(&pervasive.conditions, &pervasive.signs).into_iter();
     let own = own.map(|own| StabilityCondition { positive: signed(pool, &pervasive.ring, &own), open: None });
     let mut found: Vec<StabilityCondition> = own.collect();
-    found.extend(parts.stability(checker, pool, &undamped)?);
+    found.extend(parts.stability(checker, pool, &undamped)?.0);
     agreeing(checker, pool, found)
 }
 

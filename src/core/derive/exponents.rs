@@ -36,6 +36,8 @@ pub struct Exponents {
     /// What has to be positive for stability: together necessary and sufficient; M is taken to be positive definite, exponents that
     /// are 0 whatever the parameters are do not count. `None` where that is not written out.
     pub stability: Option<Vec<StabilityCondition>>,
+    /// Whether what holds always, or never, by these does so for special values of the parameters, too, at which a square is 0.
+    pub settled: bool,
     /// What has been done to the exponents since.
     pub approximations: Vec<Approximation>,
 }
@@ -109,7 +111,9 @@ pub(super) fn exponents(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear: &
         (None, Some(parts)) => found.of_factors(parts),
         (None, None) => {}
     }
-    own.stability = parts.and_then(|parts| parts.stability(checker, pool, linear));
+    if let Some((conditions, settled)) = parts.and_then(|parts| parts.stability(checker, pool, linear)) {
+        (own.stability, own.settled) = (Some(conditions), settled);
+    }
     own
 }
 

@@ -483,7 +483,8 @@ fn names(model: &Model, linear: &Result<Linear, LinearizeError>) -> Names {
     let (displacement, momentum) = (prefix(["delta", "xi", "eta"]), prefix(["p", "P", "pi"]));
     let displaced = |name: &String| if at_zero { name.clone() } else { format!("{displacement}_{name}") };
     let displacements = coordinates.iter().map(displaced).collect();
-    Names { displacements, momentum, normal: model.unused_name(&["Q", "eta", "xi", "zeta"]), coordinates }
+    let normal = model.unused_name(&["Q", "eta", "xi", "zeta"]);
+    Names { displacements, momentum, normal, named: model.named.clone(), coordinates }
 }
 
 impl Derivation {
@@ -581,6 +582,12 @@ impl Derivation {
         if pool.is_spent() {
             (self.independent, self.energy) = (None, None);
         }
+    }
+
+    /// The names that a page gives no second meaning: those of symbols and of the model's own expressions, without indices.
+    pub fn own_names(&self) -> impl Iterator<Item = &str> {
+        let names = self.symbols.keys().chain(&self.names.named);
+        names.map(|name| name.split(['[', '\'']).next().unwrap_or(name))
     }
 
     /// Whether a page is to have one of the [`CHAPTERS`].

@@ -111,6 +111,34 @@ impl Signs {
         powers.iter().zip(&self.variables).all(|(power, known)| *known || power % 2 == 0)
     }
 
+    /// Whether a polynomial is 0 for special values, though its sign says nothing of it: squares count as positive there.
+    pub(super) fn may_vanish(&self, polynomial: &Polynomial) -> bool {
+        let is_sure = |powers: &[u32]| powers.iter().zip(&self.variables).all(|(power, known)| *known || *power == 0);
+        let is_alike = |own: &Polynomial| {
+            let negative = own.terms().filter(|(_, value)| value.is_negative()).count();
+            negative == 0 || negative == own.terms().count()
+        };
+        let is_weak = |own: &Polynomial| {
+            !self.others.contains(own) && !(is_alike(own) && own.terms().any(|(powers, _)| is_sure(powers)))
+        };
+        if polynomial.is_zero() || self.of_terms(polynomial).is_some() {
+            return polynomial.is_zero() || is_weak(polynomial);
+        }
+        self.factors(polynomial).1.iter().any(|(factor, times)| match self.of_terms(factor) {
+            Some(_) => is_weak(factor),
+            None => times % 2 == 0 && self.of_known(factor).is_none(),
+        })
+    }
+
+    /// Whether conditions tell of special values, too, where they hold always, or one of them never.
+    pub(super) fn are_settled(&self, conditions: &[Polynomial]) -> bool {
+        let fails = |own: &&Polynomial| {
+            let sign = self.sign(own);
+            sign.negative && sign.factors.is_empty() && !self.may_vanish(own)
+        };
+        conditions.iter().find(fails).is_some() || !conditions.iter().any(|own| self.may_vanish(own))
+    }
+
     /// What the sign of a polynomial depends on.
     pub(super) fn sign(&self, polynomial: &Polynomial) -> Sign {
         // What is 0 is never positive.

@@ -94,15 +94,44 @@ pub(crate) fn mix(state: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// The residue of a number; `None` where p divides the denominator.
+/// The residue of a number; `None` where p divides the denominator, or the numerator of one that is not 0.
 pub(super) fn residue(value: &Number) -> Option<u64> {
-    match value.to_i64() {
+    let residue = match value.to_i64() {
         Some(small) => {
             let magnitude = small.unsigned_abs() % PRIME;
-            Some(if small < 0 { neg_mod(magnitude) } else { magnitude })
+            if small < 0 { neg_mod(magnitude) } else { magnitude }
         }
-        None => value.mod_prime(PRIME),
+        None => value.mod_prime(PRIME)?,
+    };
+    (residue != 0 || value.is_zero()).then_some(residue)
+}
+
+/// Primes below this are told apart, and their roots are those of the roots of unity.
+const SMALL_PRIMES: u64 = 1000;
+/// Radicands in which more large factors occur get roots of random signs.
+const MOST_LARGE_FACTORS: usize = 100;
+
+/// The factors of whole numbers below square roots that are no small primes, pairwise coprime and none of them a power: then
+/// their roots are independent. `None` where there are too many of them.
+fn coprime(mut open: Vec<Number>) -> Option<Vec<Number>> {
+    let mut bases: Vec<Number> = Vec::new();
+    while let Some(number) = open.pop() {
+        let shared = |base: &Number| Some(base.gcd(&number)).filter(|common| !common.is_one());
+        let Some((at, common)) = bases.iter().enumerate().find_map(|(at, base)| Some((at, shared(base)?))) else {
+            if bases.len() == MOST_LARGE_FACTORS {
+                return None;
+            }
+            bases.push(number);
+            continue;
+        };
+        if bases[at] == number {
+            continue;
+        }
+        let over = common.recip()?;
+        let parts = [bases.swap_remove(at).mul(&over), number.mul(&over), common];
+        open.extend(parts.iter().flat_map(Number::factors).map(|factor| factor.base));
     }
+    Some(bases)
 }
 
 impl Pool {
@@ -136,6 +165,8 @@ pub(super) struct Plan {
     pub(super) exponent_denominator: u64,
     /// Whether one of them is beyond bounds.
     pub(super) coarse: bool,
+    /// What large factors below square roots are made of, where one of them may be no prime.
+    large_factors: Option<Vec<Number>>,
 }
 
 impl Plan {
@@ -146,8 +177,15 @@ impl Plan {
             angle_denominator: 1,
             exponent_denominator: 1,
             coarse: false,
+            large_factors: Some(Vec::new()),
         };
+        let mut large = Vec::new();
         for id in &plan.reachable.ids {
+            if let Node::Product(factors) = pool.node(*id) {
+                let roots = factors.iter().filter(|(_, exponent)| !exponent.is_integer());
+                let numbers = roots.filter_map(|(base, _)| pool.as_number(*base)).flat_map(Number::factors);
+                large.extend(numbers.map(|factor| factor.base).filter(|base| !is_small(base, SMALL_PRIMES)));
+            }
             let Node::Function(function, x) = pool.node(*id) else { continue };
             let denominator = match Kind::of(*function) {
                 Some(Kind::Circular) => &mut plan.angle_denominator,
@@ -160,6 +198,10 @@ impl Plan {
             };
             pool.as_number(*x).into_iter().for_each(&mut include);
             pool.terms(*x).iter().filter(|(term, _)| *term != PI).for_each(|(_, c)| include(c));
+        }
+        // Below the square of the limit of trial division all of them are primes.
+        if large.iter().any(|base| !is_small(base, SMALL_PRIMES * SMALL_PRIMES)) {
+            plan.large_factors = coprime(large);
         }
         plan
     }
@@ -179,6 +221,11 @@ impl Plan {
         let values = self.roots.iter().map(|root| point.value(*root)).collect();
         Some(ModularPoint { values, certainty: point.certainty })
     }
+}
+
+/// Whether a whole number is below a limit.
+fn is_small(number: &Number, limit: u64) -> bool {
+    number.to_i64().is_some_and(|own| own.unsigned_abs() < limit)
 }
 
 fn lcm(a: u64, b: u64) -> Option<u64> {
@@ -292,22 +339,44 @@ impl Point<'_> {
     fn root_of_number(&mut self, number: &Number, degree: u64) -> Option<u64> {
         let mut root = 1;
         for factor in number.factors() {
-            let small = factor.base.small_parts().map(|(n, _)| n.unsigned_abs());
-            let value = residue(&factor.base)?;
-            // Different primes have independent roots (but for those roots of unity), so that any
-            // sign is as good as the true one.
-            let base = match (degree, small) {
-                (2, Some(q)) if q < 1000 => sqrt_of_prime(q).or_else(|| sqrt_mod(value)),
-                (2, _) => sqrt_mod(value),
-                (_, _) => None,
+            let is_small = is_small(&factor.base, SMALL_PRIMES);
+            let base = match &self.plan.large_factors {
+                Some(large) if degree == 2 && !is_small && !large.is_empty() => {
+                    let mut rest = factor.base.clone();
+                    let mut product = 1;
+                    for own in large {
+                        let over = own.recip()?;
+                        while let Some(quotient) = Some(rest.mul(&over)).filter(Number::is_integer) {
+                            rest = quotient;
+                            product = mul_mod(product, self.root_of_factor(own, degree)?);
+                        }
+                    }
+                    product
+                }
+                None if degree == 2 && !is_small => self.root(residue(&factor.base)?, degree),
+                Some(_) | None => self.root_of_factor(&factor.base, degree)?,
             };
-            let base = base.unwrap_or_else(|| {
-                self.certainty.random_function = true;
-                random(self.seed, Tag::Root, value, degree)
-            });
             root = mul_mod(root, pow_mod(base, u64::from(factor.multiplicity)));
         }
         Some(root)
+    }
+
+    /// A root of a prime, or of one of several numbers without common factors.
+    fn root_of_factor(&mut self, factor: &Number, degree: u64) -> Option<u64> {
+        let value = residue(factor)?;
+        // Different primes have independent roots (but for those roots of unity), so that any
+        // sign is as good as the true one.
+        let root = match (degree, factor.small_parts()) {
+            (2, Some((q, _))) if is_small(factor, SMALL_PRIMES) => {
+                sqrt_of_prime(q.unsigned_abs()).or_else(|| sqrt_mod(value))
+            }
+            (2, _) => sqrt_mod(value),
+            (_, _) => None,
+        };
+        Some(root.unwrap_or_else(|| {
+            self.certainty.random_function = true;
+            random(self.seed, Tag::Root, value, degree)
+        }))
     }
 
     /// A power with an exponent that is not a number: the whole part of the exponent is taken

@@ -231,6 +231,8 @@ impl<S: Scalar> Series<S> {
             Step::SlopeQuotient { slope, .. } if k == 0 || self.live[*slope] == 0 => self.zero.clone(),
             Step::SlopeQuotient { slope, divisor } => self.quotient(*slope, *divisor, own, k),
             Step::Integral { start, .. } if k == 0 => self.start(*start),
+            // What has no value has no slope: across a jump that of an angle would say nothing of it.
+            Step::Integral { .. } if self.broken[own] => self.not_a_number(),
             Step::Integral { slope, factor, negative, .. } => {
                 let sum = match factor {
                     None => Some(at(*slope).clone()),

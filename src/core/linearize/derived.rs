@@ -6,7 +6,7 @@ use super::constrained::{Tied, with_multipliers};
 use super::equilibrium::{Equilibrium, Search, short};
 use super::multipliers;
 use super::rolling::{self, SymbolicRolling};
-use super::symbolic::{self, SymbolicMatrices};
+use super::symbolic::{self, ConstantForce, SymbolicMatrices};
 use super::{
     LinearizeError, SymbolicConstraints, at_equilibrium, by_hand, check_terms, check_time, in_own_numbers, steady,
     surface, unbalanced, units, velocity,
@@ -120,8 +120,13 @@ const ENTRY: usize = 16;
 /// and those that no force moves from 0, where the search would start.
 ///
 /// # Errors
-/// That a force acts there wherever the others are.
-fn open_point(model: &mut Model, assembly: &Assembly, missing: LinearizeError) -> Result<Vec<ExprId>, LinearizeError> {
+/// That a force acts there wherever the others are, beside what constraints, by their `expressions`, take up.
+fn open_point(
+    model: &mut Model,
+    assembly: &Assembly,
+    expressions: &[ExprId],
+    missing: LinearizeError,
+) -> Result<Vec<ExprId>, LinearizeError> {
     let coordinates = model.coordinates.iter().enumerate();
     let own = coordinates.map(|(i, own)| match model.equilibria.get(i) {
         Some(given) => given.symbolic,
@@ -137,12 +142,28 @@ fn open_point(model: &mut Model, assembly: &Assembly, missing: LinearizeError) -
         point = plain;
         left = symbolic::force_left(model, assembly, &point);
     }
+    if left.is_none() && !expressions.is_empty() {
+        let mut balanced = point.clone();
+        let mut pool = model.pool.clone();
+        if multipliers::put_in(model, assembly, &mut pool, &mut balanced, expressions).is_some() {
+            let own = std::mem::replace(&mut model.pool, pool);
+            left = symbolic::force_left(model, assembly, &balanced);
+            model.pool = own;
+        }
+    }
     match left {
-        Some((number, force)) => {
+        Some(ConstantForce { number, force, acts }) => {
             let given = model.equilibria.get(number).map(|given| given.span);
-            let coordinate = model.coordinates.get(number).map(|own| own.name()).unwrap_or_default();
-            let told = |span| LinearizeError::ForceOfParameters { coordinate, force, unsigned: Vec::new(), span };
-            return Err(given.map_or(missing, told));
+            let own = model.coordinates.at(number);
+            return Err(match given {
+                Some(span) => {
+                    LinearizeError::ForceOfParameters { coordinate: own.name(), force, unsigned: Vec::new(), span }
+                }
+                None if acts => {
+                    LinearizeError::NoEquilibrium { forces: vec![(format!("`{}`", own.name()), force)], span: own.span }
+                }
+                None => missing,
+            });
         }
         None => by_hand::put_in_solved(model, assembly, &mut point, None),
     }
@@ -189,7 +210,7 @@ fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
         if error.is_some() || !model.rolling.is_empty() {
             return Err(error.unwrap_or(missing));
         }
-        point = open_point(&mut model, &assembly, missing)?;
+        point = open_point(&mut model, &assembly, &expressions, missing)?;
         open = true;
     } else if let Some(Ok(values)) = values {
         let equilibrium = search(&Search::new(&model, &assembly, &values, visible), &dependent)?;

@@ -445,6 +445,8 @@ impl SymbolicRolling {
         // Of y and z + Z y, which are the coordinates themselves.
         let stiffness = if alive.is_empty() { stiffness } else { minus(pool, &stiffness, &feeds_back, &slopes) };
         let none: Rows = vec![vec![zero; bound.len()]; free.len()];
+        // Beside coordinates that act on the others nothing comes along, see above.
+        let shifts = if alive.is_empty() { shifts } else { vec![vec![zero; moved.len()]; left.len()] };
         let mass = order.joined(&left, [&mass, &none], zero, &|_, _| zero);
         let velocity = order.joined(&left, [&velocity, &none], zero, &|i, j| order.velocity(i, j, [zero, one]));
         let stiffness = order.joined(&left, [&stiffness, &feeds_back], zero, &|i, j| order.place(i, j, zero));

@@ -280,15 +280,25 @@ pub(crate) fn doubtful_force(model: &Model, assembly: &Assembly, point: &[ExprId
     })
 }
 
-/// A force that is not 0 at a point wherever coordinates are that stand as themselves there, and the number of its coordinate.
-pub(super) fn force_left(model: &Model, assembly: &Assembly, point: &[ExprId]) -> Option<(usize, String)> {
+/// A force that is the same wherever coordinates are that stand as themselves at a point.
+pub(super) struct ConstantForce {
+    /// The number of its coordinate.
+    pub(super) number: usize,
+    pub(super) force: String,
+    /// Whether it is different from 0 whatever the parameters, by what is assumed of them.
+    pub(super) acts: bool,
+}
+
+/// A force that does not vanish identically at a point wherever coordinates are that stand as themselves there.
+pub(super) fn force_left(model: &Model, assembly: &Assembly, point: &[ExprId]) -> Option<ConstantForce> {
     let (mut pool, forces) = forces(model, assembly, point)?;
     let coordinates: HashSet<Symbol> = model.coordinates.iter().map(|own| own.symbol).collect();
     let is_open = |symbol| coordinates.contains(&symbol);
     let mut all = forces.into_iter();
     let (number, force) = all.find(|(_, force)| !pool.vanishes(*force) && !pool.depends_on(*force, &is_open))?;
     let force = pool.neg(force);
-    Some((number as usize, pool.display(force)))
+    let acts = pool.is_zero(force) == ZeroVerdict::NonZero;
+    Some(ConstantForce { number: number as usize, force: pool.display(force), acts })
 }
 
 /// The derivatives of V - T0 and what friction adds at rest, one a coordinate; none where one of them is undefined.

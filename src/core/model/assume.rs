@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::cmp::Ordering;
+use std::collections::BTreeSet;
 
 use super::compile::Scope;
 use super::elaborate::Elaborator;
@@ -9,6 +10,7 @@ use super::index::is_so;
 use super::names::World;
 use super::{Given, Model, ModelError};
 use crate::expr::{ExprId, Function, Node, Pool, evaluate_closed};
+use crate::number::Number;
 use crate::precision::Big;
 use crate::span::Span;
 use crate::syntax::{Comparison, ExprKind, ExprRef};
@@ -28,6 +30,8 @@ pub struct Assumption {
     pub right: ExprId,
     /// Where it stands.
     pub span: Span,
+    /// Whether others say it: that the sine of an angle between 0 and pi is positive.
+    pub follows: bool,
 }
 
 impl Elaborator<'_> {
@@ -56,7 +60,7 @@ impl Elaborator<'_> {
             if let Some(values) = self.contradicted(left, relation, right) {
                 return self.refuse(ModelError::AssumptionBroken { values, span });
             }
-            found.push(Assumption { left, relation, right, span });
+            found.push(Assumption { left, relation, right, span, follows: false });
         }
         Some(found)
     }
@@ -126,6 +130,8 @@ impl Model {
         let roots: Vec<ExprId> = own.expressions().into_iter().map(|e| *e).collect();
         let positive = self.positive_between_bars(&pool, &roots);
         own.assumptions.extend(positive);
+        let of_angles = own.signs_of_angles(&mut pool, &roots);
+        own.assumptions.extend(of_angles);
         let differences = own.assumptions.iter().filter_map(|own| match own.relation {
             Comparison::Greater | Comparison::GreaterEqual => Some(pool.sub(own.left, own.right)),
             Comparison::Less | Comparison::LessEqual => Some(pool.sub(own.right, own.left)),
@@ -166,12 +172,72 @@ impl Model {
                     self.assumptions.iter().chain(&found).any(|own| own.left == base && own.right == pool.zero());
                 if !known && value.is_some_and(|value| value.is_positive()) {
                     let (relation, right) = (Comparison::Greater, pool.zero());
-                    found.push(Assumption { left: base, relation, right, span: Span::default() });
+                    found.push(Assumption { left: base, relation, right, span: Span::default(), follows: false });
                 }
             }
         }
         found
     }
+}
+
+impl Model {
+    /// That sines, cosines and tangents are positive of angles, and of multiples of them in the expressions, that are assumed to lie
+    /// between such bounds.
+    fn signs_of_angles(&self, pool: &mut Pool, roots: &[ExprId]) -> Vec<Assumption> {
+        let mut angles = BTreeSet::new();
+        for e in pool.reachable(roots) {
+            let Node::Function(Function::Sin | Function::Cos | Function::Tan, angle) = *pool.node(e) else { continue };
+            angles.insert(angle);
+            angles.extend(pool.terms(angle).iter().map(|(term, _)| *term));
+        }
+        let mut found = Vec::new();
+        for angle in angles {
+            let Some(ends) = self.bounds(pool, angle) else { continue };
+            let quarters =
+                |from: i64, to: i64| [from, to].map(|quarters| Number::ratio(quarters, 2).unwrap_or_default());
+            for (function, [from, to]) in
+                [(Function::Sin, quarters(0, 2)), (Function::Cos, quarters(-1, 1)), (Function::Tan, quarters(0, 1))]
+            {
+                let pi = pool.pi();
+                let (from, to) = (pool.scale(pi, &from), pool.scale(pi, &to));
+                let [low, high] = [pool.sub(ends[0], from), pool.sub(to, ends[1])];
+                if [low, high].into_iter().all(|own| is_nonnegative(pool, own)) {
+                    let (left, right) = (pool.apply(function, angle), pool.zero());
+                    let relation = Comparison::Greater;
+                    found.push(Assumption { left, relation, right, span: Span::default(), follows: true });
+                }
+            }
+        }
+        found
+    }
+
+    /// Numbers between which the assumptions say that an expression of one parameter lies; both are left out.
+    fn bounds(&self, pool: &mut Pool, e: ExprId) -> Option<[ExprId; 2]> {
+        let symbol =
+            self.parameters.iter().map(|own| own.symbol).find(|own| pool.depends_on(e, &|symbol| symbol == *own))?;
+        let slope = pool.diff(e, symbol);
+        let is_falling = pool.as_number(slope)?.is_negative();
+        let own = pool.symbol_expr(symbol);
+        let bound = |is_upper: bool| {
+            self.assumptions.iter().find_map(|assumed| match assumed.relation {
+                Comparison::Greater if !is_upper && assumed.left == own => Some(assumed.right),
+                Comparison::Greater if is_upper && assumed.right == own => Some(assumed.left),
+                Comparison::Less if is_upper && assumed.left == own => Some(assumed.right),
+                Comparison::Less if !is_upper && assumed.right == own => Some(assumed.left),
+                _ => None,
+            })
+        };
+        let [low, high] = [bound(is_falling)?, bound(!is_falling)?].map(|bound| {
+            let put_in = [(symbol, bound)].into_iter().collect();
+            pool.substitute_one(e, &put_in)
+        });
+        Some([low, high])
+    }
+}
+
+/// Whether a number is proved not to be negative.
+fn is_nonnegative(pool: &Pool, number: ExprId) -> bool {
+    pool.vanishes(number) || evaluate_closed::<Big>(pool, number, BITS).is_some_and(|value| value.is_positive())
 }
 
 /// With b - a and c - b, c - a is not negative: sums of two in which something cancels.

@@ -390,6 +390,7 @@ impl<'a> Elaborator<'a> {
             families: self.world.coordinate_families.iter().flat_map(coordinate_families).collect(),
             coordinates: self.world.coordinates,
             parameters: self.world.parameters,
+            named: self.world.lets.iter().map(|own| own.family.name.clone()).collect(),
             symbols: self.world.kinds,
             kinetic: if is_lagrangian { lagrangian } else { kinetic },
             potential,

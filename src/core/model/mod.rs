@@ -119,6 +119,8 @@ pub struct Model {
     pub families: Vec<CoordinateFamily>,
     /// The parameters in the order of declaration.
     pub parameters: Vec<Parameter>,
+    /// The names of expressions, of families without indices, in the order of declaration.
+    pub named: Vec<String>,
     /// What the symbols of the pool stand for.
     pub symbols: Symbols,
     /// The kinetic energy, or the whole `lagrangian`.

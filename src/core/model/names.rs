@@ -504,13 +504,14 @@ impl Model {
         Local::new(symbol, velocity)
     }
 
-    /// The first of some names that no parameter and no coordinate has, to name what the model itself does not speak of.
+    /// The first of some names that no parameter, no coordinate and no expression has, to name what the model itself does not speak of.
     #[must_use]
     pub(crate) fn unused_name(&self, names: &[&str]) -> String {
         let parameters = self.parameters.iter().map(|p| p.name.as_str());
         let coordinates = self.coordinates.stems();
-        let taken: BTreeSet<&str> =
-            parameters.chain(coordinates).map(|name| name.split('[').next().unwrap_or(name)).collect();
+        let named = self.named.iter().map(String::as_str);
+        let all = parameters.chain(coordinates).chain(named);
+        let taken: BTreeSet<&str> = all.map(|name| name.split('[').next().unwrap_or(name)).collect();
         let free = names.iter().find(|name| !taken.contains(**name));
         // All of them taken: a name that is too long for anybody to have chosen.
         free.map_or_else(|| format!("{}_of_the_derivation", names.first().unwrap_or(&"")), ToString::to_string)

@@ -10,7 +10,7 @@ use crate::modes::exponents::{
     exponents_without_inertia, finish,
 };
 use crate::modes::{Kind, ModesError, Options, Stability};
-use crate::precision::{Ball, Big, Complex, Enclosure, Integers, Magnitude, quadratic_form};
+use crate::precision::{Ball, Big, Complex, Enclosure, Integers, Magnitude, System, quadratic_form};
 
 /// The model as a source of matrices.
 #[derive(Clone, Copy)]
@@ -98,7 +98,7 @@ pub(super) fn without_inertia(linearized: &Linearized, options: &Options) -> Opt
     let problem = QuadraticProblem { zero_vectors: Vec::new(), unmoved: Vec::new(), ..problem };
     let mut found = exponents_without_inertia(&problem, &integers, options)?;
     found.entries.truncate(options.lowest.unwrap_or(usize::MAX));
-    found.entries.iter_mut().for_each(|entry| normalise(entry, &problem.mass));
+    found.entries.iter_mut().for_each(|entry| normalise(entry, &problem));
     Some(in_words(linearized, found, Vec::new()))
 }
 
@@ -181,7 +181,7 @@ fn flowing(
             found = paired(found, linearized.mode_count(), &every);
         }
         found.entries.truncate(options.lowest.unwrap_or(usize::MAX));
-        found.entries.iter_mut().for_each(|entry| normalise(entry, &problem.mass));
+        found.entries.iter_mut().for_each(|entry| normalise(entry, problem));
         return Ok(found);
     }
     let reason = "coordinates without inertia beside friction lead to exponents that bounds do not tell apart";
@@ -227,9 +227,12 @@ fn paired(found: Exponents, modes: usize, options: &Options) -> Exponents {
     found
 }
 
+/// Above this share of xᴴMx that rounding may be, the vector is solved for once more.
+const MOST_SLACK: f64 = 1e-12;
+
 /// Brings a vector to xᴴMx = 1 for a mass matrix that is singular; to a largest component of 1 where it has no inertia.
-fn normalise(entry: &mut Exponent, mass: &[Ball]) {
-    let (x, n) = (&entry.vector, entry.vector.len());
+fn normalise(entry: &mut Exponent, problem: &QuadraticProblem) {
+    let (x, n, mass) = (&entry.vector, entry.vector.len(), &problem.mass);
     if n == 0 {
         return;
     }
@@ -244,13 +247,68 @@ fn normalise(entry: &mut Exponent, mass: &[Ball]) {
     let largest = x.iter().fold(0.0_f64, |most, x| most.max(x.re.hypot(x.im)));
     // With x off by e in each component xᴴMx is off by 2 e Σ|M||x| to first order, and its root by half of that beside itself.
     let slack = 1.01 * entry.vector_error_bound * slope / square + (n * n) as f64 * 4.0 * f64::EPSILON;
-    let (size, share) =
-        if square > 0.0 && slack < 0.1 { (square.sqrt(), slack) } else { (largest, 4.0 * f64::EPSILON) };
+    let moves_masses = square > 0.0;
+    if moves_masses
+        && slack > MOST_SLACK
+        && let Some((vector, bound)) = solved_for(entry, problem)
+    {
+        (entry.vector, entry.vector_error_bound) = (vector, bound);
+        return;
+    }
+    let (size, share) = match slack < 0.1 {
+        true => (square.sqrt(), slack),
+        false if moves_masses => (largest, f64::INFINITY),
+        false => (largest, 4.0 * f64::EPSILON),
+    };
     if size <= 0.0 {
         return;
     }
     entry.vector.iter_mut().for_each(|x| *x /= size);
     entry.vector_error_bound = (entry.vector_error_bound + 1.3 * share * largest) / size * (1.0 + 8.0 * f64::EPSILON);
+}
+
+/// The vector of a single exponent with xᴴMx = 1 and a bound of its components, from all equations but one, with its largest component
+/// put to 1: masses may move by less than the bound of a vector of doubles. `None` where the equations, or the inertia, are not known
+/// well enough.
+fn solved_for(entry: &Exponent, problem: &QuadraticProblem) -> Option<(Vec<c64>, f64)> {
+    let n = problem.dimension;
+    let size = |i: &usize| entry.vector[*i].re.hypot(entry.vector[*i].im);
+    let fixed = (0..n).max_by(|i, j| size(i).total_cmp(&size(j)))?;
+    let s = Complex::new(entry.growth, entry.omega);
+    let of = |i: usize, j: usize| {
+        let [mass, velocity, stiffness] =
+            [&problem.mass, &problem.velocity, &problem.stiffness].map(|own| own[i + n * j]);
+        let rest = s.times(&velocity).add(&Complex::new(stiffness, Ball::ZERO));
+        s.mul(&s).times(&mass).add(&rest)
+    };
+    // Real and imaginary parts side by side: [Re, -Im; Im, Re].
+    let without = |left_out: usize| {
+        let entry = |at: usize| {
+            let (row, column) = (at / (2 * n), at % (2 * n));
+            let (i, j) = (row % n, column % n);
+            if i == left_out {
+                let is_fixed = j == fixed && (row < n) == (column < n);
+                return if is_fixed { Ball::ONE } else { Ball::ZERO };
+            }
+            let own = of(i, j);
+            match (row < n, column < n) {
+                (true, true) | (false, false) => own.re,
+                (true, false) => -own.im,
+                (false, true) => own.im,
+            }
+        };
+        let mut right = vec![Ball::ZERO; 2 * n];
+        right[left_out] = Ball::ONE;
+        System::new(2 * n, (0..4 * n * n).map(entry).collect())?.solve(&right)
+    };
+    let parts = [fixed].into_iter().chain((0..n).filter(|i| *i != fixed)).find_map(without)?;
+    let (re, im) = parts.split_at(n);
+    let inertia = quadratic_form(&problem.mass, n, re, ()) + quadratic_form(&problem.mass, n, im, ());
+    let unit = inertia.is_positive().then(|| Ball::ONE / inertia.sqrt())?;
+    let own: Vec<Complex<Ball>> = re.iter().zip(im).map(|(x, y)| Complex::new(*x, *y).times(&unit)).collect();
+    let off = |x: &Complex<Ball>| x.radius().to_f64() + f64::EPSILON * x.re.abs_upper().hypot(x.im.abs_upper());
+    let bound = own.iter().map(off).fold(0.0, f64::max).next_up();
+    Some((own.iter().map(Complex::to_c64).collect(), bound))
 }
 
 fn mode(linearized: &Linearized, entry: Exponent) -> NormalMode {

@@ -56,9 +56,10 @@ impl Notation {
     /// `V` are symbols like others.
     #[must_use]
     pub fn read_relation(&self, text: &str) -> Option<Formula> {
-        const SIGNS: [(&str, Sign); 7] = [
+        const SIGNS: [(&str, Sign); 8] = [
             ("; or ", Sign::Or),
             (", if ", Sign::If),
+            (" != ", Sign::Comparison(Comparison::NotEqual)),
             (" <= ", Sign::Comparison(Comparison::LessEqual)),
             (" >= ", Sign::Comparison(Comparison::GreaterEqual)),
             (" < ", Sign::Comparison(Comparison::Less)),

@@ -286,17 +286,20 @@ impl<'a> Task<'a> {
     }
 
     /// The equilibria in the box that are proved.
-    fn nodes(&self, findings: &'a Findings) -> impl Iterator<Item = Node> + use<'a, '_> {
+    fn nodes<'b>(&'b self, findings: &'b Findings) -> impl Iterator<Item = Node> {
+        self.proved(findings).filter_map(|(root, at)| Some(Node { root: root.clone(), equilibrium: self.placed(&at)? }))
+    }
+
+    /// The equilibria that are proved, or one of the family that each belongs to.
+    fn proved<'b>(&'b self, findings: &'b Findings) -> impl Iterator<Item = (&'b Root, Vec<Ball>)> {
         let inside = |root: &&Root| root.at.iter().zip(&self.sides()).all(|(x, side)| may_lie(x, side.as_ref()));
         // With all multipliers turned it is the same equilibrium.
         let counts = |root: &&Root| root.at.get(self.searched.len()).is_none_or(Ball::is_positive);
         let vanishes = |root: &&Root| self.rotations.is_equilibrium(&self.embedded(&root.at)) == Some(true);
         let proved = findings.roots.iter().filter(inside).filter(counts).filter(vanishes);
         let alike =
-            |root: &'a Root| self.rotations.exchanges(&self.embedded(&root.at)).into_iter().map(move |at| (root, at));
-        proved
-            .flat_map(alike)
-            .filter_map(|(root, at)| Some(Node { root: root.clone(), equilibrium: self.placed(&at)? }))
+            |root: &'b Root| self.rotations.exchanges(&self.embedded(&root.at)).into_iter().map(move |at| (root, at));
+        proved.flat_map(alike)
     }
 
     /// Places that a search did not decide.
@@ -305,7 +308,32 @@ impl<'a> Task<'a> {
         let is_singular = |root: &&Root| root.at.get(self.searched.len()).is_some_and(Ball::contains_zero);
         let is_open = |root: &&Root| self.rotations.is_equilibrium(&self.embedded(&root.at)).is_none();
         let singular = findings.roots.iter().filter(|root| is_singular(root) || is_open(root)).map(|root| &root.region);
-        gathered(findings.undecided.iter().chain(singular))
+        // Of a family no member was found in the box, nor shown that none lies there.
+        let may_be_inside = |at: &[Ball]| self.placed(at).is_none() && !self.stays_outside(at);
+        let families = self.proved(findings).filter(|(_, at)| may_be_inside(at)).map(|(root, _)| &root.region);
+        gathered(findings.undecided.iter().chain(singular).chain(families))
+    }
+
+    /// Whether no translation and no rotation that changes nothing brings an equilibrium into the box.
+    fn stays_outside(&self, point: &[Ball]) -> bool {
+        let sides = &self.region.sides;
+        if self.rotations.stay_outside(point, sides, !self.slices.is_empty()) {
+            return true;
+        }
+        self.slices.iter().enumerate().any(|(number, slice)| {
+            let moves = |other: &Slice, at: usize| other.direction[at] != 0.0;
+            let alone = |at: usize| self.slices.iter().enumerate().all(|(k, own)| (k == number) == moves(own, at));
+            let (mut least, mut most) = (f64::NEG_INFINITY, f64::INFINITY);
+            for at in (0..point.len()).filter(|at| alone(*at) && !self.rotations.turn(*at)) {
+                let Some([from, to]) = sides[at] else { continue };
+                let ends = [from, to].map(|end| (end - point[at]) / Ball::exact(slice.direction[at]));
+                // The direction may be rounded.
+                let slack = 1e-9 * (ends[0].abs_upper() + ends[1].abs_upper());
+                least = least.max(ends[0].lower().min(ends[1].lower()) - slack);
+                most = most.min(ends[0].upper().max(ends[1].upper()) + slack);
+            }
+            least > most
+        })
     }
 
     /// The ranges of what is searched for; none where slices let it be further out.

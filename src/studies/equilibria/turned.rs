@@ -177,6 +177,28 @@ impl Rotations {
         self.bodies.iter().flatten().all(|at| point[*at].contains_zero())
     }
 
+    /// Whether a coordinate turns into others.
+    pub(super) fn turn(&self, at: usize) -> bool {
+        self.bodies.iter().flatten().any(|own| *own == at)
+    }
+
+    /// Whether however bodies are turned, and with `moved` moved together, one of them is out of the box: farther from the centre than its
+    /// corners, or from another one than these from each other.
+    pub(super) fn stay_outside(&self, point: &[Ball], sides: &[Option<[Ball; 2]>], moved: bool) -> bool {
+        let place = |body: &Vec<usize>| body.iter().map(|at| point[*at]).collect::<Vec<Ball>>();
+        let square = |own: &[Ball]| own.iter().fold(Ball::ZERO, |sum, x| sum + *x * *x);
+        let corner = |body: &Vec<usize>| -> Vec<Ball> {
+            body.iter().map(|at| sides[*at].map_or(Ball::exact(f64::INFINITY), |[_, to]| to)).collect()
+        };
+        let is_beyond = |body: &Vec<usize>| (square(&place(body)) - square(&corner(body))).is_positive();
+        let are_apart = |a: &Vec<usize>, b: &Vec<usize>| {
+            let between: Vec<Ball> = place(a).iter().zip(place(b)).map(|(x, y)| *x - y).collect();
+            (square(&between) - square(&corner(a)).scale(2)).is_positive()
+        };
+        !moved && self.bodies.iter().any(is_beyond)
+            || self.bodies.iter().enumerate().any(|(i, a)| self.bodies[..i].iter().any(|b| are_apart(a, b)))
+    }
+
     /// `rotation changes`, before `nothing`.
     pub(super) fn words(&self) -> &'static str {
         if self.bodies.first().is_some_and(|body| body.len() == 2) { "rotation changes" } else { "rotations change" }
@@ -187,10 +209,9 @@ impl Rotations {
     pub(super) fn may_carry(&self, a: &[Ball], b: &[Ball]) -> bool {
         let body = |at: usize, point: &[Ball]| self.bodies[at].iter().map(|at| point[*at]).collect::<Vec<Ball>>();
         let alike = |of: &dyn Fn(&[Ball]) -> Ball| (of(a) - of(b)).contains_zero();
-        let turns = |at: usize| self.bodies.iter().flatten().any(|own| *own == at);
         let all = 0..self.bodies.len();
         !self.is_empty()
-            && (0..a.len()).all(|at| turns(at) || alike(&|point| point[at]))
+            && (0..a.len()).all(|at| self.turn(at) || alike(&|point| point[at]))
             && all.clone().all(|i| {
                 (i..all.end).all(|j| {
                     let cross = |point: &[Ball]| cross(&body(i, point), &body(j, point));

@@ -18,6 +18,9 @@ use librate_core::precision::{Ball, Complex, Enclosure, Scalar};
 
 /// Pieces of the range are not halved more often: two maxima so close are taken for one.
 const NARROWEST: usize = 34;
+/// Pieces at the ends of the range, whose slope may be 0 right there, and how often what lies behind them is halved at least.
+const AT_ENDS: usize = 100;
+const BEHIND_ENDS: usize = 24;
 /// Multiplications for one output, and pieces that are examined.
 const MOST_WORK: f64 = 3e7;
 const MOST_PIECES: f64 = 5e4;
@@ -183,20 +186,24 @@ impl Search<'_> {
             return (narrow, undecided);
         }
         // Wide pieces first: where nothing can be decided shall not take the time of all others.
-        let mut open = VecDeque::from([(0, [Number::ZERO, Number::ONE])]);
-        while let Some((depth, piece)) = open.pop_front() {
+        let mut open = VecDeque::from([(0, AT_ENDS, [Number::ZERO, Number::ONE])]);
+        while let Some((depth, narrowest, piece)) = open.pop_front() {
             left -= 1.0;
             let sample = self.sample(&piece, None);
             if sample.is_some_and(|own| !own.slope.contains_zero()) {
                 continue;
             }
-            if depth == NARROWEST || left < 0.0 {
+            if depth >= narrowest || left < 0.0 {
                 if left < 0.0 { &mut undecided } else { &mut narrow }.push(piece);
                 continue;
             }
             let half = middle(&piece);
             let [from, to] = piece;
-            open.extend([(depth + 1, [from, half.clone()]), (depth + 1, [half, to])]);
+            let depth = depth + 1;
+            open.extend([[from, half.clone()], [half, to]].map(|own| {
+                let is_at_end = own[0].is_zero() || own[1].is_one();
+                (depth, if is_at_end { AT_ENDS } else { NARROWEST.max(depth + BEHIND_ENDS) }, own)
+            }));
         }
         (joined(narrow), joined(undecided))
     }
