@@ -492,6 +492,10 @@ impl Page {
                 self.parts.push(Part::List(title.to_owned(), ticked(searched)));
             }
         }
+        if let Some((coordinate, force)) = &linear.at_values {
+            let title = format!("it is one at these values; the force on `{coordinate}` there is");
+            self.parts.push(section(&title, [force.clone()]));
+        }
         self.inline("multipliers at the equilibrium", multipliers);
     }
 }

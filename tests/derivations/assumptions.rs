@@ -106,3 +106,31 @@ fn values_have_to_agree() {
     let text = "param a : m = 2, b : kg = 1  coord x : m  assume a > b  T = 1/2*b*x'^2  V = 0";
     assert!(model(text).unwrap_err()[0].code.unwrap().starts_with("E02"));
 }
+
+/// What angles between bounds say of their sines, without being told so.
+#[test]
+fn signs_of_angles() {
+    let conditions = |assumed: &str, stiffness: &str| {
+        let text = format!("param al, k assume k > 0 {assumed} coord x  T = 1/2*x'^2  V = 1/2*k*({stiffness})*x^2");
+        let derivation = derived(&text);
+        let stability = derivation.linear.unwrap().exponents.unwrap().stability.unwrap();
+        stability.iter().filter(|own| own.open.is_some()).count()
+    };
+    for (assumed, stiffness, open) in [
+        ("assume al > 0, al < pi/2", "sin(al)", 0),
+        ("assume al > 0, al < pi/2", "cos(al)*tan(al)", 0),
+        ("assume al > 0, al < pi/2", "cos(al)", 0),
+        ("assume 0 < al, al < 3", "sin(al)", 0),
+        ("assume al > -1, al < 1", "cos(al)", 0),
+        ("assume al > 0, al < 1", "sin(2*al)", 0),
+        ("assume al > 0, al < 2", "sin(2*al)", 1),
+        ("assume al > 0, al < 2", "cos(al)", 1),
+        ("assume al > 0", "sin(al)", 1),
+        ("", "cos(al)", 1),
+    ] {
+        assert_eq!(conditions(assumed, stiffness), open, "{assumed} {stiffness}");
+    }
+    let text = "param al, k assume k > 0, al > 0, al < pi/2 coord x  T = 1/2*x'^2  V = 1/2*k*sin(al)*x^2";
+    let page = derive_text(&derived(text), &Style::default());
+    assert!(page.contains("assumed: k > 0, α > 0, α < ½ π\n"), "{page}");
+}

@@ -449,3 +449,26 @@ proptest! {
         }
     }
 }
+
+/// A family that lies beside the box but for a corner of it is not called absent; one that is too large, or too far away, is.
+#[test]
+fn families_that_may_reach_the_box() {
+    let pair = "coord r[1..2, 1..3]  T = sum(a in 1..2, 1/2*dot(r[a]', r[a]'))";
+    let well = "coord r[1..3]  T = 1/2*dot(r', r')";
+    let plane = "coord x[1..4]  T = 1/2*dot(x', x')
+        V = 1/2*(-2*x[1] - 3*x[2] - 3*x[3] - 3*x[4] - 4.3)^2 + 1/2*(-3*x[1] + 2*x[2] - 2*x[3] + x[4] + 1.7)^2";
+    for (text, ranges, is_open) in [
+        // 0.967 (1, 1, 1) and its opposite are inside, and 0.99 (1, 1, 1).
+        (format!("{pair}  V = 1/2*(norm(r[2] - r[1]) - 3.35)^2"), "r=-1..1", true),
+        (format!("{pair}  V = 1/2*(norm(r[2] - r[1]) - 3.47)^2"), "r=-1..1", false),
+        (format!("{well}  V = (dot(r, r) - 2.95)^2"), "r=-1..1", true),
+        (format!("{well}  V = (dot(r, r) - 3.01)^2"), "r=-1..1", false),
+        (plane.to_owned(), "x=-1..1", true),
+        ("coord x, y  T = 1/2*(x'^2 + y'^2)  V = (x - y - 3)^2".to_owned(), "x=-1..1, y=-1..1", false),
+    ] {
+        let found = of(&text, ranges);
+        let others = found.equilibria.iter().filter(|own| own.isolated != Some(true)).count();
+        assert_eq!(!found.complete, is_open, "{text}: {found:?}");
+        assert!(is_open || others == 0, "{text}: {found:?}");
+    }
+}

@@ -77,3 +77,31 @@ fn pools_go_to_other_threads() {
     fn check<T: Send + Sync + Clone + Default + std::fmt::Debug>() {}
     check::<Pool>();
 }
+
+/// 1009, 1013 and 1021 are primes beyond those that are tried as factors: a root of a product of two is the product of the roots of the two.
+#[test]
+fn roots_of_composite_numbers() {
+    use librate::expr::ZeroVerdict;
+    let mut pool = Pool::default();
+    let mut root = |number: i64| {
+        let number = pool.integer(number);
+        pool.sqrt(number)
+    };
+    let (a, b, c) = (root(1009), root(1013), root(1021));
+    let (ab, ac, aab) = (root(1009 * 1013), root(1009 * 1021), root(1009 * 1009 * 1013));
+    let (over, under) = (pool.div(ab, ac), pool.div(b, c));
+    let product = pool.mul(a, b);
+    let multiple = pool.scale(b, &Number::from(1009));
+    for (one, other) in [(over, under), (ab, product), (aab, multiple)] {
+        let (difference, sum) = (pool.sub(one, other), pool.add(one, other));
+        assert_eq!(pool.is_zero(difference), ZeroVerdict::Zero, "{}", pool.display(difference));
+        assert_ne!(pool.is_zero(sum), ZeroVerdict::Zero, "{}", pool.display(sum));
+    }
+    let sum = pool.add(ab, b);
+    assert_ne!(pool.is_zero(sum), ZeroVerdict::Zero);
+    // What is 0 modulo the prime alone.
+    let prime = pool.number(Number::parse(&PRIME.to_string()).unwrap());
+    let x = pool.variable("x");
+    let multiple = pool.mul(prime, x);
+    assert_ne!(pool.is_zero(multiple), ZeroVerdict::Zero);
+}

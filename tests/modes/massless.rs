@@ -254,3 +254,18 @@ fn nodes_under_constraints_follow_in_any_order() {
     }
     check("coord x, a, b, c  T = 1/2*x'^2  V = (a^2 + b^2 + c^2)/2  constraint x = a + b + c", 2, &["1/3"]);
 }
+
+/// Of a relaxation whose coordinate moves 1e14 times as far as the mass it drags along: y/x = m s²/k + 2.
+#[test]
+fn what_hardly_moves_a_mass_is_normalised_by_it() {
+    for (friction, rate) in [("1e-5", 1e9), ("2e-5", 5e8), ("1e-4", 1e8)] {
+        let (_, normal) = solved(&format!(
+            "coord x, y  T = 1/2*x'^2  V = 1/2*1e4*x^2 + 1/2*1e4*(x - y)^2  dissipation = 1/2*{friction}*y'^2"
+        ));
+        let own = normal.modes.iter().find(|own| own.growth.mid_f64() < -0.9 * rate).unwrap();
+        let ratio = 1e-4 * own.growth.mid_f64().powi(2) + 2.0;
+        let [x, y] = own.vector[..] else { panic!("{own:?}") };
+        assert!((x - 1.0).abs() <= own.vector_error_bound && (y - ratio).abs() <= own.vector_error_bound, "{own:?}");
+        assert!(own.vector_error_bound <= 1e-14 * ratio, "{own:?}");
+    }
+}

@@ -526,3 +526,18 @@ fn a_ball_falls_at_its_terminal_velocity() {
     let faster = linearize(common::model(&format!("{ball}  equilibrium z' = -2*m*g/c"))).unwrap_err();
     assert_eq!(Diagnostic::from(&faster).code, Some("E0317"));
 }
+
+/// With x' = 2: p'' = -p, y' = 2 p, s' = 2 p - 2 s.
+#[test]
+fn a_trailer_follows_at_a_constant_speed() {
+    let found = of_text(
+        "coord x, y, p, s  T = 1/2*(x'^2 + y'^2 + p'^2 + s'^2)  V = 1/2*p^2
+        constraint y'*cos(p) = x'*sin(p)  constraint y' = s' + x'*s  equilibrium x' = 2",
+    );
+    let told: Vec<(Kind, f64, f64)> =
+        found.modes.iter().map(|own| (own.kind, own.omega.mid_f64(), own.growth.mid_f64())).collect();
+    assert!(told.contains(&(Kind::Oscillation, 1.0, 0.0)), "{told:?}");
+    let falling = told.iter().find(|own| own.0 == Kind::Overdamped).unwrap();
+    assert!((falling.2 + 2.0).abs() < 1e-15, "{told:?}");
+    assert!(told.iter().all(|own| own.0 == Kind::Zero || own.1 == 1.0 || own == falling), "{told:?}");
+}

@@ -204,11 +204,13 @@ fn what_can_not_be_proved_is_told() {
     let plate = model("coord x  T = 1/2*x'^2  V = abs(x)  guess x = 1");
     let planet = model("coord x, y  T = 1/2*(x'^2 + y'^2)  V = -1/sqrt(x^2 + y^2)");
     let angle = model("coord x, y  T = 1/2*(x'^2 + y'^2)  V = atan2(y, x)^2  guess x = 1");
+    let saw = model("coord x  T = 1/2*x'^2  V = 0  force x = atan2(sin(t), cos(t))");
     for (model, from, until, last) in [
         // sqrt 2; a quarter of a period of a fall from 1; the jump of an angle, after a tenth.
         (&plate, "x=1", "3", std::f64::consts::SQRT_2),
         (&planet, "x=1", "3", 1.110_720_8),
         (&angle, "x=-1, y=1, y'=-10", "1", 0.105),
+        (&saw, "x=0", "8", std::f64::consts::PI),
     ] {
         let error = proved(model, from, until, 4, 10).unwrap_err();
         let MotionError::NotProved { reached, .. } = &error else {

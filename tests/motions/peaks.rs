@@ -203,3 +203,15 @@ proptest! {
         }
     }
 }
+
+/// The slope may vanish at an end of the range: what lies close to it is found all the same.
+#[test]
+fn a_resonance_beside_an_end() {
+    let text = "coord x  T = 1/2*x'^2  V = 1/2*x^2";
+    for over in ["omega=0..1.00000000001", "omega=0..1e11"] {
+        let [found] = &peaks(text, Some("x"), over)[..] else { panic!() };
+        let [place] = &of(PeakKind::Resonance, found)[..] else { panic!("{over}: {found:?}") };
+        is(place, 1.0);
+        assert!(found.undecided.is_empty(), "{over}: {:?}", found.undecided);
+    }
+}

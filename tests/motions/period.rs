@@ -610,3 +610,16 @@ fn phase_portraits_are_curves_of_constant_energy() {
     // Energy is lost: there is none.
     assert!(portrait("coord q  T = 1/2*q'^2  V = q^2/2  dissipation = q'^2", "q=-1..1").is_empty());
 }
+
+/// An angle jumps by 2 pi where its point crosses the negative axis, and so does an energy or an inertia that has it.
+#[test]
+fn jumps_of_angles_are_told() {
+    for (text, from) in [
+        ("coord x  T = 1/2*x'^2  V = 1/2*x^2 + 1/10*atan2(x - 1, -1)", "2"),
+        ("coord x  T = 1/2*x'^2  V = 1/2*x^2 + 1/10*atan2(sin(x), cos(x))", "4"),
+        ("coord x  T = 1/2*(1 + 1/10*atan2(sin(x), cos(x)))*x'^2  V = 1/2*x^2", "4"),
+    ] {
+        let error = oscillator(text).period(&amplitude(from), &Options::default()).unwrap_err();
+        assert!(matches!(error, librate::period::PeriodError::NotSmooth { .. }), "{text}: {error}");
+    }
+}

@@ -249,6 +249,8 @@ pub struct Linear {
     pub equilibrium: Vec<ExprId>,
     /// Whether such coordinates were not searched for, since parameters have no values.
     pub open: bool,
+    /// A force that vanishes there at the values of the parameters alone, in the model language, with the name of its coordinate.
+    pub at_values: Option<(String, String)>,
     /// The mass matrix, row by row.
     pub mass: Vec<Vec<ExprId>>,
     /// The stiffness matrix, row by row.
@@ -349,6 +351,7 @@ fn derivation(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
             let linear = Linear {
                 equilibrium: matrices.equilibrium,
                 open: matrices.open,
+                at_values: matrices.at_values,
                 mass: matrices.mass,
                 stiffness: matrices.stiffness,
                 gyroscopic: matrices.gyroscopic,

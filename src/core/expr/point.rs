@@ -340,23 +340,34 @@ impl Point<'_> {
         let mut root = 1;
         for factor in number.factors() {
             let is_small = is_small(&factor.base, SMALL_PRIMES);
-            let base = match &self.plan.large_factors {
+            let power = u64::from(factor.multiplicity);
+            let share = match &self.plan.large_factors {
                 Some(large) if degree == 2 && !is_small && !large.is_empty() => {
-                    let mut rest = factor.base.clone();
-                    let mut product = 1;
-                    for own in large {
-                        let over = own.recip()?;
-                        while let Some(quotient) = Some(rest.mul(&over)).filter(Number::is_integer) {
-                            rest = quotient;
-                            product = mul_mod(product, self.root_of_factor(own, degree)?);
-                        }
-                    }
-                    product
+                    self.root_of_product(&factor.base, large, power)?
                 }
-                None if degree == 2 && !is_small => self.root(residue(&factor.base)?, degree),
-                Some(_) | None => self.root_of_factor(&factor.base, degree)?,
+                None if degree == 2 && !is_small => pow_mod(self.root(residue(&factor.base)?, degree), power),
+                Some(_) | None => pow_mod(self.root_of_factor(&factor.base, degree)?, power),
             };
-            root = mul_mod(root, pow_mod(base, u64::from(factor.multiplicity)));
+            root = mul_mod(root, share);
+        }
+        Some(root)
+    }
+
+    /// A power of the square root of a product of some numbers without common factors.
+    fn root_of_product(&mut self, product: &Number, factors: &[Number], power: u64) -> Option<u64> {
+        let mut rest = product.clone();
+        let mut root = 1;
+        for own in factors {
+            let over = own.recip()?;
+            let mut times = 0;
+            while let Some(quotient) = Some(rest.mul(&over)).filter(Number::is_integer) {
+                rest = quotient;
+                times += power;
+            }
+            root = mul_mod(root, pow_mod(residue(own)?, times / 2));
+            if times % 2 == 1 {
+                root = mul_mod(root, self.root_of_factor(own, 2)?);
+            }
         }
         Some(root)
     }

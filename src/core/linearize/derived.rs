@@ -144,6 +144,8 @@ fn open_point(
     }
     if left.is_none() && !expressions.is_empty() {
         let mut balanced = point.clone();
+        let visible = point.len() - expressions.len();
+        balanced[visible..].fill(model.pool.zero());
         let mut pool = model.pool.clone();
         if multipliers::put_in(model, assembly, &mut pool, &mut balanced, expressions).is_some() {
             let own = std::mem::replace(&mut model.pool, pool);
@@ -232,6 +234,10 @@ fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
     assembly.forget_what_vanishes(&mut model, &point);
     let mut matrices = symbolic::matrices_at(&model, model.pool.clone(), &assembly, &point);
     matrices.open = open;
+    if !settled && !open {
+        let left = symbolic::force_left(&model, &assembly, &point);
+        matrices.at_values = left.map(|own| (model.coordinates.at(own.number).name(), own.force));
+    }
     if matrices.are_undefined()
         && let Some(error) = assembly.undefined_in_symbols(&model, &point)
     {

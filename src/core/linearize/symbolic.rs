@@ -33,6 +33,8 @@ pub struct SymbolicMatrices {
     pub equilibrium: Vec<ExprId>,
     /// Whether such coordinates were not searched for, since parameters have no values.
     pub(crate) open: bool,
+    /// A force that vanishes there at the values of the parameters alone, with the name of its coordinate.
+    pub(crate) at_values: Option<(String, String)>,
     /// The mass matrix, row by row.
     pub mass: Vec<Vec<ExprId>>,
     /// The stiffness matrix, row by row.
@@ -409,6 +411,7 @@ pub(super) fn matrices_at(model: &Model, mut pool: Pool, assembly: &Assembly, po
         coordinates: model.coordinates.names().collect(),
         equilibrium: point.to_vec(),
         open: false,
+        at_values: None,
         constraints: None,
         rolling: None,
         mass,

@@ -19,7 +19,7 @@ use librate_core::precision::{Ball, Complex, Enclosure, Scalar};
 /// Pieces of the range are not halved more often: two maxima so close are taken for one.
 const NARROWEST: usize = 34;
 /// Pieces at the ends of the range, whose slope may be 0 right there, and how often what lies behind them is halved at least.
-const AT_ENDS: usize = 100;
+const AT_ENDS: usize = 70;
 const BEHIND_ENDS: usize = 24;
 /// Multiplications for one output, and pieces that are examined.
 const MOST_WORK: f64 = 3e7;
@@ -96,6 +96,11 @@ struct Search<'a> {
 
 fn middle([from, to]: &Piece) -> Number {
     from.add(to).mul(&Number::half())
+}
+
+/// A place in a piece, in thousandths of it.
+fn from_share([from, to]: &Piece, share: i64) -> Number {
+    from.add(&to.sub(from).mul(&Number::ratio(share, 1000).unwrap_or_default()))
 }
 
 /// Pieces in order, those that touch each other as one.
@@ -181,7 +186,8 @@ impl Search<'_> {
         let mut left = (MOST_WORK / self.system.balls.work_over()).min(MOST_PIECES);
         let (mut narrow, mut undecided) = (Vec::<Piece>::new(), Vec::<Piece>::new());
         // What rests over a piece of the range rests everywhere.
-        let somewhere = [333, 334].map(|share| Number::ratio(share, 1000).unwrap_or_default());
+        let somewhere = [333, 334].map(|share| from_share(&[Number::ZERO, Number::ONE], share));
+        let is_decided = |own: Sample| !own.slope.contains_zero();
         if self.eliminated(&somewhere, None, false).is_some_and(|x| x.re.is_zero() && x.im.is_zero()) {
             return (narrow, undecided);
         }
@@ -190,7 +196,12 @@ impl Search<'_> {
         while let Some((depth, narrowest, piece)) = open.pop_front() {
             left -= 1.0;
             let sample = self.sample(&piece, None);
-            if sample.is_some_and(|own| !own.slope.contains_zero()) {
+            if sample.is_some_and(is_decided) {
+                continue;
+            }
+            // So close to an end the slope may be lost in rounding.
+            let inside = [333, 334].map(|share| from_share(&piece, share));
+            if depth > NARROWEST && narrowest != AT_ENDS && !self.sample(&inside, None).is_some_and(is_decided) {
                 continue;
             }
             if depth >= narrowest || left < 0.0 {
