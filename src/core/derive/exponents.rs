@@ -251,32 +251,8 @@ impl Found<'_, '_> {
                 Some((zeros.to_vec(), self.damping_ratio(c, b, a)))
             }
             [c, _, b, _, a] if even => Some((self.of_squares(c, b, a)?, None)),
-            [e, d, c, b, a] => self.about_middle([e, d, c, b, a]),
             _ => None,
         }
-    }
-
-    /// The zeros of a polynomial that is even about the middle of its zeros, as friction in proportion to M makes it.
-    fn about_middle(&mut self, [e, d, c, b, a]: [ExprId; 5]) -> Option<(Vec<Zero>, Option<ExprId>)> {
-        let [bbb, abc, aad] = [[b, b, b], [a, b, c], [a, a, d]].map(|own| self.pool.product(&own));
-        let odd = self.pool.linear(&[(bbb, Number::ONE), (abc, Number::from(-4)), (aad, Number::from(8))]);
-        if !self.pool.vanishes(odd) {
-            return None;
-        }
-        let middle = self.quotient(b, a, Number::half().mul(&Number::half()).neg());
-        let square = self.pool.square(middle);
-        let [aq, cq, dm] = [[a, square], [c, square], [d, middle]].map(|own| self.pool.product(&own));
-        let aqq = self.pool.mul(aq, square);
-        let second = self.pool.short(|pool| pool.linear(&[(c, Number::ONE), (aq, Number::from(-6))]));
-        let last = [(e, 1), (dm, 1), (cq, 1), (aqq, -3)].map(|(own, factor)| (own, Number::from(factor)));
-        let last = self.pool.short(|pool| pool.linear(&last));
-        // Roots within roots help nobody.
-        let [_, square, _] = self.middle(last, second, a);
-        if !root(self.pool, square).1 {
-            return None;
-        }
-        let zeros = self.of_squares(last, second, a)?.into_iter();
-        Some((zeros.map(|(real, imaginary)| (self.pool.add(middle, real), imaginary)).collect(), None))
     }
 
     /// -b/2a, its square less c/a, and c/a.

@@ -1,27 +1,12 @@
 //! How well the numbers of a model determine a frequency.
 //!
-//! Near a bifurcation ω² is the small difference of large terms, and a small change of a parameter is a
-//! large one of ω². Two questions are answered, the second only where the first gives reason to ask:
-//! how large the terms of xᵀKx are beside their sum, from the elements in doubles; and which parameter
-//! matters most, from the first-order change of ω², the motion of the equilibrium included. Nothing here
-//! is a bound; a leading digit is all that is asked for.
+//! Near a bifurcation ω² is the small difference of large terms, and a small change of one of these is a
+//! large one of ω²: how large the terms of xᵀKx are beside their sum is told by the elements, in doubles.
+//! It is no bound; a leading digit is all that is asked for.
 
 use super::Linearized;
 use super::assemble::{Part, Values, head};
-use super::constrained::solve;
-use super::equilibrium::Origin;
-use super::existence::Proof;
-use super::parameters::{Formulas, parameters_of};
-use crate::precision::{Ball, Big, Scalar, quadratic_form};
-
-/// A parameter is changed by this power of 1/2 ...
-const SHIFT: i64 = 120;
-
-/// ... in numbers of so many bits: what changes is known to better than any double.
-const BITS: usize = 384;
-
-/// Products of so many entries of matrices are not worth a warning.
-const MOST_WORK: usize = 2_000_000;
+use crate::precision::{Ball, Scalar};
 
 /// A mode to be judged.
 pub(crate) struct Shape<'a> {
@@ -95,97 +80,5 @@ impl Linearized {
         });
         let ratio = |(sum, shape): (f64, &Shape<'_>)| sum / shape.square.abs();
         sums.into_iter().zip(shapes).map(ratio).collect()
-    }
-
-    /// The parameter that ω² depends on most, and |p/ω² dω²/dp|: dω² = xᵀ(dK - ω² dM)x for xᵀMx = 1, with M
-    /// and K at the equilibrium of the changed parameter. `None` where that can't be told or is too much work.
-    pub(crate) fn most_sensitive(&self, shape: &[f64]) -> Option<(usize, f64)> {
-        let model = &self.model;
-        let mut roots: Vec<_> = self.assembly.families.iter().map(|f| f.effective).collect();
-        roots.extend(self.assembly.families.iter().flat_map(|family| {
-            let inertia = family.inertia.iter().flat_map(|element| element.entries());
-            inertia.chain(family.terms.constants.iter().copied())
-        }));
-        let given = model.equilibria.given().map(|given| given.symbolic);
-        roots.extend(given);
-        let parameters = parameters_of(model, &roots);
-        let size = shape.len() * shape.len() + self.assembly.families.len();
-        if size * parameters.len() > MOST_WORK {
-            return None;
-        }
-        let proof = self.equilibrium.proof.as_deref();
-        let searched = self.equilibrium.origins.contains(&Origin::Found);
-        if searched && !self.equilibrium.proved {
-            return None;
-        }
-        let bits = BITS.max(proof.map_or(0, |proof| proof.bits + 128));
-        let vector: Vec<Big> = shape.iter().map(|x| Big::from_f64(*x, bits)).collect();
-        let quotient = |changed: Option<usize>| self.quotient(changed, &vector, proof, bits);
-        let before = quotient(None)?;
-        let mut worst: Option<(usize, f64)> = None;
-        for parameter in parameters {
-            let change = &(&quotient(Some(parameter))? - &before) / &before;
-            let rate = change.scale(SHIFT).mid_f64().abs();
-            if rate > worst.map_or(0.0, |(_, rate)| rate) {
-                worst = Some((parameter, rate));
-            }
-        }
-        worst
-    }
-
-    /// xᵀKx/xᵀMx at the equilibrium, with a parameter made a little larger.
-    fn quotient(&self, changed: Option<usize>, vector: &[Big], proof: Option<&Proof>, bits: usize) -> Option<Big> {
-        let larger = |number: usize, value: Big| {
-            if changed == Some(number) { &value + &value.scale(-SHIFT) } else { value }
-        };
-        let model = &self.model;
-        let values = self.assembly.values_where(model, bits, larger).ok()?;
-        let mut at = Vec::with_capacity(vector.len());
-        for (i, value) in self.equilibrium.values.iter().enumerate() {
-            let origin = self.equilibrium.origins[i];
-            let stated = match origin {
-                Origin::Found if self.equilibrium.at_guess => model.guesses.get(i),
-                Origin::Given | Origin::Found | Origin::Zero => model.equilibria.get(i),
-            };
-            at.push(match (origin, stated) {
-                (Origin::Given | Origin::Found, Some(given)) => {
-                    let formulas = Formulas::new(model, &model.pool, &[given.symbolic])?;
-                    let found = formulas.at_where(model, &[], bits, |number, value| Some(larger(number, value?)))?;
-                    found.into_iter().next()?
-                }
-                (Origin::Found, None) => Big::from_ball(value, bits).center(),
-                (Origin::Given, None) | (Origin::Zero, _) => Big::zero(bits),
-            });
-        }
-        match proof {
-            Some(proof) => {
-                at = proof.newton(at, bits, |at| self.assembly.gradient(at, &values))?.point;
-            }
-            None => self.follow(&mut at, &values)?,
-        }
-        let form = |matrix: &[Big]| quadratic_form(matrix, vector.len(), vector, bits).center();
-        let stiffness = form(&self.assembly.stiffness(&at, &values));
-        let ratio = &stiffness / &form(&self.assembly.mass(&at, &values));
-        ratio.is_finite().then_some(ratio)
-    }
-
-    /// A step of Newton's from an equilibrium that was exact, for parameters that have changed; `None` where nothing holds it.
-    fn follow(&self, at: &mut [Big], values: &Values<Big>) -> Option<()> {
-        let found = |i: &usize| self.equilibrium.origins[*i] == Origin::Found;
-        let free: Vec<usize> = (0..at.len()).filter(found).collect();
-        let force = self.assembly.gradient(at, values);
-        if free.iter().all(|i| force[*i].is_zero()) {
-            return Some(());
-        }
-        let stiffness = self.assembly.stiffness(at, values);
-        let equation = |i: &usize| {
-            let row = free.iter().map(|j| stiffness[i + at.len() * j].clone());
-            row.chain([-&force[*i]]).collect()
-        };
-        let steps = solve(free.iter().map(equation).collect(), values.precision())?;
-        for (i, step) in free.iter().zip(&steps) {
-            at[*i] = (&at[*i] + step).center();
-        }
-        Some(())
     }
 }

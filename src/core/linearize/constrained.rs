@@ -15,7 +15,7 @@ use crate::precision::{self, Ball, Big, Complex, Eliminated, Enclosure, Scalar, 
 
 /// A model whose multipliers are coordinates behind its own.
 #[derive(Clone, Debug)]
-pub struct Tied {
+pub(crate) struct Tied {
     pub(crate) model: Model,
     /// The number of coordinates proper.
     pub(super) visible: usize,
@@ -32,24 +32,20 @@ impl Tied {
     }
 
     /// What the constraints with a multiplier set to zero.
-    pub fn expressions(&self) -> Vec<ExprId> {
+    pub(crate) fn expressions(&self) -> Vec<ExprId> {
         let constraints = self.kept.iter().filter_map(|at| self.model.constraints.get(*at));
         constraints.map(|own| own.expression).collect()
     }
 }
 
-/// The model with a multiplier for each constraint that is independent of those before it, and not left out.
+/// The model with a multiplier for each constraint that is independent of those before it.
 ///
 /// A multiplier is called `lambda`, or `lambda[2]` for the second of several constraints, where that is free.
-pub(crate) fn with_multipliers(model: &Model, left_out: &[usize]) -> Tied {
+pub(crate) fn with_multipliers(model: &Model) -> Tied {
     let family = model.unused_name(&["lambda", "Lambda", "multiplier"]);
     let visible = model.coordinates.len();
     let mut model = model.clone();
-    let (mut kept, mut dependent) = independent(&mut model);
-    kept.retain(|number| !left_out.contains(number));
-    dependent.extend(left_out);
-    dependent.sort_unstable();
-    dependent.dedup();
+    let (kept, dependent) = independent(&mut model);
     for number in &kept {
         let constraint = model.constraints[*number];
         let name = match model.constraints.len() {
@@ -76,11 +72,17 @@ pub(crate) fn with_multipliers(model: &Model, left_out: &[usize]) -> Tied {
     Tied { model, visible, kept, dependent }
 }
 
+/// What the constraints that are independent of those before them set to zero.
+pub fn independent_constraints(model: &Model) -> Vec<ExprId> {
+    let (kept, _) = independent(&mut model.clone());
+    kept.into_iter().filter_map(|number| model.constraints.get(number)).map(|own| own.expression).collect()
+}
+
 /// Which constraints have gradients that are independent of those before them, at a random point.
 ///
 /// A row that is a combination of others at a random point is so everywhere: the constraint is a
 /// function of the others. (What is drawn modulo a prime of 61 bits misses an independent row once in 1e18.)
-pub(super) fn independent(model: &mut Model) -> (Vec<usize>, Vec<usize>) {
+fn independent(model: &mut Model) -> (Vec<usize>, Vec<usize>) {
     let count = model.constraints.len();
     let known = known_values(model);
     let bodies: Vec<ExprId> = model.constraints.iter().map(|own| own.expression).collect();

@@ -7,7 +7,6 @@ use super::constrained::{choose_bound, solve};
 use super::parameters::{Formulas, known_values};
 use crate::expr::ExprId;
 use crate::model::Model;
-use crate::number::Number;
 use crate::precision::{Ball, Big, Magnitude, Scalar};
 
 /// Beside twice the bits that numbers of the file leave to a difference.
@@ -20,7 +19,7 @@ const MOST_BITS: usize = 40_000;
 const MOST_STEPS: usize = 40;
 
 /// Constraints and their gradients, with the values of parameters put in.
-pub(super) struct Surface {
+struct Surface {
     formulas: Formulas,
     count: usize,
     /// Constraint and coordinate of each slope, which stand behind the constraints.
@@ -46,7 +45,7 @@ pub(super) fn bits(model: &Model) -> Option<usize> {
 
 impl Surface {
     /// Some constraints, by number.
-    pub(super) fn new(model: &Model, numbers: &[usize]) -> Option<Self> {
+    fn new(model: &Model, numbers: &[usize]) -> Option<Self> {
         let mut pool = model.pool.clone();
         let expressions: Vec<ExprId> =
             numbers.iter().map(|number| Some(model.constraints.get(*number)?.expression)).collect::<Option<_>>()?;
@@ -67,18 +66,13 @@ impl Surface {
     }
 
     /// The constraints and their gradients at a point.
-    pub(super) fn at<S: Scalar>(
-        &self,
-        model: &Model,
-        point: &[S],
-        precision: S::Precision,
-    ) -> Option<(Vec<S>, Vec<Vec<S>>)> {
-        let mut numbers = self.formulas.at(model, point, precision)?;
-        if !numbers.iter().all(S::is_finite) {
+    fn at(&self, model: &Model, point: &[Big], bits: usize) -> Option<(Vec<Big>, Vec<Vec<Big>>)> {
+        let mut numbers = self.formulas.at(model, point, bits)?;
+        if !numbers.iter().all(Big::is_finite) {
             return None;
         }
         let slopes = numbers.split_off(self.count);
-        let mut rows = vec![vec![S::from_number(&Number::ZERO, precision); self.coordinates]; self.count];
+        let mut rows = vec![vec![Big::zero(bits); self.coordinates]; self.count];
         for ((number, place), slope) in self.slopes.iter().zip(slopes) {
             *rows.get_mut(*number)?.get_mut(*place)? = slope;
         }

@@ -9,36 +9,12 @@ use super::rolling::{self, SymbolicRolling};
 use super::symbolic::{self, ConstantForce, SymbolicMatrices};
 use super::{
     LinearizeError, SymbolicConstraints, at_equilibrium, by_hand, check_terms, check_time, in_own_numbers, steady,
-    surface, unbalanced, units, velocity,
+    unbalanced, units, velocity,
 };
 use crate::expr::{ExprId, Substitution, ZeroVerdict};
 use crate::model::Model;
 use crate::order::Gather;
 use crate::precision::Ball;
-
-/// Tries with all constraints, and where that fails for dependent gradients once more without those that follow from
-/// the others on the surface they leave.
-pub(super) fn leaving_out_dependent<T>(
-    model: &Model,
-    attempt: impl Fn(&[usize]) -> Result<T, LinearizeError>,
-) -> Result<T, LinearizeError> {
-    let found = attempt(&[]);
-    let Err(error) = found else { return found };
-    let may_depend = matches!(
-        error,
-        LinearizeError::ConstraintsSingular { .. }
-            | LinearizeError::EquilibriumNotFound { .. }
-            | LinearizeError::ConstraintFlat { .. }
-            | LinearizeError::ConstraintsContradict { difference: None, .. }
-    );
-    if model.constraints.len() < 2 || !may_depend {
-        return Err(error);
-    }
-    match surface::dependent(model) {
-        Some(left_out) if !left_out.is_empty() => attempt(&left_out).map_err(|_| error),
-        Some(_) | None => Err(error),
-    }
-}
 
 /// M, G, C, K and N of a model at its equilibrium, as expressions, and its constraints. Parameters need no values
 /// unless the equilibrium has to be searched for. Assumptions are not used: [`Model::assumed`] is the model with them.
@@ -50,22 +26,10 @@ pub fn derive(model: Model) -> Result<SymbolicMatrices, LinearizeError> {
 }
 
 /// [`derive`](fn@derive), and under constraints the model with its multipliers, on whose expressions the matrices build.
-pub fn derive_with_multipliers(model: &Model) -> (Option<Tied>, Result<SymbolicMatrices, LinearizeError>) {
-    if model.constraints.is_empty() {
-        return (None, derive_tied(with_multipliers(model, &[])));
-    }
-    let whole = with_multipliers(model, &[]);
-    let found = leaving_out_dependent(model, |left_out| {
-        let tied = match left_out {
-            [] => whole.clone(),
-            [..] => with_multipliers(model, left_out),
-        };
-        Ok((tied.clone(), derive_tied(tied)?))
-    });
-    match found {
-        Ok((tied, matrices)) => (Some(tied), Ok(matrices)),
-        Err(error) => (Some(whole), Err(error)),
-    }
+pub(crate) fn derive_with_multipliers(model: &Model) -> (Option<Tied>, Result<SymbolicMatrices, LinearizeError>) {
+    let tied = with_multipliers(model);
+    let own = (!model.constraints.is_empty()).then(|| tied.clone());
+    (own, derive_tied(tied))
 }
 
 /// Refuses constraints without a multiplier that do not hold at a point of expressions where the others do.

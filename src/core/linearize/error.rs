@@ -248,7 +248,7 @@ Error LinearizeError {
         "an equilibrium must satisfy all constraints; if this is only near the equilibrium, give it with `guess`",
     ),
 
-    /// Constraints that depend on each other just at the equilibrium.
+    /// Constraints that depend on each other at the equilibrium, though not everywhere.
     #[error(
         "the constraints are singular at {point}: at this point they do not determine which motions they allow"
     )]
@@ -256,7 +256,7 @@ Error LinearizeError {
         /// The point.
         point: String,
     } => at(*span, "the gradients of the constraints are dependent there")
-        .with_help("the body has more or fewer degrees of freedom there than nearby, and small oscillations are not defined; search for an equilibrium elsewhere with `guess`"),
+        .with_help("a constraint too many, as a bar too many in a closed linkage, follows from the others where they hold: leave it out; else the body has more or fewer degrees of freedom there than nearby, and small oscillations are not defined: search for an equilibrium elsewhere with `guess`"),
 
     /// A dissipation that has no second derivatives at rest, or a force that has no first ones.
     #[error("{what} is not smooth at rest")]

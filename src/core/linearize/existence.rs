@@ -484,31 +484,22 @@ fn ratio_of(x: &[f64], reach: &[f64]) -> f64 {
 }
 
 impl Proof {
-    /// Newton steps from the centre with WSWᵀ as the inverse of K, which gain the same number of digits
-    /// each (a factor θ, at the least), as long as the forces fall; these may be a little different. Nothing is proved.
-    pub(super) fn newton(
+    /// The equilibrium with as many digits as the forces in numbers of `bits` bits give. `point` has
+    /// the coordinates that are not searched for; `gradient` is all of ∇U.
+    ///
+    /// Newton steps from the centre with WSWᵀ as the inverse of K gain the same number of digits each (a factor θ, at the least). The
+    /// radius is |W|‖z*‖r, with ‖z*‖ <= ‖G(0)‖/(1 - θ). `None` where they leave the box.
+    pub(crate) fn refine(
         &self,
         mut point: Vec<Big>,
         bits: usize,
         gradient: impl Fn(&[Big]) -> Vec<Big>,
-    ) -> Option<Newton> {
+    ) -> Option<Vec<Big>> {
         for (i, centre) in self.free.iter().zip(&self.centre) {
             point[*i] = centre.clone().with_bits(bits).center();
         }
-        self.axes.newton(point, &self.free, &self.reach, (bits + 8, 0), gradient)
-    }
-
-    /// The equilibrium with as many digits as the forces in numbers of `bits` bits give. `point` has
-    /// the coordinates that are not searched for; `gradient` is all of ∇U.
-    ///
-    /// The radius is |W|‖z*‖r, with ‖z*‖ <= ‖G(0)‖/(1 - θ). `None` where Newton's steps leave the box.
-    pub(crate) fn refine(
-        &self,
-        point: Vec<Big>,
-        bits: usize,
-        gradient: impl Fn(&[Big]) -> Vec<Big>,
-    ) -> Option<Vec<Big>> {
-        let Newton { point: mut found, norm: best, .. } = self.newton(point, bits, gradient)?;
+        let newton = self.axes.newton(point, &self.free, &self.reach, (bits + 8, 0), gradient)?;
+        let Newton { point: mut found, norm: best, .. } = newton;
         let rest = Magnitude::from_f64((1.0 - self.contraction).next_down());
         if best.scale(1) >= rest {
             return None;

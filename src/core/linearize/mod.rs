@@ -49,7 +49,6 @@ mod rows;
 mod simple;
 mod slopes;
 mod steady;
-mod surface;
 mod symbolic;
 mod symmetry;
 mod tied;
@@ -62,8 +61,10 @@ mod zero;
 
 pub use assemble::{evaluate_closed, signed_terms};
 pub(crate) use condition::Shape;
-pub use constrained::Tied;
-pub use derived::{derive, derive_with_multipliers};
+pub(crate) use constrained::Tied;
+pub use constrained::independent_constraints;
+pub use derived::derive;
+pub(crate) use derived::derive_with_multipliers;
 pub use elements::Element;
 pub(crate) use elements::{Splitter, elements};
 pub(crate) use elimination::grows_from_zero;
@@ -93,7 +94,6 @@ pub use zero::{NO_FORCE, ZeroMode};
 
 use assemble::{Assembly, Values};
 use constrained::Tangent;
-use derived::leaving_out_dependent;
 use massless::Massless;
 use rolling::Rolling;
 use unbalanced::Unbalanced;
@@ -214,11 +214,7 @@ pub fn linearize(model: Model) -> Result<Linearized, LinearizeError> {
     let budget = model.pool.budget().clone();
     budget.at("the equilibrium and the matrices there", None);
     let model = if model.rolling.is_empty() { model } else { integrated(&model).into_owned() };
-    let linearized = if model.constraints.is_empty() {
-        linearize_without(model, &[])
-    } else {
-        leaving_out_dependent(&model, |left_out| linearize_without(model.clone(), left_out))
-    };
+    let linearized = in_units(model);
     budget.check()?;
     if let Ok(own) = &linearized {
         budget.tell(|| own.in_words());
@@ -226,13 +222,13 @@ pub fn linearize(model: Model) -> Result<Linearized, LinearizeError> {
     linearized
 }
 
-/// Linearizes a model without some of its constraints, which follow from the others.
-fn linearize_without(model: Model, left_out: &[usize]) -> Result<Linearized, LinearizeError> {
+/// Linearizes a model, in units of its own where its numbers are far from usual ones; what is wrong is told in those of the file.
+fn in_units(model: Model) -> Result<Linearized, LinearizeError> {
     let far = Cell::new(None);
-    let found = linearize_in(model, left_out, true, &far);
+    let found = linearize_in(model, true, &far);
     let Err(error) = found else { return found };
     let Some(model) = far.take() else { return Err(error) };
-    Err(in_own_numbers(error, || linearize_in(model, left_out, false, &far).map(|_| ())))
+    Err(in_own_numbers(error, || linearize_in(model, false, &far).map(|_| ())))
 }
 
 /// An error that was found in other units: in the numbers of the file, where these tell the same, and wherever it has numbers
@@ -255,12 +251,7 @@ fn in_own_numbers(error: LinearizeError, again: impl FnOnce() -> Result<(), Line
 
 /// The same in units of its own where the numbers of the model are far from usual ones, or with `units` false in those of the file; `far` gets
 /// the model as it was where they are.
-fn linearize_in(
-    mut model: Model,
-    left_out: &[usize],
-    units: bool,
-    far: &Cell<Option<Model>>,
-) -> Result<Linearized, LinearizeError> {
+fn linearize_in(mut model: Model, units: bool, far: &Cell<Option<Model>>) -> Result<Linearized, LinearizeError> {
     check_time(&mut model)?;
     let visible = model.coordinates.len();
     let turning = model.rates.any();
@@ -276,7 +267,7 @@ fn linearize_in(
     }
     let mut dependent = Vec::new();
     if bound {
-        let multiplied = constrained::with_multipliers(&model, left_out);
+        let multiplied = constrained::with_multipliers(&model);
         model = multiplied.model;
         dependent = multiplied.dependent;
         check_size(model.coordinates.len())?;

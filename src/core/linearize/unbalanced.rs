@@ -5,22 +5,13 @@
 //! the second derivatives are regular exactly if those of the forces are. So the same search and the same proof do, with
 //! twice as many coordinates.
 
-use nalgebra::{DMatrix, DVector};
-
-use super::assemble::{self, Assembly, Values, signed_terms};
+use super::assemble::{self, Assembly, signed_terms};
 use super::equilibrium::{self, Equilibrium, Search};
 use super::error::LinearizeError;
 use super::precise;
-use super::units::start;
 use crate::expr::{ExprId, Pool};
 use crate::model::{Given, Local, Model, TermFamily};
-use crate::number::Number;
 use crate::precision::{Ball, Big};
-
-/// After so many steps motions without inertia are not at rest.
-const MOST_STEPS: usize = 400;
-/// A step of this part of the coordinates is near enough for the search.
-const NEAR: f64 = 1e-8;
 
 /// Forces as a potential in twice as many coordinates, and the equilibrium there.
 #[derive(Clone, Debug)]
@@ -50,20 +41,7 @@ pub(super) fn find(search: &Search<'_>) -> Result<(Equilibrium, Option<Unbalance
     let mut doubled = doubled(model, assembly);
     let own = assemble::assemble(&mut doubled);
     let known = own.values::<Ball>(&doubled, ())?;
-    let find = |doubled: &Model| equilibrium::find(&Search::new(doubled, &own, &known, 2 * count));
-    let found = match find(&doubled) {
-        Err(LinearizeError::EquilibriumNotFound { .. })
-            if let Some(start) = relaxed(&doubled, &own, &known, &assembly.mass(&zero, values)) =>
-        {
-            for (i, value) in start.into_iter().enumerate() {
-                let value = doubled.pool.number(value);
-                let span = doubled.coordinates.at(i).span;
-                doubled.guesses.set(i, Some(Given { symbolic: value, value: Some(value), span }));
-            }
-            find(&doubled)?
-        }
-        found => found?,
-    };
+    let found = equilibrium::find(&Search::new(&doubled, &own, &known, 2 * count))?;
     let equilibrium = found.first(count);
     // Forces on what is given are not among those that were brought to zero.
     let force = assembly.gradient(&equilibrium.values, values);
@@ -83,52 +61,6 @@ impl Unbalanced {
         found.truncate(count);
         Some(found)
     }
-}
-
-/// Where forces come to rest that are no gradient: M q' = F(q) in implicit steps, longer ones as the forces fall, to what attracts
-/// motions from the start of the search (C. Kelley, D. Keyes, "Convergence analysis of pseudo-transient continuation", SIAM J.
-/// Numer. Anal. 35 (1998) 508); in doubles, nothing is proved. `None` where they go on.
-fn relaxed(doubled: &Model, assembly: &Assembly, values: &Values<Ball>, mass: &[Ball]) -> Option<Vec<Number>> {
-    let order = doubled.coordinates.len();
-    let count = order / 2;
-    let free: Vec<usize> = (0..count).filter(|i| doubled.equilibria.get(*i).is_none()).collect();
-    let mut at = start::<Ball>(doubled, ())?;
-    let force = |at: &[Ball]| {
-        let gradient = assembly.gradient(at, values);
-        DVector::from_iterator(free.len(), free.iter().map(|i| -gradient[count + i].mid_f64()))
-    };
-    let inertia = |i: usize| Some(mass[i + count * i].mid_f64()).filter(|own| *own > 0.0).unwrap_or(1.0);
-    let mut step = f64::INFINITY;
-    let mut here = force(&at);
-    for _ in 0..MOST_STEPS {
-        let stiffness = assembly.stiffness(&at, values);
-        let slope = |row: usize, column: usize| stiffness[count + free[row] + order * free[column]].mid_f64();
-        let slopes = DMatrix::from_fn(free.len(), free.len(), slope);
-        if step.is_infinite() {
-            let rates = (0..free.len()).map(|row| slopes.row(row).abs().max() / inertia(free[row]));
-            step = rates.fold(0.0, f64::max).recip().min(1.0);
-        }
-        let mut matrix = slopes;
-        (0..free.len()).for_each(|row| matrix[(row, row)] += inertia(free[row]) / step);
-        let change = matrix.lu().solve(&here)?;
-        let mut trial = at.clone();
-        for (i, by) in free.iter().zip(&change) {
-            trial[*i] = Ball::exact(at[*i].mid_f64() + by);
-        }
-        let there = force(&trial);
-        let (before, after) = (here.norm(), there.norm());
-        if after.is_nan() || after > 2.0 * before {
-            step *= 0.25;
-            continue;
-        }
-        let size = free.iter().map(|i| trial[*i].mid_f64().abs()).fold(0.0, f64::max);
-        (at, here) = (trial, there);
-        if after == 0.0 || (after < before && change.amax() <= NEAR * size) {
-            return at.iter().take(count).map(|x| Number::from_f64_exact(x.mid_f64())).collect();
-        }
-        step *= if after <= before { (before / after).clamp(2.0, 10.0) } else { 0.5 };
-    }
-    None
 }
 
 /// The model whose potential is mu·(∇(V - T0) + ∂F/∂q' at rest).

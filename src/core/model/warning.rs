@@ -10,7 +10,7 @@ use crate::mistakes;
 use crate::number::Number;
 use crate::order::{Gather, Order};
 use crate::span::Span;
-use crate::syntax::{Expr, ExprKind, ExprRef, File, IndexKind, Indices, Name, StatementKind, UnitRef, print_unit};
+use crate::syntax::{ExprKind, ExprRef, File, Indices, Name, StatementKind, UnitRef, print_unit};
 
 mistakes! {
 /// Something suspicious that is no mistake.
@@ -62,29 +62,10 @@ Warning Warning {
         text: String,
     } => at(*span, "a count").with_help(format!("write `{}`", text.split('.').next().unwrap_or(text))),
 
-    /// An index that its sum does not use.
-    #[error("the index `{name}` does not occur in the {}", if *.integral { "integrand" } else { "summand" })]
-    "W0007" UnusedIndex(span) {
-        /// The index.
-        name: String,
-        /// Whether it is the variable of an integral.
-        integral: bool,
-    } => at(*span, if *integral { "the same everywhere between the bounds" } else { "all terms are equal" })
-        .with_help(if *integral { "call it `_x` if that is meant" } else { "is an index in brackets missing after a name?" }),
-
     /// A period of a model in which nothing depends on the time.
     #[error("a period is given, but nothing depends on the time")]
     "W0008" PeriodWithoutTime(span) => at(*span, "has no effect here").with_help(
         "remove it, or let an energy depend on the time `t`: `cos(W*t)`; a natural period is computed, not given",
-    ),
-
-    /// A velocity that is guessed where no periodic motion is searched for.
-    #[error("a velocity is given by `guess`, but {reason}")]
-    "W0009" UselessVelocity(span) {
-        /// Why none is searched for.
-        reason: &'static str,
-    } => at(*span, "has no effect here").with_help(
-        "it is the start of the search for the periodic motion of a driven model; initial velocities are given by `librate motion --start`",
     ),
 
     /// A rate without a unit of its own, beside names with another unit for such a rate.
@@ -105,12 +86,6 @@ Warning Warning {
     } => at(*span, "without a unit of its own it is in that of the coordinate, per second")
         .with_secondary(*other_span, "another unit for the same kind of quantity")
         .with_help(format!("write the unit that is meant: `{word} {name}' : {unit} = …` or `{word} {name}' : {other_unit} = …`")),
-
-    /// A dissipation that damps nothing.
-    #[error("the force of the dissipation depends on no velocity")]
-    "W0011" FrictionWithoutVelocity(span) => at(*span, "damps nothing").with_help(
-        "Rayleigh's function is half of the power that is lost: `1/2*c*x'^2`; is a prime or a square missing?",
-    ),
 
     /// A kinetic energy that depends on a coordinate, but not on its velocity, or on no velocity at all.
     #[error("T depends on {}", match .name {
@@ -154,10 +129,7 @@ impl Model {
     pub fn warnings(&self, file: &File) -> Vec<Diagnostic> {
         let mut found = unused_names(file);
         found.extend(decimal_ranges(file));
-        found.extend(unused_indices(file));
         found.extend(period_without_time(self));
-        found.extend(useless_velocity(self));
-        found.extend(friction_without_velocity(file, self));
         found.extend(inertia_without_velocity(file, self));
         found.extend(rates_beside_other_units(file, self));
         found.extend(units_of_others(file, self));
@@ -247,69 +219,10 @@ fn decimal_ranges(file: &File) -> Vec<Warning> {
     found
 }
 
-/// Indices of sums that neither the body nor the filter nor a later bound names.
-fn unused_indices(file: &File) -> Vec<Warning> {
-    let mut found = Vec::new();
-    let mut places: HashMap<&str, Vec<ExprRef>> = HashMap::new();
-    let mut sums = Vec::new();
-    for (number, expr) in (0..).zip(file.expressions.iter()) {
-        match expr.kind {
-            ExprKind::Name(name) => places.entry(name).or_default().push(ExprRef(number)),
-            ExprKind::SumOver { indices, .. } | ExprKind::IntegralOver { indices, .. } => sums.push((expr, indices)),
-            _ => {}
-        }
-    }
-    for all in places.values_mut() {
-        all.order_by_key(|at| file.expr(*at).span);
-    }
-    for (Expr { span, kind }, indices) in sums {
-        for entry in &indices.entries {
-            let (IndexKind::Range { variable: Some(name), .. } | IndexKind::Rows { variable: name, .. }) = &entry.kind
-            else {
-                continue;
-            };
-            // Everything that a sum contains stands between its brackets.
-            let within = |at: &ExprRef| {
-                let place = file.expr(*at).span;
-                span.start <= place.start && place.end <= span.end
-            };
-            let named = places.get(name.text.as_str());
-            let used = named.is_some_and(|all| {
-                let from = all.partition_point(|at| file.expr(*at).span.start < span.start);
-                all.get(from).is_some_and(within)
-            });
-            if !used && !name.text.starts_with('_') {
-                let integral = matches!(kind, ExprKind::IntegralOver { .. });
-                found.push(Warning::UnusedIndex { name: name.text.to_string(), integral, span: name.span });
-            }
-        }
-    }
-    found
-}
-
 /// A `period` statement in a model that the time leaves alone.
 fn period_without_time(model: &Model) -> Option<Warning> {
     let period = model.period?;
     model.time_dependent.is_none().then_some(Warning::PeriodWithoutTime { span: period.span })
-}
-
-/// A dissipation other than 0 in which no velocity occurs.
-fn friction_without_velocity(file: &File, model: &Model) -> Option<Warning> {
-    let friction = |kind: &StatementKind| if let StatementKind::Dissipation(root) = kind { Some(*root) } else { None };
-    let root = file.statements.iter().find_map(|statement| friction(&statement.kind))?;
-    // Of a function that is linear in the velocities the forces are constant.
-    let mut pool = model.pool.clone();
-    let mut damps = |family: &TermFamily| {
-        family.acts_on.is_none()
-            && family.locals.iter().any(|local| {
-                let force = pool.diff(family.body, local.velocity);
-                let symbols = pool.symbols_of(&[force]);
-                family.locals.iter().any(|local| symbols.binary_search(&local.velocity).is_ok())
-            })
-    };
-    let is_zero = matches!(file.expr(root).kind, ExprKind::Number("0"));
-    let none = !is_zero && !model.forces.iter().any(&mut damps);
-    none.then_some(Warning::FrictionWithoutVelocity { span: file.expr(root).span })
 }
 
 /// The first coordinate or family that T depends on at rest, but not on its velocity, or T itself if there are no velocities in it.
@@ -340,19 +253,6 @@ fn inertia_without_velocity(file: &File, model: &Model) -> Option<Warning> {
     });
     let span = file.expr(root).span;
     (name.is_some() || !is_zero && !moving.contains(&true)).then_some(Warning::WithoutVelocity { name, span })
-}
-
-/// The first guess of a velocity where no periodic motion is searched for.
-fn useless_velocity(model: &Model) -> Option<Warning> {
-    let guess = model.guessed_velocities.given().next()?;
-    let reason = if model.time_dependent.is_none() {
-        "nothing depends on the time"
-    } else if model.equilibria.any() {
-        "an equilibrium is given"
-    } else {
-        return None;
-    };
-    Some(Warning::UselessVelocity { reason, span: guess.span })
 }
 
 /// Rates given by a number, which is in the unit of the coordinate per second, in files with another unit for such a rate.

@@ -50,18 +50,11 @@ Warning Warning {
     "W0104" IllConditioned(span) {
         /// The number of the mode, from 1.
         mode: usize,
-        /// The parameter, if one matters more than the others.
-        parameter: Option<String>,
         /// ω² over the terms, with one digit.
         share: String,
-        /// The relative change, of the parameter or of one of the terms, that changes ω by a
-        /// hundredth, with one digit.
+        /// The relative change of the terms that may change ω by a hundredth, with one digit.
         change: String,
-    } => at(*span, match parameter {
-        Some(name) => format!("a relative change of {change} in `{name}` changes it by 1 %"),
-        None => format!("a relative change of {change} in one of the terms changes it by 1 %"),
-    })
-    .with_help(
+    } => at(*span, format!("relative changes of {change} in these terms may change it by 1 %")).with_help(
         "all printed digits are right for the numbers as given in the file; if these are measured, fewer digits are significant",
     ),
 
@@ -231,18 +224,10 @@ fn ill_conditioned(linearized: &Linearized, modes: &NormalModes) -> Option<Warni
     let judged = numbers.into_iter().zip(&shapes).zip(ratios);
     let ((at, shape), ratio) =
         judged.filter(|(_, ratio)| *ratio >= ILL_CONDITIONED).reduce(|a, b| if b.1 > a.1 { b } else { a })?;
-    let model = linearized.model();
+    let span = linearized.model().coordinates.get(largest(shape.vector)?)?.span;
     // ω changes by half as much as ω².
-    let change = |rate: f64| format!("{:.0e}", 0.02 / rate);
-    let parameter = linearized.most_sensitive(shape.vector).filter(|(_, rate)| *rate >= ILL_CONDITIONED);
-    let (span, name, change) = match parameter {
-        Some((number, rate)) => {
-            let parameter = &model.parameters[number];
-            (parameter.span, Some(parameter.name.clone()), change(rate))
-        }
-        None => (model.coordinates.get(largest(shape.vector)?)?.span, None, change(ratio)),
-    };
-    Some(Warning::IllConditioned { span, mode: at + 1, parameter: name, share: format!("{:.0e}", 1.0 / ratio), change })
+    let [share, change] = [1.0, 0.02].map(|part| format!("{:.0e}", part / ratio));
+    Some(Warning::IllConditioned { span, mode: at + 1, share, change })
 }
 
 fn not_proved(linearized: &Linearized) -> Option<Warning> {

@@ -10,7 +10,7 @@ use crate::mechanics::{Mechanics, energy};
 use crate::source;
 use librate_core::derive::{Algebra, Motion, without_multipliers};
 use librate_core::expr::{ExprId, Pool, Substitution, Symbol, Tape};
-use librate_core::linearize::{derive_with_multipliers, known_values};
+use librate_core::linearize::{independent_constraints, known_values};
 use librate_core::model::{Model, SymbolKind};
 use librate_core::precision::{Matrix, Scalar};
 
@@ -89,7 +89,7 @@ impl<'a> Written<'a> {
             }
         }
         let loads = equations.iter().map(|equation| equation.load).collect();
-        let constraints = constraints(model, &mut mechanics.pool, &known);
+        let constraints = mechanics.pool.substitute(&independent_constraints(model), &known);
         let (mut gradients, mut slopes) = (Vec::new(), Vec::new());
         let (mut bends, mut rates) = (Vec::new(), Vec::new());
         let holonomic = constraints.iter().map(|own| (*own, false));
@@ -325,14 +325,4 @@ fn moves(model: &Model, pool: &Pool, time: Symbol, all: &[ExprId]) -> bool {
     let moves = |kind| matches!(kind, SymbolKind::Coordinate(_) | SymbolKind::Velocity(_));
     let mut symbols = pool.symbols_of(all).into_iter();
     symbols.any(|symbol| symbol == time || model.symbols.get(symbol).is_some_and(moves))
-}
-
-/// The independent constraints, with the values of the parameters.
-fn constraints(model: &Model, pool: &mut Pool, known: &Substitution) -> Vec<ExprId> {
-    if model.constraints.is_empty() {
-        return Vec::new();
-    }
-    let (tied, _) = derive_with_multipliers(model);
-    let kept = tied.map_or_else(Vec::new, |tied| tied.expressions());
-    pool.substitute(&kept, known)
 }
