@@ -134,3 +134,45 @@ fn signs_of_angles() {
     let page = derive_text(&derived(text), &Style::default());
     assert!(page.contains("assumed: k > 0, α > 0, α < ½ π\n"), "{page}");
 }
+
+/// A force that nothing balances is told without values, too, as the signs of its factors are known; a page with values says which it needs.
+#[test]
+fn forces_without_values() {
+    let text = "param m, g assume m > 0, g > 0 coord x, y  T = 1/2*m*(x'^2 + y'^2)  V = m*g*y  constraint x = y";
+    let error = derived(text).linear.err().unwrap();
+    let LinearizeError::NoEquilibrium { forces, .. } = &error else { panic!("{error}") };
+    assert_eq!(forces.len(), 1, "{error}");
+    assert!(forces[0].1.contains("m*g"), "{error}");
+    let text = "param k = 2, P = 1, e0 = 0  coord th  T = 1/2*th'^2  V = 1/2*k*(th - e0)^2 + P*cos(th)";
+    let page = derive_text(&derived(text), &Style::default());
+    assert!(page.contains("it is one at these values; the force on θ there is\n  k e₀\n"), "{page}");
+}
+
+/// Squares are hedged where they may vanish, and nowhere else.
+#[test]
+fn special_values() {
+    for (text, hedged) in [
+        ("param k, m assume k > 0, m > 0 coord x  T = 1/2*m*x'^2  V = 1/2*k*x^2", false),
+        ("param k, m, c assume k > 0, m > 0, c > 0 coord x  T = 1/2*m*x'^2  V = 1/2*k*x^2  dissipation = 1/2*c*x'^2", false),
+        ("param a, m assume m > 0 coord x  T = 1/2*m*x'^2  V = 1/2*a^2*x^2", true),
+        ("param a, b assume a > 0, b > 0 coord x  T = 1/2*x'^2  V = 1/2*(a - b)^2*x^2", true),
+        ("param a, b assume a > 0, b > a coord x  T = 1/2*x'^2  V = 1/2*(a - b)^2*x^2", false),
+        ("param a assume a > 0 coord x  T = 1/2*x'^2  V = -1/2*a*x^2", false),
+    ] {
+        let derivation = derived(text);
+        let own = derivation.linear.unwrap().exponents.unwrap();
+        assert_eq!(own.settled, !hedged, "{text}");
+    }
+}
+
+/// What a page adds has no name of an expression that the model has.
+#[test]
+fn names_of_expressions_are_taken() {
+    let text = "param m, k assume m > 0, k > 0 coord x let omega = sqrt(k/m) let L = x let Q = x let s = x
+        T = 1/2*m*x'^2  V = 1/2*m*omega^2*x^2 + k*x^4  dissipation = 1/2*k*x'^2";
+    let page = derive_text(&derived(text), &Style::default());
+    for line in page.lines().filter(|line| line.contains(" = ")) {
+        let name = line.trim_start().split(' ').next().unwrap();
+        assert!(!["L", "Q", "s"].contains(&name) || line.contains("= x"), "{page}");
+    }
+}

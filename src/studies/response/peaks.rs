@@ -213,7 +213,8 @@ impl Search<'_> {
             let depth = depth + 1;
             open.extend([[from, half.clone()], [half, to]].map(|own| {
                 let is_at_end = own[0].is_zero() || own[1].is_one();
-                (depth, if is_at_end { AT_ENDS } else { NARROWEST.max(depth + BEHIND_ENDS) }, own)
+                let behind = if narrowest == AT_ENDS { NARROWEST.max(depth + BEHIND_ENDS) } else { narrowest };
+                (depth, if is_at_end { AT_ENDS } else { behind }, own)
             }));
         }
         (joined(narrow), joined(undecided))
