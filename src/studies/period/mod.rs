@@ -32,7 +32,6 @@ mod energies;
 mod error;
 mod mirror;
 mod panel;
-mod pass;
 mod portrait;
 mod small;
 mod solve;

@@ -256,7 +256,7 @@ impl<S: Enclosure> Field<S> {
     }
 
     /// The coefficients of g = sqrt(2M/h).
-    pub(super) fn integrand(&mut self, h: &[S], mass: &[S]) -> Vec<S> {
+    fn integrand(&mut self, h: &[S], mass: &[S]) -> Vec<S> {
         self.shape.clear();
         let both = h.iter().zip(mass);
         both.filter_map(|(h, m)| self.shape.next(&[h.clone(), m.clone()]).first().cloned()).collect()
@@ -341,7 +341,7 @@ fn spreads<S: Enclosure>(middle: &[S], top: Magnitude) -> Vec<Magnitude> {
 }
 
 /// The coefficients at any place of the panel: those of the middle with their spreads, then the top one.
-pub(super) fn over_panel<S: Enclosure>(middle: &[S], top: &S) -> Vec<S> {
+fn over_panel<S: Enclosure>(middle: &[S], top: &S) -> Vec<S> {
     let own = middle.iter().zip(spreads(middle, top.abs_upper_magnitude()));
     own.map(|(value, spread)| value.with_added_magnitude(spread)).chain(std::iter::once(top.clone())).collect()
 }
