@@ -30,7 +30,6 @@ mod center;
 mod curve;
 mod energies;
 mod error;
-mod mirror;
 mod panel;
 mod portrait;
 mod small;
