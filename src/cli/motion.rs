@@ -7,7 +7,7 @@ use librate::diagnostic::Diagnostic;
 use librate::linearize::{Feature, LinearizeError, linearize};
 use librate::model::Model;
 use librate::motion::{self, Enclosed, MotionError, Start, System, Times, Trajectory};
-use librate::report::{self, MotionCsv};
+use librate::report::{self, MotionsCsv};
 use librate::{Error, modes, oscillation};
 
 use super::args::{self, MessageFormat};
@@ -139,8 +139,7 @@ impl Ensemble {
         };
         let (mut number, mut known) = (0, 0);
         output::write_rest(|out| {
-            let estimated = args.tolerance.is_none();
-            let mut table = MotionCsv::of_starts(out, model, estimated, args.digits).map_err(output::failed)?;
+            let mut table = MotionsCsv::new(out, model, args.digits).map_err(output::failed)?;
             in_order(args.threads, starts.len(), "integrating the motions", work, |motion: Result<Trajectory, _>| {
                 number += 1;
                 args.model.guard.go_on(&source)?;
@@ -155,11 +154,9 @@ impl Ensemble {
                     }
                 };
                 known += 1;
-                table.start(number);
-                let mut rows = motion.times.iter().zip(&motion.rows);
-                rows.try_for_each(|(time, row)| table.row(time, row, &[])).map_err(output::failed)
+                table.motion(number, &motion).map_err(output::failed)
             })?;
-            table.finish().map(drop).map_err(output::failed)
+            table.finish().map_err(output::failed)
         })?;
         if known == 0 {
             return Err(Failure::Model(source, remarks));

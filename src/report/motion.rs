@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use super::json::{Object, array, null, number, record, string};
 use super::picture::{Axis, Curve, Panel, Picture, Stroke, titled};
-use super::{common, counted, shown_unit, with_unit};
+use super::{common, counted, csv_text, shown_unit, with_unit};
 use librate_core::model::Model;
 use librate_core::precision::{Ball, decimal, one_digit_up};
 use librate_studies::motion::{Start, Trajectory};
@@ -19,80 +19,59 @@ const MOST_CURVES: usize = 10;
 /// of them. Values of quick runs are doubles as they are, and so is the superposition.
 #[must_use]
 pub fn motion_csv(model: &Model, trajectory: &Trajectory, superposition: Option<&[Vec<f64>]>, digits: usize) -> String {
-    // Writing to memory does not fail.
-    let written = || -> io::Result<Vec<u8>> {
-        let linear = superposition.is_some();
-        let mut table = MotionCsv::headed(Vec::new(), model, None, trajectory.estimated, linear, digits)?;
-        for (at, (time, row)) in trajectory.times.iter().zip(&trajectory.rows).enumerate() {
-            let linear = superposition.and_then(|rows| rows.get(at));
-            table.row(time, row, linear.map_or(&[], Vec::as_slice))?;
-        }
-        table.finish()
-    };
-    String::from_utf8(written().unwrap_or_default()).unwrap_or_default()
+    let linear = superposition.iter().flat_map(|_| columns(model)).map(|name| format!("linear {name}"));
+    let header = ["t".to_owned()].into_iter().chain(columns(model)).chain(linear);
+    let rows = cells(trajectory, digits).enumerate().map(|(at, own)| {
+        let linear = superposition.and_then(|rows| rows.get(at));
+        own.chain(linear.into_iter().flatten().map(|value| number(*value)))
+    });
+    csv_text(header, rows)
 }
 
-/// [`motion_csv`], row by row.
+/// The cells of each row: the time, then what the digits tell of the values.
+fn cells(trajectory: &Trajectory, digits: usize) -> impl Iterator<Item = impl Iterator<Item = String>> {
+    let estimated = trajectory.estimated;
+    trajectory.times.iter().zip(&trajectory.rows).map(move |(time, row)| {
+        let rest = rest(row);
+        let own = row.iter().map(move |value| match estimated {
+            true => decided(value, digits, rest),
+            false => number(value.mid_f64()),
+        });
+        std::iter::once(number(time.mid_f64())).chain(own)
+    })
+}
+
+/// The tables of motions from several starts below each other, as [`motion_csv`] has them, with the number of the start in a column
+/// in front.
 #[derive(Debug)]
-pub struct MotionCsv<W: Write> {
+pub struct MotionsCsv<W: Write> {
     table: csv::Writer<W>,
-    estimated: bool,
     digits: usize,
-    /// The number of the start, where there are several.
-    start: Option<usize>,
 }
 
-impl<W: Write> MotionCsv<W> {
-    /// Begins a table of motions from several starts: [`MotionCsv::start`] begins each, and a column `start` has its number.
+impl<W: Write> MotionsCsv<W> {
+    /// Begins with the header.
     ///
     /// # Errors
     /// Those of the writer, here and below.
-    pub fn of_starts(out: W, model: &Model, estimated: bool, digits: usize) -> io::Result<Self> {
-        Self::headed(out, model, Some(0), estimated, false, digits)
-    }
-
-    /// Begins with the motion from the start of this number.
-    pub fn start(&mut self, number: usize) {
-        self.start = Some(number);
-    }
-
-    fn headed(
-        out: W,
-        model: &Model,
-        start: Option<usize>,
-        estimated: bool,
-        superposition: bool,
-        digits: usize,
-    ) -> io::Result<Self> {
-        let mut header: Vec<String> = start.iter().map(|_| "start".to_owned()).collect();
-        header.push("t".to_owned());
-        header.extend(columns(model));
-        if superposition {
-            header.extend(columns(model).map(|name| format!("linear {name}")));
-        }
+    pub fn new(out: W, model: &Model, digits: usize) -> io::Result<Self> {
         let mut table = csv::Writer::from_writer(out);
-        table.write_record(&header).map_err(plain)?;
-        Ok(Self { table, estimated, digits, start })
+        let header = ["start".to_owned(), "t".to_owned()].into_iter().chain(columns(model));
+        table.write_record(header).map_err(plain)?;
+        Ok(Self { table, digits })
     }
 
-    /// Writes a row, with what the superposition of modes has there.
+    /// Writes the motion from the start of this number.
     #[allow(clippy::missing_errors_doc)] // those of the writer
-    pub fn row(&mut self, time: &Ball, row: &[Ball], superposition: &[f64]) -> io::Result<()> {
-        let rest = rest(row);
-        let own = row.iter().map(|value| match self.estimated {
-            true => decided(value, self.digits, rest),
-            false => number(value.mid_f64()),
-        });
-        let linear = superposition.iter().map(|value| number(*value));
-        let time = self.start.map(|start| start.to_string()).into_iter().chain([number(time.mid_f64())]);
-        let record = time.chain(own).chain(linear);
-        self.table.write_record(record).map_err(plain)
+    pub fn motion(&mut self, start: usize, motion: &Trajectory) -> io::Result<()> {
+        let mut rows = cells(motion, self.digits);
+        rows.try_for_each(|own| self.table.write_record([start.to_string()].into_iter().chain(own))).map_err(plain)
     }
 
-    /// Ends the table.
+    /// Writes what is left.
     #[allow(clippy::missing_errors_doc)] // those of the writer
-    pub fn finish(self) -> io::Result<W> {
-        self.table.into_inner().map_err(csv::IntoInnerError::into_error)
+    pub fn finish(mut self) -> io::Result<()> {
+        self.table.flush()
     }
 }
 
