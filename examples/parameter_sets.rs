@@ -16,12 +16,16 @@ use std::error::Error;
 use std::hint::black_box;
 use std::io::Write as _;
 use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
+#[path = "speed_and_error/clock.rs"]
+#[allow(dead_code, reason = "other examples use more of it")]
+mod clock;
+
+use clock::repeat;
 use librate::batch::{Options, Solutions, Study};
 use librate::model::{Settings, TableTexts, elaborate};
 use librate::syntax::parse;
-use rustix::time::{ClockId, clock_gettime};
 
 const PENDULUMS: &str = "
 param m = 1  param l = 1  param g = 9.81  param L = 0.5  param k12 = 2  param k23 = 3
@@ -100,26 +104,6 @@ fn random_sets(nominal: &[f64], count: usize) -> Vec<f64> {
     (0..count).flat_map(|_| nominal.iter().map(|value| value * random()).collect::<Vec<_>>()).collect()
 }
 
-fn cpu() -> Duration {
-    let time = clock_gettime(ClockId::ThreadCPUTime);
-    let seconds = u64::try_from(time.tv_sec).unwrap_or(0);
-    let nanoseconds = u64::try_from(time.tv_nsec).unwrap_or(0);
-    Duration::from_secs(seconds) + Duration::from_nanos(nanoseconds)
-}
-
-/// The median of the CPU time of repeated calls, in seconds.
-fn median(mut call: impl FnMut() -> Result<(), Box<dyn Error>>) -> Result<f64, Box<dyn Error>> {
-    let mut times = Vec::new();
-    let start = Instant::now();
-    while times.len() < 5 || start.elapsed() < Duration::from_secs(1) {
-        let before = cpu();
-        call()?;
-        times.push(cpu().saturating_sub(before));
-    }
-    times.sort_unstable();
-    Ok(times[times.len() / 2].as_secs_f64())
-}
-
 /// Runs numpy on the same sets: its times and all ω².
 fn numpy(
     python: &str,
@@ -173,7 +157,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let mut fastest = f64::NAN;
         for (key, options) in [("sets_s", Options::default()), ("plain_s", plain), ("frequencies_s", frequencies)] {
             let study = Study::with_options(model.clone(), &names, options)?;
-            let time = median(|| {
+            let (_, time) = repeat(|| {
                 study.solve_into(black_box(&sets), &mut solutions)?;
                 Ok(())
             })?;

@@ -22,17 +22,20 @@ use std::fmt::Write as _;
 use std::io::Write as _;
 use std::time::{Duration, Instant};
 
+#[path = "speed_and_error/clock.rs"]
+#[allow(dead_code, reason = "other examples use more of it")]
+mod clock;
 #[path = "points.rs"]
 #[allow(dead_code, reason = "an example of its own")]
 mod points;
 
+use clock::{Clock, repeat};
 use librate::linearize::{Linearized, linearize};
 use librate::model::{Settings, TableTexts, elaborate};
 use librate::modes::Options;
 use librate::oscillation::normal_modes;
 use librate::precision::decimal;
 use librate::syntax::parse;
-use rustix::time::{ClockId, clock_gettime};
 
 /// Digits of the printed frequencies; fewer where the bound decides fewer.
 const DIGITS: usize = 25;
@@ -138,51 +141,6 @@ fn problem(model: &str, n: usize) -> Result<(String, Option<usize>), Box<dyn Err
     let sized = matches!(model, "B" | "C" | "D");
     let head = if sized { format!("param N = {n}") } else { String::new() };
     Ok((head + text, lowest))
-}
-
-/// Wall and CPU time since the process, or this clock, started.
-struct Clock {
-    wall: Instant,
-    cpu: Duration,
-}
-
-impl Clock {
-    fn start() -> Self {
-        Self { wall: Instant::now(), cpu: Self::cpu() }
-    }
-
-    fn cpu() -> Duration {
-        let time = clock_gettime(ClockId::ProcessCPUTime);
-        let seconds = u64::try_from(time.tv_sec).unwrap_or(0);
-        let nanoseconds = u64::try_from(time.tv_nsec).unwrap_or(0);
-        Duration::from_secs(seconds) + Duration::from_nanos(nanoseconds)
-    }
-
-    fn lap(&mut self) -> (f64, f64) {
-        let now = Self::start();
-        let wall = (now.wall - self.wall).as_secs_f64();
-        let cpu = now.cpu.saturating_sub(self.cpu).as_secs_f64();
-        *self = now;
-        (wall, cpu)
-    }
-}
-
-/// The median of wall and CPU time of repeated calls: at least three, for about a second.
-fn repeat(mut call: impl FnMut() -> Result<(), Box<dyn Error>>) -> Result<(f64, f64), Box<dyn Error>> {
-    let (mut wall, mut cpu) = (Vec::new(), Vec::new());
-    let start = Instant::now();
-    while wall.len() < 3 || (wall.len() < 2000 && start.elapsed() < Duration::from_secs(1)) {
-        let mut clock = Clock::start();
-        call()?;
-        let (w, c) = clock.lap();
-        wall.push(w);
-        cpu.push(c);
-    }
-    let median = |times: &mut Vec<f64>| {
-        times.sort_by(f64::total_cmp);
-        times[times.len() / 2]
-    };
-    Ok((median(&mut wall), median(&mut cpu)))
 }
 
 fn first<E: Error + 'static>(errors: Vec<E>) -> Box<dyn Error> {

@@ -9,8 +9,8 @@ use librate::modes::{Kind, Options, Stability};
 use librate::oscillation::{NormalMode, NormalModes, normal_modes};
 use librate::precision::{Ball, Rounding, decimal};
 use librate::syntax::parse;
-use rustix::time::{ClockId, clock_gettime};
 
+use crate::clock::of_thread;
 use crate::digits::{absolute, digits, read, round};
 use crate::draw::power_of_ten;
 use crate::exponents;
@@ -80,13 +80,6 @@ pub(crate) struct Asked {
 
 const LOST: &str = "no equilibrium was found";
 
-fn thread_time() -> Duration {
-    let time = clock_gettime(ClockId::ThreadCPUTime);
-    let seconds = u64::try_from(time.tv_sec).unwrap_or(0);
-    let nanoseconds = u64::try_from(time.tv_nsec).unwrap_or(0);
-    Duration::from_secs(seconds) + Duration::from_nanos(nanoseconds)
-}
-
 fn trip(model: &Model, asked: &Asked) -> Result<(Vec<Ball>, NormalModes), String> {
     let said = |errors: Vec<String>| errors.join("; ");
     let mut tables = TableTexts::new();
@@ -109,9 +102,9 @@ fn trip(model: &Model, asked: &Asked) -> Result<(Vec<Ball>, NormalModes), String
 
 pub(crate) fn check(model: &Model, asked: &Asked) -> Outcome {
     let mut outcome = Outcome::default();
-    let start = thread_time();
+    let start = of_thread();
     let result = trip(model, asked);
-    outcome.cpu = thread_time().saturating_sub(start);
+    outcome.cpu = of_thread().saturating_sub(start);
     let (point, modes) = match result {
         Ok(result) => result,
         Err(message) => {

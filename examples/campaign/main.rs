@@ -14,6 +14,9 @@
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a report on standard output")]
 
 mod check;
+#[path = "../speed_and_error/clock.rs"]
+#[allow(dead_code, reason = "other examples use more of it")]
+mod clock;
 mod digits;
 mod draw;
 mod exponents;

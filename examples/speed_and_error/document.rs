@@ -8,8 +8,8 @@ use librate::modes::PrecisionLevel;
 
 use super::case::{FAMILIES, MANY_DIGITS};
 use super::cells::{error, error_cell, header, present, ratio, table, time_cell, verdict};
+use super::clock::median;
 use super::growth;
-use super::judge::median;
 use super::large::LargeReport;
 use super::machine::{locked, machine, said};
 use super::plots;
@@ -39,9 +39,7 @@ pub(crate) fn write(
     let text = match dense {
         Some(report) => {
             std::fs::write(folder.join("hard.svg"), plots::hard(report)?)?;
-            std::fs::write(folder.join("problems.svg"), plots::problems(report)?)?;
             std::fs::write(folder.join("sizes.svg"), plots::sizes(report, &families())?)?;
-            std::fs::write(folder.join("digits.svg"), plots::digits(report)?)?;
             text(report, chapter, plan)
         }
         None => {
@@ -232,8 +230,7 @@ fn hard(report: &Report) -> String {
         "## The hard problems one by one\n\n\
          Models of [`models/hard`](../models/hard), which say what is hard about them. Errors above 1e-9, where fewer than ten \
          digits are right, are bold; (±k): k squares have the wrong sign. Doubles are given M and K correctly rounded; part of \
-         the error is already in that rounding, and no solver can mend it.\n\n\
-         ![Hard problems one by one](speed-and-error/problems.svg)\n\n",
+         the error is already in that rounding, and no solver can mend it.\n\n",
     );
     let paths = present(report.hard(), |path| match path.group {
         Group::Doubles | Group::Peer | Group::Jacobi => true,
@@ -346,8 +343,7 @@ fn many_digits(report: &Report) -> String {
     let mut out = String::from(
         "## Many digits\n\n\
          mpmath carries so many digits and leaves the errors to the user; python-flint computes with balls of that many digits, and \
-         what is left of them depends on the problem; librate gives that many digits, with shapes.\n\n\
-         ![What digits cost](speed-and-error/digits.svg)\n\n",
+         what is left of them depends on the problem; librate gives that many digits, with shapes.\n\n",
     );
     let many = |path: &PathInfo| match path.group {
         Group::Librate(digits) => digits >= 25,

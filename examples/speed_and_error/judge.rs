@@ -81,9 +81,3 @@ impl Enclosure {
         (relative < 1.0).then(|| relative / (1.0 + (1.0 - relative).sqrt()))
     }
 }
-
-/// The one in the middle; the upper one of two.
-pub(crate) fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
-}

@@ -14,6 +14,7 @@
 
 mod case;
 mod cells;
+#[allow(dead_code, reason = "other examples use more of it")]
 mod clock;
 mod document;
 mod frame;

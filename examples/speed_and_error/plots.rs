@@ -3,10 +3,9 @@
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use super::frame::{Area, FAINT, FONT, Frame, INK, Result, note, power, svg};
-use super::judge::median;
-use super::paths::ASKED;
-use super::run::{CHOLMOD, DEFAULT, Group, Measured, PATHS, PathInfo, Report, Verdict};
+use super::clock::median;
+use super::frame::{Area, FONT, Frame, INK, Result, note, power, svg};
+use super::run::{CHOLMOD, Group, PATHS, PathInfo, Report};
 
 fn color(path: &PathInfo) -> RGBColor {
     match (path.group, path.label) {
@@ -141,65 +140,6 @@ pub(crate) fn hard(report: &Report) -> Result<String> {
     })
 }
 
-/// One row a hard problem: the errors of the main paths, and librate's bound.
-pub(crate) fn problems(report: &Report) -> Result<String> {
-    let rows: Vec<&Measured> = report.hard().collect();
-    let labels = ["faer", report.unit, "Jacobi on the factor", DEFAULT];
-    let shown: Vec<&PathInfo> = PATHS.iter().filter(|path| labels.contains(&path.label)).collect();
-    let height = 24 * rows.len() as i32;
-    let (left, top, width) = (200, 50, 520);
-    let x = |error: f64| {
-        let share = (drawn_error(error) - FLOOR) / (TOP - FLOOR);
-        left + (share * f64::from(width)) as i32
-    };
-    svg((960, (top + height + 60) as u32), |area| {
-        let text = |size: i32, horizontal| {
-            let style = (FONT, size).into_font().color(&INK);
-            style.pos(Pos::new(horizontal, VPos::Center))
-        };
-        let title = "Hard problems one by one: the largest relative error of a frequency";
-        area.draw(&Text::new(title, (left, 20), text(16, HPos::Left)))?;
-        for exponent in ERRORS {
-            let at = x(10f64.powf(exponent));
-            area.draw(&PathElement::new(vec![(at, top - 8), (at, top + height)], FAINT))?;
-            let label = (at, top + height + 14);
-            area.draw(&Text::new(power(exponent), label, text(12, HPos::Center)))?;
-        }
-        for (row, measured) in rows.iter().enumerate() {
-            let y = top + 24 * row as i32 + 8;
-            let name = measured.name.replace('_', " ");
-            area.draw(&Text::new(name, (left - 10, y), text(12, HPos::Right)))?;
-            let line = vec![(left, y), (left + width, y)];
-            area.draw(&PathElement::new(line, FAINT.mix(0.6)))?;
-            for (place, path) in shown.iter().enumerate() {
-                if let Some(Verdict::Failed(_)) = measured.verdict(path.label) {
-                    let at = (left + width + 8 + 12 * place as i32, y);
-                    area.draw(&Cross::new(at, 4, color(path).stroke_width(2)))?;
-                }
-                let Some(outcome) = measured.of(path.label) else {
-                    continue;
-                };
-                let at = x(outcome.judged.error);
-                if let Some(certified) = &outcome.certified {
-                    let bound = x(certified.bound);
-                    let line = vec![(at, y), (bound, y)];
-                    area.draw(&PathElement::new(line, color(path).stroke_width(2)))?;
-                    let mark = vec![(bound, y - 5), (bound, y + 5)];
-                    area.draw(&PathElement::new(mark, color(path).stroke_width(2)))?;
-                }
-                area.draw(&Circle::new((at, y), 5, color(path).mix(0.85).filled()))?;
-            }
-        }
-        let beside = left + width + 50;
-        legend(area, (beside, top + 10), &shown)?;
-        note(
-            area,
-            (beside - 6, top + 10 + 19 * shown.len() as i32 + 8),
-            &["line to a bar: librate's bound", "cross: gives up"],
-        )
-    })
-}
-
 /// Time and error against the number of coordinates, one row a family: its slug and title.
 pub(crate) fn sizes(report: &Report, families: &[(&str, &str)]) -> Result<String> {
     let reference = format!("CPU time, {} = 1", report.unit);
@@ -269,70 +209,5 @@ pub(crate) fn sizes(report: &Report, families: &[(&str, &str)]) -> Result<String
             }
         }
         legend(&right, (14, 60), &shown)
-    })
-}
-
-/// The digits of one kind of path.
-type DigitsOf = fn(Group) -> Option<usize>;
-
-/// Time against the digits that are asked for, at one size of a family.
-pub(crate) fn digits(report: &Report) -> Result<String> {
-    let reference = format!("CPU time, {} = 1", report.unit);
-    let Some(measured) = report.family("pendulum").filter(|m| m.n <= 30).last() else {
-        return svg((680, 100), |_| Ok(()));
-    };
-    let caption = format!("What digits cost: a pendulum of {} links", measured.n);
-    let marks = ASKED.map(|digits| (digits as f64).log10());
-    let frame = Frame {
-        caption: &caption,
-        x: (0.8, 2.2),
-        y: (-0.6, 5.0),
-        x_title: "digits asked for",
-        y_title: &reference,
-        x_label: whole,
-        y_label: times,
-        x_marks: &marks,
-        y_marks: &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0],
-    };
-    let kinds: [(&str, DigitsOf); 3] = [
-        (DEFAULT, |group| match group {
-            Group::Librate(digits) => Some(digits),
-            _ => None,
-        }),
-        ("mpmath, 50 digits", |group| match group {
-            Group::Mpmath(digits) => Some(digits),
-            _ => None,
-        }),
-        ("python-flint, 50 digits", |group| match group {
-            Group::Flint(digits) => Some(digits),
-            _ => None,
-        }),
-    ];
-    svg((680, 420), |area| {
-        let mut chart = frame.draw(area)?;
-        for (label, digits) in kinds {
-            let points: Vec<(f64, f64)> = PATHS
-                .iter()
-                .filter_map(|path| {
-                    let digits = digits(path.group)?;
-                    let time = report.ratio(measured, path.label)?;
-                    Some(((digits as f64).log10(), time.log10()))
-                })
-                .collect();
-            let Some(path) = PATHS.iter().find(|path| path.label == label) else {
-                continue;
-            };
-            let style = color(path).stroke_width(2);
-            chart.draw_series(LineSeries::new(points.clone(), style))?;
-            let dot = color(path).filled();
-            chart.draw_series(points.iter().map(|&at| Circle::new(at, 4, dot)))?;
-            if let Some(&(x, y)) = points.last() {
-                let name = label.split(',').next().unwrap_or(label).to_owned();
-                let style = (FONT, 13).into_font().color(&color(path));
-                let style = style.pos(Pos::new(HPos::Left, VPos::Center));
-                chart.draw_series([Text::new(name, (x + 0.03, y), style)])?;
-            }
-        }
-        Ok(())
     })
 }

@@ -7,7 +7,8 @@ use librate::modes::PrecisionLevel;
 use librate::number::Number;
 
 use super::case::{Case, FAMILIES, HARD, MANY_DIGITS};
-use super::judge::{Judged, judge, median};
+use super::clock::median;
+use super::judge::{Judged, judge};
 use super::large::LARGE;
 use super::paths::{ASKED, Answer, Doubles, with_faer, with_jacobi, with_librate, with_nalgebra};
 use super::peers::Peers;

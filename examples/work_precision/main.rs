@@ -10,6 +10,7 @@
 //! What is measured: `run`. What is written: `document`, `picture`.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "tells where the document went")]
 
+#[allow(dead_code, reason = "other examples use more of it")]
 #[path = "../speed_and_error/clock.rs"]
 mod clock;
 mod document;

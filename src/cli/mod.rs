@@ -24,7 +24,7 @@ mod threads;
 mod watch;
 
 use std::ffi::OsString;
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, IsTerminal};
 use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -68,17 +68,13 @@ enum Failure {
 /// What a command has to say: its result, and what was suspicious on the way.
 struct Answer {
     text: String,
-    /// What follows the text, worked out while it is written: as long as the reader wants.
-    rest: Option<Rest>,
     /// Warnings, and the text that they are about.
     remarks: Option<(Source, Vec<Diagnostic>)>,
 }
 
-type Rest = Box<dyn FnOnce(&mut dyn Write) -> Result<(), Failure>>;
-
 impl Answer {
     fn new(text: String, remarks: Option<(Source, Vec<Diagnostic>)>) -> Self {
-        Self { text, rest: None, remarks }
+        Self { text, remarks }
     }
 
     /// Writes the text into a file that is asked for, and leaves nothing of it to be printed.
@@ -160,8 +156,7 @@ pub(crate) fn run() -> ExitCode {
         {
             tell(&source, &warnings, format);
         }
-        output::write_paged(&answer.text)?;
-        answer.rest.map_or(Ok(()), output::write_rest)
+        output::write_paged(&answer.text)
     });
     ended(written, format)
 }

@@ -4,17 +4,16 @@ use std::io::{self, Write};
 
 use anstream::AutoStream;
 use librate::diagnostic::Diagnostic;
-use librate::linearize::{Feature, LinearizeError, Linearized, linearize};
+use librate::linearize::{Feature, LinearizeError, linearize};
 use librate::model::Model;
 use librate::motion::{self, Enclosed, MotionError, Start, System, Times, Trajectory};
-use librate::precision::Ball;
-use librate::report::{self, MotionCsv, MotionJson};
+use librate::report::{self, MotionsCsv};
 use librate::{Error, modes, oscillation};
 
 use super::args::{self, MessageFormat};
 use super::input::{self, Source};
 use super::threads::in_order;
-use super::{Answer, Failure, Loaded, Size, constant, during, failed, fault, load_values, output};
+use super::{Answer, Failure, Loaded, Size, constant, during, failed, load_values, output};
 
 const HELP: &str = "times and amplitudes are numbers: `10`, `1/2`, `2*pi`";
 
@@ -35,7 +34,6 @@ pub(super) fn text(args: &args::Motion, format: MessageFormat) -> Result<Answer,
         let samples = args.samples.unwrap_or(if args.model.drawn { SAMPLES_DRAWN } else { SAMPLES });
         let asked = || Times::new(&until, samples);
         let times = at.as_ref().map_or_else(asked, |table| Times::table(&table.text))?;
-        let at_once = times.at_once(2 * model.coordinates.len() + 1);
         let linearized = if args.linear {
             if let Some(own) = model.rolling.first() {
                 return Err(LinearizeError::Unsupported { feature: Feature::Rolling, span: own.span }.into());
@@ -59,54 +57,42 @@ pub(super) fn text(args: &args::Motion, format: MessageFormat) -> Result<Answer,
             Start::parse(start, &model, linearized.as_ref(), &system)?
         };
         let method = method(args, &model, system)?;
-        let known = method.motion(&start, &at_once, args.digits)?;
-        Ok(Computed::Motion(Box::new(Motion {
-            linearized: linearized.filter(|_| args.linear),
-            digits: args.digits,
-            method,
-            start,
-            times,
-            known,
-            model,
-        })))
+        let known = method.motion(&start, &times, args.digits)?;
+        let linearized = linearized.as_ref().filter(|_| args.linear);
+        let linear = linearized.and_then(|own| Some(motion::superposition(own, &start, &times)?.collect::<Vec<_>>()));
+        let remarks = report::start_remark(&model, &start).into_iter().chain([report::motion_remark(&known)]);
+        Ok(Computed::Motion {
+            remarks: remarks.collect(),
+            text: if args.model.drawn {
+                report::motion_svg(&model, &known, linear.as_deref())
+            } else if args.json {
+                report::motion_json(&model, &known, args.digits)
+            } else {
+                report::motion_csv(&model, &known, linear.as_deref(), args.digits)
+            },
+        })
     });
-    let motion = match computed {
-        Ok(Computed::Motion(motion)) => motion,
+    let (text, remarks) = match computed {
+        Ok(Computed::Motion { text, remarks }) => (text, remarks),
         Ok(Computed::Ensemble(ensemble)) => return ensemble.answer(args, source, warnings, format),
         Err(error) => return Err(failed(&source, &warnings, error)),
     };
-    let (model, known) = (&motion.model, &motion.known);
-    let linear = |times: &Times| -> Option<Vec<Vec<f64>>> {
-        let linearized = motion.linearized.as_ref()?;
-        Some(motion::superposition(linearized, &motion.start, times)?.collect())
-    };
     if format == MessageFormat::Text {
-        let moved = report::start_remark(model, &motion.start);
-        for remark in moved.into_iter().chain([report::motion_remark(known)]) {
+        for remark in remarks {
             // Nobody to read it is no mistake.
             let _ = writeln!(AutoStream::auto(io::stderr()), "{remark}");
         }
     }
-    let remarks = Some((source, warnings));
-    if args.model.drawn {
-        let shown = motion.times.at_once(2 * model.coordinates.len() + 1);
-        return Ok(Answer::new(report::motion_svg(model, known, linear(&shown).as_deref()), remarks));
-    }
-    if known.rows.len() < motion.times.len() {
-        let json = args.json;
-        return Ok(Answer { text: String::new(), rest: Some(Box::new(move |out| motion.write(json, out))), remarks });
-    }
-    let text = if args.json {
-        report::motion_json(model, known, args.digits)
-    } else {
-        report::motion_csv(model, known, linear(&motion.times).as_deref(), args.digits)
-    };
-    Ok(Answer::new(text, remarks))
+    Ok(Answer::new(text, Some((source, warnings))))
 }
 
 /// What is asked for.
 enum Computed {
-    Motion(Box<Motion>),
+    /// The table or picture, and how it was computed.
+    Motion {
+        text: String,
+        remarks: Vec<String>,
+    },
     Ensemble(Box<Ensemble>),
 }
 
@@ -153,8 +139,7 @@ impl Ensemble {
         };
         let (mut number, mut known) = (0, 0);
         output::write_rest(|out| {
-            let estimated = args.tolerance.is_none();
-            let mut table = MotionCsv::of_starts(out, model, estimated, args.digits).map_err(output::failed)?;
+            let mut table = MotionsCsv::new(out, model, args.digits).map_err(output::failed)?;
             in_order(args.threads, starts.len(), "integrating the motions", work, |motion: Result<Trajectory, _>| {
                 number += 1;
                 args.model.guard.go_on(&source)?;
@@ -169,11 +154,9 @@ impl Ensemble {
                     }
                 };
                 known += 1;
-                table.start(number);
-                let mut rows = motion.times.iter().zip(&motion.rows);
-                rows.try_for_each(|(time, row)| table.row(time, row, &[])).map_err(output::failed)
+                table.motion(number, &motion).map_err(output::failed)
             })?;
-            table.finish().map(drop).map_err(output::failed)
+            table.finish().map_err(output::failed)
         })?;
         if known == 0 {
             return Err(Failure::Model(source, remarks));
@@ -197,58 +180,4 @@ impl Method {
             Self::Proved(enclosed) => enclosed.motion(start, times, digits),
         }
     }
-}
-
-/// A motion that is known at some times.
-struct Motion {
-    model: Model,
-    method: Method,
-    start: Start,
-    times: Times,
-    known: Trajectory,
-    /// For the superposition of modes, where it is asked for.
-    linearized: Option<Linearized>,
-    digits: usize,
-}
-
-impl Motion {
-    /// Writes all rows as they are computed, so that a table may be as long as one likes.
-    fn write(self, json: bool, out: &mut dyn Write) -> Result<(), Failure> {
-        let (model, known, digits) = (&self.model, &self.known, self.digits);
-        if json {
-            let kept = tempfile::tempfile().map_err(not_kept)?;
-            let mut table = MotionJson::new(kept, model, known, digits);
-            self.each(|time, row| table.row(time, row).map_err(not_kept))?;
-            return table.finish(out).map_err(output::failed);
-        }
-        let linearized = self.linearized.as_ref();
-        let mut linear = linearized.and_then(|own| motion::superposition(own, &self.start, &self.times));
-        let mut table = MotionCsv::new(out, model, known, linear.is_some(), digits).map_err(output::failed)?;
-        self.each(|time, row| {
-            let linear = linear.as_mut().and_then(Iterator::next).unwrap_or_default();
-            table.row(time, row, &linear).map_err(output::failed)
-        })?;
-        table.finish().map(drop).map_err(output::failed)
-    }
-
-    /// All rows, as long as nothing fails.
-    fn each(&self, mut row: impl FnMut(&Ball, &[Ball]) -> Result<(), Failure>) -> Result<(), Failure> {
-        let mut written = Ok(());
-        let each = |at: usize, values: Vec<Ball>| {
-            written = row(&self.times.at(at), &values);
-            written.is_ok()
-        };
-        let (start, times, known) = (&self.start, &self.times, &self.known);
-        let followed = match &self.method {
-            Method::Followed(system, tolerance) => system.rows(start, times, known, *tolerance, each),
-            Method::Proved(enclosed) => enclosed.rows(start, times, known, each),
-        };
-        written?;
-        followed.map_err(|error| fault(error.to_string()))
-    }
-}
-
-/// Why columns were not kept.
-fn not_kept(error: io::Error) -> Failure {
-    fault(format!("can't keep the columns in a temporary file: {error}; without `--json` rows are written at once"))
 }

@@ -51,7 +51,7 @@ pub use latex::derive_latex;
 pub use matrices::{Matrix, Mirror, matrices, write_npz};
 pub use mode_pictures::{SweepView, modes_svg, spectrum_svg, sweep_svg};
 pub use modes::modes_text;
-pub use motion::{MotionCsv, MotionJson, motion_csv, motion_json, motion_remark, motion_svg, start_remark};
+pub use motion::{MotionsCsv, motion_csv, motion_json, motion_remark, motion_svg, start_remark};
 pub use npz::{Vectors, read_vectors};
 pub use page::left_out;
 pub use period::{period_csv, period_curve_json, period_json, period_text};

@@ -1,10 +1,10 @@
 //! Motions, as CSV and as a picture.
 
-use std::io::{self, Cursor, Read, Seek, SeekFrom, Write};
+use std::io::{self, Write};
 
-use super::json::{array, model_and_version, null, number, string};
+use super::json::{Object, array, null, number, record, string};
 use super::picture::{Axis, Curve, Panel, Picture, Stroke, titled};
-use super::{common, counted, shown_unit, with_unit};
+use super::{common, counted, csv_text, shown_unit, with_unit};
 use librate_core::model::Model;
 use librate_core::precision::{Ball, decimal, one_digit_up};
 use librate_studies::motion::{Start, Trajectory};
@@ -19,88 +19,59 @@ const MOST_CURVES: usize = 10;
 /// of them. Values of quick runs are doubles as they are, and so is the superposition.
 #[must_use]
 pub fn motion_csv(model: &Model, trajectory: &Trajectory, superposition: Option<&[Vec<f64>]>, digits: usize) -> String {
-    // Writing to memory does not fail.
-    let written = || -> io::Result<Vec<u8>> {
-        let linear = superposition.is_some();
-        let mut table = MotionCsv::new(Vec::new(), model, trajectory, linear, digits)?;
-        for (at, (time, row)) in trajectory.times.iter().zip(&trajectory.rows).enumerate() {
-            let linear = superposition.and_then(|rows| rows.get(at));
-            table.row(time, row, linear.map_or(&[], Vec::as_slice))?;
-        }
-        table.finish()
-    };
-    String::from_utf8(written().unwrap_or_default()).unwrap_or_default()
+    let linear = superposition.iter().flat_map(|_| columns(model)).map(|name| format!("linear {name}"));
+    let header = ["t".to_owned()].into_iter().chain(columns(model)).chain(linear);
+    let rows = cells(trajectory, digits).enumerate().map(|(at, own)| {
+        let linear = superposition.and_then(|rows| rows.get(at));
+        own.chain(linear.into_iter().flatten().map(|value| number(*value)))
+    });
+    csv_text(header, rows)
 }
 
-/// [`motion_csv`], row by row.
+/// The cells of each row: the time, then what the digits tell of the values.
+fn cells(trajectory: &Trajectory, digits: usize) -> impl Iterator<Item = impl Iterator<Item = String>> {
+    let estimated = trajectory.estimated;
+    trajectory.times.iter().zip(&trajectory.rows).map(move |(time, row)| {
+        let rest = rest(row);
+        let own = row.iter().map(move |value| match estimated {
+            true => decided(value, digits, rest),
+            false => number(value.mid_f64()),
+        });
+        std::iter::once(number(time.mid_f64())).chain(own)
+    })
+}
+
+/// The tables of motions from several starts below each other, as [`motion_csv`] has them, with the number of the start in a column
+/// in front.
 #[derive(Debug)]
-pub struct MotionCsv<W: Write> {
+pub struct MotionsCsv<W: Write> {
     table: csv::Writer<W>,
-    estimated: bool,
     digits: usize,
-    /// The number of the start, where there are several.
-    start: Option<usize>,
 }
 
-impl<W: Write> MotionCsv<W> {
-    /// Begins a table of a motion, which may be known at other times, with its header.
+impl<W: Write> MotionsCsv<W> {
+    /// Begins with the header.
     ///
     /// # Errors
     /// Those of the writer, here and below.
-    pub fn new(out: W, model: &Model, known: &Trajectory, superposition: bool, digits: usize) -> io::Result<Self> {
-        Self::headed(out, model, None, known.estimated, superposition, digits)
-    }
-
-    /// Begins a table of motions from several starts: [`MotionCsv::start`] begins each, and a column `start` has its number.
-    ///
-    /// # Errors
-    /// Those of the writer.
-    pub fn of_starts(out: W, model: &Model, estimated: bool, digits: usize) -> io::Result<Self> {
-        Self::headed(out, model, Some(0), estimated, false, digits)
-    }
-
-    /// Begins with the motion from the start of this number.
-    pub fn start(&mut self, number: usize) {
-        self.start = Some(number);
-    }
-
-    fn headed(
-        out: W,
-        model: &Model,
-        start: Option<usize>,
-        estimated: bool,
-        superposition: bool,
-        digits: usize,
-    ) -> io::Result<Self> {
-        let mut header: Vec<String> = start.iter().map(|_| "start".to_owned()).collect();
-        header.push("t".to_owned());
-        header.extend(columns(model));
-        if superposition {
-            header.extend(columns(model).map(|name| format!("linear {name}")));
-        }
+    pub fn new(out: W, model: &Model, digits: usize) -> io::Result<Self> {
         let mut table = csv::Writer::from_writer(out);
-        table.write_record(&header).map_err(plain)?;
-        Ok(Self { table, estimated, digits, start })
+        let header = ["start".to_owned(), "t".to_owned()].into_iter().chain(columns(model));
+        table.write_record(header).map_err(plain)?;
+        Ok(Self { table, digits })
     }
 
-    /// Writes a row, with what the superposition of modes has there.
+    /// Writes the motion from the start of this number.
     #[allow(clippy::missing_errors_doc)] // those of the writer
-    pub fn row(&mut self, time: &Ball, row: &[Ball], superposition: &[f64]) -> io::Result<()> {
-        let rest = rest(row);
-        let own = row.iter().map(|value| match self.estimated {
-            true => decided(value, self.digits, rest),
-            false => number(value.mid_f64()),
-        });
-        let linear = superposition.iter().map(|value| number(*value));
-        let time = self.start.map(|start| start.to_string()).into_iter().chain([number(time.mid_f64())]);
-        let record = time.chain(own).chain(linear);
-        self.table.write_record(record).map_err(plain)
+    pub fn motion(&mut self, start: usize, motion: &Trajectory) -> io::Result<()> {
+        let mut rows = cells(motion, self.digits);
+        rows.try_for_each(|own| self.table.write_record([start.to_string()].into_iter().chain(own))).map_err(plain)
     }
 
-    /// Ends the table.
+    /// Writes what is left.
     #[allow(clippy::missing_errors_doc)] // those of the writer
-    pub fn finish(self) -> io::Result<W> {
-        self.table.into_inner().map_err(csv::IntoInnerError::into_error)
+    pub fn finish(mut self) -> io::Result<()> {
+        self.table.flush()
     }
 }
 
@@ -123,137 +94,32 @@ fn columns(model: &Model) -> impl Iterator<Item = String> {
 /// The schema is `motion.schema.json`.
 #[must_use]
 pub fn motion_json(model: &Model, trajectory: &Trajectory, digits: usize) -> String {
-    // Writing to memory does not fail.
-    let written = || -> io::Result<Vec<u8>> {
-        let mut json = MotionJson::new(Cursor::new(Vec::new()), model, trajectory, digits);
-        for (time, row) in trajectory.times.iter().zip(&trajectory.rows) {
-            json.row(time, row)?;
+    let proved = trajectory.proved.is_some();
+    let mut object = Object::of_model(model);
+    object.field("proved", proved);
+    object.field("steps", trajectory.steps);
+    object.field("energy_drift", trajectory.energy_drift.map_or_else(null, number));
+    object.field("constraint_drift", trajectory.constraint_drift.map_or_else(null, number));
+    object.field("times", array(trajectory.times.iter().map(|time| number(time.mid_f64()))));
+    let rests: Vec<f64> = trajectory.rows.iter().map(|row| rest(row)).collect();
+    let out = object.begin("columns");
+    out.push('[');
+    for (at, name) in columns(model).enumerate() {
+        let values = || trajectory.rows.iter().filter_map(|row| row.get(at));
+        let mut fields =
+            vec![("name", string(&name)), ("values", array(values().map(|value| number(value.mid_f64()))))];
+        if trajectory.estimated {
+            let texts = values().zip(&rests).map(|(value, rest)| decided(value, digits, *rest));
+            let texts = texts.map(|text| if text.is_empty() { null() } else { string(&text) });
+            fields.push(("digits", array(texts)));
+            let errors = values().map(|value| number(one_digit_up(value.mid_f64_error())));
+            fields.push((if proved { "error_bounds" } else { "error_estimates" }, array(errors)));
         }
-        let mut out = Vec::new();
-        json.finish(&mut out)?;
-        Ok(out)
-    };
-    String::from_utf8(written().unwrap_or_default()).unwrap_or_default()
-}
-
-/// [`motion_json`], row by row: its columns are kept in a file until all rows are there.
-#[derive(Debug)]
-pub struct MotionJson<S> {
-    kept: S,
-    /// Bytes there.
-    end: u64,
-    /// Bytes of an array that are collected before they are put there.
-    block: usize,
-    /// Everything in front of the first array, between two of them, and behind the last.
-    around: Vec<String>,
-    /// The times, then the arrays of each column.
-    arrays: Vec<Array>,
-    estimated: bool,
-    digits: usize,
-}
-
-/// The elements of an array: what is not kept elsewhere yet, and where the others are.
-#[derive(Clone, Debug, Default)]
-struct Array {
-    text: String,
-    blocks: Vec<(u64, usize)>,
-}
-
-/// Memory for what is collected of all arrays.
-const COLLECTED: usize = 1 << 24;
-
-impl<S: Read + Write + Seek> MotionJson<S> {
-    /// Begins with a motion, which may be known at other times, and a file to keep columns in.
-    #[must_use]
-    pub fn new(kept: S, model: &Model, known: &Trajectory, digits: usize) -> Self {
-        let names = model.coordinates.names().map(|own| string(&own));
-        let mut around = vec![format!(
-            "{{\"model\": {},\n \"coordinates\": {},\n \"proved\": {},\n \"steps\": {},\n \"energy_drift\": {},\n \"constraint_drift\": {},\n \"times\": [",
-            model_and_version(model.name.as_deref()),
-            array(names),
-            known.proved.is_some(),
-            known.steps,
-            known.energy_drift.map_or_else(null, number),
-            known.constraint_drift.map_or_else(null, number),
-        )];
-        let errors = if known.proved.is_some() { "error_bounds" } else { "error_estimates" };
-        for (at, name) in columns(model).enumerate() {
-            let before = if at == 0 { "],\n \"columns\": [" } else { "]}," };
-            let name = string(&name);
-            around.push(format!("{before}\n  {{\"name\": {name}, \"values\": ["));
-            if known.estimated {
-                around.push("], \"digits\": [".to_owned());
-                around.push(format!("], \"{errors}\": ["));
-            }
-        }
-        let arrays = vec![Array::default(); around.len()];
-        around.push("]}]}\n".to_owned());
-        Self {
-            kept,
-            end: 0,
-            block: (COLLECTED / arrays.len()).clamp(512, 1 << 16),
-            around,
-            arrays,
-            estimated: known.estimated,
-            digits,
-        }
+        out.push_str(if at == 0 { "\n  " } else { ",\n  " });
+        out.push_str(&record(fields));
     }
-
-    /// Takes a row.
-    ///
-    /// # Errors
-    /// Those of the file.
-    pub fn row(&mut self, time: &Ball, row: &[Ball]) -> io::Result<()> {
-        self.put(0, &number(time.mid_f64()))?;
-        let rest = rest(row);
-        for (at, value) in row.iter().enumerate() {
-            let middle = number(value.mid_f64());
-            if !self.estimated {
-                self.put(1 + at, &middle)?;
-                continue;
-            }
-            let text = decided(value, self.digits, rest);
-            let digits = if text.is_empty() { null() } else { string(&text) };
-            self.put(1 + 3 * at, &middle)?;
-            self.put(2 + 3 * at, &digits)?;
-            self.put(3 + 3 * at, &number(one_digit_up(value.mid_f64_error())))?;
-        }
-        Ok(())
-    }
-
-    fn put(&mut self, array: usize, item: &str) -> io::Result<()> {
-        let Some(array) = self.arrays.get_mut(array) else { return Ok(()) };
-        if !(array.text.is_empty() && array.blocks.is_empty()) {
-            array.text.push_str(", ");
-        }
-        array.text.push_str(item);
-        if array.text.len() >= self.block {
-            self.kept.write_all(array.text.as_bytes())?;
-            array.blocks.push((self.end, array.text.len()));
-            self.end += array.text.len() as u64;
-            array.text.clear();
-        }
-        Ok(())
-    }
-
-    /// Writes all of it.
-    ///
-    /// # Errors
-    /// Those of the file and of the writer.
-    pub fn finish(mut self, mut out: impl Write) -> io::Result<()> {
-        let mut bytes = Vec::new();
-        for (before, array) in self.around.iter().zip(&self.arrays) {
-            out.write_all(before.as_bytes())?;
-            for (at, length) in &array.blocks {
-                bytes.resize(*length, 0);
-                self.kept.seek(SeekFrom::Start(*at))?;
-                self.kept.read_exact(&mut bytes)?;
-                out.write_all(&bytes)?;
-            }
-            out.write_all(array.text.as_bytes())?;
-        }
-        out.write_all(self.around.last().map_or(&[], |text| text.as_bytes()))
-    }
+    out.push(']');
+    object.end() + "\n"
 }
 
 /// What may be 0 and is less than this part of the largest number of its row rests.

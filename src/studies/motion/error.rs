@@ -110,7 +110,7 @@ Error MotionError {
         numbers: usize,
         /// The limit.
         most: usize,
-    } => nowhere().with_help("request fewer samples, or one row after the other"),
+    } => nowhere().with_help("request fewer rows"),
 
     /// A motion of too many steps.
     #[error("the motion takes too many steps: {steps} lead to t = {reached}")]

@@ -14,7 +14,6 @@ mod error;
 mod length;
 mod limits;
 mod linear;
-mod long;
 mod matrix;
 mod projection;
 mod proved;
@@ -66,8 +65,8 @@ const SAMPLES_A_RUN: f64 = 256.0;
 const SAMPLES: usize = 200;
 /// By so much of it each coordinate and velocity is changed to see how large the terms of constraints are.
 const NUDGE: f64 = 1e-12;
-/// A table has at most so many numbers.
-const MOST_NUMBERS: usize = 50_000_000;
+/// A table has at most so many numbers: with those of the runs that check it they take most of a gigabyte.
+const MOST_NUMBERS: usize = 5_000_000;
 
 /// A constant, enclosed and as it is; `None` where it is not a finite number.
 fn moment_of(constant: &Constant) -> Option<(Ball, Tape)> {
@@ -275,22 +274,17 @@ fn quick(tolerance: f64) -> Accuracy {
     Accuracy { order: order.clamp(4.0, 22.0) as usize, tolerance, displaced: 0.0 }
 }
 
-/// How many steps a motion took, and the largest magnitude, never 0, of each coordinate and velocity on the way.
-struct Followed {
-    steps: usize,
-    sizes: Vec<f64>,
-}
-
-/// States at the rows, and how they were reached.
+/// States at the rows, how many steps they took, and the largest magnitude, never 0, of each coordinate and velocity on the way.
 struct Run {
     rows: Vec<Vec<Ball>>,
-    followed: Followed,
+    steps: usize,
+    sizes: Vec<f64>,
 }
 
 /// Which values are nothing but rounding: much smaller than others of their kind and than what their coordinate is or takes in all the time,
 /// and different altogether in doubles. What rests is no motion whose errors tell of the others'.
 fn are_rounding(fine: &Run, plain: Option<&Run>, time: f64) -> Vec<bool> {
-    let sizes = &fine.followed.sizes;
+    let sizes = &fine.sizes;
     let Some(plain) = plain else { return vec![false; sizes.len()] };
     let count = sizes.len() / 2;
     let (positions, velocities) = sizes.split_at(count);
@@ -340,7 +334,7 @@ impl System {
         let times = &times.looked_at();
         let fine = self.table::<DoubleDouble>(start, times, FINE)?;
         let plain = self.table::<f64>(start, times, PLAIN).ok();
-        let sizes = &fine.followed.sizes;
+        let sizes = &fine.sizes;
         let rounding = are_rounding(&fine, plain.as_ref(), times.at(times.samples - 1).mid_f64());
         let relative = |row: usize, other: &Run| {
             let both = fine.rows[row].iter().zip(&other.rows[row]);
@@ -378,7 +372,7 @@ impl System {
             }
             errors.push(error);
         }
-        let lost = self.lost(start, times, &fine.rows, fine.followed.steps);
+        let lost = self.lost(start, times, &fine.rows, fine.steps);
         let stride = if asked.listed.is_some() { 1 } else { (times.samples - 1) / (asked.samples - 1).max(1) };
         let rows = fine.rows.iter().zip(&errors).enumerate().step_by(stride.max(1));
         let rows = rows.map(|(row, (values, error))| {
@@ -396,7 +390,7 @@ impl System {
         let seen = if asked.listed.is_some() { times } else { asked };
         let energy_drift = self.energy_drift(seen, &rows, DoubleDouble::ROUNDING);
         let constraint_drift = self.constraint_drift(seen, &rows, DoubleDouble::ROUNDING);
-        Ok(Trajectory { energy_drift, constraint_drift, ..Trajectory::of(seen, rows, fine.followed.steps) })
+        Ok(Trajectory { energy_drift, constraint_drift, ..Trajectory::of(seen, rows, fine.steps) })
     }
 
     /// The motion in doubles, steps of which leave out so much beside the size of each coordinate.
@@ -405,44 +399,22 @@ impl System {
     /// As [`System::motion`].
     pub fn quick(&self, start: &Start, times: &Times, tolerance: f64) -> Result<Trajectory, MotionError> {
         times.check_size(2 * self.names.len())?;
-        let Run { rows, followed } = self.table::<f64>(start, times, quick(tolerance))?;
+        let Run { rows, steps, .. } = self.table::<f64>(start, times, quick(tolerance))?;
         let energy_drift = self.energy_drift(times, &rows, f64::ROUNDING);
         let constraint_drift = self.constraint_drift(times, &rows, f64::ROUNDING);
-        let own = Trajectory::of(times, rows, followed.steps);
+        let own = Trajectory::of(times, rows, steps);
         Ok(Trajectory { energy_drift, constraint_drift, estimated: false, ..own })
     }
 
     /// All rows of a motion.
     fn table<S: Real>(&self, start: &Start, times: &Times, accuracy: Accuracy) -> Result<Run, MotionError> {
-        let mut rows = Vec::with_capacity(times.samples);
-        let followed = self.run(start, times, accuracy, &mut |_, row: Vec<S>| {
-            rows.push(row.into_iter().map(Real::to_ball).collect());
-            true
-        })?;
-        Ok(Run { rows, followed })
-    }
-
-    /// Follows the motion and hands each row to `each` with its number, as long as that says to go on.
-    fn run<S: Real>(
-        &self,
-        start: &Start,
-        times: &Times,
-        accuracy: Accuracy,
-        each: &mut dyn FnMut(usize, Vec<S>) -> bool,
-    ) -> Result<Followed, MotionError> {
         self.budget.at("the motion", None);
-        let steps = self.steps(start, times, accuracy, each);
+        let run = self.run::<S>(start, times, accuracy);
         self.budget.check().map_err(LinearizeError::from)?;
-        steps
+        run
     }
 
-    fn steps<S: Real>(
-        &self,
-        start: &Start,
-        times: &Times,
-        accuracy: Accuracy,
-        each: &mut dyn FnMut(usize, Vec<S>) -> bool,
-    ) -> Result<Followed, MotionError> {
+    fn run<S: Real>(&self, start: &Start, times: &Times, accuracy: Accuracy) -> Result<Run, MotionError> {
         let equations = self.independent.as_deref().unwrap_or(&self.equations);
         let mut stepper = Stepper::<S>::new(equations, accuracy.order, accuracy.tolerance);
         let moved = |(at, value): (usize, &Ball)| {
@@ -454,7 +426,8 @@ impl System {
         let mut v: Vec<S> = start.velocities.iter().enumerate().map(moved).collect();
         let mut t = S::exact(0.0);
         let end = S::from_ball(&times.at(times.samples - 1));
-        let (mut done, mut steps) = (0, 0);
+        let mut rows = Vec::with_capacity(times.samples);
+        let mut steps = 0;
         let mut sizes = vec![f64::MIN_POSITIVE; q.len() + v.len()];
         let mut resting = 0;
         loop {
@@ -471,8 +444,8 @@ impl System {
             if let Some(kink) = &kink {
                 length = kink.middle();
             }
-            while done < times.samples {
-                let after = S::from_ball(&times.at(done)).sub(&t);
+            while rows.len() < times.samples {
+                let after = S::from_ball(&times.at(rows.len())).sub(&t);
                 if after.middle() > length {
                     break;
                 }
@@ -481,14 +454,11 @@ impl System {
                 if !row.iter().all(S::is_finite) {
                     return Err(self.ended(&stepper, Trouble::NotFinite, &t, (&q, &v), length));
                 }
-                done += 1;
                 grow(&mut sizes, &row);
-                if !each(done - 1, row) {
-                    return Ok(Followed { steps, sizes });
-                }
+                rows.push(row.into_iter().map(Real::to_ball).collect());
             }
-            if done == times.samples {
-                return Ok(Followed { steps, sizes });
+            if rows.len() == times.samples {
+                return Ok(Run { rows, steps, sizes });
             }
             let next = t.add(&kink.unwrap_or_else(|| S::exact(longest)));
             // Steps that get longer later on may save a motion that begins with short ones, but not by much more than this.

@@ -35,26 +35,21 @@ const LARGE: f64 = 1e-4;
 /// A model as equations of motion, ready for proofs.
 #[derive(Clone, Debug)]
 pub struct Enclosed {
-    pub(super) budget: Budget,
+    budget: Budget,
     equations: Equations,
 }
 
-/// All rows of a run of some precision.
-struct Table {
+/// The rows of a run of some precision, and how it went.
+struct Run {
     rows: Vec<Vec<Ball>>,
-    run: Run,
-}
-
-/// How a run went.
-pub(super) struct Run {
     steps: usize,
     /// Where it ended before the end.
-    pub(super) stuck: Option<Stuck>,
+    stuck: Option<Stuck>,
 }
 
 /// A run that ended before its end.
 #[derive(Clone, Copy)]
-pub(super) struct Stuck {
+struct Stuck {
     time: f64,
     /// Whether what is known of the motion had become too little.
     spread: bool,
@@ -63,7 +58,7 @@ pub(super) struct Stuck {
 }
 
 impl Stuck {
-    pub(super) fn error(&self) -> MotionError {
+    fn error(&self) -> MotionError {
         let reason = if self.steps {
             "the steps that are proved become too many"
         } else if self.spread {
@@ -76,8 +71,6 @@ impl Stuck {
 }
 
 impl Enclosed {
-    pub(super) const BITS: usize = BITS;
-
     /// Writes the equations of motion out, solved for the accelerations.
     ///
     /// # Errors
@@ -103,31 +96,31 @@ impl Enclosed {
     /// only about.
     pub fn motion(&self, start: &Start, times: &Times, digits: usize) -> Result<Trajectory, MotionError> {
         times.check_size(self.equations.dimension())?;
-        let mut table = self.table::<Ball>(start, times, BITS, ())?;
+        let mut run = self.run::<Ball>(start, times, BITS, ())?;
         let mut bits = BITS;
         for _ in 0..CLIMBS {
-            let Some(more) = wanted_bits(&table, times, digits, bits) else { break };
+            let Some(more) = wanted_bits(&run, times, digits, bits) else { break };
             if more > MOST_BITS || !start.is_exact() {
                 break;
             }
-            let mut next = self.table::<Big>(start, times, more, more)?;
-            match (&table.run.stuck, &mut next.run.stuck) {
+            let mut next = self.run::<Big>(start, times, more, more)?;
+            match (&run.stuck, &mut next.stuck) {
                 // What is there already has fewer digits, and is proved all the same.
                 (None, Some(_)) => break,
                 (Some(before), Some(stuck)) => stuck.time = stuck.time.max(before.time),
                 (_, None) => {}
             }
-            (table, bits) = (next, more);
+            (run, bits) = (next, more);
         }
         self.budget.check().map_err(LinearizeError::from)?;
-        if let Some(stuck) = table.run.stuck {
+        if let Some(stuck) = run.stuck {
             return Err(stuck.error());
         }
-        Ok(Trajectory { proved: Some(bits), ..Trajectory::of(times, table.rows, table.run.steps) })
+        Ok(Trajectory { proved: Some(bits), ..Trajectory::of(times, run.rows, run.steps) })
     }
 
     /// The order of steps with so many bits, and how many are made at most.
-    pub(super) fn order(bits: usize) -> (usize, usize) {
+    fn order(bits: usize) -> (usize, usize) {
         if bits == BITS {
             return (ORDER, MOST_STEPS);
         }
@@ -136,46 +129,26 @@ impl Enclosed {
         (order, MOST_STEPS * ORDER * ORDER / (4 * order * order))
     }
 
-    fn table<S: Enclosure>(
+    /// Encloses the motion.
+    fn run<S: Enclosure>(
         &self,
         start: &Start,
         times: &Times,
         bits: usize,
         precision: S::Precision,
-    ) -> Result<Table, MotionError> {
-        let mut rows = Vec::new();
-        let run = self.run::<S>(start, times, Self::order(bits), precision, &mut |_, row| {
-            rows.push(row);
-            true
-        })?;
-        Ok(Table { rows, run })
-    }
-
-    /// Encloses the motion and hands each row to `each` with its number, as long as that says to go on.
-    pub(super) fn run<S: Enclosure>(
-        &self,
-        start: &Start,
-        times: &Times,
-        (order, most_steps): (usize, usize),
-        precision: S::Precision,
-        each: &mut dyn FnMut(usize, Vec<Ball>) -> bool,
     ) -> Result<Run, MotionError> {
+        let (order, most_steps) = Self::order(bits);
         let first = start.enclosed::<S>(precision)?;
-        let rows = times.len();
+        let all = times.len();
         let time = |row: usize| times.enclosed::<S>(row, precision);
-        let end = times.at(rows - 1).abs_upper();
-        let mut run = Run { steps: 0, stuck: None };
-        let mut done = 0;
-        while done < rows && times.at(done).is_zero() {
-            if !each(done, first.iter().map(S::to_ball).collect()) {
-                return Ok(run);
-            }
-            done += 1;
-        }
+        let end = times.at(all - 1).abs_upper();
+        let at_start = (0..all).take_while(|row| times.at(*row).is_zero());
+        let rows = at_start.map(|_| first.iter().map(S::to_ball).collect()).collect();
+        let mut run = Run { rows, steps: 0, stuck: None };
         let mut walk = Following::<S>::new(&self.equations, order, precision, &first, end);
-        while done < rows {
+        while run.rows.len() < all {
             let now = S::exact(walk.time(), precision);
-            let left = time(rows - 1).sub(&now).abs_upper();
+            let left = time(all - 1).sub(&now).abs_upper();
             let lost = walk.spread() > LARGE;
             let reach = if lost { None } else { walk.reach(left) };
             let expected = count(run.steps) * end / walk.time();
@@ -184,17 +157,14 @@ impl Enclosed {
                 run.stuck = Some(Stuck { time: walk.time(), spread: lost, steps: too_many });
                 return Ok(run);
             };
-            while done < rows {
-                let after = time(done).sub(&now);
+            while run.rows.len() < all {
+                let after = time(run.rows.len()).sub(&now);
                 let ends = after.to_ball();
                 if ends.upper() > reach || ends.lower() < 0.0 {
                     break;
                 }
                 let Some(state) = walk.at(&after) else { break };
-                done += 1;
-                if !each(done - 1, state.iter().map(S::to_ball).collect()) {
-                    return Ok(run);
-                }
+                run.rows.push(state.iter().map(S::to_ball).collect());
             }
             if walk.advance().is_none() {
                 run.stuck = Some(Stuck { time: walk.time(), spread: true, steps: false });
@@ -207,8 +177,8 @@ impl Enclosed {
 }
 
 /// How many bits the motion wants, if there are not enough.
-fn wanted_bits(table: &Table, times: &Times, digits: usize, bits: usize) -> Option<usize> {
-    let more = match table.run.stuck {
+fn wanted_bits(run: &Run, times: &Times, digits: usize, bits: usize) -> Option<usize> {
+    let more = match run.stuck {
         // Beside a singularity bits do not help, and more of them mean more steps.
         Some(stuck) if stuck.steps || !stuck.spread => return None,
         // They have gone evenly, as far as that goes.
@@ -217,7 +187,7 @@ fn wanted_bits(table: &Table, times: &Times, digits: usize, bits: usize) -> Opti
             count(bits) * (share.min(100.0) - 1.0) + count(digits) * std::f64::consts::LOG2_10
         }
         None => {
-            let missing = missing_bits(&table.rows, digits);
+            let missing = missing_bits(&run.rows, digits);
             if missing <= 0.0 {
                 return None;
             }

@@ -1,14 +1,12 @@
 //! The time along a line of positions: ∫ sqrt(2M/(E - U)) dq by Taylor expansions with bounds.
 //!
 //! Positions are q = start + x·span with x from 0 to 1, and E - U = h(x)/w(x)². Where x = 0 is a turning point, w = 1/sqrt(x)
-//! and h is the mean of the slope of E - U between 0 and x, which is positive and smooth. Where the motion turns close to
-//! the top of a barrier, E - U has another zero beyond it, at x = -b (`mirror`): w = 1/sqrt(x (x + b)), and h does not
-//! feel the barrier. Elsewhere w = 1. On a panel of half width r about c, h, M and g = sqrt(2M/h) are expanded in
+//! and h is the mean of the slope of E - U between 0 and x, which is positive and smooth. Elsewhere w = 1. On a panel of half width r about c, h, M and g = sqrt(2M/h) are expanded in
 //! s = (x - c)/r, and the time is |span| Σ g_k J_k with J_k = ∫ s^k w(x) dx (`weights`). The rest is Lagrange's, with the
 //! next coefficient enclosed over the whole panel. A panel whose rest is too large is made shorter; how small the rest was
 //! tells how long the next one may be.
 
-use super::weights::Weight;
+use super::weights::{divided, of_one, of_root};
 use crate::flow::horner;
 use librate_core::expr::{Prepared, Series, Tape};
 use librate_core::order::Order;
@@ -238,7 +236,7 @@ impl<S: Enclosure> Field<S> {
     }
 
     /// The Taylor coefficients of E - U along at + slope·s, and those of M.
-    pub(super) fn excess(&mut self, at: &S, slope: &S, count: usize) -> (Vec<S>, Vec<S>) {
+    fn excess(&mut self, at: &S, slope: &S, count: usize) -> (Vec<S>, Vec<S>) {
         let (mut excess, mass) = self.expand(at, slope, count);
         for (k, value) in excess.iter_mut().enumerate() {
             *value = if k == 0 { self.energy.sub(value) } else { value.neg() };
@@ -256,7 +254,7 @@ impl<S: Enclosure> Field<S> {
     }
 
     /// The coefficients of g = sqrt(2M/h).
-    pub(super) fn integrand(&mut self, h: &[S], mass: &[S]) -> Vec<S> {
+    fn integrand(&mut self, h: &[S], mass: &[S]) -> Vec<S> {
         self.shape.clear();
         let both = h.iter().zip(mass);
         both.filter_map(|(h, m)| self.shape.next(&[h.clone(), m.clone()]).first().cloned()).collect()
@@ -341,7 +339,7 @@ fn spreads<S: Enclosure>(middle: &[S], top: Magnitude) -> Vec<Magnitude> {
 }
 
 /// The coefficients at any place of the panel: those of the middle with their spreads, then the top one.
-pub(super) fn over_panel<S: Enclosure>(middle: &[S], top: &S) -> Vec<S> {
+fn over_panel<S: Enclosure>(middle: &[S], top: &S) -> Vec<S> {
     let own = middle.iter().zip(spreads(middle, top.abs_upper_magnitude()));
     own.map(|(value, spread)| value.with_added_magnitude(spread)).chain(std::iter::once(top.clone())).collect()
 }
@@ -359,7 +357,6 @@ impl<S: Enclosure> Path<'_, S> {
         }
         let mut sum: Option<S> = None;
         let mut known: Option<Known<S>> = None;
-        let mut weight = if self.turning { self.mirror().map_or(Weight::Root, Weight::Pair) } else { Weight::One };
         let (mut from, mut width, mut trend) = (0.0, 1.0, 1.0);
         let mut before = Refusal::Rough;
         let terms = self.order as f64;
@@ -371,7 +368,7 @@ impl<S: Enclosure> Path<'_, S> {
             if !exact {
                 return Err(Obstacle { refusal: before, at: self.position(from) });
             }
-            match self.panel(from, to, &weight, known.as_ref()) {
+            match self.panel(from, to, known.as_ref()) {
                 Ok(taken) => {
                     let total = sum.map_or_else(|| taken.time.clone(), |total| total.add(&taken.time));
                     if to >= 1.0 {
@@ -386,11 +383,6 @@ impl<S: Enclosure> Path<'_, S> {
                     sum = Some(total);
                     known = Some(taken.known);
                     from = to;
-                    weight = weight.onwards(to);
-                }
-                // Errors grow more where two zeros are taken out, as where M is small close to both.
-                Err(Refused { refusal: Refusal::Precision, .. }) if matches!(weight, Weight::Pair(_)) => {
-                    weight = Weight::Root
                 }
                 Err(Refused { refusal, bits }) => {
                     let whole = refusal == Refusal::Forbidden || refusal == Refusal::NegativeMass;
@@ -422,8 +414,8 @@ impl<S: Enclosure> Path<'_, S> {
     }
 
     /// The part of one panel.
-    fn panel(&mut self, from: f64, to: f64, weight: &Weight<S>, known: Option<&Known<S>>) -> Result<Taken<S>, Refused> {
-        let order = self.order;
+    fn panel(&mut self, from: f64, to: f64, known: Option<&Known<S>>) -> Result<Taken<S>, Refused> {
+        let (order, zeros) = (self.order, usize::from(self.turning));
         let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
         let step = self.span.mul(&self.field.number(half));
         let at = self.position(middle);
@@ -433,9 +425,9 @@ impl<S: Enclosure> Path<'_, S> {
         let mut enclosed = None;
         // Carried from the panel before, all between has to be enclosed.
         let near = known.map_or(from, |known| known.middle.min(from));
-        let near = weight.reach(near);
+        let near = if self.turning { 0.0 } else { near };
         if doubtful(&excess[0])
-            && let Ok(over) = self.beside(near, to, &step, weight.zeros())
+            && let Ok(over) = self.beside(near, to, &step, zeros)
         {
             let better = self.carried(middle, half, known, &over.0[order]);
             if better.radius_magnitude() < excess[0].radius_magnitude() || !excess[0].is_finite() {
@@ -456,7 +448,10 @@ impl<S: Enclosure> Path<'_, S> {
             return Err(Refusal::Precision.into());
         }
         let r = self.field.number(half);
-        let h = weight.taken_out(&excess, &self.field.number(middle), &r);
+        let h = match self.turning {
+            true => divided(&excess, &self.field.number(middle), &r),
+            false => excess.clone(),
+        };
         let g = self.field.integrand(&h, &mass);
         let Some(first) = g.first().filter(|first| first.is_positive()) else { return Err(Refusal::Rough.into()) };
         // A rest is hardly smaller than the last terms: no need to enclose what is refused anyway.
@@ -468,30 +463,31 @@ impl<S: Enclosure> Path<'_, S> {
                 bits: Some(bits_between(last, wanted * first.abs_upper_magnitude()) + BITS_OF_A_REST * order as f64),
             });
         }
-        let weights = weight.moments(from, to, order, self.bits, &|value| self.field.number(value));
+        let number = |value: f64| self.field.number(value);
+        let weights = match self.turning {
+            true => of_root(from, to, order, self.bits, &number),
+            false => of_one(&number(to - from), order, &number),
+        };
         let zero = self.field.zero.clone();
         let time = g.iter().zip(&weights).fold(zero, |time, (value, weight)| time.add(&value.mul(weight)));
-        if matches!(weight, Weight::Pair(_)) && doubtful(&time) {
-            return Err(Refusal::Precision.into());
-        }
         // |∫ g_n(Y) s^n w dx| <= max |g_n| J_0.
         let whole = weights.first().map_or(Magnitude::INFINITE, Enclosure::abs_upper_magnitude);
-        let zeros = weight.zeros();
-        let enclosed = enclosed.or_else(|| self.beside(weight.reach(from), to, &step, zeros).ok());
+        let first = if self.turning { 0.0 } else { from };
+        let enclosed = enclosed.or_else(|| self.beside(first, to, &step, zeros).ok());
         let mut rest = enclosed.map_or(Magnitude::INFINITE, |over| {
-            // h is the divided difference of D = E - U at x and the m zeros that are taken out, so its k-th
-            // coefficient is that of k + m + 1 places, k + 1 of them at x: D^(k+m)/(k+m)! somewhere between them all
-            // (J. F. Steffensen, Interpolation (1927), §2).
-            let top = (0..zeros).fold(over.0[order + zeros].clone(), |top, _| top.div(&r));
+            // h_k(X) is a mean of the (k+1)-th coefficients of D = E - U between 0 and X: h(x) = ∫ D'(t x) dt over
+            // 0 < t < 1, so h^(k)(x)/k! = ∫ t^k D^(k+1)(t x)/k! dt, and (k + 1) ∫ t^k dt = 1.
+            let top = &over.0[order + zeros];
+            let top = if self.turning { top.div(&r) } else { top.clone() };
             self.top(&h, &top, &mass, &over.1[order]) * whole
         });
         let enough = |rest: Magnitude| rest <= wanted * time.abs_lower_magnitude();
-        if !enough(rest) && matches!(weight, Weight::Root) && from > 0.0 {
+        if !enough(rest) && self.turning && from > 0.0 {
             // All the way from the turning point may be too far for an enclosure.
             let over = self.beside(from, to, &step, 0)?;
             let excess = over_panel(&excess, &over.0[order]);
             let x = self.field.number(from).hull(&self.field.number(to));
-            let top = weight.taken_out(&excess, &x, &r).pop().unwrap_or_else(|| self.field.zero.clone());
+            let top = divided(&excess, &x, &r).pop().unwrap_or_else(|| self.field.zero.clone());
             rest = self.top(&h, &top, &mass, &over.1[order]) * whole;
         }
         let bits = bits_between(rest, wanted * time.abs_lower_magnitude());

@@ -9,6 +9,9 @@ use librate_core::precision::{Big, Enclosure};
 /// A barrier this near to the equilibrium, beside the amplitude, is the equilibrium.
 const AT_CENTRE: f64 = 1e-6;
 
+/// A barrier is searched for within this part of the path from where the integral ended.
+const NEAR_BARRIER: f64 = 1.0 / 16.0;
+
 /// Turning points that turn out not to be the first ones.
 const MOST_RETRIES: usize = 40;
 
@@ -209,18 +212,23 @@ impl<'a, S: Enclosure> Task<'a, S> {
         Ok(times.into_iter().reduce(|total, time| total.add(&time)).unwrap_or_else(|| self.field.number(0.0)))
     }
 
-    /// The time along a path without kinks; where it passes a barrier closely, in three parts.
+    /// The time along a path without kinks. Panels are as short as one likes at its start alone: where that is not enough to pass a
+    /// barrier, the path is taken in three parts, two of which start on the barrier.
     fn smooth_time(&mut self, start: S, span: S, turning: bool) -> Result<S, Obstacle<S>> {
-        let pass = self.field.pass(&start, &span, order_for(self.bits), self.bits);
-        let Some(pass) = pass else { return self.time_between(start, span, turning) };
-        let half = span.mul(&self.field.number(pass.half));
-        let before = pass.place.sub(&half);
-        let after = pass.place.add(&half);
-        let rest = start.add(&span).sub(&after);
-        let way = before.sub(&start);
-        let before = self.time_between(start, way, turning)?;
-        let after = self.time_between(after, rest, false)?;
-        Ok(before.add(&pass.time).add(&after))
+        let obstacle = match self.time_between(start.clone(), span.clone(), turning) {
+            Err(obstacle) if matches!(obstacle.refusal, Refusal::Rough | Refusal::Precision) => obstacle,
+            decided => return decided,
+        };
+        let end = start.add(&span);
+        let reach = NEAR_BARRIER * span.mid_f64().abs();
+        let barrier = self.field.summit(&obstacle.at, reach).map(|(barrier, _)| barrier);
+        let is_passed = |barrier: &S| barrier.sub(&start).mul(&end.sub(barrier)).is_positive();
+        let Some(barrier) = barrier.filter(is_passed) else { return Err(obstacle) };
+        let way = barrier.sub(&start).mul(&self.field.number(0.5));
+        let first = self.time_between(start, way.clone(), turning)?;
+        let before = self.time_between(barrier.clone(), way.neg(), false)?;
+        let rest = end.sub(&barrier);
+        Ok(first.add(&before).add(&self.time_between(barrier, rest, false)?))
     }
 
     fn time_between(&mut self, start: S, span: S, turning: bool) -> Result<S, Obstacle<S>> {
