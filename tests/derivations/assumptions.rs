@@ -153,7 +153,10 @@ fn forces_without_values() {
 fn special_values() {
     for (text, hedged) in [
         ("param k, m assume k > 0, m > 0 coord x  T = 1/2*m*x'^2  V = 1/2*k*x^2", false),
-        ("param k, m, c assume k > 0, m > 0, c > 0 coord x  T = 1/2*m*x'^2  V = 1/2*k*x^2  dissipation = 1/2*c*x'^2", false),
+        (
+            "param k, m, c assume k > 0, m > 0, c > 0 coord x  T = 1/2*m*x'^2  V = 1/2*k*x^2  dissipation = 1/2*c*x'^2",
+            false,
+        ),
         ("param a, m assume m > 0 coord x  T = 1/2*m*x'^2  V = 1/2*a^2*x^2", true),
         ("param a, b assume a > 0, b > 0 coord x  T = 1/2*x'^2  V = 1/2*(a - b)^2*x^2", true),
         ("param a, b assume a > 0, b > a coord x  T = 1/2*x'^2  V = 1/2*(a - b)^2*x^2", false),

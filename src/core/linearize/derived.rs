@@ -118,7 +118,7 @@ fn open_point(
         }
     }
     match left {
-        Some(ConstantForce { number, force, acts }) => {
+        Some(ConstantForce { number, force, acts, .. }) => {
             let given = model.equilibria.get(number).map(|given| given.span);
             let own = model.coordinates.at(number);
             return Err(match given {
@@ -199,7 +199,7 @@ fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
     let mut matrices = symbolic::matrices_at(&model, model.pool.clone(), &assembly, &point);
     matrices.open = open;
     if !settled && !open {
-        let left = symbolic::force_left(&model, &assembly, &point);
+        let left = symbolic::force_left(&model, &assembly, &point).filter(|own| own.acts_nearby);
         matrices.at_values = left.map(|own| (model.coordinates.at(own.number).name(), own.force));
     }
     if matrices.are_undefined()

@@ -5,7 +5,7 @@
 
 use std::collections::{BTreeMap, HashSet};
 
-use super::assemble::{Assembly, signed_terms};
+use super::assemble::{Assembly, evaluate_closed, signed_terms};
 use super::elements::Element;
 use super::equilibrium::{Equilibrium, Origin, short};
 use super::error::LinearizeError;
@@ -17,6 +17,8 @@ use crate::expr::{ExprId, Function, Pool, Substitution, Symbol, ZeroVerdict};
 use crate::model::{Model, SymbolKind, TermFamily};
 use crate::number::Number;
 use crate::order::Gather;
+use crate::precision::Ball;
+use crate::syntax::Comparison;
 
 /// Messages write out at most this many instances.
 const MOST_FOR_MESSAGES: usize = 10_000;
@@ -289,6 +291,8 @@ pub(super) struct ConstantForce {
     pub(super) force: String,
     /// Whether it is different from 0 whatever the parameters, by what is assumed of them.
     pub(super) acts: bool,
+    /// Whether it is different from 0 where parameters have values beside those that they have.
+    pub(super) acts_nearby: bool,
 }
 
 /// A force that does not vanish identically at a point wherever coordinates are that stand as themselves there.
@@ -299,8 +303,25 @@ pub(super) fn force_left(model: &Model, assembly: &Assembly, point: &[ExprId]) -
     let mut all = forces.into_iter();
     let (number, force) = all.find(|(_, force)| !pool.vanishes(*force) && !pool.depends_on(*force, &is_open))?;
     let force = pool.neg(force);
-    let acts = pool.is_zero(force) == ZeroVerdict::NonZero;
-    Some(ConstantForce { number: number as usize, force: pool.display(force), acts })
+    let excluded: Vec<ExprId> = model
+        .assumptions
+        .iter()
+        .filter(|own| matches!(own.relation, Comparison::Greater | Comparison::Less | Comparison::NotEqual))
+        .flat_map(|own| [pool.sub(own.left, own.right), pool.sub(own.right, own.left)])
+        .collect();
+    let (_, core) = pool.split_content(force);
+    let acts = pool.factors(core).iter().all(|(base, _)| excluded.contains(base) || pool.as_number(*base).is_some());
+    let nearby = model.parameters.iter().zip(1..).filter_map(|(own, number)| {
+        let value = evaluate_closed::<f64>(&model.pool, own.value?, ())?;
+        let step = 1e-3 / f64::from(number);
+        let value = if value == 0.0 { step } else { value * (1.0 + step) };
+        Some((own.symbol, pool.number(Number::from_f64_exact(value)?)))
+    });
+    let nearby = nearby.collect();
+    let value = pool.substitute_one(force, &nearby);
+    let value = evaluate_closed::<Ball>(&pool, value, ());
+    let acts_nearby = value.is_some_and(|value| !value.contains_zero());
+    Some(ConstantForce { number: number as usize, force: pool.display(force), acts, acts_nearby })
 }
 
 /// The derivatives of V - T0 and what friction adds at rest, one a coordinate; none where one of them is undefined.
