@@ -228,7 +228,9 @@ fn paired(found: Exponents, modes: usize, options: &Options) -> Exponents {
 }
 
 /// Above this share of xᴴMx that rounding may be, the vector is solved for once more.
-const MOST_SLACK: f64 = 1e-12;
+const MOST_SLACK: f64 = 1e-6;
+/// Of so many coordinates at most.
+const MOST_SOLVED: usize = 60;
 
 /// Brings a vector to xᴴMx = 1 for a mass matrix that is singular; to a largest component of 1 where it has no inertia.
 fn normalise(entry: &mut Exponent, problem: &QuadraticProblem) {
@@ -250,6 +252,7 @@ fn normalise(entry: &mut Exponent, problem: &QuadraticProblem) {
     let moves_masses = square > 0.0;
     if moves_masses
         && slack > MOST_SLACK
+        && n <= MOST_SOLVED
         && let Some((vector, bound)) = solved_for(entry, problem)
     {
         (entry.vector, entry.vector_error_bound) = (vector, bound);
