@@ -16,7 +16,7 @@ pub fn chart_csv(chart: &Chart, rows: &[Vec<Place>]) -> String {
     let places = firsts.iter().zip(rows).flat_map(|(a, row)| {
         seconds.iter().zip(row).map(move |(b, place)| {
             let [stable, growth] = match place.stable {
-                Some(stable) => [stable.to_string(), format!("{:e}", place.growth_rate)],
+                Some(stable) => [stable.to_string(), format!("{:e}", rounded(place.growth_rate))],
                 None => [String::new(), String::new()],
             };
             [a.to_string(), b.to_string(), stable, growth]
@@ -24,6 +24,11 @@ pub fn chart_csv(chart: &Chart, rows: &[Vec<Place>]) -> String {
     });
     let [first, second] = chart.names();
     csv_text([first, second, "stable", "growth_rate"], places)
+}
+
+/// To ten digits: multipliers without bounds have no more.
+fn rounded(rate: f64) -> f64 {
+    format!("{rate:.9e}").parse().unwrap_or(rate)
 }
 
 /// A line for each place where stable and unstable meet: both parameters.

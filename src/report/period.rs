@@ -4,7 +4,7 @@ use super::json::{Object, array, model_and_version, null, number, string};
 use super::plain::wrapped;
 use super::{Style, Tone, Written, csv_text, headline, nearest, nearest_bound, shown_unit};
 use librate_core::model::Range;
-use librate_core::precision::{Ball, Scalar, one_digit_up, one_digit_up_text};
+use librate_core::precision::{Ball, Big, Scalar, one_digit_up, one_digit_up_text};
 use librate_studies::period::{Motion, Options, Oscillator, Period, Place};
 
 /// Digits of the leading change of the frequency.
@@ -16,10 +16,10 @@ pub fn period_text(oscillator: &Oscillator, found: &Period, options: &Options, s
     let model = oscillator.model();
     let name = &oscillator.coordinate_name();
     let digits = options.digits;
-    let short = digits.min(10);
     let period = Written::finest(&found.period, found.precise.as_ref(), digits);
     let mut out = style.paint(Tone::Heading, &headline(model.name.as_deref(), 1)) + "\n\n";
-    let written = |value: &Ball| Written::new(value, short).text();
+    let written = |value: &Ball, precise: Option<&Big>| Written::finest(value, precise, digits).text();
+    let precise = |at: usize| found.motion_precise.get(at);
     let behind = |unit: &'static str| if model.has_units { unit } else { "" };
     let coordinate = model.coordinates.first();
     let unit =
@@ -28,15 +28,16 @@ pub fn period_text(oscillator: &Oscillator, found: &Period, options: &Options, s
         vec![("period", format!("{}{}  bound {}", period.text(), behind(" s"), one_digit_up_text(period.bound)))];
     rows.push(match &found.motion {
         Motion::Libration { turning: [low, high] } => {
-            ("turning points", format!("{name} = {} and {}{unit}", written(low), written(high)))
+            let [low, high] = [written(low, precise(0)), written(high, precise(1))];
+            ("turning points", format!("{name} = {low} and {high}{unit}"))
         }
         Motion::Rotation { advance } => {
-            ("rotation", format!("{name} advances by {}{unit} in a period", written(advance)))
+            ("rotation", format!("{name} advances by {}{unit} in a period", written(advance, precise(0))))
         }
     });
-    rows.push(("equilibrium", format!("{name} = {}{unit}", written(&found.equilibrium))));
-    let energy = Written::finest(&found.energy, found.energy_precise.as_ref(), short).text();
-    rows.push(("energy", energy + behind(" J")));
+    let equilibrium = written(&found.equilibrium, found.equilibrium_precise.as_ref());
+    rows.push(("equilibrium", format!("{name} = {equilibrium}{unit}")));
+    rows.push(("energy", written(&found.energy, found.energy_precise.as_ref()) + behind(" J")));
     let small = match &found.small {
         Some(small) => Written::finest(small, found.small_precise.as_ref(), digits).text() + behind(" s"),
         None if found.corner => "none: the force jumps at the equilibrium".to_owned(),

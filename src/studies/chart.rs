@@ -202,26 +202,30 @@ impl Chart {
             let product = if self.damped { a * d - b * c } else { 1.0 };
             let square = half * half - product;
             let size = if square > 0.0 { half.abs() + square.sqrt() } else { product.max(0.0).sqrt() };
+            // A damper may have no strength at the place.
+            let damped = (product - 1.0).abs() > FINE;
             // |z| > 1 for a real z exactly where the characteristic polynomial changes its sign at 1 or -1.
-            let grows = if self.damped { size > 1.0 + FINE } else { half.abs() > 1.0 + FINE };
+            let grows = if damped { size > 1.0 + FINE } else { half.abs() > 1.0 + FINE };
             // Both 1 or both -1 without two vectors of their own.
             let meet = (half.abs() - 1.0).abs() <= FINE;
-            let drifts = !self.damped && meet && (b / period).abs().max((c * period).abs()) > COARSE;
-            (size, grows, drifts)
+            let drifts = !damped && meet && (b / period).abs().max((c * period).abs()) > COARSE;
+            let is_conserved = !damped && !grows && size.is_finite();
+            (if is_conserved { 1.0 } else { size }, grows, drifts)
         } else {
             let n = self.equations.dimension();
             let matrix = DMatrix::from_row_slice(n, n, slopes);
             let schur = nalgebra::Schur::try_new(matrix.clone(), f64::EPSILON, 10_000)?;
             let values = schur.complex_eigenvalues();
             let size = values.iter().map(|z| z.norm()).fold(0.0, f64::max);
-            (size, size > 1.0 + COARSE, lack_vectors(&matrix, values.as_slice(), period))
+            let grows = size > 1.0 + COARSE;
+            let size = if self.damped || grows { size } else { 1.0 };
+            (size, grows, lack_vectors(&matrix, values.as_slice(), period))
         };
         if !size.is_finite() {
             return None;
         }
-        let growth_rate = if grows || self.damped { size.ln() / period } else { 0.0 };
         // Where motions grow with the time it is neither.
-        Some(Place { stable: (!drifts).then_some(!grows), growth_rate })
+        Some(Place { stable: (!drifts).then_some(!grows), growth_rate: size.ln() / period })
     }
 }
 

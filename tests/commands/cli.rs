@@ -626,6 +626,16 @@ fn mistakes_are_explained() {
     });
 }
 
+/// Turning points and the energy have as many digits as the period.
+#[test]
+fn a_period_has_all_digits_that_are_asked_for() {
+    let model = b"param g = 9.81  coord a  T = 1/2*a'^2  V = g*(1 - cos(a))";
+    let path = scratch("digits_of_a_period.lag", model);
+    let found = printed(&["period", path.to_str().unwrap(), "--energy", "2", "--digits", "20"]);
+    assert!(found.contains("a = -0.64992960011276302100 and 0.64992960011276302100\n"), "{found}");
+    assert!(found.contains(" 2.0000000000000000000\n"), "{found}");
+}
+
 #[test]
 fn lists_set_families() {
     let model = "param m[1..2] = 1  param k = 1\ncoord x[1..2]\nT = sum(i in 1..2, m[i]*x[i]'^2)/2\nV = k*(x[1]^2 + x[2]^2)/2\n";

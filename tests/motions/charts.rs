@@ -131,3 +131,17 @@ fn corners_in_a_force_do_not_matter_to_linear_motions() {
         assert!(off < 1e-11, "{c}: {}", place.growth_rate);
     }
 }
+
+/// A damper of no strength leaves the multipliers on the circle, also where they meet at -1.
+#[test]
+fn dampers_without_strength_change_nothing() {
+    let text = "param h = 0  param R = 0  coord q  T = 1/2*q'^2  V = 1/2*q^2*(1 + h*cos(2*t)) \
+                dissipation = 1/2*R*q'^2  period pi";
+    for ([h, r], place) in places(text, ["h=0..0.2:2", "R=0..0.1:2"]) {
+        if h == 0.0 {
+            assert_eq!(place.stable, Some(true), "{r}");
+            assert!((place.growth_rate + 0.5 * r).abs() < 1e-13, "{r}: {}", place.growth_rate);
+            assert!(r > 0.0 || place.growth_rate == 0.0, "{}", place.growth_rate);
+        }
+    }
+}

@@ -149,8 +149,10 @@ impl<'a> Checker<'a> {
         if !may_be_singular(mass.len(), &values) {
             return None;
         }
-        let error = mass_error(self.sample()?);
-        error.filter(|error| matches!(error, LinearizeError::SingularCoordinates { .. }))
+        let LinearizeError::SingularCoordinates { combination, span, .. } = mass_error(self.sample()?)? else {
+            return None;
+        };
+        Some(LinearizeError::SingularCoordinates { combination, drawn: !self.complete, span })
     }
 
     /// Its modes, in SI.

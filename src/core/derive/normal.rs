@@ -11,7 +11,7 @@ use super::pair::Pair;
 use super::shapes::{Shape, combined};
 use super::simplify::Algebra;
 use super::waves::unused;
-use crate::expr::{ExprId, Node, Pool, Substitution};
+use crate::expr::{ExprId, Node, Pool, Substitution, Symbol};
 use crate::model::Model;
 use crate::number::Number;
 use crate::order::{Gather, Order};
@@ -263,8 +263,16 @@ impl Page {
         let parts = self.parts.iter();
         parts
             .map(|(letter, value, modes)| {
-                let numbered = pool.symbols(*value).iter().any(|s| pool.symbol_name(*s).ends_with(&any));
-                let (names, modes) = if numbered {
+                let family = |own: Symbol| Some((own, pool.symbol_name(own).strip_suffix(&any)?.to_owned()));
+                let numbered: Vec<(Symbol, String)> = pool.symbols(*value).into_iter().filter_map(family).collect();
+                // Of a single mode it is said with its number.
+                if let ([_, ..], [r]) = (numbered.as_slice(), modes.as_slice()) {
+                    let own = numbered.iter().map(|(own, family)| (*own, variable(pool, family, *r)));
+                    let map: Substitution = own.gather();
+                    let names = vec![format!("{letter}[{}]", r + 1)];
+                    return Abbreviation { names, value: pool.substitute_one(*value, &map), modes: None };
+                }
+                let (names, modes) = if !numbered.is_empty() {
                     let name = format!("{letter}[{}]", self.number);
                     (vec![name], Some((self.number.clone(), modes.clone())))
                 } else {

@@ -249,7 +249,8 @@ impl Pool {
         let mut below: Vec<Vec<Piece>> = Vec::new();
         let mut only_numbers = true;
         // pi*j/12: as angles are written.
-        let is_angle = factors.len() > 1 && factors.iter().any(|(base, e)| *base == PI && e.is_one());
+        let has_pi = factors.iter().any(|(base, e)| *base == PI && e.is_one());
+        let is_angle = factors.len() > 1 && has_pi;
         for (base, exponent) in factors {
             only_numbers &= matches!(self.node(base), Node::Number(_));
             let magnitude = exponent.abs();
@@ -281,10 +282,11 @@ impl Pool {
         }
         let whole = Number::from_integer(coefficient.numerator());
         let divisor = Number::from_integer(coefficient.denominator().into());
-        // 1/2*k, but sqrt(2)/2 and 1/(2*k).
-        if !is_angle && (decimal_text(coefficient).is_some() || (!above.is_empty() && !only_numbers)) {
+        // 1/2*k, but sqrt(2)/2 and 1/(2*k); 0.1*k, but 1/10*pi.
+        let decimal = decimal_text(coefficient).filter(|_| !has_pi);
+        if !is_angle && (decimal.is_some() || (!above.is_empty() && !only_numbers)) {
             if !coefficient.is_one() || above.is_empty() {
-                above.insert(0, vec![Piece::Owned(number_text(coefficient))]);
+                above.insert(0, vec![Piece::Owned(decimal.unwrap_or_else(|| coefficient.to_string()))]);
             }
         } else {
             if !whole.is_one() || above.is_empty() {

@@ -210,19 +210,27 @@ Error LinearizeError {
         .with_help(match feature {
             Feature::Rolling => "`modes` and `motion` cover them; their equilibria come in families, with no isolated ones",
             Feature::Massless => "`modes` and `response` cover it; elsewhere give it a small inertia",
-            _ => "`modes` covers all of these",
+            Feature::Constraint => "write the energies in independent coordinates, as an angle in place of x and y on a circle; `modes` covers constraints",
+            _ => "`modes` covers it",
         }),
 
     /// A steady rate of a coordinate that something depends on.
-    #[error("`{coordinate}` can't turn at a constant rate: it is not cyclic")]
+    #[error("`{coordinate}` can't turn at a constant rate{}", if .tied.is_some() { " alone" } else { ": it is not cyclic" })]
     "E0312" NotCyclic(span) {
         /// The coordinate.
         coordinate: String,
         /// Where the coordinate itself occurs.
         energy: Span,
-    } => at(*span, "given here")
-        .with_secondary(*energy, format!("depends on `{coordinate}`"))
-        .with_help("a coordinate keeps its rate only if nothing but its velocity occurs in the energies; for a rotation that a motor maintains, write an explicit rate in place of the coordinate"),
+        /// The rate of another one at which a constraint holds on: `p2' = R1*W/R2`.
+        tied: Option<String>,
+    } => match tied {
+        Some(rate) => at(*span, "given here")
+            .with_secondary(*energy, "does not hold on at the rates that are given")
+            .with_help(format!("give the rate of what turns with `{coordinate}` too, as the constraint has it: `equilibrium {rate}`")),
+        None => at(*span, "given here")
+            .with_secondary(*energy, format!("depends on `{coordinate}`"))
+            .with_help("a coordinate keeps its rate only if nothing but its velocity occurs in the energies; for a rotation that a motor maintains, write an explicit rate in place of the coordinate"),
+    },
 
     /// Constraints that can't hold together.
     #[error("{}", contradiction_words(.difference.as_deref()))]
@@ -279,12 +287,14 @@ Error LinearizeError {
         .with_help("in a steady motion there is no friction, or a drive balances it: friction against a medium that turns at the same rate is 1/2*c*(psi' - S)^2"),
 
     /// Coordinates that lose a direction at the equilibrium, as Euler angles do.
-    #[error("the coordinates are singular at this equilibrium: {} moves nothing there, but does nearby", combination_words(.combination))]
+    #[error("the coordinates are singular at this equilibrium: {} moves nothing there, but does nearby", singular_words(.combination, *.drawn))]
     "E0318" SingularCoordinates(span) {
         /// The coordinates that move together, with their amplitudes.
         combination: Vec<(String, f64)>,
+        /// Whether the amplitudes are those of values that were drawn for parameters.
+        drawn: bool,
     } => at(*span, "has no independent motion there")
-        .with_help("Euler angles are singular where two axes coincide (gimbal lock); use angles about other axes, for an upright top R = rot_x(a)*rot_y(b)*rot_z(psi)"),
+        .with_help("Euler angles are singular where two axes coincide (gimbal lock): use angles about other axes, for an upright top R = rot_x(a)*rot_y(b)*rot_z(psi); a joint without mass is singular where the rods are in line: give it a small mass, or write T with the velocities at the equilibrium, as 1/2*m*(l1*a' + l2*b')^2"),
 
     /// Energies that depend on the time.
     #[error("this model depends on the time explicitly and has no normal modes")]
@@ -342,6 +352,18 @@ pub(crate) fn combination_words(combination: &[(String, f64)]) -> String {
         text.push_str(" + …");
     }
     format!("the motion along {text}")
+}
+
+/// Only which coordinates move, where the amplitudes are those of drawn values.
+fn singular_words(combination: &[(String, f64)], drawn: bool) -> String {
+    if combination.len() < 2 || !drawn {
+        return combination_words(combination);
+    }
+    let mut names: Vec<String> = combination.iter().take(6).map(|(name, _)| format!("`{name}`")).collect();
+    if combination.len() > 6 {
+        names.push("…".to_owned());
+    }
+    format!("a motion of {} together", names.join(", "))
 }
 
 fn contradiction_words(difference: Option<&str>) -> String {

@@ -163,11 +163,13 @@ fn check_cyclic(
         let slope = pool.sum(parts);
         pool.vanishes(slope)
     });
+    let mut tied = None;
     for constraint in changing {
         let slope = pool.diff(constraint.expression, symbol);
         if !pool.vanishes(slope) {
             cyclic = false;
             place = Some(constraint.span);
+            tied = tied.or_else(|| rate_beside(model, &mut pool, constraint, coordinate));
         }
     }
     model.pool = pool;
@@ -178,5 +180,27 @@ fn check_cyclic(
         coordinate: model.coordinates.at(coordinate).name(),
         span: rate,
         energy: place.unwrap_or(rate),
+        tied,
     })
+}
+
+/// The rate of another coordinate at which a constraint holds on: `p2' = R1*W/R2`. One without a rate goes first.
+fn rate_beside(model: &Model, pool: &mut Pool, constraint: &Constraint, coordinate: usize) -> Option<String> {
+    let rates = || model.rates.iter().map(|rate| rate.map(|rate| rate.symbolic)).enumerate();
+    let mut slopes = Vec::new();
+    for (at, rate) in rates() {
+        let slope = pool.diff(constraint.expression, model.coordinates.at(at).symbol);
+        if !pool.vanishes(slope) {
+            slopes.push((at, slope, rate));
+        }
+    }
+    let other = *slopes.iter().filter(|(at, ..)| *at != coordinate).min_by_key(|(.., rate)| rate.is_some())?;
+    let beside = slopes.iter().filter(|(at, ..)| *at != other.0);
+    let changes: Vec<ExprId> = beside.filter_map(|(_, slope, rate)| Some(pool.mul(*slope, (*rate)?))).collect();
+    let change = pool.sum(&changes);
+    let rate = pool.div(change, other.1);
+    let rate = pool.neg(rate);
+    let moves = |symbol| matches!(model.symbols.get(symbol), Some(SymbolKind::Coordinate(_)));
+    let name = model.coordinates.at(other.0).name();
+    (!pool.depends_on(rate, &moves)).then(|| format!("{name}' = {}", pool.display(rate)))
 }

@@ -107,12 +107,14 @@ impl<'a> Compiler<'a> {
         let nearest = if few { self.meant(name, indices, scope) } else { None };
         // What moves is a coordinate of its own, unless it is one in another notation.
         let is_own = nearest.as_ref().is_none_or(|own| !own.is_certain && !own.text.ends_with('\''));
+        let integral = if few && is_own { self.integral_over(name) } else { None };
         let coordinate = if few && is_own { self.missing_coordinate(name, span) } else { None };
         let again = |error: &ModelError| matches!(error, ModelError::UndeclaredName { name: own, coordinate: Some(_), .. } if own == name);
         if coordinate.is_some() && self.errors.iter().any(again) {
             return;
         }
-        self.errors.push(ModelError::UndeclaredName { name: name.to_owned(), span, nearest, later, coordinate });
+        let name = name.to_owned();
+        self.errors.push(ModelError::UndeclaredName { name, span, nearest, later, integral, coordinate });
     }
 
     /// The same where a table or a row of one belongs.
@@ -121,7 +123,8 @@ impl<'a> Compiler<'a> {
         let known = rows.map(|(own, _)| own.as_str()).chain(self.world.tables.iter().map(|own| own.name.as_str()));
         let nearest = Meant::near(name, known);
         let later = self.later.get(name).copied();
-        self.fail(ModelError::UndeclaredName { name: name.to_owned(), span, nearest, later, coordinate: None });
+        let (name, integral, coordinate) = (name.to_owned(), None, None);
+        self.fail(ModelError::UndeclaredName { name, span, nearest, later, integral, coordinate });
     }
 
     pub(super) fn entity(&self, name: &str) -> Option<Entity> {

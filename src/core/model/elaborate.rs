@@ -214,7 +214,12 @@ impl<'a> Elaborator<'a> {
     pub(super) fn introduce(&mut self, name: &Name, entity: Entity) -> bool {
         if let Some((_, first)) = self.world.names.get(name.text.as_str()) {
             let first = *first;
-            self.errors.push(ModelError::GivenTwice { name: name.text.to_string(), span: name.span, first });
+            self.errors.push(ModelError::GivenTwice {
+                name: name.text.to_string(),
+                help: None,
+                span: name.span,
+                first,
+            });
             return false;
         }
         self.world.names.insert(name.text.to_string(), (entity, name.span));

@@ -21,6 +21,8 @@ Error ModelError {
         nearest: Option<Meant>,
         /// Where it is declared, but too late.
         later: Option<Span>,
+        /// The integral elsewhere that has it for its variable.
+        integral: Option<Span>,
         /// Where it can be declared as a coordinate, if its time derivative is used, and the declaration.
         coordinate: Option<Box<(u32, String)>>,
     } => match later {
@@ -34,6 +36,9 @@ Error ModelError {
             None if nearest.is_none() && FUNCTIONS.contains(&name.as_str()) => {
                 at(*span, "a function without its argument").with_help(format!("write `{name}(…)`"))
             }
+            None if integral.is_some() => at(*span, "outside of the integral")
+                .and_at(*integral, "a variable of this integral alone")
+                .with_help(format!("write what depends on `{name}` into the integral itself, not into a `let`")),
             None => at(*span, "unknown name")
                 .with_help(format!("declare it: `param {name} = …`, `coord {name}` or `let {name} = …`"))
                 .or_meant(*span, nearest.as_ref()),
@@ -91,7 +96,9 @@ Error ModelError {
         name: String,
         /// The first place.
         first: Span,
-    } => at(*span, "given again here").with_secondary(*first, "first given here"),
+        /// What to do instead.
+        help: Option<String>,
+    } => at(*span, "given again here").with_secondary(*first, "first given here").or_help(help.clone()),
 
     /// A second statement where the model can have only one.
     #[error("{what} is given twice")]
@@ -225,7 +232,9 @@ Error ModelError {
         what: String,
         /// What it depends on.
         on: String,
-    } => at(*span, "not constant"),
+    } => at(*span, "not constant").or_help((what.starts_with("the rate of") && on != "t").then(|| format!(
+        "a rate is made of parameters: give the value of `{on}` in the steady motion by `equilibrium {on} = …`, and write that in its place"
+    ))),
 
     /// A parameter without a value where a number is needed.
     #[error("the parameter `{name}` has no value")]
@@ -462,7 +471,7 @@ impl ModelError {
 
     /// A name that is not declared, with what it may have been meant to be.
     pub(super) fn undeclared(name: &str, nearest: Option<Meant>, span: Span) -> Self {
-        Self::UndeclaredName { name: name.to_owned(), nearest, later: None, coordinate: None, span }
+        Self::UndeclaredName { name: name.to_owned(), nearest, later: None, integral: None, coordinate: None, span }
     }
 }
 
@@ -507,6 +516,9 @@ fn function_elsewhere(name: &str) -> Option<&'static str> {
         "cbrt" => "write `x^(1/3)`",
         "sec" => "write `1/cos(x)`",
         "csc" | "cosec" => "write `1/sin(x)`",
+        "sech" => "write `1/cosh(x)`",
+        "csch" | "cosech" => "write `1/sinh(x)`",
+        "coth" | "ctgh" | "cth" => "write `cosh(x)/sinh(x)`",
         "cot" | "cotan" | "ctg" => "write `cos(x)/sin(x)`",
         "diff" | "dot_product" | "derivative" | "ddt" => {
             "the time derivative is written `x'`, the product of vectors `dot(u, v)`"

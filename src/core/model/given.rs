@@ -144,7 +144,7 @@ impl Elaborator<'_> {
         for number in own {
             if let Some(first) = acted.insert(number, span) {
                 let name = format!("the force on {}", self.world.coordinates.at(number as usize).name());
-                return self.refuse(ModelError::GivenTwice { name, span, first });
+                return self.refuse(ModelError::GivenTwice { name, help: None, span, first });
             }
         }
         Some(found)
@@ -235,7 +235,8 @@ impl Elaborator<'_> {
         }
         let symbolic = self.scaled(symbolic, factor);
         if let Some(first) = into.get(number) {
-            return self.refuse(ModelError::GivenTwice { name: format!("{what} of {name}"), span, first: first.span });
+            let (name, first) = (format!("{what} of {name}"), first.span);
+            return self.refuse(ModelError::GivenTwice { name, help: None, span, first });
         }
         let value = self.world.closed(symbolic);
         into.set(number, Some(Given { symbolic, value, span: span.to(value_span) }));

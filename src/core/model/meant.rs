@@ -292,6 +292,16 @@ impl Compiler<'_> {
             .then(|| ModelError::undeclared(name, Some(Meant::certain("pi".to_owned())), span))
     }
 
+    /// The place of an integral over a variable of that name.
+    pub(super) fn integral_over(&self, name: &str) -> Option<Span> {
+        self.file.expressions.iter().find_map(|own| {
+            let ExprKind::IntegralOver { indices, .. } = own.kind else { return None };
+            let binds =
+                |kind: &IndexKind| matches!(kind, IndexKind::Range { variable: Some(own), .. } if *own.text == *name);
+            indices.entries.iter().any(|entry| binds(&entry.kind)).then_some(own.span)
+        })
+    }
+
     /// The declaration of a coordinate that is missing, and where it belongs: before the statement at a place that uses it, if
     /// its time derivative is used somewhere in the file.
     pub(super) fn missing_coordinate(&self, name: &str, span: Span) -> Option<Box<(u32, String)>> {

@@ -208,6 +208,17 @@ impl Family {
         }
     }
 
+    /// How the member next to all others is declared, which may be the fixed end of a chain.
+    pub(super) fn fixed_end(&self, at: &[i64]) -> Option<String> {
+        let ([block], [index], 1) = (self.grid.blocks.as_slice(), at, self.grid.rank) else { return None };
+        let (name, lower, upper) = (&self.name, block.lower[0], block.upper[0]);
+        (*index == lower - 1 || *index == upper + 1).then(|| {
+            let (first, last) = (lower.min(*index), upper.max(*index));
+            let declared = format!("`coord {name}[{first}..{last}]` with `constraint {name}[{index}] = 0`");
+            format!("shorten the sum by a term; or, where the end is fixed, declare it as well: {declared}")
+        })
+    }
+
     /// That a member is made from itself.
     pub(super) fn recursive(&self, at: &Key, span: Span) -> ModelError {
         ModelError::RecursiveLet { name: member_name(&self.name, self.grid.rank, at), span }
@@ -220,8 +231,12 @@ impl Family {
             let what = format!("`{}` was given with {} before", self.name, counted_indices(rank));
             return Err(ModelError::BadIndices { what, span });
         }
-        let twice =
-            |at: &Key, first: Span| ModelError::GivenTwice { name: member_name(&self.name, rank, at), span, first };
+        let twice = |at: &Key, first: Span| ModelError::GivenTwice {
+            name: member_name(&self.name, rank, at),
+            help: None,
+            span,
+            first,
+        };
         if let Some(block) = &members.block {
             if let Some((at, first)) = self.grid.overlap(block) {
                 return Err(twice(&at, first));

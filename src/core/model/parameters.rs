@@ -164,7 +164,17 @@ impl Elaborator<'_> {
         let has_members = self.world.family(entity).is_some_and(|family| family.grid.rank > 0);
         let known = of_kind(entity).filter(|_| binding.indices.is_some() && has_members);
         if known.is_none() {
-            self.errors.push(ModelError::GivenTwice { name: name.text.to_string(), span: name.span, first });
+            let is_coordinate = matches!(entity, Entity::Coordinate(_)) && binding.indices.is_some() && has_members;
+            let name = name.text.to_string();
+            let other = if name == "y" { "u" } else { "y" };
+            let help = is_coordinate.then(|| {
+                format!(
+                    "coordinates get no members later: declare them all, `coord {name}[0..n]` with \
+                     `constraint {name}[0] = 0`, or use a `let` of another name, `let {other}[0] = 0` and \
+                     `let {other}[i in 1..n] = {name}[i]`"
+                )
+            });
+            self.errors.push(ModelError::GivenTwice { name, help, span: binding.name.span, first });
         }
         known.map(Some)
     }

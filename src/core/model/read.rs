@@ -13,7 +13,12 @@ use crate::span::Span;
 
 impl World {
     fn out_of_range(&self, entity: Entity, at: &[i64], span: Span) -> Stop {
-        self.family(entity).map_or(Stop::WriteOut, |family| family.out_of_range(at, span).into())
+        let Some(family) = self.family(entity) else { return Stop::WriteOut };
+        let mut error = family.out_of_range(at, span);
+        if let (Entity::Coordinate(_), ModelError::IndexOutOfRange { help, .. }) = (entity, &mut error) {
+            *help = help.take().or_else(|| family.fixed_end(at));
+        }
+        error.into()
     }
 
     /// The first and the last value of the index behind those that are there.
@@ -30,7 +35,7 @@ impl World {
             let what = format!("`{}`", family.name);
             return Err(Stop::from(ModelError::TooManyIndices { what, available: rank, span }));
         }
-        family.grid.find(at).ok_or_else(|| Stop::from(family.out_of_range(&at[..rank], span)))
+        family.grid.find(at).ok_or_else(|| self.out_of_range(entity, &at[..rank], span))
     }
 
     /// The value of a member, a slice or a family.

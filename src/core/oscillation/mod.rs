@@ -445,7 +445,7 @@ fn named(linearized: &Linearized, error: &ModesError) -> LinearizeError {
             let combination = moving().map(|(coordinate, amplitude)| (coordinate.name(), *amplitude)).collect();
             let span = moving().next().map_or(first_term, |(coordinate, _)| coordinate.span);
             if *singular && linearized.has_inertia_nearby() {
-                LinearizeError::SingularCoordinates { combination, span }
+                LinearizeError::SingularCoordinates { combination, drawn: false, span }
             } else if *singular {
                 let inertia = if has_no_inertia(&linearized.mass(), own) { Inertia::None } else { Inertia::Undecided };
                 LinearizeError::SingularMass { combination, inertia, span }

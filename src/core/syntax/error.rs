@@ -26,6 +26,10 @@ fn perhaps_meant(word: &str, meant: &str) -> String {
         (_, "lagrangian") => format!(
             "write `lagrangian = …` in place of T and V, or leave it out beside them; for a quantity, `let {word} = …`"
         ),
+        (_, "guess") if ["start", "initial", "init"].contains(&word) => {
+            "a motion begins where `librate motion --start` says; `guess` is where the search for the equilibrium begins"
+                .to_owned()
+        }
         ("t", _) => "write `T = …` for the kinetic energy; `t` is the time".to_owned(),
         (_, "T" | "V") => format!("write `{meant} = …` for the energy, `param {word} = …` or `let {word} = …` for a quantity"),
         _ => format!("did you mean `{meant}`?"),
@@ -473,7 +477,14 @@ Error SyntaxError {
 
     /// A comparison outside of a filter.
     #[error("a condition is allowed only after `where`")]
-    "E0042" ConditionOutsideFilter(span) => at(*span, "a condition has no value").with_help("select terms of a sum with a filter: `sum(i in 1..n where i != 2, …)`"),
+    "E0042" ConditionOutsideFilter(span) {
+        /// Whether a word chooses between two values.
+        is_choice: bool,
+    } => at(*span, "a condition has no value").with_help(if *is_choice {
+        "there is no `if`: `(x + abs(x))/2` is x where x > 0, else 0; terms of a sum are selected by `sum(i in 1..n where i != 2, …)`"
+    } else {
+        "select terms of a sum with a filter: `sum(i in 1..n where i != 2, …)`"
+    }),
 
     /// `1 < i < n`
     #[error("comparisons can't be chained")]
@@ -646,6 +657,15 @@ Error SyntaxError {
     /// `x[1:3]`
     #[error("a range is written with two points")]
     "E0067" ColonForRange(span) => at(*span, "a colon begins a unit").written(*span, ".."),
+
+    /// `x(0) = 1`
+    #[error("a model has no initial values")]
+    "E0068" InitialValue(span) {
+        /// The value as the command has it.
+        fix: String,
+    } => at(*span, "a value at one time").with_help(format!(
+        "remove the line, and give the value to the motion that begins with it: `librate motion FILE --start \"{fix}\"`"
+    )),
 
     /// Anything else.
     #[error("{found} is not allowed here")]

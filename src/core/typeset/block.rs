@@ -168,14 +168,7 @@ impl Formula {
                 Some(text) => Block::line(text),
                 None => Block::fraction(&above.block(), &below.block()),
             },
-            Self::Power(base, exponent) => {
-                let base = base.block();
-                match superscript_of(exponent) {
-                    Some(text) if base.height() == 1 => Block::beside(&[base, Block::line(&text)]),
-                    Some(text) => base.raised(&Block::line(&text)),
-                    None => base.raised(&exponent.block()),
-                }
-            }
+            Self::Power(base, exponent) => power(&base.block(), exponent),
             Self::Root(inner) => {
                 let simple = matches!(**inner, Self::Symbol(_) | Self::Number(_));
                 let inner = inner.block();
@@ -234,7 +227,8 @@ impl Formula {
         if lines.iter().all(|line| line.width() <= width) {
             return lines;
         }
-        let breaker = Breaker { line: width as f64, measure: &|token| token_block(token).width() as f64 };
+        let measure = &|token: &Token| token_block(token).width() as f64;
+        let breaker = Breaker { line: width as f64, measure, has_root_signs: true };
         let mut lines = Vec::new();
         for (at, pieces) in breaker.lines(self, 4.0).iter().enumerate() {
             let mut row = vec![Block::line(if at == 0 { "" } else { "    " })];
@@ -243,10 +237,9 @@ impl Formula {
                     row.push(Block::line(if place == 0 { "· " } else { " " }));
                 }
                 for token in &piece.tokens {
-                    let block = token_block(token);
                     match (token, row.pop()) {
-                        (Token::Exponent(_), Some(last)) => row.push(last.raised(&block)),
-                        (_, last) => row.extend(last.into_iter().chain([block])),
+                        (Token::Exponent(own), Some(last)) => row.push(power(&last, own)),
+                        (_, last) => row.extend(last.into_iter().chain([token_block(token)])),
                     }
                 }
             }
@@ -335,7 +328,8 @@ impl Formula {
 fn token_block(token: &Token) -> Block {
     let bracket = |own: &Bracket, round| [round, "│", "‖"][*own as usize];
     Block::line(match token {
-        Token::Whole(formula) | Token::Exponent(formula) => return formula.block(),
+        Token::Whole(formula) => return formula.block(),
+        Token::Exponent(formula) => return exponent_block(formula),
         Token::Relation(own) => {
             let nothing = || Formula::Verbatim(String::new());
             return Formula::Relation(vec![nothing(), Formula::Sign(*own), nothing()]).block();
@@ -371,14 +365,37 @@ fn product(factors: &[Formula]) -> Block {
     Block::beside(&blocks)
 }
 
-fn function(name: &str, power: Option<&Formula>, arguments: &[Formula]) -> Block {
+/// With an exponent, whole ones in raised digits.
+fn power(base: &Block, exponent: &Formula) -> Block {
+    match superscript_of(exponent) {
+        Some(text) if base.height() == 1 => Block::beside(&[base.clone(), Block::line(&text)]),
+        Some(text) => base.clone().raised(&Block::line(&text)),
+        None => base.clone().raised(&exponent_block(exponent)),
+    }
+}
+
+/// Fractions of numbers on one line: 3/2.
+fn exponent_block(exponent: &Formula) -> Block {
+    match exponent {
+        Formula::Fraction(above, below) => match (&**above, &**below) {
+            (Formula::Number(over), Formula::Number(under)) if vulgar(above, below).is_none() => {
+                Block::line(&format!("{over}/{under}"))
+            }
+            _ => exponent.block(),
+        },
+        Formula::Sum(terms) => match terms.as_slice() {
+            [(true, own @ Formula::Fraction(..))] => Block::beside(&[Block::line("-"), exponent_block(own)]),
+            _ => exponent.block(),
+        },
+        _ => exponent.block(),
+    }
+}
+
+fn function(name: &str, exponent: Option<&Formula>, arguments: &[Formula]) -> Block {
     let name = if name == "exp" && arguments.is_empty() { "e" } else { name };
     let mut head = Block::line(name);
-    if let Some(power) = power {
-        head = match superscript_of(power) {
-            Some(text) => Block::beside(&[head, Block::line(&text)]),
-            None => head.raised(&power.block()),
-        };
+    if let Some(exponent) = exponent {
+        head = power(&head, exponent);
     }
     if arguments.is_empty() {
         return head;
@@ -410,6 +427,7 @@ fn vulgar(above: &Formula, below: &Formula) -> Option<&'static str> {
         ("1", "6") => Some("⅙"),
         ("5", "6") => Some("⅚"),
         ("1", "8") => Some("⅛"),
+        ("1", "10") => Some("⅒"),
         _ => None,
     }
 }
@@ -443,7 +461,9 @@ fn replaced(text: &str, letters: &str, by: &str) -> Option<String> {
 }
 
 pub(super) fn symbol_text(symbol: &Symbol) -> String {
-    format!("{}{}", symbol.unicode_letter(), feet_text(&symbol.subscript))
+    // No mark covers a whole word.
+    let primes = if symbol.is_word() { ["", "′", "″", "‴"][symbol.dots.min(3) as usize] } else { "" };
+    format!("{}{}{primes}", symbol.unicode_letter(), feet_text(&symbol.subscript))
 }
 
 /// Subscripts where Unicode has them, for digits and indices; words follow after an underscore, other indices in brackets.

@@ -87,7 +87,7 @@ impl Formula {
             parts => (None, parts),
         };
         let line = LINE - left.map_or(0.0, Self::points);
-        let breaker = Breaker { line, measure: &points };
+        let breaker = Breaker { line, measure: &points, has_root_signs: false };
         Some((left, breaker.lines(&Self::Relation(rest.to_vec()), INDENT)))
     }
 

@@ -66,6 +66,8 @@ pub(super) struct Breaker<'a> {
     pub(super) line: f64,
     /// The width of what stays on one line.
     pub(super) measure: &'a dyn Fn(&Token) -> f64,
+    /// Whether a root is broken behind its sign; else it is a power of 1/2.
+    pub(super) has_root_signs: bool,
 }
 
 impl Breaker<'_> {
@@ -135,6 +137,10 @@ impl Breaker<'_> {
             Formula::Bars { double, inner } => {
                 let bars = if *double { Bracket::DoubleBars } else { Bracket::Bars };
                 self.between(Vec::new(), bars, inner, out);
+            }
+            Formula::Root(inner) if self.has_root_signs => {
+                let sign = Token::Whole(Formula::Verbatim("√".to_owned()));
+                self.between(vec![sign], Bracket::Round, inner, out);
             }
             Formula::Root(inner) => {
                 self.between(Vec::new(), Bracket::Round, inner, out);

@@ -135,21 +135,18 @@ impl Symbol {
         }
     }
 
-    /// The letter alone in Unicode, with its dots.
+    /// The letter alone in Unicode, with its dots; a word has none.
     pub(super) fn unicode_letter(&self) -> String {
         let letter = if self.plain { &self.letter } else { unicode_word(&self.letter) };
         let dots = match self.dots {
+            _ if self.is_word() => "",
             0 => "",
             1 => "\u{307}",
             2 => "\u{308}",
             _ => "\u{20db}",
         };
         let delta = if self.delta { "δ" } else { "" };
-        // In the middle of a word.
-        let middle = letter.chars().count().div_ceil(2);
-        let end = letter.char_indices().nth(middle).map_or(letter.len(), |(at, _)| at);
-        let (before, after) = letter.split_at(end);
-        format!("{delta}{before}{dots}{after}")
+        format!("{delta}{letter}{dots}")
     }
 }
 

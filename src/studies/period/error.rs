@@ -27,7 +27,7 @@ fn words(feature: Feature) -> [&'static str; 2] {
         }
         Feature::SteadyMotion => [
             "a steady motion has no period of one coordinate",
-            "remove the rate, or write it into the energies in place of the velocity",
+            "the momentum p of what turns is constant: remove the coordinate and its velocity, and add p^2/(2*I) to V, with the inertia I of the rotation, such as m*r^2",
         ],
     }
 }

@@ -94,12 +94,16 @@ pub struct Period {
     pub precise: Option<Big>,
     /// What kind of motion.
     pub motion: Motion,
+    /// Its turning points, the lower one first, or its advance, with more digits; empty where balls have all.
+    pub motion_precise: Vec<Big>,
     /// The energy, as a value of U = V - T0.
     pub energy: Ball,
-    /// The energy where doubles do not hold it.
+    /// The energy with more digits, or where doubles do not hold it.
     pub energy_precise: Option<Big>,
     /// The equilibrium that amplitudes are measured from.
     pub equilibrium: Ball,
+    /// That with more digits.
+    pub equilibrium_precise: Option<Big>,
     /// Whether the equilibrium is known to be there. Where not, its place is an estimate, and a period by
     /// amplitude is that of the motion about this place.
     pub proved: bool,
@@ -127,6 +131,8 @@ impl Period {
         self.energy_precise = self.energy_precise.map(|own| own.scale(energy));
         self.energy = self.energy.scale_far(energy);
         self.equilibrium = self.equilibrium.scale_far(length);
+        self.equilibrium_precise = self.equilibrium_precise.map(|place| place.scale(length));
+        self.motion_precise = self.motion_precise.into_iter().map(|place| place.scale(length)).collect();
         match &mut self.motion {
             Motion::Libration { turning } => *turning = turning.map(|place| place.scale_far(length)),
             Motion::Rotation { advance } => *advance = advance.scale_far(length),

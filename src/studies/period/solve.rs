@@ -184,17 +184,24 @@ fn finished<S: Enclosure>(
 ) -> Result<Period, PeriodError> {
     let (small, bend) = small_about(oscillator, &mut task.field, &task.centre);
     check_range(request, &found)?;
-    let motion = match found.course {
-        Course::Libration([lower, upper]) => Motion::Libration { turning: [lower.to_ball(), upper.to_ball()] },
-        Course::Rotation(advance) => Motion::Rotation { advance: advance.to_ball() },
+    let (motion, places) = match found.course {
+        Course::Libration(turning) => {
+            (Motion::Libration { turning: turning.each_ref().map(Enclosure::to_ball) }, turning.to_vec())
+        }
+        Course::Rotation(advance) => (Motion::Rotation { advance: advance.to_ball() }, vec![advance]),
     };
     Ok(Period {
         period: found.period.to_ball(),
         precise: found.period.precise(),
         motion,
-        energy_precise: oscillator.center.units().map(|_| found.energy.to_big(BITS_OF_BARRIERS)),
+        motion_precise: places.into_iter().filter_map(Enclosure::precise).collect(),
         energy: found.energy.to_ball(),
+        energy_precise: match oscillator.center.units() {
+            Some(_) => Some(found.energy.to_big(BITS_OF_BARRIERS)),
+            None => found.energy.precise(),
+        },
         equilibrium: task.centre.to_ball(),
+        equilibrium_precise: task.centre.precise(),
         proved: oscillator.center.is_proved(),
         corner: oscillator.center.is_corner(),
         small: small.as_ref().map(Enclosure::to_ball),

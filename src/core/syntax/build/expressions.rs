@@ -234,7 +234,7 @@ impl Builder {
     /// Conditions stand only behind `where`.
     fn condition(&self, span: Span) {
         if !self.in_filter.get() {
-            self.object(SyntaxError::ConditionOutsideFilter { span });
+            self.object(SyntaxError::ConditionOutsideFilter { is_choice: false, span });
         }
     }
 }

@@ -155,6 +155,18 @@ fn constraint_without_word(source: &str, line: &[Token], statement: &str) -> Opt
     Some(SyntaxError::MissingStatementWord { name, fix: Some(fix), span: line.first()?.span() })
 }
 
+/// `x(0) = 1`, `x[1]'(0) = 0`: a line that begins with a declared name and gives its value at the time 0.
+fn initial_value(source: &str, line: &[Token]) -> Option<SyntaxError> {
+    let equals = line.iter().position(|own| own.kind == TokenKind::Equals)?;
+    let (left, right) = (line.get(..equals)?, line.get(equals + 1..)?);
+    let [name @ .., open, zero, close] = left else { return None };
+    let is_zero = [open, zero, close].map(|own| own.text(source)) == ["(", "0", ")"];
+    let first = name.first().filter(|first| is_zero && is_declared(source, first.start, first.text(source)))?;
+    let name = source.get(first.span().to(name.last()?.span()).range())?;
+    let value = if let [only] = right { only.text(source) } else { "…" };
+    Some(SyntaxError::InitialValue { fix: format!("{name}={value}"), span: first.span().to(close.span()) })
+}
+
 fn of_another_language(source: &str, token: Token, rest: Lexer<'_>, statement: &str) -> Option<SyntaxError> {
     let mut line = vec![token];
     line.extend(rest.code().take_while(|other| !other.first_on_line));
@@ -169,6 +181,9 @@ fn of_another_language(source: &str, token: Token, rest: Lexer<'_>, statement: &
         let (suggestion, span) = (Some("T"), token.span());
         let is_certain = line.iter().any(|own| own.kind == TokenKind::Prime);
         return Some(SyntaxError::UnknownStatement { word: word.to_owned(), suggestion, is_certain, span });
+    }
+    if let Some(error) = initial_value(source, &line) {
+        return Some(error);
     }
     let gives = |own: &Token| own.kind == TokenKind::Equals || own.text(source) == "==";
     if line.iter().any(gives)

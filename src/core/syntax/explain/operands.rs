@@ -78,8 +78,11 @@ impl Context<'_> {
                 span,
             });
         }
-        if word && words::is_control(text) && !self.is_declared(text) {
-            return Some(SyntaxError::ConditionOutsideFilter { span });
+        let chooses = |own: Token| {
+            own.kind == TokenKind::Word && words::is_control(self.text(own)) && !self.is_declared(self.text(own))
+        };
+        if let Some(chosen) = [self.before, found].into_iter().find(|own| chooses(*own)) {
+            return Some(SyntaxError::ConditionOutsideFilter { is_choice: true, span: chosen.span() });
         }
         if self.is_unit_behind_number(found, &|name| !self.is_declared(name)) {
             let is_unit = self.names_of_unit(found).all(|own| words::UNITS_BEHIND_NUMBERS.contains(&own));
