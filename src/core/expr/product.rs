@@ -218,6 +218,10 @@ impl Pool {
                     }
                     return Ok(());
                 }
+                if let Some(shorter) = if whole { None } else { self.without_pythagoras(base) } {
+                    work.pending.push((shorter, exponent));
+                    return Ok(());
+                }
                 let (content, core) = self.split_coefficient(base, whole);
                 multiply_number(&content, &exponent, coefficient, work)?;
                 work.settled.push((core, exponent));
@@ -240,6 +244,45 @@ impl Pool {
             Node::Pi | Node::Symbol(_) | Node::Function(..) | Node::Atan2 { .. } => work.settled.push((base, exponent)),
         }
         Ok(())
+    }
+
+    /// A sum in which a sin²(x) and a cos²(x) are put together, if there are such terms.
+    fn without_pythagoras(&mut self, sum: ExprId) -> Option<ExprId> {
+        let Node::Sum { constant, terms } = self.node(sum) else { return None };
+        let (mut constant, mut terms) = (constant.clone(), terms.to_vec());
+        let (mut at, mut found) = (0, false);
+        while at < terms.len() {
+            let (term, coefficient) = terms[at].clone();
+            at += 1;
+            let factors = self.factors(term);
+            let sine = factors.iter().enumerate().find_map(|(place, (base, exponent))| match self.node(*base) {
+                Node::Function(Function::Sin, x) if *exponent == Number::from(2) => Some((place, *x)),
+                _ => None,
+            });
+            let Some((place, x)) = sine else { continue };
+            let mut rest = factors;
+            rest.remove(place);
+            let cosine = self.cos(x);
+            let partner = [rest.as_slice(), &[(cosine, Number::from(2))]].concat();
+            let partner = self.product_of_powers(&partner);
+            if !terms.contains(&(partner, coefficient.clone())) {
+                continue;
+            }
+            (at, found) = (0, true);
+            let whole = self.product_of_powers(&rest);
+            terms.retain(|own| own.0 != term && own.0 != partner);
+            if rest.is_empty() {
+                constant = constant.add(&coefficient);
+            } else {
+                terms.push((whole, coefficient));
+            }
+        }
+        if !found {
+            return None;
+        }
+        let sum = self.linear(&terms);
+        let constant = self.number(constant);
+        Some(self.add(sum, constant))
     }
 
     /// `(±term)^exponent` for an exponent that is not whole.
