@@ -387,7 +387,7 @@ fn coordinates_that_lose_a_motion_are_told() {
     let cases = [
         ("param m  param l  coord th, phi", spherical, "`phi`"),
         ("param m = 2  param l = 3  coord th, phi", spherical, "`phi`"),
-        ("param m  param l  coord psi, th, phi", euler, "along psi - phi"),
+        ("param m  param l  coord psi, th, phi", euler, "of `psi`, `phi` together"),
     ];
     for (names, energies, motion) in cases {
         let derivation = derive(&model(&format!("{names}  {energies}")), &Parts::all()).unwrap();
