@@ -286,7 +286,9 @@ impl Polynomial {
 
     /// Whether they have no divisor with this variable in common, as values at random for the others show modulo a prime.
     pub(crate) fn is_prime_to(&self, other: &Self, variable: usize) -> bool {
-        let (Some(mut a), Some(mut b)) = (self.residues(variable), other.residues(variable)) else { return false };
+        let (Some(mut a), Some(mut b)) = (self.residues(variable, 0), other.residues(variable, 0)) else {
+            return false;
+        };
         while let Some(last) = b.last().copied() {
             let Some(inverse) = inverse_mod(last) else { return false };
             if b.len() == 1 {
@@ -308,13 +310,13 @@ impl Polynomial {
         false
     }
 
-    /// The coefficients of one variable at random values of the others, modulo a prime; `None` where the last is 0.
-    fn residues(&self, variable: usize) -> Option<Vec<u64>> {
+    /// The coefficients of one variable at a point of random values of the others, modulo a prime; `None` where the last is 0.
+    pub(crate) fn residues(&self, variable: usize, point: u64) -> Option<Vec<u64>> {
         let mut all = vec![0; self.degree(variable) as usize + 1];
         for (powers, value) in &self.terms {
             let others = powers.iter().enumerate().filter(|(at, _)| *at != variable);
             let product = others.fold(value.mod_prime(PRIME)?, |product, (at, power)| {
-                mul_mod(product, pow_mod(mix(at as u64 + 1) >> 8, u64::from(*power)))
+                mul_mod(product, pow_mod(mix((point << 32) + at as u64 + 1) >> 8, u64::from(*power)))
             });
             let place = &mut all[powers[variable] as usize];
             *place = add_mod(*place, product);

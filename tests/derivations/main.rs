@@ -13,6 +13,7 @@ mod derive_constraints;
 #[cfg(feature = "cli")]
 mod derive_support;
 mod exponents;
+mod factored;
 mod latex;
 mod normal_coordinates;
 mod pages;

@@ -12,7 +12,7 @@ use super::pair::Pair;
 use super::pervasive::Pervasive;
 use super::ring::{EXPONENT, Expanded, Ring};
 use super::roots::{MOST_COORDINATES, determinant_of_polynomials};
-use super::simplify::Algebra;
+use super::simplify::{Algebra, split};
 use super::stability::{Sign, Signs, conditions, conditions_in_coefficients, essential};
 use crate::expr::{ExprId, Pool};
 use crate::groups::connected;
@@ -316,7 +316,11 @@ impl Factored {
         let mut found = Vec::new();
         for factor in &self.factors {
             let (coefficients, conditions) = conditions_in_coefficients(factor, &self.signs, conservative)?;
-            let coefficients: Vec<ExprId> = coefficients.iter().map(|own| self.ring.expression(pool, own)).collect();
+            let coefficients = coefficients.iter().map(|own| {
+                let own = self.ring.expression(pool, own);
+                pool.polished(own)
+            });
+            let coefficients: Vec<ExprId> = coefficients.collect();
             for condition in conditions {
                 let terms = condition.terms().map(|(powers, number)| {
                     let powers = coefficients.iter().zip(powers).map(|(own, power)| pool.powi(*own, i64::from(*power)));
@@ -348,7 +352,13 @@ fn signed(pool: &mut Algebra<'_>, ring: &Ring, own: &Sign) -> ExprId {
             None => factors.push(pool.integer(-1)),
         }
     }
-    pool.product(&factors)
+    // A number before a product says nothing of its sign.
+    let product = pool.product(&factors);
+    let (size, core) = split(pool, product);
+    if pool.is_constant(product) {
+        return product;
+    }
+    if size.is_negative() { pool.neg(core) } else { core }
 }
 
 /// What is known to be positive where the parameters have the signs that they have in the model.

@@ -24,7 +24,7 @@ pub(super) fn collapse(pool: &mut Pool, monomials: &mut Monomials) {
     if !monomials.keys().flatten().any(|(base, _)| is_angle(pool, *base)) {
         return;
     }
-    for rule in [fourths, squares, complements, products, halves] {
+    for rule in [secants, fourths, squares, complements, products, halves] {
         // Each use leaves one term or one function less; a new term may be the partner of one that was
         // examined before.
         let mut changed = true;
@@ -50,6 +50,21 @@ pub(super) fn collapse(pool: &mut Pool, monomials: &mut Monomials) {
 
 /// What one or two terms become: those that go, and those that come with their coefficients.
 type Step = ([Option<Monomial>; 2], Vec<(Monomial, Number)>);
+
+/// cos + sin tan = 1/cos
+fn secants(pool: &mut Pool, monomials: &Monomials, monomial: &Monomial, coefficient: &Number) -> Option<Step> {
+    for (base, exponent) in monomial {
+        let Some(x) = angle(pool, *base, Function::Tan).filter(|_| exponent.is_one()) else { continue };
+        let (sine, cosine) = (pool.sin(x), pool.cos(x));
+        let rest = changed(monomial, &[(*base, -1), (sine, -1)]);
+        let partner = changed(&rest, &[(cosine, 1)]);
+        if monomials.get(&partner) == Some(coefficient) {
+            let new = (changed(&rest, &[(cosine, -1)]), coefficient.clone());
+            return Some(([Some(monomial.clone()), Some(partner)], vec![new]));
+        }
+    }
+    None
+}
 
 /// cos^4 + sin^4 = 1 - 2 cos^2 sin^2, of angles that are halved.
 fn fourths(pool: &mut Pool, monomials: &Monomials, monomial: &Monomial, coefficient: &Number) -> Option<Step> {

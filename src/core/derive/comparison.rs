@@ -76,7 +76,10 @@ fn shown(pool: &Algebra<'_>, sides: [ExprId; 2]) -> usize {
         let text = pool.display(side);
         text.len() + if text.starts_with('-') { MINUS } else { 0 }
     };
-    sides.map(length).iter().sum()
+    let length = sides.map(length).iter().sum();
+    // Each of several sums that are factors tells where the sign changes.
+    let sums = pool.factors(sides[0]).iter().filter(|(base, _)| pool.is_sum(*base)).count();
+    if sides[1].is_zero() && sums > 1 { length / 3 * 2 } else { length }
 }
 
 /// The shortest form of a side, or its factors where they are shorter.

@@ -229,7 +229,11 @@ impl Found<'_, '_> {
                 self.own.complete = false;
                 continue;
             }
-            zeros.into_iter().for_each(|zero| self.push(zero, factor.times, ratio));
+            let ratio = ratio.map(|ratio| self.pool.polished(ratio));
+            for (real, imaginary) in zeros {
+                let zero = (self.pool.polished(real), self.pool.polished(imaginary));
+                self.push(zero, factor.times, ratio);
+            }
         }
     }
 

@@ -164,6 +164,7 @@ fn solve_parts(
         let mut values = Vec::new();
         for value in solution.zeros {
             let is_solved = solution.solved.iter().any(|solved| solved.frequencies.contains(&value));
+            let value = if is_solved { value } else { pool.polished(value) };
             let value = if is_solved { value } else { opened(pool, value) };
             if is_solved || !pool.is_undefined(value) && pool.weight(value) <= MOST_SYMBOLS {
                 found.add(value, 1, class.clone());

@@ -130,6 +130,13 @@ impl Exponents {
                 own.damping_ratio = None;
             }
             self.exponents.retain(|own| ![own.real, own.imaginary].into_iter().any(|part| pool.is_undefined(part)));
+            let imaginary: Vec<ExprId> = self.exponents.iter().map(|own| own.imaginary).collect();
+            if self.exponents.iter().all(|own| own.real.is_zero())
+                && let Some(drawn) = drawn(pool, &imaginary)
+            {
+                let each = self.exponents.iter_mut().zip(drawn);
+                each.for_each(|(own, drawn)| own.imaginary = pool.simplify(drawn));
+            }
             self.complete &= self.exponents.len() == before;
         }
         self.characteristic = None;

@@ -59,6 +59,7 @@ mod motion;
 mod normal;
 mod pair;
 mod pervasive;
+mod products;
 mod ring;
 mod roots;
 mod shapes;

@@ -59,6 +59,7 @@ pub(super) fn roots(pool: &mut Algebra<'_>, block: &Pair, request: Request<'_>, 
     if block.len() == 1 {
         let (mass, stiffness) = block.at(pool, 0, 0);
         let quotient = pool.short(|pool| pool.div(stiffness, mass));
+        let quotient = pool.polished(quotient);
         return Roots::of(vec![best_to_read(pool, quotient)]);
     }
     if block.len() > MOST_COORDINATES {
@@ -218,7 +219,7 @@ fn around(pool: &mut Algebra<'_>, middle: ExprId, square: ExprId) -> Vec<ExprId>
 fn over_one_bar(pool: &mut Algebra<'_>, p: ExprId, q: ExprId) -> Option<Vec<ExprId>> {
     let p = pool.scale(p, &Number::from(2));
     let [p, q] = [p, q].map(|own| {
-        let flat = without_storeys(pool, own);
+        let flat = without_storeys(pool, own, false);
         one_fraction(pool, flat)
     });
     let below = below_bars([p, q].map(|own| pool.factors(split(pool, own).1)).iter().flatten());
@@ -239,12 +240,13 @@ fn over_one_bar(pool: &mut Algebra<'_>, p: ExprId, q: ExprId) -> Option<Vec<Expr
     Some(above.map(half).collect())
 }
 
-/// Sums below a fraction bar that have fractions of their own as quotients: a/(b - c/d) is a d/(b d - c).
-fn without_storeys(pool: &mut Algebra<'_>, e: ExprId) -> ExprId {
+/// Sums below a fraction bar, or on both sides of it, that have fractions of their own as quotients: a/(b - c/d) is a d/(b d - c).
+fn without_storeys(pool: &mut Algebra<'_>, e: ExprId, both: bool) -> ExprId {
     let mut terms = Vec::new();
     for (term, coefficient) in pool.terms(e) {
         let factors = pool.factors(term).into_iter().map(|(base, exponent)| {
-            let is_high = exponent.is_negative() && exponent.is_integer() && pool.fractions_in_sums(&[base]) > 0;
+            let is_high =
+                (both || exponent.is_negative()) && exponent.is_integer() && pool.fractions_in_sums(&[base]) > 0;
             (if is_high { one_fraction(pool, base) } else { base }, exponent)
         });
         let factors: Vec<(ExprId, Number)> = factors.collect();
@@ -258,8 +260,9 @@ pub(super) fn best_to_read(pool: &mut Algebra<'_>, e: ExprId) -> ExprId {
     if pool.fractions_in_sums(&[e]) == 0 {
         return e;
     }
-    let flat = without_storeys(pool, e);
+    let flat = without_storeys(pool, e, false);
     let over = one_fraction(pool, flat);
+    let over = without_storeys(pool, over, true);
     if pool.cost(&[over]) < pool.cost(&[e]) { over } else { e }
 }
 

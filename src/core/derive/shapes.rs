@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 
 use super::pair::{Pair, Sparse};
-use super::simplify::{Algebra, Opening, expand, with_common_factor};
+use super::simplify::{Algebra, Opening, expand, split, with_common_factor};
 use crate::expr::{ExprId, Pool, Symbol};
 use crate::number::Number;
 
@@ -242,7 +242,12 @@ impl Block {
         let (mixed, last) = (pool.mul(self.m[1], ratio), pool.mul(self.m[2], square));
         let sum =
             pool.short(|pool| pool.linear(&[(self.m[0], Number::ONE), (mixed, Number::from(2)), (last, Number::ONE)]));
-        on_one_bar(pool, sum)
+        let sum = on_one_bar(pool, sum);
+        let (size, product) = split(pool, sum);
+        let factors = pool.factors(product).into_iter().map(|(base, power)| (pool.polished(base), power));
+        let factors: Vec<(ExprId, Number)> = factors.collect();
+        let product = pool.product_of_powers(&factors);
+        pool.scale(product, &size)
     }
 
     /// The shortest of the forms that the two rows of (K - z M) a = 0 give, or of one form of them; and which ones have a

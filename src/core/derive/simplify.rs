@@ -35,6 +35,10 @@ pub(super) struct Weights(Vec<u64>);
 pub struct Algebra<'a> {
     pool: &'a mut Pool,
     images: HashMap<ExprId, ExprId>,
+    /// The shortest forms of the other kind: with products of sums and squares if `images` is without, and the other way round.
+    others: HashMap<ExprId, ExprId>,
+    /// Whether products of sums and squares are searched for.
+    with_products: bool,
     weights: Weights,
 }
 
@@ -55,7 +59,21 @@ impl DerefMut for Algebra<'_> {
 impl<'a> Algebra<'a> {
     /// Of a pool of which no shortest forms are known yet.
     pub fn new(pool: &'a mut Pool) -> Self {
-        Self { pool, images: HashMap::new(), weights: Weights::default() }
+        let (images, others) = (HashMap::new(), HashMap::new());
+        Self { pool, images, others, with_products: false, weights: Weights::default() }
+    }
+
+    /// The shortest form of a result, with sums as products of sums and with squares completed where that is easier to read.
+    pub(super) fn polished(&mut self, e: ExprId) -> ExprId {
+        // What differs by its sign stays so.
+        let (size, core) = self.pool.split_content(e);
+        std::mem::swap(&mut self.images, &mut self.others);
+        self.with_products = true;
+        let own = self.simplify(core);
+        self.with_products = false;
+        std::mem::swap(&mut self.images, &mut self.others);
+        let own = self.pool.scale(own, &size);
+        if self.cost(&[own]) < self.cost(&[e]) { own } else { e }
     }
 
     /// The shortest form found of an expression, inner arguments included.
@@ -115,14 +133,25 @@ impl<'a> Algebra<'a> {
             collapse(self.pool, &mut monomials);
             let flat = written(self.pool, monomials.iter());
             let terms: Vec<(Monomial, Number)> = monomials.into_iter().collect();
-            let factored = factor(self.pool, terms, 0);
-            for candidate in [factored, flat] {
+            let wanted = self.with_products && opening == Opening::Powers;
+            let products = if wanted { self.products(&terms) } else { Vec::new() };
+            for candidate in [self.nested(terms), flat] {
                 if self.weight(candidate) < self.weight(best) {
+                    best = candidate;
+                }
+            }
+            for candidate in products {
+                if self.weight(candidate) <= self.weight(best) {
                     best = candidate;
                 }
             }
         }
         self.over_powers(best)
+    }
+
+    /// A sum with common factors in front.
+    pub(super) fn nested(&mut self, terms: Vec<(Monomial, Number)>) -> ExprId {
+        factor(self.pool, terms, 0)
     }
 
     /// Factors that all terms of a sum below a fraction bar have in front of it, where what stands above cancels them: m g s/(m l² + m s²) is
@@ -137,9 +166,16 @@ impl<'a> Algebra<'a> {
             if factors.len() < 2 || !factors.iter().any(|own| below(own, self.pool)) {
                 continue;
             }
+            let several = self.with_products && factors.iter().filter(|own| self.pool.is_sum(own.0)).count() > 1;
             for own in &mut factors {
                 if below(own, self.pool) {
                     own.0 = with_common_factor(self.pool, own.0);
+                }
+                if several
+                    && self.pool.is_sum(own.0)
+                    && let Some(terms) = expand(self.pool, own.0, Opening::Powers)
+                {
+                    own.0 = self.in_factors(&terms.into_iter().collect::<Vec<_>>()).unwrap_or(own.0);
                 }
             }
             let made = self.pool.product_of_powers(&factors);
@@ -460,7 +496,7 @@ fn shared(a: &Number, b: &Number) -> Option<Number> {
 }
 
 /// What all terms have in common.
-fn common_factor(terms: &[(Monomial, Number)]) -> Monomial {
+pub(super) fn common_factor(terms: &[(Monomial, Number)]) -> Monomial {
     let Some(((first, _), others)) = terms.split_first() else { return Monomial::new() };
     others.iter().fold(first.clone(), |common, (monomial, _)| {
         let shared = |(base, exponent): (ExprId, Number)| {
