@@ -5,6 +5,7 @@
 //! with certified exponents before they are given out. Of conservative models the closed forms of the frequencies are taken.
 
 use std::cmp::Ordering;
+use std::collections::HashMap;
 
 use super::Linear;
 use super::characteristic::Factored;
@@ -14,7 +15,7 @@ use super::ring::EXPONENT;
 use super::roots::{plain_root, root, with_common_bar};
 use super::shapes::on_one_bar;
 use super::simplify::{Algebra, Opening, expand, split, written};
-use crate::expr::{ExprId, Pool};
+use crate::expr::{ExprId, Function, Node, Pool};
 use crate::number::Number;
 use crate::oscillation::NormalMode;
 use crate::precision::{Ball, Complex, Scalar};
@@ -168,6 +169,19 @@ impl Found<'_, '_> {
         all.into_iter().min_by_key(|own| self.pool.cost(&[*own])).unwrap_or(plain)
     }
 
+    /// With the signs that absolute values have at the values of the parameters.
+    fn without_bars(&mut self, e: ExprId) -> ExprId {
+        let mut parts = HashMap::new();
+        for bars in self.pool.reachable(&[e]) {
+            if let Node::Function(Function::Abs, inner) = *self.pool.node(bars)
+                && let Some(positive) = self.positive(inner)
+            {
+                parts.insert(bars, positive);
+            }
+        }
+        if parts.is_empty() { e } else { self.pool.replaced(&[e], &parts)[0] }
+    }
+
     fn push(&mut self, (real, imaginary): Zero, multiplicity: usize, damping_ratio: Option<ExprId>) {
         let mut all = self.own.exponents.iter_mut();
         match all.find(|own| own.real == real && own.imaginary == imaginary) {
@@ -225,15 +239,18 @@ impl Found<'_, '_> {
                 self.own.complete = false;
                 continue;
             };
+            let mut polished = |e| {
+                let polished = self.pool.polished(e);
+                self.without_bars(polished)
+            };
+            let both = |(real, imaginary)| (polished(real), polished(imaginary));
+            let zeros: Vec<Zero> = zeros.into_iter().map(both).collect();
+            let ratio = ratio.map(polished);
             if zeros.iter().any(|zero| !self.is_zero_of(*zero, &coefficients)) {
                 self.own.complete = false;
                 continue;
             }
-            let ratio = ratio.map(|ratio| self.pool.polished(ratio));
-            for (real, imaginary) in zeros {
-                let zero = (self.pool.polished(real), self.pool.polished(imaginary));
-                self.push(zero, factor.times, ratio);
-            }
+            zeros.into_iter().for_each(|zero| self.push(zero, factor.times, ratio));
         }
     }
 
