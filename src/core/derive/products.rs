@@ -35,7 +35,7 @@ impl Algebra<'_> {
 
     /// The product of two sums and more, in each of which no variable is; `None` where there is none.
     pub(super) fn in_factors(&mut self, terms: &[(Monomial, Number)]) -> Option<ExprId> {
-        let (mut product, bases, polynomial) = as_polynomial(terms)?;
+        let InBases { common: mut product, bases, polynomial } = as_polynomial(terms)?;
         let factors = polynomial.may_be_product().then(|| polynomial.factored())?;
         if factors.iter().map(|(_, times)| times).sum::<usize>() < 2 {
             return None;
@@ -108,14 +108,21 @@ fn ends(terms: &Monomials, middle: &Monomial, twice: &Number) -> Option<[Monomia
     })
 }
 
-/// What all terms have in common, what else there is with the part of its powers that counts as one, and a polynomial in that; `None`
-/// where it is too long, or is no product at first sight.
-fn as_polynomial(terms: &[(Monomial, Number)]) -> Option<(Monomial, Vec<(ExprId, Number)>, Polynomial)> {
+/// A sum as a polynomial times what all terms have in common.
+struct InBases {
+    common: Monomial,
+    /// The variables of the polynomial: bases with the part of their powers that counts as one.
+    bases: Monomial,
+    polynomial: Polynomial,
+}
+
+/// `None` where it is too long, or is no product at first sight.
+fn as_polynomial(terms: &[(Monomial, Number)]) -> Option<InBases> {
     if !(2..=MOST_TERMS).contains(&terms.len()) {
         return None;
     }
     let all: BTreeSet<ExprId> = terms.iter().flat_map(|(monomial, _)| monomial).map(|(base, _)| *base).gather();
-    let (mut front, mut bases, mut columns) = (Monomial::new(), Vec::new(), Vec::new());
+    let (mut common, mut bases, mut columns) = (Monomial::new(), Vec::new(), Vec::new());
     for base in all {
         let own = terms.iter().map(|(monomial, _)| {
             let at = monomial.binary_search_by_key(&base, |(base, _)| *base);
@@ -127,7 +134,7 @@ fn as_polynomial(terms: &[(Monomial, Number)]) -> Option<(Monomial, Vec<(ExprId,
         let power = |power: &Number| u32::try_from(power.sub(&least).div(&step)?.to_i64()?).ok();
         let powers = own.iter().map(power).collect::<Option<Vec<u32>>>()?;
         if !least.is_zero() {
-            front.push((base, least));
+            common.push((base, least));
         }
         let most = powers.iter().copied().max()?;
         // With a single term that has it, or has it not, there is nothing that could be before all powers.
@@ -148,7 +155,7 @@ fn as_polynomial(terms: &[(Monomial, Number)]) -> Option<(Monomial, Vec<(ExprId,
     for (at, (_, value)) in terms.iter().enumerate() {
         polynomial.add(columns.iter().map(|powers| powers[at]).collect(), value);
     }
-    Some((front, bases, polynomial))
+    Some(InBases { common, bases, polynomial })
 }
 
 impl Polynomial {

@@ -119,7 +119,7 @@ impl Signs {
             negative == 0 || negative == own.terms().count()
         };
         let is_weak = |own: &Polynomial| {
-            !self.others.contains(own) && !(is_alike(own) && own.terms().any(|(powers, _)| is_sure(powers)))
+            !(self.others.contains(own) || is_alike(own) && own.terms().any(|(powers, _)| is_sure(powers)))
         };
         if polynomial.is_zero() || self.of_terms(polynomial).is_some() {
             return polynomial.is_zero() || is_weak(polynomial);

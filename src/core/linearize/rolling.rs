@@ -359,6 +359,11 @@ fn place(model: &Model, pool: &Pool, point: &[ExprId]) -> Substitution {
     place
 }
 
+/// Columns of rows, counted from the one behind `first`.
+fn behind(rows: &[Vec<ExprId>], first: usize, columns: &[usize]) -> Rows {
+    rows.iter().map(|row| columns.iter().map(|i| row[first + i]).collect()).collect()
+}
+
 impl SymbolicRolling {
     /// The linearised model at a point of expressions, from its matrices with multipliers of constraints; `at` is the point where
     /// these hold coordinates, and `reactions` are the multipliers of conditions there, none where these exert no force.
@@ -380,11 +385,8 @@ impl SymbolicRolling {
         let (candidates, carried) = left_to_move(pool, &conditions.rows[..conditions.constraints], &bound);
         let rows = eliminate(pool, conditions.rows.clone(), &bound).ok_or_else(dependent)?;
         let slopes: Rows = rows.iter().map(|row| free.iter().map(|i| pool.neg(row[*i])).collect()).collect();
-        let part = |columns: &[usize]| -> Rows {
-            rows.iter().map(|row| columns.iter().map(|i| row[visible + i]).collect()).collect()
-        };
-        let gamma = part(&bound);
-        let (own, through) = (part(&free), product(pool, &gamma, &slopes));
+        let [own, gamma] = [&free, &bound].map(|columns| behind(&rows, visible, columns));
+        let through = product(pool, &gamma, &slopes);
         let beta = added(pool, &own, &through);
         // Z and W as rows of all coordinates.
         let (zero, one) = (pool.zero(), pool.one());
@@ -433,7 +435,7 @@ impl SymbolicRolling {
             return Err(refused(NOT_TOLD));
         }
         let carried = columns_of(&carried, &candidates, &moved);
-        let shifts = product(pool, &r, &carried);
+        let mut shifts = product(pool, &r, &carried);
         let alone = |(i, row): (&usize, &Vec<ExprId>)| moved.contains(i) || row.iter().all(|e| e.is_zero());
         if drifts && !(vanish(&shifts) && bound.iter().zip(&carried).all(alone)) {
             return Err(refused(NOT_SINGLE));
@@ -442,11 +444,11 @@ impl SymbolicRolling {
         let order =
             FirstOrder { free: &free, bound: &bound, acting: &acting, opposite: &opposite, own: &own, gamma: &gamma };
         let left = order.left();
+        // Beside coordinates that act on the others nothing comes along.
+        shifts.resize(left.len(), vec![zero; moved.len()]);
         // Of y and z + Z y, which are the coordinates themselves.
         let stiffness = if alive.is_empty() { stiffness } else { minus(pool, &stiffness, &feeds_back, &slopes) };
         let none: Rows = vec![vec![zero; bound.len()]; free.len()];
-        // Beside coordinates that act on the others nothing comes along, see above.
-        let shifts = if alive.is_empty() { shifts } else { vec![vec![zero; moved.len()]; left.len()] };
         let mass = order.joined(&left, [&mass, &none], zero, &|_, _| zero);
         let velocity = order.joined(&left, [&velocity, &none], zero, &|i, j| order.velocity(i, j, [zero, one]));
         let stiffness = order.joined(&left, [&stiffness, &feeds_back], zero, &|i, j| order.place(i, j, zero));

@@ -389,7 +389,6 @@ impl<'a> Elaborator<'a> {
         let tensors = self.tensors(purpose == Purpose::Tensors, &dimensions);
         let unnamed_tensors = self.unnamed_tensors();
         let points = if purpose == Purpose::Picture && drawing.is_none() { self.points() } else { Vec::new() };
-        let is_lagrangian = energies.lagrangian.is_some();
         Ok(Model {
             name: self.model_name.map(|(name, _)| name),
             families: self.world.coordinate_families.iter().flat_map(coordinate_families).collect(),
@@ -397,9 +396,9 @@ impl<'a> Elaborator<'a> {
             parameters: self.world.parameters,
             named: self.world.lets.iter().map(|own| own.family.name.clone()).collect(),
             symbols: self.world.kinds,
-            kinetic: if is_lagrangian { lagrangian } else { kinetic },
+            kinetic: if energies.lagrangian.is_some() { lagrangian } else { kinetic },
             potential,
-            lagrangian: is_lagrangian,
+            lagrangian: energies.lagrangian.is_some(),
             guesses,
             guessed_velocities,
             equilibria,
