@@ -411,7 +411,8 @@ fn long_pages_are_read_in_a_pager() {
     let shown = |pager: &str, model: &str| {
         let program = env!("CARGO_BIN_EXE_librate");
         let mut script = Command::new("script");
-        let command = format!("stty rows 24 cols 80; {program} derive models/{model}.lag");
+        // On a busy machine there may be progress on standard error.
+        let command = format!("stty rows 24 cols 80; {program} derive models/{model}.lag 2>/dev/null");
         script.args(["--quiet", "--command", &command, "/dev/null"]).env("PAGER", pager).env("NO_COLOR", "1");
         let output = script.output().unwrap();
         String::from_utf8(output.stdout).unwrap().replace("\r\n", "\n")
