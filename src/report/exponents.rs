@@ -161,9 +161,11 @@ fn compared(pool: &mut Pool, positive: ExprId) -> [String; 3] {
     relation(pool.display(opposite), "<", "0".to_owned())
 }
 
-/// The letter for the imaginary unit: `i`, unless that is a name of the model.
+/// The letter for the imaginary unit: `i`, unless that is a symbol of the model.
 pub(super) fn imaginary_unit(names: &Derivation) -> &'static str {
-    unused(names, &["i", "j", "I"])
+    // Expressions that the model names are written out where it stands.
+    let is_symbol = |name: &str| names.symbols.keys().any(|own| own.split('[').next() == Some(name));
+    ["i", "j"].into_iter().find(|name| !is_symbol(name)).unwrap_or("I")
 }
 
 /// An exponent in the model language, with a letter for the imaginary unit.
