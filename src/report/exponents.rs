@@ -1,6 +1,6 @@
 //! Exponents and stability in symbols, to read.
 
-use super::frequencies::{approximations, unused};
+use super::frequencies::{approximations, first_free, unused};
 use super::page::{Form, Line, Part, section};
 use librate_core::derive::{ClosedExponent, Derivation, Linear, greater_and_less};
 use librate_core::expr::{ExprId, Node, Pool};
@@ -165,7 +165,7 @@ fn compared(pool: &mut Pool, positive: ExprId) -> [String; 3] {
 pub(super) fn imaginary_unit(names: &Derivation) -> &'static str {
     // Expressions that the model names are written out where it stands.
     let is_symbol = |name: &str| names.symbols.keys().any(|own| own.split('[').next() == Some(name));
-    ["i", "j"].into_iter().find(|name| !is_symbol(name)).unwrap_or("I")
+    first_free(&["i", "j", "I"], is_symbol)
 }
 
 /// An exponent in the model language, with a letter for the imaginary unit.

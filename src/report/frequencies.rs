@@ -356,9 +356,13 @@ fn displacement_lines(derivation: &Derivation, waves: &NormalWaves) -> Vec<Line>
 
 /// The first of some names that the model does not have.
 pub(super) fn unused<'a>(derivation: &Derivation, names: &[&'a str]) -> &'a str {
-    let mut free = names.iter().copied().filter(|name| derivation.own_names().all(|own| own != *name));
-    let last = names.last().copied().unwrap_or_default();
-    free.next().unwrap_or(last)
+    first_free(names, |name| derivation.own_names().any(|own| own == name))
+}
+
+/// The first of some names that is not taken, or the last.
+pub(super) fn first_free<'a>(names: &[&'a str], is_taken: impl Fn(&str) -> bool) -> &'a str {
+    let free = names.iter().find(|name| !is_taken(name));
+    free.or(names.last()).copied().unwrap_or_default()
 }
 
 /// `x[n]`, where the coordinates along a chain are x[1], x[2], …; `x[n + 2]` where they begin with x[3]; of a net `z[m, n]`.

@@ -215,10 +215,7 @@ impl Factored {
         let all = self.factors.iter().map(|factor| conditions(factor, &self.ring, &self.signs, conservative));
         let all = all.collect::<Option<Vec<_>>>().map(|all| all.concat());
         // Exponents of several factors may be equal, without vectors enough.
-        let even: Vec<&Factor> = self.factors.iter().filter(|own| own.is_even()).collect();
-        let shares = |one: &Factor, other: &Factor| one.parts & other.parts != 0;
-        let apart =
-            conservative || even.iter().enumerate().all(|(at, one)| even[..at].iter().all(|own| !shares(one, own)));
+        let apart = conservative || self.even_of_one_part().next().is_none();
         let settled = apart && all.as_ref().is_some_and(|all| self.signs.are_settled(all));
         let kept = all.map(|all| essential(&all, &self.signs));
         let found = kept.as_ref().and_then(|kept| self.conditions(checker, pool, kept));
@@ -283,27 +280,32 @@ impl Factored {
     /// conditions are what is positive, without what other conditions tell (`known`); `None` where they have some whatever the
     /// parameters are, or it is too long.
     fn distinct(&self, pool: &mut Algebra<'_>, known: &Signs) -> Option<Vec<StabilityCondition>> {
-        let even: Vec<&Factor> = self.factors.iter().filter(|own| own.is_even()).collect();
         let mut found = Vec::new();
-        for (at, one) in even.iter().enumerate() {
-            for other in even[at + 1..].iter().filter(|own| own.parts & one.parts != 0) {
-                let resultant = self.ring.reduced(one.polynomial.resultant_of_even(&other.polynomial, EXPONENT)?);
-                if resultant.is_zero() {
-                    return None;
-                }
-                let base = known.open(&resultant, false);
-                if base.is_constant() {
-                    continue;
-                }
-                let base = self.ring.expression(pool, &base);
-                let positive = pool.square(base);
-                if pool.weight_of(&[positive]) > MOST_IN_CONDITION {
-                    return None;
-                }
-                found.push(StabilityCondition { positive, open: Some(positive) });
+        for (one, other) in self.even_of_one_part() {
+            let resultant = self.ring.reduced(one.polynomial.resultant_of_even(&other.polynomial, EXPONENT)?);
+            if resultant.is_zero() {
+                return None;
             }
+            let base = known.open(&resultant, false);
+            if base.is_constant() {
+                continue;
+            }
+            let base = self.ring.expression(pool, &base);
+            let positive = pool.square(base);
+            if pool.weight_of(&[positive]) > MOST_IN_CONDITION {
+                return None;
+            }
+            found.push(StabilityCondition { positive, open: Some(positive) });
         }
         Some(found)
+    }
+
+    /// Pairs of factors without odd powers that are of one part.
+    fn even_of_one_part(&self) -> impl Iterator<Item = (&Factor, &Factor)> {
+        let even = |from: usize| self.factors[from..].iter().enumerate().filter(|(_, own)| own.is_even());
+        even(0)
+            .flat_map(move |(at, one)| even(at + 1).map(move |(_, own)| (one, own)))
+            .filter(|(one, other)| one.parts & other.parts != 0)
     }
 
     /// Conditions in the coefficients of the factors, which are not multiplied out, where they agree with the modes.

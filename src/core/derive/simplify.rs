@@ -34,9 +34,8 @@ pub(super) struct Weights(Vec<u64>);
 #[derive(Debug)]
 pub struct Algebra<'a> {
     pool: &'a mut Pool,
-    images: HashMap<ExprId, ExprId>,
-    /// The shortest forms of the other kind: with products of sums and squares if `images` is without, and the other way round.
-    others: HashMap<ExprId, ExprId>,
+    /// The shortest forms, without products of sums and squares and with them.
+    images: HashMap<(bool, ExprId), ExprId>,
     /// Whether products of sums and squares are searched for.
     with_products: bool,
     weights: Weights,
@@ -59,26 +58,23 @@ impl DerefMut for Algebra<'_> {
 impl<'a> Algebra<'a> {
     /// Of a pool of which no shortest forms are known yet.
     pub fn new(pool: &'a mut Pool) -> Self {
-        let (images, others) = (HashMap::new(), HashMap::new());
-        Self { pool, images, others, with_products: false, weights: Weights::default() }
+        Self { pool, images: HashMap::new(), with_products: false, weights: Weights::default() }
     }
 
     /// The shortest form of a result, with sums as products of sums and with squares completed where that is easier to read.
     pub(super) fn polished(&mut self, e: ExprId) -> ExprId {
         // What differs by its sign stays so.
         let (size, core) = self.pool.split_content(e);
-        std::mem::swap(&mut self.images, &mut self.others);
         self.with_products = true;
         let own = self.simplify(core);
         self.with_products = false;
-        std::mem::swap(&mut self.images, &mut self.others);
         let own = self.pool.scale(own, &size);
         if self.cost(&[own]) < self.cost(&[e]) { own } else { e }
     }
 
     /// The shortest form found of an expression, inner arguments included.
     pub fn simplify(&mut self, root: ExprId) -> ExprId {
-        if let Some(image) = self.images.get(&root) {
+        if let Some(image) = self.images.get(&(self.with_products, root)) {
             return *image;
         }
         let ids = self.pool.reachable(&[root]);
@@ -93,14 +89,14 @@ impl<'a> Algebra<'a> {
                 return root;
             }
             let is_closed = closed.contains(&id);
-            if is_closed && let Some(image) = self.images.get(&id) {
+            if is_closed && let Some(image) = self.images.get(&(self.with_products, id)) {
                 local.insert(id, *image);
                 continue;
             }
             let rebuilt = rebuild(self.pool, id, &local);
             let new = if is_closed {
                 let new = self.shortest(rebuilt);
-                self.images.insert(id, new);
+                self.images.insert((self.with_products, id), new);
                 new
             } else {
                 rebuilt

@@ -132,11 +132,11 @@ impl Signs {
 
     /// Whether conditions tell of special values, too, where they hold always, or one of them never.
     pub(super) fn are_settled(&self, conditions: &[Polynomial]) -> bool {
-        let fails = |own: &&Polynomial| {
+        let fails = |own: &Polynomial| {
             let sign = self.sign(own);
             sign.negative && sign.factors.is_empty() && !self.may_vanish(own)
         };
-        conditions.iter().find(fails).is_some() || !conditions.iter().any(|own| self.may_vanish(own))
+        conditions.iter().any(fails) || !conditions.iter().any(|own| self.may_vanish(own))
     }
 
     /// What the sign of a polynomial depends on.

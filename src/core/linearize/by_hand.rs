@@ -23,7 +23,7 @@ pub(super) fn put_in_zeros(model: &Model, assembly: &Assembly, point: &mut [Expr
         for i in &zeros {
             trial[*i] = model.pool.zero();
         }
-        let Some((pool, forces)) = forces(model, assembly, &trial) else { return };
+        let Some((pool, forces)) = forces(model, model.pool.clone(), assembly, &trial) else { return };
         let tried = zeros.len();
         zeros.retain(|i| forces.get(&(*i as u32)).is_none_or(|force| pool.vanishes(*force)));
         if zeros.len() == tried {
@@ -51,7 +51,7 @@ pub(super) fn put_in_solved(model: &mut Model, assembly: &Assembly, point: &mut 
     if !(1..=MOST_SOLVED).contains(&open.len()) {
         return;
     }
-    let Some((mut pool, forces)) = forces(model, assembly, point) else { return };
+    let Some((mut pool, forces)) = forces(model, model.pool.clone(), assembly, point) else { return };
     let equation = |(i, symbol): &(usize, Symbol)| Some((*i, *symbol, *forces.get(&(*i as u32))?));
     let mut equations: Vec<(usize, Symbol, ExprId)> = open.iter().filter_map(equation).collect();
     let values = known_values(model);

@@ -11,7 +11,7 @@ use super::{
     LinearizeError, SymbolicConstraints, at_equilibrium, by_hand, check_terms, check_time, in_own_numbers, steady,
     unbalanced, units, velocity,
 };
-use crate::expr::{ExprId, Substitution, ZeroVerdict};
+use crate::expr::{ExprId, Pool, Substitution, ZeroVerdict};
 use crate::model::Model;
 use crate::order::Gather;
 use crate::precision::Ball;
@@ -101,10 +101,11 @@ fn open_point(
     let may_be_zero = |i: usize| model.equilibria.get(i).is_none() && starts_at_zero(i);
     let plain = point.clone();
     by_hand::put_in_zeros(model, assembly, &mut point, may_be_zero);
-    let mut left = symbolic::force_left(model, assembly, &point);
+    let force = |pool: &Pool, point: &[ExprId]| ConstantForce::find(model, pool.clone(), assembly, point);
+    let mut left = force(&model.pool, &point);
     if left.is_some() {
         point = plain;
-        left = symbolic::force_left(model, assembly, &point);
+        left = force(&model.pool, &point);
     }
     if left.is_none() && !expressions.is_empty() {
         let mut balanced = point.clone();
@@ -112,20 +113,18 @@ fn open_point(
         balanced[visible..].fill(model.pool.zero());
         let mut pool = model.pool.clone();
         if multipliers::put_in(model, assembly, &mut pool, &mut balanced, expressions).is_some() {
-            let own = std::mem::replace(&mut model.pool, pool);
-            left = symbolic::force_left(model, assembly, &balanced);
-            model.pool = own;
+            left = force(&pool, &balanced);
         }
     }
     match left {
-        Some(ConstantForce { number, force, acts, .. }) => {
-            let given = model.equilibria.get(number).map(|given| given.span);
-            let own = model.coordinates.at(number);
+        Some(mut left) => {
+            let given = model.equilibria.get(left.number).map(|given| given.span);
+            let (own, force) = (model.coordinates.at(left.number), left.text());
             return Err(match given {
                 Some(span) => {
                     LinearizeError::ForceOfParameters { coordinate: own.name(), force, unsigned: Vec::new(), span }
                 }
-                None if acts => {
+                None if left.acts(model) => {
                     LinearizeError::NoEquilibrium { forces: vec![(format!("`{}`", own.name()), force)], span: own.span }
                 }
                 None => missing,
@@ -199,8 +198,9 @@ fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
     let mut matrices = symbolic::matrices_at(&model, model.pool.clone(), &assembly, &point);
     matrices.open = open;
     if !settled && !open {
-        let left = symbolic::force_left(&model, &assembly, &point).filter(|own| own.acts_nearby);
-        matrices.at_values = left.map(|own| (model.coordinates.at(own.number).name(), own.force));
+        let left = ConstantForce::find(&model, model.pool.clone(), &assembly, &point);
+        matrices.at_values = left
+            .and_then(|mut own| own.acts_nearby(&model).then(|| (model.coordinates.at(own.number).name(), own.text())));
     }
     if matrices.are_undefined()
         && let Some(error) = assembly.undefined_in_symbols(&model, &point)

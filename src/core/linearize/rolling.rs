@@ -304,7 +304,7 @@ pub(super) fn reactions(model: &mut Model, assembly: &Assembly) -> Option<Vec<Ex
     }
     let point: Option<Vec<ExprId>> = model.equilibria.iter().map(|given| given.map(|given| given.symbolic)).collect();
     let point = point?;
-    let (mut pool, forces) = symbolic::forces(model, assembly, &point)?;
+    let (mut pool, forces) = symbolic::forces(model, model.pool.clone(), assembly, &point)?;
     let (place, velocities) = (place(model, &pool, &point), model.coordinates.iter().map(|own| own.velocity));
     let velocities: Vec<Symbol> = velocities.collect();
     let mut rows: Rows = vec![Vec::new(); point.len()];

@@ -251,7 +251,7 @@ pub(crate) fn forces_vanish(
     point: &[ExprId],
     known: &Substitution,
 ) -> Option<bool> {
-    let Some((mut pool, forces)) = forces(model, assembly, point) else { return Some(false) };
+    let Some((mut pool, forces)) = forces(model, model.pool.clone(), assembly, point) else { return Some(false) };
     let mut decided = true;
     for force in forces.into_values() {
         let force = pool.substitute_one(force, known);
@@ -270,7 +270,7 @@ pub(crate) fn doubtful_force(model: &Model, assembly: &Assembly, point: &[ExprId
     if model.equilibria.iter().any(|given| given.is_none()) {
         return None;
     }
-    let (mut pool, forces) = forces(model, assembly, point)?;
+    let (mut pool, forces) = forces(model, model.pool.clone(), assembly, point)?;
     let (number, force) = forces.into_iter().find(|(_, force)| !pool.vanishes(*force))?;
     let force = pool.neg(force);
     let functions = pool.reachable(&[force]).into_iter().filter_map(|id| pool.as_function(id));
@@ -288,45 +288,60 @@ pub(crate) fn doubtful_force(model: &Model, assembly: &Assembly, point: &[ExprId
 pub(super) struct ConstantForce {
     /// The number of its coordinate.
     pub(super) number: usize,
-    pub(super) force: String,
+    force: ExprId,
+    pool: Pool,
+}
+
+impl ConstantForce {
+    /// A force that does not vanish identically at a point of a pool wherever coordinates are that stand as themselves there.
+    pub(super) fn find(model: &Model, pool: Pool, assembly: &Assembly, point: &[ExprId]) -> Option<Self> {
+        let (mut pool, forces) = forces(model, pool, assembly, point)?;
+        let coordinates: HashSet<Symbol> = model.coordinates.iter().map(|own| own.symbol).collect();
+        let is_open = |symbol| coordinates.contains(&symbol);
+        let mut all = forces.into_iter();
+        let (number, force) = all.find(|(_, force)| !pool.vanishes(*force) && !pool.depends_on(*force, &is_open))?;
+        let force = pool.neg(force);
+        Some(Self { number: number as usize, force, pool })
+    }
+
+    /// It in the model language.
+    pub(super) fn text(&self) -> String {
+        self.pool.display(self.force)
+    }
+
     /// Whether it is different from 0 whatever the parameters, by what is assumed of them.
-    pub(super) acts: bool,
+    pub(super) fn acts(&mut self, model: &Model) -> bool {
+        let pool = &mut self.pool;
+        let is_strict = |of| matches!(of, Comparison::Greater | Comparison::Less | Comparison::NotEqual);
+        let strict = model.assumptions.iter().filter(|own| is_strict(own.relation));
+        let differences = strict.flat_map(|own| [pool.sub(own.left, own.right), pool.sub(own.right, own.left)]);
+        let excluded: Vec<ExprId> = differences.collect();
+        let (_, core) = pool.split_content(self.force);
+        pool.factors(core).iter().all(|(base, _)| excluded.contains(base) || pool.as_number(*base).is_some())
+    }
+
     /// Whether it is different from 0 where parameters have values beside those that they have.
-    pub(super) acts_nearby: bool,
+    pub(super) fn acts_nearby(&mut self, model: &Model) -> bool {
+        let nearby = model.parameters.iter().zip(1..).filter_map(|(own, number)| {
+            let value = evaluate_closed::<f64>(&model.pool, own.value?, ())?;
+            let step = 1e-3 / f64::from(number);
+            let value = if value == 0.0 { step } else { value * (1.0 + step) };
+            Some((own.symbol, self.pool.number(Number::from_f64_exact(value)?)))
+        });
+        let nearby = nearby.collect();
+        let value = self.pool.substitute_one(self.force, &nearby);
+        evaluate_closed::<Ball>(&self.pool, value, ()).is_some_and(|value| !value.contains_zero())
+    }
 }
 
-/// A force that does not vanish identically at a point wherever coordinates are that stand as themselves there.
-pub(super) fn force_left(model: &Model, assembly: &Assembly, point: &[ExprId]) -> Option<ConstantForce> {
-    let (mut pool, forces) = forces(model, assembly, point)?;
-    let coordinates: HashSet<Symbol> = model.coordinates.iter().map(|own| own.symbol).collect();
-    let is_open = |symbol| coordinates.contains(&symbol);
-    let mut all = forces.into_iter();
-    let (number, force) = all.find(|(_, force)| !pool.vanishes(*force) && !pool.depends_on(*force, &is_open))?;
-    let force = pool.neg(force);
-    let excluded: Vec<ExprId> = model
-        .assumptions
-        .iter()
-        .filter(|own| matches!(own.relation, Comparison::Greater | Comparison::Less | Comparison::NotEqual))
-        .flat_map(|own| [pool.sub(own.left, own.right), pool.sub(own.right, own.left)])
-        .collect();
-    let (_, core) = pool.split_content(force);
-    let acts = pool.factors(core).iter().all(|(base, _)| excluded.contains(base) || pool.as_number(*base).is_some());
-    let nearby = model.parameters.iter().zip(1..).filter_map(|(own, number)| {
-        let value = evaluate_closed::<f64>(&model.pool, own.value?, ())?;
-        let step = 1e-3 / f64::from(number);
-        let value = if value == 0.0 { step } else { value * (1.0 + step) };
-        Some((own.symbol, pool.number(Number::from_f64_exact(value)?)))
-    });
-    let nearby = nearby.collect();
-    let value = pool.substitute_one(force, &nearby);
-    let value = evaluate_closed::<Ball>(&pool, value, ());
-    let acts_nearby = value.is_some_and(|value| !value.contains_zero());
-    Some(ConstantForce { number: number as usize, force: pool.display(force), acts, acts_nearby })
-}
-
-/// The derivatives of V - T0 and what friction adds at rest, one a coordinate; none where one of them is undefined.
-pub(super) fn forces(model: &Model, assembly: &Assembly, point: &[ExprId]) -> Option<(Pool, BTreeMap<u32, ExprId>)> {
-    let mut pool = model.pool.clone();
+/// The derivatives of V - T0 and what friction adds at rest, one a coordinate, at a point of a pool, which comes with them; none where
+/// one of them is undefined.
+pub(super) fn forces(
+    model: &Model,
+    mut pool: Pool,
+    assembly: &Assembly,
+    point: &[ExprId],
+) -> Option<(Pool, BTreeMap<u32, ExprId>)> {
     for (family, at) in assembly.instances() {
         let map = instance(model, &mut pool, &family.terms, at, Some(point));
         let logarithms = pool.substitute(&family.logarithms, &map);
