@@ -4,6 +4,9 @@
 
 use std::cmp::Ordering;
 
+/// So many items are sorted by exchanging neighbours.
+const FEW: usize = 12;
+
 /// Stable sorting of lists, by places that are sorted first.
 pub trait Order<T> {
     /// Sorts by a comparison.
@@ -25,6 +28,16 @@ pub trait Order<T> {
 
 impl<T> Order<T> for [T] {
     fn order_by(&mut self, mut compare: impl FnMut(&T, &T) -> Ordering) {
+        if self.len() <= FEW {
+            for end in 1..self.len() {
+                let mut at = end;
+                while at > 0 && compare(&self[at], &self[at - 1]).is_lt() {
+                    self.swap(at, at - 1);
+                    at -= 1;
+                }
+            }
+            return;
+        }
         let mut places = places(self.len(), &mut |i, j| compare(&self[i], &self[j]));
         for start in 0..places.len() {
             // One cycle of the permutation; places that are filled are their own.

@@ -19,8 +19,9 @@ fn changed(monomial: &Monomial, by: &[(ExprId, i64)]) -> Monomial {
 
 /// Uses the addition theorems wherever two terms become one.
 pub(super) fn collapse(pool: &mut Pool, monomials: &mut Monomials) {
-    let is_angle =
-        |pool: &Pool, id: ExprId| angle(pool, id, Function::Sin).is_some() || angle(pool, id, Function::Cos).is_some();
+    let is_angle = |pool: &Pool, id: ExprId| {
+        pool.as_function(id).is_some_and(|(own, _)| matches!(own, Function::Sin | Function::Cos | Function::Tan))
+    };
     if !monomials.keys().flatten().any(|(base, _)| is_angle(pool, *base)) {
         return;
     }
@@ -30,7 +31,8 @@ pub(super) fn collapse(pool: &mut Pool, monomials: &mut Monomials) {
         let mut changed = true;
         while changed {
             changed = false;
-            let all: Vec<Monomial> = monomials.keys().cloned().collect();
+            let has_angles = |own: &&Monomial| own.iter().any(|(base, _)| is_angle(pool, *base));
+            let all: Vec<Monomial> = monomials.keys().filter(has_angles).cloned().collect();
             for monomial in all {
                 if pool.is_spent() {
                     return;

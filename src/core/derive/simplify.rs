@@ -124,16 +124,21 @@ impl<'a> Algebra<'a> {
             return e;
         }
         let mut best = e;
+        let mut before: Option<Vec<(Monomial, Number)>> = None;
         for opening in [Opening::Outermost, Opening::Factors, Opening::Powers] {
             let Some(mut monomials) = expand(self.pool, best, opening) else { continue };
             collapse(self.pool, &mut monomials);
-            let flat = written(self.pool, monomials.iter());
             let terms: Vec<(Monomial, Number)> = monomials.into_iter().collect();
+            let is_new = before.as_ref() != Some(&terms);
+            let flat = is_new.then(|| written(self.pool, terms.iter().map(|(monomial, own)| (monomial, own))));
             let wanted = self.with_products && opening == Opening::Powers;
             let products = if wanted { self.products(&terms) } else { Vec::new() };
-            for candidate in [self.nested(terms), flat] {
-                if self.weight(candidate) < self.weight(best) {
-                    best = candidate;
+            if let Some(flat) = flat {
+                before = Some(terms.clone());
+                for candidate in [self.nested(terms), flat] {
+                    if self.weight(candidate) < self.weight(best) {
+                        best = candidate;
+                    }
                 }
             }
             for candidate in products {
@@ -372,12 +377,12 @@ pub(super) fn expand(pool: &mut Pool, e: ExprId, opening: Opening) -> Option<Mon
         if steps > 4 * MOST_MONOMIALS || monomials.len() > MOST_MONOMIALS {
             return None;
         }
-        let wanted = |exponent: &Number| match opening {
+        let wanted = |outermost: bool, exponent: &Number| match opening {
             Opening::Outermost => outermost && exponent.is_one(),
             Opening::Factors => exponent.is_one(),
             Opening::Powers => opens(exponent),
         };
-        let at = factors.iter().position(|(base, exponent)| wanted(exponent) && pool.is_sum(*base));
+        let at = factors.iter().position(|(base, exponent)| wanted(outermost, exponent) && pool.is_sum(*base));
         let Some(at) = at else {
             outermost = false;
             let product = pool.product_of_powers(&factors);
@@ -408,8 +413,14 @@ pub(super) fn expand(pool: &mut Pool, e: ExprId, opening: Opening) -> Option<Mon
             open.push((coefficient.mul(constant), rest.clone()));
         }
         for (term, factor) in terms {
+            let own = pool.factors(*term);
+            let is_open = |(base, exponent): &(ExprId, Number)| wanted(false, exponent) && pool.is_sum(*base);
+            if rest.is_empty() && !own.iter().any(is_open) {
+                add_to(&mut monomials, own, &coefficient.mul(factor));
+                continue;
+            }
             let mut product = rest.clone();
-            product.extend(pool.factors(*term));
+            product.extend(own);
             open.push((coefficient.mul(factor), product));
         }
         if open.len() > MOST_MONOMIALS {

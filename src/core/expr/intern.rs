@@ -6,7 +6,8 @@
 
 use std::hash::{Hash, Hasher};
 
-use super::Node;
+use super::{ExprId, Node};
+use crate::number::Number;
 
 /// The memory that a node takes in a pool, with its place in the table.
 pub(super) fn bytes(node: &Node) -> usize {
@@ -59,11 +60,16 @@ fn finish(parts: impl Hash) -> u32 {
     hasher.finish() as u32
 }
 
+/// The hash of a product.
+pub(super) fn hash_of_product(factors: &[(ExprId, Number)]) -> u32 {
+    finish((2_u32, factors))
+}
+
 /// The hash of a node.
 pub(super) fn hash(node: &Node) -> u32 {
     match node {
         Node::Sum { constant, terms } => finish((1_u32, constant, terms)),
-        Node::Product(factors) => finish((2_u32, factors)),
+        Node::Product(factors) => hash_of_product(factors),
         Node::Number(value) => finish(value),
         Node::Pi => finish(3_u32),
         Node::Undefined => finish(4_u32),

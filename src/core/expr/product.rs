@@ -6,7 +6,7 @@
 //! goes back on the list; every round takes something apart, so that there are few.
 
 use super::sum::{collect_equal, leads_negative};
-use super::{ExprId, Function, Node, ONE, Pool, UNDEFINED, ZERO};
+use super::{ExprId, Function, Node, ONE, Pool, UNDEFINED, ZERO, intern};
 use crate::number::Number;
 use crate::order::Order;
 
@@ -48,7 +48,14 @@ impl Pool {
 
     /// The product of `base^exponent`.
     pub fn product_of_powers(&mut self, factors: &[(ExprId, Number)]) -> ExprId {
-        self.product_iter(factors.iter().cloned())
+        let known = self.find_product(factors);
+        known.unwrap_or_else(|| self.product_iter(factors.iter().cloned()))
+    }
+
+    /// The product that consists of these factors, as they are.
+    fn find_product(&self, factors: &[(ExprId, Number)]) -> Option<ExprId> {
+        let is_same = |id| matches!(self.nodes.get(id as usize), Some(Node::Product(own)) if **own == *factors);
+        self.table.find(intern::hash_of_product(factors), is_same).map(ExprId)
     }
 
     /// The product of two expressions.
@@ -249,6 +256,15 @@ impl Pool {
     /// A sum in which a sin²(x) and a cos²(x) are put together, if there are such terms.
     fn without_pythagoras(&mut self, sum: ExprId) -> Option<ExprId> {
         let Node::Sum { constant, terms } = self.node(sum) else { return None };
+        let is_sine = |(base, exponent): &(ExprId, Number)| {
+            *exponent == Number::from(2) && matches!(self.node(*base), Node::Function(Function::Sin, _))
+        };
+        if !terms
+            .iter()
+            .any(|(term, _)| matches!(self.node(*term), Node::Product(factors) if factors.iter().any(is_sine)))
+        {
+            return None;
+        }
         let (mut constant, mut terms) = (constant.clone(), terms.to_vec());
         let (mut at, mut found) = (0, false);
         while at < terms.len() {
