@@ -98,12 +98,16 @@ fn printed_bound<'a>(numbers: impl IntoIterator<Item = &'a Ball>) -> String {
 fn modes_columns(model: &Model, all: &[Equilibrium]) -> Vec<Column> {
     let written = |ball: &Ball| Written::new(ball, DIGITS).text();
     let first = |all: &[Ball]| all.iter().find(|own| own.is_positive()).map_or_else(String::new, written);
+    let lowest = |all: &[Ball]| {
+        let positive = all.iter().filter(|own| own.is_positive());
+        positive.min_by(|a, b| a.mid_f64().total_cmp(&b.mid_f64())).map_or_else(String::new, written)
+    };
     let [frequency, rate] =
         if model.has_units { ["lowest omega (rad/s)", "growth (1/s)"] } else { ["lowest omega", "growth"] };
     let mut columns = vec![
         Column::words("bound", all.iter().map(|own| printed_bound(&own.point)).collect()),
         Column::words("stability", all.iter().map(|own| own.stability.as_str().to_owned()).collect()),
-        Column::numbers(frequency, all.iter().map(|own| first(&own.omega)).collect()),
+        Column::numbers(frequency, all.iter().map(|own| lowest(&own.omega)).collect()),
     ];
     let growth: Vec<String> = all.iter().map(|own| first(&own.growth)).collect();
     columns.extend(growth.iter().any(|own| !own.is_empty()).then(|| Column::numbers(rate, growth)));

@@ -88,9 +88,11 @@ pub fn floquet_text(model: &Model, floquet: &Floquet, digits: usize, style: &Sty
         None => (Tone::Careful, "undecided"),
     };
     let _ = writeln!(out, "stability: {}", style.paint(tone, word));
-    if let Some(rate) = &floquet.growth_rate {
-        let unit = if model.has_units { " 1/s" } else { "" };
-        let _ = writeln!(out, "growth rate: {}{unit}", Written::new(rate, digits).text());
+    let unit = if model.has_units { " 1/s" } else { "" };
+    match &floquet.growth_rate {
+        Some(rate) => _ = writeln!(out, "growth rate: {}{unit}", Written::new(rate, digits).text()),
+        None if floquet.stable == Some(false) => _ = writeln!(out, "growth rate: undecided"),
+        None => {}
     }
     if let Some(resonance) = floquet.resonance {
         let text = format!("resonance: {}", resonance_text(floquet, resonance));

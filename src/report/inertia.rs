@@ -105,7 +105,7 @@ fn principal_text(principal: &Principal, unit: Option<&str>, digits: usize, styl
 fn component(moment: &Moment, at: usize) -> String {
     let value = moment.axis[at];
     // What may be 0 has no size.
-    if value.abs() <= moment.axis_error_bound.max(1e-13) {
+    if value.abs() <= moment.axis_error_bound {
         return "0".to_owned();
     }
     let value = Ball::from(value).with_added_radius(moment.axis_error_bound);

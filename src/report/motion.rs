@@ -6,7 +6,7 @@ use super::json::{Object, array, null, number, record, string};
 use super::picture::{Axis, Curve, Panel, Picture, Stroke, titled};
 use super::{common, counted, csv_text, shown_unit, with_unit};
 use librate_core::model::Model;
-use librate_core::precision::{Ball, decimal, one_digit_up};
+use librate_core::precision::{Ball, decimal, one_digit_up, one_digit_up_text};
 use librate_studies::motion::{Start, Trajectory};
 
 /// More curves than this tell nobody anything.
@@ -168,13 +168,17 @@ pub fn motion_remark(trajectory: &Trajectory) -> String {
     match trajectory.energy_drift {
         Some(0.0) => text.push_str("; the energy is constant up to rounding"),
         Some(drift) => {
-            text.push_str(&format!("; the energy drifts by at most {drift:.0e} of the largest kinetic energy"))
+            let most = one_digit_up_text(drift);
+            text.push_str(&format!("; the energy drifts by at most {most} of the largest kinetic energy"))
         }
         None => {}
     }
     match trajectory.constraint_drift {
         Some(0.0) => text.push_str("; the constraints are kept up to rounding"),
-        Some(drift) => text.push_str(&format!("; the constraints drift by at most {drift:.0e} of their largest terms")),
+        Some(drift) => {
+            let most = one_digit_up_text(drift);
+            text.push_str(&format!("; the constraints drift by at most {most} of their largest terms"))
+        }
         None => {}
     }
     text

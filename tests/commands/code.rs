@@ -322,6 +322,21 @@ fn free_bodies_are_searched_for_across_their_motion() {
     }
 }
 
+/// Beside 0 steps are as long as the place itself.
+#[test]
+fn equilibria_at_zero_are_found() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("code");
+    fs::create_dir_all(&folder).unwrap();
+    let path = folder.join("zero.lag");
+    let text = "param a = 0.1  param c = 0.2  param b = 0.3
+        coord x  T = 1/2*x'^2  V = 1/2*(x + a + c - b)^2 + 1/4*(x + a + c - b)^4
+        guess x = 0.1";
+    fs::write(&path, text).unwrap();
+    for language in ["c", "rust", "python"] {
+        check(&path, language);
+    }
+}
+
 /// A model that contains the time has no equilibrium, but a motion.
 #[test]
 fn driven_models_have_the_code_of_their_motion() {

@@ -463,3 +463,46 @@ fn digits_beyond_double_double_are_those_of_few_modes() {
     assert!((found.modes[0].omega.mid_f64() - 2.0 * (std::f64::consts::PI / 1202.0).sin()).abs() < 1e-16);
     assert!(precise.omega.radius().to_f64() < 1e-30 * precise.omega.mid_f64());
 }
+
+/// A pendulum whose weight is a generalised force, beside a free mass and a long chain: V turns freely about z, but the weight holds it. The
+/// frequency is sqrt(g/l), l the length to which the weight stretches the rod.
+#[test]
+fn weights_that_are_forces_hold() {
+    let text = |next: usize| {
+        format!(
+            "coord q[1..N], x, y, z
+             T = sum(i in 1..N, 1/2*q[i]'^2) + 1/2*(x'^2 + y'^2 + z'^2)
+             V = sum(i in 1..N, 50*(1 + i/100)*q[i]^2) + sum(i in 1..N-{next}, 1/20*(q[i+{next}] - q[i])^2)
+               + 50*(sqrt(x^2 + y^2) - 1)^2
+             force y = -9.81
+             equilibrium y = -1.0981"
+        )
+    };
+    for (n, next) in [(10, 2), (320, 2), (320, 1)] {
+        let found = modes(&text(next), n, &Options::default().lowest(3));
+        assert_eq!(found.modes[0].kind, Kind::Zero);
+        assert_eq!(found.zero_motions, ["z is free"]);
+        holds(&found.modes[1].omega, (9.81_f64 / 1.0981).sqrt(), 1e-13);
+        assert!(found.modes[2].omega.lower() > 9.9);
+        let near = modes(&text(next), n, &Options::default().near(2.9, 1));
+        holds(&near.modes[0].omega, (9.81_f64 / 1.0981).sqrt(), 1e-13);
+    }
+}
+
+/// No element is stressed where V alone counts; the force is what keeps x, or drives it away.
+#[test]
+fn forces_stress_what_is_no_element() {
+    for (force, kind) in [("1e-36", Kind::Oscillation), ("-1e-36", Kind::Unstable)] {
+        let text = format!(
+            "param F = {force}
+             coord x, y
+             T = 1/2*(x'^2 + y'^2)
+             V = 1/2*(y - 1/3 + x^2/2)^2
+             force y = F
+             equilibrium y = 1/3 + F"
+        );
+        let found = modes(&text, 1, &Options::default());
+        assert!(found.modes.iter().any(|own| own.kind == kind), "{force}: {:?}", found.modes);
+        assert!(found.modes.iter().all(|own| own.kind != Kind::Zero));
+    }
+}

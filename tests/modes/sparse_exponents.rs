@@ -283,3 +283,75 @@ proptest! {
         }
     }
 }
+
+/// Beside a damped chain an overdamped mass on its own: of its exponents -c/2 ± sqrt(c²/4 - k), both without frequency, the slower one is the
+/// first.
+#[test]
+fn the_slower_of_two_that_do_not_oscillate_comes_first() {
+    for c in [0.2018, 0.2020, 0.2028, 0.2032_f64] {
+        let text = format!(
+            "param N = 320  param c = {c}
+             coord x[1..N]
+             T = sum(i in 1..N, 1/2*x[i]'^2)
+             V = sum(i in 2..N, 1/2*(1 + i/1000)*x[i]^2) + 1/2*0.01*x[1]^2 + sum(i in 2..N-1, 0.0005*(x[i+1] - x[i])^2)
+             dissipation = 1/2*c*x[1]'^2"
+        );
+        let found = modes(&text, &Options::default().lowest(1));
+        let exact = -c / 2.0 + (c * c / 4.0 - 0.01).sqrt();
+        assert!((found.modes[0].growth.mid_f64() - exact).abs() < 1e-12, "{c}: {:?} is not {exact}", found.modes[0]);
+    }
+}
+
+/// A free chain in a turning frame, z'' + 2iW z' + k z = 0: an exponent 0 for k = 0, whose sign is noise, is there once, and nothing is left
+/// out for it.
+#[test]
+fn what_may_be_zero_is_counted_once() {
+    let (n, rate) = (160, 0.1_f64);
+    let text = format!(
+        "param N = {n}  param W = {rate}
+         coord x[1..N], y[1..N]
+         lagrangian = sum(i in 1..N, 1/2*(x[i]'^2 + y[i]'^2) + W*(x[i]*y[i]' - y[i]*x[i]'))
+           - sum(i in 1..N-1, 50*(x[i+1] - x[i])^2 + 50*(y[i+1] - y[i])^2)"
+    );
+    let stiffness = |j: usize| 100.0 * of_chain_free(j, n).powi(2);
+    let both = |j: usize| [-1.0, 1.0].map(|side| (rate * rate + stiffness(j)).sqrt() + side * rate);
+    let mut exact: Vec<f64> = (0..n).flat_map(both).collect();
+    exact.sort_by(f64::total_cmp);
+    for (near, count) in [(0.02, 3), (0.02, 4), (0.1, 4), (0.15, 4)] {
+        let linearized = linearize(model(&text)).unwrap();
+        let found = normal_modes(&linearized, &Options::default().near(near, count).without_vectors()).unwrap();
+        let mut nearest = exact.clone();
+        nearest.sort_by(|a, b| (a - near).abs().total_cmp(&(b - near).abs()));
+        nearest.truncate(count);
+        nearest.sort_by(f64::total_cmp);
+        for (mode, exact) in found.modes.iter().zip(&nearest) {
+            assert!((mode.omega.mid_f64() - exact).abs() < 1e-12, "{near}: {:?} is not {exact}", mode.omega);
+        }
+    }
+}
+
+/// 2 sin(πj / 2n)
+fn of_chain_free(j: usize, n: usize) -> f64 {
+    2.0 * (std::f64::consts::PI * j as f64 / (2.0 * n as f64)).sin()
+}
+
+/// Frequencies that are equal to their bounds are put in order by friction; what may be equal to one neighbour and to the other is no order of
+/// all three, which a sort may not be asked for.
+#[test]
+fn nearly_equal_frequencies_are_put_in_order() {
+    let n = 80;
+    let (mut potential, mut dissipation) = (String::from("0"), String::from("0"));
+    let mut seed: u64 = 3;
+    for i in 1..=n {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        let (c, j) = ((seed >> 33) % 900 + 10, (seed >> 50) % 90);
+        potential += &format!(" + 1/2*(100 + ({c}/100)^2/4 + {j}*1e-26)*x[{i}]^2");
+        dissipation += &format!(" + 1/2*{c}/100*x[{i}]'^2");
+    }
+    let text = format!(
+        "coord x[1..{n}]  T = sum(i in 1..{n}, 1/2*x[i]'^2)  V = {potential}  dissipation = {dissipation}"
+    );
+    let found = normal_modes(&linearize(model(&text)).unwrap(), &Options::default().without_vectors()).unwrap();
+    assert_eq!(found.modes.len(), n);
+    assert!(found.modes.iter().all(|own| (own.omega.mid_f64() - 10.0).abs() < 1e-13));
+}

@@ -329,3 +329,28 @@ fn rounding_is_no_frequency() {
         assert_eq!(trap.resonance, None);
     }
 }
+
+/// A chain of equal members that pump the next one: exponents a/2 ± iω each as often as it has members, which bounds do not decide beside a
+/// smaller one that they do. The rate is that of the chain, or is not told.
+#[test]
+fn what_is_undecided_may_grow_faster() {
+    let text = |n: usize, a: &str| {
+        format!(
+            "param n = {n}  param a = {a}
+             coord x[1..n], z
+             T = 1/2*sum(i in 1..n, x[i]'^2) + 1/2*z'^2
+             V = sum(i in 1..n, x[i]^2) + z^2
+             force x[i in 1..n] = a*x[i]' + sum(j in 1..n where j == i - 1, (1 + cos(t))*x[j])
+             force z = a/10*z'
+             period 2*pi"
+        )
+    };
+    for (n, a) in [(2, "1e-4"), (6, "1e-4"), (6, "1e-6"), (8, "1e-4")] {
+        let found = librate::floquet::floquet(&model(&text(n, a)), &librate::floquet::Options::default()).unwrap();
+        let exact = 0.5 * a.parse::<f64>().unwrap();
+        if let Some(rate) = found.growth_rate {
+            assert!((rate.mid_f64() - exact).abs() <= rate.radius + 1e-15 * exact, "{n}, {a}: {rate:?} is not {exact}");
+        }
+        assert_eq!(found.growth_rate.is_some(), n == 2, "{n}, {a}");
+    }
+}

@@ -125,13 +125,19 @@ impl<'a> Algebra<'a> {
         }
         let mut best = e;
         let mut before: Option<Vec<(Monomial, Number)>> = None;
+        // Whether nothing is left to multiply out: any other opening gives the same terms.
+        let mut is_flat = false;
         for opening in [Opening::Outermost, Opening::Factors, Opening::Powers] {
-            let Some(mut monomials) = expand(self.pool, best, opening) else { continue };
-            collapse(self.pool, &mut monomials);
-            let terms: Vec<(Monomial, Number)> = monomials.into_iter().collect();
+            let wanted = self.with_products && opening == Opening::Powers;
+            if is_flat && !wanted {
+                continue;
+            }
+            let terms = if is_flat { before.clone() } else { self.opened(best, opening) };
+            let Some(terms) = terms else { continue };
+            let is_open = |(base, exponent): &(ExprId, Number)| opens(exponent) && self.pool.is_sum(*base);
+            is_flat = !terms.iter().any(|(monomial, _)| monomial.iter().any(is_open));
             let is_new = before.as_ref() != Some(&terms);
             let flat = is_new.then(|| written(self.pool, terms.iter().map(|(monomial, own)| (monomial, own))));
-            let wanted = self.with_products && opening == Opening::Powers;
             let products = if wanted { self.products(&terms) } else { Vec::new() };
             if let Some(flat) = flat {
                 before = Some(terms.clone());
@@ -148,6 +154,13 @@ impl<'a> Algebra<'a> {
             }
         }
         self.over_powers(best)
+    }
+
+    /// The terms of an expression with sums multiplied out and functions put together; `None` where there get too many.
+    fn opened(&mut self, e: ExprId, opening: Opening) -> Option<Vec<(Monomial, Number)>> {
+        let mut monomials = expand(self.pool, e, opening)?;
+        collapse(self.pool, &mut monomials);
+        Some(monomials.into_iter().collect())
     }
 
     /// A sum with common factors in front.

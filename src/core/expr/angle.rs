@@ -1,7 +1,7 @@
 //! Angles: exact values at multiples of pi, reduction, parity, and the functions that undo each
 //! other.
 
-use super::{ExprId, Function, Node, ONE, PI, Pool, UNDEFINED, ZERO};
+use super::{ExprId, Function, Node, ONE, PI, Pool, UNDEFINED, ZERO, intern};
 use crate::number::Number;
 
 /// An angle between 0 and pi/2 whose sine and tangent are known.
@@ -47,6 +47,10 @@ impl Pool {
     /// Sine, cosine and tangent: the angle's leading coefficient made positive, multiples of
     /// pi/2 taken out.
     pub(super) fn trigonometric(&mut self, function: Function, x: ExprId) -> ExprId {
+        let own = Node::Function(function, x);
+        if let Some(known) = self.find(intern::hash(&own), &own) {
+            return known;
+        }
         let odd = function != Function::Cos;
         let (mut turns, mut rest) = self.split_angle(x);
         let mut negative = false;

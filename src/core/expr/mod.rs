@@ -467,10 +467,12 @@ impl Pool {
     /// The id of a node that is canonical already.
     fn intern(&mut self, node: Node) -> ExprId {
         let hash = intern::hash(&node);
-        if let Some(id) = self.table.find(hash, |id| self.nodes.get(id as usize) == Some(&node)) {
-            return ExprId(id);
-        }
-        self.insert(hash, node)
+        self.find(hash, &node).unwrap_or_else(|| self.insert(hash, node))
+    }
+
+    /// The id of a node that is there.
+    fn find(&self, hash: u32, node: &Node) -> Option<ExprId> {
+        self.table.find(hash, |id| self.nodes.get(id as usize) == Some(node)).map(ExprId)
     }
 
     /// Adds a node that is not there yet.

@@ -52,8 +52,12 @@ impl Pool {
         known.unwrap_or_else(|| self.product_iter(factors.iter().cloned()))
     }
 
-    /// The product that consists of these factors, as they are.
+    /// The product that consists of these factors, as they are. What becomes of powers that are not whole depends on assumptions, which may
+    /// be younger.
     fn find_product(&self, factors: &[(ExprId, Number)]) -> Option<ExprId> {
+        if !factors.iter().all(|(_, exponent)| exponent.is_integer()) {
+            return None;
+        }
         let is_same = |id| matches!(self.nodes.get(id as usize), Some(Node::Product(own)) if **own == *factors);
         self.table.find(intern::hash_of_product(factors), is_same).map(ExprId)
     }

@@ -576,9 +576,11 @@ impl Search<'_> {
         let eigen = &spectrum.eigen;
         let axes = metric.transpose().solve_upper_triangular(&eigen.eigenvectors)?;
         let symmetries = if spectrum.is_nearly_singular() {
+            // Along a symmetry no force acts whatever the place, nor may a generalised one.
+            let unforced = self.assembly.without_force_at_rest(at.len());
             let mut allowed = vec![false; at.len()];
             for i in &self.free {
-                allowed[*i] = true;
+                allowed[*i] = unforced[*i];
             }
             let all = symmetries(self.model, self.assembly, at, &allowed, true);
             independent_symmetries(all, at)

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use super::elimination::Elimination;
 use super::rows::{Rows, eliminate};
 use super::symbolic::stated;
-use crate::expr::{Exponentials, ExprId, Pool, Substitution, Symbol};
+use crate::expr::{Exponentials, ExprId, Pool, Seeds, Substitution, Symbol};
 use crate::model::{Constraint, Model, SymbolKind};
 use crate::number::Number;
 use crate::order::{Gather, Order};
@@ -131,12 +131,13 @@ pub(super) fn not_integrable(model: &Model, pool: &mut Pool, bound: &[usize], vi
     }
     let bound: Vec<Symbol> = bound.iter().map(|i| coordinates[*i]).collect();
     let bracket = |pool: &mut Pool, x: &Field, y: &Field| -> Field {
-        let component = |k: usize| {
-            let forth = x.along(pool, &coordinates, &bound, y.speeds[k]);
-            let back = y.along(pool, &coordinates, &bound, x.speeds[k]);
-            pool.sub(forth, back)
-        };
-        Field { free: None, speeds: (0..bound.len()).map(component).collect() }
+        let [forth, back] = [(x, y), (y, x)].map(|(own, other)| {
+            let bound = bound.iter().copied().zip(own.speeds.iter().copied()).filter(|(_, speed)| !speed.is_zero());
+            let seeds: Seeds = own.free.map(|i| (coordinates[i], pool.one())).into_iter().chain(bound).collect();
+            pool.derivation(&other.speeds, &seeds)
+        });
+        let speeds = forth.into_iter().zip(back).map(|(forth, back)| pool.sub(forth, back));
+        Field { free: None, speeds: speeds.collect() }
     };
     // Of fields that are independent of each other and of those allowed.
     let (mut samples, mut rank) = (Elimination::default(), 0);
@@ -168,16 +169,4 @@ struct Field {
     free: Option<usize>,
     /// The velocities of the bound coordinates.
     speeds: Vec<ExprId>,
-}
-
-impl Field {
-    /// The derivative of an expression along it.
-    fn along(&self, pool: &mut Pool, coordinates: &[Symbol], bound: &[Symbol], e: ExprId) -> ExprId {
-        let mut parts: Vec<ExprId> = self.free.iter().map(|i| pool.diff(e, coordinates[*i])).collect();
-        for (own, speed) in bound.iter().zip(&self.speeds) {
-            let slope = pool.diff(e, *own);
-            parts.push(pool.mul(*speed, slope));
-        }
-        pool.sum(&parts)
-    }
 }

@@ -1,7 +1,7 @@
 //! Symmetries are proved: motions along which the potential does not change, identically.
 //!
 //! A generator xi(q) with xi·∇U = 0 identically gives K xi(q0) = 0 at every equilibrium q0 (the
-//! derivative of the identity, with ∇U(q0) = 0). Two kinds are searched for: constant ones
+//! derivative of the identity, with ∇U(q0) = 0, which generalised forces that act at rest forbid: for those who ask to heed). Two kinds are searched for: constant ones
 //! (translations, cyclic coordinates), which are the common null space of all gradients, and
 //! rotations of coordinates that come as vectors or as equally long families. Whether an identity
 //! holds is decided family by family at random points modulo a large prime.
@@ -107,7 +107,7 @@ impl Symmetry {
     }
 
     /// Whether it never moves any but these coordinates.
-    fn moves_only(&self, allowed: &[bool]) -> bool {
+    pub(super) fn moves_only(&self, allowed: &[bool]) -> bool {
         match &self.generator {
             Generator::Constant(vector) => vector.iter().zip(allowed).all(|(x, ok)| *ok || x.is_zero()),
             Generator::Rotation(rotation) => rotation.partner.keys().all(|i| allowed[*i as usize]),

@@ -372,6 +372,15 @@ impl Assembly {
         families.flat_map(|family| family.derivatives.rest.iter().map(move |(place, e)| (&family.terms, *place, *e)))
     }
 
+    /// Which coordinates no generalised force acts on at rest, nor friction.
+    pub(super) fn without_force_at_rest(&self, coordinates: usize) -> Vec<bool> {
+        let mut free = vec![true; coordinates];
+        for (terms, place, _) in self.friction_at_rest() {
+            (0..terms.count).for_each(|instance| free[terms.coordinates_of(instance)[place] as usize] = false);
+        }
+        free
+    }
+
     /// Whether friction acts at rest, somewhere.
     pub(crate) fn acts_at_rest(&self) -> bool {
         self.velocity.iter().any(VelocityFamily::acts_at_rest)

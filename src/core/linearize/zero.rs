@@ -88,11 +88,15 @@ pub(crate) fn zero_modes(own: &Linearized, others: bool) -> Vec<ZeroMode> {
             kept.push(mode);
         }
     };
-    for symmetry in symmetries(model, assembly, at, &vec![true; at.len()], false) {
+    // Of ξ·∇U = 0 follows K ξ = -(∂ξ/∂q)ᵀ ∇U, and ∇U is what generalised forces balance.
+    let free = assembly.without_force_at_rest(at.len());
+    let is_sound = |own: &Symmetry| own.constant().is_some() || own.moves_only(&free);
+    for symmetry in symmetries(model, assembly, at, &vec![true; at.len()], false).into_iter().filter(is_sound) {
         let (vector, meaning) = (symmetry.vector(at, ()), symmetry.meaning.clone());
         add(&mut kept, ZeroMode { vector, meaning, ground: Ground::Symmetry(symmetry) });
     }
-    if let Some(mechanism::Kernel { pivots, vectors }) = mechanism::kernel(assembly, at, values, None) {
+    let mechanism = if assembly.acts_at_rest() { None } else { mechanism::kernel(assembly, at, values, None) };
+    if let Some(mechanism::Kernel { pivots, vectors }) = mechanism {
         for (own, vector) in vectors {
             let ground = Ground::Mechanism { pivots: pivots.clone(), own };
             add(&mut kept, ZeroMode { vector, meaning: NO_FORCE.to_owned(), ground });
@@ -104,7 +108,7 @@ pub(crate) fn zero_modes(own: &Linearized, others: bool) -> Vec<ZeroMode> {
     for vector in exact::kernel(own, kept.len()).unwrap_or_default() {
         add(&mut kept, ZeroMode::of_exact(vector));
     }
-    for symmetry in symmetries(model, assembly, at, &vec![true; at.len()], true) {
+    for symmetry in symmetries(model, assembly, at, &vec![true; at.len()], true).into_iter().filter(is_sound) {
         let vector = symmetry.vector(at, ());
         add(&mut kept, ZeroMode { vector, meaning: NO_FORCE.to_owned(), ground: Ground::AtValues(symmetry) });
     }

@@ -4,7 +4,7 @@ use super::{MOST_SHAPES_FOR_CLASSES, NormalModes, exponents, named, symmetry, wi
 use crate::linearize::{LinearizeError, Linearized, MOST_COORDINATES, Structure, ZeroMode};
 use crate::modes::exponents::Exponents;
 use crate::modes::{
-    Kind, Method, Options, SparseProblem, SparseQuadratic, Spectrum, Wanted, is_definite, solve_sparse,
+    Kind, Method, Options, SparseProblem, SparseQuadratic, Spectrum, Stability, Wanted, is_definite, solve_sparse,
     solve_sparse_quadratic, solve_tridiagonal,
 };
 use crate::precision::{Ball, SparseMatrix};
@@ -101,7 +101,9 @@ pub(super) fn some_modes(linearized: &Linearized, options: &Options) -> Result<O
     };
     // A count of the eigenvalues below the lowest others tells whether symmetries and loose parts explain all zeros, which is less work.
     let (mut found, mut zero_modes) = solved(false)?;
-    let is_open = |(spectrum, _): &(Spectrum, Method)| spectrum.modes.iter().any(|mode| mode.kind == Kind::Undecided);
+    let is_open = |(spectrum, _): &(Spectrum, Method)| {
+        spectrum.stability == Stability::Undecided || spectrum.modes.iter().any(|mode| mode.kind == Kind::Undecided)
+    };
     if found.as_ref().is_none_or(is_open) {
         let with_others = solved(true)?;
         if with_others.1.len() > zero_modes.len() {

@@ -69,7 +69,7 @@ pub struct Floquet {
     pub multipliers: Vec<Multiplier>,
     /// Whether small displacements stay small; `None` where bounds do not decide.
     pub stable: Option<bool>,
-    /// ln max |multiplier| / period; `None` where bounds do not tell it from 0.
+    /// ln max |multiplier| / period; `None` where bounds do not tell it from 0, or nothing of it.
     pub growth_rate: Option<Ball>,
     /// The frequencies of the equations averaged over a period, in rad/s, rising: about those of the model without its
     /// drive, where that is weak. Directions without restoring force have none.
@@ -298,13 +298,13 @@ fn growth_rate(multipliers: &[Multiplier], stable: Option<bool>, period: &Ball) 
     if any(Place::Undecided) && stable != Some(false) {
         return None;
     }
-    if any(Place::On) && !any(Place::Outside) {
-        return Some(Ball::ZERO);
-    }
-    // The largest is outside where any is, however near to 1 both are in doubles, and one of those that reach as far as the
-    // largest lower bound.
     let outside = any(Place::Outside);
-    let own = || multipliers.iter().filter(|own| !outside || own.place == Place::Outside);
+    if any(Place::On) && !outside {
+        return (!any(Place::Undecided)).then_some(Ball::ZERO);
+    }
+    // The largest is outside where any is, however near to 1 both are in doubles, or undecided, and one of those that reach as far as
+    // the largest lower bound.
+    let own = || multipliers.iter().filter(|own| !outside || matches!(own.place, Place::Outside | Place::Undecided));
     let logarithm = if own().all(|own| own.modulus.is_finite()) {
         let least = own().map(|own| own.modulus.lower()).fold(0.0_f64, f64::max);
         let largest = own().map(|own| own.modulus).filter(|modulus| modulus.upper() >= least);
@@ -316,7 +316,9 @@ fn growth_rate(multipliers: &[Multiplier], stable: Option<bool>, period: &Ball) 
         largest.apply(Function::Ln).to_ball()
     };
     let rate = logarithm / *period;
-    rate.is_finite().then_some(rate)
+    // What grows does so at some rate, of which no digit may be known.
+    let is_known = rate.is_finite() && !(outside && rate.lower() < 0.5 * rate.upper());
+    is_known.then_some(rate)
 }
 
 /// The exponent of a multiplier, growth and angular frequency between -pi and pi over the period.

@@ -226,7 +226,7 @@ impl<'a, S: Real> Stepper<'a, S> {
     /// Where within a length the first absolute value has its kink, if one has: the time from the expansion, behind which its
     /// sign is the other one.
     ///
-    /// It is searched for at places of the step, so that two kinks of one value between two of these are missed.
+    /// It is searched for at places of the step and, between two of these, where the value has a minimum.
     pub(super) fn kink(&mut self, length: f64) -> Result<Option<S>, Trouble> {
         if self.kinks.is_empty() {
             return Ok(None);
@@ -234,16 +234,30 @@ impl<'a, S: Real> Stepper<'a, S> {
         let fresh = self.fresh.take();
         let mut first: Option<(f64, f64, usize)> = None;
         for (at, row) in self.kinks.iter().enumerate() {
-            let value = |after: f64| self.signs[at] * horner(row, &S::exact(after / self.unit)).middle();
+            let of = |row: &[S], after: f64| self.signs[at] * horner(row, &S::exact(after / self.unit)).middle();
+            let value = |after: f64| of(row, after);
+            let slopes: Vec<S> = (1..).zip(&row[1..]).map(|(k, own)| own.mul(&S::exact(count(k)))).collect();
+            // The lowest place between two, where the value is below 0 by more than rounding.
+            let dip = |mut low: f64, mut high: f64| {
+                if !(of(&slopes, low) < 0.0 && of(&slopes, high) > 0.0) {
+                    return None;
+                }
+                let size = value(low).max(row[0].middle().abs()).max((row[1].middle() * high / self.unit).abs());
+                for _ in 0..BISECTIONS {
+                    let middle = 0.5 * (low + high);
+                    if of(&slopes, middle) < 0.0 { low = middle } else { high = middle }
+                }
+                (value(low) < -LEAST_DIP * S::ROUNDING * size).then_some(low)
+            };
             let mut before = 0.0;
             for place in 1..=SAMPLES {
                 let after = length * count(place) / count(SAMPLES);
                 if first.is_some_and(|known| known.0 <= before) {
                     break;
                 }
-                if value(after) < 0.0 {
-                    if first.is_none_or(|known| after <= known.1) {
-                        first = Some((before, after, at));
+                if let Some(below) = if value(after) < 0.0 { Some(after) } else { dip(before, after) } {
+                    if first.is_none_or(|known| below <= known.1) {
+                        first = Some((before, below, at));
                     }
                     break;
                 }
@@ -541,6 +555,8 @@ pub(super) fn sign(x: f64) -> f64 {
 const SAMPLES: usize = 64;
 /// Halvings of an interval that holds a kink: more than numbers have bits.
 const BISECTIONS: usize = 128;
+/// Roundings of its size that a value is below 0 by where it counts between two places.
+const LEAST_DIP: f64 = 64.0;
 /// Absolute values that begin with 0 at the same time.
 const MOST_OPEN_SIGNS: usize = 6;
 /// What begins behind this part of the terms of a coordinate asks for a higher order ...

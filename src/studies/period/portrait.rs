@@ -80,10 +80,14 @@ pub fn portrait(model: &Model, found: &Found) -> Vec<Orbit> {
     let is_new = |level: &f64| separating.iter().all(|own| (own - level).abs() > 0.02 * size);
     let mut orbits: Vec<Orbit> = Vec::new();
     for energy in levels.filter(is_new) {
-        plane.orbits(energy, false, &mut orbits);
+        plane.orbits(energy, &[], &mut orbits);
     }
+    let others = found.equilibria.iter().filter(|own| own.stability != Stability::Stable);
+    let tops: Vec<f64> = others.filter_map(|own| own.point.first()).map(Ball::mid_f64).collect();
     for energy in separating.iter().copied() {
-        plane.orbits(energy, true, &mut orbits);
+        let is_here = |q: &f64| (plane.height(*q) - energy).abs() <= 2e-9 * size;
+        let here: Vec<f64> = tops.iter().copied().filter(is_here).collect();
+        plane.orbits(energy, &here, &mut orbits);
     }
     orbits
 }
@@ -118,8 +122,9 @@ impl Plane {
         (2.0 * (energy - height) / mass).sqrt()
     }
 
-    /// The curves of an energy.
-    fn orbits(&self, energy: f64, is_separating: bool, into: &mut Vec<Orbit>) {
+    /// The curves of an energy; those that reach one of the `tops` divide motions of different kinds.
+    fn orbits(&self, energy: f64, tops: &[f64], into: &mut Vec<Orbit>) {
+        let gap = (self.ends[1] - self.ends[0]) / PLACES as f64;
         let is_allowed = |q: f64| self.speed(q, energy).is_finite();
         let border = |mut inside: f64, mut outside: f64| {
             for _ in 0..HALVINGS {
@@ -139,6 +144,7 @@ impl Plane {
             };
             let upper: Vec<[f64; 2]> = (0..=POINTS).map(place).filter(|[_, v]| v.is_finite()).collect();
             let lower = upper.iter().rev().map(|[q, v]| [*q, -v]);
+            let is_separating = tops.iter().any(|top| (from - gap..=to + gap).contains(top));
             let course = match (is_separating, is_bound) {
                 (true, _) => Course::Separatrix,
                 (false, true) => Course::Bound,

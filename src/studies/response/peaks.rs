@@ -21,6 +21,8 @@ const NARROWEST: usize = 34;
 /// Pieces at the ends of the range, whose slope may be 0 right there, and how often what lies behind them is halved at least.
 const AT_ENDS: usize = 70;
 const BEHIND_ENDS: usize = 24;
+/// Places in a piece that are looked at, in thousandths of it.
+const INSIDE: [i64; 3] = [333, 571, 802];
 /// Multiplications for one output, and pieces that are examined.
 const MOST_WORK: f64 = 3e7;
 const MOST_PIECES: f64 = 5e4;
@@ -118,7 +120,7 @@ fn joined(mut pieces: Vec<Piece>) -> Vec<Piece> {
 
 impl Study {
     /// The maxima and minima of the amplitude of one of the outputs (from 0) between the ends of the range: all that are farther apart than
-    /// 2⁻³⁴ of it, or in [`Peaks::undecided`].
+    /// 2⁻³⁴ of it, and from its ends than 2⁻⁷⁰, or in [`Peaks::undecided`].
     ///
     /// # Errors
     /// [`ResponseError::Unsupported`] where M, C, K or the equilibrium depend on the parameter of the range.
@@ -199,9 +201,12 @@ impl Search<'_> {
             if sample.is_some_and(is_decided) {
                 continue;
             }
-            // So close to an end the slope may be lost in rounding.
-            let inside = [333, 334].map(|share| from_share(&piece, share));
-            if depth > NARROWEST && narrowest != AT_ENDS && !self.sample(&inside, None).is_some_and(is_decided) {
+            // So close to an end the slope may be lost in rounding: then it is everywhere in the piece, not at a peak alone.
+            let is_lost = |from: &i64| {
+                let inside = [*from, from + 1].map(|share| from_share(&piece, share));
+                !self.sample(&inside, None).is_some_and(is_decided)
+            };
+            if depth > NARROWEST && narrowest != AT_ENDS && INSIDE.iter().all(is_lost) {
                 continue;
             }
             if depth >= narrowest || left < 0.0 {

@@ -344,19 +344,19 @@ fn sort(entries: &mut [Exponent]) {
         Kind::Zero => 1,
         _ => 2,
     };
+    let falling = |a: &Exponent, b: &Exponent| b.growth.mid.hi.total_cmp(&a.growth.mid.hi);
+    let rising = |a: &Exponent, b: &Exponent| a.omega.mid.hi.total_cmp(&b.omega.mid.hi);
     entries.order_by(|a, b| {
-        let falling = b.growth.mid.hi.total_cmp(&a.growth.mid.hi);
-        place(a).cmp(&place(b)).then_with(|| {
-            let rising = a.omega.mid.hi.total_cmp(&b.omega.mid.hi);
-            if a.kind == Kind::Unstable {
-                falling.then(rising)
-            } else if (a.omega - b.omega).contains_zero() {
-                falling
-            } else {
-                rising
-            }
-        })
+        place(a)
+            .cmp(&place(b))
+            .then_with(|| if place(a) == 0 { falling(a, b).then(rising(a, b)) } else { rising(a, b) })
     });
+    // What may be equal is no order: neighbours that may be are put in order for themselves.
+    let is_tie =
+        |a: &Exponent, b: &Exponent| place(a) > 0 && place(a) == place(b) && (a.omega - b.omega).contains_zero();
+    for tied in entries.chunk_by_mut(is_tie) {
+        tied.order_by(falling);
+    }
 }
 
 /// The exponents of parts that nothing couples as those of the whole, in its order; their vectors have the

@@ -355,8 +355,11 @@ impl Zeros {
         (0..n).map(leak).collect()
     }
 
-    /// Vectors of the kernel, made orthonormal as balls allow; `None` where they are not independent.
+    /// Vectors of the kernel, made orthonormal as balls allow; `None` where they are not independent, or one is certainly none of it.
     pub(super) fn new(pencil: &Pencil, vectors: Vec<Vec<Ball>>) -> Option<Self> {
+        if vectors.iter().any(|own| pencil.stiffness.times_balls(own).iter().any(|x| !x.contains_zero())) {
+            return None;
+        }
         let image = |x: &[Ball]| pencil.mass.times_balls(x);
         let Orthonormal { vectors, images, defect } = Orthonormal::new(vectors, &image, ()).ok()?;
         let z = vectors.len();

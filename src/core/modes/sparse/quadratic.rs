@@ -276,19 +276,35 @@ impl Search<'_> {
         let is_inside = |at: &usize| {
             (refined[*at].s.to_c64() - self.sigma).norm() * (1.0 + 1e-14) + 6.0 * discs[*at].radius < reach
         };
-        // One of a pair of conjugates, and without damping the growing one of a pair ±s.
-        let stands = |own: &Refined| {
-            if own.is_real() { !self.problem.undamped || own.s.re.mid_f64() > 0.0 } else { own.s.im.mid_f64() > 0.0 }
+        // Signs say nothing of what may be 0: without damping half of those stand for pairs ±s, with it a single one is real.
+        let may_be_zero = |at: &usize| refined[*at].s.square_of_modulus().sqrt().lower() <= discs[*at].radius;
+        let at_zero: Vec<usize> = (0..k).filter(|at| is_inside(at) && may_be_zero(at)).collect();
+        let of_zero = match at_zero.len() {
+            1 => 1,
+            even if even == 0 || self.problem.undamped && even.is_multiple_of(2) => even / 2,
+            _ => return None,
         };
-        let mut found: Vec<(usize, f64)> = (0..k)
-            .filter(|at| is_inside(at) && stands(&refined[*at]))
-            .map(|at| (at, (refined[at].s.im.mid_f64() - self.near.unwrap_or(0.0)).abs() + discs[at].radius))
-            .collect();
-        found.order_by(|a, b| a.1.total_cmp(&b.1));
+        // One of a pair of conjugates, and without damping the growing one of a pair ±s.
+        let stands = |at: &usize| {
+            let s = &refined[*at].s;
+            match at_zero.iter().position(|own| own == at) {
+                Some(place) => place < of_zero,
+                None if refined[*at].is_real() => !self.problem.undamped || s.re.mid_f64() > 0.0,
+                None => s.im.mid_f64() > 0.0,
+            }
+        };
+        let distance = |at: usize| (refined[at].s.im.mid_f64() - self.near.unwrap_or(0.0)).abs();
+        let mut found: Vec<usize> = (0..k).filter(|at| is_inside(at) && stands(at)).collect();
+        found.order_by(|a, b| distance(*a).total_cmp(&distance(*b)));
+        let is_tie = |a: &usize, b: &usize| distance(*b) - distance(*a) <= discs[*a].radius + discs[*b].radius;
+        for tied in found.chunk_by_mut(is_tie) {
+            tied.order_by(|a, b| refined[*b].s.re.mid_f64().total_cmp(&refined[*a].s.re.mid_f64()));
+        }
         (found.len() >= count).then_some(())?;
         found.truncate(count);
-        self.covers(found.last()?.1, reach, &all)?;
-        let mut kept: Vec<usize> = found.into_iter().map(|(at, _)| at).collect();
+        let farthest = found.iter().map(|at| distance(*at) + discs[*at].radius).fold(0.0, f64::max);
+        self.covers(farthest, reach, &all)?;
+        let mut kept = found;
         kept.sort_unstable();
         let exponents = kept.iter().map(|at| self.entry((&refined, &discs), *at, options));
         let bounded = self.bounded;
