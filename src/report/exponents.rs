@@ -105,7 +105,9 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
     } else if !open.is_empty() {
         let texts: Vec<String> = open.into_iter().map(|own| condition_text(pool, own)).collect();
         if texts.len() <= MOST_CONDITIONS && texts.iter().all(|text| text.len() <= MOST_IN_CONDITION) {
-            parts.push(section(&format!("stable while{with}"), texts));
+            let distinct = all.iter().any(|own| own.open.is_none() && is_square(pool, own.positive));
+            let special = if distinct { ", but for special values of the parameters" } else { "" };
+            parts.push(section(&format!("stable while{with}{special}"), texts));
         } else {
             parts.push(section("conditions of stability, too long for a page, are in the JSON", []));
         }
@@ -134,14 +136,21 @@ fn damping_part(pool: &mut Pool, exponents: &[ClosedExponent], names: &Derivatio
 
 /// `a > b` for the difference of the two, `a ≠ b` for its square.
 fn condition_text(pool: &mut Pool, positive: ExprId) -> String {
-    if let [(base, exponent)] = pool.factors(positive).as_slice()
-        && *exponent == Number::from(2)
-    {
-        let [left, _, right] = compared(pool, *base);
+    if is_square(pool, positive) {
+        let mut factors = pool.factors(positive);
+        factors.iter_mut().for_each(|(_, exponent)| *exponent = exponent.mul(&Number::half()));
+        let base = pool.product_of_powers(&factors);
+        let [left, _, right] = compared(pool, base);
         let is_number = left.parse::<f64>().is_ok();
         return if is_number { format!("{right} != {left}") } else { format!("{left} != {right}") };
     }
     compared(pool, positive).join(" ")
+}
+
+/// Whether an expression is that of what is different from 0.
+fn is_square(pool: &Pool, positive: ExprId) -> bool {
+    let factors = pool.factors(positive);
+    pool.as_number(positive).is_none() && factors.iter().all(|(_, exponent)| exponent.mul(&Number::half()).is_integer())
 }
 
 /// What is positive as a relation: its left side, the sign, and the right side.

@@ -18,5 +18,6 @@ mod latex;
 mod normal_coordinates;
 mod pages;
 mod rolling;
+mod signs;
 mod solved;
 mod typeset;

@@ -348,9 +348,8 @@ fn nearly_equal_frequencies_are_put_in_order() {
         potential += &format!(" + 1/2*(100 + ({c}/100)^2/4 + {j}*1e-26)*x[{i}]^2");
         dissipation += &format!(" + 1/2*{c}/100*x[{i}]'^2");
     }
-    let text = format!(
-        "coord x[1..{n}]  T = sum(i in 1..{n}, 1/2*x[i]'^2)  V = {potential}  dissipation = {dissipation}"
-    );
+    let text =
+        format!("coord x[1..{n}]  T = sum(i in 1..{n}, 1/2*x[i]'^2)  V = {potential}  dissipation = {dissipation}");
     let found = normal_modes(&linearize(model(&text)).unwrap(), &Options::default().without_vectors()).unwrap();
     assert_eq!(found.modes.len(), n);
     assert!(found.modes.iter().all(|own| (own.omega.mid_f64() - 10.0).abs() < 1e-13));

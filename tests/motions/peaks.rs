@@ -219,7 +219,9 @@ fn a_resonance_beside_an_end() {
 /// At a third of each piece behind an end.
 #[test]
 fn a_resonance_at_the_same_place_of_all_pieces() {
-    for (w, exact) in [("4/3*2^(-36)", 4.0 / 3.0 * 0.5_f64.powi(36)), ("1 - 4/3*2^(-36)", 1.0 - 4.0 / 3.0 * 0.5_f64.powi(36))] {
+    for (w, exact) in
+        [("4/3*2^(-36)", 4.0 / 3.0 * 0.5_f64.powi(36)), ("1 - 4/3*2^(-36)", 1.0 - 4.0 / 3.0 * 0.5_f64.powi(36))]
+    {
         let text = format!("param w = {w}  coord x  T = 1/2*x'^2  V = 1/2*w^2*x^2");
         let [found] = &peaks(&text, Some("x"), "omega=0..1")[..] else { panic!() };
         let [place] = &of(PeakKind::Resonance, found)[..] else { panic!("{w}: {found:?}") };

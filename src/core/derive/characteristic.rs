@@ -224,11 +224,14 @@ impl Factored {
         if !conservative {
             found.extend(self.not_zero(checker, pool));
         }
-        // Without circulatory forces equal exponents have vectors enough, as far as energies keep motions in bounds.
-        if linear.circulatory.is_some() {
+        // Equal exponents have vectors enough where the energy keeps motions in bounds: without circulatory forces, with K definite. With
+        // gyroscopic ones alone they may have elsewhere, which is not looked into: a page says that there are special values.
+        let circulatory = linear.circulatory.is_some();
+        if circulatory || !conservative && is_definite(checker, pool, linear) != Some(true) {
             let mut known = self.signs.clone();
             told.iter().flatten().for_each(|own| known.learn(own));
-            found.extend(self.distinct(pool, &known)?);
+            let distinct = self.distinct(pool, &known)?.into_iter();
+            found.extend(distinct.map(|own| StabilityCondition { open: own.open.filter(|_| circulatory), ..own }));
         }
         (conservative || !drifts(pool, linear)).then_some((found, settled))
     }
@@ -373,6 +376,20 @@ fn of_values(checker: &Checker<'_>, pool: &Pool, ring: &Ring, signs: &Signs) -> 
         }
     }
     own
+}
+
+/// Whether K is positive definite where the parameters have the signs that they have in the model; `None` where that is too long to be told.
+fn is_definite(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear: &Linear) -> Option<bool> {
+    let n = linear.stiffness.len();
+    let known = known(checker, pool, linear);
+    let expanded = if n > FEW { None } else { Expanded::new(pool, &linear.stiffness.concat()) }?;
+    let ring = Ring::new(pool, std::iter::once(&expanded).chain(&known));
+    let rows = ring.of_signs(&expanded)?;
+    let minor = |size: usize| determinant((0..size).map(|i| rows[n * i..n * i + size].to_vec()).collect());
+    let minors: Vec<Polynomial> = (1..=n).map(|size| Some(ring.reduced(minor(size)?))).collect::<Option<_>>()?;
+    let general = Signs::new(pool, &ring, &known);
+    let by_signs = of_values(checker, pool, &ring, &general);
+    Some(minors.iter().all(|own| !own.is_zero() && by_signs.sign(own).holds_always()))
 }
 
 /// That friction acts, and that the energy has a minimum, where friction takes energy out of all motions: what is left of that is what

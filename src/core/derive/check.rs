@@ -167,6 +167,11 @@ impl<'a> Checker<'a> {
         self.modes.into_inner().flatten()
     }
 
+    /// Whether a symbol is a parameter with a value.
+    pub(super) fn has_value(&self, symbol: Symbol) -> bool {
+        self.model.parameters.iter().any(|parameter| parameter.symbol == symbol && parameter.value.is_some())
+    }
+
     /// Whether a parameter is negative, where it has a value that tells.
     pub(super) fn sign(&self, symbol: Symbol) -> Option<bool> {
         let mut parameters = self.model.parameters.iter();

@@ -136,15 +136,16 @@ fn general(pool: &mut Pool, variables: &Variables, term: ExprId, parts: &mut Par
 /// From what friction or a generalised force adds to an equation, velocities apart where it is linear in them.
 fn dragged(pool: &mut Pool, variables: &Variables, i: usize, drag: ExprId, parts: &mut Parts) {
     let bends = variables.symbols.velocity_slopes(pool, drag);
-    if bends.iter().any(|(_, bend)| variables.moves(pool, *bend)) {
+    let at_rest = variables.at_rest(pool);
+    let rest = pool.substitute_one(drag, &at_rest);
+    // The slope of v/|v| is 0 as well.
+    if pool.is_undefined(rest) || bends.iter().any(|(_, bend)| variables.moves(pool, *bend)) {
         add(parts, i, Factors::new(), drag, Number::ONE);
         return;
     }
     for (j, bend) in bends {
         add(parts, i, single(Motion::Velocity(j)), bend, Number::ONE);
     }
-    let at_rest = variables.at_rest(pool);
-    let rest = pool.substitute_one(drag, &at_rest);
     add(parts, i, Factors::new(), rest, Number::ONE);
 }
 

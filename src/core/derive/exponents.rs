@@ -12,7 +12,7 @@ use super::characteristic::Factored;
 use super::check::{Checker, WIDEST};
 use super::frequencies::{Approximation, Case};
 use super::ring::EXPONENT;
-use super::roots::{plain_root, root, with_common_bar};
+use super::roots::{plain_root, root, up_to_sign, with_common_bar};
 use super::shapes::on_one_bar;
 use super::simplify::{Algebra, Opening, expand, split, written};
 use crate::expr::{ExprId, Function, Node, Pool};
@@ -142,9 +142,11 @@ impl Found<'_, '_> {
         value.iter().all(|value| self.pool.vanishes(*value))
     }
 
-    /// An expression or its opposite, whichever is not negative.
+    /// An expression or its opposite, whichever is not negative: in bars where no values tell.
     fn positive(&mut self, e: ExprId) -> Option<ExprId> {
-        Some(if self.sign(e)?.is_lt() { self.pool.neg(e) } else { e })
+        self.sign(e)?;
+        let bars = self.pool.abs(e);
+        Some(self.without_bars(bars))
     }
 
     /// A number times a/b.
@@ -174,9 +176,10 @@ impl Found<'_, '_> {
         let mut parts = HashMap::new();
         for bars in self.pool.reachable(&[e]) {
             if let Node::Function(Function::Abs, inner) = *self.pool.node(bars)
-                && let Some(positive) = self.positive(inner)
+                && self.pool.symbols_of(&[inner]).into_iter().all(|symbol| self.checker.has_value(symbol))
+                && let Some(sign) = self.sign(inner)
             {
-                parts.insert(bars, positive);
+                parts.insert(bars, if sign.is_lt() { self.pool.neg(inner) } else { inner });
             }
         }
         if parts.is_empty() { e } else { self.pool.replaced(&[e], &parts)[0] }
@@ -314,7 +317,13 @@ impl Found<'_, '_> {
         let [p, square, product] = self.middle(c, b, a);
         let flutters = self.sign(square)?.is_lt();
         let (h, exact) = root(self.pool, product);
-        let h = self.positive(h).unwrap_or(h);
+        // Either sign of h gives the same u ± w.
+        let has_bars = |id: &ExprId| matches!(self.pool.node(*id), Node::Function(Function::Abs, _));
+        let h = if flutters || self.pool.reachable(&[p]).iter().any(has_bars) {
+            self.positive(h).unwrap_or(h)
+        } else {
+            up_to_sign(self.pool, h)
+        };
         let half = |own: &mut Self, h_sign: i64, p_sign: i64| {
             let terms = [(h, h_sign), (p, p_sign)].map(|(e, sign)| (e, Number::from(sign).mul(&Number::half())));
             own.pool.short(|pool| pool.linear(&terms))
@@ -324,8 +333,9 @@ impl Found<'_, '_> {
             let (minus_x, minus_y) = (self.pool.neg(x), self.pool.neg(y));
             return Some(vec![(x, y), (x, minus_y), (minus_x, y), (minus_x, minus_y)]);
         }
+        // With both signs.
         let (r, drawn) = root(self.pool, square);
-        let r = self.positive(r)?;
+        let r = up_to_sign(self.pool, r);
         let squares = [self.pool.add(p, r), self.pool.sub(p, r)].map(|square| self.pool.simplify(square));
         let mut zeros = [self.pair(squares[0], true)?, self.pair(squares[1], true)?].concat();
         if !drawn
@@ -336,7 +346,10 @@ impl Found<'_, '_> {
         }
         let both = squares.into_iter().all(|square| self.sign(square).is_some_and(Ordering::is_le));
         if both && exact {
-            let [u, w] = [half(self, 1, -1), half(self, -1, -1)].map(|square| root(self.pool, square).0);
+            let [u, w] = [half(self, 1, -1), half(self, -1, -1)].map(|square| {
+                let (size, _) = root(self.pool, square);
+                up_to_sign(self.pool, size)
+            });
             let sizes = [self.pool.sub(u, w), self.pool.add(u, w)].map(|size| with_common_bar(self.pool, size));
             let other: Vec<Zero> = sizes.into_iter().flat_map(|size| self.both(size, true)).collect();
             if cost(self, &other) < cost(self, &zeros) {
@@ -351,7 +364,7 @@ impl Found<'_, '_> {
         let (square, product) = (self.pool.square(b), self.pool.mul(a, c));
         let discriminant = self.pool.linear(&[(square, Number::ONE), (product, Number::from(-4))]);
         let (r, _) = root(self.pool, discriminant);
-        let r = self.positive(r)?;
+        let r = up_to_sign(self.pool, r);
         let mut zeros = Vec::new();
         for sign in [Number::ONE, Number::MINUS_ONE] {
             let above = self.pool.linear(&[(b, Number::MINUS_ONE), (r, sign)]);

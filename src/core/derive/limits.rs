@@ -1,6 +1,6 @@
 //! Closed forms for special values of a parameter, and their series in a small one.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use super::exponents::Exponents;
 use super::frequencies::{Approximation, Case, Frequencies, Frequency};
@@ -88,6 +88,10 @@ impl Frequencies {
         if self.general.complete {
             self.tied.take_if(drags);
         }
+        // Nor does one with the opposite of it.
+        let opposes =
+            |tied: &mut Case| tied.ties.iter().flatten().any(|own| own.strip_prefix('-') == Some(done.name()));
+        self.tied.take_if(opposes);
         for case in [Some(&mut self.general), self.tied.as_mut()].into_iter().flatten() {
             // Where several are equal the first stands for all.
             let set = case.ties.iter().find(|set| set.iter().any(|own| own == done.name()));
@@ -213,11 +217,15 @@ fn continued(
     Some(z)
 }
 
-/// An expression with the square roots drawn that have become those of squares, and their powers, each with one sign or all with the other;
-/// magnitudes are such roots.
-fn with_drawn_roots(pool: &mut Algebra<'_>, e: ExprId, negative: bool) -> ExprId {
+/// An expression with the square roots drawn that have become those of squares, and their powers, and magnitudes, which are such roots; `turns`
+/// tells which of them take the other sign.
+fn with_drawn_roots(pool: &mut Algebra<'_>, e: ExprId, turns: &mut dyn FnMut(ExprId) -> bool) -> ExprId {
     let mut images: HashMap<ExprId, ExprId> = HashMap::new();
-    let signed = |pool: &mut Algebra<'_>, e: ExprId| if negative { pool.neg(e) } else { e };
+    let mut signed = |pool: &mut Algebra<'_>, e: ExprId| {
+        let (_, core) = pool.split_content(e);
+        let opposite = pool.neg(core);
+        if turns(core.min(opposite)) { pool.neg(e) } else { e }
+    };
     for id in pool.reachable(&[e]) {
         let image = match *pool.node(id) {
             Node::Function(Function::Abs, inner) => {
@@ -247,12 +255,23 @@ fn drawn(pool: &mut Algebra<'_>, values: &[ExprId]) -> Option<Vec<ExprId>> {
     if values.iter().any(|value| pool.is_undefined(*value)) {
         return None;
     }
-    let mut of = |negative: bool| -> Vec<ExprId> {
-        values.iter().map(|value| with_drawn_roots(pool, *value, negative)).collect()
+    let of = |pool: &mut Algebra<'_>, turns: &mut dyn FnMut(ExprId) -> bool| -> Vec<ExprId> {
+        values.iter().map(|value| with_drawn_roots(pool, *value, turns)).collect()
     };
-    let (plus, minus) = (of(false), of(true));
-    let is_there = |own: &ExprId| minus.iter().any(|other| pool.agree(*own, *other));
-    plus.iter().all(is_there).then_some(plus)
+    let mut roots = BTreeSet::new();
+    let plus = of(pool, &mut |root| {
+        roots.insert(root);
+        false
+    });
+    // Each for itself, and as often as before.
+    let is_same = |root: ExprId| {
+        let mut left = of(pool, &mut |own| own == root);
+        plus.iter().all(|own| {
+            let at = left.iter().position(|other| pool.agree(*own, *other));
+            at.map(|at| left.swap_remove(at)).is_some()
+        })
+    };
+    roots.into_iter().all(is_same).then_some(plus)
 }
 
 fn transform_case(pool: &mut Algebra<'_>, case: &mut Case, change: impl Fn(&mut Algebra<'_>, ExprId) -> ExprId) {

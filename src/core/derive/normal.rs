@@ -8,14 +8,15 @@ use super::check::{Checker, Column};
 use super::frequencies::Case;
 use super::motion::{Factor, Motion, MotionSum, MotionTerm};
 use super::pair::Pair;
+use super::roots::up_to_sign;
 use super::shapes::{Shape, combined};
 use super::simplify::Algebra;
 use super::waves::unused;
-use crate::expr::{ExprId, Node, Pool, Substitution, Symbol};
+use crate::expr::{ExprId, Pool, Substitution, Symbol};
 use crate::model::Model;
 use crate::number::Number;
 use crate::order::{Gather, Order};
-use crate::precision::{Ball, Function};
+use crate::precision::Ball;
 
 /// No page has room for the normal coordinates of more.
 const MOST_COORDINATES: usize = 12;
@@ -157,20 +158,10 @@ impl Shape {
     }
 }
 
-/// 1/sqrt(mass), up to its sign: that of a mode is free, so that no absolute values are needed.
+/// 1/sqrt(mass), up to its sign: that of a mode is free, so that absolute values are needed below roots alone.
 fn norm(pool: &mut Pool, mass: ExprId) -> ExprId {
     let root = pool.powr(mass, &Number::half().neg());
-    let (size, core) = pool.split_content(root);
-    let factors: Vec<(ExprId, Number)> = pool
-        .factors(core)
-        .into_iter()
-        .map(|(base, exponent)| match *pool.node(base) {
-            Node::Function(Function::Abs, x) => (x, exponent),
-            _ => (base, exponent),
-        })
-        .collect();
-    let product = pool.product_of_powers(&factors);
-    pool.scale(product, &size)
+    up_to_sign(pool, root)
 }
 
 /// A vector by the root of its mass.

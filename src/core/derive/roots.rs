@@ -12,11 +12,12 @@ use super::pair::Pair;
 use super::ring::{EXPONENT, Expanded, Ring};
 use super::shapes::{below_bars, on_one_bar, one_fraction};
 use super::simplify::{Algebra, Monomial, Monomials, Opening, expand, split, times, with_common_factor, written};
-use crate::expr::{ExprId, Pool};
+use crate::expr::{ExprId, Node, Pool};
 use crate::model::Model;
 use crate::number::Number;
 use crate::order::{Gather, Order};
 use crate::polynomial::{Polynomial as Ratio, add_to};
+use crate::precision::Function;
 
 /// Determinants of larger blocks are not written out.
 pub(super) const MOST_COORDINATES: usize = 5;
@@ -284,6 +285,18 @@ fn characteristic(pool: &mut Algebra<'_>, block: &Pair) -> Option<Polynomial> {
     }
     let found = determinant_of_polynomials(pool, &entries)?;
     (found.len() == n + 1).then_some(found)
+}
+
+/// An expression or its opposite, whichever the values of the parameters make it: without bars about factors, but below roots.
+pub(super) fn up_to_sign(pool: &mut Pool, e: ExprId) -> ExprId {
+    let (size, core) = pool.split_content(e);
+    let bare = |(base, exponent): (ExprId, Number)| match *pool.node(base) {
+        Node::Function(Function::Abs, x) if exponent.is_integer() => (x, exponent),
+        _ => (base, exponent),
+    };
+    let factors: Vec<(ExprId, Number)> = pool.factors(core).into_iter().map(bare).collect();
+    let product = pool.product_of_powers(&factors);
+    pool.scale(product, &size)
 }
 
 /// The determinant of a matrix of polynomials, each with the constant first, by expansion along the columns with the minors kept

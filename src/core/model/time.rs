@@ -7,7 +7,7 @@ use super::elaborate::Elaborator;
 use super::names::{SymbolKind, World};
 use super::terms::{Local, TermFamily};
 use super::{Constraint, Model};
-use crate::expr::{Exponentials, ExprId, Pool, Substitution, Symbol};
+use crate::expr::{Exponentials, ExprId, Node, Pool, Substitution, Symbol};
 use crate::number::Number;
 use crate::order::Gather;
 use crate::precision::Function;
@@ -154,10 +154,17 @@ fn potential_of(pool: &mut Pool, family: &TermFamily, slopes: &[(usize, ExprId)]
 fn slopes_of_time(pool: &mut Pool, family: &TermFamily, time: Symbol) -> Option<Vec<(usize, ExprId)>> {
     let depends = |pool: &Pool, e: ExprId| pool.depends_on(e, &|symbol| symbol == time);
     // Derivatives of square waves vanish, though these do not stay the same.
-    let functions = pool.reachable(&[family.body]).into_iter().filter_map(|id| pool.as_function(id));
-    let jumps = [Function::Abs, Function::Asin, Function::Acos];
-    let mut jumping = functions.filter(|(function, _)| jumps.contains(function));
-    if jumping.any(|(_, argument)| depends(pool, argument)) {
+    let jumps = [Function::Abs, Function::Asin, Function::Acos, Function::Atan, Function::Tan];
+    let may_jump = |id: ExprId| match pool.node(id) {
+        Node::Function(function, x) => jumps.contains(function) && depends(pool, *x),
+        Node::Atan2 { .. } => depends(pool, id),
+        Node::Product(factors) => factors.iter().any(|(base, exponent)| {
+            let is_power = exponent.is_integer() && !exponent.is_negative();
+            !is_power && !pool.is_nonnegative(*base) && depends(pool, *base)
+        }),
+        Node::Number(_) | Node::Pi | Node::Symbol(_) | Node::Sum { .. } | Node::Power { .. } | Node::Undefined => false,
+    };
+    if pool.reachable(&[family.body]).into_iter().any(may_jump) {
         return None;
     }
     let start = Substitution::from([(time, pool.zero())]);

@@ -1,0 +1,154 @@
+//! Parameters without a value may have any sign: what formulas, conditions, limits and times say then.
+#![cfg(feature = "cli")]
+
+use crate::common::model;
+
+use librate::derive::{Derivation, Parts, derive};
+use librate::expr::{ExprId, Tape};
+use librate::linearize::linearize;
+use librate::number::Number;
+use librate::precision::Ball;
+use librate::report::{Style, derive_text};
+
+fn page(text: &str) -> Derivation {
+    derive(&model(text), &Parts::default().frequencies(true)).unwrap()
+}
+
+/// An expression at values of parameters.
+fn at(page: &Derivation, e: ExprId, values: &[(&str, f64)]) -> f64 {
+    let pool = &page.pool;
+    let symbols = pool.symbols_of(&[e]);
+    let value = |name: &str| values.iter().find(|(own, _)| *own == name).unwrap().1;
+    let numbers: Vec<Ball> = symbols.iter().map(|own| Ball::from(value(&pool.symbol_name(*own)))).collect();
+    let tape = Tape::compile(pool, &[e], &symbols).unwrap();
+    tape.evaluate(&numbers, &mut Vec::new())[0].mid_f64()
+}
+
+fn squares(page: &Derivation, values: &[(&str, f64)]) -> Vec<f64> {
+    let case = &page.linear.as_ref().unwrap().frequencies.as_ref().unwrap().general;
+    let repeated = case.frequencies.iter().flat_map(|own| vec![own.omega_squared; own.multiplicity]);
+    let mut all: Vec<f64> = repeated.map(|own| at(page, own, values)).collect();
+    all.sort_by(f64::total_cmp);
+    all
+}
+
+/// Friction with a strength in bars takes energy whatever its sign, and s = -|a|/2m ± …
+#[test]
+fn bars_stay_where_no_sign_is_known() {
+    let own = page("param m, k, a  coord x  T = 1/2*m*x'^2  V = 1/2*k*x^2  dissipation = 1/2*abs(a)*x'^2");
+    let found = own.linear.as_ref().unwrap().exponents.as_ref().unwrap();
+    assert!(found.complete);
+    let values = [("m", 1.37), ("k", 0.72), ("a", -0.35)];
+    for exponent in &found.exponents {
+        let exact = -0.35 / (2.0 * 1.37);
+        assert!((at(&own, exponent.real, &values) - exact).abs() < 1e-15);
+        let ratio = exponent.damping_ratio.map(|own_ratio| at(&own, own_ratio, &values));
+        assert!(ratio.is_none_or(|ratio| (ratio - 0.35 / (2.0 * (1.37_f64 * 0.72).sqrt())).abs() < 1e-15));
+    }
+    // c/(2 m w) for a rate w of either sign.
+    let own = page("param m, w, c  coord x  T = 1/2*m*x'^2  V = 1/2*m*w^2*x^2  dissipation = 1/2*c*x'^2");
+    let exponents = &own.linear.as_ref().unwrap().exponents.as_ref().unwrap().exponents;
+    for ratio in exponents.iter().filter_map(|own| own.damping_ratio) {
+        assert!((at(&own, ratio, &[("m", 2.0), ("w", -3.0), ("c", 0.5)]) - 0.5 / 12.0).abs() < 1e-15);
+    }
+    // ω₁ω₂ = |k|/m, and ω₁² + ω₂² = 2|k|/m + c²/m².
+    let own = page(
+        "param m, c, k  coord x, y
+         lagrangian = 1/2*m*(x'^2 + y'^2) + 1/2*c*(x*y' - y*x') - 1/2*abs(k)*(x^2 + y^2)",
+    );
+    let found = own.linear.as_ref().unwrap().exponents.as_ref().unwrap();
+    let values = [("m", 1.5), ("c", 0.7), ("k", -2.0)];
+    let sum: f64 = found.exponents.iter().map(|one| at(&own, one.imaginary, &values).powi(2)).sum();
+    assert!((sum - 2.0 * (4.0 / 1.5 + 0.49 / 2.25)).abs() < 1e-14, "{sum}");
+}
+
+/// The amplitudes of modes with xᵀMx = 1 of a mass in bars.
+#[test]
+fn norms_keep_bars_below_roots() {
+    let own = page("param m, k, c  coord x, y  T = 1/2*abs(m)*(x'^2 + y'^2)  V = 1/2*k*(x^2 + y^2) + 1/2*c*(x - y)^2");
+    let case = &own.linear.as_ref().unwrap().frequencies.as_ref().unwrap().general;
+    for mode in &case.normal.as_ref().unwrap().modes {
+        for amplitude in &mode.amplitudes {
+            let value = at(&own, *amplitude, &[("m", -2.0), ("k", 1.0), ("c", 0.3)]);
+            assert!((value.abs() - 0.5).abs() < 1e-15, "{value}");
+        }
+    }
+}
+
+/// Each root is drawn with both signs for itself, and what is repeated stays apart from what is not.
+#[test]
+fn limits_draw_no_root_with_a_wrong_sign() {
+    let mut own = page(
+        "param m, k, a, d  coord x, y  T = 1/2*m*(x'^2 + y'^2)
+         V = 1/2*(k + abs(a))*x^2 + 1/2*(k + a)*y^2 + d*x*y",
+    );
+    own.limit("d", &Number::ZERO);
+    let found = squares(&own, &[("m", 1.0), ("k", 2.0), ("a", -1.0)]);
+    assert!(found.len() == 2 && (found[0] - 1.0).abs() < 1e-14 && (found[1] - 3.0).abs() < 1e-14, "{found:?}");
+    for potential in ["1/2*abs(a*b)*x^2 + 1/2*c*x^2", "1/2*sqrt(a^2 + c)*sqrt(b^2 + c)*x^2"] {
+        let mut own = page(&format!("param a, b, c  coord x  T = 1/2*x'^2  V = {potential}"));
+        own.limit("c", &Number::ZERO);
+        assert_eq!(squares(&own, &[("a", -2.0), ("b", 3.0)]), [6.0], "{potential}");
+    }
+}
+
+/// With a₁ = -a₂ a limit of a₂ is one of both, and is not what is asked for.
+#[test]
+fn limits_of_opposites_are_not_told() {
+    let mut own = page(
+        "param m = 1, k = 1, K = 1, a1 = 0.1, a2 = -0.1, c = 0.05
+         coord x1, x2, x3
+         T = 1/2*m*(x1'^2 + x2'^2 + x3'^2)
+         V = 1/2*k*(x1^2 + x3^2) + 1/2*K*x2^2 + a1*x1*x2 + a2*x2*x3 + c*x1*x3",
+    );
+    own.limit("a2", &Number::ZERO);
+    assert!(own.linear.unwrap().frequencies.unwrap().tied.is_none());
+}
+
+/// A free particle seen from a turning frame has equal exponents, and goes away: they have to be different, as K is negative.
+#[test]
+fn equal_exponents_are_excluded_where_no_energy_keeps_motions() {
+    let positive = |own: &Derivation, values: &[(&str, f64)]| {
+        let found = own.linear.as_ref().unwrap().exponents.as_ref().unwrap().stability.clone().unwrap();
+        found.iter().all(|one| at(own, one.positive, values) > 0.0)
+    };
+    let own = page(
+        "param w, s  coord x, y
+         lagrangian = 1/2*((x' - w*y)^2 + (y' + w*x)^2) - 1/2*s^2*(x^2 + y^2)",
+    );
+    assert!(!positive(&own, &[("w", 1.0), ("s", 0.0)]));
+    assert!(positive(&own, &[("w", 1.0), ("s", 0.5)]) && positive(&own, &[("w", 1.0), ("s", 2.0)]));
+    let own = page(
+        "param p, r  coord x, y
+         lagrangian = 1/2*(x'^2 + y'^2) + (p + r)/2*(x*y' - y*x') + p*r/2*(x^2 + y^2)",
+    );
+    assert!(!positive(&own, &[("p", 1.0), ("r", 1.0)]) && positive(&own, &[("p", 1.0), ("r", 2.0)]));
+    // Foucault's pendulum has a minimum of the energy: nothing more is asked for.
+    let own = page(
+        "param m, k, W  assume m > 0, k > 0  coord x, y
+         lagrangian = 1/2*m*(x'^2 + y'^2) + m*W*(x*y' - y*x') - 1/2*k*(x^2 + y^2)",
+    );
+    assert!(positive(&own, &[("m", 1.0), ("k", 1.0), ("W", 0.0)]));
+}
+
+/// Dry friction has no value at rest, and an equation.
+#[test]
+fn dry_friction_stands_in_the_equation() {
+    let text = "param m, k, mu  coord x  T = 1/2*m*x'^2  V = 1/2*k*x^2  dissipation = mu*abs(x')";
+    let own = derive(&model(text), &Parts::all()).unwrap();
+    let shown = derive_text(&own, &Style::default());
+    assert!(shown.contains("k x + ─── = 0"), "{shown}");
+    assert!(!shown.contains("1/0"));
+}
+
+/// Derivatives of what jumps vanish; kicks are no constant forces.
+#[test]
+fn kicks_do_not_drop_out() {
+    for of_time in ["atan(tan(t))", "atan2(sin(t), cos(t))", "sqrt(1 - sin(t)^2)/cos(t)"] {
+        let text = format!("param m = 1, k = 1  coord x  lagrangian = 1/2*m*x'^2 - 1/2*k*x^2 + x'*{of_time}");
+        assert!(linearize(model(&text)).is_err(), "{of_time}");
+    }
+    // What does drop out: the total time derivative of x sqrt(1 + t²).
+    let text = "coord x  lagrangian = 1/2*x'^2 - 1/2*x^2 + x'*sqrt(1 + t^2) + x*t/sqrt(1 + t^2)";
+    assert!(linearize(model(text)).is_ok());
+}
