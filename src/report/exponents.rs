@@ -86,7 +86,7 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
     }
     let Some(all) = own.stability.as_ref().filter(|_| names.shows("stability")) else { return parts };
     let open: Vec<ExprId> = all.iter().filter_map(|own| own.open).collect();
-    let by_signs = all.iter().any(|own| own.open != Some(own.positive));
+    let by_signs = all.iter().any(|own| !own.special && own.open != Some(own.positive));
     let with = if by_signs { ", with the signs that the parameters have" } else { "" };
     // Where odd coefficients vanish exponents that no friction meets are on the axis.
     let assumed = !names.assumptions.is_empty();
@@ -105,8 +105,8 @@ pub(super) fn exponent_parts(derivation: &Derivation, linear: &Linear, names: &D
     } else if !open.is_empty() {
         let texts: Vec<String> = open.into_iter().map(|own| condition_text(pool, own)).collect();
         if texts.len() <= MOST_CONDITIONS && texts.iter().all(|text| text.len() <= MOST_IN_CONDITION) {
-            let distinct = all.iter().any(|own| own.open.is_none() && is_square(pool, own.positive));
-            let special = if distinct { ", but for special values of the parameters" } else { "" };
+            let special =
+                if all.iter().any(|own| own.special) { ", but for special values of the parameters" } else { "" };
             parts.push(section(&format!("stable while{with}{special}"), texts));
         } else {
             parts.push(section("conditions of stability, too long for a page, are in the JSON", []));

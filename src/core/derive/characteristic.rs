@@ -231,7 +231,8 @@ impl Factored {
             let mut known = self.signs.clone();
             told.iter().flatten().for_each(|own| known.learn(own));
             let distinct = self.distinct(pool, &known)?.into_iter();
-            found.extend(distinct.map(|own| StabilityCondition { open: own.open.filter(|_| circulatory), ..own }));
+            let special = |own: StabilityCondition| StabilityCondition { open: None, special: true, ..own };
+            found.extend(distinct.map(|own| if circulatory { own } else { special(own) }));
         }
         (conservative || !drifts(pool, linear)).then_some((found, settled))
     }
@@ -256,7 +257,7 @@ impl Factored {
             }
             let left = by_signs.sign(&own.product(self.ring.variables()));
             let open = (!left.holds_always()).then(|| signed(pool, &self.ring, &left));
-            found.push(StabilityCondition { positive, open });
+            found.push(StabilityCondition::new(positive, open));
         }
         agreeing(checker, pool, found)
     }
@@ -274,7 +275,7 @@ impl Factored {
             };
             let (positive, open) = (square(&self.signs), square(&by_signs));
             let new = positive.filter(|own| found.iter().all(|other| other.positive != *own));
-            found.extend(new.map(|positive| StabilityCondition { positive, open }));
+            found.extend(new.map(|positive| StabilityCondition::new(positive, open)));
         }
         found
     }
@@ -298,7 +299,7 @@ impl Factored {
             if pool.weight_of(&[positive]) > MOST_IN_CONDITION {
                 return None;
             }
-            found.push(StabilityCondition { positive, open: Some(positive) });
+            found.push(StabilityCondition::new(positive, Some(positive)));
         }
         Some(found)
     }
@@ -338,7 +339,7 @@ impl Factored {
                     return None;
                 }
                 if !pool.is_constant(positive) || checker.is_negative(pool, positive) != Some(false) {
-                    found.push(StabilityCondition { positive, open: Some(positive) });
+                    found.push(StabilityCondition::new(positive, Some(positive)));
                 }
             }
         }
@@ -409,7 +410,7 @@ fn by_energy(checker: &Checker<'_>, pool: &mut Algebra<'_>, linear: &Linear) -> 
         return None;
     }
     let own = essential(&pervasive.conditions, &pervasive.signs).into_iter();
-    let own = own.map(|own| StabilityCondition { positive: signed(pool, &pervasive.ring, &own), open: None });
+    let own = own.map(|own| StabilityCondition::new(signed(pool, &pervasive.ring, &own), None));
     let mut found: Vec<StabilityCondition> = own.collect();
     found.extend(parts.stability(checker, pool, &undamped)?.0);
     agreeing(checker, pool, found)

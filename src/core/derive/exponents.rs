@@ -91,6 +91,14 @@ pub struct StabilityCondition {
     pub positive: ExprId,
     /// What is left of it wherever the parameters have the signs that they have in the model; `None` where it holds then.
     pub open: Option<ExprId>,
+    /// Whether it excludes special values at which exponents are equal, where motions may be bounded or grow as powers of t.
+    pub special: bool,
+}
+
+impl StabilityCondition {
+    pub(super) fn new(positive: ExprId, open: Option<ExprId>) -> Self {
+        Self { positive, open, special: false }
+    }
 }
 
 /// The exponents, of conservative models from their frequencies.
