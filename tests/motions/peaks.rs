@@ -228,3 +228,19 @@ fn a_resonance_at_the_same_place_of_all_pieces() {
         is(place, exact);
     }
 }
+
+/// The resonances under a drive do not depend on its phase.
+#[test]
+fn drives_of_any_phase_find_the_same() {
+    for function in ["cos", "sin"] {
+        let text = format!(
+            "param W = 1  coord x, y  T = 1/2*(x'^2 + y'^2)  V = 1/2*x^2 + 3/2*(x - y)^2  force x = {function}(W*t)"
+        );
+        let all = peaks(&text, None, "W=0.1..5");
+        let places = of(PeakKind::Resonance, &all[0]);
+        let [first, second] = &places[..] else { panic!("{function}: {:?}", all[0]) };
+        // ω⁴ - 7 ω² + 3 = 0
+        is(first, ((7.0 - 37.0_f64.sqrt()) / 2.0).sqrt());
+        is(second, ((7.0 + 37.0_f64.sqrt()) / 2.0).sqrt());
+    }
+}

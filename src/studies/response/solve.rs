@@ -356,23 +356,27 @@ impl<S: Enclosure> Matrices<S> {
         product
     }
 
-    /// The reciprocal y of the response of a coordinate to real forces, in some unit: y and z = x y solve A z = f y with z = 1 for that
+    /// The reciprocal y of the response of a coordinate to forces that are all real, or all imaginary, in some unit: y and z = x y solve A z = f y with z = 1 for that
     /// coordinate, which is regular at a resonance, too.
     pub(super) fn reciprocal(&self, force: &Slope<S>, output: usize) -> Option<Complex<S>> {
         let mut own = self.clone();
         let last = own.order;
         let entry = |row, column, stiffness| Coefficient::stiff(row, column, stiffness, self.precision);
         own.entries.extend(self.shares(output)?.into_iter().map(|(place, share)| entry(last, place, share)));
-        let forces = self.right(&force.forces)?.into_iter().enumerate();
-        let forces = forces.filter(|(_, own)| !own.re.is_exact_zero());
-        own.entries.extend(forces.map(|(row, force)| entry(row, last, force.re.neg())));
+        let forces = self.right(&force.forces)?;
+        let turned = forces.iter().all(|own| own.re.is_exact_zero());
+        let forces = forces.into_iter().map(|own| if turned { own.im } else { own.re }).enumerate();
+        let forces = forces.filter(|(_, own)| !own.is_exact_zero());
+        own.entries.extend(forces.map(|(row, force)| entry(row, last, force.neg())));
         own.order += 1;
         own.places.push(last);
         own.arrange();
         let mut right = vec![Complex::zero(self.precision); own.order];
         right[own.places[last]] = Complex::real(1.0, self.precision);
         let solution = own.solution(&self.rate(&force.omega[0]), right)?;
-        Some(solution[own.places[last]].clone())
+        let found = solution[own.places[last]].clone();
+        // 1/i is -i.
+        Some(if turned { Complex::new(found.im, found.re.neg()) } else { found })
     }
 
     /// A frequency in units of the matrices.

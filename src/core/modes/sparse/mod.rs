@@ -302,19 +302,22 @@ impl<'a> Search<'a> {
         if zeros > 0 && bands.count(-1e-12 * self.pencil.stiffness_norms.0) > 0 {
             return None;
         }
-        let mut end = (zeros + elastic).min(n);
-        let (values, panels, next) = loop {
-            let starts = bands.bisect(&(zeros..(end + 1).min(n)))?;
-            let (own, next) = starts.split_at(end - zeros);
-            let next = next.first().copied();
-            let last = own.last().copied()?;
-            if next.is_some_and(|next| next - last <= APART * next.abs().max(last.abs())) {
-                end += 1;
-                continue;
+        // All that are close to the last one that is wanted, searched for among twice as many each time.
+        let wanted = elastic.min(n - zeros);
+        let mut most = wanted;
+        let (starts, count) = loop {
+            let starts = bands.bisect(&(zeros..(zeros + most + 1).min(n)))?;
+            let is_end = |count: &usize| match starts.get(count - 1..).and_then(|own| own.get(..2)) {
+                Some([last, next]) => next - last > APART * next.abs().max(last.abs()),
+                _ => true,
+            };
+            match (wanted.max(1)..=most).find(is_end) {
+                Some(count) => break (starts, count),
+                None => most = (2 * most).min(n - zeros),
             }
-            let (values, panels) = bands.pairs(own)?;
-            break (values, panels, next);
         };
+        let next = starts.get(count).copied();
+        let (values, panels) = bands.pairs(starts.get(..count)?)?;
         let last = values.last().copied()?;
         let columns = Columns { values, panels };
         let high = match next {
