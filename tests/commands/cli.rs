@@ -792,3 +792,22 @@ fn examples_of_the_help_run() {
     }
     assert!(examples > 30, "{examples}");
 }
+
+/// Bounds are rounded up, the lowest is the lowest, and what is known is no 0.
+#[test]
+fn texts_say_what_is_known() {
+    let damped = "coord x, y  T = 1/2*(x'^2 + y'^2)  V = 1/2*9*x^2 + 1/2*y^2  force x = (1 - x^2)*x'/10";
+    let found = with_input(&["equilibria", "-", "--box", "x=-1..1, y=-1..1"], damped);
+    assert!(found.out.lines().last().unwrap().contains("unstable   1.000000000 "), "{}", found.out);
+    let pendulum = "coord x  T = 1/2*x'^2  V = -cos(x)";
+    for tolerance in ["1e-5", "1e-6", "1e-7"] {
+        let motion = ["motion", "-", "--start", "x=2", "--until", "30", "--samples", "200", "--tolerance", tolerance];
+        let told = with_input(&motion, pendulum).err;
+        let told = told.split("at most ").nth(1).unwrap().split(' ').next().unwrap().parse::<f64>().unwrap();
+        let json: Value =
+            serde_json::from_str(&with_input(&[motion.as_slice(), &["--json"]].concat(), pendulum).out).unwrap();
+        assert!(told >= json["energy_drift"].as_f64().unwrap(), "{tolerance}: {told}");
+    }
+    let tensor = with_input(&["inertia", "-"], "param e = 1e-14  let I = [[1, e, 0], [e, 2, 0], [0, 0, 3]]");
+    assert!(tensor.out.contains("-1.00000e-14"), "{}", tensor.out);
+}

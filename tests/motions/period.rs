@@ -577,6 +577,24 @@ fn portrait(text: &str, ranges: &str) -> Vec<librate_studies::period::Orbit> {
     librate_studies::period::portrait(&model, &found)
 }
 
+/// Of an energy that a saddle has, what goes to and fro elsewhere divides nothing: three wells, two saddles.
+#[test]
+fn separatrices_reach_a_saddle() {
+    use librate_studies::period::Course;
+
+    let text = "coord x  T = 1/2*x'^2  V = x^6/6 + 1/10*x^5 - 17/8*x^4 - 1/2*x^3 + 11/2*x^2 - x";
+    let orbits = portrait(text, "x=-4..4");
+    let separating: Vec<_> = orbits.iter().filter(|own| own.course == Course::Separatrix).collect();
+    // The zeros of V' by numpy.
+    let saddles = [-1.374_603_718, 1.123_326_911];
+    assert!(!separating.is_empty());
+    for own in separating {
+        let places = || own.points.iter().map(|point| point[0]);
+        let (from, to) = (places().fold(f64::INFINITY, f64::min), places().fold(f64::NEG_INFINITY, f64::max));
+        assert!(saddles.iter().any(|saddle| (from - 0.01..=to + 0.01).contains(saddle)), "{from} to {to}");
+    }
+}
+
 #[test]
 fn phase_portraits_are_curves_of_constant_energy() {
     use librate_studies::period::Course;
@@ -616,7 +634,6 @@ fn phase_portraits_are_curves_of_constant_energy() {
 fn jumps_of_angles_are_told() {
     for (text, from) in [
         ("coord x  T = 1/2*x'^2  V = 1/2*x^2 + 1/10*atan2(x - 1, -1)", "2"),
-        ("coord x  T = 1/2*x'^2  V = 1/2*x^2 + 1/10*atan2(sin(x), cos(x))", "4"),
         ("coord x  T = 1/2*(1 + 1/10*atan2(sin(x), cos(x)))*x'^2  V = 1/2*x^2", "4"),
     ] {
         let error = oscillator(text).period(&amplitude(from), &Options::default()).unwrap_err();
